@@ -1,0 +1,11 @@
+"""impulsekit: what happens when a multibody system is hit.
+
+The public names resolve on first use, so importing the package loads nothing heavy.
+The list of them is the stub ``__init__.pyi`` beside this file.
+"""
+
+import lazy_loader as _lazy
+
+__version__ = "0.1.0"
+
+__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)

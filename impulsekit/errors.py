@@ -1,0 +1,217 @@
+"""Every exception that impulsekit raises, in one tree.
+
+::
+
+    ImpulsekitError
+    ├── InputError (ValueError)          something given cannot be used
+    │   ├── UnknownNameError             .kind .name .nearest .known
+    │   ├── ShapeError                   .what .expected .got
+    │   ├── NotFiniteError               .what .where
+    │   ├── RangeError                   .what .value .allowed
+    │   ├── StateError                   .joint .value: a configuration off its manifold
+    │   ├── UrdfError                    .source .element
+    │   └── SceneFileError               .path .faults: all faults of a file at once
+    ├── SolveError                       the input is fine, the physics has no answer
+    │   ├── SingularMassError            .joints: directions without inertia
+    │   └── ContradictionError           .rows: demands that cannot hold together
+    └── MissingExtraError (ImportError)  .package .extra: an optional library is absent
+
+The message says what, where and what would be right; the same facts are
+attributes, for programs.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+__all__ = [
+    "ContradictionError",
+    "ImpulsekitError",
+    "InputError",
+    "MissingExtraError",
+    "NotFiniteError",
+    "RangeError",
+    "SceneFileError",
+    "ShapeError",
+    "SingularMassError",
+    "SolveError",
+    "StateError",
+    "UnknownNameError",
+    "UrdfError",
+    "nearest_names",
+]
+
+
+class ImpulsekitError(Exception):
+    """Base of all errors of impulsekit.
+
+    Args:
+        message: the sentence for a person.
+        **data: facts for a program, set as attributes.
+
+    Example:
+        >>> error = RangeError("friction is -1", what="friction", value=-1.0, allowed="0 or more")
+        >>> error.allowed
+        '0 or more'
+    """
+
+    def __init__(self, message: str, **data: Any) -> None:
+        # Only the message goes to Exception: pickling then restores the rest from __dict__.
+        super().__init__(message)
+        self.__dict__.update(data)
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(f"{type(self).__name__} carries no {name!r}")
+
+
+class InputError(ImpulsekitError, ValueError):
+    """Something given cannot be used."""
+
+
+class UnknownNameError(InputError):
+    """A name that does not exist. Attributes: kind, name, nearest, known."""
+
+    kind: str
+    name: str
+    nearest: tuple[str, ...]
+    known: tuple[str, ...]
+
+    @classmethod
+    def among(cls, kind: str, name: str, known: Iterable[str], where: str = "") -> UnknownNameError:
+        """The error for a ``name`` of a ``kind`` that is not ``known``."""
+        names = tuple(known)
+        nearest = nearest_names(name, names)
+        if nearest:
+            hint = "did you mean " + " or ".join(f'"{n}"' for n in nearest) + "?"
+        elif not names:
+            hint = f"there is no {kind} at all."
+        elif len(names) <= 8:
+            hint = "there is " + ", ".join(f'"{n}"' for n in names) + "."
+        else:
+            hint = f"none of the {len(names)} names is near it."
+        place = f"{where}: " if where else ""
+        return cls(
+            f'{place}no {kind} is called "{name}"; {hint}',
+            kind=kind,
+            name=name,
+            nearest=nearest,
+            known=names,
+        )
+
+
+class ShapeError(InputError):
+    """An array of the wrong shape. Attributes: what, expected, got."""
+
+    what: str
+    expected: tuple[int, ...]
+    got: tuple[int, ...]
+
+    @classmethod
+    def of(
+        cls, what: str, expected: Sequence[int], got: Sequence[int], hint: str = ""
+    ) -> ShapeError:
+        """The error for an array called ``what``."""
+        tail = f" ({hint})" if hint else ""
+        return cls(
+            f"{what} has shape {tuple(got)}, wanted is {tuple(expected)}{tail}",
+            what=what,
+            expected=tuple(expected),
+            got=tuple(got),
+        )
+
+
+class NotFiniteError(InputError):
+    """A NaN or an infinity. Attributes: what, where (index or name)."""
+
+    what: str
+    where: Any
+
+    @classmethod
+    def of(cls, what: str, where: Any, value: Any) -> NotFiniteError:
+        """The error for the entry ``where`` of ``what``."""
+        return cls(f"{what}: {where} is {value}, a finite number is wanted", what=what, where=where)
+
+
+class RangeError(InputError):
+    """A number outside its range. Attributes: what, value, allowed."""
+
+    what: str
+    value: Any
+    allowed: str
+
+    @classmethod
+    def of(cls, what: str, value: Any, allowed: str) -> RangeError:
+        """The error for ``what`` with ``value`` where ``allowed`` is said in words."""
+        return cls(f"{what} is {value}, allowed is {allowed}", what=what, value=value, allowed=allowed)
+
+
+class StateError(InputError):
+    """A configuration off its manifold, such as a quaternion off unit. Attributes: joint, value."""
+
+    joint: str
+    value: Any
+
+
+class UrdfError(InputError):
+    """A URDF that cannot be read or used. Attributes: source, element."""
+
+    source: str
+    element: str
+
+
+class SceneFileError(InputError):
+    """A scene file with faults. Attributes: path, faults (one sentence each)."""
+
+    path: str
+    faults: tuple[str, ...]
+
+
+class SolveError(ImpulsekitError):
+    """The input is fine, but the physics asked for has no answer."""
+
+
+class SingularMassError(SolveError):
+    """The mass matrix is singular. Attributes: joints (those without inertia)."""
+
+    joints: tuple[str, ...]
+
+
+class ContradictionError(SolveError):
+    """Demands that cannot hold together. Attributes: rows (their names)."""
+
+    rows: tuple[str, ...]
+
+
+class MissingExtraError(ImpulsekitError, ImportError):
+    """An optional library is not installed. Attributes: package, extra."""
+
+    package: str
+    extra: str
+
+    @classmethod
+    def of(cls, package: str, extra: str, purpose: str) -> MissingExtraError:
+        """The error that names the line to install ``package`` with."""
+        return cls(
+            f'{purpose} needs {package}: pip install "impulsekit[{extra}]"',
+            package=package,
+            extra=extra,
+        )
+
+
+def nearest_names(name: str, known: Iterable[str], most: int = 3) -> tuple[str, ...]:
+    """The names in ``known`` that look most like ``name``, best first.
+
+    Example:
+        >>> nearest_names("elbwo", ["shoulder", "elbow", "wrist"])
+        ('elbow',)
+    """
+    names = list(known)
+    folded: dict[str, str] = {}
+    for candidate in names:
+        folded.setdefault(candidate.lower(), candidate)
+    hits = difflib.get_close_matches(str(name).lower(), list(folded), n=most, cutoff=0.6)
+    if not hits:
+        hits = [key for key in folded if name and str(name).lower() in key][:most]
+    return tuple(folded[hit] for hit in hits)
