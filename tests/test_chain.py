@@ -1,0 +1,180 @@
+"""The URDFs of chains: what they say, and that Pinocchio makes of them what Whittaker has."""
+
+import math
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit.chain import chain_urdf, pendulum_urdf
+from impulsekit.errors import InputError, NotFiniteError, RangeError
+from impulsekit.reference.whittaker import struck_chain, struck_pendulum
+
+writers = pytest.mark.parametrize("write", [chain_urdf, pendulum_urdf])
+
+
+def test_they_are_public():
+    assert ik.chain_urdf is chain_urdf
+    assert ik.pendulum_urdf is pendulum_urdf
+
+
+def test_names_of_links_and_joints():
+    chain = pin.buildModelFromXML(chain_urdf(3, name="three"))
+    assert chain.name == "three"
+    assert [f.name for f in chain.frames if f.type == pin.FrameType.BODY] == [
+        "link_1",
+        "link_2",
+        "link_3",
+    ]
+    assert list(chain.names)[1:] == ["joint_2", "joint_3"]
+    pendulum = pin.buildModelFromXML(pendulum_urdf(3))
+    assert [f.name for f in pendulum.frames if f.type == pin.FrameType.BODY] == [
+        "pin",
+        "link_1",
+        "link_2",
+        "link_3",
+    ]
+    assert list(pendulum.names)[1:] == ["joint_1", "joint_2", "joint_3"]
+    # One entry of q for each joint, and joints that Pinocchio has code of their own for.
+    assert (pendulum.nq, pendulum.nv) == (3, 3)
+    assert {joint.shortname() for joint in chain.joints[1:]} == {"JointModelRZ"}
+    assert {joint.shortname() for joint in pendulum.joints[1:]} == {"JointModelRY"}
+
+
+@writers
+def test_every_number_round_trips(write):
+    mass, length, radius = 1 / 3, 0.1 + 0.2, 1e-3 / 7
+    root = ET.fromstring(write(4, mass, length, radius=radius))
+    links = [link for link in root.iter("link") if link.find("inertial") is not None]
+    assert len(links) == 4
+    for link in links:
+        inertia = {k: float(x) for k, x in link.find("inertial/inertia").attrib.items()}
+        axial = "ixx" if write is chain_urdf else "izz"
+        assert inertia.pop(axial) == mass * radius * radius / 2
+        assert sorted(inertia.values()) == [0, 0, 0, *[mass * length * length / 12] * 2]
+        assert float(link.find("inertial/mass").get("value")) == mass
+        for cylinder in link.iter("cylinder"):
+            assert (float(cylinder.get("length")), float(cylinder.get("radius"))) == (
+                length,
+                radius,
+            )
+    ends = [j.find("origin").get("xyz").split() for j in root.iter("joint")][-3:]
+    tip = [length, 0, 0] if write is chain_urdf else [0, 0, -length]
+    assert [[float(x) for x in end] for end in ends] == [tip] * 3
+
+
+@writers
+def test_the_drawn_rod_lies_where_the_mass_is(write):
+    text = write(2, length=0.7)
+    model = pin.buildModelFromXML(text)
+    for kind in (pin.GeometryType.VISUAL, pin.GeometryType.COLLISION):
+        geometry = pin.buildGeomFromUrdfString(model, text, kind)
+        data, placed = model.createData(), geometry.createData()
+        pin.updateGeometryPlacements(model, data, geometry, placed, pin.neutral(model))
+        tip = np.array([1.0, 0, 0] if write is chain_urdf else [0, 0, -1.0])
+        for k, place in enumerate(placed.oMg):
+            np.testing.assert_allclose(place.translation, (k + 0.5) * 0.7 * tip, atol=1e-15)
+            np.testing.assert_allclose(np.abs(place.rotation[:, 2]), np.abs(tip), atol=1e-15)
+
+
+@pytest.mark.parametrize("n", [1, 2, 10, 60])
+def test_struck_in_pinocchio_it_moves_as_whittaker_says(n):
+    mass, length, blow = 0.75, 1.25, 5.0
+    exact = struck_chain(n, mass, length, blow)
+    model = pin.buildModelFromXML(chain_urdf(n, mass, length), pin.JointModelPlanar())
+    dv, velocity = _strike(model, n, [length, 0, 0], [0, blow, 0])
+    u = [velocity(n, [length, 0, 0])[1], *(velocity(k, [0, 0, 0])[1] for k in range(n, 0, -1))]
+    np.testing.assert_allclose(u, [float(x) for x in exact.point_velocities], atol=1e-12)
+    rates = np.cumsum(dv[2:])[::-1]
+    np.testing.assert_allclose(rates, [float(x) for x in exact.link_rates], atol=1e-11)
+
+
+@pytest.mark.parametrize("n", [1, 2, 10])
+def test_struck_in_pinocchio_the_pendulum_moves_as_whittaker_says(n):
+    mass, length, blow = 14.5939, 0.3048, 133.447
+    exact = struck_pendulum(n, mass, length, blow)
+    model = pin.buildModelFromXML(pendulum_urdf(n, mass, length))
+    # A positive angle swings towards -x.
+    dv, velocity = _strike(model, n, [0, 0, -length], [-blow, 0, 0])
+    rates = np.cumsum(dv)[::-1]
+    np.testing.assert_allclose(rates, [float(x) for x in exact.link_rates], rtol=1e-12, atol=1e-9)
+    u = [-velocity(n, [0, 0, -length])[0], *(-velocity(k, [0, 0, 0])[0] for k in range(n, 0, -1))]
+    np.testing.assert_allclose(u, [float(x) for x in exact.point_velocities], atol=1e-9)
+
+
+def _strike(model, n, at, impulse):
+    """Δv of a blow on link_n, and the velocity of any point of any link after it."""
+    data, q = model.createData(), pin.neutral(model)
+    model.gravity.setZero()
+    pin.framesForwardKinematics(model, data, q)
+
+    def placement(k, at):
+        frame = model.frames[model.getFrameId(f"link_{k}")]
+        return frame.parentJoint, frame.placement * pin.SE3(np.eye(3), np.array(at, dtype=float))
+
+    joint, place = placement(n, at)
+    pushes = pin.StdVec_Force()
+    pushes.extend([pin.Force.Zero()] * model.njoints)
+    world = data.oMi[joint].rotation
+    pushes[joint] = place.act(
+        pin.Force((world @ place.rotation).T @ np.array(impulse, dtype=float), np.zeros(3))
+    )
+    dv = pin.aba(model, data, q, np.zeros(model.nv), np.zeros(model.nv), pushes).copy()
+    pin.forwardKinematics(model, data, q, dv)
+
+    def velocity(k, at):
+        parent, point = placement(k, at)
+        return data.oMi[parent].rotation @ point.rotation @ point.actInv(data.v[parent]).linear
+
+    return dv, velocity
+
+
+@writers
+def test_it_hangs_or_lies_at_rest(write):
+    model = pin.buildModelFromXML(write(3))
+    data = model.createData()
+    at_rest = np.zeros(model.nv)
+    torque = pin.rnea(model, data, pin.neutral(model), at_rest, at_rest)
+    np.testing.assert_allclose(torque, 0, atol=1e-15)
+
+
+@writers
+def test_a_name_with_markup_is_escaped(write):
+    assert ET.fromstring(write(1, name='a "<&>" b')).get("name") == 'a "<&>" b'
+
+
+@writers
+def test_same_input_same_text(write):
+    assert write(5, 2, 3) == write(np.int64(5), np.float64(2), 3.0)
+
+
+@writers
+@pytest.mark.parametrize(
+    ("arguments", "error", "word"),
+    [
+        ({"links": 0}, RangeError, "links"),
+        ({"links": 2.5}, InputError, "links"),
+        ({"links": "3"}, InputError, "links"),
+        ({"mass": 0}, RangeError, "mass"),
+        ({"mass": -1.0}, RangeError, "mass"),
+        ({"mass": math.nan}, NotFiniteError, "mass"),
+        ({"mass": "heavy"}, InputError, "mass"),
+        ({"mass": None}, InputError, "mass"),
+        ({"length": 0.0}, RangeError, "length"),
+        ({"length": math.inf}, NotFiniteError, "length"),
+        ({"length": 1e-200}, RangeError, "inertia"),
+        ({"length": 1e200}, RangeError, "inertia"),
+        ({"radius": 0.0}, RangeError, "radius"),
+        ({"radius": 0.11}, RangeError, "slender"),
+        ({"radius": -math.inf}, NotFiniteError, "radius"),
+        ({"name": ""}, InputError, "name"),
+        ({"name": 3}, InputError, "name"),
+        ({"name": "a\x00b"}, InputError, "name"),
+    ],
+)
+def test_bad_input_is_one_clear_error(write, arguments, error, word):
+    with pytest.raises(error, match=word) as caught:
+        write(**{"links": 2, **arguments})
+    assert type(caught.value) is error
