@@ -1,0 +1,174 @@
+"""The shipped models: bodies that could be built, frames where their comments say."""
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from impulsekit.chain import chain_urdf, pendulum_urdf
+
+MODELS = Path(__file__).parents[1] / "models"
+FILES = sorted(MODELS.glob("*.urdf"))
+ROOTS = {
+    "fixed": lambda path: pin.buildModelFromUrdf(str(path)),
+    "planar": lambda path: pin.buildModelFromUrdf(str(path), pin.JointModelPlanar()),
+    "freeflyer": lambda path: pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer()),
+}
+every_model = pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+
+
+def test_all_are_here():
+    assert {path.stem for path in FILES} >= {
+        "ball",
+        "box",
+        "gripper",
+        "hammer",
+        "pendulum_10",
+        "whittaker_chain_10",
+    }
+
+
+def test_the_chains_are_what_the_writers_write():
+    chain = (MODELS / "whittaker_chain_10.urdf").read_text(encoding="utf-8")
+    assert chain == chain_urdf(10, 1.0, 1.0, name="whittaker_chain_10")
+    pendulum = (MODELS / "pendulum_10.urdf").read_text(encoding="utf-8")
+    assert pendulum == pendulum_urdf(10, 14.5939, 0.3048, name="pendulum_10")
+
+
+@every_model
+def test_it_is_called_like_its_file_and_says_what_it_is(path):
+    assert ET.parse(path).getroot().get("name") == path.stem
+    comment = path.read_text(encoding="utf-8").split("<!--")[1].split("-->")[0]
+    assert "SI units" in comment
+    assert "Source: " in comment
+
+
+@every_model
+@pytest.mark.parametrize("root", ROOTS)
+def test_it_loads_with_every_root(path, root):
+    model = ROOTS[root](path)
+    assert model.check(model.createData())
+    if model.nv == 0 or (path.stem == "pendulum_10" and root != "fixed"):
+        return  # nothing moves, or a pin moves that has no inertia
+    data = model.createData()
+    upper = np.triu(pin.crba(model, data, pin.neutral(model)))
+    assert np.linalg.eigvalsh(upper, UPLO="U")[0] > 0
+
+
+@every_model
+def test_inertias_follow_from_the_geometry(path):
+    for link in ET.parse(path).getroot().iter("link"):
+        if link.find("inertial") is None:
+            assert link.get("name") == "pin"
+            continue
+        mass = float(link.find("inertial/mass").get("value"))
+        stated = link.find("inertial/inertia").attrib
+        matrix = np.array(
+            [[float(stated["i" + "".join(sorted(a + b))]) for b in "xyz"] for a in "xyz"]
+        )
+        slender = link.get("name").startswith("link_")
+        for drawn in (link.find("visual"), link.find("collision")):
+            assert _vector(drawn, "xyz") == _vector(link.find("inertial"), "xyz")
+            turn = pin.rpy.rpyToMatrix(np.array(_vector(drawn, "rpy")))
+            own = np.diag(_inertia(mass, drawn.find("geometry")[0], slender=slender))
+            np.testing.assert_allclose(matrix, turn @ own @ turn.T, rtol=1e-14, atol=1e-16)
+        a, b, c = sorted(np.linalg.eigvalsh(matrix))
+        assert mass > 0
+        assert a > 0
+        assert a + b > c
+
+
+def _vector(element, what):
+    origin = element.find("origin")
+    text = "0 0 0" if origin is None else origin.get(what, "0 0 0")
+    return [float(x) for x in text.split()]
+
+
+def _inertia(mass, shape, *, slender):
+    """Principal moments of a uniform solid of this shape, along its own axes."""
+    if shape.tag == "sphere":
+        return [2 / 5 * mass * float(shape.get("radius")) ** 2] * 3
+    if shape.tag == "box":
+        x, y, z = (float(s) for s in shape.get("size").split())
+        return [
+            mass / 12 * (y * y + z * z),
+            mass / 12 * (x * x + z * z),
+            mass / 12 * (x * x + y * y),
+        ]
+    radius, length = float(shape.get("radius")), float(shape.get("length"))
+    across = mass / 12 * (length**2 + (0 if slender else 3 * radius**2))
+    return [across, across, mass / 2 * radius**2]
+
+
+@every_model
+def test_the_visual_is_the_collision_shape_and_touches_no_file(path):
+    for link in ET.parse(path).getroot().iter("link"):
+        shapes = [
+            [(s.tag, s.attrib) for s in link.iterfind(f"{kind}/geometry/*")]
+            for kind in ("visual", "collision")
+        ]
+        assert shapes[0] == shapes[1]
+        assert all(tag in {"box", "cylinder", "sphere"} for tag, _ in shapes[0])
+
+
+def test_the_chain_is_whittakers():
+    model = ROOTS["planar"](MODELS / "whittaker_chain_10.urdf")
+    assert (model.nq, model.nv) == (13, 12)
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, pin.neutral(model))
+    tip = data.oMf[model.getFrameId("link_10")].act(np.array([1.0, 0, 0]))
+    np.testing.assert_array_equal(tip, [10, 0, 0])
+    assert pin.computeTotalMass(model) == 10
+
+
+def test_the_pendulum_is_ten_slugs_and_ten_feet():
+    model = ROOTS["fixed"](MODELS / "pendulum_10.urdf")
+    assert (model.nq, model.nv) == (10, 10)
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, pin.neutral(model))
+    tip = data.oMf[model.getFrameId("link_10")].act(np.array([0, 0, -0.3048]))
+    np.testing.assert_allclose(tip, [0, 0, -3.048], rtol=1e-15)
+    assert pin.computeTotalMass(model) == pytest.approx(145.939, rel=1e-15)
+
+
+def test_the_hammer_is_one_piece():
+    model = ROOTS["freeflyer"](MODELS / "hammer.urdf")
+    assert (model.nq, model.nv) == (7, 6)
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, pin.neutral(model))
+    face = data.oMf[model.getFrameId("head")].act(np.array([0.05, 0, 0]))
+    np.testing.assert_allclose(face, [0.05, 0, 0.3125], rtol=1e-15)
+    assert pin.computeTotalMass(model) == pytest.approx(0.64)
+
+
+@pytest.mark.parametrize("opening", [0.0, 0.013, 0.04])
+def test_the_fingers_open_alike_and_touch_when_closed(opening):
+    path = MODELS / "gripper.urdf"
+    model = ROOTS["fixed"](path)
+    assert list(model.names)[1:] == ["left_slide", "right_slide"]
+    geometry = pin.buildGeomFromUrdf(model, str(path), pin.GeometryType.COLLISION)
+    geometry.addAllCollisionPairs()
+    placed, data = geometry.createData(), model.createData()
+    pin.updateGeometryPlacements(model, data, geometry, placed, np.full(2, opening))
+    names = [
+        {geometry.geometryObjects[i].name for i in (pair.first, pair.second)}
+        for pair in geometry.collisionPairs
+    ]
+    fingers = names.index({"left_finger_0", "right_finger_0"})
+    gap = pin.computeDistance(geometry, placed, fingers).min_distance
+    assert gap == pytest.approx(2 * opening, abs=1e-9)
+    pad = np.array([0, 0, 0.06])
+    pin.framesForwardKinematics(model, data, np.full(2, opening))
+    left = data.oMf[model.getFrameId("left_finger")].act(pad)
+    right = data.oMf[model.getFrameId("right_finger")].act(pad)
+    np.testing.assert_allclose(left, right * [1, -1, 1], atol=1e-16)
+
+
+def test_the_second_finger_mimics_the_first():
+    model = pin.buildModelFromUrdf(str(MODELS / "gripper.urdf"), mimic=True)
+    assert model.nv == 1
+    mimic = ET.parse(MODELS / "gripper.urdf").getroot().find("joint[@name='right_slide']/mimic")
+    assert mimic.get("joint") == "left_slide"
+    assert (float(mimic.get("multiplier")), float(mimic.get("offset"))) == (1, 0)
