@@ -1,3 +1,13 @@
 from . import errors as errors
 from .chain import chain_urdf as chain_urdf
 from .chain import pendulum_urdf as pendulum_urdf
+from .impact import Impact as Impact
+from .impact import ImpactSolver as ImpactSolver
+from .impact import Status as Status
+from .impact import solve as solve
+from .robot import Robot as Robot
+from .robot import combine as combine
+from .robot import example_names as example_names
+from .scene import AppliedImpulse as AppliedImpulse
+from .scene import JointImpulse as JointImpulse
+from .scene import Scene as Scene

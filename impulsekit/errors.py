@@ -144,7 +144,9 @@ class RangeError(InputError):
     @classmethod
     def of(cls, what: str, value: Any, allowed: str) -> RangeError:
         """The error for ``what`` with ``value`` where ``allowed`` is said in words."""
-        return cls(f"{what} is {value}, allowed is {allowed}", what=what, value=value, allowed=allowed)
+        return cls(
+            f"{what} is {value}, allowed is {allowed}", what=what, value=value, allowed=allowed
+        )
 
 
 class StateError(InputError):

@@ -1,0 +1,146 @@
+"""The ways from a known impulse to Δv: M Δv = I (Chang & Huston 1995, eq. (32)).
+
+M is never inverted. Each class keeps one workspace and is used by one thread.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import SingularMassError
+from .known import KnownImpulses
+
+# Bound once: on a small robot the look-up of a name counts.
+crba, decompose, cholesky_solve = pin.crba, pin.cholesky.decompose, pin.cholesky.solve
+
+__all__ = ["ByAba", "ByCrba", "ByDenseCholesky", "symmetric"]
+
+# A pivot of M this far below its diagonal is rounding, not inertia.
+SMALLEST_PIVOT = 1e-13
+
+
+class ByAba:
+    """Δv by the articulated-body algorithm with the blows as external wrenches, in O(n).
+
+    The wrench never meets the conditioning of M, so this is the most accurate way.
+    """
+
+    def __init__(self, known: KnownImpulses) -> None:
+        model = known.model
+        self._known = known
+        self._model, self._data = model, model.createData()
+        self._at_rest = np.zeros(model.nv)
+        self._torque = self._at_rest if known.joint_impulse is None else known.joint_impulse
+        self._forces = pin.StdVec_Force()
+        for _ in range(model.njoints):
+            self._forces.append(pin.Force.Zero())
+        self._needs_placements = any(blow.axes == "world" for blow in known.blows)
+        if not self._needs_placements:
+            self._set_forces()
+
+    def _set_forces(self) -> None:
+        set_already: set[int] = set()
+        for joint_id, force in self._known.external_forces(self._data):
+            if joint_id in set_already:
+                self._forces[joint_id] = self._forces[joint_id] + force
+            else:
+                self._forces[joint_id] = force
+                set_already.add(joint_id)
+
+    def velocity_jump(self, q: np.ndarray) -> np.ndarray:
+        """(nv,) Δv of the reached model at q."""
+        if self._needs_placements:
+            pin.forwardKinematics(self._model, self._data, q)
+            self._set_forces()
+        return pin.aba(self._model, self._data, q, self._at_rest, self._torque, self._forces)
+
+
+class ByCrba:
+    """Δv by the composite-rigid-body algorithm and Pinocchio's sparse Cholesky M = U D Uᵀ."""
+
+    def __init__(self, known: KnownImpulses, *, always_regular: bool) -> None:
+        self._generalized_impulse = known.generalized_impulse
+        self._model, self._data = known.model, known.model.createData()
+        self._always_regular = always_regular
+
+    def velocity_jump(self, q: np.ndarray) -> np.ndarray:
+        """(nv,) Δv of the reached model at q.
+
+        Raises:
+            SingularMassError: it names the joints that move no inertia at q.
+        """
+        model, data = self._model, self._data
+        impulse = self._generalized_impulse(data, q)
+        crba(model, data, q)
+        decompose(model, data)
+        if not self._always_regular:
+            check_pivots(model, data)
+        return cholesky_solve(model, data, impulse)
+
+
+class ByDenseCholesky:
+    """Δv by CRBA and LAPACK's Cholesky, for models with mimic joints.
+
+    Pinocchio's ABA and sparse Cholesky do not take those.
+    """
+
+    def __init__(self, known: KnownImpulses) -> None:
+        self._known = known
+        self._model, self._data = known.model, known.model.createData()
+
+    def velocity_jump(self, q: np.ndarray) -> np.ndarray:
+        """(nv,) Δv of the reached model at q.
+
+        Raises:
+            SingularMassError: M is singular at q.
+        """
+        import scipy.linalg
+
+        impulse = self._known.generalized_impulse(self._data, q)
+        mass_matrix = symmetric(pin.crba(self._model, self._data, q))
+        scale = 1.0 / np.sqrt(np.maximum(np.diagonal(mass_matrix), 1e-300))
+        try:
+            factor = scipy.linalg.cho_factor(mass_matrix * scale * scale[:, None], lower=True)
+        except np.linalg.LinAlgError:
+            raise singular_mass(self._model, range(1, self._model.njoints)) from None
+        if np.diagonal(factor[0]).min() ** 2 < SMALLEST_PIVOT:
+            raise singular_mass(self._model, range(1, self._model.njoints))
+        return scale * scipy.linalg.cho_solve(factor, scale * impulse)
+
+
+def symmetric(upper: np.ndarray) -> np.ndarray:
+    """The whole of a symmetric matrix of which Pinocchio filled the upper triangle."""
+    return np.triu(upper) + np.triu(upper, 1).T
+
+
+def check_pivots(model: pin.Model, data: pin.Data) -> None:
+    """Prove that the Cholesky factor in ``data`` has no pivot at rounding level.
+
+    Raises:
+        SingularMassError: it names the joints of the pivots that have vanished.
+    """
+    pivots, diagonal = data.D, np.diagonal(data.M)
+    vanished = ~(pivots > SMALLEST_PIVOT * diagonal)
+    if vanished.any():
+        rows = set(np.flatnonzero(vanished).tolist())
+        raise singular_mass(
+            model,
+            [
+                joint_id
+                for joint_id in range(1, model.njoints)
+                if rows
+                & set(range(model.idx_vs[joint_id], model.idx_vs[joint_id] + model.nvs[joint_id]))
+            ],
+        )
+
+
+def singular_mass(model: pin.Model, joint_ids: object) -> SingularMassError:
+    """The error that names the joints which move no inertia."""
+    names = tuple(model.names[joint_id] for joint_id in joint_ids)  # type: ignore[attr-defined]
+    named = ", ".join(f'"{name}"' for name in names[:4]) + (", …" if len(names) > 4 else "")
+    return SingularMassError(
+        f"the mass matrix is singular here: joint {named} moves nothing that has mass or inertia; "
+        "give the links behind it an <inertial>, or fix the joint",
+        joints=names,
+    )

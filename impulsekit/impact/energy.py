@@ -1,0 +1,60 @@
+"""The books of energy: what every entry of the scene put in or took out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..scene import AppliedImpulse
+
+if TYPE_CHECKING:
+    from .result import Impact
+
+__all__ = ["Energy", "energy_books"]
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Kinetic energy and work [J].
+
+    Attributes:
+        before, after: kinetic energy ½ vᵀ M v.
+        change: after − before, computed from the velocities alone: ½ (v⁺ + v⁻)ᵀ M Δv.
+        work: by entry name, the work of its impulse: impulse · (u⁻ + u⁺)/2 with the
+            velocity u it acts on (Kelvin's theorem). The sum is ``change``.
+    """
+
+    before: float
+    after: float
+    change: float
+    work: Mapping[str, float]
+
+    @property
+    def imbalance(self) -> float:
+        """Sum of the works minus the change, relative to the largest entry of the books."""
+        scale = max(self.before, self.after, *(abs(w) for w in self.work.values()), 1e-300)
+        return abs(sum(self.work.values()) - self.change) / scale
+
+
+def energy_books(impact: Impact) -> Energy:
+    """The energy of an impact by entry."""
+    mechanics = impact.mechanics
+    mean = 0.5 * (impact.v_before + impact.v_after)
+    work: dict[str, float] = {}
+    scene = impact.scene
+    for name, entry in zip(scene.entry_names("impulses"), scene.impulses, strict=True):
+        if isinstance(entry, AppliedImpulse):
+            wrench = np.array([*entry.linear, *entry.angular])
+            work[name] = float(wrench @ (mechanics.impulse_jacobian(entry) @ mean))
+        else:
+            work[name] = float(np.dot(entry.impulse, mean[mechanics.joint_rows(entry.joint)]))
+    return Energy(
+        before=0.5 * float(impact.v_before @ impact.momentum_before),
+        after=0.5 * float(impact.v_after @ impact.momentum_after),
+        change=float(mean @ (mechanics.mass_matrix @ impact.dv)),
+        work=MappingProxyType(work),
+    )

@@ -1,0 +1,46 @@
+"""An impact as plain data for JSON."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .result import Impact
+
+__all__ = ["impact_to_dict"]
+
+
+def impact_to_dict(impact: Impact) -> dict[str, Any]:
+    """All parts of an impact by name; arrays become lists, SI units, world axes."""
+    robot = impact.scene.robot
+    energy = impact.energy
+    residuals = impact.residuals
+    return {
+        "robot": robot.name,
+        "joints": list(robot.joint_names),
+        "status": impact.status.name,
+        "advice": impact.status.value,
+        "valid": impact.is_valid(),
+        "q": impact.q.tolist(),
+        "v_before": impact.v_before.tolist(),
+        "v_after": impact.v_after.tolist(),
+        "dv": impact.dv.tolist(),
+        "generalized_impulse": impact.generalized_impulse.tolist(),
+        "momentum_before": impact.momentum_before.tolist(),
+        "momentum_after": impact.momentum_after.tolist(),
+        "bodies": {
+            name: {"dv_com": jump.dv_com.tolist(), "domega": jump.domega.tolist()}
+            for name, jump in impact.bodies.items()
+        },
+        "energy": {
+            "before": energy.before,
+            "after": energy.after,
+            "change": energy.change,
+            "work": dict(energy.work),
+        },
+        "residuals": {
+            "momentum": residuals.momentum,
+            "constraint": residuals.constraint,
+            "complementarity": residuals.complementarity,
+        },
+    }

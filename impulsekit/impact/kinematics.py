@@ -1,0 +1,37 @@
+"""Velocities of single points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..scene.numbers import vector
+
+if TYPE_CHECKING:
+    from .result import Impact
+
+__all__ = ["PointVelocity", "point_velocity"]
+
+
+@dataclass(frozen=True, eq=False)
+class PointVelocity:
+    """The velocity of a point before and after an impact, (3,) each, world axes [m/s]."""
+
+    before: np.ndarray
+    after: np.ndarray
+
+    @property
+    def change(self) -> np.ndarray:
+        """(3,) after − before."""
+        return self.after - self.before
+
+
+def point_velocity(impact: Impact, frame: str, at: Any) -> PointVelocity:
+    """The velocity of the point ``at`` of ``frame``; see ``Impact.velocity_at``."""
+    jacobian = impact.mechanics.point_jacobian(frame, np.array(vector(at, "at")))[:3]
+    before, after = jacobian @ impact.v_before, jacobian @ impact.v_after
+    before.setflags(write=False)
+    after.setflags(write=False)
+    return PointVelocity(before, after)

@@ -1,0 +1,109 @@
+"""Known impulses brought to the model: I = Jᵀp (Chang & Huston 1995, eq. (18))."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import computeFrameJacobian
+
+from ..scene import AppliedImpulse, Scene
+from .reach import ReachedModel
+
+__all__ = ["Blow", "KnownImpulses"]
+
+_REFERENCE = {"world": pin.LOCAL_WORLD_ALIGNED, "local": pin.LOCAL}
+
+
+@dataclass(frozen=True, eq=False)
+class Blow:
+    """One applied impulse at a frame made for it.
+
+    Attributes:
+        joint_id: the joint that carries the struck frame.
+        frame_id: a frame at the struck point, with the struck frame's axes.
+        placement: of that frame in the joint's.
+        wrench: (6,) linear [N s] before angular [N m s], about the point, in ``axes``.
+        axes: "world" or "local".
+    """
+
+    joint_id: int
+    frame_id: int
+    placement: pin.SE3
+    wrench: np.ndarray
+    axes: str
+
+    @property
+    def reference(self) -> pin.ReferenceFrame:
+        """The reference frame in which a Jacobian meets ``wrench``."""
+        return _REFERENCE[self.axes]
+
+
+class KnownImpulses:
+    """The known impulses of a scene on its reached model.
+
+    Attributes:
+        blows: the applied impulses.
+        joint_impulse: (nv,) the impulses inside joints, or None where there is none.
+    """
+
+    def __init__(self, scene: Scene, reached: ReachedModel) -> None:
+        self.model = reached.model
+        blows = []
+        joint_impulse = np.zeros(self.model.nv)
+        for i, entry in enumerate(scene.impulses):
+            if isinstance(entry, AppliedImpulse):
+                blows.append(self._blow(scene, reached, entry, i))
+            else:
+                joint_id = reached.joint_id(scene.robot.joint_id(entry.joint))
+                joint = self.model.joints[joint_id]
+                joint_impulse[joint.idx_v : joint.idx_v + joint.nv] += entry.impulse
+        self.blows = tuple(blows)
+        self.joint_impulse = joint_impulse if joint_impulse.any() else None
+        # A single blow is by far the commonest; it is told apart once, not at each solve.
+        self._single = (
+            (blows[0].frame_id, blows[0].reference, blows[0].wrench)
+            if len(blows) == 1 and self.joint_impulse is None
+            else None
+        )
+
+    def _blow(self, scene: Scene, reached: ReachedModel, entry: AppliedImpulse, i: int) -> Blow:
+        frame = scene.robot.model.frames[scene.robot.frame_id(entry.frame)]
+        joint_id = reached.joint_id(frame.parentJoint)
+        placement = frame.placement * pin.SE3(np.eye(3), np.array(entry.at))
+        frame_id = self.model.addFrame(
+            pin.Frame(f"impulse {i}", joint_id, 0, placement, pin.FrameType.OP_FRAME), False
+        )
+        wrench = np.array([*entry.linear, *entry.angular])
+        return Blow(joint_id, frame_id, placement, wrench, entry.axes)
+
+    def generalized_impulse(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
+        """(nv,) I = Jᵀp, summed over the impulses."""
+        if self._single is not None:
+            frame_id, reference, wrench = self._single
+            return wrench.dot(computeFrameJacobian(self.model, data, q, frame_id, reference))
+        total = np.zeros(self.model.nv)
+        if self.joint_impulse is not None:
+            total += self.joint_impulse
+        for blow in self.blows:
+            jacobian = computeFrameJacobian(self.model, data, q, blow.frame_id, blow.reference)
+            total += blow.wrench.dot(jacobian)
+        return total
+
+    def external_forces(self, data: pin.Data) -> list[tuple[int, pin.Force]]:
+        """Each blow as a spatial force in its joint's own frame, with the joint's index.
+
+        The placements in ``data`` have to be those of the configuration wherever a blow
+        is given in world axes.
+        """
+        forces = []
+        for blow in self.blows:
+            if blow.axes == "local":
+                at_point = pin.Force(blow.wrench)
+            else:
+                # Only the rotation enters, so a base far from the origin costs no digits.
+                rotation = data.oMi[blow.joint_id].rotation.dot(blow.placement.rotation)
+                at_point = pin.Force(blow.wrench[:3].dot(rotation), blow.wrench[3:].dot(rotation))
+            forces.append((blow.joint_id, blow.placement.act(at_point)))
+        return forces

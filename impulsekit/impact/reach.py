@@ -1,0 +1,87 @@
+"""Which branches of the tree an impact can reach, and the model of those alone.
+
+Trees that hang on the world side by side do not feel each other: M is block
+diagonal over them. What no blow reaches is neither built nor computed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+__all__ = ["ReachedModel", "branch_of", "reached_model"]
+
+
+@dataclass(frozen=True, eq=False)
+class ReachedModel:
+    """The part of a model that an impact reaches.
+
+    Attributes:
+        model: without gravity; free to be given frames of its own.
+        whole: True where nothing was left out.
+        q_index, v_index: where its entries stand in the whole q and v.
+        joint_ids: (njoints of ``model``,) the joint of the whole model behind each of its own.
+    """
+
+    model: pin.Model
+    whole: bool
+    q_index: slice | np.ndarray
+    v_index: slice | np.ndarray
+    joint_ids: tuple[int, ...]
+
+    def joint_id(self, joint_id_in_whole: int) -> int:
+        """The joint of the reached model that is this joint of the whole one."""
+        return self.joint_ids.index(joint_id_in_whole)
+
+
+def branch_of(model: pin.Model, joint_id: int) -> int:
+    """The joint at the world behind which a joint hangs; 0 for the world itself."""
+    while joint_id > 0 and model.parents[joint_id] > 0:
+        joint_id = model.parents[joint_id]
+    return joint_id
+
+
+def reached_model(model: pin.Model, struck_joints: Iterable[int]) -> ReachedModel:
+    """The branches in which ``struck_joints`` lie, as a model of their own."""
+    branches = {branch_of(model, joint_id) for joint_id in struck_joints} - {0}
+    branch = [branch_of(model, j) for j in range(model.njoints)]
+    kept = [j for j in range(1, model.njoints) if branch[j] in branches]
+    if len(kept) == model.njoints - 1 or model.nq == 0 or _has_mimic(model):
+        alone = pin.Model(model)
+        alone.gravity.setZero()
+        return ReachedModel(alone, True, slice(None), slice(None), tuple(range(model.njoints)))
+    left_out = [j for j in range(1, model.njoints) if branch[j] not in branches]
+    reduced = pin.buildReducedModel(model, left_out, pin.neutral(model))
+    reduced.gravity.setZero()
+    joint_ids = (0, *(model.getJointId(name) for name in list(reduced.names)[1:]))
+    return ReachedModel(
+        reduced,
+        False,
+        _index(model, joint_ids, "idx_q", "nq"),
+        _index(model, joint_ids, "idx_v", "nv"),
+        joint_ids,
+    )
+
+
+def _has_mimic(model: pin.Model) -> bool:
+    return any(joint.shortname() == "JointModelMimic" for joint in model.joints)
+
+
+def _index(
+    model: pin.Model, joint_ids: Iterable[int], start: str, count: str
+) -> slice | np.ndarray:
+    entries: list[int] = []
+    for joint_id in joint_ids:
+        if joint_id > 0:
+            joint = model.joints[joint_id]
+            first = getattr(joint, start)
+            entries.extend(range(first, first + getattr(joint, count)))
+    if not entries:
+        return slice(0, 0)
+    # A slice costs a view, an index array a copy.
+    if entries == list(range(entries[0], entries[0] + len(entries))):
+        return slice(entries[0], entries[0] + len(entries))
+    return np.array(entries)

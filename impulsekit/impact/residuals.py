@@ -1,0 +1,49 @@
+"""How well an answer satisfies its own equations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .result import Impact
+
+__all__ = ["Residuals", "residuals_of"]
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """Relative residuals, all without units.
+
+    Attributes:
+        momentum: largest |M Δv − I| over the sum of the absolute terms in its row, so
+            that neither units nor scaling of a row matter.
+        constraint: of the bilateral constraints; 0 without any.
+        complementarity: of the contacts; 0 without any.
+    """
+
+    momentum: float
+    constraint: float = 0.0
+    complementarity: float = 0.0
+
+    @property
+    def largest(self) -> float:
+        """The largest of them; NaN if any is."""
+        return float(np.max([self.momentum, self.constraint, self.complementarity]))
+
+
+def residuals_of(impact: Impact) -> Residuals:
+    """The residuals of an impact."""
+    return Residuals(momentum=momentum_residual(impact))
+
+
+def momentum_residual(impact: Impact) -> float:
+    """Componentwise backward error of M Δv = I."""
+    mass_matrix = impact.mechanics.mass_matrix
+    difference = np.abs(mass_matrix @ impact.dv - impact.generalized_impulse)
+    # Each row of I is itself a sum; the largest share of an impulse in it sets its rounding.
+    scale = np.abs(mass_matrix) @ np.abs(impact.dv) + impact.mechanics.impulse_scale()
+    rows = scale > 0.0
+    return float(np.max(difference[rows] / scale[rows], initial=0.0))

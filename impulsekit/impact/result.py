@@ -1,0 +1,142 @@
+"""``Impact``: the answer, and what follows from it, worked out when first asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .energy import Energy, energy_books
+from .kinematics import PointVelocity, point_velocity
+from .links import LinkJump, link_jumps
+from .mechanics import Mechanics
+from .residuals import Residuals, residuals_of
+from .status import Status
+
+if TYPE_CHECKING:
+    from ..scene import Scene
+
+__all__ = ["Impact"]
+
+# Residuals above this are no rounding.
+RESIDUAL_LIMIT = 1e-9
+
+
+class Impact:
+    """What an impact does to a robot at one state.
+
+    ``dv`` is there from the start; everything else is computed when first asked for.
+    All arrays are read-only.
+
+    Attributes:
+        scene: the scene that was solved.
+
+    Example:
+        >>> from impulsekit import AppliedImpulse, Robot, Scene, solve
+        >>> robot = Robot.from_example("panda")
+        >>> scene = Scene(robot, [AppliedImpulse("panda_hand", linear=[0, 0, 1])])
+        >>> impact = solve(scene, robot.neutral(), robot.velocity())
+        >>> impact.bodies["panda_hand"].dv_com.shape
+        (3,)
+        >>> bool(impact.energy.after > 0)
+        True
+    """
+
+    def __init__(self, scene: Scene, q: np.ndarray, v: np.ndarray, dv: np.ndarray) -> None:
+        self.scene = scene
+        self._q = q
+        self._v = v
+        self._dv = dv
+
+    @property
+    def q(self) -> np.ndarray:
+        """(nq,) the configuration; an impact does not change it."""
+        return _read_only(self._q)
+
+    @property
+    def v_before(self) -> np.ndarray:
+        """(nv,) the velocity before the impact."""
+        return _read_only(self._v)
+
+    @property
+    def dv(self) -> np.ndarray:
+        """(nv,) the velocity jump Δv = v⁺ − v⁻."""
+        return _read_only(self._dv)
+
+    @cached_property
+    def v_after(self) -> np.ndarray:
+        """(nv,) the velocity after the impact."""
+        return _read_only(self._v + self._dv)
+
+    @cached_property
+    def mechanics(self) -> Mechanics:
+        """Mass matrix, placements and Jacobians at q, for all that is derived from ``dv``."""
+        return Mechanics(self.scene, self._q)
+
+    @cached_property
+    def generalized_impulse(self) -> np.ndarray:
+        """(nv,) I_l = Σ_k v_k^l·∫F_k dt + ω_k^l·∫M_k dt (Chang & Huston 1995, eq. (18))."""
+        return _read_only(self.mechanics.generalized_impulse())
+
+    @cached_property
+    def momentum_before(self) -> np.ndarray:
+        """(nv,) P_l = a_lp y_p before the impact (Chang & Huston 1995, eq. (29))."""
+        return _read_only(self.mechanics.mass_matrix @ self._v)
+
+    @cached_property
+    def momentum_after(self) -> np.ndarray:
+        """(nv,) P_l after the impact (Chang & Huston 1995, eq. (29))."""
+        return _read_only(self.mechanics.mass_matrix @ self.v_after)
+
+    @cached_property
+    def bodies(self) -> Mapping[str, LinkJump]:
+        """Velocity change of every link of the URDF, links behind fixed joints too."""
+        return MappingProxyType(link_jumps(self.scene.robot, self._q, self._dv))
+
+    @cached_property
+    def energy(self) -> Energy:
+        """Kinetic energy before and after, and the work of every entry [J]."""
+        return energy_books(self)
+
+    @cached_property
+    def residuals(self) -> Residuals:
+        """How well the answer satisfies its own equations, relative."""
+        return residuals_of(self)
+
+    @cached_property
+    def status(self) -> Status:
+        """How the answer is to be taken."""
+        return Status.SOLVED if self.residuals.largest <= RESIDUAL_LIMIT else Status.INACCURATE
+
+    def is_valid(self, tol: float = RESIDUAL_LIMIT) -> bool:
+        """Whether the status is good and every residual is within ``tol``."""
+        return self.status.valid and self.residuals.largest <= tol
+
+    def velocity_at(self, frame: str, at: Any = (0.0, 0.0, 0.0)) -> PointVelocity:
+        """The velocity of a point of a frame, before and after the impact, in world axes.
+
+        Args:
+            frame: the frame that carries the point.
+            at: the point in the frame's coordinates [m].
+
+        Raises:
+            UnknownNameError, ShapeError, NotFiniteError.
+        """
+        return point_velocity(self, frame, at)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything, ready for JSON; SI units, world axes."""
+        from .export import impact_to_dict
+
+        return impact_to_dict(self)
+
+    def __repr__(self) -> str:
+        return f"Impact({self.scene.robot.name!r}, |dv|={np.linalg.norm(self._dv):.6g})"
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,178 @@
+"""``solve``: one scene, one state, one impact."""
+
+from __future__ import annotations
+
+import threading
+import weakref
+from math import isfinite
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import InputError
+from ..robot import state
+from ..scene import AppliedImpulse, Scene
+from .algorithms import ByAba, ByCrba, ByDenseCholesky
+from .known import KnownImpulses
+from .plan import Plan, cheaper_algorithm, is_always_regular
+from .reach import reached_model
+from .result import Impact
+
+__all__ = ["ImpactSolver", "solve", "solver_of"]
+
+
+class ImpactSolver:
+    """The plan of a scene and its workspace; ``solve`` may be called any number of times.
+
+    One solver belongs to one thread. ``impulsekit.solve`` keeps one per scene and thread.
+
+    Attributes:
+        scene: the scene.
+        plan: what is computed, by which algorithm, and why.
+
+    Example:
+        >>> from impulsekit import AppliedImpulse, Robot, Scene
+        >>> robot = Robot.from_example("panda")
+        >>> scene = Scene(robot, [AppliedImpulse("panda_hand", linear=[0, 0, 1])])
+        >>> solver = ImpactSolver(scene)
+        >>> solver.plan.algorithm
+        'crba'
+        >>> solver.solve(robot.neutral(), robot.velocity()).dv.shape
+        (9,)
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        if not isinstance(scene, Scene):
+            raise InputError(f"a Scene is wanted, not a {type(scene).__name__}")
+        self.scene = scene
+        model = scene.robot.model
+        self._model = model
+        self._q_shape, self._v_shape = (model.nq,), (model.nv,)
+        # Entries of q that lie on a circle or sphere exist only where nq > nv.
+        self._has_unit_entries = model.nq > model.nv
+        self._algorithm, self.plan, self._reached = _planned(scene)
+        if self._reached is not None and self._reached.whole:
+            self._velocity_jump = self._algorithm.velocity_jump
+        else:
+            self._velocity_jump = self._velocity_jump_of_part
+
+    def solve(self, q: Any, v: Any) -> Impact:
+        """The impact at configuration q (nq,) with velocity v (nv,) before it.
+
+        Raises:
+            ShapeError, NotFiniteError, StateError: what is wrong with q or v.
+            SingularMassError: a joint moves no inertia at q.
+        """
+        try:
+            q = np.array(q, dtype=float)
+            v = np.array(v, dtype=float)
+        except (TypeError, ValueError):
+            state.checked_configuration(self._model, q)
+            state.checked_velocity(self._model, v)
+            raise
+        if (
+            q.shape != self._q_shape
+            or v.shape != self._v_shape
+            # One number that is not finite makes a scalar product so, too.
+            or (
+                not isfinite(q.dot(q))
+                or not isfinite(v.dot(v))
+                or not pin.isNormalized(self._model, q, state.QUATERNION_TOLERANCE)
+                if self._has_unit_entries
+                else not isfinite(q.dot(v))
+            )
+        ):
+            q = state.checked_configuration(self._model, q)
+            v = state.checked_velocity(self._model, v)
+        return Impact(self.scene, q, v, self._velocity_jump(q))
+
+    def _velocity_jump_of_part(self, q: np.ndarray) -> np.ndarray:
+        dv = np.zeros(self._v_shape)
+        if self._algorithm is not None:
+            dv[self._reached.v_index] = self._algorithm.velocity_jump(q[self._reached.q_index])
+        return dv
+
+
+def solve(scene: Scene, q: Any, v: Any) -> Impact:
+    """How fast everything moves an instant after the impact.
+
+    M Δv = I with I = Jᵀp (Chang & Huston 1995, eqs. (18), (32)).
+
+    Args:
+        scene: what strikes the robot.
+        q: (nq,) configuration, in Pinocchio's layout.
+        v: (nv,) velocity before the impact.
+
+    Raises:
+        ShapeError, NotFiniteError, StateError: what is wrong with q or v.
+        SingularMassError: a joint moves no inertia at q.
+
+    Example:
+        >>> from impulsekit import AppliedImpulse, Robot, Scene
+        >>> robot = Robot.from_example("panda")
+        >>> scene = Scene(robot, [AppliedImpulse("panda_hand", linear=[0, 0, 1])])
+        >>> impact = solve(scene, robot.neutral(), robot.velocity())
+        >>> impact.is_valid()
+        True
+    """
+    solver = _solvers.of_thread.get(id(scene))
+    if solver is None:
+        solver = solver_of(scene)
+    return solver.solve(q, v)
+
+
+class _Solvers(threading.local):
+    """The solvers of this thread, by the identity of their scene."""
+
+    def __init__(self) -> None:
+        self.of_thread: dict[int, ImpactSolver] = {}
+
+
+_solvers = _Solvers()
+
+
+def solver_of(scene: Scene) -> ImpactSolver:
+    """The solver that this thread keeps for a scene, made when first asked for."""
+    solvers = _solvers.of_thread
+    solver = solvers.get(id(scene))
+    if solver is None:
+        solver = ImpactSolver(scene)
+        solvers[id(scene)] = solver
+        weakref.finalize(scene, solvers.pop, id(scene), None)
+    return solver
+
+
+def _planned(scene: Scene) -> tuple[Any, Plan, Any]:
+    """The algorithm for a scene, the plan that tells of it, and the model it works on."""
+    robot = scene.robot
+    struck = {
+        robot.model.frames[robot.frame_id(entry.frame)].parentJoint
+        if isinstance(entry, AppliedImpulse)
+        else robot.joint_id(entry.joint)
+        for entry in scene.impulses
+    }
+    if not struck:
+        skipped = robot.model.njoints - 1
+        return None, Plan("none", 0, skipped, True, ("no impulse: nothing moves",)), None
+    reached = reached_model(robot.model, struck)
+    joints = reached.model.njoints - 1
+    skipped = robot.model.njoints - 1 - joints
+    why = [f"{skipped} joints hang on the world apart from the blow: left out"] if skipped else []
+    known = KnownImpulses(scene, reached)
+    if any(joint.shortname() == "JointModelMimic" for joint in reached.model.joints):
+        why.append("dense Cholesky: Pinocchio's ABA and sparse Cholesky take no mimic joints")
+        return ByDenseCholesky(known), Plan("dense", joints, skipped, False, tuple(why)), reached
+    regular = is_always_regular(reached.model, reached.model.createData())
+    if regular:
+        name, reason = cheaper_algorithm(
+            reached.model, sum(blow.axes == "world" for blow in known.blows)
+        )
+    else:
+        name, reason = (
+            "crba",
+            "CRBA with Cholesky: a joint has no inertia of its own, pivots are watched",
+        )
+    why.append(reason)
+    algorithm = ByAba(known) if name == "aba" else ByCrba(known, always_regular=regular)
+    return algorithm, Plan(name, joints, skipped, regular, tuple(why)), reached

@@ -1,0 +1,100 @@
+"""Several robots and free objects in one world."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import InputError, ShapeError, UnknownNameError
+from .robot import Robot
+
+__all__ = ["combine"]
+
+
+def combine(
+    robots: Mapping[str, Robot] | None = None,
+    /,
+    *,
+    placements: Mapping[str, Any] | None = None,
+    **more: Robot,
+) -> Robot:
+    """One robot out of several, side by side in one world.
+
+    Every name gets its robot's name in front: "arm/elbow", "ball/root_joint". The
+    states are stacked in the order given.
+
+    Args:
+        robots, **more: the robots by name.
+        placements: where a robot's root stands, by name: (3,) a point [m], (4, 4) a
+            homogeneous matrix, or a ``pin.SE3``; the world's origin where none is given.
+
+    Raises:
+        InputError: fewer than one robot, or a name that is empty or holds a slash.
+        UnknownNameError: a placement for a robot that is not there.
+        ShapeError: a placement of another shape.
+
+    Example:
+        >>> arm = Robot.from_example("panda")
+        >>> both = combine(left=arm, right=arm, placements={"right": [0, 1, 0]})
+        >>> both.nv, both.joint_names[9]
+        (18, 'right/panda_joint1')
+    """
+    named = {**(robots or {}), **more}
+    if not named:
+        raise InputError("combine needs one robot or more")
+    for name in placements or {}:
+        if name not in named:
+            raise UnknownNameError.among("robot", name, named, "placements")
+    world = pin.Model()
+    parts = []
+    for name, robot in named.items():
+        if not isinstance(robot, Robot):
+            raise InputError(f'combine: "{name}" is a {type(robot).__name__}, not a Robot')
+        if not name or "/" in name or name == "world":
+            raise InputError(f'combine: "{name}" cannot be a robot\'s name')
+        placement = _placement((placements or {}).get(name), name)
+        world = pin.appendModel(world, _prefixed(robot.model, f"{name}/"), 0, placement)
+        for part in robot.parts:
+            within = (
+                pin.SE3.Identity() if part.placement is None else _placement(part.placement, name)
+            )
+            matrix = (placement * within).homogeneous
+            parts.append(
+                replace(
+                    part,
+                    prefix=f"{name}/{part.prefix}",
+                    placement=tuple(tuple(map(float, row)) for row in matrix),
+                )
+            )
+    return Robot(world, parts, "+".join(named))
+
+
+def _prefixed(model: pin.Model, prefix: str) -> pin.Model:
+    model = pin.Model(model)
+    for i in range(1, model.njoints):
+        model.names[i] = prefix + model.names[i]
+    for i in range(1, model.nframes):
+        model.frames[i].name = prefix + model.frames[i].name
+    return model
+
+
+def _placement(value: Any, name: str) -> pin.SE3:
+    if value is None:
+        return pin.SE3.Identity()
+    if isinstance(value, pin.SE3):
+        return value
+    array = np.array(value, dtype=float)
+    if array.shape not in ((3,), (4, 4)):
+        raise ShapeError.of(f'placement of "{name}"', (4, 4), array.shape, "or a point (3,)")
+    if not np.isfinite(array).all():
+        raise InputError(f'placement of "{name}" holds a NaN or an infinity')
+    if array.shape == (3,):
+        return pin.SE3(np.eye(3), array)
+    rotation = array[:3, :3]
+    if abs(rotation @ rotation.T - np.eye(3)).max() > 1e-9 or np.linalg.det(rotation) < 0:
+        raise InputError(f'placement of "{name}": its 3×3 part is not a rotation')
+    return pin.SE3(array)

@@ -1,0 +1,127 @@
+"""The robots of the package example-robot-data, by short name."""
+
+from __future__ import annotations
+
+import functools
+import importlib.metadata
+import pathlib
+from xml.etree import ElementTree
+
+from ..errors import MissingExtraError, UnknownNameError, UrdfError
+
+__all__ = ["example_names", "example_path", "example_urdf"]
+
+# Names of the package's own loaders where they differ from the file's stem.
+_LOADER_NAMES = {
+    "alexander": "alexander_description/alexander_v1.lowerBodyOnly",
+    "anymal": "anymal_b_simple_description/anymal",
+    "anymal_c": "anymal_c_simple_description/anymal",
+    "anymal_kinova": "anymal_b_simple_description/anymal-kinova",
+    "asr_twodof": "asr_twodof_description/TwoDofs",
+    "b1_z1": "b1_description/b1-z1",
+    "borinot": "borinot_description/borinot_flying_arm_2",
+    "g1": "g1_description/g1_29dof_rev_1_0",
+    "g1_with_hands": "g1_description/g1_29dof_with_hand_rev_1_0",
+    "hector": "hector_description/quadrotor_base",
+    "hextilt": "hextilt_description/hextilt_flying_arm_5",
+    "hyq": "hyq_description/hyq_no_sensors",
+    "iris": "iris_description/iris_simple",
+    "solo8": "solo_description/solo",
+    "talos": "talos_data/talos_reduced",
+    "talos_arm": "talos_data/talos_left_arm",
+    "talos_box": "talos_data/talos_reduced_box",
+    "talos_full": "talos_data/talos_full_v2",
+    "talos_full_box": "talos_data/talos_full_v2_box",
+    "talos_legs": "talos_data/talos_reduced",
+    "ur10": "ur_description/ur10_robot",
+    "ur10_limited": "ur_description/ur10_joint_limited_robot",
+    "ur3": "ur_description/ur3_robot",
+    "ur3_limited": "ur_description/ur3_joint_limited_robot",
+    "ur5": "ur_description/ur5_robot",
+    "ur5_limited": "ur_description/ur5_joint_limited_robot",
+}
+# Loader names that stand for a file with everything behind one joint taken away.
+_CUT_AT = {"talos_legs": "torso_1_joint"}
+_NO_URDF = {"cassie": "the package has it as SDF only"}
+
+
+@functools.cache
+def data_folder() -> pathlib.Path:
+    """The folder "example-robot-data" that the package installed."""
+    try:
+        distribution = importlib.metadata.distribution("example-robot-data")
+    except importlib.metadata.PackageNotFoundError:
+        raise MissingExtraError(
+            "robots by name need example-robot-data: pip install example-robot-data",
+            package="example-robot-data",
+            extra="",
+        ) from None
+    return pathlib.Path(
+        str(distribution.locate_file("cmeel.prefix/share/example-robot-data"))
+    ).resolve()
+
+
+@functools.cache
+def _paths() -> dict[str, pathlib.Path]:
+    """Every name and the file behind it."""
+    by_place: dict[str, pathlib.Path] = {}
+    robots = data_folder() / "robots"
+    for path in sorted(robots.rglob("*.urdf")):
+        by_place[f"{path.relative_to(robots).parts[0]}/{path.stem}"] = path
+    names: dict[str, pathlib.Path] = {}
+    for place, path in by_place.items():
+        names.setdefault(path.stem, path)
+    names.update({n: by_place[place] for n, place in _LOADER_NAMES.items() if place in by_place})
+    # Files that a shorter name hides keep their place as a name.
+    reached = set(names.values())
+    names.update({place: path for place, path in by_place.items() if path not in reached})
+    return names
+
+
+def example_names() -> tuple[str, ...]:
+    """All names that ``Robot.from_example`` knows, sorted.
+
+    Example:
+        >>> "panda" in example_names()
+        True
+    """
+    return tuple(sorted(_paths()))
+
+
+def example_path(name: str) -> pathlib.Path:
+    """The URDF file behind a name.
+
+    Raises:
+        UnknownNameError: there is no such robot; it carries the nearest names.
+        UrdfError: the package has the robot, but not as a URDF.
+    """
+    try:
+        return _paths()[name]
+    except (KeyError, TypeError):
+        if name in _NO_URDF:
+            raise UrdfError(f"{name}: {_NO_URDF[name]}", source=str(name), element="") from None
+        raise UnknownNameError.among("example robot", str(name), example_names()) from None
+
+
+def example_urdf(name: str) -> str | None:
+    """The text of a robot that is part of a file, or None where the file itself is the robot."""
+    if name not in _CUT_AT:
+        return None
+    robot = ElementTree.fromstring(example_path(name).read_text(encoding="utf-8"))
+    joints = {joint.get("name"): joint for joint in robot.findall("joint")}
+    children: dict[str | None, list[ElementTree.Element]] = {}
+    for joint in joints.values():
+        children.setdefault(_link(joint, "parent"), []).append(joint)
+    doomed = [joints[_CUT_AT[name]]]
+    while doomed:
+        joint = doomed.pop()
+        link = _link(joint, "child")
+        doomed.extend(children.get(link, []))
+        robot.remove(joint)
+        robot.remove(next(e for e in robot.findall("link") if e.get("name") == link))
+    return ElementTree.tostring(robot, encoding="unicode")
+
+
+def _link(joint: ElementTree.Element, tag: str) -> str | None:
+    end = joint.find(tag)
+    return None if end is None else end.get("link")

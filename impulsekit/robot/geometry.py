@@ -1,0 +1,55 @@
+"""Collision and visual geometry, built only when somebody looks."""
+
+from __future__ import annotations
+
+import pathlib
+from typing import TYPE_CHECKING
+
+import pinocchio as pin
+
+from ..errors import UrdfError
+
+if TYPE_CHECKING:
+    from .robot import Robot
+
+__all__ = ["geometry_of"]
+
+
+def geometry_of(robot: Robot, kind: pin.GeometryType) -> pin.GeometryModel:
+    """The geometry of every part of a robot, named and attached as in its model.
+
+    Raises:
+        UrdfError: a mesh that cannot be read; it names the folders that were tried.
+    """
+    whole = pin.GeometryModel()
+    for part in robot.parts:
+        if part.urdf is None:
+            continue
+        folders = list(part.package_dirs)
+        if part.path is not None:
+            folders.append(str(pathlib.Path(part.path).parent))
+        alone = pin.buildModelFromXML(part.urdf)
+        try:
+            geometry = pin.buildGeomFromUrdfString(alone, part.urdf, kind, package_dirs=folders)
+        except (RuntimeError, ValueError) as error:
+            tried = ", ".join(folders) or "none"
+            raise UrdfError(
+                f"{part.label}: {error} (folders tried: {tried})", source=part.label, element="mesh"
+            ) from None
+        for item in geometry.geometryObjects:
+            _attach(robot, part.prefix, alone, item)
+            whole.addGeometryObject(item)
+    return whole
+
+
+def _attach(robot: Robot, prefix: str, alone: pin.Model, item: pin.GeometryObject) -> None:
+    """Move a geometry object from the model of its URDF alone to the robot's model."""
+    frame_alone = alone.frames[item.parentFrame]
+    in_frame = frame_alone.placement.inverse() * item.placement
+    name = prefix + frame_alone.name
+    frame_id = 0 if frame_alone.name == "universe" else robot.frame_id(name)
+    frame = robot.model.frames[frame_id]
+    item.parentFrame = frame_id
+    item.parentJoint = frame.parentJoint
+    item.placement = frame.placement * in_frame
+    item.name = prefix + item.name

@@ -1,0 +1,68 @@
+"""Links as their URDF has them, each with its own mass centre.
+
+Pinocchio merges the links behind a fixed joint into one inertia; what a link
+does by itself is read from the URDF again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from .source import RobotPart
+from .urdf import LinkInertial, read_urdf
+
+__all__ = ["Link", "links_of"]
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A link and how it sits on the joint that moves it.
+
+    Attributes:
+        name: with the prefix of its part in a combined world.
+        frame_id: the frame of the link in the model.
+        joint_id: the joint that carries it; 0 for a link fixed to the world.
+        mass: [kg]
+        com_in_joint: (3,) mass centre in the joint's frame [m], read-only. A link
+            without inertia has its frame's origin here.
+    """
+
+    name: str
+    frame_id: int
+    joint_id: int
+    mass: float
+    com_in_joint: np.ndarray
+
+
+def links_of(model: pin.Model, parts: Sequence[RobotPart]) -> tuple[Link, ...]:
+    """All links of a model, in the order of its frames."""
+    inertials: dict[str, LinkInertial] = {}
+    for part in parts:
+        if part.urdf is not None:
+            own = read_urdf(part.urdf).inertials
+            inertials.update({part.prefix + name: inertial for name, inertial in own.items()})
+    links = []
+    seen_joints: set[int] = set()
+    for frame_id, frame in enumerate(model.frames):
+        if frame.type != pin.FrameType.BODY:
+            continue
+        joint_id = frame.parentJoint
+        inertial = inertials.get(frame.name)
+        if inertial is not None:
+            mass = inertial.mass
+            com = frame.placement.act(np.array(inertial.com))
+        elif joint_id not in seen_joints and joint_id > 0:
+            # A given model knows one inertia a joint; the joint's first link stands for it.
+            mass = float(model.inertias[joint_id].mass)
+            com = np.array(model.inertias[joint_id].lever)
+        else:
+            mass = 0.0
+            com = np.array(frame.placement.translation)
+        seen_joints.add(joint_id)
+        com.setflags(write=False)
+        links.append(Link(frame.name, frame_id, joint_id, mass, com))
+    return tuple(links)

@@ -1,0 +1,261 @@
+"""``Robot``: a Pinocchio model with its names, its root and its states by joint name."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import InputError, UnknownNameError, UrdfError
+from . import state
+from .examples import example_path, example_urdf
+from .links import Link, links_of
+from .source import RobotPart
+from .urdf import read_urdf
+
+__all__ = ["WORLD", "Robot"]
+
+WORLD = "world"
+
+_ROOTS = {
+    "fixed": None,
+    "planar": pin.JointModelPlanar,
+    "freeflyer": pin.JointModelFreeFlyer,
+}
+
+
+class Robot:
+    """A rigid multibody system: a Pinocchio model and what its names mean.
+
+    Made by ``from_urdf``, ``from_example``, ``from_model`` or ``combine``. q and v
+    follow Pinocchio: a free-flyer's velocity is in the body frame, linear before
+    angular; quaternions are x, y, z, w; a continuous joint has two entries in q.
+
+    Attributes:
+        model: the ``pin.Model``; a copy of its own, not to be changed.
+        name: the robot's name.
+        parts: what the robot was made from.
+
+    Example:
+        >>> robot = Robot.from_example("panda")
+        >>> robot.nv
+        9
+        >>> robot.configuration(panda_joint2=-0.5)[1]
+        np.float64(-0.5)
+    """
+
+    def __init__(self, model: pin.Model, parts: Iterable[RobotPart], name: str) -> None:
+        self.model = model
+        self.parts = tuple(parts)
+        self.name = name
+
+    @classmethod
+    def from_urdf(
+        cls,
+        path_or_xml: str | os.PathLike[str],
+        root: str | pin.JointModel = "fixed",
+        *,
+        mimic: bool = False,
+        package_dirs: Iterable[str | os.PathLike[str]] = (),
+    ) -> Robot:
+        """A robot from a URDF file or from URDF text (anything that starts with "<").
+
+        Args:
+            path_or_xml: the file, or the text itself.
+            root: "fixed", "planar" (x, y and rotation about z), "freeflyer", or any
+                ``pin.JointModel``, between the world and the root link.
+            mimic: True lets mimic joints follow their leader; False (Pinocchio's
+                default) lets each move on its own.
+            package_dirs: folders for "package://", needed only when geometry is.
+
+        Raises:
+            UrdfError: it names the file, the element and the fault.
+
+        Example:
+            >>> text = '''<robot name="rod"><link name="rod"><inertial><mass value="2"/>
+            ... <inertia ixx="0" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'''
+            >>> Robot.from_urdf(text, root="planar").nv
+            3
+        """
+        urdf = read_urdf(path_or_xml, mimic=mimic)
+        joint, root_name = _root_joint(root)
+        part = RobotPart(
+            urdf.text,
+            None if urdf.path is None else os.path.abspath(urdf.path),
+            root_name,
+            mimic,
+            package_dirs=tuple(os.path.abspath(os.fspath(folder)) for folder in package_dirs),
+        )
+        arguments = (urdf.text,) if joint is None else (urdf.text, joint)
+        try:
+            model = pin.buildModelFromXML(*arguments, mimic=mimic)
+        except (RuntimeError, ValueError) as error:
+            raise UrdfError(f"{part.label}: {error}", source=part.label, element="") from None
+        return cls(model, (part,), urdf.name)
+
+    @classmethod
+    def from_example(
+        cls, name: str, root: str | pin.JointModel = "fixed", *, mimic: bool = False
+    ) -> Robot:
+        """A robot of the package example-robot-data, by its loader's name or its file's stem.
+
+        No geometry is read. ``impulsekit robots`` lists the names.
+
+        Raises:
+            UnknownNameError: it carries the nearest names.
+        """
+        path = example_path(name)
+        text = example_urdf(name)
+        folder = path.parents[len(path.parts) - path.parts.index("example-robot-data") - 2]
+        return cls.from_urdf(
+            path if text is None else text,
+            root,
+            mimic=mimic,
+            package_dirs=(folder.parent, folder / "robots"),
+        )
+
+    @classmethod
+    def from_model(cls, model: pin.Model) -> Robot:
+        """A robot from a ``pin.Model``, which is copied and never changed.
+
+        Pinocchio keeps one inertia a joint: where a model has several links on a
+        joint, the first stands for all of them in ``links``.
+        """
+        if not isinstance(model, pin.Model):
+            raise InputError(f"a pin.Model is wanted, not {type(model).__name__}")
+        root = model.joints[1].shortname() if model.njoints > 1 else "fixed"
+        return cls(pin.Model(model), (RobotPart(None, root=root),), model.name or "robot")
+
+    @property
+    def nq(self) -> int:
+        """The number of entries of a configuration."""
+        return self.model.nq
+
+    @property
+    def nv(self) -> int:
+        """The number of degrees of freedom."""
+        return self.model.nv
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """The moving joints, in Pinocchio's order; the root joint is "root_joint"."""
+        return tuple(self.model.names)[1:]
+
+    @cached_property
+    def frame_names(self) -> tuple[str, ...]:
+        """All frames that a scene may name, without the fixed one called "world"."""
+        return tuple(name for name in self._frame_ids if name != WORLD)
+
+    @cached_property
+    def links(self) -> tuple[Link, ...]:
+        """Every link of the URDF, links behind fixed joints too, with its own mass centre."""
+        return links_of(self.model, self.parts)
+
+    @cached_property
+    def mass(self) -> float:
+        """The mass of all that moves [kg]."""
+        return float(pin.computeTotalMass(self.model))
+
+    @cached_property
+    def collision_model(self) -> pin.GeometryModel:
+        """The collision geometry, read when first asked for."""
+        from .geometry import geometry_of
+
+        return geometry_of(self, pin.GeometryType.COLLISION)
+
+    @cached_property
+    def visual_model(self) -> pin.GeometryModel:
+        """The visual geometry, read when first asked for."""
+        from .geometry import geometry_of
+
+        return geometry_of(self, pin.GeometryType.VISUAL)
+
+    def neutral(self) -> np.ndarray:
+        """(nq,) Pinocchio's neutral configuration."""
+        return pin.neutral(self.model)
+
+    def configuration(
+        self, by_name: Mapping[str, Any] | None = None, /, **joints: Any
+    ) -> np.ndarray:
+        """(nq,) a configuration by joint name, neutral elsewhere.
+
+        Angles [rad] and lengths [m]. A continuous joint takes its angle, a planar root
+        (x, y, angle), a free-flyer x, y, z and the quaternion x, y, z, w. Names that are
+        no Python identifiers go in a mapping: ``configuration({"arm/elbow": 0.3})``.
+
+        Raises:
+            UnknownNameError, ShapeError, NotFiniteError, StateError.
+        """
+        return state.configuration(self.model, {**(by_name or {}), **joints})
+
+    def velocity(self, by_name: Mapping[str, Any] | None = None, /, **joints: Any) -> np.ndarray:
+        """(nv,) a velocity by joint name, zero elsewhere [rad/s, m/s].
+
+        Raises:
+            UnknownNameError, ShapeError, NotFiniteError.
+        """
+        return state.velocity(self.model, {**(by_name or {}), **joints})
+
+    def frame_id(self, name: str, where: str = "") -> int:
+        """The index of a frame by name: a link, an extra frame or a joint, in this order.
+
+        Raises:
+            UnknownNameError: there is no such frame; ``where`` begins the sentence.
+        """
+        try:
+            return self._frame_ids[name]
+        except (KeyError, TypeError):
+            raise UnknownNameError.among("frame", str(name), self.frame_names, where) from None
+
+    def joint_id(self, name: str, where: str = "") -> int:
+        """The index of a moving joint by name.
+
+        Raises:
+            UnknownNameError: there is no such joint; ``where`` begins the sentence.
+        """
+        try:
+            return self._joint_ids[name]
+        except (KeyError, TypeError):
+            raise UnknownNameError.among("joint", str(name), self.joint_names, where) from None
+
+    @cached_property
+    def _frame_ids(self) -> dict[str, int]:
+        rank = {pin.FrameType.BODY: 0, pin.FrameType.OP_FRAME: 1, pin.FrameType.JOINT: 2}
+        frames = sorted(enumerate(self.model.frames), key=lambda item: rank.get(item[1].type, 3))
+        ids: dict[str, int] = {WORLD: 0}
+        for frame_id, frame in frames:
+            if frame_id > 0:
+                ids.setdefault(frame.name, frame_id)
+        return ids
+
+    @cached_property
+    def _joint_ids(self) -> dict[str, int]:
+        return {name: i for i, name in enumerate(self.model.names) if i > 0}
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Cached geometry and tables are made again on the other side.
+        return {"model": self.model, "parts": self.parts, "name": self.name}
+
+    def __repr__(self) -> str:
+        roots = "/".join(dict.fromkeys(part.root for part in self.parts))
+        return f"Robot({self.name!r}, root={roots!r}, nq={self.nq}, nv={self.nv})"
+
+
+def _root_joint(root: str | pin.JointModel) -> tuple[Any, str]:
+    """The joint that stands for ``root`` (None where it is fixed) and its name."""
+    if isinstance(root, str):
+        if root not in _ROOTS:
+            raise UnknownNameError.among("root", root, _ROOTS)
+        kind = _ROOTS[root]
+        return (None if kind is None else kind()), root
+    shortname = getattr(root, "shortname", None)
+    if shortname is None:
+        raise InputError(
+            f'root is a {type(root).__name__}; wanted is "fixed", "planar", "freeflyer" '
+            "or a pin.JointModel"
+        )
+    return root, shortname()

@@ -1,0 +1,38 @@
+"""Where a robot came from: what is needed to build it, or its geometry, once more."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+__all__ = ["RobotPart"]
+
+
+@dataclass(frozen=True)
+class RobotPart:
+    """One URDF (or one given model) in the world.
+
+    Attributes:
+        urdf: XML text, or None for a robot made from a ``pin.Model``.
+        path: the file the text was read from, or None.
+        root: "fixed", "planar", "freeflyer", or the short name of a ``pin.JointModel``.
+        mimic: whether mimic joints follow their leader instead of moving on their own.
+        prefix: what stands before every name, such as "arm/"; "" for a robot alone.
+        placement: the 4×4 placement of the root in the world, row by row; None at the origin.
+        package_dirs: folders in which "package://" is looked up.
+    """
+
+    urdf: str | None
+    path: str | None = None
+    root: str = "fixed"
+    mimic: bool = False
+    prefix: str = ""
+    placement: tuple[tuple[float, ...], ...] | None = None
+    package_dirs: tuple[str, ...] = ()
+
+    @property
+    def label(self) -> str:
+        """A name for messages: the file's path, or what else is known."""
+        if self.path is not None:
+            return os.fspath(self.path)
+        return "URDF text" if self.urdf is not None else "a given model"

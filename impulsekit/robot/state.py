@@ -1,0 +1,154 @@
+"""Configurations and velocities by joint name, and their checks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import NotFiniteError, ShapeError, StateError, UnknownNameError
+
+__all__ = [
+    "QUATERNION_TOLERANCE",
+    "checked_configuration",
+    "checked_velocity",
+    "configuration",
+    "velocity",
+]
+
+# How far a quaternion or a (cos, sin) pair may be off unit length.
+QUATERNION_TOLERANCE = 1e-6
+
+
+def configuration(model: pin.Model, values: Mapping[str, Any]) -> np.ndarray:
+    """(nq,) the neutral configuration with the named joints set.
+
+    A joint takes as many numbers as it has entries in q. A continuous joint also
+    takes its angle [rad], a planar one (x, y, angle).
+    """
+    q = pin.neutral(model)
+    for name, value in values.items():
+        joint = _joint(model, name)
+        q[joint.idx_q : joint.idx_q + joint.nq] = _joint_configuration(joint, name, value)
+    return checked_configuration(model, q)
+
+
+def velocity(model: pin.Model, values: Mapping[str, Any]) -> np.ndarray:
+    """(nv,) zero but for the named joints."""
+    v = np.zeros(model.nv)
+    for name, value in values.items():
+        joint = _joint(model, name)
+        entries = _numbers(value, f'velocity of joint "{name}"')
+        if entries.size != joint.nv:
+            raise ShapeError.of(f'velocity of joint "{name}"', (joint.nv,), entries.shape)
+        v[joint.idx_v : joint.idx_v + joint.nv] = entries
+    return checked_velocity(model, v)
+
+
+def checked_configuration(model: pin.Model, q: Any) -> np.ndarray:
+    """A copy of q as (nq,) floats, proved finite and on its manifold.
+
+    Raises:
+        ShapeError, NotFiniteError, StateError: each names the joint.
+    """
+    q = _vector(q, model.nq, "configuration q")
+    _check_finite(model, q, "configuration q", "idx_q", "nq")
+    if not pin.isNormalized(model, q, QUATERNION_TOLERANCE):
+        raise _off_unit(model, q)
+    return q
+
+
+def checked_velocity(model: pin.Model, v: Any) -> np.ndarray:
+    """A copy of v as (nv,) floats, proved finite."""
+    v = _vector(v, model.nv, "velocity v")
+    _check_finite(model, v, "velocity v", "idx_v", "nv")
+    return v
+
+
+def _joint(model: pin.Model, name: str) -> pin.JointModel:
+    names = list(model.names)
+    if name not in names[1:]:
+        raise UnknownNameError.among("joint", str(name), names[1:])
+    return model.joints[names.index(name)]
+
+
+def _joint_configuration(joint: pin.JointModel, name: str, value: Any) -> np.ndarray:
+    entries = _numbers(value, f'configuration of joint "{name}"')
+    if entries.size == joint.nq:
+        return entries
+    kind = joint.shortname()
+    if entries.size == 1 and joint.nq == 2 and joint.nv == 1:
+        return np.array([math.cos(entries[0]), math.sin(entries[0])])
+    if entries.size == 3 and kind == "JointModelPlanar":
+        return np.array([entries[0], entries[1], math.cos(entries[2]), math.sin(entries[2])])
+    hint = ""
+    if joint.nq == 2 and joint.nv == 1:
+        hint = "cosine and sine, or the angle alone"
+    elif kind == "JointModelPlanar":
+        hint = "x, y, cosine and sine, or x, y and the angle"
+    elif kind == "JointModelFreeFlyer":
+        hint = "x, y, z and the quaternion x, y, z, w"
+    elif kind == "JointModelSpherical":
+        hint = "the quaternion x, y, z, w"
+    raise ShapeError.of(f'configuration of joint "{name}"', (joint.nq,), entries.shape, hint)
+
+
+def _numbers(value: Any, what: str) -> np.ndarray:
+    try:
+        entries = np.atleast_1d(np.array(value, dtype=float))
+    except (TypeError, ValueError):
+        raise NotFiniteError(
+            f"{what} is {value!r}, numbers are wanted", what=what, where=what
+        ) from None
+    if entries.ndim != 1:
+        raise ShapeError.of(what, (entries.size,), entries.shape)
+    if not np.isfinite(entries).all():
+        index = int(np.flatnonzero(~np.isfinite(entries))[0])
+        raise NotFiniteError.of(what, f"entry {index}", entries[index])
+    return entries
+
+
+def _vector(value: Any, size: int, what: str) -> np.ndarray:
+    try:
+        vector = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise NotFiniteError(f"{what} does not hold numbers", what=what, where=what) from None
+    if vector.shape != (size,):
+        raise ShapeError.of(what, (size,), vector.shape)
+    return vector
+
+
+def _check_finite(model: pin.Model, vector: np.ndarray, what: str, start: str, count: str) -> None:
+    bad = np.flatnonzero(~np.isfinite(vector))
+    if bad.size:
+        index = int(bad[0])
+        name = next(
+            name
+            for name, joint in zip(model.names, model.joints, strict=True)
+            if getattr(joint, start) <= index < getattr(joint, start) + getattr(joint, count)
+        )
+        raise NotFiniteError.of(what, f'entry {index} (joint "{name}")', vector[index])
+
+
+def _off_unit(model: pin.Model, q: np.ndarray) -> StateError:
+    for name, joint in zip(model.names, model.joints, strict=True):
+        entries = q[joint.idx_q : joint.idx_q + joint.nq]
+        kind = joint.shortname()
+        if kind in ("JointModelFreeFlyer", "JointModelSpherical"):
+            unit, what = entries[-4:], "quaternion"
+        elif joint.nq == joint.nv + 1 and joint.nq in (2, 4):
+            unit, what = entries[-2:], "(cosine, sine) pair"
+        else:
+            continue
+        length = float(np.linalg.norm(unit))
+        if abs(length - 1.0) > 0.4 * QUATERNION_TOLERANCE:
+            return StateError(
+                f'configuration q: the {what} of joint "{name}" has length {length:.9g}, '
+                f"wanted is 1 within {QUATERNION_TOLERANCE:g}",
+                joint=name,
+                value=length,
+            )
+    return StateError("configuration q is off its manifold", joint="", value=None)

@@ -1,0 +1,89 @@
+"""Known impulses: a blow on a link, a kick in a joint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .numbers import Vector, axes_name, number, text, vector
+
+__all__ = ["AppliedImpulse", "JointImpulse"]
+
+
+@dataclass(frozen=True)
+class AppliedImpulse:
+    """A force impulse and a couple impulse from outside, on one point of one frame.
+
+    In Chang & Huston 1995, eq. (18), these are the integrals of F_k and M_k.
+
+    Attributes:
+        frame: the frame that is struck.
+        linear: force impulse ∫F dt [N s].
+        angular: couple impulse ∫M dt about the point [N m s].
+        at: the point, in the frame's coordinates [m].
+        axes: "world" or "local": in whose axes ``linear`` and ``angular`` are given.
+        name: how results call it; by default its place in the scene.
+
+    Raises:
+        ShapeError, NotFiniteError, RangeError, InputError.
+
+    Example:
+        >>> AppliedImpulse("link_10", linear=[0, 5, 0], at=[1, 0, 0]).linear
+        (0.0, 5.0, 0.0)
+    """
+
+    frame: str
+    linear: Vector = (0.0, 0.0, 0.0)
+    angular: Vector = (0.0, 0.0, 0.0)
+    at: Vector = (0.0, 0.0, 0.0)
+    axes: str = "world"
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        set_field = object.__setattr__
+        text(self.frame, "AppliedImpulse: frame")
+        what = f'AppliedImpulse on "{self.frame}"'
+        for field in ("linear", "angular", "at"):
+            set_field(self, field, vector(getattr(self, field), f"{what}: {field}"))
+        axes_name(self.axes, f"{what}: axes")
+        if self.name is not None:
+            text(self.name, f"{what}: name")
+
+
+@dataclass(frozen=True)
+class JointImpulse:
+    """An impulse inside a joint: a motor's kick, combustion in a cylinder.
+
+    It acts along the joint's own generalized speeds, on the child and, opposite, on
+    the parent.
+
+    Attributes:
+        joint: the joint's name.
+        impulse: one number [N m s, or N s for a prismatic joint], or one for each
+            degree of freedom of the joint, in Pinocchio's order; kept as a tuple.
+        name: how results call it; by default its place in the scene.
+
+    Raises:
+        NotFiniteError, RangeError, InputError.
+
+    Example:
+        >>> JointImpulse("elbow", 0.4).impulse
+        (0.4,)
+    """
+
+    joint: str
+    impulse: Any
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        text(self.joint, "JointImpulse: joint")
+        what = f'JointImpulse in "{self.joint}"'
+        entries = (
+            self.impulse if isinstance(self.impulse, list | tuple | np.ndarray) else (self.impulse,)
+        )
+        impulse = tuple(number(x, f"{what}: impulse[{i}]") for i, x in enumerate(entries))
+        object.__setattr__(self, "impulse", impulse)
+        if self.name is not None:
+            text(self.name, f"{what}: name")
