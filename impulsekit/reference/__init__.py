@@ -1,0 +1,26 @@
+"""The independent truth: Chang & Huston's method, equation by equation, in any precision.
+
+Nothing here knows Pinocchio. A URDF is read by yourdfpy, the bodies' motion and the impact
+equations are those of the paper, and the numbers are doubles, long doubles or mpmath's.
+
+    urdf ─► tree ─► kinematics ─► kane ─► system      the method of the paper
+                        │           └─► freed         what joints carry
+                        └─► maximal                   the same by other coordinates
+"""
+
+from impulsekit.reference.arithmetic import Arithmetic
+from impulsekit.reference.loads import JointSpring, Load, PointSpring
+from impulsekit.reference.rows import Rows
+from impulsekit.reference.system import KaneImpact, KaneSystem
+from impulsekit.reference.tree import Tree
+
+__all__ = [
+    "Arithmetic",
+    "JointSpring",
+    "KaneImpact",
+    "KaneSystem",
+    "Load",
+    "PointSpring",
+    "Rows",
+    "Tree",
+]

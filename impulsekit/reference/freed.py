@@ -1,0 +1,91 @@
+"""What a joint carries in an impact: the joint is freed.
+
+Chang & Huston 1995, on constraint impulses: the directions that the joint holds are freed
+for a moment, which adds up to six generalized speeds; the unknown constraint impulses act
+there as if they came from outside; and Δ of the freed speeds is prescribed as zero. The
+impact equations of the larger system are
+
+    [ a_lp  a_ls ] [ Δy     ]   [ I_l       ]
+    [ a_rp  a_rs ] [ Δs = 0 ] = [ I_r + Λ_r ]
+
+With relative speeds each unknown Λ_r stands alone in its own added equation: the first
+rows are those of the intact system, and the added ones say Λ_r = a_rp Δy_p − I_r.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from impulsekit.reference import kane
+from impulsekit.reference.arithmetic import Arithmetic, Array
+from impulsekit.reference.kinematics import Kinematics, freed_partials
+from impulsekit.reference.tree import Tree
+
+__all__ = ["freed_directions", "joint_directions", "reaction"]
+
+
+def joint_directions(at: Kinematics, tree: Tree, body: int) -> Array:
+    """(d, 6) how each own speed of the joint above a body moves it, at its origin.
+
+    Linear before angular, world axes. The rows are orthonormal for every kind of joint.
+    """
+    joint = tree.bodies[body].joint
+    turned = at.rotations[body].T
+    return np.concatenate([joint.linear @ turned, joint.angular @ turned], axis=1)
+
+
+def freed_directions(numbers: Arithmetic, own: Array) -> Array:
+    """(6 − d, 6) an orthonormal set of the directions that are not among ``own`` (d, 6)."""
+    known = [*own]
+    freed: list[Array] = []
+    while len(known) < 6:
+        left = numbers.eye(6)
+        for _ in range(2):  # the second pass removes what rounding left of the first
+            for direction in known:
+                left = left - np.outer(left @ direction, direction)
+        lengths = [row @ row for row in left]
+        best = max(range(6), key=lengths.__getitem__)
+        freed.append(left[best] / numbers.sqrt(lengths[best]))
+        known.append(freed[-1])
+    return np.array(freed, dtype=numbers.dtype).reshape(-1, 6)
+
+
+def reaction(
+    tree: Tree,
+    at: Kinematics,
+    body: int,
+    dy: Array,
+    impulses: Array,
+    couples: Array,
+    own_impulse: Array,
+) -> Array:
+    """The impulsive wrench that the joint above a body gives it.
+
+    Args:
+        body: index of the body below the joint.
+        dy: (n,) Δy of the impact.
+        impulses, couples: (N, 3) all outside impulses on the bodies, at mass centres, those
+            of constraint rows among them.
+        own_impulse: (d,) what acts inside the joint along its own speeds. It is part of the
+            wrench: no constraint impulse lies in these directions.
+
+    Returns:
+        (6,) at the origin of the body's link frame, world axes, linear before angular.
+    """
+    own = joint_directions(at, tree, body)
+    gear = bool(tree.bodies[body].joint.mimics) or _is_followed(tree, body)
+    if gear:
+        # Joints that move together hold each other along their own motion too: there the
+        # impulse of the gear is unknown like the rest, and every direction is freed.
+        own, own_impulse = own[:0], own_impulse[:0]
+    freed = freed_directions(tree.arithmetic, own)
+    linear, angular = freed_partials(tree, at, body, freed[:, :3], freed[:, 3:])
+    over = ([0, 2], [0, 1])
+    outside = np.tensordot(linear, impulses, axes=over) + np.tensordot(angular, couples, axes=over)
+    constraint = kane.generalized_masses(at, linear, angular) @ dy - outside
+    return freed.T @ constraint + own.T @ own_impulse
+
+
+def _is_followed(tree: Tree, body: int) -> bool:
+    name = tree.bodies[body].joint.name
+    return any(other.joint.mimics == name for other in tree.bodies)
