@@ -10,6 +10,7 @@ equations are those of the paper, and the numbers are doubles, long doubles or m
 
 from impulsekit.reference.arithmetic import Arithmetic
 from impulsekit.reference.loads import JointSpring, Load, PointSpring
+from impulsekit.reference.maximal import MaximalImpact, impact_of_free_bodies
 from impulsekit.reference.rows import Rows
 from impulsekit.reference.system import KaneImpact, KaneSystem
 from impulsekit.reference.tree import Tree
@@ -20,7 +21,9 @@ __all__ = [
     "KaneImpact",
     "KaneSystem",
     "Load",
+    "MaximalImpact",
     "PointSpring",
     "Rows",
     "Tree",
+    "impact_of_free_bodies",
 ]

@@ -234,12 +234,16 @@ class Arithmetic:
         return columns.reshape(right.shape)
 
     def solve_minimum_norm(self, matrix: Array, right: Array) -> tuple[Array, int]:
-        """The shortest x among those that come nearest to ``matrix @ x = right``.
+        """The shortest x with ``matrix @ x = right``, for a matrix that may have lost rank.
 
-        The matrix is symmetric and positive semidefinite, such as A M⁻¹ Aᵀ of rows A that
-        repeat each other. Its rank is the number of pivots of a Cholesky elimination
-        with exchanges, of the matrix scaled to a unit diagonal, above epsilon^(3/4). With
-        W = L Lᵀ of full column rank, x = L (LᵀL)⁻² Lᵀ right.
+        The matrix W is symmetric and positive semidefinite, such as A M⁻¹ Aᵀ of rows A that
+        repeat each other. Elimination with exchanges, on W scaled to a unit diagonal, picks
+        rows p that are independent: those whose pivot is above epsilon^(3/4). The others, d,
+        follow from them. With x_p = W_pp⁻¹ right_p and the null vectors N = [−W_pp⁻¹ W_pd; 1],
+
+            x = x₀ − N (NᵀN)⁻¹ Nᵀ x₀,    x₀ = [x_p; 0].
+
+        Whether x solves the dependent equations as well is for the caller to see.
 
         Args:
             matrix: (m, m).
@@ -251,32 +255,35 @@ class Arithmetic:
         size = len(matrix)
         scale = self.zeros(size)
         for i in range(size):
-            # A row that moves nothing gets no impulse.
-            scale[i] = 1 / self.sqrt(matrix[i, i]) if matrix[i, i] > 0 else self.number(0)
+            if matrix[i, i] > 0:  # a row that moves nothing gets no impulse
+                scale[i] = 1 / self.sqrt(matrix[i, i])
         left = scale[:, None] * matrix * scale[None, :]
         tolerance = self.sqrt(self.epsilon) * self.sqrt(self.sqrt(self.epsilon))
-        factor = self.zeros(size, size)
-        rank = 0
-        for step in range(size):
-            diagonal = np.array([left[i, i] for i in range(size)], dtype=self.dtype)
-            pivot = int(np.argmax(diagonal))
+        chosen: list[int] = []
+        while len(chosen) < size:
+            diagonal = [left[i, i] for i in range(size)]
+            pivot = max(range(size), key=diagonal.__getitem__)
             if not diagonal[pivot] > tolerance:
                 break
-            column = left[:, pivot] / self.sqrt(diagonal[pivot])
-            factor[:, step] = column
-            left = left - np.outer(column, column)
+            chosen.append(pivot)
+            left = left - np.outer(left[:, pivot], left[pivot] / diagonal[pivot])
             left[pivot, :] = left[:, pivot] = self.number(0)
-            rank += 1
-        for i in range(size):
-            factor[i] *= 1 / scale[i] if scale[i] > 0 else self.number(0)
-        lower = factor[:, :rank]
-        gram = lower.T @ lower
 
         def impossible(_: int) -> Exception:
-            return ArithmeticError("a Gram matrix of independent columns is singular")
+            return ArithmeticError("a matrix found to have full rank is singular")
 
-        half = self.solve_symmetric(gram, lower.T @ right, impossible)
-        return lower @ self.solve_symmetric(gram, half, impossible), rank
+        rest = [i for i in range(size) if i not in chosen]
+        solution = self.zeros(size)
+        within = matrix[np.ix_(chosen, chosen)]
+        solution[chosen] = self.solve_symmetric(within, right[chosen], impossible)
+        if rest:
+            null = self.zeros(size, len(rest))
+            across = matrix[np.ix_(chosen, rest)]
+            null[chosen] = -self.solve_symmetric(within, across, impossible)
+            null[rest] = self.eye(len(rest))
+            along = self.solve_symmetric(null.T @ null, null.T @ solution, impossible)
+            solution = solution - null @ along
+        return solution, len(chosen)
 
 
 def read_only(*arrays: Array) -> None:

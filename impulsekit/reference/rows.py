@@ -16,7 +16,7 @@ import numpy as np
 
 from impulsekit.errors import ShapeError
 from impulsekit.reference import rotation
-from impulsekit.reference.arithmetic import Array, read_only
+from impulsekit.reference.arithmetic import Arithmetic, Array, read_only
 from impulsekit.reference.kinematics import Kinematics
 from impulsekit.reference.loads import point_on
 from impulsekit.reference.tree import WORLD, Tree
@@ -66,16 +66,25 @@ class Rows:
             tuple(name for part in all_parts for name in part.names),
         )
 
-    def matrix(self, linear: Array, angular: Array) -> Array:
+    def matrix(self, arithmetic: Arithmetic, linear: Array, angular: Array) -> Array:
         """The body part of the rows on speeds with these partial velocities, (r, d).
+
+        Where the terms of an entry cancel to within the rounding of the partial
+        velocities, the entry is zero: a row between two bodies that are rigidly joined
+        must move nothing, rather than move something by 1e-17.
 
         Args:
             linear, angular: (N, d, 3) partial velocities.
         """
         over = ([1, 2], [0, 2])
-        return np.tensordot(self.linear, linear, axes=over) + np.tensordot(
-            self.angular, angular, axes=over
-        )
+        entries = np.tensordot(self.linear, linear, axes=over)
+        entries += np.tensordot(self.angular, angular, axes=over)
+        terms = np.tensordot(np.abs(self.linear), np.abs(linear), axes=over)
+        terms += np.tensordot(np.abs(self.angular), np.abs(angular), axes=over)
+        # Rounding grows from body to body on the way out from the root.
+        rounding = 8 * (8 + self.linear.shape[1]) * arithmetic.epsilon
+        entries[np.abs(entries) <= rounding * terms] = arithmetic.number(0)
+        return entries
 
 
 def point_velocity_rows(

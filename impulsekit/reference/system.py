@@ -191,7 +191,7 @@ class KaneSystem:
         """(n,) I_l of known impulses (eq. 18); arguments are those of :meth:`impact`."""
         at = self.kinematics(q)
         outside = kane.generalized_impulse(at, *loads.at_mass_centres(self.tree, at, impulses))
-        return _closed(outside + self._on_speeds(self._in_joints(joint_impulses)))
+        return _closed(outside + self._on_speeds(self.in_joints(joint_impulses)))
 
     def impact(
         self,
@@ -218,16 +218,16 @@ class KaneSystem:
         tree, numbers = self.tree, self.arithmetic
         before = tree.speeds(y)
         at = self.kinematics(q)
-        demands = Rows.none(tree) if rows is None else self._checked(rows)
+        demands = Rows.none(tree) if rows is None else self.checked_rows(rows)
         forces, couples = loads.at_mass_centres(tree, at, impulses)
-        own = self._in_joints(joint_impulses)
+        own = self.in_joints(joint_impulses)
         known = kane.generalized_impulse(at, forces, couples) + self._on_speeds(own)
         masses = kane.generalized_masses(at)
         dy = kane.solve_for_speeds(numbers, masses, known, self._on_singular)
         row_impulses = numbers.zeros(0)
         total = known
         if len(demands):
-            matrix = demands.matrix(at.linear, at.angular) + demands.speeds
+            matrix = demands.matrix(numbers, at.linear, at.angular) + demands.speeds
             missing = demands.target - matrix @ (before + dy)
             row_impulses = kane.impulses_of_rows(
                 numbers, masses, matrix, missing, demands.names, self._on_singular
@@ -353,7 +353,7 @@ class KaneSystem:
     ) -> Array:
         outside, couples = loads.at_mass_centres(self.tree, at, forces)
         outside += at.masses[:, None] * loads.vector(self.tree, gravity, "gravity")
-        in_joints = self._in_joints(joint_torques)
+        in_joints = self.in_joints(joint_torques)
         for spring in springs:
             if isinstance(spring, PointSpring):
                 pull, turn = loads.pull_of(spring, self.tree, at, y)
@@ -375,8 +375,18 @@ class KaneSystem:
 
     # -- inside joints ---------------------------------------------------------------
 
-    def _in_joints(self, given: Mapping[str, Any] | None) -> dict[str, Array]:
-        """What acts inside each joint, along its own speeds."""
+    def checked_rows(self, rows: Rows) -> Rows:
+        """The rows given, if they belong to this system."""
+        wanted = (len(rows), len(self.tree.bodies), 3)
+        if rows.linear.shape != wanted or rows.speeds.shape != (len(rows), self.n):
+            raise ShapeError.of("constraint rows", wanted, rows.linear.shape, "of another system")
+        return rows
+
+    def in_joints(self, given: Mapping[str, Any] | None) -> dict[str, Array]:
+        """What acts inside each joint along its own speeds, by name: zeros unless given.
+
+        A joint that mimics another may have an impulse or torque of its own as well.
+        """
         numbers = self.arithmetic
         own = {b.joint.name: numbers.zeros(len(b.joint.linear)) for b in self.tree.bodies}
         for name, value in (given or {}).items():
@@ -394,12 +404,6 @@ class KaneSystem:
         for body in self.tree.bodies:
             total[body.joint.speeds] += body.joint.multiplier * own[body.joint.name]
         return total
-
-    def _checked(self, rows: Rows) -> Rows:
-        wanted = (len(rows), len(self.tree.bodies), 3)
-        if rows.linear.shape != wanted or rows.speeds.shape != (len(rows), self.n):
-            raise ShapeError.of("constraint rows", wanted, rows.linear.shape, "of another system")
-        return rows
 
 
 def _closed(values: Array) -> Array:
