@@ -5,6 +5,8 @@ M is never inverted. Each class keeps one workspace and is used by one thread.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 import pinocchio as pin
 
@@ -123,21 +125,17 @@ def check_pivots(model: pin.Model, data: pin.Data) -> None:
     pivots, diagonal = data.D, np.diagonal(data.M)
     vanished = ~(pivots > SMALLEST_PIVOT * diagonal)
     if vanished.any():
-        rows = set(np.flatnonzero(vanished).tolist())
-        raise singular_mass(
-            model,
-            [
-                joint_id
-                for joint_id in range(1, model.njoints)
-                if rows
-                & set(range(model.idx_vs[joint_id], model.idx_vs[joint_id] + model.nvs[joint_id]))
-            ],
-        )
+        # Elimination starts at the leaves: behind a pivot of zero, all others are NaN.
+        if not np.isnan(pivots[vanished]).all():
+            vanished &= ~np.isnan(pivots)
+        starts = [model.idx_vs[joint_id] for joint_id in range(1, model.njoints)]
+        joints = np.searchsorted(starts, np.flatnonzero(vanished), side="right")
+        raise singular_mass(model, sorted(set(joints.tolist())))
 
 
-def singular_mass(model: pin.Model, joint_ids: object) -> SingularMassError:
+def singular_mass(model: pin.Model, joint_ids: Iterable[int]) -> SingularMassError:
     """The error that names the joints which move no inertia."""
-    names = tuple(model.names[joint_id] for joint_id in joint_ids)  # type: ignore[attr-defined]
+    names = tuple(model.names[joint_id] for joint_id in joint_ids)
     named = ", ".join(f'"{name}"' for name in names[:4]) + (", …" if len(names) > 4 else "")
     return SingularMassError(
         f"the mass matrix is singular here: joint {named} moves nothing that has mass or inertia; "

@@ -64,7 +64,7 @@ class KnownImpulses:
         # A single blow is by far the commonest; it is told apart once, not at each solve.
         self._single = (
             (blows[0].frame_id, blows[0].reference, blows[0].wrench)
-            if len(blows) == 1 and self.joint_impulse is None
+            if len(blows) == 1 and self.joint_impulse is None and self.model.nv > 1
             else None
         )
 
@@ -88,7 +88,8 @@ class KnownImpulses:
             total += self.joint_impulse
         for blow in self.blows:
             jacobian = computeFrameJacobian(self.model, data, q, blow.frame_id, blow.reference)
-            total += blow.wrench.dot(jacobian)
+            # With one degree of freedom Pinocchio gives (6,) for (6, 1).
+            total += blow.wrench.dot(jacobian.reshape(6, -1))
         return total
 
     def external_forces(self, data: pin.Data) -> list[tuple[int, pin.Force]]:

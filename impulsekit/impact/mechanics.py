@@ -10,6 +10,7 @@ import pinocchio as pin
 
 from ..scene import AppliedImpulse
 from .algorithms import symmetric
+from .origin import at_origin, bring_roots_to_origin, root_translations
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -31,29 +32,48 @@ class Mechanics:
         self._q = q
 
     @cached_property
-    def data(self) -> pin.Data:
-        """Pinocchio's data with the placements and joint Jacobians at q."""
+    def _model_at_origin(self) -> pin.Model:
+        model = pin.Model(self.model)
+        bring_roots_to_origin(model)
+        return model
+
+    @cached_property
+    def _q_at_origin(self) -> np.ndarray:
+        return at_origin(self._q, root_translations(self.model))
+
+    @cached_property
+    def _data(self) -> pin.Data:
+        """Pinocchio's data with the joint Jacobians at q, all roots at the origin."""
         data = self.model.createData()
-        pin.computeJointJacobians(self.model, data, self._q)
+        pin.computeJointJacobians(self._model_at_origin, data, self._q_at_origin)
         return data
+
+    @cached_property
+    def _placements(self) -> list[pin.SE3]:
+        data = self.model.createData()
+        pin.forwardKinematics(self.model, data, self._q)
+        return list(data.oMi)
 
     @cached_property
     def mass_matrix(self) -> np.ndarray:
         """(nv, nv) the generalized masses a_lp (Chang & Huston 1995, eq. (30)), symmetric."""
-        return symmetric(pin.crba(self.model, self.data, self._q))
+        data = self.model.createData()
+        return symmetric(pin.crba(self.model, data, self._q).reshape(self.model.nv, -1))
 
     def frame_placement(self, frame: str) -> pin.SE3:
         """The placement of a frame in the world."""
         item = self.model.frames[self.scene.robot.frame_id(frame)]
-        return self.data.oMi[item.parentJoint] * item.placement
+        return self._placements[item.parentJoint] * item.placement
 
     def point_jacobian(self, frame: str, at: np.ndarray, axes: str = "world") -> np.ndarray:
         """(6, nv) Jacobian of a point of a frame, linear before angular, in ``axes``."""
         item = self.model.frames[self.scene.robot.frame_id(frame)]
         placement = item.placement * pin.SE3(np.eye(3), np.asarray(at, dtype=float))
-        return pin.getFrameJacobian(
-            self.model, self.data, item.parentJoint, placement, _REFERENCE[axes]
+        jacobian = pin.getFrameJacobian(
+            self._model_at_origin, self._data, item.parentJoint, placement, _REFERENCE[axes]
         )
+        # With one degree of freedom Pinocchio gives (6,) for (6, 1).
+        return jacobian.reshape(6, -1)
 
     def impulse_jacobian(self, entry: AppliedImpulse) -> np.ndarray:
         """(6, nv) Jacobian of the struck point in the axes of the impulse."""

@@ -11,7 +11,7 @@ __all__ = ["Plan", "cheaper_algorithm", "is_always_regular"]
 
 # The error of CRBA with Cholesky grows with the depth of a chain, that of the
 # articulated-body algorithm does not: beyond this depth accuracy decides.
-DEEPEST_FOR_CRBA = 20
+DEEPEST_FOR_CRBA = 16
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def cheaper_algorithm(model: pin.Model, blows_in_world_axes: int) -> tuple[str, 
 def _depths(model: pin.Model) -> np.ndarray:
     """(nv,) for each degree of freedom, how many stand on its way to the world, itself included."""
     depth_of_joint = [0] * model.njoints
-    depths = []
+    depths: list[int] = []
     for joint_id in range(1, model.njoints):
         above = depth_of_joint[model.parents[joint_id]]
         size = model.joints[joint_id].nv

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from .origin import at_origin, bring_roots_to_origin, root_translations
+
 __all__ = ["ReachedModel", "branch_of", "reached_model"]
 
 
@@ -20,10 +22,11 @@ class ReachedModel:
     """The part of a model that an impact reaches.
 
     Attributes:
-        model: without gravity; free to be given frames of its own.
+        model: without gravity, roots at the origin; free to be given frames of its own.
         whole: True where nothing was left out.
         q_index, v_index: where its entries stand in the whole q and v.
         joint_ids: (njoints of ``model``,) the joint of the whole model behind each of its own.
+        translations: where its own q holds positions of roots; None where it holds none.
     """
 
     model: pin.Model
@@ -31,10 +34,20 @@ class ReachedModel:
     q_index: slice | np.ndarray
     v_index: slice | np.ndarray
     joint_ids: tuple[int, ...]
+    translations: slice | np.ndarray | None
+
+    @property
+    def is_as_given(self) -> bool:
+        """Whether its configuration is the whole q, unchanged."""
+        return self.whole and self.translations is None
 
     def joint_id(self, joint_id_in_whole: int) -> int:
         """The joint of the reached model that is this joint of the whole one."""
         return self.joint_ids.index(joint_id_in_whole)
+
+    def configuration(self, q: np.ndarray) -> np.ndarray:
+        """Its own configuration, with the roots at the origin, out of the whole q."""
+        return at_origin(q if self.whole else q[self.q_index], self.translations)
 
 
 def branch_of(model: pin.Model, joint_id: int) -> int:
@@ -52,10 +65,15 @@ def reached_model(model: pin.Model, struck_joints: Iterable[int]) -> ReachedMode
     if len(kept) == model.njoints - 1 or model.nq == 0 or _has_mimic(model):
         alone = pin.Model(model)
         alone.gravity.setZero()
-        return ReachedModel(alone, True, slice(None), slice(None), tuple(range(model.njoints)))
+        bring_roots_to_origin(alone)
+        joint_ids = tuple(range(model.njoints))
+        return ReachedModel(
+            alone, True, slice(None), slice(None), joint_ids, root_translations(alone)
+        )
     left_out = [j for j in range(1, model.njoints) if branch[j] not in branches]
     reduced = pin.buildReducedModel(model, left_out, pin.neutral(model))
     reduced.gravity.setZero()
+    bring_roots_to_origin(reduced)
     joint_ids = (0, *(model.getJointId(name) for name in list(reduced.names)[1:]))
     return ReachedModel(
         reduced,
@@ -63,6 +81,7 @@ def reached_model(model: pin.Model, struck_joints: Iterable[int]) -> ReachedMode
         _index(model, joint_ids, "idx_q", "nq"),
         _index(model, joint_ids, "idx_v", "nv"),
         joint_ids,
+        root_translations(reduced),
     )
 
 

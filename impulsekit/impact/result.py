@@ -133,6 +133,10 @@ class Impact:
 
         return impact_to_dict(self)
 
+    def __getstate__(self) -> dict[str, Any]:
+        # What follows from the answer is worked out again on the other side.
+        return {name: vars(self)[name] for name in ("scene", "_q", "_v", "_dv")}
+
     def __repr__(self) -> str:
         return f"Impact({self.scene.robot.name!r}, |dv|={np.linalg.norm(self._dv):.6g})"
 

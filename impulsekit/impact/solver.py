@@ -19,7 +19,7 @@ from .plan import Plan, cheaper_algorithm, is_always_regular
 from .reach import reached_model
 from .result import Impact
 
-__all__ = ["ImpactSolver", "solve", "solver_of"]
+__all__ = ["ImpactSolver", "solve"]
 
 
 class ImpactSolver:
@@ -46,16 +46,8 @@ class ImpactSolver:
         if not isinstance(scene, Scene):
             raise InputError(f"a Scene is wanted, not a {type(scene).__name__}")
         self.scene = scene
-        model = scene.robot.model
-        self._model = model
-        self._q_shape, self._v_shape = (model.nq,), (model.nv,)
-        # Entries of q that lie on a circle or sphere exist only where nq > nv.
-        self._has_unit_entries = model.nq > model.nv
-        self._algorithm, self.plan, self._reached = _planned(scene)
-        if self._reached is not None and self._reached.whole:
-            self._velocity_jump = self._algorithm.velocity_jump
-        else:
-            self._velocity_jump = self._velocity_jump_of_part
+        self._workspace = _Workspace(scene)
+        self.plan = self._workspace.plan
 
     def solve(self, q: Any, v: Any) -> Impact:
         """The impact at configuration q (nq,) with velocity v (nv,) before it.
@@ -64,6 +56,27 @@ class ImpactSolver:
             ShapeError, NotFiniteError, StateError: what is wrong with q or v.
             SingularMassError: a joint moves no inertia at q.
         """
+        return self._workspace.solve(self.scene, q, v)
+
+
+class _Workspace:
+    """All that a scene's solves share. It does not hold the scene, so that a scene can go."""
+
+    def __init__(self, scene: Scene) -> None:
+        model = scene.robot.model
+        self._model = model
+        self._q_shape, self._v_shape = (model.nq,), (model.nv,)
+        # Entries of q that lie on a circle or sphere exist only where nq > nv.
+        self._has_unit_entries = model.nq > model.nv
+        self._algorithm, self.plan, self._reached = _planned(scene)
+        # The commonest case, a robot alone on a fixed base, needs nothing in between.
+        direct = self._reached is not None and self._reached.is_as_given
+        self._velocity_jump = (
+            self._algorithm.velocity_jump if direct else self._velocity_jump_of_reached
+        )
+
+    def solve(self, scene: Scene, q: Any, v: Any) -> Impact:
+        """The impact at q and v, which are copied and checked."""
         try:
             q = np.array(q, dtype=float)
             v = np.array(v, dtype=float)
@@ -85,12 +98,17 @@ class ImpactSolver:
         ):
             q = state.checked_configuration(self._model, q)
             v = state.checked_velocity(self._model, v)
-        return Impact(self.scene, q, v, self._velocity_jump(q))
+        return Impact(scene, q, v, self._velocity_jump(q))
 
-    def _velocity_jump_of_part(self, q: np.ndarray) -> np.ndarray:
+    def _velocity_jump_of_reached(self, q: np.ndarray) -> np.ndarray:
+        if self._algorithm is None:
+            return np.zeros(self._v_shape)
+        reached = self._reached
+        dv_reached = self._algorithm.velocity_jump(reached.configuration(q))
+        if reached.whole:
+            return dv_reached
         dv = np.zeros(self._v_shape)
-        if self._algorithm is not None:
-            dv[self._reached.v_index] = self._algorithm.velocity_jump(q[self._reached.q_index])
+        dv[reached.v_index] = dv_reached
         return dv
 
 
@@ -116,31 +134,28 @@ def solve(scene: Scene, q: Any, v: Any) -> Impact:
         >>> impact.is_valid()
         True
     """
-    solver = _solvers.of_thread.get(id(scene))
-    if solver is None:
-        solver = solver_of(scene)
-    return solver.solve(q, v)
+    workspace = _workspaces.by_scene.get(id(scene))
+    if workspace is None:
+        workspace = _workspace_of(scene)
+    return workspace.solve(scene, q, v)
 
 
-class _Solvers(threading.local):
-    """The solvers of this thread, by the identity of their scene."""
+class _Workspaces(threading.local):
+    """The workspaces of this thread, by the identity of their scene."""
 
     def __init__(self) -> None:
-        self.of_thread: dict[int, ImpactSolver] = {}
+        self.by_scene: dict[int, _Workspace] = {}
 
 
-_solvers = _Solvers()
+_workspaces = _Workspaces()
 
 
-def solver_of(scene: Scene) -> ImpactSolver:
-    """The solver that this thread keeps for a scene, made when first asked for."""
-    solvers = _solvers.of_thread
-    solver = solvers.get(id(scene))
-    if solver is None:
-        solver = ImpactSolver(scene)
-        solvers[id(scene)] = solver
-        weakref.finalize(scene, solvers.pop, id(scene), None)
-    return solver
+def _workspace_of(scene: Scene) -> _Workspace:
+    """The workspace that this thread keeps for a scene, from now on."""
+    workspace = ImpactSolver(scene)._workspace
+    _workspaces.by_scene[id(scene)] = workspace
+    weakref.finalize(scene, _workspaces.by_scene.pop, id(scene), None)
+    return workspace
 
 
 def _planned(scene: Scene) -> tuple[Any, Plan, Any]:

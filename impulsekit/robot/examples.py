@@ -69,7 +69,7 @@ def _paths() -> dict[str, pathlib.Path]:
     for path in sorted(robots.rglob("*.urdf")):
         by_place[f"{path.relative_to(robots).parts[0]}/{path.stem}"] = path
     names: dict[str, pathlib.Path] = {}
-    for place, path in by_place.items():
+    for path in by_place.values():
         names.setdefault(path.stem, path)
     names.update({n: by_place[place] for n, place in _LOADER_NAMES.items() if place in by_place})
     # Files that a shorter name hides keep their place as a name.

@@ -76,10 +76,9 @@ class Robot:
             UrdfError: it names the file, the element and the fault.
 
         Example:
-            >>> text = '''<robot name="rod"><link name="rod"><inertial><mass value="2"/>
-            ... <inertia ixx="0" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'''
-            >>> Robot.from_urdf(text, root="planar").nv
-            3
+            >>> from impulsekit import chain_urdf
+            >>> Robot.from_urdf(chain_urdf(links=10), root="planar").nv
+            12
         """
         urdf = read_urdf(path_or_xml, mimic=mimic)
         joint, root_name = _root_joint(root)

@@ -191,7 +191,8 @@ def _check_joints(
     roots = sorted(links - set(parent_of))
     if len(roots) > 1:
         raise UrdfError(
-            f"{source}: {len(roots)} links have no parent ({', '.join(roots[:4])}); a URDF has one root",
+            f"{source}: {len(roots)} links have no parent ({', '.join(roots[:4])}); "
+            "a URDF has one root",
             source=source,
             element=f'link "{roots[1]}"',
         )

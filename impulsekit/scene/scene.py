@@ -75,10 +75,10 @@ def _check_impulse(robot: Robot, impulse: Any, where: str) -> None:
         frame_id = robot.frame_id(impulse.frame, where)
         if robot.model.frames[frame_id].parentJoint == 0:
             whole = (
-                "the world" if impulse.frame == WORLD else f'"{impulse.frame}", fixed to the world'
+                "the world" if impulse.frame == WORLD else f'"{impulse.frame}", fixed to the world,'
             )
             raise InputError(
-                f"{where}: an impulse on {whole}, moves nothing; strike a link that can move, "
+                f"{where}: an impulse on {whole} moves nothing; strike a link that can move, "
                 'or load the robot with root="freeflyer"'
             )
     elif isinstance(impulse, JointImpulse):

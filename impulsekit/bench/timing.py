@@ -1,0 +1,83 @@
+"""Timing several ways of one job against each other."""
+
+from __future__ import annotations
+
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+__all__ = ["Timing", "import_seconds", "ratio_row", "time_in_turn"]
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Seconds a call takes, over the rounds of a run."""
+
+    rounds: tuple[float, ...]
+
+    @property
+    def best(self) -> float:
+        """The fastest round, the one least disturbed."""
+        return min(self.rounds)
+
+    @property
+    def median(self) -> float:
+        """The middle of the rounds."""
+        return statistics.median(self.rounds)
+
+
+def time_in_turn(
+    ways: Mapping[str, Callable[[], object]], rounds: int = 15, seconds: float = 0.02
+) -> dict[str, Timing]:
+    """Time each way in turn, round by round, so that a machine that drifts drifts for all.
+
+    Args:
+        ways: the calls by name.
+        rounds: how often each is timed.
+        seconds: how long one round of one way takes, about.
+    """
+    repeats = {name: _repeats(way, seconds) for name, way in ways.items()}
+    taken: dict[str, list[float]] = {name: [] for name in ways}
+    for _ in range(rounds):
+        for name, way in ways.items():
+            taken[name].append(_per_call(way, repeats[name]))
+    return {name: Timing(tuple(times)) for name, times in taken.items()}
+
+
+def ratio_row(label: str, ours: Timing, theirs: Timing, bound: float) -> str:
+    """One line: both times, the ratio of medians with its spread, and the bound it is held to."""
+    ratios = [a / b for a, b in zip(ours.rounds, theirs.rounds, strict=True)]
+    ratio = statistics.median(ratios)
+    verdict = "within" if ratio <= bound else "ABOVE"
+    return (
+        f"{label:44s} {1e6 * ours.median:9.2f} µs {1e6 * theirs.median:9.2f} µs   "
+        f"ratio {ratio:5.2f} ({min(ratios):.2f} to {max(ratios):.2f})   {verdict} {bound:g}"
+    )
+
+
+def import_seconds(statement: str, rounds: int = 7) -> Timing:
+    """How long a statement takes in fresh interpreters, their own start left out."""
+    code = f"import time; t = time.perf_counter(); {statement}; print(time.perf_counter() - t)"
+    times = []
+    for _ in range(rounds):
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
+        times.append(float(done.stdout))
+    return Timing(tuple(times))
+
+
+def _repeats(way: Callable[[], object], seconds: float) -> int:
+    way()
+    repeats = 1
+    while (taken := _per_call(way, repeats) * repeats) < seconds / 4:
+        repeats *= 2
+    return max(1, int(repeats * seconds / taken))
+
+
+def _per_call(way: Callable[[], object], repeats: int) -> float:
+    start = time.perf_counter()
+    for _ in range(repeats):
+        way()
+    return (time.perf_counter() - start) / repeats

@@ -1,0 +1,209 @@
+"""What solve takes, refuses and keeps."""
+
+from __future__ import annotations
+
+import gc
+import math
+import pickle
+import threading
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit import errors
+from impulsekit.impact.solver import _workspaces
+from tests.robots import STRUCK, random_blow, random_state, relative
+
+
+@pytest.fixture(scope="module")
+def talos() -> ik.Scene:
+    robot = ik.Robot.from_example("talos", root="freeflyer")
+    return ik.Scene(robot, [random_blow(STRUCK["talos"], 0)])
+
+
+def test_the_answer_is_read_only_and_apart_from_what_was_given(talos):
+    q, v = random_state(talos.robot, 0)
+    impact = ik.solve(talos, q, v)
+    before = impact.q.copy()
+    q[:] = 0.0
+    np.testing.assert_array_equal(impact.q, before)
+    for array in (impact.q, impact.v_before, impact.dv, impact.v_after, impact.momentum_after):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+
+
+def test_lists_and_whole_numbers_are_taken():
+    robot = ik.Robot.from_example("panda")
+    scene = ik.Scene(robot, [random_blow("panda_hand", 0)])
+    a = ik.solve(scene, [0] * 9, [1] * 9)
+    b = ik.solve(scene, np.zeros(9), np.ones(9))
+    np.testing.assert_array_equal(a.v_after, b.v_after)
+
+
+@pytest.mark.parametrize(
+    ("change_q", "change_v", "error", "words"),
+    [
+        (lambda q: q[:-1], lambda v: v, errors.ShapeError, r"q has shape \(38,\)"),
+        (lambda q: q, lambda v: v[None], errors.ShapeError, r"v has shape \(1, 38\)"),
+        (lambda q: _set(q, 10, math.nan), lambda v: v, errors.NotFiniteError, "leg_left_4_joint"),
+        (lambda q: _set(q, 0, math.inf), lambda v: v, errors.NotFiniteError, "root_joint"),
+        (lambda q: q, lambda v: _set(v, 6, math.nan), errors.NotFiniteError, "leg_left_1_joint"),
+        (lambda q: _set(q, slice(3, 7), 0.0), lambda v: v, errors.StateError, "length 0"),
+        (lambda q: _set(q, 6, q[6] + 1e-3), lambda v: v, errors.StateError, "quaternion"),
+        (lambda q: "here", lambda v: v, errors.NotFiniteError, "q does not hold numbers"),
+        (lambda q: q, lambda v: None, errors.ImpulsekitError, "v"),
+    ],
+)
+def test_a_wrong_state_is_one_clear_error(talos, change_q, change_v, error, words):
+    q, v = random_state(talos.robot, 0)
+    with pytest.raises(error, match=words):
+        ik.solve(talos, change_q(q), change_v(v))
+
+
+@pytest.mark.parametrize("entry", range(9))
+def test_no_nan_slips_through_a_fixed_base(entry):
+    robot = ik.Robot.from_example("panda")
+    scene = ik.Scene(robot, [random_blow("panda_link1", 0)])
+    for q, v in ((_set(np.zeros(9), entry, math.nan), np.zeros(9)),):
+        with pytest.raises(errors.NotFiniteError, match="q"):
+            ik.solve(scene, q, v)
+        with pytest.raises(errors.NotFiniteError, match="v"):
+            ik.solve(scene, v, q)
+
+
+def test_huge_states_are_not_taken_for_infinite_ones():
+    robot = ik.Robot.from_example("panda")
+    scene = ik.Scene(robot, [random_blow("panda_hand", 0)])
+    v = np.full(9, 1e200)
+    np.testing.assert_array_equal(ik.solve(scene, np.zeros(9), v).v_before, v)
+
+
+def test_without_an_impulse_nothing_changes():
+    robot = ik.Robot.from_example("solo12", root="freeflyer")
+    q, v = random_state(robot, 1)
+    impact = ik.solve(ik.Scene(robot), q, v)
+    assert not impact.dv.any()
+    assert impact.is_valid()
+    assert impact.energy.change == 0.0
+
+
+def test_a_joint_that_moves_no_inertia_is_named():
+    link = "<link name='{}'/>"
+    heavy = (
+        "<link name='arm'><inertial><mass value='1'/>"
+        "<inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+    )
+    hinge = (
+        "<joint name='{0}' type='continuous'><parent link='{1}'/><child link='{2}'/>"
+        "<axis xyz='0 0 1'/></joint>"
+    )
+    text = (
+        "<robot name='r'>" + link.format("base") + heavy + link.format("tip")
+        + hinge.format("shoulder", "base", "arm") + hinge.format("wrist", "arm", "tip") + "</robot>"
+    )  # fmt: skip
+    robot = ik.Robot.from_urdf(text)
+    scene = ik.Scene(robot, [ik.AppliedImpulse("arm", angular=[0, 0, 1])])
+    with pytest.raises(errors.SingularMassError, match='joint "wrist" moves nothing') as caught:
+        ik.solve(scene, robot.neutral(), robot.velocity())
+    assert caught.value.joints == ("wrist",)
+
+
+def test_a_massless_gimbal_is_singular_only_where_its_axes_meet():
+    """Three hinges with massless links between stand for a ball joint, but not everywhere."""
+    model = pin.Model()
+    joint = 0
+    for name, kind in (("z", pin.JointModelRZ), ("y", pin.JointModelRY), ("x", pin.JointModelRX)):
+        joint = model.addJoint(joint, kind(), pin.SE3.Identity(), name)
+    model.appendBodyToJoint(joint, pin.Inertia(1.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
+    model.addFrame(pin.Frame("body", joint, 0, pin.SE3.Identity(), pin.FrameType.BODY))
+    robot = ik.Robot.from_model(model)
+    scene = ik.Scene(robot, [ik.AppliedImpulse("body", angular=[1, 2, 3])])
+    away = ik.solve(scene, robot.configuration(y=0.3), robot.velocity())
+    np.testing.assert_allclose(away.bodies["body"].domega, [1, 2, 3], rtol=1e-13)
+    with pytest.raises(errors.SingularMassError):
+        ik.solve(scene, robot.configuration(y=math.pi / 2), robot.velocity())
+
+
+def test_only_the_branches_that_are_struck_are_computed():
+    panda = ik.Robot.from_example("panda")
+    four = ik.combine(a=panda, b=panda, c=panda, d=panda)
+    blow = random_blow("c/panda_hand", 5)
+    solver = ik.ImpactSolver(ik.Scene(four, [blow]))
+    assert (solver.plan.joints, solver.plan.skipped_joints) == (9, 27)
+    q, v = random_state(four, 1)
+    impact = solver.solve(q, v)
+    alone = ik.solve(
+        ik.Scene(panda, [ik.AppliedImpulse("panda_hand", blow.linear, blow.angular, blow.at)]),
+        q[18:27],
+        v[18:27],
+    )
+    np.testing.assert_allclose(impact.dv[18:27], alone.dv, rtol=1e-13)
+    assert not impact.dv[:18].any()
+    assert not impact.dv[27:].any()
+    assert impact.is_valid()
+
+
+def test_branches_apart_are_computed_together_when_both_are_struck():
+    panda = ik.Robot.from_example("panda")
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    world = ik.combine(a=panda, ball=ball, b=panda)
+    entries = [random_blow("a/panda_hand", 1), random_blow("b/panda_hand", 2)]
+    solver = ik.ImpactSolver(ik.Scene(world, entries))
+    assert solver.plan.skipped_joints == 1
+    q, v = random_state(world, 2)
+    impact = solver.solve(q, v)
+    mass_matrix = impact.mechanics.mass_matrix
+    assert relative(mass_matrix @ impact.dv - impact.generalized_impulse, impact.dv) < 1e-13
+
+
+def test_threads_do_not_meet(talos):
+    robot = talos.robot
+    states = [random_state(robot, seed) for seed in range(8)]
+    expected = [ik.solve(talos, *state).dv for state in states]
+    wrong = []
+
+    def work(i: int) -> None:
+        for _ in range(200):
+            impact = ik.solve(talos, *states[i])
+            if not np.array_equal(impact.dv, expected[i]):
+                wrong.append(i)
+
+    threads = [threading.Thread(target=work, args=(i,)) for i in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not wrong
+
+
+def test_a_scene_takes_its_solver_along_when_it_goes():
+    robot = ik.Robot.from_example("panda")
+    scene = ik.Scene(robot, [random_blow("panda_hand", 0)])
+    gc.collect()
+    before = len(_workspaces.by_scene)
+    ik.solve(scene, robot.neutral(), robot.velocity())
+    assert len(_workspaces.by_scene) == before + 1
+    del scene
+    gc.collect()
+    assert len(_workspaces.by_scene) == before
+
+
+def test_an_impact_travels_by_pickle(talos):
+    impact = ik.solve(talos, *random_state(talos.robot, 1))
+    _ = impact.energy
+    twin = pickle.loads(pickle.dumps(impact))
+    np.testing.assert_array_equal(twin.dv, impact.dv)
+    assert twin.energy.after == impact.energy.after
+
+
+def test_a_scene_is_needed():
+    with pytest.raises(errors.InputError, match="a Scene is wanted"):
+        ik.solve("scene", [0], [0])
+
+
+def _set(array, index, value):
+    array = array.copy()
+    array[index] = value
+    return array

@@ -1,0 +1,70 @@
+"""Several robots in one world."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit import errors
+
+
+@pytest.fixture(scope="module")
+def panda() -> ik.Robot:
+    return ik.Robot.from_example("panda")
+
+
+def test_names_get_their_robots_name_and_states_are_stacked(panda):
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    both = ik.combine(arm=panda, ball=ball)
+    assert (both.nq, both.nv) == (9 + 7, 9 + 6)
+    assert both.joint_names == (*(f"arm/{n}" for n in panda.joint_names), "ball/root_joint")
+    assert {"arm/panda_hand", "ball/ball"} <= set(both.frame_names)
+    assert both.mass == pytest.approx(panda.mass + ball.mass)
+
+
+def test_a_placement_puts_the_root_there(panda):
+    turn = pin.SE3(pin.utils.rotate("z", 0.5), np.array([1.0, 2.0, 3.0]))
+    both = ik.combine(a=panda, b=panda, placements={"b": turn.homogeneous})
+    data = both.model.createData()
+    pin.framesForwardKinematics(both.model, data, both.neutral())
+    a, b = (data.oMf[both.frame_id(f"{name}/panda_hand")] for name in "ab")
+    np.testing.assert_allclose(b.homogeneous, (turn * a).homogeneous, atol=1e-15)
+
+
+def test_worlds_nest(panda):
+    pair = ik.combine(a=panda, b=panda, placements={"b": [0, 1, 0]})
+    four = ik.combine(near=pair, far=pair, placements={"far": [5, 0, 0]})
+    assert four.nv == 36
+    assert "far/b/panda_hand" in four.frame_names
+    np.testing.assert_allclose(np.array(four.parts[3].placement)[:3, 3], [5, 1, 0])
+    assert four.joint_names[9] == "near/b/panda_joint1"
+
+
+def test_the_robots_given_stay_as_they_are(panda):
+    before = pin.Model(panda.model)
+    ik.combine(a=panda, b=panda)
+    assert panda.model == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ({}, errors.InputError, "one robot or more"),
+        ({"a": "panda"}, errors.InputError, "a str, not a Robot"),
+        ({"a": None, "placements": {"b": [0, 0, 0]}}, errors.UnknownNameError, "placements"),
+    ],
+)
+def test_what_cannot_be_combined_is_refused(arguments, error, words):
+    with pytest.raises(error, match=words):
+        ik.combine(**arguments)
+
+
+def test_a_placement_is_checked(panda):
+    with pytest.raises(errors.ShapeError, match="placement"):
+        ik.combine(a=panda, placements={"a": [1, 2]})
+    with pytest.raises(errors.InputError, match="not a rotation"):
+        ik.combine(a=panda, placements={"a": np.diag([2.0, 1, 1, 1])})
+    with pytest.raises(errors.InputError, match="cannot be a robot's name"):
+        ik.combine({"a/b": panda})

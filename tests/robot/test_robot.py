@@ -1,0 +1,133 @@
+"""A robot is a Pinocchio model with its names."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit import errors
+
+
+def test_roots_add_their_degrees_of_freedom():
+    text = ik.chain_urdf(3)
+    sizes = {
+        root: (ik.Robot.from_urdf(text, root=root).nq, ik.Robot.from_urdf(text, root=root).nv)
+        for root in ("fixed", "planar", "freeflyer")
+    }
+    assert sizes == {"fixed": (2, 2), "planar": (6, 5), "freeflyer": (9, 8)}
+    assert ik.Robot.from_urdf(text, root=pin.JointModelPZ()).nv == 3
+
+
+def test_an_unknown_root_is_refused_with_those_that_exist():
+    with pytest.raises(errors.UnknownNameError, match='"freeflyer"'):
+        ik.Robot.from_urdf(ik.chain_urdf(1), root="freefyler")
+    with pytest.raises(errors.InputError, match="root is a int"):
+        ik.Robot.from_urdf(ik.chain_urdf(1), root=3)
+
+
+def test_a_given_model_is_copied_and_never_changed():
+    model = pin.buildSampleModelHumanoid()
+    before = pin.Model(model)
+    robot = ik.Robot.from_model(model)
+    q = robot.configuration(root_joint=[0, 0, 1, 0, 0, 0, 1])
+    ik.solve(ik.Scene(robot, [ik.AppliedImpulse("lleg_elbow_joint", [0, 0, 1])]), q, np.zeros(robot.nv))
+    assert model == before
+    robot.model.names[1] = "other"
+    assert model == before
+
+
+def test_only_a_model_is_taken_for_a_model():
+    with pytest.raises(errors.InputError, match=r"pin\.Model"):
+        ik.Robot.from_model("talos")
+
+
+def test_a_robot_travels_by_pickle():
+    robot = ik.combine(arm=ik.Robot.from_example("panda"), ball=_ball())
+    twin = pickle.loads(pickle.dumps(robot))
+    assert twin.model == robot.model
+    assert [link.name for link in twin.links] == [link.name for link in robot.links]
+    assert twin.parts == robot.parts
+
+
+def test_mimic_joints_follow_only_when_asked():
+    assert ik.Robot.from_example("panda").nv == 9
+    assert ik.Robot.from_example("panda", mimic=True).nv == 8
+
+
+def test_links_behind_fixed_joints_keep_their_own_mass_and_mass_centre():
+    robot = ik.Robot.from_example("panda")
+    own = {link.name: link for link in robot.links}
+    flange, hand = own["panda_link7"], own["panda_hand"]
+    assert flange.joint_id == hand.joint_id
+    whole = robot.model.inertias[hand.joint_id]
+    on_joint = [link for link in robot.links if link.joint_id == hand.joint_id]
+    assert sum(link.mass for link in on_joint) == pytest.approx(whole.mass, rel=1e-14)
+    com = sum(link.mass * link.com_in_joint for link in on_joint) / whole.mass
+    np.testing.assert_allclose(com, whole.lever, atol=1e-15)
+    assert not np.allclose(flange.com_in_joint, hand.com_in_joint)
+
+
+@pytest.mark.parametrize("name", ik.example_names())
+def test_every_example_loads_and_its_links_add_up(name):
+    if name == "ur_description/ur3":
+        # The package's file of this name holds macros, and no link.
+        with pytest.raises(errors.UrdfError, match="no link"):
+            ik.Robot.from_example(name)
+        return
+    robot = ik.Robot.from_example(name, root="freeflyer")
+    assert sum(link.mass for link in robot.links) == pytest.approx(robot.mass, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "nv"),
+    [("talos", 38), ("panda", 15), ("solo12", 18), ("ur5", 12), ("talos_legs", 18)],
+)
+def test_the_loaders_names_give_the_loaders_robots(name, nv):
+    assert ik.Robot.from_example(name, root="freeflyer").nv == nv
+
+
+def test_file_stems_are_names_too():
+    assert {"allegro_right_hand", "TwoDofs", "talos_reduced"} <= set(ik.example_names())
+
+
+def test_an_unknown_example_gets_its_nearest_names():
+    with pytest.raises(errors.UnknownNameError) as caught:
+        ik.Robot.from_example("tallos")
+    assert "talos" in caught.value.nearest
+    with pytest.raises(errors.UrdfError, match="SDF"):
+        ik.Robot.from_example("cassie")
+
+
+def test_unknown_frames_and_joints_get_their_nearest_names():
+    robot = ik.Robot.from_example("panda")
+    with pytest.raises(errors.UnknownNameError, match='did you mean "panda_hand'):
+        robot.frame_id("pandahand")
+    with pytest.raises(errors.UnknownNameError) as caught:
+        robot.joint_id("panda_joint9")
+    assert caught.value.kind == "joint"
+    assert "panda_joint1" in caught.value.known
+
+
+def test_geometry_is_read_only_when_somebody_looks():
+    robot = ik.Robot.from_example("panda", root="freeflyer")
+    assert "collision_model" not in vars(robot)
+    boxes = robot.collision_model.geometryObjects
+    hand = robot.model.frames[robot.frame_id("panda_hand")]
+    assert {item.parentJoint for item in boxes} <= set(range(robot.model.njoints))
+    assert any(item.parentJoint == hand.parentJoint for item in boxes)
+
+
+def test_a_mesh_that_is_missing_is_named_with_the_folders_tried():
+    mesh = "<geometry><mesh filename='package://nowhere/a.stl'/></geometry>"
+    text = f"<robot name='r'><link name='a'><collision>{mesh}</collision></link></robot>"
+    robot = ik.Robot.from_urdf(text, package_dirs=["some_folder"])
+    with pytest.raises(errors.UrdfError, match="some_folder"):
+        _ = robot.collision_model
+
+
+def _ball() -> ik.Robot:
+    return ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")

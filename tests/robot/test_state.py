@@ -1,0 +1,89 @@
+"""Configurations and velocities by joint name."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit import errors
+
+
+@pytest.fixture(scope="module")
+def robot() -> ik.Robot:
+    """A free-flyer with a revolute, a continuous and a spherical joint."""
+    model = pin.Model()
+    body = pin.Inertia(1.0, np.zeros(3), np.eye(3))
+    joints = (
+        ("base", pin.JointModelFreeFlyer()),
+        ("hinge", pin.JointModelRZ()),
+        ("wheel", pin.JointModelRUBY()),
+        ("ball", pin.JointModelSpherical()),
+    )
+    for parent, (name, joint) in enumerate(joints):
+        model.addJoint(parent, joint, pin.SE3.Identity(), name)
+        model.appendBodyToJoint(parent + 1, body, pin.SE3.Identity())
+    return ik.Robot.from_model(model)
+
+
+def test_joints_not_named_are_neutral(robot):
+    assert np.array_equal(robot.configuration(), pin.neutral(robot.model))
+    assert not robot.velocity().any()
+
+
+def test_each_kind_of_joint_takes_its_own_numbers(robot):
+    q = robot.configuration(
+        base=[1, 2, 3, 0, 0, 0, 1], hinge=0.3, wheel=0.4, ball=[0, 0, math.sin(0.1), math.cos(0.1)]
+    )
+    np.testing.assert_array_equal(q[:3], [1, 2, 3])
+    assert q[7] == 0.3
+    np.testing.assert_allclose(q[8:10], [math.cos(0.4), math.sin(0.4)])
+    v = robot.velocity(base=[1, 2, 3, 4, 5, 6], wheel=-1.0, ball=[7, 8, 9])
+    np.testing.assert_array_equal(v, [1, 2, 3, 4, 5, 6, 0, -1, 7, 8, 9])
+
+
+def test_a_continuous_joint_takes_cosine_and_sine_too(robot):
+    assert np.array_equal(
+        robot.configuration(wheel=[0.6, 0.8]), robot.configuration(wheel=math.atan2(0.8, 0.6))
+    )
+
+
+def test_a_planar_root_takes_an_angle():
+    robot = ik.Robot.from_urdf(ik.chain_urdf(2), root="planar")
+    q = robot.configuration(root_joint=[1, 2, math.pi / 6])
+    np.testing.assert_allclose(q[:4], [1, 2, math.sqrt(0.75), 0.5])
+
+
+def test_names_that_are_no_identifiers_go_in_a_mapping():
+    arm = ik.Robot.from_example("panda")
+    both = ik.combine(left=arm, right=arm)
+    q = both.configuration({"right/panda_joint1": 0.5})
+    assert q[9] == 0.5
+
+
+@pytest.mark.parametrize(
+    ("values", "error", "words"),
+    [
+        ({"hinje": 1.0}, errors.UnknownNameError, '"hinge"'),
+        ({"hinge": [1.0, 2.0]}, errors.ShapeError, r"\(2,\), wanted is \(1,\)"),
+        ({"hinge": math.nan}, errors.NotFiniteError, "nan"),
+        ({"hinge": "much"}, errors.NotFiniteError, "numbers are wanted"),
+        ({"ball": [0, 0, 0, 1.1]}, errors.StateError, 'quaternion of joint "ball" has length 1.1'),
+        ({"base": [0] * 7}, errors.StateError, "length 0"),
+        ({"base": [0] * 6}, errors.ShapeError, "x, y, z and the quaternion"),
+        ({"wheel": [0.6, 0.9]}, errors.StateError, r"\(cosine, sine\) pair of joint \"wheel\""),
+    ],
+)
+def test_a_wrong_configuration_is_one_clear_error(robot, values, error, words):
+    with pytest.raises(error, match=words):
+        robot.configuration(**values)
+
+
+def test_a_wrong_velocity_is_one_clear_error(robot):
+    with pytest.raises(errors.ShapeError, match="velocity of joint"):
+        robot.velocity(base=[1, 2, 3])
+    with pytest.raises(errors.NotFiniteError, match="inf"):
+        robot.velocity(hinge=math.inf)
