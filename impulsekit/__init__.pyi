@@ -7,7 +7,7 @@ from .impact import Status as Status
 from .impact import solve as solve
 from .robot import Robot as Robot
 from .robot import combine as combine
-from .robot import example_names as example_names
+from .robot.examples import example_names as example_names
 from .scene import AppliedImpulse as AppliedImpulse
 from .scene import JointImpulse as JointImpulse
 from .scene import Scene as Scene

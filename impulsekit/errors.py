@@ -22,7 +22,6 @@ attributes, for programs.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -209,6 +208,8 @@ def nearest_names(name: str, known: Iterable[str], most: int = 3) -> tuple[str, 
         >>> nearest_names("elbwo", ["shoulder", "elbow", "wrist"])
         ('elbow',)
     """
+    import difflib
+
     names = list(known)
     folded: dict[str, str] = {}
     for candidate in names:

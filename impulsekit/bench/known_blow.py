@@ -14,7 +14,7 @@ import pinocchio as pin
 from ..impact import solve
 from ..robot import Robot, combine
 from ..scene import AppliedImpulse, Scene
-from .timing import import_seconds, ratio_row, time_in_turn
+from .timing import import_times, ratio_row, time_in_turn
 
 __all__ = ["main"]
 
@@ -70,13 +70,11 @@ def main() -> None:
         {"four": _solving(four, "c/panda_hand"), "lone": _solving(panda, "panda_hand")}
     )
     write(ratio_row("one of four Pandas, nv 36 / lone Panda", *times.values(), 1.3) + "\n")
-    pinocchio = import_seconds("import pinocchio")
-    for statement, bound in (
-        ("import impulsekit", 0.5),
-        ("from impulsekit import Robot, Scene", 1.15),
-    ):
-        label = f"{statement} / import pinocchio"
-        write(ratio_row(label, import_seconds(statement), pinocchio, bound) + "\n")
+    bounds = {"import impulsekit": 0.5, "from impulsekit import Robot, Scene": 1.15}
+    imports = import_times(["import pinocchio", *bounds])
+    for statement, bound in bounds.items():
+        row = ratio_row(statement, imports[statement], imports["import pinocchio"], bound)
+        write(row + "\n")
 
 
 if __name__ == "__main__":

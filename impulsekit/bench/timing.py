@@ -6,10 +6,10 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-__all__ = ["Timing", "import_seconds", "ratio_row", "time_in_turn"]
+__all__ = ["Timing", "import_times", "ratio_row", "time_in_turn"]
 
 
 @dataclass(frozen=True)
@@ -58,14 +58,16 @@ def ratio_row(label: str, ours: Timing, theirs: Timing, bound: float) -> str:
     )
 
 
-def import_seconds(statement: str, rounds: int = 7) -> Timing:
-    """How long a statement takes in fresh interpreters, their own start left out."""
-    code = f"import time; t = time.perf_counter(); {statement}; print(time.perf_counter() - t)"
-    times = []
+def import_times(statements: Sequence[str], rounds: int = 11) -> dict[str, Timing]:
+    """How long each statement takes in fresh interpreters, in turn, their start left out."""
+    code = "import time; t = time.perf_counter(); {}; print(time.perf_counter() - t)"
+    times: dict[str, list[float]] = {statement: [] for statement in statements}
     for _ in range(rounds):
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
-        times.append(float(done.stdout))
-    return Timing(tuple(times))
+        for statement, taken in times.items():
+            command = [sys.executable, "-c", code.format(statement)]
+            done = subprocess.run(command, capture_output=True, check=True)
+            taken.append(float(done.stdout))
+    return {statement: Timing(tuple(taken)) for statement, taken in times.items()}
 
 
 def _repeats(way: Callable[[], object], seconds: float) -> int:

@@ -1,9 +1,8 @@
 """Robots: a Pinocchio model with its names, its root, its states and, on demand, its geometry."""
 
 from .combine import combine
-from .examples import example_names
 from .links import Link
 from .robot import Robot
 from .source import RobotPart
 
-__all__ = ["Link", "Robot", "RobotPart", "combine", "example_names"]
+__all__ = ["Link", "Robot", "RobotPart", "combine"]

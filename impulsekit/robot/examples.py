@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import importlib.metadata
 import pathlib
 from xml.etree import ElementTree
 
@@ -48,6 +47,9 @@ _NO_URDF = {"cassie": "the package has it as SDF only"}
 @functools.cache
 def data_folder() -> pathlib.Path:
     """The folder "example-robot-data" that the package installed."""
+    # Imported here: it takes as long as a third of numpy.
+    import importlib.metadata
+
     try:
         distribution = importlib.metadata.distribution("example-robot-data")
     except importlib.metadata.PackageNotFoundError:

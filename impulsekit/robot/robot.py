@@ -12,7 +12,6 @@ import pinocchio as pin
 
 from ..errors import InputError, UnknownNameError, UrdfError
 from . import state
-from .examples import example_path, example_urdf
 from .links import Link, links_of
 from .source import RobotPart
 from .urdf import read_urdf
@@ -107,6 +106,8 @@ class Robot:
         Raises:
             UnknownNameError: it carries the nearest names.
         """
+        from .examples import example_path, example_urdf
+
         path = example_path(name)
         text = example_urdf(name)
         folder = path.parents[len(path.parts) - path.parts.index("example-robot-data") - 2]

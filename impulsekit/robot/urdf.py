@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import math
 import os
-import pathlib
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from xml.etree import ElementTree
+from typing import TYPE_CHECKING
 
 from ..errors import UrdfError
+
+if TYPE_CHECKING:
+    from xml.etree import ElementTree
 
 __all__ = ["LinkInertial", "UrdfText", "read_urdf"]
 
@@ -74,7 +76,8 @@ def _text_of(path_or_xml: str | os.PathLike[str]) -> tuple[str, str | None]:
         )
     path = os.fspath(path_or_xml)
     try:
-        return pathlib.Path(path).read_text(encoding="utf-8-sig").lstrip(), path
+        with open(path, encoding="utf-8-sig") as file:
+            return file.read().lstrip(), path
     except (OSError, ValueError) as error:
         reason = {
             FileNotFoundError: "there is no such file",
@@ -86,6 +89,8 @@ def _text_of(path_or_xml: str | os.PathLike[str]) -> tuple[str, str | None]:
 
 
 def _parse(text: str, source: str) -> ElementTree.Element:
+    from xml.etree import ElementTree
+
     # A URDF has no use for a document type; with it go all tricks with entities.
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise UrdfError(
