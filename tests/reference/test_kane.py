@@ -1,0 +1,351 @@
+"""Kane's equations and the impact equations, against exact answers and against Pinocchio."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from impulsekit.errors import ContradictionError, RangeError, ShapeError
+from impulsekit.reference import Arithmetic, JointSpring, KaneSystem, Load, PointSpring, kane
+from impulsekit.reference.whittaker import struck_chain, struck_pendulum
+
+from .models import (
+    EVERY_KIND,
+    ROBOTS,
+    pinocchio_model,
+    random_state,
+    relative,
+    rods,
+    spatial_impulse,
+)
+
+FIFTY = Arithmetic.mpmath(50)
+TEN_ROBOTS = [
+    "a1_description/urdf/a1.urdf",
+    "anymal_c_simple_description/urdf/anymal.urdf",
+    "baxter_description/urdf/baxter.urdf",
+    "double_pendulum_description/urdf/double_pendulum_continuous.urdf",
+    "g1_description/urdf/g1_29dof_rev_1_0.urdf",
+    "kinova_description/robots/kinova.urdf",
+    "panda_description/urdf/panda.urdf",
+    "solo_description/robots/solo12.urdf",
+    "talos_data/robots/talos_reduced.urdf",
+    "ur_description/urdf/ur5_robot.urdf",
+]
+FIVE_ROBOTS = [TEN_ROBOTS[i] for i in (1, 4, 6, 7, 8)]
+GRAVITY = np.array([0.3, -0.2, -9.81])
+
+
+def exactly(fractions):
+    """Exact fractions as 50-digit numbers."""
+    return np.array([FIFTY.number(value) for value in fractions], dtype=object)
+
+
+# -- Kane's equations (17) ------------------------------------------------------------
+
+
+def error_against_aba(name, root="freeflyer"):
+    model, system = pinocchio_model(ROBOTS[name], root), KaneSystem.from_urdf(ROBOTS[name], root)
+    q, y = random_state(model, 8)
+    torque = np.random.default_rng(9).normal(size=model.nv)
+    model.gravity.linear = GRAVITY
+    wanted = pin.aba(model, model.createData(), q, y, torque)
+    torques = {
+        joint: torque[system.tree.joint(joint).speeds]
+        for joint in system.joint_names
+        if system.tree.joint(joint).kind != "fixed"
+    }
+    found = system.accelerations(q, y, GRAVITY, joint_torques=torques)
+    return relative(found, wanted)
+
+
+@pytest.mark.parametrize("name", TEN_ROBOTS)
+def test_accelerations_are_pinocchios_with_gravity_and_velocity(name):
+    assert error_against_aba(name) < 1e-10
+
+
+@pytest.mark.parametrize("name", TEN_ROBOTS)
+def test_accelerations_need_the_gyroscopic_couple(name, monkeypatch):
+    """Without ω x (I·ω) of eq. (12) they would be wrong, and it would be seen."""
+    monkeypatch.setattr(kane, "cross", lambda a, b: np.zeros_like(a))
+    assert error_against_aba(name) > 1e-6
+
+
+@pytest.mark.parametrize("root", ["fixed", "planar", "freeflyer"])
+def test_accelerations_of_every_kind_of_joint(root):
+    model, system = pinocchio_model(EVERY_KIND, root), KaneSystem.from_urdf(EVERY_KIND, root)
+    q, y = random_state(model, 11)
+    data = model.createData()
+    model.gravity.linear = GRAVITY
+    pin.framesForwardKinematics(model, data, q)
+    outside = [pin.Force.Zero() for _ in range(model.njoints)]
+    loads = [
+        Load("tool", (1, 2, 3), (0.1, -0.2, 0.3), (0.4, 0.1, 0)),
+        Load("drone", (-2, 0, 1), (0, 0.5, 0), (0, 0, 0.2)),
+    ]
+    for load in loads:
+        owner, force = spatial_impulse(model, data, load.link, load.linear, load.angular, load.at)
+        outside[owner] += force
+    wanted = pin.aba(model, data, q, y, np.zeros(model.nv), outside)
+    assert relative(system.accelerations(q, y, GRAVITY, loads), wanted) < 1e-12
+
+
+def test_equations_of_motion_are_closed():
+    """F_l + F*_l = 0 at the accelerations found (eq. 17)."""
+    from impulsekit.reference.kinematics import partial_rates
+
+    system = KaneSystem.from_urdf(EVERY_KIND, "freeflyer")
+    q, y = random_state(pinocchio_model(EVERY_KIND, "freeflyer"), 12)
+    at, checked = system.kinematics(q), system.tree.speeds(y)
+    active = system.generalized_active_force(q, y, GRAVITY)
+    change = system.accelerations(q, y, GRAVITY)
+    inertia = kane.generalized_inertia_force(
+        at, partial_rates(system.tree, at, checked), checked, change
+    )
+    assert np.abs(active + inertia).max() < 1e-12 * np.abs(active).max()
+
+
+def test_springs_give_back_what_they_store():
+    """The power of the springs is the rate at which their energy falls, less the dampers'."""
+    system = KaneSystem.from_urdf(EVERY_KIND, "freeflyer")
+    model = pinocchio_model(EVERY_KIND, "freeflyer")
+    q, y = random_state(model, 13)
+    springs = [
+        JointSpring("elbow", stiffness=7, damping=0.3, rest=0.2),
+        JointSpring("zeta", stiffness=5, rest=-0.1),
+        JointSpring("alpha", stiffness=3, rest=0.4),
+        PointSpring("arm", "drone", (0.1, 0, 0), (0, 0.2, 0), 11, 0.7, 0.3),
+        PointSpring("world", "wheel", (1, 2, 3), (0, 0, 0.1), stiffness=2, rest_length=1),
+    ]
+
+    def stored(time):
+        here = pin.integrate(model, q, y * time)
+        at, tree = system.kinematics(here), system.tree
+
+        def end(link, point):
+            k = tree.body_of_link(link)
+            return np.array(point) if k < 0 else at.origins[k] + at.rotations[k] @ point
+
+        def angle(joint):
+            own = here[tree.joint(joint).coordinates]
+            return own[0] if len(own) == 1 else np.arctan2(own[1], own[0])
+
+        total = 0.0
+        for spring in springs:
+            if isinstance(spring, JointSpring):
+                stretch = angle(spring.joint) - spring.rest
+            else:
+                ends = end(spring.link, spring.at) - end(spring.other, spring.other_at)
+                stretch = np.linalg.norm(ends) - spring.rest_length
+            total += spring.stiffness * stretch**2 / 2
+        length = np.linalg.norm(end("arm", (0.1, 0, 0)) - end("drone", (0, 0.2, 0)))
+        return total, length
+
+    step = 1e-5
+    (ahead, longer), (behind, shorter) = stored(step), stored(-step)
+    lost = 0.3 * y[system.tree.joint("elbow").speeds][0] ** 2
+    lost += 0.7 * ((longer - shorter) / (2 * step)) ** 2
+    power = system.generalized_active_force(q, y, springs=springs) @ y
+    assert power == pytest.approx(-(ahead - behind) / (2 * step) - lost, rel=1e-8)
+
+
+def test_a_spring_needs_a_direction_and_a_single_speed():
+    system = KaneSystem.from_urdf(EVERY_KIND)
+    q, y = system.neutral(), np.zeros(system.n)
+    with pytest.raises(RangeError, match="length of the spring"):
+        system.accelerations(q, y, springs=[PointSpring("arm", "arm", stiffness=1)])
+    with pytest.raises(RangeError, match="one with a single speed"):
+        system.accelerations(q, y, springs=[JointSpring("_fly", 1)])
+
+
+# -- chains whose answers are fractions -------------------------------------------------
+
+
+def struck_end(count, mass, length, inertia, impulse, hang):
+    """The chain of rods struck across its free end, every decimal exact, in 50 digits."""
+    system = KaneSystem.from_urdf(
+        rods(count, mass, length, inertia, hang),
+        "fixed" if hang else "planar",
+        arithmetic=FIFTY,
+        exact_decimals=True,
+    )
+    end = [FIFTY.number(length), 0, 0]
+    blow = Load(f"rod_{count}", (0, FIFTY.number(impulse), 0), at=end)
+    return system, system.impact(system.neutral(), [0] * system.n, [blow])
+
+
+CASES = {
+    # 10 links of 12 kg and 1 m: m l²/12 is 1 kg m²; 60 N s on 12 kg is Whittaker's 5 on 1.
+    "whittaker": ("12", "1", "1", "60", False, struck_chain),
+    # 1 slug, 1 ft, 30 lbf s: m l²/12 = 14.5939 · 0.3048²/12 kg m², a decimal as well.
+    "pendulum": ("14.5939", "0.3048", "0.112984806288", "133.447", True, struck_pendulum),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_struck_chain_moves_as_the_fractions_say_to_forty_digits(case):
+    mass, length, inertia, impulse, hang, exact = CASES[case]
+    assert Fraction(mass) * Fraction(length) ** 2 / 12 == Fraction(inertia)
+    chain = exact(10, mass, length, impulse)
+    system, impact = struck_end(10, mass, length, inertia, impulse, hang)
+    rods_of = [system.tree.body_of_link(f"rod_{k}") for k in range(10, 0, -1)]
+    centres = impact.body_dv[rods_of, 1] - exactly(chain.centre_velocities)
+    spins = impact.body_domega[rods_of, 2] - exactly(chain.link_rates)
+    assert np.abs(centres).max() < 1e-40 * float(chain.point_velocities[0])
+    assert np.abs(spins).max() < 1e-40 * float(max(chain.link_rates))
+    assert abs(impact.energy_after - exactly([chain.energy])[0]) < 1e-40 * float(chain.energy)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_freed_joints_carry_whittakers_pin_impulses(case):
+    mass, length, inertia, impulse, hang, exact = CASES[case]
+    chain = exact(10, mass, length, impulse)
+    _, impact = struck_end(10, mass, length, inertia, impulse, hang)
+    for k in range(1, 11 if hang else 10):
+        # S_k is what link k, counted from the struck end, gives the next one, which is
+        # nearer to the root: minus what the parent gives the child.
+        reaction = impact.joint_reaction(f"pin_{11 - k}")
+        wanted = np.array([0, -exactly(chain.pin_impulses)[k], 0, 0, 0, 0])
+        assert np.abs(reaction - wanted).max() < 1e-40 * float(chain.impulse)
+    if not hang:
+        assert not impact.joint_reaction("root_joint").any()
+
+
+@pytest.mark.parametrize("numbers", [Arithmetic.double(), Arithmetic.long_double()])
+def test_a_struck_chain_in_other_precisions(numbers):
+    chain = struck_chain(10, 12, 1, 60)
+    system = KaneSystem.from_urdf(rods(10, "12", "1", "1"), "planar", arithmetic=numbers)
+    blow = Load("rod_10", (0, 60, 0), at=(1, 0, 0))
+    impact = system.impact(system.neutral(), [0] * 12, [blow])
+    wanted = exactly(chain.centre_velocities)
+    found = FIFTY.array(impact.body_dv[::-1, 1])
+    assert relative(found, wanted) < 1e3 * float(numbers.epsilon)
+
+
+# -- impacts of robots ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", FIVE_ROBOTS)
+def test_freed_joints_carry_what_newton_and_euler_find(name):
+    """Every joint of the robot, against Pinocchio's recursion with Δv as acceleration."""
+    model = pinocchio_model(ROBOTS[name], "freeflyer")
+    system = KaneSystem.from_urdf(ROBOTS[name], "freeflyer")
+    q, y = random_state(model, 21)
+    rng = np.random.default_rng(22)
+    blows = [
+        Load(str(link), rng.normal(size=3), rng.normal(size=3), rng.normal(size=3) / 10)
+        for link in rng.choice(system.link_names, 3)
+    ]
+    moved = [j for j in system.joint_names if system.tree.joint(j).kind == "revolute"]
+    kicks = {str(joint): float(rng.normal()) for joint in rng.choice(moved, 2, replace=False)}
+    impact = system.impact(q, y, blows, kicks)
+
+    model.gravity.setZero()
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, q)
+    outside = [pin.Force.Zero() for _ in range(model.njoints)]
+    for blow in blows:
+        owner, force = spatial_impulse(model, data, blow.link, blow.linear, blow.angular, blow.at)
+        outside[owner] += force
+    pin.rnea(model, data, q, np.zeros(model.nv), np.array(impact.dy), outside)
+    wanted = {}
+    for index in range(1, model.njoints):
+        turned = data.oMi[index].rotation
+        force = data.f[index]
+        wanted[model.names[index]] = np.concatenate([turned @ force.linear, turned @ force.angular])
+    largest = max(np.abs(wrench).max() for wrench in wanted.values())
+    for joint, wrench in wanted.items():
+        assert np.abs(impact.joint_reaction(joint) - wrench).max() < 1e-10 * largest, joint
+    for joint, kick in kicks.items():
+        axis = system.kinematics(q).rotations[system.tree.body_of_joint(joint)]
+        axis = axis @ system.tree.joint(joint).axis
+        assert impact.joint_reaction(joint)[3:] @ axis == pytest.approx(kick, abs=1e-10 * largest)
+
+
+@pytest.mark.parametrize("root", ["fixed", "planar", "freeflyer"])
+def test_books_of_an_impact_close(root):
+    system = KaneSystem.from_urdf(EVERY_KIND, root)
+    q, y = random_state(pinocchio_model(EVERY_KIND, root), 31)
+    blow = Load("tool", (1, 2, 3), (0.3, 0.1, -0.2), (0.1, 0.2, 0.3), axes="local")
+    rows = system.stack(
+        system.rows_at_point(q, "arm", "drone", (0.1, 0, 0), (0, 0.1, 0), target=[1, 2, 3]),
+        system.rows_of_turning("wheel", "world", [[0, 0.6, 0.8]]),
+        system.rows_on_speeds(np.eye(system.n)[:1], [0.5]),
+    )
+    impact = system.impact(q, y, [blow], {"elbow": 0.4}, rows)
+    jump = impact.momentum_after - impact.momentum_before
+    assert jump == pytest.approx(impact.generalized_impulse, abs=1e-12)  # eq. (28)
+    assert impact.generalized_masses @ impact.dy == pytest.approx(jump, abs=1e-12)  # eq. (32)
+    # The rows hold afterwards.
+    at = system.kinematics(q)
+    velocity, spin = at.velocities(np.array(impact.y_after))
+    k, j = system.tree.body_of_link("arm"), system.tree.body_of_link("drone")
+    here = at.origins[k] + at.rotations[k] @ [0.1, 0, 0] - at.mass_centres[k]
+    there = at.origins[j] + at.rotations[j] @ [0, 0.1, 0] - at.mass_centres[j]
+    apart = velocity[k] + np.cross(spin[k], here) - velocity[j] - np.cross(spin[j], there)
+    assert apart == pytest.approx([1, 2, 3], abs=1e-11)
+    turning = spin[system.tree.body_of_link("wheel")] @ [0, 0.6, 0.8]
+    assert turning == pytest.approx(0, abs=1e-11)
+    assert impact.y_after[0] == pytest.approx(0.5, abs=1e-11)
+    # Energy changes by the work: the impulse times the mean of the speeds before and after.
+    work = impact.generalized_impulse @ (impact.y_before + impact.y_after) / 2
+    assert impact.energy_after - impact.energy_before == pytest.approx(work, rel=1e-10)
+
+
+def test_a_blow_may_be_given_in_the_axes_of_the_link():
+    system = KaneSystem.from_urdf(EVERY_KIND, "freeflyer")
+    q, y = random_state(pinocchio_model(EVERY_KIND, "freeflyer"), 32)
+    turned = system.kinematics(q).rotations[system.tree.body_of_link("tool")]
+    local = Load("tool", (1, 2, 3), (0.3, 0, 1), (0.1, 0, 0), axes="local")
+    world = Load("tool", turned @ [1, 2, 3], turned @ [0.3, 0, 1], (0.1, 0, 0))
+    assert relative(system.impact(q, y, [local]).dy, system.impact(q, y, [world]).dy) < 1e-13
+
+
+def test_repeated_rows_share_their_impulse():
+    system = KaneSystem.from_urdf(EVERY_KIND, "freeflyer")
+    q, y = random_state(pinocchio_model(EVERY_KIND, "freeflyer"), 33)
+    once = system.rows_at_point(q, "arm")
+    single = system.impact(q, y, rows=once)
+    threefold = system.impact(q, y, rows=system.stack(once, once, once))
+    assert relative(threefold.dy, single.dy) < 1e-11
+    assert relative(threefold.row_impulses, np.tile(single.row_impulses / 3, 3)) < 1e-10
+
+
+@pytest.mark.parametrize("numbers", [Arithmetic.double(), FIFTY])
+def test_rows_that_contradict_each_other_are_named(numbers):
+    system = KaneSystem.from_urdf(rods(2, "12", "1", "1"), "planar", arithmetic=numbers)
+    q, y = system.neutral(), [1, 2, 3, 4]
+    still, moving = (
+        system.rows_at_point(q, "rod_2"),
+        system.rows_at_point(q, "rod_2", target=[1] * 3),
+    )
+    with pytest.raises(ContradictionError, match="point of rod_2 against world"):
+        system.impact(q, y, rows=system.stack(still, moving))
+    # Out of the plane nothing can move: a demand that it stay is met, one that it go is not.
+    assert abs(system.impact(q, y, rows=still).body("rod_2")[0][2]) < 1e-15
+    out = system.rows_at_point(q, "rod_2", directions=[[0, 0, 1]], target=[1])
+    with pytest.raises(ContradictionError):
+        system.impact(q, y, rows=out)
+
+
+def test_rows_are_checked():
+    system = KaneSystem.from_urdf(EVERY_KIND)
+    other = KaneSystem.from_urdf(rods(2, "12", "1", "1"))
+    with pytest.raises(ShapeError, match="of another system"):
+        system.impact(system.neutral(), np.zeros(system.n), rows=other.rows_on_speeds([[1.0]]))
+    with pytest.raises(ShapeError, match="matrix of constraint rows"):
+        system.rows_on_speeds([[1.0, 2.0]])
+    with pytest.raises(ShapeError, match="target of constraint rows"):
+        system.rows_of_turning("arm", target=[1, 2])
+    with pytest.raises(ShapeError, match="directions"):
+        system.rows_of_turning("arm", directions=[1, 0, 0])
+
+
+def test_the_world_can_be_struck_in_vain():
+    system = KaneSystem.from_urdf(EVERY_KIND)
+    impact = system.impact(system.neutral(), np.zeros(system.n), [Load("world", (1, 0, 0))])
+    assert not impact.dy.any()
+    assert not impact.body("world")[0].any()

@@ -1,0 +1,154 @@
+"""Kane's method against maximal coordinates, where no generalized speed is left."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from impulsekit.errors import ContradictionError
+from impulsekit.reference import Arithmetic, KaneSystem, Load, impact_of_free_bodies
+
+from .models import (
+    EVERY_KIND,
+    FOUR_BAR,
+    ROBOTS,
+    joint,
+    link,
+    pinocchio_model,
+    random_state,
+    relative,
+    robot,
+)
+
+RHOMBUS = robot(
+    *(
+        link(f"bar_{k}", f"1.{k}", ".3 0 0", inertia=f".01 0 0 .0{k + 2} 0 .0{k + 2}")
+        for k in range(1, 5)
+    ),
+    joint("corner_2", "bar_1", "bar_2", at=".6 0 0"),
+    joint("corner_3", "bar_2", "bar_3", at=".6 0 0"),
+    joint("corner_4", "bar_1", "bar_4"),
+)
+"""Four equal bars; the far ends of bars 3 and 4 meet in a corner left open."""
+
+
+def both(system, q, y, *rest):
+    return system.impact(q, y, *rest), impact_of_free_bodies(system, q, y, *rest)
+
+
+def agree(kane, maximal, bar=1e-10):
+    assert relative(kane.dy, maximal.dy) < bar
+    assert relative(kane.body_dv, maximal.body_dv) < bar
+    assert relative(kane.body_domega, maximal.body_domega) < bar
+    reactions = kane.joint_reactions()
+    largest = max(np.abs(wrench).max() for wrench in reactions.values())
+    for name, wrench in maximal.joint_reactions.items():
+        assert np.abs(reactions[name] - wrench).max() < bar * largest, name
+
+
+def four_bar_pose(crank):
+    """Coordinates of the closed four-bar; its crank reaches some 2.29 rad."""
+    pin_at = 0.4 * np.array([np.cos(crank), np.sin(crank)])
+    reach = np.array([1.0, 0.0]) - pin_at
+    span = np.linalg.norm(reach)
+    corner = np.arccos((0.8**2 + span**2 - 0.5**2) / (2 * 0.8 * span))
+    coupler = np.arctan2(reach[1], reach[0]) + corner
+    tip = pin_at + 0.8 * np.array([np.cos(coupler), np.sin(coupler)])
+    rocker = np.arctan2(tip[1], tip[0] - 1)
+    return np.array([np.cos(crank), np.sin(crank), coupler - crank, np.cos(rocker), np.sin(rocker)])
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_struck_four_bar(seed):
+    """The loop's three rows hold one redundant one: nothing moves out of the plane."""
+    rng = np.random.default_rng(seed)
+    system = KaneSystem.from_urdf(FOUR_BAR)
+    q = four_bar_pose(rng.uniform(0.3, 2.2))
+    at = system.kinematics(q)
+    tips = [
+        at.origins[k] + at.rotations[k] @ [length, 0, 0]
+        for k, length in ((system.tree.body_of_link("coupler"), 0.8),
+                          (system.tree.body_of_link("rocker"), 0.5))
+    ]  # fmt: skip
+    assert tips[0] == pytest.approx(tips[1], abs=1e-14)
+    loop = system.rows_at_point(q, "coupler", "rocker", (0.8, 0, 0), (0.5, 0, 0))
+    blow = Load("coupler", rng.normal(size=3), rng.normal(size=3), (0.5, 0.1, 0))
+    kane, maximal = both(system, q, rng.normal(size=3), [blow], {"crank_pin": 0.3}, loop)
+    agree(kane, maximal)
+    # In the plane the pin's impulse is unique; across it the joints share as they like.
+    assert relative(kane.row_impulses[:2], maximal.row_impulses[:2]) < 1e-10
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_struck_rhombus_that_flies(seed):
+    rng = np.random.default_rng(100 + seed)
+    system = KaneSystem.from_urdf(RHOMBUS, "freeflyer")
+    model = pinocchio_model(RHOMBUS, "freeflyer")
+    q, _ = random_state(model, seed)
+    opening = rng.uniform(0.4, np.pi - 0.4)
+    # Bars 1 and 3 are parallel, bars 2 and 4 too.
+    for name, angle in (
+        ("corner_2", opening),
+        ("corner_3", np.pi - opening),
+        ("corner_4", opening),
+    ):
+        q[system.tree.joint(name).first_coordinate] = angle
+    loop = system.stack(
+        system.rows_at_point(q, "bar_3", "bar_4", (0.6, 0, 0), (0.6, 0, 0)),
+        # The corner is a hinge: its bars share their turning across its axis, once more.
+        system.rows_of_turning("bar_3", "bar_4", [[1, 0, 0], [0, 1, 0], [1, 1, 0]]),
+    )
+    blow = Load("bar_2", rng.normal(size=3), rng.normal(size=3), rng.normal(size=3) / 5)
+    agree(*both(system, q, rng.normal(size=system.n), [blow], {"corner_3": 0.2}, loop))
+
+
+@pytest.mark.parametrize("root", ["fixed", "planar", "freeflyer"])
+def test_every_kind_of_joint_and_row(root):
+    rng = np.random.default_rng(5)
+    system = KaneSystem.from_urdf(EVERY_KIND, root)
+    q, y = random_state(pinocchio_model(EVERY_KIND, root), 41)
+    blows = [
+        Load("tool", rng.normal(size=3), rng.normal(size=3), rng.normal(size=3)),
+        Load("slider", rng.normal(size=3), (0, 0, 0), rng.normal(size=3), "local"),
+    ]
+    kicks = {"Beta": [0.1, -0.2, 0.3], "_fly": rng.normal(size=6), "zeta": 0.5, "alpha": -0.4}
+    rows = system.stack(
+        system.rows_at_point(q, "arm", "drone", (0.1, 0, 0), target=[0.1, 0.2, 0.3]),
+        system.rows_on_speeds(rng.normal(size=(2, system.n)), [0.5, 0]),
+    )
+    kane, maximal = both(system, q, y, blows, kicks, rows)
+    agree(kane, maximal, 1e-11)
+    assert relative(kane.row_impulses, maximal.row_impulses) < 1e-11
+
+
+@pytest.mark.parametrize("root", ["fixed", "freeflyer"])
+@pytest.mark.parametrize("name", ["panda_description/urdf/panda.urdf",
+                                  "tiago_pro_description/robots/tiago_pro.urdf"])  # fmt: skip
+def test_joints_that_mimic_hold_each_other(name, root):
+    """Along their own motion too: the gear's impulse is part of what they carry."""
+    rng = np.random.default_rng(6)
+    system = KaneSystem.from_urdf(ROBOTS[name], root, mimic=True)
+    q, y = random_state(pinocchio_model(ROBOTS[name], root, mimic=True), 42)
+    blows = [Load(link, rng.normal(size=3)) for link in system.link_names[-6:]]
+    kicks = {
+        body.joint.name: rng.normal(size=1)
+        for body in system.tree.bodies
+        if body.joint.mimics or body.joint.kind == "prismatic"
+    }
+    agree(*both(system, q, y, blows, kicks), bar=1e-9)
+
+
+def test_thirty_digits_agree_to_twenty_five():
+    system = KaneSystem.from_urdf(FOUR_BAR, arithmetic=Arithmetic.mpmath(30))
+    q = four_bar_pose(1.0)
+    loop = system.rows_at_point(q, "coupler", "rocker", (0.8, 0, 0), (0.5, 0, 0))
+    blow = Load("coupler", (1, 2, 3), (0, 1, 0))
+    agree(*both(system, q, [1, 2, 3], [blow], None, loop), bar=1e-25)
+
+
+def test_demands_that_joints_rule_out_are_refused():
+    system = KaneSystem.from_urdf(FOUR_BAR)
+    q = four_bar_pose(1.0)
+    out = system.rows_at_point(q, "coupler", directions=[[0, 0, 1]], target=[1])
+    with pytest.raises(ContradictionError, match="coupler"):
+        impact_of_free_bodies(system, q, [0, 0, 0], rows=out)

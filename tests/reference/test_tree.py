@@ -1,0 +1,315 @@
+"""The tree of bodies: order, names, coordinates, and what is wrong with a URDF."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from impulsekit.errors import (
+    NotFiniteError,
+    RangeError,
+    ShapeError,
+    StateError,
+    UnknownNameError,
+    UrdfError,
+)
+from impulsekit.reference import Arithmetic, KaneSystem, Load, Tree
+
+from .models import (
+    EVERY_KIND,
+    ROBOTS,
+    joint,
+    link,
+    mass_matrix,
+    pinocchio_model,
+    random_state,
+    relative,
+    robot,
+)
+
+TWO = [link("a"), link("b")]
+
+
+@pytest.mark.parametrize("root", ["fixed", "planar", "freeflyer"])
+def test_coordinates_and_speeds_lie_where_pinocchio_has_them(root):
+    model, tree = pinocchio_model(EVERY_KIND, root), Tree.from_urdf(EVERY_KIND, root)
+    assert len(tree.coordinate_names) == model.nq
+    for name, theirs in zip(list(model.names)[1:], list(model.joints)[1:], strict=True):
+        ours = tree.joint(name)
+        assert (ours.coordinates.start, ours.coordinates.stop) == (
+            theirs.idx_q,
+            theirs.idx_q + theirs.nq,
+        )
+        assert (ours.speeds.start, ours.speeds.stop) == (theirs.idx_v, theirs.idx_v + theirs.nv)
+    assert tree.neutral() == pytest.approx(pin.neutral(model))
+
+
+def test_joints_are_walked_in_the_order_of_their_bytes():
+    """ "B" before "_c" before "a", as in urdfdom's maps; not as people sort."""
+    tree = Tree.from_urdf(
+        robot(*map(link, "rstu"), *(joint(n, "r", c) for n, c in zip("a_B", "stu", strict=True)))
+    )
+    assert tree.speed_names == ("B", "_", "a")
+
+
+def test_every_link_is_a_body_of_its_own():
+    tree = Tree.from_urdf(EVERY_KIND, "freeflyer")
+    assert set(tree.link_names) == {
+        "base", "slider", "plate", "wheel", "drone", "tool", "arm", "bare"
+    }  # fmt: skip
+    tool = tree.bodies[tree.body_of_link("tool")]
+    assert (tool.joint.kind, tool.mass) == ("fixed", 0.2)
+    assert tree.bodies[tree.body_of_link("bare")].mass == 0
+
+
+@pytest.mark.parametrize("root", ["fixed", "planar", "freeflyer"])
+def test_masses_agree_for_every_kind_of_joint(root):
+    model, system = pinocchio_model(EVERY_KIND, root), KaneSystem.from_urdf(EVERY_KIND, root)
+    q, _ = random_state(model, 1)
+    assert relative(system.generalized_masses(q), mass_matrix(model, q)) < 1e-14
+
+
+def test_fifty_digits_are_fifty_digits():
+    """Rotations are orthogonal to the last digit although the URDF and q hold doubles."""
+    fifty = Arithmetic.mpmath(50)
+    system = KaneSystem.from_urdf(EVERY_KIND, "freeflyer", arithmetic=fifty)
+    q, _ = random_state(pinocchio_model(EVERY_KIND, "freeflyer"), 2)
+    for turned in system.kinematics(q).rotations:
+        assert np.abs(turned @ turned.T - fifty.eye(3)).max() < 1e-48
+    doubles = KaneSystem.from_urdf(EVERY_KIND, "freeflyer").generalized_masses(q)
+    error = relative(doubles, system.generalized_masses(q))
+    assert 1e-18 < error < 1e-14
+
+
+def test_decimals_are_doubles_unless_asked_for_exactly():
+    fifty = Arithmetic.mpmath(50)
+    rod = robot(link("rod", mass="0.1"))
+    assert Tree.from_urdf(rod, arithmetic=fifty).bodies[0].mass == fifty.number(0.1)
+    exact = Tree.from_urdf(rod, arithmetic=fifty, exact_decimals=True).bodies[0].mass
+    assert abs(exact - fifty.number(1) / 10) < 1e-50
+
+
+# -- mimic -----------------------------------------------------------------------
+
+GEARED = robot(
+    link("base", "2"),
+    link("one", ".5", ".1 .2 0"),
+    link("two", ".7", ".3 0 .1"),
+    link("three", ".3", "0 .1 .1"),
+    joint("a_leader", "base", "one", axis="1 2 0", at=".1 0 0"),
+    joint("b_slides", "one", "two", "prismatic", "0 1 1",
+          more='<mimic joint="a_leader" multiplier="-0.7" offset="0.2"/>'),
+    joint("c_turns", "base", "three", axis="0 0 -1", at="0 .3 0",
+          more='<mimic joint="a_leader" multiplier="2" offset="-0.4"/>'),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("root", ["fixed", "freeflyer"])
+@pytest.mark.parametrize("mimic", [False, True])
+def test_mimic_joints_are_read_as_pinocchio_reads_them(root, mimic):
+    model = pinocchio_model(GEARED, root, mimic)
+    system = KaneSystem.from_urdf(GEARED, root, mimic)
+    q, _ = random_state(model, 4)
+    assert system.n == model.nv == (1 if mimic else 3) + (6 if root == "freeflyer" else 0)
+    assert relative(system.generalized_masses(q), mass_matrix(model, q)) < 1e-14
+
+
+@pytest.mark.parametrize("name", ["panda_description/urdf/panda.urdf",
+                                  "baxter_description/urdf/baxter.urdf",
+                                  "pr2_description/urdf/pr2.urdf",
+                                  "tiago_pro_description/robots/tiago_pro.urdf"])  # fmt: skip
+def test_mimic_joints_of_robots(name):
+    model = pinocchio_model(ROBOTS[name], "freeflyer", mimic=True)
+    system = KaneSystem.from_urdf(ROBOTS[name], "freeflyer", mimic=True)
+    assert any(body.joint.mimics for body in system.tree.bodies)
+    q, _ = random_state(model, 4)
+    assert relative(system.generalized_masses(q), mass_matrix(model, q)) < 1e-13
+
+
+def test_a_mimic_of_a_mimic_follows_the_first():
+    chained = GEARED.replace('joint="a_leader" multiplier="2"', 'joint="b_slides" multiplier="2"')
+    last = Tree.from_urdf(chained, mimic=True).joint("c_turns")
+    assert (last.mimics, last.multiplier) == ("a_leader", 2 * -0.7)
+    assert last.offset == pytest.approx(2 * 0.2 - 0.4)
+
+
+# -- several in one world ------------------------------------------------------------
+
+
+def test_parts_in_one_world_keep_their_own_answers():
+    arm = KaneSystem.from_urdf(GEARED)
+    ball = KaneSystem.from_urdf(robot(link("ball", "0.3", ".1 0 0")), "freeflyer")
+    quarter = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    both = KaneSystem.combine({"arm": ([1, 2, 3], quarter)}, arm=arm, ball=ball)
+    assert both.names == (*(f"arm/{n}" for n in arm.names), *(f"ball/{n}" for n in ball.names))
+    q = np.concatenate([[0.3, 0.1, -0.2], ball.neutral()])
+    masses = both.generalized_masses(q)
+    assert masses[:3, :3] == pytest.approx(arm.generalized_masses(q[:3]), abs=1e-15)
+    assert masses[3:, 3:] == pytest.approx(ball.generalized_masses(q[3:]), abs=1e-15)
+    assert not masses[:3, 3:].any()
+    at = both.kinematics(q)
+    wanted = quarter @ arm.kinematics(q[:3]).mass_centres[1] + [1, 2, 3]
+    assert at.mass_centres[both.tree.body_of_link("arm/one")] == pytest.approx(wanted)
+
+
+def test_parts_must_agree():
+    ball = KaneSystem.from_urdf(robot(link("ball")), "freeflyer")
+    exact = KaneSystem.from_urdf(robot(link("ball")), arithmetic=Arithmetic.mpmath(20))
+    with pytest.raises(RangeError, match="number of parts"):
+        KaneSystem.combine()
+    with pytest.raises(RangeError, match='arithmetic of the part "two"'):
+        KaneSystem.combine(one=ball, two=exact)
+    with pytest.raises(UnknownNameError, match='no part is called "bal"'):
+        KaneSystem.combine({"bal": ([0, 0, 0], np.eye(3))}, ball=ball)
+    with pytest.raises(RangeError, match="an orthogonal matrix"):
+        KaneSystem.combine({"ball": ([0, 0, 0], 2 * np.eye(3))}, ball=ball)
+
+
+# -- what is wrong with a URDF ---------------------------------------------------------
+
+WRONG = {
+    "broken XML": ("<robot><link", "robot", "the XML is broken"),
+    "another document": ("<sdf/>", "sdf", "not <robot>"),
+    "empty": (robot(), "robot", "no link"),
+    "nameless": (robot('<link/>'), "link", "has no name"),
+    "twice": (robot(link("a"), link("a")), 'link "a"', "two links have this name"),
+    "unknown kind": (
+        robot(*TWO, joint("j", "a", "b", "ball")), 'joint "j"', '"ball" is unknown; URDF knows'),
+    "missing link": (
+        robot(*TWO, joint("j", "a", "c")), 'joint "j"', 'child link "c" does not exist'),
+    "no parent": (
+        robot(*TWO, '<joint name="j" type="fixed"><child link="b"/></joint>'),
+        'joint "j"', "no <parent link>"),
+    "two parents": (
+        robot(*TWO, link("c"), joint("j", "a", "c"), joint("k", "b", "c"), joint("l", "a", "b")),
+        'link "c"', 'a loop: it is the child of two joints, "j" and "k"'),
+    "a ring": (
+        robot(*TWO, link("c"), joint("j", "a", "b"), joint("k", "b", "a")),
+        'link "a"', "a loop: it is below itself"),
+    "two roots": (robot(*TWO), 'link "b"', 'two roots, "a" is the other'),
+    "no mass value": (
+        robot('<link name="a"><inertial><inertia ixx="1"/></inertial></link>'),
+        'link "a"', "no <mass value>"),
+    "no inertia": (
+        robot('<link name="a"><inertial><mass value="1"/></inertial></link>'),
+        'link "a"', "no <inertia>"),
+    "part of an inertia": (
+        robot('<link name="a"><inertial><mass value="1"/><inertia ixx="1"/></inertial></link>'),
+        'link "a"', "no ixy"),
+    "negative mass": (robot(link("a", "-1")), 'link "a"', "its mass is -1 kg"),
+    "not a number": (robot(link("a", at="0 zero 0")), 'link "a"', "3 finite numbers wanted"),
+    "infinite": (robot(link("a", "inf")), 'link "a"', "1 finite number wanted"),
+    "an axis of no length": (
+        robot(*TWO, joint("j", "a", "b", axis="0 0 0")), 'joint "j"', "its axis has no length"),
+    "a name that is taken": (
+        robot(*TWO, joint("root_joint", "a", "b")), 'joint "root_joint"', "this name is kept"),
+    "no masses": (
+        robot(link("a"), '<link name="b"/>', '<link name="c"/>',
+              joint("j", "a", "b"), joint("k", "b", "c", "fixed")),
+        'joint "j"', 'link "b" and all below it have neither mass nor inertia'),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", WRONG)
+def test_what_is_wrong_is_said_with_the_name_of_the_element(fault):
+    urdf, element, message = WRONG[fault]
+    with pytest.raises(UrdfError, match="URDF given as a string") as caught:
+        Tree.from_urdf(urdf)
+    assert caught.value.element == element
+    assert message in str(caught.value)
+
+
+def test_a_path_that_leads_nowhere_is_named(tmp_path):
+    with pytest.raises(UrdfError, match=r"nothing\.urdf: file: there is no such file"):
+        Tree.from_urdf(tmp_path / "nothing.urdf")
+    with pytest.raises(UrdfError, match="file"):
+        Tree.from_urdf(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("mimicked", "message"),
+    [("nobody", '"nobody" that it mimics does not exist'), ("c_turns", "it mimics itself"),
+     ("welded", "both need a single speed")],
+)  # fmt: skip
+def test_a_mimic_needs_somebody_to_follow(mimicked, message):
+    urdf = GEARED.replace(
+        'joint="a_leader" multiplier="2"', f'joint="{mimicked}" multiplier="2"'
+    ).replace("</robot>", link("tip") + joint("welded", "three", "tip", "fixed") + "</robot>")
+    with pytest.raises(UrdfError, match=message) as caught:
+        Tree.from_urdf(urdf, mimic=True)
+    assert caught.value.element == 'joint "c_turns"'
+    assert Tree.from_urdf(urdf).n == 3  # of no concern where mimics are independent
+
+
+def test_a_motion_that_nothing_resists_is_named():
+    """A point mass on the axis of its own joint: seen only when solving."""
+    from impulsekit.errors import SingularMassError
+
+    system = KaneSystem.from_urdf(
+        robot(link("a"), link("b", inertia="0 0 0 0 0 0"), joint("spin", "a", "b"))
+    )
+    with pytest.raises(SingularMassError, match="spin can change without") as caught:
+        system.impact([0.0], [0.0])
+    assert caught.value.joints == ("spin",)
+
+
+def test_shapes_colours_and_unknown_elements_are_none_of_our_business():
+    clutter = (
+        '<link name="a"><visual><geometry><mesh filename="package://no/such.dae"/></geometry>'
+        '</visual></link><gazebo reference="a"><odd/></gazebo><transmission name="t"/>'
+    )
+    assert Tree.from_urdf(f"<robot>{clutter}</robot>").link_names == ("a",)
+
+
+# -- what is wrong with a state ---------------------------------------------------------
+
+
+def test_states_are_checked():
+    system = KaneSystem.from_urdf(EVERY_KIND, "freeflyer")
+    q, y = system.neutral(), np.zeros(system.n)
+    with pytest.raises(ShapeError, match=r"q has shape \(3,\)"):
+        system.kinematics(q[:3])
+    with pytest.raises(ShapeError, match=r"y has shape"):
+        system.impact(q, y[:-1])
+    with pytest.raises(NotFiniteError, match="y: entry 2 is nan"):
+        system.impact(q, np.where(np.arange(system.n) == 2, np.nan, y))
+    off = q.copy()
+    off[6] = 1.1
+    with pytest.raises(StateError, match='the quaternion of joint "root_joint"') as caught:
+        system.kinematics(off)
+    assert caught.value.joint == "root_joint"
+    off = q.copy()
+    off[system.tree.coordinate_names.index("alpha.sin")] = 0.1
+    with pytest.raises(StateError, match='the cosine and sine of joint "alpha"'):
+        system.kinematics(off)
+
+
+def test_roots_and_names_are_checked():
+    with pytest.raises(RangeError, match="'fixed', 'planar', 'freeflyer'"):
+        KaneSystem.from_urdf(EVERY_KIND, "floating")
+    system = KaneSystem.from_urdf(EVERY_KIND)
+    q, y = system.neutral(), np.zeros(system.n)
+    with pytest.raises(UnknownNameError, match='did you mean "tool"'):
+        system.impact(q, y, [Load("tol")])
+    with pytest.raises(UnknownNameError, match='no joint is called "elbo"'):
+        system.impact(q, y, joint_impulses={"elbo": 1})
+    with pytest.raises(ShapeError, match='joint "_fly"'):
+        system.impact(q, y, joint_impulses={"_fly": 1})
+    with pytest.raises(RangeError, match="axes"):
+        system.impact(q, y, [Load("tool", axes="body")])
+    with pytest.raises(ShapeError, match="linear"):
+        system.impact(q, y, [Load("tool", linear=(1, 2))])
+    with pytest.raises(NotFiniteError, match="at"):
+        system.impact(q, y, [Load("tool", at=(1, 2, np.inf))])
+
+
+def test_what_is_given_in_is_copied():
+    system = KaneSystem.from_urdf(EVERY_KIND)
+    q, y = system.neutral().copy(), np.zeros(system.n)
+    impact = system.impact(q, y, [Load("tool", (1, 0, 0))])
+    before = impact.y_after.copy()
+    q[:] = 7
+    y[:] = 7
+    assert (impact.y_after == before).all()
+    assert not impact.y_before.any()
