@@ -6,8 +6,16 @@ from .impact import ImpactSolver as ImpactSolver
 from .impact import Status as Status
 from .impact import solve as solve
 from .robot import Robot as Robot
-from .robot import combine as combine
+from .robot.combine import combine as combine
 from .robot.examples import example_names as example_names
 from .scene import AppliedImpulse as AppliedImpulse
 from .scene import JointImpulse as JointImpulse
 from .scene import Scene as Scene
+from .scene.points import ReportPoint as ReportPoint
+from .scenefile import SceneFile as SceneFile
+from .scenefile import dump_scene as dump_scene
+from .scenefile import load_scene as load_scene
+from .scenefile import save_scene as save_scene
+from .view.report import report as report
+
+__version__: str

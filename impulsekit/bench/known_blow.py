@@ -12,7 +12,8 @@ import numpy as np
 import pinocchio as pin
 
 from ..impact import solve
-from ..robot import Robot, combine
+from ..robot import Robot
+from ..robot.combine import combine
 from ..scene import AppliedImpulse, Scene
 from .timing import import_times, ratio_row, time_in_turn
 

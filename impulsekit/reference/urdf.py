@@ -12,6 +12,7 @@ import logging
 import os
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from impulsekit.errors import UrdfError
@@ -71,8 +72,14 @@ class UrdfModel:
         urdfdom keeps joints in a map by name, so this is the order in which programs
         built on it, Pinocchio among them, walk down the tree.
         """
-        below = [joint for joint in self.joints.values() if joint.parent == link]
-        return sorted(below, key=lambda joint: joint.name.encode())
+        return self._below.get(link, [])
+
+    @cached_property
+    def _below(self) -> dict[str, list[UrdfJoint]]:
+        below: dict[str, list[UrdfJoint]] = {}
+        for joint in sorted(self.joints.values(), key=lambda joint: joint.name.encode()):
+            below.setdefault(joint.parent, []).append(joint)
+        return below
 
 
 def read_urdf(urdf: str | os.PathLike[str]) -> UrdfModel:
@@ -258,11 +265,17 @@ def _root(source: str, links: dict[str, UrdfLink], joints: dict[str, UrdfJoint])
     roots = [name for name in links if name not in above]
     if len(roots) > 1:
         raise _error(source, f'link "{roots[1]}"', f'two roots, "{roots[0]}" is the other')
-    reached, ahead = set(), list(roots)
-    while ahead:
-        link = ahead.pop()
-        reached.add(link)
-        ahead += [joint.child for joint in joints.values() if joint.parent == link]
+    reached = set()
+    for name in links:
+        # Upwards, until a link known to hang on the root, or one met before on this way.
+        way = [name]
+        while way[-1] in above and way[-1] not in reached:
+            parent = above[way[-1]].parent
+            if parent in way:
+                break
+            way.append(parent)
+        if way[-1] in reached or way[-1] not in above:
+            reached.update(way)
     astray = [name for name in links if name not in reached]
     if astray:
         raise _error(source, f'link "{astray[0]}"', "a loop: it is below itself")

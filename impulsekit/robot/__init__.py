@@ -1,8 +1,10 @@
-"""Robots: a Pinocchio model with its names, its root, its states and, on demand, its geometry."""
+"""Robots: a Pinocchio model with its names, its root, its states and, on demand, its geometry.
 
-from .combine import combine
-from .links import Link
+Only ``Robot`` itself is imported here; ``combine``, the example robots, links and
+geometry are modules of their own, loaded when first used.
+"""
+
 from .robot import Robot
 from .source import RobotPart
 
-__all__ = ["Link", "Robot", "RobotPart", "combine"]
+__all__ = ["Robot", "RobotPart"]

@@ -5,16 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, UnknownNameError, UrdfError
 from . import state
-from .links import Link, links_of
 from .source import RobotPart
-from .urdf import read_urdf
+
+if TYPE_CHECKING:
+    from .links import Link
 
 __all__ = ["WORLD", "Robot"]
 
@@ -79,6 +80,8 @@ class Robot:
             >>> Robot.from_urdf(chain_urdf(links=10), root="planar").nv
             12
         """
+        from .urdf import read_urdf
+
         urdf = read_urdf(path_or_xml, mimic=mimic)
         joint, root_name = _root_joint(root)
         part = RobotPart(
@@ -153,6 +156,8 @@ class Robot:
     @cached_property
     def links(self) -> tuple[Link, ...]:
         """Every link of the URDF, links behind fixed joints too, with its own mass centre."""
+        from .links import links_of
+
         return links_of(self.model, self.parts)
 
     @cached_property
