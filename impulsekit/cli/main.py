@@ -1,0 +1,52 @@
+"""The group of commands, and how errors reach the user. Commands import what they need."""
+
+from __future__ import annotations
+
+import errno
+from typing import Any
+
+import click
+
+from .. import __version__
+from ..errors import ImpulsekitError
+from .doctor import doctor
+from .robots import robots
+from .solve import solve
+
+__all__ = ["main"]
+
+BAD_INPUT = 2
+OWN_FAULT = 3
+
+
+class _Group(click.Group):
+    """A group that turns exceptions into one line and an exit status."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except (click.ClickException, click.exceptions.Exit, click.Abort):
+            raise
+        except Exception as error:
+            if ctx.params.get("debug") or getattr(error, "errno", None) == errno.EPIPE:
+                raise
+            if isinstance(error, ImpulsekitError | OSError):
+                click.echo(f"error: {error}", err=True)
+                ctx.exit(BAD_INPUT)
+            click.echo(
+                f"bug: {type(error).__name__}: {error} (this is a fault of impulsekit "
+                f'{__version__}; "impulsekit --debug {ctx.invoked_subcommand} ..." shows where)',
+                err=True,
+            )
+            ctx.exit(OWN_FAULT)
+
+
+@click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, message="%(prog)s %(version)s")
+@click.option("--debug", is_flag=True, help="Show the traceback of an error.")
+def main(debug: bool) -> None:
+    """What happens when a multibody system is hit."""
+
+
+for command in (solve, robots, doctor):
+    main.add_command(command)

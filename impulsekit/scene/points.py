@@ -1,0 +1,45 @@
+"""Points whose velocity a report prints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .numbers import Vector, text, vector
+
+__all__ = ["ReportPoint"]
+
+
+@dataclass(frozen=True)
+class ReportPoint:
+    """A point of a frame, with the name that a report gives it.
+
+    Attributes:
+        frame: the frame that carries the point.
+        at: the point, in the frame's coordinates [m].
+        label: how a report calls it; by default the frame and the point.
+
+    Raises:
+        ShapeError, NotFiniteError, RangeError, InputError.
+
+    Example:
+        >>> ReportPoint("link_10", at=[1, 0, 0], label="far end").at
+        (1.0, 0.0, 0.0)
+    """
+
+    frame: str
+    at: Vector = (0.0, 0.0, 0.0)
+    label: str | None = None
+
+    def __post_init__(self) -> None:
+        text(self.frame, "ReportPoint: frame")
+        what = f'ReportPoint on "{self.frame}"'
+        object.__setattr__(self, "at", vector(self.at, f"{what}: at"))
+        if self.label is not None:
+            text(self.label, f"{what}: label")
+
+    @property
+    def title(self) -> str:
+        """The label, or the frame with the point where it is not the frame's origin."""
+        if self.label is not None:
+            return self.label
+        return self.frame + (f" {self.at}" if any(self.at) else "")

@@ -1,0 +1,38 @@
+"""Scene files: TOML to ``Scene`` and back.
+
+A file names a robot, the state it is in, and what happens to it::
+
+    gravity = [0, 0, -9.81]          # [m/s²]; keys of the whole file stand before the first table
+
+    [robot]                          # or [robots.arm], [robots.ball]: several in one world
+    urdf = "../models/whittaker_chain_10.urdf"    # relative to this file; or example = "talos"
+    root = "planar"                  # fixed (default) | planar | freeflyer
+
+    [state.q]                        # by joint name, neutral elsewhere; or q = [...] whole
+    joint_2 = 0.3
+
+    [state.v]
+    joint_2 = -1.0
+
+    [[impulses]]                     # an AppliedImpulse: its fields are the keys
+    frame = "link_10"
+    linear = [0, 5, 0]
+    at = [1, 0, 0]
+
+    [[impulses]]                     # a JointImpulse
+    joint = "joint_3"
+    impulse = 0.4
+
+    [[report.points]]                # points whose velocity a report prints
+    frame = "link_10"
+    at = [1, 0, 0]
+    label = "struck end"
+
+A robot also takes ``mimic = true`` and ``package_dirs = [...]``; one of several takes
+``placement = {xyz = [0, 1, 0], rpy = [0, 0, 1.57]}`` or ``placement = {matrix = [[...], ...]}``.
+"""
+
+from .read import SceneFile, load_scene
+from .write import dump_scene, save_scene
+
+__all__ = ["SceneFile", "dump_scene", "load_scene", "save_scene"]

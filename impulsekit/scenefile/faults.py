@@ -1,0 +1,149 @@
+"""What is wrong with a file, collected: each fault with its place, and the nearest name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, TypeVar
+
+import pydantic
+
+from ..errors import ImpulsekitError, UnknownNameError, nearest_names
+
+__all__ = ["Faults", "no_such_key"]
+
+Model = TypeVar("Model", bound=pydantic.BaseModel)
+
+# What pydantic calls a fault, in words that follow "wanted is".
+_WANTED = {
+    "bool_type": "true or false",
+    "dict_type": "a table",
+    "finite_number": "a finite number",
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "model_type": "a table",
+    "string_type": "text",
+    "tuple_type": "a list",
+}
+
+
+class Faults(list[str]):
+    """The faults found so far, one sentence each, in the order they were found."""
+
+    def add(self, sentence: str) -> None:
+        """Note a fault, once."""
+        if sentence not in self:
+            self.append(sentence)
+
+    def add_error(self, place: str, error: ImpulsekitError) -> None:
+        """Note an error of the library at a place of the file.
+
+        Errors of the vocabulary say ``what`` is wrong as 'Class on "name": field'; of
+        this only the field matters, for the place tells the rest.
+        """
+        message, what = str(error), error.__dict__.get("what", "")
+        if isinstance(what, str) and ": " in what and message.startswith(what):
+            self.add(f"{place}.{what.rsplit(': ', 1)[1]}{message[len(what) :]}")
+        else:
+            self.add(f"{place}: {message}")
+
+    def validated(
+        self, model: type[Model], raw: Any, place: str, moved: Iterable[str] = ()
+    ) -> Model | None:
+        """``raw`` as a ``model``, with every fault noted.
+
+        Where a key is at fault the rest is returned if it can stand alone, so that
+        faults further on are found in the same pass.
+
+        Args:
+            moved: keys that belong to the top of the file; a hint says so.
+        """
+        try:
+            return model.model_validate(raw)
+        except pydantic.ValidationError as error:
+            self._add_validation(error, model, place, moved)
+            bad = {part["loc"][0] for part in error.errors() if part["loc"]}
+        if not isinstance(raw, dict) or not bad:
+            return None
+        try:
+            return model.model_validate({k: v for k, v in raw.items() if k not in bad})
+        except pydantic.ValidationError:
+            return None
+
+    def _add_validation(
+        self,
+        error: pydantic.ValidationError,
+        model: type[pydantic.BaseModel],
+        place: str,
+        moved: Iterable[str],
+    ) -> None:
+        parts = error.errors()
+        strangers = [p["loc"][-1] for p in parts if p["type"] == "extra_forbidden"]
+        meant = {near for key in strangers for near in nearest_names(str(key), model.model_fields)}
+        for part in parts:
+            loc, kind = part["loc"], part["type"]
+            where = _joined(place, loc)
+            if kind == "extra_forbidden":
+                known = _fields_at(model, loc[:-1])
+                self.add(no_such_key(where, str(loc[-1]), known, moved))
+            elif kind == "missing" and isinstance(loc[-1], int):
+                siblings = [p["loc"][-1] for p in parts if p["loc"][:-1] == loc[:-1]]
+                wanted = 1 + max(i for i in siblings if isinstance(i, int))
+                self.add(_wrong_length(_joined(place, loc[:-1]), part["input"], wanted))
+            elif kind == "too_long":
+                self.add(_wrong_length(where, part["input"], part["ctx"]["max_length"]))
+            elif kind == "missing":
+                # A key that is misspelt is not missing as well.
+                if str(loc[-1]) not in meant:
+                    self.add(f"{where} is missing")
+            elif kind == "literal_error":
+                choice = UnknownNameError.among(str(loc[-1]), str(part["input"]), _choices(part))
+                self.add(f"{where}: {choice}")
+            else:
+                wanted_words = _WANTED.get(kind, part["msg"])
+                self.add(f"{where} is {_shown(part['input'])}, wanted is {wanted_words}")
+
+
+def no_such_key(where: str, key: str, known: Iterable[str], moved: Iterable[str] = ()) -> str:
+    """The sentence for a key that does not exist."""
+    if key in moved:
+        return f"{where}: no such key here; it belongs to the file, above the first [table]"
+    names = tuple(known)
+    nearest = nearest_names(key, names)
+    if nearest:
+        return f"{where}: no such key; did you mean " + " or ".join(f'"{n}"' for n in nearest) + "?"
+    return f"{where}: no such key; known are {', '.join(names)}"
+
+
+def _joined(place: str, loc: Sequence[Any]) -> str:
+    for key in loc:
+        place += f"[{key}]" if isinstance(key, int) else f".{key}" if place else str(key)
+    return place
+
+
+def _fields_at(model: Any, loc: Sequence[Any]) -> tuple[str, ...]:
+    """The keys that a model has at a place within it."""
+    for key in loc:
+        options = [model.model_fields[key].annotation] if key in model.model_fields else []
+        options += [o for a in options for o in getattr(a, "__args__", ())]
+        model = next((o for o in options if hasattr(o, "model_fields")), model)
+    return tuple(model.model_fields)
+
+
+def _choices(part: Any) -> tuple[str, ...]:
+    words = part["ctx"]["expected"].replace(" or ", ", ").split(", ")
+    return tuple(word.strip("'") for word in words)
+
+
+def _wrong_length(where: str, value: Any, wanted: int) -> str:
+    return f"{where} has {len(value)} entries, wanted are {wanted}"
+
+
+def _shown(value: Any) -> str:
+    text = (
+        f'"{value}"'
+        if isinstance(value, str)
+        else str(value).lower()
+        if isinstance(value, bool)
+        else str(value)
+    )
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,0 +1,296 @@
+"""From a TOML file to a ``Scene`` with its state, or to all faults of the file at once."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pydantic
+
+from ..errors import ImpulsekitError, SceneFileError, UnknownNameError
+from ..robot import Robot
+from ..robot import state as states
+from ..scene import Scene
+from ..scene.numbers import Vector
+from ..scene.points import ReportPoint
+from .faults import Faults, no_such_key
+from .robots import read_robots
+from .vocabulary import POINTS, SECTIONS, STRICT, Section, model_of
+
+__all__ = ["SceneFile", "load_scene"]
+
+_TOP = ("robot", "robots", "state", "gravity", "report", *(section.name for section in SECTIONS))
+# Keys that a table cannot have by mistake but for standing below it.
+_MOVED = ("gravity",)
+
+_Numbers = pydantic.TypeAdapter(tuple[float, ...], config=pydantic.ConfigDict(strict=True))
+
+
+@dataclass(frozen=True, eq=False)
+class SceneFile:
+    """A scene file, read.
+
+    Attributes:
+        path: the file.
+        scene: what strikes the robot.
+        q: (nq,) configuration, read-only.
+        v: (nv,) velocity before the impact, read-only.
+        points: points whose velocity a report prints.
+    """
+
+    path: str
+    scene: Scene
+    q: np.ndarray
+    v: np.ndarray
+    points: tuple[ReportPoint, ...] = ()
+
+
+class _Gravity(pydantic.BaseModel):
+    model_config = STRICT
+    gravity: Vector = (0.0, 0.0, -9.81)
+
+
+def load_scene(path: str | os.PathLike[str]) -> SceneFile:
+    """Read a scene file.
+
+    Raises:
+        SceneFileError: it holds all faults of the file, each with its place in it and,
+            for a name, the nearest that exist.
+
+    Example:
+        >>> file = load_scene("examples/whittaker_chain.toml")
+        >>> file.scene.impulses[0].linear
+        (0.0, 5.0, 0.0)
+    """
+    path = os.fspath(path)
+    data = _read_toml(path)
+    faults = Faults()
+    for key in data:
+        if key not in _TOP:
+            faults.add(no_such_key(key, key, _TOP))
+    robot = read_robots(data, os.path.dirname(os.path.abspath(path)), faults, _MOVED)
+    q, v = _read_state(data.get("state", {}), robot, faults)
+    settings = faults.validated(_Gravity, {k: data[k] for k in ("gravity",) if k in data}, "")
+    parts: dict[str, Any] = {}
+    for section in SECTIONS:
+        if section.name in data:
+            parts[section.name] = _read_section(section, data[section.name], robot, faults)
+    points = _read_report(data.get("report", {}), robot, faults)
+    if not faults and robot is not None and settings is not None:
+        try:
+            scene = Scene(robot, **parts, gravity=settings.gravity)
+            return SceneFile(path, scene, q, v, points)
+        except ImpulsekitError as error:
+            # What is wrong with no entry alone, such as two of one name.
+            faults.add(str(error).removeprefix("Scene: "))
+    raise _error(path, faults)
+
+
+def _error(path: str, faults: Faults) -> SceneFileError:
+    if len(faults) == 1:
+        message = f"{path}: {faults[0]}"
+    else:
+        message = f"{path}: {len(faults)} faults:" + "".join(f"\n  {fault}" for fault in faults)
+    return SceneFileError(message, path=path, faults=tuple(faults))
+
+
+def _read_toml(path: str) -> dict[str, Any]:
+    try:
+        with open(path, "rb") as file:
+            return _tuples(tomllib.loads(file.read().decode("utf-8-sig").replace("\r\n", "\n")))
+    except tomllib.TOMLDecodeError as error:
+        reason = f"not well-formed TOML: {error}"
+    except UnicodeDecodeError as error:
+        reason = f"not UTF-8 text: byte {error.start} is {error.object[error.start]:#04x}"
+    except RecursionError:
+        reason = "not a scene: its values are nested too deep"
+    except (OSError, ValueError) as error:
+        reasons: dict[type, str] = {
+            FileNotFoundError: "there is no such file",
+            IsADirectoryError: "that is a folder, not a file",
+            PermissionError: "the file may not be read",
+        }
+        reason = reasons.get(type(error), str(error))
+    raise SceneFileError(f"{path}: {reason}", path=path, faults=(reason,)) from None
+
+
+def _tuples(value: Any) -> Any:
+    """TOML data with tuples for lists, as the frozen dataclasses have them."""
+    if isinstance(value, dict):
+        return {key: _tuples(entry) for key, entry in value.items()}
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+
+
+def _read_state(raw: Any, robot: Robot | None, faults: Faults) -> tuple[np.ndarray, np.ndarray]:
+    q = np.zeros(0) if robot is None else robot.neutral()
+    v = np.zeros(0) if robot is None else robot.velocity()
+    if not isinstance(raw, dict):
+        faults.add("state: wanted is a table with q and v")
+        return q, v
+    for key in raw:
+        if key not in ("q", "v"):
+            faults.add(no_such_key(f"state.{key}", key, ("q", "v"), _MOVED))
+    if robot is not None:
+        model = robot.model
+        whole_q: Callable = lambda x: states.checked_configuration(model, x)  # noqa: E731
+        whole_v: Callable = lambda x: states.checked_velocity(model, x)  # noqa: E731
+        q = _read_vector(raw.get("q", {}), "state.q", whole_q, robot.configuration, faults, q)
+        v = _read_vector(raw.get("v", {}), "state.v", whole_v, robot.velocity, faults, v)
+    q.setflags(write=False)
+    v.setflags(write=False)
+    return q, v
+
+
+def _read_vector(
+    raw: Any,
+    place: str,
+    whole: Callable[[Any], np.ndarray],
+    by_name: Callable[[dict[str, Any]], np.ndarray],
+    faults: Faults,
+    otherwise: np.ndarray,
+) -> np.ndarray:
+    """A whole vector from a list, or from a table by joint name."""
+    if not isinstance(raw, dict):
+        return _tried(whole, _numbers(raw, place, faults), place, faults, otherwise)
+    given = {}
+    for name, value in raw.items():
+        # One joint at a time, so that each has its say.
+        at = f"{place}.{name}"
+        numbers = _numbers(value if isinstance(value, tuple) else (value,), at, faults)
+        if _tried(lambda x, n=name: by_name({n: x}), numbers, at, faults, None) is not None:
+            given[name] = numbers
+    return by_name(given)
+
+
+def _numbers(raw: Any, place: str, faults: Faults) -> Any:
+    try:
+        return _Numbers.validate_python(raw)
+    except pydantic.ValidationError as error:
+        for part in error.errors():
+            where = place + "".join(f"[{i}]" for i in part["loc"] if len(raw) > 1)
+            faults.add(f"{where} is {part['input']!r}, wanted is a number")
+        return None
+
+
+def _tried(make: Callable, value: Any, place: str, faults: Faults, otherwise: Any) -> Any:
+    if value is None:
+        return otherwise
+    try:
+        return make(value)
+    except ImpulsekitError as error:
+        faults.add(f"{place}: {error}")
+        return otherwise
+
+
+def _read_report(raw: Any, robot: Robot | None, faults: Faults) -> tuple[ReportPoint, ...]:
+    if not isinstance(raw, dict):
+        faults.add("report: wanted is a table")
+        return ()
+    for key in raw:
+        if key != "points":
+            faults.add(no_such_key(f"report.{key}", key, ("points",), _MOVED))
+    points = _read_entries(POINTS, raw.get("points", ()), faults)
+    if robot is not None:
+        for place, point in points:
+            try:
+                robot.frame_id(point.frame)
+            except ImpulsekitError as error:
+                faults.add(f"{place}.frame: {error}")
+    return tuple(point for _, point in points)
+
+
+def _read_section(section: Section, raw: Any, robot: Robot | None, faults: Faults) -> Any:
+    """The entries of a section, each checked alone against the robot."""
+    entries = _read_entries(section, raw if section.many else (raw,), faults)
+    if robot is not None:
+        for place, entry in entries:
+            _check_entry(robot, section, entry, place, faults)
+    found = tuple(entry for _, entry in entries)
+    return found if section.many else (found[0] if found else None)
+
+
+def _read_entries(section: Section, raw: Any, faults: Faults) -> list[tuple[str, Any]]:
+    """The entries that could be made, each with its place."""
+    if not isinstance(raw, tuple):
+        faults.add(f"{section.name}: wanted is a list of tables, [[{section.name}]]")
+        return []
+    entries = []
+    for i, table in enumerate(raw):
+        place = f"{section.name}[{i}]" if section.many else section.name
+        if not isinstance(table, dict):
+            faults.add(f"{place} is {table!r}, wanted is a table")
+            continue
+        entry = _read_entry(section, table, place, faults)
+        if entry is not None:
+            entries.append((place, entry))
+    return entries
+
+
+def _read_entry(section: Section, table: dict[str, Any], place: str, faults: Faults) -> Any:
+    kind = _kind(section, table, place, faults)
+    if kind is None:
+        return None
+    cls = section.kinds[kind]
+    if len(section.kinds) > 1:
+        table = {key: value for key, value in table.items() if key != "kind"}
+    model = faults.validated(model_of(cls), table, place, _MOVED)
+    if model is None:
+        return None
+    try:
+        return cls(**{key: getattr(model, key) for key in model.model_fields_set})
+    except ImpulsekitError as error:
+        faults.add_error(place, error)
+        return None
+
+
+def _kind(section: Section, table: dict[str, Any], place: str, faults: Faults) -> str | None:
+    kinds = section.kinds
+    if len(kinds) == 1:
+        return next(iter(kinds))
+    if "kind" in table:
+        kind = table["kind"]
+        if kind not in kinds:
+            faults.add(f"{place}.kind: {UnknownNameError.among('kind', str(kind), kinds)}")
+            return None
+        return kind
+    if not section.needs_kind:
+        # The kind with most keys of the entry, so that a misspelt key is told as such.
+        shared = {
+            kind: len(table.keys() & set(model_of(cls).model_fields)) for kind, cls in kinds.items()
+        }
+        best = [kind for kind, count in shared.items() if count == max(shared.values())]
+        if len(best) == 1:
+            return best[0]
+    names = ", ".join(f'"{kind}"' for kind in kinds)
+    faults.add(f"{place}.kind is missing, wanted is one of {names}")
+    return None
+
+
+def _check_entry(robot: Robot, section: Section, entry: Any, place: str, faults: Faults) -> None:
+    """Hold one entry against the robot by a scene of its own.
+
+    An unknown name is put right and the entry tried again, so that the next one shows.
+    """
+    for _ in dataclasses.fields(entry):
+        try:
+            alone: dict[str, Any] = {section.name: (entry,) if section.many else entry}
+            Scene(robot, **alone)
+            return
+        except UnknownNameError as error:
+            message = str(error).removeprefix(f"{section.name}[0]: ")
+            field = next(
+                (f.name for f in dataclasses.fields(entry) if getattr(entry, f.name) == error.name),
+                None,
+            )
+            faults.add(f"{place}.{field}: {message}" if field else f"{place}: {message}")
+            if field is None or not error.known:
+                return
+            entry = dataclasses.replace(entry, **{field: (error.nearest or error.known)[0]})
+        except ImpulsekitError as error:
+            faults.add(f"{place}: {str(error).removeprefix(f'{section.name}[0]: ')}")
+            return

@@ -1,0 +1,210 @@
+"""The robots of a scene file: [robot], or [robots.NAME] for several in one world."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Literal
+
+import numpy as np
+import pinocchio as pin
+import pydantic
+
+from ..errors import ImpulsekitError, InputError, UrdfError
+from ..robot import Robot, RobotPart, combine
+from ..robot.examples import example_names, example_path, example_urdf
+from ..scene.numbers import Vector
+from .faults import Faults
+from .vocabulary import STRICT
+
+__all__ = ["part_as_table", "read_robots"]
+
+Row = tuple[float, float, float, float]
+ROOTS = ("fixed", "planar", "freeflyer")
+
+
+class RobotTable(pydantic.BaseModel):
+    """[robot]"""
+
+    model_config = STRICT
+    urdf: str | None = None
+    example: str | None = None
+    root: Literal["fixed", "planar", "freeflyer"] = "fixed"
+    mimic: bool = False
+    package_dirs: tuple[str, ...] = ()
+
+
+class PlacementTable(pydantic.BaseModel):
+    """Where a robot's root stands: a point [m] with roll, pitch, yaw [rad], or a 4×4 matrix."""
+
+    model_config = STRICT
+    xyz: Vector | None = None
+    rpy: Vector | None = None
+    matrix: tuple[Row, Row, Row, Row] | None = None
+
+
+class PlacedRobotTable(RobotTable):
+    """[robots.NAME]"""
+
+    placement: PlacementTable | None = None
+
+
+def read_robots(
+    data: dict[str, Any], folder: str, faults: Faults, top: tuple[str, ...]
+) -> Robot | None:
+    """The robot of a file, or None with the reasons in ``faults``."""
+    if ("robot" in data) == ("robots" in data):
+        both = "robot" in data
+        faults.add(
+            "[robot] and [robots] exclude each other"
+            if both
+            else "[robot] is missing: a file has [robot], or [robots.NAME] for each of several"
+        )
+        return None
+    if "robot" in data:
+        table = faults.validated(RobotTable, data["robot"], "robot", top)
+        return None if table is None else _built(table, folder, "robot", faults)
+    if not isinstance(data["robots"], dict) or not data["robots"]:
+        faults.add("robots: wanted is a table [robots.NAME] for each robot")
+        return None
+    robots: dict[str, Robot | None] = {}
+    placements = {}
+    for name, raw in data["robots"].items():
+        place = f"robots.{name}"
+        placed = faults.validated(PlacedRobotTable, raw, place, top)
+        robots[name] = None if placed is None else _built(placed, folder, place, faults)
+        if placed is not None and placed.placement is not None:
+            placements[name] = _matrix(placed.placement, f"{place}.placement", faults)
+    ready = {name: robot for name, robot in robots.items() if robot is not None}
+    if len(ready) < len(robots):
+        return None
+    try:
+        return combine(ready, placements=placements)
+    except ImpulsekitError as error:
+        faults.add_error("robots", error)
+        return None
+
+
+def _built(table: RobotTable, folder: str, place: str, faults: Faults) -> Robot | None:
+    if (table.urdf is None) == (table.example is None):
+        wanted = 'wanted is one of urdf = "FILE" and example = "NAME"'
+        faults.add(f"{place}: {wanted}, not {'neither' if table.urdf is None else 'both'}")
+        return None
+    try:
+        if table.example is not None:
+            return Robot.from_example(table.example, table.root, mimic=table.mimic)
+        urdf = table.urdf or ""
+        if not urdf.lstrip().startswith("<"):
+            urdf = os.path.join(folder, urdf)
+        return Robot.from_urdf(
+            urdf,
+            table.root,
+            mimic=table.mimic,
+            package_dirs=[os.path.join(folder, one) for one in table.package_dirs],
+        )
+    except ImpulsekitError as error:
+        faults.add(f"{place}.{'urdf' if table.example is None else 'example'}: {error}")
+        return None
+
+
+def _matrix(table: PlacementTable, place: str, faults: Faults) -> np.ndarray:
+    if table.matrix is not None:
+        if table.xyz is not None or table.rpy is not None:
+            faults.add(f"{place}: matrix excludes xyz and rpy")
+        return np.array(table.matrix)
+    matrix = np.eye(4)
+    if table.rpy is not None:
+        matrix[:3, :3] = pin.rpy.rpyToMatrix(np.array(table.rpy))
+    if table.xyz is not None:
+        matrix[:3, 3] = table.xyz
+    return matrix
+
+
+def part_as_table(part: RobotPart, folder: str | None) -> dict[str, Any]:
+    """The table that makes a part of a robot again, bit for bit.
+
+    Args:
+        folder: paths are written relative to it; None writes them absolute.
+
+    Raises:
+        InputError: the part was made from a ``pin.Model`` or on a root without a name.
+        UrdfError: its file is gone, or has changed since it was read.
+    """
+    if part.urdf is None:
+        raise InputError(
+            "a robot made from a pin.Model cannot be written to a scene file; load it from a "
+            "URDF or by the name of an example"
+        )
+    root = {"JointModelPlanar": "planar", "JointModelFreeFlyer": "freeflyer"}.get(
+        part.root, part.root
+    )
+    if root not in ROOTS:
+        raise InputError(
+            f'a robot on a root of its own ("{part.root}") cannot be written to a scene file; '
+            f"roots with a name are {', '.join(ROOTS)}"
+        )
+    table: dict[str, Any] = {}
+    name = _example_of(part)
+    if name is not None:
+        table["example"] = name
+    else:
+        table["urdf"] = part.urdf if part.path is None else _path_of(part, folder)
+        if part.package_dirs:
+            table["package_dirs"] = [_relative(one, folder) for one in part.package_dirs]
+    if root != "fixed":
+        table["root"] = root
+    if part.mimic:
+        table["mimic"] = True
+    if part.placement is not None:
+        matrix = np.array(part.placement)
+        if not np.array_equal(matrix[:3, :3], np.eye(3)):
+            table["placement"] = {"matrix": matrix.tolist()}
+        elif matrix[:3, 3].any():
+            table["placement"] = {"xyz": matrix[:3, 3].tolist()}
+    return table
+
+
+def _example_of(part: RobotPart) -> str | None:
+    """The shortest name under which example-robot-data has a part."""
+    for name in sorted(example_names(), key=lambda name: (len(name), name)):
+        text = example_urdf(name)
+        same = part.path == str(example_path(name)) if text is None else part.urdf == text
+        # Where meshes are looked up goes with the name, and so does the text.
+        if same and _source(Robot.from_example(name, mimic=part.mimic).parts[0]) == _source(part):
+            return name
+    return None
+
+
+def _source(part: RobotPart) -> tuple[str | None, tuple[str, ...]]:
+    return part.urdf, part.package_dirs
+
+
+def _path_of(part: RobotPart, folder: str | None) -> str:
+    path = part.path or ""
+    # Through a symbolic link "../" may lead elsewhere: then the whole path has to do.
+    for candidate in dict.fromkeys((_relative(path, folder), path)):
+        if _text_at(os.path.join(folder or "", candidate)) == part.urdf:
+            return candidate
+    raise UrdfError(
+        f"{part.path}: the file is gone or has changed since the robot was read; a scene file "
+        "would name another robot",
+        source=part.label,
+        element="",
+    )
+
+
+def _text_at(path: str) -> str | None:
+    from ..robot.urdf import read_urdf
+
+    try:
+        return read_urdf(path).text
+    except UrdfError:
+        return None
+
+
+def _relative(path: str, folder: str | None) -> str:
+    if folder is None:
+        return path
+    try:
+        return os.path.relpath(path, folder).replace(os.sep, "/")
+    except ValueError:  # another drive
+        return path

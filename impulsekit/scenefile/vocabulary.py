@@ -1,0 +1,71 @@
+"""The lists of a scene file and the frozen dataclasses behind their entries.
+
+How to add an entry kind:
+
+1. Write the frozen dataclass in ``scene/``. Its fields are the keys of the file, so they
+   are text, numbers, booleans, or tuples of these; ``Vector`` for three numbers. A value
+   that is wrong raises an ``InputError`` whose ``what`` ends in ``": field"``.
+2. Give ``Scene`` the list, and let it check an entry against the robot.
+3. Add one line to ``SECTIONS``: ``kind = "joint_lock"`` in the file is the key of that
+   dictionary. Keys, types, nearest names, reading and writing follow from the dataclass.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import typing
+from dataclasses import dataclass, field
+from typing import Any
+
+import pydantic
+
+from ..scene import AppliedImpulse, JointImpulse
+from ..scene.points import ReportPoint
+
+__all__ = ["POINTS", "SECTIONS", "STRICT", "Section", "model_of"]
+
+STRICT = pydantic.ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
+
+
+@dataclass(frozen=True)
+class Section:
+    """One list (or one table) of a scene file, and of ``Scene`` under the same name.
+
+    Attributes:
+        name: the key in the file and the field of ``Scene``.
+        kinds: what ``kind = "..."`` may say, and the dataclass that it stands for.
+        needs_kind: False where the keys of an entry tell its kind by themselves.
+        many: False for a single table such as ``[law]``.
+    """
+
+    name: str
+    kinds: dict[str, type] = field(default_factory=dict)
+    needs_kind: bool = True
+    many: bool = True
+
+    def kind_of(self, entry: Any) -> str | None:
+        """The name under which the class of an entry stands in the file; None for no kind."""
+        return next((kind for kind, cls in self.kinds.items() if type(entry) is cls), None)
+
+
+SECTIONS: tuple[Section, ...] = (
+    Section("impulses", {"applied": AppliedImpulse, "joint": JointImpulse}, needs_kind=False),
+)
+
+POINTS = Section("report.points", {"point": ReportPoint}, needs_kind=False)
+
+
+@functools.cache
+def model_of(cls: type) -> type[pydantic.BaseModel]:
+    """The pydantic model with the fields, types and defaults of a frozen dataclass."""
+    hints = typing.get_type_hints(cls)
+    fields: dict[str, Any] = {
+        item.name: (hints[item.name], ... if _is_required(item) else None)
+        for item in dataclasses.fields(cls)
+    }
+    return pydantic.create_model(cls.__name__, __config__=STRICT, **fields)
+
+
+def _is_required(item: dataclasses.Field) -> bool:
+    return item.default is dataclasses.MISSING and item.default_factory is dataclasses.MISSING

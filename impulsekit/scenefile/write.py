@@ -1,0 +1,175 @@
+"""From a ``Scene`` and a state to a TOML file that reads back to the same, bit for bit."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import pathlib
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from ..errors import InputError
+from ..robot import Robot
+from ..robot import state as states
+from ..scene import Scene
+from ..scene.points import ReportPoint
+from .robots import part_as_table
+from .vocabulary import POINTS, SECTIONS, Section
+
+__all__ = ["dump_scene", "save_scene"]
+
+
+def dump_scene(
+    scene: Scene,
+    q: Any = None,
+    v: Any = None,
+    *,
+    points: Iterable[ReportPoint] = (),
+    folder: str | os.PathLike[str] | None = None,
+) -> str:
+    """The text of a scene file; read back, every float is the same double.
+
+    Args:
+        scene: what strikes the robot.
+        q: (nq,) configuration; neutral unless given.
+        v: (nv,) velocity before the impact; zero unless given.
+        points: points whose velocity a report prints.
+        folder: where the file will be; paths are written relative to it, else absolute.
+
+    Raises:
+        InputError: something that a scene file cannot hold, such as a robot made from a
+            ``pin.Model``.
+        UrdfError: the robot's file is gone, or has changed since it was read.
+        ShapeError, NotFiniteError, StateError: what is wrong with q or v.
+
+    Example:
+        >>> from impulsekit import AppliedImpulse, Robot, Scene
+        >>> robot = Robot.from_example("panda")
+        >>> text = dump_scene(Scene(robot, [AppliedImpulse("panda_hand", linear=[0, 0, 1])]))
+        >>> print(text.splitlines()[1])
+        example = "panda"
+    """
+    robot = scene.robot
+    model = robot.model
+    q = robot.neutral() if q is None else states.checked_configuration(model, q)
+    v = robot.velocity() if v is None else states.checked_velocity(model, v)
+    blocks: list[str] = []
+    gravity = next(f for f in dataclasses.fields(Scene) if f.name == "gravity")
+    if repr(scene.gravity) != repr(gravity.default):
+        blocks.append(_line("gravity", scene.gravity))
+    blocks += _robot_blocks(robot, None if folder is None else os.path.abspath(folder))
+    entries = _by_joint(robot, q, robot.neutral(), "q"), _by_joint(robot, v, robot.velocity(), "v")
+    blocks += [
+        _table(f"[state.{key}]", part) for key, part in zip("qv", entries, strict=True) if part
+    ]
+    _check_writable(scene)
+    for section in SECTIONS:
+        blocks += _section_blocks(section, getattr(scene, section.name))
+    blocks += _section_blocks(POINTS, tuple(points))
+    return "\n".join(blocks)
+
+
+def save_scene(
+    path: str | os.PathLike[str],
+    scene: Scene,
+    q: Any = None,
+    v: Any = None,
+    *,
+    points: Iterable[ReportPoint] = (),
+) -> None:
+    """Write a scene file; paths in it are relative to it. See ``dump_scene``.
+
+    Raises:
+        InputError and others of ``dump_scene``; OSError where nothing can be written.
+
+    Example:
+        >>> file = load_scene("examples/whittaker_chain.toml")          # doctest: +SKIP
+        >>> save_scene("copy.toml", file.scene, file.q, file.v, points=file.points)
+    """
+    path = pathlib.Path(path)
+    text = dump_scene(scene, q, v, points=points, folder=path.absolute().parent)
+    path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _check_writable(scene: Scene) -> None:
+    """Nothing of a scene is left out in silence."""
+    known = {"robot", "gravity", *(section.name for section in SECTIONS)}
+    for item in dataclasses.fields(scene):
+        if item.name not in known and getattr(scene, item.name) not in (item.default, (), None):
+            raise InputError(f"a scene file cannot hold {item.name}")
+
+
+def _robot_blocks(robot: Robot, folder: str | None) -> list[str]:
+    parts = robot.parts
+    if len(parts) == 1 and not parts[0].prefix:
+        return [_table("[robot]", part_as_table(parts[0], folder))]
+    blocks = []
+    for part in parts:
+        name = part.prefix.removesuffix("/")
+        if not name or "/" in name:
+            raise InputError(
+                f'the robot "{name}" was combined twice; a scene file holds robots side by side'
+            )
+        blocks.append(_table(f"[robots.{_key(name)}]", part_as_table(part, folder)))
+    return blocks
+
+
+def _by_joint(robot: Robot, vector: np.ndarray, plain: np.ndarray, letter: str) -> dict[str, Any]:
+    """The entries of q or v that are not plain, by joint; -0.0 is not 0.0."""
+    table: dict[str, Any] = {}
+    for name, joint in zip(list(robot.model.names)[1:], list(robot.model.joints)[1:], strict=True):
+        start, size = getattr(joint, f"idx_{letter}"), getattr(joint, f"n{letter}")
+        part = vector[start : start + size]
+        if part.tobytes() != plain[start : start + size].tobytes():
+            table[name] = part.tolist() if size > 1 else float(part[0])
+    return table
+
+
+def _section_blocks(section: Section, value: Any) -> list[str]:
+    if not section.many:
+        value = () if value is None else (value,)
+    head = f"[[{section.name}]]" if section.many else f"[{section.name}]"
+    return [_table(head, _entry(section, entry)) for entry in value]
+
+
+def _entry(section: Section, entry: Any) -> dict[str, Any]:
+    kind = section.kind_of(entry)
+    if kind is None:
+        raise InputError(f"a scene file cannot hold a {type(entry).__name__} in {section.name}")
+    table: dict[str, Any] = {"kind": kind} if section.needs_kind and len(section.kinds) > 1 else {}
+    for item in dataclasses.fields(entry):
+        value = getattr(entry, item.name)
+        # By repr, for -0.0 equals 0.0.
+        if repr(value) != repr(item.default):
+            table[item.name] = value
+    return table
+
+
+def _table(head: str, entries: Mapping[str, Any]) -> str:
+    return head + "\n" + "".join(_line(key, value) for key, value in entries.items())
+
+
+def _line(key: str, value: Any) -> str:
+    return f"{_key(key)} = {_literal(value)}\n"
+
+
+def _key(key: str) -> str:
+    return tomli_w.dumps({key: 0}).removesuffix(" = 0\n")
+
+
+def _literal(value: Any) -> str:
+    """A value on one line; text of many lines, a URDF, on as many."""
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{_key(k)} = {_literal(v)}" for k, v in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_literal, value)) + "]"
+    if not isinstance(value, str | bool | int | float):
+        raise InputError(f"a scene file cannot hold {value!r}, a {type(value).__name__}")
+    # TOML turns a carriage return at a line's end into a plain one.
+    multiline = isinstance(value, str) and "\r" not in value
+    return (
+        tomli_w.dumps({"x": value}, multiline_strings=multiline).removeprefix("x = ").rstrip("\n")
+    )

@@ -1,0 +1,1 @@
+"""What a person looks at. Nothing heavy is loaded from here; name the file that is wanted."""

@@ -1,0 +1,182 @@
+"""``report``: an impact as plain text, with units on every number."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..scene import AppliedImpulse
+from .speeds import speeds_of
+from .table import decimals, paper_decimals, table
+
+if TYPE_CHECKING:
+    from ..impact import Impact
+    from ..scene.points import ReportPoint
+
+__all__ = ["report"]
+
+LARGEST_LINKS = 5
+
+
+def report(impact: Impact, points: Iterable[ReportPoint] = (), *, rows: int = 40) -> str:
+    """An impact in words and tables. Numbers at rounding level are shown as 0.
+
+    Args:
+        impact: the answer.
+        points: points whose velocity is shown, in world axes.
+        rows: how many joint speeds are shown at most, those that jump most.
+
+    Raises:
+        UnknownNameError: a point on a frame that the robot does not have.
+
+    Example:
+        >>> from impulsekit import AppliedImpulse, Robot, Scene, solve
+        >>> robot = Robot.from_example("panda")
+        >>> scene = Scene(robot, [AppliedImpulse("panda_hand", linear=[0, 0, 1])])
+        >>> print(report(solve(scene, robot.neutral(), robot.velocity())).splitlines()[0])
+        panda: 1 impulse, 9 degrees of freedom
+    """
+    blocks = [_head(impact), _points(impact, tuple(points)), _speeds(impact, rows)]
+    blocks += [section(impact) for section in SECTIONS]
+    return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
+
+
+def _head(impact: Impact) -> list[str]:
+    scene = impact.scene
+    count = len(scene.impulses)
+    what = f"{count} impulse" + ("" if count == 1 else "s")
+    return [
+        f"{scene.robot.name}: {what}, {scene.robot.nv} degrees of freedom",
+        f"{impact.status.name.lower()}: {impact.status.value}",
+    ]
+
+
+def _points(impact: Impact, points: Sequence[ReportPoint]) -> list[str]:
+    if not points:
+        return []
+    velocities = [impact.velocity_at(point.frame, point.at) for point in points]
+    states = {
+        "before": [velocity.before for velocity in velocities],
+        "after": [velocity.after for velocity in velocities],
+    }
+    scale = max(float(np.abs(each).max()) for each in states.values())
+    title = "Velocity of points [m/s], world axes"
+    if not np.any(states["before"]):
+        del states["before"]
+        title += "; all at rest before"
+    head = ["point", *(f"{axis} {when}" for when in states for axis in "xyz")]
+    rows = [
+        [point.title, *(paper_decimals(x, scale) for each in states.values() for x in each[i])]
+        for i, point in enumerate(points)
+    ]
+    return [title, *table(head, rows)]
+
+
+def _speeds(impact: Impact, most: int) -> list[str]:
+    speeds = speeds_of(impact.scene.robot, impact.q)
+    moving = [i for i in range(len(speeds)) if impact.v_before[i] != 0.0 or impact.dv[i] != 0.0]
+    if not moving:
+        return ["Joint speeds: all stay zero"]
+    by_jump = sorted(moving, key=lambda i: -abs(impact.dv[i]))
+    shown = sorted(by_jump[: max(most, 1)])
+    scale = float(max(np.abs(impact.v_before).max(), np.abs(impact.v_after).max()))
+    rows = [
+        [
+            speeds[i].title,
+            *(decimals(x[i], scale) for x in (impact.v_before, impact.v_after, impact.dv)),
+            speeds[i].unit,
+        ]
+        for i in shown
+    ]
+    lines = ["Joint speeds", *table(["joint", "before", "after", "jump", "unit"], rows)]
+    if len(moving) > len(shown):
+        lines.append(f"  {len(moving) - len(shown)} more jump less")
+    still = len(speeds) - len(moving)
+    if still:
+        lines.append(f"  {still} other{'s stay' if still > 1 else ' stays'} zero")
+    return lines
+
+
+def _impulses(impact: Impact) -> list[str]:
+    scene = impact.scene
+    if not scene.impulses:
+        return []
+    rows = []
+    for name, entry in zip(scene.entry_names("impulses"), scene.impulses, strict=True):
+        if isinstance(entry, AppliedImpulse):
+            where = f"on {entry.frame}"
+            parts = []
+            if any(entry.linear):
+                parts.append(f"{_listed(entry.linear)} N s")
+            if any(entry.angular):
+                parts.append(f"{_listed(entry.angular)} N m s")
+            given = " and ".join(parts) or "nothing"
+            if any(entry.at):
+                given += f" at {_listed(entry.at)} m"
+            if entry.axes != "world":
+                given += f", {entry.axes} axes"
+        else:
+            where = f"in {entry.joint}"
+            units = [
+                "N m s" if speed.unit == "rad/s" else "N s"
+                for speed in speeds_of(scene.robot, impact.q)
+                if speed.joint == entry.joint
+            ]
+            given = ", ".join(f"{x:g} {u}" for x, u in zip(entry.impulse, units, strict=True))
+        rows.append([name, where, given])
+    return ["Impulses", *table(["name", "where", "impulse"], rows)]
+
+
+def _energy(impact: Impact) -> list[str]:
+    energy = impact.energy
+    scale = max(energy.before, energy.after, *map(abs, energy.work.values()), 0.0)
+    rows = [["before", decimals(energy.before, scale)]]
+    rows += [[f"work of {name}", decimals(work, scale)] for name, work in energy.work.items()]
+    rows += [["after", decimals(energy.after, scale)]]
+    return [
+        "Kinetic energy",
+        *table(["entry", "J"], rows),
+        f"  the books close to {energy.imbalance:.1e} of the largest entry",
+    ]
+
+
+def _links(impact: Impact) -> list[str]:
+    sizes = {
+        name: (float(np.linalg.norm(jump.dv_com)), float(np.linalg.norm(jump.domega)))
+        for name, jump in impact.bodies.items()
+    }
+    linear = max((size[0] for size in sizes.values()), default=0.0)
+    angular = max((size[1] for size in sizes.values()), default=0.0)
+    largest = sorted(sizes, key=lambda name: -sizes[name][0])[:LARGEST_LINKS]
+    rows = [
+        [name, decimals(sizes[name][0], linear), decimals(sizes[name][1], angular)]
+        for name in largest
+        if any(sizes[name])
+    ]
+    if not rows:
+        return []
+    head = ["link", "mass centre, m/s", "rotation, rad/s"]
+    return [f"Largest jumps of links ({len(rows)} of {len(sizes)})", *table(head, rows)]
+
+
+def _residuals(impact: Impact) -> list[str]:
+    residuals = impact.residuals
+    parts = {"momentum": residuals.momentum}
+    # Rows that a scene does not have have no residual.
+    parts |= {
+        name: value
+        for name in ("constraint", "complementarity")
+        if (value := getattr(residuals, name)) != 0.0
+    }
+    listed = ", ".join(f"{name} {value:.1e}" for name, value in parts.items())
+    return [f"Residuals, relative: {listed}"]
+
+
+def _listed(numbers: Sequence[float]) -> str:
+    return "(" + ", ".join(f"{x:g}" for x in numbers) + ")"
+
+
+# What follows the velocities, in order; a section without anything to say returns nothing.
+SECTIONS: tuple[Callable[[Impact], list[str]], ...] = (_impulses, _energy, _links, _residuals)
