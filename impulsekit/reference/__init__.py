@@ -6,6 +6,8 @@ equations are those of the paper, and the numbers are doubles, long doubles or m
     urdf ─► tree ─► kinematics ─► kane ─► system      the method of the paper
                         │           └─► freed         what joints carry
                         └─► maximal                   the same by other coordinates
+
+``whittaker`` holds chains whose answers are exact fractions.
 """
 
 from impulsekit.reference.arithmetic import Arithmetic

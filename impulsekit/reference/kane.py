@@ -8,6 +8,7 @@ generalized speeds y_l, world axes m; SI units throughout.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -150,6 +151,7 @@ def impulses_of_rows(
     masses: Array,
     matrix: Array,
     missing: Array,
+    size: Any,
     names: Sequence[str],
     on_singular: Callable[[int], Exception],
 ) -> Array:
@@ -161,18 +163,21 @@ def impulses_of_rows(
         masses: (n, n) a_lp.
         matrix: (r, n) A.
         missing: (r,) the change that each row still wants.
+        size: how large the velocities are from which ``missing`` was taken.
 
     Raises:
         ContradictionError: rows that demand different things of the same motion.
     """
     response = numbers.solve_symmetric(masses, matrix.T, on_singular)
-    return consistent_solution(numbers, matrix @ response, missing, names)
+    return consistent_solution(numbers, matrix @ response, missing, size, names)
 
 
 def consistent_solution(
-    numbers: Arithmetic, matrix: Array, right: Array, names: Sequence[str]
+    numbers: Arithmetic, matrix: Array, right: Array, size: Any, names: Sequence[str]
 ) -> Array:
     """The shortest λ with W λ = right, for a W that may have lost rank.
+
+    Rows count as at odds where they leave more than √epsilon of ``size``.
 
     Raises:
         ContradictionError: there is none.
@@ -181,7 +186,7 @@ def consistent_solution(
     if rank == len(right):
         return solution
     left_over = right - matrix @ solution
-    allowed = numbers.sqrt(numbers.epsilon) * max(abs(entry) for entry in right)
+    allowed = numbers.sqrt(numbers.epsilon) * size
     at_odds = tuple(
         name for name, entry in zip(names, left_over, strict=True) if abs(entry) > allowed
     )

@@ -26,7 +26,7 @@ from impulsekit.reference.tree import WORLD, Tree, joint_pose
 __all__ = ["Kinematics", "PartialRates", "cross", "freed_partials", "kinematics", "partial_rates"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Kinematics:
     """Where the bodies are and how each speed moves them. N bodies, n speeds, world axes.
 
@@ -62,7 +62,7 @@ class Kinematics:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PartialRates:
     """Time derivatives of the partial velocities: ω̇_klm and v̇_klm, (N, n, 3) each."""
 

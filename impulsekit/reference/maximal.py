@@ -33,7 +33,7 @@ from impulsekit.reference.tree import WORLD, Tree
 __all__ = ["MaximalImpact", "impact_of_free_bodies"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MaximalImpact:
     """How an impact changes the motion of N bodies; arrays are read-only.
 
@@ -107,7 +107,8 @@ def impact_of_free_bodies(
         mobility = loops @ change[:, 1:]
         for i in _demanded_of_joints(numbers, held, loops):
             mobility[i, :] = mobility[:, i] = numbers.number(0)
-        row_impulses = consistent_solution(numbers, mobility, missing, given.names)
+        size = given.size(loops, motion_before, change[:, 0])
+        row_impulses = consistent_solution(numbers, mobility, missing, size, given.names)
     weights = np.concatenate([numbers.array([1]), row_impulses])
     dx, held_by = change @ weights, carried @ weights
 

@@ -24,7 +24,7 @@ from impulsekit.reference.tree import WORLD, Tree
 __all__ = ["Rows", "angular_velocity_rows", "point_velocity_rows", "speed_rows"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rows:
     """r constraint rows on N bodies and n speeds.
 
@@ -85,6 +85,18 @@ class Rows:
         rounding = 8 * (8 + self.linear.shape[1]) * arithmetic.epsilon
         entries[np.abs(entries) <= rounding * terms] = arithmetic.number(0)
         return entries
+
+    def size(self, matrix: Array, *motions: Array) -> Any:
+        """The largest velocity that occurs in the rows, before any terms cancel.
+
+        Args:
+            matrix: (r, d) the rows on some speeds.
+            motions: (d,) each, values of these speeds.
+        """
+        terms = np.abs(self.target)
+        for motion in motions:
+            terms = terms + np.abs(matrix) @ np.abs(motion)
+        return max(terms)
 
 
 def point_velocity_rows(

@@ -30,7 +30,7 @@ from impulsekit.reference.tree import WORLD, Tree, joint_coordinate
 __all__ = ["KaneImpact", "KaneSystem"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class KaneImpact:
     """How an impact changes the motion. N bodies, n speeds, r rows; arrays are read-only.
 
@@ -101,7 +101,7 @@ class KaneImpact:
         return {name: self.joint_reaction(name) for name in self.system.joint_names}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class KaneSystem:
     """A multibody system by Chang & Huston's method.
 
@@ -229,8 +229,9 @@ class KaneSystem:
         if len(demands):
             matrix = demands.matrix(numbers, at.linear, at.angular) + demands.speeds
             missing = demands.target - matrix @ (before + dy)
+            size = demands.size(matrix, before, dy)
             row_impulses = kane.impulses_of_rows(
-                numbers, masses, matrix, missing, demands.names, self._on_singular
+                numbers, masses, matrix, missing, size, demands.names, self._on_singular
             )
             forces = forces + np.tensordot(row_impulses, demands.linear, axes=([0], [0]))
             couples = couples + np.tensordot(row_impulses, demands.angular, axes=([0], [0]))

@@ -67,7 +67,7 @@ _SPEEDS = {
 _UNIT_TOLERANCE = 1e-9
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Joint:
     """The joint above a body.
 
@@ -113,7 +113,7 @@ class Joint:
         return slice(self.first_coordinate, self.first_coordinate + length)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Body:
     """A rigid body B_k: a link of the URDF.
 
@@ -135,7 +135,7 @@ class Body:
         read_only(self.mass_centre, self.inertia)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Tree:
     """The bodies, parents before children, and the arithmetic their numbers are in.
 
@@ -332,10 +332,10 @@ class Tree:
         return self._vector(y, what, self.n)
 
     def _vector(self, values: Any, what: str, size: int) -> Array:
-        shape = np.shape(values)
-        if shape != (size,):
-            raise ShapeError.of(what, (size,), shape)
-        return self.arithmetic.finite_array(values, what)
+        checked = self.arithmetic.finite_array(values, what)
+        if checked.shape != (size,):
+            raise ShapeError.of(what, (size,), checked.shape)
+        return checked
 
     # -- what cannot move -------------------------------------------------------
 
@@ -390,14 +390,15 @@ def joint_pose(joint: Joint, q: Array, arithmetic: Arithmetic) -> tuple[Array, A
 
 def _placement(part: str, placement: tuple[Any, Any], numbers: Arithmetic) -> tuple[Array, Array]:
     translation, turned = placement
-    for what, value, shape in (("translation", translation, (3,)), ("rotation", turned, (3, 3))):
-        if np.shape(value) != shape:
-            raise ShapeError.of(f'{what} of the part "{part}"', shape, np.shape(value))
+    origin = numbers.finite_array(translation, f'translation of the part "{part}"')
     matrix = numbers.finite_array(turned, f'rotation of the part "{part}"')
+    for what, value, shape in (("translation", origin, (3,)), ("rotation", matrix, (3, 3))):
+        if value.shape != shape:
+            raise ShapeError.of(f'{what} of the part "{part}"', shape, value.shape)
     error = max(abs(entry) for entry in (matrix @ matrix.T - numbers.eye(3)).flat)
     if error > _UNIT_TOLERANCE:
         raise RangeError.of(f'rotation of the part "{part}"', turned, "an orthogonal matrix")
-    return matrix, numbers.finite_array(translation, f'translation of the part "{part}"')
+    return matrix, origin
 
 
 class _Builder:

@@ -8,7 +8,6 @@ elements: a reader of any precision can then make of them what it needs.
 from __future__ import annotations
 
 import io
-import logging
 import os
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
@@ -221,7 +220,6 @@ def _joints(
     # Imported here: it brings trimesh along, which takes a second.
     import yourdfpy
 
-    logging.getLogger("yourdfpy.urdf").addHandler(logging.NullHandler())
     try:
         read = yourdfpy.URDF.load(
             io.BytesIO(ElementTree.tostring(robot)), build_scene_graph=False, load_meshes=False
@@ -265,17 +263,14 @@ def _root(source: str, links: dict[str, UrdfLink], joints: dict[str, UrdfJoint])
     roots = [name for name in links if name not in above]
     if len(roots) > 1:
         raise _error(source, f'link "{roots[1]}"', f'two roots, "{roots[0]}" is the other')
-    reached = set()
-    for name in links:
-        # Upwards, until a link known to hang on the root, or one met before on this way.
-        way = [name]
-        while way[-1] in above and way[-1] not in reached:
-            parent = above[way[-1]].parent
-            if parent in way:
-                break
-            way.append(parent)
-        if way[-1] in reached or way[-1] not in above:
-            reached.update(way)
+    below: dict[str, list[str]] = {}
+    for joint in joints.values():
+        below.setdefault(joint.parent, []).append(joint.child)
+    reached, ahead = set(roots), list(roots)
+    while ahead:
+        children = below.get(ahead.pop(), [])
+        reached.update(children)
+        ahead += children
     astray = [name for name in links if name not in reached]
     if astray:
         raise _error(source, f'link "{astray[0]}"', "a loop: it is below itself")

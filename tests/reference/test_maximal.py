@@ -146,9 +146,24 @@ def test_thirty_digits_agree_to_twenty_five():
     agree(*both(system, q, [1, 2, 3], [blow], None, loop), bar=1e-25)
 
 
+def test_a_loop_that_already_holds_asks_for_nothing():
+    """Velocities that keep the loop closed: what its rows miss is rounding, no contradiction."""
+    system = KaneSystem.from_urdf(FOUR_BAR)
+    q = four_bar_pose(1.0)
+    loop = system.rows_at_point(q, "coupler", "rocker", (0.8, 0, 0), (0.5, 0, 0))
+    closed = system.impact(q, [1, 2, 3], rows=loop).y_after
+    kane, maximal = both(system, q, closed, [], None, system.stack(loop, loop))
+    assert np.abs(kane.dy).max() < 1e-14
+    assert np.abs(maximal.dy).max() < 1e-14
+
+
 def test_demands_that_joints_rule_out_are_refused():
     system = KaneSystem.from_urdf(FOUR_BAR)
     q = four_bar_pose(1.0)
     out = system.rows_at_point(q, "coupler", directions=[[0, 0, 1]], target=[1])
     with pytest.raises(ContradictionError, match="coupler"):
         impact_of_free_bodies(system, q, [0, 0, 0], rows=out)
+    stays = system.rows_at_point(q, "coupler", directions=[[0, 0, 1]])
+    kane, maximal = both(system, q, [1, 2, 3], [], None, stays)
+    assert np.abs(kane.dy).max() == 0
+    assert np.abs(maximal.dy).max() < 1e-14

@@ -274,6 +274,8 @@ def test_states_are_checked():
         system.impact(q, y[:-1])
     with pytest.raises(NotFiniteError, match="y: entry 2 is nan"):
         system.impact(q, np.where(np.arange(system.n) == 2, np.nan, y))
+    with pytest.raises(NotFiniteError, match="y: an entry"):
+        system.impact(q, [[1], 2])
     off = q.copy()
     off[6] = 1.1
     with pytest.raises(StateError, match='the quaternion of joint "root_joint"') as caught:
