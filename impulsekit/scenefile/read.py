@@ -155,7 +155,10 @@ def _read_vector(
     otherwise: np.ndarray,
 ) -> np.ndarray:
     """A whole vector from a list, or from a table by joint name."""
-    if not isinstance(raw, dict):
+    if not isinstance(raw, dict | tuple):
+        faults.add(f"{place} is {raw!r}, wanted is a list, or a table by joint name")
+        return otherwise
+    if isinstance(raw, tuple):
         return _tried(whole, _numbers(raw, place, faults), place, faults, otherwise)
     given = {}
     for name, value in raw.items():
@@ -189,36 +192,37 @@ def _tried(make: Callable, value: Any, place: str, faults: Faults, otherwise: An
 
 def _read_report(raw: Any, robot: Robot | None, faults: Faults) -> tuple[ReportPoint, ...]:
     if not isinstance(raw, dict):
-        faults.add("report: wanted is a table")
+        faults.add("report: wanted is a table with points")
         return ()
     for key in raw:
         if key != "points":
             faults.add(no_such_key(f"report.{key}", key, ("points",), _MOVED))
-    points = _read_entries(POINTS, raw.get("points", ()), faults)
-    if robot is not None:
-        for place, point in points:
-            try:
-                robot.frame_id(point.frame)
-            except ImpulsekitError as error:
-                faults.add(f"{place}.frame: {error}")
-    return tuple(point for _, point in points)
+
+    def check(point: ReportPoint, place: str) -> None:
+        if robot is not None:
+            _tried(robot.frame_id, point.frame, f"{place}.frame", faults, None)
+
+    return _read_entries(POINTS, raw.get("points", ()), check, faults)
 
 
 def _read_section(section: Section, raw: Any, robot: Robot | None, faults: Faults) -> Any:
     """The entries of a section, each checked alone against the robot."""
-    entries = _read_entries(section, raw if section.many else (raw,), faults)
-    if robot is not None:
-        for place, entry in entries:
+
+    def check(entry: Any, place: str) -> None:
+        if robot is not None:
             _check_entry(robot, section, entry, place, faults)
-    found = tuple(entry for _, entry in entries)
+
+    found = _read_entries(section, raw if section.many else (raw,), check, faults)
     return found if section.many else (found[0] if found else None)
 
 
-def _read_entries(section: Section, raw: Any, faults: Faults) -> list[tuple[str, Any]]:
-    """The entries that could be made, each with its place."""
+def _read_entries(
+    section: Section, raw: Any, check: Callable[[Any, str], None], faults: Faults
+) -> tuple[Any, ...]:
+    """The entries that could be made; ``check`` gets each of them with its place."""
     if not isinstance(raw, tuple):
         faults.add(f"{section.name}: wanted is a list of tables, [[{section.name}]]")
-        return []
+        return ()
     entries = []
     for i, table in enumerate(raw):
         place = f"{section.name}[{i}]" if section.many else section.name
@@ -227,8 +231,9 @@ def _read_entries(section: Section, raw: Any, faults: Faults) -> list[tuple[str,
             continue
         entry = _read_entry(section, table, place, faults)
         if entry is not None:
-            entries.append((place, entry))
-    return entries
+            check(entry, place)
+            entries.append(entry)
+    return tuple(entries)
 
 
 def _read_entry(section: Section, table: dict[str, Any], place: str, faults: Faults) -> Any:

@@ -10,7 +10,8 @@ import pinocchio as pin
 import pydantic
 
 from ..errors import ImpulsekitError, InputError, UrdfError
-from ..robot import Robot, RobotPart, combine
+from ..robot import Robot, RobotPart
+from ..robot.combine import combine
 from ..robot.examples import example_names, example_path, example_urdf
 from ..scene.numbers import Vector
 from .faults import Faults
@@ -66,22 +67,25 @@ def read_robots(
     if not isinstance(data["robots"], dict) or not data["robots"]:
         faults.add("robots: wanted is a table [robots.NAME] for each robot")
         return None
-    robots: dict[str, Robot | None] = {}
+    robots: dict[str, Robot] = {}
     placements = {}
     for name, raw in data["robots"].items():
         place = f"robots.{name}"
-        placed = faults.validated(PlacedRobotTable, raw, place, top)
-        robots[name] = None if placed is None else _built(placed, folder, place, faults)
-        if placed is not None and placed.placement is not None:
-            placements[name] = _matrix(placed.placement, f"{place}.placement", faults)
-    ready = {name: robot for name, robot in robots.items() if robot is not None}
-    if len(ready) < len(robots):
+        table = faults.validated(PlacedRobotTable, raw, place, top)
+        robot = None if table is None else _built(table, folder, place, faults)
+        if table is None or robot is None:
+            continue
+        placement = _matrix(table.placement or PlacementTable(), f"{place}.placement", faults)
+        try:
+            # Alone first, so that each has its say.
+            combine({name: robot}, placements={name: placement})
+        except ImpulsekitError as error:
+            faults.add(f"{place}: {error}")
+        else:
+            robots[name], placements[name] = robot, placement
+    if len(robots) < len(data["robots"]):
         return None
-    try:
-        return combine(ready, placements=placements)
-    except ImpulsekitError as error:
-        faults.add_error("robots", error)
-        return None
+    return combine(robots, placements=placements)
 
 
 def _built(table: RobotTable, folder: str, place: str, faults: Faults) -> Robot | None:
