@@ -157,6 +157,29 @@ def test_a_loop_that_already_holds_asks_for_nothing():
     assert np.abs(maximal.dy).max() < 1e-14
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_rows_between_links_joined_rigidly_move_nothing(seed):
+    """They are zero but for rounding, and rounding must not be taken for mobility."""
+    system = KaneSystem.from_urdf(EVERY_KIND, "freeflyer")
+    q, y = random_state(pinocchio_model(EVERY_KIND, "freeflyer"), 50 + seed)
+    at, tree = system.kinematics(q), system.tree
+    tool, wheel = tree.body_of_link("tool"), tree.body_of_link("wheel")
+    place = at.origins[tool] + at.rotations[tool] @ [0.3, 0.2, -0.4]
+    on_wheel = at.rotations[wheel].T @ (place - at.origins[wheel])
+    rows = system.stack(
+        system.rows_at_point(q, "tool", "wheel", (0.3, 0.2, -0.4), on_wheel),
+        system.rows_of_turning("tool", "wheel"),
+        system.rows_at_point(q, "drone", target=[1, 2, 3]),
+    )
+    alone = system.impact(q, y, rows=system.rows_at_point(q, "drone", target=[1, 2, 3]))
+    kane, maximal = both(system, q, y, [Load("arm", (1, 2, 3))], None, rows)
+    agree(kane, maximal, bar=1e-11)
+    assert np.abs(kane.row_impulses[:6]).max() < 1e-10
+    assert np.abs(maximal.row_impulses[:6]).max() < 1e-10
+    unstruck, _ = both(system, q, y, [], None, rows)
+    assert relative(unstruck.dy, alone.dy) < 1e-11
+
+
 def test_demands_that_joints_rule_out_are_refused():
     system = KaneSystem.from_urdf(FOUR_BAR)
     q = four_bar_pose(1.0)
