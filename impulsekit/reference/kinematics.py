@@ -21,7 +21,8 @@ import numpy as np
 
 from impulsekit.reference import rotation
 from impulsekit.reference.arithmetic import Array, read_only
-from impulsekit.reference.tree import WORLD, Tree, joint_pose
+from impulsekit.reference.joint import joint_pose
+from impulsekit.reference.tree import WORLD, Tree
 
 __all__ = ["Kinematics", "PartialRates", "cross", "freed_partials", "kinematics", "partial_rates"]
 

@@ -17,6 +17,7 @@ import numpy as np
 from impulsekit.errors import RangeError, ShapeError
 from impulsekit.reference import freed, kane, loads
 from impulsekit.reference.arithmetic import Arithmetic, Array, read_only
+from impulsekit.reference.joint import joint_coordinate
 from impulsekit.reference.kinematics import Kinematics, kinematics, partial_rates
 from impulsekit.reference.loads import JointSpring, Load, PointSpring
 from impulsekit.reference.rows import (
@@ -25,7 +26,7 @@ from impulsekit.reference.rows import (
     point_velocity_rows,
     speed_rows,
 )
-from impulsekit.reference.tree import WORLD, Tree, joint_coordinate
+from impulsekit.reference.tree import WORLD, Tree
 
 __all__ = ["KaneImpact", "KaneSystem"]
 

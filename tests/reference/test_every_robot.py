@@ -27,7 +27,6 @@ ILL_CONDITIONED = {
     "pr2_description/urdf/pr2.urdf",
     "talos_data/robots/talos_full_v2.urdf",
     "talos_data/robots/talos_full_v2_box.urdf",
-    "tiago_description/robots/tiago.urdf",
     "tiago_description/robots/tiago_dual.urdf",
     "tiago_description/robots/tiago_no_hand.urdf",
     "tiago_pro_description/robots/tiago_pro.urdf",

@@ -1,0 +1,128 @@
+"""The joint above a body: its kinds, coordinates, speeds and motion.
+
+Conventions, those of Pinocchio so that answers compare entry by entry:
+
+================  ===========================  =====================================
+joint             coordinates q                generalized speeds y, in child axes
+================  ===========================  =====================================
+fixed             none                         none
+revolute          angle                        angular rate about the axis
+continuous        cosine, sine of the angle    angular rate about the axis
+prismatic         displacement                 rate along the axis
+planar            x, y, cosine, sine           vx, vy, wz
+floating          x, y, z, qx, qy, qz, qw      vx, vy, vz, wx, wy, wz
+================  ===========================  =====================================
+
+A planar joint moves in the x-y plane of its own frame. Pinocchio reads a URDF so too,
+whatever axis the URDF gives it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from impulsekit.reference import rotation
+from impulsekit.reference.arithmetic import Arithmetic, Array, read_only
+
+__all__ = ["COORDINATES", "SPEEDS", "Joint", "joint_coordinate", "joint_pose"]
+
+COORDINATES = {
+    "fixed": (),
+    "revolute": ("",),
+    "continuous": (".cos", ".sin"),
+    "prismatic": ("",),
+    "planar": (".x", ".y", ".cos", ".sin"),
+    "floating": (".x", ".y", ".z", ".qx", ".qy", ".qz", ".qw"),
+}
+"""What a joint's name is followed by in the names of its coordinates, by kind."""
+
+SPEEDS = {
+    "fixed": (),
+    "revolute": ("",),
+    "continuous": ("",),
+    "prismatic": ("",),
+    "planar": (".vx", ".vy", ".wz"),
+    "floating": (".vx", ".vy", ".vz", ".wx", ".wy", ".wz"),
+}
+"""What a joint's name is followed by in the names of its generalized speeds, by kind."""
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """The joint above a body.
+
+    Attributes:
+        placement: rotation (3, 3) and translation (3,) in m of the joint's frame in the
+            parent link's frame.
+        axis: (3,) unit vector of the rotation or displacement, in the joint's frame.
+        linear, angular: (d, 3) each, the velocity of the child against the parent, at the
+            child's origin and in child axes, per unit of each of the joint's d own speeds.
+            For every kind of joint they do not change with the configuration.
+        first_coordinate, first_speed: where in q and y the joint's own entries begin.
+            A joint that mimics another has none of its own and points at the other's.
+        coordinate_kind: the kind of joint whose coordinates they are.
+        mimics: the name of the joint followed, "" if none; its coordinate is
+            ``multiplier`` times the other's plus ``offset``.
+    """
+
+    name: str
+    kind: str
+    placement: tuple[Array, Array]
+    linear: Array
+    angular: Array
+    axis: Array
+    coordinate_kind: str
+    first_coordinate: int
+    first_speed: int
+    mimics: str
+    multiplier: Any
+    offset: Any
+
+    def __post_init__(self) -> None:
+        read_only(*self.placement, self.linear, self.angular, self.axis)
+
+    @property
+    def speeds(self) -> slice:
+        """Where in y its speeds are."""
+        return slice(self.first_speed, self.first_speed + len(self.linear))
+
+    @property
+    def coordinates(self) -> slice:
+        """Where in q its coordinates are."""
+        length = len(COORDINATES[self.coordinate_kind])
+        return slice(self.first_coordinate, self.first_coordinate + length)
+
+
+def joint_coordinate(joint: Joint, q: Array, arithmetic: Arithmetic) -> Any:
+    """The angle in rad or displacement in m of a joint with a single speed."""
+    first = joint.first_coordinate
+    if joint.coordinate_kind == "continuous":
+        value = arithmetic.atan2(q[first + 1], q[first])
+    else:
+        value = q[first]
+    return joint.multiplier * value + joint.offset if joint.mimics else value
+
+
+def joint_pose(joint: Joint, q: Array, arithmetic: Arithmetic) -> tuple[Array, Array]:
+    """Rotation (3, 3) and translation (3,) of the child in the joint's frame.
+
+    Args:
+        q: (nq,) coordinates of the whole system, checked.
+    """
+    own = q[joint.coordinates]
+    still, here = arithmetic.eye(3), arithmetic.zeros(3)
+    if joint.kind == "fixed":
+        return still, here
+    if joint.kind == "floating":
+        return rotation.of_quaternion(own[3:], arithmetic), own[:3].copy()
+    if joint.kind == "planar":
+        here[:2] = own[:2]
+        return rotation.about_axis(joint.axis, own[2], own[3], arithmetic), here
+    if joint.kind == "continuous" and not joint.mimics:
+        return rotation.about_axis(joint.axis, own[0], own[1], arithmetic), here
+    value = joint_coordinate(joint, q, arithmetic)
+    if joint.kind == "prismatic":
+        return still, value * joint.axis
+    cosine, sine = arithmetic.cos(value), arithmetic.sin(value)
+    return rotation.about_axis(joint.axis, cosine, sine, arithmetic), here
