@@ -310,11 +310,14 @@ class _Builder:
 
     def build(self, root: str) -> Tree:
         kind = {"fixed": "fixed", "planar": "planar", "freeflyer": "floating"}[root]
-        if ROOT_JOINT in self.model.joints:
-            raise self._error(
-                ROOT_JOINT, "this name is kept for the joint between the world and the root link"
-            )
-        self._add(UrdfJoint(ROOT_JOINT, kind, "", self.model.root), WORLD)
+        name = ROOT_JOINT
+        if name in self.model.joints:
+            if kind != "fixed":
+                raise self._error(
+                    name, "this name is kept for the joint between the world and the root link"
+                )
+            name = f"world_{ROOT_JOINT}"
+        self._add(UrdfJoint(name, kind, "", self.model.root), WORLD)
         bodies = [replace(body, joint=self._following(body.joint)) for body in self.bodies]
         return Tree(
             tuple(bodies), self.arithmetic, tuple(self.speed_names), tuple(self.coordinate_names)

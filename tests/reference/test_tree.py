@@ -127,6 +127,23 @@ def test_mimic_joints_of_robots(name):
     assert relative(system.generalized_masses(q), mass_matrix(model, q)) < 1e-13
 
 
+def test_the_angle_of_a_continuous_joint_is_followed():
+    """Its coordinates are a cosine and a sine; the follower's angle is a multiple of the angle."""
+    turning = GEARED.replace('type="revolute"', 'type="continuous"').replace(
+        '<mimic joint="a_leader" multiplier="-0.7" offset="0.2"/>', ""
+    )
+    model = pinocchio_model(turning, "freeflyer", mimic=True)
+    system = KaneSystem.from_urdf(turning, "freeflyer", mimic=True)
+    assert system.tree.joint("c_turns").mimics == "a_leader"
+    for seed in range(5):
+        q, y = random_state(model, seed)
+        assert relative(system.generalized_masses(q), mass_matrix(model, q)) < 1e-14
+        model.gravity.linear = np.array([1.0, 2.0, 3.0])
+        wanted = pin.nonLinearEffects(model, model.createData(), q, y)
+        found = -system.generalized_masses(q) @ system.accelerations(q, y, (1, 2, 3))
+        assert relative(found, wanted) < 1e-13
+
+
 def test_a_mimic_of_a_mimic_follows_the_first():
     chained = GEARED.replace('joint="a_leader" multiplier="2"', 'joint="b_slides" multiplier="2"')
     last = Tree.from_urdf(chained, mimic=True).joint("c_turns")
@@ -202,8 +219,6 @@ WRONG = {
     "infinite": (robot(link("a", "inf")), 'link "a"', "1 finite number wanted"),
     "an axis of no length": (
         robot(*TWO, joint("j", "a", "b", axis="0 0 0")), 'joint "j"', "its axis has no length"),
-    "a name that is taken": (
-        robot(*TWO, joint("root_joint", "a", "b")), 'joint "root_joint"', "this name is kept"),
     "no masses": (
         robot(link("a"), '<link name="b"/>', '<link name="c"/>',
               joint("j", "a", "b"), joint("k", "b", "c", "fixed")),
@@ -218,6 +233,13 @@ def test_what_is_wrong_is_said_with_the_name_of_the_element(fault):
         Tree.from_urdf(urdf)
     assert caught.value.element == element
     assert message in str(caught.value)
+
+
+def test_the_name_of_the_root_joint_is_kept():
+    taken = robot(*TWO, joint("root_joint", "a", "b"))
+    with pytest.raises(UrdfError, match='joint "root_joint": this name is kept'):
+        Tree.from_urdf(taken, "freeflyer")
+    assert Tree.from_urdf(taken).speed_names == ("root_joint",)
 
 
 def test_a_path_that_leads_nowhere_is_named(tmp_path):
