@@ -86,8 +86,9 @@ def save_scene(
         InputError and others of ``dump_scene``; OSError where nothing can be written.
 
     Example:
-        >>> file = load_scene("examples/whittaker_chain.toml")          # doctest: +SKIP
-        >>> save_scene("copy.toml", file.scene, file.q, file.v, points=file.points)
+        >>> from impulsekit import load_scene
+        >>> file = load_scene("examples/hammer.toml")
+        >>> save_scene("copy.toml", file.scene, file.q, file.v)  # doctest: +SKIP
     """
     path = pathlib.Path(path)
     text = dump_scene(scene, q, v, points=points, folder=path.absolute().parent)

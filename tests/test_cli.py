@@ -1,0 +1,277 @@
+"""The command: answers on stdout, diagnostics on stderr, and what the exit status says."""
+
+import importlib.metadata
+import json
+import pathlib
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import impulsekit as ik
+from impulsekit.cli import doctor, main
+from impulsekit.cli.doctor import requirements, within
+from impulsekit.impact import Status
+
+ROOT = pathlib.Path(__file__).parents[1]
+CHAIN = ROOT / "examples/whittaker_chain.toml"
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, [str(a) for a in arguments], prog_name="impulsekit")
+
+
+@pytest.fixture
+def solve(tmp_path):
+    def solve_text(text, *arguments):
+        path = tmp_path / "scene.toml"
+        path.write_text(text, encoding="utf-8")
+        return run("solve", path, *arguments)
+
+    return solve_text
+
+
+def test_the_papers_table_in_its_own_rounding():
+    result = run("solve", CHAIN)
+    assert result.exit_code == 0 and result.stderr == ""
+    rows = re.findall(r"^  (struck end|pin \d|far end) +(\S+) +(\S+) +(\S+)$", result.stdout, re.M)
+    printed = "17.321 -4.641 1.244 -0.333 0.089 -0.024 0.006 -0.002 0.0005 -0.0001 0.00007"
+    assert [row[2] for row in rows] == printed.split()
+    assert {row[1] for row in rows} | {row[3] for row in rows} == {"0"}
+    # P u_0 / 2 with u_0 = 5 * 262087 / 75658.
+    after = re.search(r"^  after +(\S+)$", result.stdout, re.M)[1]
+    assert float(after) == pytest.approx(5 * 5 * 262087 / 75658 / 2, abs=1e-4)
+    assert round(float(after), 2) == 43.30
+
+
+def test_json_holds_every_number_in_full(tmp_path):
+    out = tmp_path / "impact.json"
+    result = run("solve", CHAIN, "--json", out)
+    assert result.exit_code == 0 and "Kinetic energy" in result.stdout
+    data = json.loads(out.read_text())
+    file = ik.load_scene(CHAIN)
+    impact = ik.solve(file.scene, file.q, file.v)
+    assert data["dv"] == impact.dv.tolist()
+    assert data["valid"] is True and data["scene_file"] == str(CHAIN)
+    assert [p["label"] for p in data["points"]][::10] == ["struck end", "far end"]
+    assert data["points"][0]["after"] == impact.velocity_at("link_1").after.tolist()
+
+
+def test_json_to_stdout_is_json_alone():
+    result = run("solve", CHAIN, "--json", "-")
+    assert result.exit_code == 0
+    assert json.loads(result.stdout)["status"] == "SOLVED"
+
+
+def test_an_answer_that_is_not_valid_has_status_1(monkeypatch):
+    monkeypatch.setattr(ik.Impact, "status", Status.INACCURATE)
+    result = run("solve", CHAIN)
+    assert result.exit_code == 1
+    assert "not valid: " in result.stderr and "Kinetic energy" in result.stdout
+
+
+def test_numbers_that_json_does_not_have_become_null(monkeypatch):
+    monkeypatch.setattr(ik.Impact, "to_dict", lambda self: {"x": [float("nan"), 1.0]})
+    assert json.loads(run("solve", CHAIN, "--json", "-").stdout)["x"] == [None, 1.0]
+
+
+# Bad input: one clear error, status 2, no traceback
+
+RODS = {
+    "broken.urdf": "<robot name='x'><link name='a'></robot>",
+    "weightless.urdf": re.sub(r"(?s)<inertial>.*?</inertial>", "", ik.chain_urdf(2)),
+    "massless.urdf": re.sub(r'mass value="[^"]*"', 'mass value="0"', ik.chain_urdf(2)),
+    "rod.urdf": ik.chain_urdf(2),
+}
+BLOW = '\n[[impulses]]\nframe = "link_2"\nlinear = [0, 1, 0]\n'
+
+
+def on(robot, root="planar"):
+    return f'[robot]\nurdf = "{robot}"\nroot = "{root}"\n'
+
+
+PANDA = '[robot]\nexample = "panda"\n'
+HAND = '\n[[impulses]]\nframe = "panda_hand"\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (on("nix.urdf"), r"nix\.urdf: there is no such file"),
+        (on("broken.urdf"), r"broken\.urdf: not well-formed XML: .*line 1"),
+        (on("weightless.urdf") + BLOW, r"inertia"),
+        (on("massless.urdf") + BLOW, r"inertia"),
+        ('[robot]\nexample = "pnada"', r'no example robot is called "pnada".*"panda"'),
+        (PANDA + '[[impulses]]\nframe = "panda_hnd"', r'no frame .* "panda_hand"'),
+        (
+            PANDA + '[[impulses]]\njoint = "panda_joint11"\nimpulse = 1',
+            r'no joint is called "panda_joint11"; did you mean "panda_joint1"',
+        ),
+        (PANDA + "[state]\nq = [0, 0]", r"shape \(2,\), wanted is \(9,\)"),
+        (PANDA + HAND + "linear = [0, 0]", r"linear has 2 entries, wanted are 3"),
+        (PANDA + HAND + "linear = [0, 0, nan]", r"linear\[2\] is nan, wanted is a finite"),
+        (PANDA + HAND + "linear = [0, 0, inf]", r"linear\[2\] is inf, wanted is a finite"),
+        (PANDA + "[state.q]\npanda_joint1 = nan", r'"panda_joint1".* nan'),
+        (
+            on("rod.urdf", "freeflyer") + "[state.q]\nroot_joint = [0, 0, 0, 0, 0, 0.1, 1]",
+            r'the quaternion of joint "root_joint" has length 1\.00498756',
+        ),
+        (PANDA + '[[impulses]]\nframe = "world"', r"an impulse on the world"),
+        (PANDA + '[[impulses]]\nframe = "panda_link0"', r'"panda_link0", fixed to the world'),
+        (PANDA + "[[impulses]", r"not well-formed TOML: .*line 3"),
+    ],
+)
+def test_bad_input_is_one_clear_error(solve, tmp_path, text, message):
+    for name, urdf in RODS.items():
+        (tmp_path / name).write_text(urdf)
+    result = solve(text)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert re.fullmatch(r"error: .*" + message + r".*\n", result.stderr), result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_every_fault_of_a_file_is_on_a_line_of_its_own(solve):
+    result = solve(PANDA + HAND + "liner = [0]\nlinear = [0]")
+    assert result.exit_code == 2
+    lines = result.stderr.splitlines()
+    assert lines[0].endswith("2 faults:") and len(lines) == 3
+
+
+def test_a_scene_file_that_is_not_there():
+    result = run("solve", "nix.toml")
+    assert result.exit_code == 2 and result.stderr == "error: nix.toml: there is no such file\n"
+
+
+def test_json_that_cannot_be_written(tmp_path):
+    result = run("solve", CHAIN, "--json", tmp_path / "nix/impact.json")
+    assert result.exit_code == 2 and result.stderr.startswith("error: ")
+
+
+def test_in_a_process_of_its_own_nothing_else_is_said(tmp_path):
+    # Pinocchio's readers in C++ write past Python's stderr.
+    (tmp_path / "broken.urdf").write_text(RODS["broken.urdf"])
+    (tmp_path / "scene.toml").write_text(on("broken.urdf"))
+    command = [sys.executable, "-c", "from impulsekit.cli import main; main()", "solve"]
+    done = subprocess.run(
+        [*command, str(tmp_path / "scene.toml")], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2 and done.stdout == ""
+    assert done.stderr.startswith("error: ") and done.stderr.count("\n") == 1
+
+
+def test_a_fault_of_our_own_is_one_line_unless_asked(monkeypatch):
+    def broken(*_):
+        raise KeyError("oops")
+
+    monkeypatch.setattr("impulsekit.impact.solve", broken)
+    result = run("solve", CHAIN)
+    assert result.exit_code == 3
+    assert re.fullmatch(r"bug: KeyError: 'oops' .*impulsekit --debug solve.*\n", result.stderr)
+    assert isinstance(run("--debug", "solve", CHAIN).exception, KeyError)
+
+
+def test_debug_shows_where_bad_input_was_found():
+    assert isinstance(run("--debug", "solve", "nix.toml").exception, ik.errors.SceneFileError)
+
+
+def test_the_version():
+    result = run("--version")
+    assert result.stdout == f"impulsekit {ik.__version__}\n"
+    assert importlib.metadata.version("impulsekit") == ik.__version__
+
+
+# robots
+
+
+def test_robots_are_listed_one_a_line():
+    result = run("robots")
+    assert result.exit_code == 0
+    assert result.stdout.splitlines() == list(ik.example_names())
+    for name in ("talos", "panda", "solo12", "ur5", "allegro_right_hand"):
+        assert name in result.stdout.splitlines()
+
+
+@pytest.mark.slow
+def test_robots_are_listed_with_their_sizes():
+    result = run("robots", "--long")
+    assert result.exit_code == 0
+    assert re.search(r"^  panda +9 +9 +panda_description/urdf/panda\.urdf$", result.stdout, re.M)
+
+
+# doctor
+
+
+def test_the_doctor_finds_a_sound_installation():
+    result = run("doctor")
+    assert result.exit_code == 0, result.output
+    assert re.search(r"^  pin +4\.\S+ +core +ok$", result.stdout, re.M)
+    assert re.search(r"^pinocchio 4\.\S+ .* is imported from /", result.stdout, re.M)
+
+
+def test_the_doctor_names_what_is_missing_and_the_line_for_it(monkeypatch):
+    version = importlib.metadata.version
+
+    def without(name):
+        if name in ("pydantic", "matplotlib"):
+            raise importlib.metadata.PackageNotFoundError(name)
+        return "3.9.0" if name == "pin" else version(name)
+
+    monkeypatch.setattr(doctor.importlib.metadata, "version", without)
+    result = run("doctor")
+    assert result.exit_code == 1
+    assert 'pydantic: missing: pip install "pydantic>=2.7"' in result.stderr
+    assert re.search(r'pin: wanted \S+: pip install "pin\S+"', result.stderr)
+    assert re.search(
+        r'matplotlib +- +plot +missing: pip install "impulsekit\[plot\]"', result.stdout
+    )
+    assert "matplotlib" not in result.stderr
+
+
+def test_the_doctor_warns_of_another_pinocchio(tmp_path, monkeypatch):
+    other = tmp_path / "opt/ros/site-packages"
+    for name in ("pinocchio", "coal"):
+        (other / name).mkdir(parents=True)
+        (other / name / "__init__.py").write_text('__version__ = "2.6.4"')
+    monkeypatch.setenv("PYTHONPATH", str(other))
+    result = run("doctor")
+    assert result.exit_code == 1
+    assert f"pinocchio 2.6.4 (coal 2.6.4) is imported from {other}" in result.stdout
+    assert "not the one of the package pin" in result.stderr
+
+
+def test_the_doctor_survives_a_pinocchio_that_crashes(tmp_path, monkeypatch):
+    (tmp_path / "pinocchio.py").write_text("import os; os.abort()")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    result = run("doctor")
+    assert result.exit_code == 1 and "pinocchio cannot be imported" in result.stderr
+
+
+def test_the_doctor_knows_every_requirement():
+    found = {(r.name, r.extra) for r in requirements()}
+    assert {("pin", ""), ("pydantic", ""), ("matplotlib", "plot"), ("pytest", "test")} <= found
+
+
+@pytest.mark.parametrize(
+    ("version", "bounds", "good"),
+    [
+        ("4.1.0", "<5,>=4.1", True),
+        ("4.1", "<5,>=4.1.0", True),
+        ("4.0.9", "<5,>=4.1", False),
+        ("5.0", "<5,>=4.1", False),
+        ("4.10", "<5,>=4.9", True),
+        ("2.0rc1", ">=2", True),
+        ("1", "", True),
+    ],
+)
+def test_versions_are_compared_as_numbers(version, bounds, good):
+    assert within(version, bounds) is good
+
+
+def test_a_report_of_a_robot_at_rest_has_no_noise(solve):
+    result = solve(PANDA)
+    assert result.exit_code == 0 and "all stay zero" in result.stdout
+    assert np.isfinite(float(re.search(r"after +(\S+)", result.stdout)[1]))

@@ -1,0 +1,411 @@
+"""Scene files: what is read, what is written, and what is said of a faulty one."""
+
+import math
+import pathlib
+import re
+
+import hypothesis.strategies as st
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given, settings
+
+import impulsekit as ik
+from impulsekit.errors import InputError, SceneFileError, StateError, UrdfError
+from impulsekit.scenefile.vocabulary import SECTIONS
+
+ROOT = pathlib.Path(__file__).parents[1]
+EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
+
+CHAIN = f"""
+[robot]
+urdf = "{(ROOT / "models/whittaker_chain_10.urdf").as_posix()}"
+root = "planar"
+"""
+PANDA = '[robot]\nexample = "panda"\n'
+
+
+@pytest.fixture
+def load(tmp_path):
+    def load_text(text):
+        path = tmp_path / "scene.toml"
+        path.write_text(text, encoding="utf-8")
+        return ik.load_scene(path)
+
+    return load_text
+
+
+@pytest.fixture
+def faults_of(load):
+    def faults(text):
+        with pytest.raises(SceneFileError) as caught:
+            load(text)
+        assert str(caught.value).startswith(caught.value.path + ": ")
+        for fault in caught.value.faults:
+            assert fault in str(caught.value)
+        return caught.value.faults
+
+    return faults
+
+
+def same_bits(one, other):
+    """Whether two scene files hold the same, down to the sign of a zero."""
+    return (
+        one.q.tobytes() == other.q.tobytes()
+        and one.v.tobytes() == other.v.tobytes()
+        and repr(one.scene.impulses) == repr(other.scene.impulses)
+        and repr(one.scene.gravity) == repr(other.scene.gravity)
+        and repr(one.points) == repr(other.points)
+        and one.scene.robot.parts == other.scene.robot.parts
+        and one.scene.robot.model == other.scene.robot.model
+    )
+
+
+# Reading
+
+
+def test_a_file_says_what_the_same_scene_in_python_says(load):
+    file = load(
+        "gravity = [0, 0, -1.62]\n"
+        + CHAIN
+        + """
+        [state.q]
+        root_joint = [1, 2, 0.5]
+        joint_2 = 0.3
+        [state.v]
+        joint_2 = -1.0
+        [[impulses]]
+        frame = "link_10"
+        linear = [0, 5, 0]
+        angular = [0, 0, 1]
+        at = [1, 0, 0]
+        axes = "local"
+        name = "blow"
+        [[impulses]]
+        joint = "joint_3"
+        impulse = 0.4
+        [[report.points]]
+        frame = "link_10"
+        at = [1, 0, 0]
+        label = "struck end"
+        [[report.points]]
+        frame = "link_2"
+        """
+    )
+    robot = ik.Robot.from_urdf(ROOT / "models/whittaker_chain_10.urdf", root="planar")
+    assert file.scene.robot.model == robot.model
+    assert file.scene.gravity == (0.0, 0.0, -1.62)
+    assert file.scene.impulses == (
+        ik.AppliedImpulse("link_10", [0, 5, 0], [0, 0, 1], [1, 0, 0], "local", "blow"),
+        ik.JointImpulse("joint_3", 0.4),
+    )
+    np.testing.assert_array_equal(file.q, robot.configuration(root_joint=[1, 2, 0.5], joint_2=0.3))
+    np.testing.assert_array_equal(file.v, robot.velocity(joint_2=-1.0))
+    assert file.points == (
+        ik.ReportPoint("link_10", at=[1, 0, 0], label="struck end"),
+        ik.ReportPoint("link_2"),
+    )
+    assert not file.q.flags.writeable and not file.v.flags.writeable
+
+
+def test_without_a_state_the_robot_is_neutral_and_at_rest(load):
+    file = load(PANDA)
+    assert not file.q.any() and not file.v.any() and file.scene.impulses == ()
+
+
+def test_whole_vectors_are_taken_in_pinocchios_layout(load):
+    file = load(PANDA + "[state]\nq = [1, 2, 3, 4, 5, 6, 7, 8, 9]\nv = [0, 0, 0, 0, 0, 0, 0, 0, 1]")
+    assert file.q.tolist() == [1, 2, 3, 4, 5, 6, 7, 8, 9]
+    assert file.v[8] == 1
+
+
+def test_paths_are_relative_to_the_file_not_to_the_working_directory(tmp_path, monkeypatch):
+    (tmp_path / "here").mkdir()
+    (tmp_path / "rod.urdf").write_text(ik.chain_urdf(1))
+    (tmp_path / "here/scene.toml").write_text('[robot]\nurdf = "../rod.urdf"\nroot = "planar"')
+    monkeypatch.chdir(ROOT)
+    assert ik.load_scene(tmp_path / "here/scene.toml").scene.robot.nv == 3
+
+
+def test_several_robots_stand_where_they_are_placed(load):
+    file = load(
+        """
+        [robots.left]
+        example = "panda"
+        [robots.right]
+        example = "panda"
+        placement = { xyz = [0, 1, 0.5], rpy = [0, 0, 0.7] }
+        """
+    )
+    robot = file.scene.robot
+    assert robot.nv == 18
+    assert robot.joint_names[9] == "right/panda_joint1"
+    placement = np.array(robot.parts[1].placement)
+    assert placement[:3, 3].tolist() == [0, 1, 0.5]
+    np.testing.assert_array_equal(placement[:3, :3], pin.rpy.rpyToMatrix(0, 0, 0.7))
+
+
+def test_a_byte_order_mark_and_windows_line_ends_are_taken(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + PANDA.replace("\n", "\r\n").encode())
+    assert ik.load_scene(str(path)).scene.robot.nv == 9
+
+
+# Writing
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_every_example_reads_back_the_same(path, tmp_path):
+    file = ik.load_scene(path)
+    copy = tmp_path / "copy.toml"
+    ik.save_scene(copy, file.scene, file.q, file.v, points=file.points)
+    again = ik.load_scene(copy)
+    assert same_bits(file, again)
+    text = copy.read_text()
+    ik.save_scene(copy, again.scene, again.q, again.v, points=again.points)
+    assert copy.read_text() == text
+
+
+@pytest.mark.parametrize("name", ["talos", "talos_legs", "talos_full", "ur5", "solo8", "anymal"])
+def test_example_robots_are_written_by_name(name, load):
+    robot = ik.Robot.from_example(name, root="freeflyer")
+    text = ik.dump_scene(ik.Scene(robot))
+    assert re.search(r'^example = "', text, re.M) and "urdf" not in text
+    assert load(text).scene.robot.parts == robot.parts
+
+
+finite = st.floats(-1e100, 1e100)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(finite, min_size=30, max_size=30))
+def test_floats_come_back_bit_for_bit(tmp_path_factory, x):
+    # -0.0, subnormals and 17 digits among them.
+    robot = ik.Robot.from_urdf(ik.chain_urdf(3), root="planar")
+    scene = ik.Scene(
+        robot,
+        [
+            ik.AppliedImpulse("link_2", x[0:3], x[3:6], x[6:9], name='a "quoted" näme\n'),
+            ik.JointImpulse("joint_2", x[9]),
+            ik.JointImpulse("root_joint", x[10:13]),
+        ],
+        gravity=x[13:16],
+    )
+    q = robot.neutral()
+    q[[0, 1, 4, 5]] = x[16:20]
+    path = tmp_path_factory.mktemp("bits") / "scene.toml"
+    points = [ik.ReportPoint("link_3", x[25:28], "tip")]
+    ik.save_scene(path, scene, q, x[20:25], points=points)
+    file = ik.load_scene(path)
+    again = ik.SceneFile("", scene, q, np.array(x[20:25]), tuple(points))
+    assert same_bits(file, again)
+
+
+def test_placements_come_back_bit_for_bit(load):
+    rotation = pin.rpy.rpyToMatrix(0.1, 0.2, 0.3)
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = rotation, [1 / 3, 0, 0]
+    arm, ball = (
+        ik.Robot.from_example("panda"),
+        ik.Robot.from_urdf(ROOT / "models/ball.urdf", "freeflyer"),
+    )
+    robot = ik.combine(arm=arm, ball=ball, placements={"ball": matrix, "arm": [0.1, 0.2, 0.3]})
+    again = load(ik.dump_scene(ik.Scene(robot))).scene.robot
+    assert again.parts == robot.parts and again.model == robot.model
+
+
+def test_a_continuous_joint_keeps_its_cosine_and_sine(load):
+    robot = ik.Robot.from_example("solo8", root="freeflyer")
+    q = pin.integrate(robot.model, robot.neutral(), np.linspace(-3, 3, robot.nv))
+    file = load(ik.dump_scene(ik.Scene(robot), q))
+    assert file.q.tobytes() == q.tobytes()
+
+
+def test_mimic_joints_come_back(load):
+    robot = ik.Robot.from_example("pr2", mimic=True)
+    text = ik.dump_scene(ik.Scene(robot), robot.neutral())
+    assert "mimic = true" in text
+    assert load(text).scene.robot.model == robot.model
+
+
+def test_a_robot_from_text_is_written_with_its_text(load):
+    robot = ik.Robot.from_urdf(ik.chain_urdf(2), root="planar")
+    again = load(ik.dump_scene(ik.Scene(robot))).scene.robot
+    assert again.parts == robot.parts
+
+
+def test_a_file_that_changed_since_is_not_written_as_the_same_robot(tmp_path):
+    path = tmp_path / "rod.urdf"
+    path.write_text(ik.chain_urdf(1))
+    robot = ik.Robot.from_urdf(path, root="planar")
+    path.write_text(ik.chain_urdf(2))
+    with pytest.raises(UrdfError, match="changed"):
+        ik.dump_scene(ik.Scene(robot))
+
+
+def test_what_a_file_cannot_hold_is_told():
+    model = ik.Robot.from_example("panda").model
+    with pytest.raises(InputError, match=r"pin\.Model"):
+        ik.dump_scene(ik.Scene(ik.Robot.from_model(model)))
+    rod = ik.Robot.from_urdf(ik.chain_urdf(1), root=pin.JointModelSpherical())
+    with pytest.raises(InputError, match="JointModelSpherical"):
+        ik.dump_scene(ik.Scene(rod))
+    twice = ik.combine(pair=ik.combine(rod=ik.Robot.from_urdf(ik.chain_urdf(1))))
+    with pytest.raises(InputError, match="combined twice"):
+        ik.dump_scene(ik.Scene(twice))
+    with pytest.raises(StateError):
+        ik.dump_scene(ik.Scene(ik.Robot.from_example("talos", "freeflyer")), np.zeros(39))
+
+
+def test_sections_are_fields_of_a_scene():
+    fields = set(ik.Scene.__dataclass_fields__) - {"robot", "gravity"}
+    assert {section.name for section in SECTIONS} <= fields
+
+
+# Faults
+
+
+def test_all_faults_of_a_file_are_told_at_once_in_its_order(faults_of):
+    faults = faults_of(
+        "gravty = 1\n"
+        + PANDA
+        + """
+        rot = "planar"
+        [state.q]
+        panda_joint2x = 0.3
+        panda_joint1 = nan
+        [[impulses]]
+        frame = "panda_hnd"
+        liner = [0, 5, 0]
+        at = [1, 0]
+        [[impulses]]
+        fraem = "panda_hand"
+        linear = [0, inf, "x"]
+        [[impulses]]
+        joint = "panda_joint9"
+        impulse = 1
+        [[report.points]]
+        frame = "panda_hnad"
+        lable = "x"
+        """
+    )
+    wanted = [
+        r'gravty: no such key; did you mean "gravity"',
+        r'robot\.rot: no such key; did you mean "root"',
+        r'state\.q\.panda_joint2x: no joint .* "panda_joint2"',
+        r"state\.q\.panda_joint1: .* nan",
+        r"impulses\[0\]\.at has 2 entries, wanted are 3",
+        r'impulses\[0\]\.liner: no such key; did you mean "linear"',
+        r'impulses\[0\]\.frame: no frame is called "panda_hnd"; did you mean "panda_hand"',
+        r"impulses\[1\]\.linear\[1\] is inf, wanted is a finite number",
+        r'impulses\[1\]\.linear\[2\] is "x", wanted is a number',
+        r'impulses\[1\]\.fraem: no such key; did you mean "frame"',
+        r'impulses\[2\]\.joint: no joint is called "panda_joint9"; did you mean',
+        r'report\.points\[0\]\.lable: no such key; did you mean "label"',
+        r'report\.points\[0\]\.frame: no frame .* "panda_hand"',
+    ]
+    assert len(faults) == len(wanted)
+    for fault, pattern in zip(faults, wanted, strict=True):
+        assert re.match(pattern, fault), fault
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("", r"\[robot\] is missing"),
+        ("[robot]", r"robot: wanted is one of urdf"),
+        ('[robot]\nexample = "panda"\nurdf = "x"', r"robot: wanted is one of urdf .* both"),
+        ('[robot]\nexample = "talso"', r'robot\.example: no example robot .* "talos"'),
+        ('[robot]\nexample = "panda"\nroot = "planr"', r'robot\.root: .* "planar"'),
+        ("[robot]\nexample = 3", r"robot\.example is 3, wanted is text"),
+        ('[robot]\nexample = "panda"\nmimic = 1', r"robot\.mimic is 1, wanted is true or false"),
+        ('[robot]\nurdf = "nix.urdf"', r"robot\.urdf: .*nix\.urdf: there is no such file"),
+        ('[robot]\nurdf = "<robot"', r"robot\.urdf: URDF text: not well-formed XML"),
+        ("robot = 3", r"robot is 3, wanted is a table"),
+        ("robots = {}", r"robots: wanted is a table"),
+        ('[robots."a/b"]\nexample = "panda"', r"robots\.a/b: .*cannot be a robot's name"),
+        (
+            '[robots.a]\nexample = "panda"\nplacement = { xyz = [1, 2], rpx = [0, 0, 0] }',
+            r"robots\.a\.placement\.xyz has 2 entries",
+        ),
+        (
+            '[robots.a]\nexample = "panda"\nplacement = { rpx = [0, 0, 0] }',
+            r'robots\.a\.placement\.rpx: no such key; did you mean "rpy"',
+        ),
+        (PANDA + "[robots.a]", r"\[robot\] and \[robots\] exclude each other"),
+        (PANDA + "[state]\nq = [1, 2]", r"state\.q: .*shape \(2,\), wanted is \(9,\)"),
+        (PANDA + "[state]\nq = 1", r"state\.q is 1, wanted is a list, or a table"),
+        (PANDA + '[state]\nv = [1, "2"]', r"state\.v\[1\] is '2', wanted is a number"),
+        (PANDA + "[state.v]\npanda_joint1 = true", r"state\.v\.panda_joint1 is True"),
+        (PANDA + "[state]\nx = 1", r"state\.x: no such key"),
+        ("state = 1\n" + PANDA, r"state: wanted is a table"),
+        ("gravity = [0, 0]\n" + PANDA, r"gravity has 2 entries, wanted are 3"),
+        ("impulses = 1\n" + PANDA, r"impulses: wanted is a list of tables, \[\[impulses\]\]"),
+        ("impulses = [1]\n" + PANDA, r"impulses\[0\] is 1, wanted is a table"),
+        (PANDA + "[[impulses]]", r"impulses\[0\]\.kind is missing"),
+        (PANDA + '[[impulses]]\nkind = "aplied"', r'impulses\[0\]\.kind: .* "applied"'),
+        (PANDA + "[[impulses]]\nlinear = [0, 0, 1]", r"impulses\[0\]\.frame is missing"),
+        (
+            PANDA + '[[impulses]]\nframe = "panda_hand"\naxes = "wrld"',
+            r"impulses\[0\]\.axes is 'wrld', allowed is \"world\" or \"local\"",
+        ),
+        (
+            PANDA + '[[impulses]]\njoint = "panda_joint1"\nimpulse = [1, nan]',
+            r"impulses\[0\]\.impulse\[1\] is nan",
+        ),
+        (
+            PANDA + '[[impulses]]\njoint = "panda_joint1"\nimpulse = [1, 2]',
+            r"impulses\[0\]: .*shape \(2,\), wanted is \(1,\)",
+        ),
+        (
+            PANDA + '[[impulses]]\nframe = "world"\nlinear = [0, 0, 1]',
+            r"impulses\[0\]: an impulse on the world moves nothing",
+        ),
+        (
+            PANDA + '[[impulses]]\nframe = "panda_hand"\ngravity = [0, 0, 0]',
+            r"impulses\[0\]\.gravity: .*above the first \[table\]",
+        ),
+        (
+            PANDA + '[[impulses]]\nframe = "panda_hand"\nname = "a"\n' * 2,
+            r'2 entries are called "a"',
+        ),
+        (PANDA + "[[report.pionts]]", r'report\.pionts: no such key; did you mean "points"'),
+    ],
+)
+def test_a_fault_is_told_with_its_place(faults_of, text, fault):
+    faults = faults_of(text)
+    assert any(re.match(fault, each) for each in faults), faults
+
+
+def test_broken_toml_is_told_with_its_line(faults_of):
+    (fault,) = faults_of("[robot]\nexample = panda")
+    assert "not well-formed TOML" in fault and "line 2" in fault
+
+
+def test_files_that_cannot_be_read_are_told(tmp_path):
+    with pytest.raises(SceneFileError, match="there is no such file"):
+        ik.load_scene(tmp_path / "nix.toml")
+    with pytest.raises(SceneFileError, match="a folder"):
+        ik.load_scene(tmp_path)
+    (tmp_path / "latin.toml").write_bytes(b"# caf\xe9")
+    with pytest.raises(SceneFileError, match="not UTF-8 text: byte 5 is 0xe9"):
+        ik.load_scene(tmp_path / "latin.toml")
+    (tmp_path / "deep.toml").write_text("a = " + "[" * 100_000)
+    with pytest.raises(SceneFileError, match="nested too deep"):
+        ik.load_scene(tmp_path / "deep.toml")
+
+
+def test_a_quaternion_off_unit_is_told(faults_of):
+    (fault,) = faults_of(
+        '[robot]\nexample = "talos"\nroot = "freeflyer"\n'
+        "[state.q]\nroot_joint = [0, 0, 0, 0, 0, 0, 1.1]"
+    )
+    assert fault.startswith("state.q.root_joint: ") and "length 1.1" in fault
+
+
+def test_numbers_of_any_size_are_no_way_around_the_check(faults_of):
+    (fault,) = faults_of(PANDA + f'[[impulses]]\nframe = "panda_hand"\nlinear = [0, 0, {10**400}]')
+    assert fault.startswith("impulses[0].linear[2]")
+    (fault,) = faults_of(PANDA + '[[impulses]]\nframe = "panda_hand"\nlinear = [0, 0, 1e200]')
+    assert fault.startswith("impulses[0].linear[2] is 1e+200, allowed is")
+    assert math.isinf(float("1e400"))

@@ -1,0 +1,137 @@
+"""The text of a report."""
+
+import re
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+from impulsekit.errors import UnknownNameError
+from impulsekit.view.speeds import speeds_of
+from impulsekit.view.table import decimals, paper_decimals, table
+
+
+@pytest.fixture(scope="module")
+def chain():
+    robot = ik.Robot.from_urdf(ik.chain_urdf(3), root="planar")
+    scene = ik.Scene(
+        robot,
+        [
+            ik.AppliedImpulse("link_1", [0, 5, 0], [0, 0, 0.1], [0.5, 0, 0], name="blow"),
+            ik.JointImpulse("joint_3", 0.4),
+            ik.JointImpulse("root_joint", [1, 0, 0]),
+        ],
+    )
+    return ik.solve(scene, robot.configuration(joint_2=0.3), robot.velocity(joint_2=2.0))
+
+
+def test_numbers_are_those_of_the_impact(chain):
+    text = ik.report(chain)
+    for i, joint in enumerate(["root_joint vx", "root_joint vy", "root_joint wz", "joint_2"]):
+        row = re.search(rf"^  {joint} +(\S+) +(\S+) +(\S+) +(\S+)$", text, re.M)
+        numbers = [float(x) for x in row.groups()[:3]]
+        wanted = [chain.v_before[i], chain.v_after[i], chain.dv[i]]
+        assert numbers == pytest.approx(wanted, rel=1e-5)
+        assert row[4] == ("m/s" if "v" in joint.split()[-1] else "rad/s")
+    for name, work in chain.energy.work.items():
+        row = re.search(rf"^  work of {re.escape(name)} +(\S+)$", text, re.M)
+        assert float(row[1]) == pytest.approx(work, rel=1e-5)
+    assert chain.status.value in text
+    assert "solved: " in text
+
+
+def test_impulses_are_shown_with_their_units(chain):
+    text = ik.report(chain)
+    assert "(0, 5, 0) N s and (0, 0, 0.1) N m s at (0.5, 0, 0) m" in text
+    assert re.search(r"in joint_3 +0\.4 N m s$", text, re.M)
+    assert "1 N s, 0 N s, 0 N m s" in text
+
+
+def test_points_are_shown_before_and_after(chain):
+    point = ik.ReportPoint("link_3", at=[1, 0, 0], label="tip")
+    text = ik.report(chain, [point])
+    row = re.search(r"^  tip +(.*)$", text, re.M)[1].split()
+    velocity = chain.velocity_at("link_3", [1, 0, 0])
+    wanted = [*velocity.before, *velocity.after]
+    assert [float(x) for x in row] == pytest.approx(wanted, abs=6e-4)
+
+
+def test_points_need_a_frame_that_exists(chain):
+    with pytest.raises(UnknownNameError, match="link_3"):
+        ik.report(chain, [ik.ReportPoint("link_33")])
+
+
+def test_long_tables_keep_the_largest_jumps():
+    robot = ik.Robot.from_urdf(ik.chain_urdf(60), root="planar")
+    scene = ik.Scene(robot, [ik.AppliedImpulse("link_60", [0, 1, 0], at=[1, 0, 0])])
+    text = ik.report(ik.solve(scene, robot.neutral(), robot.velocity()), rows=5)
+    names = re.findall(r"^  (joint_\d+) ", text, re.M)
+    assert names == ["joint_57", "joint_58", "joint_59", "joint_60"] or len(names) == 5
+    assert re.search(r"^  \d+ more jump less$", text, re.M)
+
+
+def test_a_scene_in_which_nothing_happens():
+    robot = ik.Robot.from_example("panda")
+    text = ik.report(ik.solve(ik.Scene(robot), robot.neutral(), robot.velocity()))
+    assert "all stay zero" in text and "0 impulses" in text
+
+
+def test_no_joint_is_left_out_of_the_speeds():
+    robot = ik.combine(
+        talos=ik.Robot.from_example("talos", root="freeflyer"),
+        panda=ik.Robot.from_example("panda"),
+    )
+    speeds = speeds_of(robot, robot.neutral())
+    assert len(speeds) == robot.nv
+    assert [s.component for s in speeds[:6]] == ["vx", "vy", "vz", "wx", "wy", "wz"]
+    assert [s.unit for s in speeds[:6]] == ["m/s"] * 3 + ["rad/s"] * 3
+    assert {s.title: s.unit for s in speeds}["panda/panda_finger_joint1"] == "m/s"
+    assert {s.title: s.unit for s in speeds}["panda/panda_joint1"] == "rad/s"
+
+
+def test_the_papers_rounding():
+    # Table 1 of Chang & Huston 1995, from the exact fractions over 75658 times 5.
+    exact = [262087, -70226, 18817, -5042, 1351, -362, 97, -26, 7, -2, 1]
+    printed = "17.321 -4.641 1.244 -0.333 0.089 -0.024 0.006 -0.002 0.0005 -0.0001 0.00007"
+    assert [paper_decimals(5 * x / 75658) for x in exact] == printed.split()
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (-0.0, "0"),
+        (0.00096, "0.001"),
+        (-0.00094, "-0.0009"),
+        (0.000096, "0.0001"),
+        (2e-9, "2e-09"),
+        (12345.6789, "12345.679"),
+        (1e9, "1e+09"),
+        (float("nan"), "nan"),
+        (float("inf"), "inf"),
+    ],
+)
+def test_rounding_at_its_edges(value, text):
+    assert paper_decimals(value) == text
+
+
+def test_what_is_rounding_beside_the_largest_is_shown_as_zero():
+    assert paper_decimals(1e-16, scale=1.0) == decimals(-1e-16, scale=1.0) == "0"
+    assert decimals(float("nan"), scale=1.0) == "nan"
+
+
+def test_columns_are_aligned_on_the_point():
+    lines = table(["name", "x"], [["a", "17.321"], ["bb", "-0.0005"], ["c", "3"], ["d", "1e-09"]])
+    points = {line.index(".") for line in lines[2:4]}
+    assert len(points) == 1
+    assert lines[4].index("3") == lines[5].index("1") == points.pop() - 1
+
+
+def test_a_column_of_words_is_on_the_left():
+    assert table(["where"], [["x"], ["12"]])[2:] == ["  x", "  12"]
+
+
+def test_velocities_are_not_changed_by_the_report(chain):
+    before = chain.v_after.copy()
+    ik.report(chain)
+    np.testing.assert_array_equal(before, chain.v_after)
