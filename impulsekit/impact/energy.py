@@ -26,11 +26,14 @@ class Energy:
         change: after − before, computed from the velocities alone: ½ (v⁺ + v⁻)ᵀ M Δv.
         work: by entry name, the work of its impulse: impulse · (u⁻ + u⁺)/2 with the
             velocity u it acts on (Kelvin's theorem). The sum is ``change``.
+        of_lost_velocities: ½ Δvᵀ M Δv. Where constraints are imposed and nothing else
+            strikes, this is what is lost (Carnot's theorem).
     """
 
     before: float
     after: float
     change: float
+    of_lost_velocities: float
     work: Mapping[str, float]
 
     @property
@@ -52,9 +55,12 @@ def energy_books(impact: Impact) -> Energy:
             work[name] = float(wrench @ (mechanics.impulse_jacobian(entry) @ mean))
         else:
             work[name] = float(np.dot(entry.impulse, mean[mechanics.joint_rows(entry.joint)]))
+    work.update({result.name: result.work for result in impact.constraints})
+    momentum_jump = mechanics.mass_matrix @ impact.dv
     return Energy(
         before=0.5 * float(impact.v_before @ impact.momentum_before),
         after=0.5 * float(impact.v_after @ impact.momentum_after),
-        change=float(mean @ (mechanics.mass_matrix @ impact.dv)),
+        change=float(mean @ momentum_jump),
+        of_lost_velocities=0.5 * float(impact.dv @ momentum_jump),
         work=MappingProxyType(work),
     )

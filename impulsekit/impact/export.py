@@ -32,10 +32,23 @@ def impact_to_dict(impact: Impact) -> dict[str, Any]:
             name: {"dv_com": jump.dv_com.tolist(), "domega": jump.domega.tolist()}
             for name, jump in impact.bodies.items()
         },
+        "constraints": [
+            {
+                "name": result.name,
+                "rows": list(result.rows),
+                "impulse": result.impulse.tolist(),
+                "unique": result.unique,
+                "velocity_before": result.velocity_before.tolist(),
+                "velocity_after": result.velocity_after.tolist(),
+                "work": result.work,
+            }
+            for result in impact.constraints
+        ],
         "energy": {
             "before": energy.before,
             "after": energy.after,
             "change": energy.change,
+            "of_lost_velocities": energy.of_lost_velocities,
             "work": dict(energy.work),
         },
         "residuals": {

@@ -10,7 +10,8 @@ import pinocchio as pin
 
 from ..scene import AppliedImpulse
 from .algorithms import symmetric
-from .origin import at_origin, bring_roots_to_origin, root_translations
+from .reach import ReachedModel, reached_model
+from .rows import ConstraintRows, needs_places
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -32,21 +33,29 @@ class Mechanics:
         self._q = q
 
     @cached_property
-    def _model_at_origin(self) -> pin.Model:
-        model = pin.Model(self.model)
-        bring_roots_to_origin(model)
-        return model
-
-    @cached_property
-    def _q_at_origin(self) -> np.ndarray:
-        return at_origin(self._q, root_translations(self.model))
+    def _whole(self) -> ReachedModel:
+        every_joint = range(1, self.model.njoints)
+        keep_places = needs_places(self.scene.robot, self.scene)
+        return reached_model(self.model, every_joint, keep_places=keep_places)
 
     @cached_property
     def _data(self) -> pin.Data:
-        """Pinocchio's data with the joint Jacobians at q, all roots at the origin."""
+        """Pinocchio's data with the joint Jacobians at q."""
         data = self.model.createData()
-        pin.computeJointJacobians(self._model_at_origin, data, self._q_at_origin)
+        pin.computeJointJacobians(self._whole.model, data, self._whole.configuration(self._q))
         return data
+
+    @cached_property
+    def constraint_rows(self) -> ConstraintRows:
+        """The bilateral rows of the scene on the whole robot."""
+        # Rows add frames of their own, and data has to be made after that.
+        return ConstraintRows.of(self.scene, self._whole)
+
+    @cached_property
+    def constraint_matrix(self) -> np.ndarray:
+        """(m, nv) A at q."""
+        rows = self.constraint_rows
+        return rows.matrix(rows.model.createData(), self._whole.configuration(self._q))
 
     @cached_property
     def _placements(self) -> list[pin.SE3]:
@@ -70,7 +79,7 @@ class Mechanics:
         item = self.model.frames[self.scene.robot.frame_id(frame)]
         placement = item.placement * pin.SE3(np.eye(3), np.asarray(at, dtype=float))
         jacobian = pin.getFrameJacobian(
-            self._model_at_origin, self._data, item.parentJoint, placement, _REFERENCE[axes]
+            self._whole.model, self._data, item.parentJoint, placement, _REFERENCE[axes]
         )
         # With one degree of freedom Pinocchio gives (6,) for (6, 1).
         return jacobian.reshape(6, -1)
@@ -79,15 +88,18 @@ class Mechanics:
         """(6, nv) Jacobian of the struck point in the axes of the impulse."""
         return self.point_jacobian(entry.frame, np.array(entry.at), entry.axes)
 
-    def generalized_impulse(self) -> np.ndarray:
-        """(nv,) I = Jᵀp summed over the scene's impulses (Chang & Huston 1995, eq. (18))."""
-        total = np.zeros(self.model.nv)
-        for entry in self.scene.impulses:
+    def known_impulses(self) -> dict[str, np.ndarray]:
+        """By entry name, (nv,) Jᵀp of a known impulse (Chang & Huston 1995, eq. (18))."""
+        shares = {}
+        names = self.scene.entry_names("impulses")
+        for name, entry in zip(names, self.scene.impulses, strict=True):
             if isinstance(entry, AppliedImpulse):
-                total += np.array([*entry.linear, *entry.angular]) @ self.impulse_jacobian(entry)
+                share = np.array([*entry.linear, *entry.angular]) @ self.impulse_jacobian(entry)
             else:
-                total[self.joint_rows(entry.joint)] += entry.impulse
-        return total
+                share = np.zeros(self.model.nv)
+                share[self.joint_rows(entry.joint)] = entry.impulse
+            shares[name] = share
+        return shares
 
     def joint_rows(self, joint: str) -> slice:
         """Where a joint's degrees of freedom stand in v."""

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from ..scene import Scene
 from .origin import at_origin, bring_roots_to_origin, root_translations
 
-__all__ = ["ReachedModel", "branch_of", "reached_model"]
+__all__ = ["ReachedModel", "branch_of", "reached_model", "touched_joints"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +51,16 @@ class ReachedModel:
         return at_origin(q if self.whole else q[self.q_index], self.translations)
 
 
+def touched_joints(scene: Scene) -> set[int]:
+    """The joints of the bodies that a scene strikes or holds, without the world."""
+    robot = scene.robot
+    touched = set()
+    for entry in (*scene.impulses, *scene.constraints):
+        touched |= {robot.model.frames[robot.frame_id(n)].parentJoint for n in entry.frame_names}
+        touched |= {robot.joint_id(name) for name in entry.joint_names}
+    return touched - {0}
+
+
 def branch_of(model: pin.Model, joint_id: int) -> int:
     """The joint at the world behind which a joint hangs; 0 for the world itself."""
     while joint_id > 0 and model.parents[joint_id] > 0:
@@ -57,23 +68,31 @@ def branch_of(model: pin.Model, joint_id: int) -> int:
     return joint_id
 
 
-def reached_model(model: pin.Model, struck_joints: Iterable[int]) -> ReachedModel:
-    """The branches in which ``struck_joints`` lie, as a model of their own."""
+def reached_model(
+    model: pin.Model, struck_joints: Iterable[int], *, keep_places: bool = False
+) -> ReachedModel:
+    """The branches in which ``struck_joints`` lie, as a model of their own.
+
+    ``keep_places`` leaves the roots where they stand in the world, for scenes in which
+    the place of one branch against another matters.
+    """
     branches = {branch_of(model, joint_id) for joint_id in struck_joints} - {0}
     branch = [branch_of(model, j) for j in range(model.njoints)]
     kept = [j for j in range(1, model.njoints) if branch[j] in branches]
     if len(kept) == model.njoints - 1 or model.nq == 0 or _has_mimic(model):
         alone = pin.Model(model)
         alone.gravity.setZero()
-        bring_roots_to_origin(alone)
         joint_ids = tuple(range(model.njoints))
-        return ReachedModel(
-            alone, True, slice(None), slice(None), joint_ids, root_translations(alone)
-        )
+        translations = None
+        if not keep_places:
+            bring_roots_to_origin(alone)
+            translations = root_translations(alone)
+        return ReachedModel(alone, True, slice(None), slice(None), joint_ids, translations)
     left_out = [j for j in range(1, model.njoints) if branch[j] not in branches]
     reduced = pin.buildReducedModel(model, left_out, pin.neutral(model))
     reduced.gravity.setZero()
-    bring_roots_to_origin(reduced)
+    if not keep_places:
+        bring_roots_to_origin(reduced)
     joint_ids = (0, *(model.getJointId(name) for name in list(reduced.names)[1:]))
     return ReachedModel(
         reduced,
@@ -81,7 +100,7 @@ def reached_model(model: pin.Model, struck_joints: Iterable[int]) -> ReachedMode
         _index(model, joint_ids, "idx_q", "nq"),
         _index(model, joint_ids, "idx_v", "nv"),
         joint_ids,
-        root_translations(reduced),
+        None if keep_places else root_translations(reduced),
     )
 
 

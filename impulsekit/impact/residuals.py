@@ -36,7 +36,7 @@ class Residuals:
 
 def residuals_of(impact: Impact) -> Residuals:
     """The residuals of an impact."""
-    return Residuals(momentum=momentum_residual(impact))
+    return Residuals(momentum=momentum_residual(impact), constraint=constraint_residual(impact))
 
 
 def momentum_residual(impact: Impact) -> float:
@@ -45,5 +45,19 @@ def momentum_residual(impact: Impact) -> float:
     difference = np.abs(mass_matrix @ impact.dv - impact.generalized_impulse)
     # Each row of I is itself a sum; the largest share of an impulse in it sets its rounding.
     scale = np.abs(mass_matrix) @ np.abs(impact.dv) + impact.mechanics.impulse_scale()
+    if impact.outcome is not None:
+        forces = np.abs(impact.outcome.constraint_impulses)
+        scale += forces @ np.abs(impact.mechanics.constraint_matrix)
     rows = scale > 0.0
     return float(np.max(difference[rows] / scale[rows], initial=0.0))
+
+
+def constraint_residual(impact: Impact) -> float:
+    """Largest |A v⁺ − b| over the largest velocity that the rows are made of."""
+    if not impact.constraints:
+        return 0.0
+    matrix, rows = impact.mechanics.constraint_matrix, impact.mechanics.constraint_rows
+    difference = np.abs(matrix @ impact.v_after - rows.target(matrix @ impact.v_before))
+    speeds = np.maximum(np.abs(impact.v_before), np.abs(impact.v_after))
+    scale = np.max(np.abs(matrix) @ speeds + np.abs(rows.velocity), initial=0.0)
+    return float(difference.max(initial=0.0) / scale) if scale > 0.0 else 0.0

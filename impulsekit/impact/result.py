@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .constraint_results import ConstraintResult, constraint_results
 from .energy import Energy, energy_books
 from .kinematics import PointVelocity, point_velocity
 from .links import LinkJump, link_jumps
@@ -18,6 +19,7 @@ from .status import Status
 
 if TYPE_CHECKING:
     from ..scene import Scene
+    from .constrained import Outcome
 
 __all__ = ["Impact"]
 
@@ -45,11 +47,19 @@ class Impact:
         True
     """
 
-    def __init__(self, scene: Scene, q: np.ndarray, v: np.ndarray, dv: np.ndarray) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        q: np.ndarray,
+        v: np.ndarray,
+        dv: np.ndarray,
+        outcome: Outcome | None = None,
+    ) -> None:
         self.scene = scene
         self._q = q
         self._v = v
         self._dv = dv
+        self._outcome = outcome
 
     @property
     def q(self) -> np.ndarray:
@@ -79,7 +89,27 @@ class Impact:
     @cached_property
     def generalized_impulse(self) -> np.ndarray:
         """(nv,) I_l = Σ_k v_k^l·∫F_k dt + ω_k^l·∫M_k dt (Chang & Huston 1995, eq. (18))."""
-        return _read_only(self.mechanics.generalized_impulse())
+        return _read_only(sum(self.impulse_shares.values(), np.zeros(len(self._v))))
+
+    @cached_property
+    def impulse_shares(self) -> Mapping[str, np.ndarray]:
+        """The books of momentum: by entry name, (nv,) its share in the generalized impulse."""
+        shares = self.mechanics.known_impulses()
+        if self.constraints:
+            matrix, rows = self.mechanics.constraint_matrix, self.mechanics.constraint_rows
+            for result, where in zip(self.constraints, rows.slices, strict=True):
+                shares[result.name] = result.impulse @ matrix[where]
+        return MappingProxyType({name: _read_only(share) for name, share in shares.items()})
+
+    @cached_property
+    def constraints(self) -> tuple[ConstraintResult, ...]:
+        """What each constraint of the scene carried, in their order."""
+        return constraint_results(self)
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """What the solver found besides ``dv``; None where there was nothing else."""
+        return self._outcome
 
     @cached_property
     def momentum_before(self) -> np.ndarray:
@@ -135,7 +165,7 @@ class Impact:
 
     def __getstate__(self) -> dict[str, Any]:
         # What follows from the answer is worked out again on the other side.
-        return {name: vars(self)[name] for name in ("scene", "_q", "_v", "_dv")}
+        return {name: vars(self)[name] for name in ("scene", "_q", "_v", "_dv", "_outcome")}
 
     def __repr__(self) -> str:
         return f"Impact({self.scene.robot.name!r}, |dv|={np.linalg.norm(self._dv):.6g})"

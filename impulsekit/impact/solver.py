@@ -12,12 +12,14 @@ import pinocchio as pin
 
 from ..errors import InputError
 from ..robot import state
-from ..scene import AppliedImpulse, Scene
+from ..scene import Scene
 from .algorithms import ByAba, ByCrba, ByDenseCholesky
+from .constrained import ConstrainedJump, Outcome
 from .known import KnownImpulses
 from .plan import Plan, cheaper_algorithm, is_always_regular
-from .reach import reached_model
+from .reach import reached_model, touched_joints
 from .result import Impact
+from .rows import ConstraintRows, needs_places
 
 __all__ = ["ImpactSolver", "solve"]
 
@@ -69,8 +71,9 @@ class _Workspace:
         # Entries of q that lie on a circle or sphere exist only where nq > nv.
         self._has_unit_entries = model.nq > model.nv
         self._algorithm, self.plan, self._reached = _planned(scene)
+        self._has_rows = bool(scene.constraints)
         # The commonest case, a robot alone on a fixed base, needs nothing in between.
-        direct = self._reached is not None and self._reached.is_as_given
+        direct = self._reached is not None and self._reached.is_as_given and not self._has_rows
         self._velocity_jump = (
             self._algorithm.velocity_jump if direct else self._velocity_jump_of_reached
         )
@@ -98,17 +101,28 @@ class _Workspace:
         ):
             q = state.checked_configuration(self._model, q)
             v = state.checked_velocity(self._model, v)
+        if self._has_rows:
+            return Impact(scene, q, v, *self._constrained_jump(q, v))
         return Impact(scene, q, v, self._velocity_jump(q))
 
     def _velocity_jump_of_reached(self, q: np.ndarray) -> np.ndarray:
         if self._algorithm is None:
             return np.zeros(self._v_shape)
+        return self._spread(self._algorithm.velocity_jump(self._reached.configuration(q)))
+
+    def _constrained_jump(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, Outcome]:
         reached = self._reached
-        dv_reached = self._algorithm.velocity_jump(reached.configuration(q))
-        if reached.whole:
+        dv_reached, outcome = self._algorithm.solve(
+            reached.configuration(q), v if reached.whole else v[reached.v_index]
+        )
+        return self._spread(dv_reached), outcome
+
+    def _spread(self, dv_reached: np.ndarray) -> np.ndarray:
+        """(nv,) Δv of the whole robot; what was not reached does not change."""
+        if self._reached.whole:
             return dv_reached
         dv = np.zeros(self._v_shape)
-        dv[reached.v_index] = dv_reached
+        dv[self._reached.v_index] = dv_reached
         return dv
 
 
@@ -161,33 +175,33 @@ def _workspace_of(scene: Scene) -> _Workspace:
 def _planned(scene: Scene) -> tuple[Any, Plan, Any]:
     """The algorithm for a scene, the plan that tells of it, and the model it works on."""
     robot = scene.robot
-    struck = {
-        robot.model.frames[robot.frame_id(entry.frame)].parentJoint
-        if isinstance(entry, AppliedImpulse)
-        else robot.joint_id(entry.joint)
-        for entry in scene.impulses
-    }
-    if not struck:
+    touched = touched_joints(scene)
+    if not touched:
         skipped = robot.model.njoints - 1
-        return None, Plan("none", 0, skipped, True, ("no impulse: nothing moves",)), None
-    reached = reached_model(robot.model, struck)
+        return None, Plan("none", 0, skipped, True, ("nothing acts: nothing moves",)), None
+    reached = reached_model(robot.model, touched, keep_places=needs_places(robot, scene))
     joints = reached.model.njoints - 1
     skipped = robot.model.njoints - 1 - joints
-    why = [f"{skipped} joints hang on the world apart from the blow: left out"] if skipped else []
+    why = [f"{skipped} joints hang on the world apart from the impact: left out"] if skipped else []
     known = KnownImpulses(scene, reached)
-    if any(joint.shortname() == "JointModelMimic" for joint in reached.model.joints):
-        why.append("dense Cholesky: Pinocchio's ABA and sparse Cholesky take no mimic joints")
-        return ByDenseCholesky(known), Plan("dense", joints, skipped, False, tuple(why)), reached
     regular = is_always_regular(reached.model, reached.model.createData())
-    if regular:
-        name, reason = cheaper_algorithm(
-            reached.model, sum(blow.axes == "world" for blow in known.blows)
-        )
+    algorithm: Any
+    if scene.constraints:
+        rows = ConstraintRows.of(scene, reached)
+        name = "delassus"
+        why.append(f"Delassus matrix of {rows.count} bilateral rows, on CRBA with Cholesky")
+        algorithm = ConstrainedJump(known, rows, always_regular=regular)
+    elif any(joint.shortname() == "JointModelMimic" for joint in reached.model.joints):
+        name = "dense"
+        why.append("dense Cholesky: Pinocchio's ABA and sparse Cholesky take no mimic joints")
+        algorithm = ByDenseCholesky(known)
+    elif not regular:
+        name = "crba"
+        why.append("CRBA with Cholesky: a joint has no inertia of its own, so pivots are watched")
+        algorithm = ByCrba(known, always_regular=False)
     else:
-        name, reason = (
-            "crba",
-            "CRBA with Cholesky: a joint has no inertia of its own, pivots are watched",
-        )
-    why.append(reason)
-    algorithm = ByAba(known) if name == "aba" else ByCrba(known, always_regular=regular)
+        in_world_axes = sum(blow.axes == "world" for blow in known.blows)
+        name, reason = cheaper_algorithm(reached.model, in_world_axes)
+        why.append(reason)
+        algorithm = ByAba(known) if name == "aba" else ByCrba(known, always_regular=True)
     return algorithm, Plan(name, joints, skipped, regular, tuple(why)), reached

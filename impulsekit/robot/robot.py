@@ -227,6 +227,11 @@ class Robot:
         except (KeyError, TypeError):
             raise UnknownNameError.among("joint", str(name), self.joint_names, where) from None
 
+    def has_fixed_joint(self, name: str) -> bool:
+        """Whether a joint of this name holds two links together without any motion."""
+        frame_id = self._frame_ids.get(name, 0)
+        return frame_id > 0 and self.model.frames[frame_id].type == pin.FrameType.FIXED_JOINT
+
     @cached_property
     def _frame_ids(self) -> dict[str, int]:
         rank = {pin.FrameType.BODY: 0, pin.FrameType.OP_FRAME: 1, pin.FrameType.JOINT: 2}

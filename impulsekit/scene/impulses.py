@@ -51,6 +51,16 @@ class AppliedImpulse:
         if self.name is not None:
             text(self.name, f"{what}: name")
 
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """The frames it acts on."""
+        return (self.frame,)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints it acts in."""
+        return ()
+
 
 @dataclass(frozen=True)
 class JointImpulse:
@@ -87,3 +97,13 @@ class JointImpulse:
         object.__setattr__(self, "impulse", impulse)
         if self.name is not None:
             text(self.name, f"{what}: name")
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """The frames it acts on."""
+        return ()
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints it acts in."""
+        return (self.joint,)

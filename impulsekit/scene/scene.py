@@ -10,6 +10,7 @@ from typing import Any
 from ..errors import InputError, ShapeError
 from ..robot import Robot
 from ..robot.robot import WORLD
+from .constraints import Constraint, check_constraint
 from .impulses import AppliedImpulse, JointImpulse
 from .numbers import Vector, vector
 
@@ -23,13 +24,16 @@ class Scene:
     Attributes:
         robot: the robot.
         impulses: known impulses, from outside or inside joints.
+        constraints: what holds: loops that are closed already, or grips, locks and
+            landings that close at the instant of the impact.
         gravity: [m/s²] in world axes; it moves the robot in the motion after an
             impact. An impact is instantaneous and does not know it.
 
     Raises:
         UnknownNameError: a frame or joint that the robot does not have.
-        ShapeError: a joint impulse of the wrong length.
-        InputError: an impulse on the world, or two entries of one name.
+        ShapeError: a joint impulse or velocity of the wrong length.
+        InputError: an impulse on the world, an anchor within one body, two entries of
+            one name.
 
     Example:
         >>> robot = Robot.from_example("panda")
@@ -40,6 +44,7 @@ class Scene:
 
     robot: Robot
     impulses: Sequence[AppliedImpulse | JointImpulse] = ()
+    constraints: Sequence[Constraint] = ()
     gravity: Vector = (0.0, 0.0, -9.81)
 
     def __post_init__(self) -> None:
@@ -47,13 +52,16 @@ class Scene:
             raise InputError(f"Scene: robot is a {type(self.robot).__name__}, not a Robot")
         set_field = object.__setattr__
         set_field(self, "impulses", _entries(self.impulses, "impulses"))
+        set_field(self, "constraints", _entries(self.constraints, "constraints"))
         set_field(self, "gravity", vector(self.gravity, "Scene: gravity"))
         for i, impulse in enumerate(self.impulses):
             _check_impulse(self.robot, impulse, f"impulses[{i}]")
+        for i, constraint in enumerate(self.constraints):
+            check_constraint(self.robot, constraint, f"constraints[{i}]")
         self._check_names()
 
     def _check_names(self) -> None:
-        counts = Counter(self.entry_names("impulses"))
+        counts = Counter((*self.entry_names("impulses"), *self.entry_names("constraints")))
         twice = [name for name, count in counts.items() if count > 1]
         if twice:
             raise InputError(f'Scene: {counts[twice[0]]} entries are called "{twice[0]}"')

@@ -97,7 +97,7 @@ def test_what_nobody_asks_for_is_not_computed():
     robot = ik.Robot.from_example("panda")
     impact = ik.solve(ik.Scene(robot, [random_blow("panda_hand", 0)]), *random_state(robot, 0))
     _ = impact.dv
-    assert set(vars(impact)) == {"scene", "_q", "_v", "_dv"}
+    assert set(vars(impact)) == {"scene", "_q", "_v", "_dv", "_outcome"}
 
 
 def test_a_spoilt_answer_says_so():

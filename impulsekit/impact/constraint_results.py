@@ -1,0 +1,70 @@
+"""What each bilateral constraint carried."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .result import Impact
+
+__all__ = ["ConstraintResult", "constraint_results"]
+
+
+@dataclass(frozen=True, eq=False)
+class ConstraintResult:
+    """One constraint after the solve.
+
+    Attributes:
+        name: the entry's name.
+        rows: the names of its rows, such as "x" or "rz".
+        impulse: (rows,) the impulse that the first frame, or the joint, receives
+            [N s, N m s].
+        unique: False where rows are redundant and only the resultant counts.
+        unique_rows: (rows,) which of its rows are determined all the same.
+        velocity_before, velocity_after: (rows,) of the first frame relative to the
+            other, or of the joint [m/s, rad/s].
+        work: impulse · (velocity_before + velocity_after)/2 [J].
+    """
+
+    name: str
+    rows: tuple[str, ...]
+    impulse: np.ndarray
+    unique: bool
+    unique_rows: tuple[bool, ...]
+    velocity_before: np.ndarray
+    velocity_after: np.ndarray
+    work: float
+
+
+def constraint_results(impact: Impact) -> tuple[ConstraintResult, ...]:
+    """The results of a scene's constraints, in their order."""
+    outcome = impact.outcome
+    if outcome is None or not impact.scene.constraints:
+        return ()
+    rows = impact.mechanics.constraint_rows
+    matrix = impact.mechanics.constraint_matrix
+    before, after = matrix @ impact.v_before, matrix @ impact.v_after
+    results = []
+    names = impact.scene.entry_names("constraints")
+    unique = outcome.unique if outcome.unique is not None else np.ones(rows.count, dtype=bool)
+    for name, where in zip(names, rows.slices, strict=True):
+        impulse = outcome.constraint_impulses[where].copy()
+        arrays = (impulse, before[where].copy(), after[where].copy())
+        for array in arrays:
+            array.setflags(write=False)
+        results.append(
+            ConstraintResult(
+                name=name,
+                rows=tuple(row.removeprefix(f"{name}.") for row in rows.names[where]),
+                impulse=arrays[0],
+                unique=bool(unique[where].all()),
+                unique_rows=tuple(unique[where].tolist()),
+                velocity_before=arrays[1],
+                velocity_after=arrays[2],
+                work=float(impulse @ (0.5 * (arrays[1] + arrays[2]))),
+            )
+        )
+    return tuple(results)

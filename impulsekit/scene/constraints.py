@@ -1,0 +1,318 @@
+"""Bilateral constraints: what two frames, or two joints, may not do against each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError, RangeError, ShapeError
+from ..robot import Robot
+from .numbers import Vector, axes_name, number, text, vector
+
+__all__ = [
+    "DIRECTIONS",
+    "KEPT",
+    "Constraint",
+    "FrameAnchor",
+    "JointCoupling",
+    "JointLock",
+    "PointAnchor",
+    "check_constraint",
+]
+
+# The six directions of a frame, linear before angular.
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+
+# The velocity after the impact is what it was before.
+KEPT = "kept"
+
+
+@dataclass(frozen=True)
+class PointAnchor:
+    """A point of one frame goes with a point of another: a pin, a loop closed by a ball joint.
+
+    Three rows: the velocity of the point of ``frame`` relative to that of ``other``,
+    in world axes. The impulse is the one that ``frame`` receives.
+
+    Attributes:
+        frame, other: the frames; "world" is the fixed one.
+        at: the point in ``frame`` [m].
+        other_at: the point in ``other`` [m]; None for the one that coincides with ``at``.
+        velocity: the relative velocity after the impact [m/s]: one number for all rows,
+            three numbers, or "kept" for what it was before.
+        name: how results call it; by default its place in the scene.
+
+    Raises:
+        InputError, ShapeError, NotFiniteError, RangeError.
+
+    Example:
+        >>> PointAnchor("rod_a", "rod_b", at=[1, 0, 0], other_at=[1, 0, 0]).velocity
+        (0.0, 0.0, 0.0)
+    """
+
+    frame: str
+    other: str = "world"
+    at: Vector = (0.0, 0.0, 0.0)
+    other_at: Vector | None = None
+    velocity: Any = 0.0
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        what = _check_ends(self)
+        object.__setattr__(self, "velocity", _velocity(self.velocity, 3, f"{what}: velocity"))
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """The frames it acts on."""
+        return (self.frame, self.other)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints it acts in."""
+        return ()
+
+
+@dataclass(frozen=True)
+class FrameAnchor:
+    """One frame goes with another in all directions or some: a weld, a grip, a hinge.
+
+    Up to six rows: the velocity of ``frame`` at the point ``at`` relative to ``other``,
+    linear before angular. The impulse is the one that ``frame`` receives.
+
+    Attributes:
+        frame, other: the frames; "world" is the fixed one.
+        at: the point in ``frame`` [m] to which linear rows and impulses refer.
+        other_at: the point in ``other`` [m]; None for the one that coincides with ``at``.
+        directions: which rows there are, out of "x", "y", "z", "rx", "ry", "rz". A hinge
+            about the frame's own z axis leaves out "rz" and has ``axes="local"``.
+        axes: "world" or "local" (those of ``frame``): in whose axes the directions lie.
+        velocity: the relative velocity after the impact [m/s, rad/s]: one number for all
+            rows, one for each, or "kept" for what it was before.
+        name: how results call it; by default its place in the scene.
+
+    Raises:
+        InputError, ShapeError, NotFiniteError, RangeError.
+
+    Example:
+        >>> hinge = FrameAnchor("coupler", "rocker", directions=("x", "y", "z", "rx", "ry"),
+        ...                     axes="local")
+        >>> len(hinge.velocity)
+        5
+    """
+
+    frame: str
+    other: str = "world"
+    at: Vector = (0.0, 0.0, 0.0)
+    other_at: Vector | None = None
+    directions: tuple[str, ...] = DIRECTIONS
+    axes: str = "world"
+    velocity: Any = 0.0
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        what = _check_ends(self)
+        object.__setattr__(self, "directions", _directions(self.directions, what))
+        axes_name(self.axes, f"{what}: axes")
+        velocity = _velocity(self.velocity, len(self.directions), f"{what}: velocity")
+        object.__setattr__(self, "velocity", velocity)
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """The frames it acts on."""
+        return (self.frame, self.other)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints it acts in."""
+        return ()
+
+
+@dataclass(frozen=True)
+class JointLock:
+    """A joint stops, or goes at a given speed: a brake, an axle that locks.
+
+    Attributes:
+        joint: the joint.
+        velocity: the joint's velocity after the impact [rad/s, m/s]: one number for all
+            its degrees of freedom, one for each, or "kept" for what it was before.
+        name: how results call it; by default its place in the scene.
+
+    Raises:
+        InputError, ShapeError, NotFiniteError, RangeError.
+
+    Example:
+        >>> JointLock("knee").velocity
+        0.0
+    """
+
+    joint: str
+    velocity: Any = 0.0
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        text(self.joint, "JointLock: joint")
+        what = f'JointLock of "{self.joint}"'
+        velocity = _velocity(self.velocity, None, f"{what}: velocity")
+        object.__setattr__(self, "velocity", velocity)
+        _check_name(self.name, what)
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """The frames it acts on."""
+        return ()
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints it acts in."""
+        return (self.joint,)
+
+
+@dataclass(frozen=True)
+class JointCoupling:
+    """Joints that move in a fixed ratio: a gear, a differential, a mimic joint.
+
+    One row: y_joint − Σ ratio_i · y_other_i.
+
+    Attributes:
+        joint: the joint that follows.
+        other: the joint that leads, or several.
+        ratio: the speed of ``joint`` over that of ``other``; one for each leader.
+        velocity: what the row is after the impact: a number, or "kept".
+        name: how results call it; by default its place in the scene.
+
+    Raises:
+        InputError, ShapeError, NotFiniteError, RangeError.
+
+    Example:
+        >>> JointCoupling("carrier", ["left", "right"], ratio=[0.5, 0.5]).ratio
+        (0.5, 0.5)
+    """
+
+    joint: str
+    other: Any
+    ratio: Any = 1.0
+    velocity: Any = 0.0
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        text(self.joint, "JointCoupling: joint")
+        what = f'JointCoupling of "{self.joint}"'
+        others = (self.other,) if isinstance(self.other, str) else tuple(self.other)
+        for other in others:
+            text(other, f"{what}: other")
+        if not others or self.joint in others or len(set(others)) != len(others):
+            raise InputError(f"{what}: other is {others}, wanted are other joints, each once")
+        ratios = self.ratio if isinstance(self.ratio, list | tuple | np.ndarray) else (self.ratio,)
+        if len(ratios) != len(others):
+            raise ShapeError.of(f"{what}: ratio", (len(others),), (len(ratios),))
+        set_field = object.__setattr__
+        set_field(self, "other", others)
+        set_field(self, "ratio", tuple(number(r, f"{what}: ratio") for r in ratios))
+        set_field(self, "velocity", _velocity(self.velocity, 1, f"{what}: velocity"))
+        _check_name(self.name, what)
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """The frames it acts on."""
+        return ()
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints it acts in."""
+        return (self.joint, *self.other)
+
+
+Constraint = PointAnchor | FrameAnchor | JointLock | JointCoupling
+
+
+def check_constraint(robot: Robot, constraint: Any, where: str) -> None:
+    """Prove that a constraint fits a robot.
+
+    Raises:
+        UnknownNameError: a frame or joint that the robot does not have.
+        InputError: an anchor within one rigid body, a coupling of a joint with several
+            degrees of freedom, or something that is no constraint.
+        ShapeError: a lock whose velocity does not have the joint's length.
+    """
+    if isinstance(constraint, PointAnchor | FrameAnchor):
+        frames = robot.model.frames
+        ends = [frames[robot.frame_id(n, where)] for n in (constraint.frame, constraint.other)]
+        if ends[0].parentJoint == ends[1].parentJoint:
+            body = "the world" if ends[0].parentJoint == 0 else "one rigid body"
+            raise InputError(
+                f'{where}: "{constraint.frame}" and "{constraint.other}" both belong to {body}; '
+                "an anchor between them holds nothing"
+            )
+    elif isinstance(constraint, JointLock):
+        joint = _moving_joint(robot, constraint.joint, where)
+        if isinstance(constraint.velocity, tuple) and len(constraint.velocity) != joint.nv:
+            what = f'{where}: velocity of joint "{constraint.joint}"'
+            raise ShapeError.of(what, (joint.nv,), (len(constraint.velocity),))
+    elif isinstance(constraint, JointCoupling):
+        for name in (constraint.joint, *constraint.other):
+            joint = _moving_joint(robot, name, where)
+            if joint.nv != 1:
+                raise InputError(
+                    f'{where}: joint "{name}" has {joint.nv} degrees of freedom, '
+                    "a coupling takes joints with one"
+                )
+    else:
+        raise InputError(
+            f"{where} is a {type(constraint).__name__}, wanted is a PointAnchor, FrameAnchor, "
+            "JointLock or JointCoupling"
+        )
+
+
+def _moving_joint(robot: Robot, name: str, where: str) -> Any:
+    """The joint of the model; a fixed joint of the URDF is told apart from an unknown one."""
+    if name not in robot.joint_names and robot.has_fixed_joint(name):
+        raise InputError(f'{where}: joint "{name}" is fixed, it has no motion to constrain')
+    return robot.model.joints[robot.joint_id(name, where)]
+
+
+def _check_ends(anchor: PointAnchor | FrameAnchor) -> str:
+    """Check what two kinds of anchors share; gives the words that name the anchor."""
+    kind = type(anchor).__name__
+    text(anchor.frame, f"{kind}: frame")
+    text(anchor.other, f"{kind}: other")
+    what = f'{kind} of "{anchor.frame}" to "{anchor.other}"'
+    if anchor.frame == anchor.other:
+        raise InputError(f"{what}: a frame cannot be anchored to itself")
+    object.__setattr__(anchor, "at", vector(anchor.at, f"{what}: at"))
+    if anchor.other_at is not None:
+        object.__setattr__(anchor, "other_at", vector(anchor.other_at, f"{what}: other_at"))
+    _check_name(anchor.name, what)
+    return what
+
+
+def _directions(value: Any, what: str) -> tuple[str, ...]:
+    directions = (value,) if isinstance(value, str) else tuple(value)
+    wrong = [d for d in directions if d not in DIRECTIONS]
+    if wrong or not directions or len(set(directions)) != len(directions):
+        raise RangeError.of(
+            f"{what}: directions", directions, f"each of {', '.join(DIRECTIONS)} at most once"
+        )
+    # In the order of a spatial vector, whatever the order given.
+    return tuple(d for d in DIRECTIONS if d in directions)
+
+
+def _velocity(value: Any, rows: int | None, what: str) -> Any:
+    """ "kept", a number, or a tuple of ``rows`` numbers; a number stays one if rows is None."""
+    if isinstance(value, str):
+        if value != KEPT:
+            raise RangeError.of(what, repr(value), 'numbers or "kept"')
+        return KEPT
+    if isinstance(value, list | tuple | np.ndarray):
+        entries = tuple(number(x, f"{what}[{i}]") for i, x in enumerate(value))
+        if rows is not None and len(entries) != rows:
+            raise ShapeError.of(what, (rows,), (len(entries),))
+        return entries
+    single = number(value, what)
+    return single if rows is None else (single,) * rows
+
+
+def _check_name(name: str | None, what: str) -> None:
+    if name is not None:
+        text(name, f"{what}: name")
