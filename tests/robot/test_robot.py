@@ -34,7 +34,9 @@ def test_a_given_model_is_copied_and_never_changed():
     before = pin.Model(model)
     robot = ik.Robot.from_model(model)
     q = robot.configuration(root_joint=[0, 0, 1, 0, 0, 0, 1])
-    ik.solve(ik.Scene(robot, [ik.AppliedImpulse("lleg_elbow_joint", [0, 0, 1])]), q, np.zeros(robot.nv))
+    ik.solve(
+        ik.Scene(robot, [ik.AppliedImpulse("lleg_elbow_joint", [0, 0, 1])]), q, np.zeros(robot.nv)
+    )
     assert model == before
     robot.model.names[1] = "other"
     assert model == before
