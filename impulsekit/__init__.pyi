@@ -5,6 +5,8 @@ from .impact import Impact as Impact
 from .impact import ImpactSolver as ImpactSolver
 from .impact import Status as Status
 from .impact import solve as solve
+from .impact.freed import FreedJoint as FreedJoint
+from .impact.freed import freed_joint as freed_joint
 from .robot import Robot as Robot
 from .robot.combine import combine as combine
 from .robot.examples import example_names as example_names

@@ -32,6 +32,7 @@ def impact_to_dict(impact: Impact) -> dict[str, Any]:
             name: {"dv_com": jump.dv_com.tolist(), "domega": jump.domega.tolist()}
             for name, jump in impact.bodies.items()
         },
+        "reactions": {name: wrench.tolist() for name, wrench in impact.reactions.items()},
         "constraints": [
             {
                 "name": result.name,

@@ -64,6 +64,18 @@ class Mechanics:
         return list(data.oMi)
 
     @cached_property
+    def joint_rotations(self) -> list[np.ndarray]:
+        """(3, 3) the axes of every joint's frame in the world, by joint index."""
+        return [placement.rotation for placement in self._placements]
+
+    @cached_property
+    def model_without_gravity(self) -> pin.Model:
+        """A copy of the robot's model in which nothing falls."""
+        model = pin.Model(self.model)
+        model.gravity.setZero()
+        return model
+
+    @cached_property
     def mass_matrix(self) -> np.ndarray:
         """(nv, nv) the generalized masses a_lp (Chang & Huston 1995, eq. (30)), symmetric."""
         data = self.model.createData()

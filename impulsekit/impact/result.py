@@ -14,6 +14,7 @@ from .energy import Energy, energy_books
 from .kinematics import PointVelocity, point_velocity
 from .links import LinkJump, link_jumps
 from .mechanics import Mechanics
+from .reactions import joint_reactions
 from .residuals import Residuals, residuals_of
 from .status import Status
 
@@ -125,6 +126,15 @@ class Impact:
     def bodies(self) -> Mapping[str, LinkJump]:
         """Velocity change of every link of the URDF, links behind fixed joints too."""
         return MappingProxyType(link_jumps(self.scene.robot, self._q, self._dv))
+
+    @cached_property
+    def reactions(self) -> Mapping[str, np.ndarray]:
+        """By joint name, (6,) the wrench impulse that the parent gives the child.
+
+        At the joint's origin, world axes, linear [N s] before angular [N m s]. Fixed
+        joints of the URDF are there too.
+        """
+        return MappingProxyType(joint_reactions(self))
 
     @cached_property
     def energy(self) -> Energy:

@@ -29,6 +29,7 @@ class Link:
         mass: [kg]
         com_in_joint: (3,) mass centre in the joint's frame [m], read-only. A link
             without inertia has its frame's origin here.
+        inertia_in_joint_axes: (3, 3) about the mass centre [kg m²], read-only.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Link:
     joint_id: int
     mass: float
     com_in_joint: np.ndarray
+    inertia_in_joint_axes: np.ndarray
 
 
 def links_of(model: pin.Model, parts: Sequence[RobotPart]) -> tuple[Link, ...]:
@@ -55,14 +57,26 @@ def links_of(model: pin.Model, parts: Sequence[RobotPart]) -> tuple[Link, ...]:
         if inertial is not None:
             mass = inertial.mass
             com = frame.placement.act(np.array(inertial.com))
+            inertia = _inertia_in_joint_axes(inertial, frame.placement.rotation)
         elif joint_id not in seen_joints and joint_id > 0:
             # A given model knows one inertia a joint; the joint's first link stands for it.
             mass = float(model.inertias[joint_id].mass)
             com = np.array(model.inertias[joint_id].lever)
+            inertia = np.array(model.inertias[joint_id].inertia)
         else:
             mass = 0.0
             com = np.array(frame.placement.translation)
+            inertia = np.zeros((3, 3))
         seen_joints.add(joint_id)
         com.setflags(write=False)
-        links.append(Link(frame.name, frame_id, joint_id, mass, com))
+        inertia.setflags(write=False)
+        links.append(Link(frame.name, frame_id, joint_id, mass, com, inertia))
     return tuple(links)
+
+
+def _inertia_in_joint_axes(inertial: LinkInertial, link_rotation: np.ndarray) -> np.ndarray:
+    """(3, 3) the inertia of a link about its mass centre, in the axes of its joint."""
+    ixx, ixy, ixz, iyy, iyz, izz = inertial.moments
+    own = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+    rotation = link_rotation @ pin.rpy.rpyToMatrix(*inertial.rpy)
+    return rotation @ own @ rotation.T

@@ -26,10 +26,19 @@ _NEED_LIMIT = frozenset({"revolute", "prismatic"})
 
 @dataclass(frozen=True)
 class LinkInertial:
-    """What a URDF says of a link: mass [kg] and mass centre [m] in the link's frame."""
+    """What a URDF says of a link.
+
+    Attributes:
+        mass: [kg]
+        com: mass centre in the link's frame [m].
+        rpy: the turn of the inertia's axes against the link's [rad], as URDF has it.
+        moments: ixx, ixy, ixz, iyy, iyz, izz about the mass centre [kg m²].
+    """
 
     mass: float
     com: tuple[float, float, float]
+    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    moments: tuple[float, ...] = (0.0,) * 6
 
 
 @dataclass(frozen=True)
@@ -147,21 +156,26 @@ def _inertial(link: ElementTree.Element, element: str, source: str) -> LinkInert
     inertia = inertial.find("inertia")
     if inertia is None:
         raise _fault(source, element, "its <inertial> has no <inertia>")
+    moments = []
     for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
         (moment,) = _numbers(inertia.get(key), 1, source, f"{element}: <inertia {key}>")
         # CAD exports round a zero to -1e-20: only a moment that is truly negative is a fault.
         if key in ("ixx", "iyy", "izz") and moment < -1e-12:
             raise _fault(source, element, f"its {key} is {moment:g} kg m², wanted is 0 or more")
-    com = _origin(inertial, element, source)
-    return LinkInertial(mass, (com[0], com[1], com[2]))
+        moments.append(moment)
+    com, rpy = _origin(inertial, element, source)
+    return LinkInertial(mass, com, rpy, tuple(moments))
 
 
-def _origin(parent: ElementTree.Element, element: str, source: str) -> tuple[float, ...]:
+def _origin(
+    parent: ElementTree.Element, element: str, source: str
+) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     origin = parent.find("origin")
     if origin is None:
-        return (0.0, 0.0, 0.0)
-    _numbers(origin.get("rpy", "0 0 0"), 3, source, f"{element}: <origin rpy>")
-    return _numbers(origin.get("xyz", "0 0 0"), 3, source, f"{element}: <origin xyz>")
+        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    r = _numbers(origin.get("rpy", "0 0 0"), 3, source, f"{element}: <origin rpy>")
+    x = _numbers(origin.get("xyz", "0 0 0"), 3, source, f"{element}: <origin xyz>")
+    return (x[0], x[1], x[2]), (r[0], r[1], r[2])
 
 
 def _check_joints(

@@ -1,0 +1,78 @@
+"""Every impulse of an answer as a wrench on a body, for reactions and audits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio as pin
+
+from ..scene import AppliedImpulse, FrameAnchor, PointAnchor
+from ..scene.constraints import DIRECTIONS
+
+if TYPE_CHECKING:
+    from .result import Impact
+
+__all__ = ["BodyImpulse", "body_impulses"]
+
+
+@dataclass(frozen=True, eq=False)
+class BodyImpulse:
+    """An impulse that acts on one frame's body from outside it.
+
+    Attributes:
+        frame_id: the frame in the robot's model.
+        joint_id: the joint that carries it; 0 for the world.
+        wrench_in_joint: the spatial impulse in the joint's frame.
+    """
+
+    frame_id: int
+    joint_id: int
+    wrench_in_joint: pin.Force
+
+
+def body_impulses(impact: Impact) -> Iterator[BodyImpulse]:
+    """All impulses on links: blows, and both ends of every anchor."""
+    scene = impact.scene
+    for entry in scene.impulses:
+        if isinstance(entry, AppliedImpulse):
+            wrench = np.array([*entry.linear, *entry.angular])
+            yield _at_point(impact, entry.frame, entry.at, wrench, entry.axes)
+    for constraint, result in zip(scene.constraints, impact.constraints, strict=True):
+        if isinstance(constraint, PointAnchor | FrameAnchor):
+            yield from _both_ends(impact, constraint, result.impulse)
+
+
+def _both_ends(
+    impact: Impact, anchor: PointAnchor | FrameAnchor, impulse: np.ndarray
+) -> Iterator[BodyImpulse]:
+    directions = anchor.directions if isinstance(anchor, FrameAnchor) else DIRECTIONS[:3]
+    wrench = np.zeros(6)
+    wrench[[DIRECTIONS.index(d) for d in directions]] = impulse
+    mechanics = impact.mechanics
+    first = mechanics.frame_placement(anchor.frame)
+    if isinstance(anchor, FrameAnchor) and anchor.axes == "local":
+        wrench = np.concatenate([first.rotation @ wrench[:3], first.rotation @ wrench[3:]])
+    yield _at_point(impact, anchor.frame, anchor.at, wrench, "world")
+    other_at = anchor.other_at
+    if other_at is None:
+        point = first.act(np.array(anchor.at))
+        other_at = mechanics.frame_placement(anchor.other).actInv(point)
+    yield _at_point(impact, anchor.other, other_at, -wrench, "world")
+
+
+def _at_point(impact: Impact, frame: str, at: object, wrench: np.ndarray, axes: str) -> BodyImpulse:
+    """A wrench at a point of a frame, brought to the frame's joint.
+
+    Only rotations and distances within the body enter, so no place in the world costs digits.
+    """
+    robot = impact.scene.robot
+    frame_id = robot.frame_id(frame)
+    item = robot.model.frames[frame_id]
+    placement = item.placement * pin.SE3(np.eye(3), np.array(at, dtype=float))
+    if axes == "world":
+        rotation = impact.mechanics.frame_placement(frame).rotation
+        wrench = np.concatenate([wrench[:3] @ rotation, wrench[3:] @ rotation])
+    return BodyImpulse(frame_id, item.parentJoint, placement.act(pin.Force(wrench)))
