@@ -70,7 +70,10 @@ def main() -> None:
     times = time_in_turn(
         {"four": _solving(four, "c/panda_hand"), "lone": _solving(panda, "panda_hand")}
     )
-    write(ratio_row("one of four Pandas, nv 36 / lone Panda", times["four"], times["lone"], 1.3) + "\n")
+    write(
+        ratio_row("one of four Pandas, nv 36 / lone Panda", times["four"], times["lone"], 1.3)
+        + "\n"
+    )
     bounds = {"import impulsekit": 0.5, "from impulsekit import Robot, Scene": 1.15}
     imports = import_times(["import pinocchio", *bounds])
     for statement, bound in bounds.items():
