@@ -11,11 +11,17 @@ from .robot import Robot as Robot
 from .robot.combine import combine as combine
 from .robot.examples import example_names as example_names
 from .scene import AppliedImpulse as AppliedImpulse
+from .scene import Collision as Collision
+from .scene import Contact as Contact
 from .scene import FrameAnchor as FrameAnchor
 from .scene import JointCoupling as JointCoupling
 from .scene import JointImpulse as JointImpulse
 from .scene import JointLock as JointLock
+from .scene import JointStop as JointStop
+from .scene import Law as Law
 from .scene import PointAnchor as PointAnchor
+from .scene import Restitution as Restitution
+from .scene import RestitutionTable as RestitutionTable
 from .scene import Scene as Scene
 from .scene.points import ReportPoint as ReportPoint
 from .scenefile import SceneFile as SceneFile

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import pinocchio as pin
 
-from ..errors import UrdfError
+from ..errors import InputError, UnknownNameError, UrdfError
 
 if TYPE_CHECKING:
     from .robot import Robot
 
-__all__ = ["geometry_of"]
+__all__ = ["geometry_ids", "geometry_of"]
 
 
 def geometry_of(robot: Robot, kind: pin.GeometryType) -> pin.GeometryModel:
@@ -53,3 +53,29 @@ def _attach(robot: Robot, prefix: str, alone: pin.Model, item: pin.GeometryObjec
     item.parentJoint = frame.parentJoint
     item.placement = frame.placement * in_frame
     item.name = prefix + item.name
+
+
+def geometry_ids(robot: Robot, name: str, where: str = "") -> tuple[tuple[int, ...], int]:
+    """The collision objects that a name stands for, and the joint that carries them.
+
+    Args:
+        robot: the robot.
+        name: a link, for all its geometry, or one geometry object.
+        where: begins the sentence of an error.
+
+    Raises:
+        UnknownNameError: neither a link nor a geometry object.
+        InputError: a link without collision geometry.
+    """
+    objects = robot.collision_model.geometryObjects
+    for index, item in enumerate(objects):
+        if item.name == name:
+            return (index,), item.parentJoint
+    if name not in robot.frame_names:
+        known = (*(link.name for link in robot.links), *(item.name for item in objects))
+        raise UnknownNameError.among("link or geometry", name, known, where)
+    frame_id = robot.frame_id(name)
+    ids = tuple(i for i, item in enumerate(objects) if item.parentFrame == frame_id)
+    if not ids:
+        raise InputError(f'{where}: link "{name}" has no collision geometry')
+    return ids, robot.model.frames[frame_id].parentJoint

@@ -11,7 +11,6 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, UnknownNameError, UrdfError
-from . import state
 from .source import RobotPart
 
 if TYPE_CHECKING:
@@ -195,6 +194,8 @@ class Robot:
         Raises:
             UnknownNameError, ShapeError, NotFiniteError, StateError.
         """
+        from . import state
+
         return state.configuration(self.model, {**(by_name or {}), **joints})
 
     def velocity(self, by_name: Mapping[str, Any] | None = None, /, **joints: Any) -> np.ndarray:
@@ -203,6 +204,8 @@ class Robot:
         Raises:
             UnknownNameError, ShapeError, NotFiniteError.
         """
+        from . import state
+
         return state.velocity(self.model, {**(by_name or {}), **joints})
 
     def frame_id(self, name: str, where: str = "") -> int:

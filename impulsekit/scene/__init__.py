@@ -1,16 +1,5 @@
-"""What happens to a robot, as plain frozen data."""
+"""What happens to a robot, as plain frozen data. Each kind of entry loads when first used."""
 
-from .constraints import Constraint, FrameAnchor, JointCoupling, JointLock, PointAnchor
-from .impulses import AppliedImpulse, JointImpulse
-from .scene import Scene
+import lazy_loader as _lazy
 
-__all__ = [
-    "AppliedImpulse",
-    "Constraint",
-    "FrameAnchor",
-    "JointCoupling",
-    "JointImpulse",
-    "JointLock",
-    "PointAnchor",
-    "Scene",
-]
+__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)

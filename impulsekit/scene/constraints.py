@@ -113,9 +113,13 @@ class FrameAnchor:
 
     def __post_init__(self) -> None:
         what = _check_ends(self)
-        object.__setattr__(self, "directions", _directions(self.directions, what))
+        given = _several(self.directions, f"{what}: directions")
+        object.__setattr__(self, "directions", _directions(given, what))
         axes_name(self.axes, f"{what}: axes")
         velocity = _velocity(self.velocity, len(self.directions), f"{what}: velocity")
+        if isinstance(velocity, tuple):
+            # Each number stays with its direction when these are put in order.
+            velocity = tuple(velocity[given.index(d)] for d in self.directions)
         object.__setattr__(self, "velocity", velocity)
 
     @property
@@ -199,7 +203,7 @@ class JointCoupling:
     def __post_init__(self) -> None:
         text(self.joint, "JointCoupling: joint")
         what = f'JointCoupling of "{self.joint}"'
-        others = (self.other,) if isinstance(self.other, str) else tuple(self.other)
+        others = _several(self.other, f"{what}: other")
         for other in others:
             text(other, f"{what}: other")
         if not others or self.joint in others or len(set(others)) != len(others):
@@ -287,8 +291,7 @@ def _check_ends(anchor: PointAnchor | FrameAnchor) -> str:
     return what
 
 
-def _directions(value: Any, what: str) -> tuple[str, ...]:
-    directions = (value,) if isinstance(value, str) else tuple(value)
+def _directions(directions: tuple[Any, ...], what: str) -> tuple[str, ...]:
     wrong = [d for d in directions if d not in DIRECTIONS]
     if wrong or not directions or len(set(directions)) != len(directions):
         raise RangeError.of(
@@ -296,6 +299,13 @@ def _directions(value: Any, what: str) -> tuple[str, ...]:
         )
     # In the order of a spatial vector, whatever the order given.
     return tuple(d for d in DIRECTIONS if d in directions)
+
+
+def _several(value: Any, what: str) -> tuple[Any, ...]:
+    try:
+        return (value,) if isinstance(value, str) else tuple(value)
+    except TypeError:
+        raise InputError(f"{what} is {value!r}, a name or several are wanted", what=what) from None
 
 
 def _velocity(value: Any, rows: int | None, what: str) -> Any:

@@ -7,9 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import InputError, ShapeError
+from ..robot import Robot
+from ..robot.robot import WORLD
 from .numbers import Vector, axes_name, number, text, vector
 
-__all__ = ["AppliedImpulse", "JointImpulse"]
+__all__ = ["AppliedImpulse", "JointImpulse", "check_impulse"]
 
 
 @dataclass(frozen=True)
@@ -107,3 +110,33 @@ class JointImpulse:
     def joint_names(self) -> tuple[str, ...]:
         """The joints it acts in."""
         return (self.joint,)
+
+
+def check_impulse(robot: Robot, impulse: Any, where: str) -> None:
+    """Prove that an impulse fits a robot.
+
+    Raises:
+        UnknownNameError: a frame or joint that the robot does not have.
+        ShapeError: a joint impulse that does not have the joint's length.
+        InputError: an impulse on the world, or something that is no impulse.
+    """
+    if isinstance(impulse, AppliedImpulse):
+        frame_id = robot.frame_id(impulse.frame, where)
+        if robot.model.frames[frame_id].parentJoint == 0:
+            whole = (
+                "the world" if impulse.frame == WORLD else f'"{impulse.frame}", fixed to the world,'
+            )
+            raise InputError(
+                f"{where}: an impulse on {whole} moves nothing; strike a link that can move, "
+                'or load the robot with root="freeflyer"'
+            )
+    elif isinstance(impulse, JointImpulse):
+        joint = robot.model.joints[robot.joint_id(impulse.joint, where)]
+        if len(impulse.impulse) != joint.nv:
+            raise ShapeError.of(
+                f'{where}: impulse in joint "{impulse.joint}"', (joint.nv,), (len(impulse.impulse),)
+            )
+    else:
+        raise InputError(
+            f"{where} is a {type(impulse).__name__}, wanted is an AppliedImpulse or a JointImpulse"
+        )

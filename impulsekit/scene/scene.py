@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
-from ..errors import InputError, ShapeError
+from ..errors import InputError
 from ..robot import Robot
-from ..robot.robot import WORLD
-from .constraints import Constraint, check_constraint
-from .impulses import AppliedImpulse, JointImpulse
+from .law import Law
 from .numbers import Vector, vector
+
+if TYPE_CHECKING:
+    from .constraints import Constraint
+    from .contacts import ContactEntry
+    from .impulses import AppliedImpulse, JointImpulse
 
 __all__ = ["Scene"]
 
@@ -26,6 +29,8 @@ class Scene:
         impulses: known impulses, from outside or inside joints.
         constraints: what holds: loops that are closed already, or grips, locks and
             landings that close at the instant of the impact.
+        contacts: what can only push: points on planes, joint stops, colliding bodies.
+        law: of restitution, slip and order, for all contacts.
         gravity: [m/s²] in world axes; it moves the robot in the motion after an
             impact. An impact is instantaneous and does not know it.
 
@@ -45,6 +50,8 @@ class Scene:
     robot: Robot
     impulses: Sequence[AppliedImpulse | JointImpulse] = ()
     constraints: Sequence[Constraint] = ()
+    contacts: Sequence[ContactEntry] = ()
+    law: Law = field(default_factory=Law)
     gravity: Vector = (0.0, 0.0, -9.81)
 
     def __post_init__(self) -> None:
@@ -53,15 +60,34 @@ class Scene:
         set_field = object.__setattr__
         set_field(self, "impulses", _entries(self.impulses, "impulses"))
         set_field(self, "constraints", _entries(self.constraints, "constraints"))
+        set_field(self, "contacts", _entries(self.contacts, "contacts"))
         set_field(self, "gravity", vector(self.gravity, "Scene: gravity"))
-        for i, impulse in enumerate(self.impulses):
-            _check_impulse(self.robot, impulse, f"impulses[{i}]")
-        for i, constraint in enumerate(self.constraints):
-            check_constraint(self.robot, constraint, f"constraints[{i}]")
+        self._check_entries()
+        if not isinstance(self.law, Law):
+            raise InputError(f"Scene: law is a {type(self.law).__name__}, not a Law")
         self._check_names()
 
+    def _check_entries(self) -> None:
+        # The module of a kind is loaded only where the scene has entries of that kind.
+        if self.impulses:
+            from .impulses import check_impulse
+
+            for i, impulse in enumerate(self.impulses):
+                check_impulse(self.robot, impulse, f"impulses[{i}]")
+        if self.constraints:
+            from .constraints import check_constraint
+
+            for i, constraint in enumerate(self.constraints):
+                check_constraint(self.robot, constraint, f"constraints[{i}]")
+        if self.contacts:
+            from .contacts import check_contact
+
+            for i, contact in enumerate(self.contacts):
+                check_contact(self.robot, contact, f"contacts[{i}]")
+
     def _check_names(self) -> None:
-        counts = Counter((*self.entry_names("impulses"), *self.entry_names("constraints")))
+        kinds = ("impulses", "constraints", "contacts")
+        counts = Counter(name for kind in kinds for name in self.entry_names(kind))
         twice = [name for name, count in counts.items() if count > 1]
         if twice:
             raise InputError(f'Scene: {counts[twice[0]]} entries are called "{twice[0]}"')
@@ -76,26 +102,3 @@ def _entries(value: Any, what: str) -> tuple[Any, ...]:
         return tuple(value)
     except TypeError:
         raise InputError(f"Scene: {what} is a {type(value).__name__}, a list is wanted") from None
-
-
-def _check_impulse(robot: Robot, impulse: Any, where: str) -> None:
-    if isinstance(impulse, AppliedImpulse):
-        frame_id = robot.frame_id(impulse.frame, where)
-        if robot.model.frames[frame_id].parentJoint == 0:
-            whole = (
-                "the world" if impulse.frame == WORLD else f'"{impulse.frame}", fixed to the world,'
-            )
-            raise InputError(
-                f"{where}: an impulse on {whole} moves nothing; strike a link that can move, "
-                'or load the robot with root="freeflyer"'
-            )
-    elif isinstance(impulse, JointImpulse):
-        joint = robot.model.joints[robot.joint_id(impulse.joint, where)]
-        if len(impulse.impulse) != joint.nv:
-            raise ShapeError.of(
-                f'{where}: impulse in joint "{impulse.joint}"', (joint.nv,), (len(impulse.impulse),)
-            )
-    else:
-        raise InputError(
-            f"{where} is a {type(impulse).__name__}, wanted is an AppliedImpulse or a JointImpulse"
-        )

@@ -1,0 +1,16 @@
+from .constraints import Constraint as Constraint
+from .constraints import FrameAnchor as FrameAnchor
+from .constraints import JointCoupling as JointCoupling
+from .constraints import JointLock as JointLock
+from .constraints import PointAnchor as PointAnchor
+from .contacts import Collision as Collision
+from .contacts import Contact as Contact
+from .contacts import ContactEntry as ContactEntry
+from .contacts import JointStop as JointStop
+from .impulses import AppliedImpulse as AppliedImpulse
+from .impulses import JointImpulse as JointImpulse
+from .law import Law as Law
+from .points import ReportPoint as ReportPoint
+from .restitution import Restitution as Restitution
+from .restitution import RestitutionTable as RestitutionTable
+from .scene import Scene as Scene

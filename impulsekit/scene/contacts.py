@@ -1,0 +1,257 @@
+"""Unilateral contacts: a point on a plane, a joint at its stop, two bodies that collide."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import InputError, RangeError
+from ..robot import Robot
+from .numbers import Vector, number, text, vector
+from .restitution import checked_restitution
+
+__all__ = ["Collision", "Contact", "ContactEntry", "JointStop", "check_contact"]
+
+# Longer or shorter normals are taken for a mistake, not for a direction.
+SHORTEST_NORMAL = 1e-9
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A point of a frame against a plane fixed in the world or in another frame.
+
+    In ``solve`` it counts as touching whatever its gap. The impulse is the one that
+    ``frame`` receives.
+
+    Attributes:
+        frame: the frame that carries the point.
+        at: the point in the frame's coordinates [m].
+        normal: of the plane, in the coordinates of ``against``; from ``against`` to
+            ``frame``. Kept at unit length.
+        origin: a point of the plane in the coordinates of ``against`` [m].
+        against: the frame that carries the plane; "world" is the fixed one.
+        restitution: of the normal velocity: 0 to 1, a ``Restitution``, a
+            ``RestitutionTable``, or a function of the approach speed [m/s].
+        friction: Coulomb's coefficient µ, 0 or more.
+        tangential_restitution: of the tangential velocity where it sticks, -1 to 1;
+            1 is a superball.
+        name: how results call it; by default its place in the scene.
+
+    Raises:
+        InputError, ShapeError, NotFiniteError, RangeError.
+
+    Example:
+        >>> Contact("left_sole", at=[0.1, 0, 0], normal=[0, 0, 2], restitution=0.2).normal
+        (0.0, 0.0, 1.0)
+    """
+
+    frame: str
+    at: Vector = (0.0, 0.0, 0.0)
+    normal: Vector = (0.0, 0.0, 1.0)
+    origin: Vector = (0.0, 0.0, 0.0)
+    against: str = "world"
+    restitution: float | Callable[[float], float] = 0.0
+    friction: float = 0.0
+    tangential_restitution: float = 0.0
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        text(self.frame, "Contact: frame")
+        text(self.against, "Contact: against")
+        what = f'Contact of "{self.frame}" against "{self.against}"'
+        if self.frame == self.against:
+            raise InputError(f"{what}: a frame does not touch itself")
+        set_field = object.__setattr__
+        for field in ("at", "normal", "origin"):
+            set_field(self, field, vector(getattr(self, field), f"{what}: {field}"))
+        length = math.hypot(*self.normal)
+        if length < SHORTEST_NORMAL:
+            raise RangeError.of(f"{what}: length of normal", length, "above zero")
+        x, y, z = self.normal
+        set_field(self, "normal", (x / length, y / length, z / length))
+        _check_coefficients(self, what)
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """The frames it acts on."""
+        return (self.frame, self.against)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints it acts in."""
+        return ()
+
+
+@dataclass(frozen=True)
+class JointStop:
+    """A joint at the end of its travel.
+
+    In ``solve`` a stop is touched when q is at the limit or past it. The impulse is the
+    one the joint receives, along its own coordinate.
+
+    Attributes:
+        joint: a revolute or prismatic joint.
+        lower, upper: the limits [rad, m]; None for those of the model.
+        restitution: as for ``Contact``, of the joint's velocity [rad/s, m/s].
+        name: how results call it; by default its place in the scene.
+
+    Raises:
+        InputError, NotFiniteError, RangeError.
+
+    Example:
+        >>> JointStop("elbow", upper=2.0, restitution=0.5).upper
+        2.0
+    """
+
+    joint: str
+    lower: float | None = None
+    upper: float | None = None
+    restitution: float | Callable[[float], float] = 0.0
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        text(self.joint, "JointStop: joint")
+        what = f'JointStop of "{self.joint}"'
+        for field in ("lower", "upper"):
+            limit = getattr(self, field)
+            if limit is not None:
+                object.__setattr__(self, field, number(limit, f"{what}: {field}"))
+        if self.lower is not None and self.upper is not None and self.lower > self.upper:
+            raise RangeError.of(f"{what}: lower", self.lower, f"at most upper, {self.upper:g}")
+        restitution = checked_restitution(self.restitution, f"{what}: restitution")
+        object.__setattr__(self, "restitution", restitution)
+        if self.name is not None:
+            text(self.name, f"{what}: name")
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """The frames it acts on."""
+        return ()
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints it acts in."""
+        return (self.joint,)
+
+    def limits(self, robot: Robot) -> tuple[float, float]:
+        """Lower and upper limit, its own or the model's [rad, m]."""
+        joint = robot.model.joints[robot.joint_id(self.joint)]
+        model = robot.model
+        lower = model.lowerPositionLimit[joint.idx_q] if self.lower is None else self.lower
+        upper = model.upperPositionLimit[joint.idx_q] if self.upper is None else self.upper
+        return float(lower), float(upper)
+
+
+@dataclass(frozen=True)
+class Collision:
+    """Two links, or two pieces of collision geometry, that may meet.
+
+    Points, normals and gaps come from coal at the configuration of the impact; flat
+    pairs touch in several points. A mesh counts as its convex hull. The normal points
+    from ``other`` to ``first``, the impulse is the one that ``first`` receives.
+
+    Attributes:
+        first, other: links (all their geometry) or single geometry objects by name.
+        restitution, friction, tangential_restitution: as for ``Contact``, for every point.
+        margin: gaps up to this count as touching [m].
+        name: how results call it; by default its place in the scene.
+
+    Raises:
+        InputError, NotFiniteError, RangeError.
+
+    Example:
+        >>> Collision("ball/ball", "arm/hand", restitution=0.8, friction=0.3).margin
+        1e-06
+    """
+
+    first: str
+    other: str
+    restitution: float | Callable[[float], float] = 0.0
+    friction: float = 0.0
+    tangential_restitution: float = 0.0
+    margin: float = 1e-6
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        text(self.first, "Collision: first")
+        text(self.other, "Collision: other")
+        what = f'Collision of "{self.first}" and "{self.other}"'
+        if self.first == self.other:
+            raise InputError(f"{what}: a body does not collide with itself")
+        margin = number(self.margin, f"{what}: margin")
+        if not 0.0 <= margin <= 1.0:
+            raise RangeError.of(f"{what}: margin", margin, "0 to 1 m")
+        object.__setattr__(self, "margin", margin)
+        _check_coefficients(self, what)
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """None by name: geometry is looked up when it is needed."""
+        return ()
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints it acts in."""
+        return ()
+
+
+ContactEntry = Contact | JointStop | Collision
+
+
+def check_contact(robot: Robot, contact: Any, where: str) -> None:
+    """Prove that a contact fits a robot.
+
+    Raises:
+        UnknownNameError: a frame, joint or piece of geometry that the robot does not have.
+        InputError: a contact within one rigid body, a stop of a joint that has no limit
+            or more than one coordinate, or something that is no contact.
+    """
+    if isinstance(contact, Contact):
+        frames = robot.model.frames
+        ends = [frames[robot.frame_id(n, where)].parentJoint for n in contact.frame_names]
+        if ends[0] == ends[1]:
+            raise InputError(
+                f'{where}: "{contact.frame}" and "{contact.against}" belong to one rigid body '
+                "and cannot strike each other"
+            )
+    elif isinstance(contact, JointStop):
+        joint = robot.model.joints[robot.joint_id(contact.joint, where)]
+        if joint.nq != 1 or joint.nv != 1:
+            raise InputError(
+                f'{where}: joint "{contact.joint}" has no single coordinate that could reach '
+                "a stop (a continuous joint turns without end)"
+            )
+        lower, upper = contact.limits(robot)
+        if not lower <= upper:
+            raise InputError(f"{where}: the lower limit {lower:g} is above the upper {upper:g}")
+    elif isinstance(contact, Collision):
+        from ..robot.geometry import geometry_ids
+
+        ends = [geometry_ids(robot, name, where)[1] for name in (contact.first, contact.other)]
+        if ends[0] == ends[1]:
+            raise InputError(
+                f'{where}: "{contact.first}" and "{contact.other}" belong to one rigid body '
+                "and cannot collide"
+            )
+    else:
+        raise InputError(
+            f"{where} is a {type(contact).__name__}, wanted is a Contact, JointStop or Collision"
+        )
+
+
+def _check_coefficients(entry: Contact | Collision, what: str) -> None:
+    set_field = object.__setattr__
+    restitution = checked_restitution(entry.restitution, f"{what}: restitution")
+    set_field(entry, "restitution", restitution)
+    friction = number(entry.friction, f"{what}: friction")
+    if friction < 0.0:
+        raise RangeError.of(f"{what}: friction", friction, "0 or more")
+    set_field(entry, "friction", friction)
+    tangential = number(entry.tangential_restitution, f"{what}: tangential_restitution")
+    if not -1.0 <= tangential <= 1.0:
+        raise RangeError.of(f"{what}: tangential_restitution", tangential, "-1 to 1")
+    set_field(entry, "tangential_restitution", tangential)
+    if entry.name is not None:
+        text(entry.name, f"{what}: name")

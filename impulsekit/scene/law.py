@@ -1,0 +1,73 @@
+"""``Law``: how restitution, slip and the order of contacts are understood."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..errors import InputError, RangeError
+
+__all__ = ["Law"]
+
+RESTITUTIONS = ("newton", "poisson", "stronge")
+SLIPS = ("end", "path")
+ORDERS = ("simultaneous", "sequential")
+
+
+@dataclass(frozen=True)
+class Law:
+    """The laws that contacts obey; the coefficients belong to each contact.
+
+    u is the relative velocity at a contact, n its normal part, t its tangential one;
+    P the impulse, µ the friction, e the restitution; − before, + after.
+
+    Attributes:
+        restitution: what e says, for the normal of each contact alone.
+
+            - "newton": u_n⁺ = −e·min(u_n⁻, 0), the velocities (Newton 1687).
+            - "poisson": P_n ≥ (1 + e) P_n^c, where P_n^c is the impulse of the
+              compression, which ends with no approach left (Poisson 1817; for many
+              contacts Glocker & Pfeiffer 1995).
+            - "stronge": the normal impulse regains W_r = −e² W_c, where W_c is its
+              work in compression (Stronge 1990). Needs slip="path".
+        slip: when friction looks at the direction of slip.
+
+            - "end": at the end of the impact. P_t = −µ P_n u_t⁺/|u_t⁺|, or
+              |P_t| ≤ µ P_n and u_t⁺ = 0 (Moreau 1988; Glocker 2001). Any number
+              of contacts.
+            - "path": at every instant. dP_t = −µ s dP_n, with s the direction of slip
+              at that instant; slip may turn, stop, stay stopped or start again (Routh
+              1860; Keller 1986). One frictional contact at a time.
+        order: of several contacts at one instant.
+
+            - "simultaneous": all at once.
+            - "sequential": the fastest approach first, one at a time, until none
+              approaches; three equal balls with e = 1 pass the blow on.
+
+    Raises:
+        RangeError: an unknown name.
+        InputError: names that cannot go together.
+
+    Example:
+        >>> Law(restitution="stronge", slip="path")
+        Law(restitution='stronge', slip='path', order='simultaneous')
+    """
+
+    restitution: str = "newton"
+    slip: str = "end"
+    order: str = "simultaneous"
+
+    def __post_init__(self) -> None:
+        for name, allowed in (
+            ("restitution", RESTITUTIONS),
+            ("slip", SLIPS),
+            ("order", ORDERS),
+        ):
+            value = getattr(self, name)
+            if value not in allowed:
+                wanted = " or ".join(f'"{word}"' for word in allowed)
+                raise RangeError.of(f"law: {name}", repr(value), wanted)
+        if self.restitution == "stronge" and self.slip != "path":
+            raise InputError(
+                'law: restitution="stronge" balances the work of the normal impulse, which is '
+                'known only along the impact; it needs slip="path"'
+            )

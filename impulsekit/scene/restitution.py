@@ -1,0 +1,120 @@
+"""Coefficients of restitution: a number, or one that falls with the approach speed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError, RangeError, ShapeError
+from .numbers import number
+
+__all__ = ["Restitution", "RestitutionTable", "checked_restitution", "restitution_at"]
+
+
+@dataclass(frozen=True)
+class Restitution:
+    """A coefficient that is zero below a capture speed.
+
+    Attributes:
+        value: e above the capture speed, 0 to 1.
+        capture_speed: approach speed [m/s, rad/s for a stop] below which e is zero.
+
+    Raises:
+        RangeError, NotFiniteError.
+
+    Example:
+        >>> bounce = Restitution(0.8, capture_speed=0.01)
+        >>> bounce(1.0), bounce(0.005)
+        (0.8, 0.0)
+    """
+
+    value: float
+    capture_speed: float = 0.0
+
+    def __post_init__(self) -> None:
+        value = _coefficient(self.value, "Restitution: value")
+        speed = number(self.capture_speed, "Restitution: capture_speed")
+        if speed < 0.0:
+            raise RangeError.of("Restitution: capture_speed", speed, "0 or more")
+        object.__setattr__(self, "value", value)
+        object.__setattr__(self, "capture_speed", speed)
+
+    def __call__(self, approach_speed: float) -> float:
+        """e at an approach speed."""
+        return self.value if approach_speed >= self.capture_speed else 0.0
+
+
+@dataclass(frozen=True)
+class RestitutionTable:
+    """A coefficient by approach speed, linear between the points, constant beyond them.
+
+    Attributes:
+        speeds: approach speeds [m/s, rad/s for a stop], rising.
+        values: e at each, 0 to 1.
+
+    Raises:
+        ShapeError, RangeError, NotFiniteError.
+
+    Example:
+        >>> RestitutionTable([0.0, 1.0], [1.0, 0.5])(0.5)
+        0.75
+    """
+
+    speeds: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        speeds = tuple(number(s, "RestitutionTable: speeds") for s in self.speeds)
+        values = tuple(_coefficient(e, "RestitutionTable: values") for e in self.values)
+        if len(speeds) != len(values) or not speeds:
+            raise ShapeError.of("RestitutionTable: values", (len(speeds),), (len(values),))
+        if speeds[0] < 0.0 or any(b <= a for a, b in pairwise(speeds)):
+            raise RangeError.of(
+                "RestitutionTable: speeds", speeds, "0 or more, each above the last"
+            )
+        object.__setattr__(self, "speeds", speeds)
+        object.__setattr__(self, "values", values)
+
+    def __call__(self, approach_speed: float) -> float:
+        """e at an approach speed."""
+        return float(np.interp(approach_speed, self.speeds, self.values))
+
+
+def checked_restitution(value: Any, what: str) -> float | Callable[[float], float]:
+    """A number in [0, 1], or something that gives one for an approach speed.
+
+    Raises:
+        RangeError, NotFiniteError, InputError.
+    """
+    if callable(value):
+        return value
+    if isinstance(value, str | bytes | dict | list | tuple):
+        raise InputError(
+            f"{what} is {value!r}; wanted is a number, a Restitution, a RestitutionTable "
+            "or a function of the approach speed"
+        )
+    return _coefficient(value, what)
+
+
+def restitution_at(
+    value: float | Callable[[float], float], approach_speed: float, what: str
+) -> float:
+    """e at an approach speed; what a user's own function gives is checked.
+
+    Raises:
+        RangeError, NotFiniteError: the function gave something else than 0 to 1.
+    """
+    if not callable(value):
+        return value
+    return _coefficient(value(approach_speed), f"{what} at {approach_speed:g} m/s")
+
+
+def _coefficient(value: Any, what: str) -> float:
+    result = number(value, what)
+    if not 0.0 <= result <= 1.0:
+        raise RangeError.of(what, result, "0 to 1")
+    return result
