@@ -151,6 +151,41 @@ def test_a_byte_order_mark_and_windows_line_ends_are_taken(tmp_path):
     assert ik.load_scene(str(path)).scene.robot.nv == 9
 
 
+CONSTRAINTS = """
+[[constraints]]
+kind = "point_anchor"
+frame = "panda_hand"
+at = [0, 0, 0.1]
+velocity = [0, 0, -0.1]
+[[constraints]]
+kind = "frame_anchor"
+frame = "panda_link4"
+directions = ["x", "rz"]
+axes = "local"
+name = "wall"
+[[constraints]]
+kind = "joint_lock"
+joint = "panda_joint2"
+velocity = "kept"
+[[constraints]]
+kind = "joint_coupling"
+joint = "panda_joint3"
+other = ["panda_joint5", "panda_joint6"]
+ratio = [0.5, -0.1]
+"""
+
+
+def test_constraints_are_told_apart_by_their_kind(load):
+    scene = load(PANDA + CONSTRAINTS).scene
+    assert scene.constraints == (
+        ik.PointAnchor("panda_hand", at=[0, 0, 0.1], velocity=[0, 0, -0.1]),
+        ik.FrameAnchor("panda_link4", directions=("x", "rz"), axes="local", name="wall"),
+        ik.JointLock("panda_joint2", "kept"),
+        ik.JointCoupling("panda_joint3", ["panda_joint5", "panda_joint6"], [0.5, -0.1]),
+    )
+    assert load(ik.dump_scene(scene)).scene.constraints == scene.constraints
+
+
 # Writing
 
 
@@ -375,6 +410,47 @@ def test_all_faults_of_a_file_are_told_at_once_in_its_order(faults_of):
 def test_a_fault_is_told_with_its_place(faults_of, text, fault):
     faults = faults_of(text)
     assert any(re.match(fault, each) for each in faults), faults
+
+
+@pytest.mark.parametrize(
+    ("text", "faults"),
+    [
+        ('joint = "panda_joint2"', [r"constraints\[0\]\.kind is missing, .*\"joint_lock\""]),
+        (
+            'kind = "joint_coupling"\njoint = "panda_jiont1"\n'
+            'other = ["panda_joint22", "panda_joint3"]\nratio = [1, 2]',
+            [
+                r"constraints\[0\]\.joint: .*panda_jiont1",
+                r"constraints\[0\]\.other: .*panda_joint22",
+            ],
+        ),
+        (
+            'kind = "joint_coupling"\njoint = "panda_joint1"\nother = 5',
+            [r"constraints\[0\]\.other is 5"],
+        ),
+        (
+            'kind = "frame_anchor"\nframe = "panda_hnd"\nother = "panda_lnk3"',
+            [r"constraints\[0\]\.frame: .*panda_hnd", r"constraints\[0\]\.other: .*panda_lnk3"],
+        ),
+        (
+            'kind = "frame_anchor"\nframe = "panda_hand"\ndirections = ["x", 3]\nvelocity = true',
+            [r"constraints\[0\]\.directions\[1\] is 3", r"constraints\[0\]\.velocity is true"],
+        ),
+        (
+            'kind = "frame_anchor"\nframe = "panda_hand"\nother = "panda_link8"',
+            [r"constraints\[0\]: .* one rigid body"],
+        ),
+        (
+            'kind = "joint_lock"\njoint = "panda_joint1"\nvelocity = { x = 1 }',
+            [r"constraints\[0\]\.velocity is .*numbers or text"],
+        ),
+    ],
+)
+def test_faults_of_constraints_are_told(faults_of, text, faults):
+    found = faults_of(PANDA + "[[constraints]]\n" + text)
+    assert len(found) == len(faults)
+    for fault, pattern in zip(found, faults, strict=True):
+        assert re.match(pattern, fault), fault
 
 
 def test_broken_toml_is_told_with_its_line(faults_of):

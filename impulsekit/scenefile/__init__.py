@@ -23,6 +23,10 @@ A file names a robot, the state it is in, and what happens to it::
     joint = "joint_3"
     impulse = 0.4
 
+    [[constraints]]                  # PointAnchor and others, told apart by their kind
+    kind = "point_anchor"            # point_anchor | frame_anchor | joint_lock | joint_coupling
+    frame = "link_1"
+
     [[report.points]]                # points whose velocity a report prints
     frame = "link_10"
     at = [1, 0, 0]

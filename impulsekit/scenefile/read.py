@@ -281,21 +281,38 @@ def _check_entry(robot: Robot, section: Section, entry: Any, place: str, faults:
 
     An unknown name is put right and the entry tried again, so that the next one shows.
     """
-    for _ in dataclasses.fields(entry):
+    put_right = False
+    for _ in range(16):
         try:
             alone: dict[str, Any] = {section.name: (entry,) if section.many else entry}
             Scene(robot, **alone)
             return
         except UnknownNameError as error:
-            message = str(error).removeprefix(f"{section.name}[0]: ")
-            field = next(
-                (f.name for f in dataclasses.fields(entry) if getattr(entry, f.name) == error.name),
-                None,
-            )
-            faults.add(f"{place}.{field}: {message}" if field else f"{place}: {message}")
-            if field is None or not error.known:
+            at, better = _with_name_put_right(entry, error)
+            faults.add(f"{place}{at}: {str(error).removeprefix(f'{section.name}[0]: ')}")
+            if better is None:
                 return
-            entry = dataclasses.replace(entry, **{field: (error.nearest or error.known)[0]})
+            entry, put_right = better, True
         except ImpulsekitError as error:
-            faults.add(f"{place}: {str(error).removeprefix(f'{section.name}[0]: ')}")
+            # What follows from the name that was put in is no fault of the file.
+            if not put_right:
+                faults.add(f"{place}: {str(error).removeprefix(f'{section.name}[0]: ')}")
             return
+
+
+def _with_name_put_right(entry: Any, error: UnknownNameError) -> tuple[str, Any]:
+    """The place of an unknown name in an entry, and the entry with a known one instead."""
+    right = next(iter((*error.nearest, *error.known)), None)
+    for field in dataclasses.fields(entry):
+        value = getattr(entry, field.name)
+        if isinstance(value, tuple) and error.name in value:
+            better: Any = tuple(right if x == error.name else x for x in value)
+        elif value == error.name:
+            better = right
+        else:
+            continue
+        try:
+            return f".{field.name}", dataclasses.replace(entry, **{field.name: better})
+        except ImpulsekitError:
+            return f".{field.name}", None
+    return "", None

@@ -3,8 +3,9 @@
 How to add an entry kind:
 
 1. Write the frozen dataclass in ``scene/``. Its fields are the keys of the file, so they
-   are text, numbers, booleans, or tuples of these; ``Vector`` for three numbers. A value
-   that is wrong raises an ``InputError`` whose ``what`` ends in ``": field"``.
+   are text, numbers, booleans, or tuples of these; ``Vector`` for three numbers, ``Any``
+   for numbers or text, one or several. A value that is wrong raises an ``InputError``
+   whose ``what`` ends in ``": field"``.
 2. Give ``Scene`` the list, and let it check an entry against the robot.
 3. Add one line to ``SECTIONS``: ``kind = "joint_lock"`` in the file is the key of that
    dictionary. Keys, types, nearest names, reading and writing follow from the dataclass.
@@ -16,11 +17,19 @@ import dataclasses
 import functools
 import typing
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import pydantic
+from pydantic_core import PydanticCustomError
 
-from ..scene import AppliedImpulse, JointImpulse
+from ..scene import (
+    AppliedImpulse,
+    FrameAnchor,
+    JointCoupling,
+    JointImpulse,
+    JointLock,
+    PointAnchor,
+)
 from ..scene.points import ReportPoint
 
 __all__ = ["POINTS", "SECTIONS", "STRICT", "Section", "model_of"]
@@ -51,6 +60,15 @@ class Section:
 
 SECTIONS: tuple[Section, ...] = (
     Section("impulses", {"applied": AppliedImpulse, "joint": JointImpulse}, needs_kind=False),
+    Section(
+        "constraints",
+        {
+            "point_anchor": PointAnchor,
+            "frame_anchor": FrameAnchor,
+            "joint_lock": JointLock,
+            "joint_coupling": JointCoupling,
+        },
+    ),
 )
 
 POINTS = Section("report.points", {"point": ReportPoint}, needs_kind=False)
@@ -60,12 +78,24 @@ POINTS = Section("report.points", {"point": ReportPoint}, needs_kind=False)
 def model_of(cls: type) -> type[pydantic.BaseModel]:
     """The pydantic model with the fields, types and defaults of a frozen dataclass."""
     hints = typing.get_type_hints(cls)
-    fields: dict[str, Any] = {
-        item.name: (hints[item.name], ... if _is_required(item) else None)
-        for item in dataclasses.fields(cls)
-    }
+    fields: dict[str, Any] = {}
+    for item in dataclasses.fields(cls):
+        hint = PlainValue if hints[item.name] is Any else hints[item.name]
+        fields[item.name] = (hint, ... if _is_required(item) else None)
     return pydantic.create_model(cls.__name__, __config__=STRICT, **fields)
 
 
 def _is_required(item: dataclasses.Field) -> bool:
     return item.default is dataclasses.MISSING and item.default_factory is dataclasses.MISSING
+
+
+def _plain(value: Any) -> Any:
+    """A number or text, or a tuple of numbers or of texts."""
+    entries = value if isinstance(value, tuple) else (value,)
+    for kinds in (str, int | float):
+        if all(isinstance(x, kinds) and not isinstance(x, bool) for x in entries):
+            return value
+    raise PydanticCustomError("plain_type", "numbers or text, one or several")
+
+
+PlainValue = Annotated[Any, pydantic.AfterValidator(_plain)]

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..scene import AppliedImpulse
 from .speeds import speeds_of
-from .table import decimals, paper_decimals, table
+from .table import ROUNDING, decimals, paper_decimals, table
 
 if TYPE_CHECKING:
     from ..impact import Impact
@@ -45,10 +45,12 @@ def report(impact: Impact, points: Iterable[ReportPoint] = (), *, rows: int = 40
 
 def _head(impact: Impact) -> list[str]:
     scene = impact.scene
-    count = len(scene.impulses)
-    what = f"{count} impulse" + ("" if count == 1 else "s")
+    what = [_counted(len(scene.impulses), "impulse")]
+    if scene.constraints:
+        what.append(_counted(len(scene.constraints), "constraint"))
+    what.append(f"{scene.robot.nv} degrees of freedom")
     return [
-        f"{scene.robot.name}: {what}, {scene.robot.nv} degrees of freedom",
+        f"{scene.robot.name}: {', '.join(what)}",
         f"{impact.status.name.lower()}: {impact.status.value}",
     ]
 
@@ -76,12 +78,13 @@ def _points(impact: Impact, points: Sequence[ReportPoint]) -> list[str]:
 
 def _speeds(impact: Impact, most: int) -> list[str]:
     speeds = speeds_of(impact.scene.robot, impact.q)
-    moving = [i for i in range(len(speeds)) if impact.v_before[i] != 0.0 or impact.dv[i] != 0.0]
+    scale = float(np.max(np.abs([impact.v_before, impact.v_after]), initial=0.0))
+    largest = np.max(np.abs([impact.v_before, impact.dv]), axis=0)
+    moving = np.flatnonzero(largest > ROUNDING * scale).tolist()
     if not moving:
         return ["Joint speeds: all stay zero"]
     by_jump = sorted(moving, key=lambda i: -abs(impact.dv[i]))
     shown = sorted(by_jump[: max(most, 1)])
-    scale = float(max(np.abs(impact.v_before).max(), np.abs(impact.v_after).max()))
     rows = [
         [
             speeds[i].title,
@@ -129,6 +132,29 @@ def _impulses(impact: Impact) -> list[str]:
     return ["Impulses", *table(["name", "where", "impulse"], rows)]
 
 
+def _constraints(impact: Impact) -> list[str]:
+    if not impact.constraints:
+        return []
+    unit_of_joint = {speed.joint: speed.unit for speed in speeds_of(impact.scene.robot, impact.q)}
+    rows = []
+    notes = []
+    for entry, result in zip(impact.scene.constraints, impact.constraints, strict=True):
+        for i, row in enumerate(result.rows):
+            if entry.joint_names:
+                turns = unit_of_joint[entry.joint_names[0]] == "rad/s"
+            else:
+                turns = row.startswith("r")
+            numbers = (result.impulse[i], result.velocity_before[i], result.velocity_after[i])
+            scales = (np.abs(result.impulse).max(), *[np.abs(impact.v_before).max()] * 2)
+            shown = map(decimals, numbers, scales)
+            units = "N m s, rad/s" if turns else "N s, m/s"
+            rows.append([result.name, row, *shown, units])
+        if not result.unique:
+            notes.append(f"  {result.name}: its rows are redundant, only the resultant counts")
+    head = ["name", "row", "impulse", "velocity before", "after", "units"]
+    return ["Constraints", *table(head, rows), *notes]
+
+
 def _energy(impact: Impact) -> list[str]:
     energy = impact.energy
     scale = max(energy.before, energy.after, *map(abs, energy.work.values()), 0.0)
@@ -174,9 +200,19 @@ def _residuals(impact: Impact) -> list[str]:
     return [f"Residuals, relative: {listed}"]
 
 
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}" + ("" if count == 1 else "s")
+
+
 def _listed(numbers: Sequence[float]) -> str:
     return "(" + ", ".join(f"{x:g}" for x in numbers) + ")"
 
 
 # What follows the velocities, in order; a section without anything to say returns nothing.
-SECTIONS: tuple[Callable[[Impact], list[str]], ...] = (_impulses, _energy, _links, _residuals)
+SECTIONS: tuple[Callable[[Impact], list[str]], ...] = (
+    _impulses,
+    _constraints,
+    _energy,
+    _links,
+    _residuals,
+)

@@ -6,10 +6,12 @@ import math
 from collections.abc import Sequence
 from decimal import Decimal
 
-__all__ = ["decimals", "paper_decimals", "table"]
+__all__ = ["ROUNDING", "decimals", "paper_decimals", "table"]
 
 INDENT = "  "
 GAP = "   "
+# Beside the largest number of its table, what is smaller than this is rounding.
+ROUNDING = 1e-13
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
@@ -39,7 +41,7 @@ def decimals(value: float, scale: float = 0.0) -> str:
         >>> decimals(43.301270189), decimals(3e-17, scale=1.0)
         ('43.3013', '0')
     """
-    return "0" if abs(value) <= 1e-13 * scale or value == 0.0 else f"{value:.6g}"
+    return "0" if abs(value) <= ROUNDING * scale or value == 0.0 else f"{value:.6g}"
 
 
 def paper_decimals(value: float, scale: float = 0.0) -> str:
@@ -53,7 +55,7 @@ def paper_decimals(value: float, scale: float = 0.0) -> str:
     """
     if not math.isfinite(value) or abs(value) >= 1e7:
         return f"{value:.6g}"
-    if abs(value) <= 1e-13 * scale or value == 0.0:
+    if abs(value) <= ROUNDING * scale or value == 0.0:
         return "0"
     first_digit = Decimal(f"{value:.0e}")
     if abs(first_digit) >= Decimal("0.001"):

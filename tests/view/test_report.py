@@ -47,6 +47,33 @@ def test_impulses_are_shown_with_their_units(chain):
     assert "1 N s, 0 N s, 0 N m s" in text
 
 
+def test_constraints_are_shown_with_what_they_carried():
+    robot = ik.Robot.from_example("panda")
+    scene = ik.Scene(
+        robot,
+        [ik.AppliedImpulse("panda_hand", [0, 0, -2])],
+        constraints=[
+            ik.JointLock("panda_joint2", name="brake"),
+            ik.JointCoupling("panda_finger_joint1", "panda_finger_joint2"),
+            ik.FrameAnchor("panda_link4", directions=("x", "rz"), axes="local", name="wall"),
+        ],
+    )
+    impact = ik.solve(scene, robot.configuration(panda_joint2=0.5), robot.velocity())
+    text = ik.report(impact)
+    assert text.startswith("panda: 1 impulse, 3 constraints, 9 degrees of freedom")
+    shown = re.findall(r"^  (brake|constraints\[1\]|wall) +(\w+) +(\S+) .*  (N.*)$", text, re.M)
+    assert [(name, row) for name, row, *_ in shown] == [
+        ("brake", "lock"),
+        ("constraints[1]", "coupling"),
+        ("wall", "x"),
+        ("wall", "rz"),
+    ]
+    impulses = np.concatenate([result.impulse for result in impact.constraints])
+    np.testing.assert_allclose([float(row[2]) for row in shown], impulses, rtol=1e-5, atol=1e-12)
+    units = ["N m s, rad/s", "N s, m/s", "N s, m/s", "N m s, rad/s"]
+    assert [row[3] for row in shown] == units
+
+
 def test_points_are_shown_before_and_after(chain):
     point = ik.ReportPoint("link_3", at=[1, 0, 0], label="tip")
     text = ik.report(chain, [point])
