@@ -26,27 +26,30 @@ class BodyImpulse:
         frame_id: the frame in the robot's model.
         joint_id: the joint that carries it; 0 for the world.
         wrench_in_joint: the spatial impulse in the joint's frame.
+        entry: the name of the scene's impulse or constraint behind it; "" for what a
+            solver found on its own.
     """
 
     frame_id: int
     joint_id: int
     wrench_in_joint: pin.Force
+    entry: str = ""
 
 
 def body_impulses(impact: Impact) -> Iterator[BodyImpulse]:
     """All impulses on links: blows, and both ends of every anchor."""
     scene = impact.scene
-    for entry in scene.impulses:
+    for name, entry in zip(scene.entry_names("impulses"), scene.impulses, strict=True):
         if isinstance(entry, AppliedImpulse):
             wrench = np.array([*entry.linear, *entry.angular])
-            yield _at_point(impact, entry.frame, entry.at, wrench, entry.axes)
+            yield _at_point(impact, entry.frame, entry.at, wrench, entry.axes, name)
     for constraint, result in zip(scene.constraints, impact.constraints, strict=True):
         if isinstance(constraint, PointAnchor | FrameAnchor):
-            yield from _both_ends(impact, constraint, result.impulse)
+            yield from _both_ends(impact, constraint, result.impulse, result.name)
 
 
 def _both_ends(
-    impact: Impact, anchor: PointAnchor | FrameAnchor, impulse: np.ndarray
+    impact: Impact, anchor: PointAnchor | FrameAnchor, impulse: np.ndarray, name: str
 ) -> Iterator[BodyImpulse]:
     directions = anchor.directions if isinstance(anchor, FrameAnchor) else DIRECTIONS[:3]
     wrench = np.zeros(6)
@@ -55,15 +58,17 @@ def _both_ends(
     first = mechanics.frame_placement(anchor.frame)
     if isinstance(anchor, FrameAnchor) and anchor.axes == "local":
         wrench = np.concatenate([first.rotation @ wrench[:3], first.rotation @ wrench[3:]])
-    yield _at_point(impact, anchor.frame, anchor.at, wrench, "world")
+    yield _at_point(impact, anchor.frame, anchor.at, wrench, "world", name)
     other_at = anchor.other_at
     if other_at is None:
         point = first.act(np.array(anchor.at))
         other_at = mechanics.frame_placement(anchor.other).actInv(point)
-    yield _at_point(impact, anchor.other, other_at, -wrench, "world")
+    yield _at_point(impact, anchor.other, other_at, -wrench, "world", name)
 
 
-def _at_point(impact: Impact, frame: str, at: object, wrench: np.ndarray, axes: str) -> BodyImpulse:
+def _at_point(
+    impact: Impact, frame: str, at: object, wrench: np.ndarray, axes: str, entry: str = ""
+) -> BodyImpulse:
     """A wrench at a point of a frame, brought to the frame's joint.
 
     Only rotations and distances within the body enter, so no place in the world costs digits.
@@ -75,4 +80,4 @@ def _at_point(impact: Impact, frame: str, at: object, wrench: np.ndarray, axes: 
     if axes == "world":
         rotation = impact.mechanics.frame_placement(frame).rotation
         wrench = np.concatenate([wrench[:3] @ rotation, wrench[3:] @ rotation])
-    return BodyImpulse(frame_id, item.parentJoint, placement.act(pin.Force(wrench)))
+    return BodyImpulse(frame_id, item.parentJoint, placement.act(pin.Force(wrench)), entry)
