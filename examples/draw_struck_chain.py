@@ -7,6 +7,7 @@ are those of Table 1 of Chang & Huston 1995. Needs matplotlib: pip install "impu
 """
 
 import argparse
+import math
 from pathlib import Path
 
 import matplotlib
@@ -15,7 +16,7 @@ matplotlib.use("svg")
 
 from matplotlib import pyplot as plt
 from matplotlib.patches import FancyArrowPatch
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+from matplotlib.ticker import FixedLocator, NullLocator
 
 from impulsekit.reference.whittaker import struck_chain
 
@@ -62,9 +63,7 @@ def main() -> None:
 def draw_motion(axes, x: list[float], u: list[float]) -> None:
     """The straight chain, and the velocity of each point as an arrow to scale."""
     # A rod is rigid, so between two pins the velocity runs in a straight line.
-    axes.fill_between(
-        x, u, where=[True] * len(x), interpolate=True, color=QUIET, alpha=0.13, linewidth=0
-    )
+    axes.fill_between(x, u, color=QUIET, alpha=0.13, linewidth=0)
     axes.plot(x, u, color=QUIET, linewidth=1, linestyle=(0, (4, 2)))
     axes.plot(x, [0] * len(x), color=INK, linewidth=5, solid_capstyle="round", zorder=3)
     for point, velocity in zip(x, u, strict=True):
@@ -76,7 +75,7 @@ def draw_motion(axes, x: list[float], u: list[float]) -> None:
                 (point, 0),
                 (point, velocity),
                 arrowstyle="-|>",
-                mutation_scale=15,
+                mutation_scale=min(15, 7 * abs(velocity)),
                 linewidth=2.4,
                 color=colour,
                 shrinkA=0,
@@ -94,7 +93,7 @@ def draw_motion(axes, x: list[float], u: list[float]) -> None:
             color=colour,
             fontweight="bold",
         )
-    axes.plot(x, [0] * len(x), "o", color="white", markeredgecolor=INK, markersize=7, zorder=5)
+    axes.plot(x, [0] * len(x), "o", color="white", markeredgecolor=INK, markersize=6, zorder=3.5)
     axes.annotate(
         f"blow {BLOW} N s",
         (x[0], -0.6),
@@ -118,7 +117,7 @@ def draw_motion(axes, x: list[float], u: list[float]) -> None:
     )
     axes.text(4.05, 1.3, "dashed: velocity along the rods, right after the blow", color=QUIET)
     axes.set_ylabel("velocity [m/s]")
-    axes.set_xlim(-0.75, LINKS * LENGTH + 0.55)
+    axes.set_xlim(-0.75, LINKS * LENGTH + 1)
     axes.set_ylim(-10, 19.5)
     axes.yaxis.set_major_locator(FixedLocator([-5, 0, 5, 10, 15]))
     axes.spines[["top", "right", "bottom"]].set_visible(False)
@@ -127,18 +126,34 @@ def draw_motion(axes, x: list[float], u: list[float]) -> None:
 
 def draw_magnitudes(axes, x: list[float], u: list[float]) -> None:
     """The size of each velocity on a logarithmic scale, its sign as the colour."""
-    floor = 1e-5
+    # Points and no bars: on a logarithmic axis a bar has no foot to be measured from.
+    axes.plot(x, [abs(v) for v in u], color=QUIET, linewidth=1, linestyle=(0, (1, 2)), zorder=1)
     for sign, colour, label in ((1, WITH, "along the blow"), (-1, AGAINST, "against it")):
-        points = [(p, abs(v)) for p, v in zip(x, u, strict=True) if v * sign > 0]
-        at, size = zip(*points, strict=True)
-        axes.bar(at, [s - floor for s in size], 0.5, bottom=floor, color=colour, label=label)
-        for p, s in points:
-            axes.text(p, s * 1.35, f"{s:.2g}", ha="center", va="bottom", fontsize=8.5, color=colour)
+        at, speed = zip(
+            *((p, abs(v)) for p, v in zip(x, u, strict=True) if v * sign > 0), strict=True
+        )
+        marker = "^" if sign > 0 else "v"
+        axes.plot(at, speed, marker, color=colour, markersize=9, linestyle="", label=label)
+        for p, s in zip(at, speed, strict=True):
+            text = f"{s:.{1 - math.floor(math.log10(s))}f}" if s < 10 else f"{s:.0f}"
+            axes.annotate(
+                text,
+                (p, s),
+                xytext=(8, 3),
+                textcoords="offset points",
+                fontsize=9,
+                color=colour,
+            )
+    note = (
+        "the ratio of neighbours tends to 2 − √3 = 0.268;\n"
+        "the free far end has half its neighbour's speed"
+    )
+    axes.text(0, 2.2e-5, note, color=QUIET, va="bottom", linespacing=1.4)
     axes.set_yscale("log")
-    axes.set_ylim(floor, 200)
-    axes.yaxis.set_major_locator(FixedLocator([10.0**k for k in range(-5, 3, 2)]))
+    axes.set_ylim(1e-5, 200)
+    axes.yaxis.set_major_locator(FixedLocator([10.0**k for k in range(-5, 3)]))
     axes.yaxis.set_minor_locator(NullLocator())
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.grid(axis="y", color=QUIET, alpha=0.18, linewidth=0.8)
     axes.set_ylabel("speed [m/s], log scale")
     axes.set_xlabel("distance from the struck end [m]")
     axes.set_xticks(x)
