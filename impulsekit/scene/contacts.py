@@ -69,8 +69,10 @@ class Contact:
         length = math.hypot(*self.normal)
         if length < SHORTEST_NORMAL:
             raise RangeError.of(f"{what}: length of normal", length, "above zero")
-        x, y, z = self.normal
-        set_field(self, "normal", (x / length, y / length, z / length))
+        # A normal that is of unit length but for rounding stays as it is, bit for bit.
+        if abs(length - 1.0) > 1e-15:
+            x, y, z = self.normal
+            set_field(self, "normal", (x / length, y / length, z / length))
         _check_coefficients(self, what)
 
     @property
