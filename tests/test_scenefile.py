@@ -12,6 +12,9 @@ from hypothesis import given, settings
 
 import impulsekit as ik
 from impulsekit.errors import InputError, SceneFileError, StateError, UrdfError
+from impulsekit.scene.contacts import Collision, Contact, JointStop
+from impulsekit.scene.law import Law
+from impulsekit.scene.restitution import Restitution, RestitutionTable
 from impulsekit.scenefile.vocabulary import SECTIONS
 
 ROOT = pathlib.Path(__file__).parents[1]
@@ -184,6 +187,51 @@ def test_constraints_are_told_apart_by_their_kind(load):
         ik.JointCoupling("panda_joint3", ["panda_joint5", "panda_joint6"], [0.5, -0.1]),
     )
     assert load(ik.dump_scene(scene)).scene.constraints == scene.constraints
+
+
+CONTACTS = """
+[law]
+restitution = "poisson"
+[[contacts]]
+kind = "contact"
+frame = "panda_hand"
+normal = [1, 2, 3]
+restitution = { value = 0.8, capture_speed = 0.01 }
+friction = 0.3
+[[contacts]]
+kind = "joint_stop"
+joint = "panda_joint2"
+upper = 0.3
+restitution = 0.5
+[[contacts]]
+kind = "collision"
+first = "panda_hand"
+other = "panda_link0"
+restitution = { speeds = [0, 1], values = [1, 0.5] }
+"""
+
+
+def test_contacts_and_their_law_come_back(load):
+    scene = load(PANDA + CONTACTS).scene
+    assert scene.law == Law(restitution="poisson")
+    assert scene.contacts == (
+        Contact("panda_hand", normal=[1, 2, 3], restitution=Restitution(0.8, 0.01), friction=0.3),
+        JointStop("panda_joint2", upper=0.3, restitution=0.5),
+        Collision("panda_hand", "panda_link0", restitution=RestitutionTable([0, 1], [1, 0.5])),
+    )
+    again = load(ik.dump_scene(scene)).scene
+    assert repr(again.contacts) == repr(scene.contacts) and again.law == scene.law
+
+
+def test_a_law_by_itself_and_one_that_is_the_default(load):
+    assert "[law]" not in ik.dump_scene(load(PANDA + "[law]").scene)
+
+
+@given(st.tuples(*[st.floats(-1e3, 1e3).filter(lambda x: abs(x) > 1e-3)] * 3))
+def test_a_normal_keeps_its_bits_from_the_first_time_on(normal):
+    once = Contact("a", normal=normal)
+    assert Contact("a", normal=once.normal).normal == once.normal
+    assert math.hypot(*once.normal) == pytest.approx(1.0, abs=1e-15)
 
 
 # Writing
@@ -451,6 +499,56 @@ def test_faults_of_constraints_are_told(faults_of, text, faults):
     assert len(found) == len(faults)
     for fault, pattern in zip(found, faults, strict=True):
         assert re.match(pattern, fault), fault
+
+
+def test_faults_of_contacts_and_laws_are_told(faults_of):
+    found = faults_of(
+        PANDA
+        + """
+        [law]
+        restitution = "newtn"
+        odrer = "x"
+        [[contacts]]
+        kind = "contact"
+        frame = "panda_hnd"
+        restitution = { valu = 0.5, capture_speed = "x" }
+        [[contacts]]
+        kind = "contact"
+        frame = "panda_hand"
+        against = "panda_lnk3"
+        restitution = { value = 2.0 }
+        friction = -1
+        [[contacts]]
+        kind = "contact"
+        frame = "panda_hand"
+        restitution = { speeds = [0, 1], values = [1] }
+        """
+    )
+    wanted = [
+        r'contacts\[0\]\.restitution\.capture_speed is "x", wanted is a number',
+        r'contacts\[0\]\.restitution\.valu: no such key; did you mean "value"',
+        r"contacts\[0\]\.frame: .*panda_hnd",
+        r"contacts\[1\]\.restitution\.value is 2\.0, allowed is 0 to 1",
+        r"contacts\[1\]\.friction is -1\.0, allowed is 0 or more",
+        r"contacts\[1\]\.against: .*panda_lnk3",
+        r"contacts\[2\]\.restitution\.values has shape",
+        r'law\.odrer: no such key; did you mean "order"',
+        r"law\.restitution is 'newtn', allowed is",
+    ]
+    # Which of two fields is found first is no matter.
+    assert len(found) == len(wanted), found
+    for pattern in wanted:
+        assert any(re.match(pattern, fault) for fault in found), (pattern, found)
+    (fault,) = faults_of(PANDA + '[law]\nrestitution = "stronge"')
+    assert fault.startswith('law: restitution="stronge" balances')
+
+
+def test_a_function_cannot_be_written():
+    scene = ik.Scene(
+        ik.Robot.from_example("panda"), contacts=[Contact("panda_hand", restitution=lambda v: 0.5)]
+    )
+    with pytest.raises(InputError, match="cannot hold <function"):
+        ik.dump_scene(scene)
 
 
 def test_broken_toml_is_told_with_its_line(faults_of):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import typing
 from collections.abc import Iterable, Sequence
 from typing import Any, TypeVar
 
@@ -34,17 +35,19 @@ class Faults(list[str]):
         if sentence not in self:
             self.append(sentence)
 
-    def add_error(self, place: str, error: ImpulsekitError) -> None:
-        """Note an error of the library at a place of the file.
+    def add_error(self, place: str, error: ImpulsekitError) -> str | None:
+        """Note an error of the library at a place of the file; gives the field at fault.
 
         Errors of the vocabulary say ``what`` is wrong as 'Class on "name": field'; of
         this only the field matters, for the place tells the rest.
         """
-        message, what = str(error), error.__dict__.get("what", "")
-        if isinstance(what, str) and ": " in what and message.startswith(what):
-            self.add(f"{place}.{what.rsplit(': ', 1)[1]}{message[len(what) :]}")
-        else:
-            self.add(f"{place}: {message}")
+        message, what = str(error).removeprefix(f"{place}: "), error.__dict__.get("what", "")
+        if isinstance(what, str) and ": " in what and str(error).startswith(what):
+            field = what.rsplit(": ", 1)[1]
+            self.add(f"{place}.{field}{str(error)[len(what) :]}")
+            return field.split("[")[0]
+        self.add(f"{place}: {message}")
+        return None
 
     def validated(
         self, model: type[Model], raw: Any, place: str, moved: Iterable[str] = ()
@@ -77,8 +80,16 @@ class Faults(list[str]):
         moved: Iterable[str],
     ) -> None:
         parts = error.errors()
-        strangers = [p["loc"][-1] for p in parts if p["type"] == "extra_forbidden"]
-        meant = {near for key in strangers for near in nearest_names(str(key), model.model_fields)}
+        for part in parts:
+            # The tag of a union's option is no key of the file.
+            part["loc"] = tuple(k for k in part["loc"] if not str(k).startswith("<"))
+        strangers = [p["loc"] for p in parts if p["type"] == "extra_forbidden"]
+        # A key that is misspelt is not missing as well.
+        meant = {
+            (*loc[:-1], near)
+            for loc in strangers
+            for near in nearest_names(str(loc[-1]), _fields_at(model, loc[:-1]))
+        }
         for part in parts:
             loc, kind = part["loc"], part["type"]
             where = _joined(place, loc)
@@ -92,8 +103,7 @@ class Faults(list[str]):
             elif kind == "too_long":
                 self.add(_wrong_length(where, part["input"], part["ctx"]["max_length"]))
             elif kind == "missing":
-                # A key that is misspelt is not missing as well.
-                if str(loc[-1]) not in meant:
+                if loc not in meant:
                     self.add(f"{where} is missing")
             elif kind == "literal_error":
                 choice = UnknownNameError.among(str(loc[-1]), str(part["input"]), _choices(part))
@@ -122,11 +132,13 @@ def _joined(place: str, loc: Sequence[Any]) -> str:
 
 def _fields_at(model: Any, loc: Sequence[Any]) -> tuple[str, ...]:
     """The keys that a model has at a place within it."""
+    found = [model]
     for key in loc:
-        options = [model.model_fields[key].annotation] if key in model.model_fields else []
-        options += [o for a in options for o in getattr(a, "__args__", ())]
-        model = next((o for o in options if hasattr(o, "model_fields")), model)
-    return tuple(model.model_fields)
+        annotations = [m.model_fields[key].annotation for m in found if key in m.model_fields]
+        options = [o for a in annotations for o in (a, *typing.get_args(a))]
+        options += [o for a in options for o in typing.get_args(a)]
+        found = [o for o in options if hasattr(o, "model_fields")] or found
+    return tuple(dict.fromkeys(name for m in found for name in m.model_fields))
 
 
 def _choices(part: Any) -> tuple[str, ...]:

@@ -20,7 +20,7 @@ from ..scene.numbers import Vector
 from ..scene.points import ReportPoint
 from .faults import Faults, no_such_key
 from .robots import read_robots
-from .vocabulary import POINTS, SECTIONS, STRICT, Section, model_of
+from .vocabulary import NESTED, POINTS, SECTIONS, STRICT, Section, model_of
 
 __all__ = ["SceneFile", "load_scene"]
 
@@ -213,7 +213,7 @@ def _read_section(section: Section, raw: Any, robot: Robot | None, faults: Fault
             _check_entry(robot, section, entry, place, faults)
 
     found = _read_entries(section, raw if section.many else (raw,), check, faults)
-    return found if section.many else (found[0] if found else None)
+    return found if section.many else next(iter(found), None)
 
 
 def _read_entries(
@@ -246,11 +246,28 @@ def _read_entry(section: Section, table: dict[str, Any], place: str, faults: Fau
     model = faults.validated(model_of(cls), table, place, _MOVED)
     if model is None:
         return None
-    try:
-        return cls(**{key: getattr(model, key) for key in model.model_fields_set})
-    except ImpulsekitError as error:
-        faults.add_error(place, error)
-        return None
+    return _made(cls, model, place, faults)
+
+
+def _made(cls: type, model: pydantic.BaseModel, place: str, faults: Faults) -> Any:
+    """The dataclass that a model stands for, or what is left of it without faulty fields."""
+    values: dict[str, Any] = {}
+    for key in [name for name in type(model).model_fields if name in model.model_fields_set]:
+        value = getattr(model, key)
+        if isinstance(value, pydantic.BaseModel):
+            nested = next(one for one in NESTED if model_of(one) is type(value))
+            value = _made(nested, value, f"{place}.{key}", faults)
+            if value is None:
+                continue
+        values[key] = value
+    while True:
+        try:
+            return cls(**values)
+        except ImpulsekitError as error:
+            field = faults.add_error(place, error)
+            if field not in values or model_of(cls).model_fields[field].is_required():
+                return None
+            del values[field]
 
 
 def _kind(section: Section, table: dict[str, Any], place: str, faults: Faults) -> str | None:

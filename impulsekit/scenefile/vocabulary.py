@@ -9,6 +9,7 @@ How to add an entry kind:
 2. Give ``Scene`` the list, and let it check an entry against the robot.
 3. Add one line to ``SECTIONS``: ``kind = "joint_lock"`` in the file is the key of that
    dictionary. Keys, types, nearest names, reading and writing follow from the dataclass.
+   What stands as a table within an entry goes to ``NESTED``.
 """
 
 from __future__ import annotations
@@ -16,23 +17,21 @@ from __future__ import annotations
 import dataclasses
 import functools
 import typing
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 import pydantic
 from pydantic_core import PydanticCustomError
 
-from ..scene import (
-    AppliedImpulse,
-    FrameAnchor,
-    JointCoupling,
-    JointImpulse,
-    JointLock,
-    PointAnchor,
-)
+from ..scene.constraints import FrameAnchor, JointCoupling, JointLock, PointAnchor
+from ..scene.contacts import Collision, Contact, JointStop
+from ..scene.impulses import AppliedImpulse, JointImpulse
+from ..scene.law import Law
 from ..scene.points import ReportPoint
+from ..scene.restitution import Restitution, RestitutionTable
 
-__all__ = ["POINTS", "SECTIONS", "STRICT", "Section", "model_of"]
+__all__ = ["NESTED", "POINTS", "SECTIONS", "STRICT", "Section", "default_of", "model_of"]
 
 STRICT = pydantic.ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 
@@ -69,9 +68,15 @@ SECTIONS: tuple[Section, ...] = (
             "joint_coupling": JointCoupling,
         },
     ),
+    Section("contacts", {"contact": Contact, "joint_stop": JointStop, "collision": Collision}),
+    Section("law", {"law": Law}, many=False),
 )
 
 POINTS = Section("report.points", {"point": ReportPoint}, needs_kind=False)
+
+
+# Dataclasses that may stand as a table within an entry.
+NESTED: tuple[type, ...] = (Restitution, RestitutionTable)
 
 
 @functools.cache
@@ -80,13 +85,25 @@ def model_of(cls: type) -> type[pydantic.BaseModel]:
     hints = typing.get_type_hints(cls)
     fields: dict[str, Any] = {}
     for item in dataclasses.fields(cls):
-        hint = PlainValue if hints[item.name] is Any else hints[item.name]
-        fields[item.name] = (hint, ... if _is_required(item) else None)
+        required = default_of(item) is dataclasses.MISSING
+        fields[item.name] = (_in_file(hints[item.name]), ... if required else None)
     return pydantic.create_model(cls.__name__, __config__=STRICT, **fields)
 
 
-def _is_required(item: dataclasses.Field) -> bool:
-    return item.default is dataclasses.MISSING and item.default_factory is dataclasses.MISSING
+def default_of(item: dataclasses.Field) -> Any:
+    """The default of a field, ``dataclasses.MISSING`` where it has none."""
+    if item.default_factory is not dataclasses.MISSING:
+        return item.default_factory()
+    return item.default
+
+
+def _in_file(hint: Any) -> Any:
+    """The type that a field's type becomes in a file, which holds no functions."""
+    if hint is Any:
+        return Annotated[Any, pydantic.AfterValidator(_plain)]
+    if any(typing.get_origin(option) is Callable for option in typing.get_args(hint)):
+        return _number_or_nested()
+    return hint
 
 
 def _plain(value: Any) -> Any:
@@ -98,4 +115,18 @@ def _plain(value: Any) -> Any:
     raise PydanticCustomError("plain_type", "numbers or text, one or several")
 
 
-PlainValue = Annotated[Any, pydantic.AfterValidator(_plain)]
+@functools.cache
+def _number_or_nested() -> Any:
+    """A number, or the table of the nested dataclass with most of its keys."""
+
+    def tag_of(value: Any) -> str:
+        if not isinstance(value, dict | pydantic.BaseModel):
+            return "<number>"
+        keys = value.keys() if isinstance(value, dict) else type(value).model_fields.keys()
+        best = max(NESTED, key=lambda cls: len(keys & model_of(cls).model_fields.keys()))
+        return f"<{best.__name__}>"
+
+    options: Any = Annotated[float, pydantic.Tag("<number>")]
+    for cls in NESTED:
+        options |= Annotated[model_of(cls), pydantic.Tag(f"<{cls.__name__}>")]
+    return Annotated[options, pydantic.Discriminator(tag_of)]

@@ -17,7 +17,7 @@ from ..robot import state as states
 from ..scene import Scene
 from ..scene.points import ReportPoint
 from .robots import part_as_table
-from .vocabulary import POINTS, SECTIONS, Section
+from .vocabulary import NESTED, POINTS, SECTIONS, Section, default_of
 
 __all__ = ["dump_scene", "save_scene"]
 
@@ -99,7 +99,7 @@ def _check_writable(scene: Scene) -> None:
     """Nothing of a scene is left out in silence."""
     known = {"robot", "gravity", *(section.name for section in SECTIONS)}
     for item in dataclasses.fields(scene):
-        if item.name not in known and getattr(scene, item.name) not in (item.default, (), None):
+        if item.name not in known and repr(getattr(scene, item.name)) != repr(default_of(item)):
             raise InputError(f"a scene file cannot hold {item.name}")
 
 
@@ -131,7 +131,8 @@ def _by_joint(robot: Robot, vector: np.ndarray, plain: np.ndarray, letter: str) 
 
 def _section_blocks(section: Section, value: Any) -> list[str]:
     if not section.many:
-        value = () if value is None else (value,)
+        plain = value is None or value == type(value)()
+        value = () if plain else (value,)
     head = f"[[{section.name}]]" if section.many else f"[{section.name}]"
     return [_table(head, _entry(section, entry)) for entry in value]
 
@@ -144,7 +145,7 @@ def _entry(section: Section, entry: Any) -> dict[str, Any]:
     for item in dataclasses.fields(entry):
         value = getattr(entry, item.name)
         # By repr, for -0.0 equals 0.0.
-        if repr(value) != repr(item.default):
+        if repr(value) != repr(default_of(item)):
             table[item.name] = value
     return table
 
@@ -163,6 +164,8 @@ def _key(key: str) -> str:
 
 def _literal(value: Any) -> str:
     """A value on one line; text of many lines, a URDF, on as many."""
+    if isinstance(value, NESTED):
+        value = dict(vars(value))
     if isinstance(value, Mapping):
         return "{ " + ", ".join(f"{_key(k)} = {_literal(v)}" for k, v in value.items()) + " }"
     if isinstance(value, list | tuple):

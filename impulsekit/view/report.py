@@ -46,8 +46,9 @@ def report(impact: Impact, points: Iterable[ReportPoint] = (), *, rows: int = 40
 def _head(impact: Impact) -> list[str]:
     scene = impact.scene
     what = [_counted(len(scene.impulses), "impulse")]
-    if scene.constraints:
-        what.append(_counted(len(scene.constraints), "constraint"))
+    for kind in ("constraints", "contacts"):
+        if count := len(getattr(scene, kind)):
+            what.append(_counted(count, kind.removesuffix("s")))
     what.append(f"{scene.robot.nv} degrees of freedom")
     return [
         f"{scene.robot.name}: {', '.join(what)}",
