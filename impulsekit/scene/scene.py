@@ -41,6 +41,7 @@ class Scene:
             one name.
 
     Example:
+        >>> from impulsekit import AppliedImpulse
         >>> robot = Robot.from_example("panda")
         >>> scene = Scene(robot, impulses=[AppliedImpulse("panda_hand", linear=[0, 0, 1])])
         >>> scene.impulses[0].frame
