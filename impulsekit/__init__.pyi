@@ -1,6 +1,8 @@
 from . import errors as errors
 from .chain import chain_urdf as chain_urdf
 from .chain import pendulum_urdf as pendulum_urdf
+from .checking import Check as Check
+from .checking import check as check
 from .impact import Impact as Impact
 from .impact import ImpactSolver as ImpactSolver
 from .impact import Status as Status

@@ -56,6 +56,7 @@ def energy_books(impact: Impact) -> Energy:
         else:
             work[name] = float(np.dot(entry.impulse, mean[mechanics.joint_rows(entry.joint)]))
     work.update({result.name: result.work for result in impact.constraints})
+    work.update({result.name: result.work for result in impact.contacts})
     momentum_jump = mechanics.mass_matrix @ impact.dv
     return Energy(
         before=0.5 * float(impact.v_before @ impact.momentum_before),

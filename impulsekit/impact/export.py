@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 if TYPE_CHECKING:
     from .result import Impact
 
@@ -45,6 +47,32 @@ def impact_to_dict(impact: Impact) -> dict[str, Any]:
             }
             for result in impact.constraints
         ],
+        "contacts": [
+            {
+                "name": result.name,
+                "mode": result.mode,
+                "impulse": result.impulse.tolist(),
+                "velocity_before": _numbers_or_none(result.velocity_before),
+                "velocity_after": _numbers_or_none(result.velocity_after),
+                "work": result.work,
+                "unique": result.unique,
+                "points": [
+                    {
+                        "position": None if point.position is None else point.position.tolist(),
+                        "normal": None if point.normal is None else point.normal.tolist(),
+                        "impulse": point.impulse.tolist(),
+                        "velocity_before": point.velocity_before.tolist(),
+                        "velocity_after": point.velocity_after.tolist(),
+                        "mode": point.mode,
+                        "normal_work": point.normal_work,
+                        "friction_work": point.friction_work,
+                        "unique": point.unique,
+                    }
+                    for point in result.points
+                ],
+            }
+            for result in impact.contacts
+        ],
         "energy": {
             "before": energy.before,
             "after": energy.after,
@@ -58,3 +86,8 @@ def impact_to_dict(impact: Impact) -> dict[str, Any]:
             "complementarity": residuals.complementarity,
         },
     }
+
+
+def _numbers_or_none(array: np.ndarray) -> list[float] | None:
+    """A list, or None for what is not there: JSON knows no NaN."""
+    return array.tolist() if np.isfinite(array).all() else None

@@ -46,6 +46,7 @@ def body_impulses(impact: Impact) -> Iterator[BodyImpulse]:
     for constraint, result in zip(scene.constraints, impact.constraints, strict=True):
         if isinstance(constraint, PointAnchor | FrameAnchor):
             yield from _both_ends(impact, constraint, result.impulse, result.name)
+    yield from _contact_impulses(impact)
 
 
 def _both_ends(
@@ -64,6 +65,25 @@ def _both_ends(
         point = first.act(np.array(anchor.at))
         other_at = mechanics.frame_placement(anchor.other).actInv(point)
     yield _at_point(impact, anchor.other, other_at, -wrench, "world", name)
+
+
+def _contact_impulses(impact: Impact) -> Iterator[BodyImpulse]:
+    outcome = impact.outcome
+    if outcome is None:
+        return
+    points = iter([point for result in impact.contacts for point in result.points])
+    # Results keep the order of the touching points, contact by contact.
+    for touch in outcome.touches:
+        point = next(points)
+        if point.position is None:
+            continue
+        for sign, joint_id, frame_id in zip(
+            (1.0, -1.0), touch.joint_ids, touch.frame_ids, strict=True
+        ):
+            placement = impact.mechanics.joint_placement(joint_id)
+            linear = placement.rotation.T @ (sign * point.impulse)
+            arm = placement.actInv(np.array(point.position))
+            yield BodyImpulse(frame_id, joint_id, pin.Force(linear, np.cross(arm, linear)))
 
 
 def _at_point(

@@ -63,6 +63,10 @@ class Mechanics:
         pin.forwardKinematics(self.model, data, self._q)
         return list(data.oMi)
 
+    def joint_placement(self, joint_id: int) -> pin.SE3:
+        """The placement of a joint's frame in the world."""
+        return self._placements[joint_id]
+
     @cached_property
     def joint_rotations(self) -> list[np.ndarray]:
         """(3, 3) the axes of every joint's frame in the world, by joint index."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from ..scene import Scene
+from ..scene import Collision, Scene
 from .origin import at_origin, bring_roots_to_origin, root_translations
 
 __all__ = ["ReachedModel", "branch_of", "reached_model", "touched_joints"]
@@ -55,9 +55,14 @@ def touched_joints(scene: Scene) -> set[int]:
     """The joints of the bodies that a scene strikes or holds, without the world."""
     robot = scene.robot
     touched = set()
-    for entry in (*scene.impulses, *scene.constraints):
+    for entry in (*scene.impulses, *scene.constraints, *scene.contacts):
         touched |= {robot.model.frames[robot.frame_id(n)].parentJoint for n in entry.frame_names}
         touched |= {robot.joint_id(name) for name in entry.joint_names}
+    for contact in scene.contacts:
+        if isinstance(contact, Collision):
+            from ..robot.geometry import geometry_ids
+
+            touched |= {geometry_ids(robot, name)[1] for name in (contact.first, contact.other)}
     return touched - {0}
 
 

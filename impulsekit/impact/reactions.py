@@ -76,8 +76,8 @@ def _fixed_joint_reactions(
             frame_id = frames[frame_id].parentFrame
 
     for link in robot.links:
-        # data.a holds Δ of the twist of each joint's body, since it was given Δv.
-        change = data.a[link.joint_id] if link.joint_id > 0 else pin.Motion.Zero()
+        # Without gravity and speeds, rnea leaves Δ of the twist of each joint's body here.
+        change = data.a_gf[link.joint_id] if link.joint_id > 0 else pin.Motion.Zero()
         inertia = pin.Inertia(link.mass, link.com_in_joint, link.inertia_in_joint_axes)
         add(link.frame_id, inertia * change)
     for frame in frames:

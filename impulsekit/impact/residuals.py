@@ -36,7 +36,11 @@ class Residuals:
 
 def residuals_of(impact: Impact) -> Residuals:
     """The residuals of an impact."""
-    return Residuals(momentum=momentum_residual(impact), constraint=constraint_residual(impact))
+    return Residuals(
+        momentum=momentum_residual(impact),
+        constraint=constraint_residual(impact),
+        complementarity=complementarity_residual(impact),
+    )
 
 
 def momentum_residual(impact: Impact) -> float:
@@ -45,9 +49,14 @@ def momentum_residual(impact: Impact) -> float:
     difference = np.abs(mass_matrix @ impact.dv - impact.generalized_impulse)
     # Each row of I is itself a sum; the largest share of an impulse in it sets its rounding.
     scale = np.abs(mass_matrix) @ np.abs(impact.dv) + impact.mechanics.impulse_scale()
-    if impact.outcome is not None:
-        forces = np.abs(impact.outcome.constraint_impulses)
+    outcome = impact.outcome
+    if outcome is not None and len(outcome.constraint_impulses):
+        forces = np.abs(outcome.constraint_impulses)
         scale += forces @ np.abs(impact.mechanics.constraint_matrix)
+    if outcome is not None and outcome.contacts is not None:
+        triples = np.abs(outcome.contacts.impulse).reshape(-1, 3)
+        for touch, impulse in zip(outcome.touches, triples, strict=True):
+            scale += impulse @ np.abs(touch.jacobian)
     rows = scale > 0.0
     return float(np.max(difference[rows] / scale[rows], initial=0.0))
 
@@ -61,3 +70,19 @@ def constraint_residual(impact: Impact) -> float:
     speeds = np.maximum(np.abs(impact.v_before), np.abs(impact.v_after))
     scale = np.max(np.abs(matrix) @ speeds + np.abs(rows.velocity), initial=0.0)
     return float(difference.max(initial=0.0) / scale) if scale > 0.0 else 0.0
+
+
+def complementarity_residual(impact: Impact) -> float:
+    """What the contact law left over, or how far Δv is from what the law was told."""
+    outcome = impact.outcome
+    if outcome is None or outcome.contacts is None:
+        return 0.0
+    solution = outcome.contacts
+    jacobian = np.vstack([touch.jacobian for touch in outcome.touches])
+    # Rows that the law does not use (tangents without friction) count as well: Δv must
+    # give every velocity that the law was solved with.
+    difference = np.abs(jacobian @ impact.v_after - solution.velocity_after)
+    speeds = np.abs(jacobian) @ np.maximum(np.abs(impact.v_before), np.abs(impact.v_after))
+    scale = speeds.max(initial=0.0)
+    mismatch = float(difference.max(initial=0.0) / scale) if scale > 0.0 else 0.0
+    return max(float(solution.residual), mismatch)

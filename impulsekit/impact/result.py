@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .constraint_results import ConstraintResult, constraint_results
+from .contact_results import ContactResult, contact_results
 from .energy import Energy, energy_books
 from .kinematics import PointVelocity, point_velocity
 from .links import LinkJump, link_jumps
@@ -100,12 +101,27 @@ class Impact:
             matrix, rows = self.mechanics.constraint_matrix, self.mechanics.constraint_rows
             for result, where in zip(self.constraints, rows.slices, strict=True):
                 shares[result.name] = result.impulse @ matrix[where]
+        shares.update(self._contact_shares())
         return MappingProxyType({name: _read_only(share) for name, share in shares.items()})
+
+    def _contact_shares(self) -> dict[str, np.ndarray]:
+        shares = {n: np.zeros(len(self._v)) for n in self.scene.entry_names("contacts")}
+        if self._outcome is not None and self._outcome.contacts is not None:
+            names = tuple(shares)
+            triples = self._outcome.contacts.impulse.reshape(-1, 3)
+            for touch, impulse in zip(self._outcome.touches, triples, strict=True):
+                shares[names[touch.entry]] += impulse @ touch.jacobian
+        return shares
 
     @cached_property
     def constraints(self) -> tuple[ConstraintResult, ...]:
         """What each constraint of the scene carried, in their order."""
         return constraint_results(self)
+
+    @cached_property
+    def contacts(self) -> tuple[ContactResult, ...]:
+        """What happened at each contact of the scene, in their order."""
+        return contact_results(self)
 
     @property
     def outcome(self) -> Outcome | None:
@@ -149,7 +165,12 @@ class Impact:
     @cached_property
     def status(self) -> Status:
         """How the answer is to be taken."""
-        return Status.SOLVED if self.residuals.largest <= RESIDUAL_LIMIT else Status.INACCURATE
+        found = Status.SOLVED
+        if self._outcome is not None and self._outcome.contacts is not None:
+            found = self._outcome.contacts.status
+        if found.valid and not self.residuals.largest <= RESIDUAL_LIMIT:
+            return Status.INACCURATE
+        return found
 
     def is_valid(self, tol: float = RESIDUAL_LIMIT) -> bool:
         """Whether the status is good and every residual is within ``tol``."""

@@ -10,7 +10,7 @@ import pinocchio as pin
 from pinocchio import computeFrameJacobian
 
 from ..robot import Robot
-from ..scene import FrameAnchor, JointCoupling, JointLock, PointAnchor, Scene
+from ..scene import Collision, Contact, FrameAnchor, JointCoupling, JointLock, PointAnchor, Scene
 from ..scene.constraints import DIRECTIONS, KEPT
 from .reach import ReachedModel
 
@@ -219,12 +219,19 @@ class ConstraintRows:
 
 
 def needs_places(robot: Robot, scene: Scene) -> bool:
-    """Whether a constraint depends on where two branches stand in the world."""
+    """Whether a constraint or contact depends on where two branches stand in the world."""
     frames = robot.model.frames
     for entry in scene.constraints:
         if isinstance(entry, PointAnchor | FrameAnchor) and entry.other_at is None:
             ends = [frames[robot.frame_id(name)].parentJoint for name in (entry.frame, entry.other)]
             if min(ends) > 0:
+                return True
+    for contact in scene.contacts:
+        if isinstance(contact, Collision):
+            return True
+        if isinstance(contact, Contact):
+            ends = [frames[robot.frame_id(name)].parentJoint for name in contact.frame_names]
+            if min(ends) > 0 or ends[0] == 0:
                 return True
     return False
 

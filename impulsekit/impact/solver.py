@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import weakref
+from dataclasses import replace
 from math import isfinite
 from typing import Any
 
@@ -19,7 +20,7 @@ from .known import KnownImpulses
 from .plan import Plan, cheaper_algorithm, is_always_regular
 from .reach import reached_model, touched_joints
 from .result import Impact
-from .rows import ConstraintRows, needs_places
+from .rows import needs_places
 
 __all__ = ["ImpactSolver", "solve"]
 
@@ -71,7 +72,7 @@ class _Workspace:
         # Entries of q that lie on a circle or sphere exist only where nq > nv.
         self._has_unit_entries = model.nq > model.nv
         self._algorithm, self.plan, self._reached = _planned(scene)
-        self._has_rows = bool(scene.constraints)
+        self._has_rows = bool(scene.constraints or scene.contacts)
         # The commonest case, a robot alone on a fixed base, needs nothing in between.
         direct = self._reached is not None and self._reached.is_as_given and not self._has_rows
         self._velocity_jump = (
@@ -115,6 +116,15 @@ class _Workspace:
         dv_reached, outcome = self._algorithm.solve(
             reached.configuration(q), v if reached.whole else v[reached.v_index]
         )
+        if not reached.whole and outcome.touches:
+            wide = [np.zeros((3, self._v_shape[0])) for _ in outcome.touches]
+            for rows, touch in zip(wide, outcome.touches, strict=True):
+                rows[:, reached.v_index] = touch.jacobian
+            touches = [
+                replace(touch, jacobian=rows)
+                for touch, rows in zip(outcome.touches, wide, strict=True)
+            ]
+            outcome = replace(outcome, touches=tuple(touches))
         return self._spread(dv_reached), outcome
 
     def _spread(self, dv_reached: np.ndarray) -> np.ndarray:
@@ -186,11 +196,13 @@ def _planned(scene: Scene) -> tuple[Any, Plan, Any]:
     known = KnownImpulses(scene, reached)
     regular = is_always_regular(reached.model, reached.model.createData())
     algorithm: Any
-    if scene.constraints:
-        rows = ConstraintRows.of(scene, reached)
+    if scene.constraints or scene.contacts:
         name = "delassus"
-        why.append(f"Delassus matrix of {rows.count} bilateral rows, on CRBA with Cholesky")
-        algorithm = ConstrainedJump(known, rows, always_regular=regular)
+        why.append(
+            f"Delassus matrix of {len(scene.constraints)} constraints and {len(scene.contacts)} "
+            "contacts, on CRBA with Cholesky"
+        )
+        algorithm = ConstrainedJump(scene, known, reached, always_regular=regular)
     elif any(joint.shortname() == "JointModelMimic" for joint in reached.model.joints):
         name = "dense"
         why.append("dense Cholesky: Pinocchio's ABA and sparse Cholesky take no mimic joints")

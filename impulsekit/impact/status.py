@@ -15,6 +15,36 @@ class Status(enum.Enum):
         "The residuals are above rounding level. Masses or lengths in this scene span too many "
         "orders of magnitude for double precision; look at impact.residuals and rescale the model."
     )
+    NOT_UNIQUE = (
+        "The answer holds. Contacts are redundant: velocities and resultants are determined, the "
+        "split among those contacts is not (the one of least norm is given); read the resultant."
+    )
+    PAINLEVE_JAM = (
+        "The answer holds. While it slips, friction presses a contact further in (W_nn ≤ µ W_nt·s, "
+        "Painlevé's case): it jams until the slip stops, so small changes of the state or of µ "
+        "change the answer much. Check the friction coefficient."
+    )
+    ENERGY_GAIN = (
+        "The contacts raise the kinetic energy: with friction, Newton's and Poisson's laws can "
+        '(Kane & Levinson 1985). Use Law(restitution="stronge", slip="path"), or lower e.'
+    )
+    MANY_SOLUTIONS = (
+        "More than one impulse satisfies the law at this state (Painlevé); the one shown is only "
+        'one of them. Lower the friction, or let the impact run with Law(slip="path").'
+    )
+    NO_SOLUTION = (
+        "No impulse satisfies the law at this state: friction jams the contact (Painlevé), or the "
+        "restitutions of opposing contacts contradict each other. Lower friction or restitution, "
+        'or use Law(restitution="poisson").'
+    )
+    NOT_CONVERGED = (
+        "The contact solver found no impulse that meets the residual bar; the numbers shown are "
+        "its last iterate, not an answer. Lower the friction, or leave out redundant contacts."
+    )
+    SEQUENCE_TOO_LONG = (
+        "One contact after the other kept approaching, without end. Use "
+        'Law(order="simultaneous"), or lower the restitution.'
+    )
 
     @property
     def valid(self) -> bool:
@@ -22,4 +52,4 @@ class Status(enum.Enum):
         return self in _VALID
 
 
-_VALID = frozenset({Status.SOLVED})
+_VALID = frozenset({Status.SOLVED, Status.NOT_UNIQUE, Status.PAINLEVE_JAM})

@@ -1,0 +1,157 @@
+"""What happened at each contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..scene import Contact, JointStop
+
+if TYPE_CHECKING:
+    from .result import Impact
+    from .touching import Touch
+
+__all__ = ["ContactPoint", "ContactResult", "contact_results"]
+
+# A tangential impulse this near µ P_n has reached the cone.
+ON_CONE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPoint:
+    """One touching point after the solve, world axes.
+
+    Attributes:
+        position: (3,) [m]; None for a joint stop.
+        normal: (3,) from the body that is touched to the one that receives the impulse;
+            None for a joint stop.
+        impulse: (3,) on the first body [N s]; for a stop (1,) along the joint's
+            coordinate [N m s, N s].
+        velocity_before, velocity_after: (3,) of the first body relative to the other at
+            the point [m/s]; for a stop (1,) of the joint [rad/s, m/s].
+        mode: "separated", "sliding" or "sticking".
+        normal_work, friction_work: [J].
+        unique: False where the point shares its load with redundant ones.
+    """
+
+    position: np.ndarray | None
+    normal: np.ndarray | None
+    impulse: np.ndarray
+    velocity_before: np.ndarray
+    velocity_after: np.ndarray
+    mode: str
+    normal_work: float
+    friction_work: float
+    unique: bool
+
+
+@dataclass(frozen=True, eq=False)
+class ContactResult:
+    """A contact of the scene after the solve: the sum over its touching points.
+
+    Attributes:
+        name: the entry's name.
+        points: its touching points; none where it does not touch.
+        impulse: (3,) the resultant; for a joint stop (1,).
+        velocity_before, velocity_after: (3,) at the middle of its points; for a stop (1,).
+            NaN where it does not touch.
+        mode: "separated", "sliding" or "sticking": of the point that holds most.
+        work: of normal and friction impulses [J].
+        unique: False where only the resultant over redundant points counts.
+    """
+
+    name: str
+    points: tuple[ContactPoint, ...]
+    impulse: np.ndarray
+    velocity_before: np.ndarray
+    velocity_after: np.ndarray
+    mode: str
+    work: float
+    unique: bool
+
+    @property
+    def touching(self) -> bool:
+        """Whether it touches at all at this configuration."""
+        return bool(self.points)
+
+
+def contact_results(impact: Impact) -> tuple[ContactResult, ...]:
+    """The results of a scene's contacts, in their order."""
+    scene = impact.scene
+    points: list[list[ContactPoint]] = [[] for _ in scene.contacts]
+    outcome = impact.outcome
+    if outcome is not None and outcome.contacts is not None:
+        for i, touch in enumerate(outcome.touches):
+            points[touch.entry].append(_point(impact, touch, i))
+    return tuple(
+        _result(name, tuple(own), 1 if isinstance(entry, JointStop) else 3)
+        for name, own, entry in zip(
+            scene.entry_names("contacts"), points, scene.contacts, strict=True
+        )
+    )
+
+
+def _point(impact: Impact, touch: Touch, i: int) -> ContactPoint:
+    outcome = impact.outcome
+    if outcome is None or outcome.contacts is None:
+        raise ValueError("no contact touched")
+    solution = outcome.contacts
+    local = solution.impulse[3 * i : 3 * i + 3]
+    velocities = touch.jacobian @ impact.v_before, touch.jacobian @ impact.v_after
+    entry = impact.scene.contacts[touch.entry]
+    axes, position = touch.axes, touch.position
+    if axes is None:
+        sign = touch.jacobian[2].sum()
+        arrays = [np.array([sign * vector[2]]) for vector in (local, *velocities)]
+        normal = None
+    else:
+        arrays = [axes @ vector for vector in (local, *velocities)]
+        normal = axes[:, 2].copy()
+        if position is None and isinstance(entry, Contact):
+            position = impact.mechanics.frame_placement(entry.frame).act(np.array(entry.at))
+    for array in (*arrays, normal, position):
+        if array is not None:
+            array.setflags(write=False)
+    impulse, before, after = arrays
+    return ContactPoint(
+        position,
+        normal,
+        impulse,
+        before,
+        after,
+        mode=_mode(local, getattr(entry, "friction", 0.0)),
+        normal_work=float(solution.normal_work[i]),
+        friction_work=float(solution.friction_work[i]),
+        unique=solution.unique is None or bool(solution.unique[i]),
+    )
+
+
+def _mode(impulse: np.ndarray, friction: float) -> str:
+    if impulse[2] <= 0.0:
+        return "separated"
+    tangential = float(np.hypot(impulse[0], impulse[1]))
+    return "sticking" if tangential < friction * impulse[2] * (1.0 - ON_CONE) else "sliding"
+
+
+def _result(name: str, points: tuple[ContactPoint, ...], size: int) -> ContactResult:
+    if points:
+        impulse = np.sum([point.impulse for point in points], axis=0)
+        before = np.mean([point.velocity_before for point in points], axis=0)
+        after = np.mean([point.velocity_after for point in points], axis=0)
+    else:
+        impulse, before, after = np.zeros(size), np.full(size, np.nan), np.full(size, np.nan)
+    for array in (impulse, before, after):
+        array.setflags(write=False)
+    modes = {point.mode for point in points}
+    return ContactResult(
+        name,
+        points,
+        impulse,
+        before,
+        after,
+        mode=next((m for m in ("sticking", "sliding") if m in modes), "separated"),
+        work=sum(point.normal_work + point.friction_work for point in points),
+        unique=all(point.unique for point in points),
+    )

@@ -1,0 +1,97 @@
+"""A factor of M at one configuration: what every solve with rows is built on.
+
+Both factors give C with A M⁻¹ Aᵀ = Cᵀ C, so that W is never formed from an inverse.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import SingularMassError
+from .algorithms import SMALLEST_PIVOT, cholesky_solve, singular_mass, symmetric
+
+__all__ = ["FilledFactor", "SparseFactor", "pivots_are_safe"]
+
+
+class SparseFactor:
+    """Pinocchio's M = U D Uᵀ, already in ``data``."""
+
+    def __init__(self, model: pin.Model, data: pin.Data) -> None:
+        self._model, self._data = model, data
+
+    def half(self, *rows: np.ndarray) -> np.ndarray:
+        """(nv, m) C = D^-½ U⁻¹ Aᵀ for rows A (m, nv), given in parts."""
+        from scipy.linalg.lapack import dtrtrs
+
+        stacked = rows[0] if len(rows) == 1 else np.vstack(rows)
+        half, _ = dtrtrs(self._data.U, stacked.T, unitdiag=1)
+        half /= np.sqrt(self._data.D)[:, None]
+        return half
+
+    def solve(self, impulse: np.ndarray) -> np.ndarray:
+        """(nv,) M⁻¹ I."""
+        return cholesky_solve(self._model, self._data, impulse)
+
+
+class FilledFactor:
+    """A Cholesky factor of M + ρ AᵀA, for a singular M that bilateral rows make whole.
+
+    With A Δv = c prescribed, M Δv = I + Aᵀλ and (M + ρ AᵀA) Δv = I + ρ Aᵀc + Aᵀλ have
+    the same solution. Also for what the sparse Cholesky does not take: mimic joints, or
+    a single degree of freedom.
+    """
+
+    def __init__(self, model: pin.Model, mass_matrix: np.ndarray, rows: np.ndarray) -> None:
+        import scipy.linalg
+
+        self._model = model
+        mass_matrix = symmetric(np.atleast_2d(mass_matrix))
+        diagonal = np.diagonal(mass_matrix)
+        # Rows of unit length in the metric of the inertia there is.
+        weights = np.maximum(diagonal, 1e-9 * diagonal.max())
+        sizes = np.sqrt((rows**2 / weights).sum(axis=1))
+        self._live = sizes > 1e-12 * sizes.max(initial=0.0)
+        self._sizes = np.where(self._live, sizes, 1.0)
+        self._unit_rows = np.where(self._live[:, None], rows / self._sizes[:, None], 0.0)
+        filled = mass_matrix + self._unit_rows.T @ self._unit_rows
+        self._scale = 1.0 / np.sqrt(np.maximum(np.diagonal(filled), 1e-300))
+        try:
+            self._lower = scipy.linalg.cholesky(
+                filled * self._scale * self._scale[:, None], lower=True
+            )
+        except np.linalg.LinAlgError:
+            raise self._singular(filled) from None
+        if np.diagonal(self._lower).min() ** 2 < SMALLEST_PIVOT:
+            raise self._singular(filled)
+
+    def filled_impulse(self, impulse: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+        """(nv,) I + ρ Aᵀc, with c (m,) the wanted change of the rows' velocities."""
+        return impulse + np.where(self._live, wanted / self._sizes, 0.0) @ self._unit_rows
+
+    def half(self, *rows: np.ndarray) -> np.ndarray:
+        """(nv, m) C for rows A (m, nv), given in parts."""
+        import scipy.linalg
+
+        columns = self._scale[:, None] * np.vstack(rows).T
+        return scipy.linalg.solve_triangular(self._lower, columns, lower=True)
+
+    def solve(self, impulse: np.ndarray) -> np.ndarray:
+        """(nv,) of an impulse that has been filled."""
+        import scipy.linalg
+
+        return self._scale * scipy.linalg.cho_solve((self._lower, True), self._scale * impulse)
+
+    def _singular(self, filled: np.ndarray) -> SingularMassError:
+        """The error that names the joints along which neither inertia nor constraint acts."""
+        _, vectors = np.linalg.eigh(filled)
+        still = np.flatnonzero(np.abs(vectors[:, 0]) > 0.1)
+        model = self._model
+        starts = [model.idx_vs[joint_id] for joint_id in range(1, model.njoints)]
+        joints = np.searchsorted(starts, still, side="right")
+        return singular_mass(model, sorted(set(joints.tolist())))
+
+
+def pivots_are_safe(data: pin.Data) -> bool:
+    """Whether no pivot of the sparse factor in ``data`` is at rounding level."""
+    return bool((SMALLEST_PIVOT * data.M.diagonal() < data.D).all())

@@ -1,0 +1,223 @@
+"""Which contacts touch at a configuration, and the rows of their relative velocity.
+
+Each touching point has three rows, two tangents and the normal: u = Rᵀ (v_frame −
+v_against), with R = [t₁ t₂ n] in the world.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from ..robot import Robot
+from ..scene import Collision, Contact, JointStop, Scene
+from .reach import ReachedModel
+from .rows import PointOnFrame
+
+__all__ = ["ContactRows", "Touch", "contact_axes"]
+
+# A joint this near its limit, relative to the limit's size, is at its stop.
+AT_STOP = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Touch:
+    """One touching point.
+
+    Attributes:
+        entry: the index of the contact in the scene.
+        axes: (3, 3) columns t₁, t₂, n in the world; None for a joint stop.
+        joint_ids, frame_ids: of the two bodies in the whole model, first the one that
+            receives the impulse; (0, 0) for a joint stop.
+        jacobian: (3, nv) of the model the rows were made for.
+        position: (3,) world [m], where it came with the touching; None where it is the
+            contact's own point, or for a joint stop.
+        gap: [m], likewise.
+    """
+
+    entry: int
+    axes: np.ndarray | None
+    joint_ids: tuple[int, int]
+    frame_ids: tuple[int, int]
+    jacobian: np.ndarray
+    position: np.ndarray | None = None
+    gap: float | None = None
+
+
+def contact_axes(normal: np.ndarray) -> np.ndarray:
+    """(3, 3) columns t₁, t₂, n: a right-handed triad on a unit normal.
+
+    t₁ is the world axis that is most across the normal, made perpendicular to it.
+    """
+    axis = np.zeros(3)
+    axis[int(np.argmin(np.abs(normal)))] = 1.0
+    first = axis - normal * normal.dot(axis)
+    first /= np.sqrt(first.dot(first))
+    return np.array([first, np.cross(normal, first), normal]).T
+
+
+class ContactRows:
+    """The contacts of a scene on a reached model."""
+
+    def __init__(self, scene: Scene, reached: ReachedModel) -> None:
+        self.model = reached.model
+        self._entries = [
+            _compiled(scene.robot, reached, entry, i) for i, entry in enumerate(scene.contacts)
+        ]
+        self._needs_places = any(entry.needs_places for entry in self._entries)
+
+    def touching(self, data: pin.Data, q: np.ndarray) -> list[Touch]:
+        """The touching points at q, with their rows."""
+        if self._needs_places:
+            pin.computeJointJacobians(self.model, data, q)
+        touches: list[Touch] = []
+        for entry in self._entries:
+            entry.touch(touches, self.model, data, q)
+        return touches
+
+
+class _OnWorldPlane:
+    """A point against a plane in the world: the commonest contact, and the quickest."""
+
+    needs_places = False
+
+    def __init__(self, robot: Robot, reached: ReachedModel, entry: Contact, index: int) -> None:
+        self._point = PointOnFrame(robot, reached, entry.frame, entry.at)
+        frame_ids = (robot.frame_id(entry.frame), robot.frame_id(entry.against))
+        frames = robot.model.frames
+        axes = contact_axes(frames[frame_ids[1]].placement.rotation @ np.array(entry.normal))
+        # On level ground the world's axes are the contact's own.
+        self._turn = None if np.array_equal(axes, np.eye(3)) else axes.T.copy()
+        joint_ids = (frames[frame_ids[0]].parentJoint, frames[frame_ids[1]].parentJoint)
+        self._known = (index, axes, joint_ids, frame_ids)
+
+    def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
+        jacobian = self._point.jacobian(model, data, q, pin.LOCAL_WORLD_ALIGNED)[:3]
+        if self._turn is not None:
+            jacobian = self._turn.dot(jacobian)
+        touches.append(Touch(*self._known, jacobian))
+
+
+class _Pair:
+    """Two bodies that meet at a point of the world, as rows."""
+
+    needs_places = True
+
+    def __init__(
+        self, robot: Robot, reached: ReachedModel, index: int, frame_ids: tuple[int, int]
+    ) -> None:
+        frames = robot.model.frames
+        self._index = index
+        self._frame_ids = frame_ids
+        self._joint_ids = (frames[frame_ids[0]].parentJoint, frames[frame_ids[1]].parentJoint)
+        self._reached_ids = tuple(reached.joint_id(joint_id) for joint_id in self._joint_ids)
+
+    def rows(
+        self, model: pin.Model, data: pin.Data, position: np.ndarray, axes: np.ndarray
+    ) -> np.ndarray:
+        """(3, nv) Rᵀ (J_first − J_other) at a point of the world."""
+        difference = np.zeros((3, model.nv))
+        for sign, joint_id in zip((1.0, -1.0), self._reached_ids, strict=True):
+            if joint_id > 0:
+                placement = pin.SE3(np.eye(3), data.oMi[joint_id].actInv(position))
+                jacobian = pin.getFrameJacobian(
+                    model, data, joint_id, placement, pin.LOCAL_WORLD_ALIGNED
+                )
+                difference += sign * jacobian.reshape(6, -1)[:3]
+        return axes.T.dot(difference)
+
+
+class _OnMovingPlane(_Pair):
+    """A point against a plane, either of which may move."""
+
+    def __init__(self, robot: Robot, reached: ReachedModel, entry: Contact, index: int) -> None:
+        ids = (robot.frame_id(entry.frame), robot.frame_id(entry.against))
+        super().__init__(robot, reached, index, ids)
+        frames = robot.model.frames
+        self._at = frames[ids[0]].placement.act(np.array(entry.at))
+        self._normal = frames[ids[1]].placement.rotation @ np.array(entry.normal)
+
+    def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
+        first, other = self._reached_ids
+        position = data.oMi[first].act(self._at)
+        axes = contact_axes(data.oMi[other].rotation @ self._normal)
+        rows = self.rows(model, data, position, axes)
+        touches.append(Touch(self._index, axes, self._joint_ids, self._frame_ids, rows))
+
+
+class _AtStop:
+    """A joint at one of its limits."""
+
+    needs_places = False
+
+    def __init__(self, robot: Robot, reached: ReachedModel, entry: JointStop, index: int) -> None:
+        joint = reached.model.joints[reached.joint_id(robot.joint_id(entry.joint))]
+        self._index = index
+        self._entry_in_q = joint.idx_q
+        lower, upper = entry.limits(robot)
+        self._sides = []
+        for limit, sign in ((lower, 1.0), (upper, -1.0)):
+            jacobian = np.zeros((3, reached.model.nv))
+            jacobian[2, joint.idx_v] = sign
+            self._sides.append((limit, sign, jacobian))
+
+    def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
+        for limit, sign, jacobian in self._sides:
+            gap = sign * (q[self._entry_in_q] - limit)
+            if gap <= AT_STOP * max(1.0, abs(limit)):
+                touches.append(Touch(self._index, None, (0, 0), (0, 0), jacobian, gap=gap))
+
+
+class _Colliding(_Pair):
+    """Two bodies whose geometry meets where coal says so."""
+
+    def __init__(self, robot: Robot, reached: ReachedModel, entry: Collision, index: int) -> None:
+        from ..robot.geometry import geometry_ids
+        from .collision import convex_geometry
+
+        objects = robot.collision_model.geometryObjects
+        pieces = [geometry_ids(robot, name)[0] for name in (entry.first, entry.other)]
+        frame_ids = (objects[pieces[0][0]].parentFrame, objects[pieces[1][0]].parentFrame)
+        super().__init__(robot, reached, index, frame_ids)
+        self._margin = entry.margin
+        self._pieces = [
+            [(convex_geometry(objects[i]), objects[i].placement) for i in ids] for ids in pieces
+        ]
+
+    def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
+        from .collision import meeting_points
+
+        first, other = (
+            [(shape, data.oMi[joint_id] * placement) for shape, placement in pieces]
+            for pieces, joint_id in zip(self._pieces, self._reached_ids, strict=True)
+        )
+        for point in meeting_points(first, other, self._margin):
+            axes = contact_axes(point.normal)
+            rows = self.rows(model, data, point.position, axes)
+            touches.append(
+                Touch(
+                    self._index,
+                    axes,
+                    self._joint_ids,
+                    self._frame_ids,
+                    rows,
+                    point.position,
+                    point.gap,
+                )
+            )
+
+
+def _compiled(
+    robot: Robot, reached: ReachedModel, entry: object, index: int
+) -> _OnWorldPlane | _OnMovingPlane | _AtStop | _Colliding:
+    if isinstance(entry, JointStop):
+        return _AtStop(robot, reached, entry, index)
+    if isinstance(entry, Collision):
+        return _Colliding(robot, reached, entry, index)
+    if not isinstance(entry, Contact):
+        raise TypeError(type(entry).__name__)
+    if robot.model.frames[robot.frame_id(entry.against)].parentJoint == 0:
+        return _OnWorldPlane(robot, reached, entry, index)
+    return _OnMovingPlane(robot, reached, entry, index)
