@@ -1,0 +1,101 @@
+"""Several contacts with friction: Coulomb's law at all of them at once.
+
+0 ≤ P_n − f ⊥ ξ_n ≥ 0, |P_t| ≤ µ P_n, P_t = −µ P_n ξ_t/|ξ_t| where ξ_t ≠ 0, with
+ξ = W P + b. f is 0, or what Poisson's expansion asks for at least.
+
+Pinocchio's ADMM comes near; Newton on the modes that it found goes to rounding level. Where
+ADMM or Newton fail, contact after contact is solved in closed form until all agree.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..status import Status
+from .modes import Modes, unique_contacts
+
+__all__ = ["Frictional", "solve_frictional"]
+
+# What the residual must come down to.
+BAR = 1e-10
+# Where Newton takes over from ADMM.
+NEAR = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Frictional:
+    """The impulses of contacts with friction.
+
+    Attributes:
+        impulse: (3n,) P [N s].
+        status: SOLVED, NOT_UNIQUE or NOT_CONVERGED.
+        residual: relative to the velocities.
+        unique: (n,) whether each impulse is determined; None where all are.
+        iterations: of ADMM or of Gauss-Seidel.
+    """
+
+    impulse: np.ndarray
+    status: Status
+    residual: float
+    unique: np.ndarray | None
+    iterations: int
+
+
+def solve_frictional(
+    delassus: np.ndarray,
+    shifted: np.ndarray,
+    friction: np.ndarray,
+    floor: np.ndarray | None = None,
+) -> Frictional:
+    """P of all contacts.
+
+    Args:
+        delassus: (3n, 3n) W [1/kg], positive semidefinite.
+        shifted: (3n,) b [m/s].
+        friction: (n,) µ.
+        floor: (n,) the least normal impulse [N s] of each; None for 0.
+    """
+    smooth = friction == 0.0
+    if smooth.any():
+        # Tangent rows without friction carry nothing, whatever stands in them.
+        delassus, shifted = delassus.copy(), shifted.copy()
+        rows = np.flatnonzero(smooth)
+        for offset in (0, 1):
+            delassus[3 * rows + offset] = 0.0
+            delassus[:, 3 * rows + offset] = 0.0
+            shifted[3 * rows + offset] = 0.0
+    if floor is not None and not floor.any():
+        floor = None
+    modes = Modes(delassus, shifted, friction, floor)
+    if floor is None and shifted[2::3].min() >= -1e-15 * modes.scale:
+        return Frictional(np.zeros_like(shifted), Status.SOLVED, 0.0, None, 0)
+    impulse = residual = None
+    count = 0
+    if floor is None:
+        for tolerance in (NEAR, 1e-7):
+            from .admm import admm
+
+            start, iterations = admm(delassus, shifted, friction, tolerance * modes.scale)
+            count += iterations
+            impulse, residual = modes.polish(start)
+            if residual <= BAR:
+                return _told(modes, impulse, residual, count)
+    from .gauss_seidel import sweep
+
+    start = impulse if impulse is not None and residual < 1e-2 else np.zeros_like(shifted)
+    for _ in range(40):
+        start, sweeps = sweep(delassus, shifted, friction, floor, start, modes.scale)
+        count += sweeps
+        impulse, residual = modes.polish(start)
+        if residual <= BAR:
+            return _told(modes, impulse, residual, count)
+    return Frictional(start, Status.NOT_CONVERGED, modes.residual(start), None, count)
+
+
+def _told(modes: Modes, impulse: np.ndarray, residual: float, count: int) -> Frictional:
+    """The answer, with what is not determined in it."""
+    unique = unique_contacts(modes, impulse)
+    status = Status.SOLVED if unique is None else Status.NOT_UNIQUE
+    return Frictional(impulse, status, residual, unique, count)

@@ -1,0 +1,231 @@
+"""Any number of contacts without friction: 0 ≤ P ⊥ W P + b ≥ 0, solved exactly.
+
+W is symmetric and positive semidefinite, of any rank. First the contacts that would
+approach are taken to push, and those that come out wrong are swapped, all at once. Where
+that finds nothing, principal pivoting goes there in finitely many steps (Keller 1973, "The
+general quadratic optimization problem"): one approaching contact at a time is pressed until
+it approaches no more, contacts that would come to pull being let go on the way. Where
+contacts are redundant, the P of least norm is taken, which does not depend on their order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["Frictionless", "solve_frictionless"]
+
+# Squares of sines of angles between rows, below which they are dependent.
+DEPENDENT = 1e-12
+# Velocities this small against the others are zero.
+AT_REST = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Frictionless:
+    """The normal impulses of contacts without friction.
+
+    Attributes:
+        impulse: (n,) P [N s].
+        feasible: whether there is an answer.
+        unique: (n,) whether each impulse is determined; None where all are.
+        iterations: pivots.
+    """
+
+    impulse: np.ndarray
+    feasible: bool
+    unique: np.ndarray | None
+    iterations: int
+
+
+def solve_frictionless(delassus: np.ndarray, shifted: np.ndarray, scale: float) -> Frictionless:
+    """P with 0 ≤ P ⊥ W P + b ≥ 0.
+
+    Args:
+        delassus: (n, n) W [1/kg], positive semidefinite.
+        shifted: (n,) b [m/s].
+        scale: the size of the velocities, for what counts as zero [m/s].
+    """
+    n = len(shifted)
+    tiny = AT_REST * scale
+    if shifted.min() >= -tiny:
+        return Frictionless(np.zeros(n), True, None, 0)
+    guess = _exchange(delassus, shifted, tiny)
+    if guess is not None:
+        return guess
+    impulse, feasible, count = _pivot(delassus, shifted, tiny)
+    if not feasible:
+        return Frictionless(impulse, False, None, count)
+    return _least(delassus, shifted, impulse, tiny, count)
+
+
+def _exchange(delassus: np.ndarray, shifted: np.ndarray, tiny: float) -> Frictionless | None:
+    """The answer if swapping all wrong contacts at once finds it and it is clearly unique.
+
+    (Júdice & Pires 1994, block principal pivoting; it may cycle, hence only a try.)
+    """
+    from scipy.linalg.lapack import dposv
+
+    n = len(shifted)
+    pushing = shifted < -tiny
+    fewest = n + 1
+    for count in range(10):
+        chosen = np.flatnonzero(pushing)
+        whole = len(chosen) == n
+        block = delassus if whole else delassus[chosen[:, None], chosen]
+        factor, solved, failed = dposv(block, -(shifted if whole else shifted[chosen]), lower=1)
+        if failed or (factor.diagonal() ** 2 < 1e-9 * block.diagonal()).any():
+            return None
+        if whole:
+            impulse, wrong = solved, solved < 0.0
+        else:
+            impulse = np.zeros(n)
+            impulse[chosen] = solved
+            velocity = delassus.dot(impulse) + shifted
+            velocity[chosen] = np.inf
+            wrong = (impulse < 0.0) | (velocity < -tiny)
+        number = np.count_nonzero(wrong)
+        if number == 0:
+            # Contacts that just touch may share the load: they need a closer look.
+            if whole or velocity.min() > tiny:
+                return Frictionless(impulse, True, None, count)
+            return None
+        if number >= fewest:
+            return None
+        fewest = number
+        pushing = pushing ^ wrong
+    return None
+
+
+def _pivot(delassus: np.ndarray, shifted: np.ndarray, tiny: float) -> tuple[np.ndarray, bool, int]:
+    """Some P, whether it is an answer, and how many pivots it took."""
+    n = len(shifted)
+    impulse = np.zeros(n)
+    velocity = shifted.copy()
+    diagonal = delassus.diagonal()
+    pushing: list[int] = []
+    # Keller's method ends; the limit is for rounding in degenerate corners.
+    for count in range(20 * n + 20):
+        waiting = velocity.copy()
+        waiting[pushing] = 0.0
+        entering = int(waiting.argmin())
+        if waiting[entering] >= -tiny:
+            return impulse, True, count
+        while velocity[entering] < 0.0:
+            direction = np.zeros(n)
+            direction[entering] = 1.0
+            if pushing:
+                block = delassus[np.ix_(pushing, pushing)]
+                direction[pushing] = -np.linalg.solve(block, delassus[pushing, entering])
+            change = delassus @ direction
+            curvature = change[entering]
+            free = curvature > DEPENDENT * diagonal[entering]
+            step = -velocity[entering] / curvature if free else np.inf
+            leaving = -1
+            for i in pushing:
+                if direction[i] < 0.0 and -impulse[i] / direction[i] < step:
+                    step, leaving = -impulse[i] / direction[i], i
+            if not np.isfinite(step):
+                return impulse, False, count
+            impulse += step * direction
+            if leaving >= 0:
+                pushing.remove(leaving)
+                impulse[leaving] = 0.0
+                velocity = delassus @ impulse + shifted
+                continue
+            pushing.append(entering)
+            # Afresh, so that rounding does not pile up from pivot to pivot.
+            impulse[pushing] = np.linalg.solve(
+                delassus[np.ix_(pushing, pushing)], -shifted[pushing]
+            )
+            np.maximum(impulse, 0.0, out=impulse)
+            velocity = delassus @ impulse + shifted
+            break
+    return impulse, False, 20 * n + 20
+
+
+def _least(
+    delassus: np.ndarray, shifted: np.ndarray, impulse: np.ndarray, tiny: float, count: int
+) -> Frictionless:
+    """The answer of least norm among all, given one."""
+    velocity = delassus @ impulse + shifted
+    touching = np.flatnonzero(velocity <= 10.0 * tiny)
+    block = delassus[np.ix_(touching, touching)]
+    values, vectors = np.linalg.eigh(block)
+    dependent = values <= DEPENDENT * values[-1]
+    if not dependent.any():
+        return Frictionless(impulse, True, None, count)
+    basis, null = vectors[:, ~dependent], vectors[:, dependent]
+    wanted = -shifted[touching]
+    least = basis @ ((basis.T @ wanted) / values[~dependent])
+    size = np.abs(least).max(initial=0.0)
+    if least.min() < -1e-13 * size:
+        least = _least_pushing(block, impulse[touching], basis)
+    result = np.zeros_like(impulse)
+    result[touching] = np.maximum(least, 0.0)
+    error = np.minimum(delassus.diagonal() * result, delassus @ result + shifted)
+    if np.abs(error).max() > 100.0 * tiny:
+        # Rows almost dependent: the pivots' answer is the better one.
+        result = impulse
+    free = _free_to_shift(result[touching], null)
+    if not free.any():
+        return Frictionless(result, True, None, count)
+    unique = np.ones(len(impulse), dtype=bool)
+    unique[touching[free]] = False
+    return Frictionless(result, True, unique, count)
+
+
+def _least_pushing(block: np.ndarray, some: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """P ≥ 0 of least norm with W P = W P_some: P = max(0, B y), Bᵀ P = Bᵀ P_some, by Newton."""
+    wanted = basis.T @ some
+    y = wanted.copy()
+    size = np.abs(some).max()
+
+    def left(y: np.ndarray) -> np.ndarray:
+        return basis.T @ np.maximum(basis @ y, 0.0) - wanted
+
+    error = left(y)
+    for _ in range(100):
+        if np.abs(error).max() <= 1e-14 * size:
+            return np.maximum(basis @ y, 0.0)
+        kept = basis[basis @ y > 0.0]
+        slope = kept.T @ kept
+        step = np.linalg.lstsq(slope + 1e-13 * np.eye(len(y)), -error, rcond=None)[0]
+        # Half the square of a concave dual's gradient: damped steps cannot cycle.
+        share = 1.0
+        while share > 1e-6:
+            tried = left(y + share * step)
+            if tried @ tried < (1.0 - 1e-4 * share) * (error @ error):
+                break
+            share *= 0.5
+        else:
+            return some
+        y, error = y + share * step, tried
+    return some
+
+
+def _free_to_shift(impulse: np.ndarray, null: np.ndarray) -> np.ndarray:
+    """(n,) whether load can be shifted to or from each contact along the null directions."""
+    involved = (null**2).sum(axis=1) > 1e-9
+    pushing = impulse > 1e-12 * impulse.max(initial=0.0)
+    if (pushing | ~involved).all():
+        return involved
+    from scipy.optimize import linprog
+
+    # Contacts without load can only gain: each is asked how far it can go.
+    bounds = [
+        (-1.0, 1.0) if push or not part else (0.0, 1.0)
+        for push, part in zip(pushing.tolist(), involved.tolist(), strict=True)
+    ]
+    free = np.zeros(len(impulse), dtype=bool)
+    projector = np.eye(len(impulse)) - null @ null.T
+    for i in np.flatnonzero(involved).tolist():
+        for sign in (1.0, -1.0) if pushing[i] else (1.0,):
+            cost = np.zeros(len(impulse))
+            cost[i] = -sign
+            answer = linprog(cost, A_eq=projector, b_eq=np.zeros(len(impulse)), bounds=bounds)
+            if answer.status == 0 and -answer.fun > 1e-6:
+                free[i] = True
+                break
+    return free

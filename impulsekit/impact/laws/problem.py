@@ -1,0 +1,99 @@
+"""What contact laws are given, and what they answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import NotFiniteError, RangeError, ShapeError
+from ..status import Status
+
+__all__ = ["ContactProblem", "ContactSolution", "check_problem"]
+
+
+@dataclass(frozen=True, eq=False)
+class ContactProblem:
+    """Contacts at one instant, in contact space.
+
+    Each contact has three rows: two tangents, then the normal, which points from what is
+    touched to what touches, so that approaching is u_n < 0. u⁺ = u_free + W P.
+
+    Attributes:
+        delassus: (3n, 3n) W = J M⁻¹ Jᵀ [1/kg], symmetric and positive semidefinite,
+            bilateral constraints eliminated.
+        velocity_before: (3n,) u⁻ [m/s].
+        velocity_free: (3n,) u⁻ and what known impulses at the same instant add to it.
+        restitution: (n,) e in [0, 1].
+        friction: (n,) µ ≥ 0. Where it is 0 the tangent rows are not used.
+        tangential_restitution: (n,) e_t in [−1, 1]: friction aims at u_t⁺ = −e_t u_t⁻.
+    """
+
+    delassus: np.ndarray
+    velocity_before: np.ndarray
+    velocity_free: np.ndarray
+    restitution: np.ndarray
+    friction: np.ndarray
+    tangential_restitution: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class ContactSolution:
+    """The impulses of contacts.
+
+    Attributes:
+        impulse: (3n,) P [N s].
+        velocity_after: (3n,) u⁺ [m/s].
+        status: how the answer is to be taken; look at ``status.valid`` first.
+        residual: what is left of the law's own equations, relative to the velocities.
+        unique: (n,) whether the impulse of each contact is determined; None where all are.
+        velocity_start: (3n,) the velocity from which the works count: u⁻ for Newton's law
+            with slip at the end and all contacts at once, where all impulses of the
+            instant act together; u_free otherwise, where known impulses act first.
+        normal_work, friction_work: (n,) the work of the impulse of each contact [J];
+            P·(u_start + u⁺)/2, or its integral along the impact. Their sum is the
+            kinetic energy that the contacts add.
+        iterations: of the solver, 0 for a closed form; the hits of a sequence.
+    """
+
+    impulse: np.ndarray
+    velocity_after: np.ndarray
+    status: Status
+    residual: float
+    unique: np.ndarray | None
+    velocity_start: np.ndarray
+    normal_work: np.ndarray
+    friction_work: np.ndarray
+    iterations: int = 0
+
+
+def check_problem(problem: ContactProblem) -> None:
+    """Refuse what no law can work on.
+
+    Raises:
+        ShapeError, NotFiniteError, RangeError.
+    """
+    n = len(problem.friction)
+    for name, shape in (
+        ("delassus", (3 * n, 3 * n)),
+        ("velocity_before", (3 * n,)),
+        ("velocity_free", (3 * n,)),
+        ("restitution", (n,)),
+        ("friction", (n,)),
+        ("tangential_restitution", (n,)),
+    ):
+        array = getattr(problem, name)
+        if array.shape != shape:
+            raise ShapeError.of(f"contacts: {name}", shape, array.shape)
+        if not np.isfinite(array).all():
+            where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+            raise NotFiniteError.of(f"contacts: {name}", where, array[where])
+    for name, low, high, allowed in (
+        ("restitution", 0.0, 1.0, "0 to 1"),
+        ("friction", 0.0, np.inf, "0 or more"),
+        ("tangential_restitution", -1.0, 1.0, "-1 to 1"),
+    ):
+        array = getattr(problem, name)
+        wrong = (array < low) | (array > high)
+        if wrong.any():
+            raise RangeError.of(f"contacts: {name}", float(array[wrong][0]), allowed)

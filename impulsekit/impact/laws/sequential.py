@@ -1,0 +1,85 @@
+"""Contacts one after the other: the fastest approach first, until none approaches."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...scene.law import Law
+from ..status import Status
+from .problem import ContactProblem, ContactSolution
+from .single import Triple, strike
+from .slide import Block
+
+__all__ = ["solve_sequential"]
+
+# A chain that loses energy dies out well before; one that does not end never would.
+MOST_HITS = 10_000
+# Approaches this small against the first velocities are over.
+AT_REST = 1e-13
+
+
+def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
+    """Single hits, each with the velocities that the last one left.
+
+    Raises:
+        InputError: tangential restitution under any but Newton's law with slip at the end.
+    """
+    n = len(problem.friction)
+    delassus, free = problem.delassus, problem.velocity_free
+    impulse, velocity = np.zeros(3 * n), free.copy()
+    normal, friction = np.zeros(n), np.zeros(n)
+    blocks = [_block(delassus, i) for i in range(n)]
+    columns = [np.ascontiguousarray(delassus[:, 3 * i : 3 * i + 3]) for i in range(n)]
+    coefficients = list(
+        zip(
+            problem.restitution.tolist(),
+            problem.friction.tolist(),
+            problem.tangential_restitution.tolist(),
+            strict=True,
+        )
+    )
+    rest = AT_REST * float(np.abs(free[2::3]).max())
+    status, residual = Status.SOLVED, 0.0
+    unique: np.ndarray | None = None
+    gain = False
+    hits = 0
+    while True:
+        i = int(velocity[2::3].argmin())
+        if velocity[3 * i + 2] >= -rest:
+            break
+        if hits == MOST_HITS:
+            status = Status.SEQUENCE_TOO_LONG
+            break
+        hits += 1
+        now: Triple = tuple(velocity[3 * i : 3 * i + 3].tolist())
+        e, mu, e_t = coefficients[i]
+        hit = strike(blocks[i], now, now, e, mu, e_t, law)
+        share = np.array(hit.impulse)
+        impulse[3 * i : 3 * i + 3] += share
+        velocity += columns[i] @ share
+        normal[i] += hit.normal_work
+        friction[i] += hit.friction_work
+        residual = max(residual, hit.residual)
+        if hit.status is Status.ENERGY_GAIN:
+            gain = True
+        elif hit.status is Status.NOT_UNIQUE:
+            unique = np.ones(n, dtype=bool) if unique is None else unique
+            unique[i] = False
+        elif hit.status is not Status.SOLVED and status.valid:
+            status = hit.status
+        if not hit.status.valid and hit.status is not Status.ENERGY_GAIN:
+            break
+    if status.valid and gain:
+        status = Status.ENERGY_GAIN
+    elif status is Status.SOLVED and unique is not None:
+        status = Status.NOT_UNIQUE
+    after = delassus @ impulse + free
+    return ContactSolution(impulse, after, status, residual, unique, free, normal, friction, hits)
+
+
+def _block(delassus: np.ndarray, i: int) -> Block:
+    """W of contact i with itself."""
+    (t11, t12, n1), (_, t22, n2), (_, _, nn) = delassus[
+        3 * i : 3 * i + 3, 3 * i : 3 * i + 3
+    ].tolist()
+    return (t11, t12, t22, n1, n2, nn)

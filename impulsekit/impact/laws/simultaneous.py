@@ -1,0 +1,159 @@
+"""Several contacts at once, friction looking at the end of the impact."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...scene.law import Law
+from ..status import Status
+from .frictionless import solve_frictionless
+from .problem import ContactProblem, ContactSolution
+from .single import GAIN, refuse_tangential
+
+__all__ = ["solve_simultaneous"]
+
+
+def solve_simultaneous(problem: ContactProblem, law: Law) -> ContactSolution:
+    """All contacts at once, under Newton's or Poisson's law.
+
+    Raises:
+        InputError: tangential restitution under Poisson's law.
+    """
+    frictional = bool(problem.friction.any())
+    if law.restitution == "newton":
+        return _newton(problem, frictional)
+    if frictional and problem.tangential_restitution[problem.friction > 0.0].any():
+        refuse_tangential(law)
+    return _poisson(problem, frictional)
+
+
+def _newton(problem: ContactProblem, frictional: bool) -> ContactSolution:
+    before, free = problem.velocity_before, problem.velocity_free
+    shifted = free.copy()
+    shifted[2::3] += problem.restitution * np.minimum(before[2::3], 0.0)
+    if frictional:
+        if problem.tangential_restitution.any():
+            e_t = problem.tangential_restitution
+            shifted[0::3] += e_t * before[0::3]
+            shifted[1::3] += e_t * before[1::3]
+        from .frictional import solve_frictional
+
+        phase = solve_frictional(problem.delassus, shifted, problem.friction)
+        impulse, status, residual = phase.impulse, phase.status, phase.residual
+        unique, iterations = phase.unique, phase.iterations
+    else:
+        impulse, status, residual, unique, iterations = _normals(
+            problem.delassus, shifted, max(_size(before), _size(free))
+        )
+    after = problem.delassus @ impulse + free
+    normal, friction = _works(impulse, before, after)
+    return ContactSolution(
+        impulse,
+        after,
+        _judged(status, normal, friction, impulse, before),
+        residual,
+        unique,
+        before,
+        normal,
+        friction,
+        iterations,
+    )
+
+
+def _poisson(problem: ContactProblem, frictional: bool) -> ContactSolution:
+    """Compression with e = 0, then expansion with P_n ≥ e P_n^c (Glocker & Pfeiffer 1995)."""
+    delassus, free = problem.delassus, problem.velocity_free
+    scale = _size(free)
+    floor = np.zeros_like(problem.friction)
+    impulse = np.zeros_like(free)
+    velocity = free
+    normal, friction = np.zeros_like(floor), np.zeros_like(floor)
+    status, residual, iterations = Status.SOLVED, 0.0, 0
+    unique: np.ndarray | None = None
+    for phase in ("compression", "expansion"):
+        given = np.zeros_like(free)
+        given[2::3] = floor
+        if frictional:
+            from .frictional import solve_frictional
+
+            part = solve_frictional(delassus, velocity, problem.friction, floor)
+            share, found, error = part.impulse, part.status, part.residual
+            alone, count = part.unique, part.iterations
+        else:
+            shifted = velocity + delassus @ given
+            share, found, error, alone, count = _normals(delassus, shifted, scale)
+            share = share + given
+        after = velocity + delassus @ share
+        works = _works(share, velocity, after)
+        normal, friction = normal + works[0], friction + works[1]
+        impulse, velocity = impulse + share, after
+        iterations += count
+        residual = max(residual, error)
+        if found is not Status.SOLVED and status.valid:
+            status = found
+        if alone is not None:
+            unique = alone if unique is None else unique & alone
+        if not status.valid or not problem.restitution.any():
+            break
+        if phase == "compression":
+            floor = problem.restitution * share[2::3]
+    after = delassus @ impulse + free
+    return ContactSolution(
+        impulse,
+        after,
+        _judged(status, normal, friction, impulse, free),
+        residual,
+        unique,
+        free,
+        normal,
+        friction,
+        iterations,
+    )
+
+
+def _normals(
+    delassus: np.ndarray, shifted: np.ndarray, scale: float
+) -> tuple[np.ndarray, Status, float, np.ndarray | None, int]:
+    """Impulse, status, residual, uniqueness and pivots of contacts without friction."""
+    block, b = delassus[2::3, 2::3], shifted[2::3]
+    answer = solve_frictionless(block, b, scale)
+    impulse = np.zeros_like(shifted)
+    impulse[2::3] = answer.impulse
+    if not answer.feasible:
+        return impulse, Status.NO_SOLUTION, 1.0, None, answer.iterations
+    error = np.minimum(block @ answer.impulse + b, block.diagonal() * answer.impulse)
+    residual = float(np.abs(error).max() / scale) if scale else 0.0
+    if residual > 1e-9:
+        status = Status.NOT_CONVERGED
+    else:
+        status = Status.SOLVED if answer.unique is None else Status.NOT_UNIQUE
+    return impulse, status, residual, answer.unique, answer.iterations
+
+
+def _size(velocity: np.ndarray) -> float:
+    """The largest normal velocity."""
+    return float(np.abs(velocity[2::3]).max())
+
+
+def _works(
+    impulse: np.ndarray, start: np.ndarray, after: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) P·(u_start + u⁺)/2 of the normals and of the tangents."""
+    work = 0.5 * impulse * (start + after)
+    return work[2::3], work[0::3] + work[1::3]
+
+
+def _judged(
+    status: Status,
+    normal: np.ndarray,
+    friction: np.ndarray,
+    impulse: np.ndarray,
+    start: np.ndarray,
+) -> Status:
+    """The status, or that the energy went up."""
+    total = normal.sum() + friction.sum()
+    if total > 0.0 and status.valid:
+        size = np.abs(impulse) @ np.abs(start) + np.abs(normal).sum() + np.abs(friction).sum()
+        if total > GAIN * size:
+            return Status.ENERGY_GAIN
+    return status

@@ -1,0 +1,93 @@
+"""``solve_contacts``: from a contact problem and a law to the impulses."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...errors import RangeError
+from ...scene.law import Law
+from ..status import Status
+from .problem import ContactProblem, ContactSolution, check_problem
+from .single import is_finite, strike
+
+__all__ = ["solve_contacts"]
+
+
+def solve_contacts(problem: ContactProblem, law: Law) -> ContactSolution:
+    """The impulses of all contacts of one instant.
+
+    With Newton's law and slip at the end, ξ = u⁺ + e∘min(u⁻, 0) for normals and
+    ξ_t = u_t⁺ + e_t u_t⁻ for tangents obey 0 ≤ P_n ⊥ ξ_n ≥ 0, |P_t| ≤ µ P_n, and
+    P_t = −µ P_n ξ_t/|ξ_t| where ξ_t ≠ 0 (Moreau 1988; Glocker 2001). The other laws are
+    told by ``Law``. A contact that parts gets no impulse, and none pulls.
+
+    Args:
+        problem: W, velocities and coefficients.
+        law: how restitution, slip and order are understood.
+
+    Raises:
+        InputError: law and coefficients cannot go together, or several frictional
+            contacts act at once under slip="path".
+        ShapeError, NotFiniteError, RangeError: what is wrong with the problem.
+
+    Example:
+        >>> import numpy as np
+        >>> from impulsekit.scene.law import Law
+        >>> drop = np.array([0.0, 0.0, -2.0])  # a ball of 0.5 kg
+        >>> W = np.diag([7.0, 7.0, 2.0])
+        >>> one = np.ones(1)
+        >>> ball = ContactProblem(W, drop, drop, 0.5 * one, 0.3 * one, 0 * one)
+        >>> solve_contacts(ball, Law()).impulse.tolist()
+        [0.0, 0.0, 1.5]
+    """
+    if len(problem.friction) == 1 and law.order == "simultaneous":
+        return _one(problem, law)
+    check_problem(problem)
+    if law.order == "sequential":
+        from .sequential import solve_sequential
+
+        return solve_sequential(problem, law)
+    if law.slip == "path":
+        from .alone import solve_alone
+
+        return solve_alone(problem, law)
+    from .simultaneous import solve_simultaneous
+
+    return solve_simultaneous(problem, law)
+
+
+def _one(problem: ContactProblem, law: Law) -> ContactSolution:
+    """One contact, without arrays on the way."""
+    e, mu = problem.restitution.item(), problem.friction.item()
+    e_t = problem.tangential_restitution.item()
+    if problem.delassus.shape != (3, 3):
+        check_problem(problem)
+    (t11, t12, n1), (_, t22, n2), (_, _, nn) = problem.delassus.tolist()
+    before, free = tuple(problem.velocity_before.tolist()), tuple(problem.velocity_free.tolist())
+    if not (
+        0.0 <= e <= 1.0
+        and 0.0 <= mu < np.inf
+        and -1.0 <= e_t <= 1.0
+        and len(before) == len(free) == 3
+        and is_finite(before)
+        and is_finite(free)
+        and is_finite((t11, t12, t22))
+        and is_finite((n1, n2, nn))
+    ):
+        check_problem(problem)
+        raise RangeError.of("contacts: delassus", "beyond what can be added up", "finite sums")
+    hit = strike((t11, t12, t22, n1, n2, nn), before, free, e, mu, e_t, law)
+    unique = None
+    if hit.status is Status.NOT_UNIQUE:
+        unique = np.zeros(1, dtype=bool)
+    from_before = law.restitution == "newton" and law.slip == "end"
+    return ContactSolution(
+        np.array(hit.impulse),
+        np.array(hit.after),
+        hit.status,
+        hit.residual,
+        unique,
+        problem.velocity_before if from_before else problem.velocity_free,
+        np.array((hit.normal_work,)),
+        np.array((hit.friction_work,)),
+    )

@@ -1,0 +1,104 @@
+"""Contacts without friction: known answers, every active set, redundant contacts."""
+
+from itertools import chain, combinations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from impulsekit.impact.laws.frictionless import solve_frictionless
+from impulsekit.impact.status import Status
+from impulsekit.scene.law import Law
+
+from .problems import box, normals, rod, solved
+
+
+@pytest.mark.parametrize("e", [0.0, 0.3, 0.7, 1.0])
+@pytest.mark.parametrize("theta", np.linspace(0.01, 1.57, 9))
+@pytest.mark.parametrize(
+    "law", [Law(), Law("poisson")], ids=lambda law: f"{law.restitution}-{law.slip}"
+)
+def test_a_falling_rod(e, theta, law):
+    """P = (1 + e) m v / (1 + 3 cos²θ)."""
+    m, v = 1.3, 2.1
+    answer = solved(rod(theta, m), [0, 0, -v], e, law=law)
+    expected = (1 + e) * m * v / (1 + 3 * np.cos(theta) ** 2)
+    assert abs(answer.impulse[2] / expected - 1) < 1e-13
+    assert answer.status is Status.SOLVED
+
+
+def test_three_balls():
+    J = np.array([[-1.0, 1, 0], [0, -1, 1]])
+    v = np.array([1.0, 0, 0])
+    W, u = normals(J @ J.T, J @ v)
+    together = solved(W, u, 1.0)
+    np.testing.assert_allclose(v + J.T @ together.impulse[2::3], [-1 / 3, 2 / 3, 2 / 3], atol=1e-15)
+    in_turn = solved(W, u, 1.0, law=Law(order="sequential"))
+    np.testing.assert_allclose(v + J.T @ in_turn.impulse[2::3], [0, 0, 1], atol=1e-15)
+
+
+def test_a_box_on_four_corners_without_friction():
+    J, inverse = box()
+    W = J @ inverse @ J.T
+    answer = solved(W, np.tile([0.4, 0, -1.0], 4), 0.5)
+    np.testing.assert_allclose(answer.impulse[2::3], 2.0 * 1.5 / 4, rtol=1e-13)
+    assert answer.status is Status.NOT_UNIQUE
+    assert not answer.unique.any()
+
+
+def test_a_contact_that_parts_gets_nothing():
+    W, u = normals(np.array([[2.0, -1], [-1, 2]]), [-1.0, 0.5])
+    answer = solved(W, u, 1.0)
+    np.testing.assert_allclose(answer.velocity_after[2::3], [1.0, 0.0], atol=1e-15)
+    W, u = normals(np.array([[2.0, 1], [1, 2]]), [-1.0, 0.5])
+    answer = solved(W, u, 1.0)
+    assert answer.impulse[5] == 0
+
+
+def test_opposing_contacts_that_contradict_each_other():
+    """Between two walls, both touching, Newton has no answer; Poisson has one."""
+    W, u = normals(np.array([[1.0, -1], [-1, 1]]), [-1.0, 1.0])
+    assert solved(W, u, 0.5).status is Status.NO_SOLUTION
+    poisson = solved(W, u, 0.5, law=Law("poisson"))
+    assert poisson.status.valid
+    np.testing.assert_allclose(poisson.velocity_after, 0, atol=1e-15)
+
+
+def every_active_set(W, b):
+    """P by trying all subsets of contacts."""
+    n = len(b)
+    for chosen in chain.from_iterable(combinations(range(n), k) for k in range(n + 1)):
+        P = np.zeros(n)
+        rows = list(chosen)
+        if rows:
+            P[rows] = np.linalg.lstsq(W[np.ix_(rows, rows)], -b[rows], rcond=1e-10)[0]
+        if P.min() >= -1e-9 and (W @ P + b).min() >= -1e-9 and abs(P @ (W @ P + b)) < 1e-8:
+            return P
+    return None
+
+
+@given(st.integers(0, 10**6), st.integers(1, 6), st.integers(1, 7))
+@settings(max_examples=300, deadline=None)
+def test_against_every_active_set(seed, n, dof):
+    rng = np.random.default_rng(seed)
+    J = rng.normal(size=(n, dof))
+    if n > 2 and seed % 2:
+        J[1] = J[0]
+    W = J @ J.T
+    un = J @ rng.normal(size=dof)
+    b = un + (0.5 * np.minimum(un, 0) if dof > n + 1 and not (n > 2 and seed % 2) else 0)
+    found = solve_frictionless(W, b, np.abs(b).max())
+    truth = every_active_set(W, b)
+    assert found.feasible and truth is not None
+    size = np.abs(b).max() + (np.diag(W) * found.impulse).max()
+    np.testing.assert_allclose(W @ found.impulse, W @ truth, atol=1e-8 * size)
+    xi = W @ found.impulse + b
+    assert found.impulse.min() >= 0
+    assert np.abs(np.minimum(xi, np.diag(W) * found.impulse)).max() <= 1e-10 * size
+    # The order of contacts is immaterial.
+    order = rng.permutation(n)
+    other = solve_frictionless(W[np.ix_(order, order)], b[order], np.abs(b).max())
+    np.testing.assert_allclose(
+        other.impulse, found.impulse[order], atol=1e-6 * (1e-300 + found.impulse.max())
+    )
