@@ -1,0 +1,240 @@
+"""What joints bear: balance of every body, exact pins, the freed joint, loops."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+from impulsekit.errors import InputError, UnknownNameError
+from impulsekit.reference import KaneSystem, Load, impact_of_free_bodies
+from impulsekit.reference.whittaker import struck_chain, struck_pendulum
+from impulsekit.scene.constraints import DIRECTIONS
+
+from ..reference.models import FOUR_BAR
+from ..reference.test_maximal import four_bar_pose
+from ..robots import STRUCK, random_blow, random_state
+
+SOME_ROWS = ("x", "y", "z", "rz")
+FIVE_ROBOTS = {**STRUCK, "ur5": "tool0"}
+
+
+def struck_robot(name, root="fixed", seed=3):
+    """A robot struck on two links and kicked in a joint."""
+    robot = ik.Robot.from_example(name, root=root)
+    q, v = random_state(robot, seed)
+    other = next(link.name for link in robot.links if link.joint_id > 2)
+    blows = [random_blow(FIVE_ROBOTS[name], seed), random_blow(other, seed + 1, "local")]
+    kick = ik.JointImpulse(robot.joint_names[-1], 0.3)
+    return ik.solve(ik.Scene(robot, [*blows, kick]), q, v)
+
+
+def held_talos(seed=3):
+    robot = ik.Robot.from_example("talos", root="freeflyer")
+    q, v = random_state(robot, seed)
+    feet = [
+        ik.FrameAnchor("left_sole_link"),
+        ik.FrameAnchor("right_sole_link", at=(0.1, 0, 0), directions=SOME_ROWS, axes="local"),
+        ik.JointLock("torso_1_joint"),
+        ik.PointAnchor("gripper_right_base_link", "head_2_link", at=(0, 0, 0.1)),
+    ]
+    return ik.solve(ik.Scene(robot, [random_blow(STRUCK["talos"], seed)], feet), q, v)
+
+
+def unbalance(impact, urdf, root):
+    """Largest force and moment that a link is short of, over the largest that acts on one.
+
+    Masses and places are the reference's; the impulses are those of the scene.
+    """
+    system = KaneSystem.from_urdf(urdf, root)
+    at, tree = system.kinematics(impact.q), system.tree
+    short = np.zeros((len(tree.bodies), 6))
+    sizes, borne_by_the_world = [0.0], []
+
+    def add(body, wrench, point):
+        if body >= 0:
+            couple = wrench[3:] + np.cross(point - at.mass_centres[body], wrench[:3])
+            short[body] += [*wrench[:3], *couple]
+            sizes.append(np.abs([*wrench[:3], *couple]).max())
+
+    def place(frame, local):
+        body = tree.body_of_link(frame)
+        if body < 0:
+            return body, np.array(local), np.eye(3)
+        return body, at.origins[body] + at.rotations[body] @ local, at.rotations[body]
+
+    def on_link(frame, local, wrench, axes):
+        body, point, turned = place(frame, local)
+        if axes == "local":
+            wrench = np.concatenate([turned @ wrench[:3], turned @ wrench[3:]])
+        add(body, wrench, point)
+        return wrench, point
+
+    for entry in impact.scene.impulses:
+        if isinstance(entry, ik.AppliedImpulse):
+            on_link(entry.frame, entry.at, np.array([*entry.linear, *entry.angular]), entry.axes)
+    for entry, result in zip(impact.scene.constraints, impact.constraints, strict=True):
+        if not hasattr(entry, "at"):
+            continue
+        wrench = np.zeros(6)
+        wrench[[DIRECTIONS.index(row) for row in result.rows]] = result.impulse
+        received, point = on_link(entry.frame, entry.at, wrench, getattr(entry, "axes", "world"))
+        add(tree.body_of_link(entry.other), -received, point)
+    for k, body in enumerate(tree.bodies):
+        jump = impact.bodies[body.name]
+        if body.joint.name not in impact.reactions:
+            assert body.parent < 0 and root == "fixed" and not jump.dv_com.any()
+            borne_by_the_world.append(k)
+            continue
+        add(k, impact.reactions[body.joint.name], at.origins[k])
+        add(body.parent, -impact.reactions[body.joint.name], at.origins[k])
+        short[k] -= [*(body.mass * jump.dv_com), *(at.inertias[k] @ jump.domega)]
+    short[borne_by_the_world] = 0.0
+    return np.abs(short).max() / max(sizes)
+
+
+@pytest.mark.parametrize("root", ["fixed", "freeflyer"])
+@pytest.mark.parametrize("name", FIVE_ROBOTS)
+def test_forces_and_moments_on_every_link_balance(name, root):
+    impact = struck_robot(name, root)
+    assert unbalance(impact, impact.scene.robot.parts[0].urdf, root) < 1e-12
+
+
+def test_they_balance_under_constraints():
+    impact = held_talos()
+    assert unbalance(impact, impact.scene.robot.parts[0].urdf, "freeflyer") < 1e-12
+
+
+def test_links_behind_fixed_joints_bear_their_own_momentum():
+    """A mast with a lamp on top: the weld gives the lamp its momentum and no more."""
+    urdf = """<robot name="mast">
+      <link name="world_link"/>
+      <link name="mast"><inertial><origin xyz="0 0 .5"/><mass value="3"/>
+        <inertia ixx=".25" iyy=".25" izz=".01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <link name="lamp"><inertial><mass value="2"/>
+        <inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <joint name="foot" type="continuous"><parent link="world_link"/><child link="mast"/>
+        <axis xyz="0 1 0"/></joint>
+      <joint name="weld" type="fixed"><parent link="mast"/><child link="lamp"/>
+        <origin xyz="0 0 1"/></joint></robot>"""
+    robot = ik.Robot.from_urdf(urdf)
+    blow = ik.AppliedImpulse("mast", linear=(6, 0, 0), at=(0, 0, 1))
+    impact = ik.solve(ik.Scene(robot, [blow]), robot.neutral(), robot.velocity())
+    # Inertia about the foot: 3/3 + 2; the lamp moves at 6/3 m/s.
+    np.testing.assert_allclose(impact.dv, [2.0], rtol=1e-14)
+    np.testing.assert_allclose(impact.reactions["weld"], [4, 0, 0, 0, 0, 0], atol=1e-14)
+    np.testing.assert_allclose(impact.reactions["foot"][0], 3 * 1 + 2 * 2 - 6, atol=1e-14)
+
+
+@pytest.mark.parametrize("n", [2, 5, 10, 30])
+def test_pins_of_the_free_chain_carry_whittakers_impulses(n):
+    robot = ik.Robot.from_urdf(ik.chain_urdf(n), root="planar")
+    blow = ik.AppliedImpulse(f"link_{n}", linear=(0, 5, 0), at=(1, 0, 0))
+    impact = ik.solve(ik.Scene(robot, [blow]), robot.neutral(), robot.velocity())
+    carried = struck_chain(n, 1, 1, 5).pin_impulses
+    for k in range(1, n):
+        # S_k is what link k, counted from the struck end, gives the next: the child its parent.
+        wanted = [0, -float(carried[k]), 0, 0, 0, 0]
+        np.testing.assert_allclose(impact.reactions[f"joint_{n + 1 - k}"], wanted, atol=5e-14)
+    np.testing.assert_allclose(impact.reactions["root_joint"], 0, atol=5e-14 * n)
+
+
+@pytest.mark.parametrize("n", [1, 2, 10])
+def test_pins_of_the_pendulum_carry_whittakers_impulses(n):
+    robot = ik.Robot.from_urdf(ik.pendulum_urdf(n))
+    blow = ik.AppliedImpulse(f"link_{n}", linear=(5, 0, 0), at=(0, 0, -1))
+    impact = ik.solve(ik.Scene(robot, [blow]), robot.neutral(), robot.velocity())
+    carried = struck_pendulum(n, 1, 1, 5).pin_impulses
+    for k in range(1, n + 1):
+        wanted = [-float(carried[k]), 0, 0, 0, 0, 0]
+        np.testing.assert_allclose(impact.reactions[f"joint_{n + 1 - k}"], wanted, atol=5e-14)
+
+
+def test_the_pivot_feels_nothing_of_a_blow_on_the_centre_of_percussion():
+    length = 0.9
+    robot = ik.Robot.from_urdf(ik.pendulum_urdf(1, 1.3, length))
+    for depth, share in ((2 / 3, 0.0), (1.0, 0.5), (1 / 3, -0.5), (0.0, -1.0)):
+        blow = ik.AppliedImpulse("link_1", linear=(3, 0, 0), at=(0, 0, -depth * length))
+        impact = ik.solve(ik.Scene(robot, [blow]), robot.neutral(), robot.velocity())
+        # P (3 d/2 - 1) with d the depth over the length.
+        np.testing.assert_allclose(impact.reactions["joint_1"], [3 * share, *[0] * 5], atol=2e-15)
+
+
+@pytest.mark.parametrize("name", FIVE_ROBOTS)
+def test_a_freed_joint_carries_what_newton_and_euler_find(name):
+    impact = struck_robot(name, "fixed" if name == "allegro_right_hand" else "freeflyer")
+    size = max(np.abs(wrench).max() for wrench in impact.reactions.values())
+    for joint in impact.scene.robot.joint_names:
+        freed = ik.freed_joint(impact, joint)
+        assert np.abs(freed.impulse - impact.reactions[joint]).max() < 1e-10 * size, joint
+
+
+def test_a_freed_joint_under_constraints():
+    impact = held_talos()
+    size = max(np.abs(wrench).max() for wrench in impact.reactions.values())
+    for joint in impact.scene.robot.joint_names:
+        freed = ik.freed_joint(impact, joint)
+        assert np.abs(freed.impulse - impact.reactions[joint]).max() < 1e-10 * size, joint
+    # Along the locked joint's own axis acts the lock and nothing else.
+    freed = ik.freed_joint(impact, "torso_1_joint")
+    lock = impact.constraints[2].impulse[0]
+    assert freed.along(angular=freed.motion[3:, 0]) == pytest.approx(lock, rel=1e-10)
+
+
+def test_along_its_own_motion_a_joint_carries_its_kick_alone():
+    impact = struck_robot("panda")
+    for joint in impact.scene.robot.joint_names:
+        freed = ik.freed_joint(impact, joint)
+        own = freed.motion.T @ freed.impulse
+        kick = 0.3 if joint == impact.scene.robot.joint_names[-1] else 0.0
+        np.testing.assert_allclose(own, kick, atol=1e-14)
+
+
+@pytest.mark.parametrize("root", ["fixed", "freeflyer"])
+@pytest.mark.parametrize("name", FIVE_ROBOTS)
+def test_joints_carry_what_kane_finds(name, root):
+    impact = struck_robot(name, root)
+    scene, robot = impact.scene, impact.scene.robot
+    system = KaneSystem.from_urdf(robot.parts[0].urdf, root)
+    loads = [Load(e.frame, e.linear, e.angular, e.at, e.axes) for e in scene.impulses[:2]]
+    kane = system.impact(impact.q, impact.v_before, loads, {scene.impulses[2].joint: 0.3})
+    # A fixed root is no joint of the robot.
+    joints = set(system.joint_names) - ({"root_joint"} if root == "fixed" else set())
+    assert set(impact.reactions) == joints
+    size = max(np.abs(wrench).max() for wrench in impact.reactions.values())
+    for joint, wrench in impact.reactions.items():
+        assert np.abs(kane.joint_reaction(joint) - wrench).max() < 1e-10 * size, joint
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_loop_s_joints_carry_what_maximal_coordinates_find(seed):
+    rng = np.random.default_rng(seed)
+    robot = ik.Robot.from_urdf(FOUR_BAR)
+    system = KaneSystem.from_urdf(FOUR_BAR)
+    q, v = four_bar_pose(rng.uniform(0.3, 2.2)), rng.normal(size=3)
+    linear, angular = rng.normal(size=3), rng.normal(size=3)
+    # Two rows: across the plane the loop would be held twice and its joints not be unique.
+    pin = ik.FrameAnchor("coupler", "rocker", (0.8, 0, 0), (0.5, 0, 0), directions=("x", "y"))
+    blow = ik.AppliedImpulse("coupler", linear, angular, at=(0.5, 0.1, 0))
+    impact = ik.solve(ik.Scene(robot, [blow], [pin]), q, v)
+    rows = system.rows_at_point(
+        q, "coupler", "rocker", (0.8, 0, 0), (0.5, 0, 0), directions=np.eye(3)[:2]
+    )
+    load = Load("coupler", linear, angular, (0.5, 0.1, 0))
+    maximal = impact_of_free_bodies(system, q, v, [load], rows=rows)
+    size = max(np.abs(wrench).max() for wrench in impact.reactions.values())
+    for joint, wrench in impact.reactions.items():
+        assert np.abs(maximal.joint_reactions[joint] - wrench).max() < 1e-10 * size, joint
+
+
+def test_freed_joint_says_what_it_does_not_take():
+    impact = struck_robot("panda")
+    with pytest.raises(UnknownNameError, match="panda_joint4"):
+        ik.freed_joint(impact, "panda_joint44")
+    robot = ik.Robot.from_example("panda", mimic=True)
+    q, v = random_state(robot, 1)
+    mimic = ik.solve(ik.Scene(robot, [random_blow("panda_hand", 1)]), q, v)
+    with pytest.raises(InputError, match="mimic"):
+        ik.freed_joint(mimic, "panda_joint1")
+    with pytest.raises(InputError, match="one direction"):
+        ik.freed_joint(impact, "panda_joint1").along((1, 0, 0), (0, 0, 1))
