@@ -129,14 +129,15 @@ class ConstrainedJump:
         if rows is None or wanted is None:
             half = factor.half(jacobian, impulse[None])
             half_contacts, free = half[:, :-1], half[:, -1]
-            solution = contacts.solve(half_contacts, before, free, touches)
+            solution = contacts.solve(half_contacts, before, before + free.dot(half_contacts), touches)
             dv = factor.solve(impulse + solution.impulse.dot(jacobian))
             return dv, Outcome(np.empty(0), None, tuple(touches), solution)
         count = len(rows)
         half = factor.half(rows, jacobian, impulse[None])
         half_rows, half_contacts, start = half[:, :count], half[:, count:-1], half[:, -1]
         held = self._multipliers(half_rows, start, wanted, q, v)
-        free = start + half_rows.dot(held.impulse)
+        # Rows that are imposed move the contact points, too.
+        free = before + (start + half_rows.dot(held.impulse)).dot(half_contacts)
         basis = _range_of(half_rows)
         left = half_contacts - basis.dot(basis.T.dot(half_contacts))
         solution = contacts.solve(left, before, free, touches)
@@ -194,12 +195,12 @@ class _Contacts:
     def solve(
         self, half: np.ndarray, before: np.ndarray, free: np.ndarray, touches: list[Touch]
     ) -> ContactSolution:
-        """P by the law, for rows half-solved (nv, 3n) and a half-solved impulse (nv,)."""
+        """P by the law, for rows half-solved (nv, 3n) and velocities (3n,) before and free."""
         entries = [touch.entry for touch in touches]
         problem = self._problem(
             delassus=half.T.dot(half),
             velocity_before=before,
-            velocity_free=before + free.dot(half),
+            velocity_free=free,
             restitution=self._coefficients(entries, before),
             friction=self._friction[entries],
             tangential_restitution=self._tangential[entries],
