@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import tomllib
 from collections.abc import Callable
@@ -12,21 +11,20 @@ from typing import Any
 import numpy as np
 import pydantic
 
-from ..errors import ImpulsekitError, SceneFileError, UnknownNameError
+from ..errors import ImpulsekitError, SceneFileError
 from ..robot import Robot
 from ..robot import state as states
 from ..scene import Scene
 from ..scene.numbers import Vector
 from ..scene.points import ReportPoint
+from .entries import MOVED, read_entries, read_section
 from .faults import Faults, no_such_key
 from .robots import read_robots
-from .vocabulary import NESTED, POINTS, SECTIONS, STRICT, Section, model_of
+from .vocabulary import POINTS, SECTIONS, STRICT
 
 __all__ = ["SceneFile", "load_scene"]
 
 _TOP = ("robot", "robots", "state", "gravity", "report", *(section.name for section in SECTIONS))
-# Keys that a table cannot have by mistake but for standing below it.
-_MOVED = ("gravity",)
 
 _Numbers = pydantic.TypeAdapter(tuple[float, ...], config=pydantic.ConfigDict(strict=True))
 
@@ -73,13 +71,13 @@ def load_scene(path: str | os.PathLike[str]) -> SceneFile:
     for key in data:
         if key not in _TOP:
             faults.add(no_such_key(key, key, _TOP))
-    robot = read_robots(data, os.path.dirname(os.path.abspath(path)), faults, _MOVED)
+    robot = read_robots(data, os.path.dirname(os.path.abspath(path)), faults, MOVED)
     q, v = _read_state(data.get("state", {}), robot, faults)
     settings = faults.validated(_Gravity, {k: data[k] for k in ("gravity",) if k in data}, "")
     parts: dict[str, Any] = {}
     for section in SECTIONS:
         if section.name in data:
-            parts[section.name] = _read_section(section, data[section.name], robot, faults)
+            parts[section.name] = read_section(section, data[section.name], robot, faults)
     points = _read_report(data.get("report", {}), robot, faults)
     if not faults and robot is not None and settings is not None:
         try:
@@ -134,7 +132,7 @@ def _read_state(raw: Any, robot: Robot | None, faults: Faults) -> tuple[np.ndarr
         return q, v
     for key in raw:
         if key not in ("q", "v"):
-            faults.add(no_such_key(f"state.{key}", key, ("q", "v"), _MOVED))
+            faults.add(no_such_key(f"state.{key}", key, ("q", "v"), MOVED))
     if robot is not None:
         model = robot.model
         whole_q: Callable = lambda x: states.checked_configuration(model, x)  # noqa: E731
@@ -196,140 +194,10 @@ def _read_report(raw: Any, robot: Robot | None, faults: Faults) -> tuple[ReportP
         return ()
     for key in raw:
         if key != "points":
-            faults.add(no_such_key(f"report.{key}", key, ("points",), _MOVED))
+            faults.add(no_such_key(f"report.{key}", key, ("points",), MOVED))
 
     def check(point: ReportPoint, place: str) -> None:
         if robot is not None:
             _tried(robot.frame_id, point.frame, f"{place}.frame", faults, None)
 
-    return _read_entries(POINTS, raw.get("points", ()), check, faults)
-
-
-def _read_section(section: Section, raw: Any, robot: Robot | None, faults: Faults) -> Any:
-    """The entries of a section, each checked alone against the robot."""
-
-    def check(entry: Any, place: str) -> None:
-        if robot is not None:
-            _check_entry(robot, section, entry, place, faults)
-
-    found = _read_entries(section, raw if section.many else (raw,), check, faults)
-    return found if section.many else next(iter(found), None)
-
-
-def _read_entries(
-    section: Section, raw: Any, check: Callable[[Any, str], None], faults: Faults
-) -> tuple[Any, ...]:
-    """The entries that could be made; ``check`` gets each of them with its place."""
-    if not isinstance(raw, tuple):
-        faults.add(f"{section.name}: wanted is a list of tables, [[{section.name}]]")
-        return ()
-    entries = []
-    for i, table in enumerate(raw):
-        place = f"{section.name}[{i}]" if section.many else section.name
-        if not isinstance(table, dict):
-            faults.add(f"{place} is {table!r}, wanted is a table")
-            continue
-        entry = _read_entry(section, table, place, faults)
-        if entry is not None:
-            check(entry, place)
-            entries.append(entry)
-    return tuple(entries)
-
-
-def _read_entry(section: Section, table: dict[str, Any], place: str, faults: Faults) -> Any:
-    kind = _kind(section, table, place, faults)
-    if kind is None:
-        return None
-    cls = section.kinds[kind]
-    if len(section.kinds) > 1:
-        table = {key: value for key, value in table.items() if key != "kind"}
-    model = faults.validated(model_of(cls), table, place, _MOVED)
-    if model is None:
-        return None
-    return _made(cls, model, place, faults)
-
-
-def _made(cls: type, model: pydantic.BaseModel, place: str, faults: Faults) -> Any:
-    """The dataclass that a model stands for, or what is left of it without faulty fields."""
-    values: dict[str, Any] = {}
-    for key in [name for name in type(model).model_fields if name in model.model_fields_set]:
-        value = getattr(model, key)
-        if isinstance(value, pydantic.BaseModel):
-            nested = next(one for one in NESTED if model_of(one) is type(value))
-            value = _made(nested, value, f"{place}.{key}", faults)
-            if value is None:
-                continue
-        values[key] = value
-    while True:
-        try:
-            return cls(**values)
-        except ImpulsekitError as error:
-            field = faults.add_error(place, error)
-            if field not in values or model_of(cls).model_fields[field].is_required():
-                return None
-            del values[field]
-
-
-def _kind(section: Section, table: dict[str, Any], place: str, faults: Faults) -> str | None:
-    kinds = section.kinds
-    if len(kinds) == 1:
-        return next(iter(kinds))
-    if "kind" in table:
-        kind = table["kind"]
-        if kind not in kinds:
-            faults.add(f"{place}.kind: {UnknownNameError.among('kind', str(kind), kinds)}")
-            return None
-        return kind
-    if not section.needs_kind:
-        # The kind with most keys of the entry, so that a misspelt key is told as such.
-        shared = {
-            kind: len(table.keys() & set(model_of(cls).model_fields)) for kind, cls in kinds.items()
-        }
-        best = [kind for kind, count in shared.items() if count == max(shared.values())]
-        if len(best) == 1:
-            return best[0]
-    names = ", ".join(f'"{kind}"' for kind in kinds)
-    faults.add(f"{place}.kind is missing, wanted is one of {names}")
-    return None
-
-
-def _check_entry(robot: Robot, section: Section, entry: Any, place: str, faults: Faults) -> None:
-    """Hold one entry against the robot by a scene of its own.
-
-    An unknown name is put right and the entry tried again, so that the next one shows.
-    """
-    put_right = False
-    for _ in range(16):
-        try:
-            alone: dict[str, Any] = {section.name: (entry,) if section.many else entry}
-            Scene(robot, **alone)
-            return
-        except UnknownNameError as error:
-            at, better = _with_name_put_right(entry, error)
-            faults.add(f"{place}{at}: {str(error).removeprefix(f'{section.name}[0]: ')}")
-            if better is None:
-                return
-            entry, put_right = better, True
-        except ImpulsekitError as error:
-            # What follows from the name that was put in is no fault of the file.
-            if not put_right:
-                faults.add(f"{place}: {str(error).removeprefix(f'{section.name}[0]: ')}")
-            return
-
-
-def _with_name_put_right(entry: Any, error: UnknownNameError) -> tuple[str, Any]:
-    """The place of an unknown name in an entry, and the entry with a known one instead."""
-    right = next(iter((*error.nearest, *error.known)), None)
-    for field in dataclasses.fields(entry):
-        value = getattr(entry, field.name)
-        if isinstance(value, tuple) and error.name in value:
-            better: Any = tuple(right if x == error.name else x for x in value)
-        elif value == error.name:
-            better = right
-        else:
-            continue
-        try:
-            return f".{field.name}", dataclasses.replace(entry, **{field.name: better})
-        except ImpulsekitError:
-            return f".{field.name}", None
-    return "", None
+    return read_entries(POINTS, raw.get("points", ()), check, faults)
