@@ -128,8 +128,9 @@ class ConstrainedJump:
         before = jacobian.dot(v)
         if rows is None or wanted is None:
             half = factor.half(jacobian, impulse[None])
-            half_contacts, free = half[:, :-1], half[:, -1]
-            solution = contacts.solve(half_contacts, before, before + free.dot(half_contacts), touches)
+            half_contacts = half[:, :-1]
+            free = before + half[:, -1].dot(half_contacts)
+            solution = contacts.solve(half_contacts, before, free, touches)
             dv = factor.solve(impulse + solution.impulse.dot(jacobian))
             return dv, Outcome(np.empty(0), None, tuple(touches), solution)
         count = len(rows)
