@@ -67,9 +67,7 @@ def constraint_residual(impact: Impact) -> float:
         return 0.0
     matrix, rows = impact.mechanics.constraint_matrix, impact.mechanics.constraint_rows
     difference = np.abs(matrix @ impact.v_after - rows.target(matrix @ impact.v_before))
-    speeds = np.maximum(np.abs(impact.v_before), np.abs(impact.v_after))
-    scale = np.max(np.abs(matrix) @ speeds + np.abs(rows.velocity), initial=0.0)
-    return float(difference.max(initial=0.0) / scale) if scale > 0.0 else 0.0
+    return _share(difference, np.abs(matrix) @ _speeds(impact) + np.abs(rows.velocity))
 
 
 def complementarity_residual(impact: Impact) -> float:
@@ -82,7 +80,23 @@ def complementarity_residual(impact: Impact) -> float:
     # Rows that the law does not use (tangents without friction) count as well: Δv must
     # give every velocity that the law was solved with.
     difference = np.abs(jacobian @ impact.v_after - solution.velocity_after)
-    speeds = np.abs(jacobian) @ np.maximum(np.abs(impact.v_before), np.abs(impact.v_after))
-    scale = speeds.max(initial=0.0)
-    mismatch = float(difference.max(initial=0.0) / scale) if scale > 0.0 else 0.0
+    mismatch = _share(difference, np.abs(jacobian) @ _speeds(impact))
     return max(float(solution.residual), mismatch)
+
+
+def _speeds(impact: Impact) -> np.ndarray:
+    """(nv,) the speeds that cancel in v⁺: before, after, and what each impulse alone makes.
+
+    Where everything comes to rest, v⁻ and v⁺ alone would measure rounding by rounding.
+    """
+    speeds = np.maximum(np.abs(impact.v_before), np.abs(impact.v_after))
+    shares = np.array(list(impact.impulse_shares.values()))
+    # Least squares, since M may be singular where constraints make up for it.
+    alone = np.linalg.lstsq(impact.mechanics.mass_matrix, shares.T, rcond=None)[0]
+    return speeds + np.abs(alone).sum(axis=1)
+
+
+def _share(difference: np.ndarray, scale: np.ndarray) -> float:
+    """The largest difference over the largest scale; 0 where nothing moves at all."""
+    largest = scale.max(initial=0.0)
+    return float(difference.max(initial=0.0) / largest) if largest > 0.0 else 0.0

@@ -217,7 +217,8 @@ class Robot:
         try:
             return self._frame_ids[name]
         except (KeyError, TypeError):
-            raise UnknownNameError.among("frame", str(name), self.frame_names, where) from None
+            known = (WORLD, *self.frame_names)
+            raise UnknownNameError.among("frame", str(name), known, where) from None
 
     def joint_id(self, name: str, where: str = "") -> int:
         """The index of a moving joint by name.

@@ -125,3 +125,21 @@ def test_velocities_of_points_are_asked_by_frame():
         impact.velocity_at("panda_hadn")
     origin = impact.velocity_at("panda_hand")
     np.testing.assert_allclose(origin.change, origin.after - origin.before)
+
+
+def test_an_answer_in_which_all_comes_to_rest_is_not_measured_by_its_rounding():
+    robot = ik.Robot.from_urdf(ik.chain_urdf(10), root="planar")
+    blow = ik.AppliedImpulse("link_10", linear=[0, 5, 0], at=[1, 0, 0])
+    for constraint in (ik.JointLock("joint_7"), ik.PointAnchor("link_1")):
+        scene = ik.Scene(robot, [blow], constraints=[constraint])
+        impact = ik.solve(scene, robot.neutral(), robot.velocity())
+        assert impact.is_valid()
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    pressed = ik.Scene(
+        ball,
+        [ik.AppliedImpulse("ball", linear=[0, 0, -1 / 3])],
+        contacts=[ik.Contact("ball", at=[0, 0, -0.05], friction=0.3)],
+    )
+    impact = ik.solve(pressed, ball.neutral(), ball.velocity())
+    assert impact.is_valid()
+    assert abs(impact.v_after).max() < 1e-15
