@@ -71,7 +71,7 @@ def solve_frictional(
     modes = Modes(delassus, shifted, friction, floor)
     if floor is None and shifted[2::3].min() >= -1e-15 * modes.scale:
         return Frictional(np.zeros_like(shifted), Status.SOLVED, 0.0, None, 0)
-    impulse = residual = None
+    impulse, residual = np.zeros_like(shifted), np.inf
     count = 0
     if floor is None:
         for tolerance in (NEAR, 1e-7):
@@ -84,7 +84,7 @@ def solve_frictional(
                 return _told(modes, impulse, residual, count)
     from .gauss_seidel import sweep
 
-    start = impulse if impulse is not None and residual < 1e-2 else np.zeros_like(shifted)
+    start = impulse if residual < 1e-2 else np.zeros_like(shifted)
     for _ in range(40):
         start, sweeps = sweep(delassus, shifted, friction, floor, start, modes.scale)
         count += sweeps

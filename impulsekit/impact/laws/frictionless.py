@@ -69,7 +69,7 @@ def _exchange(delassus: np.ndarray, shifted: np.ndarray, tiny: float) -> Frictio
 
     n = len(shifted)
     pushing = shifted < -tiny
-    fewest = n + 1
+    fewest: int = n + 1
     for count in range(10):
         chosen = np.flatnonzero(pushing)
         whole = len(chosen) == n
@@ -85,7 +85,7 @@ def _exchange(delassus: np.ndarray, shifted: np.ndarray, tiny: float) -> Frictio
             velocity = delassus.dot(impulse) + shifted
             velocity[chosen] = np.inf
             wrong = (impulse < 0.0) | (velocity < -tiny)
-        number = np.count_nonzero(wrong)
+        number = int(np.count_nonzero(wrong))
         if number == 0:
             # Contacts that just touch may share the load: they need a closer look.
             if whole or velocity.min() > tiny:
@@ -151,8 +151,7 @@ def _least(
     """The answer of least norm among all, given one."""
     velocity = delassus @ impulse + shifted
     touching = np.flatnonzero(velocity <= 10.0 * tiny)
-    block = delassus[np.ix_(touching, touching)]
-    values, vectors = np.linalg.eigh(block)
+    values, vectors = np.linalg.eigh(delassus[np.ix_(touching, touching)])
     dependent = values <= DEPENDENT * values[-1]
     if not dependent.any():
         return Frictionless(impulse, True, None, count)
@@ -161,7 +160,7 @@ def _least(
     least = basis @ ((basis.T @ wanted) / values[~dependent])
     size = np.abs(least).max(initial=0.0)
     if least.min() < -1e-13 * size:
-        least = _least_pushing(block, impulse[touching], basis)
+        least = _least_pushing(least, basis, null)
     result = np.zeros_like(impulse)
     result[touching] = np.maximum(least, 0.0)
     error = np.minimum(delassus.diagonal() * result, delassus @ result + shifted)
@@ -176,33 +175,26 @@ def _least(
     return Frictionless(result, True, unique, count)
 
 
-def _least_pushing(block: np.ndarray, some: np.ndarray, basis: np.ndarray) -> np.ndarray:
-    """P ≥ 0 of least norm with W P = W P_some: P = max(0, B y), Bᵀ P = Bᵀ P_some, by Newton."""
-    wanted = basis.T @ some
-    y = wanted.copy()
-    size = np.abs(some).max()
+def _least_pushing(least: np.ndarray, basis: np.ndarray, null: np.ndarray) -> np.ndarray:
+    """P ≥ 0 of least norm that does what ``least`` does: P = P_least + N z, |z| least.
 
-    def left(y: np.ndarray) -> np.ndarray:
-        return basis.T @ np.maximum(basis @ y, 0.0) - wanted
+    A least distance problem, by way of nonnegative least squares (Lawson & Hanson 1974).
+    """
+    from scipy.optimize import nnls
 
-    error = left(y)
-    for _ in range(100):
-        if np.abs(error).max() <= 1e-14 * size:
-            return np.maximum(basis @ y, 0.0)
-        kept = basis[basis @ y > 0.0]
-        slope = kept.T @ kept
-        step = np.linalg.lstsq(slope + 1e-13 * np.eye(len(y)), -error, rcond=None)[0]
-        # Half the square of a concave dual's gradient: damped steps cannot cycle.
-        share = 1.0
-        while share > 1e-6:
-            tried = left(y + share * step)
-            if tried @ tried < (1.0 - 1e-4 * share) * (error @ error):
-                break
-            share *= 0.5
-        else:
-            return some
-        y, error = y + share * step, tried
-    return some
+    size = np.abs(least).max()
+    system = np.vstack([null.T, -least / size])
+    weights, _ = nnls(system, np.r_[np.zeros(null.shape[1]), 1.0])
+    left = system @ weights
+    left[-1] -= 1.0
+    if left[-1] == 0.0:
+        return least
+    rough = least / size - null @ (left[:-1] / left[-1])
+    # The active set is known now; the same once more, free of the rounding of that way.
+    kept = rough > 1e-9
+    result = np.zeros_like(least)
+    result[kept] = np.linalg.lstsq(basis[kept].T, basis.T @ least, rcond=1e-11)[0]
+    return result
 
 
 def _free_to_shift(impulse: np.ndarray, null: np.ndarray) -> np.ndarray:

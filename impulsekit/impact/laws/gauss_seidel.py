@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .single import released
+from .single import block_of, released
 
 __all__ = ["sweep"]
 
@@ -34,13 +34,8 @@ def sweep(
     velocity = delassus @ impulse + shifted
     mus = friction.tolist()
     floors = [0.0] * n if floor is None else floor.tolist()
-    blocks = []
-    columns = []
-    for i in range(n):
-        at = slice(3 * i, 3 * i + 3)
-        (t11, t12, n1), (_, t22, n2), (_, _, nn) = delassus[at, at].tolist()
-        blocks.append((t11, t12, t22, n1, n2, nn))
-        columns.append(np.ascontiguousarray(delassus[:, at]))
+    blocks = [block_of(delassus, i) for i in range(n)]
+    columns = [np.ascontiguousarray(delassus[:, 3 * i : 3 * i + 3]) for i in range(n)]
     for count in range(1, SWEEPS + 1):
         largest = 0.0
         for i in range(n):

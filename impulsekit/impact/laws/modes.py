@@ -173,8 +173,8 @@ def unique_contacts(modes: Modes, impulse: np.ndarray) -> np.ndarray | None:
     size = np.sqrt(P[:, 0] ** 2 + P[:, 1] ** 2)
     on_edge = size > mu * P[:, 2] * (1.0 - 1e-9)
     n = len(P)
-    columns = []
-    owner = []
+    columns: list[int] = []
+    owner: list[int] = []
     diagonal = modes.delassus.diagonal()
     directions = np.zeros((3 * n, 3 * len(contacts)))
     for i in contacts.tolist():

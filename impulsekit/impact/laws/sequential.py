@@ -7,8 +7,7 @@ import numpy as np
 from ...scene.law import Law
 from ..status import Status
 from .problem import ContactProblem, ContactSolution
-from .single import Triple, strike
-from .slide import Block
+from .single import Triple, block_of, strike
 
 __all__ = ["solve_sequential"]
 
@@ -28,7 +27,7 @@ def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
     delassus, free = problem.delassus, problem.velocity_free
     impulse, velocity = np.zeros(3 * n), free.copy()
     normal, friction = np.zeros(n), np.zeros(n)
-    blocks = [_block(delassus, i) for i in range(n)]
+    blocks = [block_of(delassus, i) for i in range(n)]
     columns = [np.ascontiguousarray(delassus[:, 3 * i : 3 * i + 3]) for i in range(n)]
     coefficients = list(
         zip(
@@ -75,11 +74,3 @@ def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
         status = Status.NOT_UNIQUE
     after = delassus @ impulse + free
     return ContactSolution(impulse, after, status, residual, unique, free, normal, friction, hits)
-
-
-def _block(delassus: np.ndarray, i: int) -> Block:
-    """W of contact i with itself."""
-    (t11, t12, n1), (_, t22, n2), (_, _, nn) = delassus[
-        3 * i : 3 * i + 3, 3 * i : 3 * i + 3
-    ].tolist()
-    return (t11, t12, t22, n1, n2, nn)

@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from ...errors import InputError
 from ...scene.law import Law
 from ..status import Status
 from .coulomb import NOTHING, Impulse, bounded_friction, coulomb, residual_of
 from .slide import Block
 
-__all__ = ["Hit", "Triple", "strike"]
+__all__ = ["Hit", "Triple", "block_of", "strike"]
 
 Triple = tuple[float, float, float]
 
@@ -74,6 +76,13 @@ def strike(
     residual = residual_of(block, b, impulse, mu, 0.0, scale)
     after = moved(block, free, impulse, mu)
     return booked(impulse, before if from_before else free, after, status, residual)
+
+
+def block_of(delassus: np.ndarray, i: int) -> Block:
+    """W of contact i with itself."""
+    own = slice(3 * i, 3 * i + 3)
+    (t11, t12, n1), (_, t22, n2), (_, _, nn) = delassus[own, own].tolist()
+    return (t11, t12, t22, n1, n2, nn)
 
 
 def moved(block: Block, velocity: Triple, impulse: Impulse, mu: float) -> Triple:
