@@ -1,0 +1,133 @@
+"""``check``: an impact beside Chang & Huston's own method."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import InputError, RangeError, SingularMassError
+from ..reference import KaneImpact, Rows
+from ..scene import JointStop
+from .compare import compared
+from .conditions import conditions_of, take
+from .demands import KnownImpulses, constraint_rows, known_impulses
+from .result import Check
+from .system import reference_robot
+
+if TYPE_CHECKING:
+    from ..impact import Impact
+
+__all__ = ["check"]
+
+
+def check(impact: Impact, digits: int | None = None) -> Check:
+    """Hold an impact against Kane's equations, by a program that shares nothing with Pinocchio.
+
+    The URDF is read anew, the impact equations are those of Chang & Huston 1995, eqs.
+    (18)-(33), and each joint's impulse is found by freeing it. Compared are Δv, I_l, P_l,
+    the jumps of all links, the energies, what joints and constraints carry, and whether
+    the constraints hold. Each difference is relative to the size of its quantity in this
+    impact, which the row tells; speeds and generalized impulses are measured in the metric
+    of the generalized masses, so that metres and radians stand side by side.
+
+    The tolerance is what rounding may do: 10 ε κ, at least 1e-12 and at most 1e-6. κ is
+    κ(M) where all impulses are known, and κ(M) √κ(W) + κ(W) under constraints; κ(M) and
+    κ(W) are the condition numbers of the generalized masses and of the Delassus matrix of
+    the independent rows, each scaled to unit diagonal.
+
+    Impulses of contacts are the laws' affair: they are given to the reference as they were
+    found, and the rest is checked.
+
+    Args:
+        impact: a solved impact.
+        digits: decimal digits of the reference (16 or more), by mpmath; doubles unless given.
+
+    Raises:
+        InputError: the impact cannot be checked: its robot came from a ``pin.Model``, has a
+            root other than "fixed", "planar" and "freeflyer", or cannot be read by the
+            reference; or nothing but constraints resists some motion.
+        MissingExtraError: ``digits`` are asked for and mpmath is not installed.
+
+    Example:
+        >>> from impulsekit import AppliedImpulse, Robot, Scene, solve
+        >>> robot = Robot.from_example("panda")
+        >>> scene = Scene(robot, [AppliedImpulse("panda_hand", linear=[0, 0, 1])])
+        >>> check(solve(scene, robot.neutral(), robot.velocity())).agrees
+        True
+    """
+    from ..impact import Impact
+
+    if not isinstance(impact, Impact):
+        raise InputError(f"check takes an Impact, not a {type(impact).__name__}")
+    if digits is not None and not (isinstance(digits, int) and digits >= 16):
+        raise RangeError.of("digits", digits, "a whole number from 16 up")
+    scene = impact.scene
+    reference = reference_robot(scene.robot, digits)
+    system = reference.system
+    at = system.kinematics(impact.q)
+    known = known_impulses(reference, scene.impulses)
+    notes = _give_what_solvers_found(impact, known)
+    demands = constraint_rows(reference, at, impact.v_before, scene.constraints)
+    conditions = conditions_of(system.tree, at, demands)
+    if conditions is None:
+        raise _impossible("its generalized masses are singular, and the reference inverts them")
+    truth = _solved(impact, known, take(demands, conditions.independent))
+    carried = truth
+    if not all(result.unique for result in impact.constraints):
+        notes.append(
+            "the constraints can share their impulses in more than one way; "
+            "joints are compared under the share that was found"
+        )
+        carried = _solved(impact, _with_constraint_impulses(impact, known), None)
+    rows = compared(impact, reference, at, truth, carried, demands, conditions, known.loads)
+    return Check(
+        rows=rows,
+        tolerance=conditions.tolerance,
+        condition=conditions.of_masses,
+        condition_of_rows=conditions.of_rows,
+        numbers=system.arithmetic.name,
+        notes=tuple(notes),
+    )
+
+
+def _solved(impact: Impact, known: KnownImpulses, rows: Rows | None) -> KaneImpact:
+    system = known.reference.system
+    try:
+        return system.impact(impact.q, impact.v_before, known.loads, known.in_joints, rows)
+    except SingularMassError as error:
+        raise _impossible(str(error)) from error
+
+
+def _give_what_solvers_found(impact: Impact, known: KnownImpulses) -> list[str]:
+    """Hand on impulses that no entry of the scene gives or demands; a note on them."""
+    from ..impact.forces import body_impulses
+
+    for item in body_impulses(impact):
+        if not item.entry and item.frame_id > 0:
+            known.add_on_body(item, impact.scene.robot.model.frames)
+    touching = 0
+    for entry, result in zip(impact.scene.contacts, impact.contacts, strict=True):
+        touching += result.touching
+        if result.touching and isinstance(entry, JointStop):
+            known.add_in_joint(entry.joint, result.impulse)
+    return ["the impulses of contacts are given to the reference"] if touching else []
+
+
+def _with_constraint_impulses(impact: Impact, known: KnownImpulses) -> KnownImpulses:
+    """The known impulses and those that were found for the constraints."""
+    from ..impact.forces import body_impulses
+
+    scene = impact.scene
+    everything = KnownImpulses(known.reference, list(known.loads), dict(known.in_joints))
+    names = set(scene.entry_names("constraints"))
+    for item in body_impulses(impact):
+        if item.entry in names and item.frame_id > 0:
+            everything.add_on_body(item, scene.robot.model.frames)
+    for entry, result in zip(scene.constraints, impact.constraints, strict=True):
+        everything.add_of_joint_constraint(entry, np.asarray(result.impulse))
+    return everything
+
+
+def _impossible(reason: str) -> InputError:
+    return InputError(f"this impact cannot be checked: {reason}")

@@ -1,0 +1,93 @@
+"""What rounding may do: conditions of the masses and of the constraint rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..reference import Rows
+from ..reference.kane import generalized_masses
+from ..reference.kinematics import Kinematics
+from ..reference.tree import Tree
+
+__all__ = ["Conditions", "conditions_of"]
+
+# A row within this (rad, in the metric of the mobilities) of the span of others is dependent.
+RANK_TOLERANCE = 1e-7
+# Rounding of a solve, in units of epsilon times the condition.
+ROUNDING = 10.0
+SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Conditions:
+    """How far an impact amplifies rounding. n speeds, r rows; all in doubles.
+
+    Attributes:
+        masses: (n, n) a_lp.
+        rows: (r, n) the constraint rows on the speeds.
+        mobilities: (r,) the diagonal of W = A a⁻¹ Aᵀ.
+        independent: indices of rows that are independent and span the others.
+        of_masses: condition of a_lp scaled to unit diagonal.
+        of_rows: the same of W of the independent rows; 1 without any.
+    """
+
+    masses: np.ndarray
+    rows: np.ndarray
+    mobilities: np.ndarray
+    independent: tuple[int, ...]
+    of_masses: float
+    of_rows: float
+
+    @property
+    def tolerance(self) -> float:
+        """What differences may be; see :func:`impulsekit.check`."""
+        amplified = self.of_masses
+        if len(self.rows):
+            amplified = self.of_masses * self.of_rows**0.5 + self.of_rows
+        rounding = ROUNDING * float(np.finfo(float).eps) * amplified
+        return min(max(rounding, SMALLEST_TOLERANCE), LARGEST_TOLERANCE)
+
+
+def conditions_of(tree: Tree, at: Kinematics, demands: Rows) -> Conditions | None:
+    """The conditions at a configuration; None where the masses alone are singular."""
+    import scipy.linalg
+
+    masses = generalized_masses(at).astype(float)
+    rows = demands.matrix(tree.arithmetic, at.linear, at.angular) + demands.speeds
+    rows = rows.astype(float)
+    diagonal = np.diagonal(masses)
+    if not (diagonal > 0.0).all():
+        return None
+    root = np.sqrt(diagonal)
+    scaled = masses / root / root[:, None]
+    values = np.linalg.eigvalsh(scaled) if tree.n else np.ones(1)
+    if not values[0] > len(masses) * np.finfo(float).eps:
+        return None
+    of_masses = float(values[-1] / values[0])
+    if not len(demands):
+        return Conditions(masses, rows, np.zeros(0), (), of_masses, 1.0)
+    lower = np.linalg.cholesky(scaled)
+    half = scipy.linalg.solve_triangular(lower, (rows / root).T, lower=True)
+    mobilities = np.einsum("ij,ij->j", half, half)
+    moving = mobilities > 0.0
+    half = half / np.where(moving, np.sqrt(mobilities), 1.0)
+    triangle, order = scipy.linalg.qr(half, mode="r", pivoting=True)
+    rank = int((np.abs(np.diagonal(triangle)) > RANK_TOLERANCE).sum())
+    chosen = tuple(sorted(order[:rank].tolist()))
+    singular = np.linalg.svd(half[:, chosen], compute_uv=False) if chosen else np.ones(1)
+    of_rows = float((singular[0] / singular[-1]) ** 2)
+    return Conditions(masses, rows, mobilities, chosen, of_masses, of_rows)
+
+
+def take(demands: Rows, indices: tuple[int, ...]) -> Rows:
+    """Some of the rows."""
+    chosen = list(indices)
+    return Rows(
+        demands.linear[chosen],
+        demands.angular[chosen],
+        demands.speeds[chosen],
+        demands.target[chosen],
+        tuple(demands.names[i] for i in chosen),
+    )

@@ -1,0 +1,101 @@
+"""How large each kind of quantity is in an impact: what differences are relative to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..reference import KaneImpact, Load
+from ..reference.kinematics import Kinematics
+from ..reference.tree import WORLD, Tree
+from .conditions import Conditions
+
+if TYPE_CHECKING:
+    from ..impact import Impact
+
+__all__ = ["Sizes", "reach_of", "sizes_of"]
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Sizes of the quantities of an impact.
+
+    A quantity may be small because large ones cancel, such as Δv of a robot that is held.
+    So each size covers the motions on the way as well: what every entry of the scene would
+    do alone, and under constraints and contacts the motion before.
+
+    Attributes:
+        speed: largest √a_ll |y_l| [√J].
+        energy_norm: √(2 T) [√J]; bounds |I_l| / √a_ll and |P_l| / √a_ll.
+        energy: kinetic energy [J].
+        velocity: of mass centres [m/s].
+        impulse: that links pass on to each other [N s].
+        reach: of a tree from its root [m]; turns velocities into angular ones, and impulses
+            into their moments.
+    """
+
+    speed: float
+    energy_norm: float
+    energy: float
+    velocity: float
+    impulse: float
+    reach: float
+
+
+def sizes_of(
+    truth: KaneImpact,
+    at: Kinematics,
+    conditions: Conditions,
+    impact: Impact,
+    loads: Iterable[Load],
+    reactions: Mapping[str, np.ndarray],
+) -> Sizes:
+    """The sizes of an impact, by the reference's numbers."""
+    masses, root = conditions.masses, np.sqrt(np.diagonal(conditions.masses))
+    motions = [truth.dy.astype(float)]
+    if impact.impulse_shares:
+        motions += list(np.linalg.solve(masses, np.array([*impact.impulse_shares.values()]).T).T)
+    if impact.constraints or impact.contacts:
+        motions.append(impact.v_before)
+    norms = [float(np.sqrt(max(y @ masses @ y, 0.0))) for y in motions]
+    reach = reach_of(truth.system.tree, at)
+    velocity = impulse = 0.0
+    body_masses = at.masses.astype(float)
+    for y in motions:
+        linear, angular = (part.astype(float) for part in at.velocities(y))
+        speeds = np.linalg.norm(linear, axis=1)
+        turning = reach * np.linalg.norm(angular, axis=1)
+        velocity = max(velocity, speeds.max(initial=0.0), turning.max(initial=0.0))
+        impulse = max(impulse, (body_masses * speeds).max(initial=0.0))
+    wrenches = [np.array([*load.linear, *load.angular], dtype=float) for load in loads]
+    for wrench in (*wrenches, *reactions.values()):
+        parts = np.linalg.norm(wrench[:3]), np.linalg.norm(wrench[3:]) / reach
+        impulse = max(impulse, *map(float, parts))
+    energies = (truth.energy_before, truth.energy_after, 0.5 * max(norms) ** 2)
+    return Sizes(
+        speed=max(float(np.max(root * np.abs(y), initial=0.0)) for y in motions),
+        energy_norm=max(norms),
+        energy=max(map(float, energies)),
+        velocity=float(velocity),
+        impulse=float(impulse),
+        reach=reach,
+    )
+
+
+def reach_of(tree: Tree, at: Kinematics) -> float:
+    """How far a body extends from the root of its tree [m]; never 0."""
+    origins, centres = at.origins.astype(float), at.mass_centres.astype(float)
+    roots: list[int] = []
+    reach = 0.0
+    for k, body in enumerate(tree.bodies):
+        roots.append(k if body.parent == WORLD else roots[body.parent])
+        base = origins[roots[k]]
+        gyration = 0.0
+        if body.mass > 0:
+            gyration = float(np.sqrt(max(float(np.trace(body.inertia)) / float(body.mass), 0.0)))
+        distances = np.linalg.norm(origins[k] - base), np.linalg.norm(centres[k] - base)
+        reach = max(reach, gyration, *map(float, distances))
+    return reach or 1.0

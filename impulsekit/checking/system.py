@@ -1,0 +1,129 @@
+"""A robot as the reference sees it: made anew from the same URDF."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ..errors import InputError, UrdfError
+from ..reference import Arithmetic, KaneSystem
+from ..reference.tree import ROOTS
+
+if TYPE_CHECKING:
+    from ..robot import Robot
+    from ..robot.source import RobotPart
+
+__all__ = ["ReferenceRobot", "reference_robot"]
+
+# A robot by itself gets a prefix too, so that its links never meet the fixed "world".
+_ALONE = "robot/"
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceRobot:
+    """A Kane system and how the robot's names are found in it.
+
+    Attributes:
+        system: the system.
+        prefix: what stands before the robot's names there.
+    """
+
+    system: KaneSystem
+    prefix: str
+
+    def link(self, frame: str) -> str:
+        """The link that a frame of the robot is; "world" for the fixed one.
+
+        A URDF joint's frame is that of the link below it.
+        """
+        if frame == "world":
+            return frame
+        name = self.prefix + frame
+        tree = self.system.tree
+        if name not in tree.link_names:
+            name = tree.bodies[tree.body_of_joint(name)].name
+        return name
+
+    def joint(self, joint: str) -> str:
+        """The name of a joint in the system."""
+        return self.prefix + joint
+
+    def joints(self, names: Iterable[str]) -> dict[str, str]:
+        """By joint of the robot, the joint of the system; without those it does not have."""
+        known = set(self.system.joint_names)
+        found = {name: self.joint(name) for name in names}
+        return {name: inner for name, inner in found.items() if inner in known}
+
+
+def reference_robot(robot: Robot, digits: int | None) -> ReferenceRobot:
+    """The reference's own reading of a robot's URDF, kept as long as the robot lives.
+
+    Raises:
+        InputError: the robot cannot be made by the reference; it says why.
+    """
+    kept = _kept.setdefault(robot, {})
+    if digits not in kept:
+        kept[digits] = _read(robot, digits)
+    return kept[digits]
+
+
+_kept: weakref.WeakKeyDictionary[Robot, dict[int | None, ReferenceRobot]] = (
+    weakref.WeakKeyDictionary()
+)
+
+
+def _read(robot: Robot, digits: int | None) -> ReferenceRobot:
+    numbers = Arithmetic.double() if digits is None else Arithmetic.mpmath(digits)
+    parts: dict[str, KaneSystem] = {}
+    placements = {}
+    alone = [part.prefix for part in robot.parts] == [""]
+    for part in robot.parts:
+        name = (_ALONE if alone else part.prefix).removesuffix("/")
+        parts[name] = _system_of(part, numbers)
+        if part.placement is not None:
+            rows = [row[:3] for row in part.placement[:3]]
+            placements[name] = ([row[3] for row in part.placement[:3]], rows)
+    reference = ReferenceRobot(KaneSystem.combine(placements, **parts), _ALONE if alone else "")
+    _same_order(robot, reference)
+    return reference
+
+
+def _system_of(part: RobotPart, numbers: Arithmetic) -> KaneSystem:
+    what = f'the part "{part.prefix}"' if part.prefix else "the robot"
+    if part.urdf is None:
+        raise _impossible(f"{what} was made from a pin.Model, and the reference reads URDF only")
+    if part.root not in ROOTS:
+        raise _impossible(
+            f"{what} hangs on the world by a {part.root}; the reference knows the roots "
+            + ", ".join(f'"{root}"' for root in ROOTS)
+        )
+    try:
+        return KaneSystem.from_urdf(part.urdf, part.root, part.mimic, numbers)
+    except UrdfError as error:
+        raise _impossible(str(error)) from error
+
+
+def _same_order(robot: Robot, reference: ReferenceRobot) -> None:
+    """Prove that both programs number the degrees of freedom alike."""
+    tree = reference.system.tree
+    theirs = [
+        body.joint.name.removeprefix(reference.prefix)
+        for body in tree.bodies
+        if len(body.joint.linear) and not body.joint.mimics
+    ]
+    ours = [
+        name
+        for name, joint in zip(robot.joint_names, list(robot.model.joints)[1:], strict=True)
+        if joint.nv > 0
+    ]
+    sizes = (len(tree.coordinate_names), tree.n) == (robot.nq, robot.nv)
+    if theirs != ours or not sizes:
+        astray = next((name for name in ours if name not in theirs), None)
+        reason = f'joint "{astray}" is another to it' if astray else "it orders joints otherwise"
+        raise _impossible(f"the reference reads another robot from this URDF: {reason}")
+
+
+def _impossible(reason: str) -> InputError:
+    return InputError(f"this impact cannot be checked: {reason}")

@@ -1,0 +1,340 @@
+"""``check``: it agrees where the answer is right, and says no where anything is spoilt."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import FrozenInstanceError
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit.checking import system
+from impulsekit.errors import InputError, RangeError, UnknownNameError
+
+from .reference.models import joint, link, robot
+from .robots import STRUCK, random_blow, random_state
+
+ROWS = ["Δv", "I", "P before", "P after", "mass centres", "rotations", "energy", "joint impulses",
+        "joint couples"]  # fmt: skip
+OF_CONSTRAINTS = ["constraint impulses", "constraint velocities"]
+
+
+def solved(robot, impulses, constraints=(), contacts=(), seed=1):
+    q, v = random_state(robot, seed)
+    return ik.solve(ik.Scene(robot, impulses, constraints, contacts), q, v)
+
+
+def spoilt(impact, factor=None, dv=None):
+    """The same answer with another Δv."""
+    other = impact.dv * factor if dv is None else dv
+    return ik.Impact(impact.scene, impact.q.copy(), impact.v_before.copy(), other, impact.outcome)
+
+
+@pytest.fixture(scope="module")
+def world():
+    """An arm and a ball in a world, which stand with a dog in a larger one."""
+    rng = np.random.default_rng(5)
+
+    def somewhere():
+        turned = pin.exp3(rng.normal(size=3))
+        return pin.SE3(turned, rng.normal(size=3))
+
+    arm = ik.Robot.from_example("panda")
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    near = ik.combine(arm=arm, ball=ball, placements={"arm": somewhere(), "ball": somewhere()})
+    dog = ik.Robot.from_example("solo12", root="freeflyer")
+    return ik.combine(near=near, dog=dog, placements={"near": somewhere()})
+
+
+@pytest.mark.parametrize("root", ["fixed", "freeflyer"])
+@pytest.mark.parametrize("name", STRUCK)
+def test_robots_agree(name, root):
+    robot = ik.Robot.from_example(name, root=root)
+    for seed in range(3):
+        blows = [random_blow(STRUCK[name], seed), random_blow(robot.links[-1].name, 9, "local")]
+        if robot.links[-1].joint_id == 0:
+            blows.pop()
+        impact = solved(robot, [*blows, ik.JointImpulse(robot.joint_names[-1], 0.2)], seed=seed)
+        check = ik.check(impact)
+        assert check.agrees, check
+        assert [row.name for row in check.rows] == ROWS
+        assert max(row.difference for row in check.rows) < 1e-13
+        assert check.tolerance < 1e-11
+
+
+@pytest.mark.parametrize("root", ["planar", "freeflyer"])
+def test_a_chain_agrees(root):
+    robot = ik.Robot.from_urdf(ik.chain_urdf(10), root=root)
+    assert ik.check(solved(robot, [random_blow("link_10", 1)])).agrees
+
+
+def test_constraints_agree():
+    robot = ik.Robot.from_example("talos", root="freeflyer")
+    blow = random_blow(STRUCK["talos"], 2)
+    cases = [
+        [ik.FrameAnchor("left_sole_link"), ik.FrameAnchor("right_sole_link")],
+        [ik.FrameAnchor("left_sole_link", velocity="kept"),
+         ik.PointAnchor("right_sole_link", at=(0.1, 0, 0), velocity=(0.1, 0, 0.2))],
+        [ik.FrameAnchor("gripper_left_base_link", "gripper_right_base_link", (0.1, 0, 0),
+                        directions=("x", "z", "ry"), axes="local", velocity=(0.1, 0.2, 0.3))],
+        [ik.JointLock("torso_1_joint"), ik.JointLock("root_joint", velocity="kept"),
+         ik.JointCoupling("arm_left_4_joint", ["arm_right_4_joint", "head_1_joint"],
+                          ratio=[0.5, -2])],
+        [ik.PointAnchor("world", "head_2_link", at=(1, 2, 3)),
+         ik.FrameAnchor("world", "torso_2_link", directions=("rx", "ry"), axes="local")],
+    ]  # fmt: skip
+    for constraints in cases:
+        check = ik.check(solved(robot, [blow], constraints))
+        assert check.agrees, check
+        assert [row.name for row in check.rows] == ROWS + OF_CONSTRAINTS
+        assert max(row.difference for row in check.rows) < 0.1 * check.tolerance
+        assert check.condition_of_rows > 1 and not check.notes
+
+
+def test_redundant_constraints_are_compared_as_far_as_they_are_unique():
+    robot = ik.Robot.from_example("talos", root="freeflyer")
+    corners = [ik.PointAnchor("left_sole_link", at=(x, y, 0)) for x in (0.1, -0.1)
+               for y in (0.05, -0.05)]  # fmt: skip
+    lock = ik.JointLock("torso_1_joint")
+    check = ik.check(solved(robot, [random_blow(STRUCK["talos"], 2)], [*corners, lock]))
+    assert check.agrees, check
+    assert check.row("constraint impulses").entries == ("constraints[4].lock",)
+    assert len(check.row("constraint velocities").entries) == 13
+    assert "more than one way" in check.notes[0]
+
+
+def test_a_world_with_placements_agrees(world):
+    blows = [
+        random_blow("near/arm/panda_hand", 1),
+        random_blow("dog/FR_FOOT", 2, "local"),
+        ik.JointImpulse("near/ball/root_joint", (1, 2, 3, 4, 5, 6)),
+    ]
+    grip = ik.FrameAnchor("near/ball/ball", "near/arm/panda_hand")
+    rope = ik.PointAnchor("dog/FL_FOOT", "near/ball/ball", at=(0.01, 0, 0), other_at=(0.1, 0, 0.1))
+    assert ik.check(solved(world, blows)).agrees
+    assert ik.check(solved(world, blows, [grip, rope])).agrees
+
+
+@pytest.mark.parametrize("name", ["panda", "tiago_pro"])
+def test_joints_that_mimic_agree(name):
+    robot = ik.Robot.from_example(name, mimic=True)
+    struck = [item.name for item in robot.links if item.joint_id > 0][-1]
+    anchor = ik.PointAnchor(struck, at=(0.1, 0, 0))
+    assert ik.check(solved(robot, [random_blow(struck, 1)])).agrees
+    assert ik.check(solved(robot, [random_blow(robot.links[-2].name, 2)] if name == "panda" else [],
+                           [anchor])).agrees  # fmt: skip
+
+
+def test_impulses_of_contacts_are_given_to_the_reference(world):
+    ball = ik.Contact("near/ball/ball", against="near/arm/panda_hand", restitution=0.5)
+    stop = ik.JointStop("near/arm/panda_joint2", lower=-20, upper=-10, restitution=0.5)
+    q, v = random_state(world, 3)
+    v[1] = 2.0  # on to the stop
+    impact = ik.solve(ik.Scene(world, [random_blow("dog/FR_FOOT", 1)], [], [ball, stop]), q, v)
+    assert all(result.touching for result in impact.contacts)
+    assert impact.contacts[1].impulse[0] < 0
+    check = ik.check(impact)
+    assert check.agrees, check
+    assert "contacts" in check.notes[0]
+    assert not ik.check(spoilt(impact, 1 + 1e-6)).agrees
+
+
+def test_nothing_happens_and_that_agrees():
+    robot = ik.Robot.from_example("panda")
+    at_rest = ik.solve(ik.Scene(robot), robot.neutral(), robot.velocity())
+    assert ik.check(at_rest).agrees
+    # Held from all sides: Δv is zero but for rounding, of the size of what is held.
+    everything = [ik.JointLock(name) for name in robot.joint_names]
+    held = ik.Scene(robot, [random_blow("panda_hand", 1)], everything)
+    assert ik.check(ik.solve(held, robot.neutral(), robot.velocity())).agrees
+
+
+def test_fifty_digits():
+    robot = ik.Robot.from_example("ur5")
+    impact = solved(robot, [random_blow("tool0", 1)], [ik.JointLock("elbow_joint")])
+    check = ik.check(impact, digits=50)
+    assert check.agrees and check.numbers == "mpmath, 50 digits"
+    assert not ik.check(spoilt(impact, 1 + 1e-6), digits=50).agrees
+    loop = ik.PointAnchor("tool0", "forearm_link", at=(0.1, 0, 0))
+    assert ik.check(solved(robot, [random_blow("tool0", 1)], [loop, loop]), digits=30).agrees
+
+
+# -- it can say no -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", STRUCK)
+def test_a_velocity_off_by_a_millionth_is_found(name):
+    robot = ik.Robot.from_example(name, root="freeflyer")
+    impact = solved(robot, [random_blow(STRUCK[name], 1)])
+    for factor in (1 + 1e-6, 1 - 1e-9, -1.0):
+        check = ik.check(spoilt(impact, factor))
+        assert not check.agrees and not check
+        assert not check.row("Δv").agrees and check.row("I").agrees
+
+
+def test_one_spoilt_entry_is_found_and_named():
+    robot = ik.Robot.from_example("talos", root="freeflyer")
+    impact = solved(robot, [random_blow(STRUCK["talos"], 1)])
+    dv = impact.dv.copy()
+    dv[robot.model.joints[robot.joint_id("head_1_joint")].idx_v] += 1e-6 * np.abs(dv).max()
+    row = ik.check(spoilt(impact, dv=dv)).row("Δv")
+    assert not row.agrees and row.entries[row.worst] == "head_1_joint"
+    dv = dv.copy()
+    dv[3] = np.nan
+    assert not ik.check(spoilt(impact, dv=dv)).agrees
+
+
+def test_spoilt_parts_are_found():
+    robot = ik.Robot.from_example("panda")
+    impact = solved(robot, [random_blow("panda_hand", 1)], [ik.JointLock("panda_joint3")])
+    for part, row in (
+        ("generalized_impulse", "I"),
+        ("momentum_before", "P before"),
+        ("momentum_after", "P after"),
+    ):
+        other = solved(robot, [random_blow("panda_hand", 1)], [ik.JointLock("panda_joint3")])
+        vars(other)[part] = getattr(other, part) * (1 + 1e-9)
+        failed = [r.name for r in ik.check(other).rows if not r.agrees]
+        assert failed == ([row] if row == "I" else [row, "energy"])
+    reactions = {name: wrench.copy() for name, wrench in impact.reactions.items()}
+    reactions["panda_joint8"][4] += 1e-6
+    vars(impact)["reactions"] = reactions
+    failed = [r for r in ik.check(impact).rows if not r.agrees]
+    assert [(r.name, r.entries[r.worst]) for r in failed] == [("joint couples", "panda_joint8 y")]
+
+
+def test_a_constraint_left_out_is_found():
+    robot = ik.Robot.from_example("talos", root="freeflyer")
+    blow, foot = random_blow(STRUCK["talos"], 1), ik.FrameAnchor("left_sole_link")
+    held, free = solved(robot, [blow], [foot]), solved(robot, [blow])
+    check = ik.check(spoilt(held, dv=free.dv.copy()))
+    assert not check.row("Δv").agrees and not check.row("constraint velocities").agrees
+
+
+def test_another_model_is_found():
+    """One mass a billionth off; the axis of one joint turned round."""
+    robot = ik.Robot.from_example("solo12", root="freeflyer")
+    q, v = random_state(robot, 1)
+    for element, other in (
+        ('mass value="1.16115091"', 'mass value="1.161150911"'),
+        ('axis xyz="1 0 0"', 'axis xyz="-1 0 0"'),
+    ):
+        text = robot.parts[0].urdf.replace(element, other, 1)
+        assert text != robot.parts[0].urdf
+        changed = ik.Scene(ik.Robot.from_urdf(text, root="freeflyer"), [random_blow("FR_FOOT", 1)])
+        impact = ik.solve(changed, q, v)
+        assert ik.check(impact).agrees
+        claimed = ik.Impact(ik.Scene(robot, changed.impulses), q, v, impact.dv.copy())
+        assert not ik.check(claimed).agrees
+
+
+# -- what it is ----------------------------------------------------------------------------
+
+
+def test_the_report_names_what_fails():
+    robot = ik.Robot.from_example("panda")
+    impact = solved(robot, [random_blow("panda_hand", 1)], [ik.JointLock("panda_joint3")])
+    good, bad = str(ik.check(impact)), ik.check(spoilt(impact, 1.001)).report()
+    assert good.endswith("Agrees: yes\n") and " NO" not in good
+    assert "Agrees: NO, in Δv, P after, mass centres and 5 more" in bad
+    for name in ROWS + OF_CONSTRAINTS:
+        assert name in good
+
+
+def test_a_check_is_frozen():
+    robot = ik.Robot.from_example("panda")
+    check = ik.check(solved(robot, [random_blow("panda_hand", 1)]))
+    with pytest.raises(FrozenInstanceError):
+        check.tolerance = 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        check.rows[0].ours[0] = 1.0
+    assert isinstance(check, ik.Check) and "agrees" in repr(check.rows[0])
+    with pytest.raises(UnknownNameError, match="energy"):
+        check.row("enery")
+
+
+def test_the_tolerance_is_what_the_condition_allows():
+    eps = np.finfo(float).eps
+    masses = (1.0, 1e-6)
+    rods = robot(
+        link("base", "1"),
+        *(link(f"rod_{i}", str(m), "1 0 0", inertia="0 0 0 0 0 0") for i, m in enumerate(masses)),
+        joint("first", "base", "rod_0"),
+        joint("second", "rod_0", "rod_1", at="1 0 0"),
+    )
+    uneven = ik.Robot.from_urdf(rods)
+    check = ik.check(ik.solve(ik.Scene(uneven, [ik.JointImpulse("first", 1.0)]), [0, 1.0], [0, 0]))
+    assert check.agrees
+    assert check.tolerance == pytest.approx(max(1e-12, 10 * eps * check.condition))
+    chain = ik.Robot.from_urdf(ik.chain_urdf(40), root="planar")
+    check = ik.check(ik.solve(ik.Scene(chain, [random_blow("link_40", 1)]), chain.neutral(),
+                              chain.velocity()))  # fmt: skip
+    assert check.agrees and check.condition > 1e6
+    assert check.tolerance == pytest.approx(10 * eps * check.condition)
+
+
+def test_the_urdf_is_read_once_a_robot(monkeypatch):
+    robot = ik.Robot.from_example("panda")
+    impact = solved(robot, [random_blow("panda_hand", 1)])
+    ik.check(impact)
+    monkeypatch.setattr(system, "_read", None)
+    assert ik.check(impact).agrees
+    count = len(system._kept)
+    del robot, impact
+    assert len(system._kept) == count - 1
+
+
+def test_a_second_check_of_talos_is_quick():
+    robot = ik.Robot.from_example("talos", root="freeflyer")
+    feet = [ik.FrameAnchor("left_sole_link"), ik.FrameAnchor("right_sole_link")]
+    ik.check(solved(robot, [random_blow(STRUCK["talos"], 1)], feet))
+    taken = []
+    for seed in range(3):
+        impact = solved(robot, [random_blow(STRUCK["talos"], 1)], feet, seed=seed)
+        start = time.perf_counter()
+        assert ik.check(impact).agrees
+        taken.append(time.perf_counter() - start)
+    assert min(taken) < 0.2
+
+
+# -- what cannot be checked ----------------------------------------------------------------
+
+
+def test_what_cannot_be_checked_says_so():
+    panda = ik.Robot.from_example("panda")
+    blow = random_blow("panda_hand", 1)
+    given = ik.Robot.from_model(panda.model)
+    with pytest.raises(InputError, match=r"cannot be checked.*pin\.Model"):
+        ik.check(solved(given, [blow]))
+    round_joint = ik.Robot.from_example("panda", root=pin.JointModelSpherical())
+    with pytest.raises(InputError, match=r"cannot be checked.*Spherical.*freeflyer"):
+        ik.check(solved(round_joint, [blow]))
+    mixed = ik.combine(a=panda, b=given)
+    with pytest.raises(InputError, match='cannot be checked: the part "b/"'):
+        ik.check(solved(mixed, [random_blow("a/panda_hand", 1)]))
+    with pytest.raises(InputError, match="takes an Impact"):
+        ik.check(panda)
+    for digits in (5, 50.5, "many"):
+        with pytest.raises(RangeError, match="digits"):
+            ik.check(solved(panda, [blow]), digits=digits)
+
+
+def test_masses_that_only_constraints_make_whole_cannot_be_checked():
+    bar = "0 0 0 0 0 .01"
+    loop = ik.Robot.from_urdf(
+        robot(
+            '<link name="ground"/>',
+            link("crank", "1", ".2 0 0", inertia=bar),
+            '<link name="coupler"/>',
+            link("rocker", "1", ".2 0 0", inertia=bar),
+            joint("a", "ground", "crank"),
+            joint("b", "crank", "coupler", at=".4 0 0"),
+            joint("c", "ground", "rocker", at="1 0 0"),
+        )
+    )
+    closed = ik.PointAnchor("coupler", "rocker", at=(1, 0, 0), other_at=(0.4, 0, 0))
+    scene = ik.Scene(loop, [ik.JointImpulse("a", 1.0)], [closed])
+    with pytest.raises(InputError, match=r"cannot be checked.*coupler"):
+        ik.check(ik.solve(scene, [1.0, -1.0, 1.0], [0, 0, 0]))
