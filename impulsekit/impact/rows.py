@@ -59,7 +59,7 @@ class _AnchorRows:
     def __init__(self, robot: Robot, reached: ReachedModel, anchor: PointAnchor | FrameAnchor):
         moving = robot.model.frames[robot.frame_id(anchor.frame)].parentJoint > 0
         other_moves = robot.model.frames[robot.frame_id(anchor.other)].parentJoint > 0
-        self._coincident = anchor.other_at is None and moving and other_moves
+        self._coincident = anchor.other_at is None and other_moves
         self._point = PointOnFrame(robot, reached, anchor.frame, anchor.at) if moving else None
         self._other = (
             PointOnFrame(robot, reached, anchor.other, anchor.other_at or (0.0, 0.0, 0.0))
@@ -71,10 +71,9 @@ class _AnchorRows:
             self._local = anchor.axes == "local"
         else:
             self._rows, self._local = [0, 1, 2], False
-        self._fixed_axes = None
-        if self._local and not moving:
-            frame = robot.model.frames[robot.frame_id(anchor.frame)]
-            self._fixed_axes = frame.placement.rotation
+        fixed = robot.model.frames[robot.frame_id(anchor.frame)].placement
+        self._fixed_point = fixed.act(np.array(anchor.at, dtype=float))
+        self._fixed_axes = fixed.rotation
         # All six rows, or the first three, are a slice: no copy.
         count = len(self._rows)
         self._select = slice(0, count) if self._rows == list(range(count)) else self._rows
@@ -122,16 +121,17 @@ class _AnchorRows:
     def _offset(self, data: pin.Data) -> np.ndarray:
         """(3,) from the origin of ``other`` to the point of ``frame``, world axes."""
         ends = [
-            data.oMi[end.joint_id].act(end.placement.translation)
+            self._fixed_point
+            if end is None
+            else data.oMi[end.joint_id].act(end.placement.translation)
             for end in (self._point, self._other)
-            if end is not None
         ]
         return ends[0] - ends[1]
 
     def _axes(self, data: pin.Data) -> np.ndarray:
         """(3, 3) the axes of ``frame`` in the world."""
         if self._point is None:
-            return self._fixed_axes if self._fixed_axes is not None else np.eye(3)
+            return self._fixed_axes
         return data.oMi[self._point.joint_id].rotation @ self._point.placement.rotation
 
 
@@ -224,7 +224,7 @@ def needs_places(robot: Robot, scene: Scene) -> bool:
     for entry in scene.constraints:
         if isinstance(entry, PointAnchor | FrameAnchor) and entry.other_at is None:
             ends = [frames[robot.frame_id(name)].parentJoint for name in (entry.frame, entry.other)]
-            if min(ends) > 0:
+            if ends[1] > 0:
                 return True
     for contact in scene.contacts:
         if isinstance(contact, Collision):
