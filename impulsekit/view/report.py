@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..scene import AppliedImpulse
+from .contacts import contacts_section
 from .speeds import speeds_of
 from .table import ROUNDING, decimals, paper_decimals, table
 
@@ -137,6 +138,7 @@ def _constraints(impact: Impact) -> list[str]:
     if not impact.constraints:
         return []
     unit_of_joint = {speed.joint: speed.unit for speed in speeds_of(impact.scene.robot, impact.q)}
+    speed_scale = float(np.abs([impact.v_before, impact.v_after]).max())
     rows = []
     notes = []
     for entry, result in zip(impact.scene.constraints, impact.constraints, strict=True):
@@ -146,12 +148,15 @@ def _constraints(impact: Impact) -> list[str]:
             else:
                 turns = row.startswith("r")
             numbers = (result.impulse[i], result.velocity_before[i], result.velocity_after[i])
-            scales = (np.abs(result.impulse).max(), *[np.abs(impact.v_before).max()] * 2)
+            scales = (np.abs(result.impulse).max(), speed_scale, speed_scale)
             shown = map(decimals, numbers, scales)
             units = "N m s, rad/s" if turns else "N s, m/s"
             rows.append([result.name, row, *shown, units])
         if not result.unique:
-            notes.append(f"  {result.name}: its rows are redundant, only the resultant counts")
+            free = [r for r, one in zip(result.rows, result.unique_rows, strict=True) if not one]
+            notes.append(
+                f"  {result.name}: {', '.join(free)} redundant, the resultant alone counts"
+            )
     head = ["name", "row", "impulse", "velocity before", "after", "units"]
     return ["Constraints", *table(head, rows), *notes]
 
@@ -213,6 +218,7 @@ def _listed(numbers: Sequence[float]) -> str:
 SECTIONS: tuple[Callable[[Impact], list[str]], ...] = (
     _impulses,
     _constraints,
+    contacts_section,
     _energy,
     _links,
     _residuals,

@@ -74,6 +74,45 @@ def test_constraints_are_shown_with_what_they_carried():
     assert [row[3] for row in shown] == units
 
 
+def test_redundant_rows_are_named_and_zeros_are_zeros():
+    robot = ik.Robot.from_urdf(ik.chain_urdf(3), root="planar")
+    scene = ik.Scene(
+        robot,
+        [ik.AppliedImpulse("link_2", [0.3, 1, 0], at=[0.7, 0, 0])],
+        constraints=[ik.PointAnchor("link_1", name="pin")],
+    )
+    text = ik.report(ik.solve(scene, robot.configuration(joint_2=0.3), robot.velocity()))
+    assert re.findall(r"^  pin +[xy] +-?\d\S+ +0 +0 +N s, m/s$", text, re.M)
+    assert "  pin: z redundant, the resultant alone counts\n" in text
+
+
+def test_contacts_are_shown_with_impulse_mode_and_speeds():
+    robot = ik.combine(
+        rod=ik.Robot.from_urdf(ik.chain_urdf(1), root="planar"),
+        arm=ik.Robot.from_urdf(ik.pendulum_urdf(1)),
+    )
+    scene = ik.Scene(
+        robot,
+        contacts=[
+            ik.Contact("rod/link_1", normal=[0, 1, 0], restitution=0.5, friction=0.1, name="end"),
+            ik.JointStop("arm/joint_1", upper=0.0, restitution=0.5, name="stop"),
+            ik.JointStop("arm/joint_1", upper=2.0, name="far stop"),
+        ],
+    )
+    v = robot.velocity({"rod/root_joint": [1, -2, 0], "arm/joint_1": 1})
+    impact = ik.solve(scene, robot.neutral(), v)
+    text = ik.report(impact)
+    end, stop = (re.search(rf"^  {name} +(.*)$", text, re.M)[1].split() for name in ("end", "stop"))
+    # A rod that falls flat: a quarter of its mass is at the end.
+    assert end[0] == "sliding"
+    wanted = [*impact.contacts[0].impulse, -2, 1, 1, 0.925]
+    assert [float(x) for x in end[1:]] == pytest.approx(wanted, rel=1e-5)
+    assert stop[0] == "arm/joint_1"
+    assert [float(x) for x in stop[1:4]] == pytest.approx([-0.5, 1, -0.5], rel=1e-5)
+    assert stop[4:] == ["N", "m", "s,", "rad/s"]
+    assert "  not touching: far stop\n" in text
+
+
 def test_points_are_shown_before_and_after(chain):
     point = ik.ReportPoint("link_3", at=[1, 0, 0], label="tip")
     text = ik.report(chain, [point])
