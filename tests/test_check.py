@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import time
 from dataclasses import FrozenInstanceError
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from click.testing import CliRunner
 
 import impulsekit as ik
 from impulsekit.checking import system
+from impulsekit.cli import main
 from impulsekit.errors import InputError, RangeError, UnknownNameError
 
 from .reference.models import joint, link, robot
@@ -297,6 +300,29 @@ def test_a_second_check_of_talos_is_quick():
         assert ik.check(impact).agrees
         taken.append(time.perf_counter() - start)
     assert min(taken) < 0.2
+
+
+# -- the command ---------------------------------------------------------------------------
+
+
+def solve_command(*arguments):
+    return CliRunner().invoke(main, ["solve", *arguments], prog_name="impulsekit")
+
+
+def test_the_command_checks():
+    result = solve_command("examples/whittaker_chain.toml", "--check")
+    assert result.exit_code == 0 and result.stdout.endswith("Agrees: yes\n")
+    assert "Agrees" not in solve_command("examples/whittaker_chain.toml").stdout
+    result = solve_command("examples/whittaker_chain.toml", "--check", "--json", "-")
+    assert json.loads(result.stdout)["valid"] and "Agrees: yes" in result.stderr
+
+
+def test_the_command_exits_with_1_where_it_disagrees(monkeypatch):
+    from impulsekit import checking
+
+    monkeypatch.setattr(checking, "check", lambda impact: ik.check(spoilt(impact, 1.01)))
+    result = solve_command("examples/whittaker_chain.toml", "--check")
+    assert result.exit_code == 1 and "Agrees: NO, in Δv" in result.stdout
 
 
 # -- what cannot be checked ----------------------------------------------------------------

@@ -21,8 +21,9 @@ __all__ = ["solve"]
 @click.option(
     "--json", "json_to", type=click.Path(), help='Write all results as JSON; "-": stdout.'
 )
+@click.option("--check", "checked", is_flag=True, help="Hold it against Kane's equations, too.")
 @click.pass_context
-def solve(ctx: click.Context, file: str, json_to: str | None) -> None:
+def solve(ctx: click.Context, file: str, json_to: str | None, checked: bool) -> None:
     """Solve the scene in FILE (TOML) and print what happens, an instant later."""
     from ..impact import solve as solve_impact
     from ..scenefile import load_scene
@@ -39,8 +40,17 @@ def solve(ctx: click.Context, file: str, json_to: str | None) -> None:
         from ..view.report import report
 
         click.echo(report(impact, scene_file.points), nl=False)
+    agrees = True
+    if checked:
+        from ..checking import check
+
+        verdict = check(impact)
+        agrees = verdict.agrees
+        # JSON on stdout stays JSON alone.
+        click.echo(f"\n{verdict.report()}", nl=False, err=json_to == "-")
     if not impact.is_valid():
         click.echo(f"not valid: {impact.status.value}", err=True)
+    if not (agrees and impact.is_valid()):
         ctx.exit(1)
 
 
