@@ -95,14 +95,16 @@ def test_contacts_are_shown_with_impulse_mode_and_speeds():
         robot,
         contacts=[
             ik.Contact("rod/link_1", normal=[0, 1, 0], restitution=0.5, friction=0.1, name="end"),
-            ik.JointStop("arm/joint_1", upper=0.0, restitution=0.5, name="stop"),
+            ik.JointStop("arm/joint_1", upper=0.0, restitution=0.5, name="catch"),
             ik.JointStop("arm/joint_1", upper=2.0, name="far stop"),
         ],
     )
     v = robot.velocity({"rod/root_joint": [1, -2, 0], "arm/joint_1": 1})
     impact = ik.solve(scene, robot.neutral(), v)
     text = ik.report(impact)
-    end, stop = (re.search(rf"^  {name} +(.*)$", text, re.M)[1].split() for name in ("end", "stop"))
+    end, stop = (
+        re.search(rf"^  {name} +(.*)$", text, re.M)[1].split() for name in ("end", "catch")
+    )
     # A rod that falls flat: a quarter of its mass is at the end.
     assert end[0] == "sliding"
     wanted = [*impact.contacts[0].impulse, -2, 1, 1, 0.925]
