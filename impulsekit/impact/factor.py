@@ -22,10 +22,11 @@ class SparseFactor:
 
     def half(self, *rows: np.ndarray) -> np.ndarray:
         """(nv, m) C = D^-½ U⁻¹ Aᵀ for rows A (m, nv), given in parts."""
-        from scipy.linalg.lapack import dtrtrs
+        # Not LAPACK's dtrtrs: OpenBLAS starts threads for it, at any size.
+        from scipy.linalg.blas import dtrsm
 
-        stacked = rows[0] if len(rows) == 1 else np.vstack(rows)
-        half, _ = dtrtrs(self._data.U, stacked.T, unitdiag=1)
+        stacked = rows[0] if len(rows) == 1 else np.concatenate(rows)
+        half = dtrsm(1.0, self._data.U, stacked.T, diag=1)
         half /= np.sqrt(self._data.D)[:, None]
         return half
 

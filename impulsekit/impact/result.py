@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -55,7 +55,7 @@ class Impact:
         q: np.ndarray,
         v: np.ndarray,
         dv: np.ndarray,
-        outcome: Outcome | None = None,
+        outcome: Outcome | Callable[[], Outcome] | None = None,
     ) -> None:
         self.scene = scene
         self._q = q
@@ -106,10 +106,11 @@ class Impact:
 
     def _contact_shares(self) -> dict[str, np.ndarray]:
         shares = {n: np.zeros(len(self._v)) for n in self.scene.entry_names("contacts")}
-        if self._outcome is not None and self._outcome.contacts is not None:
+        outcome = self.outcome
+        if outcome is not None and outcome.contacts is not None:
             names = tuple(shares)
-            triples = self._outcome.contacts.impulse.reshape(-1, 3)
-            for touch, impulse in zip(self._outcome.touches, triples, strict=True):
+            triples = outcome.contacts.impulse.reshape(-1, 3)
+            for touch, impulse in zip(outcome.touches, triples, strict=True):
                 shares[names[touch.entry]] += impulse @ touch.jacobian
         return shares
 
@@ -126,6 +127,8 @@ class Impact:
     @property
     def outcome(self) -> Outcome | None:
         """What the solver found besides ``dv``; None where there was nothing else."""
+        if callable(self._outcome):
+            self._outcome = self._outcome()
         return self._outcome
 
     @cached_property
@@ -166,8 +169,8 @@ class Impact:
     def status(self) -> Status:
         """How the answer is to be taken."""
         found = Status.SOLVED
-        if self._outcome is not None and self._outcome.contacts is not None:
-            found = self._outcome.contacts.status
+        if self.outcome is not None and self.outcome.contacts is not None:
+            found = self.outcome.contacts.status
         if found.valid and not self.residuals.largest <= RESIDUAL_LIMIT:
             return Status.INACCURATE
         return found
@@ -196,6 +199,7 @@ class Impact:
 
     def __getstate__(self) -> dict[str, Any]:
         # What follows from the answer is worked out again on the other side.
+        _ = self.outcome
         return {name: vars(self)[name] for name in ("scene", "_q", "_v", "_dv", "_outcome")}
 
     def __repr__(self) -> str:

@@ -39,8 +39,9 @@ class PointOnFrame:
         self, model: pin.Model, data: pin.Data, q: np.ndarray, reference: pin.ReferenceFrame
     ) -> np.ndarray:
         """(6, nv) linear before angular."""
+        jacobian = computeFrameJacobian(model, data, q, self.frame_id, reference)
         # With one degree of freedom Pinocchio gives (6,) for (6, 1).
-        return computeFrameJacobian(model, data, q, self.frame_id, reference).reshape(6, -1)
+        return jacobian if jacobian.ndim == 2 else jacobian.reshape(6, 1)
 
 
 class _Block(Protocol):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import weakref
+from collections.abc import Callable
 from dataclasses import replace
 from math import isfinite
 from typing import Any
@@ -111,21 +112,25 @@ class _Workspace:
             return np.zeros(self._v_shape)
         return self._spread(self._algorithm.velocity_jump(self._reached.configuration(q)))
 
-    def _constrained_jump(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, Outcome]:
+    def _constrained_jump(
+        self, q: np.ndarray, v: np.ndarray
+    ) -> tuple[np.ndarray, Outcome | Callable[[], Outcome]]:
         reached = self._reached
-        dv_reached, outcome = self._algorithm.solve(
-            reached.configuration(q), v if reached.whole else v[reached.v_index]
-        )
-        if not reached.whole and outcome.touches:
-            wide = [np.zeros((3, self._v_shape[0])) for _ in outcome.touches]
-            for rows, touch in zip(wide, outcome.touches, strict=True):
-                rows[:, reached.v_index] = touch.jacobian
-            touches = [
-                replace(touch, jacobian=rows)
-                for touch, rows in zip(outcome.touches, wide, strict=True)
-            ]
-            outcome = replace(outcome, touches=tuple(touches))
-        return self._spread(dv_reached), outcome
+        if reached.whole:
+            return self._algorithm.solve(reached.configuration(q), v)
+        dv_reached, outcome = self._algorithm.solve(reached.configuration(q), v[reached.v_index])
+        return self._spread(dv_reached), lambda: self._widened(outcome)
+
+    def _widened(self, outcome: Outcome | Callable[[], Outcome]) -> Outcome:
+        """The outcome with its rows in the speeds of the whole robot."""
+        if callable(outcome):
+            outcome = outcome()
+        touches = []
+        for touch in outcome.touches:
+            rows = np.zeros((3, self._v_shape[0]))
+            rows[:, self._reached.v_index] = touch.jacobian
+            touches.append(replace(touch, jacobian=rows))
+        return replace(outcome, touches=tuple(touches))
 
     def _spread(self, dv_reached: np.ndarray) -> np.ndarray:
         """(nv,) Δv of the whole robot; what was not reached does not change."""
@@ -196,7 +201,13 @@ def _planned(scene: Scene) -> tuple[Any, Plan, Any]:
     known = KnownImpulses(scene, reached)
     regular = is_always_regular(reached.model, reached.model.createData())
     algorithm: Any
-    if scene.constraints or scene.contacts:
+    if scene.contacts and _is_single_contact(scene):
+        from .single_contact import SingleContactJump
+
+        name = "single contact"
+        why.append("one contact in closed form, on CRBA with Cholesky")
+        algorithm = SingleContactJump(scene, known, reached, always_regular=regular)
+    elif scene.constraints or scene.contacts:
         name = "delassus"
         why.append(
             f"Delassus matrix of {len(scene.constraints)} constraints and {len(scene.contacts)} "
@@ -217,3 +228,19 @@ def _planned(scene: Scene) -> tuple[Any, Plan, Any]:
         why.append(reason)
         algorithm = ByAba(known) if name == "aba" else ByCrba(known, always_regular=True)
     return algorithm, Plan(name, joints, skipped, regular, tuple(why)), reached
+
+
+def _is_single_contact(scene: Scene) -> bool:
+    """Whether a scene is one contact against the world, under the law of this way."""
+    from ..scene import Contact, Law
+
+    if scene.constraints or len(scene.contacts) != 1 or scene.law != Law():
+        return False
+    (entry,) = scene.contacts
+    frames = scene.robot.model.frames
+    return (
+        isinstance(entry, Contact)
+        and frames[scene.robot.frame_id(entry.against)].parentJoint == 0
+        and scene.robot.nv > 1
+        and not any(j.shortname() == "JointModelMimic" for j in scene.robot.model.joints)
+    )

@@ -16,7 +16,7 @@ from ..scene import Collision, Contact, JointStop, Scene
 from .reach import ReachedModel
 from .rows import PointOnFrame
 
-__all__ = ["ContactRows", "Touch", "contact_axes"]
+__all__ = ["ContactRows", "PointOnWorldPlane", "Touch", "contact_axes"]
 
 # A joint this near its limit, relative to the limit's size, is at its stop.
 AT_STOP = 1e-9
@@ -78,7 +78,7 @@ class ContactRows:
         return touches
 
 
-class _OnWorldPlane:
+class PointOnWorldPlane:
     """A point against a plane in the world: the commonest contact, and the quickest."""
 
     needs_places = False
@@ -93,11 +93,17 @@ class _OnWorldPlane:
         joint_ids = (frames[frame_ids[0]].parentJoint, frames[frame_ids[1]].parentJoint)
         self._known = (index, axes, joint_ids, frame_ids)
 
-    def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
+    def jacobian(self, model: pin.Model, data: pin.Data, q: np.ndarray) -> np.ndarray:
+        """(3, nv) the rows t₁, t₂, n."""
         jacobian = self._point.jacobian(model, data, q, pin.LOCAL_WORLD_ALIGNED)[:3]
-        if self._turn is not None:
-            jacobian = self._turn.dot(jacobian)
-        touches.append(Touch(*self._known, jacobian))
+        return jacobian if self._turn is None else self._turn.dot(jacobian)
+
+    def touch_of(self, jacobian: np.ndarray) -> Touch:
+        """The touching point with its rows."""
+        return Touch(*self._known, jacobian)
+
+    def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
+        touches.append(self.touch_of(self.jacobian(model, data, q)))
 
 
 class _Pair:
@@ -211,7 +217,7 @@ class _Colliding(_Pair):
 
 def _compiled(
     robot: Robot, reached: ReachedModel, entry: object, index: int
-) -> _OnWorldPlane | _OnMovingPlane | _AtStop | _Colliding:
+) -> PointOnWorldPlane | _OnMovingPlane | _AtStop | _Colliding:
     if isinstance(entry, JointStop):
         return _AtStop(robot, reached, entry, index)
     if isinstance(entry, Collision):
@@ -219,5 +225,5 @@ def _compiled(
     if not isinstance(entry, Contact):
         raise TypeError(type(entry).__name__)
     if robot.model.frames[robot.frame_id(entry.against)].parentJoint == 0:
-        return _OnWorldPlane(robot, reached, entry, index)
+        return PointOnWorldPlane(robot, reached, entry, index)
     return _OnMovingPlane(robot, reached, entry, index)

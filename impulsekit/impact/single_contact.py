@@ -1,0 +1,104 @@
+"""One contact against the world and nothing else to hold: the shortest way to Δv.
+
+The general way costs more in bookkeeping than in physics when a robot meets the
+ground at one point. Here only P is found at once; books and residuals are worked out
+from the same numbers when somebody asks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..scene import Contact, Scene
+from ..scene.restitution import restitution_at
+from .algorithms import check_pivots, cholesky_solve, crba, decompose
+from .constrained import Outcome
+from .known import KnownImpulses
+from .laws import ContactProblem, solve_contacts
+from .laws.coulomb import coulomb
+from .reach import ReachedModel
+from .touching import PointOnWorldPlane
+
+__all__ = ["SingleContactJump"]
+
+
+class SingleContactJump:
+    """Δv with one contact under Newton's law, slip at its end."""
+
+    def __init__(
+        self, scene: Scene, known: KnownImpulses, reached: ReachedModel, *, always_regular: bool
+    ) -> None:
+        (entry,) = scene.contacts
+        if not isinstance(entry, Contact):
+            raise TypeError(type(entry).__name__)
+        self._known = known if scene.impulses else None
+        # The rows add a frame to the model, and data has to be made after that.
+        self._rows = PointOnWorldPlane(scene.robot, reached, entry, 0)
+        self._model, self._data = known.model, known.model.createData()
+        self._always_regular = always_regular
+        self._law = scene.law
+        self._restitution = entry.restitution
+        self._varying = callable(entry.restitution)
+        self._e = 0.0 if callable(entry.restitution) else entry.restitution
+        self._mu, self._e_t = entry.friction, entry.tangential_restitution
+        self._name = scene.entry_names("contacts")[0]
+
+    def solve(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, Callable[[], Outcome]]:
+        """(nv,) Δv of the reached model, and a call that gives the rest of the outcome.
+
+        Raises:
+            SingularMassError: it names the joints that move no inertia at q.
+            RangeError: a restitution function gave something else than 0 to 1.
+        """
+        model, data = self._model, self._data
+        jacobian = self._rows.jacobian(model, data, q)
+        impulse = None
+        if self._known is not None:
+            impulse = self._known.generalized_impulse(data, q)
+        crba(model, data, q)
+        decompose(model, data)
+        if not self._always_regular:
+            check_pivots(model, data)
+        x1 = cholesky_solve(model, data, jacobian[0])
+        x2 = cholesky_solve(model, data, jacobian[1])
+        xn = cholesky_solve(model, data, jacobian[2])
+        moved = np.array((x1, x2, xn))
+        delassus = moved.dot(jacobian.T)
+        (t11, t12, n1), (_, t22, n2), (_, _, nn) = delassus.tolist()
+        before = jacobian.dot(v)
+        u1, u2, un = before.tolist()
+        dv_known = None
+        f1, f2, fn = u1, u2, un
+        free = before
+        if impulse is not None:
+            dv_known = cholesky_solve(model, data, impulse)
+            free = before + jacobian.dot(dv_known)
+            f1, f2, fn = free.tolist()
+        e = self._e
+        if self._varying:
+            e = restitution_at(self._restitution, max(-un, 0.0), f"{self._name}: restitution")
+        target = e * un if un < 0.0 else 0.0
+        mu, e_t = self._mu, self._e_t
+        scale = max(abs(u1), abs(u2), abs(un), abs(f1), abs(f2), abs(fn))
+        p, _ = coulomb(
+            (t11, t12, t22, n1, n2, nn),
+            f1 + e_t * u1 if mu else 0.0,
+            f2 + e_t * u2 if mu else 0.0,
+            fn + target,
+            mu,
+            scale,
+        )
+        dv = np.array(p).dot(moved)
+        if dv_known is not None:
+            dv += dv_known
+
+        def outcome() -> Outcome:
+            problem = ContactProblem(
+                delassus, before, free, np.array([e]), np.array([mu]), np.array([e_t])
+            )
+            touch = self._rows.touch_of(jacobian)
+            return Outcome(np.empty(0), None, (touch,), solve_contacts(problem, self._law))
+
+        return dv, outcome
