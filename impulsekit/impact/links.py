@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
-from ..robot import Robot
+if TYPE_CHECKING:
+    from .result import Impact
 
 __all__ = ["LinkJump", "link_jumps"]
 
@@ -25,12 +27,12 @@ class LinkJump:
     domega: np.ndarray
 
 
-def link_jumps(robot: Robot, q: np.ndarray, dv: np.ndarray) -> dict[str, LinkJump]:
+def link_jumps(impact: Impact) -> dict[str, LinkJump]:
     """The jump of every link by name; all of them in one forward pass, O(n)."""
-    model = robot.model
-    data = model.createData()
+    robot = impact.scene.robot
+    data = impact.mechanics.scratch()
     # Twists are linear in v at fixed q: those of dv are the jumps.
-    pin.forwardKinematics(model, data, q, dv)
+    pin.forwardKinematics(robot.model, data, impact.q, impact.dv)
     rotations = [placement.rotation for placement in data.oMi]
     jumps = {}
     for link in robot.links:

@@ -24,13 +24,26 @@ _REFERENCE = {"world": pin.LOCAL_WORLD_ALIGNED, "local": pin.LOCAL}
 class Mechanics:
     """The robot of a scene at q, for what is asked of an impact after it was solved.
 
-    It has a workspace of its own, so it stays true whatever is solved next.
+    It has a workspace of its own, so it stays true whatever is solved next. Pinocchio's
+    data grows with the cube of the joints, so there is one, and each use overwrites it.
     """
 
     def __init__(self, scene: Scene, q: np.ndarray) -> None:
         self.scene = scene
         self.model = scene.robot.model
         self._q = q
+        self._holds_jacobians = False
+
+    @cached_property
+    def _data(self) -> pin.Data:
+        # The rows add frames to the model, and data has to be made after that.
+        _ = self.constraint_rows
+        return self._whole.model.createData()
+
+    def scratch(self) -> pin.Data:
+        """Pinocchio's data, to be overwritten by whoever asks."""
+        self._holds_jacobians = False
+        return self._data
 
     @cached_property
     def _whole(self) -> ReachedModel:
@@ -39,29 +52,22 @@ class Mechanics:
         return reached_model(self.model, every_joint, keep_places=keep_places)
 
     @cached_property
-    def _data(self) -> pin.Data:
-        """Pinocchio's data with the joint Jacobians at q."""
-        data = self.model.createData()
-        pin.computeJointJacobians(self._whole.model, data, self._whole.configuration(self._q))
-        return data
-
-    @cached_property
     def constraint_rows(self) -> ConstraintRows:
         """The bilateral rows of the scene on the whole robot."""
-        # Rows add frames of their own, and data has to be made after that.
         return ConstraintRows.of(self.scene, self._whole)
 
     @cached_property
     def constraint_matrix(self) -> np.ndarray:
         """(m, nv) A at q."""
-        rows = self.constraint_rows
-        return rows.matrix(rows.model.createData(), self._whole.configuration(self._q))
+        q = self._whole.configuration(self._q)
+        return self.constraint_rows.matrix(self.scratch(), q)
 
     @cached_property
     def _placements(self) -> list[pin.SE3]:
-        data = self.model.createData()
+        data = self.scratch()
         pin.forwardKinematics(self.model, data, self._q)
-        return list(data.oMi)
+        # The list shares the data's memory; copies outlive its next use.
+        return [pin.SE3(placement) for placement in data.oMi]
 
     def joint_placement(self, joint_id: int) -> pin.SE3:
         """The placement of a joint's frame in the world."""
@@ -82,7 +88,7 @@ class Mechanics:
     @cached_property
     def mass_matrix(self) -> np.ndarray:
         """(nv, nv) the generalized masses a_lp (Chang & Huston 1995, eq. (30)), symmetric."""
-        data = self.model.createData()
+        data = self.scratch()
         return symmetric(pin.crba(self.model, data, self._q).reshape(self.model.nv, -1))
 
     def frame_placement(self, frame: str) -> pin.SE3:
@@ -94,6 +100,10 @@ class Mechanics:
         """(6, nv) Jacobian of a point of a frame, linear before angular, in ``axes``."""
         item = self.model.frames[self.scene.robot.frame_id(frame)]
         placement = item.placement * pin.SE3(np.eye(3), np.asarray(at, dtype=float))
+        if not self._holds_jacobians:
+            q = self._whole.configuration(self._q)
+            pin.computeJointJacobians(self._whole.model, self._data, q)
+            self._holds_jacobians = True
         jacobian = pin.getFrameJacobian(
             self._whole.model, self._data, item.parentJoint, placement, _REFERENCE[axes]
         )

@@ -64,27 +64,30 @@ def _depths(model: pin.Model) -> np.ndarray:
     return np.array(depths, dtype=float)
 
 
-def is_always_regular(model: pin.Model, data: pin.Data) -> bool:
+def is_always_regular(model: pin.Model) -> bool:
     """Whether every joint moves inertia of its own, so that M is regular everywhere.
 
     A pivot of M is Sᵀ Yᴬ S with the articulated inertia Yᴬ, which is never below the
     body's own inertia Y. Joints whose S depends on q are taken as undecided.
     """
+    if any(joint.shortname() in _VARYING_SUBSPACE for joint in model.joints):
+        return False
     q = pin.neutral(model)
-    pin.crba(model, data, q)
-    for joint_id in range(1, model.njoints):
+    behind = [inertia.matrix() for inertia in model.inertias]
+    for joint_id in range(model.njoints - 1, 0, -1):
         joint = model.joints[joint_id]
-        if joint.shortname() in _VARYING_SUBSPACE:
-            return False
-        subspace = np.asarray(data.joints[joint_id].S).reshape(6, joint.nv)
-        own = subspace.T @ model.inertias[joint_id].matrix() @ subspace
-        rows = slice(joint.idx_v, joint.idx_v + joint.nv)
-        whole = np.diagonal(data.M[rows, rows])
+        data = joint.createData()
+        joint.calc(data, q)
+        subspace = np.asarray(data.S).reshape(6, joint.nv)
+        whole = np.diagonal(subspace.T @ behind[joint_id] @ subspace)
         if not (whole > 0.0).all():
             return False
         scale = 1.0 / np.sqrt(whole)
+        own = subspace.T @ model.inertias[joint_id].matrix() @ subspace
         if np.linalg.eigvalsh(own * scale * scale[:, None])[0] < 1e-9:
             return False
+        to_parent = (model.jointPlacements[joint_id] * data.M).toActionMatrixInverse()
+        behind[model.parents[joint_id]] += to_parent.T @ behind[joint_id] @ to_parent
     return True
 
 

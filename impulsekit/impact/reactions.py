@@ -28,7 +28,7 @@ def joint_reactions(impact: Impact) -> dict[str, np.ndarray]:
     there too.
     """
     model = impact.mechanics.model_without_gravity
-    data = model.createData()
+    data = impact.mechanics.scratch()
     impulses = list(body_impulses(impact))
     external = pin.StdVec_Force()
     for _ in range(model.njoints):

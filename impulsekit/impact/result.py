@@ -144,7 +144,7 @@ class Impact:
     @cached_property
     def bodies(self) -> Mapping[str, LinkJump]:
         """Velocity change of every link of the URDF, links behind fixed joints too."""
-        return MappingProxyType(link_jumps(self.scene.robot, self._q, self._dv))
+        return MappingProxyType(link_jumps(self))
 
     @cached_property
     def reactions(self) -> Mapping[str, np.ndarray]:

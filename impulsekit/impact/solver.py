@@ -199,7 +199,7 @@ def _planned(scene: Scene) -> tuple[Any, Plan, Any]:
     skipped = robot.model.njoints - 1 - joints
     why = [f"{skipped} joints hang on the world apart from the impact: left out"] if skipped else []
     known = KnownImpulses(scene, reached)
-    regular = is_always_regular(reached.model, reached.model.createData())
+    regular = is_always_regular(reached.model)
     algorithm: Any
     if scene.contacts and _is_single_contact(scene):
         from .single_contact import SingleContactJump
