@@ -1,0 +1,318 @@
+"""What holds and what closes, against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit.reference.urdf import read_urdf
+
+from ..reference.models import joint, link, robot
+from ..robots import random_blow, random_state, relative
+
+BALL_MASS, BALL_INERTIA = 0.5, 0.0005  # models/ball.urdf
+
+
+def ball():
+    return ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+
+
+def discs(*inertias, nested=False):
+    """Discs that turn about z, side by side on the world or each on the one before."""
+    parts = ['<link name="ground"/>']
+    for i, inertia in enumerate(inertias):
+        parts.append(link(f"disc_{i}", "1", inertia=f"1 0 0 1 0 {inertia}"))
+        parent = f"disc_{i - 1}" if nested and i else "ground"
+        parts.append(joint(f"axle_{i}", parent, f"disc_{i}", "continuous"))
+    return ik.Robot.from_urdf(robot(*parts))
+
+
+def solved(body, constraints, v, q=None, impulses=()):
+    q = body.neutral() if q is None else q
+    impact = ik.solve(ik.Scene(body, impulses, constraints), q, v)
+    assert impact.is_valid()
+    return impact
+
+
+@pytest.mark.parametrize("depth", [0.3, 0.6, 0.9])
+def test_a_ballistic_pendulum(depth):
+    """(I + m d² + i) ω = m u d; the rod hangs along -z and turns about y."""
+    mass, length, speed = 3.0, 0.9, 40.0
+    both = ik.combine(ball=ball(), rod=ik.Robot.from_urdf(ik.pendulum_urdf(1, mass, length)))
+    q = both.configuration({"ball/root_joint": (0, 0, -depth, 0, 0, 0, 1)})
+    v = both.velocity({"ball/root_joint": (speed, 0, 0, 0, 0, 0)})
+    rod = mass * length**2 / 3
+    for anchor, inertia in (
+        (ik.FrameAnchor("ball/ball", "rod/link_1"), BALL_INERTIA),
+        (ik.PointAnchor("ball/ball", "rod/link_1"), 0.0),
+    ):
+        impact = solved(both, [anchor], v, q)
+        rate = BALL_MASS * speed * depth / (rod + BALL_MASS * depth**2 + inertia)
+        assert -impact.bodies["rod/link_1"].domega[1] == pytest.approx(rate, rel=1e-12)
+        caught = impact.velocity_at("ball/ball").after
+        np.testing.assert_allclose(caught, [rate * depth, 0, 0], atol=1e-12 * speed)
+        kept = BALL_MASS * depth**2 / (rod + BALL_MASS * depth**2 + inertia)
+        energy = 0.5 * BALL_MASS * speed**2
+        assert impact.energy.after == pytest.approx(kept * energy, rel=1e-12)
+        # The pivot bears what keeps the rod's near end where it is.
+        pivot = impact.reactions["rod/joint_1"]
+        momentum = mass * rate * length / 2 + BALL_MASS * rate * depth - BALL_MASS * speed
+        np.testing.assert_allclose(pivot[:3], [momentum, 0, 0], atol=1e-12 * speed)
+        # The ball receives what it loses, and the rod the opposite.
+        received = impact.constraints[0].impulse
+        lost = BALL_MASS * (rate * depth - speed)
+        np.testing.assert_allclose(received[:3], [lost, 0, 0], atol=1e-12 * speed)
+
+
+def test_a_spinning_wheel_that_lands_and_rolls():
+    """Moment of momentum about the point that touches: (I + m r²) ω⁺ = I ω − m r v."""
+    mass, radius, inertia = 2.0, 0.4, 0.13
+    wheel = ik.Robot.from_urdf(
+        robot(link("wheel", f"{mass}", inertia=f"1 0 0 1 0 {inertia}")), root="planar"
+    )
+    turned, v = 0.7, np.array([1.5, -2.0, -9.0])
+    q = wheel.configuration(root_joint=(0.1, radius, turned))
+    rotation = np.array([[np.cos(turned), -np.sin(turned)], [np.sin(turned), np.cos(turned)]])
+    local = v.copy()
+    local[:2] = rotation.T @ v[:2]
+    touching = [*(rotation.T @ [0, -radius]), 0]
+    impact = solved(wheel, [ik.PointAnchor("wheel", at=touching)], local, q)
+    rate = (inertia * v[2] - mass * radius * v[0]) / (inertia + mass * radius**2)
+    assert impact.v_after[2] == pytest.approx(rate, rel=1e-12)
+    centre = impact.velocity_at("wheel").after
+    np.testing.assert_allclose(centre, [-rate * radius, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(
+        impact.constraints[0].impulse, [mass * (-rate * radius - v[0]), -mass * v[1], 0], atol=1e-12
+    )
+
+
+def test_a_wheel_s_axle_locks_in_flight():
+    """Wheel and carriage share a mass centre and turn on as one, with all their spin."""
+    inertias, spins = (0.8, 0.13), (0.5, 30.0)
+    car = ik.Robot.from_urdf(
+        robot(
+            link("carriage", "5", inertia=f"1 0 0 1 0 {inertias[0]}"),
+            link("wheel", "2", inertia=f"1 0 0 1 0 {inertias[1]}"),
+            joint("axle", "carriage", "wheel", "continuous"),
+        ),
+        root="planar",
+    )
+    v = car.velocity(root_joint=(2, -1, spins[0]), axle=spins[1] - spins[0])
+    impact = solved(car, [ik.JointLock("axle")], v)
+    rate = np.dot(inertias, spins) / sum(inertias)
+    np.testing.assert_allclose(impact.v_after, [2, -1, rate, 0], atol=1e-12)
+    torque = inertias[1] * (rate - spins[1])
+    np.testing.assert_allclose(impact.constraints[0].impulse, [torque], rtol=1e-12)
+
+
+def test_a_box_that_lands_on_a_corner_without_rebound():
+    """I_O ω⁺ = I ω + r x m v about the corner O, in three dimensions."""
+    mass, corner = 4.0, np.array([0.3, -0.2, -0.5])
+    inertia = np.diag([0.7, 0.5, 0.3])
+    box = ik.Robot.from_urdf(robot(link("box", "4", inertia="0.7 0 0 0.5 0 0.3")), root="freeflyer")
+    q, v = random_state(box, 3)
+    impact = solved(box, [ik.PointAnchor("box", at=corner)], v, q)
+    arm = -corner
+    about_corner = inertia + mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    spin = np.linalg.solve(about_corner, inertia @ v[3:] + mass * np.cross(arm, v[:3]))
+    np.testing.assert_allclose(impact.v_after[3:], spin, atol=1e-12)
+    np.testing.assert_allclose(impact.v_after[:3], np.cross(spin, arm), atol=1e-12)
+    np.testing.assert_allclose(impact.velocity_at("box", corner).after, 0, atol=1e-12)
+
+
+def test_a_free_rod_and_a_ball_become_one():
+    """Momentum and moment of momentum of both; the mass centre moves on unchanged."""
+    mass, length = 2.0, 1.2
+    rod = ik.Robot.from_urdf(ik.chain_urdf(1, mass, length), root="freeflyer")
+    both = ik.combine(rod=rod, ball=ball())
+    tip = np.array([length, 0.05, 0])
+    q = both.configuration({"ball/root_joint": (*tip, 0, 0, 0, 1)})
+    v = both.velocity(
+        {"rod/root_joint": (1, 2, 0, 0, 0, 3), "ball/root_joint": (-4, 5, 0, 0, 0, 60)}
+    )
+    impact = solved(both, [ik.FrameAnchor("ball/ball", "rod/link_1")], v, q)
+    middle = np.array([length / 2, 0, 0])
+    momentum = mass * np.array([1, 2 + 3 * length / 2, 0]) + BALL_MASS * np.array([-4, 5, 0])
+    centre = (mass * middle + BALL_MASS * tip) / (mass + BALL_MASS)
+    rod_inertia = mass * length**2 / 12
+    spin = (
+        rod_inertia * 3
+        + BALL_INERTIA * 60
+        + mass * np.cross(middle - centre, [1, 2 + 1.5 * length, 0])[2]
+        + BALL_MASS * np.cross(tip - centre, [-4, 5, 0])[2]
+    )
+    apart = mass * BALL_MASS / (mass + BALL_MASS) * np.sum((tip - middle) ** 2)
+    rate = spin / (rod_inertia + BALL_INERTIA + apart)
+    velocity = momentum / (mass + BALL_MASS)
+    for frame, place in (("ball/ball", tip), ("rod/link_1", np.zeros(3))):
+        wanted = velocity + np.cross([0, 0, rate], place - centre)
+        np.testing.assert_allclose(impact.velocity_at(frame).after, wanted, atol=1e-12)
+    np.testing.assert_allclose(impact.v_after[[5, 11]], rate, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_an_arm_catches_a_ball(seed):
+    """The arm goes on as an arm with the ball in its hand: M' v⁺ = M v + Jᵀ p."""
+    arm = ik.Robot.from_example("panda")
+    rng = np.random.default_rng(seed)
+    stand = pin.SE3(pin.exp3(rng.normal(size=3)), rng.normal(size=3))
+    both = ik.combine(arm=arm, ball=ball(), placements={"arm": stand})
+    q_arm, v_arm = random_state(arm, seed)
+    model, data = arm.model, arm.model.createData()
+    pin.framesForwardKinematics(model, data, q_arm)
+    hand = model.getFrameId("panda_hand")
+    held = pin.SE3(pin.exp3(rng.normal(size=3)), np.array([0.02, -0.01, 0.11]))
+    place = stand * data.oMf[hand] * held
+    twist = rng.normal(size=6) * 3
+    q = np.concatenate([q_arm, pin.SE3ToXYZQUAT(place)])
+    impact = solved(
+        both, [ik.FrameAnchor("ball/ball", "arm/panda_hand")], np.concatenate([v_arm, twist]), q
+    )
+
+    loaded = pin.Model(model)
+    inertia = pin.Inertia(BALL_MASS, np.zeros(3), BALL_INERTIA * np.eye(3))
+    frame = model.frames[hand]
+    loaded.appendBodyToJoint(frame.parentJoint, inertia, frame.placement * held)
+
+    def masses(which):
+        upper = pin.crba(which, which.createData(), q_arm)
+        return np.triu(upper) + np.triu(upper, 1).T
+
+    at_ball = loaded.addFrame(
+        pin.Frame("held", frame.parentJoint, 0, frame.placement * held, pin.FrameType.OP_FRAME)
+    )
+    jacobian = pin.computeFrameJacobian(loaded, loaded.createData(), q_arm, at_ball, pin.LOCAL)
+    momentum = masses(model) @ v_arm + jacobian.T @ (inertia.matrix() @ twist)
+    after = np.linalg.solve(masses(loaded), momentum)
+    assert relative(impact.v_after[: arm.nv] - after, after) < 1e-12
+    assert relative(impact.v_after[arm.nv :] - jacobian @ after, twist) < 1e-12
+    # What the ball gains the arm loses.
+    gained = place.rotation @ (BALL_MASS * impact.dv[arm.nv : arm.nv + 3])
+    np.testing.assert_allclose(impact.constraints[0].impulse[:3], gained, atol=1e-12)
+    np.testing.assert_allclose(impact.reactions["ball/root_joint"], 0, atol=1e-12)
+
+
+def test_a_brake_between_two_discs():
+    inertias, spins = np.array([2.0, 0.3]), np.array([1.0, 21.0])
+    body = discs(*inertias, nested=True)
+    impact = solved(body, [ik.JointLock("axle_1")], [spins[0], spins[1] - spins[0]])
+    rate = inertias @ spins / inertias.sum()
+    np.testing.assert_allclose(impact.v_after, [rate, 0], atol=1e-13)
+    lost = 0.5 * inertias.prod() / inertias.sum() * (spins[1] - spins[0]) ** 2
+    assert -impact.energy.change == pytest.approx(lost, rel=1e-12)
+    slowed = solved(body, [ik.JointLock("axle_1", velocity=5.0)], [1, 20])
+    rate = (inertias @ spins - inertias[1] * 5) / inertias.sum()
+    np.testing.assert_allclose(slowed.v_after, [rate, 5], rtol=1e-13)
+
+
+@pytest.mark.parametrize("ratio", [2.0, -0.25, 1e3])
+def test_gears_that_engage(ratio):
+    inertias, spins = (0.7, 0.2), (3.0, -11.0)
+    body = discs(*inertias)
+    impact = solved(body, [ik.JointCoupling("axle_0", "axle_1", ratio)], spins)
+    rate = (inertias[0] * ratio * spins[0] + inertias[1] * spins[1]) / (
+        inertias[0] * ratio**2 + inertias[1]
+    )
+    np.testing.assert_allclose(impact.v_after, [ratio * rate, rate], rtol=1e-12)
+    torque = inertias[0] * (ratio * rate - spins[0])
+    np.testing.assert_allclose(impact.constraints[0].impulse, [torque], rtol=1e-12)
+    # Each shaft bears its own share.
+    assert impact.reactions["axle_0"][5] == pytest.approx(torque, rel=1e-12)
+    assert impact.reactions["axle_1"][5] == pytest.approx(-ratio * torque, rel=1e-12)
+
+
+def test_a_differential():
+    inertias, spins = np.array([0.7, 0.2, 0.4]), np.array([3.0, -11.0, 5.0])
+    row = np.array([1, -0.5, -0.5])
+    coupling = ik.JointCoupling("axle_0", ["axle_1", "axle_2"], ratio=[0.5, 0.5])
+    impact = solved(discs(*inertias), [coupling], spins)
+    torque = -(row @ spins) / (row**2 / inertias).sum()
+    np.testing.assert_allclose(impact.v_after, spins + row * torque / inertias, rtol=1e-12)
+    np.testing.assert_allclose(impact.constraints[0].impulse, [torque], rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["panda", "tiago_pro"])
+def test_mimic_joints_as_couplings(name):
+    """A robot whose mimic joints are coupled moves as one in which they have no speed."""
+    free = ik.Robot.from_example(name)
+    tied = ik.Robot.from_example(name, mimic=True)
+    follows = {
+        item.name: (item.mimics, float(item.multiplier))
+        for item in read_urdf(free.parts[0].urdf).joints.values()
+        if item.mimics
+    }
+    couplings = [ik.JointCoupling(joint, *leader) for joint, leader in follows.items()]
+    assert couplings
+    _, v_tied = random_state(tied, 1)
+    place = {free.joint_names[i]: free.model.joints[i + 1] for i in range(len(free.joint_names))}
+    # Both at rest in q, so that followers are where their leaders put them.
+    q_free, q_tied, v_free = free.neutral(), tied.neutral(), np.zeros(free.nv)
+    for i, joint_name in enumerate(tied.joint_names):
+        item, own = tied.model.joints[i + 1], place[joint_name]
+        if item.nv:
+            v_free[own.idx_v : own.idx_v + own.nv] = v_tied[item.idx_v : item.idx_v + item.nv]
+    for joint_name, (leader, ratio) in follows.items():
+        v_free[place[joint_name].idx_v] = ratio * v_free[place[leader].idx_v]
+    struck = [item.name for item in free.links if item.joint_id > 0][-1]
+    blows = [random_blow(struck, 1), random_blow(struck, 2, "local")]
+    coupled = solved(free, couplings, v_free, q_free, blows)
+    whole = ik.solve(ik.Scene(tied, blows), q_tied, v_tied)
+    for i, joint_name in enumerate(tied.joint_names):
+        item, own = tied.model.joints[i + 1], place[joint_name]
+        ours = coupled.v_after[own.idx_v : own.idx_v + own.nv]
+        np.testing.assert_allclose(
+            ours[: item.nv], whole.v_after[item.idx_v : item.idx_v + item.nv], atol=1e-11
+        )
+    for link_name, jump in whole.bodies.items():
+        np.testing.assert_allclose(coupled.bodies[link_name].dv_com, jump.dv_com, atol=1e-11)
+    assert coupled.energy.after == pytest.approx(whole.energy.after, rel=1e-12)
+
+
+def test_two_rods_closed_tip_to_tip_stand_still():
+    """Both tips would have to go two ways at once: v⁺ = 0."""
+    q, v = np.array([0.3, np.pi - 0.4]), np.array([1.0, -2.0])
+    rods = two_rods(q)
+    closed = ik.PointAnchor("rod_0", "rod_1", at=(1, 0, 0), other_at=(1, 0, 0))
+    impact = solved(rods, [closed], v, q)
+    tips = [impact.velocity_at(f"rod_{i}", (1, 0, 0)).before for i in range(2)]
+    assert np.linalg.norm(tips[0] - tips[1]) > 1
+    np.testing.assert_allclose(impact.v_after, 0, atol=1e-12)
+    assert impact.energy.after < 1e-24
+    flat = ik.FrameAnchor("rod_0", "rod_1", (1, 0, 0), (1, 0, 0), directions=("x", "y"))
+    np.testing.assert_allclose(solved(rods, [flat], v, q).v_after, 0, atol=1e-12)
+
+
+def test_what_pinocchio_s_own_call_says_of_them():
+    """Its overload for constraint models moves joint 1 alone; this is why it is not used."""
+    q, v = np.array([0.3, np.pi - 0.4]), np.array([1.0, -2.0])
+    model = two_rods(q).model
+    tip = pin.SE3(np.eye(3), np.array([1.0, 0, 0]))
+    constraint = pin.RigidConstraintModel(
+        pin.ContactType.CONTACT_3D, model, 1, tip, 2, tip, pin.LOCAL_WORLD_ALIGNED
+    )
+    constraints, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
+    constraints.append(constraint)
+    datas.append(constraint.createData())
+    data = model.createData()
+    pin.initConstraintDynamics(model, data, constraints, datas)
+    settings = pin.ProximalSettings(1e-12, 1e-12, 10)
+    after = pin.impulseDynamics(model, data, q, v, constraints, datas, 0.0, settings)
+    np.testing.assert_allclose(after, [0, -2], atol=1e-6)
+
+
+def two_rods(q):
+    """Unit rods about z on pivots so far apart that their tips meet at q."""
+    tips = np.array([np.cos(q), np.sin(q)]).T
+    apart = (tips[0] - tips[1]).tolist()
+    rod = {"at": ".5 0 0", "inertia": ".001 0 0 .0833 0 .0833"}
+    return ik.Robot.from_urdf(
+        robot(
+            '<link name="ground"/>',
+            link("rod_0", "1", **rod),
+            link("rod_1", "1", **rod),
+            joint("pin_0", "ground", "rod_0"),
+            joint("pin_1", "ground", "rod_1", at=f"{apart[0]!r} {apart[1]!r} 0"),
+        )
+    )
