@@ -22,10 +22,18 @@ every_model = pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_all_are_here():
     assert {path.stem for path in FILES} >= {
         "ball",
+        "billiard_ball",
         "box",
+        "cradle_ball",
+        "door",
+        "double_pendulum",
+        "four_bar",
         "gripper",
         "hammer",
+        "nail",
         "pendulum_10",
+        "rhombus",
+        "rod",
         "whittaker_chain_10",
     }
 
@@ -50,8 +58,8 @@ def test_it_is_called_like_its_file_and_says_what_it_is(path):
 def test_it_loads_with_every_root(path, root):
     model = ROOTS[root](path)
     assert model.check(model.createData())
-    if model.nv == 0 or (path.stem == "pendulum_10" and root != "fixed"):
-        return  # nothing moves, or a pin moves that has no inertia
+    if model.nv == 0 or (root != "fixed" and _root_link(path).find("inertial") is None):
+        return  # nothing moves, or a mount moves that has no inertia
     data = model.createData()
     upper = np.triu(pin.crba(model, data, pin.neutral(model)))
     assert np.linalg.eigvalsh(upper, UPLO="U")[0] > 0
@@ -61,14 +69,14 @@ def test_it_loads_with_every_root(path, root):
 def test_inertias_follow_from_the_geometry(path):
     for link in ET.parse(path).getroot().iter("link"):
         if link.find("inertial") is None:
-            assert link.get("name") == "pin"
+            assert link.get("name") == _root_link(path).get("name")
             continue
         mass = float(link.find("inertial/mass").get("value"))
         stated = link.find("inertial/inertia").attrib
         matrix = np.array(
             [[float(stated["i" + "".join(sorted(a + b))]) for b in "xyz"] for a in "xyz"]
         )
-        slender = link.get("name").startswith("link_")
+        slender = link.get("name").startswith("link_") or path.stem == "rod"
         for drawn in (link.find("visual"), link.find("collision")):
             assert _vector(drawn, "xyz") == _vector(link.find("inertial"), "xyz")
             turn = pin.rpy.rpyToMatrix(np.array(_vector(drawn, "rpy")))
@@ -78,6 +86,13 @@ def test_inertias_follow_from_the_geometry(path):
         assert mass > 0
         assert a > 0
         assert a + b > c
+
+
+def _root_link(path):
+    """The link that is no joint's child: the only one that may be a mere mount."""
+    robot = ET.parse(path).getroot()
+    children = {joint.find("child").get("link") for joint in robot.iter("joint")}
+    return next(link for link in robot.iter("link") if link.get("name") not in children)
 
 
 def _vector(element, what):
@@ -172,3 +187,41 @@ def test_the_second_finger_mimics_the_first():
     mimic = ET.parse(MODELS / "gripper.urdf").getroot().find("joint[@name='right_slide']/mimic")
     assert mimic.get("joint") == "left_slide"
     assert (float(mimic.get("multiplier")), float(mimic.get("offset"))) == (1, 0)
+
+
+def test_the_four_bar_is_assembled_at_zero_with_crank_and_rocker_upright():
+    model = ROOTS["fixed"](MODELS / "four_bar.urdf")
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, np.zeros(3))
+    placement = {name: data.oMf[model.getFrameId(name)] for name in ("crank", "coupler", "rocker")}
+    far_pin = placement["coupler"].act(np.array([0.5, 0, 0]))
+    np.testing.assert_allclose(far_pin, [0.4, 0.5, 0], atol=1e-15)
+    np.testing.assert_allclose(placement["rocker"].act(np.array([0, 0.5, 0])), far_pin, atol=1e-15)
+    np.testing.assert_array_equal(placement["coupler"].translation, [0, 0.2, 0])
+
+
+def test_the_rhombus_closes_at_right_angles():
+    model = ROOTS["fixed"](MODELS / "rhombus.urdf")
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, np.full(3, -np.pi / 2))
+    end = data.oMf[model.getFrameId("link_4")].act(np.array([0.5, 0, 0]))
+    np.testing.assert_allclose(end, 0, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "density"),
+    [("billiard_ball", 1740), ("cradle_ball", 7850), ("nail", 7840), ("door", 278)],
+)
+def test_masses_are_those_of_their_material(name, density):
+    link = next(x for x in ET.parse(MODELS / f"{name}.urdf").iter("link") if len(x))
+    shape = link.find("collision/geometry")[0]
+    size = {key: [float(x) for x in text.split()] for key, text in shape.attrib.items()}
+    if shape.tag == "box":
+        volume = np.prod(size["size"])
+    elif shape.tag == "sphere":
+        volume = 4 / 3 * np.pi * size["radius"][0] ** 3
+    else:
+        volume = np.pi * size["radius"][0] ** 2 * size["length"][0]
+    assert float(link.find("inertial/mass").get("value")) == pytest.approx(
+        density * volume, rel=5e-3
+    )
