@@ -87,11 +87,16 @@ def bounded_friction(
     bound = mu * pn
     if bound <= 0.0:
         return (0.0, 0.0)
-    det = t11 * t22 - t12 * t12
-    if det > NULL * t11 * t22:
-        p1, p2 = (t22 * r1 - t12 * r2) / det, (t11 * r2 - t12 * r1) / det
-        if math.hypot(p1, p2) <= bound:
-            return (p1, p2)
+    trace, regular = t11 + t22, max(t11 * t22 - t12 * t12, 0.0)
+    if trace <= 0.0:
+        return (0.0, 0.0)
+    if regular > NULL * t11 * t22 > 0.0:
+        p1, p2 = (t22 * r1 - t12 * r2) / regular, (t11 * r2 - t12 * r1) / regular
+    else:
+        # Of rank one, and r in its range.
+        p1, p2 = r1 / trace, r2 / trace
+    if math.hypot(p1, p2) <= bound:
+        return (p1, p2)
     # On the edge: |(W_tt + k)⁻¹ r| = bound. Its inverse is concave in k, so that Newton
     # from a k that is too small climbs to the root and never passes it.
     length = math.hypot(r1, r2)
@@ -103,7 +108,7 @@ def bounded_friction(
     p1 = p2 = 0.0
     for _ in range(100):
         k1, k2 = t11 + k, t22 + k
-        det = k1 * k2 - t12 * t12
+        det = k * (k + trace) + regular
         p1, p2 = (k2 * r1 - t12 * r2) / det, (k1 * r2 - t12 * r1) / det
         size = math.hypot(p1, p2)
         if size <= bound * (1.0 + 1e-15):

@@ -15,13 +15,16 @@ import numpy as np
 
 from ..status import Status
 from .modes import Modes, unique_contacts
+from .single import NEGLIGIBLE
 
 __all__ = ["Frictional", "solve_frictional"]
 
 # What the residual must come down to.
 BAR = 1e-10
 # Where Newton takes over from ADMM.
-NEAR = 1e-4
+NEAR = 1e-3
+# Of Gauss-Seidel sweeps, each followed by a try of Newton.
+MOST_ROUNDS = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +51,7 @@ def solve_frictional(
     shifted: np.ndarray,
     friction: np.ndarray,
     floor: np.ndarray | None = None,
+    start: np.ndarray | None = None,
 ) -> Frictional:
     """P of all contacts.
 
@@ -56,8 +60,9 @@ def solve_frictional(
         shifted: (3n,) b [m/s].
         friction: (n,) µ.
         floor: (n,) the least normal impulse [N s] of each; None for 0.
+        start: (3n,) an impulse nearby, instead of ADMM's [N s].
     """
-    smooth = friction == 0.0
+    smooth = friction < NEGLIGIBLE
     if smooth.any():
         # Tangent rows without friction carry nothing, whatever stands in them.
         delassus, shifted = delassus.copy(), shifted.copy()
@@ -73,25 +78,29 @@ def solve_frictional(
         return Frictional(np.zeros_like(shifted), Status.SOLVED, 0.0, None, 0)
     impulse, residual = np.zeros_like(shifted), np.inf
     count = 0
+    if start is not None:
+        impulse, residual = modes.polish(start)
+        if residual <= BAR:
+            return _told(modes, impulse, residual, 0)
     if floor is None:
-        for tolerance in (NEAR, 1e-7):
+        for tolerance in (NEAR, 1e-8):
             from .admm import admm
 
-            start, iterations = admm(delassus, shifted, friction, tolerance * modes.scale)
+            rough, iterations = admm(delassus, shifted, friction, tolerance * modes.scale)
             count += iterations
-            impulse, residual = modes.polish(start)
+            impulse, residual = modes.polish(rough)
             if residual <= BAR:
                 return _told(modes, impulse, residual, count)
     from .gauss_seidel import sweep
 
-    start = impulse if residual < 1e-2 else np.zeros_like(shifted)
-    for _ in range(40):
-        start, sweeps = sweep(delassus, shifted, friction, floor, start, modes.scale)
+    last = impulse if residual < 1e-2 else np.zeros_like(shifted)
+    for _ in range(MOST_ROUNDS):
+        last, sweeps = sweep(delassus, shifted, friction, floor, last, modes.scale)
         count += sweeps
-        impulse, residual = modes.polish(start)
+        impulse, residual = modes.polish(last)
         if residual <= BAR:
             return _told(modes, impulse, residual, count)
-    return Frictional(start, Status.NOT_CONVERGED, modes.residual(start), None, count)
+    return Frictional(last, Status.NOT_CONVERGED, modes.residual(last), None, count)
 
 
 def _told(modes: Modes, impulse: np.ndarray, residual: float, count: int) -> Frictional:

@@ -110,7 +110,9 @@ def _pivot(delassus: np.ndarray, shifted: np.ndarray, tiny: float) -> tuple[np.n
         waiting = velocity.copy()
         waiting[pushing] = 0.0
         entering = int(waiting.argmin())
-        if waiting[entering] >= -tiny:
+        # Large impulses in balance leave their own rounding.
+        rest = max(tiny, 10.0 * AT_REST * float((diagonal * impulse).max()))
+        if waiting[entering] >= -rest:
             return impulse, True, count
         while velocity[entering] < 0.0:
             direction = np.zeros(n)

@@ -1,11 +1,14 @@
 """Newton on the modes of contacts: parting, sticking, sliding.
 
 The natural map of Coulomb's law (Alart & Curnier 1991): P_n − f = max(0, P_n − f − ρ ξ_n),
-P_t = proj(P_t − ρ ξ_t) onto |P_t| ≤ µ P_n. Its branches are the modes; on each it is
-smooth, and Newton's steps go from branch to branch until none changes.
+P_t = proj(P_t − ρ ξ_t) onto |P_t| ≤ µ P_n. Its branches are the modes. A sticking contact
+has three unknowns, a sliding one two, P_n and the direction s of slip: P_t = −µ P_n s,
+s⊥·ξ_t = 0. Newton on these, modes seen anew at each step, until none changes.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -15,7 +18,7 @@ __all__ = ["Modes", "unique_contacts"]
 RIDGE = 1e-9
 MOST_STEPS = 12
 # A fall this deep is rounding level: further steps gain nothing.
-DEEP = 1e-14
+DEEP = 1e-13
 NULL = 1e-14
 DEPENDENT = 1e-10
 
@@ -37,126 +40,158 @@ class Modes:
         self.delassus, self.shifted, self.friction = delassus, shifted, friction
         self.floor = floor
         self.scale = float(np.abs(shifted).max())
-        diagonal = delassus.diagonal()
-        self.largest = float(diagonal.max())
-        masses = diagonal.reshape(-1, 3)
-        # 1/ρ [1/kg]; rows that move nothing get any.
-        self.normal_rate = np.maximum(masses[:, 2], NULL * self.largest)
-        self.tangent_rate = np.maximum(masses[:, 0] + masses[:, 1], NULL * self.largest)
+        diagonal = delassus.diagonal().tolist()
+        self.largest = max(diagonal)
+        least = NULL * self.largest
+        floors = [0.0] * len(friction) if floor is None else floor.tolist()
+        # By contact: µ, f, 1/ρ of the normal and of the tangents [1/kg]; rows that move
+        # nothing get any.
+        self._contacts = [
+            (
+                mu,
+                f,
+                max(diagonal[3 * i + 2], least),
+                max(diagonal[3 * i] + diagonal[3 * i + 1], least),
+            )
+            for i, (mu, f) in enumerate(zip(friction.tolist(), floors, strict=True))
+        ]
 
     def residual(self, impulse: np.ndarray) -> float:
         """The natural map's distance from its fixed point, relative to the velocities."""
         return self._seen(impulse)[0]
 
-    def _seen(self, impulse: np.ndarray) -> tuple[float, np.ndarray]:
-        """The residual, and (n,) which contacts push."""
-        xi = (self.delassus.dot(impulse) + self.shifted).reshape(-1, 3)
-        P = impulse.reshape(-1, 3)
-        error = np.empty_like(xi)
-        pn = P[:, 2]
-        load = self.normal_rate * (pn if self.floor is None else pn - self.floor)
-        pushing = load > xi[:, 2]
-        error[:, 2] = np.minimum(load, xi[:, 2])
-        q = P[:, :2] - xi[:, :2] / self.tangent_rate[:, None]
-        size = np.sqrt(q[:, 0] * q[:, 0] + q[:, 1] * q[:, 1])
-        bound = self.friction * np.maximum(pn, 0.0)
-        shrink = np.minimum(1.0, bound / np.maximum(size, 1e-300))
-        error[:, :2] = (P[:, :2] - q * shrink[:, None]) * self.tangent_rate[:, None]
-        scale = max(self.scale, float((self.normal_rate * pn).max()))
-        residual = float(np.abs(error).max()) / scale if scale else 0.0
-        return residual, pushing
+    def _seen(self, impulse: np.ndarray) -> tuple[float, list[tuple[int, bool, float, float]]]:
+        """The residual; of each contact that carries: index, P_n > f, and s (0, 0: it sticks)."""
+        xi = (self.delassus.dot(impulse) + self.shifted).tolist()
+        P = impulse.tolist()
+        worst, scale = 0.0, self.scale
+        modes = []
+        for i, (mu, floor, normal_rate, rate) in enumerate(self._contacts):
+            p1, p2, pn = P[3 * i : 3 * i + 3]
+            x1, x2, xn = xi[3 * i : 3 * i + 3]
+            load = normal_rate * (pn - floor)
+            pushing = load > xn
+            error = abs(xn if pushing else load)
+            if error > worst:
+                worst = error
+            if normal_rate * pn > scale:
+                scale = normal_rate * pn
+            if not pushing and not floor:
+                error = rate * (abs(p1) + abs(p2))
+                if error > worst:
+                    worst = error
+                continue
+            q1, q2 = p1 - x1 / rate, p2 - x2 / rate
+            size = math.sqrt(q1 * q1 + q2 * q2)
+            bound = mu * pn if pn > 0.0 else 0.0
+            if size > bound:
+                q1, q2 = q1 / size, q2 / size
+                modes.append((i, pushing, -q1, -q2))
+                error = rate * math.hypot(p1 - bound * q1, p2 - bound * q2)
+            else:
+                modes.append((i, pushing, 0.0, 0.0))
+                error = math.sqrt(x1 * x1 + x2 * x2)
+            if error > worst:
+                worst = error
+            elif error != error:
+                return math.inf, modes
+        return (worst / scale if scale else 0.0), modes
 
     def polish(self, impulse: np.ndarray) -> tuple[np.ndarray, float]:
         """P and its residual, from one nearby. The best found where Newton does not get there."""
-        best, least = impulse, np.inf
+        best, least = impulse, math.inf
         for step in range(MOST_STEPS + 1):
-            residual, pushing = self._seen(impulse)
-            if not residual < np.inf:
+            residual, modes = self._seen(impulse)
+            if not residual < math.inf:
                 break
             if residual < least:
-                gain = residual / least
                 best, least = impulse, residual
-                if least < DEEP or (least < 1e-12 and gain > 0.01):
+                if least < DEEP:
                     break
-            elif least < 1e-12:
+            elif least < 1e-11:
                 break
             if step < MOST_STEPS:
-                impulse = self._stepped(impulse, pushing)
+                impulse = self._stepped(impulse, modes)
         return best, least
 
-    def _stepped(self, impulse: np.ndarray, pushing: np.ndarray) -> np.ndarray:
+    def _stepped(
+        self, impulse: np.ndarray, modes: list[tuple[int, bool, float, float]]
+    ) -> np.ndarray:
         """P after one Newton step on the modes seen."""
         from scipy.linalg.lapack import dgesv
 
-        n = len(pushing)
-        live = pushing if self.floor is None else pushing | (self.floor > 0.0)
-        result = np.zeros_like(impulse)
-        contacts = np.flatnonzero(live)
-        if not len(contacts):
-            return result
-        k = len(contacts)
-        whole = k == n
-        rows = np.arange(3 * n) if whole else (3 * contacts[:, None] + np.arange(3)).ravel()
-        matrix = self.delassus.copy() if whole else self.delassus[rows[:, None], rows]
-        P = impulse.reshape(-1, 3)[contacts]
-        mu, rate = self.friction[contacts], self.tangent_rate[contacts]
-        # Contacts let go carry nothing from here on.
-        right = matrix.dot(P.ravel()) + self.shifted[rows]
-        right3 = right.reshape(-1, 3)
-        aim = P[:, :2] - right3[:, :2] / rate[:, None]
-        size = np.sqrt(aim[:, 0] ** 2 + aim[:, 1] ** 2)
-        sliding = np.flatnonzero(size > mu * np.maximum(P[:, 2], 0.0))
-        if len(sliding):
-            self._slide_rows(matrix, right3, sliding, P, mu, rate, aim, size)
-        if self.floor is not None:
-            held = np.flatnonzero(~pushing[contacts])
-            for i in held.tolist():
-                matrix[3 * i + 2] = 0.0
-                matrix[3 * i + 2, 3 * i + 2] = self.normal_rate[contacts[i]]
-                right3[i, 2] = matrix[3 * i + 2, 3 * i + 2] * (P[i, 2] - self.floor[contacts[i]])
-        matrix[np.arange(3 * k), np.arange(3 * k)] += RIDGE * self.largest
-        _, _, change, failed = dgesv(matrix, right)
+        start = [0.0] * len(impulse)
+        P = impulse.tolist()
+        # Entries (row, column, value) of the directions of P and of what they must bring to 0.
+        rows: list[int] = []
+        columns: list[int] = []
+        ways: list[float] = []
+        aims: list[float] = []
+        turning: list[tuple[int, int, float, float, float]] = []
+        m = 0
+        for i, pushing, s1, s2 in modes:
+            mu, floor, _, _ = self._contacts[i]
+            at = 3 * i
+            pn = (P[at + 2] if P[at + 2] > floor else floor) if pushing else floor
+            start[at + 2] = pn
+            if not mu:
+                if pushing:
+                    rows.append(at + 2)
+                    columns.append(m)
+                    ways.append(1.0)
+                    aims.append(1.0)
+                    m += 1
+            elif s1 or s2:
+                start[at], start[at + 1] = -mu * pn * s1, -mu * pn * s2
+                if pushing:
+                    rows += (at, at + 1, at + 2)
+                    columns += (m, m, m)
+                    ways += (-mu * s1, -mu * s2, 1.0)
+                    aims += (0.0, 0.0, 1.0)
+                    m += 1
+                rows += (at, at + 1)
+                columns += (m, m)
+                ways += (s2, -s1)
+                aims += (s2, -s1)
+                turning.append((at, m, s1, s2, mu * pn))
+                m += 1
+            else:
+                start[at], start[at + 1] = P[at], P[at + 1]
+                count = 3 if pushing else 2
+                rows += (at, at + 1, at + 2)[:count]
+                columns += (m, m + 1, m + 2)[:count]
+                ways += (1.0, 1.0, 1.0)[:count]
+                aims += (1.0, 1.0, 1.0)[:count]
+                m += count
+        found = np.array(start)
+        if not m:
+            return found
+        xi = self.delassus.dot(found) + self.shifted
+        where = (rows, columns)
+        way = np.zeros((len(start), m))
+        way[where] = ways
+        aim = np.zeros((len(start), m))
+        aim[where] = aims
+        matrix = aim.T.dot(self.delassus.dot(way))
+        matrix.ravel()[:: m + 1] += RIDGE * self.largest
+        for at, column, s1, s2, bound in turning:
+            # As s turns, so does what is across it.
+            along = s1 * xi[at] + s2 * xi[at + 1]
+            if bound > 0.0 and along > 0.0:
+                matrix[column, column] += along / bound
+        _, _, change, failed = dgesv(matrix, aim.T.dot(xi))
         if failed:
             return np.full_like(impulse, np.nan)
-        found = (P.ravel() - change).reshape(-1, 3)
-        least = 0.0 if self.floor is None else self.floor[contacts]
-        np.maximum(found[:, 2], least, out=found[:, 2])
-        result[rows] = found.ravel()
-        return result
-
-    def _slide_rows(
-        self,
-        matrix: np.ndarray,
-        right3: np.ndarray,
-        sliding: np.ndarray,
-        P: np.ndarray,
-        mu: np.ndarray,
-        rate: np.ndarray,
-        aim: np.ndarray,
-        size: np.ndarray,
-    ) -> None:
-        """(P_t − µ P_n q/|q|)/ρ = 0, q = P_t − ρ ξ_t, in place of ξ_t = 0."""
-        rate, bound = rate[sliding], mu[sliding] * np.maximum(P[sliding, 2], 0.0)
-        s = aim[sliding] / size[sliding, None]
-        right3[sliding, :2] = (P[sliding, :2] - bound[:, None] * s) * rate[:, None]
-        # How q/|q| turns: (I − s sᵀ)/|q|.
-        turn = -s[:, :, None] * s[:, None, :]
-        turn[:, 0, 0] += 1.0
-        turn[:, 1, 1] += 1.0
-        turn *= (bound / size[sliding])[:, None, None]
-        columns = matrix.shape[1]
-        tangents = 3 * sliding[:, None] + np.arange(2)
-        rows = turn @ matrix[tangents.ravel()].reshape(-1, 2, columns)
-        fixed = np.arange(len(sliding))
-        own = -turn
-        own[:, 0, 0] += 1.0
-        own[:, 1, 1] += 1.0
-        own *= rate[:, None, None]
-        for a in (0, 1):
-            for c in (0, 1):
-                rows[fixed, a, tangents[:, c]] += own[:, a, c]
-            rows[fixed, a, 3 * sliding + 2] -= mu[sliding] * s[:, a] * rate
-        matrix[tangents.ravel()] = rows.reshape(-1, columns)
+        found -= way.dot(change)
+        for at, _, s1, s2, bound in turning:
+            # Back onto the edge of the cone, in the direction that s has turned to.
+            mu, floor, _, _ = self._contacts[at // 3]
+            across = s2 * found[at] - s1 * found[at + 1]
+            turn = math.atan(across / bound) if bound > 0.0 else 0.0
+            c, s = mu * math.cos(turn), mu * math.sin(turn)
+            pn = max(floor, found[at + 2])
+            found[at], found[at + 1] = pn * (s * s2 - c * s1), -pn * (c * s2 + s * s1)
+        return found
 
 
 def unique_contacts(modes: Modes, impulse: np.ndarray) -> np.ndarray | None:

@@ -70,13 +70,14 @@ def _poisson(problem: ContactProblem, frictional: bool) -> ContactSolution:
     normal, friction = np.zeros_like(floor), np.zeros_like(floor)
     status, residual, iterations = Status.SOLVED, 0.0, 0
     unique: np.ndarray | None = None
+    start: np.ndarray | None = None
     for phase in ("compression", "expansion"):
         given = np.zeros_like(free)
         given[2::3] = floor
         if frictional:
             from .frictional import solve_frictional
 
-            part = solve_frictional(delassus, velocity, problem.friction, floor)
+            part = solve_frictional(delassus, velocity, problem.friction, floor, start)
             share, found, error = part.impulse, part.status, part.residual
             alone, count = part.unique, part.iterations
         else:
@@ -97,6 +98,7 @@ def _poisson(problem: ContactProblem, frictional: bool) -> ContactSolution:
             break
         if phase == "compression":
             floor = problem.restitution * share[2::3]
+            start = np.repeat(problem.restitution, 3) * share
     after = delassus @ impulse + free
     return ContactSolution(
         impulse,

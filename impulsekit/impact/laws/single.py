@@ -17,6 +17,8 @@ __all__ = ["Hit", "Triple", "block_of", "strike"]
 
 Triple = tuple[float, float, float]
 
+# Coefficients this small would only underflow.
+NEGLIGIBLE = 1e-150
 # Work above this share of the energies in play is a gain.
 GAIN = 1e-10
 
@@ -54,6 +56,8 @@ def strike(
         law: restitution and slip; the order is of no matter here.
         from_before: with Newton's law at the end, works count from u⁻, else from u_free.
     """
+    mu = mu if mu > NEGLIGIBLE else 0.0
+    e = e if e > NEGLIGIBLE else 0.0
     scale = max(
         abs(before[2]),
         abs(free[2]),

@@ -1,0 +1,156 @@
+"""Impacts along their path against closed planar solutions, small steps and slip at the end."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from impulsekit.impact.status import Status
+from impulsekit.scene.law import Law
+
+from .fine_steps import fine_path
+from .problems import block, rod, solved
+
+PATHS = [Law(restitution, "path") for restitution in ("newton", "poisson", "stronge")]
+every_path = pytest.mark.parametrize("law", PATHS, ids=lambda law: law.restitution)
+
+
+def planar(W, u, mu, e):
+    """{restitution: u⁺} in the plane, from the lines of Routh's diagram.
+
+    u_n(p) is piecewise linear: slip until u_t = 0, then sticking or slip the other way.
+    """
+    t, w, nn = W[0, 0], W[0, 2], W[2, 2]
+    u_t, _, u_n = u
+    s = np.sign(u_t)
+    corner = abs(u_t) / (mu * t - w * s) if mu * t > w * s else np.inf
+    if abs(w) <= mu * t:
+        second = (0.0, nn - w * w / t)
+    else:
+        second = (w - mu * t * np.sign(w), nn - mu * abs(w))
+    first = (w - mu * t * s, nn - mu * w * s)
+    pieces = [(corner, first), (np.inf, second)]
+
+    def velocity(p):
+        out = np.array([u_t, u_n])
+        for length, slope in pieces:
+            out = out + min(p, length) * np.array(slope)
+            p = max(0.0, p - length)
+        return out
+
+    def work(p):
+        knots = [0.0, *([corner] if corner < p else []), p]
+        return sum(
+            (b - a) * (velocity(a)[1] + velocity(b)[1]) / 2 for a, b in itertools.pairwise(knots)
+        )
+
+    def solve(f):
+        low, high = 0.0, 1.0
+        while f(high) < 0:
+            high *= 2
+        for _ in range(200):
+            middle = (low + high) / 2
+            low, high = (middle, high) if f(middle) < 0 else (low, middle)
+        return high
+
+    pressed = solve(lambda p: velocity(p)[1])
+    spent = work(pressed)
+    ends = {
+        "newton": solve(lambda p: velocity(p)[1] + e * u_n),
+        "poisson": (1 + e) * pressed,
+        "stronge": solve(lambda p: work(p) - (1 - e * e) * spent if p > pressed else -1.0),
+    }
+    return {name: velocity(p) for name, p in ends.items()}
+
+
+@given(st.integers(0, 10**6), st.floats(0.05, 1), st.floats(0.05, 2))
+@settings(max_examples=400, deadline=None)
+def test_closed_planar_solutions(seed, e, mu):
+    rng = np.random.default_rng(seed)
+    W = rod(rng.uniform(0.1, 1.5), rng.uniform(0.1, 5))
+    u = np.array([rng.normal(), 0.0, -rng.uniform(0.1, 2)])
+    truth = planar(W, u, mu, e)
+    for law in PATHS:
+        answer = solved(W, u, e, mu, law=law)
+        np.testing.assert_allclose(
+            answer.velocity_after[[0, 2]], truth[law.restitution], atol=1e-10 * np.abs(u).max()
+        )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [3, 4, 7])
+def test_turning_slip_against_a_million_steps(seed):
+    rng = np.random.default_rng(seed)
+    while True:
+        W, u = block(rng, 5), rng.normal(size=3)
+        u[2] = -abs(u[2]) - 0.2
+        mu, e = rng.uniform(0.3, 1.0), rng.uniform(0.2, 0.9)
+        k = np.linalg.solve(W[:2, :2], W[:2, 2])
+        if np.hypot(*k) < mu and np.linalg.cond(W) < 200:
+            break
+    truth = fine_path(W, u, mu, e)
+    for law in PATHS:
+        answer = solved(W, u, e, mu, law=law)
+        assert answer.status.valid or answer.status is Status.ENERGY_GAIN
+        np.testing.assert_allclose(answer.velocity_after, truth[law.restitution], atol=1e-6)
+
+
+@given(st.integers(0, 10**6), st.floats(0, 1), st.floats(0.01, 2))
+@settings(max_examples=200, deadline=None)
+def test_both_slips_agree_where_the_direction_cannot_change(seed, e, mu):
+    """Isotropic W_tt and w along the slip, which does not stop before the end."""
+    rng = np.random.default_rng(seed)
+    angle, w, t, nn = rng.uniform(0, 7), rng.uniform(-0.9, 0.9), rng.uniform(1, 4), 1.0
+    s = np.array([np.cos(angle), np.sin(angle)])
+    W = np.diag([t, t, nn])
+    W[:2, 2] = W[2, :2] = w * s
+    u = np.r_[rng.uniform(0.1, 9) * s, -1.0]
+    end = solved(W, u, e, mu)
+    if end.status is not Status.SOLVED or s @ end.velocity_after[:2] <= 1e-9:
+        return
+    path = solved(W, u, e, mu, law=PATHS[0])
+    np.testing.assert_allclose(path.impulse, end.impulse, atol=1e-10 * end.impulse[2])
+
+
+@every_path
+def test_all_are_one_for_a_central_blow_without_friction(law):
+    answer = solved(np.diag([1.0, 1, 0.5]), [3.0, -2, -1], 0.6, law=law)
+    np.testing.assert_allclose(answer.impulse, [0, 0, 3.2], atol=1e-14)
+
+
+@every_path
+def test_slip_starts_again_in_the_direction_that_keeps(law):
+    """W_tn too large for friction to hold: from rest, slip goes one way and stays there."""
+    W = np.array([[1.0, 0.2, 0.5], [0.2, 2.0, -0.6], [0.5, -0.6, 1.0]])
+    answer = solved(W, [0, 0, -1.0], 0.5, 0.05, law=law)
+    slip, P = answer.velocity_after[:2], answer.impulse
+    np.testing.assert_allclose(P[:2], -0.05 * P[2] * slip / np.hypot(*slip), atol=1e-12)
+    # The same as at the end, as the direction never changed.
+    if law.restitution == "newton":
+        np.testing.assert_allclose(P, solved(W, [0, 0, -1.0], 0.5, 0.05).impulse, atol=1e-11)
+
+
+@given(st.integers(0, 10**6), st.floats(0, 1), st.floats(0, 1.5))
+@settings(max_examples=60, deadline=None)
+def test_strongs_energy_never_rises(seed, e, mu):
+    rng = np.random.default_rng(seed)
+    W, u = block(rng, 6), rng.normal(size=3)
+    u[2] = -abs(u[2]) - 1e-3
+    answer = solved(W, u, e, mu, law=PATHS[2])
+    assert answer.status.valid
+    assert answer.normal_work[0] <= 0 and answer.friction_work[0] <= 0
+
+
+@every_path
+def test_one_after_the_other(law):
+    """Two spheres that know nothing of each other, in sequence and each alone."""
+    W = np.kron(np.eye(2), np.diag([3.5, 3.5, 1.0]))
+    u = np.array([1.0, 0, -1, 0, 1, -2])
+    both = solved(W, u, 0.2, 0.3, law=Law(law.restitution, "path", "sequential"))
+    for i in (0, 1):
+        own = slice(3 * i, 3 * i + 3)
+        alone = solved(W[own, own], u[own], 0.2, 0.3, law=law)
+        np.testing.assert_allclose(both.impulse[own], alone.impulse, atol=1e-15)
+    assert both.iterations == 2 and both.status is Status.SOLVED
