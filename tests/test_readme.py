@@ -26,10 +26,13 @@ def output_of(command):
     return done.stdout
 
 
-def test_the_python_prints_what_is_shown():
-    after = [BLOCKS[i + 1] for i, (name, _) in enumerate(BLOCKS) if name == "python"]
-    assert [name for name, _ in after] == ["text"]
-    assert output_of([sys.executable, "-c", blocks("python")[0]]) == after[0][1]
+SCRIPTS = [(BLOCKS[i], BLOCKS[i + 1]) for i, (name, _) in enumerate(BLOCKS) if name == "python"]
+
+
+@pytest.mark.parametrize(("script", "shown"), SCRIPTS, ids=["blow", "constraints", "contacts"])
+def test_the_python_prints_what_is_shown(script, shown):
+    assert shown[0] == "text"
+    assert output_of([sys.executable, "-c", script[1]]) == shown[1]
 
 
 @pytest.mark.parametrize("block", blocks("console"))
@@ -79,3 +82,15 @@ def test_every_command_is_told():
 
     for name in main.commands:
         assert f"`impulsekit {name}" in README
+
+
+def test_every_example_is_told():
+    for path in (ROOT / "examples").iterdir():
+        if path.suffix in (".toml", ".py"):
+            assert f"](examples/{path.name})" in README, path.name
+
+
+def test_every_status_is_told():
+    for status in ik.Status:
+        row = next(line for line in README.splitlines() if f"`{status.name}`" in line)
+        assert row.split("|")[2].strip() == ("yes" if status.valid else "no")
