@@ -4,7 +4,8 @@
 ξ = W P + b. f is 0, or what Poisson's expansion asks for at least.
 
 Pinocchio's ADMM comes near; Newton on the modes that it found goes to rounding level. Where
-ADMM or Newton fail, contact after contact is solved in closed form until all agree.
+that fails, Newton goes there through regular problems nearby, and at last contact after
+contact is solved in closed form until all agree.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ BAR = 1e-10
 # Where Newton takes over from ADMM.
 NEAR = 1e-3
 # Of Gauss-Seidel sweeps, each followed by a try of Newton.
-MOST_ROUNDS = 40
+MOST_ROUNDS = 30
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +37,7 @@ class Frictional:
         status: SOLVED, NOT_UNIQUE or NOT_CONVERGED.
         residual: relative to the velocities.
         unique: (n,) whether each impulse is determined; None where all are.
-        iterations: of ADMM or of Gauss-Seidel.
+        iterations: of ADMM, and of what came after it.
     """
 
     impulse: np.ndarray
@@ -92,8 +93,12 @@ def solve_frictional(
             if residual <= BAR:
                 return _told(modes, impulse, residual, count)
     from .gauss_seidel import sweep
+    from .proximal import approach
 
-    last = impulse if residual < 1e-2 else np.zeros_like(shifted)
+    last, residual, steps = approach(modes, np.zeros_like(shifted), BAR)
+    count += steps
+    if residual <= BAR:
+        return _told(modes, last, residual, count)
     for _ in range(MOST_ROUNDS):
         last, sweeps = sweep(delassus, shifted, friction, floor, last, modes.scale)
         count += sweeps
