@@ -12,7 +12,7 @@ from pinocchio import computeFrameJacobian
 from ..robot import Robot
 from ..scene import Collision, Contact, FrameAnchor, JointCoupling, JointLock, PointAnchor, Scene
 from ..scene.constraints import DIRECTIONS, KEPT
-from .reach import ReachedModel
+from .reach import ReachedModel, branch_of
 
 __all__ = ["ConstraintRows", "PointOnFrame", "needs_places"]
 
@@ -45,13 +45,25 @@ class PointOnFrame:
 
 
 class _Block(Protocol):
-    """The rows of one constraint."""
+    """The rows of one constraint.
+
+    Attributes:
+        faintest: (k,) rows without an entry above this may be zeros but for rounding; 0
+            where they cannot be.
+    """
+
+    faintest: np.ndarray
 
     def write(self, rows: np.ndarray, model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
         """Write the rows (k, nv)."""
 
     def magnitude(self, model: pin.Model, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(k, nv) what the rows are differences of; tells a zero from rounding."""
+
+
+# Rows this much smaller than the terms they are made of are zeros: rods in line, a loop
+# at its dead point. Loops closed by hand are off by about as much.
+NULL_ROW = 1e-7
 
 
 class _AnchorRows:
@@ -78,6 +90,12 @@ class _AnchorRows:
         # All six rows, or the first three, are a slice: no copy.
         count = len(self._rows)
         self._select = slice(0, count) if self._rows == list(range(count)) else self._rows
+        self._reach = sum(_reach(reached.model, end) for end in (self._point, self._other))
+        ends = [end for end in (self._point, self._other) if end is not None]
+        faintest = np.where(np.array(self._rows) < 3, min(self._reach or 1.0, 1.0), 1.0)
+        # A free-flyer's own speeds move every point in every direction.
+        free = len(ends) == 1 and _root_kind(reached.model, ends[0]) == "JointModelFreeFlyer"
+        self.faintest = np.zeros(count) if free else 10.0 * NULL_ROW * faintest
         # Against the world in its own axes, Pinocchio's local Jacobian is the answer.
         self._reference = pin.LOCAL_WORLD_ALIGNED
         if self._local and not other_moves:
@@ -96,6 +114,8 @@ class _AnchorRows:
         # Axes mix within a triple, so its rows share their size.
         gross[:3] = np.sqrt((gross[:3] ** 2).sum(axis=0))
         gross[3:] = np.sqrt((gross[3:] ** 2).sum(axis=0))
+        # What turns the point moves it by differences of places.
+        gross[:3] += self._reach * gross[3:]
         return gross[self._select]
 
     def _both(
@@ -141,6 +161,7 @@ class _JointRows:
 
     def __init__(self, rows: np.ndarray) -> None:
         self._rows = rows
+        self.faintest = np.zeros(len(rows))
 
     def write(self, rows: np.ndarray, model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
         rows[:] = self._rows
@@ -158,6 +179,7 @@ class ConstraintRows:
         names: of each row, such as "constraints[0].x".
         velocity: (m,) the prescribed velocity of each row after the impact.
         kept: (m,) True where the row keeps its velocity instead; None where none does.
+        faintest: (m,) of its blocks; None where no row can vanish.
     """
 
     model: pin.Model
@@ -166,6 +188,7 @@ class ConstraintRows:
     names: tuple[str, ...]
     velocity: np.ndarray
     kept: np.ndarray | None
+    faintest: np.ndarray | None
 
     @classmethod
     def of(cls, scene: Scene, reached: ReachedModel) -> ConstraintRows:
@@ -187,6 +210,7 @@ class ConstraintRows:
             )
             velocity.extend((0.0,) * count if keeps else after)
             kept.extend([keeps] * count)
+        faintest = np.concatenate([np.zeros(0), *(block.faintest for block in blocks)])
         return cls(
             reached.model,
             tuple(blocks),
@@ -194,6 +218,7 @@ class ConstraintRows:
             tuple(names),
             np.array(velocity),
             np.array(kept) if any(kept) else None,
+            faintest if faintest.any() else None,
         )
 
     @property
@@ -202,10 +227,16 @@ class ConstraintRows:
         return len(self.names)
 
     def matrix(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
-        """(m, nv) A at q."""
+        """(m, nv) A at q; rows that are zero but for rounding are zero."""
         rows = np.empty((self.count, self.model.nv))
         for block, where in zip(self.blocks, self.slices, strict=True):
             block.write(rows[where], self.model, data, q)
+        if self.faintest is not None:
+            largest = np.abs(rows).max(axis=1)
+            faint = (largest <= self.faintest) & (largest > 0.0)
+            if faint.any():
+                faint &= (np.abs(rows) <= NULL_ROW * self.magnitude(data, q)).all(axis=1)
+                rows[faint] = 0.0
         return rows
 
     def magnitude(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
@@ -217,6 +248,21 @@ class ConstraintRows:
         if self.kept is None:
             return self.velocity
         return np.where(self.kept, velocity_before, self.velocity)
+
+
+def _reach(model: pin.Model, end: PointOnFrame | None) -> float:
+    """The way from the root of its tree to a point at most [m], displacements left out."""
+    if end is None:
+        return 0.0
+    reach, joint_id = float(np.linalg.norm(end.placement.translation)), end.joint_id
+    while model.parents[joint_id] > 0:
+        reach += float(np.linalg.norm(model.jointPlacements[joint_id].translation))
+        joint_id = model.parents[joint_id]
+    return reach
+
+
+def _root_kind(model: pin.Model, end: PointOnFrame) -> str:
+    return model.joints[branch_of(model, end.joint_id)].shortname()
 
 
 def needs_places(robot: Robot, scene: Scene) -> bool:
