@@ -13,6 +13,9 @@ from .algorithms import SMALLEST_PIVOT, cholesky_solve, singular_mass, symmetric
 
 __all__ = ["FilledFactor", "SparseFactor", "pivots_are_safe"]
 
+# A generalized mass this small beside the largest is none.
+LIGHTEST = 1e-12
+
 
 class SparseFactor:
     """Pinocchio's M = U D Uᵀ, already in ``data``."""
@@ -48,10 +51,8 @@ class FilledFactor:
 
         self._model = model
         mass_matrix = symmetric(np.atleast_2d(mass_matrix))
-        diagonal = np.diagonal(mass_matrix)
-        # Rows of unit length in the metric of the inertia there is.
-        weights = np.maximum(diagonal, 1e-9 * diagonal.max())
-        sizes = np.sqrt((rows**2 / weights).sum(axis=1))
+        # Rows of unit length in the metric of the inertia.
+        sizes = np.sqrt((rows**2 / _weights(np.diagonal(mass_matrix), rows)).sum(axis=1))
         self._live = sizes > 1e-12 * sizes.max(initial=0.0)
         self._sizes = np.where(self._live, sizes, 1.0)
         self._unit_rows = np.where(self._live[:, None], rows / self._sizes[:, None], 0.0)
@@ -91,6 +92,18 @@ class FilledFactor:
         starts = [model.idx_vs[joint_id] for joint_id in range(1, model.njoints)]
         joints = np.searchsorted(starts, still, side="right")
         return singular_mass(model, sorted(set(joints.tolist())))
+
+
+def _weights(diagonal: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """(nv,) the diagonal of M; for a speed that moves nothing, what its rows feel elsewhere.
+
+    A much smaller weight would cost the digits of that speed, a larger one those of others.
+    """
+    heavy = diagonal > LIGHTEST * diagonal.max()
+    felt = (rows[:, heavy] ** 2 / diagonal[heavy]).sum(axis=1)
+    felt = np.where(felt > 0.0, felt, np.inf)
+    weights = np.where(heavy, diagonal, (rows**2 / felt[:, None]).max(axis=0, initial=0.0))
+    return np.where(weights > 0.0, weights, diagonal.max() or 1.0)
 
 
 def pivots_are_safe(data: pin.Data) -> bool:
