@@ -9,6 +9,7 @@ import pytest
 import impulsekit as ik
 from impulsekit.reference.urdf import read_urdf
 
+from ..close import close
 from ..reference.models import joint, link, robot
 from ..robots import random_blow, random_state, relative
 
@@ -52,18 +53,18 @@ def test_a_ballistic_pendulum(depth):
         rate = BALL_MASS * speed * depth / (rod + BALL_MASS * depth**2 + inertia)
         assert -impact.bodies["rod/link_1"].domega[1] == pytest.approx(rate, rel=1e-12)
         caught = impact.velocity_at("ball/ball").after
-        np.testing.assert_allclose(caught, [rate * depth, 0, 0], atol=1e-12 * speed)
+        close(caught, [rate * depth, 0, 0], 1e-12 * speed)
         kept = BALL_MASS * depth**2 / (rod + BALL_MASS * depth**2 + inertia)
         energy = 0.5 * BALL_MASS * speed**2
         assert impact.energy.after == pytest.approx(kept * energy, rel=1e-12)
         # The pivot bears what keeps the rod's near end where it is.
         pivot = impact.reactions["rod/joint_1"]
         momentum = mass * rate * length / 2 + BALL_MASS * rate * depth - BALL_MASS * speed
-        np.testing.assert_allclose(pivot[:3], [momentum, 0, 0], atol=1e-12 * speed)
+        close(pivot[:3], [momentum, 0, 0], 1e-12 * speed)
         # The ball receives what it loses, and the rod the opposite.
         received = impact.constraints[0].impulse
         lost = BALL_MASS * (rate * depth - speed)
-        np.testing.assert_allclose(received[:3], [lost, 0, 0], atol=1e-12 * speed)
+        close(received[:3], [lost, 0, 0], 1e-12 * speed)
 
 
 def test_a_spinning_wheel_that_lands_and_rolls():
@@ -82,9 +83,12 @@ def test_a_spinning_wheel_that_lands_and_rolls():
     rate = (inertia * v[2] - mass * radius * v[0]) / (inertia + mass * radius**2)
     assert impact.v_after[2] == pytest.approx(rate, rel=1e-12)
     centre = impact.velocity_at("wheel").after
-    np.testing.assert_allclose(centre, [-rate * radius, 0, 0], atol=1e-12)
+    close(centre, [-rate * radius, 0, 0], 1e-12)
     np.testing.assert_allclose(
-        impact.constraints[0].impulse, [mass * (-rate * radius - v[0]), -mass * v[1], 0], atol=1e-12
+        impact.constraints[0].impulse,
+        [mass * (-rate * radius - v[0]), -mass * v[1], 0],
+        rtol=0,
+        atol=1e-12,
     )
 
 
@@ -102,7 +106,7 @@ def test_a_wheel_s_axle_locks_in_flight():
     v = car.velocity(root_joint=(2, -1, spins[0]), axle=spins[1] - spins[0])
     impact = solved(car, [ik.JointLock("axle")], v)
     rate = np.dot(inertias, spins) / sum(inertias)
-    np.testing.assert_allclose(impact.v_after, [2, -1, rate, 0], atol=1e-12)
+    close(impact.v_after, [2, -1, rate, 0], 1e-12)
     torque = inertias[1] * (rate - spins[1])
     np.testing.assert_allclose(impact.constraints[0].impulse, [torque], rtol=1e-12)
 
@@ -117,9 +121,9 @@ def test_a_box_that_lands_on_a_corner_without_rebound():
     arm = -corner
     about_corner = inertia + mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     spin = np.linalg.solve(about_corner, inertia @ v[3:] + mass * np.cross(arm, v[:3]))
-    np.testing.assert_allclose(impact.v_after[3:], spin, atol=1e-12)
-    np.testing.assert_allclose(impact.v_after[:3], np.cross(spin, arm), atol=1e-12)
-    np.testing.assert_allclose(impact.velocity_at("box", corner).after, 0, atol=1e-12)
+    close(impact.v_after[3:], spin, 1e-12)
+    close(impact.v_after[:3], np.cross(spin, arm), 1e-12)
+    close(impact.velocity_at("box", corner).after, 0, 1e-12)
 
 
 def test_a_free_rod_and_a_ball_become_one():
@@ -148,8 +152,8 @@ def test_a_free_rod_and_a_ball_become_one():
     velocity = momentum / (mass + BALL_MASS)
     for frame, place in (("ball/ball", tip), ("rod/link_1", np.zeros(3))):
         wanted = velocity + np.cross([0, 0, rate], place - centre)
-        np.testing.assert_allclose(impact.velocity_at(frame).after, wanted, atol=1e-12)
-    np.testing.assert_allclose(impact.v_after[[5, 11]], rate, atol=1e-12)
+        close(impact.velocity_at(frame).after, wanted, 1e-12)
+    close(impact.v_after[[5, 11]], rate, 1e-12)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -190,8 +194,8 @@ def test_an_arm_catches_a_ball(seed):
     assert relative(impact.v_after[arm.nv :] - jacobian @ after, twist) < 1e-12
     # What the ball gains the arm loses.
     gained = place.rotation @ (BALL_MASS * impact.dv[arm.nv : arm.nv + 3])
-    np.testing.assert_allclose(impact.constraints[0].impulse[:3], gained, atol=1e-12)
-    np.testing.assert_allclose(impact.reactions["ball/root_joint"], 0, atol=1e-12)
+    close(impact.constraints[0].impulse[:3], gained, 1e-12)
+    close(impact.reactions["ball/root_joint"], 0, 1e-12)
 
 
 def test_a_brake_between_two_discs():
@@ -199,7 +203,7 @@ def test_a_brake_between_two_discs():
     body = discs(*inertias, nested=True)
     impact = solved(body, [ik.JointLock("axle_1")], [spins[0], spins[1] - spins[0]])
     rate = inertias @ spins / inertias.sum()
-    np.testing.assert_allclose(impact.v_after, [rate, 0], atol=1e-13)
+    close(impact.v_after, [rate, 0], 1e-13)
     lost = 0.5 * inertias.prod() / inertias.sum() * (spins[1] - spins[0]) ** 2
     assert -impact.energy.change == pytest.approx(lost, rel=1e-12)
     slowed = solved(body, [ik.JointLock("axle_1", velocity=5.0)], [1, 20])
@@ -262,11 +266,9 @@ def test_mimic_joints_as_couplings(name):
     for i, joint_name in enumerate(tied.joint_names):
         item, own = tied.model.joints[i + 1], place[joint_name]
         ours = coupled.v_after[own.idx_v : own.idx_v + own.nv]
-        np.testing.assert_allclose(
-            ours[: item.nv], whole.v_after[item.idx_v : item.idx_v + item.nv], atol=1e-11
-        )
+        close(ours[: item.nv], whole.v_after[item.idx_v : item.idx_v + item.nv], 1e-11)
     for link_name, jump in whole.bodies.items():
-        np.testing.assert_allclose(coupled.bodies[link_name].dv_com, jump.dv_com, atol=1e-11)
+        close(coupled.bodies[link_name].dv_com, jump.dv_com, 1e-11)
     assert coupled.energy.after == pytest.approx(whole.energy.after, rel=1e-12)
 
 
@@ -278,10 +280,10 @@ def test_two_rods_closed_tip_to_tip_stand_still():
     impact = solved(rods, [closed], v, q)
     tips = [impact.velocity_at(f"rod_{i}", (1, 0, 0)).before for i in range(2)]
     assert np.linalg.norm(tips[0] - tips[1]) > 1
-    np.testing.assert_allclose(impact.v_after, 0, atol=1e-12)
+    close(impact.v_after, 0, 1e-12)
     assert impact.energy.after < 1e-24
     flat = ik.FrameAnchor("rod_0", "rod_1", (1, 0, 0), (1, 0, 0), directions=("x", "y"))
-    np.testing.assert_allclose(solved(rods, [flat], v, q).v_after, 0, atol=1e-12)
+    close(solved(rods, [flat], v, q).v_after, 0, 1e-12)
 
 
 def test_what_pinocchio_s_own_call_says_of_them():
@@ -299,7 +301,7 @@ def test_what_pinocchio_s_own_call_says_of_them():
     pin.initConstraintDynamics(model, data, constraints, datas)
     settings = pin.ProximalSettings(1e-12, 1e-12, 10)
     after = pin.impulseDynamics(model, data, q, v, constraints, datas, 0.0, settings)
-    np.testing.assert_allclose(after, [0, -2], atol=1e-6)
+    close(after, [0, -2], 1e-6)
 
 
 def two_rods(q):

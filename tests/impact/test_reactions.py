@@ -11,6 +11,7 @@ from impulsekit.reference import KaneSystem, Load, impact_of_free_bodies
 from impulsekit.reference.whittaker import struck_chain, struck_pendulum
 from impulsekit.scene.constraints import DIRECTIONS
 
+from ..close import close
 from ..reference.models import FOUR_BAR
 from ..reference.test_maximal import four_bar_pose
 from ..robots import STRUCK, random_blow, random_state
@@ -122,8 +123,8 @@ def test_links_behind_fixed_joints_bear_their_own_momentum():
     impact = ik.solve(ik.Scene(robot, [blow]), robot.neutral(), robot.velocity())
     # Inertia about the foot: 3/3 + 2; the lamp moves at 6/3 m/s.
     np.testing.assert_allclose(impact.dv, [2.0], rtol=1e-14)
-    np.testing.assert_allclose(impact.reactions["weld"], [4, 0, 0, 0, 0, 0], atol=1e-14)
-    np.testing.assert_allclose(impact.reactions["foot"][0], 3 * 1 + 2 * 2 - 6, atol=1e-14)
+    close(impact.reactions["weld"], [4, 0, 0, 0, 0, 0], 1e-14)
+    close(impact.reactions["foot"][0], 3 * 1 + 2 * 2 - 6, 1e-14)
 
 
 @pytest.mark.parametrize("n", [2, 5, 10, 30])
@@ -135,8 +136,8 @@ def test_pins_of_the_free_chain_carry_whittakers_impulses(n):
     for k in range(1, n):
         # S_k is what link k, counted from the struck end, gives the next: the child its parent.
         wanted = [0, -float(carried[k]), 0, 0, 0, 0]
-        np.testing.assert_allclose(impact.reactions[f"joint_{n + 1 - k}"], wanted, atol=5e-14)
-    np.testing.assert_allclose(impact.reactions["root_joint"], 0, atol=5e-14 * n)
+        close(impact.reactions[f"joint_{n + 1 - k}"], wanted, 5e-14)
+    close(impact.reactions["root_joint"], 0, 5e-14 * n)
 
 
 @pytest.mark.parametrize("n", [1, 2, 10])
@@ -147,7 +148,7 @@ def test_pins_of_the_pendulum_carry_whittakers_impulses(n):
     carried = struck_pendulum(n, 1, 1, 5).pin_impulses
     for k in range(1, n + 1):
         wanted = [-float(carried[k]), 0, 0, 0, 0, 0]
-        np.testing.assert_allclose(impact.reactions[f"joint_{n + 1 - k}"], wanted, atol=5e-14)
+        close(impact.reactions[f"joint_{n + 1 - k}"], wanted, 5e-14)
 
 
 def test_the_pivot_feels_nothing_of_a_blow_on_the_centre_of_percussion():
@@ -157,7 +158,7 @@ def test_the_pivot_feels_nothing_of_a_blow_on_the_centre_of_percussion():
         blow = ik.AppliedImpulse("link_1", linear=(3, 0, 0), at=(0, 0, -depth * length))
         impact = ik.solve(ik.Scene(robot, [blow]), robot.neutral(), robot.velocity())
         # P (3 d/2 - 1) with d the depth over the length.
-        np.testing.assert_allclose(impact.reactions["joint_1"], [3 * share, *[0] * 5], atol=2e-15)
+        close(impact.reactions["joint_1"], [3 * share, *[0] * 5], 2e-15)
 
 
 @pytest.mark.parametrize("name", FIVE_ROBOTS)
@@ -187,7 +188,7 @@ def test_along_its_own_motion_a_joint_carries_its_kick_alone():
         freed = ik.freed_joint(impact, joint)
         own = freed.motion.T @ freed.impulse
         kick = 0.3 if joint == impact.scene.robot.joint_names[-1] else 0.0
-        np.testing.assert_allclose(own, kick, atol=1e-14)
+        close(own, kick, 1e-14)
 
 
 @pytest.mark.parametrize("root", ["fixed", "freeflyer"])

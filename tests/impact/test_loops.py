@@ -1,0 +1,364 @@
+"""Closed loops: against Kane's equations and maximal coordinates, redundant, singular."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+from impulsekit.errors import ContradictionError, SingularMassError
+from impulsekit.reference import Arithmetic, KaneSystem, Load, impact_of_free_bodies
+
+from ..close import close
+from ..reference.models import FOUR_BAR, joint, link, robot
+from ..reference.test_maximal import four_bar_pose
+from ..robots import random_blow, relative
+
+SIX_BAR = FOUR_BAR.replace('<link name="ground"/>', link("ground", "4", inertia=".3 0 0 .4 0 .5"))
+SIX_BAR = SIX_BAR.replace(
+    "</robot>",
+    link("arm", "0.8", ".15 0 .01", inertia=".004 0 0 .01 .001 .012")
+    + link("lever", "1.1", ".2 .03 0", inertia=".006 0 0 .03 0 .04")
+    + joint("arm_pin", "coupler", "arm", at=".5 .3 0")
+    + joint("lever_pin", "ground", "lever", "continuous", at="1.2 .6 0")
+    + "</robot>",
+)
+"""Watt's: the four-bar, and from its coupler an arm that ends at a lever."""
+
+PIN = ik.PointAnchor("coupler", "rocker", at=(0.8, 0, 0), name="pin")
+KNEE = ik.FrameAnchor(
+    "arm",
+    "lever",
+    at=(0.4, 0, 0),
+    directions=("x", "y", "z", "rx", "ry"),
+    axes="local",
+    name="knee",
+)
+
+
+# -- against the reference -----------------------------------------------------------------
+
+
+def closing_rows(system, q, anchors):
+    """The rows of anchors whose second point is the one that coincides with the first."""
+    at, tree, rows = system.kinematics(q), system.tree, []
+    for anchor in anchors:
+        first, second = tree.body_of_link(anchor.frame), tree.body_of_link(anchor.other)
+        place = at.origins[first] + at.rotations[first] @ np.array(anchor.at)
+        other_at = at.rotations[second].T @ (place - at.origins[second])
+        axes = at.rotations[first].T if isinstance(anchor, ik.FrameAnchor) else np.eye(3)
+        rows.append(system.rows_at_point(q, anchor.frame, anchor.other, anchor.at, other_at, axes))
+        if isinstance(anchor, ik.FrameAnchor):
+            rows.append(system.rows_of_turning(anchor.frame, anchor.other, axes[:2]))
+    return system.stack(*rows)
+
+
+CASES = {
+    "four-bar": (FOUR_BAR, "fixed", [PIN], 400),
+    "one loop that flies": (SIX_BAR, "freeflyer", [PIN], 100),
+    "six-bar": (SIX_BAR, "fixed", [PIN, KNEE], 350),
+    "two loops that fly": (SIX_BAR, "freeflyer", [PIN, KNEE], 150),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CASES)
+def test_struck_linkages_in_a_thousand_poses(case):
+    """Any pose is one of a closed linkage: its last pin sits where the chains happen to meet."""
+    urdf, root, anchors, poses = CASES[case]
+    body, system = ik.Robot.from_urdf(urdf, root=root), KaneSystem.from_urdf(urdf, root)
+    blow = random_blow("coupler", 1)
+    scene = ik.Scene(body, [blow, ik.JointImpulse("crank_pin", 0.3)], anchors)
+    load = Load("coupler", blow.linear, blow.angular, blow.at)
+    rng = np.random.default_rng(poses)
+    worst = 0.0
+    for _ in range(poses):
+        q = body.neutral()
+        for name in body.joint_names:
+            if name != "root_joint":
+                q = set_angle(body, q, name, rng.uniform(-np.pi, np.pi))
+        v = rng.normal(size=body.nv)
+        impact = ik.solve(scene, q, v)
+        given = (q, v, [load], {"crank_pin": 0.3}, closing_rows(system, q, anchors))
+        kane, maximal = system.impact(*given), impact_of_free_bodies(system, *given)
+        size = max(np.abs(impact.v_before).max(), np.abs(kane.dy).max())
+        for reference in (kane, maximal):
+            worst = max(worst, np.abs(impact.dv - reference.dy).max() / size)
+        assert worst < 1e-10, q
+    assert worst > 0
+
+
+def set_angle(body, q, name, angle):
+    item = body.model.joints[body.joint_id(name)]
+    q[item.idx_q : item.idx_q + item.nq] = (
+        [np.cos(angle), np.sin(angle)] if item.nq == 2 else [angle]
+    )
+    return q
+
+
+@pytest.mark.parametrize("crank", [0.4, 1.3, 2.1])
+def test_a_loop_that_holds_stays_closed(crank):
+    """From velocities that keep it closed, to velocities that keep it closed."""
+    body = ik.Robot.from_urdf(FOUR_BAR)
+    pin = ik.PointAnchor("coupler", "rocker", at=(0.8, 0, 0), other_at=(0.5, 0, 0))
+    q = four_bar_pose(crank)
+    moving = ik.solve(ik.Scene(body, [ik.JointImpulse("crank_pin", 1.0)], [pin]), q, np.zeros(3))
+    unstruck = ik.solve(ik.Scene(body, [], [pin]), q, moving.v_after)
+    assert relative(unstruck.dv, moving.v_after) < 1e-13
+    impact = ik.solve(ik.Scene(body, [random_blow("coupler", 1)], [pin]), q, moving.v_after)
+    tips = [impact.velocity_at("coupler", (0.8, 0, 0)), impact.velocity_at("rocker", (0.5, 0, 0))]
+    for when in ("before", "after"):
+        apart = getattr(tips[0], when) - getattr(tips[1], when)
+        assert np.abs(apart).max() < 1e-12 * np.abs(impact.v_after).max()
+    assert impact.constraints[0].work == pytest.approx(0.0, abs=1e-12)
+
+
+# -- redundant -----------------------------------------------------------------------------
+
+
+def chain(links=3):
+    """A planar chain on the world, bent."""
+    parts = ['<link name="ground"/>']
+    for k in range(links):
+        parts.append(link(f"rod_{k}", "1", ".5 0 0", inertia=".001 0 0 .0833 0 .0833"))
+        above = f"rod_{k - 1}" if k else "ground"
+        parts.append(joint(f"pin_{k}", above, f"rod_{k}", at="1 0 0" if k else "0 0 0"))
+    return ik.Robot.from_urdf(robot(*parts))
+
+
+def test_one_point_anchored_twice_shares_its_impulse():
+    body = ik.Robot.from_example("panda")
+    rng = np.random.default_rng(0)
+    q, v = body.neutral() + 0.3, rng.normal(size=9)
+    once = ik.solve(ik.Scene(body, [], [ik.PointAnchor("panda_hand")]), q, v)
+    anchors = [ik.PointAnchor("panda_hand", name="a"), ik.PointAnchor("panda_hand", name="b")]
+    twice = ik.solve(ik.Scene(body, [], [*anchors, ik.JointLock("panda_finger_joint1")]), q, v)
+    locked = ik.Scene(body, [], [anchors[0], ik.JointLock("panda_finger_joint1")])
+    single = ik.solve(locked, q, v)
+    assert relative(twice.v_after - single.v_after, single.v_after) < 1e-12
+    for result in twice.constraints[:2]:
+        assert not result.unique and result.unique_rows == (False,) * 3
+        half = single.constraints[0].impulse / 2
+        close(result.impulse, half, 1e-12)
+    assert twice.constraints[2].unique and single.constraints[0].unique
+    assert once.constraints[0].unique_rows == (True,) * 3
+
+
+def test_six_rows_on_a_planar_chain():
+    """Three of them move nothing; Pinocchio's impulseDynamics by J answers (-.17, .22, .07)."""
+    body = chain()
+    q, v = np.array([0.3, 0.5, -0.4]), np.array([1.0, -2.0, 0.5])
+    held = ik.solve(ik.Scene(body, [], [ik.FrameAnchor("rod_2", at=(1, 0, 0))]), q, v)
+    close(held.v_after, 0, 1e-14)
+    result = held.constraints[0]
+    assert result.rows == ("x", "y", "z", "rx", "ry", "rz") and not result.unique
+    assert result.unique_rows == (True, True, False, False, False, True)
+    assert not result.impulse[2:5].any()
+    plane = ik.FrameAnchor("rod_2", at=(1, 0, 0), directions=("x", "y", "rz"))
+    flat = ik.solve(ik.Scene(body, [], [plane]), q, v).constraints[0]
+    assert flat.unique
+    close(result.impulse[[0, 1, 5]], flat.impulse, 1e-12)
+
+
+def test_four_corners_of_a_box():
+    """Twelve rows of rank six: the box stops, the impulses share as evenly as they can."""
+    box = ik.Robot.from_urdf("models/box.urdf", root="freeflyer")
+    rng = np.random.default_rng(2)
+    q = box.neutral()
+    q[3:7] = rng.normal(size=4)
+    q[3:7] /= np.linalg.norm(q[3:7])
+    v = rng.normal(size=6)
+    corners = np.array([(x, y, -0.2) for x in (0.3, -0.3) for y in (0.25, -0.25)])
+    blow = random_blow(box.links[0].name, 3)
+    anchors = [ik.PointAnchor(box.links[0].name, at=at) for at in corners]
+    impact = ik.solve(ik.Scene(box, [blow], anchors), q, v)
+    close(impact.v_after, 0, 1e-13)
+    assert not any(flag for result in impact.constraints for flag in result.unique_rows)
+
+    weld = ik.solve(ik.Scene(box, [blow], [ik.FrameAnchor(box.links[0].name)]), q, v)
+    turned = weld.mechanics.frame_placement(box.links[0].name).rotation
+    impulses = np.array([result.impulse for result in impact.constraints])
+    force = impulses.sum(axis=0)
+    couple = np.cross(corners @ turned.T, impulses).sum(axis=0)
+    close([*force, *couple], weld.constraints[0].impulse, 1e-12 * np.abs(force).max())
+    # Of all impulses with this resultant they are the shortest, in the scale of the rows.
+    matrix, masses = impact.mechanics.constraint_matrix, impact.mechanics.mass_matrix
+    sizes = np.sqrt(np.diagonal(matrix @ np.linalg.solve(masses, matrix.T)))
+    resultant = impulses.ravel() @ matrix
+    shortest = np.linalg.pinv(matrix.T / sizes) @ resultant / sizes
+    close(impulses.ravel(), shortest, 1e-12)
+
+
+def test_what_is_shared_is_told_apart_from_what_is_not():
+    """A hinge on a hinge: of five rows each, the loop leaves only some undetermined."""
+    body = ik.Robot.from_urdf(FOUR_BAR)
+    q = four_bar_pose(1.0)
+    pin = ik.PointAnchor("coupler", "rocker", at=(0.8, 0, 0), other_at=(0.5, 0, 0), name="pin")
+    impact = ik.solve(ik.Scene(body, [random_blow("coupler", 1)], [pin]), q, [1, 2, 3])
+    assert impact.constraints[0].unique_rows == (True, True, False)
+    kane = KaneSystem.from_urdf(FOUR_BAR)
+    blow = impact.scene.impulses[0]
+    load = Load("coupler", blow.linear, blow.angular, blow.at)
+    rows = kane.rows_at_point(q, "coupler", "rocker", (0.8, 0, 0), (0.5, 0, 0))
+    reference = kane.impact(q, [1, 2, 3], [load], None, rows)
+    close(impact.constraints[0].impulse, reference.row_impulses, 1e-12)
+    # A lock of the crank makes the loop rigid, and nothing more is shared.
+    locked = ik.Scene(body, [blow], [pin, ik.JointLock("crank_pin")])
+    rigid = ik.solve(locked, q, [1, 2, 3])
+    close(rigid.v_after, 0, 1e-13)
+    assert [r.unique_rows for r in rigid.constraints] == [(True, True, False), (True,)]
+    # A second lock does: three rows for the two that are left, on which all three act.
+    locked = ik.Scene(body, [blow], [pin, ik.JointLock("crank_pin"), ik.JointLock("rocker_pin")])
+    shared = ik.solve(locked, q, [1, 2, 3])
+    close(shared.v_after, 0, 1e-13)
+    assert [r.unique_rows for r in shared.constraints] == [(False,) * 3, (False,), (False,)]
+
+
+# -- singular ------------------------------------------------------------------------------
+
+
+def test_rods_in_line():
+    """Held at the tip, straight rods cannot stretch anyway: one row does nothing."""
+    body = chain(2)
+    q, v = np.zeros(2), np.array([1.0, 0.5])
+    tip = ik.PointAnchor("rod_1", at=(1, 0, 0))
+    impact = ik.solve(ik.Scene(body, [], [tip]), q, v)
+    # M for rods of 1 kg and 1 m about the pins, and the row (2, 1) on the speeds.
+    third = 0.0833 + 0.25
+    masses = np.array([[2 * third + 2, third + 0.5], [third + 0.5, third]])
+    row = np.array([2.0, 1.0])
+    push = np.linalg.solve(masses, row)
+    close(impact.v_after, v - push * (row @ v) / (row @ push), 1e-13)
+    assert impact.constraints[0].unique_rows == (False, True, False)
+    assert impact.constraints[0].impulse[0] == 0.0
+    stretched = ik.PointAnchor("rod_1", at=(1, 0, 0), velocity=(1, 0, 0), name="pull")
+    with pytest.raises(ContradictionError, match=r"pull\.x") as caught:
+        ik.solve(ik.Scene(body, [], [stretched]), q, v)
+    assert caught.value.rows == ("pull.x",)
+
+
+@pytest.mark.parametrize("bend", [1e-1, 1e-2, 1e-3, 1e-4])
+def test_rods_all_but_in_line_hold_still(bend):
+    """As long as the rods are bent at all, the tip's two rows take both speeds."""
+    body = chain(2)
+    tip = ik.PointAnchor("rod_1", at=(1, 0, 0))
+    impact = ik.solve(ik.Scene(body, [], [tip]), [bend, -2 * bend], [1.0, 0.5])
+    assert impact.constraints[0].unique_rows == (True, True, False)
+    close(impact.v_after, 0, 1e-12 / bend)
+
+
+@pytest.mark.parametrize("bend", [0.0, 1e-12, 1e-9, 1e-8])
+@pytest.mark.parametrize("heading", [0.0, 0.3, 0.7])
+@pytest.mark.parametrize("directions", [("x",), ("x", "y"), ("y", "x", "z"), ("x", "rx")])
+def test_rods_in_line_but_for_rounding_count_as_in_line(bend, heading, directions):
+    """A row that is zero but for rounding holds nothing, whichever way its axes point."""
+    aim = ik.FrameAnchor("aim", "rod_1", at=(2, 0, 0), directions=directions, axes="local")
+    impact = ik.solve(ik.Scene(aimed_chain(heading), [], [aim]), [0.9 + bend, -2 * bend], [1, 0.5])
+    wanted = [1.0, 0.5]
+    if "y" in directions:
+        scene = ik.Scene(chain(2), [], [ik.PointAnchor("rod_1", at=(1, 0, 0))])
+        wanted = ik.solve(scene, [0, 0], [1, 0.5]).v_after
+    close(impact.v_after, wanted, 3e-7)
+    result = impact.constraints[0]
+    assert result.unique_rows == tuple(row == "y" for row in result.rows)
+    assert np.abs(result.impulse).max() < 2
+
+
+def aimed_chain(heading):
+    """Two rods on a base that stands askew, and a mark on it whose x axis the rods follow."""
+    rod = {"at": ".5 0 0", "inertia": ".001 0 0 .0833 0 .0833"}
+    return ik.Robot.from_urdf(
+        robot(
+            '<link name="ground"/><link name="base"/><link name="aim"/>',
+            joint("stand", "ground", "base", "fixed", at="1 2 3", rpy=f"0.4 0.3 {heading}"),
+            joint("sight", "base", "aim", "fixed", rpy="0 0 0.9"),
+            link("rod_0", "1", **rod),
+            link("rod_1", "1", **rod),
+            joint("pin_0", "base", "rod_0"),
+            joint("pin_1", "rod_0", "rod_1", at="1 0 0"),
+        )
+    )
+
+
+@pytest.mark.parametrize(("frame", "at"), [("rod_0", (0, 0, 0)), ("rod_1", (-1, 0, 0))])
+def test_a_point_on_a_pivot_is_held_by_the_pivot(frame, at):
+    """Its rows are zero but for rounding: nothing is taken, nothing moves."""
+    body = aimed_chain(0.3)
+    impact = ik.solve(ik.Scene(body, [], [ik.PointAnchor(frame, at=at)]), [0.7, 0.0], [1.0, 0.0])
+    close(impact.v_after, [1.0, 0.0], 1e-13)
+    assert not impact.constraints[0].impulse.any()
+
+
+COUPLER_SPAN = 0.8
+
+
+def two_force_member(mass="0"):
+    """Crank and rocker of the four-bar, joined by a coupler that weighs next to nothing."""
+    coupler = link(
+        "coupler", mass, f"{COUPLER_SPAN / 2} 0 0", inertia=f"{mass} 0 0 {mass} 0 {mass}"
+    )
+    return robot(
+        link("crank", "1.2", ".2 .01 .02", inertia=".01 0 0 .05 .002 .06"),
+        '<link name="coupler"/>' if mass == "0" else coupler,
+        link("rocker", "1.5", ".25 .02 0", inertia=".01 0 .003 .08 0 .09"),
+        '<link name="ground"/>',
+        joint("crank_pin", "ground", "crank", "continuous"),
+        joint("coupler_pin", "crank", "coupler", at=".4 0 0"),
+        joint("rocker_pin", "ground", "rocker", "continuous", at="1 0 0"),
+    )
+
+
+@pytest.mark.parametrize("crank", [0.4, 1.3, 2.1])
+def test_a_massless_coupler(crank):
+    """M is singular, the whole is not: the coupler pushes along itself and nothing else."""
+    body = ik.Robot.from_urdf(two_force_member())
+    q, v = four_bar_pose(crank), np.array([1.0, 2.0, -3.0])
+    pin = ik.PointAnchor("coupler", "rocker", at=(COUPLER_SPAN, 0, 0), other_at=(0.5, 0, 0))
+    blows = [random_blow("crank", 1), ik.JointImpulse("rocker_pin", 0.7)]
+    impact = ik.solve(ik.Scene(body, blows, [pin]), q, v)
+
+    masses = impact.mechanics.mass_matrix
+    assert np.linalg.matrix_rank(masses) == 2
+    known = sum(impact.impulse_shares[f"impulses[{i}]"] for i in range(2))
+    angle = crank + q[2]
+    along = np.array([np.cos(angle), np.sin(angle), 0])
+    jacobians = [impact.mechanics.point_jacobian(frame, np.array(at))[:3]
+                 for frame, at in (("crank", (0.4, 0, 0)), ("rocker", (0.5, 0, 0)))]  # fmt: skip
+    two = [0, 2]  # crank and rocker; the coupler's own speed follows from its ends
+    row = (along @ (jacobians[0] - jacobians[1]))[two]
+    inertia = masses[np.ix_(two, two)]
+    free = v[two] + np.linalg.solve(inertia, known[two])
+    push = np.linalg.solve(inertia, row)
+    thrust = -(row @ free) / (row @ push)
+    after = free + push * thrust
+    close(impact.v_after[two], after, 1e-12 * np.abs(free).max())
+    close(impact.constraints[0].impulse, thrust * along, 1e-12 * abs(thrust))
+    assert impact.constraints[0].unique_rows == (True, True, False)
+    there = impact.velocity_at("coupler", (COUPLER_SPAN, 0, 0)).after
+    assert (
+        np.abs(there - impact.velocity_at("rocker", (0.5, 0, 0)).after).max()
+        < 1e-12 * np.abs(impact.v_after).max()
+    )
+    close(impact.reactions["coupler_pin"][:3], -thrust * along, 1e-11)
+    assert impact.is_valid(1e-11)
+
+
+def test_a_massless_coupler_is_the_limit_of_a_light_one():
+    body = ik.Robot.from_urdf(two_force_member())
+    q, v = four_bar_pose(1.3), np.array([1.0, 2.0, -3.0])
+    pin = ik.PointAnchor("coupler", "rocker", at=(COUPLER_SPAN, 0, 0), other_at=(0.5, 0, 0))
+    impact = ik.solve(ik.Scene(body, [ik.JointImpulse("crank_pin", 0.7)], [pin]), q, v)
+    light = KaneSystem.from_urdf(two_force_member("1e-30"), arithmetic=Arithmetic.mpmath(80))
+    rows = light.rows_at_point(
+        q, "coupler", "rocker", (COUPLER_SPAN, 0, 0), (0.5, 0, 0), directions=np.eye(3)[:2]
+    )
+    limit = light.impact(q, v, [], {"crank_pin": 0.7}, rows).y_after.astype(float)
+    close(impact.v_after, limit, 1e-12 * np.abs(limit).max())
+
+
+def test_a_massless_link_that_nothing_holds_is_refused():
+    body = ik.Robot.from_urdf(two_force_member())
+    away = ik.PointAnchor("crank", "rocker", at=(0.4, 0, 0))
+    with pytest.raises(SingularMassError, match="coupler_pin") as caught:
+        ik.solve(ik.Scene(body, [], [away]), four_bar_pose(1.3), [1.0, 2.0, 3.0])
+    assert caught.value.joints == ("coupler_pin",)
