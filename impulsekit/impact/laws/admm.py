@@ -11,7 +11,11 @@ __all__ = ["admm"]
 
 
 def admm(
-    delassus: np.ndarray, shifted: np.ndarray, friction: np.ndarray, tolerance: float
+    delassus: np.ndarray,
+    shifted: np.ndarray,
+    friction: np.ndarray,
+    tolerance: float,
+    most: int = 1000,
 ) -> tuple[np.ndarray, int]:
     """An impulse near the solution, and how many iterations it took.
 
@@ -23,6 +27,7 @@ def admm(
         shifted: (3n,) b [m/s].
         friction: (n,) µ.
         tolerance: for feasibility and complementarity [m/s].
+        most: how many iterations at most.
     """
     import pinocchio as pin
 
@@ -32,6 +37,7 @@ def admm(
         model.setFriction(mu)
     settings = work.settings
     settings.absolute_feasibility_tol = settings.absolute_complementarity_tol = tolerance
+    settings.max_iterations = most
     # ADMM's tolerances are absolute: with the rows scaled they are velocities.
     size = float(delassus.diagonal().max())
     result = pin.ADMMSolverResult()

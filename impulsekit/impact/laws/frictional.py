@@ -22,8 +22,9 @@ __all__ = ["Frictional", "solve_frictional"]
 
 # What the residual must come down to.
 BAR = 1e-10
-# Where Newton takes over from ADMM.
+# Where Newton takes over from ADMM: its tolerance, relative, and its iterations at most.
 NEAR = 1e-3
+ENOUGH = 400
 # Of Gauss-Seidel sweeps, each followed by a try of Newton.
 MOST_ROUNDS = 30
 
@@ -77,28 +78,27 @@ def solve_frictional(
     modes = Modes(delassus, shifted, friction, floor)
     if floor is None and shifted[2::3].min() >= -1e-15 * modes.scale:
         return Frictional(np.zeros_like(shifted), Status.SOLVED, 0.0, None, 0)
-    impulse, residual = np.zeros_like(shifted), np.inf
     count = 0
     if start is not None:
         impulse, residual = modes.polish(start)
         if residual <= BAR:
             return _told(modes, impulse, residual, 0)
-    if floor is None:
-        for tolerance in (NEAR, 1e-8):
-            from .admm import admm
-
-            rough, iterations = admm(delassus, shifted, friction, tolerance * modes.scale)
-            count += iterations
-            impulse, residual = modes.polish(rough)
-            if residual <= BAR:
-                return _told(modes, impulse, residual, count)
-    from .gauss_seidel import sweep
     from .proximal import approach
 
-    last, residual, steps = approach(modes, np.zeros_like(shifted), BAR)
+    rough = np.zeros_like(shifted)
+    if floor is None:
+        from .admm import admm
+
+        rough, count = admm(delassus, shifted, friction, NEAR * modes.scale, ENOUGH)
+        impulse, residual = modes.polish(rough)
+        if residual <= BAR:
+            return _told(modes, impulse, residual, count)
+    last, residual, steps = approach(modes, rough, BAR)
     count += steps
     if residual <= BAR:
         return _told(modes, last, residual, count)
+    from .gauss_seidel import sweep
+
     for _ in range(MOST_ROUNDS):
         last, sweeps = sweep(delassus, shifted, friction, floor, last, modes.scale)
         count += sweeps

@@ -43,5 +43,7 @@ def approach(modes: Modes, start: np.ndarray, bar: float) -> tuple[np.ndarray, f
         if residual < least:
             best, least = impulse, residual
             if least <= bar:
-                return best, least, count
+                # From here Newton on the problem itself may reach rounding level.
+                found, left = modes.polish(best)
+                return (found, left, count) if left < least else (best, least, count)
     return best, least, MOST_STEPS

@@ -65,6 +65,29 @@ def test_opposing_contacts_that_contradict_each_other():
     np.testing.assert_allclose(poisson.velocity_after, 0, atol=1e-15)
 
 
+def test_a_sequence_without_end():
+    """Between two walls, both touching and both elastic, the blows never end."""
+    W, u = normals(np.array([[1.0, -1], [-1, 1]]), [-1.0, 1.0])
+    endless = solved(W, u, 1.0, law=Law(order="sequential"))
+    assert endless.status is Status.SEQUENCE_TOO_LONG and not endless.status.valid
+    lossy = solved(W, u, 0.5, law=Law(order="sequential"))
+    assert lossy.status is Status.SOLVED
+    np.testing.assert_allclose(lossy.velocity_after, 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("n", [3, 5])
+def test_newtons_cradle(n):
+    J = np.eye(n - 1, n, 1) - np.eye(n - 1, n)
+    v = np.zeros(n)
+    v[0] = 1.0
+    W, u = normals(J @ J.T, J @ v)
+    answer = solved(W, u, 1.0, law=Law(order="sequential"))
+    np.testing.assert_allclose((v + J.T @ answer.impulse[2::3])[-1], 1.0, atol=1e-15)
+    together = solved(W, u, 1.0)
+    assert together.normal_work.sum() == pytest.approx(0, abs=1e-14)
+    assert together.status is Status.SOLVED
+
+
 def every_active_set(W, b):
     """P by trying all subsets of contacts."""
     n = len(b)
