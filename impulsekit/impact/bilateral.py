@@ -1,7 +1,7 @@
 """W λ = r for bilateral rows, redundant and contradictory ones included.
 
-W = A M⁻¹ Aᵀ = Cᵀ C is the Delassus matrix. Its rows are scaled to unit diagonal, so
-that neither units nor the scale a row was written in decide on its rank.
+W = A M⁻¹ Aᵀ = Cᵀ C is the Delassus matrix. Its rank is judged as if its rows were scaled
+to unit diagonal, so that neither units nor the scale a row was written in decide.
 """
 
 from __future__ import annotations
@@ -63,15 +63,14 @@ def solve_bilateral(
     """
     from scipy.linalg.lapack import dpotrf, dpotrs
 
-    delassus = half.T @ half
-    diagonal = delassus.diagonal()
-    largest = diagonal.max()
-    if diagonal.min() > 1e-8 * largest:
-        scale = 1.0 / np.sqrt(diagonal)
-        factor, failed = dpotrf(delassus * scale * scale[:, None], lower=1)
-        if not failed and factor.diagonal().min() > SAFE_PIVOT**0.5:
-            scaled, _ = dpotrs(factor, scale * right, lower=1)
-            return BilateralSolution(scale * scaled, len(right), None)
+    delassus = half.T.dot(half)
+    # Cholesky does not feel how rows are scaled, so only its pivots are compared scaled.
+    factor, failed = dpotrf(delassus, lower=1)
+    if not failed:
+        roots = factor.diagonal()
+        if (roots * roots > SAFE_PIVOT * delassus.diagonal()).all():
+            impulse, _ = dpotrs(factor, right, lower=1)
+            return BilateralSolution(impulse, len(right), None)
     return _solve_dependent(half, right, magnitude, velocity_scale, names)
 
 
