@@ -340,6 +340,11 @@ def test_what_cannot_be_checked_says_so():
     mixed = ik.combine(a=panda, b=given)
     with pytest.raises(InputError, match='cannot be checked: the part "b/"'):
         ik.check(solved(mixed, [random_blow("a/panda_hand", 1)]))
+    flying = ik.Robot.from_example("panda", root="freeflyer")
+    q, v = random_state(flying, 1)
+    q[3:7] *= 1 + 1e-7
+    with pytest.raises(InputError, match=r'cannot be checked.*quaternion of joint "root_joint"'):
+        ik.check(ik.solve(ik.Scene(flying, [blow]), q, v))
     with pytest.raises(InputError, match="takes an Impact"):
         ik.check(panda)
     for digits in (5, 50.5, "many"):
@@ -347,13 +352,20 @@ def test_what_cannot_be_checked_says_so():
             ik.check(solved(panda, [blow]), digits=digits)
 
 
-def test_masses_that_only_constraints_make_whole_cannot_be_checked():
+@pytest.mark.parametrize(
+    ("coupler", "words"),
+    [
+        ('<link name="coupler"/>', '"coupler" and all below it have neither mass'),
+        (link("coupler", "1", inertia="0 0 0 0 0 0"), "singular: b can change"),
+    ],
+)
+def test_masses_that_only_constraints_make_whole_cannot_be_checked(coupler, words):
     bar = "0 0 0 0 0 .01"
     loop = ik.Robot.from_urdf(
         robot(
             '<link name="ground"/>',
             link("crank", "1", ".2 0 0", inertia=bar),
-            '<link name="coupler"/>',
+            coupler,
             link("rocker", "1", ".2 0 0", inertia=bar),
             joint("a", "ground", "crank"),
             joint("b", "crank", "coupler", at=".4 0 0"),
@@ -362,5 +374,5 @@ def test_masses_that_only_constraints_make_whole_cannot_be_checked():
     )
     closed = ik.PointAnchor("coupler", "rocker", at=(1, 0, 0), other_at=(0.4, 0, 0))
     scene = ik.Scene(loop, [ik.JointImpulse("a", 1.0)], [closed])
-    with pytest.raises(InputError, match=r"cannot be checked.*coupler"):
+    with pytest.raises(InputError, match=f"cannot be checked.*{words}"):
         ik.check(ik.solve(scene, [1.0, -1.0, 1.0], [0, 0, 0]))

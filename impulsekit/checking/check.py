@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import InputError, RangeError, SingularMassError
+from ..errors import InputError, RangeError, SingularMassError, StateError
 from ..reference import KaneImpact, Rows
 from ..scene import JointStop
 from .compare import compared
 from .conditions import conditions_of, take
 from .demands import KnownImpulses, constraint_rows, known_impulses
 from .result import Check
-from .system import reference_robot
+from .system import ReferenceRobot, reference_robot
 
 if TYPE_CHECKING:
     from ..impact import Impact
@@ -46,7 +46,8 @@ def check(impact: Impact, digits: int | None = None) -> Check:
     Raises:
         InputError: the impact cannot be checked: its robot came from a ``pin.Model``, has a
             root other than "fixed", "planar" and "freeflyer", or cannot be read by the
-            reference; or nothing but constraints resists some motion.
+            reference; a quaternion of q is off unit length by more than 1e-9; or nothing but
+            constraints resists some motion.
         MissingExtraError: ``digits`` are asked for and mpmath is not installed.
 
     Example:
@@ -65,13 +66,18 @@ def check(impact: Impact, digits: int | None = None) -> Check:
     scene = impact.scene
     reference = reference_robot(scene.robot, digits)
     system = reference.system
-    at = system.kinematics(impact.q)
+    try:
+        at = system.kinematics(impact.q)
+    except StateError as error:
+        raise _impossible(error, reference) from error
     known = known_impulses(reference, scene.impulses)
     notes = _give_what_solvers_found(impact, known)
     demands = constraint_rows(reference, at, impact.v_before, scene.constraints)
     conditions = conditions_of(system.tree, at, demands)
     if conditions is None:
-        raise _impossible("its generalized masses are singular, and the reference inverts them")
+        # The reference's own solver names the motion.
+        _solved(impact, known, None)
+        raise _impossible("its generalized masses are all but singular", reference)
     truth = _solved(impact, known, take(demands, conditions.independent))
     carried = truth
     if not all(result.unique for result in impact.constraints):
@@ -96,7 +102,7 @@ def _solved(impact: Impact, known: KnownImpulses, rows: Rows | None) -> KaneImpa
     try:
         return system.impact(impact.q, impact.v_before, known.loads, known.in_joints, rows)
     except SingularMassError as error:
-        raise _impossible(str(error)) from error
+        raise _impossible(error, known.reference) from error
 
 
 def _give_what_solvers_found(impact: Impact, known: KnownImpulses) -> list[str]:
@@ -129,5 +135,6 @@ def _with_constraint_impulses(impact: Impact, known: KnownImpulses) -> KnownImpu
     return everything
 
 
-def _impossible(reason: str) -> InputError:
-    return InputError(f"this impact cannot be checked: {reason}")
+def _impossible(reason: object, reference: ReferenceRobot) -> InputError:
+    words = str(reason).replace(reference.prefix, "") if reference.prefix else str(reason)
+    return InputError(f"this impact cannot be checked: {words}")
