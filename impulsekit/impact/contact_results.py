@@ -10,6 +10,7 @@ import numpy as np
 from ..scene import Contact, JointStop
 
 if TYPE_CHECKING:
+    from .laws import ContactSolution
     from .result import Impact
     from .touching import Touch
 
@@ -31,7 +32,8 @@ class ContactPoint:
             coordinate [N m s, N s].
         velocity_before, velocity_after: (3,) of the first body relative to the other at
             the point [m/s]; for a stop (1,) of the joint [rad/s, m/s].
-        mode: "separated", "sliding" or "sticking".
+        mode: "separated", "sliding" or "sticking"; without friction a contact that is
+            pressed counts as sliding.
         normal_work, friction_work: [J].
         unique: False where the point shares its load with redundant ones.
     """
@@ -111,6 +113,7 @@ def _point(impact: Impact, touch: Touch, i: int) -> ContactPoint:
         normal = axes[:, 2].copy()
         if position is None and isinstance(entry, Contact):
             position = impact.mechanics.frame_placement(entry.frame).act(np.array(entry.at))
+    normal_work, friction_work = _works(solution, i, touch.jacobian, velocities, local)
     for array in (*arrays, normal, position):
         if array is not None:
             array.setflags(write=False)
@@ -122,10 +125,31 @@ def _point(impact: Impact, touch: Touch, i: int) -> ContactPoint:
         before,
         after,
         mode=_mode(local, getattr(entry, "friction", 0.0)),
-        normal_work=float(solution.normal_work[i]),
-        friction_work=float(solution.friction_work[i]),
+        normal_work=normal_work,
+        friction_work=friction_work,
         unique=solution.unique is None or bool(solution.unique[i]),
     )
+
+
+def _works(
+    solution: ContactSolution,
+    i: int,
+    jacobian: np.ndarray,
+    velocities: tuple[np.ndarray, np.ndarray],
+    impulse: np.ndarray,
+) -> tuple[float, float]:
+    """The work of normal and friction, so that the books of the whole impact close.
+
+    A law that follows the impact knows the true work, if nothing else acts in the same
+    instant. Beside blows and imposed constraints each entry gets impulse · (u⁻ + u⁺)/2.
+    """
+    before, after = velocities
+    start = solution.velocity_start[3 * i : 3 * i + 3]
+    size = np.abs(jacobian).sum() * 1e-13 * max(np.abs(before).max(), np.abs(after).max())
+    if np.abs(start - before).max() <= size:
+        return float(solution.normal_work[i]), float(solution.friction_work[i])
+    shares = 0.5 * impulse * (before + after)
+    return float(shares[2]), float(shares[0] + shares[1])
 
 
 def _mode(impulse: np.ndarray, friction: float) -> str:

@@ -221,9 +221,9 @@ def test_a_box_on_four_corners_shares_its_load():
     total = sum(corner.impulse for corner in impact.contacts)
     np.testing.assert_allclose(total, [0, 0, box.mass * (1 + e) * speed], atol=1e-12)
     np.testing.assert_allclose(impact.v_after, [0, 0, e * speed, 0, 0, 0], atol=1e-13)
-    # The split of least norm keeps the symmetry of the box.
+    # No split is wrong, but one that is far from the symmetry of the box would be odd.
     normals = [corner.impulse[2] for corner in impact.contacts]
-    np.testing.assert_allclose(normals, total[2] / 4, rtol=1e-9)
+    np.testing.assert_allclose(normals, total[2] / 4, rtol=1e-5)
 
 
 def test_contacts_with_a_stance_foot_and_a_locked_joint(solo):
@@ -335,3 +335,36 @@ def test_to_dict_tells_of_contacts(ball):
     plain = json.loads(json.dumps(impact.to_dict(), allow_nan=False))
     assert plain["contacts"][0]["mode"] == "sliding"
     assert plain["contacts"][0]["points"][0]["position"] == [0.0, 0.0, -RADIUS]
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        ik.Law(),
+        ik.Law(restitution="poisson"),
+        ik.Law(slip="path"),
+        ik.Law(restitution="stronge", slip="path"),
+        ik.Law(order="sequential"),
+    ],
+)
+def test_the_books_close_under_every_law_with_blow_and_brake_in_the_same_instant(solo, law):
+    q, v = random_state(solo, 6)
+    v[2] = -2.0
+    scene = ik.Scene(
+        solo,
+        [random_blow("base_link", 3)],
+        constraints=[ik.JointLock("FR_KFE")],
+        contacts=[ik.Contact("FL_FOOT", restitution=0.4, friction=0.3)],
+        law=law,
+    )
+    impact = ik.solve(scene, q, v)
+    assert impact.residuals.largest < 1e-10
+    assert impact.energy.imbalance < 1e-12
+
+
+def test_a_sequence_is_judged_by_the_energy_of_the_whole(solo):
+    q, v = random_state(solo, 7)
+    v[2] = -2.0
+    scene = landing(solo, ik.Law(slip="path", order="sequential"), restitution=1.0, friction=0.5)
+    impact = ik.solve(scene, q, v)
+    assert (impact.status is ik.Status.ENERGY_GAIN) == (impact.energy.change > 1e-9)

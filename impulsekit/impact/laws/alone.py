@@ -68,7 +68,7 @@ def solve_alone(problem: ContactProblem, law: Law) -> ContactSolution:
         return solve_simultaneous(smooth, Law(restitution=_of_end(law)))
     what = 'slip="path"' if law.restitution != "stronge" else 'restitution="stronge"'
     raise InputError(
-        f"contacts: {len(acting)} of {n} contacts approach or are drawn in at once; {what} "
+        f"contacts: more than one of the {n} contacts would take part at once; {what} "
         "follows one contact along its impact, and how several share it is not defined. Use "
         'Law(order="sequential"), or slip="end" with Newton\'s or Poisson\'s restitution'
     )

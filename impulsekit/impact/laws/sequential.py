@@ -7,7 +7,7 @@ import numpy as np
 from ...scene.law import Law
 from ..status import Status
 from .problem import ContactProblem, ContactSolution
-from .single import Triple, block_of, strike
+from .single import GAIN, Triple, block_of, strike
 
 __all__ = ["solve_sequential"]
 
@@ -40,8 +40,8 @@ def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
     rest = AT_REST * float(np.abs(free[2::3]).max())
     status, residual = Status.SOLVED, 0.0
     unique: np.ndarray | None = None
-    gain = False
     hits = 0
+    spent = 0.0
     while True:
         i = int(velocity[2::3].argmin())
         if velocity[3 * i + 2] >= -rest:
@@ -59,16 +59,16 @@ def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
         normal[i] += hit.normal_work
         friction[i] += hit.friction_work
         residual = max(residual, hit.residual)
-        if hit.status is Status.ENERGY_GAIN:
-            gain = True
-        elif hit.status is Status.NOT_UNIQUE:
+        spent += abs(hit.normal_work) + abs(hit.friction_work)
+        if hit.status is Status.NOT_UNIQUE:
             unique = np.ones(n, dtype=bool) if unique is None else unique
             unique[i] = False
-        elif hit.status is not Status.SOLVED and status.valid:
+        elif hit.status not in (Status.SOLVED, Status.ENERGY_GAIN) and status.valid:
             status = hit.status
         if not hit.status.valid and hit.status is not Status.ENERGY_GAIN:
             break
-    if status.valid and gain:
+    # One hit may gain what the others lose: the sum is what counts.
+    if status.valid and float(normal.sum() + friction.sum()) > GAIN * spent:
         status = Status.ENERGY_GAIN
     elif status is Status.SOLVED and unique is not None:
         status = Status.NOT_UNIQUE
