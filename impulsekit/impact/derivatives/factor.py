@@ -1,0 +1,63 @@
+"""A Cholesky factor of the mass matrix for many right-hand sides at once.
+
+Where M alone is singular and bilateral rows A make it whole, M + AᵀA of rows of unit
+length takes its place: with A d prescribed both have the same solution.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...errors import InputError
+
+__all__ = ["Factor"]
+
+SMALLEST_PIVOT = 1e-13
+
+
+class Factor:
+    """M = L Lᵀ, scaled to unit diagonal, or M filled up by rows A (m, nv)."""
+
+    def __init__(self, mass_matrix: np.ndarray, rows: np.ndarray) -> None:
+        self._unit: np.ndarray | None = None
+        self._lengths = np.ones(len(rows))
+        if self._decompose(mass_matrix):
+            return
+        diagonal = np.diagonal(mass_matrix)
+        weights = np.maximum(diagonal, 1e-9 * diagonal.max(initial=0.0))
+        sizes = np.sqrt((rows**2 / weights).sum(axis=1))
+        live = sizes > 1e-12 * sizes.max(initial=0.0)
+        self._lengths = np.where(live, sizes, np.inf)
+        self._unit = rows / self._lengths[:, None]
+        if not self._decompose(mass_matrix + self._unit.T @ self._unit):
+            raise InputError("derivatives: nothing resists some motion of this robot")
+
+    def _decompose(self, matrix: np.ndarray) -> bool:
+        from scipy.linalg.lapack import dpotrf
+
+        diagonal = matrix.diagonal()
+        if not (diagonal > 0.0).all():
+            return False
+        self._scale = 1.0 / np.sqrt(diagonal)
+        self._lower, failed = dpotrf(matrix * self._scale * self._scale[:, None], lower=1)
+        return not failed and bool(self._lower.diagonal().min() ** 2 >= SMALLEST_PIVOT)
+
+    def filled(self, force: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+        """(nv, w) the right-hand side that goes with A d = wanted (m, w)."""
+        if self._unit is None:
+            return force
+        return force + self._unit.T @ (wanted / self._lengths[:, None])
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """(nv, w) of right-hand sides that have been filled."""
+        from scipy.linalg.lapack import dpotrs
+
+        scale = self._scale[:, None]
+        solution, _ = dpotrs(self._lower, scale * right, lower=1)
+        return scale * solution
+
+    def half(self, rows: np.ndarray) -> np.ndarray:
+        """(nv, m) L⁻¹ Gᵀ, whose columns have the lengths of rows in the metric of M⁻¹."""
+        from scipy.linalg.blas import dtrsm
+
+        return dtrsm(1.0, self._lower, self._scale[:, None] * rows.T, lower=1)
