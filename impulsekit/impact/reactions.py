@@ -25,7 +25,7 @@ def joint_reactions(impact: Impact) -> dict[str, np.ndarray]:
 
     At the joint's origin, in world axes, linear [N s] before angular [N m s]; it holds
     the joint's own impulse (a kick, a lock) as well. Fixed joints of the URDF are
-    there too.
+    there too, and "root_joint" is what the ground gives a robot on a fixed base.
     """
     model = impact.mechanics.model_without_gravity
     data = impact.mechanics.scratch()
@@ -43,6 +43,7 @@ def joint_reactions(impact: Impact) -> dict[str, np.ndarray]:
         if joint_id > 0
     }
     reactions.update(_fixed_joint_reactions(impact, data, impulses))
+    reactions.update(_base_reactions(impact, data, impulses))
     for reaction in reactions.values():
         reaction.setflags(write=False)
     return reactions
@@ -94,3 +95,32 @@ def _fixed_joint_reactions(
         )
         for frame_id, wrench in wrenches.items()
     }
+
+
+def _base_reactions(
+    impact: Impact, data: pin.Data, impulses: list[BodyImpulse]
+) -> dict[str, np.ndarray]:
+    """What the ground gives every robot on a fixed base, at its root link's origin."""
+    robot = impact.scene.robot
+    model = robot.model
+    taken = {frame.name for frame in model.frames}
+    reactions = {}
+    for part in robot.parts:
+        if part.root != "fixed":
+            continue
+        base = np.eye(4) if part.placement is None else np.array(part.placement)
+        # From the base's own origin, so that a base far away costs no digits.
+        from_base = pin.SE3(np.eye(3), base[:3, 3]).inverse()
+        total = pin.Force.Zero()
+        for joint_id in range(1, model.njoints):
+            if model.parents[joint_id] == 0 and model.names[joint_id].startswith(part.prefix):
+                placement = impact.mechanics.joint_placement(joint_id)
+                total = total + (from_base * placement).act(data.f[joint_id])
+        for item in impulses:
+            name = model.frames[item.frame_id].name
+            if item.joint_id == 0 and item.frame_id > 0 and name.startswith(part.prefix):
+                total = total - from_base.act(item.wrench_in_joint)
+        own = part.prefix + "root_joint"
+        name = own if own not in taken else part.prefix + "world_root_joint"
+        reactions[name] = np.concatenate([total.linear, total.angular])
+    return reactions

@@ -151,7 +151,8 @@ class Impact:
         """By joint name, (6,) the wrench impulse that the parent gives the child.
 
         At the joint's origin, world axes, linear [N s] before angular [N m s]. Fixed
-        joints of the URDF are there too.
+        joints of the URDF are there too, and "root_joint" is what the ground gives a
+        robot on a fixed base.
         """
         return MappingProxyType(joint_reactions(self))
 
