@@ -10,6 +10,7 @@ import click
 from .. import __version__
 from ..errors import ImpulsekitError
 from .doctor import doctor
+from .replay import replay
 from .robots import robots
 from .solve import solve
 
@@ -48,5 +49,5 @@ def main(debug: bool) -> None:
     """What happens when a multibody system is hit."""
 
 
-for command in (solve, robots, doctor):
+for command in (solve, replay, robots, doctor):
     main.add_command(command)

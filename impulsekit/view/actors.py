@@ -1,0 +1,112 @@
+"""The bodies of a replay: one node for each joint, its frames, and ghosts of single poses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+import pinocchio as pin
+
+from .bodies import BodyShape, body_shapes, corners_of
+from .drawing import ROOT, Drawing, node_name
+from .motions import Shown
+
+__all__ = ["Actors"]
+
+GHOST_OPACITY = 0.22
+# For the camera's fit a motion is looked at in so many poses.
+LOOKS = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Actors:
+    """A robot's shapes and where its joints are in every frame.
+
+    Attributes:
+        shown: the motion.
+        shapes: the surfaces on its joints.
+        places: (F, njoints, 7) of every joint in the world, xyz [m] and quaternion xyzw.
+        corners: (n, 3) corners of boxes around the shapes over the motion [m].
+        size: the radius of the robot in one pose [m], to which arrows are scaled.
+        notes: what is drawn otherwise than wished.
+    """
+
+    shown: Shown
+    shapes: tuple[BodyShape, ...]
+    places: np.ndarray
+    corners: np.ndarray
+    size: float
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(cls, shown: Shown, times: np.ndarray) -> Actors:
+        """The actors of a motion at (F,) ``times`` of it [s]."""
+        shapes, notes = body_shapes(shown.robot)
+        places = joint_places(shown, times)
+        looks = np.unique(np.linspace(0, len(times) - 1, min(LOOKS, len(times))).astype(int))
+        poses = [_corners(shapes, places[i]) for i in looks]
+        size = max(float(np.linalg.norm(np.ptp(pose, axis=0))) for pose in poses) / 2.0
+        return cls(shown, shapes, places, np.concatenate(poses), max(size, 1e-6), notes)
+
+    @property
+    def nodes(self) -> Mapping[str, str]:
+        """By joint name, the path of its node in the player."""
+        names = self.shown.robot.joint_names
+        return MappingProxyType(
+            {name: "/" + "/".join((ROOT, *_node(i + 1, name))) for i, name in enumerate(names)}
+        )
+
+    def draw(self, drawing: Drawing, times: np.ndarray) -> None:
+        """Draw the bodies and let them move at (F,) playback ``times`` [s]."""
+        names = ("world", *self.shown.robot.joint_names)
+        for joint_id, name in enumerate(names):
+            own = [shape for shape in self.shapes if shape.joint_id == joint_id]
+            if joint_id > 0:
+                drawing.move(_node(joint_id, name), times, self.places[:, joint_id])
+            for i, shape in enumerate(own):
+                path = (*_node(joint_id, name), node_name(i, shape.name))
+                drawing.add(path, shape.surface, shape.color)
+                drawing.place(path, shape.placement)
+
+    def draw_ghosts(self, drawing: Drawing, instants: Sequence[float]) -> None:
+        """Draw faint copies of the moving bodies at ``instants`` of the motion [s]."""
+        if not instants:
+            return
+        poses = joint_places(self.shown, np.array(instants))
+        for i, shape in enumerate(self.shapes):
+            if shape.joint_id == 0:
+                continue
+            placements = [
+                pin.XYZQUATToSE3(pose[shape.joint_id]) * shape.placement for pose in poses
+            ]
+            color = (*shape.color[:3], GHOST_OPACITY)
+            drawing.add(("ghosts", node_name(i, shape.name)), shape.surface, color, placements)
+
+
+def joint_places(shown: Shown, times: np.ndarray) -> np.ndarray:
+    """(F, njoints, 7) where the joints are at (F,) ``times`` of a motion [s]."""
+    model = shown.robot.model
+    data = model.createData()
+    places = np.empty((len(times), model.njoints, 7))
+    for row, q in zip(places, shown.at(times), strict=True):
+        pin.forwardKinematics(model, data, q)
+        for joint_id, placement in enumerate(data.oMi):
+            row[joint_id] = pin.SE3ToXYZQUAT(placement)
+    return places
+
+
+def _node(joint_id: int, name: str) -> tuple[str, str]:
+    return ("bodies", node_name(joint_id, name))
+
+
+def _corners(shapes: Sequence[BodyShape], pose: np.ndarray) -> np.ndarray:
+    """(n, 3) corners of the shapes in one pose, in the world; joints where there is no shape."""
+    found = [
+        corners @ placement.rotation.T + placement.translation
+        for joint_id, place in enumerate(pose)
+        if len(corners := corners_of(shapes, joint_id))
+        for placement in (pin.XYZQUATToSE3(place),)
+    ]
+    return np.concatenate(found) if found else pose[:, :3]

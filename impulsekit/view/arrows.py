@@ -1,0 +1,209 @@
+"""What an impact is drawn with: arrows for impulses, velocities, couples; marks for contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio as pin
+
+from ..scene import AppliedImpulse, FrameAnchor, JointCoupling, JointImpulse, JointLock, PointAnchor
+from ..scene.constraints import DIRECTIONS
+
+if TYPE_CHECKING:
+    from ..impact import Impact
+    from ..scene.points import ReportPoint
+
+__all__ = ["COLORS", "KINDS", "Arrow", "Mark", "impact_arrows", "impact_marks"]
+
+# Kind: what the legend calls it, its unit and its colour.
+KINDS = {
+    "impulse": ("impulse", "N s", (0.78, 0.20, 0.13)),
+    "couple": ("couple impulse", "N m s", (0.86, 0.50, 0.10)),
+    "reaction": ("joint reaction", "N s", (0.46, 0.26, 0.62)),
+    "reaction couple": ("couple in a joint", "N m s", (0.70, 0.45, 0.78)),
+    "before": ("velocity before", "m/s", (0.42, 0.52, 0.62)),
+    "after": ("velocity after", "m/s", (0.10, 0.42, 0.75)),
+}
+COLORS = {
+    "sticking": (0.16, 0.58, 0.34),
+    "sliding": (0.93, 0.60, 0.12),
+    "separated": (0.55, 0.60, 0.65),
+}
+# Beside the largest arrow of its kind, a shorter one is not drawn.
+SHORTEST = 5e-3
+# Velocity arrows nobody asked for stay as few as this.
+FEW = 12
+
+
+@dataclass(frozen=True, eq=False)
+class Arrow:
+    """A vector at a point.
+
+    Attributes:
+        kind: a key of ``KINDS``.
+        name: the entry of the scene, the joint or the point it belongs to.
+        origin: (3,) where it starts, in the world [m].
+        vector: (3,) in world axes, in the unit of its kind.
+        from_outside: whether it ends at its origin, as a blow does, instead of starting there.
+    """
+
+    kind: str
+    name: str
+    origin: np.ndarray
+    vector: np.ndarray
+    from_outside: bool = False
+
+    @property
+    def size(self) -> float:
+        """Its length in the unit of its kind."""
+        return float(np.linalg.norm(self.vector))
+
+
+@dataclass(frozen=True, eq=False)
+class Mark:
+    """A contact point: where it is, (3,) [m], its (3,) normal, and its mode."""
+
+    name: str
+    position: np.ndarray
+    normal: np.ndarray
+    mode: str
+
+
+def impact_arrows(
+    impact: Impact,
+    *,
+    points: Sequence[ReportPoint] = (),
+    velocities: bool = True,
+    reactions: bool | Sequence[str] = False,
+) -> list[Arrow]:
+    """The arrows of an impact.
+
+    Args:
+        impact: the impact.
+        points: where velocities are drawn; by default at the mass centres that jump most.
+        velocities: whether velocities are drawn.
+        reactions: True for every joint, or the joints' names.
+
+    Raises:
+        UnknownNameError: a joint without a reaction, or a point on an unknown frame.
+    """
+    found = [*_known(impact), *_constraints(impact), *_contacts(impact)]
+    if velocities:
+        found += _velocities_at(impact, points) if points else _velocities(impact)
+    if reactions is not False:
+        found += _reactions(impact, None if reactions is True else list(reactions))
+    largest: dict[str, float] = {}
+    for arrow in found:
+        largest[arrow.kind] = max(largest.get(arrow.kind, 0.0), arrow.size)
+    # Both velocities share one scale, so that the eye can compare them.
+    speed = max(largest.get("before", 0.0), largest.get("after", 0.0))
+    largest |= {"before": speed, "after": speed}
+    return [arrow for arrow in found if arrow.size > SHORTEST * largest[arrow.kind]]
+
+
+def impact_marks(impact: Impact) -> list[Mark]:
+    """The contact points of an impact."""
+    return [
+        Mark(result.name, np.array(point.position), np.array(point.normal), point.mode)
+        for result in impact.contacts
+        for point in result.points
+        if point.position is not None and point.normal is not None
+    ]
+
+
+def _known(impact: Impact) -> Iterator[Arrow]:
+    scene = impact.scene
+    for name, entry in zip(scene.entry_names("impulses"), scene.impulses, strict=True):
+        if isinstance(entry, AppliedImpulse):
+            place = impact.mechanics.frame_placement(entry.frame)
+            turn = place.rotation if entry.axes == "local" else np.eye(3)
+            origin = place.act(np.array(entry.at))
+            yield Arrow("impulse", name, origin, turn @ np.array(entry.linear), from_outside=True)
+            yield Arrow("couple", name, origin, turn @ np.array(entry.angular))
+        elif isinstance(entry, JointImpulse):
+            yield from _in_joint(impact, name, entry.joint, np.atleast_1d(entry.impulse))
+
+
+def _constraints(impact: Impact) -> Iterator[Arrow]:
+    for entry, result in zip(impact.scene.constraints, impact.constraints, strict=True):
+        if isinstance(entry, PointAnchor | FrameAnchor):
+            wrench = np.zeros(6)
+            names = entry.directions if isinstance(entry, FrameAnchor) else DIRECTIONS[:3]
+            wrench[[DIRECTIONS.index(d) for d in names]] = result.impulse
+            place = impact.mechanics.frame_placement(entry.frame)
+            local = isinstance(entry, FrameAnchor) and entry.axes == "local"
+            turn = place.rotation if local else np.eye(3)
+            origin = place.act(np.array(entry.at))
+            yield Arrow("impulse", result.name, origin, turn @ wrench[:3])
+            yield Arrow("couple", result.name, origin, turn @ wrench[3:])
+        elif isinstance(entry, JointLock | JointCoupling):
+            yield from _in_joint(impact, result.name, entry.joint, result.impulse)
+
+
+def _contacts(impact: Impact) -> Iterator[Arrow]:
+    for entry, result in zip(impact.scene.contacts, impact.contacts, strict=True):
+        for point in result.points:
+            if point.position is not None:
+                yield Arrow("impulse", result.name, np.array(point.position), point.impulse)
+            elif entry.joint_names:
+                yield from _in_joint(impact, result.name, entry.joint_names[0], point.impulse)
+
+
+def _in_joint(impact: Impact, name: str, joint: str, impulse: np.ndarray) -> Iterator[Arrow]:
+    """A generalized impulse in a joint as a force or couple impulse on its child."""
+    model = impact.scene.robot.model
+    joint_id = impact.scene.robot.joint_id(joint)
+    data = model.createData()
+    pin.forwardKinematics(model, data, impact.q, np.zeros(model.nv))
+    subspace = np.asarray(data.joints[joint_id].S).reshape(6, -1)[:, : model.joints[joint_id].nv]
+    place = impact.mechanics.joint_placement(joint_id)
+    # Each speed's own direction; unlike Sᵀf = τ it needs no choice where S is not orthonormal.
+    wrench = subspace @ np.asarray(impulse)
+    turns = np.abs(subspace[3:]).max(axis=0) > 1e-12
+    linear = subspace[:3, ~turns] @ np.asarray(impulse)[~turns]
+    yield Arrow("impulse", name, place.translation, place.rotation @ linear)
+    yield Arrow("couple", name, place.translation, place.rotation @ wrench[3:])
+
+
+def _velocities_at(impact: Impact, points: Sequence[ReportPoint]) -> Iterator[Arrow]:
+    for point in points:
+        place = impact.mechanics.frame_placement(point.frame).act(np.array(point.at))
+        velocity = impact.velocity_at(point.frame, point.at)
+        yield Arrow("before", point.title, place, velocity.before)
+        yield Arrow("after", point.title, place, velocity.after)
+
+
+def _velocities(impact: Impact) -> Iterator[Arrow]:
+    """At the mass centres of links, those whose momentum jumps most."""
+    robot = impact.scene.robot
+    data = robot.model.createData()
+    jumps = impact.bodies
+    links = [link for link in robot.links if link.mass > 0.0 and link.joint_id > 0]
+    links.sort(key=lambda link: -link.mass * float(np.linalg.norm(jumps[link.name].dv_com)))
+    for kind, v in (("before", impact.v_before), ("after", impact.v_after)):
+        pin.forwardKinematics(robot.model, data, impact.q, np.array(v))
+        for link in links[:FEW]:
+            twist, place = data.v[link.joint_id], data.oMi[link.joint_id]
+            velocity = twist.linear + np.cross(twist.angular, link.com_in_joint)
+            yield Arrow(kind, link.name, place.act(link.com_in_joint), place.rotation @ velocity)
+
+
+def _reactions(impact: Impact, names: list[str] | None) -> Iterator[Arrow]:
+    robot = impact.scene.robot
+    known = impact.reactions
+    for name in known if names is None else names:
+        if name not in known:
+            from ..errors import UnknownNameError
+
+            raise UnknownNameError.among("joint", name, known, "replay: reactions")
+        if robot.has_fixed_joint(name):
+            if names is None:
+                continue
+            origin = impact.mechanics.frame_placement(name).translation
+        else:
+            origin = impact.mechanics.joint_placement(robot.joint_id(name)).translation
+        yield Arrow("reaction", name, np.array(origin), known[name][:3])
+        yield Arrow("reaction couple", name, np.array(origin), known[name][3:])

@@ -1,0 +1,211 @@
+"""``Drawing``: what a page shows, as the commands that meshcat's player understands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from .meshcat_library import meshcat
+from .surfaces import Surface
+
+__all__ = ["ROOT", "Drawing", "node_name"]
+
+ROOT = "impulsekit"
+
+# umsgpack's and the player's codes of typed arrays.
+_FLOAT32 = 0x17
+
+
+def node_name(index: int, name: str) -> str:
+    """A node's name: never the same twice, never a path, never a word JavaScript knows.
+
+    Example:
+        >>> node_name(3, "arm/elbow")
+        '3 arm:elbow'
+    """
+    return f"{index} {name.replace('/', ':')}"
+
+
+class Drawing:
+    """Objects, their places and their tracks over playback time.
+
+    Paths are tuples of node names below ``ROOT``.
+
+    Attributes:
+        commands: in the order in which the player gets them.
+    """
+
+    def __init__(self) -> None:
+        self.commands: list[dict[str, Any]] = []
+        self._clips: dict[str, list[dict[str, Any]]] = {}
+
+    def add(
+        self,
+        path: Sequence[str],
+        surface: Surface,
+        color: Sequence[float],
+        placements: Sequence[pin.SE3] = (),
+        *,
+        glow: float = 0.0,
+        through: bool = False,
+    ) -> None:
+        """Draw a surface once, or once at each of several ``placements``.
+
+        Args:
+            path: the node; its own transform comes on top.
+            surface: the triangles.
+            color: red, green, blue and opacity in [0, 1].
+            placements: copies share one set of triangles.
+            glow: how much of its colour shines without light, for arrows.
+            through: whether it is seen through everything that stands before it.
+        """
+        geometry = meshcat().geometry
+        rgb = _hex(color)
+        opacity = float(color[3]) if len(color) > 3 else 1.0
+        triangles = geometry.TriangularMeshGeometry(surface.vertices, surface.faces, surface.colors)
+        material = geometry.MeshPhongMaterial(
+            color=0xFFFFFF if surface.colors is not None else rgb,
+            vertexColors=surface.colors is not None,
+            opacity=opacity,
+            flatShading=not surface.smooth,
+            shininess=20,
+            specular=0x222222,
+            emissive=_hex([glow * c for c in color[:3]]),
+            side=2 if opacity == 1.0 else 0,
+            depthWrite=opacity == 1.0,
+            depthTest=not through,
+        )
+        command = meshcat().commands.SetObject(triangles, material, self._path(path)).lower()
+        if placements:
+            whole = command["object"]["object"]
+            command["object"]["object"] = {
+                "uuid": whole["uuid"],
+                "type": "Group",
+                "children": [
+                    {
+                        "uuid": f"{whole['uuid']}-{i}",
+                        "type": "Mesh",
+                        "geometry": whole["geometry"],
+                        "material": whole["material"],
+                        "matrix": placement.homogeneous.T.ravel().tolist(),
+                    }
+                    for i, placement in enumerate(placements)
+                ],
+            }
+        self.commands.append(command)
+
+    def add_lines(self, path: Sequence[str], points: np.ndarray, color: Sequence[float]) -> None:
+        """Draw (n, 3) points two by two as thin lines [m]."""
+        geometry = meshcat().geometry
+        lines = geometry.LineSegments(
+            geometry.PointsGeometry(np.asarray(points, dtype=np.float32).T),
+            geometry.LineBasicMaterial(color=_hex(color)),
+        )
+        self.commands.append(meshcat().commands.SetObject(lines, None, self._path(path)).lower())
+
+    def add_object(self, path: str, thing: dict[str, Any]) -> None:
+        """Draw what has no class in meshcat's Python, such as a light, at an absolute path."""
+        self.commands.append(
+            {
+                "type": "set_object",
+                "path": path,
+                "object": {
+                    "metadata": {"version": 4.5, "type": "Object"},
+                    "geometries": [],
+                    "materials": [],
+                    "object": thing,
+                },
+            }
+        )
+
+    def place(self, path: Sequence[str], placement: pin.SE3) -> None:
+        """Put a node at a placement in its parent."""
+        matrix = placement.homogeneous.T.ravel().tolist()
+        self.commands.append(
+            {"type": "set_transform", "path": self._path(path).lower(), "matrix": matrix}
+        )
+
+    def set(self, path: str, key: str, value: Any) -> None:
+        """Set a property of a node, or of the camera or background, at an absolute path."""
+        self.commands.append(
+            {"type": "set_property", "path": path, "property": key, "value": value}
+        )
+
+    def move(self, path: Sequence[str], times: np.ndarray, places: np.ndarray) -> None:
+        """Let a node go through (F, 7) ``places``, xyz and quaternion xyzw, at (F,) times [s].
+
+        Where it stands still it is put once and gets no track.
+        """
+        if len(times) < 2 or np.ptp(places, axis=0).max() == 0.0:
+            self.place(path, pin.XYZQUATToSE3(places[0]))
+            return
+        self.place(path, pin.XYZQUATToSE3(places[0]))
+        self._tracks(path).extend(
+            [
+                _track(".position", "vector3", times, places[:, :3]),
+                _track(".quaternion", "quaternion", times, places[:, 3:]),
+            ]
+        )
+
+    def show_between(self, path: Sequence[str], start: float, end: float, duration: float) -> None:
+        """Show a node from ``start`` until before ``end`` of the playback [s], and only then."""
+        keys = [(0.0, start <= 0.0)]
+        if start > 0.0:
+            keys.append((start, True))
+        if end < duration:
+            keys.append((end, False))
+        times, shown = zip(*keys, strict=True)
+        self.set(self._path(path).lower(), "visible", bool(shown[0]))
+        if len(keys) > 1:
+            self._tracks(path).append(
+                {
+                    "name": ".visible",
+                    "type": "bool",
+                    "times": _floats(np.array(times)),
+                    "values": list(shown),
+                }
+            )
+
+    def animation(self, duration: float, *, play: bool, loop: bool) -> dict[str, Any] | None:
+        """The command that loads all tracks; None where nothing moves."""
+        if not self._clips:
+            return None
+        # One length for all, or clips that end earlier would start again by themselves.
+        clips = [
+            {
+                "path": path,
+                "clip": {"fps": 1, "name": "default", "duration": duration, "tracks": tracks},
+            }
+            for path, tracks in self._clips.items()
+        ]
+        return {
+            "type": "set_animation",
+            "animations": clips,
+            "options": {"play": play, "repetitions": 1_000_000 if loop else 1},
+            "path": "",
+        }
+
+    def _tracks(self, path: Sequence[str]) -> list[dict[str, Any]]:
+        return self._clips.setdefault(self._path(path).lower(), [])
+
+    def _path(self, path: Sequence[str]) -> Any:
+        return meshcat().path.Path((ROOT, *path))
+
+
+def _track(name: str, kind: str, times: np.ndarray, values: np.ndarray) -> dict[str, Any]:
+    # The player keeps single precision; as typed arrays a key costs four bytes a number.
+    return {"name": name, "type": kind, "times": _floats(times), "values": _floats(values)}
+
+
+def _floats(values: np.ndarray) -> Any:
+    import umsgpack
+
+    return umsgpack.Ext(_FLOAT32, np.ascontiguousarray(values, dtype=np.float32).tobytes())
+
+
+def _hex(color: Sequence[float]) -> int:
+    red, green, blue = (round(255 * min(max(float(c), 0.0), 1.0)) for c in color[:3])
+    return red << 16 | green << 8 | blue

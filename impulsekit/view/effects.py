@@ -1,0 +1,226 @@
+"""What is drawn beside the bodies: arrows and marks of impacts, and traces of points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio as pin
+
+from .actors import Actors
+from .arrows import COLORS, KINDS, Arrow, Mark, impact_arrows, impact_marks
+from .drawing import ROOT, Drawing, node_name
+from .motions import Shown
+from .surfaces import arrow as arrow_surface
+from .surfaces import disc, tube
+from .timeline import Timeline
+
+if TYPE_CHECKING:
+    from ..scene.points import ReportPoint
+
+__all__ = ["Effects", "draw_effects"]
+
+# Against the radius of the robot.
+LONGEST_ARROW = 0.5
+ARROW_WIDTH = 0.022
+MARK_RADIUS = 0.035
+TRACE_RADIUS = 0.006
+SLIGHT = 3e-3
+# Nodes beyond these make a page slow; the largest impulses stay.
+MOST_ARROWS = 400
+HIDDEN_OPACITY = 0.3
+TRACE_POINTS = 600
+TRACES = ((0.78, 0.20, 0.13), (0.10, 0.42, 0.75), (0.16, 0.58, 0.34), (0.86, 0.50, 0.10))
+
+
+@dataclass(frozen=True, eq=False)
+class Effects:
+    """What was drawn.
+
+    Attributes:
+        arrows: by entry, joint or point, the nodes of its arrows.
+        corners: (n, 3) the arrows' ends and the traces' points, for the camera [m].
+        rows: of the legend, with the units of every kind of arrow.
+        notes: what was left out.
+    """
+
+    arrows: Mapping[str, tuple[str, ...]]
+    corners: np.ndarray
+    rows: list[dict[str, str]]
+    notes: tuple[str, ...]
+
+
+def draw_effects(
+    drawing: Drawing,
+    shown: Shown,
+    actors: Actors,
+    timeline: Timeline,
+    *,
+    points: Sequence[ReportPoint],
+    velocities: bool,
+    reactions: bool | Sequence[str],
+    traces: Sequence[ReportPoint],
+    hold: float | None,
+) -> Effects:
+    """Draw arrows and marks of all impacts and the traces of points.
+
+    Args:
+        hold: how long arrows stay, in playback time [s]; None for as long as it plays.
+    """
+    found = [
+        (time, number, item)
+        for number, (time, impact) in enumerate(shown.impacts)
+        for item in impact_arrows(impact, points=points, velocities=velocities, reactions=reactions)
+    ]
+    found = _without_slight_couples(found, actors.size)
+    marks = [
+        (time, number, mark)
+        for number, (time, impact) in enumerate(shown.impacts)
+        for mark in impact_marks(impact)
+    ]
+    largest = _largest(item for _, _, item in found)
+    notes: list[str] = []
+    if len(found) > MOST_ARROWS:
+        notes.append(f"{len(found) - MOST_ARROWS} smaller arrows of {len(found)} are left out")
+        found.sort(key=lambda entry: -entry[2].size / largest[entry[2].kind])
+        found = sorted(found[:MOST_ARROWS], key=lambda entry: entry[:2])
+    if len(marks) > MOST_ARROWS:
+        notes.append(f"{len(marks) - MOST_ARROWS} later contact marks are left out")
+        marks = marks[:MOST_ARROWS]
+    nodes: dict[str, list[str]] = {}
+    ends = [np.zeros((0, 3))]
+    for i, (time, number, item) in enumerate(found):
+        length = LONGEST_ARROW * actors.size * item.size / largest[item.kind]
+        path = ("impacts", str(number), node_name(i, f"{item.kind} {item.name}"))
+        ends.append(_draw_arrow(drawing, path, item, length, actors.size))
+        _time(drawing, path, timeline, time, hold, before=item.kind == "before")
+        nodes.setdefault(item.name, []).append("/" + "/".join((ROOT, *path)))
+    for i, (time, number, mark) in enumerate(marks):
+        path = ("impacts", str(number), node_name(i, f"contact {mark.name}"))
+        _draw_mark(drawing, path, mark, actors.size)
+        _time(drawing, path, timeline, time, hold, before=False)
+    rows = _rows(largest, [mark for _, _, mark in marks])
+    for i, point in enumerate(traces):
+        line = _trace(shown, point)
+        color = TRACES[i % len(TRACES)]
+        ends.append(line)
+        if np.ptp(line, axis=0).max() > 0.0:
+            surface = tube(line, TRACE_RADIUS * actors.size)
+            drawing.add(("traces", node_name(i, point.title)), surface, color, glow=0.25)
+        rows.append({"text": f"path of {point.title}", "color": _css(color)})
+    return Effects(
+        {name: tuple(paths) for name, paths in nodes.items()},
+        np.concatenate(ends),
+        rows,
+        tuple(notes),
+    )
+
+
+def _without_slight_couples(
+    found: list[tuple[float, int, Arrow]], size: float
+) -> list[tuple[float, int, Arrow]]:
+    """Leave out couples that a small shift of the largest impulse would make up for."""
+    shift = {}
+    for couple, linear in (("couple", "impulse"), ("reaction couple", "reaction")):
+        sizes = [item.size for _, _, item in found if item.kind == linear]
+        shift[couple] = SLIGHT * size * max(sizes, default=0.0)
+    return [entry for entry in found if entry[2].size >= shift.get(entry[2].kind, 0.0)]
+
+
+def _largest(arrows: Iterable[Arrow]) -> dict[str, float]:
+    """The longest arrow of each kind, in its unit; velocities share theirs."""
+    largest: dict[str, float] = {}
+    for item in arrows:
+        largest[item.kind] = max(largest.get(item.kind, 0.0), item.size)
+    for kinds in (("before", "after"),):
+        common = max(largest.get(kind, 0.0) for kind in kinds)
+        largest |= {kind: common for kind in kinds if kind in largest}
+    return largest
+
+
+def _draw_arrow(
+    drawing: Drawing, path: tuple[str, ...], item: Arrow, length: float, size: float
+) -> np.ndarray:
+    """Draw an arrow; gives its two ends, (2, 3)."""
+    color = KINDS[item.kind][2]
+    direction = item.vector / item.size
+    couple = "couple" in item.kind
+    start = item.origin
+    if item.from_outside:
+        # What strikes ends at the point that it strikes.
+        start = item.origin - length * direction
+    surface = arrow_surface(length, ARROW_WIDTH * size, heads=2 if couple else 1)
+    drawing.add((*path, "solid"), surface, color, glow=0.25)
+    # A shade of it where it is inside a body or behind one.
+    drawing.add((*path, "shade"), surface, (*color, HIDDEN_OPACITY), glow=0.5, through=True)
+    drawing.place(path, pin.SE3(_turn_to(direction), start))
+    return np.array([start, start + length * direction])
+
+
+def _draw_mark(drawing: Drawing, path: tuple[str, ...], mark: Mark, size: float) -> None:
+    drawing.add(path, disc(MARK_RADIUS * size, 0.2 * MARK_RADIUS * size), COLORS[mark.mode])
+    drawing.place(path, pin.SE3(_turn_to(mark.normal), mark.position))
+
+
+def _time(
+    drawing: Drawing,
+    path: tuple[str, ...],
+    timeline: Timeline,
+    time: float,
+    hold: float | None,
+    *,
+    before: bool,
+) -> None:
+    """Show a node up to an impact, or from it on, for ``hold`` seconds of playback."""
+    instant = float(timeline.to_playback(time))
+    duration = timeline.duration
+    if duration == 0.0:
+        return
+    if before:
+        start, end = (0.0 if hold is None else max(0.0, instant - hold)), instant
+    else:
+        start, end = instant, (np.inf if hold is None else instant + hold)
+    drawing.show_between(path, start, end, duration)
+
+
+def _trace(shown: Shown, point: ReportPoint) -> np.ndarray:
+    """(n, 3) the path of a point through the world [m]."""
+    robot = shown.robot
+    frame = robot.model.frames[robot.frame_id(point.frame, "replay: traces")]
+    inside = frame.placement.act(np.array(point.at))
+    data = robot.model.createData()
+    line = []
+    for q in shown.at(np.linspace(shown.start, shown.end, TRACE_POINTS)):
+        pin.forwardKinematics(robot.model, data, q)
+        line.append(data.oMi[frame.parentJoint].act(inside))
+    return np.array(line)
+
+
+def _rows(largest: Mapping[str, float], marks: Sequence[Mark]) -> list[dict[str, str]]:
+    rows = []
+    for kind, (words, unit, color) in KINDS.items():
+        if largest.get(kind, 0.0) > 0.0:
+            text = f"{words}, the longest arrow {largest[kind]:.4g} {unit}"
+            rows.append({"text": text, "color": _css(color)})
+    modes = {mark.mode for mark in marks}
+    rows += [
+        {"text": f"contact, {mode}", "color": _css(color)}
+        for mode, color in COLORS.items()
+        if mode in modes
+    ]
+    return rows
+
+
+def _css(color: Sequence[float]) -> str:
+    red, green, blue = (round(255 * c) for c in color[:3])
+    return f"rgb({red}, {green}, {blue})"
+
+
+def _turn_to(direction: np.ndarray) -> np.ndarray:
+    """(3, 3) a rotation that brings z to a unit direction."""
+    across = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    first = across - direction * float(direction @ across)
+    first /= np.linalg.norm(first)
+    return np.column_stack([first, np.cross(direction, first), direction])

@@ -1,0 +1,210 @@
+"""``replay``: a motion or an impact as a moving picture, in meshcat's player."""
+
+from __future__ import annotations
+
+import math
+import os
+import pathlib
+import tempfile
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import RangeError
+from .actors import Actors
+from .browser import send_to, show_page
+from .drawing import Drawing
+from .effects import draw_effects
+from .motions import Shown, shown_motion
+from .stage import Camera, draw_stage, fitting_camera
+from .timeline import Timeline
+
+if TYPE_CHECKING:
+    from ..scene.points import ReportPoint
+
+__all__ = ["Replay", "replay"]
+
+
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """A replay, drawn.
+
+    Attributes:
+        times: (F,) playback times of the frames [s].
+        motion_times: (F,) the instants of the motion they show [s].
+        nodes: by joint name, the node of the player that moves with the joint.
+        arrows: by entry, joint or point, the nodes of its arrows, impact by impact.
+        notes: what could not be drawn as wished, a sentence each.
+        commands: what meshcat's player is told, in order.
+        html: the text of the page.
+        page: the path of the page that was written, or None.
+    """
+
+    times: np.ndarray
+    motion_times: np.ndarray
+    nodes: Mapping[str, str]
+    arrows: Mapping[str, tuple[str, ...]]
+    notes: tuple[str, ...]
+    commands: tuple[dict[str, Any], ...]
+    html: str
+    page: str | None
+
+    @property
+    def duration(self) -> float:
+        """How long the playback takes [s]."""
+        return float(self.times[-1])
+
+
+def replay(
+    motion: Any,
+    html: str | os.PathLike[str] | None = None,
+    *,
+    open: bool = False,
+    viewer: Any = None,
+    points: Sequence[ReportPoint] = (),
+    velocities: bool = True,
+    reactions: bool | Iterable[str] = False,
+    traces: Sequence[ReportPoint] = (),
+    ghosts: Iterable[float] = (),
+    fps: float = 60.0,
+    speed: float | None = None,
+    slow_motion: float = 0.2,
+    slow_window: float = 0.05,
+    span: float | None = None,
+    hold: float = 0.8,
+    loop: bool = True,
+    play: bool = True,
+    title: str | None = None,
+) -> Replay:
+    """Show a motion, or an impact with a moment of coasting before and after it.
+
+    The page is one file that needs nothing but a browser with WebGL: no server, no port,
+    no network, and nothing has to be open while it is made.
+
+    Args:
+        motion: a ``Trajectory`` of ``simulate``, a ``Recording``, or an ``Impact``.
+        html: where the page goes; None keeps it in the answer's ``html``.
+        open: show it in the browser; without ``html`` from a temporary file.
+        viewer: a ``meshcat.Visualizer`` whose window is drawn into as well.
+        points: points whose velocities are drawn at impacts; by default some mass centres.
+        velocities: whether velocity arrows are drawn at all.
+        reactions: True for the reaction impulses of all joints, or joints by name.
+        traces: points whose paths are drawn.
+        ghosts: instants of the motion whose poses stay in the picture [s].
+        fps: frames for each second of playback.
+        speed: motion seconds for each second of playback; by default 1, and for an impact
+            what stretches it to about four seconds.
+        slow_motion: what becomes of the speed around impacts, up to 1.
+        slow_window: how far from an impact that is so [s].
+        span: for an impact, how long is coasted after it, and half of it before [s].
+        hold: how long arrows stay after an impact of a motion, in playback time [s].
+        loop: start again at the end.
+        play: start as soon as the page is open.
+        title: what the page is called; by default the robot's name.
+
+    Raises:
+        InputError: a motion without an instant, or something that is none.
+        RangeError: a rate, window or ghost outside its range.
+        UnknownNameError: a joint or frame that the robot does not have.
+        OSError: the page cannot be written.
+        MissingExtraError: meshcat is not installed.
+
+    Example:
+        >>> from impulsekit import AppliedImpulse, Robot, Scene, chain_urdf, solve
+        >>> robot = Robot.from_urdf(chain_urdf(3), root="planar")
+        >>> scene = Scene(robot, [AppliedImpulse("link_1", linear=[0, 5, 0], name="blow")])
+        >>> shown = replay(solve(scene, robot.neutral(), robot.velocity()))
+        >>> len(shown.times) > 100, shown.arrows["blow"]
+        (True, ('/impulsekit/impacts/0/0 impulse blow',))
+    """
+    shown = shown_motion(motion, span)
+    if speed is None:
+        speed = 1.0 if shown.impact_alone is None else _stretched(shown)
+    slow = 1.0 if shown.impact_alone is not None else slow_motion
+    if not 0.0 < hold < math.inf:
+        raise RangeError.of("replay: hold", hold, "a finite number of seconds above 0")
+    instants = [time for time, _ in shown.impacts]
+    timeline = Timeline.of(
+        shown.start, shown.end, instants, speed=speed, slow_motion=slow, window=slow_window
+    )
+    times = timeline.frames(fps, instants)
+    motion_times = timeline.to_motion(times)
+    actors = Actors.of(shown, motion_times)
+    drawing = Drawing()
+    actors.draw(drawing, times)
+    for instant in (ghost_times := [float(g) for g in ghosts]):
+        if not shown.start <= instant <= shown.end:
+            raise RangeError.of("replay: ghosts", instant, f"{shown.start:g} to {shown.end:g} s")
+    actors.draw_ghosts(drawing, ghost_times)
+    effects = draw_effects(
+        drawing,
+        shown,
+        actors,
+        timeline,
+        points=points,
+        velocities=velocities,
+        reactions=reactions if isinstance(reactions, bool) else list(reactions),
+        traces=traces,
+        hold=None if shown.impact_alone is not None else hold,
+    )
+    seen = np.concatenate([actors.corners, effects.corners])
+    camera = fitting_camera(seen, shown.planes)
+    draw_stage(drawing, seen, shown.planes, camera)
+    animation = drawing.animation(timeline.duration, play=play, loop=loop)
+    commands = [*drawing.commands, *([animation] if animation else [])]
+    notes = (*actors.notes, *effects.notes)
+    name = shown.robot.name if title is None else title
+    text = _page(name, commands, camera, timeline, effects.rows, notes)
+    page = _written(text, html, open)
+    if viewer is not None:
+        send_to(viewer, commands)
+    return Replay(
+        times, motion_times, actors.nodes, effects.arrows, notes, tuple(commands), text, page
+    )
+
+
+def _stretched(shown: Shown) -> float:
+    return max(shown.end - shown.start, 1e-9) / 4.0
+
+
+def _page(
+    title: str,
+    commands: list[dict[str, Any]],
+    camera: Camera,
+    timeline: Timeline,
+    rows: list[dict[str, str]],
+    notes: Sequence[str],
+) -> str:
+    from .page import page_of
+
+    clock: dict[str, Any] | None = None
+    if timeline.duration > 0.0:
+        span = float(timeline.moved[-1] - timeline.moved[0])
+        unit, scale = ("ms", 1e3) if span < 0.5 else ("s", 1.0)
+        clock = {
+            "played": timeline.played.tolist(),
+            "moved": timeline.moved.tolist(),
+            "unit": unit,
+            "scale": scale,
+            # Three digits of the whole span are what the eye can follow.
+            "digits": max(0, 2 - math.floor(math.log10(span * scale))),
+        }
+    return page_of(title, commands, camera=camera, clock=clock, rows=rows, notes=list(notes))
+
+
+def _written(text: str, html: str | os.PathLike[str] | None, show: bool) -> str | None:
+    if html is None and not show:
+        return None
+    if html is None:
+        handle, name = tempfile.mkstemp(prefix="impulsekit-", suffix=".html")
+        os.close(handle)
+    else:
+        name = os.fspath(html)
+    path = pathlib.Path(name)
+    path.write_text(text, encoding="utf-8")
+    if show and not show_page(path):
+        warnings.warn(f"no browser could be opened; the page is {path}", stacklevel=3)
+    return str(path)

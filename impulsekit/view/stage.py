@@ -1,0 +1,227 @@
+"""What stands around the robot: light, ground, grid, and a camera that fits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from .drawing import Drawing, node_name
+from .surfaces import Surface
+
+__all__ = ["Camera", "Plane", "draw_stage", "fitting_camera"]
+
+FIELD_OF_VIEW = 35.0  # degrees
+SKY = (0.90, 0.93, 0.96)
+HORIZON = (0.97, 0.98, 0.99)
+GROUND = (0.80, 0.82, 0.84, 1.0)
+WALL = (0.80, 0.85, 0.90, 0.45)
+# Name, direction from which it shines, intensity; the first one casts shadows.
+SUNS = {
+    "impulsekit key": ((0.45, -0.6, 1.3), 0.5),
+    "impulsekit fill": ((-0.8, -0.4, 0.35), 0.14),
+}
+LINES = (0.66, 0.69, 0.72)
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """A plane of the world: a point of it [m] and its unit normal, (3,) each."""
+
+    origin: np.ndarray
+    normal: np.ndarray
+
+    def placement(self, near: np.ndarray) -> pin.SE3:
+        """A frame on the plane: z along the normal, its origin the foot of ``near``."""
+        foot = near - self.normal * float(self.normal @ (near - self.origin))
+        return pin.SE3(_triad(self.normal), foot)
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """Where the camera stands, what it looks at, and what is up for it: (3,) in the world [m]."""
+
+    position: np.ndarray
+    target: np.ndarray
+    up: np.ndarray
+
+    def in_player(self) -> dict[str, list[float]]:
+        """The three in the player's axes, in which y is up."""
+        names = ("position", "target", "up")
+        return {name: _y_up(getattr(self, name)) for name in names}
+
+
+def fitting_camera(points: np.ndarray, planes: Sequence[Plane] = ()) -> Camera:
+    """A camera that sees all of the (n, 3) points, flat scenes from their broad side.
+
+    It takes a picture of any shape from square to twice as wide as high, and stands in
+    front of the ``planes``.
+    """
+    up = np.array([0.0, 0.0, 1.0])
+    if planes and not any(plane.normal[2] > 0.5 for plane in planes):
+        up = planes[0].normal
+    axes = _triad(up)
+    low, high = (points @ axes).min(axis=0), (points @ axes).max(axis=0)
+    extents = np.maximum(high - low, 1e-9)
+    thin = int(np.argmin(extents))
+    flat = extents[thin] < 0.35 * np.sort(extents)[1]
+    if flat and thin == 2:
+        local = np.array([0.0, -0.62, 1.0])
+    elif flat:
+        local = np.array([0.28, 0.28, 0.22])
+        local[thin] = 1.0 if thin == 0 else -1.0
+    else:
+        local = np.array([0.9, -0.75, 0.42])
+    direction = axes @ (local / np.linalg.norm(local))
+    for plane in planes:
+        facing = float(direction @ plane.normal)
+        if facing < 0.0:
+            direction = direction - 2.0 * facing * plane.normal
+    right = np.cross(up, direction)
+    right /= np.linalg.norm(right)
+    across = np.cross(direction, right)
+    target = axes @ (0.5 * (low + high))
+    corners = points - target
+    # The legend covers some of the picture, so a little room is left.
+    tangent = math.tan(math.radians(0.5 * FIELD_OF_VIEW)) / 1.15
+    needed = np.maximum(np.abs(corners @ right) / 1.15, np.abs(corners @ across)) / tangent
+    distance = float((corners @ direction + needed).max())
+    return Camera(target + max(distance, 1e-6) * direction, target, up)
+
+
+def draw_stage(
+    drawing: Drawing, points: np.ndarray, planes: Sequence[Plane], camera: Camera
+) -> None:
+    """Draw light, ground, grid and background for what the (n, 3) points span.
+
+    Args:
+        drawing: what is drawn on.
+        points: the corners of all that moves [m].
+        planes: those that contacts name; the ground is laid under everything if none is level.
+        camera: its view.
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle = 0.5 * (low + high)
+    radius = max(0.5 * float(np.linalg.norm(high - low)), 1e-6)
+    _background(drawing, camera, radius)
+    _lights(drawing, middle, radius, camera.up)
+    if not planes:
+        # Under everything; what is above the world's origin keeps that as its floor.
+        foot = np.array([middle[0], middle[1], min(low[2], 0.0)])
+        planes = [Plane(foot, np.array([0.0, 0.0, 1.0]))]
+    size = 6.0 * radius
+    for i, plane in enumerate(planes):
+        solid = i == 0 or float(plane.normal @ camera.up) > 0.5
+        # Just under the plane itself, or what lies on it would flicker.
+        placement = plane.placement(middle) * pin.SE3(
+            np.eye(3), np.array([0.0, 0.0, -2e-3 * radius])
+        )
+        path = ("stage", node_name(i, "plane"))
+        drawing.add((*path, "surface"), _square(size), GROUND if solid else WALL)
+        drawing.add_lines((*path, "grid"), _grid(size, radius, placement), LINES)
+        drawing.place(path, placement)
+
+
+def _background(drawing: Drawing, camera: Camera, radius: float) -> None:
+    drawing.set("/Background", "top_color", list(SKY))
+    drawing.set("/Background", "bottom_color", list(HORIZON))
+    drawing.set("/Grid", "visible", False)
+    drawing.set("/Axes", "visible", False)
+    eye = "/Cameras/default/rotated/<object>"
+    distance = float(np.linalg.norm(camera.position - camera.target))
+    drawing.set(eye, "fov", FIELD_OF_VIEW)
+    drawing.set(eye, "near", 0.02 * distance)
+    drawing.set(eye, "far", 20.0 * (distance + radius))
+    drawing.set(eye, "position", camera.in_player()["position"])
+
+
+def _lights(drawing: Drawing, middle: np.ndarray, radius: float, up: np.ndarray) -> None:
+    for name in ("SpotLight", "PointLightNegativeX", "PointLightPositiveX", "FillLight"):
+        drawing.set(f"/Lights/{name}", "visible", False)
+    drawing.set("/Lights/AmbientLight/<object>", "intensity", 0.5)
+    for i, (name, (direction, intensity)) in enumerate(SUNS.items()):
+        unit = np.array(direction) / np.linalg.norm(direction)
+        place = middle + 4.0 * radius * (_triad(up) @ unit)
+        half = 2.2 * radius
+        light = {
+            "uuid": f"{name} light",
+            "type": "DirectionalLight",
+            "color": 0xFFFFFF,
+            "intensity": intensity,
+            "matrix": pin.SE3(np.eye(3), place).homogeneous.T.ravel().tolist(),
+            "shadow": {
+                "bias": -0.0008,
+                "radius": 3.0,
+                "mapSize": [2048, 2048] if i == 0 else [1, 1],
+                "camera": {
+                    "uuid": f"{name} shadow",
+                    "type": "OrthographicCamera",
+                    "left": -half,
+                    "right": half,
+                    "top": half,
+                    "bottom": -half,
+                    "near": 0.1 * radius,
+                    "far": 12.0 * radius,
+                    "zoom": 1,
+                },
+            },
+        }
+        path = f"/Lights/{name}"
+        drawing.add_object(path, light)
+        if i > 0:
+            # The player lets every object cast shadows; one sun is enough.
+            drawing.set(f"{path}/<object>", "castShadow", False)
+
+
+def _square(size: float) -> Surface:
+    half = 0.5 * size
+    corners = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]])
+    return Surface(corners, np.array([[0, 1, 2], [0, 2, 3]]))
+
+
+def grid_step(radius: float) -> float:
+    """The width of a cell of the grid: 1, 2 or 5 times a power of ten [m].
+
+    Example:
+        >>> grid_step(1.0)
+        0.2
+    """
+    power = 10.0 ** math.floor(math.log10(0.4 * radius))
+    return float(next(f for f in (5, 2, 1) if f * power <= 0.4 * radius) * power)
+
+
+def _grid(size: float, radius: float, placement: pin.SE3) -> np.ndarray:
+    """(n, 3) the ends of the lines, which go through round numbers of the world."""
+    step = grid_step(radius)
+    half = 0.5 * size
+    ends = []
+    for axis in (0, 1):
+        along = placement.rotation[:, axis]
+        offset = float(along @ placement.translation)
+        first = math.ceil((offset - half) / step) * step - offset
+        for value in np.arange(first, half, step):
+            for end in (-half, half):
+                point = np.zeros(3)
+                point[axis], point[1 - axis] = value, end
+                ends.append(point)
+    lifted = np.array(ends)
+    lifted[:, 2] = 6e-4 * radius
+    return lifted
+
+
+def _triad(normal: np.ndarray) -> np.ndarray:
+    """(3, 3) a right-handed frame with ``normal`` as z, the world's own where that is up."""
+    across = np.zeros(3)
+    across[int(np.argmin(np.abs(normal) - np.array([0.0, 1e-12, 0.0])))] = 1.0
+    first = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.5 else across
+    first = first - normal * float(normal @ first)
+    first /= np.linalg.norm(first)
+    return np.column_stack([first, np.cross(normal, first), normal])
+
+
+def _y_up(point: np.ndarray) -> list[float]:
+    x, y, z = map(float, point)
+    return [x, z, -y]
