@@ -7,6 +7,7 @@ of the rows J projected off the span of A in the metric of M⁻¹.
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -62,8 +63,12 @@ class ConstrainedJump:
             joint.shortname() == "JointModelMimic" for joint in self._model.joints
         )
 
-    def solve(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, Outcome]:
+    def solve(
+        self, q: np.ndarray, v: np.ndarray, touching: Container[int] | None = None
+    ) -> tuple[np.ndarray, Outcome]:
         """(nv,) Δv of the reached model, and the impulses that constraints and contacts took.
+
+        ``touching``: the indices of the contacts that take part; None for all that touch.
 
         Raises:
             ContradictionError: dependent rows demand different things.
@@ -77,7 +82,7 @@ class ConstrainedJump:
             rows = self._rows.matrix(data, q)
             before = rows.dot(v)
             wanted = self._rows.target(before) - before
-        touches = [] if self._contacts is None else self._contacts.rows.touching(data, q)
+        touches = [] if self._contacts is None else self._contacts.rows.touching(data, q, touching)
         crba(model, data, q)
         factor: SparseFactor | FilledFactor | None = None
         if not self._dense:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from dataclasses import replace
 from math import isfinite
 from typing import Any
@@ -19,7 +19,7 @@ from .algorithms import ByAba, ByCrba, ByDenseCholesky
 from .constrained import ConstrainedJump, Outcome
 from .known import KnownImpulses
 from .plan import Plan, cheaper_algorithm, is_always_regular
-from .reach import reached_model, touched_joints
+from .reach import ReachedModel, reached_model, touched_joints
 from .result import Impact
 from .rows import needs_places
 
@@ -62,6 +62,20 @@ class ImpactSolver:
         """
         return self._workspace.solve(self.scene, q, v)
 
+    def solve_touching(self, q: Any, v: Any, touching: Container[int]) -> Impact:
+        """The same where only some contacts take part: in a motion, those that meet now.
+
+        Args:
+            q: (nq,) configuration.
+            v: (nv,) velocity before the impact.
+            touching: indices of contacts in the scene. A plane counts as touched whatever
+                the gap, a joint stop at its nearer limit, a collision where coal says so.
+
+        Raises:
+            As ``solve``.
+        """
+        return self._workspace.solve_touching(self.scene, q, v, touching)
+
 
 class _Workspace:
     """All that a scene's solves share. It does not hold the scene, so that a scene can go."""
@@ -74,6 +88,8 @@ class _Workspace:
         self._has_unit_entries = model.nq > model.nv
         self._algorithm, self.plan, self._reached = _planned(scene)
         self._has_rows = bool(scene.constraints or scene.contacts)
+        # The way that takes any choice of contacts; made when a choice is first given.
+        self._general: ConstrainedJump | None = None
         # The commonest case, a robot alone on a fixed base, needs nothing in between.
         direct = self._reached is not None and self._reached.is_as_given and not self._has_rows
         self._velocity_jump = (
@@ -106,6 +122,24 @@ class _Workspace:
         if self._has_rows:
             return Impact(scene, q, v, *self._constrained_jump(q, v))
         return Impact(scene, q, v, self._velocity_jump(q))
+
+    def solve_touching(self, scene: Scene, q: Any, v: Any, touching: Container[int]) -> Impact:
+        """The impact of some of the contacts; q and v are copied and checked."""
+        if not self._has_rows:
+            return self.solve(scene, q, v)
+        q = state.checked_configuration(self._model, q)
+        v = state.checked_velocity(self._model, v)
+        if self._general is None:
+            reached = _reached(scene)
+            regular = is_always_regular(reached.model)
+            known = KnownImpulses(scene, reached)
+            self._general = ConstrainedJump(scene, known, reached, always_regular=regular)
+        reached = self._reached
+        own_v = v if reached.whole else v[reached.v_index]
+        dv, outcome = self._general.solve(reached.configuration(q), own_v, touching)
+        if reached.whole:
+            return Impact(scene, q, v, dv, outcome)
+        return Impact(scene, q, v, self._spread(dv), self._widened(outcome))
 
     def _velocity_jump_of_reached(self, q: np.ndarray) -> np.ndarray:
         if self._algorithm is None:
@@ -187,6 +221,12 @@ def _workspace_of(scene: Scene) -> _Workspace:
     return workspace
 
 
+def _reached(scene: Scene) -> ReachedModel:
+    """The part of the robot that a scene's impulses, constraints and contacts reach."""
+    robot = scene.robot
+    return reached_model(robot.model, touched_joints(scene), keep_places=needs_places(robot, scene))
+
+
 def _planned(scene: Scene) -> tuple[Any, Plan, Any]:
     """The algorithm for a scene, the plan that tells of it, and the model it works on."""
     robot = scene.robot
@@ -194,7 +234,7 @@ def _planned(scene: Scene) -> tuple[Any, Plan, Any]:
     if not touched:
         skipped = robot.model.njoints - 1
         return None, Plan("none", 0, skipped, True, ("nothing acts: nothing moves",)), None
-    reached = reached_model(robot.model, touched, keep_places=needs_places(robot, scene))
+    reached = _reached(scene)
     joints = reached.model.njoints - 1
     skipped = robot.model.njoints - 1 - joints
     why = [f"{skipped} joints hang on the world apart from the impact: left out"] if skipped else []

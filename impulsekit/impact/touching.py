@@ -6,6 +6,7 @@ v_against), with R = [t₁ t₂ n] in the world.
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,13 +69,25 @@ class ContactRows:
         ]
         self._needs_places = any(entry.needs_places for entry in self._entries)
 
-    def touching(self, data: pin.Data, q: np.ndarray) -> list[Touch]:
-        """The touching points at q, with their rows."""
+    def touching(
+        self, data: pin.Data, q: np.ndarray, only: Container[int] | None = None
+    ) -> list[Touch]:
+        """The touching points at q, with their rows.
+
+        ``only``: the indices of the contacts that take part. A joint stop among them
+        counts as touched at its nearer limit. None for all, by the rules of the scene.
+        """
         if self._needs_places:
             pin.computeJointJacobians(self.model, data, q)
         touches: list[Touch] = []
-        for entry in self._entries:
-            entry.touch(touches, self.model, data, q)
+        for i, entry in enumerate(self._entries):
+            if only is None:
+                entry.touch(touches, self.model, data, q)
+            elif i in only:
+                if isinstance(entry, _AtStop):
+                    entry.touch_nearer(touches, q)
+                else:
+                    entry.touch(touches, self.model, data, q)
         return touches
 
 
@@ -174,6 +187,13 @@ class _AtStop:
             gap = sign * (q[self._entry_in_q] - limit)
             if gap <= AT_STOP * max(1.0, abs(limit)):
                 touches.append(Touch(self._index, None, (0, 0), (0, 0), jacobian, gap=gap))
+
+    def touch_nearer(self, touches: list[Touch], q: np.ndarray) -> None:
+        """Touch the limit that is nearer, however far it is."""
+        at = q[self._entry_in_q]
+        limit, sign, jacobian = min(self._sides, key=lambda side: side[1] * (at - side[0]))
+        gap = sign * (at - limit)
+        touches.append(Touch(self._index, None, (0, 0), (0, 0), jacobian, gap=gap))
 
 
 class _Colliding(_Pair):

@@ -7,6 +7,12 @@ from .contacts import Collision as Collision
 from .contacts import Contact as Contact
 from .contacts import ContactEntry as ContactEntry
 from .contacts import JointStop as JointStop
+from .forces import PD as PD
+from .forces import Actuator as Actuator
+from .forces import AppliedForce as AppliedForce
+from .forces import Force as Force
+from .forces import JointSpring as JointSpring
+from .forces import Spring as Spring
 from .impulses import AppliedImpulse as AppliedImpulse
 from .impulses import JointImpulse as JointImpulse
 from .law import Law as Law

@@ -15,6 +15,7 @@ from .numbers import Vector, vector
 if TYPE_CHECKING:
     from .constraints import Constraint
     from .contacts import ContactEntry
+    from .forces import Force
     from .impulses import AppliedImpulse, JointImpulse
 
 __all__ = ["Scene"]
@@ -30,6 +31,8 @@ class Scene:
         constraints: what holds: loops that are closed already, or grips, locks and
             landings that close at the instant of the impact.
         contacts: what can only push: points on planes, joint stops, colliding bodies.
+        forces: springs, actuators and applied forces; like gravity they act in the motion
+            after an impact.
         law: of restitution, slip and order, for all contacts.
         gravity: [m/s²] in world axes; it moves the robot in the motion after an
             impact. An impact is instantaneous and does not know it.
@@ -52,6 +55,7 @@ class Scene:
     impulses: Sequence[AppliedImpulse | JointImpulse] = ()
     constraints: Sequence[Constraint] = ()
     contacts: Sequence[ContactEntry] = ()
+    forces: Sequence[Force] = ()
     law: Law = field(default_factory=Law)
     gravity: Vector = (0.0, 0.0, -9.81)
 
@@ -62,6 +66,7 @@ class Scene:
         set_field(self, "impulses", _entries(self.impulses, "impulses"))
         set_field(self, "constraints", _entries(self.constraints, "constraints"))
         set_field(self, "contacts", _entries(self.contacts, "contacts"))
+        set_field(self, "forces", _entries(self.forces, "forces"))
         set_field(self, "gravity", vector(self.gravity, "Scene: gravity"))
         self._check_entries()
         if not isinstance(self.law, Law):
@@ -85,9 +90,14 @@ class Scene:
 
             for i, contact in enumerate(self.contacts):
                 check_contact(self.robot, contact, f"contacts[{i}]")
+        if self.forces:
+            from .forces import check_force
+
+            for i, force in enumerate(self.forces):
+                check_force(self.robot, force, f"forces[{i}]")
 
     def _check_names(self) -> None:
-        kinds = ("impulses", "constraints", "contacts")
+        kinds = ("impulses", "constraints", "contacts", "forces")
         counts = Counter(name for kind in kinds for name in self.entry_names(kind))
         twice = [name for name, count in counts.items() if count > 1]
         if twice:

@@ -1,0 +1,186 @@
+"""Accelerations: by the articulated-body algorithm in free flight, by rows where something holds.
+
+M a = τ − h + Aᵀλ + JᵀP with A a = −Ȧ v for what is held, and Coulomb's law on J a + J̇ v for
+the contacts that rest (Chang & Huston 1995, eq. (17), with multipliers).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from ..impact.algorithms import symmetric
+from ..impact.bilateral import RANK_TOLERANCE, solve_bilateral
+from ..impact.factor import FilledFactor, SparseFactor, pivots_are_safe
+from ..impact.reach import reached_model
+from ..scene import Scene
+from .force_field import ForceField
+from .gaps import Gaps
+from .held import HeldRows
+from .rest_law import solve_rest
+from .resting import Resting
+
+__all__ = ["Dynamics"]
+
+# Bound once: this runs at every stage of every step.
+_aba = pin.aba
+
+
+class Dynamics:
+    """The accelerations of a scene's robot, with all that acts during a motion.
+
+    Attributes:
+        model: the robot's, with the scene's gravity and frames of its own.
+        held: the bilateral constraints; None without any.
+        gaps: the distances of the contacts; None without any.
+        resting: the contacts that rest now.
+        evaluations: how often accelerations were worked out.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        robot = scene.robot
+        reached = reached_model(robot.model, range(1, robot.model.njoints), keep_places=True)
+        self.model = reached.model
+        self.model.gravity.linear = np.array(scene.gravity)
+        self._forces = ForceField(scene)
+        self.held = HeldRows(scene, reached) if scene.constraints else None
+        self.gaps = Gaps(scene, reached) if scene.contacts else None
+        # Frames for points are there now: from here on data may be made.
+        self._data, self._moving = self.model.createData(), self.model.createData()
+        self._zero = np.zeros(self.model.nv)
+        mimic = any(joint.shortname() == "JointModelMimic" for joint in self.model.joints)
+        # Pinocchio's sparse Cholesky takes neither mimic joints nor a model with one row.
+        self._dense = mimic or self.model.nv < 2
+        self._no_aba = mimic
+        self.resting = Resting(scene)
+        self.evaluations = 0
+
+    def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(nv,) v̇.
+
+        Raises:
+            ContradictionError: constraints that cannot hold together.
+            RestNotSolved: no forces at the resting contacts.
+        """
+        self.evaluations += 1
+        if self.held is not None or self.resting.contacts or self._no_aba:
+            return self._with_rows(t, q, v)
+        torque = self._forces.torque(t, q, v)
+        if self._forces.on_bodies:
+            pin.forwardKinematics(self.model, self._moving, q, v)
+            wrenches = self._forces.wrenches(t, self._moving)
+            return _aba(self.model, self._data, q, v, torque, wrenches)
+        return _aba(self.model, self._data, q, v, torque)
+
+    def moved(self, q: np.ndarray, rows: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """(nv,) the velocity change, least in the metric of M, that changes rows' velocities."""
+        factor = self._factor(q, rows)
+        half = factor.half(rows)
+        sizes = np.sqrt(np.einsum("ij,ij->j", half, half))
+        live = sizes > 1e-11 * sizes.max(initial=0.0)
+        scaled = half[:, live] / sizes[live]
+        _, values, right = np.linalg.svd(scaled, full_matrices=False)
+        rank = values > RANK_TOLERANCE
+        wanted = right[rank].dot(change[live] / sizes[live]) / values[rank] ** 2
+        impulse = np.zeros(len(rows))
+        impulse[live] = right[rank].T.dot(wanted) / sizes[live]
+        if isinstance(factor, FilledFactor):
+            return factor.solve(factor.filled_impulse(impulse.dot(rows), change))
+        return factor.solve(impulse.dot(rows))
+
+    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+        """(nv, nv) M at q."""
+        nv = self.model.nv
+        return symmetric(np.array(pin.crba(self.model, self._data, q)).reshape(nv, nv))
+
+    def _factor(self, q: np.ndarray, rows: np.ndarray) -> SparseFactor | FilledFactor:
+        model, data = self.model, self._data
+        pin.crba(model, data, q)
+        if not self._dense:
+            pin.cholesky.decompose(model, data)
+            if pivots_are_safe(data):
+                return SparseFactor(model, data)
+        return FilledFactor(model, data.M, rows)
+
+    def _with_rows(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        model, data, moving = self.model, self._data, self._moving
+        pin.forwardKinematics(model, moving, q, v, self._zero)
+        load = self._forces.torque(t, q, v)
+        if self._forces.on_bodies:
+            load = load - pin.rnea(model, data, q, v, self._zero, self._forces.wrenches(t, moving))
+        else:
+            load = load - pin.rnea(model, data, q, v, self._zero)
+        if not np.isfinite(load).all():
+            return np.full(model.nv, np.nan)
+        held = self.held
+        rows = np.empty((0, model.nv)) if held is None else held.matrix(data, q)
+        wanted = np.empty(0) if held is None else -held.bias(moving)
+        factor = self._factor(q, rows)
+        if isinstance(factor, FilledFactor):
+            load = factor.filled_impulse(load, wanted)
+        if not self.resting.contacts:
+            half = factor.half(rows, load[None])
+            multipliers = self._multipliers(half[:, :-1], half[:, -1], wanted, q)
+            return factor.solve(load + multipliers.dot(rows))
+        return self._with_contacts(factor, load, rows, wanted, q, v)
+
+    def _with_contacts(
+        self,
+        factor: SparseFactor | FilledFactor,
+        load: np.ndarray,
+        rows: np.ndarray,
+        wanted: np.ndarray,
+        q: np.ndarray,
+        v: np.ndarray,
+    ) -> np.ndarray:
+        resting, gaps = self.resting, self.gaps
+        if gaps is None:
+            raise TypeError("no contacts")
+        jacobian, bias = gaps.rows_and_bias(resting.contacts, q, v, self._moving)
+        count = len(rows)
+        half = factor.half(rows, jacobian, load[None])
+        half_rows, half_contacts, start = half[:, :count], half[:, count:-1], half[:, -1]
+        free = bias + start.dot(half_contacts)
+        left = half_contacts
+        if count:
+            held = self._multipliers(half_rows, start, wanted, q)
+            free = free + (half_rows.dot(held)).dot(half_contacts)
+            basis = _range_of(half_rows)
+            left = half_contacts - basis.dot(basis.T.dot(half_contacts))
+        slip = jacobian.dot(v)
+        ways, friction = resting.ways(slip)
+        delassus = left.T.dot(left)
+        forces = solve_rest(delassus.dot(ways), free, friction, resting.last_forces(len(friction)))
+        contact_forces = ways.dot(forces)
+        resting.note(forces, free + delassus.dot(contact_forces), slip)
+        total = load + contact_forces.dot(jacobian)
+        if count:
+            start = start + half_contacts.dot(contact_forces)
+            total = total + self._multipliers(half_rows, start, wanted, q).dot(rows)
+        return factor.solve(total)
+
+    def _multipliers(
+        self, half_rows: np.ndarray, start: np.ndarray, wanted: np.ndarray, q: np.ndarray
+    ) -> np.ndarray:
+        """λ that brings the rows' accelerations to what is wanted."""
+        held, data = self.held, self._data
+        if held is None:
+            return np.empty(0)
+
+        def magnitude() -> np.ndarray:
+            masses = np.diagonal(np.atleast_2d(data.M))
+            return (held.magnitude(data, q) ** 2) @ (1.0 / np.maximum(masses, 1e-12 * masses.max()))
+
+        def scale() -> np.ndarray:
+            return np.abs(half_rows.T @ start) + np.abs(half_rows).T @ np.abs(start)
+
+        right = wanted - start.dot(half_rows)
+        return solve_bilateral(half_rows, right, magnitude, scale, held.names).impulse
+
+
+def _range_of(half_rows: np.ndarray) -> np.ndarray:
+    """(nv, r) an orthonormal basis of what the bilateral rows span."""
+    sizes = np.sqrt(np.einsum("ij,ij->j", half_rows, half_rows))
+    live = sizes > 1e-11 * sizes.max(initial=0.0)
+    left, values, _ = np.linalg.svd(half_rows[:, live] / sizes[live], full_matrices=False)
+    return left[:, values > RANK_TOLERANCE]

@@ -1,0 +1,216 @@
+"""The forces of a scene, brought to the model: torques in joints, wrenches on bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import NotFiniteError, ShapeError
+from ..robot import Robot
+from ..scene import Actuator, AppliedForce, JointSpring, Scene, Spring
+from ..scene.forces import PD
+
+__all__ = ["ForceField"]
+
+# Ends of a spring nearer than this [m] have no direction between them.
+NO_LENGTH = 1e-12
+
+
+class ForceField:
+    """All forces of a scene on its whole model.
+
+    Attributes:
+        on_bodies: whether some force acts on a body; its wrench needs kinematics.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        robot = scene.robot
+        self._model = robot.model
+        self._constant = np.zeros(self._model.nv)
+        self._springs = [_SpringInJoint(robot, f) for f in scene.forces if type(f) is JointSpring]
+        self._controlled: list[Callable[[float, np.ndarray, np.ndarray], tuple[slice, Any]]] = []
+        for i, force in enumerate(scene.forces):
+            if isinstance(force, Actuator):
+                self._add_actuator(robot, force, scene.entry_names("forces")[i])
+        self._points = [_SpringBetweenPoints(robot, f) for f in scene.forces if type(f) is Spring]
+        self._applied = [_OnPoint(robot, f) for f in scene.forces if type(f) is AppliedForce]
+        self.on_bodies = bool(self._points or self._applied)
+        self._is_constant = not (self._springs or self._controlled)
+        self._wrenches = pin.StdVec_Force()
+        for _ in range(self._model.njoints):
+            self._wrenches.append(pin.Force.Zero())
+        self._loaded = sorted({j for f in (*self._points, *self._applied) for j in f.joint_ids})
+
+    def torque(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(nv,) what acts along the generalized speeds themselves; not to be written to."""
+        if self._is_constant:
+            return self._constant
+        total = self._constant.copy()
+        for spring in self._springs:
+            total[spring.row] += spring.torque(q, v)
+        for controlled in self._controlled:
+            rows, torque = controlled(t, q, v)
+            total[rows] += torque
+        return total
+
+    def wrenches(self, t: float, data: pin.Data) -> pin.StdVec_Force:
+        """The spatial force on every joint's body, in the joint's frame.
+
+        Args:
+            t: time [s].
+            data: with placements and velocities of the joints.
+        """
+        wrenches = self._wrenches
+        for joint_id in self._loaded:
+            wrenches[joint_id].setZero()
+        for force in (*self._points, *self._applied):
+            force.add(wrenches, t, data)
+        return wrenches
+
+    def potential(self, q: np.ndarray, data: pin.Data) -> float:
+        """The energy in the springs [J]; ``data`` with the placements at q."""
+        energies = [spring.energy(q) for spring in self._springs]
+        return sum(energies) + sum(spring.energy(data) for spring in self._points)
+
+    @property
+    def has_springs(self) -> bool:
+        """Whether some force stores energy."""
+        return bool(self._springs or self._points)
+
+    def _add_actuator(self, robot: Robot, force: Actuator, name: str) -> None:
+        joint = self._model.joints[robot.joint_id(force.joint)]
+        rows = slice(joint.idx_v, joint.idx_v + joint.nv)
+        torque = force.torque
+        if isinstance(torque, tuple):
+            self._constant[rows] += torque
+        elif isinstance(torque, PD):
+            spring = _SpringInJoint(
+                robot, JointSpring(force.joint, torque.stiffness, torque.damping, torque.target)
+            )
+            self._controlled.append(_pd(spring, rows, torque))
+        else:
+            self._controlled.append(_function(torque, rows, joint.nv, name))
+
+
+def _pd(spring: _SpringInJoint, rows: slice, law: PD) -> Callable:
+    def controlled(t: float, q: np.ndarray, v: np.ndarray) -> tuple[slice, float]:
+        torque = spring.torque(q, v) + law.damping * law.velocity
+        if law.limit is not None:
+            torque = min(max(torque, -law.limit), law.limit)
+        return rows, torque
+
+    return controlled
+
+
+def _function(torque: Callable, rows: slice, size: int, name: str) -> Callable:
+    """A user's function, held to shape and finiteness at every call."""
+
+    def controlled(t: float, q: np.ndarray, v: np.ndarray) -> tuple[slice, np.ndarray]:
+        given = np.atleast_1d(np.asarray(torque(t, q, v), dtype=float))
+        if given.shape != (size,):
+            raise ShapeError.of(f"{name}: torque at t = {t:g}", (size,), given.shape)
+        if np.isnan(given).any():
+            raise NotFiniteError.of(f"{name}: torque at t = {t:g}", "its value", given)
+        return rows, given
+
+    return controlled
+
+
+class _SpringInJoint:
+    """τ = −k (q − rest) − c v."""
+
+    def __init__(self, robot: Robot, force: JointSpring) -> None:
+        joint = robot.model.joints[robot.joint_id(force.joint)]
+        self.row, self._entry = joint.idx_v, joint.idx_q
+        self._continuous = joint.nq == 2
+        self._stiffness, self._damping, self._rest = force.stiffness, force.damping, force.rest
+
+    def _strain(self, q: np.ndarray) -> float:
+        if not self._continuous:
+            return q[self._entry] - self._rest
+        angle = np.arctan2(q[self._entry + 1], q[self._entry]) - self._rest
+        return (angle + np.pi) % (2.0 * np.pi) - np.pi
+
+    def torque(self, q: np.ndarray, v: np.ndarray) -> float:
+        return -self._stiffness * self._strain(q) - self._damping * v[self.row]
+
+    def energy(self, q: np.ndarray) -> float:
+        return 0.5 * self._stiffness * float(self._strain(q)) ** 2
+
+
+class _Point:
+    """A point of a frame, carried by a joint."""
+
+    def __init__(self, robot: Robot, frame: str, at: Any) -> None:
+        item = robot.model.frames[robot.frame_id(frame)]
+        self.joint_id = item.parentJoint
+        self.placement = item.placement * pin.SE3(np.eye(3), np.array(at, dtype=float))
+        self._at = self.placement.translation.copy()
+
+    def position(self, data: pin.Data) -> np.ndarray:
+        """(3,) in the world."""
+        return data.oMi[self.joint_id].act(self._at)
+
+    def velocity(self, data: pin.Data) -> np.ndarray:
+        """(3,) in the world."""
+        motion = data.v[self.joint_id]
+        local = motion.linear + np.cross(motion.angular, self._at)
+        return data.oMi[self.joint_id].rotation.dot(local)
+
+    def add(self, wrenches: pin.StdVec_Force, data: pin.Data, force_world: np.ndarray) -> None:
+        """Add a force through the point, in world axes."""
+        if self.joint_id > 0:
+            local = force_world.dot(data.oMi[self.joint_id].rotation)
+            wrenches[self.joint_id] += pin.Force(local, np.cross(self._at, local))
+
+
+class _SpringBetweenPoints:
+    """A spring and damper along the line between two points."""
+
+    def __init__(self, robot: Robot, force: Spring) -> None:
+        self._force = force
+        self._ends = (
+            _Point(robot, force.frame, force.at),
+            _Point(robot, force.other, force.other_at),
+        )
+        self.joint_ids = tuple(end.joint_id for end in self._ends if end.joint_id > 0)
+
+    def add(self, wrenches: pin.StdVec_Force, t: float, data: pin.Data) -> None:
+        first, other = self._ends
+        between = first.position(data) - other.position(data)
+        length = np.sqrt(between.dot(between))
+        if length < NO_LENGTH:
+            return
+        direction = between / length
+        tension = self._force.stiffness * (length - self._force.rest_length)
+        if self._force.damping:
+            rate = direction.dot(first.velocity(data) - other.velocity(data))
+            tension += self._force.damping * rate
+        first.add(wrenches, data, -tension * direction)
+        other.add(wrenches, data, tension * direction)
+
+    def energy(self, data: pin.Data) -> float:
+        first, other = self._ends
+        length = np.linalg.norm(first.position(data) - other.position(data))
+        return 0.5 * self._force.stiffness * float(length - self._force.rest_length) ** 2
+
+
+class _OnPoint:
+    """An applied force and couple."""
+
+    def __init__(self, robot: Robot, force: AppliedForce) -> None:
+        self._force = force
+        self._point = _Point(robot, force.frame, force.at)
+        self.joint_ids = (self._point.joint_id,)
+        self._constant = force.force_at(0.0) if force.is_constant else None
+
+    def add(self, wrenches: pin.StdVec_Force, t: float, data: pin.Data) -> None:
+        given = self._force.force_at(t) if self._constant is None else self._constant
+        point = self._point
+        if self._force.axes == "world":
+            rotation = data.oMi[point.joint_id].rotation.dot(point.placement.rotation)
+            given = np.concatenate([given[:3].dot(rotation), given[3:].dot(rotation)])
+        wrenches[point.joint_id] += point.placement.act(pin.Force(given))

@@ -1,0 +1,198 @@
+"""How far contacts are from touching, how fast they close, and their rows where they rest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio as pin
+
+from ..impact.reach import ReachedModel
+from ..impact.touching import contact_axes
+from ..robot import Robot
+from ..scene import Collision, Contact, JointStop, Scene
+from .points import Pair, cross
+
+if TYPE_CHECKING:
+    from .resting import RestingContact
+
+__all__ = ["Gaps"]
+
+
+class _PlaneGap:
+    """A point over a plane: n·(p − o), and n·(v_p − v_plane there)."""
+
+    has_rate = True
+
+    def __init__(self, robot: Robot, reached: ReachedModel, entry: Contact, index: int) -> None:
+        self.entry, self.friction = index, entry.friction
+        self._model = reached.model
+        frame = robot.model.frames[robot.frame_id(entry.against)]
+        self._fixed = frame.parentJoint == 0
+        self._normal, self._origin = np.array(entry.normal), np.array(entry.origin)
+        if self._fixed:
+            self._normal = frame.placement.rotation.dot(self._normal)
+            self._origin = frame.placement.act(self._origin)
+            axes = contact_axes(self._normal)
+            turn = None if np.array_equal(axes, np.eye(3)) else axes
+            self._pair = Pair(robot, reached, entry.frame, entry.at, "world", (0, 0, 0), turn=turn)
+        else:
+            # Axes that turn with the plane, so that their rates are smooth.
+            turn = contact_axes(self._normal)
+            self._pair = Pair(
+                robot, reached, entry.frame, entry.at, entry.against, None, "other", turn
+            )
+        self._height = float(self._normal.dot(self._origin))
+
+    def measure(self, data: pin.Data) -> tuple[float, float]:
+        """The gap [m] and its rate [m/s]; ``data`` with placements and velocities."""
+        model, first_id = self._model, self._pair.first.frame_id
+        point = pin.updateFramePlacement(model, data, first_id).translation
+        velocity = pin.getFrameVelocity(model, data, first_id, pin.LOCAL_WORLD_ALIGNED).linear
+        if self._fixed:
+            return float(self._normal.dot(point)) - self._height, float(self._normal.dot(velocity))
+        plane_id = self._pair.other.frame_id
+        plane = pin.updateFramePlacement(model, data, plane_id)
+        motion = pin.getFrameVelocity(model, data, plane_id, pin.LOCAL_WORLD_ALIGNED)
+        normal = plane.rotation.dot(self._normal)
+        gap = normal.dot(point - plane.act(self._origin))
+        arm = point - plane.translation
+        rate = normal.dot(velocity - motion.linear - cross(motion.angular, arm))
+        return float(gap), float(rate)
+
+    def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
+        """(3, nv); ``data`` with joint Jacobians."""
+        return self._pair.rows(data)[:3]
+
+    def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """(3,) the rows' rates at zero joint acceleration."""
+        return self._pair.bias(data)[:3]
+
+
+class _StopGap:
+    """A joint before one of its limits."""
+
+    has_rate = True
+    friction = 0.0
+
+    def __init__(
+        self, robot: Robot, reached: ReachedModel, entry: JointStop, index: int, side: int
+    ) -> None:
+        joint = reached.model.joints[reached.joint_id(robot.joint_id(entry.joint))]
+        self.entry = index
+        self._joint_id = joint.id
+        self._row, self._entry_in_q = joint.idx_v, joint.idx_q
+        self._sign = 1.0 if side == 0 else -1.0
+        self._limit = entry.limits(robot)[side]
+        self._rows = np.zeros((3, reached.model.nv))
+        self._rows[2, self._row] = self._sign
+
+    def measure_at(self, q: np.ndarray, v: np.ndarray) -> tuple[float, float]:
+        """The gap [rad, m] and its rate."""
+        gap = self._sign * (q[self._entry_in_q] - self._limit)
+        return float(gap), float(self._sign * v[self._row])
+
+    def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
+        """(3, nv), of which only the normal row is used."""
+        return self._rows
+
+    def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """(3,) zero."""
+        return np.zeros(3)
+
+
+class Gaps:
+    """The gaps of all contacts of a scene, in its order; a joint stop has two.
+
+    Attributes:
+        items: one by one.
+        entries: (m,) the contact each belongs to.
+        rated: (m,) whether a gap comes with its rate; where not, only with a bound on it.
+    """
+
+    def __init__(self, scene: Scene, reached: ReachedModel) -> None:
+        self._model = reached.model
+        self.items: list = []
+        for i, entry in enumerate(scene.contacts):
+            if isinstance(entry, Contact):
+                self.items.append(_PlaneGap(scene.robot, reached, entry, i))
+            elif isinstance(entry, JointStop):
+                limits = entry.limits(scene.robot)
+                self.items += [
+                    _StopGap(scene.robot, reached, entry, i, side)
+                    for side in (0, 1)
+                    if np.isfinite(limits[side])
+                ]
+            elif isinstance(entry, Collision):
+                # coal is loaded only where bodies may collide.
+                from .colliding import CollidingGap
+
+                self.items.append(CollidingGap(scene.robot, reached, entry, i))
+        self.entries = np.array([item.entry for item in self.items], dtype=int)
+        self.rated = np.array([item.has_rate for item in self.items], dtype=bool)
+        self._data: pin.Data | None = None
+
+    @property
+    def data(self) -> pin.Data:
+        """A workspace, with placements and velocities of the state measured last."""
+        # Made late: frames are added to the model until all is compiled.
+        if self._data is None:
+            self._data = self._model.createData()
+        return self._data
+
+    def measure(
+        self, q: np.ndarray, v: np.ndarray, which: Sequence[int] | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(m,) gaps and (m,) their rates, NaN where none comes with it or none is asked for.
+
+        ``which``: the indices of the gaps asked for; None for those that come with a rate.
+        """
+        data = self.data
+        pin.forwardKinematics(self._model, data, q, v)
+        gaps, rates = np.full(len(self.items), np.nan), np.full(len(self.items), np.nan)
+        for i in range(len(self.items)) if which is None else which:
+            item = self.items[i]
+            if isinstance(item, _StopGap):
+                gaps[i], rates[i] = item.measure_at(q, v)
+            elif item.has_rate:
+                gaps[i], rates[i] = item.measure(data)
+            elif which is not None:
+                gaps[i] = item.distance(data)
+        return gaps, rates
+
+    def everything(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """As ``measure``, with the distances of colliding bodies."""
+        return self.measure(q, v, range(len(self.items)))
+
+    def rows_and_bias(
+        self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray, data: pin.Data
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(3n, nv) rows of contacts and (3n,) their rates at zero joint acceleration.
+
+        ``data`` with placements, velocities, and accelerations at zero joint acceleration.
+        """
+        pin.computeJointJacobians(self._model, data)
+        rows, biases = [], []
+        for contact in contacts:
+            item = self.items[contact.gap]
+            own = item.rows(data, q)
+            contact.count = len(own) // 3
+            rows.append(own)
+            biases.append(item.bias(data, q, v, own))
+        return np.vstack(rows), np.concatenate(biases)
+
+    def velocities(
+        self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray
+    ) -> np.ndarray:
+        """(3n,) tangential and normal velocities of contacts."""
+        return self.rows(contacts, q).dot(v)
+
+    def rows(self, contacts: Sequence[RestingContact], q: np.ndarray) -> np.ndarray:
+        """(3n, nv) rows of contacts."""
+        data = self.data
+        pin.computeJointJacobians(self._model, data, q)
+        rows = [self.items[contact.gap].rows(data, q) for contact in contacts]
+        for contact, own in zip(contacts, rows, strict=True):
+            contact.count = len(own) // 3
+        return np.vstack(rows) if rows else np.empty((0, self._model.nv))

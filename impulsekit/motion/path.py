@@ -1,0 +1,101 @@
+"""The whole motion between samples: one polynomial in a chart for every step."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+__all__ = ["Path"]
+
+# DOP853's dense output has degree 7, the others less: eight values hold each of them.
+NODES = 0.5 * (1.0 - np.cos(np.pi * np.arange(8) / 7.0))
+_WEIGHTS = np.array([0.5, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -0.5])
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """One step: y = (x, v) as a function of time, in the chart around ``reference``."""
+
+    start: float
+    end: float
+    reference: np.ndarray
+    dense: Callable[[float], np.ndarray]
+
+
+class _Interpolant:
+    """The polynomial through eight values of a step (barycentric; Berrut & Trefethen 2004)."""
+
+    def __init__(self, start: float, end: float, values: np.ndarray) -> None:
+        self._start, self._length, self._values = start, end - start, values
+
+    def __call__(self, t: float) -> np.ndarray:
+        difference = (t - self._start) / self._length - NODES
+        hit = np.flatnonzero(difference == 0.0)
+        if hit.size:
+            return self._values[hit[0]]
+        weights = _WEIGHTS / difference
+        return weights.dot(self._values) / weights.sum()
+
+
+class Path:
+    """Pieces in order of time; where two meet, the later one counts."""
+
+    def __init__(self, model: pin.Model) -> None:
+        self._model = model
+        self._starts: list[float] = []
+        self._pieces: list[Piece] = []
+
+    def append(
+        self, start: float, end: float, reference: np.ndarray, dense: Callable[[float], np.ndarray]
+    ) -> None:
+        """Add the piece that follows."""
+        self._starts.append(start)
+        self._pieces.append(Piece(start, end, reference, dense))
+
+    def __len__(self) -> int:
+        return len(self._pieces)
+
+    @property
+    def step_times(self) -> np.ndarray:
+        """(S,) where the pieces begin [s]."""
+        return np.array(self._starts)
+
+    def state(self, t: float) -> tuple[np.ndarray, np.ndarray]:
+        """q (nq,) and v (nv,) at a time; just after it where an impact happened."""
+        piece = self._pieces[max(bisect_right(self._starts, t) - 1, 0)]
+        y = piece.dense(min(max(t, piece.start), piece.end))
+        nv = self._model.nv
+        return pin.integrate(self._model, piece.reference, y[:nv]), y[nv:].copy()
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """The pieces as plain arrays."""
+        nv = self._model.nv
+        values = np.empty((len(self._pieces), len(NODES), 2 * nv))
+        for piece, own in zip(self._pieces, values, strict=True):
+            for s, row in zip(NODES, own, strict=True):
+                row[:] = piece.dense(piece.start + s * (piece.end - piece.start))
+        references = [piece.reference for piece in self._pieces]
+        return {
+            "path_start": self.step_times,
+            "path_end": np.array([piece.end for piece in self._pieces]),
+            "path_reference": np.array(references).reshape(len(self._pieces), self._model.nq),
+            "path_values": values,
+        }
+
+    @classmethod
+    def of_arrays(cls, model: pin.Model, arrays: dict[str, np.ndarray]) -> Path:
+        """The path that ``arrays`` tells of."""
+        path = cls(model)
+        for start, end, reference, values in zip(
+            arrays["path_start"].tolist(),
+            arrays["path_end"].tolist(),
+            arrays["path_reference"],
+            arrays["path_values"],
+            strict=True,
+        ):
+            path.append(start, end, reference, _Interpolant(start, end, values))
+        return path

@@ -1,0 +1,145 @@
+"""The contacts that rest: which of their points slide, and which way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..scene import Scene
+
+__all__ = ["Resting", "RestingContact"]
+
+# Slip below this [m/s] has no direction of its own.
+NO_SLIP = 1e-9
+# Tangential forces this near the cone are on it.
+ON_CONE = 1.0 - 1e-7
+
+
+@dataclass(eq=False)
+class RestingContact:
+    """A contact that has come to rest.
+
+    Attributes:
+        gap: its index among the gaps.
+        entry: its index among the scene's contacts.
+        friction: µ.
+        since: when it came to rest [s].
+        count: how many points it touched at last.
+        slides: by point, the direction of slip (2,), or None for a point that sticks.
+    """
+
+    gap: int
+    entry: int
+    friction: float
+    since: float
+    count: int = 1
+    slides: list[np.ndarray | None] = field(default_factory=list)
+
+
+class Resting:
+    """All contacts that rest at one time.
+
+    Attributes:
+        contacts: in the order in which their rows are stacked.
+        forces: (3n,) of the last evaluation [N]: two tangents and the normal each.
+        accelerations: (3n,) of the contact points [m/s²].
+        slip: (3n,) their velocities [m/s].
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.contacts: list[RestingContact] = []
+        self.forces = self.accelerations = self.slip = np.empty(0)
+        self._last = np.empty(0)
+
+    def slides(self) -> list[np.ndarray | None]:
+        """By point: the direction in which it slides, or None."""
+        found: list[np.ndarray | None] = []
+        for contact in self.contacts:
+            if len(contact.slides) != contact.count:
+                # Points came or went: which is which is not known any more.
+                contact.slides = [None] * contact.count
+            found += contact.slides
+        return found
+
+    def friction(self) -> np.ndarray:
+        """(n,) µ by point."""
+        return np.array([c.friction for c in self.contacts for _ in range(c.count)])
+
+    def ways(self, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(3n, 3n) contact forces from the unknowns, and (n,) µ of what does not slide.
+
+        Where a point slides, its friction goes with its normal force: P = P_n (−µ s, 1).
+        """
+        friction = self.friction()
+        ways = np.eye(3 * len(friction))
+        for i, start in enumerate(self.slides()):
+            if start is None:
+                continue
+            at = 3 * i
+            s = slip[at : at + 2]
+            size = float(np.hypot(s[0], s[1]))
+            if size > NO_SLIP:
+                s = s / size
+                # Past its stop, within a step that will be cut there, it goes on smoothly.
+                s = -s if s.dot(start) < 0.0 else s
+            else:
+                s = start
+            ways[at : at + 2, at : at + 2] = 0.0
+            ways[at : at + 2, at + 2] = -friction[i] * s
+            friction[i] = 0.0
+        return ways, friction
+
+    def last_forces(self, points: int) -> np.ndarray:
+        """(3n,) unknowns to start from."""
+        return self._last if len(self._last) == 3 * points else np.zeros(3 * points)
+
+    def note(self, unknowns: np.ndarray, accelerations: np.ndarray, slip: np.ndarray) -> None:
+        """Keep what was found at the last evaluation."""
+        self._last = unknowns
+        self.forces, self.accelerations, self.slip = unknowns, accelerations, slip
+
+    def loaded(self) -> np.ndarray:
+        """(n,) which points push."""
+        return self.forces[2::3] > 0.0
+
+    def update_slides(self, *, fresh: bool) -> bool:
+        """Which points slide from now on, by the last evaluation; whether that has changed.
+
+        Args:
+            fresh: after an impact slip decides alone, for nothing is known of before.
+        """
+        changed = False
+        friction = self.friction()
+        i = 0
+        for contact in self.contacts:
+            if len(contact.slides) != contact.count:
+                contact.slides = [None] * contact.count
+            for k in range(contact.count):
+                before = contact.slides[k]
+                now = self._slide(i, before, float(friction[i]), fresh)
+                changed |= (before is None) != (now is None)
+                contact.slides[k] = now
+                i += 1
+        return changed
+
+    def _slide(
+        self, i: int, before: np.ndarray | None, mu: float, fresh: bool
+    ) -> np.ndarray | None:
+        if not mu:
+            return None
+        slip = self.slip[3 * i : 3 * i + 2]
+        speed = float(np.hypot(slip[0], slip[1]))
+        if before is not None:
+            return slip / speed if speed > NO_SLIP else before
+        if fresh and speed > NO_SLIP:
+            return slip / speed
+        p1, p2, pn = self.forces[3 * i : 3 * i + 3].tolist()
+        if pn <= 0.0 or np.hypot(p1, p2) < mu * pn * ON_CONE:
+            return None
+        if speed > NO_SLIP:
+            return slip / speed
+        rate = self.accelerations[3 * i : 3 * i + 2]
+        size = float(np.hypot(rate[0], rate[1]))
+        scale = float(np.abs(self.accelerations).max()) + pn
+        return rate / size if size > 1e-7 * max(scale, 1e-300) else None

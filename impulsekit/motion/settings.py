@@ -1,0 +1,93 @@
+"""``MotionSettings``: how long a motion is followed, how accurately, and when to give up."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import InputError, RangeError, UnknownNameError
+from ..scene.numbers import number
+
+__all__ = ["MotionSettings"]
+
+METHODS = ("dop853", "radau", "rk4", "semi-implicit")
+
+
+@dataclass(frozen=True)
+class MotionSettings:
+    """The settings of ``simulate``; in a scene file the table [motion].
+
+    Attributes:
+        duration: [s], 0 or more.
+        samples: how many states the trajectory lists, evenly from 0 to the end.
+        method: "dop853" (explicit, order 8: the rule), "radau" (implicit, order 5: for
+            stiff springs and dampers), or with a fixed step "rk4" and "semi-implicit".
+        rtol, atol: tolerances of a step of the first two, relative and absolute.
+        step: length of the fixed step [s].
+        capture_speed: a contact that approaches more slowly than this stays [m/s]. With
+            the default a ball with e = 0.9 comes to rest within 1e-6 s of its true time.
+        together: contacts that close within this of the first close with it [s].
+        max_impacts, max_steps: after so many the motion is stopped with a status.
+
+    Raises:
+        RangeError, NotFiniteError.
+
+    Example:
+        >>> MotionSettings(duration=2.0, rtol=1e-8).method
+        'dop853'
+    """
+
+    duration: float = 1.0
+    samples: int = 201
+    method: str = "dop853"
+    rtol: float = 1e-10
+    atol: float = 1e-12
+    step: float = 1e-3
+    capture_speed: float = 1e-7
+    together: float = 1e-9
+    max_impacts: int = 10_000
+    max_steps: int = 100_000
+
+    def __post_init__(self) -> None:
+        set_field = object.__setattr__
+        for name, least, most, allowed in (
+            ("duration", 0.0, 1e9, "0 to 1e9 s"),
+            ("rtol", 1e-13, 0.1, "1e-13 to 0.1"),
+            ("atol", 1e-300, 1.0, "above 0, up to 1"),
+            ("step", 1e-9, 1e3, "1e-9 to 1e3 s"),
+            ("capture_speed", 0.0, 1e3, "0 to 1e3 m/s"),
+            ("together", 0.0, 1e-3, "0 to 1e-3 s"),
+            ("samples", 1, 10_000_000, "1 to 10 million"),
+            ("max_impacts", 0, 10**9, "0 or more"),
+            ("max_steps", 1, 10**9, "1 or more"),
+        ):
+            what = f"motion: {name}"
+            given = getattr(self, name)
+            value = number(given, what)
+            if not least <= value <= most:
+                raise RangeError.of(what, given, allowed)
+            if name in ("samples", "max_impacts", "max_steps"):
+                if value != int(value) or isinstance(given, bool):
+                    raise RangeError.of(what, given, "a whole number")
+                set_field(self, name, int(value))
+            else:
+                set_field(self, name, value)
+        if self.method not in METHODS:
+            wanted = ", ".join(f'"{method}"' for method in METHODS)
+            raise RangeError.of("motion: method", repr(self.method), wanted)
+
+    def changed(self, **changes: Any) -> MotionSettings:
+        """The same with some settings changed.
+
+        Raises:
+            UnknownNameError: no such setting.
+        """
+        known = [field.name for field in dataclasses.fields(self)]
+        for name in changes:
+            if name not in known:
+                raise UnknownNameError.among("setting of a motion", name, known)
+        try:
+            return dataclasses.replace(self, **changes)
+        except TypeError as error:
+            raise InputError(str(error)) from None

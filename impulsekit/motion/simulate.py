@@ -1,0 +1,96 @@
+"""``simulate``: a scene, a state and a duration to a ``Trajectory``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError, NotFiniteError, RangeError
+from ..robot import state
+from ..scene import Scene
+from ..scene.numbers import number
+from .run import Run
+from .settings import MotionSettings
+from .trajectory import Trajectory
+
+__all__ = ["simulate"]
+
+
+def simulate(
+    scene: Scene,
+    q: Any,
+    v: Any,
+    *,
+    duration: float | None = None,
+    samples: Any = None,
+    settings: MotionSettings | None = None,
+    progress: Callable[[float], None] | None = None,
+    **changes: Any,
+) -> Trajectory:
+    """The motion of a scene's robot: impacts on the way are found and solved.
+
+    The scene's impulses strike at t = 0, together with whatever touches then. After that
+    gravity and the scene's forces move the robot, its constraints hold, and contacts are
+    met (an impact under the scene's law), rested on (Coulomb's law) and left again.
+
+    Args:
+        scene: what strikes, holds, touches and moves the robot.
+        q: (nq,) configuration at the start.
+        v: (nv,) velocity before the impulses strike.
+        duration: [s], 0 or more; 0 gives the state after the impulses alone.
+        samples: how many, evenly from 0 to the end; or their times [s], rising.
+        settings: method, tolerances and limits; see ``MotionSettings``.
+        progress: called with the time [s] after every step.
+        **changes: of single settings, such as ``rtol=1e-8`` or ``method="radau"``.
+
+    Returns:
+        The motion. Where it could not be followed to its end ``status`` says why, and
+        what was computed before that is kept.
+
+    Raises:
+        ShapeError, NotFiniteError, StateError: what is wrong with q or v.
+        RangeError: a duration or setting outside its range.
+        InputError: a contact that is penetrated at the start.
+        SingularMassError: a joint moves no inertia at the start.
+        ContradictionError: constraints that cannot hold together at the start.
+
+    Example:
+        >>> from impulsekit import Contact, Robot, Scene, simulate
+        >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+        >>> floor = Contact("ball", normal=[0, 0, 1], restitution=0.9)
+        >>> drop = ball.configuration(root_joint=[0, 0, 1, 0, 0, 0, 1])
+        >>> motion = simulate(Scene(ball, contacts=[floor]), drop, ball.velocity(), duration=1)
+        >>> [round(time, 6) for time, _ in motion.impacts]
+        [0.451524]
+    """
+    if not isinstance(scene, Scene):
+        raise InputError(f"a Scene is wanted, not a {type(scene).__name__}")
+    base = MotionSettings() if settings is None else settings
+    given: dict[str, Any] = dict(changes)
+    if duration is not None:
+        given["duration"] = duration
+    if samples is not None and np.ndim(samples) == 0:
+        given["samples"] = samples
+    chosen = base.changed(**given)
+    model = scene.robot.model
+    q = state.checked_configuration(model, q)
+    v = state.checked_velocity(model, v)
+    times = None
+    if samples is not None and np.ndim(samples) > 0:
+        times = _sample_times(samples, chosen.duration)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        return Run(scene, q, v, chosen, progress).trajectory(times)
+
+
+def _sample_times(samples: Any, duration: float) -> np.ndarray:
+    times = np.array([number(t, "samples") for t in samples])
+    if not times.size:
+        raise RangeError.of("samples", samples, "at least one time")
+    if (np.diff(times) <= 0.0).any() or times[0] < 0.0 or times[-1] > duration:
+        raise RangeError.of("samples", samples, f"rising times from 0 to {duration:g} s")
+    if not math.isfinite(times.sum()):
+        raise NotFiniteError.of("samples", "their sum", times.sum())
+    return times

@@ -1,0 +1,48 @@
+"""How a motion ended."""
+
+from __future__ import annotations
+
+import enum
+
+__all__ = ["MotionStatus"]
+
+
+class MotionStatus(enum.Enum):
+    """The end of a motion, as a sentence with advice. What was computed before it is kept."""
+
+    FINISHED = "The motion was followed to its end."
+    EVENT_STORM = (
+        "The motion was stopped: the largest number of impacts was reached. Contacts that keep "
+        "bouncing (restitution near 1, or growing as speed falls) may never settle: lower the "
+        "restitution, raise capture_speed, or raise max_impacts."
+    )
+    TOO_MANY_STEPS = (
+        "The motion was stopped: the largest number of steps was reached. Springs that are too "
+        'stiff, or friction that keeps switching, make steps short: use method="radau", lower '
+        "the stiffness, or raise max_steps."
+    )
+    STEP_TOO_SMALL = (
+        "The motion was stopped: no step is short enough for the tolerance. A force jumps or "
+        "grows without bound here; look at the forces of the scene, or raise rtol."
+    )
+    NOT_FINITE = (
+        "The motion was stopped: an acceleration is infinite or not a number. A force grows "
+        "without bound, or a joint moves no inertia; look at the forces of the scene."
+    )
+    IMPACT_NOT_VALID = (
+        "The motion was stopped: an impact has no valid answer; the last of trajectory.impacts "
+        "has the status that says why."
+    )
+    CONTRADICTION = (
+        "The motion was stopped: the constraints cannot hold together from here on, or the robot "
+        "has come to a configuration at which they lose their rank."
+    )
+    REST_NOT_SOLVED = (
+        "The motion was stopped: no forces at the resting contacts satisfy Coulomb's law. "
+        "Friction jams a contact (Painlevé); lower the friction coefficient."
+    )
+
+    @property
+    def finished(self) -> bool:
+        """Whether the motion was followed to its end."""
+        return self is MotionStatus.FINISHED

@@ -1,0 +1,156 @@
+"""Integrators, one step at a time: scipy's DOP853 and Radau, and two with a fixed step.
+
+All work on y = (x, v) in a chart, and give a dense output of their last step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+__all__ = ["METHODS", "FixedStepper", "ScipyStepper", "StepFailed", "Stepper", "stepper_of"]
+
+Rhs = Callable[[float, np.ndarray], np.ndarray]
+Dense = Callable[[float], np.ndarray]
+
+METHODS = ("dop853", "radau", "rk4", "semi-implicit")
+
+
+class StepFailed(Exception):
+    """No step is short enough. Internal: a motion ends with a status instead."""
+
+
+class Stepper(Protocol):
+    """What the loop needs of an integrator."""
+
+    t: float
+    y: np.ndarray
+    f: np.ndarray
+
+    def step(self, longest: float) -> Dense:
+        """One step of at most ``longest`` [s]; its dense output, on [t before, t after]."""
+
+    def reset(self, t: float, y: np.ndarray, first: float | None) -> None:
+        """Go on from elsewhere. ``first``: the length to try first [s], None to choose."""
+
+    def moved(self, y: np.ndarray, f: np.ndarray) -> None:
+        """Go on from the same time, with y and f put into another chart or slightly moved."""
+
+
+def stepper_of(
+    method: str, rhs: Rhs, end: float, rtol: float, atol: float, step: float | None
+) -> Stepper:
+    """The stepper for a method's name; ``step`` for those with a fixed one [s]."""
+    if method in ("rk4", "semi-implicit"):
+        return FixedStepper(rhs, end, method, 1e-3 if step is None else step)
+    return ScipyStepper(rhs, end, method, rtol, atol)
+
+
+class ScipyStepper:
+    """DOP853 (Dormand & Prince, order 8) or Radau IIA (order 5), as scipy has them."""
+
+    def __init__(self, rhs: Rhs, end: float, method: str, rtol: float, atol: float) -> None:
+        from scipy.integrate import DOP853, Radau
+
+        self._kind = DOP853 if method == "dop853" else Radau
+        self._explicit = method == "dop853"
+        self._rhs, self._end, self._rtol, self._atol = rhs, end, rtol, atol
+        self._solver: DOP853 | Radau | None = None
+
+    @property
+    def t(self) -> float:
+        """Time [s]."""
+        return float(self._solver.t)
+
+    @property
+    def y(self) -> np.ndarray:
+        """(2 nv,) x and v."""
+        return self._solver.y
+
+    @property
+    def f(self) -> np.ndarray:
+        """(2 nv,) the rates there."""
+        return self._solver.f
+
+    def reset(self, t: float, y: np.ndarray, first: float | None) -> None:
+        first = None if first is None else min(first, self._end - t)
+        if first is not None and not first > 0.0:
+            first = None
+        self._solver = self._kind(
+            self._rhs, t, y, self._end, rtol=self._rtol, atol=self._atol, first_step=first
+        )
+
+    def moved(self, y: np.ndarray, f: np.ndarray) -> None:
+        if self._explicit:
+            self._solver.y, self._solver.f = y, f
+        else:
+            # Radau starts its Newton from the last step's polynomial, which is of another chart.
+            self.reset(self.t, y, self._solver.h_abs)
+
+    def step(self, longest: float) -> Dense:
+        solver = self._solver
+        solver.max_step = longest
+        message = solver.step()
+        if solver.status == "failed":
+            raise StepFailed(message)
+        return solver.dense_output()
+
+
+class FixedStepper:
+    """Baselines: the classical fourth-order method, and semi-implicit Euler of first order."""
+
+    def __init__(self, rhs: Rhs, end: float, method: str, step: float) -> None:
+        self._rhs, self._end, self._step = rhs, end, step
+        self._advance = _rk4 if method == "rk4" else _semi_implicit
+        self.t, self.y, self.f = 0.0, np.empty(0), np.empty(0)
+
+    def reset(self, t: float, y: np.ndarray, first: float | None) -> None:
+        self.t, self.y, self.f = t, y, self._rhs(t, y)
+
+    def moved(self, y: np.ndarray, f: np.ndarray) -> None:
+        self.y, self.f = y, f
+
+    def step(self, longest: float) -> Dense:
+        t, y, f = self.t, self.y, self.f
+        h = min(self._step, longest)
+        # The last step ends at the end, not a rounding before it.
+        h = self._end - t if t + h * (1.0 + 1e-9) >= self._end else h
+        if not t + h > t:
+            raise StepFailed("the step is below the spacing of numbers")
+        self.t = self._end if h == self._end - t else t + h
+        self.y = self._advance(self._rhs, t, y, f, h)
+        self.f = self._rhs(self.t, self.y)
+        return _hermite(t, self.t, y, f, self.y, self.f)
+
+
+def _rk4(rhs: Rhs, t: float, y: np.ndarray, f: np.ndarray, h: float) -> np.ndarray:
+    second = rhs(t + 0.5 * h, y + 0.5 * h * f)
+    third = rhs(t + 0.5 * h, y + 0.5 * h * second)
+    last = rhs(t + h, y + h * third)
+    return y + (h / 6.0) * (f + 2.0 * (second + third) + last)
+
+
+def _semi_implicit(rhs: Rhs, t: float, y: np.ndarray, f: np.ndarray, h: float) -> np.ndarray:
+    """v from the old state, then x with the new v."""
+    half = len(y) // 2
+    after = y.copy()
+    after[half:] += h * f[half:]
+    after[:half] += h * rhs(t, after)[:half]
+    return after
+
+
+def _hermite(
+    t0: float, t1: float, y0: np.ndarray, f0: np.ndarray, y1: np.ndarray, f1: np.ndarray
+) -> Dense:
+    """The cubic with values and rates of both ends."""
+    h = t1 - t0
+    change = y1 - y0
+
+    def dense(t: float) -> np.ndarray:
+        s = (t - t0) / h
+        bend = (1.0 - 2.0 * s) * change + h * ((s - 1.0) * f0 + s * f1)
+        return y0 + s * change + s * (s - 1.0) * bend
+
+    return dense

@@ -1,0 +1,301 @@
+"""``Trajectory``: a motion, its impacts, and what follows from it."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import zipfile
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import InputError, MissingExtraError, RangeError
+from .force_field import ForceField
+from .path import Path
+from .status import MotionStatus
+
+if TYPE_CHECKING:
+    from ..impact import Impact
+    from ..scene import Scene
+
+__all__ = ["EnergyHistory", "MomentumHistory", "Rest", "Trajectory"]
+
+
+@dataclass(frozen=True, eq=False)
+class EnergyHistory:
+    """Energies at the times of a trajectory, (T,) each [J].
+
+    Attributes:
+        kinetic: ½ vᵀ M v.
+        gravity: potential energy of weight, zero where all mass is at the world's origin.
+        springs: in ``JointSpring`` and ``Spring``.
+    """
+
+    kinetic: np.ndarray
+    gravity: np.ndarray
+    springs: np.ndarray
+
+    @property
+    def total(self) -> np.ndarray:
+        """(T,) the sum [J]."""
+        return self.kinetic + self.gravity + self.springs
+
+
+@dataclass(frozen=True, eq=False)
+class MomentumHistory:
+    """Momenta of the whole robot at the times of a trajectory, world axes.
+
+    Attributes:
+        linear: (T, 3) [kg m/s].
+        angular: (T, 3) about the world's origin [kg m²/s].
+    """
+
+    linear: np.ndarray
+    angular: np.ndarray
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A contact that lay still against what it touches, for a while.
+
+    Attributes:
+        contact: the entry's name.
+        start, end: [s]; ``end`` is infinite where it was still at rest when the motion ended.
+    """
+
+    contact: str
+    start: float
+    end: float
+
+
+class Trajectory:
+    """The motion of a robot, as ``impulsekit.simulate`` gives it.
+
+    Attributes:
+        scene: the scene.
+        t: (T,) sample times [s].
+        q: (T, nq) configurations; v: (T, nv) velocities. Where an impact happens at a
+            sample, they are those just after it.
+        impacts: (time [s], ``Impact``) in order of time.
+        rests: when which contact lay still.
+        status: how it ended; what was computed before is there whatever it says.
+        steps: how many steps the integrator took.
+        evaluations: how many times the accelerations were worked out.
+
+    Example:
+        >>> from impulsekit import Robot, Scene, simulate
+        >>> panda = Robot.from_example("panda")
+        >>> motion = simulate(Scene(panda), panda.neutral(), panda.velocity(), duration=0.1)
+        >>> motion.q.shape, motion.status.finished
+        ((201, 9), True)
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        t: np.ndarray,
+        path: Path,
+        impacts: tuple[tuple[float, Impact], ...],
+        rests: tuple[Rest, ...],
+        status: MotionStatus,
+        *,
+        detail: str = "",
+        steps: int = 0,
+        evaluations: int = 0,
+    ) -> None:
+        self.scene = scene
+        self.t = _read_only(t)
+        self.impacts = impacts
+        self.rests = rests
+        self.status = status
+        self.detail = detail
+        self.steps = steps
+        self.evaluations = evaluations
+        self._path = path
+        states = [path.state(time) for time in t.tolist()]
+        self.q = _read_only(np.array([q for q, _ in states]).reshape(len(t), scene.robot.nq))
+        self.v = _read_only(np.array([v for _, v in states]).reshape(len(t), scene.robot.nv))
+
+    @property
+    def duration(self) -> float:
+        """The time up to which the motion was followed [s]."""
+        return float(self.t[-1])
+
+    @property
+    def step_times(self) -> np.ndarray:
+        """(S,) where the integrator's steps began [s]."""
+        return self._path.step_times
+
+    def at(self, t: float) -> tuple[np.ndarray, np.ndarray]:
+        """q (nq,) and v (nv,) at any time, to the integrator's accuracy.
+
+        At the time of an impact: just after it.
+
+        Raises:
+            RangeError: before the start or after the end.
+        """
+        time = float(t)
+        if not 0.0 <= time <= self.duration:
+            raise RangeError.of("time", t, f"0 to {self.duration:g} s")
+        return self._path.state(time)
+
+    def energy(self) -> EnergyHistory:
+        """Kinetic and potential energies at the sample times."""
+        model, data = self._model_with_gravity
+        forces = ForceField(self.scene) if self.scene.forces else None
+        rows = np.empty((len(self.t), 3))
+        for row, q, v in zip(rows, self.q, self.v, strict=True):
+            row[0] = pin.computeKineticEnergy(model, data, q, v)
+            row[1] = pin.computePotentialEnergy(model, data, q)
+            row[2] = forces.potential(q, data) if forces is not None else 0.0
+        kinetic, gravity, springs = (_read_only(column.copy()) for column in rows.T)
+        return EnergyHistory(kinetic, gravity, springs)
+
+    def momentum(self) -> MomentumHistory:
+        """Linear and angular momentum at the sample times, the latter about the world's origin."""
+        model, data = self._model_with_gravity
+        linear, angular = np.empty((len(self.t), 3)), np.empty((len(self.t), 3))
+        for i, (q, v) in enumerate(zip(self.q, self.v, strict=True)):
+            about_com = pin.computeCentroidalMomentum(model, data, q, v)
+            linear[i] = about_com.linear
+            angular[i] = about_com.angular + np.cross(data.com[0], about_com.linear)
+        return MomentumHistory(_read_only(linear), _read_only(angular))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write everything to an npz file: plain arrays, and the scene with its impacts.
+
+        ``t``, ``q`` and ``v`` are readable by numpy alone. The scene and the impacts are
+        pickled inside, so functions of time in it have to be importable.
+
+        Raises:
+            InputError: the scene holds something that cannot be pickled, such as a lambda.
+            OSError: nothing can be written there.
+        """
+        rest = {
+            "scene": self.scene,
+            "impacts": self.impacts,
+            "rests": self.rests,
+            "status": self.status.name,
+            "detail": self.detail,
+            "steps": self.steps,
+            "evaluations": self.evaluations,
+        }
+        try:
+            packed = pickle.dumps(rest)
+        except (pickle.PicklingError, AttributeError, TypeError) as error:
+            raise InputError(
+                f"the scene cannot be written: {error}; use functions that are defined at the "
+                "top of a module"
+            ) from None
+        with open(path, "wb") as file:
+            np.savez_compressed(
+                file,
+                t=self.t,
+                q=self.q,
+                v=self.v,
+                impact_times=np.array([time for time, _ in self.impacts]),
+                status=np.array(self.status.name),
+                pickled=np.frombuffer(packed, dtype=np.uint8),
+                **self._path.arrays(),
+            )
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Trajectory:
+        """Read what ``save`` wrote. Only for files you trust: it unpickles the scene.
+
+        Raises:
+            InputError: no such file of a trajectory.
+            OSError: it cannot be read.
+        """
+        try:
+            with np.load(path) as file:
+                arrays = {name: file[name] for name in file.files}
+            rest = pickle.loads(arrays["pickled"].tobytes())
+        except (ValueError, KeyError, zipfile.BadZipFile, pickle.UnpicklingError) as error:
+            raise InputError(f"{os.fspath(path)} holds no trajectory: {error}") from None
+        scene = rest["scene"]
+        return cls(
+            scene,
+            arrays["t"],
+            Path.of_arrays(scene.robot.model, arrays),
+            rest["impacts"],
+            rest["rests"],
+            MotionStatus[rest["status"]],
+            detail=rest["detail"],
+            steps=rest["steps"],
+            evaluations=rest["evaluations"],
+        )
+
+    def to_xarray(self) -> Any:
+        """An ``xarray.Dataset`` over time: q, v by coordinate name, energies, momenta.
+
+        Raises:
+            MissingExtraError: xarray is not installed.
+        """
+        try:
+            import xarray
+        except ImportError:
+            raise MissingExtraError.of("xarray", "batch", "Trajectory.to_xarray") from None
+        energy, momentum = self.energy(), self.momentum()
+        robot = self.scene.robot
+        names_q, names_v = _coordinate_names(robot.model)
+        return xarray.Dataset(
+            {
+                "q": (("time", "coordinate"), self.q),
+                "v": (("time", "speed"), self.v),
+                "kinetic_energy": ("time", energy.kinetic, {"units": "J"}),
+                "potential_energy": ("time", energy.gravity + energy.springs, {"units": "J"}),
+                "linear_momentum": (("time", "axis"), momentum.linear, {"units": "kg m/s"}),
+                "angular_momentum": (("time", "axis"), momentum.angular, {"units": "kg m2/s"}),
+            },
+            coords={
+                "time": ("time", self.t, {"units": "s"}),
+                "coordinate": names_q,
+                "speed": names_v,
+                "axis": ["x", "y", "z"],
+            },
+            attrs={
+                "robot": robot.name,
+                "status": self.status.name,
+                "impact_times": np.array([time for time, _ in self.impacts]),
+            },
+        )
+
+    @cached_property
+    def _model_with_gravity(self) -> tuple[pin.Model, pin.Data]:
+        model = pin.Model(self.scene.robot.model)
+        model.gravity.linear = np.array(self.scene.gravity)
+        return model, model.createData()
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = dict(vars(self))
+        state.pop("_model_with_gravity", None)
+        state["_path"] = self._path.arrays()
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self._path = Path.of_arrays(self.scene.robot.model, state["_path"])
+
+    def __repr__(self) -> str:
+        return (
+            f"Trajectory({self.scene.robot.name!r}, 0 to {self.duration:g} s, "
+            f"{len(self.impacts)} impacts, {self.status.name})"
+        )
+
+
+def _coordinate_names(model: pin.Model) -> tuple[list[str], list[str]]:
+    """A name for every entry of q and of v."""
+    names: tuple[list[str], list[str]] = ([], [])
+    for joint, name in zip(list(model.joints)[1:], list(model.names)[1:], strict=True):
+        for own, count in zip(names, (joint.nq, joint.nv), strict=True):
+            own.extend([name] if count == 1 else [f"{name}[{i}]" for i in range(count)])
+    return names
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    array.setflags(write=False)
+    return array

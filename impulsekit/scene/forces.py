@@ -1,0 +1,290 @@
+"""Forces that act in the motion after an impact: springs, dampers, actuators, applied forces.
+
+An impact is instantaneous and knows none of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError, RangeError, ShapeError
+from ..robot import Robot
+from ..robot.robot import WORLD
+from .numbers import Vector, axes_name, number, text, vector
+
+__all__ = ["PD", "Actuator", "AppliedForce", "Force", "JointSpring", "Spring", "check_force"]
+
+
+@dataclass(frozen=True)
+class JointSpring:
+    """A spring and a damper in a joint with one degree of freedom.
+
+    τ = −stiffness · (q − rest) − damping · v. For a continuous joint q − rest is taken
+    between −π and π.
+
+    Attributes:
+        joint: the joint.
+        stiffness: [N m/rad, N/m], 0 or more.
+        damping: [N m s/rad, N s/m], 0 or more.
+        rest: the coordinate without force [rad, m].
+        name: how results call it; by default its place in the scene.
+
+    Raises:
+        InputError, NotFiniteError, RangeError.
+
+    Example:
+        >>> JointSpring("hip", stiffness=50, damping=1).rest
+        0.0
+    """
+
+    joint: str
+    stiffness: float = 0.0
+    damping: float = 0.0
+    rest: float = 0.0
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        text(self.joint, "JointSpring: joint")
+        what = f'JointSpring in "{self.joint}"'
+        _set_not_negative(self, what, "stiffness", "damping")
+        object.__setattr__(self, "rest", number(self.rest, f"{what}: rest"))
+        _check_name(self.name, what)
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A spring and a damper between two points.
+
+    The force on ``frame`` along the line from ``other_at`` to ``at`` is
+    −stiffness · (length − rest_length) − damping · (rate of length); ``other`` gets the
+    opposite one.
+
+    Attributes:
+        frame, other: the frames; "world" is the fixed one.
+        at, other_at: the points, each in its own frame [m].
+        stiffness: [N/m], 0 or more.
+        damping: [N s/m], 0 or more.
+        rest_length: the length without force [m], 0 or more.
+        name: how results call it; by default its place in the scene.
+
+    Raises:
+        InputError, ShapeError, NotFiniteError, RangeError.
+
+    Example:
+        >>> Spring("link_10", at=[1, 0, 0], other_at=[0, 0, 2], stiffness=100).other
+        'world'
+    """
+
+    frame: str
+    other: str = "world"
+    at: Vector = (0.0, 0.0, 0.0)
+    other_at: Vector = (0.0, 0.0, 0.0)
+    stiffness: float = 0.0
+    damping: float = 0.0
+    rest_length: float = 0.0
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        text(self.frame, "Spring: frame")
+        text(self.other, "Spring: other")
+        what = f'Spring from "{self.frame}" to "{self.other}"'
+        if self.frame == self.other:
+            raise InputError(f"{what}: a spring within one frame moves nothing")
+        for field in ("at", "other_at"):
+            object.__setattr__(self, field, vector(getattr(self, field), f"{what}: {field}"))
+        _set_not_negative(self, what, "stiffness", "damping", "rest_length")
+        _check_name(self.name, what)
+
+
+@dataclass(frozen=True)
+class PD:
+    """A proportional-derivative law: τ = stiffness (target − q) + damping (velocity − v).
+
+    Attributes:
+        stiffness: [N m/rad, N/m], 0 or more.
+        damping: [N m s/rad, N s/m], 0 or more.
+        target: wanted coordinate [rad, m].
+        velocity: wanted velocity [rad/s, m/s].
+        limit: the largest torque or force, either way [N m, N]; None for no limit.
+
+    Raises:
+        NotFiniteError, RangeError.
+
+    Example:
+        >>> PD(stiffness=100, damping=2, target=0.5, limit=20).limit
+        20.0
+    """
+
+    stiffness: float
+    damping: float = 0.0
+    target: float = 0.0
+    velocity: float = 0.0
+    limit: float | None = None
+
+    def __post_init__(self) -> None:
+        _set_not_negative(self, "PD", "stiffness", "damping")
+        for field in ("target", "velocity"):
+            object.__setattr__(self, field, number(getattr(self, field), f"PD: {field}"))
+        if self.limit is not None:
+            _set_not_negative(self, "PD", "limit")
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """A torque or force in a joint, along its own generalized speeds.
+
+    Attributes:
+        joint: the joint.
+        torque: a number or one for each degree of freedom [N m, N]; a ``PD``, for a joint
+            with one; or a function of (t, q, v) with the whole robot's q and v that
+            gives the same. It has to be a function of these alone: an integrator calls it
+            at trial states, not in the order of time.
+        name: how results call it; by default its place in the scene.
+
+    Raises:
+        InputError, NotFiniteError, RangeError.
+
+    Example:
+        >>> Actuator("elbow", 0.4).torque
+        (0.4,)
+    """
+
+    joint: str
+    torque: float | tuple[float, ...] | PD | Callable[[float, Any, Any], Any]
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        text(self.joint, "Actuator: joint")
+        what = f'Actuator in "{self.joint}"'
+        _check_name(self.name, what)
+        if isinstance(self.torque, PD) or callable(self.torque):
+            return
+        given = self.torque
+        entries = given if isinstance(given, list | tuple | np.ndarray) else (given,)
+        torque = tuple(number(x, f"{what}: torque") for x in entries)
+        object.__setattr__(self, "torque", torque)
+
+
+@dataclass(frozen=True)
+class AppliedForce:
+    """A force and a couple from outside, on one point of one frame.
+
+    Attributes:
+        frame: the frame.
+        linear: force [N]: three numbers, or a function of time [s] that gives them.
+        angular: couple about the point [N m], likewise.
+        at: the point, in the frame's coordinates [m].
+        axes: "world" or "local": in whose axes ``linear`` and ``angular`` are given.
+        name: how results call it; by default its place in the scene.
+
+    Raises:
+        ShapeError, NotFiniteError, RangeError, InputError.
+
+    Example:
+        >>> AppliedForce("link_10", linear=lambda t: (0, 5 * t, 0)).force_at(2.0)[1]
+        np.float64(10.0)
+    """
+
+    frame: str
+    linear: Vector | Callable[[float], Any] = (0.0, 0.0, 0.0)
+    angular: Vector | Callable[[float], Any] = (0.0, 0.0, 0.0)
+    at: Vector = (0.0, 0.0, 0.0)
+    axes: str = "world"
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        text(self.frame, "AppliedForce: frame")
+        what = f'AppliedForce on "{self.frame}"'
+        for field in ("linear", "angular"):
+            value = getattr(self, field)
+            if not callable(value):
+                object.__setattr__(self, field, vector(value, f"{what}: {field}"))
+        object.__setattr__(self, "at", vector(self.at, f"{what}: at"))
+        axes_name(self.axes, f"{what}: axes")
+        _check_name(self.name, what)
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether it is the same at all times, in its own axes."""
+        return not callable(self.linear) and not callable(self.angular)
+
+    def force_at(self, t: float) -> np.ndarray:
+        """(6,) force [N] before couple [N m] at a time [s], in ``axes``.
+
+        Raises:
+            ShapeError, NotFiniteError: what a function gave.
+        """
+        what = f'AppliedForce on "{self.frame}" at t = {t:g}'
+        linear = vector(self.linear(t), f"{what}: linear") if callable(self.linear) else self.linear
+        angular = (
+            vector(self.angular(t), f"{what}: angular") if callable(self.angular) else self.angular
+        )
+        return np.array([*linear, *angular])
+
+
+Force = JointSpring | Spring | Actuator | AppliedForce
+
+
+def check_force(robot: Robot, force: Any, where: str) -> None:
+    """Prove that a force fits a robot.
+
+    Raises:
+        UnknownNameError: a frame or joint that the robot does not have.
+        ShapeError: a torque that does not have the joint's length.
+        InputError: a force that moves nothing, a spring or PD in a joint with several
+            degrees of freedom, or something that is no force.
+    """
+    if isinstance(force, JointSpring):
+        _one_degree(robot, force.joint, where, "a JointSpring")
+    elif isinstance(force, Spring):
+        frames = robot.model.frames
+        ends = [frames[robot.frame_id(n, where)].parentJoint for n in (force.frame, force.other)]
+        if ends[0] == ends[1]:
+            raise InputError(
+                f'{where}: "{force.frame}" and "{force.other}" belong to one rigid body; '
+                "a spring between them moves nothing"
+            )
+    elif isinstance(force, Actuator):
+        joint = robot.model.joints[robot.joint_id(force.joint, where)]
+        if isinstance(force.torque, PD):
+            _one_degree(robot, force.joint, where, "a PD")
+        elif isinstance(force.torque, tuple) and len(force.torque) != joint.nv:
+            what = f'{where}: torque in joint "{force.joint}"'
+            raise ShapeError.of(what, (joint.nv,), (len(force.torque),))
+    elif isinstance(force, AppliedForce):
+        frame_id = robot.frame_id(force.frame, where)
+        if robot.model.frames[frame_id].parentJoint == 0:
+            whole = "the world" if force.frame == WORLD else f'"{force.frame}", fixed to the world,'
+            raise InputError(f"{where}: a force on {whole} moves nothing")
+    else:
+        raise InputError(
+            f"{where} is a {type(force).__name__}, wanted is a JointSpring, Spring, Actuator "
+            "or AppliedForce"
+        )
+
+
+def _one_degree(robot: Robot, name: str, where: str, what: str) -> None:
+    joint = robot.model.joints[robot.joint_id(name, where)]
+    if joint.nv != 1:
+        raise InputError(
+            f'{where}: joint "{name}" has {joint.nv} degrees of freedom, {what} takes a joint '
+            "with one"
+        )
+
+
+def _set_not_negative(entry: Any, what: str, *fields: str) -> None:
+    for field in fields:
+        value = number(getattr(entry, field), f"{what}: {field}")
+        if value < 0.0 or math.isnan(value):
+            raise RangeError.of(f"{what}: {field}", value, "0 or more")
+        object.__setattr__(entry, field, value)
+
+
+def _check_name(name: str | None, what: str) -> None:
+    if name is not None:
+        text(name, f"{what}: name")
