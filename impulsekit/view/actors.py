@@ -29,7 +29,7 @@ class Actors:
         shapes: the surfaces on its joints.
         places: (F, njoints, 7) of every joint in the world, xyz [m] and quaternion xyzw.
         corners: (n, 3) corners of boxes around the shapes over the motion [m].
-        size: the radius of the robot in one pose [m], to which arrows are scaled.
+        reach: between the radius of one pose and that of the motion [m]; arrows go by it.
         notes: what is drawn otherwise than wished.
     """
 
@@ -37,7 +37,7 @@ class Actors:
     shapes: tuple[BodyShape, ...]
     places: np.ndarray
     corners: np.ndarray
-    size: float
+    reach: float
     notes: tuple[str, ...]
 
     @classmethod
@@ -47,8 +47,11 @@ class Actors:
         places = joint_places(shown, times)
         looks = np.unique(np.linspace(0, len(times) - 1, min(LOOKS, len(times))).astype(int))
         poses = [_corners(shapes, places[i]) for i in looks]
-        size = max(float(np.linalg.norm(np.ptp(pose, axis=0))) for pose in poses) / 2.0
-        return cls(shown, shapes, places, np.concatenate(poses), max(size, 1e-6), notes)
+        corners = np.concatenate(poses)
+        size = max(float(np.linalg.norm(np.ptp(pose, axis=0))) for pose in poses)
+        whole = float(np.linalg.norm(np.ptp(corners, axis=0)))
+        reach = max(0.5 * float(np.sqrt(size * whole)), 1e-6)
+        return cls(shown, shapes, places, corners, reach, notes)
 
     @property
     def nodes(self) -> Mapping[str, str]:

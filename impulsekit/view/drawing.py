@@ -70,7 +70,8 @@ class Drawing:
             color=0xFFFFFF if surface.colors is not None else rgb,
             vertexColors=surface.colors is not None,
             opacity=opacity,
-            flatShading=not surface.smooth,
+            # The player works out normals for a single surface only.
+            flatShading=not surface.smooth or bool(placements),
             shininess=20,
             specular=0x222222,
             emissive=_hex([glow * c for c in color[:3]]),
@@ -169,7 +170,7 @@ class Drawing:
                 }
             )
 
-    def animation(self, duration: float, *, play: bool, loop: bool) -> dict[str, Any] | None:
+    def animation(self, duration: float, *, loop: bool) -> dict[str, Any] | None:
         """The command that loads all tracks; None where nothing moves."""
         if not self._clips:
             return None
@@ -184,7 +185,8 @@ class Drawing:
         return {
             "type": "set_animation",
             "animations": clips,
-            "options": {"play": play, "repetitions": 1_000_000 if loop else 1},
+            # The player can be moved by hand only after it has started once.
+            "options": {"play": True, "repetitions": 1_000_000 if loop else 1},
             "path": "",
         }
 

@@ -22,12 +22,13 @@ if TYPE_CHECKING:
 
 __all__ = ["Effects", "draw_effects"]
 
-# Against the radius of the robot.
+# Against the reach of the picture.
 LONGEST_ARROW = 0.5
 ARROW_WIDTH = 0.022
-MARK_RADIUS = 0.035
-TRACE_RADIUS = 0.006
+MARK_RADIUS = 0.03
+TRACE_RADIUS = 0.005
 SLIGHT = 3e-3
+ROUNDING = 1e-9
 # Nodes beyond these make a page slow; the largest impulses stay.
 MOST_ARROWS = 400
 HIDDEN_OPACITY = 0.3
@@ -74,7 +75,7 @@ def draw_effects(
         for number, (time, impact) in enumerate(shown.impacts)
         for item in impact_arrows(impact, points=points, velocities=velocities, reactions=reactions)
     ]
-    found = _without_slight_couples(found, actors.size)
+    found = _without_slight(found, actors.reach)
     marks = [
         (time, number, mark)
         for number, (time, impact) in enumerate(shown.impacts)
@@ -92,14 +93,14 @@ def draw_effects(
     nodes: dict[str, list[str]] = {}
     ends = [np.zeros((0, 3))]
     for i, (time, number, item) in enumerate(found):
-        length = LONGEST_ARROW * actors.size * item.size / largest[item.kind]
+        length = LONGEST_ARROW * actors.reach * item.size / largest[item.kind]
         path = ("impacts", str(number), node_name(i, f"{item.kind} {item.name}"))
-        ends.append(_draw_arrow(drawing, path, item, length, actors.size))
+        ends.append(_draw_arrow(drawing, path, item, length, actors.reach))
         _time(drawing, path, timeline, time, hold, before=item.kind == "before")
         nodes.setdefault(item.name, []).append("/" + "/".join((ROOT, *path)))
     for i, (time, number, mark) in enumerate(marks):
         path = ("impacts", str(number), node_name(i, f"contact {mark.name}"))
-        _draw_mark(drawing, path, mark, actors.size)
+        _draw_mark(drawing, path, mark, actors.reach)
         _time(drawing, path, timeline, time, hold, before=False)
     rows = _rows(largest, [mark for _, _, mark in marks])
     for i, point in enumerate(traces):
@@ -107,7 +108,7 @@ def draw_effects(
         color = TRACES[i % len(TRACES)]
         ends.append(line)
         if np.ptp(line, axis=0).max() > 0.0:
-            surface = tube(line, TRACE_RADIUS * actors.size)
+            surface = tube(line, TRACE_RADIUS * actors.reach)
             drawing.add(("traces", node_name(i, point.title)), surface, color, glow=0.25)
         rows.append({"text": f"path of {point.title}", "color": _css(color)})
     return Effects(
@@ -118,15 +119,19 @@ def draw_effects(
     )
 
 
-def _without_slight_couples(
+def _without_slight(
     found: list[tuple[float, int, Arrow]], size: float
 ) -> list[tuple[float, int, Arrow]]:
-    """Leave out couples that a small shift of the largest impulse would make up for."""
-    shift = {}
-    for couple, linear in (("couple", "impulse"), ("reaction couple", "reaction")):
-        sizes = [item.size for _, _, item in found if item.kind == linear]
-        shift[couple] = SLIGHT * size * max(sizes, default=0.0)
-    return [entry for entry in found if entry[2].size >= shift.get(entry[2].kind, 0.0)]
+    """Leave out rounding, and couples that a small shift of the largest impulse makes up for."""
+    largest = _largest(item for _, _, item in found)
+    blow = largest.get("impulse", 0.0)
+    carried = max(largest.get("reaction", 0.0), blow)
+    least = {
+        "couple": SLIGHT * size * blow,
+        "reaction": ROUNDING * blow,
+        "reaction couple": max(SLIGHT * largest.get("reaction", 0.0), ROUNDING * carried) * size,
+    }
+    return [entry for entry in found if entry[2].size >= least.get(entry[2].kind, 0.0)]
 
 
 def _largest(arrows: Iterable[Arrow]) -> dict[str, float]:

@@ -107,6 +107,7 @@ try {
       sun.target.updateMatrixWorld();
     }
   }
+  if (!replay.play) viewer.animator.pause();
   if (replay.clock) runClock(viewer, clockWord, replay.clock);
   viewer.set_dirty();
 } catch (error) {
@@ -127,6 +128,7 @@ def page_of(
     clock: dict[str, Any] | None,
     rows: list[dict[str, str]],
     notes: list[str],
+    play: bool,
 ) -> str:
     """The page.
 
@@ -137,6 +139,7 @@ def page_of(
         clock: playback and motion times of the knots; None for a still picture.
         rows: of the legend, each with its "text" and "color".
         notes: further lines of the legend.
+        play: whether it starts by itself.
     """
     facts = {
         "title": title,
@@ -145,6 +148,7 @@ def page_of(
         "clock": clock,
         "rows": rows,
         "notes": notes,
+        "play": play,
     }
     # Inside a script element only "<" can end it or begin a comment.
     text = json.dumps(facts, allow_nan=False).replace("<", "\\u003c")

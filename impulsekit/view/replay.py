@@ -153,11 +153,11 @@ def replay(
     seen = np.concatenate([actors.corners, effects.corners])
     camera = fitting_camera(seen, shown.planes)
     draw_stage(drawing, seen, shown.planes, camera)
-    animation = drawing.animation(timeline.duration, play=play, loop=loop)
+    animation = drawing.animation(timeline.duration, loop=loop)
     commands = [*drawing.commands, *([animation] if animation else [])]
     notes = (*actors.notes, *effects.notes)
     name = shown.robot.name if title is None else title
-    text = _page(name, commands, camera, timeline, effects.rows, notes)
+    text = _page(name, commands, camera, timeline, effects.rows, notes, play)
     page = _written(text, html, open)
     if viewer is not None:
         send_to(viewer, commands)
@@ -177,6 +177,7 @@ def _page(
     timeline: Timeline,
     rows: list[dict[str, str]],
     notes: Sequence[str],
+    play: bool,
 ) -> str:
     from .page import page_of
 
@@ -192,7 +193,9 @@ def _page(
             # Three digits of the whole span are what the eye can follow.
             "digits": max(0, 2 - math.floor(math.log10(span * scale))),
         }
-    return page_of(title, commands, camera=camera, clock=clock, rows=rows, notes=list(notes))
+    return page_of(
+        title, commands, camera=camera, clock=clock, rows=rows, notes=list(notes), play=play
+    )
 
 
 def _written(text: str, html: str | os.PathLike[str] | None, show: bool) -> str | None:

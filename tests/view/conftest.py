@@ -1,0 +1,21 @@
+"""One browser for all tests of pages."""
+
+import pytest
+
+from .browser import browser
+
+
+@pytest.fixture(scope="session")
+def session_browser():
+    with browser() as opened:
+        yield opened
+
+
+@pytest.fixture
+def page(session_browser):
+    """An open page that is checked, after the test, for requests and complaints."""
+    session_browser.requests.clear()
+    session_browser.complaints.clear()
+    yield session_browser
+    assert session_browser.requests == []
+    assert session_browser.complaints == []

@@ -1,0 +1,194 @@
+"""Pages of replays in a real browser: they load, move rightly, and show what they should."""
+
+import json
+import pathlib
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+
+EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
+# Whether a scene takes the player more than a moment to load.
+SCENES = [
+    "whittaker_chain",
+    "pendulum_10",
+    "four_bar",
+    pytest.param("solo12_landing", marks=pytest.mark.slow),
+    pytest.param("talos_hand", marks=pytest.mark.slow),
+    pytest.param("thrown_ball", marks=pytest.mark.slow),
+]
+
+
+def example(name):
+    scene_file = ik.load_scene(EXAMPLES / f"{name}.toml")
+    return ik.solve(scene_file.scene, scene_file.q, scene_file.v), scene_file.points
+
+
+def tracks_of(page, path):
+    return page.run(
+        """(path) => {
+            const target = viewer.scene_tree.find(path.split("/").filter(x => x)).object;
+            return viewer.animator.actions.filter(a => a.getRoot() === target)
+                .flatMap(a => a.getClip().tracks)
+                .map(t => [t.name, t.times.length, t.times[t.times.length - 1]]);
+        }""",
+        path,
+    )
+
+
+def is_blank(picture):
+    return np.ptp(picture[60:, :, :].astype(int), axis=(0, 1)).max() < 60
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_an_impact_is_shown(name, page, tmp_path):
+    impact, points = example(name)
+    robot = impact.scene.robot
+    shown = ik.replay(impact, tmp_path / "page.html", points=points, play=False)
+    assert shown.notes == ()
+    page.open(tmp_path / "page.html")
+    assert page.duration() == pytest.approx(shown.duration, abs=1e-9)
+
+    # As many frames as were made, and joints where forward kinematics has them.
+    moving = [n for n in robot.joint_names if tracks_of(page, shown.nodes[n])]
+    assert moving
+    for track, frames, last in tracks_of(page, shown.nodes[moving[-1]]):
+        assert track in (".position", ".quaternion")
+        assert frames == len(shown.times)
+        assert last == pytest.approx(shown.duration, rel=1e-6)
+    from impulsekit.view.coasting import coasting
+
+    recording = coasting(impact)
+    data = robot.model.createData()
+    for frame in (0, len(shown.times) // 2, len(shown.times) - 1):
+        page.seek(float(shown.times[frame]))
+        q = recording.at(shown.motion_times[[frame]])[0]
+        pin.forwardKinematics(robot.model, data, q)
+        wanted = [data.oMi[robot.joint_id(joint)].homogeneous for joint in robot.joint_names]
+        found = page.worlds([shown.nodes[joint] for joint in robot.joint_names])
+        np.testing.assert_allclose(found, wanted, atol=1e-6)
+
+    # Velocities before it up to the blow; the blow and velocities after it from there on.
+    instant = float(np.interp(0.0, shown.motion_times, shown.times))
+    kinds = {
+        path: path.split("/")[-1].split()[1] for group in shown.arrows.values() for path in group
+    }
+    assert "impulse" in kinds.values()
+    assert "after" in kinds.values()
+    for t, before in ((0.5 * instant, True), (instant + 0.01, False), (shown.duration, False)):
+        page.seek(t)
+        for path, kind in kinds.items():
+            assert page.shown(path) == (before == (kind == "before")), (t, path)
+    assert not is_blank(page.picture())
+
+
+def test_a_motion_has_its_own_frames_and_arrows_only_around_impacts(page, tmp_path):
+    impact, points = example("whittaker_chain")
+    robot = impact.scene.robot
+    t = np.linspace(0.0, 3.0, 31)
+    q = np.array([pin.integrate(robot.model, robot.neutral(), 0.1 * x * impact.v_after) for x in t])
+    motion = ik.Recording(robot, t, q, impacts=[(1.0, impact)])
+    shown = ik.replay(
+        motion,
+        tmp_path / "page.html",
+        points=points[:1],
+        traces=points[:1],
+        ghosts=[0.0, 2.0],
+        fps=30,
+        slow_motion=0.25,
+        slow_window=0.1,
+        hold=0.5,
+        loop=False,
+    )
+    # 2.8 s as they are, and 0.2 s slowed four times.
+    assert shown.duration == pytest.approx(3.6)
+    assert len(shown.times) == 109
+    page.open(tmp_path / "page.html")
+    assert page.duration() == pytest.approx(3.6)
+    instant = 0.9 + 0.1 / 0.25
+    path = next(p for p in shown.arrows["blow"] if "impulse" in p)
+    for time, visible in (
+        (0.0, False),
+        (instant - 0.02, False),
+        (instant + 0.02, True),
+        (instant + 0.48, True),
+        (instant + 0.52, False),
+        (3.6, False),
+    ):
+        page.seek(time)
+        assert page.shown(path) is visible, time
+    data = robot.model.createData()
+    for time in (0.4, 1.3, 3.2):
+        page.seek(time)
+        moved = {0.4: 0.4, 1.3: 1.0, 3.2: 2.6}[time]
+        pin.forwardKinematics(robot.model, data, motion.at(np.array([moved]))[0])
+        wanted = data.oMi[robot.joint_id("joint_5")].homogeneous
+        np.testing.assert_allclose(page.world(shown.nodes["joint_5"]), wanted, atol=1e-6)
+    assert not is_blank(page.picture())
+
+
+def test_the_clock_shows_the_time_of_the_motion(page, tmp_path):
+    robot = ik.Robot.from_urdf(ik.chain_urdf(2))
+    q = [robot.neutral(), robot.configuration(joint_2=1.0)]
+    ik.replay(ik.Recording(robot, [0.0, 2.0], q), tmp_path / "page.html", play=False)
+    page.open(tmp_path / "page.html")
+    page.seek(1.5)
+    clock = "document.querySelector('.clock').textContent"
+    page.page.wait_for_function(f"() => {clock} === 't = 1.50 s'", timeout=20_000)
+
+
+def test_names_with_markup_stay_text(page, tmp_path):
+    bad = '</script><img src="http://x.invalid/a.png" onerror="document.title=1">__proto__'
+    markup = bad.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
+    text = ik.chain_urdf(2).replace("joint_2", markup).replace("link_2", "constructor")
+    robot = ik.Robot.from_urdf(text, root="planar")
+    robot.name = bad
+    scene = ik.Scene(robot, [ik.AppliedImpulse("constructor", [0, 1, 0], name=bad)])
+    impact = ik.solve(scene, robot.neutral(), robot.velocity())
+    point = ik.ReportPoint("constructor", label=bad)
+    shown = ik.replay(impact, tmp_path / "page.html", points=[point], traces=[point])
+    assert bad in shown.nodes
+    page.open(tmp_path / "page.html")
+    assert page.run("() => document.title") == bad
+    assert page.run("() => document.querySelectorAll('img').length") == 0
+    assert page.run("() => document.querySelector('#legend b').textContent") == bad
+    assert page.shown(next(p for p in shown.arrows[bad] if "impulse" in p)) in (True, False)
+    text = (tmp_path / "page.html").read_text()
+    assert "<img" not in text.replace(json.dumps(bad), "").split("<body>")[1].split("MeshCat")[0]
+
+
+def test_a_still_picture_needs_no_player(page, tmp_path):
+    robot = ik.Robot.from_urdf(ik.chain_urdf(2))
+    shown = ik.replay(ik.Recording(robot, [1.0], [robot.neutral()]), tmp_path / "page.html")
+    assert shown.duration == 0.0
+    page.open(tmp_path / "page.html")
+    page.run("() => viewer.render()")
+    assert not is_blank(page.picture())
+
+
+@pytest.mark.slow
+def test_ten_seconds_of_talos(page, tmp_path):
+    import time
+
+    robot = ik.Robot.from_example("talos", root="freeflyer")
+    t = np.arange(601) / 60.0
+    v = 0.3 * np.random.default_rng(0).normal(size=robot.nv)
+    q = [pin.integrate(robot.model, robot.neutral(), np.sin(x) * v) for x in t]
+    start = time.perf_counter()
+    shown = ik.replay(ik.Recording(robot, t, q), tmp_path / "page.html", play=False)
+    assert time.perf_counter() - start < 10.0
+    assert len(shown.times) == 601
+    # Meshes and player alone are some 5 MB.
+    assert (tmp_path / "page.html").stat().st_size < 8e6
+    page.open(tmp_path / "page.html")
+    assert page.duration() == pytest.approx(10.0)
+    data = robot.model.createData()
+    for frame in (0, 237, 600):
+        page.seek(float(shown.times[frame]))
+        pin.forwardKinematics(robot.model, data, q[frame])
+        for joint in ("root_joint", "head_2_joint", "gripper_left_joint"):
+            wanted = data.oMi[robot.joint_id(joint)].homogeneous
+            np.testing.assert_allclose(page.world(shown.nodes[joint]), wanted, atol=1e-6)
+    assert not is_blank(page.picture())
