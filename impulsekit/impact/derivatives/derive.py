@@ -240,6 +240,9 @@ class _Derivation:
             friction,
         )
         passed = self._pass(columns)
+        contradictory = np.flatnonzero(~passed.consistent)
+        for table in (passed.velocity, passed.multipliers, *passed.contacts):
+            table[:, contradictory] = np.nan
         passed.velocity.setflags(write=False)
         contact_names = self.scene.entry_names("contacts")
 
@@ -255,7 +258,7 @@ class _Derivation:
 
         whole = parts(passed.velocity)
         status = DerivativeStatus.EXISTS
-        if not passed.consistent:
+        if not passed.consistent[: force.shape[1] - 2 * len(entries)].all():
             status = DerivativeStatus.RANK_CHANGES
         elif self.edges:
             status = DerivativeStatus.MODE_EDGE

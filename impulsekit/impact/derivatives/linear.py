@@ -80,12 +80,15 @@ class Columns:
 
 @dataclass(frozen=True, eq=False)
 class Passed:
-    """Derivatives at the end: velocity (nv, w), λ (m, w), P (3, w) by touching point."""
+    """Derivatives at the end: velocity (nv, w), λ (m, w), P (3, w) by touching point.
+
+    ``consistent`` (w,) tells whether redundant rows agree on them.
+    """
 
     velocity: np.ndarray
     multipliers: np.ndarray
     contacts: list[np.ndarray]
-    consistent: bool
+    consistent: np.ndarray
 
 
 def linear_stage(
@@ -166,7 +169,12 @@ def linear_stage(
             np.asarray(mass_matrix).reshape(model.nv, model.nv), matrix[: len(multipliers)]
         )
     system = Stage(
-        factor, matrix, len(multipliers), [modes[i] for i in carrying], redundant=redundant
+        factor,
+        matrix,
+        len(multipliers),
+        [modes[i] for i in carrying],
+        redundant=redundant,
+        speed=float(max(np.abs(start).max(), np.abs(end).max())),
     )
     return LinearStage(
         system,
@@ -209,7 +217,7 @@ def pass_through(
     initial = velocity
     multipliers = np.zeros((count, width))
     contacts = [np.zeros((3, width)) for _ in touching]
-    consistent = True
+    consistent = np.ones(width, dtype=bool)
     for number, stage in enumerate(stages):
         rows = stage.system.rows
         given = -(stage.entering[:, None] * (rows @ velocity))

@@ -59,7 +59,7 @@ class Motion:
         jacobian = np.array(data.J)
         self.linear, self.angular = jacobian[:3], jacobian[3:]
         self._jacobian = jacobian
-        self.placements = [pin.SE3(placement) for placement in data.oMi]
+        self.placements = data.oMi
 
     def turning(self, joint_id: int) -> np.ndarray:
         """(3, nv) ∂θ/∂q: how a body turns with the configuration; also its ω by v."""

@@ -51,7 +51,8 @@ class Derivatives:
         dv_after_dimpulse: by impulse of the scene, (nv, 6) linear before angular in the
             axes of the impulse, or (nv, n) for one in a joint with n degrees of freedom.
         dv_after_drestitution, dv_after_dfriction: by contact that touches, (nv,); a
-            restitution that changes with speed is shifted as a whole.
+            restitution that changes with speed is shifted as a whole. NaN for one of
+            several redundant contacts, whose coefficients can change only together.
         constraints, contacts: by entry, the same for its impulse; contacts that touch.
     """
 

@@ -31,15 +31,17 @@ NULL_ROW = 1e-22
 @dataclass(frozen=True, eq=False)
 class Response:
     """Derivatives of a stage in columns: d (nv, w) of its velocity change, y (r, w) of its
-    impulses, and whether rows that were left out hold as well."""
+    impulses, and (w,) whether rows that were left out hold as well."""
 
     velocity: np.ndarray
     impulse: np.ndarray
-    consistent: bool
+    consistent: np.ndarray
 
 
 class Stage:
     """The linear system of one stage.
+
+    ``speed`` is the size of the velocities, beside which zeros are judged.
 
     Attributes:
         rows: (r, nv) G: bilateral rows, then three for each contact that carries.
@@ -54,8 +56,10 @@ class Stage:
         modes: Sequence[ContactMode],
         *,
         redundant: bool,
+        speed: float,
     ) -> None:
         self._factor, self.rows, self._bilateral = factor, rows, bilateral
+        self._speed = speed
         count = len(rows)
         moved = factor.solve(np.ascontiguousarray(rows.T))
         self._moved = moved
@@ -114,7 +118,8 @@ class Stage:
             start = self._factor.solve(filled) if filled.any() else None
         if not len(self.rows):
             velocity = np.zeros((self.rows.shape[1], given.shape[1])) if start is None else start
-            return Response(velocity, np.zeros((0, given.shape[1])), True)
+            every = np.ones(given.shape[1], dtype=bool)
+            return Response(velocity, np.zeros((0, given.shape[1])), every)
         right = given.copy()
         right[self._dropped] = 0.0
         if start is not None:
@@ -125,11 +130,13 @@ class Stage:
             velocity += start
         return Response(velocity, impulse, self._holds(velocity, given))
 
-    def _holds(self, velocity: np.ndarray, given: np.ndarray) -> bool:
-        """Whether the demands that were left out are met, relative to what makes them up."""
+    def _holds(self, velocity: np.ndarray, given: np.ndarray) -> np.ndarray:
+        """(w,) whether the demands left out are met, relative to what makes them up."""
         if not len(self._dropped):
-            return True
+            return np.ones(given.shape[1], dtype=bool)
         rows, wanted = self.rows[self._dropped], given[self._dropped]
-        gap = np.abs(rows @ velocity - wanted)
-        size = np.abs(self.rows) @ np.abs(velocity) + np.abs(given)
-        return bool(gap.max(initial=0.0) <= CONSISTENT * max(size.max(initial=0.0), 1e-300))
+        gap = np.abs(rows @ velocity - wanted).max(axis=0)
+        size = (np.abs(self.rows) @ np.abs(velocity) + np.abs(given)).max(axis=0)
+        # What is given by the configuration is a difference of terms of this size.
+        size += np.abs(self.rows).max() * self._speed
+        return gap <= CONSISTENT * size

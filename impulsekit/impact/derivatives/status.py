@@ -16,8 +16,8 @@ class DerivativeStatus(enum.Enum):
         "The numbers are those of the mode that was found, and hold on one side only."
     )
     RANK_CHANGES = (
-        "Redundant rows do not stay redundant when the configuration changes, so v⁺ jumps "
-        "there and has no derivative. Leave out the rows that repeat others."
+        "Redundant rows contradict each other when the state changes, so v⁺ jumps there and has "
+        "no derivative; what is not there is NaN. Leave out the rows that repeat others."
     )
 
     @property

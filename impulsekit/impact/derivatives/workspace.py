@@ -48,6 +48,19 @@ class Workspace:
         self.data = self.model.createData()
         self.tree = Tree(self.model)
         self.zero = np.zeros(self.model.nv)
+        self.identity = np.eye(self.model.nv)
+        self._no_force = pin.Force.Zero()
+        self._forces = pin.StdVec_Force()
+        for _ in range(self.model.njoints):
+            self._forces.append(self._no_force)
+        frames = robot.model.frames
+        names = {
+            n
+            for entry in (*scene.impulses, *scene.constraints, *scene.contacts)
+            for n in entry.frame_names
+        }
+        # The joints whose bodies a scene pushes.
+        self._pushed = sorted({frames[robot.frame_id(name)].parentJoint for name in names} - {0})
         self.blows: list[PairRows | FixedRows] = []
         self.impulses: list[np.ndarray] = []
         for entry in scene.impulses:
@@ -79,11 +92,10 @@ class Workspace:
         return self._reached.configuration(q)
 
     def no_forces(self) -> pin.StdVec_Force:
-        """A zero force for each joint."""
-        forces = pin.StdVec_Force()
-        for _ in range(self.model.njoints):
-            forces.append(pin.Force.Zero())
-        return forces
+        """A zero force for each joint, to be added to; there is one, and each call clears it."""
+        for joint_id in self._pushed:
+            self._forces[joint_id] = self._no_force
+        return self._forces
 
     @cached_property
     def compression(self) -> Scene:

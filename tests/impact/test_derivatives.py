@@ -1,0 +1,402 @@
+"""Derivatives against central differences of Kane's equations in 50 digits."""
+
+import dataclasses
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from tests.reference.models import EVERY_KIND, joint, link, robot
+from tests.robots import random_state
+
+from .fifty_digits import PreciseImpact
+
+BOUND = 1e-8
+
+ARM = robot(
+    link("base", "2", ".1 .05 .1", ".3 -.2 .5", ".3 .01 .02 .4 .02 .5"),
+    link("upper", "1.2", ".2 .02 .01", inertia=".05 .001 .002 .06 0 .07"),
+    link("fore", ".8", "0 .1 .2", ".1 .2 0", ".03 0 .004 .02 0 .025"),
+    joint("shoulder", "base", "upper", "revolute", "1 .3 .2", ".3 .1 0", ".2 .1 -.4"),
+    joint("slide", "upper", "fore", "prismatic", "0 1 .5", ".4 0 .1", ".7 0 .3"),
+)
+
+
+def arm():
+    return ik.Robot.from_urdf(ARM, root="freeflyer")
+
+
+def blow(frame, seed=0, axes="world", name="blow"):
+    rng = np.random.default_rng(seed)
+    return ik.AppliedImpulse(
+        frame,
+        linear=rng.normal(size=3),
+        angular=rng.normal(size=3),
+        at=0.2 * rng.normal(size=3),
+        axes=axes,
+        name=name,
+    )
+
+
+def tables(found):
+    """The derivatives of v⁺, then of the impulses of constraints and contacts, by parameter."""
+    own = (
+        found.dv_after_dq,
+        found.dv_after_dv,
+        found.dv_after_dimpulse,
+        found.dv_after_drestitution,
+        found.dv_after_dfriction,
+    )
+    parts = [
+        (p.dq, p.dv, p.dimpulse, p.drestitution, p.dfriction)
+        for p in (*found.constraints.values(), *found.contacts.values())
+    ]
+    return [own, *parts]
+
+
+def assert_true(scene, q, v, modes=None):
+    """Every derivative of an impact against 50 digits."""
+    impact = ik.solve(scene, q, v)
+    if modes is not None:
+        assert [contact.mode for contact in impact.contacts] == modes
+    found = ik.derivatives(impact)
+    assert found.status is ik.DerivativeStatus.EXISTS
+    truth, parts = PreciseImpact(impact), tables(found)
+    close(np.vstack([part[0] for part in parts]), truth.by_q())
+    close(np.vstack([part[1] for part in parts]), truth.by_v())
+    for name in scene.entry_names("impulses"):
+        ours = np.vstack([part[2][name] for part in parts])
+        close(ours, truth.by_blow(name, ours.shape[1]))
+    for i, name in enumerate(scene.entry_names("contacts")):
+        if name in found.dv_after_drestitution:
+            close(np.concatenate([p[3][name] for p in parts]), truth.by_coefficient("de", i))
+        if name in found.dv_after_dfriction and getattr(scene.contacts[i], "friction", 0.0):
+            close(np.concatenate([p[4][name] for p in parts]), truth.by_coefficient("dmu", i))
+
+
+def close(ours, truth):
+    __tracebackhide__ = True
+    assert np.abs(ours - truth).max() <= BOUND * max(1.0, np.abs(truth).max())
+
+
+# -- known blows and constraints ---------------------------------------------------------
+
+
+@pytest.mark.parametrize("axes", ["world", "local"])
+def test_known_blows(axes):
+    scene = ik.Scene(arm(), [blow("fore", 1, axes), ik.JointImpulse("slide", 0.4)])
+    assert_true(scene, *random_state(scene.robot, 3))
+
+
+@pytest.mark.parametrize(
+    "constraints",
+    [
+        [ik.PointAnchor("fore", at=[0.1, 0.2, 0.3], velocity=[1, -2, 0.5])],
+        [ik.FrameAnchor("fore", "base", at=[0.1, 0.2, 0.3], directions=("x", "y"))],
+        [ik.FrameAnchor("fore", "base", [0.1, 0, 0.3], [0, 0.1, 0], ("x", "rz"))],
+        [ik.FrameAnchor("fore", "base", [0, 0.2, 0], None, ("y", "rz"), "local", "kept")],
+        [ik.FrameAnchor("world", "fore", directions=("y", "z", "rx"), at=[0.1, 0.2, 0.3])],
+        [ik.JointLock("slide", velocity="kept"), ik.FrameAnchor("base", directions=("x", "ry"))],
+        [ik.JointCoupling("shoulder", "slide", ratio=0.5), ik.PointAnchor("base")],
+    ],
+    ids=["imposed", "coincident", "two points", "kept", "of world", "lock", "coupling"],
+)
+def test_constraints(constraints):
+    scene = ik.Scene(arm(), [blow("upper", 2)], constraints)
+    assert_true(scene, *random_state(scene.robot, 4))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2))
+def test_every_kind_of_joint_with_random_entries(seed):
+    rng = np.random.default_rng(seed)
+    scene = ik.Scene(
+        ik.Robot.from_urdf(EVERY_KIND, root="freeflyer"),
+        [blow("tool", seed), blow("drone", seed + 9, "local", "second")],
+        [
+            ik.FrameAnchor(
+                "drone",
+                "arm",
+                at=rng.normal(size=3),
+                directions=tuple(rng.choice(["x", "y", "z", "rx", "ry", "rz"], 3, replace=False)),
+                axes=str(rng.choice(["world", "local"])),
+                velocity=list(rng.normal(size=3)),
+            ),
+            ik.JointCoupling("zeta", "alpha", ratio=0.5),
+        ],
+    )
+    assert_true(scene, *random_state(scene.robot, seed))
+
+
+def test_redundant_rows_have_derivatives_where_the_rank_is_constant():
+    rod = ik.Robot.from_urdf(ik.chain_urdf(links=2), root="planar")
+    pins = [
+        ik.PointAnchor("link_1", at=[0.2, 0, 0], name="pin"),
+        ik.PointAnchor("link_1", at=[0.2, 0, 0], name="again"),
+    ]
+    hit = [ik.AppliedImpulse("link_2", linear=[0, 1, 0], at=[0.3, 0, 0], name="hit")]
+    q, v = random_state(rod, 0)
+    twice = ik.derivatives(ik.solve(ik.Scene(rod, hit, pins), q, v))
+    once = ik.derivatives(ik.solve(ik.Scene(rod, hit, pins[:1]), q, v))
+    assert twice.status is ik.DerivativeStatus.EXISTS
+    assert np.allclose(twice.dv_after_dq, once.dv_after_dq, rtol=0, atol=1e-12)
+    assert np.allclose(twice.dv_after_dv, once.dv_after_dv, rtol=0, atol=1e-12)
+    assert np.isnan(twice.constraints["pin"].dq[:2]).all()
+    assert not np.isnan(once.constraints["pin"].dq).any()
+
+
+def test_rows_that_are_redundant_here_only_have_no_derivative():
+    # Two pinned rods, stretched out: the tip's row along the rods says nothing here, and
+    # bent ever so little it stops both.
+    rods = ik.Robot.from_urdf(ik.pendulum_urdf(2))
+    tip = ik.PointAnchor("link_2", at=[0, 0, -1])
+    found = ik.derivatives(ik.solve(ik.Scene(rods, [], [tip]), [0.0, 0.0], [1.0, -1.0]))
+    assert found.status is ik.DerivativeStatus.RANK_CHANGES
+    assert not found.status.exists
+    bent = ik.derivatives(ik.solve(ik.Scene(rods, [], [tip]), [0.0, 0.1], [1.0, -1.0]))
+    assert bent.status.exists
+
+
+# -- contacts -------------------------------------------------------------------------------
+
+FEET = ("base", "upper", "fore")
+POINTS = ([0.1, 0.2, -0.3], [0.2, 0, 0.1], [0, 0.3, 0.2])
+
+
+def contacts(count, mu, e=0.3, **more):
+    return [
+        ik.Contact(
+            FEET[i], at=POINTS[i], normal=[0.1 * i, 0.2, 1], friction=mu, restitution=e, **more
+        )
+        for i in range(count)
+    ]
+
+
+def falling(seed=5):
+    q, v = random_state(arm(), seed)
+    v[:3] += pin.Quaternion(q[3:7]).matrix().T @ [0, 0, -3.0]
+    return q, v
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson"])
+@pytest.mark.parametrize("mu", [0.0, 0.02, 3.0])
+def test_one_contact_in_each_mode(law, mu):
+    scene = ik.Scene(
+        arm(), [blow("fore", 7)], contacts=contacts(1, mu), law=ik.Law(restitution=law)
+    )
+    # In Poisson's law slip may end between compression and expansion.
+    modes = ["sticking" if mu == 3.0 else "sliding"] if law == "newton" else None
+    assert_true(scene, *falling(), modes)
+
+
+def test_a_contact_that_parts_carries_nothing():
+    scene = ik.Scene(arm(), [blow("fore", 7)], contacts=contacts(1, 0.5))
+    q, v = falling()
+    impact = ik.solve(scene, q, -3 * v)
+    found = ik.derivatives(impact)
+    assert impact.contacts[0].mode == "separated" and found.status.exists
+    assert not found.contacts["contacts[0]"].dv.any()
+    assert np.array_equal(found.dv_after_dv, np.eye(8))
+
+
+def test_coefficients_that_depend_on_speed_and_tangential_restitution():
+    table = ik.RestitutionTable([0.0, 20.0], [0.9, 0.2])
+    for law, e_t in (("newton", 0.4), ("poisson", 0.0)):
+        own = contacts(1, 3.0, table, tangential_restitution=e_t)
+        scene = ik.Scene(arm(), contacts=own, law=ik.Law(restitution=law))
+        assert_true(scene, *falling(), modes=["sticking"])
+
+
+def test_a_plane_that_moves():
+    own = [
+        ik.Contact(
+            "fore",
+            at=[0.1, 0, 0.2],
+            against="base",
+            normal=[1, 0.5, 0.2],
+            friction=0.2,
+            restitution=0.5,
+        )
+    ]
+    q, v = falling()
+    scene = ik.Scene(arm(), contacts=own)
+    if ik.solve(scene, q, v).contacts[0].mode == "separated":
+        v = -v
+    assert_true(scene, q, v, modes=["sliding"])
+
+
+def test_a_joint_stop():
+    stop = ik.JointStop("slide", upper=0.1, restitution=0.5)
+    q, v = random_state(arm(), 6)
+    q[-1], v[-1] = 0.1, 2.0
+    assert_true(ik.Scene(arm(), [blow("fore", 3)], contacts=[stop]), q, v, modes=["sliding"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["newton", "poisson"])
+@pytest.mark.parametrize("mu", [0.1, 0.5, 3.0])
+def test_several_contacts_beside_a_constraint(law, mu):
+    hold = [ik.FrameAnchor("upper", "fore", directions=("x",), axes="local")]
+    scene = ik.Scene(arm(), [blow("fore", 7)], hold, contacts(2, mu), law=ik.Law(restitution=law))
+    assert_true(scene, *falling(8))
+
+
+@pytest.mark.slow
+def test_three_feet_of_solo12():
+    solo = ik.Robot.from_example("solo12", root="freeflyer")
+    rng = np.random.default_rng(1)
+    q = pin.integrate(solo.model, solo.neutral(), rng.uniform(-0.3, 0.3, solo.nv))
+    v = rng.normal(size=solo.nv)
+    v[2] -= 2.0
+    feet = [ik.Contact(f, friction=0.2, restitution=0.3) for f in ("FL_FOOT", "FR_FOOT", "HL_FOOT")]
+    assert_true(ik.Scene(solo, contacts=feet), q, v)
+
+
+def test_redundant_contacts_against_differences_in_doubles():
+    box = ik.Robot.from_urdf("models/box.urdf", root="freeflyer")
+    feet = [
+        ik.Contact("box", at=[x, y, -0.1], friction=0.8, restitution=0.4)
+        for x in (-0.2, 0.2)
+        for y in (-0.1, 0.1)
+    ]
+    scene = ik.Scene(box, contacts=feet)
+    q, v = box.neutral(), np.array([0.3, 0.1, -2.0, 0, 0, 0.1])
+    impact = ik.solve(scene, q, v)
+    assert impact.status is ik.Status.NOT_UNIQUE
+    found = ik.derivatives(impact)
+    assert found.status is ik.DerivativeStatus.EXISTS
+    by_q, by_v = _differences(scene, q, v)
+    assert np.abs(found.dv_after_dq - by_q).max() < 1e-7
+    # A change of ω tilts the soles' targets out of what four sticking corners can do.
+    assert np.abs(found.dv_after_dv - by_v).max() < 1e-7
+    assert np.isnan(found.contacts["contacts[0]"].dv).all()
+    assert np.isnan(found.dv_after_drestitution["contacts[0]"]).all()
+    tilting = ik.derivatives(ik.solve(scene, q, v + 0.05 * np.eye(6)[3]))
+    assert tilting.status is ik.DerivativeStatus.RANK_CHANGES
+    assert np.isnan(tilting.dv_after_dq).any(axis=0).tolist() == [False] * 3 + [True, False, False]
+
+
+def _differences(scene, q, v):
+    """∂v⁺/∂q and ∂v⁺/∂v by Richardson's extrapolation of central differences."""
+
+    def after(dq, dv):
+        return ik.solve(scene, pin.integrate(scene.robot.model, q, dq), v + dv).v_after
+
+    still = np.zeros_like(v)
+    tables = []
+    for way in (lambda d: after(d, still), lambda d: after(still, d)):
+        columns = []
+        for unit in np.eye(len(v)):
+            coarse, fine = ((way(h * unit) - way(-h * unit)) / (2 * h) for h in (2e-3, 1e-3))
+            columns.append((4 * fine - coarse) / 3)
+        tables.append(np.array(columns).T)
+    return tables
+
+
+# -- where no derivative is -------------------------------------------------------------------
+
+
+def ball():
+    return ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+
+
+@pytest.mark.parametrize(
+    ("velocity", "friction", "reason"),
+    [
+        ([1.0, 0, 0, 0, 0, 0], 0.0, "hardly presses"),
+        ([1.0, 0, -1e-9, 0, 0, 0], 0.0, "hardly"),
+    ],
+)
+def test_an_edge_is_named(velocity, friction, reason):
+    scene = ik.Scene(ball(), contacts=[ik.Contact("ball", friction=friction, restitution=0.5)])
+    found = ik.derivatives(ik.solve(scene, ball().neutral(), velocity))
+    assert found.status is ik.DerivativeStatus.MODE_EDGE
+    assert reason in found.edges[0] and found.edges[0].startswith("contacts[0]")
+
+
+def test_sticking_at_the_edge_of_the_cone():
+    # At the mass centre W is m⁻¹: it sticks exactly while u_t⁻ ≤ µ u_n⁻.
+    contact = ik.Contact("ball", friction=0.5)
+    scene = ik.Scene(ball(), contacts=[contact])
+    q = ball().neutral()
+    edge = ik.derivatives(ik.solve(scene, q, [0.5, 0, -1.0, 0, 0, 0]))
+    assert edge.status is ik.DerivativeStatus.MODE_EDGE
+    assert "cone" in edge.edges[0] or "slips" in edge.edges[0]
+    for speed in (0.4, 0.6):
+        assert ik.derivatives(ik.solve(scene, q, [speed, 0, -1.0, 0, 0, 0])).status.exists
+
+
+def test_what_has_no_derivatives_of_this_kind_is_refused():
+    q, v = ball().neutral(), [1.0, 0, -1.0, 0, 0, 0]
+    for law in (ik.Law(slip="path"), ik.Law(restitution="stronge", slip="path")):
+        scene = ik.Scene(ball(), contacts=[ik.Contact("ball", friction=0.2)], law=law)
+        with pytest.raises(ik.errors.InputError, match="path"):
+            ik.derivatives(ik.solve(scene, q, v))
+    function = ik.Scene(ball(), contacts=[ik.Contact("ball", restitution=lambda speed: 0.5)])
+    with pytest.raises(ik.errors.InputError, match="slope"):
+        ik.derivatives(ik.solve(function, q, v))
+    with pytest.raises(ik.errors.InputError, match="takes an Impact"):
+        ik.derivatives(None)
+
+
+def test_mimic_joints_are_refused():
+    urdf = robot(
+        link("a"),
+        link("b"),
+        link("c"),
+        joint("one", "a", "b"),
+        joint("two", "b", "c", more='<mimic joint="one" multiplier="2"/>'),
+    )
+    two = ik.Robot.from_urdf(urdf, mimic=True)
+    scene = ik.Scene(two, [ik.AppliedImpulse("c", linear=[0, 1, 0], at=[1, 0, 0])])
+    with pytest.raises(ik.errors.InputError, match="follows another"):
+        ik.derivatives(ik.solve(scene, two.neutral(), [0.0]))
+
+
+# -- inertias, far places, books -----------------------------------------------------------------
+
+
+def test_by_inertia_against_changed_models():
+    source = arm()
+    own = contacts(1, 0.15)
+    q, v = falling()
+    found = ik.derivatives(ik.solve(ik.Scene(source, [blow("fore", 7)], contacts=own), q, v))
+    joint_id = source.joint_id("shoulder")
+
+    def after(change):
+        model = pin.Model(source.model)
+        values = model.inertias[joint_id].toDynamicParameters() + change
+        model.inertias[joint_id] = pin.Inertia.FromDynamicParameters(values)
+        scene = ik.Scene(ik.Robot.from_model(model), [blow("fore", 7)], contacts=own)
+        return ik.solve(scene, q, v).v_after
+
+    for k, direction in enumerate(np.eye(10)):
+        coarse, fine = (
+            (after(h * direction) - after(-h * direction)) / (2 * h) for h in (2e-4, 1e-4)
+        )
+        truth = (4 * fine - coarse) / 3
+        ours = found.dv_after_dinertia("shoulder")[:, k]
+        assert np.abs(ours - truth).max() < 1e-7 * max(1.0, np.abs(truth).max())
+
+
+def test_far_from_the_origin_nothing_is_lost():
+    scene = ik.Scene(arm(), [blow("fore", 1)], contacts=contacts(1, 0.15))
+    q, v = falling()
+    far = q.copy()
+    far[:3] += [1e6, -2e6, 3e6]
+    near, there = (ik.derivatives(ik.solve(scene, place, v)) for place in (q, far))
+    assert np.array_equal(near.dv_after_dq, there.dv_after_dq)
+
+
+def test_arrays_are_read_only_and_shapes_told():
+    scene = ik.Scene(arm(), [blow("fore", 1)], contacts=contacts(2, 0.15))
+    found = ik.derivatives(ik.solve(scene, *falling()))
+    assert found.dv_after_dimpulse["blow"].shape == (8, 6)
+    assert found.dv_after_dfriction["contacts[0]"].shape == (8,)
+    assert found.contacts["contacts[0]"].dimpulse["blow"].shape == (3, 6)
+    for array in (found.dv_after_dq, found.contacts["contacts[0]"].dq):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0, 0] = 1.0
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        found.status = None
