@@ -1,0 +1,219 @@
+"""What a batch is given: arrays with a leading axis on whatever varies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError, NotFiniteError, RangeError, ShapeError, UnknownNameError
+from ..robot import state
+from ..scene import AppliedImpulse, Scene
+from .codes import RowStatus
+
+__all__ = ["BatchInputs", "batch_inputs"]
+
+
+@dataclass(frozen=True, eq=False)
+class BatchInputs:
+    """The numbers of a batch, each array (1, k) where all rows share it, else (B, k).
+
+    Attributes:
+        size: B.
+        q, v: configurations and velocities.
+        given: the numbers of the known impulses, entry after entry: force impulse and couple
+            impulse (6) of an ``AppliedImpulse``, those of a ``JointImpulse``.
+        restitution, friction: of each contact; None where the scene's own hold.
+        codes: (B,) what is known of a row before anything is solved.
+    """
+
+    size: int
+    q: np.ndarray
+    v: np.ndarray
+    given: np.ndarray
+    restitution: np.ndarray | None
+    friction: np.ndarray | None
+    codes: np.ndarray
+
+    def rows(self, begin: int, end: int) -> BatchInputs:
+        """The same for some rows."""
+
+        def cut(array: np.ndarray | None) -> Any:
+            return array if array is None or len(array) != self.size else array[begin:end]
+
+        return BatchInputs(
+            end - begin,
+            cut(self.q),
+            cut(self.v),
+            cut(self.given),
+            cut(self.restitution),
+            cut(self.friction),
+            self.codes[begin:end],
+        )
+
+
+def batch_inputs(
+    scene: Scene, q: Any, v: Any, impulses: Any, restitution: Any, friction: Any
+) -> BatchInputs:
+    """Checked and brought into one form.
+
+    Raises:
+        ShapeError: shapes that do not go together, or an empty batch.
+        UnknownNameError: no impulse or contact of that name.
+        NotFiniteError, StateError, RangeError: in what all rows share. What is wrong with
+            a single row is noted in ``codes``.
+    """
+    robot = scene.robot
+    arrays = {
+        "q": _matrix(q, robot.nq, "q"),
+        "v": _matrix(np.zeros(robot.nv) if v is None else v, robot.nv, "v"),
+        "impulses": _given(scene, impulses),
+    }
+    count = len(scene.contacts)
+    for name, values in (("restitution", restitution), ("friction", friction)):
+        if values is not None:
+            arrays[name] = _coefficients(scene, name, values, count)
+    size = 1
+    for name, array in arrays.items():
+        if array.shape[0] not in (1, size):
+            if size != 1:
+                raise ShapeError.of(
+                    name, (size, *array.shape[1:]), array.shape, "all leading axes must agree"
+                )
+            size = array.shape[0]
+    # (1, k) given as such and (k,) are the same: what all rows share is checked at once.
+    if len(arrays["q"]) == 1:
+        state.checked_configuration(robot.model, arrays["q"][0])
+    if len(arrays["v"]) == 1:
+        state.checked_velocity(robot.model, arrays["v"][0])
+    if len(arrays["impulses"]) == 1 and not np.isfinite(arrays["impulses"]).all():
+        raise NotFiniteError.of("impulses", "an entry", "not finite")
+    codes = np.zeros(size, dtype=np.int8)
+    for name, high, allowed in (("restitution", 1.0, "0 to 1"), ("friction", np.inf, "0 or more")):
+        if name in arrays:
+            _mark(arrays[name], name, high, allowed, codes)
+    return BatchInputs(
+        size,
+        arrays["q"],
+        arrays["v"],
+        arrays["impulses"],
+        arrays.get("restitution"),
+        arrays.get("friction"),
+        codes,
+    )
+
+
+def _mark(array: np.ndarray, name: str, high: float, allowed: str, codes: np.ndarray) -> None:
+    """Note the rows whose coefficients are out of range."""
+    fine = (array >= 0.0) & (array <= high) & np.isfinite(array)
+    if fine.all():
+        return
+    if len(array) == 1:
+        raise RangeError.of(name, float(array[~fine][0]), allowed)
+    bad = ~fine.all(axis=1)
+    codes[bad] = int(RowStatus.OUT_OF_RANGE)
+    codes[bad & ~np.isfinite(array).all(axis=1)] = int(RowStatus.NOT_FINITE)
+    # The kernels compute every lane; a coefficient that is out of range must not make them fail.
+    array[bad] = 0.0
+
+
+def _matrix(values: Any, width: int, what: str) -> np.ndarray:
+    array = _floats(values, what)
+    if array.ndim not in (1, 2) or array.shape[-1] != width:
+        raise ShapeError.of(what, ("B", width), array.shape, f"or ({width},) for all rows")
+    return _rows_of(array.reshape(-1, width), what)
+
+
+def _rows_of(array: np.ndarray, what: str) -> np.ndarray:
+    if not len(array):
+        raise ShapeError.of(what, ("B", *array.shape[1:]), array.shape, "the batch is empty")
+    return np.ascontiguousarray(array)
+
+
+def _floats(values: Any, what: str) -> np.ndarray:
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise NotFiniteError(f"{what} does not hold numbers", what=what, where=what) from None
+
+
+def _given(scene: Scene, impulses: Any) -> np.ndarray:
+    """(1 or B, columns) the numbers of all known impulses."""
+    names = scene.entry_names("impulses")
+    columns: dict[str, slice] = {}
+    own: list[float] = []
+    for name, entry in zip(names, scene.impulses, strict=True):
+        first = len(own)
+        if isinstance(entry, AppliedImpulse):
+            own.extend((*entry.linear, *entry.angular))
+        else:
+            own.extend(entry.impulse)
+        columns[name] = slice(first, len(own))
+    base = np.array(own, dtype=float).reshape(1, -1)
+    if impulses is None:
+        return base
+    if not isinstance(impulses, Mapping):
+        if len(names) != 1:
+            raise InputError(
+                f"impulses: the scene has {len(names)} known impulses; give a mapping from "
+                "their names to arrays"
+            )
+        impulses = {names[0]: impulses}
+    for name, values in impulses.items():
+        if name not in columns:
+            raise UnknownNameError.among("impulse", str(name), names)
+        what, where = f'impulses["{name}"]', columns[name]
+        width = where.stop - where.start
+        array = _floats(values, what)
+        is_blow = isinstance(scene.impulses[names.index(name)], AppliedImpulse)
+        fits = array.ndim in (1, 2) and (
+            array.shape[-1] == width or (is_blow and array.shape[-1] == 3)
+        )
+        if not fits:
+            hint = "(B, 3) for the force impulse alone" if is_blow else ""
+            raise ShapeError.of(what, ("B", width), array.shape, hint)
+        array = _rows_of(array.reshape(-1, array.shape[-1]), what)
+        if len(array) > 1 and len(base) == 1:
+            base = np.repeat(base, len(array), axis=0)
+        elif len(array) not in (1, len(base)):
+            raise ShapeError.of(what, (len(base), width), array.shape, "leading axes must agree")
+        base[:, where.start : where.start + array.shape[1]] = array
+    return base
+
+
+def _coefficients(scene: Scene, what: str, values: Any, count: int) -> np.ndarray:
+    """(1 or B, contacts) from a number, an array, or a mapping by name."""
+    if not count:
+        raise InputError(f"{what}: the scene has no contacts")
+    names = scene.entry_names("contacts")
+    if isinstance(values, Mapping):
+        own = []
+        for entry in scene.contacts:
+            value = getattr(entry, what, 0.0)
+            own.append(np.nan if callable(value) else value)
+        base = np.array(own, dtype=float).reshape(1, -1)
+        for name, one in values.items():
+            if name not in names:
+                raise UnknownNameError.among("contact", str(name), names)
+            array = _floats(one, f'{what}["{name}"]').reshape(-1)
+            array = _rows_of(array, f'{what}["{name}"]')
+            if len(array) > 1 and len(base) == 1:
+                base = np.repeat(base, len(array), axis=0)
+            elif len(array) not in (1, len(base)):
+                raise ShapeError.of(f'{what}["{name}"]', (len(base),), array.shape)
+            base[:, names.index(name)] = array
+        if np.isnan(base).any():
+            raise InputError(f"{what}: give all contacts theirs where one follows the speed")
+        return base
+    array = _floats(values, what)
+    if array.ndim == 0:
+        array = np.full((1, count), float(array))
+    elif array.ndim == 1 and count == 1:
+        array = array.reshape(-1, 1)
+    elif array.ndim == 1:
+        array = array.reshape(1, -1)
+    if array.ndim != 2 or array.shape[1] not in (1, count):
+        raise ShapeError.of(what, ("B", count), array.shape)
+    return _rows_of(np.array(np.broadcast_to(array, (len(array), count))), what)

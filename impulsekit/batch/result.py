@@ -1,0 +1,95 @@
+"""``ImpactBatch``: the answers of many states."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import InputError
+from .codes import RowStatus
+
+if TYPE_CHECKING:
+    from .program import BatchPlan
+
+__all__ = ["OUTPUTS", "ImpactBatch"]
+
+OUTPUTS = (
+    "v_after",
+    "dv",
+    "generalized_impulse",
+    "energy_change",
+    "contact_impulses",
+    "constraint_impulses",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class ImpactBatch:
+    """What an impact does at B states. Arrays are read-only; rows that failed hold NaN.
+
+    Attributes:
+        status: (B,) the ``RowStatus`` of each row, as a small whole number.
+        plan: what was computed, and how.
+        arrays: the outputs that were asked for, by name.
+
+    Example:
+        >>> import numpy as np
+        >>> ImpactBatch(np.zeros(2, dtype=np.int8), None, {"dv": np.ones((2, 3))}).dv.shape
+        (2, 3)
+    """
+
+    status: np.ndarray
+    plan: BatchPlan | None
+    arrays: dict[str, np.ndarray] = field(repr=False)
+
+    @property
+    def v_after(self) -> np.ndarray:
+        """(B, nv) the velocities after the impact."""
+        return self._asked("v_after")
+
+    @property
+    def dv(self) -> np.ndarray:
+        """(B, nv) the jumps Δv."""
+        return self._asked("dv")
+
+    @property
+    def generalized_impulse(self) -> np.ndarray:
+        """(B, nv) I = M Δv."""
+        return self._asked("generalized_impulse")
+
+    @property
+    def energy_change(self) -> np.ndarray:
+        """(B,) the change of kinetic energy [J]."""
+        return self._asked("energy_change")
+
+    @property
+    def contact_impulses(self) -> np.ndarray:
+        """(B, contacts, 3) in world axes [N s]; of a joint stop, along its coordinate, in [0]."""
+        return self._asked("contact_impulses")
+
+    @property
+    def constraint_impulses(self) -> np.ndarray:
+        """(B, rows) of the bilateral constraints, row after row as in ``Impact``."""
+        return self._asked("constraint_impulses")
+
+    @property
+    def valid(self) -> np.ndarray:
+        """(B,) whether each row may be used."""
+        good = [code.value for code in RowStatus if code.valid]
+        return np.isin(self.status, good)
+
+    def count(self) -> dict[RowStatus, int]:
+        """How many rows have each status."""
+        return {RowStatus(k): n for k, n in sorted(Counter(self.status.tolist()).items())}
+
+    def _asked(self, name: str) -> np.ndarray:
+        if name not in self.arrays:
+            asked = ", ".join(f'"{one}"' for one in self.arrays)
+            raise InputError(f'"{name}" was not asked for; outputs were {asked}')
+        return self.arrays[name]
+
+    def __len__(self) -> int:
+        return len(self.status)

@@ -1,0 +1,165 @@
+"""The rows of a scene's constraints and contacts as tables for the kernels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..impact.touching import contact_axes
+from ..robot import Robot
+from ..scene import Contact, FrameAnchor, JointCoupling, JointLock, JointStop, PointAnchor, Scene
+from ..scene.constraints import DIRECTIONS, KEPT
+from ..scene.restitution import Restitution
+from .kernels.layout import ALONG_DOF, COUPLE, FORCE_AT
+from .tree import Tree
+
+__all__ = ["NoKernelError", "RowMaker", "RowTables", "row_tables"]
+
+
+class NoKernelError(Exception):
+    """Something in a scene that the kernels do not know; the message says what."""
+
+
+@dataclass(eq=False)
+class RowTables:
+    """Rows, bilateral ones first.
+
+    Attributes:
+        terms: of each row, (kind, body, axes body, dof) and six numbers each.
+        target, keeps: of each bilateral row.
+        contact_ints, contact_floats: one line a contact.
+        frictional: whether contacts have tangent rows.
+    """
+
+    terms: list[list[tuple[tuple[int, int, int, int], np.ndarray]]] = field(default_factory=list)
+    target: list[float] = field(default_factory=list)
+    keeps: list[bool] = field(default_factory=list)
+    contact_ints: list[tuple[int, int, int]] = field(default_factory=list)
+    contact_floats: list[np.ndarray] = field(default_factory=list)
+    restitution: list[float] = field(default_factory=list)
+    friction: list[float] = field(default_factory=list)
+
+
+def row_tables(scene: Scene, tree: Tree, *, frictional: bool) -> RowTables:
+    """The rows of a scene on its tree.
+
+    Args:
+        frictional: give every contact its tangent rows, whatever its own friction.
+
+    Raises:
+        NoKernelError: an entry that needs the solver of single states.
+    """
+    tables = RowTables()
+    maker = RowMaker(scene.robot, tree)
+    for constraint in scene.constraints:
+        rows = maker.constraint(constraint)
+        keeps = constraint.velocity == KEPT
+        after = constraint.velocity
+        wanted = after if isinstance(after, tuple) else (0.0 if keeps else after,) * len(rows)
+        tables.terms.extend(rows)
+        tables.target.extend(float(x) for x in wanted)
+        tables.keeps.extend([keeps] * len(rows))
+    for contact in scene.contacts:
+        first = len(tables.terms)
+        rows, entry, numbers = maker.contact(contact)
+        friction = getattr(contact, "friction", 0.0)
+        if len(rows) == 3 and not friction and not frictional:
+            rows = rows[2:]
+        restitution: Any = contact.restitution
+        capture = 0.0
+        if isinstance(restitution, Restitution):
+            restitution, capture = restitution.value, restitution.capture_speed
+        elif callable(restitution):
+            raise NoKernelError("a restitution that is a table or a function")
+        numbers[11], numbers[12] = getattr(contact, "tangential_restitution", 0.0), capture
+        tables.terms.extend(rows)
+        tables.contact_ints.append((first, len(rows), entry))
+        tables.contact_floats.append(numbers)
+        tables.restitution.append(restitution)
+        tables.friction.append(friction)
+    return tables
+
+
+class RowMaker:
+    """Makes rows out of the entries of a scene."""
+
+    def __init__(self, robot: Robot, tree: Tree) -> None:
+        self._robot, self._tree = robot, tree
+
+    def site(self, frame: str, at: Any) -> tuple[int, np.ndarray, np.ndarray]:
+        """The body of a frame, a point of the frame in the body's axes, the frame's axes."""
+        item = self._robot.model.frames[self._robot.frame_id(frame)]
+        body = self._tree.body(item.parentJoint) if item.parentJoint > 0 else 0
+        turn = self._tree.turns[body]
+        point = item.placement.act(np.array(at, dtype=float))
+        return body, turn.T @ point, turn.T @ item.placement.rotation
+
+    def dof(self, joint: str) -> tuple[int, int]:
+        """The first degree of freedom of a joint, and how many it has."""
+        item = self._robot.model.joints[self._robot.joint_id(joint)]
+        return int(np.flatnonzero(self._tree.v_index == item.idx_v)[0]), item.nv
+
+    def constraint(self, entry: Any) -> list:
+        if isinstance(entry, PointAnchor | FrameAnchor):
+            return self._anchor(entry)
+        if isinstance(entry, JointLock):
+            first, size = self.dof(entry.joint)
+            return [[_along(first + k, 1.0)] for k in range(size)]
+        if isinstance(entry, JointCoupling):
+            terms = [_along(self.dof(entry.joint)[0], 1.0)]
+            for name, ratio in zip(entry.other, entry.ratio, strict=True):
+                terms.append(_along(self.dof(name)[0], -ratio))
+            return [terms]
+        raise NoKernelError(f"a {type(entry).__name__}")
+
+    def _anchor(self, entry: PointAnchor | FrameAnchor) -> list:
+        body, point, axes = self.site(entry.frame, entry.at)
+        other, other_point, _ = self.site(entry.other, entry.other_at or (0.0, 0.0, 0.0))
+        if other > 0 and entry.other_at is None:
+            raise NoKernelError("an anchor whose other_at follows from where the bodies stand")
+        names = entry.directions if isinstance(entry, FrameAnchor) else DIRECTIONS[:3]
+        local = isinstance(entry, FrameAnchor) and entry.axes == "local"
+        rows = []
+        for name in names:
+            direction = np.eye(3)[DIRECTIONS.index(name) % 3]
+            if local:
+                direction = axes @ direction
+            kind = FORCE_AT if DIRECTIONS.index(name) < 3 else COUPLE
+            around = body if local else 0
+            terms = []
+            if body > 0:
+                terms.append(_at((kind, body, around), point, direction))
+            if other > 0:
+                terms.append(_at((kind, other, around), other_point, -direction))
+            rows.append(terms)
+        return rows
+
+    def contact(self, entry: Any) -> tuple[list, int, np.ndarray]:
+        """Rows t₁, t₂, n of a contact (one of a stop), entry of q of a stop, numbers."""
+        numbers = np.zeros(13)
+        if isinstance(entry, JointStop):
+            numbers[9:11] = entry.limits(self._robot)
+            joint = self._robot.model.joints[self._robot.joint_id(entry.joint)]
+            return [[_along(self.dof(entry.joint)[0], 1.0)]], joint.idx_q, numbers
+        if not isinstance(entry, Contact):
+            raise NoKernelError("a Collision, whose points are found state by state")
+        body, point, _ = self.site(entry.frame, entry.at)
+        plane = self._robot.model.frames[self._robot.frame_id(entry.against)]
+        if plane.parentJoint > 0 or body == 0:
+            raise NoKernelError("a Contact against a frame that moves")
+        axes = contact_axes(plane.placement.rotation @ np.array(entry.normal))
+        numbers[:9] = axes.ravel()
+        rows = [[_at((FORCE_AT, body, 0), point, axes[:, k])] for k in range(3)]
+        return rows, -1, numbers
+
+
+def _along(dof: int, factor: float) -> tuple[tuple[int, int, int, int], np.ndarray]:
+    return (ALONG_DOF, 0, 0, dof), np.array([0.0, 0.0, 0.0, factor, 0.0, 0.0])
+
+
+def _at(
+    where: tuple[int, int, int], point: np.ndarray, direction: np.ndarray
+) -> tuple[tuple[int, int, int, int], np.ndarray]:
+    return (*where, 0), np.concatenate([point, direction])

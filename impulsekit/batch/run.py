@@ -1,0 +1,139 @@
+"""One batch on the kernels: arrays laid out, pieces solved, answers in place."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+
+from .inputs import BatchInputs
+from .kernels.block import solve_blocks, work_size
+from .kernels.lanes import LANES, WIDTH
+from .program import Program
+
+__all__ = ["BatchRun"]
+
+_KINDS = (
+    "dv",
+    "v_after",
+    "generalized_impulse",
+    "contact_impulses",
+    "constraint_impulses",
+    "energy_change",
+)
+# Blocks per call of the kernel: enough to forget what a call costs.
+PIECE = 512
+ALIGNMENT = 64
+
+
+class BatchRun:
+    """A batch on its way through the kernels.
+
+    Attributes:
+        rows_done: how many rows are solved.
+    """
+
+    def __init__(
+        self,
+        program: Program,
+        inputs: BatchInputs,
+        arrays: dict[str, np.ndarray],
+        codes: np.ndarray,
+    ) -> None:
+        self.rows_done = 0
+        self._program = program
+        self._codes, self._arrays = codes, arrays
+        self._size = inputs.size
+        # The kernels want at least one whole block.
+        self._states = max(inputs.size, WIDTH)
+        self._inputs = self._laid_out(inputs)
+        self._outputs = self._room()
+        self._lock = threading.Lock()
+        self._words = work_size(
+            program.tree.bodies, program.tree.nq, program.tree.nv, len(program.rows[2]) - 1, LANES
+        )
+
+    def _laid_out(self, inputs: BatchInputs) -> tuple:
+        program = self._program
+        found: list = []
+        for array, own in (
+            (inputs.q, None),
+            (inputs.v, None),
+            (inputs.given, program.given),
+            (inputs.restitution, program.restitution),
+            (inputs.friction, program.friction),
+        ):
+            array = own.reshape(1, -1) if array is None else array
+            if len(array) > 1 and self._states > self._size:
+                array = np.concatenate([array, np.repeat(array[-1:], self._states - self._size, 0)])
+            found.extend((array.reshape(-1), array.shape[1] if len(array) > 1 else 0))
+        codes = np.zeros(self._states, dtype=np.int8)
+        codes[: self._size] = inputs.codes
+        return (*found, codes)
+
+    def _room(self) -> tuple:
+        """The arrays that the kernel writes: those asked for, or larger ones of few rows."""
+        program = self._program
+        rows = len(program.rows[2]) - 1
+        whole = []
+        skipped = program.tree.nv < program.sizes[4]
+        for name in _KINDS:
+            if name not in self._arrays:
+                whole.append(np.empty(0))
+                continue
+            array = self._arrays[name]
+            if name == "constraint_impulses":
+                array = np.empty((self._states, rows))
+            elif self._states > self._size:
+                array = np.empty((self._states, *array.shape[1:]))
+            if skipped and name in ("dv", "generalized_impulse"):
+                array[:] = 0.0
+            elif skipped and name == "v_after":
+                v, step = self._inputs[2], self._inputs[3]
+                array[:] = v.reshape(-1, array.shape[1]) if step else v
+            whole.append(array)
+        codes = self._codes if self._states == self._size else np.empty(self._states, np.int8)
+        self._whole = (*whole, codes)
+        return tuple(array.reshape(-1) for array in self._whole)
+
+    def pieces(self, threads: int) -> list[tuple[int, int]]:
+        """First and last block of each call."""
+        blocks = -(-self._states // WIDTH)
+        size = min(PIECE, -(-blocks // threads))
+        return [(begin, min(begin + size, blocks)) for begin in range(0, blocks, size)]
+
+    def solve(self, begin: int, end: int) -> None:
+        """Solve some blocks; several threads may do so at once."""
+        program = self._program
+        work = np.empty(self._words + ALIGNMENT // 8)
+        shift = (-work.ctypes.data // 8) % (ALIGNMENT // 8)
+        solve_blocks(
+            begin,
+            end,
+            self._states,
+            program.tables,
+            program.sizes,
+            program.sets,
+            program.known,
+            program.rows,
+            program.held,
+            program.contacts,
+            self._inputs,
+            self._outputs,
+            work[shift:],
+            LANES,
+        )
+        with self._lock:
+            self.rows_done += min(end * WIDTH, self._size) - min(begin * WIDTH, self._size)
+            if self.rows_done == self._size:
+                self._hand_over()
+
+    def _hand_over(self) -> None:
+        """Copy what the kernel could not write where it was wanted."""
+        for name, array in zip(_KINDS, self._whole, strict=False):
+            if name in self._arrays and array is not self._arrays[name]:
+                wanted = self._arrays[name]
+                rows = array[: self._size].reshape(self._size, -1)
+                wanted[...] = rows[:, : wanted[0].size].reshape(wanted.shape)
+        if self._whole[-1] is not self._codes:
+            self._codes[:] = self._whole[-1][: self._size]

@@ -1,0 +1,103 @@
+"""Rows that the kernels leave: one after the other by the solver of single states."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+
+import numpy as np
+
+from ..errors import ContradictionError, ImpulsekitError, NotFiniteError, SingularMassError
+from ..errors import RangeError, StateError
+from ..impact import solve
+from ..impact.result import Impact
+from ..scene import AppliedImpulse, Scene
+from .codes import RowStatus
+from .inputs import BatchInputs
+
+__all__ = ["solve_rows"]
+
+
+def solve_rows(
+    scene: Scene,
+    inputs: BatchInputs,
+    rows: Iterable[int],
+    arrays: dict[str, np.ndarray],
+    codes: np.ndarray,
+) -> None:
+    """Solve those rows and write their answers and codes."""
+    varies = _varies(scene, inputs)
+    for row in rows:
+        if inputs.codes[row] != RowStatus.SOLVED:
+            codes[row] = inputs.codes[row]
+            continue
+        q = inputs.q[row if len(inputs.q) > 1 else 0]
+        v = inputs.v[row if len(inputs.v) > 1 else 0]
+        try:
+            impact = solve(_scene_of(scene, inputs, row) if varies else scene, q, v)
+            _write(impact, row, arrays)
+            codes[row] = RowStatus.of(impact.status)
+        except ImpulsekitError as error:
+            codes[row] = _code(error)
+
+
+def _code(error: ImpulsekitError) -> RowStatus:
+    for kind, code in (
+        (NotFiniteError, RowStatus.NOT_FINITE),
+        (StateError, RowStatus.OFF_MANIFOLD),
+        (RangeError, RowStatus.OUT_OF_RANGE),
+        (SingularMassError, RowStatus.SINGULAR_MASS),
+        (ContradictionError, RowStatus.CONTRADICTION),
+    ):
+        if isinstance(error, kind):
+            return code
+    return RowStatus.REFUSED
+
+
+def _varies(scene: Scene, inputs: BatchInputs) -> bool:
+    """Whether the rows are not all of the scene's own impulses and coefficients."""
+    own: list[float] = []
+    for entry in scene.impulses:
+        own.extend(
+            (*entry.linear, *entry.angular) if isinstance(entry, AppliedImpulse) else entry.impulse
+        )
+    if len(inputs.given) > 1 or not np.array_equal(inputs.given[0], own):
+        return True
+    return inputs.restitution is not None or inputs.friction is not None
+
+
+def _scene_of(scene: Scene, inputs: BatchInputs, row: int) -> Scene:
+    """The scene with the impulses and coefficients of a row."""
+    numbers = inputs.given[row if len(inputs.given) > 1 else 0].tolist()
+    impulses: list = []
+    for entry in scene.impulses:
+        if isinstance(entry, AppliedImpulse):
+            part, numbers = numbers[:6], numbers[6:]
+            impulses.append(dataclasses.replace(entry, linear=part[:3], angular=part[3:]))
+        else:
+            size = len(entry.impulse)
+            part, numbers = numbers[:size], numbers[size:]
+            impulses.append(dataclasses.replace(entry, impulse=tuple(part)))
+    contacts: list = []
+    for i, contact in enumerate(scene.contacts):
+        changes = {}
+        for name in ("restitution", "friction"):
+            array = getattr(inputs, name)
+            if array is not None and hasattr(contact, name):
+                changes[name] = float(array[row if len(array) > 1 else 0, i])
+        contacts.append(dataclasses.replace(contact, **changes))
+    return dataclasses.replace(scene, impulses=impulses, contacts=contacts)
+
+
+def _write(impact: Impact, row: int, arrays: dict[str, np.ndarray]) -> None:
+    for name, array in arrays.items():
+        if name == "energy_change":
+            array[row] = impact.energy.change
+        elif name == "contact_impulses":
+            for i, contact in enumerate(impact.contacts):
+                array[row, i] = 0.0
+                array[row, i, : len(contact.impulse)] = contact.impulse
+        elif name == "constraint_impulses":
+            array[row] = np.concatenate([*(c.impulse for c in impact.constraints), np.zeros(0)])
+        else:
+            array[row] = getattr(impact, name)

@@ -1,0 +1,161 @@
+"""``Tree``: a robot's joints and inertias as plain tables for the kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .kernels import layout
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+__all__ = ["KINDS", "Tree", "tree_of"]
+
+# By Pinocchio's names of joints; what is not here, no kernel knows.
+KINDS = {
+    **{f"JointModelR{axis}": layout.ANGLE for axis in "XYZ"},
+    "JointModelRevoluteUnaligned": layout.ANGLE,
+    **{f"JointModelRUB{axis}": layout.CIRCLE for axis in "XYZ"},
+    "JointModelRevoluteUnboundedUnalignedTpl": layout.CIRCLE,
+    "JointModelRevoluteUnboundedUnaligned": layout.CIRCLE,
+    **{f"JointModelP{axis}": layout.SLIDE for axis in "XYZ"},
+    "JointModelPrismaticUnaligned": layout.SLIDE,
+    "JointModelSpherical": layout.QUATERNION,
+    "JointModelFreeFlyer": layout.FREE,
+    "JointModelPlanar": layout.PLANAR,
+    "JointModelTranslation": layout.TRANSLATION,
+}
+
+_DOFS = {
+    layout.ANGLE: ((1, 2),),
+    layout.CIRCLE: ((1, 2),),
+    layout.SLIDE: ((0, 2),),
+    layout.QUATERNION: ((1, 0), (1, 1), (1, 2)),
+    layout.FREE: ((0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2)),
+    layout.PLANAR: ((0, 0), (0, 1), (1, 2)),
+    layout.TRANSLATION: ((0, 0), (0, 1), (0, 2)),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """The tables of a tree of bodies, numbered from 1; 0 is the world.
+
+    Attributes:
+        bodies: how many.
+        ints, floats, dofs: the flat tables, see ``kernels.layout``.
+        nq, nv: of the tree's own vectors.
+        q_index, v_index: where its entries stand in the robot's q and v.
+        joint_ids: (bodies + 1,) the robot's joint behind each body.
+        turns: (bodies + 1, 3, 3) from the axes of a body here to those of its joint there.
+    """
+
+    bodies: int
+    ints: np.ndarray
+    floats: np.ndarray
+    dofs: np.ndarray
+    nq: int
+    nv: int
+    q_index: np.ndarray
+    v_index: np.ndarray
+    joint_ids: tuple[int, ...]
+    turns: np.ndarray
+
+    def body(self, joint_id: int) -> int:
+        """The body behind a joint of the robot."""
+        return self.joint_ids.index(joint_id)
+
+    def parent(self, body: int) -> int:
+        """The body that a body hangs on."""
+        return int(self.ints[body * layout.BODY_INTS])
+
+    def path(self, body: int) -> list[int]:
+        """From the body at the world to this one."""
+        found = []
+        while body > 0:
+            found.append(body)
+            body = self.parent(body)
+        return found[::-1]
+
+
+def tree_of(model: pin.Model, joints: Sequence[int]) -> Tree:
+    """The tables for those joints of a model, parents first; whole branches from the world on.
+
+    Raises:
+        KeyError: a joint of a kind that the kernels do not know.
+    """
+    bodies = len(joints)
+    ids = (0, *joints)
+    ints = np.zeros((bodies + 1, layout.BODY_INTS), dtype=np.int64)
+    floats = np.zeros((bodies + 1, layout.BODY_FLOATS))
+    turns = np.zeros((bodies + 1, 3, 3))
+    turns[0] = np.eye(3)
+    dofs: list[tuple[int, int]] = []
+    q_index: list[int] = []
+    v_index: list[int] = []
+    place = {joint_id: body for body, joint_id in enumerate(ids)}
+    for body, joint_id in enumerate(ids[1:], start=1):
+        joint = model.joints[joint_id]
+        kind = KINDS[joint.shortname()]
+        parent = place[model.parents[joint_id]]
+        turns[body] = _turn(joint) if joint.nv == 1 else np.eye(3)
+        ints[body] = (parent, kind, len(q_index), len(dofs), joint.nv, 0, 0)
+        q_index.extend(range(joint.idx_q, joint.idx_q + joint.nq))
+        v_index.extend(range(joint.idx_v, joint.idx_v + joint.nv))
+        dofs.extend(_DOFS[kind])
+        placement = model.jointPlacements[joint_id]
+        inertia = model.inertias[joint_id]
+        turn = turns[body]
+        floats[body, :9] = (turns[parent].T @ placement.rotation @ turn).ravel()
+        floats[body, 9:12] = turns[parent].T @ placement.translation
+        floats[body, 12] = inertia.mass
+        floats[body, 13:16] = turn.T @ (inertia.mass * inertia.lever)
+        about_joint = turn.T @ inertia.matrix()[3:, 3:] @ turn
+        floats[body, 16:] = about_joint[np.triu_indices(3)]
+    mark_children(ints)
+    return Tree(
+        bodies,
+        ints.ravel(),
+        floats.ravel(),
+        np.array(dofs, dtype=np.int64).reshape(-1, layout.DOF_INTS).ravel(),
+        len(q_index),
+        len(v_index),
+        np.array(q_index, dtype=np.int64),
+        np.array(v_index, dtype=np.int64),
+        ids,
+        turns,
+    )
+
+
+def mark_children(ints: np.ndarray) -> None:
+    """Fill in who has children, and which child its parent hears from first."""
+    parents = ints[1:, 0]
+    ints[parents[parents > 0], 5] = 1
+    # Bodies are gone through from the last to the first.
+    last, index = np.unique(parents[::-1], return_index=True)
+    ints[len(parents) - index[last > 0], 6] = 1
+
+
+def _turn(joint: pin.JointModel) -> np.ndarray:
+    """(3, 3) from axes in which the joint's own axis is z to those of the joint."""
+    data = joint.createData()
+    if joint.nq == 2:
+        q = np.array([1.0, 0.0])
+    else:
+        q = np.zeros(1)
+    joint.calc(data, q)
+    subspace = np.asarray(data.S).reshape(6)
+    axis = subspace[3:] if np.abs(subspace[3:]).max() > 0.5 else subspace[:3]
+    if np.count_nonzero(axis) == 1 and axis.max() == 1.0:
+        # The axes in another order: no rounding.
+        shift = int(axis.argmax()) + 1
+        return np.roll(np.eye(3), shift, axis=0)
+    across = np.zeros(3)
+    across[np.abs(axis).argmin()] = 1.0
+    first = np.cross(across, axis)
+    first /= np.linalg.norm(first)
+    return np.column_stack([first, np.cross(axis, first), axis])
