@@ -43,6 +43,7 @@ from .scenefile import SceneFile as SceneFile
 from .scenefile import dump_scene as dump_scene
 from .scenefile import load_scene as load_scene
 from .scenefile import save_scene as save_scene
+from .view import plots as plots
 from .view.recording import Recording as Recording
 from .view.replay import Replay as Replay
 from .view.replay import replay as replay

@@ -10,7 +10,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ..impact import Impact
+    from ..scene.points import ReportPoint
     from ..scenefile import SceneFile
 
 __all__ = ["solve"]
@@ -21,9 +24,26 @@ __all__ = ["solve"]
 @click.option(
     "--json", "json_to", type=click.Path(), help='Write all results as JSON; "-": stdout.'
 )
+@click.option(
+    "--form",
+    type=click.Choice(["text", "markdown", "json"]),
+    default="text",
+    show_default=True,
+    help="How the report is written.",
+)
+@click.option("--plot", type=click.Path(), help="Draw the results on one sheet (PNG, SVG, PDF).")
+@click.option("--html", type=click.Path(), help="Write a moving picture as one page.")
 @click.option("--check", "checked", is_flag=True, help="Hold it against Kane's equations, too.")
 @click.pass_context
-def solve(ctx: click.Context, file: str, json_to: str | None, checked: bool) -> None:
+def solve(
+    ctx: click.Context,
+    file: str,
+    json_to: str | None,
+    form: str,
+    plot: str | None,
+    html: str | None,
+    checked: bool,
+) -> None:
     """Solve the scene in FILE (TOML) and print what happens, an instant later."""
     from ..impact import solve as solve_impact
     from ..scenefile import load_scene
@@ -37,9 +57,15 @@ def solve(ctx: click.Context, file: str, json_to: str | None, checked: bool) -> 
         else:
             pathlib.Path(json_to).write_text(text + "\n", encoding="utf-8")
     if json_to != "-":
-        from ..view.report import report
+        show_report(impact, scene_file.points, form)
+    if plot is not None:
+        from ..view.plots import overview
 
-        click.echo(report(impact, scene_file.points), nl=False)
+        overview(impact, plot)
+    if html is not None:
+        from .replay import write_page
+
+        write_page(impact, html, points=scene_file.points)
     agrees = True
     if checked:
         from ..checking import check
@@ -52,6 +78,22 @@ def solve(ctx: click.Context, file: str, json_to: str | None, checked: bool) -> 
         click.echo(f"not valid: {impact.status.value}", err=True)
     if not (agrees and impact.is_valid()):
         ctx.exit(1)
+
+
+def show_report(impact: Impact, points: Sequence[ReportPoint], form: str = "text") -> None:
+    """Print a report: tables by rich in a terminal, and the plain form everywhere else."""
+    import sys
+
+    from ..view.report import report, report_blocks
+
+    if form == "text" and sys.stdout.isatty():
+        from rich.console import Console
+
+        from ..view.forms import as_rich
+
+        Console().print(as_rich(report_blocks(impact, points)))
+    else:
+        click.echo(report(impact, points, form=form), nl=False)
 
 
 def _as_dict(scene_file: SceneFile, impact: Impact) -> dict[str, Any]:

@@ -199,11 +199,12 @@ def _reactions(impact: Impact, names: list[str] | None) -> Iterator[Arrow]:
             from ..errors import UnknownNameError
 
             raise UnknownNameError.among("joint", name, known, "replay: reactions")
-        if robot.has_fixed_joint(name):
-            if names is None:
-                continue
-            origin = impact.mechanics.frame_placement(name).translation
-        else:
+        if name in robot.joint_names:
             origin = impact.mechanics.joint_placement(robot.joint_id(name)).translation
+        elif names is None:
+            # Every joint that moves; fixed ones are drawn where they are named.
+            continue
+        else:
+            origin = impact.mechanics.frame_placement(name).translation
         yield Arrow("reaction", name, np.array(origin), known[name][:3])
         yield Arrow("reaction couple", name, np.array(origin), known[name][3:])

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..errors import RangeError
 from ..scene import AppliedImpulse
 from .contacts import contacts_section
+from .forms import FORMS
 from .speeds import speeds_of
 from .table import ROUNDING, decimals, paper_decimals, table
 
@@ -16,20 +18,29 @@ if TYPE_CHECKING:
     from ..impact import Impact
     from ..scene.points import ReportPoint
 
-__all__ = ["report"]
+__all__ = ["report", "report_blocks"]
 
 LARGEST_LINKS = 5
 
 
-def report(impact: Impact, points: Iterable[ReportPoint] = (), *, rows: int = 40) -> str:
+def report(
+    impact: Impact,
+    points: Iterable[ReportPoint] = (),
+    *,
+    rows: int = 40,
+    form: str = "text",
+) -> str:
     """An impact in words and tables. Numbers at rounding level are shown as 0.
 
     Args:
         impact: the answer.
         points: points whose velocity is shown, in world axes.
         rows: how many joint speeds are shown at most, those that jump most.
+        form: "text", "markdown" or "json". All say the same; ``Impact.to_dict`` has
+            every number in full.
 
     Raises:
+        RangeError: another form.
         UnknownNameError: a point on a frame that the robot does not have.
 
     Example:
@@ -39,9 +50,18 @@ def report(impact: Impact, points: Iterable[ReportPoint] = (), *, rows: int = 40
         >>> print(report(solve(scene, robot.neutral(), robot.velocity())).splitlines()[0])
         panda: 1 impulse, 9 degrees of freedom
     """
+    if form not in FORMS:
+        raise RangeError.of("report: form", repr(form), ", ".join(FORMS))
+    return FORMS[form](report_blocks(impact, points, rows=rows))
+
+
+def report_blocks(
+    impact: Impact, points: Iterable[ReportPoint] = (), *, rows: int = 40
+) -> list[list[str]]:
+    """The lines of a report, section by section; the first of each is its title."""
     blocks = [_head(impact), _points(impact, tuple(points)), _speeds(impact, rows)]
     blocks += [section(impact) for section in SECTIONS]
-    return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
+    return [block for block in blocks if block]
 
 
 def _head(impact: Impact) -> list[str]:

@@ -4,14 +4,40 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from decimal import Decimal
 
-__all__ = ["ROUNDING", "decimals", "paper_decimals", "table"]
+__all__ = ["ROUNDING", "Table", "TableLine", "decimals", "paper_decimals", "table"]
 
 INDENT = "  "
 GAP = "   "
 # Beside the largest number of its table, what is smaller than this is rounding.
 ROUNDING = 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """The cells behind the lines of a table."""
+
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+    def is_number_column(self, index: int) -> bool:
+        """Whether a column holds numbers alone."""
+        return all(_is_number(row[index]) for row in self.rows)
+
+
+class TableLine(str):
+    """A line of plain text that knows its table, for forms other than plain text."""
+
+    table: Table
+
+    @classmethod
+    def of(cls, text: str, table: Table) -> TableLine:
+        """The line ``text`` of a table."""
+        line = cls(text)
+        line.table = table
+        return line
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
@@ -31,7 +57,9 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
         width = max(map(len, [title, *body]))
         align = str.rjust if numeric else str.ljust
         columns.append([align(cell, width) for cell in [title, "-" * width, *body]])
-    return [(INDENT + GAP.join(line)).rstrip() for line in zip(*columns, strict=True)]
+    whole = Table(tuple(head), tuple(tuple(row) for row in rows))
+    lines = (INDENT + GAP.join(line) for line in zip(*columns, strict=True))
+    return [TableLine.of(line.rstrip(), whole) for line in lines]
 
 
 def decimals(value: float, scale: float = 0.0) -> str:

@@ -1,0 +1,142 @@
+"""The forms of a report: plain text, Markdown, JSON, and tables drawn by rich."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from .table import Table, TableLine
+
+if TYPE_CHECKING:
+    from rich.console import Group
+
+__all__ = ["FORMS", "as_json", "as_markdown", "as_rich", "as_text"]
+
+Blocks = list[list[str]]
+
+
+def as_text(blocks: Blocks) -> str:
+    """Plain text, a blank line between sections.
+
+    Example:
+        >>> as_text([["Speeds", "  none"], ["Energy"]])
+        'Speeds\\n  none\\n\\nEnergy\\n'
+    """
+    return "\n\n".join("\n".join(block) for block in blocks) + "\n"
+
+
+def as_markdown(blocks: Blocks) -> str:
+    """Markdown with tables, numbers to the right; names are never read as markup.
+
+    Example:
+        >>> print(as_markdown([["ball: 1 impulse", "solved: *good*"]]), end="")
+        # ball: 1 impulse
+        <BLANKLINE>
+        solved: \\*good\\*
+    """
+    parts = []
+    for number, block in enumerate(blocks):
+        for i, piece in enumerate(_pieces(block)):
+            if isinstance(piece, Table):
+                parts.append(_markdown_table(piece))
+            elif i == 0:
+                parts.append(f"{'#' if number == 0 else '##'} {_escaped(piece)}")
+            else:
+                parts.append(_escaped(piece.strip()))
+    return "\n\n".join(parts) + "\n"
+
+
+def as_json(blocks: Blocks) -> str:
+    """JSON: sections with their title, tables and notes; numbers are numbers.
+
+    Example:
+        >>> json.loads(as_json([["Energy", "  balanced"]]))["sections"][0]["notes"]
+        ['balanced']
+    """
+    sections: list[dict[str, Any]] = []
+    for block in blocks:
+        pieces = list(_pieces(block))
+        section: dict[str, Any] = {"title": pieces[0], "tables": [], "notes": []}
+        for piece in pieces[1:]:
+            if isinstance(piece, Table):
+                section["tables"].append(
+                    {
+                        "columns": list(piece.head),
+                        "rows": [
+                            [
+                                _number(cell) if piece.is_number_column(i) else cell
+                                for i, cell in enumerate(row)
+                            ]
+                            for row in piece.rows
+                        ],
+                    }
+                )
+            else:
+                section["notes"].append(piece.strip())
+        sections.append(section)
+    return json.dumps({"sections": sections}, indent=2, ensure_ascii=False) + "\n"
+
+
+def as_rich(blocks: Blocks) -> Group:
+    """The same for a terminal, as something that rich can print."""
+    from rich import box
+    from rich.console import Group
+    from rich.table import Table as RichTable
+    from rich.text import Text
+
+    parts: list[Any] = []
+    for number, block in enumerate(blocks):
+        if number > 0:
+            parts.append(Text())
+        for i, piece in enumerate(_pieces(block)):
+            if isinstance(piece, Table):
+                drawn = RichTable(box=box.SIMPLE_HEAD, pad_edge=False, header_style="dim")
+                for column, title in enumerate(piece.head):
+                    numeric = piece.is_number_column(column)
+                    drawn.add_column(Text(title), justify="right" if numeric else "left")
+                for row in piece.rows:
+                    # Text objects: a name such as "[red]" stays what it is.
+                    drawn.add_row(*(Text(cell) for cell in row))
+                parts.append(drawn)
+            else:
+                parts.append(Text(piece, style="bold" if i == 0 else ""))
+    return Group(*parts)
+
+
+FORMS: dict[str, Callable[[Blocks], str]] = {
+    "text": as_text,
+    "markdown": as_markdown,
+    "json": as_json,
+}
+
+
+def _pieces(block: list[str]) -> Iterator[str | Table]:
+    """The lines of a block, but each table once and whole."""
+    last: Table | None = None
+    for line in block:
+        if not isinstance(line, TableLine):
+            last = None
+            yield line
+        elif line.table is not last:
+            last = line.table
+            yield last
+
+
+def _markdown_table(table: Table) -> str:
+    rule = ["---:" if table.is_number_column(i) else "---" for i in range(len(table.head))]
+    lines = [[_escaped(cell) for cell in table.head], rule]
+    lines += [[_escaped(cell) for cell in row] for row in table.rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _escaped(text: str) -> str:
+    return re.sub(r"([\\`*_\[\]<>|#~])", r"\\\1", text)
+
+
+def _number(cell: str) -> float | int | None:
+    if not cell:
+        return None
+    value = float(cell)
+    return int(value) if value.is_integer() and "." not in cell and "e" not in cell else value

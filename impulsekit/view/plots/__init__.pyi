@@ -1,0 +1,9 @@
+from .cones import contact_cones as contact_cones
+from .energy_books import energy_books as energy_books
+from .error import time_against_error as time_against_error
+from .histories import energy_history as energy_history
+from .histories import momentum_history as momentum_history
+from .overview import overview as overview
+from .reactions import joint_reactions as joint_reactions
+from .stroboscope import stroboscope as stroboscope
+from .velocities import velocity_jump as velocity_jump

@@ -1,0 +1,112 @@
+"""Stroboscopic figures: a mechanism at several instants in one picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pinocchio as pin
+
+from ...errors import RangeError
+from ..motions import shown_motion
+from .canvas import INK, axes_or_new, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ...robot import Robot
+
+__all__ = ["skeleton", "stroboscope"]
+
+# Metres in a unit of length.
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
+AXES = {"x": 0, "y": 1, "z": 2}
+
+
+def stroboscope(
+    motion: Any,
+    times: Sequence[float],
+    ax: Axes | None = None,
+    *,
+    plane: str = "xy",
+    unit: str = "m",
+    origin: Sequence[float] = (0.0, 0.0),
+    ends: Sequence[str] = (),
+    color: str = INK,
+) -> Axes:
+    """A mechanism as lines from joint to joint at several instants.
+
+    Figures 2 and 3 of Chang & Huston 1995 are of this kind: the struck chain with its ends
+    marked A and B, and the pendulum in feet.
+
+    Args:
+        motion: a ``Trajectory``, a ``Recording`` or an ``Impact``.
+        times: the instants [s].
+        ax: where to draw; a new figure if None.
+        plane: two axes of the world, the first one to the right.
+        unit: of the axes: "m", "cm", "mm", "ft" or "in".
+        origin: where the world's origin is drawn, in that unit.
+        ends: names for the first and the last end, which are marked with the number of
+            the instant, such as ("A", "B").
+        color: of the lines; earlier instants are paler.
+
+    Raises:
+        InputError: what is no motion.
+        RangeError: an instant outside the motion, an unknown plane or unit.
+        MissingExtraError: matplotlib is not installed.
+
+    Example:
+        >>> import numpy as np
+        >>> from impulsekit import Recording, Robot, chain_urdf
+        >>> robot = Robot.from_urdf(chain_urdf(3))
+        >>> q = np.array([robot.neutral(), robot.configuration(joint_2=0.5)])
+        >>> ax = stroboscope(Recording(robot, [0, 1], q), [0.0, 0.5, 1.0], unit="ft")
+        >>> ax.get_xlabel()
+        'x [ft]'
+    """
+    if len(plane) != 2 or not set(plane) <= set(AXES) or plane[0] == plane[1]:
+        raise RangeError.of("stroboscope: plane", repr(plane), 'two of x, y, z such as "xz"')
+    if unit not in UNITS:
+        raise RangeError.of("stroboscope: unit", repr(unit), ", ".join(UNITS))
+    shown = shown_motion(motion)
+    for time in times:
+        if not shown.start <= time <= shown.end:
+            raise RangeError.of("stroboscope: time", time, f"{shown.start:g} to {shown.end:g} s")
+    ax = axes_or_new(ax, 5.0)
+    pick = [AXES[axis] for axis in plane]
+    for number, time in enumerate(times):
+        strokes = skeleton(shown.robot, shown.at(np.array([float(time)]))[0])
+        flat = strokes[:, :, pick] / UNITS[unit] + np.asarray(origin, dtype=float)
+        shade = 0.3 + 0.7 * (number + 1) / len(times)
+        for i, stroke in enumerate(flat):
+            label = f"t = {time:g} s" if i == 0 else None
+            ax.plot(*stroke.T, color=color, alpha=shade, linewidth=1.6, marker="o",
+                    markersize=2.6, label=label)  # fmt: skip
+        for name, point in zip(ends, (flat[0, 0], flat[-1, -1]), strict=False):
+            ax.annotate(f"${name}_{{{number}}}$", point, xytext=(4, 4), textcoords="offset points")
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.set_xlabel(f"{plane[0]} [{unit}]")
+    ax.set_ylabel(f"{plane[1]} [{unit}]")
+    return tidy(ax)
+
+
+def skeleton(robot: Robot, q: np.ndarray) -> np.ndarray:
+    """(n, 2, 3) lines from joint to joint, and through the mass centres of the last links [m].
+
+    A last link's line is as long as that of a uniform rod with its mass centre.
+    """
+    model = robot.model
+    data = model.createData()
+    pin.forwardKinematics(model, data, q)
+    strokes = []
+    for joint_id in range(1, model.njoints):
+        parent = model.parents[joint_id]
+        place = data.oMi[joint_id]
+        # What floats freely hangs on nothing; what is fixed to the world starts there.
+        if parent > 0:
+            strokes.append([data.oMi[parent].translation.copy(), place.translation.copy()])
+        if not len(model.children[joint_id]) and model.inertias[joint_id].mass > 0.0:
+            end = place.act(2.0 * model.inertias[joint_id].lever)
+            strokes.append([place.translation.copy(), end])
+    return np.array(strokes).reshape(-1, 2, 3)
