@@ -11,12 +11,17 @@ from .impact.derivatives import Derivatives as Derivatives
 from .impact.derivatives import DerivativeStatus as DerivativeStatus
 from .impact.derivatives import ImpulseDerivatives as ImpulseDerivatives
 from .impact.derivatives import derivatives as derivatives
+from .impact.saltation import Saltation as Saltation
+from .impact.saltation import saltation as saltation
+from .impact.saltation import saltation_matrix as saltation_matrix
 from .impact.freed import FreedJoint as FreedJoint
 from .impact.freed import freed_joint as freed_joint
 from .motion import MotionStatus as MotionStatus
 from .motion import Trajectory as Trajectory
 from .motion import simulate as simulate
 from .motion.settings import MotionSettings as MotionSettings
+from .motion.sensitivity import Sensitivity as Sensitivity
+from .motion.sensitivity import sensitivity as sensitivity
 from .robot import Robot as Robot
 from .robot.combine import combine as combine
 from .robot.examples import example_names as example_names

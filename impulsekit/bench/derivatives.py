@@ -30,7 +30,7 @@ def main() -> None:
     q[7:] += rng.uniform(-0.1, 0.1, talos.nq - 7)
     v = 0.2 * rng.normal(size=talos.nv)
     v[2] -= 1.0
-    blow = AppliedImpulse("arm_left_7_link", linear=[1, 0, 0], at=[0.1, 0, 0])
+    blow = AppliedImpulse("arm_left_7_link", linear=(1.0, 0.0, 0.0), at=(0.1, 0.0, 0.0))
     scenes = {
         "Talos, one blow": Scene(talos, [blow]),
         "Talos, a foot that is held": Scene(talos, [blow], [FrameAnchor(SOLE)]),

@@ -274,7 +274,7 @@ def test_redundant_contacts_against_differences_in_doubles():
     assert np.isnan(found.dv_after_drestitution["contacts[0]"]).all()
     tilting = ik.derivatives(ik.solve(scene, q, v + 0.05 * np.eye(6)[3]))
     assert tilting.status is ik.DerivativeStatus.RANK_CHANGES
-    assert np.isnan(tilting.dv_after_dq).any(axis=0).tolist() == [False] * 3 + [True, False, False]
+    assert np.isnan(tilting.dv_after_dq).any() and not np.isnan(tilting.dv_after_dv).any()
 
 
 def _differences(scene, q, v):

@@ -24,7 +24,7 @@ from ...scene import Collision, Contact, Scene
 from ..constrained import Outcome
 from ..laws import ContactSolution
 from ..result import Impact
-from ..solver import solve
+from ..solver import ImpactSolver
 from ..status import Status
 from .linear import Columns, LinearStage, Rows, Touching, linear_stage, pass_through
 from .modes import ContactMode, coefficients_of, found_mode
@@ -130,7 +130,9 @@ class _Derivation:
         v, after = self.impact.v_before, self.impact.v_after
         if not self.touching or self.scene.law.restitution == "newton":
             return [self._stage(v, after, self.multipliers, self.impulses, None)]
-        pressed = solve(self.workspace.compression, self.impact.q, v)
+        entries = {point.entry for point in self.touching}
+        solver = ImpactSolver(self.workspace.compression)
+        pressed = solver.solve_touching(self.impact.q, v, entries)
         outcome = pressed.outcome
         if not pressed.status.valid or outcome is None or outcome.contacts is None:
             raise InputError("derivatives: the compression of this impact has no answer")

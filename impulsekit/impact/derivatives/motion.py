@@ -56,7 +56,7 @@ class Motion:
 
     def __init__(self, tree: Tree, data: pin.Data) -> None:
         self.tree = tree
-        jacobian = np.array(data.J)
+        jacobian = np.array(data.J).reshape(6, -1)  # (6,) with one degree of freedom
         self.linear, self.angular = jacobian[:3], jacobian[3:]
         self._jacobian = jacobian
         self.placements = data.oMi
