@@ -1,4 +1,7 @@
 from . import errors as errors
+from .batch.codes import RowStatus as RowStatus
+from .batch.result import ImpactBatch as ImpactBatch
+from .batch.solve import solve_batch as solve_batch
 from .chain import chain_urdf as chain_urdf
 from .chain import pendulum_urdf as pendulum_urdf
 from .checking import Check as Check
