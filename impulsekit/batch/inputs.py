@@ -122,13 +122,18 @@ def _mark(array: np.ndarray, name: str, high: float, allowed: str, codes: np.nda
 def _matrix(values: Any, width: int, what: str) -> np.ndarray:
     array = _floats(values, what)
     if array.ndim not in (1, 2) or array.shape[-1] != width:
-        raise ShapeError.of(what, ("B", width), array.shape, f"or ({width},) for all rows")
+        raise _misshapen(what, width, array, f"or ({width},) for all rows")
     return _rows_of(array.reshape(-1, width), what)
+
+
+def _misshapen(what: str, width: int, array: np.ndarray, hint: str = "") -> ShapeError:
+    wanted: Any = ("B", width)
+    return ShapeError.of(what, wanted, array.shape, hint)
 
 
 def _rows_of(array: np.ndarray, what: str) -> np.ndarray:
     if not len(array):
-        raise ShapeError.of(what, ("B", *array.shape[1:]), array.shape, "the batch is empty")
+        raise _misshapen(what, array.shape[-1], array, "the batch is empty")
     return np.ascontiguousarray(array)
 
 
@@ -173,7 +178,7 @@ def _given(scene: Scene, impulses: Any) -> np.ndarray:
         )
         if not fits:
             hint = "(B, 3) for the force impulse alone" if is_blow else ""
-            raise ShapeError.of(what, ("B", width), array.shape, hint)
+            raise _misshapen(what, width, array, hint)
         array = _rows_of(array.reshape(-1, array.shape[-1]), what)
         if len(array) > 1 and len(base) == 1:
             base = np.repeat(base, len(array), axis=0)
@@ -207,7 +212,7 @@ def _coefficients(scene: Scene, what: str, values: Any, count: int) -> np.ndarra
         if np.isnan(base).any():
             raise InputError(f"{what}: give all contacts theirs where one follows the speed")
         return base
-    array = _floats(values, what)
+    array: Any = _floats(values, what)
     if array.ndim == 0:
         array = np.full((1, count), float(array))
     elif array.ndim == 1 and count == 1:
@@ -215,5 +220,5 @@ def _coefficients(scene: Scene, what: str, values: Any, count: int) -> np.ndarra
     elif array.ndim == 1:
         array = array.reshape(1, -1)
     if array.ndim != 2 or array.shape[1] not in (1, count):
-        raise ShapeError.of(what, ("B", count), array.shape)
+        raise _misshapen(what, count, array)
     return _rows_of(np.array(np.broadcast_to(array, (len(array), count))), what)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..impact.plan import is_always_regular
-from ..impact.reach import branch_of, reached_model, touched_joints
+from ..impact.reach import branch_of, touched_joints
 from ..scene import AppliedImpulse, Law, Scene
 from .kernels import layout
 from .rows import NoKernelError, RowMaker, RowTables, row_tables
@@ -89,7 +89,7 @@ def _program(scene: Scene, frictional: bool) -> Program:
     joints = [j for j in range(1, model.njoints) if branch_of(model, j) in branches]
     if not joints:
         raise NoKernelError("nothing acts")
-    if not is_always_regular(reached_model(model, joints).model):
+    if not is_always_regular(model):
         raise NoKernelError("joints without inertia of their own, whose pivots are watched")
     tree = tree_of(model, joints)
     tables = row_tables(scene, tree, frictional=frictional)

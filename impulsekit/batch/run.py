@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from typing import Any
 
 import numpy as np
 
@@ -56,14 +57,15 @@ class BatchRun:
     def _laid_out(self, inputs: BatchInputs) -> tuple:
         program = self._program
         found: list = []
-        for array, own in (
+        pairs: tuple[tuple[Any, Any], ...] = (
             (inputs.q, None),
             (inputs.v, None),
-            (inputs.given, program.given),
+            (inputs.given, None),
             (inputs.restitution, program.restitution),
             (inputs.friction, program.friction),
-        ):
-            array = own.reshape(1, -1) if array is None else array
+        )
+        for array, own in pairs:
+            array = np.reshape(own, (1, -1)) if array is None else array
             if len(array) > 1 and self._states > self._size:
                 array = np.concatenate([array, np.repeat(array[-1:], self._states - self._size, 0)])
             found.extend((array.reshape(-1), array.shape[1] if len(array) > 1 else 0))

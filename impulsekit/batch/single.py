@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
-from ..errors import ContradictionError, ImpulsekitError, NotFiniteError, SingularMassError
-from ..errors import RangeError, StateError
+from ..errors import (
+    ContradictionError,
+    ImpulsekitError,
+    NotFiniteError,
+    RangeError,
+    SingularMassError,
+    StateError,
+)
 from ..impact import solve
 from ..impact.result import Impact
 from ..scene import AppliedImpulse, Scene
@@ -79,8 +86,9 @@ def _scene_of(scene: Scene, inputs: BatchInputs, row: int) -> Scene:
             part, numbers = numbers[:size], numbers[size:]
             impulses.append(dataclasses.replace(entry, impulse=tuple(part)))
     contacts: list = []
+    contact: Any
     for i, contact in enumerate(scene.contacts):
-        changes = {}
+        changes: dict[str, Any] = {}
         for name in ("restitution", "friction"):
             array = getattr(inputs, name)
             if array is not None and hasattr(contact, name):

@@ -79,7 +79,8 @@ def solve_batch(
             raise UnknownNameError.among("output", str(name), OUTPUTS)
     inputs = batch_inputs(scene, q, v, impulses, restitution, friction)
     program, plan = plan_batch(scene, frictional=_frictional(scene, inputs))
-    arrays = {name: np.empty((inputs.size, *_shape(scene, name))) for name in dict.fromkeys(outputs)}
+    shapes = {name: (inputs.size, *_shape(scene, name)) for name in outputs}
+    arrays = {name: np.empty(shape) for name, shape in shapes.items()}
     codes = np.zeros(inputs.size, dtype=np.int8)
     from .progress import shown
 
@@ -117,11 +118,11 @@ def plan_batch(scene: Scene, *, frictional: bool = False) -> tuple[Program | Non
     key = (id(scene), frictional)
     if key not in _programs:
         try:
-            from .program import compiled
-        except ModuleNotFoundError as error:
-            if error.name in ("numba", "llvmlite"):
-                raise MissingExtraError.of("numba", "batch", "solve_batch") from None
-            raise
+            import numba  # noqa: F401
+        except ImportError:
+            raise MissingExtraError.of("numba", "batch", "solve_batch") from None
+        from .program import compiled
+
         _programs[key] = compiled(scene, frictional=frictional)
         weakref.finalize(scene, _programs.pop, key, None)
     return _programs[key]

@@ -140,9 +140,7 @@ def solve_blocks(
                 ints, dofs, bodies, term_ints, term_floats, row_first, reach, reach_first,
                 reach_mask, dof_list, dof_first, work, dof_at, reduced_at, nv, witness,
             )  # fmt: skip
-            delassus(
-                dof_list, dof_first, reach_dofs, work, dof_at, reduced_at, nv, w_at, witness
-            )
+            delassus(dof_list, dof_first, reach_dofs, work, dof_at, reduced_at, nv, w_at, witness)
         if len(twist_list) > 0:
             twists(ints, dofs, twist_list, work, v_at, TWIST, witness)
         clear(ints, loaded_list, work, dof_at, witness)

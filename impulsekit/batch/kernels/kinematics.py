@@ -59,13 +59,13 @@ def place_bodies(ints, floats, count, work, q_at, spare_at, witness):
             d = (zero, zero, load(work, q, witness))
         elif kind == PLANAR:
             d = (load(work, q, witness), load(work, q + w, witness), zero)
-        elif kind == FREE or kind == TRANSLATION:
+        elif kind in (FREE, TRANSLATION):
             d = triple(work, q, w, witness)
         if parent > 0 and kind >= SLIDE and kind != QUATERNION:
             x = plus(x, times(b, d))
         if kind == PLANAR:
             b = _about_z(b, load(work, q + 2 * w, witness), load(work, q + 3 * w, witness))
-        elif kind == FREE or kind == QUATERNION:
+        elif kind in (FREE, QUATERNION):
             b = product(b, _of_quaternion(work, q + 3 * w if kind == FREE else q, w, witness))
         put_nine(work, row, w, b)
         put_triple(work, row + OFFSET * w, w, x)

@@ -110,13 +110,21 @@ def _vector_of(context: Any, builder: Any, value: Any, typ: Any) -> Any:
     return builder.shuffle_vector(single, ir.Constant(_VECTOR, ir.Undefined), mask)
 
 
+def _vectors_of(context: Any, builder: Any, args: Any, sig: Any) -> list:
+    """All arguments as vectors."""
+    pairs = zip(args, sig.args, strict=True)
+    return [_vector_of(context, builder, value, kind) for value, kind in pairs]
+
+
 def _add_operator(operation: Any, instruction: str) -> None:
     @infer_global(operation)
     class _Typing(AbstractTemplate):
         def generic(self, args: Any, kws: Any) -> Any:
-            if len(args) == 2 and any(isinstance(a, LanesType) for a in args):
-                if all(isinstance(a, LanesType | types.Float | types.Integer) for a in args):
-                    return signature(lanes_type, *args)
+            numbers = LanesType | types.Float | types.Integer
+            if any(isinstance(a, LanesType) for a in args) and all(
+                isinstance(a, numbers) for a in args
+            ):
+                return signature(lanes_type, *args)
             return None
 
     for left, right in (
@@ -129,7 +137,9 @@ def _add_operator(operation: Any, instruction: str) -> None:
 
         @lower_builtin(operation, left, right)
         def _lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-            pair = [_vector_of(context, builder, *both) for both in zip(args, sig.args)]
+            pair = [
+                _vector_of(context, builder, *both) for both in zip(args, sig.args, strict=False)
+            ]
             return getattr(builder, instruction)(*pair, flags=_FLAGS)
 
 
@@ -284,7 +294,9 @@ def where_less(typingctx: Any, left: Any, right: Any, then: Any, otherwise: Any)
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         if isinstance(sig.return_type, LanesType):
-            args = [_vector_of(context, builder, *both) for both in zip(args, sig.args)]
+            args = [
+                _vector_of(context, builder, *both) for both in zip(args, sig.args, strict=False)
+            ]
         less = builder.fcmp_ordered("<", args[0], args[1])
         return builder.select(less, args[2], args[3])
 
@@ -299,7 +311,9 @@ def any_less(typingctx: Any, left: Any, right: Any) -> Any:
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         if any(isinstance(kind, LanesType) for kind in sig.args):
-            args = [_vector_of(context, builder, *both) for both in zip(args, sig.args)]
+            args = [
+                _vector_of(context, builder, *both) for both in zip(args, sig.args, strict=False)
+            ]
             less = builder.fcmp_ordered("<", args[0], args[1])
             bits = builder.bitcast(less, ir.IntType(WIDTH))
             return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(WIDTH), 0))

@@ -1,0 +1,57 @@
+"""A batch held against ``ik.solve``, row by row."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+import impulsekit as ik
+from impulsekit.batch.codes import RowStatus
+from impulsekit.batch.result import OUTPUTS
+from impulsekit.batch.solve import solve_batch
+
+
+def random_states(robot, count, seed=0, spread=1.5):
+    rng = np.random.default_rng(seed)
+    steps = rng.uniform(-spread, spread, (count, robot.nv))
+    q = np.array([pin.integrate(robot.model, robot.neutral(), step) for step in steps])
+    return q, rng.normal(size=(count, robot.nv))
+
+
+def worst_difference(scene, q, v, rows=None, **varying):
+    """The largest relative difference of any output over the valid rows, and the batch."""
+    batch = solve_batch(scene, q, v, outputs=OUTPUTS, **varying)
+    worst = 0.0
+    for i in range(len(q)) if rows is None else rows:
+        try:
+            impact = ik.solve(scene, q[i], v[i])
+        except ik.errors.SingularMassError:
+            assert batch.status[i] == RowStatus.SINGULAR_MASS
+            continue
+        if impact.status is ik.Status.INACCURATE:
+            continue
+        assert RowStatus.of(impact.status) == batch.status[i], (i, impact.status)
+        if not impact.status.valid:
+            continue
+        pairs = [
+            (batch.v_after[i], impact.v_after),
+            (batch.dv[i], impact.dv),
+            (batch.generalized_impulse[i], impact.generalized_impulse),
+        ]
+        speed = np.abs(impact.v_before).max() + np.abs(impact.dv).max()
+        sizes = [speed, speed, np.abs(impact.generalized_impulse).max()]
+        pairs.append((batch.energy_change[i], impact.energy.change))
+        sizes.append(impact.energy.before + impact.energy.after)
+        load = max((np.abs(c.impulse).max() for c in impact.contacts), default=0.0)
+        for k, contact in enumerate(impact.contacts):
+            if contact.unique:
+                own = batch.contact_impulses[i, k, : len(contact.impulse)]
+                pairs.append((own, contact.impulse))
+                sizes.append(load)
+        if impact.constraints:
+            borne = np.concatenate([c.impulse for c in impact.constraints])
+            pairs.append((batch.constraint_impulses[i], borne))
+            sizes.append(np.abs(borne).max())
+        for (ours, theirs), size in zip(pairs, sizes, strict=True):
+            worst = max(worst, float(np.abs(ours - theirs).max()) / max(size, 1e-300))
+    return worst, batch
