@@ -1,0 +1,191 @@
+"""Plots: they take and return axes, and show the numbers that they should."""
+
+import builtins
+import pathlib
+import sys
+
+import matplotlib
+import numpy as np
+import pytest
+
+matplotlib.use("Agg")
+
+from matplotlib import pyplot as plt
+
+import impulsekit as ik
+from impulsekit.errors import InputError, MissingExtraError, RangeError, ShapeError
+from impulsekit.view import plots
+from impulsekit.view.plots.stroboscope import skeleton
+
+EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
+
+
+def solved(name):
+    scene_file = ik.load_scene(EXAMPLES / f"{name}.toml")
+    return ik.solve(scene_file.scene, scene_file.q, scene_file.v)
+
+
+@pytest.fixture(autouse=True)
+def closed():
+    yield
+    plt.close("all")
+
+
+@pytest.fixture
+def ax():
+    return plt.figure().add_subplot()
+
+
+@pytest.mark.parametrize(
+    "draw",
+    [plots.velocity_jump, plots.contact_cones, plots.joint_reactions, plots.energy_books],
+)
+def test_axes_are_taken_and_returned(draw, ax):
+    impact = solved("rocking_block")
+    before = len(plt.get_fignums())
+    assert draw(impact, ax) is ax
+    assert len(plt.get_fignums()) == before
+    assert draw(impact) is not ax
+    assert ax.get_title(loc="left")
+
+
+def test_the_velocity_jump(ax):
+    impact = solved("whittaker_chain")
+    plots.velocity_jump(impact, ax, rows=3)
+    before, after = (line.get_xdata() for line in ax.lines[1:3])
+    assert before.tolist() == [0.0] * 3
+    largest = np.sort(np.argsort(-np.abs(impact.dv))[:3])
+    assert after == pytest.approx(impact.v_after[largest])
+    assert [t.get_text().split("[")[1] for t in ax.get_yticklabels()] == [
+        "m/s]",
+        "rad/s]",
+        "rad/s]",
+    ]
+    assert "9 more jump less" in ax.get_title(loc="left")
+
+
+def test_impulses_lie_in_their_cones(ax):
+    impact = solved("rocking_block")
+    plots.contact_cones(impact, ax)
+    marks = [
+        line for line in ax.lines if line.get_marker() in ("o", "s", "x") and len(line.get_xdata())
+    ]
+    points = [p for result in impact.contacts for p in result.points]
+    assert len(marks) == len(points)
+    for mark, point in zip(marks, points, strict=True):
+        (x,), (y,) = mark.get_xdata(), mark.get_ydata()
+        assert y == pytest.approx(point.normal @ point.impulse)
+        assert np.hypot(x, y) == pytest.approx(np.linalg.norm(point.impulse))
+        assert abs(x) <= 1.0 * y + 1e-12
+
+
+def test_nothing_touches(ax):
+    plots.contact_cones(solved("whittaker_chain"), ax)
+    assert "nothing touches" in [text.get_text() for text in ax.texts]
+
+
+def test_reactions_in_order_and_rounding_is_nothing(ax):
+    impact = solved("whittaker_chain")
+    plots.joint_reactions(impact, ax)
+    sizes = [bar.get_width() for bar in ax.patches]
+    wanted = [np.linalg.norm(impact.reactions[n][:3]) for n in impact.scene.robot.joint_names]
+    assert sizes == pytest.approx(wanted, abs=1e-9)
+    couples = plots.joint_reactions(impact, part="couple")
+    assert [bar.get_width() for bar in couples.patches] == [0.0] * 10
+    assert couples.get_xlabel() == "size [N m s]"
+    with pytest.raises(RangeError, match="force"):
+        plots.joint_reactions(impact, ax, part="torque")
+
+
+def test_the_books_of_energy_lead_from_before_to_after(ax):
+    impact = solved("rocking_block")
+    plots.energy_books(impact, ax)
+    first, *works, last = ax.patches
+    assert first.get_width() == pytest.approx(impact.energy.before)
+    assert last.get_width() == pytest.approx(impact.energy.after)
+    assert [w.get_width() for w in works] == pytest.approx(list(impact.energy.work.values()))
+    assert works[-1].get_x() + works[-1].get_width() == pytest.approx(impact.energy.after)
+
+
+def test_a_stroboscope_of_the_struck_chain(ax):
+    impact = solved("whittaker_chain")
+    plots.stroboscope(impact, [0.0], ax, unit="ft", ends=("A", "B"))
+    xs = sorted({round(float(x), 6) for line in ax.lines for x in line.get_xdata()})
+    assert xs == pytest.approx(np.arange(11) / 0.3048)
+    assert [text.get_text() for text in ax.texts] == ["$A_{0}$", "$B_{0}$"]
+    assert ax.get_ylabel() == "y [ft]"
+    for wrong in ({"plane": "xx"}, {"plane": "xyz"}, {"unit": "mile"}):
+        with pytest.raises(RangeError):
+            plots.stroboscope(impact, [0.0], ax, **wrong)
+    with pytest.raises(RangeError, match="time"):
+        plots.stroboscope(impact, [99.0], ax)
+
+
+def test_a_skeleton_hangs_from_the_pin_and_ends_where_the_last_rod_does():
+    robot = ik.Robot.from_urdf(ik.pendulum_urdf(3))
+    lines = skeleton(robot, robot.neutral())
+    assert len(lines) == 3
+    assert lines[0][0] == pytest.approx([0, 0, 0])
+    assert np.linalg.norm(lines[-1][1] - lines[-1][0]) == pytest.approx(
+        np.linalg.norm(lines[0][1] - lines[0][0])
+    )
+
+
+def test_time_against_error(ax):
+    plots.time_against_error({"a": ([1e-9, 1e-3], [2.0, 1.0]), "b": ([0.0], [1.0])}, ax)
+    assert ax.lines[0].get_xdata().tolist() == [1e-9, 1e-3]
+    assert ax.lines[1].get_xdata()[0] > 0.0
+    with pytest.raises(ShapeError, match="seconds"):
+        plots.time_against_error({"a": ([1.0], [])}, ax)
+
+
+def test_histories_of_a_motion():
+    impact = solved("whittaker_chain")
+    scene = ik.Scene(impact.scene.robot, gravity=[0, 0, 0])
+    motion = ik.simulate(scene, impact.q, impact.v_after, duration=0.1)
+    ax = plots.energy_history(motion)
+    assert ax.lines[-1].get_ydata() == pytest.approx(impact.energy.after)
+    # Rounding does not fill the picture.
+    assert np.ptp(ax.get_ylim()) > 1e-4 * impact.energy.after
+    ax = plots.momentum_history(motion)
+    assert ax.lines[1].get_ydata() == pytest.approx(5.0)
+    assert ax.get_ylabel() == "linear momentum [kg m/s]"
+    with pytest.raises(RangeError):
+        plots.momentum_history(motion, part="both")
+    assert len(plots.overview(motion).axes) == 3
+
+
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_a_sheet_is_written(ending, tmp_path):
+    path = tmp_path / f"sheet.{ending}"
+    figure = plots.overview(solved("solo12_landing"), path)
+    assert len(figure.axes) == 4
+    assert path.stat().st_size > 5000
+
+
+def test_a_sheet_of_unknown_form(tmp_path):
+    with pytest.raises(InputError, match="xyz"):
+        plots.overview(solved("four_bar"), tmp_path / "sheet.xyz")
+
+
+def test_names_with_dollars_are_no_formulas(ax):
+    robot = ik.Robot.from_urdf(ik.chain_urdf(2).replace("joint_2", "$\\frac$"))
+    scene = ik.Scene(robot, [ik.JointImpulse("$\\frac$", 1.0, name="$x")])
+    plots.overview(ik.solve(scene, robot.neutral(), robot.velocity())).canvas.draw()
+
+
+def test_without_matplotlib_the_line_to_install_it_is_told(monkeypatch):
+    real = builtins.__import__
+
+    def refuse(name, *rest, **more):
+        if name.startswith("matplotlib"):
+            raise ImportError(name)
+        return real(name, *rest, **more)
+
+    impact = solved("four_bar")
+    for name in [n for n in sys.modules if n.startswith("matplotlib")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setattr(builtins, "__import__", refuse)
+    for draw in (plots.velocity_jump, plots.overview):
+        with pytest.raises(MissingExtraError, match=r"impulsekit\[plot\]"):
+            draw(impact)

@@ -1,0 +1,287 @@
+"""What a replay tells the player, without a browser."""
+
+import pathlib
+import subprocess
+import sys
+import time
+import warnings
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit.errors import (
+    ImpulsekitError,
+    InputError,
+    NotFiniteError,
+    RangeError,
+    ShapeError,
+    UnknownNameError,
+)
+from impulsekit.view.bodies import body_shapes
+from impulsekit.view.simple_bodies import equivalent_box
+
+EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
+MESH = """<robot name="broken">
+  <link name="a"><inertial><mass value="2"/>
+    <inertia ixx="0.1" iyy="0.2" izz="0.2" ixy="0" ixz="0" iyz="0"/></inertial>
+    <visual><geometry><mesh filename="package://gone/a.stl"/></geometry></visual></link>
+  <link name="b"><inertial><mass value="1"/>
+    <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>
+    <visual><geometry><sphere radius="0.3"/></geometry></visual></link>
+  <joint name="j" type="revolute"><parent link="a"/><child link="b"/>
+    <axis xyz="0 0 1"/><limit effort="1" velocity="1"/></joint>
+</robot>"""
+
+
+@pytest.fixture(scope="module")
+def chain():
+    robot = ik.Robot.from_urdf(ik.chain_urdf(3), root="planar")
+    scene = ik.Scene(robot, [ik.AppliedImpulse("link_1", [0, 5, 0], [0, 0, 0.5], name="blow")])
+    return ik.solve(scene, robot.neutral(), robot.velocity())
+
+
+def test_a_missing_mesh_is_named_and_drawn_as_a_simple_body(tmp_path):
+    robot = ik.Robot.from_urdf(MESH, root="freeflyer", package_dirs=[tmp_path])
+    shown = ik.replay(ik.Recording(robot, [0.0], [robot.neutral()]))
+    (note,) = shown.notes
+    assert '"a" drawn as a simple body' in note
+    assert "package://gone/a.stl" in note
+    assert str(tmp_path) in note
+    assert note.replace('"', '\\"') in shown.html
+    shapes, _ = body_shapes(robot)
+    assert {(s.name, s.simple) for s in shapes} == {("a", True), ("b_0", False)}
+
+
+def test_a_missing_mesh_of_one_robot_of_several(tmp_path):
+    broken = ik.Robot.from_urdf(MESH, root="freeflyer")
+    both = ik.combine(x=broken, y=ik.Robot.from_urdf(ik.chain_urdf(2)))
+    shapes, notes = body_shapes(both)
+    assert len(notes) == 1
+    assert '"x/a"' in notes[0]
+    assert [s.name for s in shapes if s.simple] == ["x/a"]
+
+
+def test_a_robot_without_a_urdf_is_drawn_from_its_inertia():
+    model = pin.buildSampleModelManipulator()
+    robot = ik.Robot.from_model(model)
+    shapes, notes = body_shapes(robot)
+    assert notes == ()
+    assert len(shapes) >= 5
+    assert all(shape.simple for shape in shapes)
+
+
+def test_the_equivalent_box_has_the_inertia_it_stands_for():
+    rng = np.random.default_rng(3)
+    lengths, mass = np.array([0.5, 0.8, 1.1]), 2.5
+    rotation = pin.Quaternion(*(rng.normal(size=4))).normalized().matrix()
+    moments = mass / 12.0 * (np.sum(lengths**2) - lengths**2)
+    found, axes = equivalent_box(mass, rotation @ np.diag(moments) @ rotation.T)
+    assert np.sort(found) == pytest.approx(lengths)
+    again = mass / 12.0 * (np.sum(found**2) - found**2)
+    np.testing.assert_allclose(
+        axes @ np.diag(again) @ axes.T, rotation @ np.diag(moments) @ rotation.T
+    )
+    assert np.linalg.det(axes) == pytest.approx(1.0)
+
+
+def test_the_arrows_of_an_impact(chain):
+    shown = ik.replay(chain, points=[ik.ReportPoint("link_1", label="end")], reactions=["joint_2"])
+    kinds = {
+        name: [p.split("/")[-1].split()[1] for p in paths] for name, paths in shown.arrows.items()
+    }
+    # At rest before: there is no arrow for that.
+    assert kinds == {"blow": ["impulse", "couple"], "end": ["after"], "joint_2": ["reaction"]}
+    assert "impulse, the longest arrow 5 N s" in shown.html
+    assert "couple impulse, the longest arrow 0.5 N m s" in shown.html
+    assert "m/s" in shown.html
+
+
+def test_velocities_can_be_left_out_and_joints_are_named(chain):
+    shown = ik.replay(chain, velocities=False)
+    assert set(shown.arrows) == {"blow"}
+    with pytest.raises(UnknownNameError, match="joint_9"):
+        ik.replay(chain, reactions=["joint_9"])
+    with pytest.raises(UnknownNameError, match="nowhere"):
+        ik.replay(chain, traces=[ik.ReportPoint("nowhere")])
+
+
+def test_coasting_keeps_a_loop_shut():
+    from impulsekit.view.coasting import coasting
+
+    scene_file = ik.load_scene(EXAMPLES / "four_bar.toml")
+    impact = ik.solve(scene_file.scene, scene_file.q, scene_file.v)
+    recording = coasting(impact)
+    robot = scene_file.scene.robot
+    data = robot.model.createData()
+    for q in recording.q:
+        pin.framesForwardKinematics(robot.model, data, q)
+        ends = [
+            data.oMf[robot.frame_id(frame)].act(np.array(at))
+            for frame, at in (("coupler", [0.5, 0, 0]), ("rocker", [0, 0.5, 0]))
+        ]
+        assert np.abs(ends[0] - ends[1]).max() < 1e-4
+
+
+def test_gaps_in_what_is_given_are_told(chain):
+    robot = chain.scene.robot
+    q = [robot.neutral(), robot.neutral()]
+    with pytest.raises(InputError, match="no instant"):
+        ik.Recording(robot, [], np.zeros((0, robot.nq)))
+    with pytest.raises(ShapeError, match="Recording: q"):
+        ik.Recording(robot, [0.0], q)
+    with pytest.raises(RangeError, match=r"t\[1\]"):
+        ik.Recording(robot, [1.0, 0.0], q)
+    with pytest.raises(NotFiniteError, match="instant 1"):
+        ik.Recording(robot, [0.0, np.nan], q)
+    with pytest.raises(InputError, match="of another robot"):
+        ik.Recording(ik.Robot.from_urdf(ik.chain_urdf(2)), [0.0], [[0.0]], [(0.0, chain)])
+    with pytest.raises(InputError, match="a dict cannot be shown"):
+        ik.replay({})
+    motion = ik.Recording(robot, [0.0, 1.0], q)
+    for option in (
+        {"fps": 0.0},
+        {"fps": 1e9},
+        {"speed": -1.0},
+        {"slow_motion": 2.0},
+        {"slow_window": -1.0},
+        {"hold": 0.0},
+        {"ghosts": [2.0]},
+        {"speed": np.nan},
+    ):
+        with pytest.raises(RangeError, match=f"replay: ({next(iter(option))}|frames)"):
+            ik.replay(motion, **option)
+
+
+def test_an_empty_trajectory_of_any_kind_is_told():
+    class Nothing:
+        robot = ik.Robot.from_urdf(ik.chain_urdf(2))
+        t = np.zeros(0)
+        q = np.zeros((0, 1))
+
+    with pytest.raises(InputError, match="no instant"):
+        ik.replay(Nothing())
+
+
+def test_a_motion_that_stands_still_is_a_picture(chain):
+    robot = chain.scene.robot
+    shown = ik.replay(ik.Recording(robot, [0.0, 1.0], [robot.neutral()] * 2))
+    assert shown.duration == 1.0
+    assert not any(c["type"] == "set_animation" for c in shown.commands)
+
+
+def test_thousands_of_frames_of_a_humanoid_stay_small():
+    robot = ik.Robot.from_urdf(ik.chain_urdf(40), root="freeflyer")
+    t = np.linspace(0.0, 100.0, 500)
+    v = np.random.default_rng(1).normal(size=robot.nv)
+    q = [pin.integrate(robot.model, robot.neutral(), np.sin(x) * v) for x in t]
+    shown = ik.replay(ik.Recording(robot, t, q), fps=60)
+    assert len(shown.times) == 6001
+    assert len(shown.html) < 25e6
+
+
+def test_ghosts_share_their_meshes():
+    robot = ik.Robot.from_example("solo12")
+    still = ik.Recording(robot, [0.0, 1.0], [robot.neutral()] * 2)
+    one, many = (len(ik.replay(still, ghosts=g).html) for g in ([0.0], np.linspace(0, 1, 20)))
+    assert many < 1.3 * one
+
+
+def test_a_storm_of_impacts_keeps_the_largest_arrows(chain):
+    robot = chain.scene.robot
+    times = np.linspace(0.0, 1.0, 200)
+    motion = ik.Recording(robot, times, [robot.neutral()] * 200, [(x, chain) for x in times])
+    shown = ik.replay(motion)
+    assert sum(map(len, shown.arrows.values())) == 400
+    assert "smaller arrows" in shown.notes[0]
+
+
+def test_without_a_display_the_page_is_named_and_nothing_hangs(chain, monkeypatch, tmp_path):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(sys, "platform", "linux")
+    with pytest.warns(UserWarning, match=r"no browser.*page\.html"):
+        shown = ik.replay(chain, tmp_path / "page.html", open=True)
+    assert shown.page == str(tmp_path / "page.html")
+
+
+def test_a_browser_is_given_the_page(chain, monkeypatch):
+    import webbrowser
+
+    opened = []
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr(webbrowser, "open", lambda url, new: opened.append(url) or True)
+    shown = ik.replay(chain, open=True)
+    assert opened == [pathlib.Path(shown.page).as_uri()]
+    pathlib.Path(shown.page).unlink()
+
+
+def test_it_is_drawn_into_a_running_window_too(chain):
+    sent = []
+
+    class Socket:
+        def getsockopt(self, key):
+            return -1
+
+        def setsockopt(self, key, value):
+            pass
+
+        def send_multipart(self, frames):
+            sent.append(frames)
+
+        def recv(self):
+            return b"ok"
+
+    class Window:
+        zmq_socket, zmq_url = Socket(), "tcp://here"
+
+    class Viewer:
+        window = Window()
+
+    shown = ik.replay(chain, viewer=Viewer())
+    assert len(sent) == len(shown.commands)
+    assert sent[-1][0] == b"set_animation"
+
+
+def test_a_dead_server_is_told_and_does_not_hang(chain, monkeypatch):
+    import zmq
+
+    from impulsekit.view import browser
+
+    monkeypatch.setattr(browser, "PATIENCE", 200)
+
+    class Window:
+        zmq_socket, zmq_url = zmq.Context.instance().socket(zmq.REQ), "tcp://127.0.0.1:1"
+
+    class Viewer:
+        window = Window()
+
+    Window.zmq_socket.setsockopt(zmq.LINGER, 0)
+    Window.zmq_socket.connect(Window.zmq_url)
+    start = time.perf_counter()
+    with pytest.raises(ImpulsekitError, match="does not answer"):
+        ik.replay(chain, viewer=Viewer())
+    assert time.perf_counter() - start < 5.0
+    Window.zmq_socket.close()
+
+
+def test_no_server_and_no_warning():
+    code = (
+        "import impulsekit as ik, subprocess, warnings, socket\n"
+        "warnings.simplefilter('error')\n"
+        "subprocess.Popen.__init__ = None\n"
+        "socket.socket.bind = None\n"
+        "robot = ik.Robot.from_urdf(ik.chain_urdf(2))\n"
+        "print(len(ik.replay(ik.Recording(robot, [0.0], [robot.neutral()])).html))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) > 800_000
+    assert done.stderr == ""
+
+
+def test_filters_of_warnings_are_left_alone(chain):
+    before = list(warnings.filters)
+    ik.replay(chain)
+    assert warnings.filters == before
