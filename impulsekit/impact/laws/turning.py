@@ -67,8 +67,13 @@ def turn(
     else:
         index, goal = 6, in_work * inertia / (first * first)
     start = np.array([math.atan2(now.u2, now.u1), 0.0, 0.0, lift, 0.0, 0.0, 0.0, 0.0])
+    # A slow approach beside a fast slip: its velocity, impulse and work are small numbers
+    # here, and count by their own size (down to where rounding would stop the steps).
+    small = min(1.0, max(1e-2, abs(lift), abs(goal) ** (0.5 if index == 6 else 1.0)))
+    sizes = (1.0, 1.0, small, small, small, small, small * small, small)
+    absolute = 1e-15 * np.array(sizes)
     # τ runs on for as long as the slowest decay takes.
-    solver = DOP853(rates, 0.0, start, 1e12, rtol=RTOL, atol=1e-15)
+    solver = DOP853(rates, 0.0, start, 1e12, rtol=RTOL, atol=absolute)
     floor = math.log(FAINT)
     falls = rates(0.0, start)[3] <= 0.0
     reached = back = False
@@ -84,7 +89,7 @@ def turn(
         back = not now.compressing and y[3] < 0.0 and rates(0.0, y)[3] < 0.0
         if reached or back:
             which, value = (index, goal) if reached else (3, 0.0)
-            y = _located(rates, t_last, solver.t, last, which, value)
+            y = _located(rates, t_last, solver.t, last, which, value, absolute)
             break
         if y[1] < floor:
             break
@@ -115,7 +120,13 @@ def turn(
 
 
 def _located(
-    rates: object, t0: float, t1: float, y0: np.ndarray, index: int, goal: float
+    rates: object,
+    t0: float,
+    t1: float,
+    y0: np.ndarray,
+    index: int,
+    goal: float,
+    absolute: np.ndarray,
 ) -> np.ndarray:
     """The state where entry ``index`` reaches ``goal``, between t0 and t1.
 
@@ -129,7 +140,7 @@ def _located(
     for _ in range(60):
         rate = rates(t, y)[index]  # type: ignore[operator]
         error = goal - y[index]
-        if abs(error) <= 4e-16 * max(1.0, abs(goal)):
+        if abs(error) <= max(4e-16 * abs(goal), 0.4 * absolute[index]):
             break
         rising = goal >= y0[index]
         if (error > 0.0) is rising:
@@ -142,7 +153,9 @@ def _located(
         if following == t:
             break
         y = (
-            solve_ivp(rates, (t0, following), y0, method="DOP853", rtol=RTOL, atol=1e-15).y[:, -1]
+            solve_ivp(rates, (t0, following), y0, method="DOP853", rtol=RTOL, atol=absolute).y[
+                :, -1
+            ]
             if following > t0
             else y0
         )

@@ -140,7 +140,8 @@ def test_strongs_energy_never_rises(seed, e, mu):
     u[2] = -abs(u[2]) - 1e-3
     answer = solved(W, u, e, mu, law=PATHS[2])
     assert answer.status.valid
-    assert answer.normal_work[0] <= 0 and answer.friction_work[0] <= 0
+    rounding = 1e-14 * np.abs(answer.impulse).max() * np.abs(u).max()
+    assert answer.normal_work[0] <= rounding and answer.friction_work[0] <= rounding
 
 
 @every_path
