@@ -1,0 +1,13 @@
+from .ellipsoid import ImpactEllipsoid as ImpactEllipsoid
+from .ellipsoid import effective_mass as effective_mass
+from .ellipsoid import impact_ellipsoid as impact_ellipsoid
+from .least_blow import LeastBlow as LeastBlow
+from .least_blow import least_blow as least_blow
+from .pictures import plot_effective_mass as plot_effective_mass
+from .pictures import plot_sparing as plot_sparing
+from .sparing import SparedJoint as SparedJoint
+from .sparing import WorstBlow as WorstBlow
+from .sparing import centre_of_percussion as centre_of_percussion
+from .sparing import reaction_map as reaction_map
+from .sparing import spare_joint as spare_joint
+from .sparing import worst_blow as worst_blow

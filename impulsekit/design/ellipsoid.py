@@ -1,0 +1,106 @@
+"""How heavy a robot is to a blow at a point: effective mass, and its ellipsoid."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..robot import Robot
+from ..scene import Scene
+from .response import Response, unit_vector
+
+__all__ = ["ImpactEllipsoid", "effective_mass", "impact_ellipsoid"]
+
+# Mobility this far below the largest is rounding: nothing moves there.
+IMMOBILE = 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class ImpactEllipsoid:
+    """The mobility of a point, Δu = G p with G = J H Jᵀ, along its own axes.
+
+    Unit blows in all directions give velocities on the ellipsoid with half-axes 1/m_i
+    (Asada 1983; Khatib 1995).
+
+    Attributes:
+        frame, at: the point.
+        position: (3,) of it in the world [m], read-only.
+        mobility: (3, 3) G, world axes [1/kg], read-only.
+        axes: (3, 3) unit columns, the heaviest direction first, read-only.
+        masses: (3,) the effective mass along each [kg], infinite where nothing moves.
+    """
+
+    frame: str
+    at: tuple[float, float, float]
+    position: np.ndarray
+    mobility: np.ndarray
+    axes: np.ndarray
+    masses: np.ndarray
+
+    def effective_mass(self, direction: Any) -> float:
+        """1/(n·G n) along a direction in world axes [kg].
+
+        Raises:
+            RangeError, ShapeError, NotFiniteError: no direction.
+        """
+        n = unit_vector(direction, "direction")
+        mobility = float(n @ self.mobility @ n)
+        if mobility <= IMMOBILE * max(float(np.trace(self.mobility)), 1e-300):
+            return math.inf
+        return 1.0 / mobility
+
+
+def impact_ellipsoid(
+    scene: Scene | Robot, q: Any, frame: str, at: Any = (0.0, 0.0, 0.0)
+) -> ImpactEllipsoid:
+    """The impact ellipsoid of a point of a frame.
+
+    Args:
+        scene: the robot, or a scene whose constraints hold it; its blows and contacts
+            do not count.
+        q: (nq,) configuration.
+        frame, at: the point, in the frame's coordinates [m].
+
+    Raises:
+        UnknownNameError, ShapeError, NotFiniteError, StateError, InputError.
+
+    Example:
+        >>> from impulsekit import Robot
+        >>> ball = Robot.from_urdf("models/rod.urdf", root="freeflyer")
+        >>> found = impact_ellipsoid(ball, ball.neutral(), "rod")
+        >>> found.masses.shape, bool(found.masses[0] >= found.masses[2])
+        ((3,), True)
+    """
+    response = Response(scene, q)
+    jacobian = response.point_jacobian(frame, at)
+    mobility = jacobian @ response.mobility @ jacobian.T
+    mobility = 0.5 * (mobility + mobility.T)
+    values, axes = np.linalg.eigh(mobility)
+    live = values > IMMOBILE * max(values[-1], 1e-300)
+    masses = np.where(live, 1.0 / np.where(live, values, 1.0), math.inf)
+    place = response.mechanics.frame_placement(frame).act(np.array(at, dtype=float))
+    arrays = place, mobility, axes, masses
+    for array in arrays:
+        array.setflags(write=False)
+    x, y, z = (float(entry) for entry in at)
+    return ImpactEllipsoid(frame, (x, y, z), *arrays)
+
+
+def effective_mass(
+    scene: Scene | Robot, q: Any, frame: str, direction: Any, at: Any = (0.0, 0.0, 0.0)
+) -> float:
+    """The effective (reflected) mass of a point along a direction in world axes [kg].
+
+    1/(n·J M⁻¹Jᵀ n), of the constrained robot where the scene holds it; infinite where
+    nothing moves. Arguments and errors are those of ``impact_ellipsoid``.
+
+    Example:
+        >>> from impulsekit import Robot, pendulum_urdf
+        >>> rod = Robot.from_urdf(pendulum_urdf(1))  # 1 kg, 1 m: 1/3 kg at the end
+        >>> round(effective_mass(rod, [0.0], "link_1", [1, 0, 0], at=[0, 0, -1]), 12)
+        0.333333333333
+    """
+    return impact_ellipsoid(scene, q, frame, at).effective_mass(direction)

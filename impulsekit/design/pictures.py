@@ -1,0 +1,95 @@
+"""Pictures of design measures: each takes an ``ax`` or makes one, and returns it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InputError, MissingExtraError
+from ..robot import Robot
+from ..scene import Scene
+from .ellipsoid import ImpactEllipsoid
+from .response import Response, unit_vector
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["plot_effective_mass", "plot_sparing"]
+
+_PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+
+
+def plot_effective_mass(
+    ellipsoid: ImpactEllipsoid, plane: str = "xz", ax: Axes | None = None
+) -> Axes:
+    """The effective mass of a point over the directions of a plane of the world.
+
+    Args:
+        plane: "xy", "xz" or "yz".
+
+    Raises:
+        InputError: another plane.
+        MissingExtraError: matplotlib is not installed.
+    """
+    if plane not in _PLANES:
+        raise InputError(f'plane is {plane!r}, wanted is "xy", "xz" or "yz"')
+    ax = _axes(ax)
+    first, second = _PLANES[plane]
+    angles = np.linspace(0.0, 2.0 * math.pi, 361)
+    ways = np.zeros((len(angles), 3))
+    ways[:, first], ways[:, second] = np.cos(angles), np.sin(angles)
+    masses = np.array([ellipsoid.effective_mass(way) for way in ways])
+    radius = np.where(np.isfinite(masses), masses, np.nan)
+    ax.plot(radius * ways[:, first], radius * ways[:, second], color="#1a6bbf")
+    ax.plot(0.0, 0.0, "+", color="#22303c")
+    ax.set_aspect("equal")
+    ax.set_xlabel(f"effective mass along {plane[0]} [kg]")
+    ax.set_ylabel(f"effective mass along {plane[1]} [kg]")
+    ax.set_title(f"{ellipsoid.frame}")
+    return ax
+
+
+def plot_sparing(
+    scene: Scene | Robot,
+    q: Any,
+    joint: str,
+    frame: str,
+    start: Any,
+    end: Any,
+    direction: Any,
+    ax: Axes | None = None,
+) -> Axes:
+    """What a joint bears of a unit blow, over the place along a line; see ``spare_joint``.
+
+    Raises:
+        As ``spare_joint``; MissingExtraError: matplotlib is not installed.
+    """
+    from .sparing import spare_joint
+
+    ax = _axes(ax)
+    best = spare_joint(scene, q, joint, frame, start, end, direction)
+    response = Response(scene, q)
+    n = unit_vector(direction, "direction")
+    ends = [response.reaction_map(joint, frame, at)[:3, :3] @ n for at in (start, end)]
+    length = float(np.linalg.norm(np.array(end, dtype=float) - np.array(start, dtype=float)))
+    places = np.linspace(min(0.0, best.along), max(1.0, best.along), 201)
+    shares = [np.linalg.norm(ends[0] + s * (ends[1] - ends[0])) for s in places]
+    ax.plot(places * length, shares, color="#1a6bbf")
+    ax.plot(best.along * length, best.share, "o", color="#c8412b")
+    ax.set_xlabel("place of the blow [m]")
+    ax.set_ylabel(f"{joint}: impulse per unit of the blow")
+    ax.set_ylim(bottom=0.0)
+    return ax
+
+
+def _axes(ax: Axes | None) -> Axes:
+    if ax is not None:
+        return ax
+    try:
+        from matplotlib import pyplot
+    except ImportError:
+        raise MissingExtraError.of("matplotlib", "plot", "a plot") from None
+    _, made = pyplot.subplots(layout="constrained")
+    return made

@@ -1,0 +1,98 @@
+"""What unit blows do to a scene's robot at one configuration.
+
+Δv = H Jᵀp, with the mobility H = M⁻¹ − M⁻¹Aᵀ(A M⁻¹Aᵀ)⁺A M⁻¹ under bilateral rows A.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError, RangeError
+from ..impact import ImpactSolver
+from ..impact.bilateral import RANK_TOLERANCE
+from ..impact.mechanics import Mechanics
+from ..robot import Robot, state
+from ..scene import AppliedImpulse, Scene
+from ..scene.numbers import vector
+
+__all__ = ["Response", "unit_vector"]
+
+
+class Response:
+    """A robot as blows find it: its mobility, and what reaches its joints.
+
+    Of a scene only the robot and its constraints count, at rest.
+    """
+
+    def __init__(self, what: Scene | Robot, q: Any) -> None:
+        if isinstance(what, Robot):
+            what = Scene(what)
+        if not isinstance(what, Scene):
+            raise InputError(f"a Scene or a Robot is wanted, not a {type(what).__name__}")
+        held = [replace(entry, velocity=0.0) for entry in what.constraints]
+        self.robot = what.robot
+        self.scene = Scene(what.robot, constraints=held, gravity=what.gravity)
+        self.q = state.checked_configuration(self.robot.model, q)
+        self.mechanics = Mechanics(self.scene, self.q)
+
+    @cached_property
+    def mobility(self) -> np.ndarray:
+        """(nv, nv) H [1/kg, 1/(kg m), 1/(kg m²)]."""
+        import scipy.linalg
+
+        masses = self.mechanics.mass_matrix
+        scale = 1.0 / np.sqrt(np.maximum(np.diagonal(masses), 1e-300))
+        try:
+            lower = np.linalg.cholesky(masses * scale * scale[:, None])
+        except np.linalg.LinAlgError:
+            raise InputError("a joint moves nothing that has mass or inertia") from None
+        # M⁻¹ = B Bᵀ.
+        root = (
+            scale[:, None] * scipy.linalg.solve_triangular(lower, np.eye(len(lower)), lower=True).T
+        )
+        if not self.scene.constraints:
+            return root @ root.T
+        half = root.T @ self.mechanics.constraint_matrix.T
+        sizes = np.sqrt((half**2).sum(axis=0))
+        half = half[:, sizes > 1e-11 * sizes.max(initial=0.0)]
+        left, values, _ = np.linalg.svd(half / np.sqrt((half**2).sum(axis=0)), full_matrices=False)
+        basis = left[:, values > RANK_TOLERANCE]
+        free = root - (root @ basis) @ basis.T
+        return free @ free.T
+
+    def point_jacobian(self, frame: str, at: Any) -> np.ndarray:
+        """(3, nv) of a point of a frame, world axes."""
+        self.robot.frame_id(frame)
+        return self.mechanics.point_jacobian(frame, np.array(vector(at, "at")))[:3]
+
+    def reaction_map(self, joint: str, frame: str, at: Any) -> np.ndarray:
+        """(6, 6) what a joint carries of unit wrenches at a point, both in world axes."""
+        place = vector(at, "at")
+        still = self.robot.velocity()
+        columns = []
+        for unit in np.eye(6):
+            blow = AppliedImpulse(frame, tuple(unit[:3]), tuple(unit[3:]), place)
+            scene = replace(self.scene, impulses=[blow])
+            reactions = ImpactSolver(scene).solve(self.q, still).reactions
+            if joint not in reactions:
+                self.robot.joint_id(joint)
+            columns.append(reactions[joint])
+        return np.array(columns).T
+
+
+def unit_vector(given: Any, what: str) -> np.ndarray:
+    """(3,) a direction at unit length.
+
+    Raises:
+        RangeError: it has no length.
+        ShapeError, NotFiniteError: no three finite numbers.
+    """
+    direction = np.array(vector(given, what))
+    length = float(np.linalg.norm(direction))
+    if length < 1e-9:
+        raise RangeError.of(f"length of {what}", length, "above zero")
+    return direction / length

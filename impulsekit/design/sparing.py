@@ -1,0 +1,245 @@
+"""What a joint bears of a blow, and where to strike to spare it.
+
+The wrench that a joint carries is linear in the blow: R = B(c) n for a unit blow n at a
+point c, and B is affine in c along a line. So the sparing point and the worst direction
+have closed forms.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import InputError
+from ..robot import Robot
+from ..scene import Scene
+from ..scene.numbers import vector
+from .response import Response, unit_vector
+
+__all__ = [
+    "SparedJoint",
+    "WorstBlow",
+    "centre_of_percussion",
+    "reaction_map",
+    "spare_joint",
+    "worst_blow",
+]
+
+
+@dataclass(frozen=True, eq=False)
+class SparedJoint:
+    """Where a blow spares a joint.
+
+    Attributes:
+        joint, frame: the joint, and the frame that is struck.
+        at: (3,) the point in the frame's coordinates [m], read-only.
+        direction: (3,) of the blow in world axes, unit, read-only.
+        along: where the point lies on the line that was searched, 0 at its start, 1 at its end.
+        share: size of the joint's linear impulse over that of the blow; 0 spares it wholly.
+    """
+
+    joint: str
+    frame: str
+    at: np.ndarray
+    direction: np.ndarray
+    along: float
+    share: float
+
+
+@dataclass(frozen=True, eq=False)
+class WorstBlow:
+    """The direction of a blow at a point that a joint bears most of.
+
+    Attributes:
+        direction: (3,) unit, world axes, read-only.
+        share: the joint's impulse over that of the blow; for ``kind="couple"`` the couple
+            [m].
+        kindest, kindest_share: the direction that it bears least of.
+    """
+
+    direction: np.ndarray
+    share: float
+    kindest: np.ndarray
+    kindest_share: float
+
+
+def reaction_map(
+    scene: Scene | Robot, q: Any, joint: str, frame: str, at: Any = (0.0, 0.0, 0.0)
+) -> np.ndarray:
+    """(6, 6) what a joint carries of unit wrenches at a point of a frame.
+
+    Both wrenches are linear before angular in world axes; that of the joint is the one
+    that the parent gives the child, at the joint's origin.
+
+    Raises:
+        UnknownNameError, ShapeError, NotFiniteError, StateError, InputError.
+    """
+    return Response(scene, q).reaction_map(joint, frame, at)
+
+
+def spare_joint(
+    scene: Scene | Robot,
+    q: Any,
+    joint: str,
+    frame: str,
+    start: Any,
+    end: Any,
+    direction: Any = None,
+) -> SparedJoint:
+    """The point of a line on a frame, and the direction, at which a blow spares a joint most.
+
+    Args:
+        scene, q: the robot, or a scene whose constraints hold it, at a configuration.
+        joint: the joint to be spared.
+        frame: the frame that is struck.
+        start, end: (3,) two points of the line in the frame [m].
+        direction: of the blow in world axes; the line goes on beyond both points then.
+            Without it the best direction of all, between the two points.
+
+    Raises:
+        InputError: start and end are one point, or every point of the line is as good.
+        UnknownNameError, ShapeError, NotFiniteError, StateError.
+
+    Example:
+        >>> from impulsekit import Robot, pendulum_urdf
+        >>> rod = Robot.from_urdf(pendulum_urdf(1))
+        >>> found = spare_joint(rod, [0.0], "joint_1", "link_1", [0, 0, 0], [0, 0, -1], [1, 0, 0])
+        >>> round(found.along, 12), round(found.share, 12)
+        (0.666666666667, 0.0)
+    """
+    response = Response(scene, q)
+    first, last = np.array(vector(start, "start")), np.array(vector(end, "end"))
+    if np.linalg.norm(last - first) < 1e-12:
+        raise InputError("spare_joint: start and end are one point")
+    at_start = response.reaction_map(joint, frame, first)
+    rotation = response.mechanics.frame_placement(frame).rotation
+    # A blow n at c + s b is n at c and the couple s b × n.
+    base, slope = at_start[:3, :3], at_start[:3, 3:] @ pin.skew(rotation @ (last - first))
+    if direction is not None:
+        n = unit_vector(direction, "direction")
+        s = _nearest(base @ n, slope @ n)
+    else:
+        s = _best_place(base, slope)
+        n = np.linalg.svd(base + s * slope)[2][-1]
+    share = float(np.linalg.norm((base + s * slope) @ n))
+    at = first + s * (last - first)
+    at.setflags(write=False)
+    n.setflags(write=False)
+    return SparedJoint(joint, frame, at, n, float(s), share)
+
+
+def centre_of_percussion(
+    scene: Scene | Robot, q: Any, joint: str, frame: str | None = None
+) -> SparedJoint:
+    """The centre of percussion of the link behind a joint that turns.
+
+    On the line from the joint to the mass centre of its body, struck across that line and
+    the axis. The bodies beyond move as they are joined.
+
+    Args:
+        scene, q: as for ``spare_joint``.
+        joint: a joint with one axis of rotation.
+        frame: the frame in whose coordinates the point is told; the joint's own unless given.
+
+    Raises:
+        InputError: the joint does not turn about one axis, or its mass centre is on it.
+        UnknownNameError, StateError.
+
+    Example:
+        >>> from impulsekit import Robot, pendulum_urdf
+        >>> rod = Robot.from_urdf(pendulum_urdf(1))
+        >>> centre_of_percussion(rod, [0.4], "joint_1").at.round(12).tolist()
+        [0.0, 0.0, -0.666666666667]
+    """
+    response = Response(scene, q)
+    robot = response.robot
+    joint_id = robot.joint_id(joint)
+    model = robot.model
+    data = model.joints[joint_id].createData()
+    own = model.joints[joint_id]
+    own.calc(data, response.q)
+    subspace = np.asarray(data.S).reshape(6, -1)
+    if subspace.shape[1] != 1 or np.linalg.norm(subspace[3:]) < 0.5:
+        raise InputError(f'joint "{joint}" does not turn about one axis')
+    axis = subspace[3:, 0]
+    centre = model.inertias[joint_id].lever
+    radius = centre - axis * (axis @ centre)
+    if np.linalg.norm(radius) < 1e-12:
+        raise InputError(f'the mass centre of the body behind joint "{joint}" is on its axis')
+    placement = response.mechanics.joint_placement(joint_id)
+    across = placement.rotation @ np.cross(axis, radius)
+    foot = centre - radius
+    struck = frame if frame is not None else _frame_of(robot, joint_id, joint)
+    item = model.frames[robot.frame_id(struck)]
+    if item.parentJoint != joint_id:
+        raise InputError(f'frame "{struck}" is not on the body behind joint "{joint}"')
+    start, end = (item.placement.actInv(point) for point in (foot, foot + radius))
+    return spare_joint(response.scene, response.q, joint, struck, start, end, across)
+
+
+def worst_blow(
+    scene: Scene | Robot,
+    q: Any,
+    joint: str,
+    frame: str,
+    at: Any = (0.0, 0.0, 0.0),
+    *,
+    kind: str = "force",
+) -> WorstBlow:
+    """The worst and the kindest of all directions of a blow at a point, for a joint.
+
+    Args:
+        kind: "force" for the joint's linear impulse, "couple" for its angular one.
+
+    Raises:
+        InputError: another kind.
+        UnknownNameError, ShapeError, NotFiniteError, StateError.
+
+    Example:
+        >>> from impulsekit import Robot, pendulum_urdf
+        >>> rod = Robot.from_urdf(pendulum_urdf(1))
+        >>> round(worst_blow(rod, [0.0], "joint_1", "link_1", [0, 0, -2 / 3]).share, 12)
+        1.0
+    """
+    if kind not in ("force", "couple"):
+        raise InputError(f'worst_blow: kind is {kind!r}, wanted is "force" or "couple"')
+    rows = slice(0, 3) if kind == "force" else slice(3, 6)
+    table = Response(scene, q).reaction_map(joint, frame, at)[rows, :3]
+    _, values, ways = np.linalg.svd(table)
+    worst, kindest = ways[0].copy(), ways[-1].copy()
+    worst.setflags(write=False)
+    kindest.setflags(write=False)
+    return WorstBlow(worst, float(values[0]), kindest, float(values[-1]))
+
+
+def _nearest(base: np.ndarray, slope: np.ndarray) -> float:
+    """The s at which |base + s slope| is least."""
+    size = float(slope @ slope)
+    if size <= 1e-24 * float(base @ base) or size == 0.0:
+        raise InputError("spare_joint: the joint bears the same wherever on the line it is struck")
+    return float(-(base @ slope) / size)
+
+
+def _best_place(base: np.ndarray, slope: np.ndarray) -> float:
+    """The s at which the smallest singular value of base + s slope is least, by search."""
+    from scipy.optimize import minimize_scalar
+
+    def least(s: float) -> float:
+        return float(np.linalg.svd(base + s * slope, compute_uv=False)[-1])
+
+    grid = np.linspace(0.0, 1.0, 41)
+    best = float(grid[int(np.argmin([least(s) for s in grid]))])
+    near = (max(0.0, best - 0.025), min(1.0, best + 0.025))
+    found = minimize_scalar(least, bounds=near, method="bounded", options={"xatol": 1e-10})
+    return float(found.x) if found.fun <= least(best) else best
+
+
+def _frame_of(robot: Robot, joint_id: int, joint: str) -> str:
+    """A frame that sits at a joint."""
+    for frame in robot.model.frames:
+        if frame.parentJoint == joint_id and frame.type == pin.FrameType.JOINT:
+            return str(frame.name)
+    raise InputError(f'joint "{joint}" has no frame of its own; name one')
