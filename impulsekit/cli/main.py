@@ -12,6 +12,7 @@ from ..errors import ImpulsekitError
 from .doctor import doctor
 from .replay import replay
 from .robots import robots
+from .simulate import simulate
 from .solve import solve
 
 __all__ = ["main"]
@@ -49,5 +50,5 @@ def main(debug: bool) -> None:
     """What happens when a multibody system is hit."""
 
 
-for command in (solve, replay, robots, doctor):
+for command in (solve, simulate, replay, robots, doctor):
     main.add_command(command)

@@ -1,7 +1,8 @@
-"""What happens after an impact: forces, flight, events, rest, and the ``Trajectory`` of it all."""
+"""What happens after an impact: forces, flight, events, rest, and the ``Trajectory`` of it all.
 
-from .simulate import simulate
-from .status import MotionStatus
-from .trajectory import Trajectory
+Names load when first used: settings are read with scene files, which need no integrator.
+"""
 
-__all__ = ["MotionStatus", "Trajectory", "simulate"]
+import lazy_loader as _lazy
+
+__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)

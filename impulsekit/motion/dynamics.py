@@ -138,8 +138,13 @@ class Dynamics:
             raise TypeError("no contacts")
         jacobian, bias = gaps.rows_and_bias(resting.contacts, q, v, self._moving)
         count = len(rows)
-        half = factor.half(rows, jacobian, load[None])
-        half_rows, half_contacts, start = half[:, :count], half[:, count:-1], half[:, -1]
+        # Tangents without friction carry nothing: they are left zero.
+        used = np.repeat(resting.friction() > 0.0, 3)
+        used[2::3] = True
+        half = factor.half(rows, jacobian[used], load[None])
+        half_rows, start = half[:, :count], half[:, -1]
+        half_contacts = np.zeros((len(half), len(jacobian)))
+        half_contacts[:, used] = half[:, count:-1]
         free = bias + start.dot(half_contacts)
         left = half_contacts
         if count:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -29,7 +30,7 @@ TOUCH = 1e-11
 # Normal speed at which a resting contact has lifted [m/s].
 LIFTED = 1e-8
 # Steps of conservative advancement are no shorter than this part of a step.
-FINEST = 1.0 / 512.0
+FINEST = 1.0 / 128.0
 
 States = Callable[[float], tuple[np.ndarray, np.ndarray]]
 
@@ -200,6 +201,8 @@ class _Search:
             rate = self._rate(i, t)
             width = 1e-4 * (span[1] - span[0])
             low, high = max(span[0], t - width), min(span[1], t + width)
+            if not high > low:
+                break
             bend = (self._rate(i, high) - self._rate(i, low)) / (high - low)
             if bend == 0.0:
                 break
@@ -230,6 +233,7 @@ def _advance(
 
     # The bound is from nodes; between them speed changes little.
     speed = 1.2 * speed + 1e-9
+    start, end = float(start), float(end)
     least = FINEST * (end - start)
     t, before = start, start
     value = gap(t)
@@ -238,7 +242,7 @@ def _advance(
         if leaving:
             step = least
         else:
-            step = max(value / speed, least if value > 100.0 * TOUCH else 0.0)
+            step = max(value / speed, least)
         before, t = t, min(end, t + step)
         last, value = value, gap(t)
         if leaving:
@@ -282,11 +286,14 @@ def first_stop(
         crossed = np.flatnonzero((before > 0.0) & (after <= 0.0) & np.isfinite(before))
         if crossed.size:
             # scipy's brentq wants the sign to differ strictly; zero itself is one of them.
-            roots = [(_root(lambda t, i=i: signs(t)[i], left, right), i) for i in crossed.tolist()]
-            t, i = min(roots)
+            t, i = min((_root(partial(_entry, signs, i), left, right), i) for i in crossed.tolist())
             return t, i < len(slides)
         before = after
     return None
+
+
+def _entry(function: Callable[[float], np.ndarray], i: int, t: float) -> float:
+    return float(function(t)[i])
 
 
 def _root(function: Callable[[float], float], start: float, end: float) -> float:

@@ -42,7 +42,8 @@ class ForceField:
         self._wrenches = pin.StdVec_Force()
         for _ in range(self._model.njoints):
             self._wrenches.append(pin.Force.Zero())
-        self._loaded = sorted({j for f in (*self._points, *self._applied) for j in f.joint_ids})
+        self._on_bodies: list[_SpringBetweenPoints | _OnPoint] = [*self._points, *self._applied]
+        self._loaded = sorted({j for force in self._on_bodies for j in force.joint_ids})
 
     def torque(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(nv,) what acts along the generalized speeds themselves; not to be written to."""
@@ -66,7 +67,7 @@ class ForceField:
         wrenches = self._wrenches
         for joint_id in self._loaded:
             wrenches[joint_id].setZero()
-        for force in (*self._points, *self._applied):
+        for force in self._on_bodies:
             force.add(wrenches, t, data)
         return wrenches
 
@@ -91,7 +92,7 @@ class ForceField:
                 robot, JointSpring(force.joint, torque.stiffness, torque.damping, torque.target)
             )
             self._controlled.append(_pd(spring, rows, torque))
-        else:
+        elif callable(torque):
             self._controlled.append(_function(torque, rows, joint.nv, name))
 
 

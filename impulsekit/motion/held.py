@@ -54,7 +54,9 @@ class HeldRows:
         self.velocity = self._rows.velocity.copy()
         self.kept = self._rows.kept
         self._pairs = [
-            _pair(scene.robot, reached, entry) if hasattr(entry, "other_at") else None
+            _pair(scene.robot, reached, entry)
+            if isinstance(entry, PointAnchor | FrameAnchor)
+            else None
             for entry in scene.constraints
         ]
         self._drifts: list[Drift] = []
@@ -72,7 +74,7 @@ class HeldRows:
             self._constraints, self._rows.slices, self._pairs, strict=True
         ):
             speed = self.velocity[where]
-            if pair is not None:
+            if pair is not None and isinstance(entry, PointAnchor | FrameAnchor):
                 self._drifts += _anchor_drifts(self, entry, pair, where.start, speed)
             elif isinstance(entry, JointLock):
                 self._drifts.append((where, self._lock_drift(entry, q, speed)))
@@ -93,7 +95,7 @@ class HeldRows:
         for entry, where, pair in zip(
             self._constraints, self._rows.slices, self._pairs, strict=True
         ):
-            if pair is not None:
+            if pair is not None and isinstance(entry, PointAnchor | FrameAnchor):
                 bias[where] = pair.bias(data)[_chosen(entry)]
         return bias
 

@@ -295,11 +295,13 @@ class Run:
     def _first_step(self, left: Iterable[int]) -> float | None:
         """No longer than the shortest hop of what has just been struck [s]."""
         gaps = self._gaps
+        if gaps is None:
+            return None
         resting = {c.gap for c in self._resting.contacts}
         contacts = [
             RestingContact(i, int(gaps.entries[i]), 0.0, self._t) for i in left if i not in resting
         ]
-        if gaps is None or not contacts:
+        if not contacts:
             return None
         acceleration = self._acceleration()
         moving = self._model.createData()
@@ -527,7 +529,8 @@ class Run:
         if gaps.rated[i]:
             return float(gaps.measure(q, v, (i,))[1][i])
         contact = RestingContact(i, int(gaps.entries[i]), 0.0, self._t)
-        return float(gaps.velocities([contact], q, v)[2::3].min(initial=0.0))
+        speeds = gaps.velocities([contact], q, v)[2::3]
+        return float(speeds.min()) if speeds.size else 0.0
 
     def _rest(self, contact: RestingContact, end: float) -> Rest:
         return Rest(self._scene.entry_names("contacts")[contact.entry], contact.since, end)

@@ -6,7 +6,7 @@ All work on y = (x, v) in a chart, and give a dense output of their last step.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -25,9 +25,17 @@ class StepFailed(Exception):
 class Stepper(Protocol):
     """What the loop needs of an integrator."""
 
-    t: float
-    y: np.ndarray
-    f: np.ndarray
+    @property
+    def t(self) -> float:
+        """Time [s]."""
+
+    @property
+    def y(self) -> np.ndarray:
+        """(2 nv,) x and v."""
+
+    @property
+    def f(self) -> np.ndarray:
+        """(2 nv,) the rates there."""
 
     def step(self, longest: float) -> Dense:
         """One step of at most ``longest`` [s]; its dense output, on [t before, t after]."""
@@ -54,10 +62,16 @@ class ScipyStepper:
     def __init__(self, rhs: Rhs, end: float, method: str, rtol: float, atol: float) -> None:
         from scipy.integrate import DOP853, Radau
 
-        self._kind = DOP853 if method == "dop853" else Radau
         self._explicit = method == "dop853"
-        self._rhs, self._end, self._rtol, self._atol = rhs, end, rtol, atol
-        self._solver: DOP853 | Radau | None = None
+        self._kind: Any = DOP853 if self._explicit else Radau
+        self._rhs, self._end = rhs, end
+        self._options: dict[str, Any] = {"rtol": rtol, "atol": atol}
+        if not self._explicit:
+            self._options["jac"] = self._slope
+        self._solver: Any = None
+        # The slope of the right side that Radau had last, and num_jac's own increments.
+        self._last_slope: np.ndarray | None = None
+        self._increments: np.ndarray | None = None
 
     @property
     def t(self) -> float:
@@ -75,27 +89,50 @@ class ScipyStepper:
         return self._solver.f
 
     def reset(self, t: float, y: np.ndarray, first: float | None) -> None:
-        first = None if first is None else min(first, self._end - t)
-        if first is not None and not first > 0.0:
-            first = None
-        self._solver = self._kind(
-            self._rhs, t, y, self._end, rtol=self._rtol, atol=self._atol, first_step=first
-        )
+        """Go on from elsewhere."""
+        self._last_slope = None
+        self._start(t, y, first)
 
     def moved(self, y: np.ndarray, f: np.ndarray) -> None:
+        """Go on from the same time, slightly moved."""
         if self._explicit:
             self._solver.y, self._solver.f = y, f
-        else:
-            # Radau starts its Newton from the last step's polynomial, which is of another chart.
-            self.reset(self.t, y, self._solver.h_abs)
+            return
+        # Radau starts its Newton from the last step's polynomial, which is of another chart.
+        # Its slope is worth keeping: it is what costs.
+        self._last_slope = self._solver.J
+        self._start(self.t, y, self._solver.h_abs)
+        self._solver.current_jac = False
 
     def step(self, longest: float) -> Dense:
+        """One step; its dense output."""
         solver = self._solver
         solver.max_step = longest
         message = solver.step()
         if solver.status == "failed":
             raise StepFailed(message)
         return solver.dense_output()
+
+    def _start(self, t: float, y: np.ndarray, first: float | None) -> None:
+        if first is not None:
+            first = min(first, self._end - t)
+            first = first if first > 0.0 else None
+        self._solver = self._kind(self._rhs, t, y, self._end, first_step=first, **self._options)
+
+    def _slope(self, t: float, y: np.ndarray) -> np.ndarray:
+        from scipy.integrate._ivp.common import num_jac
+
+        if self._last_slope is not None:
+            slope, self._last_slope = self._last_slope, None
+            return slope
+
+        def many(t: float, columns: np.ndarray) -> np.ndarray:
+            return np.array([self._rhs(t, column) for column in columns.T]).T
+
+        slope, self._increments = num_jac(
+            many, t, y, self._rhs(t, y), self._options["atol"], self._increments
+        )
+        return slope
 
 
 class FixedStepper:
@@ -107,12 +144,15 @@ class FixedStepper:
         self.t, self.y, self.f = 0.0, np.empty(0), np.empty(0)
 
     def reset(self, t: float, y: np.ndarray, first: float | None) -> None:
+        """Go on from elsewhere."""
         self.t, self.y, self.f = t, y, self._rhs(t, y)
 
     def moved(self, y: np.ndarray, f: np.ndarray) -> None:
+        """Go on from the same time, slightly moved."""
         self.y, self.f = y, f
 
     def step(self, longest: float) -> Dense:
+        """One step; its dense output."""
         t, y, f = self.t, self.y, self.f
         h = min(self._step, longest)
         # The last step ends at the end, not a rounding before it.

@@ -190,17 +190,17 @@ class Trajectory:
                 f"the scene cannot be written: {error}; use functions that are defined at the "
                 "top of a module"
             ) from None
+        arrays: dict[str, Any] = {
+            "t": self.t,
+            "q": self.q,
+            "v": self.v,
+            "impact_times": np.array([time for time, _ in self.impacts]),
+            "status": np.array(self.status.name),
+            "pickled": np.frombuffer(packed, dtype=np.uint8),
+            **self._path.arrays(),
+        }
         with open(path, "wb") as file:
-            np.savez_compressed(
-                file,
-                t=self.t,
-                q=self.q,
-                v=self.v,
-                impact_times=np.array([time for time, _ in self.impacts]),
-                status=np.array(self.status.name),
-                pickled=np.frombuffer(packed, dtype=np.uint8),
-                **self._path.arrays(),
-            )
+            np.savez_compressed(file, **arrays)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Trajectory:

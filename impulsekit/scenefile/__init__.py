@@ -27,6 +27,16 @@ A file names a robot, the state it is in, and what happens to it::
     kind = "point_anchor"            # point_anchor | frame_anchor | joint_lock | joint_coupling
     frame = "link_1"
 
+    [[forces]]                       # in the motion after the impact
+    kind = "joint_spring"            # joint_spring | spring | actuator | applied_force
+    joint = "joint_2"
+    stiffness = 5
+
+    [motion]                         # MotionSettings: its fields are the keys
+    duration = 2.0                   # [s]
+    samples = 201
+    rtol = 1e-10
+
     [[report.points]]                # points whose velocity a report prints
     frame = "link_10"
     at = [1, 0, 0]

@@ -12,6 +12,7 @@ import numpy as np
 import pydantic
 
 from ..errors import ImpulsekitError, SceneFileError
+from ..motion.settings import MotionSettings
 from ..robot import Robot
 from ..robot import state as states
 from ..scene import Scene
@@ -20,11 +21,12 @@ from ..scene.points import ReportPoint
 from .entries import MOVED, read_entries, read_section
 from .faults import Faults, no_such_key
 from .robots import read_robots
-from .vocabulary import POINTS, SECTIONS, STRICT
+from .vocabulary import MOTION, POINTS, SECTIONS, STRICT
 
 __all__ = ["SceneFile", "load_scene"]
 
-_TOP = ("robot", "robots", "state", "gravity", "report", *(section.name for section in SECTIONS))
+_OWN = ("robot", "robots", "state", "gravity", "motion", "report")
+_TOP = (*_OWN, *(section.name for section in SECTIONS))
 
 _Numbers = pydantic.TypeAdapter(tuple[float, ...], config=pydantic.ConfigDict(strict=True))
 
@@ -39,6 +41,8 @@ class SceneFile:
         q: (nq,) configuration, read-only.
         v: (nv,) velocity before the impact, read-only.
         points: points whose velocity a report prints.
+        motion: how the motion after the impact is followed; None where the file has no
+            table [motion].
     """
 
     path: str
@@ -46,6 +50,7 @@ class SceneFile:
     q: np.ndarray
     v: np.ndarray
     points: tuple[ReportPoint, ...] = ()
+    motion: MotionSettings | None = None
 
 
 class _Gravity(pydantic.BaseModel):
@@ -79,10 +84,13 @@ def load_scene(path: str | os.PathLike[str]) -> SceneFile:
         if section.name in data:
             parts[section.name] = read_section(section, data[section.name], robot, faults)
     points = _read_report(data.get("report", {}), robot, faults)
+    motion: tuple[MotionSettings, ...] = ()
+    if "motion" in data:
+        motion = read_entries(MOTION, (data["motion"],), lambda entry, place: None, faults)
     if not faults and robot is not None and settings is not None:
         try:
             scene = Scene(robot, **parts, gravity=settings.gravity)
-            return SceneFile(path, scene, q, v, points)
+            return SceneFile(path, scene, q, v, points, next(iter(motion), None))
         except ImpulsekitError as error:
             # What is wrong with no entry alone, such as two of one name.
             faults.add(str(error).removeprefix("Scene: "))

@@ -24,14 +24,16 @@ from typing import Annotated, Any
 import pydantic
 from pydantic_core import PydanticCustomError
 
+from ..motion.settings import MotionSettings
 from ..scene.constraints import FrameAnchor, JointCoupling, JointLock, PointAnchor
 from ..scene.contacts import Collision, Contact, JointStop
+from ..scene.forces import PD, Actuator, AppliedForce, JointSpring, Spring
 from ..scene.impulses import AppliedImpulse, JointImpulse
 from ..scene.law import Law
 from ..scene.points import ReportPoint
 from ..scene.restitution import Restitution, RestitutionTable
 
-__all__ = ["NESTED", "POINTS", "SECTIONS", "STRICT", "Section", "default_of", "model_of"]
+__all__ = ["MOTION", "NESTED", "POINTS", "SECTIONS", "STRICT", "Section", "default_of", "model_of"]
 
 STRICT = pydantic.ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 
@@ -69,14 +71,27 @@ SECTIONS: tuple[Section, ...] = (
         },
     ),
     Section("contacts", {"contact": Contact, "joint_stop": JointStop, "collision": Collision}),
+    Section(
+        "forces",
+        {
+            "joint_spring": JointSpring,
+            "spring": Spring,
+            "actuator": Actuator,
+            "applied_force": AppliedForce,
+        },
+    ),
     Section("law", {"law": Law}, many=False),
 )
 
+# How a motion is followed: of the file, not of the scene.
+MOTION = Section("motion", {"motion": MotionSettings}, many=False)
 POINTS = Section("report.points", {"point": ReportPoint}, needs_kind=False)
 
 
 # Dataclasses that may stand as a table within an entry.
-NESTED: tuple[type, ...] = (Restitution, RestitutionTable)
+NESTED: tuple[type, ...] = (Restitution, RestitutionTable, PD)
+# Those of them that may stand for a coefficient of restitution.
+_RESTITUTIONS = (Restitution, RestitutionTable)
 
 
 @functools.cache
@@ -101,8 +116,9 @@ def _in_file(hint: Any) -> Any:
     """The type that a field's type becomes in a file, which holds no functions."""
     if hint is Any:
         return Annotated[Any, pydantic.AfterValidator(_plain)]
-    if any(typing.get_origin(option) is Callable for option in typing.get_args(hint)):
-        return _number_or_nested()
+    options = typing.get_args(hint)
+    if any(typing.get_origin(option) is Callable for option in options):
+        return _without_functions(hint)
     return hint
 
 
@@ -116,17 +132,26 @@ def _plain(value: Any) -> Any:
 
 
 @functools.cache
-def _number_or_nested() -> Any:
-    """A number, or the table of the nested dataclass with most of its keys."""
+def _without_functions(hint: Any) -> Any:
+    """What is left of a choice: a number, numbers, or the table with most of its keys."""
+    options = [o for o in typing.get_args(hint) if typing.get_origin(o) is not Callable]
+    nested = [o for o in options if o in NESTED]
+    plain = [o for o in options if o not in NESTED]
+    if plain == [float] and not nested:
+        nested = list(_RESTITUTIONS)
+    if not nested and len(plain) == 1:
+        return plain[0]
 
     def tag_of(value: Any) -> str:
         if not isinstance(value, dict | pydantic.BaseModel):
-            return "<number>"
+            return "<numbers>" if isinstance(value, tuple) and len(plain) > 1 else "<number>"
         keys = value.keys() if isinstance(value, dict) else type(value).model_fields.keys()
-        best = max(NESTED, key=lambda cls: len(keys & model_of(cls).model_fields.keys()))
+        best = max(nested, key=lambda cls: len(keys & model_of(cls).model_fields.keys()))
         return f"<{best.__name__}>"
 
-    options: Any = Annotated[float, pydantic.Tag("<number>")]
-    for cls in NESTED:
-        options |= Annotated[model_of(cls), pydantic.Tag(f"<{cls.__name__}>")]
-    return Annotated[options, pydantic.Discriminator(tag_of)]
+    whole: Any = Annotated[plain[0], pydantic.Tag("<number>")]
+    if len(plain) > 1:
+        whole |= Annotated[plain[1], pydantic.Tag("<numbers>")]
+    for cls in nested:
+        whole |= Annotated[model_of(cls), pydantic.Tag(f"<{cls.__name__}>")]
+    return Annotated[whole, pydantic.Discriminator(tag_of)]

@@ -12,12 +12,13 @@ import numpy as np
 import tomli_w
 
 from ..errors import InputError
+from ..motion.settings import MotionSettings
 from ..robot import Robot
 from ..robot import state as states
 from ..scene import Scene
 from ..scene.points import ReportPoint
 from .robots import part_as_table
-from .vocabulary import NESTED, POINTS, SECTIONS, Section, default_of
+from .vocabulary import MOTION, NESTED, POINTS, SECTIONS, Section, default_of
 
 __all__ = ["dump_scene", "save_scene"]
 
@@ -28,6 +29,7 @@ def dump_scene(
     v: Any = None,
     *,
     points: Iterable[ReportPoint] = (),
+    motion: MotionSettings | None = None,
     folder: str | os.PathLike[str] | None = None,
 ) -> str:
     """The text of a scene file; read back, every float is the same double.
@@ -37,6 +39,7 @@ def dump_scene(
         q: (nq,) configuration; neutral unless given.
         v: (nv,) velocity before the impact; zero unless given.
         points: points whose velocity a report prints.
+        motion: how the motion after the impact is followed.
         folder: where the file will be; paths are written relative to it, else absolute.
 
     Raises:
@@ -68,6 +71,8 @@ def dump_scene(
     _check_writable(scene)
     for section in SECTIONS:
         blocks += _section_blocks(section, getattr(scene, section.name))
+    if motion is not None:
+        blocks += [_table("[motion]", _entry(MOTION, motion))]
     blocks += _section_blocks(POINTS, tuple(points))
     return "\n".join(blocks)
 
@@ -79,6 +84,7 @@ def save_scene(
     v: Any = None,
     *,
     points: Iterable[ReportPoint] = (),
+    motion: MotionSettings | None = None,
 ) -> None:
     """Write a scene file; paths in it are relative to it. See ``dump_scene``.
 
@@ -91,7 +97,7 @@ def save_scene(
         >>> save_scene("copy.toml", file.scene, file.q, file.v)  # doctest: +SKIP
     """
     path = pathlib.Path(path)
-    text = dump_scene(scene, q, v, points=points, folder=path.absolute().parent)
+    text = dump_scene(scene, q, v, points=points, motion=motion, folder=path.absolute().parent)
     path.write_text(text, encoding="utf-8", newline="\n")
 
 
@@ -165,7 +171,7 @@ def _key(key: str) -> str:
 def _literal(value: Any) -> str:
     """A value on one line; text of many lines, a URDF, on as many."""
     if isinstance(value, NESTED):
-        value = dict(vars(value))
+        value = {key: entry for key, entry in vars(value).items() if entry is not None}
     if isinstance(value, Mapping):
         return "{ " + ", ".join(f"{_key(k)} = {_literal(v)}" for k, v in value.items()) + " }"
     if isinstance(value, list | tuple):

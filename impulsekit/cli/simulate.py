@@ -1,0 +1,110 @@
+"""``impulsekit simulate``: from a scene file to the motion after the impact."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ..motion import Trajectory
+
+__all__ = ["simulate"]
+
+
+@click.command()
+@click.argument("file", type=click.Path())
+@click.option("--output", "-o", type=click.Path(), help="Write the motion to an npz file.")
+@click.option("--duration", "-t", type=float, help="Seconds, instead of the file's.")
+@click.option("--samples", "-n", type=int, help="How many states are kept, instead of the file's.")
+@click.option("--quiet", is_flag=True, help="No progress bar, even on a terminal.")
+@click.pass_context
+def simulate(
+    ctx: click.Context,
+    file: str,
+    output: str | None,
+    duration: float | None,
+    samples: int | None,
+    quiet: bool,
+) -> None:
+    """Follow the scene in FILE (TOML) from its impact on; impacts on the way are solved."""
+    from ..motion import simulate as simulate_motion
+    from ..motion.settings import MotionSettings
+    from ..scenefile import load_scene
+
+    scene_file = load_scene(file)
+    given = {"duration": duration, "samples": samples}
+    settings = scene_file.motion or MotionSettings()
+    settings = settings.changed(**{k: x for k, x in given.items() if x is not None})
+    with _Bar(settings.duration, quiet=quiet) as progress:
+        motion = simulate_motion(
+            scene_file.scene, scene_file.q, scene_file.v, settings=settings, progress=progress
+        )
+    if output is not None:
+        motion.save(output)
+    click.echo("\n".join(_lines(motion)))
+    if not motion.status.finished:
+        detail = f" ({motion.detail})" if motion.detail else ""
+        click.echo(f"stopped at {motion.duration:g} s: {motion.status.value}{detail}", err=True)
+        ctx.exit(1)
+
+
+class _Bar:
+    """A progress bar on stderr; nothing where stderr is no terminal, or the run is short."""
+
+    def __init__(self, duration: float, *, quiet: bool) -> None:
+        self._duration, self._quiet = duration, quiet
+        self._bar: Any = None
+
+    def __enter__(self) -> Callable[[float], None] | None:
+        if self._quiet or not sys.stderr.isatty():
+            return None
+        from tqdm import tqdm
+
+        self._bar = tqdm(
+            total=self._duration,
+            unit="s",
+            delay=0.5,
+            leave=False,
+            file=sys.stderr,
+            bar_format="{l_bar}{bar}| {n:.3f}/{total:g} s [{elapsed}<{remaining}]",
+        )
+        return self._to
+
+    def _to(self, t: float) -> None:
+        self._bar.update(t - self._bar.n)
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+
+def _lines(motion: Trajectory) -> list[str]:
+    """The motion in a few lines and two tables."""
+    from ..view.table import table
+
+    energy = motion.energy()
+    names = motion.scene.entry_names("contacts")
+    lines = [
+        f"{motion.scene.robot.name}: {motion.duration:g} s, {len(motion.t)} states, "
+        f"{motion.steps} steps, {len(motion.impacts)} impacts",
+        f"energy {energy.total[0]:.9g} J at the start, {energy.total[-1]:.9g} J at the end",
+    ]
+    if motion.impacts:
+        rows = []
+        for time, impact in motion.impacts[:20]:
+            met = [n for n, result in zip(names, impact.contacts, strict=True) if result.touching]
+            what = ", ".join(met) or "impulses"
+            rows.append([f"{time:.9f}", what, f"{impact.energy.change:.6g}"])
+        lines += ["", *table(["impact [s]", "met", "energy change [J]"], rows)]
+        more = len(motion.impacts) - len(rows)
+        if more:
+            lines.append(f"... and {more} more, the last at {motion.impacts[-1][0]:.9f} s")
+    at_rest = [rest for rest in motion.rests if rest.end > motion.duration]
+    if at_rest:
+        rows = [[rest.contact, f"{rest.start:.9f}"] for rest in at_rest]
+        lines += ["", *table(["at rest", "since [s]"], rows)]
+    return lines

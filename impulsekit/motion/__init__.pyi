@@ -1,0 +1,3 @@
+from .simulate import simulate as simulate
+from .status import MotionStatus as MotionStatus
+from .trajectory import Trajectory as Trajectory
