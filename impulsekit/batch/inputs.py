@@ -202,23 +202,22 @@ def _coefficients(scene: Scene, what: str, values: Any, count: int) -> np.ndarra
         for name, one in values.items():
             if name not in names:
                 raise UnknownNameError.among("contact", str(name), names)
-            array = _floats(one, f'{what}["{name}"]').reshape(-1)
-            array = _rows_of(array, f'{what}["{name}"]')
+            array = _rows_of(_floats(one, place := f'{what}["{name}"]').reshape(-1), place)
             if len(array) > 1 and len(base) == 1:
                 base = np.repeat(base, len(array), axis=0)
             elif len(array) not in (1, len(base)):
-                raise ShapeError.of(f'{what}["{name}"]', (len(base),), array.shape)
+                raise ShapeError.of(place, (len(base),), array.shape)
             base[:, names.index(name)] = array
         if np.isnan(base).any():
             raise InputError(f"{what}: give all contacts theirs where one follows the speed")
         return base
-    array: Any = _floats(values, what)
-    if array.ndim == 0:
-        array = np.full((1, count), float(array))
-    elif array.ndim == 1 and count == 1:
-        array = array.reshape(-1, 1)
-    elif array.ndim == 1:
-        array = array.reshape(1, -1)
-    if array.ndim != 2 or array.shape[1] not in (1, count):
-        raise _misshapen(what, count, array)
-    return _rows_of(np.array(np.broadcast_to(array, (len(array), count))), what)
+    table: Any = _floats(values, what)
+    if table.ndim == 0:
+        table = np.full((1, count), float(table))
+    elif table.ndim == 1 and count == 1:
+        table = table.reshape(-1, 1)
+    elif table.ndim == 1:
+        table = table.reshape(1, -1)
+    if table.ndim != 2 or table.shape[1] not in (1, count):
+        raise _misshapen(what, count, table)
+    return _rows_of(np.array(np.broadcast_to(table, (len(table), count))), what)

@@ -13,7 +13,7 @@ from .kernels import layout
 if TYPE_CHECKING:
     import pinocchio as pin
 
-__all__ = ["KINDS", "Tree", "tree_of"]
+__all__ = ["KINDS", "Tree", "joined_tree", "tree_of"]
 
 # By Pinocchio's names of joints; what is not here, no kernel knows.
 KINDS = {
@@ -131,6 +131,51 @@ def tree_of(model: pin.Model, joints: Sequence[int]) -> Tree:
     )
 
 
+def joined_tree(
+    parents: np.ndarray,
+    kinds: np.ndarray,
+    axes: np.ndarray,
+    rotations: np.ndarray,
+    translations: np.ndarray,
+    masses: np.ndarray,
+    centres: np.ndarray,
+    inertias: np.ndarray,
+) -> Tree:
+    """The tables for bodies given by arrays; parents are counted from 0, -1 is the world."""
+    n = len(parents)
+    lengths = {kind: len(dofs) for kind, dofs in _DOFS.items()}
+    sizes = np.array([lengths.get(kind, 0) for kind in range(max(lengths) + 1)])[kinds]
+    extra = np.isin(kinds, (layout.QUATERNION, layout.FREE, layout.PLANAR))
+    ints = np.zeros((n + 1, layout.BODY_INTS), dtype=np.int64)
+    ints[1:, 0], ints[1:, 1], ints[1:, 4] = parents + 1, kinds, sizes
+    ints[1:, 2] = np.cumsum(sizes + extra) - (sizes + extra)
+    ints[1:, 3] = np.cumsum(sizes) - sizes
+    mark_children(ints)
+    turns = np.empty((n + 1, 3, 3))
+    turns[:] = np.eye(3)
+    distinct, which = np.unique(axes, axis=0, return_inverse=True)
+    single = np.array([_to_z(axis) for axis in distinct])[which.reshape(-1)]
+    has_axis = np.isin(kinds, (layout.ANGLE, layout.SLIDE))
+    turns[1:][has_axis] = single[has_axis]
+    above = turns[parents + 1].transpose(0, 2, 1)
+    back = turns[1:].transpose(0, 2, 1)
+    floats = np.zeros((n + 1, layout.BODY_FLOATS))
+    floats[1:, :9] = (above @ rotations @ turns[1:]).reshape(n, 9)
+    floats[1:, 9:12] = (above @ translations[:, :, None])[:, :, 0]
+    floats[1:, 12] = masses
+    floats[1:, 13:16] = masses[:, None] * (back @ centres[:, :, None])[:, :, 0]
+    square = (centres**2).sum(axis=1)[:, None, None] * np.eye(3)
+    outer = centres[:, :, None] * centres[:, None, :]
+    about_joint = back @ (inertias + masses[:, None, None] * (square - outer)) @ turns[1:]
+    rows, columns = np.triu_indices(3)
+    floats[1:, 16:] = about_joint[:, rows, columns]
+    dofs = np.concatenate([np.array(_DOFS[kind]) for kind in kinds.tolist()])
+    nq, nv = int((sizes + extra).sum()), int(sizes.sum())
+    index = np.arange(nq), np.arange(nv)
+    tables = ints.ravel(), floats.ravel(), dofs.astype(np.int64).ravel()
+    return Tree(n, *tables, nq, nv, *index, tuple(range(n + 1)), turns)
+
+
 def mark_children(ints: np.ndarray) -> None:
     """Fill in who has children, and which child its parent hears from first."""
     parents = ints[1:, 0]
@@ -150,6 +195,11 @@ def _turn(joint: pin.JointModel) -> np.ndarray:
     joint.calc(data, q)
     subspace = np.asarray(data.S).reshape(6)
     axis = subspace[3:] if np.abs(subspace[3:]).max() > 0.5 else subspace[:3]
+    return _to_z(axis)
+
+
+def _to_z(axis: np.ndarray) -> np.ndarray:
+    """(3, 3) from axes in which a unit vector is z."""
     if np.count_nonzero(axis) == 1 and axis.max() == 1.0:
         # The axes in another order: no rounding.
         shift = int(axis.argmax()) + 1

@@ -1,0 +1,174 @@
+"""``LongImpact``: what known impulses do to a long tree."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InputError, ShapeError
+from ..scene import AppliedImpulse, JointImpulse
+from ..scene.numbers import vector
+from .kernels import layout
+from .tree import Tree
+
+if TYPE_CHECKING:
+    from .long import LongTree
+
+__all__ = ["LongImpact"]
+
+
+class LongImpact:
+    """The answer for a long tree. All arrays are read-only.
+
+    Attributes:
+        dv: (nv,) the velocity jump.
+        v_after: (nv,) the velocity after.
+        q, v_before: (nq,), (nv,) the state it happened at.
+    """
+
+    def __init__(
+        self,
+        owner: LongTree,
+        tree: Tree,
+        impulses: tuple[AppliedImpulse | JointImpulse, ...],
+        q: np.ndarray,
+        v: np.ndarray,
+    ) -> None:
+        from .kernels.articulated import press, respond
+        from .kernels.inertia import factor
+        from .kernels.kinematics import place_bodies
+        from .kernels.lanes import SINGLE
+
+        self._owner, self._tree = owner, tree
+        self.q, self.v_before = q, v
+        self._dof_at = layout.BODY * (tree.bodies + 1)
+        self._q_at = self._dof_at + layout.DOF * tree.nv
+        self._v_at = self._q_at + tree.nq
+        dv_at = self._v_at + tree.nv
+        self._blows = self._tables(impulses)
+        # Zeros, so that no body is loaded that nothing strikes.
+        self._work = work = np.zeros(dv_at + tree.nv + 2)
+        work[self._q_at : self._v_at] = q
+        work[self._v_at : dv_at] = v
+        loaded = self._loaded()
+        bodies, spare = tree.bodies, dv_at + tree.nv
+        place_bodies(tree.ints, tree.floats, bodies, work, self._q_at, spare, SINGLE)
+        factor(tree.ints, tree.floats, tree.dofs, bodies, work, self._dof_at, SINGLE)
+        self._strike()
+        press(tree.ints, tree.dofs, bodies, loaded, work, self._dof_at, SINGLE)
+        respond(tree.ints, tree.dofs, bodies, loaded, work, self._dof_at, dv_at, SINGLE)
+        self.dv = work[dv_at : dv_at + tree.nv].copy()
+        self.v_after = v + self.dv
+        for array in (self.q, self.v_before, self.dv, self.v_after):
+            array.setflags(write=False)
+
+    @cached_property
+    def reactions(self) -> np.ndarray:
+        """(bodies, 6) the wrench impulse that each parent gives its child.
+
+        At the joint's origin, world axes, linear [N s] before angular [N m s].
+        """
+        from .kernels.bearing import bear
+        from .kernels.lanes import SINGLE
+
+        rows = self._rows()
+        rows[:, layout.FORCE : layout.FORCE + 6] = 0.0
+        self._strike()
+        bear(self._tree.ints, self._tree.floats, self._tree.bodies, self._work, SINGLE)
+        found = rows[1:, layout.FORCE : layout.FORCE + 6].copy()
+        found.setflags(write=False)
+        return found
+
+    def velocity_at(self, link: str, at: Any = (0.0, 0.0, 0.0)) -> np.ndarray:
+        """(3,) the velocity of a point of a link after the impact, world axes [m/s].
+
+        Args:
+            link: the link.
+            at: the point in the link's coordinates [m].
+        """
+        body, point, _ = self._owner.site(link, vector(at, "at"))
+        row = self._twists[body] + self._rows()[body, layout.JUMP : layout.JUMP + 6]
+        arm = self._rows()[body, :9].reshape(3, 3) @ point
+        return row[:3] + np.cross(row[3:], arm)
+
+    @cached_property
+    def twists_after(self) -> np.ndarray:
+        """(bodies, 6) velocity of each joint's origin as of its child, and angular velocity."""
+        jumps = self._rows()[1:, layout.JUMP : layout.JUMP + 6]
+        found = self._twists[1:] + jumps
+        found.setflags(write=False)
+        return found
+
+    @cached_property
+    def _twists(self) -> np.ndarray:
+        """(bodies + 1, 6) the twists before the impact."""
+        from .kernels.articulated import twists
+        from .kernels.lanes import SINGLE
+
+        if self.v_before.any():
+            everyone = np.arange(1, self._tree.bodies + 1)
+            args = (self._tree.ints, self._tree.dofs, everyone, self._work, self._v_at)
+            twists(*args, layout.TWIST, SINGLE)
+        return self._rows()[:, layout.TWIST : layout.TWIST + 6]
+
+    def _rows(self) -> np.ndarray:
+        """(bodies + 1, BODY) what the kernels know of each body."""
+        return self._work[: self._dof_at].reshape(-1, layout.BODY)
+
+    def _strike(self) -> None:
+        from .kernels.blows import strike
+        from .kernels.lanes import SINGLE
+
+        ints, floats, kicks, given = self._blows
+        strike(ints, floats, kicks, given, 0, 0, self._work, self._dof_at, SINGLE)
+
+    def _loaded(self) -> np.ndarray:
+        """(bodies + 1,) True for the bodies struck and all between them and the world."""
+        ints, _, kicks, _ = self._blows
+        table = self._tree.ints.reshape(-1, layout.BODY_INTS)
+        parents = table[:, 0].tolist()
+        firsts = table[1:, 3]
+        struck = ints[:: layout.BLOW_INTS].tolist()
+        struck += np.searchsorted(firsts, kicks[::2], side="right").tolist()
+        loaded = np.zeros(self._tree.bodies + 1, dtype=bool)
+        for body in struck:
+            while body > 0 and not loaded[body]:
+                loaded[body] = True
+                body = parents[body]
+        return loaded
+
+    def _tables(
+        self, impulses: tuple[AppliedImpulse | JointImpulse, ...]
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        ints: list[int] = []
+        floats: list[np.ndarray] = []
+        kicks: list[int] = []
+        given: list[float] = []
+        for entry in impulses:
+            if isinstance(entry, AppliedImpulse):
+                body, point, axes = self._owner.site(entry.frame, entry.at)
+                ints.extend((body, int(entry.axes == "local"), len(given)))
+                floats.extend((point, axes.ravel()))
+                given.extend((*entry.linear, *entry.angular))
+            elif isinstance(entry, JointImpulse):
+                at = self._owner.body_of_joint(entry.joint) * layout.BODY_INTS
+                first, size = self._tree.ints[at + 3 : at + 5].tolist()
+                if len(entry.impulse) != size:
+                    raise ShapeError.of(
+                        f'impulse in joint "{entry.joint}"', (size,), (len(entry.impulse),)
+                    )
+                for k in range(size):
+                    kicks.extend((first + k, len(given) + k))
+                given.extend(entry.impulse)
+            else:
+                raise InputError(
+                    f"{type(entry).__name__}: wanted is an AppliedImpulse or a JointImpulse"
+                )
+        return (
+            np.array(ints, dtype=np.int64),
+            np.concatenate([*floats, np.zeros(0)]),
+            np.array(kicks, dtype=np.int64),
+            np.array(given, dtype=float),
+        )
