@@ -1,5 +1,9 @@
 from . import errors as errors
 from .batch.codes import RowStatus as RowStatus
+from .batch.long import LongTree as LongTree
+from .batch.long import long_chain as long_chain
+from .batch.long import long_tree as long_tree
+from .batch.long_impact import LongImpact as LongImpact
 from .batch.result import ImpactBatch as ImpactBatch
 from .batch.solve import solve_batch as solve_batch
 from .chain import chain_urdf as chain_urdf
