@@ -13,6 +13,9 @@ from .checking import check as check
 from .design.ellipsoid import ImpactEllipsoid as ImpactEllipsoid
 from .design.ellipsoid import effective_mass as effective_mass
 from .design.ellipsoid import impact_ellipsoid as impact_ellipsoid
+from .design.fit import Fit as Fit
+from .design.fit import Measurement as Measurement
+from .design.fit import fit_impacts as fit_impacts
 from .design.least_blow import LeastBlow as LeastBlow
 from .design.least_blow import least_blow as least_blow
 from .design.pictures import plot_effective_mass as plot_effective_mass

@@ -1,0 +1,339 @@
+"""Restitution, friction and inertias from measured velocity jumps, with their uncertainty.
+
+Least squares on v⁺ by scipy, with the analytic derivatives of the impacts. The covariance
+is that of the linear model at the fit, s² (JᵀJ)⁻¹ (Bates & Watts 1988).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import InputError, NotFiniteError, RangeError, ShapeError, UnknownNameError
+from ..impact import solve
+from ..impact.derivatives import derivatives
+from ..robot import Robot
+from ..scene import JointStop, Scene
+
+__all__ = ["INERTIA_PARAMETERS", "Fit", "Measurement", "fit_impacts"]
+
+# The order of pinocchio.Inertia.toDynamicParameters.
+INERTIA_PARAMETERS = ("mass", "mx", "my", "mz", "ixx", "ixy", "iyy", "ixz", "iyz", "izz")
+# A parameter on which v⁺ depends less than this, relative to the most telling one, is not seen.
+UNSEEN = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """One measured impact.
+
+    Attributes:
+        scene: what struck; its coefficients and inertias are where the fit starts.
+        q: (nq,) configuration. v_before: (nv,); both taken as exact.
+        v_after: (nv,) as measured; NaN where nothing was measured.
+        sigma: standard deviation of the noise, one number or (nv,); None if unknown, then
+            it is estimated from what is left over.
+    """
+
+    scene: Scene
+    q: Any
+    v_before: Any
+    v_after: Any
+    sigma: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """What the measurements say. P parameters; arrays are read-only.
+
+    Attributes:
+        names: (P,) such as "floor: restitution", "floor: friction", "elbow: mass".
+        values: (P,) the fit.
+        covariance: (P, P); infinite variance where v⁺ does not depend on the parameter.
+        noise: estimated standard deviation of the measurements, in units of their sigma
+            where that was given.
+        freedom: measured numbers less parameters.
+        residuals: measured less fitted, over sigma where that was given.
+        converged: whether scipy's least squares came to its end.
+        message: scipy's words.
+        estimated: whether the covariance rests on ``noise``, not on a given sigma.
+    """
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    covariance: np.ndarray
+    noise: float
+    freedom: int
+    residuals: np.ndarray = field(repr=False)
+    converged: bool
+    message: str
+    estimated: bool
+
+    @property
+    def sigma(self) -> np.ndarray:
+        """(P,) standard deviations."""
+        return np.sqrt(np.diagonal(self.covariance))
+
+    def __getitem__(self, name: str) -> float:
+        """The value of one parameter by name.
+
+        Raises:
+            UnknownNameError.
+        """
+        if name not in self.names:
+            raise UnknownNameError.among("parameter", name, self.names, "fit")
+        return float(self.values[self.names.index(name)])
+
+    def intervals(self, level: float = 0.95) -> np.ndarray:
+        """(P, 2) confidence intervals: Student's where the noise was estimated.
+
+        Raises:
+            RangeError: the level is not between 0 and 1.
+        """
+        from scipy import stats
+
+        if not 0.0 < level < 1.0:
+            raise RangeError.of("level", level, "between 0 and 1")
+        tail = 0.5 + 0.5 * level
+        reach = stats.t.ppf(tail, self.freedom) if self.estimated else stats.norm.ppf(tail)
+        return np.stack([self.values - reach * self.sigma, self.values + reach * self.sigma], 1)
+
+
+def fit_impacts(
+    measurements: Sequence[Measurement],
+    *,
+    restitution: Sequence[str] = (),
+    friction: Sequence[str] = (),
+    inertias: Mapping[str, Sequence[str]] | None = None,
+) -> Fit:
+    """Fit coefficients and inertias to measured impacts.
+
+    All measurements share the parameters: contacts and joints are the same by name. The
+    fit starts from the values in the first measurement's scene.
+
+    Args:
+        measurements: the impacts, in one scene or in several with one robot.
+        restitution, friction: names of contacts whose coefficient is wanted.
+        inertias: by joint, which of ``INERTIA_PARAMETERS`` of the body behind it are
+            wanted; about the joint's origin, in its frame.
+
+    Raises:
+        InputError: nothing to fit, too few numbers for the parameters, a restitution that
+            is no number, or as for ``derivatives``.
+        UnknownNameError, ShapeError, NotFiniteError, RangeError.
+
+    Example:
+        >>> from impulsekit import Contact, Robot, Scene
+        >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+        >>> scene = Scene(ball, contacts=[Contact("ball", restitution=0.5, name="floor")])
+        >>> seen = [Measurement(scene, ball.neutral(), [0, 0, -w, 0, 0, 0],
+        ...                     [0, 0, 0.8 * w, 0, 0, 0]) for w in (1.0, 2.0)]
+        >>> round(fit_impacts(seen, restitution=["floor"])["floor: restitution"], 9)
+        0.8
+    """
+    problem = _Problem(measurements, restitution, friction, inertias or {})
+    return problem.fit()
+
+
+class _Problem:
+    """Measurements and parameters."""
+
+    def __init__(
+        self,
+        measurements: Sequence[Measurement],
+        restitution: Sequence[str],
+        friction: Sequence[str],
+        inertias: Mapping[str, Sequence[str]],
+    ) -> None:
+        self._measurements = tuple(measurements)
+        if not self._measurements:
+            raise InputError("fit_impacts: no measurements")
+        first = self._measurements[0].scene
+        contacts = dict(zip(first.entry_names("contacts"), first.contacts, strict=True))
+        # (kind, entry, index): coefficient of a contact, or a parameter of a joint's body.
+        self._parameters: list[tuple[str, str, int]] = []
+        names, start, low, high = [], [], [], []
+        for kind, wanted in (("restitution", restitution), ("friction", friction)):
+            for name in wanted:
+                if name not in contacts:
+                    raise UnknownNameError.among("contact", name, contacts, "fit_impacts")
+                value = getattr(contacts[name], kind, None)
+                if not isinstance(value, float):
+                    raise InputError(f"fit_impacts: {name} has no {kind} that is a number")
+                self._parameters.append((kind, name, 0))
+                names.append(f"{name}: {kind}")
+                start.append(value)
+                low.append(0.0)
+                high.append(1.0 if kind == "restitution" else np.inf)
+        for joint, items in inertias.items():
+            values = first.robot.model.inertias[first.robot.joint_id(joint)].toDynamicParameters()
+            for item in items:
+                if item not in INERTIA_PARAMETERS:
+                    raise UnknownNameError.among(
+                        "inertia parameter", item, INERTIA_PARAMETERS, "fit_impacts"
+                    )
+                index = INERTIA_PARAMETERS.index(item)
+                self._parameters.append(("inertia", joint, index))
+                names.append(f"{joint}: {item}")
+                start.append(values[index])
+                low.append(0.0 if item in ("mass", "ixx", "iyy", "izz") else -np.inf)
+                high.append(np.inf)
+        if not names:
+            raise InputError("fit_impacts: no parameters are wanted")
+        self.names = tuple(names)
+        self._low, self._high = np.array(low), np.array(high)
+        self._start = np.array(start)
+        self._read_measured()
+
+    def _read_measured(self) -> None:
+        self._after, self._seen, self._weights = [], [], []
+        given = [m.sigma is not None for m in self._measurements]
+        if any(given) and not all(given):
+            raise InputError("fit_impacts: sigma is wanted for all measurements or for none")
+        self._estimated = not any(given)
+        for i, m in enumerate(self._measurements):
+            nv = m.scene.robot.nv
+            after = np.array(m.v_after, dtype=float)
+            if after.shape != (nv,):
+                raise ShapeError.of(f"measurements[{i}]: v_after", (nv,), after.shape)
+            sigma = np.broadcast_to(np.array(1.0 if m.sigma is None else m.sigma, float), (nv,))
+            if not (sigma > 0.0).all() or not np.isfinite(sigma).all():
+                raise RangeError.of(f"measurements[{i}]: sigma", m.sigma, "above zero")
+            if np.isinf(after).any():
+                raise NotFiniteError.of(f"measurements[{i}]: v_after", "an entry", "infinite")
+            seen = ~np.isnan(after)
+            self._after.append(after[seen])
+            self._seen.append(seen)
+            self._weights.append(1.0 / sigma[seen])
+        count = sum(len(after) for after in self._after)
+        self._freedom = count - len(self.names)
+        if self._freedom < (1 if self._estimated else 0):
+            raise InputError(
+                f"fit_impacts: {count} measured numbers are too few for {len(self.names)} "
+                "parameters and the noise"
+            )
+
+    def fit(self) -> Fit:
+        """The least squares."""
+        from scipy.optimize import least_squares
+
+        size = np.maximum(np.abs(self._start), 1e-3)
+        # Off the bounds, where a coefficient could not move both ways.
+        inside = np.clip(
+            self._start,
+            np.where(np.isfinite(self._low), self._low + 1e-6, -np.inf),
+            np.where(np.isfinite(self._high), self._high - 1e-6, np.inf),
+        )
+        self._last: tuple[bytes, np.ndarray, np.ndarray] | None = None
+        found = least_squares(
+            lambda x: self._both(x)[0],
+            inside,
+            lambda x: self._both(x)[1],
+            bounds=(self._low, self._high),
+            x_scale=size,
+            xtol=1e-12,
+            ftol=1e-12,
+            gtol=1e-12,
+        )
+        residual, jacobian = self._both(found.x)
+        noise = float(np.sqrt(residual @ residual / max(self._freedom, 1)))
+        covariance = _covariance(jacobian * size) * np.outer(size, size)
+        if self._estimated:
+            covariance = covariance * noise**2
+        values, covariance = found.x.copy(), covariance
+        for array in (values, covariance, residual):
+            array.setflags(write=False)
+        return Fit(
+            self.names,
+            values,
+            covariance,
+            noise,
+            self._freedom,
+            residual,
+            bool(found.success),
+            str(found.message),
+            self._estimated,
+        )
+
+    def _both(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals (N,), fitted less measured, over sigma, and their Jacobian (N, P)."""
+        key = x.tobytes()
+        if self._last is not None and self._last[0] == key:
+            return self._last[1], self._last[2]
+        scenes: dict[int, Scene] = {}
+        residuals, rows = [], []
+        for m, after, seen, weights in zip(
+            self._measurements, self._after, self._seen, self._weights, strict=True
+        ):
+            scene = scenes.get(id(m.scene))
+            if scene is None:
+                scene = scenes[id(m.scene)] = self._changed(m.scene, x)
+            impact = solve(scene, m.q, m.v_before)
+            found = derivatives(impact)
+            columns = []
+            for kind, name, index in self._parameters:
+                if kind == "inertia":
+                    columns.append(found.dv_after_dinertia(name)[:, index])
+                    continue
+                table = (
+                    found.dv_after_drestitution
+                    if kind == "restitution"
+                    else found.dv_after_dfriction
+                )
+                columns.append(table.get(name, np.zeros(scene.robot.nv)))
+            residuals.append((impact.v_after[seen] - after) * weights)
+            rows.append(np.array(columns).T[seen] * weights[:, None])
+        residual, jacobian = np.concatenate(residuals), np.concatenate(rows)
+        if not np.isfinite(jacobian).all():
+            raise InputError(
+                "fit_impacts: redundant contacts hide the coefficients of one of them; give the "
+                "contacts that matter alone"
+            )
+        self._last = (key, residual, jacobian)
+        return residual, jacobian
+
+    def _changed(self, scene: Scene, x: np.ndarray) -> Scene:
+        """A scene with the parameters x."""
+        changes: dict[str, dict[str, float]] = {}
+        bodies: dict[str, dict[int, float]] = {}
+        for (kind, name, index), value in zip(self._parameters, x.tolist(), strict=True):
+            if kind == "inertia":
+                bodies.setdefault(name, {})[index] = value
+            else:
+                changes.setdefault(name, {})[kind] = value
+        contacts = [
+            replace(entry, **_of(entry, changes.get(name, {})))
+            for name, entry in zip(scene.entry_names("contacts"), scene.contacts, strict=True)
+        ]
+        robot = scene.robot
+        if bodies:
+            model = pin.Model(robot.model)
+            for joint, items in bodies.items():
+                joint_id = robot.joint_id(joint)
+                values = model.inertias[joint_id].toDynamicParameters()
+                for index, value in items.items():
+                    values[index] = value
+                model.inertias[joint_id] = pin.Inertia.FromDynamicParameters(values)
+            robot = Robot.from_model(model)
+        return replace(scene, robot=robot, contacts=contacts)
+
+
+def _of(entry: object, changes: dict[str, float]) -> dict[str, Any]:
+    """The coefficients that an entry of its kind has."""
+    return {
+        k: x for k, x in changes.items() if k == "restitution" or not isinstance(entry, JointStop)
+    }
+
+
+def _covariance(jacobian: np.ndarray) -> np.ndarray:
+    """(JᵀJ)⁻¹, with infinite variance for what is not seen."""
+    _, values, ways = np.linalg.svd(jacobian, full_matrices=False)
+    seen = values > UNSEEN * max(values[0], 1e-300)
+    covariance = (ways[seen].T / values[seen] ** 2) @ ways[seen]
+    blind = (ways[~seen] ** 2).sum(axis=0) > 1e-6
+    covariance[blind, blind] = np.inf
+    return covariance

@@ -1,0 +1,123 @@
+"""Fits of coefficients and inertias to synthetic measurements."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+
+
+def thrown(e=0.5, mu=0.2, count=8, seed=0):
+    """A scene with wrong coefficients, and throws of a box that lands on a corner, slipping."""
+    box = ik.Robot.from_urdf("models/box.urdf", root="freeflyer")
+    corner = ik.Contact("box", at=[0.15, 0.1, -0.05], restitution=e, friction=mu, name="floor")
+    rng = np.random.default_rng(seed)
+    throws = []
+    for _ in range(count):
+        q = pin.integrate(box.model, box.neutral(), rng.uniform(-0.3, 0.3, 6))
+        v = np.array([*rng.uniform(2, 4, 2), -rng.uniform(1, 3), *rng.normal(size=3)])
+        throws.append((q, v))
+    return ik.Scene(box, contacts=[corner]), throws
+
+
+def measured(truth, scene, throws, sigma, rng, told=True):
+    found = []
+    for q, v in throws:
+        after = ik.solve(truth, q, v).v_after
+        noisy = after + sigma * rng.normal(size=len(after))
+        found.append(ik.Measurement(scene, q, v, noisy, sigma if told else None))
+    return found
+
+
+def fit(measurements):
+    return ik.fit_impacts(measurements, restitution=["floor"], friction=["floor"])
+
+
+def test_exact_measurements_give_the_coefficients_back():
+    scene, throws = thrown()
+    truth, _ = thrown(0.73, 0.31)
+    found = fit(measured(truth, scene, throws, 0.0 + 1e-12, np.random.default_rng(0)))
+    assert found.values == pytest.approx([0.73, 0.31], abs=1e-9)
+    assert found.names == ("floor: restitution", "floor: friction")
+    assert found["floor: friction"] == found.values[1] and found.converged
+
+
+def test_what_is_not_seen_has_no_end_to_its_interval():
+    # A contact that sticks says nothing about µ.
+    scene, throws = thrown(0.5, 9.0)
+    found = fit(measured(scene, scene, throws, 1e-3, np.random.default_rng(1)))
+    assert np.isinf(found.sigma[1]) and np.isfinite(found.sigma[0])
+
+
+def test_numbers_that_were_not_measured_do_not_count():
+    scene, throws = thrown()
+    truth, _ = thrown(0.73, 0.31)
+    full = measured(truth, scene, throws, 1e-9, np.random.default_rng(0))
+    partial = []
+    for m in full:
+        after = np.array(m.v_after)
+        after[3:] = np.nan
+        partial.append(ik.Measurement(scene, m.q, m.v_before, after, m.sigma))
+    found = fit(partial)
+    assert found.values == pytest.approx([0.73, 0.31], abs=1e-6)
+    assert found.freedom == 3 * len(throws) - 2
+
+
+def test_inertias_of_a_link():
+    robot = ik.Robot.from_urdf(ik.pendulum_urdf(2))
+    rng = np.random.default_rng(3)
+    names = {"joint_2": ["mass", "mz", "iyy"]}
+
+    def scene_of(robot, at):
+        return ik.Scene(robot, [ik.AppliedImpulse("link_2", linear=[1, 0, 0], at=at)])
+
+    changed = pin.Model(robot.model)
+    values = changed.inertias[2].toDynamicParameters()
+    values[[0, 3, 6]] *= [1.3, 1.2, 1.15]
+    changed.inertias[2] = pin.Inertia.FromDynamicParameters(values)
+    heavier = ik.Robot.from_model(changed)
+    seen = []
+    for _ in range(6):
+        q, at = rng.uniform(-1, 1, 2), [0, 0, -rng.uniform(0.2, 1)]
+        after = ik.solve(scene_of(heavier, at), q, [0.0, 0.0]).v_after
+        seen.append(ik.Measurement(scene_of(robot, at), q, [0.0, 0.0], after, 1e-6))
+    found = ik.fit_impacts(seen, inertias=names)
+    assert found.values == pytest.approx(values[[0, 3, 6]], rel=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("told", [True, False], ids=["sigma given", "sigma estimated"])
+def test_intervals_cover_as_they_say(told):
+    scene, throws = thrown(0.55, 0.25, count=3)
+    truth, _ = thrown(0.6, 0.3)
+    rng = np.random.default_rng(42)
+    runs = 1000 if told else 400
+    covered = np.zeros(2)
+    after = [ik.solve(truth, q, v).v_after for q, v in throws]
+    for _ in range(runs):
+        noisy = [
+            ik.Measurement(scene, q, v, a + 0.02 * rng.normal(size=6), 0.02 if told else None)
+            for (q, v), a in zip(throws, after, strict=True)
+        ]
+        low, high = fit(noisy).intervals(0.95).T
+        covered += (low <= [0.6, 0.3]) & (high >= [0.6, 0.3])
+    assert ((covered / runs >= 0.90) & (covered / runs <= 0.98)).all()
+
+
+def test_what_cannot_be_fitted_is_said():
+    scene, throws = thrown()
+    good = measured(scene, scene, throws[:1], 1e-3, np.random.default_rng(0))
+    with pytest.raises(ik.errors.InputError, match="no measurements"):
+        ik.fit_impacts([], restitution=["floor"])
+    with pytest.raises(ik.errors.InputError, match="no parameters"):
+        ik.fit_impacts(good)
+    with pytest.raises(ik.errors.UnknownNameError):
+        ik.fit_impacts(good, friction=["ceiling"])
+    with pytest.raises(ik.errors.UnknownNameError):
+        ik.fit_impacts(good, inertias={"root_joint": ["weight"]})
+    with pytest.raises(ik.errors.RangeError, match="sigma"):
+        ik.fit_impacts([ik.Measurement(scene, *throws[0], np.zeros(6), 0.0)], friction=["floor"])
+    with pytest.raises(ik.errors.InputError, match="too few"):
+        ik.fit_impacts(
+            [ik.Measurement(scene, *throws[0], [*[np.nan] * 5, 1.0])], friction=["floor"]
+        )
