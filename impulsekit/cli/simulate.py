@@ -20,6 +20,8 @@ __all__ = ["simulate"]
 @click.option("--output", "-o", type=click.Path(), help="Write the motion to an npz file.")
 @click.option("--duration", "-t", type=float, help="Seconds, instead of the file's.")
 @click.option("--samples", "-n", type=int, help="How many states are kept, instead of the file's.")
+@click.option("--plot", type=click.Path(), help="Draw energy and momentum over time (PNG, SVG, PDF).")
+@click.option("--html", type=click.Path(), help="Write a moving picture as one page.")
 @click.option("--quiet", is_flag=True, help="No progress bar, even on a terminal.")
 @click.pass_context
 def simulate(
@@ -28,6 +30,8 @@ def simulate(
     output: str | None,
     duration: float | None,
     samples: int | None,
+    plot: str | None,
+    html: str | None,
     quiet: bool,
 ) -> None:
     """Follow the scene in FILE (TOML) from its impact on; impacts on the way are solved."""
@@ -45,6 +49,14 @@ def simulate(
         )
     if output is not None:
         motion.save(output)
+    if plot is not None:
+        from ..view.plots import overview
+
+        overview(motion, plot)
+    if html is not None:
+        from .replay import write_page
+
+        write_page(motion, html, points=scene_file.points)
     click.echo("\n".join(_lines(motion)))
     if not motion.status.finished:
         detail = f" ({motion.detail})" if motion.detail else ""

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import os
 import pathlib
 import sys
 import webbrowser
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import ImpulsekitError
+from .drawing import ROOT
 from .meshcat_library import packed
+
+if TYPE_CHECKING:
+    from .stage import Camera
 
 __all__ = ["send_to", "show_page"]
 
@@ -31,8 +36,8 @@ def show_page(path: pathlib.Path) -> bool:
         return False
 
 
-def send_to(viewer: Any, commands: list[dict[str, Any]]) -> None:
-    """Send commands to the server of a ``meshcat.Visualizer``.
+def send_to(viewer: Any, commands: list[dict[str, Any]], camera: Camera) -> None:
+    """Send commands to the server of a ``meshcat.Visualizer``; an earlier replay makes room.
 
     Raises:
         ImpulsekitError: its server does not answer.
@@ -44,7 +49,7 @@ def send_to(viewer: Any, commands: list[dict[str, Any]]) -> None:
     try:
         socket.setsockopt(zmq.RCVTIMEO, PATIENCE)
         socket.setsockopt(zmq.SNDTIMEO, PATIENCE)
-        for command in commands:
+        for command in [{"type": "delete", "path": f"/{ROOT}"}, *commands, _from_afar(camera)]:
             name, path = command["type"], command["path"]
             socket.send_multipart([name.encode(), path.encode(), packed(command)])
             socket.recv()
@@ -56,3 +61,16 @@ def send_to(viewer: Any, commands: list[dict[str, Any]]) -> None:
     finally:
         socket.setsockopt(zmq.RCVTIMEO, before[0])
         socket.setsockopt(zmq.SNDTIMEO, before[1])
+
+
+def _from_afar(camera: Camera) -> dict[str, Any]:
+    """The camera for a window that always looks at the origin: further off, it sees all."""
+    view = camera.in_player()
+    offset = [p - t for p, t in zip(view["position"], view["target"], strict=True)]
+    share = 1.0 + math.hypot(*view["target"]) / math.hypot(*offset)
+    return {
+        "type": "set_property",
+        "path": "/Cameras/default/rotated/<object>",
+        "property": "position",
+        "value": [share * x for x in offset],
+    }

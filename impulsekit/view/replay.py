@@ -160,7 +160,7 @@ def replay(
     text = _page(name, commands, camera, timeline, effects.rows, notes, play)
     page = _written(text, html, open)
     if viewer is not None:
-        send_to(viewer, commands)
+        send_to(viewer, commands, camera)
     return Replay(
         times, motion_times, actors.nodes, effects.arrows, notes, tuple(commands), text, page
     )

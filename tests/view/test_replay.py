@@ -240,8 +240,10 @@ def test_it_is_drawn_into_a_running_window_too(chain):
         window = Window()
 
     shown = ik.replay(chain, viewer=Viewer())
-    assert len(sent) == len(shown.commands)
-    assert sent[-1][0] == b"set_animation"
+    # An earlier picture goes first, and the camera comes last.
+    assert len(sent) == len(shown.commands) + 2
+    assert sent[0][:2] == [b"delete", b"/impulsekit"]
+    assert sent[-2][0] == b"set_animation"
 
 
 def test_a_dead_server_is_told_and_does_not_hang(chain, monkeypatch):
