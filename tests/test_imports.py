@@ -34,6 +34,7 @@ def loaded_by(code):
         ("from impulsekit import Robot, Scene", LATER | SCENE_FILES),
         (PANDA, LATER | SCENE_FILES),
         ("from impulsekit import report", LATER | SCENE_FILES),
+        ("from impulsekit import Recording, plots, replay", LATER | SCENE_FILES),
         ("from impulsekit import load_scene", LATER),
         ("import impulsekit.cli", {"numpy", "pinocchio"} | LATER - {"click"} | SCENE_FILES),
     ],

@@ -20,7 +20,9 @@ __all__ = ["simulate"]
 @click.option("--output", "-o", type=click.Path(), help="Write the motion to an npz file.")
 @click.option("--duration", "-t", type=float, help="Seconds, instead of the file's.")
 @click.option("--samples", "-n", type=int, help="How many states are kept, instead of the file's.")
-@click.option("--plot", type=click.Path(), help="Draw energy and momentum over time (PNG, SVG, PDF).")
+@click.option(
+    "--plot", type=click.Path(), help="Draw energy and momentum over time (PNG, SVG, PDF)."
+)
 @click.option("--html", type=click.Path(), help="Write a moving picture as one page.")
 @click.option("--quiet", is_flag=True, help="No progress bar, even on a terminal.")
 @click.pass_context
