@@ -57,7 +57,7 @@ class LongImpact:
         place_bodies(tree.ints, tree.floats, bodies, work, self._q_at, spare, SINGLE)
         factor(tree.ints, tree.floats, tree.dofs, bodies, work, self._dof_at, SINGLE)
         self._strike()
-        press(tree.ints, tree.dofs, bodies, loaded, work, self._dof_at, SINGLE)
+        press(tree.ints, tree.dofs, bodies, loaded, 0, work, self._dof_at, SINGLE)
         respond(tree.ints, tree.dofs, bodies, loaded, work, self._dof_at, dv_at, SINGLE)
         self.dv = work[dv_at : dv_at + tree.nv].copy()
         self.v_after = v + self.dv

@@ -184,10 +184,10 @@ def _rows(tree: Tree, tables: RowTables) -> tuple[tuple[np.ndarray, ...], set[in
         np.array(first, dtype=np.int64),
         reach,
         reach_first,
-        np.array(masks, dtype=bool).reshape(len(masks), tree.bodies + 1),
+        np.array(masks, dtype=bool).ravel(),
         dofs,
         dof_first,
-        np.array(dof_masks, dtype=bool).reshape(len(masks), tree.nv),
+        np.array(dof_masks, dtype=bool).ravel(),
     ), passed
 
 

@@ -27,15 +27,16 @@ __all__ = ["collected", "press", "respond", "twists"]
 
 
 @njit(cache=True, nogil=True)
-def press(ints, dofs, count, loaded, work, dof_at, witness):
+def press(ints, dofs, count, loaded, mask_at, work, dof_at, witness):
     """Bring bias impulses inwards: u of every loaded degree of freedom.
 
-    On entry FORCE holds, for every loaded body, minus its impulse from outside, and
-    TARGET of each of its degrees of freedom holds τ.
+    ``loaded`` is a mask of the bodies, from ``mask_at`` on. On entry FORCE holds, for every
+    loaded body, minus its impulse from outside, and TARGET of each of its degrees of
+    freedom holds τ.
     """
     w = width(witness)
     for body in range(count, 0, -1):
-        if not loaded[body]:
+        if not loaded[mask_at + body]:
             continue
         at = body * BODY_INTS
         parent, first, size = ints[at], ints[at + 3], ints[at + 4]

@@ -14,7 +14,7 @@ from .blows import strike, work_of_blows
 from .inertia import factor
 from .kinematics import place_bodies
 from .lanes import collect, load, put, same, store, width
-from .law import room, solve_state
+from .law import room, solve_alone, solve_state
 from .layout import BODY, CONTACT_FLOATS, CONTACT_INTS, DOF, INVERSE, TARGET, TWIST
 from .rows import add_row, clear, delassus, reduce_rows, row_velocity
 
@@ -51,30 +51,31 @@ def work_size(bodies, nq, nv, rows, witness):
     return _offsets(bodies, nq, nv, rows)[11] * width(witness)
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc", "nsz"})
-def _is_finite(x, begin, end):
-    total = 0.0
-    for k in range(begin, end):
-        total += x[k] * 0.0
-    return total == 0.0
+@njit(cache=True, nogil=True)
+def _taken(source, base, step, columns, whole, work, to, bad, witness):
+    """Bring columns of a flat array into the work array; ``bad`` becomes NaN in lanes that
+    hold a NaN or an infinity, in any column of the whole row."""
+    w = width(witness)
+    for k in range(len(columns)):
+        value = collect(source, base * step + columns[k], step, witness)
+        bad = bad + value * 0.0
+        store(work, (to + k) * w, value)
+    if len(columns) < whole and step > 0:
+        for k in range(whole):
+            bad = bad + collect(source, base * step + k, step, witness) * 0.0
+    return bad
 
 
 @njit(cache=True, nogil=True)
-def _checked(q, q_row, nq, v, v_row, nv, given, g_row, ng, units):
-    """The code of one state as it was given."""
-    if not (
-        _is_finite(q, q_row, q_row + nq)
-        and _is_finite(v, v_row, v_row + nv)
-        and _is_finite(given, g_row, g_row + ng)
-    ):
-        return _NOT_FINITE
+def _is_unit(q, q_row, units):
+    """Whether the unit vectors of one configuration are of unit length."""
     for k in range(0, len(units), 2):
         total = 0.0
         for entry in range(q_row + units[k], q_row + units[k] + units[k + 1]):
             total += q[entry] * q[entry]
-        if abs(math.sqrt(total) - 1.0) > UNIT_TOLERANCE:
-            return _OFF
-    return _SOLVED
+        if not abs(math.sqrt(total) - 1.0) <= UNIT_TOLERANCE:
+            return False
+    return True
 
 
 @njit(cache=True, nogil=True)
@@ -118,21 +119,25 @@ def solve_blocks(
     ) = _offsets(bodies, nq, nv, count)  # fmt: skip
     has_known = len(blow_ints) + len(kicks) > 0
     space = room(count, contact_count)
+    found, roots = np.zeros((4, 2)), np.zeros(4)
+    alone = contact_count == 1 and len(target) == 0 and contact_ints[2] < 0
     code = np.zeros(w, dtype=np.int8)
     for block in range(begin, end):
         base = min(block * w, states - w)
+        bad = _taken(q, base, q_step, q_index, whole_q, work, q_at, same(0.0, witness), witness)
+        bad = _taken(v, base, v_step, v_index, whole_v, work, v_at, bad, witness)
+        if g_step > 0:
+            for k in range(columns):
+                bad = bad + collect(given, base * g_step + k, g_step, witness) * 0.0
+        store(work, spare_at * w, bad)
         for lane in range(w):
             state = base + lane
             code[lane] = start_codes[state]
             if code[lane] == _SOLVED:
-                code[lane] = _checked(
-                    q, state * q_step, whole_q, v, state * v_step, whole_v,
-                    given, state * g_step, columns, units,
-                )  # fmt: skip
-        for k in range(nq):
-            store(work, (q_at + k) * w, collect(q, base * q_step + q_index[k], q_step, witness))
-        for k in range(nv):
-            store(work, (v_at + k) * w, collect(v, base * v_step + v_index[k], v_step, witness))
+                if work[spare_at * w + lane] != 0.0:
+                    code[lane] = _NOT_FINITE
+                elif not _is_unit(q, state * q_step, units):
+                    code[lane] = _OFF
         place_bodies(ints, floats, bodies, work, q_at, spare_at, witness)
         factor(ints, floats, dofs, bodies, work, dof_at, witness)
         if count > 0:
@@ -141,14 +146,14 @@ def solve_blocks(
                 reach_mask, dof_list, dof_first, work, dof_at, reduced_at, nv, witness,
             )  # fmt: skip
             delassus(dof_list, dof_first, reach_dofs, work, dof_at, reduced_at, nv, w_at, witness)
-        if len(twist_list) > 0:
+        if count > 0 or len(out_energy) > 0:
             twists(ints, dofs, twist_list, work, v_at, TWIST, witness)
-        clear(ints, loaded_list, work, dof_at, witness)
+        clear(ints, loaded_list, 0, len(loaded_list), work, dof_at, witness)
         if has_known:
             strike(
                 blow_ints, blow_floats, kicks, given, base * g_step, g_step, work, dof_at, witness
             )
-            press(ints, dofs, bodies, known_mask, work, dof_at, witness)
+            press(ints, dofs, bodies, known_mask, 0, work, dof_at, witness)
         if count > 0:
             for r in range(count):
                 speed = row_velocity(
@@ -165,7 +170,13 @@ def solve_blocks(
                 store(work, (free_at + r) * w, speed)
             for lane in range(w):
                 state = base + lane
-                if code[lane] == _SOLVED:
+                if code[lane] == _SOLVED and alone:
+                    code[lane] = solve_alone(
+                        count, contact_floats[12], contact_floats[11], e[state * e_step],
+                        mu[state * mu_step], work, w_at, before_at, free_at, p_at, w, lane,
+                        found, roots,
+                    )  # fmt: skip
+                elif code[lane] == _SOLVED:
                     code[lane] = solve_state(
                         count, len(target), target, keeps, contact_ints, contact_floats,
                         q, state * q_step, e, state * e_step, mu, state * mu_step,
@@ -212,7 +223,7 @@ def solve_blocks(
                 total = total + mean * load(work, (p_at + r) * w, witness)
             put(out_energy, base, 1, total)
         if len(out_sum) > 0:
-            clear(ints, loaded_list, work, dof_at, witness)
+            clear(ints, loaded_list, 0, len(loaded_list), work, dof_at, witness)
             if has_known:
                 strike(
                     blow_ints, blow_floats, kicks, given, base * g_step, g_step,

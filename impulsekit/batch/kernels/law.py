@@ -12,12 +12,12 @@ import numpy as np
 from numba import njit
 
 from ..codes import AGAIN, RowStatus
-from .coulomb import coulomb, gain
+from .coulomb import GAIN, coulomb, gain
 from .dense import cholesky, eliminate, lower_solve
 from .layout import CONTACT_FLOATS, CONTACT_INTS
 from .many import frictional, frictionless
 
-__all__ = ["room", "solve_state"]
+__all__ = ["room", "solve_alone", "solve_state"]
 
 # As in ``impact``: q this near a limit is at it, and pivots above this are no rounding.
 AT_STOP = 1e-9
@@ -29,14 +29,20 @@ _SOLVED, _GAIN = int(RowStatus.SOLVED), int(RowStatus.ENERGY_GAIN)
 def room(rows, contacts):
     """The arrays that ``solve_state`` works in."""
     size = max(3 * contacts, rows, 1)
-    return (
-        np.zeros((9, size, size)),
-        np.zeros((14, size)),
-        np.zeros((max(contacts, 1), 2)),
-        np.zeros((4, 2)),
-        np.zeros(4),
-        np.zeros((2, max(contacts, 1)), dtype=np.int64),
-    )
+    few = max(contacts, 1)
+    # One array each: a slice of a larger one would be counted at every use.
+    square = (
+        np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size)),
+        np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size)),
+        np.zeros((size, size)), np.zeros((size, size)),
+    )  # fmt: skip
+    line = (
+        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
+        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
+        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
+    )  # fmt: skip
+    short = (np.zeros((few, 2)), np.zeros((4, 2)), np.zeros(4))
+    return square, line, short, (np.zeros(few, dtype=np.int64), np.zeros(few, dtype=np.int64))
 
 
 @njit(cache=True, nogil=True)
@@ -69,12 +75,11 @@ def solve_state(
         e, e_row, mu, mu_row: the same for the coefficients.
         w_at, before_at, free_at, p_at: where W, u⁻, u_free and P stand in ``work``.
     """
-    matrices, vectors, slip, found, roots, flags = space
-    W, lower, cross_held = matrices[0], matrices[1], matrices[2]
-    before, free, b, P = vectors[0], vectors[1], vectors[2], vectors[3]
-    mus, sign = vectors[4], vectors[5]
-    known, rest, scale_of = vectors[6], vectors[7], vectors[8]
-    row_of, mode = flags[0], flags[1]
+    square, line, short, whole = space
+    W, lower, cross_held, matrix, own, way, aim, newton = square
+    before, free, b, P, mus, sign, known, rest, scale_of, best, xi, x, moved, after = line
+    slip, found, roots = short
+    row_of, mode = whole
     for r in range(rows):
         work[(p_at + r) * w + lane] = 0.0
     count = 0
@@ -112,7 +117,6 @@ def solve_state(
             if not diagonal > 0.0:
                 return AGAIN
             scale_of[i] = 1.0 / math.sqrt(diagonal)
-        matrix = matrices[3]
         for i in range(held):
             for j in range(i + 1):
                 matrix[i, j] = work[(w_at + i * rows + j) * w + lane] * scale_of[i] * scale_of[j]
@@ -165,14 +169,15 @@ def solve_state(
         elif smooth:
             code = frictionless(W, b, count, scale, P)
         else:
-            matrices[4][:size, :size] = W[:size, :size]
+            for i in range(size):
+                for j in range(size):
+                    own[i, j] = W[i, j]
             code = frictional(
-                matrices[4], b, mus, count, P, vectors[9], vectors[10], mode, slip,
-                matrices[5], matrices[6], matrices[7], vectors[11], vectors[12], found, roots,
+                own, b, mus, count, P, best, xi, mode, slip, way, aim, newton, x, moved,
+                found, roots,
             )  # fmt: skip
         if code == AGAIN:
             return AGAIN
-        after = vectors[13]
         for i in range(size):
             total = free[i]
             for j in range(size):
@@ -198,6 +203,56 @@ def solve_state(
         if c >= 0:
             work[(p_at + c) * w + lane] = sign[j // 3] * P[j]
     return code
+
+
+@njit(cache=True, nogil=True)
+def solve_alone(
+    rows, capture, e_t, e, mu, work, w_at, before_at, free_at, p_at, w, lane, found, roots
+):
+    """``solve_state`` for one contact on a plane and nothing else: no arrays on the way.
+
+    Args:
+        rows: 3, or 1 without friction.
+        capture, e_t, e, mu: numbers of the contact.
+    """
+    n = (p_at + rows - 1) * w + lane
+    before = work[(before_at + rows - 1) * w + lane]
+    free = work[(free_at + rows - 1) * w + lane]
+    nn = work[(w_at + rows * rows - 1) * w + lane]
+    b = free
+    if before < 0.0 and -before >= capture:
+        b += e * before
+    if rows == 1 or mu == 0.0:
+        work[n] = 0.0
+        if rows == 3:
+            work[n - w] = 0.0
+            work[n - 2 * w] = 0.0
+        if b >= -1e-15 * max(abs(before), abs(free)):
+            return _SOLVED
+        if not nn > 0.0:
+            return AGAIN
+        pn = -b / nn
+        work[n] = pn
+        normal = 0.5 * pn * (before + free + nn * pn)
+        gained = normal > GAIN * (abs(pn * before) + abs(normal))
+        return _GAIN if gained else _SOLVED
+    a1, a2 = work[before_at * w + lane], work[(before_at + 1) * w + lane]
+    f1, f2 = work[free_at * w + lane], work[(free_at + 1) * w + lane]
+    t11, t12 = work[w_at * w + lane], work[(w_at + 1) * w + lane]
+    n1, t22 = work[(w_at + 2) * w + lane], work[(w_at + 4) * w + lane]
+    n2 = work[(w_at + 5) * w + lane]
+    scale = max(abs(before), abs(free), abs(f1), abs(f2), abs(e_t * a1), abs(e_t * a2))
+    p1, p2, pn, code = coulomb(
+        t11, t12, t22, n1, n2, nn, f1 + e_t * a1, f2 + e_t * a2, b, mu, scale, found, roots
+    )
+    work[n - 2 * w], work[n - w], work[n] = p1, p2, pn
+    if code == AGAIN or pn == 0.0:
+        return code
+    normal = 0.5 * pn * (before + free + n1 * p1 + n2 * p2 + nn * pn)
+    friction = 0.5 * p1 * (a1 + f1 + t11 * p1 + t12 * p2 + n1 * pn)
+    friction += 0.5 * p2 * (a2 + f2 + t12 * p1 + t22 * p2 + n2 * pn)
+    size = abs(p1 * a1) + abs(p2 * a2) + abs(pn * before) + abs(normal) + abs(friction)
+    return _GAIN if normal + friction > GAIN * size else code
 
 
 @njit(cache=True, nogil=True)

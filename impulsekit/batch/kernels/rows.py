@@ -41,11 +41,11 @@ def _turned(work, body, w, x, y, z, witness):
 
 
 @njit(cache=True, nogil=True)
-def clear(ints, bodies, work, dof_at, witness):
-    """Set FORCE and TARGET of the bodies listed to zero."""
+def clear(ints, bodies, begin, end, work, dof_at, witness):
+    """Set FORCE and TARGET of some of the bodies listed to zero."""
     w = width(witness)
     zero = same(0.0, witness)
-    for k in range(len(bodies)):
+    for k in range(begin, end):
         body = bodies[k]
         row = (body * BODY + FORCE) * w
         put_triple(work, row, w, (zero, zero, zero))
@@ -129,20 +129,22 @@ def reduce_rows(
     Args:
         row_first: where the terms of each row begin.
         reach, reach_first: the bodies that each row passes through.
-        reach_mask: (rows, bodies + 1) the same as a mask.
+        reach_mask: (rows · (bodies + 1),) the same as a mask.
         dof_list, dof_first: the degrees of freedom of those bodies, rising.
     """
     w = width(witness)
     one = same(1.0, witness)
     for row in range(len(row_first) - 1):
-        clear(ints, reach[reach_first[row] : reach_first[row + 1]], work, dof_at, witness)
+        clear(ints, reach, reach_first[row], reach_first[row + 1], work, dof_at, witness)
         add_row(
             term_ints, term_floats, row_first[row], row_first[row + 1], one, work, dof_at, witness
         )
         last = 0
         for k in range(reach_first[row], reach_first[row + 1]):
             last = max(last, reach[k])
-        press(ints, dofs, last, reach_mask[row], work, dof_at, witness)
+        press(
+            ints, dofs, last, reach_mask, row * (count + 1), work, dof_at, witness
+        )  # fmt: skip
         for k in range(dof_first[row], dof_first[row + 1]):
             dof = dof_list[k]
             u = load(work, (dof_at + dof * DOF + TARGET) * w, witness)
@@ -151,7 +153,7 @@ def reduce_rows(
 
 @njit(cache=True, nogil=True)
 def delassus(dof_list, dof_first, reach_dofs, work, dof_at, reduced_at, nv, to, witness):
-    """Write W (rows, rows), both halves; ``reach_dofs`` (rows, nv) says where u is not 0."""
+    """Write W (rows, rows), both halves; ``reach_dofs`` (rows · nv,) says where u is not 0."""
     w = width(witness)
     rows = len(dof_first) - 1
     for r in range(rows):
@@ -159,7 +161,7 @@ def delassus(dof_list, dof_first, reach_dofs, work, dof_at, reduced_at, nv, to, 
             total = same(0.0, witness)
             for k in range(dof_first[r], dof_first[r + 1]):
                 dof = dof_list[k]
-                if reach_dofs[s, dof]:
+                if reach_dofs[s * nv + dof]:
                     total = total + load(work, (reduced_at + r * nv + dof) * w, witness) * load(
                         work, (dof_at + dof * DOF + INVERSE) * w, witness
                     ) * load(work, (reduced_at + s * nv + dof) * w, witness)

@@ -21,7 +21,7 @@ def _value(a, degree, x):
 
 
 @njit(cache=True, nogil=True)
-def _between(a, degree, low, high):
+def _between(a, degree, low, high, near):
     """The root between two points of opposite signs: Newton, kept in by bisection."""
     rising = _value(a, degree, high) > 0.0
     x = 0.5 * (low + high)
@@ -37,7 +37,7 @@ def _between(a, degree, low, high):
         following = x - value / slope if slope != 0.0 else 0.5 * (low + high)
         if not (low < following < high):
             following = 0.5 * (low + high)
-        if abs(following - x) < 1e-15:
+        if abs(following - x) < near:
             return following
         x = following
     return x
@@ -49,6 +49,18 @@ def _roots(a, found):
 
     Where the quartic only comes very near to zero, that point counts, too.
     """
+    changes = 0
+    positive = True
+    for k in (3, 2, 1, 0):
+        if a[k] != 0.0 and (a[k] > 0.0) != positive:
+            positive = not positive
+            changes += 1
+    if changes == 0:
+        return 0
+    if changes == 1:
+        # Descartes: one positive root, below 1 as the coefficients are scaled.
+        found[0] = _between(a, 4, 0.0, 1.0, 1e-7)
+        return 1
     # Monic derivatives, from the quadratic up.
     b = (a[2] / 6.0, a[3] / 2.0, 0.0, 0.0)
     c = (a[1] / 4.0, a[2] / 2.0, 0.75 * a[3], 0.0)
@@ -71,7 +83,7 @@ def _roots(a, found):
                 continue
             high = min(high, 1.0)
         if high > low and (_value(c, 3, low) > 0.0) != (_value(c, 3, high) > 0.0):
-            root = _between(c, 3, low, high)
+            root = _between(c, 3, low, high, 1e-15)
             if turns == 0:
                 t0 = root
             elif turns == 1:
@@ -88,7 +100,7 @@ def _roots(a, found):
             high = t0 if k == 0 else (t1 if k == 1 else t2)
         at_low, at_high = _value(a, 4, low), _value(a, 4, high)
         if (at_low > 0.0) != (at_high > 0.0):
-            found[count] = _between(a, 4, low, high)
+            found[count] = _between(a, 4, low, high, 1e-7)
             count += 1
         elif k < turns and abs(at_high) < 1e-12 and count < 4:
             found[count] = high
@@ -138,8 +150,6 @@ def slips(t11, t12, t22, n1, n2, nn, b1, b2, bn, mu, found, roots):
     q2 = trace * trace + 2.0 * det - c1 * c1 - c2 * c2
     q1 = -2.0 * (trace * det + c1 * m1 + c2 * m2)
     q0 = det * det - m1 * m1 - m2 * m2
-    if q3 >= 0.0 and q2 >= 0.0 and q1 >= 0.0 and q0 >= 0.0:
-        return 0
     count = 0
     for k in range(_roots((q0, q1, q2, q3), roots)):
         root = roots[k]
