@@ -66,6 +66,7 @@ from .scene import Restitution as Restitution
 from .scene import RestitutionTable as RestitutionTable
 from .scene import Scene as Scene
 from .scene import Spring as Spring
+from .scene.design import DesignPoint as DesignPoint
 from .scene.points import ReportPoint as ReportPoint
 from .scenefile import SceneFile as SceneFile
 from .scenefile import dump_scene as dump_scene

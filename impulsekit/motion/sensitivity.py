@@ -15,7 +15,6 @@ import pinocchio as pin
 from ..errors import InputError
 from ..impact.saltation import Saltation, saltation
 from ..scene import Scene
-from .chart import Chart
 from .dynamics import Dynamics
 
 if TYPE_CHECKING:
@@ -153,15 +152,17 @@ class _Flow:
     ) -> tuple[np.ndarray, np.ndarray]:
         from scipy.integrate import solve_ivp
 
-        nv, chart = len(v), Chart(self._model)
-        x = chart.centred(pin.integrate(self._model, q, by[:nv]))
+        nv, model = len(v), self._model
+        # The chart around the start: q = q₀ ⊕ x with ẋ = ∂(q ⊖ q₀)/∂q v.
+        reference = pin.integrate(model, q, by[:nv])
 
         def rates(t: float, y: np.ndarray) -> np.ndarray:
-            place = chart.configuration(y[:nv])
+            place = pin.integrate(model, reference, y[:nv])
+            turn = pin.dDifference(model, reference, place, pin.ArgumentPosition.ARG1)
             rate = self._dynamics.acceleration(t, place, y[nv:])
-            return np.concatenate([chart.rate(place, y[nv:]), rate])
+            return np.concatenate([turn @ y[nv:], rate])
 
-        y = np.concatenate([x, v + by[nv:]])
+        y = np.concatenate([np.zeros(nv), v + by[nv:]])
         found = solve_ivp(rates, (start, end), y, "DOP853", [end], rtol=1e-12, atol=1e-13)
         y = found.y[:, -1]
-        return np.array(chart.configuration(y[:nv])), y[nv:]
+        return pin.integrate(model, reference, y[:nv]), y[nv:]

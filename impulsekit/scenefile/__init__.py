@@ -37,6 +37,11 @@ A file names a robot, the state it is in, and what happens to it::
     samples = 201
     rtol = 1e-10
 
+    [[design.points]]                # DesignPoint: what ``impulsekit design`` tells
+    frame = "link_10"
+    direction = [0, 1, 0]
+    joint = "joint_9"
+
     [[report.points]]                # points whose velocity a report prints
     frame = "link_10"
     at = [1, 0, 0]

@@ -16,16 +16,17 @@ from ..motion.settings import MotionSettings
 from ..robot import Robot
 from ..robot import state as states
 from ..scene import Scene
+from ..scene.design import DesignPoint
 from ..scene.numbers import Vector
 from ..scene.points import ReportPoint
 from .entries import MOVED, read_entries, read_section
 from .faults import Faults, no_such_key
 from .robots import read_robots
-from .vocabulary import MOTION, POINTS, SECTIONS, STRICT
+from .vocabulary import DESIGN, MOTION, POINTS, SECTIONS, STRICT, Section
 
 __all__ = ["SceneFile", "load_scene"]
 
-_OWN = ("robot", "robots", "state", "gravity", "motion", "report")
+_OWN = ("robot", "robots", "state", "gravity", "motion", "design", "report")
 _TOP = (*_OWN, *(section.name for section in SECTIONS))
 
 _Numbers = pydantic.TypeAdapter(tuple[float, ...], config=pydantic.ConfigDict(strict=True))
@@ -43,6 +44,7 @@ class SceneFile:
         points: points whose velocity a report prints.
         motion: how the motion after the impact is followed; None where the file has no
             table [motion].
+        design: points whose impact design measures are wanted.
     """
 
     path: str
@@ -51,6 +53,7 @@ class SceneFile:
     v: np.ndarray
     points: tuple[ReportPoint, ...] = ()
     motion: MotionSettings | None = None
+    design: tuple[DesignPoint, ...] = ()
 
 
 class _Gravity(pydantic.BaseModel):
@@ -83,14 +86,15 @@ def load_scene(path: str | os.PathLike[str]) -> SceneFile:
     for section in SECTIONS:
         if section.name in data:
             parts[section.name] = read_section(section, data[section.name], robot, faults)
-    points = _read_report(data.get("report", {}), robot, faults)
+    points = _read_points(POINTS, data.get("report", {}), robot, faults)
+    design = _read_points(DESIGN, data.get("design", {}), robot, faults)
     motion: tuple[MotionSettings, ...] = ()
     if "motion" in data:
         motion = read_entries(MOTION, (data["motion"],), lambda entry, place: None, faults)
     if not faults and robot is not None and settings is not None:
         try:
             scene = Scene(robot, **parts, gravity=settings.gravity)
-            return SceneFile(path, scene, q, v, points, next(iter(motion), None))
+            return SceneFile(path, scene, q, v, points, next(iter(motion), None), design)
         except ImpulsekitError as error:
             # What is wrong with no entry alone, such as two of one name.
             faults.add(str(error).removeprefix("Scene: "))
@@ -196,16 +200,23 @@ def _tried(make: Callable, value: Any, place: str, faults: Faults, otherwise: An
         return otherwise
 
 
-def _read_report(raw: Any, robot: Robot | None, faults: Faults) -> tuple[ReportPoint, ...]:
+def _read_points(section: Section, raw: Any, robot: Robot | None, faults: Faults) -> tuple:
+    """The points of a table such as [report], whose names are held against the robot."""
+    table, _, key_of_points = section.name.partition(".")
     if not isinstance(raw, dict):
-        faults.add("report: wanted is a table with points")
+        faults.add(f"{table}: wanted is a table with {key_of_points}")
         return ()
     for key in raw:
-        if key != "points":
-            faults.add(no_such_key(f"report.{key}", key, ("points",), MOVED))
+        if key != key_of_points:
+            faults.add(no_such_key(f"{table}.{key}", key, (key_of_points,), MOVED))
 
-    def check(point: ReportPoint, place: str) -> None:
-        if robot is not None:
-            _tried(robot.frame_id, point.frame, f"{place}.frame", faults, None)
+    def check(point: ReportPoint | DesignPoint, place: str) -> None:
+        if robot is None:
+            return
+        _tried(robot.frame_id, point.frame, f"{place}.frame", faults, None)
+        joint = getattr(point, "joint", None)
+        # The joint of a robot, or one that is fixed in it.
+        if joint is not None and not robot.has_fixed_joint(joint):
+            _tried(robot.joint_id, joint, f"{place}.joint", faults, None)
 
-    return read_entries(POINTS, raw.get("points", ()), check, faults)
+    return read_entries(section, raw.get(key_of_points, ()), check, faults)

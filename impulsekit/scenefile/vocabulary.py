@@ -27,13 +27,24 @@ from pydantic_core import PydanticCustomError
 from ..motion.settings import MotionSettings
 from ..scene.constraints import FrameAnchor, JointCoupling, JointLock, PointAnchor
 from ..scene.contacts import Collision, Contact, JointStop
+from ..scene.design import DesignPoint
 from ..scene.forces import PD, Actuator, AppliedForce, JointSpring, Spring
 from ..scene.impulses import AppliedImpulse, JointImpulse
 from ..scene.law import Law
 from ..scene.points import ReportPoint
 from ..scene.restitution import Restitution, RestitutionTable
 
-__all__ = ["MOTION", "NESTED", "POINTS", "SECTIONS", "STRICT", "Section", "default_of", "model_of"]
+__all__ = [
+    "DESIGN",
+    "MOTION",
+    "NESTED",
+    "POINTS",
+    "SECTIONS",
+    "STRICT",
+    "Section",
+    "default_of",
+    "model_of",
+]
 
 STRICT = pydantic.ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 
@@ -86,6 +97,7 @@ SECTIONS: tuple[Section, ...] = (
 # How a motion is followed: of the file, not of the scene.
 MOTION = Section("motion", {"motion": MotionSettings}, many=False)
 POINTS = Section("report.points", {"point": ReportPoint}, needs_kind=False)
+DESIGN = Section("design.points", {"point": DesignPoint}, needs_kind=False)
 
 
 # Dataclasses that may stand as a table within an entry.

@@ -16,9 +16,10 @@ from ..motion.settings import MotionSettings
 from ..robot import Robot
 from ..robot import state as states
 from ..scene import Scene
+from ..scene.design import DesignPoint
 from ..scene.points import ReportPoint
 from .robots import part_as_table
-from .vocabulary import MOTION, NESTED, POINTS, SECTIONS, Section, default_of
+from .vocabulary import DESIGN, MOTION, NESTED, POINTS, SECTIONS, Section, default_of
 
 __all__ = ["dump_scene", "save_scene"]
 
@@ -30,6 +31,7 @@ def dump_scene(
     *,
     points: Iterable[ReportPoint] = (),
     motion: MotionSettings | None = None,
+    design: Iterable[DesignPoint] = (),
     folder: str | os.PathLike[str] | None = None,
 ) -> str:
     """The text of a scene file; read back, every float is the same double.
@@ -40,6 +42,7 @@ def dump_scene(
         v: (nv,) velocity before the impact; zero unless given.
         points: points whose velocity a report prints.
         motion: how the motion after the impact is followed.
+        design: points whose impact design measures are wanted.
         folder: where the file will be; paths are written relative to it, else absolute.
 
     Raises:
@@ -73,6 +76,7 @@ def dump_scene(
         blocks += _section_blocks(section, getattr(scene, section.name))
     if motion is not None:
         blocks += [_table("[motion]", _entry(MOTION, motion))]
+    blocks += _section_blocks(DESIGN, tuple(design))
     blocks += _section_blocks(POINTS, tuple(points))
     return "\n".join(blocks)
 
@@ -85,6 +89,7 @@ def save_scene(
     *,
     points: Iterable[ReportPoint] = (),
     motion: MotionSettings | None = None,
+    design: Iterable[DesignPoint] = (),
 ) -> None:
     """Write a scene file; paths in it are relative to it. See ``dump_scene``.
 
@@ -97,7 +102,8 @@ def save_scene(
         >>> save_scene("copy.toml", file.scene, file.q, file.v)  # doctest: +SKIP
     """
     path = pathlib.Path(path)
-    text = dump_scene(scene, q, v, points=points, motion=motion, folder=path.absolute().parent)
+    folder = path.absolute().parent
+    text = dump_scene(scene, q, v, points=points, motion=motion, design=design, folder=folder)
     path.write_text(text, encoding="utf-8", newline="\n")
 
 

@@ -1,0 +1,67 @@
+"""``impulsekit design``: what the points of a scene file are like to a blow."""
+
+from __future__ import annotations
+
+import json
+import pathlib
+
+import click
+
+__all__ = ["design"]
+
+
+@click.command()
+@click.argument("file", type=click.Path())
+@click.option("--json", "json_to", type=click.Path(), help='Write it as JSON; "-": stdout.')
+@click.option("--plot", "plot_to", type=click.Path(), help="Draw the effective masses to a file.")
+@click.option(
+    "--plane",
+    type=click.Choice(["xy", "xz", "yz"]),
+    default="xz",
+    show_default=True,
+    help="Of the drawing.",
+)
+def design(file: str, json_to: str | None, plot_to: str | None, plane: str) -> None:
+    """Tell the design measures of the points in FILE (TOML, [[design.points]]).
+
+    Effective masses and the axes of the impact ellipsoid; what a joint carries of a blow
+    there at worst and at best, and where on a line it is spared.
+    """
+    from ..design.summary import design_as_dict, design_as_text
+    from ..errors import InputError
+    from ..scenefile import load_scene
+
+    scene_file = load_scene(file)
+    if not scene_file.design:
+        raise InputError(f"{file}: there are no [[design.points]] in it")
+    told = design_as_dict(scene_file.scene, scene_file.q, scene_file.design)
+    if json_to is not None:
+        text = json.dumps({"scene_file": file, "points": told}, indent=2, allow_nan=False)
+        if json_to == "-":
+            click.echo(text)
+        else:
+            pathlib.Path(json_to).write_text(text + "\n", encoding="utf-8")
+    if json_to != "-":
+        click.echo(design_as_text(told), nl=False)
+    if plot_to is not None:
+        _draw(scene_file, plane, plot_to)
+
+
+def _draw(scene_file: object, plane: str, path: str) -> None:
+    from ..design.ellipsoid import impact_ellipsoid
+    from ..design.pictures import plot_effective_mass
+    from ..errors import MissingExtraError
+    from ..scenefile import SceneFile
+
+    if not isinstance(scene_file, SceneFile):
+        raise TypeError(type(scene_file).__name__)
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise MissingExtraError.of("matplotlib", "plot", "--plot") from None
+    points = scene_file.design
+    figure = Figure(figsize=(4.5 * len(points), 4.5), layout="constrained")
+    for ax, point in zip(figure.subplots(1, len(points), squeeze=False)[0], points, strict=True):
+        found = impact_ellipsoid(scene_file.scene, scene_file.q, point.frame, point.at)
+        plot_effective_mass(found, plane, ax).set_title(point.title)
+    figure.savefig(path)
