@@ -11,6 +11,7 @@ import pinocchio as pin
 
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError
 from ..robot import Robot
+from ..robot.state import QUATERNION_TOLERANCE, checked_configuration
 
 if TYPE_CHECKING:
     from ..impact import Impact
@@ -31,6 +32,7 @@ class Recording:
     Raises:
         InputError: no instant at all, or an impact of another robot.
         ShapeError, NotFiniteError, RangeError: arrays that do not fit together.
+        StateError: a configuration off its manifold.
 
     Example:
         >>> robot = Robot.from_example("panda")
@@ -61,6 +63,9 @@ class Recording:
         if (np.diff(t) < 0.0).any():
             index = int(np.flatnonzero(np.diff(t) < 0.0)[0])
             raise RangeError.of(f"Recording: t[{index + 1}]", t[index + 1], f"{t[index]} or more")
+        for row in q:
+            if not pin.isNormalized(self.robot.model, row, QUATERNION_TOLERANCE):
+                checked_configuration(self.robot.model, row)
         impacts = tuple((float(time), impact) for time, impact in self.impacts)
         for time, impact in impacts:
             if impact.scene.robot.nq != self.robot.nq:

@@ -17,6 +17,7 @@ from impulsekit.errors import (
     NotFiniteError,
     RangeError,
     ShapeError,
+    StateError,
     UnknownNameError,
 )
 from impulsekit.view.bodies import body_shapes
@@ -135,6 +136,10 @@ def test_gaps_in_what_is_given_are_told(chain):
         ik.Recording(robot, [1.0, 0.0], q)
     with pytest.raises(NotFiniteError, match="instant 1"):
         ik.Recording(robot, [0.0, np.nan], q)
+    off = robot.neutral()
+    off[2] = 3.0
+    with pytest.raises(StateError, match="root_joint"):
+        ik.Recording(robot, [0.0], [off])
     with pytest.raises(InputError, match="of another robot"):
         ik.Recording(ik.Robot.from_urdf(ik.chain_urdf(2)), [0.0], [[0.0]], [(0.0, chain)])
     with pytest.raises(InputError, match="a dict cannot be shown"):
