@@ -33,7 +33,7 @@ ROUNDING = 1e-9
 MOST_ARROWS = 400
 HIDDEN_OPACITY = 0.3
 TRACE_POINTS = 600
-TRACES = ((0.78, 0.20, 0.13), (0.10, 0.42, 0.75), (0.16, 0.58, 0.34), (0.86, 0.50, 0.10))
+TRACES = ((0.07, 0.52, 0.50), (0.55, 0.36, 0.10), (0.62, 0.20, 0.48), (0.30, 0.38, 0.10))
 
 
 @dataclass(frozen=True, eq=False)
