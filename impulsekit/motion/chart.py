@@ -1,10 +1,20 @@
-"""A chart of the configuration space around a point of it: q = q_ref ⊕ x, ẋ = J⁻¹(x) v.
+"""A chart of the configuration space: q as a function of x (nv,), and ẋ as one of x and v.
 
-Joints whose coordinates are plain numbers are charted by themselves: there x is q, and
-ẋ is v. Only joints that turn in the plane or in space need more.
+- Coordinates that are plain numbers are their own chart: x is q, ẋ is v.
+- A planar joint has its place in the world and its angle for x.
+- Joints that turn in space have q = q_ref ⊕ x, and v = J x' with the right Jacobian
+  J = (1 − exp(−ad)) / ad. Its inverse is 1 + ½ ad + a ad² + b ad⁴, exactly, with
+
+      1 − γ = 1 − (θ/2) cot(θ/2),  a = (4 (1 − γ) + θ γ') / 2θ²,  b = (2 (1 − γ) + θ γ') / 2θ⁴
+
+  (Bullo & Murray 1995, "Proportional derivative control on the Euclidean group"). It is
+  written out here because Pinocchio's own derivatives of ⊖ lose up to half their digits
+  at small angles, where a step of an integrator lies.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import pinocchio as pin
@@ -13,79 +23,145 @@ __all__ = ["Chart"]
 
 # Bound once: these run at every stage of every step.
 _integrate, _d_difference, _AFTER = pin.integrate, pin.dDifference, pin.ArgumentPosition.ARG1
+_Motion = pin.Motion
+
+# 1 − (θ/2) cot(θ/2) = Σ c_n θ²ⁿ, c_n = |B_2n| / (2n)!
+_SERIES = (
+    1 / 12,
+    1 / 720,
+    1 / 30240,
+    1 / 1209600,
+    1 / 47900160,
+    691 / 1307674368000,
+    1 / 74724249600,
+    3617 / 10670622842880000,
+)
+# Below this the series is exact to rounding, above it the closed form is.
+SMALL = 0.35
 
 
 class Chart:
-    """Tangent coordinates x (nv,) of configurations q (nq,) near a reference.
+    """Coordinates x (nv,) of configurations q (nq,), near a reference where joints turn in space.
 
     Attributes:
-        reference: (nq,) where x is zero for joints that turn; zero for the others.
-        is_flat: whether x is q for every joint, so that there is nothing to re-centre.
+        reference: (nq,) the place of x = 0, for joints that need one.
+        is_flat: whether there is nothing to re-centre.
     """
 
     def __init__(self, model: pin.Model) -> None:
         self._model = model
-        self.is_flat = model.nq == model.nv
-        self.reference = np.zeros(model.nq)
-        self._curved = _indices(model, lambda joint: joint.nq != joint.nv)
-        # One continuous angle commutes with itself: its rate is the speed.
-        turning = _indices(model, lambda joint: joint.nq != joint.nv and joint.nv > 1)
-        self._turning_q, self._turning_v = turning
-        self._turning = _alone(model)
-        self._reference_turning = self.reference[self._turning_q]
+        self._identity = model.nq == model.nv
+        self.reference = pin.neutral(model)
+        self._planar: list[tuple[int, int]] = []
+        self._spatial: list[tuple[slice, int]] = []
+        self._others: list[tuple[pin.Model, slice, slice]] = []
+        plain = np.ones(model.nq, dtype=bool)
+        referred = np.zeros(model.nv, dtype=bool)
+        turning = np.zeros(model.nv, dtype=bool)
+        for joint in list(model.joints)[1:]:
+            own_q = slice(joint.idx_q, joint.idx_q + joint.nq)
+            own_v = slice(joint.idx_v, joint.idx_v + joint.nv)
+            kind = joint.shortname()
+            if joint.nq == joint.nv:
+                continue
+            plain[own_q] = False
+            turning[own_v] = True
+            if kind == "JointModelPlanar":
+                self._planar.append((joint.idx_q, joint.idx_v))
+                continue
+            referred[own_v] = True
+            if kind in ("JointModelFreeFlyer", "JointModelSpherical"):
+                self._spatial.append((own_v, joint.nv))
+            elif joint.nv > 1:
+                alone = pin.Model()
+                alone.addJoint(0, joint, pin.SE3.Identity(), "alone")
+                self._others.append((alone, own_q, own_v))
+        self.reference[plain] = 0.0
+        self._plain, self._referred, self._turning = plain, referred, turning
+        self._bent = bool(self._planar or self._spatial or self._others)
+        self.is_flat = not referred.any()
 
     def centred(self, q: np.ndarray) -> np.ndarray:
-        """(nv,) move the reference to q where joints turn; gives the x of q."""
-        if self.is_flat:
+        """(nv,) move the reference to q where there is one; gives the x of q."""
+        if self._identity:
             return q.copy()
-        curved_q, curved_v = self._curved
-        self.reference = np.zeros(self._model.nq)
-        self.reference[curved_q] = q[curved_q]
-        self._reference_turning = self.reference[self._turning_q]
-        x = pin.difference(self._model, self.reference, q)
-        x[curved_v] = 0.0
+        reference = np.where(self._plain, 0.0, q)
+        x = pin.difference(self._model, reference, q)
+        x[self._referred] = 0.0
+        neutral = pin.neutral(self._model)
+        for at, to in self._planar:
+            reference[at : at + 4] = neutral[at : at + 4]
+            c, s = q[at + 2 : at + 4].tolist()
+            x[to], x[to + 1], x[to + 2] = q[at], q[at + 1], math.atan2(s, c)
+        self.reference = reference
         return x
 
-    def configuration(self, x: np.ndarray) -> np.ndarray:
-        """(nq,) q = q_ref ⊕ x."""
-        return x if self.is_flat else _integrate(self._model, self.reference, x)
+    def configuration(self, x: np.ndarray, reference: np.ndarray | None = None) -> np.ndarray:
+        """(nq,) q; ``reference`` for another one than the chart's own."""
+        if self._identity:
+            return x
+        q = _integrate(self._model, self.reference if reference is None else reference, x)
+        for at, to in self._planar:
+            px, py, angle = x[to : to + 3].tolist()
+            q[at : at + 4] = px, py, math.cos(angle), math.sin(angle)
+        return q
 
-    def rate(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(nv,) ẋ at q = q_ref ⊕ x with velocity v; x has to be within half a turn."""
-        if self._turning is None:
+    def rate(self, x: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(nv,) ẋ at x, the chart of q, with velocity v; x has to be within half a turn."""
+        if not self._bent:
             return v
         rate = v.copy()
-        turn = _d_difference(self._turning, self._reference_turning, q[self._turning_q], _AFTER)
-        rate[self._turning_v] = turn.dot(v[self._turning_v])
+        for at, to in self._planar:
+            c, s = q[at + 2 : at + 4].tolist()
+            v0, v1 = v[to : to + 2].tolist()
+            rate[to], rate[to + 1] = c * v0 - s * v1, s * v0 + c * v1
+        for own, size in self._spatial:
+            rate[own] = _unrolled(x[own], v[own], size)
+        for alone, own_q, own_v in self._others:
+            turn = _d_difference(alone, self.reference[own_q], q[own_q], _AFTER)
+            rate[own_v] = turn.dot(v[own_v])
         return rate
 
     def turning_speed(self, v: np.ndarray) -> float:
-        """The largest rate of a joint that turns in the plane or in space [1/s]."""
-        # Translations count as well: in these groups they are turned along.
-        return float(np.abs(v[self._curved[1]]).max(initial=0.0))
+        """The largest rate of a joint that turns without end [1/s]."""
+        # Translations of a free body count as well: they are turned along.
+        return float(np.abs(v[self._turning]).max(initial=0.0))
 
 
-def _indices(model: pin.Model, wanted: object) -> tuple[slice | np.ndarray, slice | np.ndarray]:
-    """Where the wanted joints' entries stand in q and v, as slices where they can be."""
-    found = []
-    for start, count in (("idx_q", "nq"), ("idx_v", "nv")):
-        entries: list[int] = []
-        for joint in list(model.joints)[1:]:
-            if wanted(joint):  # type: ignore[operator]
-                first = getattr(joint, start)
-                entries.extend(range(first, first + getattr(joint, count)))
-        whole = entries == list(range(entries[0], entries[0] + len(entries))) if entries else True
-        where: slice | np.ndarray = np.array(entries, dtype=int)
-        if whole:
-            where = slice(entries[0], entries[0] + len(entries)) if entries else slice(0, 0)
-        found.append(where)
-    return found[0], found[1]
+def _unrolled(x: np.ndarray, v: np.ndarray, size: int) -> np.ndarray:
+    """J⁻¹(x) v of a free body (6,) or of a ball joint (3,)."""
+    if size == 6:
+        t1, t2, t3 = x[3:].tolist()
+        motion, speed = _Motion(x), _Motion(v)
+    else:
+        t1, t2, t3 = x.tolist()
+        motion, speed = _Motion(_ZERO, x), _Motion(_ZERO, v)
+    square = t1 * t1 + t2 * t2 + t3 * t3
+    a, b = _factors(square)
+    once = motion.cross(speed)
+    twice = motion.cross(once)
+    fourth = motion.cross(motion.cross(twice))
+    rate = v + (0.5 * once.vector + a * twice.vector + b * fourth.vector)[6 - size :]
+    return rate
 
 
-def _alone(model: pin.Model) -> pin.Model | None:
-    """The joints that turn with more than one degree of freedom, as a model; None without any."""
-    alone = pin.Model()
-    for joint, name in zip(list(model.joints)[1:], list(model.names)[1:], strict=True):
-        if joint.nq != joint.nv and joint.nv > 1:
-            alone.addJoint(0, joint, pin.SE3.Identity(), name)
-    return alone if alone.nv else None
+_ZERO = np.zeros(3)
+
+
+def _factors(square: float) -> tuple[float, float]:
+    """a and b for θ²."""
+    if square < SMALL * SMALL:
+        a = b = 0.0
+        power = 1.0
+        for n, c in enumerate(_SERIES, 1):
+            a += (2 - n) * c * power
+            if n < len(_SERIES):
+                b -= n * _SERIES[n] * power
+            power *= square
+        return a, b
+    theta = math.sqrt(square)
+    half = 0.5 * theta
+    gamma = half / math.tan(half)
+    slope = gamma - 0.25 * square / math.sin(half) ** 2
+    less = 1.0 - gamma
+    return (4.0 * less + slope) / (2.0 * square), (2.0 * less + slope) / (2.0 * square * square)

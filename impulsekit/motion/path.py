@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from .chart import Chart
+
 __all__ = ["Path"]
 
 # DOP853's dense output has degree 7, the others less: eight values hold each of them.
@@ -46,6 +48,7 @@ class Path:
 
     def __init__(self, model: pin.Model) -> None:
         self._model = model
+        self._chart = Chart(model)
         self._starts: list[float] = []
         self._pieces: list[Piece] = []
 
@@ -69,7 +72,7 @@ class Path:
         piece = self._pieces[max(bisect_right(self._starts, t) - 1, 0)]
         y = piece.dense(min(max(t, piece.start), piece.end))
         nv = self._model.nv
-        return pin.integrate(self._model, piece.reference, y[:nv]), y[nv:].copy()
+        return np.array(self._chart.configuration(y[:nv], piece.reference)), y[nv:].copy()
 
     def arrays(self) -> dict[str, np.ndarray]:
         """The pieces as plain arrays."""

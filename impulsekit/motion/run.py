@@ -183,10 +183,10 @@ class Run:
     def _rates(self, t: float, y: np.ndarray) -> np.ndarray:
         """ẏ of y = (x, v)."""
         nv = self._model.nv
-        v = y[nv:]
-        q = self._chart.configuration(y[:nv])
+        x, v = y[:nv], y[nv:]
+        q = self._chart.configuration(x)
         rates = np.empty(2 * nv)
-        rates[:nv] = self._chart.rate(q, v)
+        rates[:nv] = self._chart.rate(x, q, v)
         rates[nv:] = self._dynamics.acceleration(t, q, v)
         return rates
 
@@ -234,8 +234,8 @@ class Run:
             self._settle_step()
         elif not chart.is_flat:
             rates = stepper.f.copy()
-            rates[:nv] = self._v
             x = chart.centred(self._q)
+            rates[:nv] = chart.rate(x, self._q, self._v)
             stepper.moved(np.concatenate([x, self._v]), rates)
 
     def _happens(

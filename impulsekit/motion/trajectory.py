@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, MissingExtraError, RangeError
+from ..impact.algorithms import symmetric
 from .force_field import ForceField
 from .path import Path
 from .status import MotionStatus
@@ -148,8 +149,14 @@ class Trajectory:
         forces = ForceField(self.scene) if self.scene.forces else None
         rows = np.empty((len(self.t), 3))
         for row, q, v in zip(rows, self.q, self.v, strict=True):
-            row[0] = pin.computeKineticEnergy(model, data, q, v)
-            row[1] = pin.computePotentialEnergy(model, data, q)
+            # By M itself: Pinocchio's own function takes no mimic joints.
+            mass_matrix = np.array(pin.crba(model, data, q)).reshape(model.nv, -1)
+            row[0] = 0.5 * v.dot(symmetric(mass_matrix)).dot(v)
+            pin.forwardKinematics(model, data, q)
+            row[1] = -sum(
+                inertia.mass * model.gravity.linear.dot(placement.act(inertia.lever))
+                for inertia, placement in zip(model.inertias, data.oMi, strict=True)
+            )
             row[2] = forces.potential(q, data) if forces is not None else 0.0
         kinetic, gravity, springs = (_read_only(column.copy()) for column in rows.T)
         return EnergyHistory(kinetic, gravity, springs)

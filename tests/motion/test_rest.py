@@ -1,0 +1,147 @@
+"""Contacts that rest: friction that stops, sticks and slides, contacts that let go."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+
+from .models import GRAVITY, MODELS, particle, sliders
+
+TILT = 0.4
+NORMAL = [np.sin(TILT), 0.0, np.cos(TILT)]
+DOWNHILL = np.array([np.cos(TILT), 0.0, -np.sin(TILT)])
+
+
+def on_plane(friction, v, duration, normal=(0, 0, 1), **changes):
+    contact = ik.Contact("z", normal=normal, friction=friction, name="floor")
+    scene = ik.Scene(particle(), contacts=[contact])
+    return ik.simulate(scene, [0, 0, 0], v, duration=duration, **changes)
+
+
+def test_sliding_stops_where_friction_says():
+    motion = on_plane(0.3, [2.0, 1.0, 0.0], 2.0)
+    speed = np.hypot(2.0, 1.0)
+    braking = 0.3 * GRAVITY
+    way = np.linalg.norm(motion.q, axis=1)
+    t = np.minimum(motion.t, speed / braking)
+    np.testing.assert_allclose(way, speed * t - 0.5 * braking * t**2, atol=1e-9)
+    assert np.abs(motion.v[motion.t > speed / braking]).max() < 1e-12
+
+
+@pytest.mark.parametrize(("friction", "slides"), [(0.3, True), (0.42, True), (0.43, False)])
+def test_a_slope_holds_up_to_the_angle_of_friction(friction, slides):
+    motion = on_plane(friction, [0, 0, 0], 1.0, NORMAL)
+    rate = max(0.0, GRAVITY * (np.sin(TILT) - friction * np.cos(TILT)))
+    assert slides == (rate > 0.0)
+    np.testing.assert_allclose(motion.q[-1], 0.5 * rate * DOWNHILL, atol=1e-9)
+
+
+def test_thrown_up_a_slope_it_stops_and_slides_back():
+    motion = on_plane(0.3, -3.0 * DOWNHILL, 2.0, NORMAL)
+    up = GRAVITY * (np.sin(TILT) + 0.3 * np.cos(TILT))
+    down = GRAVITY * (np.sin(TILT) - 0.3 * np.cos(TILT))
+    stop = 3.0 / up
+    way = -4.5 / up + 0.5 * down * (2.0 - stop) ** 2
+    np.testing.assert_allclose(motion.q[-1], way * DOWNHILL, atol=1e-9)
+
+
+def test_a_contact_lets_go_when_its_force_turns():
+    robot = sliders(1)
+    lift = ik.AppliedForce("b00", linear=lambda t: (0.0, 0.0, 20.0 * t))
+    scene = ik.Scene(robot, contacts=[ik.Contact("b00", name="floor")], forces=[lift])
+    motion = ik.simulate(scene, [0.0], [0.0], duration=1.5)
+    off = GRAVITY / 20.0
+    (rest,) = motion.rests
+    assert rest.end == pytest.approx(off, abs=1e-3)
+    t = np.maximum(motion.t - off, 0.0)
+    np.testing.assert_allclose(motion.q[:, 0], 20.0 * t**3 / 6.0, atol=1e-8)
+
+
+def test_a_stop_bears_a_joint_and_lets_it_go():
+    robot = sliders(1)
+    pull = ik.AppliedForce("b00", linear=lambda t: (0.0, 0.0, 4.0 * GRAVITY if t > 1.0 else 0.0))
+    stop = ik.JointStop("z00", lower=-0.5)
+    scene = ik.Scene(robot, contacts=[stop], forces=[pull])
+    motion = ik.simulate(scene, [0.0], [0.0], duration=1.2)
+    (rest,) = motion.rests
+    assert rest.start == pytest.approx(np.sqrt(1.0 / GRAVITY), abs=1e-9)
+    assert rest.end == pytest.approx(1.0, abs=1e-6)
+    assert motion.q[-1, 0] == pytest.approx(-0.5 + 1.5 * GRAVITY * 0.2**2, abs=1e-6)
+
+
+def test_a_box_on_four_corners_rests_though_loads_are_not_unique():
+    box = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer")
+    corners = [(x, y, -0.05) for x in (-0.15, 0.15) for y in (-0.1, 0.1)]
+    contacts = [ik.Contact("box", at=c, friction=0.5) for c in corners]
+    scene = ik.Scene(box, contacts=contacts)
+    q = box.configuration(root_joint=[0, 0, 0.05, 0, 0, 0, 1])
+    v = box.velocity(root_joint=[1.0, 0.5, 0, 0, 0, 0])
+    motion = ik.simulate(scene, q, v, duration=1.0)
+    assert motion.status.finished
+    assert np.abs(motion.v[-1]).max() < 1e-10
+    way = np.hypot(1.0, 0.5) ** 2 / (2 * 0.5 * GRAVITY)
+    np.testing.assert_allclose(np.hypot(*motion.q[-1, :2]), way, atol=1e-8)
+    assert np.diff(motion.energy().total).max() < 1e-12
+
+
+def test_a_dropped_tilted_box_comes_to_rest_on_its_corners():
+    box = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer")
+    corners = [(x, y, z) for x in (-0.15, 0.15) for y in (-0.1, 0.1) for z in (-0.05, 0.05)]
+    contacts = [ik.Contact("box", at=c, friction=0.5, restitution=0.2) for c in corners]
+    turn = pin.Quaternion(pin.rpy.rpyToMatrix(0.3, 0.2, 0.1)).coeffs()
+    q = box.configuration(root_joint=[0, 0, 0.4, *turn])
+    motion = ik.simulate(ik.Scene(box, contacts=contacts), q, box.velocity(), duration=2.0)
+    assert motion.status.finished, motion.detail
+    assert np.abs(motion.v[-1]).max() < 1e-8
+    assert motion.q[-1, 2] == pytest.approx(0.05, abs=1e-9)
+    assert np.diff(motion.energy().total).max() < 1e-9
+
+
+def test_a_ball_slides_until_it_rolls():
+    floor = """<robot name="f"><link name="floor"><collision><origin xyz="0 0 -0.5"/>
+    <geometry><box size="20 20 1"/></geometry></collision></link></robot>"""
+    ball = ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer")
+    world = ik.combine(floor=ik.Robot.from_urdf(floor), ball=ball)
+    contact = ik.Collision("ball/ball", "floor/floor", friction=0.3)
+    q = world.configuration({"ball/root_joint": [0, 0, 0.05, 0, 0, 0, 1]})
+    v = world.velocity({"ball/root_joint": [1.0, 0, 0, 0, 0, 0]})
+    motion = ik.simulate(ik.Scene(world, contacts=[contact]), q, v, duration=0.5, samples=26)
+    stop = 2.0 / (7.0 * 0.3 * GRAVITY)
+    t = np.minimum(motion.t, stop)
+    way = t - 0.5 * 0.3 * GRAVITY * t**2 + 5.0 / 7.0 * (motion.t - t)
+    np.testing.assert_allclose(motion.q[:, 0], way, atol=1e-6)
+    np.testing.assert_allclose(motion.q[:, 2], 0.05, atol=1e-8)
+
+
+FEET = ("FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT")
+
+
+@pytest.mark.slow
+def test_solo12_dropped_on_a_rough_floor_comes_to_rest():
+    solo = ik.Robot.from_example("solo12", root="freeflyer")
+    pose = {"root_joint": [0, 0, 0, 0, 0, 0, 1]}
+    for leg, sign in (("FL", 1), ("FR", 1), ("HL", -1), ("HR", -1)):
+        pose |= {f"{leg}_HFE": 0.8 * sign, f"{leg}_KFE": -1.6 * sign}
+    q = solo.configuration(pose)
+    data = solo.model.createData()
+
+    def lowest(q):
+        pin.framesForwardKinematics(solo.model, data, q)
+        return min(data.oMf[solo.frame_id(foot)].translation[2] for foot in FEET)
+
+    q[2] = 0.3 - lowest(q)
+    joints = [solo.model.joints[solo.model.getJointId(name)] for name in solo.joint_names[1:]]
+    forces = [
+        ik.JointSpring(name, stiffness=20, damping=0.5, rest=q[joint.idx_q])
+        for name, joint in zip(solo.joint_names[1:], joints, strict=True)
+    ]
+    contacts = [ik.Contact(foot, friction=0.8, restitution=0.2, name=foot) for foot in FEET]
+    scene = ik.Scene(solo, contacts=contacts, forces=forces)
+    motion = ik.simulate(scene, q, solo.velocity(), duration=5.0, samples=501)
+    assert motion.status.finished, motion.detail
+    assert min(lowest(motion.at(t)[0]) for t in np.linspace(0, 5, 3001)) > -1e-6
+    assert np.abs(motion.v[-1]).max() < 1e-9
+    assert {rest.contact for rest in motion.rests if rest.end == np.inf} == set(FEET)
+    energy = motion.energy().total
+    assert np.diff(energy).max() < 1e-12 * energy[0]
