@@ -26,7 +26,7 @@ from .vocabulary import DESIGN, MOTION, POINTS, SECTIONS, STRICT, Section
 
 __all__ = ["SceneFile", "load_scene"]
 
-_OWN = ("robot", "robots", "state", "gravity", "motion", "design", "report")
+_OWN = ("robot", "robots", "state", "gravity", "motion", "design", "report", "batch")
 _TOP = (*_OWN, *(section.name for section in SECTIONS))
 
 _Numbers = pydantic.TypeAdapter(tuple[float, ...], config=pydantic.ConfigDict(strict=True))
