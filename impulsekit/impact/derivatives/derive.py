@@ -26,6 +26,7 @@ from ..laws import ContactSolution
 from ..result import Impact
 from ..solver import ImpactSolver
 from ..status import Status
+from .known_blows import of_known_blows
 from .linear import Columns, LinearStage, Rows, Touching, linear_stage, pass_through
 from .modes import ContactMode, coefficients_of, found_mode
 from .motion import Motion
@@ -65,6 +66,9 @@ def derivatives(impact: Impact) -> Derivatives:
         raise InputError(f"derivatives takes an Impact, not a {type(impact).__name__}")
     _refuse(impact)
     workspace = workspace_of(impact.scene)
+    outcome = impact.outcome
+    if outcome is None or not (outcome.touches or len(outcome.constraint_impulses)):
+        return of_known_blows(impact, workspace)
     return _Derivation(impact, workspace).result()
 
 
@@ -183,7 +187,11 @@ class _Derivation:
         compressed: list[float] | None,
     ) -> list[ContactMode]:
         names = self.scene.entry_names("contacts")
-        masses = np.diagonal(self.impact.mechanics.mass_matrix) if self.touching else None
+        workspace = self.workspace
+        masses = self.workspace.zero
+        if self.touching:
+            pin.crba(workspace.model, workspace.data, self.q)
+            masses = np.atleast_2d(workspace.data.M).diagonal()
         modes = []
         for i, point in enumerate(self.touching):
             own, rows = point.coefficients, point.rows.matrix

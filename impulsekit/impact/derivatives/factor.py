@@ -7,6 +7,8 @@ length takes its place: with A d prescribed both have the same solution.
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg.blas import dtrsm
+from scipy.linalg.lapack import dpotrf, dpotrs
 
 from ...errors import InputError
 
@@ -16,7 +18,7 @@ SMALLEST_PIVOT = 1e-13
 
 
 class Factor:
-    """M = L Lᵀ, scaled to unit diagonal, or M filled up by rows A (m, nv)."""
+    """M = L Lᵀ, or M filled up by rows A (m, nv)."""
 
     def __init__(self, mass_matrix: np.ndarray, rows: np.ndarray) -> None:
         self._unit: np.ndarray | None = None
@@ -33,14 +35,10 @@ class Factor:
             raise InputError("derivatives: nothing resists some motion of this robot")
 
     def _decompose(self, matrix: np.ndarray) -> bool:
-        from scipy.linalg.lapack import dpotrf
-
-        diagonal = matrix.diagonal()
-        if not (diagonal > 0.0).all():
-            return False
-        self._scale = 1.0 / np.sqrt(diagonal)
-        self._lower, failed = dpotrf(matrix * self._scale * self._scale[:, None], lower=1)
-        return not failed and bool(self._lower.diagonal().min() ** 2 >= SMALLEST_PIVOT)
+        # Cholesky does not mind how a matrix is scaled, only its pivots have to be compared.
+        self._lower, failed = dpotrf(matrix, lower=1)
+        pivots = self._lower.diagonal()
+        return not failed and bool((pivots * pivots >= SMALLEST_PIVOT * matrix.diagonal()).all())
 
     def filled(self, force: np.ndarray, wanted: np.ndarray) -> np.ndarray:
         """(nv, w) the right-hand side that goes with A d = wanted (m, w)."""
@@ -50,14 +48,9 @@ class Factor:
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """(nv, w) of right-hand sides that have been filled."""
-        from scipy.linalg.lapack import dpotrs
-
-        scale = self._scale[:, None]
-        solution, _ = dpotrs(self._lower, scale * right, lower=1)
-        return scale * solution
+        solution, _ = dpotrs(self._lower, right, lower=1)
+        return solution
 
     def half(self, rows: np.ndarray) -> np.ndarray:
         """(nv, m) L⁻¹ Gᵀ, whose columns have the lengths of rows in the metric of M⁻¹."""
-        from scipy.linalg.blas import dtrsm
-
-        return dtrsm(1.0, self._lower, self._scale[:, None] * rows.T, lower=1)
+        return dtrsm(1.0, self._lower, rows.T, lower=1)

@@ -13,17 +13,23 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-__all__ = ["Motion", "Tree", "cross"]
+__all__ = ["Motion", "Tree", "Twists", "cross", "skew"]
 
 _NEXT, _AFTER = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
+def skew(a: np.ndarray) -> np.ndarray:
+    """(3, 3) S with S b = a × b."""
+    x, y, z = a.tolist()
+    return np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
+
+
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """a × b along the first axis, of (3,), (3, n) or both."""
-    if a.ndim < b.ndim:
-        a = a[:, None]
-    elif b.ndim < a.ndim:
-        b = b[:, None]
+    if a.ndim == 1:
+        return skew(a).dot(b)
+    if b.ndim == 1:
+        return -skew(b).dot(a)
     return a[_NEXT] * b[_AFTER] - a[_AFTER] * b[_NEXT]
 
 
@@ -32,11 +38,13 @@ class Tree:
 
     Attributes:
         support: (njoints, nv) 1 where a degree of freedom moves a joint's body.
+        zero: (3, nv) zeros.
         above: (nv, nv) [k, j] 1 where k is of a joint strictly on the way from j to the world.
     """
 
     def __init__(self, model: pin.Model) -> None:
         self.support = np.zeros((model.njoints, model.nv))
+        self.zero = np.zeros((3, model.nv))
         owner = np.zeros(model.nv, dtype=int)
         for joint_id in range(1, model.njoints):
             first, count = model.idx_vs[joint_id], model.nvs[joint_id]
@@ -52,6 +60,7 @@ class Motion:
 
     Attributes:
         linear, angular: (3, nv) of X, about the world's origin.
+        placements: of the joints; zero: (3, nv) zeros.
     """
 
     def __init__(self, tree: Tree, data: pin.Data) -> None:
@@ -60,6 +69,7 @@ class Motion:
         self.linear, self.angular = jacobian[:3], jacobian[3:]
         self._jacobian = jacobian
         self.placements = data.oMi
+        self.zero = tree.zero
 
     def turning(self, joint_id: int) -> np.ndarray:
         """(3, nv) ∂θ/∂q: how a body turns with the configuration; also its ω by v."""

@@ -7,6 +7,7 @@ turn with the world, a or b; the point c_b is one of b or the one that coincides
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -70,6 +71,11 @@ class PairRows:
     axes: np.ndarray
     select: tuple[int, ...]
 
+    @cached_property
+    def axes_are_world(self) -> bool:
+        """Whether R is the identity, so that nothing has to be turned where it stands still."""
+        return bool(np.array_equal(self.axes, np.eye(3)))
+
     def placed(self, motion: Motion) -> PlacedPair:
         """The rows at a configuration."""
         return PlacedPair(self, motion)
@@ -95,26 +101,37 @@ class PlacedPair:
             for joint, sign, point in ((a, 1.0, here), (b, -1.0, there))
             if joint > 0
         ]
-        nv = motion.linear.shape[1]
-        self._zero = np.zeros((3, nv))
-        self._point_moves = motion.moving(a, here) if a > 0 else self._zero
+        self._zero = motion.zero
+        # A point of the world, or of a that is the world, does not move.
+        self._point_moves = self._sides[0][3] if a > 0 else self._zero
         self._turn = motion.turning(rows.axes_joint) if rows.axes_joint > 0 else None
-        linear, angular = self._zero, self._zero
-        for _, sign, _, moving, turning in self._sides:
-            linear = linear + sign * moving
-            angular = angular + sign * turning
+        if len(self._sides) == 1 and a > 0:
+            linear, angular = self._sides[0][3:]
+        else:
+            linear, angular = self._zero, self._zero
+            for _, sign, _, moving, turning in self._sides:
+                linear = linear + sign * moving
+                angular = angular + sign * turning
         self.matrix = self._in_axes(linear, angular)
 
     def _in_axes(self, linear: np.ndarray, angular: np.ndarray) -> np.ndarray:
         select = self._rows.select
-        if select == (0, 1, 2):
+        if self._rows.axes_joint == 0 and self._rows.axes_are_world:
+            if len(select) == 6:
+                return np.concatenate((linear, angular))
+        elif select == (0, 1, 2):
             return self._axes.T @ linear
         both = np.concatenate((self._axes.T @ linear, self._axes.T @ angular))
         return both if len(select) == 6 else both[list(select)]
 
     def _in_world(self, impulse: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        wrench = np.zeros(6)
-        wrench[list(self._rows.select)] = impulse
+        if len(impulse) == 6:
+            wrench = impulse
+        else:
+            wrench = np.zeros(6)
+            wrench[list(self._rows.select)] = impulse
+        if self._rows.axes_joint == 0 and self._rows.axes_are_world:
+            return wrench[:3], wrench[3:]
         return self._axes @ wrench[:3], self._axes @ wrench[3:]
 
     def change_of_velocity(self, twists: Twists) -> np.ndarray:

@@ -49,6 +49,7 @@ class Workspace:
         self.tree = Tree(self.model)
         self.zero = np.zeros(self.model.nv)
         self.identity = np.eye(self.model.nv)
+        self.identity.setflags(write=False)
         self._no_force = pin.Force.Zero()
         self._forces = pin.StdVec_Force()
         for _ in range(self.model.njoints):
@@ -72,6 +73,8 @@ class Workspace:
                 unit = np.eye(self.model.nv)[joint.idx_v : joint.idx_v + joint.nv]
                 self.blows.append(FixedRows(unit))
                 self.impulses.append(np.atleast_1d(np.array(entry.impulse, dtype=float)))
+        self.blow_names = scene.entry_names("impulses")
+        self.blow_rows = sum(len(impulse) for impulse in self.impulses)
         self.bilateral: list[PairRows | FixedRows] = []
         kept: list[bool] = []
         for constraint in scene.constraints:
