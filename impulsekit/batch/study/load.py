@@ -1,0 +1,103 @@
+"""The [batch] table of a scene file.
+
+::
+
+    [batch]
+    samples = 100000
+    seed = 7                       # 0 by default
+    outputs = ["v_after", "energy_change", "contact_impulses"]
+    chunk = 16384                  # rows that are drawn, solved and written together
+
+    [[batch.vary]]                 # a Variation: its fields are the keys
+    what = "configuration"
+    low = -0.1
+    high = 0.1
+
+    [[batch.vary]]
+    what = "impulse"
+    of = "blow"
+    distribution = "normal"
+    mean = 1.0
+    deviation = 0.2
+"""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from typing import Any
+
+import pydantic
+
+from ...errors import ImpulsekitError, SceneFileError
+from ...scenefile import load_scene
+from ...scenefile.faults import Faults
+from ...scenefile.vocabulary import STRICT, model_of
+from .study import Study
+from .variation import Variation
+
+__all__ = ["load_study"]
+
+
+class _Batch(pydantic.BaseModel):
+    model_config = STRICT
+    samples: int
+    seed: int = 0
+    outputs: tuple[str, ...] = ("v_after",)
+    chunk: int = 16384
+    vary: tuple[Any, ...] = ()
+
+
+def load_study(path: str | os.PathLike[str]) -> Study:
+    """Read a scene file with its [batch] table.
+
+    Raises:
+        SceneFileError: it holds all faults of the scene, or all of the table.
+    """
+    file = load_scene(path)
+    with open(path, "rb") as stream:
+        raw = tomllib.loads(stream.read().decode("utf-8-sig").replace("\r\n", "\n")).get("batch")
+    if raw is None:
+        raise _fault(file.path, ["there is no table [batch]: how many samples, and what varies?"])
+    faults = Faults()
+    settings = faults.validated(_Batch, _tuples(raw), "batch")
+    vary = []
+    for i, entry in enumerate(settings.vary if settings is not None else ()):
+        place = f"batch.vary[{i}]"
+        model = faults.validated(model_of(Variation), entry, place)
+        if model is None:
+            continue
+        values = {name: getattr(model, name) for name in model.model_fields_set}
+        try:
+            vary.append(Variation(**values))
+        except ImpulsekitError as error:
+            faults.add_error(place, error)
+    if not faults and settings is not None:
+        try:
+            return Study(
+                file.scene,
+                file.q,
+                file.v,
+                settings.samples,
+                settings.seed,
+                vary,
+                settings.outputs,
+                settings.chunk,
+            )
+        except ImpulsekitError as error:
+            faults.add(f"batch: {error}")
+    raise _fault(file.path, faults)
+
+
+def _tuples(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _tuples(entry) for key, entry in value.items()}
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+
+
+def _fault(path: str, faults: list[str]) -> SceneFileError:
+    if len(faults) == 1:
+        message = f"{path}: {faults[0]}"
+    else:
+        message = f"{path}: {len(faults)} faults:" + "".join(f"\n  {fault}" for fault in faults)
+    return SceneFileError(message, path=path, faults=tuple(faults))

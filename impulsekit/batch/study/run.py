@@ -1,0 +1,134 @@
+"""``run_study``: chunk after chunk, here or on a Dask cluster, into the store."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from ...errors import MissingExtraError
+from ..progress import shown
+from ..solve import solve_batch
+from .store import StudyStore
+from .study import Study
+
+__all__ = ["run_study"]
+
+
+def run_study(
+    study: Study,
+    store: str | os.PathLike[str],
+    *,
+    progress: Any = None,
+    threads: int | None = None,
+    client: Any = None,
+) -> StudyStore:
+    """Draw, solve and write all rows that the store does not have yet.
+
+    A run that is stopped, in whatever way, goes on where it was when it is called again;
+    the store is then the same, bit for bit, as that of a run that was never stopped.
+
+    Args:
+        study: what is drawn and solved.
+        store: a folder for the rows; made if it does not exist.
+        progress: True for a bar with its rate, or a function of rows done and rows in all.
+        threads: for each process; by default as many as it may use.
+        client: a ``distributed.Client``; its workers solve, this process writes. A chunk
+            whose worker dies is solved by another one.
+
+    Raises:
+        InputError: the folder holds something else, or the store of another study.
+        StoreFullError: no space is left; what is done stays done.
+        MissingExtraError: numba, xarray or zarr is not installed.
+    """
+    place = StudyStore(store, study)
+    todo = place.prepare()
+    before = study.samples - sum(end - begin for begin, end in map(study.rows, todo))
+    done = before
+    with shown(progress, study.samples, before) as tell:
+        results = _here(study, todo, threads) if client is None else _there(study, todo, client)
+        for index, arrays in results:
+            place.write(index, arrays)
+            begin, end = study.rows(index)
+            done += end - begin
+            tell(done)
+    return place
+
+
+def solved_chunk(study: Study, index: int, threads: int | None = None) -> dict[str, np.ndarray]:
+    """All arrays of a chunk: what was drawn, what came out."""
+    given = study.drawn(index)
+    batch = solve_batch(study.scene, **given, outputs=study.outputs, threads=threads)
+    begin, end = study.rows(index)
+    arrays: dict[str, np.ndarray] = {"status": batch.status}
+    for name, array in batch.arrays.items():
+        arrays[name] = _of_all_rows(array, end - begin)
+    arrays["status"] = _of_all_rows(batch.status, end - begin)
+    whats = {one.what for one in study.vary}
+    if "configuration" in whats:
+        arrays["q"] = given["q"]
+    if "velocity" in whats:
+        arrays["v"] = given["v"]
+    if "impulses" in given:
+        names = study.scene.entry_names("impulses")
+        arrays["impulses"] = np.hstack([given["impulses"][name] for name in names])
+    for what in ("restitution", "friction"):
+        if what in given:
+            arrays[what] = _coefficients(study, what, given[what], end - begin)
+    return arrays
+
+
+def _of_all_rows(array: np.ndarray, rows: int) -> np.ndarray:
+    """A batch of one row, where nothing varied, as many."""
+    return array if len(array) == rows else np.repeat(array, rows, axis=0)
+
+
+def _coefficients(study: Study, what: str, drawn: dict[str, np.ndarray], rows: int) -> np.ndarray:
+    """(rows, contacts) as they were drawn, the scene's own elsewhere."""
+    names = study.scene.entry_names("contacts")
+    table = np.empty((rows, len(names)))
+    for i, (name, entry) in enumerate(zip(names, study.scene.contacts, strict=True)):
+        own = getattr(entry, what, 0.0)
+        table[:, i] = drawn.get(name, np.nan if callable(own) else own)
+    return table
+
+
+def _here(
+    study: Study, todo: list[int], threads: int | None
+) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
+    for index in todo:
+        yield index, solved_chunk(study, index, threads)
+
+
+def _there(
+    study: Study, todo: list[int], client: Any
+) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
+    """Chunks as the workers of a cluster have them ready; never many at a time."""
+    try:
+        from distributed import as_completed
+    except ImportError:
+        raise MissingExtraError.of("distributed", "batch", "a study on a cluster") from None
+    shared = client.scatter(study, broadcast=True)
+    workers = max(1, len(client.scheduler_info()["workers"]))
+    waiting = iter(todo)
+
+    def submit(index: int) -> Any:
+        return client.submit(solved_chunk, shared, index, key=f"{study.fingerprint}-{index}")
+
+    running = {}
+    for _ in range(3 * workers):
+        index = next(waiting, None)
+        if index is not None:
+            running[submit(index)] = index
+    queue = as_completed(list(running))
+    for future in queue:
+        index = running.pop(future)
+        yield index, future.result()
+        future.release()
+        following = next(waiting, None)
+        if following is not None:
+            new = submit(following)
+            running[new] = following
+            queue.add(new)

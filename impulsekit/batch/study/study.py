@@ -1,0 +1,201 @@
+"""``Study``: a scene, a state, and what varies around them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from ...errors import InputError, RangeError, UnknownNameError
+from ...scene import AppliedImpulse, Scene
+from ..result import OUTPUTS
+from .variation import Variation
+
+__all__ = ["Study"]
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """Many rows of one scene, drawn at random, the same on every machine.
+
+    Rows come in chunks. Each chunk has a random stream of its own (Philox, a counter-based
+    generator, keyed by seed and chunk), so that any chunk can be drawn alone.
+
+    Attributes:
+        scene: what strikes, holds and touches the robot.
+        q, v: (nq,), (nv,) the state around which poses and velocities vary.
+        samples: how many rows.
+        seed: of the random numbers.
+        vary: what varies, drawn in this order.
+        outputs: as for ``solve_batch``.
+        chunk: rows per chunk.
+
+    Raises:
+        RangeError, UnknownNameError, InputError, ShapeError, NotFiniteError, StateError.
+    """
+
+    scene: Scene
+    q: np.ndarray
+    v: np.ndarray
+    samples: int
+    seed: int = 0
+    vary: Sequence[Variation] = ()
+    outputs: Sequence[str] = ("v_after",)
+    chunk: int = 16384
+
+    def __post_init__(self) -> None:
+        from ...robot import state
+
+        model = self.scene.robot.model
+        set_field = object.__setattr__
+        set_field(self, "q", state.checked_configuration(model, self.q))
+        set_field(self, "v", state.checked_velocity(model, self.v))
+        set_field(self, "vary", tuple(self.vary))
+        set_field(self, "outputs", tuple(self.outputs))
+        for name, least in (("samples", 1), ("seed", 0), ("chunk", 8)):
+            value = getattr(self, name)
+            if not isinstance(value, int) or isinstance(value, bool) or value < least:
+                raise RangeError.of(f"study: {name}", value, f"a whole number, {least} or more")
+        for name in self.outputs:
+            if name not in OUTPUTS:
+                raise UnknownNameError.among("output", str(name), OUTPUTS)
+        for one in self.vary:
+            self._check(one)
+
+    @property
+    def chunks(self) -> int:
+        """How many chunks there are."""
+        return -(-self.samples // self.chunk)
+
+    def rows(self, index: int) -> tuple[int, int]:
+        """The first row of a chunk, and the one after its last."""
+        return index * self.chunk, min((index + 1) * self.chunk, self.samples)
+
+    def drawn(self, index: int) -> dict[str, Any]:
+        """The arguments of ``solve_batch`` for a chunk: q, v, and what varies besides."""
+        begin, end = self.rows(index)
+        rows = end - begin
+        key = np.array([self.seed, index], dtype=np.uint64)
+        rng = np.random.Generator(np.random.Philox(key=key))
+        robot = self.scene.robot
+        steps = np.zeros((rows, robot.nv))
+        v = np.zeros((rows, robot.nv))
+        impulses = {
+            name: np.tile(_numbers(entry), (rows, 1))
+            for name, entry in zip(
+                self.scene.entry_names("impulses"), self.scene.impulses, strict=True
+            )
+        }
+        coefficients: dict[str, dict[str, np.ndarray]] = {"restitution": {}, "friction": {}}
+        for one in self.vary:
+            if one.what in ("configuration", "velocity"):
+                columns = self._columns(one.of)
+                target = steps if one.what == "configuration" else v
+                target[:, columns] += one.draw(rng, (rows, len(columns)))
+            elif one.what == "impulse":
+                for name in self._named(one, "impulses"):
+                    impulses[name] *= one.draw(rng, (rows, 1))
+            elif one.what == "direction":
+                for name in self._named(one, "impulses"):
+                    angles = one.draw(rng, (rows,))
+                    _turn(impulses[name], angles, rng.uniform(0.0, 2.0 * np.pi, rows))
+            else:
+                for name in self._named(one, "contacts"):
+                    coefficients[one.what][name] = one.draw(rng, (rows,))
+        whats = {one.what for one in self.vary}
+        found: dict[str, Any] = {"q": self.q, "v": self.v}
+        if "configuration" in whats:
+            found["q"] = self._stepped(steps)
+        if "velocity" in whats:
+            found["v"] = self.v + v
+        if whats & {"impulse", "direction"}:
+            found["impulses"] = impulses
+        found.update({name: own for name, own in coefficients.items() if own})
+        return found
+
+    def _stepped(self, steps: np.ndarray) -> np.ndarray:
+        """(rows, nq) the study's q, stepped along the degrees of freedom."""
+        model = self.scene.robot.model
+        if model.nq == model.nv:
+            return self.q + steps
+        import pinocchio as pin
+
+        return np.array([pin.integrate(model, self.q, step) for step in steps])
+
+    def _columns(self, joint: str | None) -> np.ndarray:
+        robot = self.scene.robot
+        if joint is None:
+            return np.arange(robot.nv)
+        item = robot.model.joints[robot.joint_id(joint)]
+        return np.arange(item.idx_v, item.idx_v + item.nv)
+
+    def _named(self, one: Variation, kind: str) -> tuple[str, ...]:
+        return self.scene.entry_names(kind) if one.of is None else (one.of,)
+
+    def _check(self, one: Variation) -> None:
+        if one.what in ("configuration", "velocity"):
+            if one.of is not None:
+                self.scene.robot.joint_id(one.of, f"Variation of {one.what}")
+            return
+        kind = "impulses" if one.what in ("impulse", "direction") else "contacts"
+        names = self.scene.entry_names(kind)
+        if not names:
+            raise InputError(f"Variation of {one.what}: the scene has no {kind}")
+        if one.of is not None and one.of not in names:
+            where = f"Variation of {one.what}"
+            raise UnknownNameError.among(kind.removesuffix("s"), one.of, names, where)
+        if one.what == "direction":
+            entries = dict(zip(names, self.scene.impulses, strict=True))
+            for name in self._named(one, kind):
+                if not isinstance(entries[name], AppliedImpulse):
+                    raise InputError(f'Variation of direction: "{name}" is inside a joint')
+
+    def describe(self) -> dict[str, Any]:
+        """What tells this study from others, ready for JSON."""
+        scene, robot = self.scene, self.scene.robot
+        parts = (scene.impulses, scene.constraints, scene.contacts, scene.law)
+        return {
+            "samples": self.samples,
+            "seed": self.seed,
+            "chunk": self.chunk,
+            "outputs": list(self.outputs),
+            "vary": [asdict(one) for one in self.vary],
+            "q": self.q.tolist(),
+            "v": self.v.tolist(),
+            "robot": hashlib.sha256(robot.model.saveToString().encode()).hexdigest(),
+            "scene": [repr(part) for part in parts],
+        }
+
+    @property
+    def fingerprint(self) -> str:
+        """A short text that two studies share only if they are the same."""
+        whole = json.dumps(self.describe(), sort_keys=True)
+        return hashlib.sha256(whole.encode()).hexdigest()[:32]
+
+
+def _numbers(entry: Any) -> np.ndarray:
+    if isinstance(entry, AppliedImpulse):
+        return np.array([*entry.linear, *entry.angular])
+    return np.array(entry.impulse)
+
+
+def _turn(wrenches: np.ndarray, angles: np.ndarray, around: np.ndarray) -> None:
+    """Turn force and couple of each row by an angle about an axis across its force."""
+    force = wrenches[:, :3]
+    size = np.linalg.norm(force, axis=1, keepdims=True)
+    along = np.divide(force, size, out=np.zeros_like(force), where=size > 0.0)
+    helper = np.eye(3)[np.abs(along).argmin(axis=1)]
+    first = np.cross(along, helper)
+    length = np.linalg.norm(first, axis=1, keepdims=True)
+    first = np.divide(first, length, out=np.zeros_like(first), where=length > 0.0)
+    second = np.cross(along, first)
+    axis = np.cos(around)[:, None] * first + np.sin(around)[:, None] * second
+    c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    for part in (slice(0, 3), slice(3, 6)):
+        x = wrenches[:, part].copy()
+        inner = (axis * x).sum(axis=1, keepdims=True)
+        wrenches[:, part] = c * x + s * np.cross(axis, x) + (1.0 - c) * inner * axis

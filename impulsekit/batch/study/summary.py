@@ -1,0 +1,126 @@
+"""What a study found: how many rows are good, quantiles, and the worst rows."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...errors import InputError, MissingExtraError
+from ..codes import RowStatus
+from .store import open_study
+
+__all__ = ["QuantityLine", "StudySummary", "plot_study", "summarize"]
+
+QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
+# Rows read at a time.
+PIECE = 65536
+
+
+@dataclass(frozen=True)
+class QuantityLine:
+    """One quantity over all valid rows.
+
+    Attributes:
+        name: an output, of several numbers a row its norm, such as "|dv|".
+        quantiles: by ``QUANTILES``.
+        worst: the rows with the largest size, the largest first.
+    """
+
+    name: str
+    quantiles: tuple[float, ...]
+    worst: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class StudySummary:
+    """A study in a few lines.
+
+    Attributes:
+        rows: how many.
+        statuses: how many of each status.
+        quantities: one line each.
+    """
+
+    rows: int
+    statuses: dict[RowStatus, int]
+    quantities: tuple[QuantityLine, ...]
+
+    def __str__(self) -> str:
+        lines = [f"{self.rows} rows"]
+        for status, count in self.statuses.items():
+            lines.append(f"  {count:>10d}  {status.name}")
+        head = "".join(f"{f'{100 * p:g} %':>12s}" for p in QUANTILES)
+        lines.append(f"{'':24s}{head}   worst rows")
+        for one in self.quantities:
+            numbers = "".join(f"{x:12.4g}" for x in one.quantiles)
+            rows = ", ".join(map(str, one.worst))
+            lines.append(f"{one.name:24s}{numbers}   {rows}")
+        return "\n".join(lines)
+
+
+def summarize(path: str | os.PathLike[str], *, worst: int = 3) -> StudySummary:
+    """Quantiles and worst cases of a store, one number a row in memory at a time.
+
+    Args:
+        path: the store.
+        worst: how many rows to name for each quantity.
+
+    Raises:
+        InputError: there is no store of a study.
+        MissingExtraError: xarray or zarr is not installed.
+    """
+    dataset = open_study(path)
+    status = dataset["status"].values
+    codes, counts = np.unique(status, return_counts=True)
+    valid = np.isin(status, [code.value for code in RowStatus if code.valid])
+    lines = []
+    for name in dataset.data_vars:
+        if name == "status" or not valid.any():
+            continue
+        label, sizes = _size(dataset[name])
+        sizes = np.where(valid, sizes, np.nan)
+        quantiles = tuple(float(x) for x in np.nanquantile(sizes, QUANTILES))
+        order = np.argsort(-np.nan_to_num(np.abs(sizes), nan=-1.0), kind="stable")
+        lines.append(QuantityLine(label, quantiles, tuple(order[:worst].tolist())))
+    found = {RowStatus(int(c)): int(n) for c, n in zip(codes, counts, strict=True)}
+    return StudySummary(len(status), found, tuple(lines))
+
+
+def plot_study(path: str | os.PathLike[str], picture: str | os.PathLike[str]) -> None:
+    """Histograms of all quantities of a store, as a picture (by its ending: svg, png, pdf).
+
+    Raises:
+        InputError: there is no store of a study, or nothing in it is valid.
+        MissingExtraError: matplotlib is not installed.
+    """
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise MissingExtraError.of("matplotlib", "plot", "histograms") from None
+    dataset = open_study(path)
+    valid = np.isin(dataset["status"].values, [code.value for code in RowStatus if code.valid])
+    names = [name for name in dataset.data_vars if name != "status"]
+    if not valid.any() or not names:
+        raise InputError(f'"{path}" holds no valid row')
+    figure = Figure(figsize=(6.0, 2.2 * len(names)), layout="constrained")
+    for axes, name in zip(np.atleast_1d(figure.subplots(len(names))), names, strict=True):
+        label, sizes = _size(dataset[name])
+        axes.hist(sizes[valid], bins=80, color="#4477aa")
+        axes.set_xlabel(f"{label} [{dataset[name].attrs.get('units', '1')}]")
+        axes.set_ylabel("rows")
+    figure.savefig(picture)
+
+
+def _size(variable: Any) -> tuple[str, np.ndarray]:
+    """A label and one number a row: the number itself, or the norm of several."""
+    if variable.ndim == 1:
+        return str(variable.name), variable.values
+    count = variable.shape[0]
+    sizes = np.empty(count)
+    for begin in range(0, count, PIECE):
+        part = variable[begin : begin + PIECE].values
+        sizes[begin : begin + PIECE] = np.sqrt((part.reshape(len(part), -1) ** 2).sum(axis=1))
+    return f"|{variable.name}|", sizes
