@@ -10,6 +10,7 @@ import click
 from .. import __version__
 from ..errors import ImpulsekitError
 from .design import design
+from .batch import batch
 from .doctor import doctor
 from .replay import replay
 from .robots import robots
@@ -51,5 +52,5 @@ def main(debug: bool) -> None:
     """What happens when a multibody system is hit."""
 
 
-for command in (solve, simulate, replay, design, robots, doctor):
+for command in (solve, simulate, replay, batch, design, robots, doctor):
     main.add_command(command)
