@@ -9,8 +9,8 @@ import click
 
 from .. import __version__
 from ..errors import ImpulsekitError
-from .design import design
 from .batch import batch
+from .design import design
 from .doctor import doctor
 from .replay import replay
 from .robots import robots
