@@ -63,6 +63,11 @@ class Path:
         return len(self._pieces)
 
     @property
+    def end(self) -> float:
+        """Where the last piece ends [s]."""
+        return self._pieces[-1].end
+
+    @property
     def step_times(self) -> np.ndarray:
         """(S,) where the pieces begin [s]."""
         return np.array(self._starts)

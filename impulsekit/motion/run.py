@@ -97,11 +97,10 @@ class Run:
         if not len(self._path):
             self._add_still(self._t)
         if times is None:
-            times = np.linspace(0.0, settings.duration, settings.samples)
+            count = settings.samples if settings.duration > 0.0 else 1
+            times = np.linspace(0.0, settings.duration, count)
         if self._t < settings.duration:
             times = np.append(times[times < self._t], self._t)
-        elif times[-1] < self._t and settings.samples > 1:
-            times = np.append(times, self._t)
         rests = [*self._rests, *(self._rest(c, math.inf) for c in self._resting.contacts)]
         return Trajectory(
             self._scene,

@@ -123,7 +123,7 @@ class Trajectory:
     @property
     def duration(self) -> float:
         """The time up to which the motion was followed [s]."""
-        return float(self.t[-1])
+        return float(self._path.end)
 
     @property
     def step_times(self) -> np.ndarray:
