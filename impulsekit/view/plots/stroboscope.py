@@ -85,6 +85,8 @@ def stroboscope(
                     markersize=2.6, label=label)  # fmt: skip
         for name, point in zip(ends, (flat[0, 0], flat[-1, -1]), strict=False):
             ax.annotate(f"${name}_{{{number}}}$", point, xytext=(4, 4), textcoords="offset points")
+    if len(times) > 0:
+        ax.legend(frameon=False, fontsize=8)
     ax.set_aspect("equal", adjustable="datalim")
     ax.set_xlabel(f"{plane[0]} [{unit}]")
     ax.set_ylabel(f"{plane[1]} [{unit}]")
