@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from dataclasses import FrozenInstanceError
 
 import numpy as np
@@ -287,19 +286,6 @@ def test_the_urdf_is_read_once_a_robot(monkeypatch):
     count = len(system._kept)
     del robot, impact
     assert len(system._kept) == count - 1
-
-
-def test_a_second_check_of_talos_is_quick():
-    robot = ik.Robot.from_example("talos", root="freeflyer")
-    feet = [ik.FrameAnchor("left_sole_link"), ik.FrameAnchor("right_sole_link")]
-    ik.check(solved(robot, [random_blow(STRUCK["talos"], 1)], feet))
-    taken = []
-    for seed in range(3):
-        impact = solved(robot, [random_blow(STRUCK["talos"], 1)], feet, seed=seed)
-        start = time.perf_counter()
-        assert ik.check(impact).agrees
-        taken.append(time.perf_counter() - start)
-    assert min(taken) < 0.2
 
 
 # -- the command ---------------------------------------------------------------------------
