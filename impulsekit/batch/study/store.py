@@ -141,6 +141,8 @@ class StudyStore:
                 mode="w",
                 compute=False,
                 consolidated=False,
+                zarr_format=2,
+                # Digits of floats are noise to a compressor.
                 encoding={name: {"compressors": None} for name in data},
             )
             record = {

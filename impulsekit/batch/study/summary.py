@@ -77,7 +77,7 @@ def summarize(path: str | os.PathLike[str], *, worst: int = 3) -> StudySummary:
     codes, counts = np.unique(status, return_counts=True)
     valid = np.isin(status, [code.value for code in RowStatus if code.valid])
     lines = []
-    for name in dataset.data_vars:
+    for name in sorted(dataset.data_vars):
         if name == "status" or not valid.any():
             continue
         label, sizes = _size(dataset[name])
@@ -102,7 +102,7 @@ def plot_study(path: str | os.PathLike[str], picture: str | os.PathLike[str]) ->
         raise MissingExtraError.of("matplotlib", "plot", "histograms") from None
     dataset = open_study(path)
     valid = np.isin(dataset["status"].values, [code.value for code in RowStatus if code.valid])
-    names = [name for name in dataset.data_vars if name != "status"]
+    names = [name for name in sorted(dataset.data_vars) if name != "status"]
     if not valid.any() or not names:
         raise InputError(f'"{path}" holds no valid row')
     figure = Figure(figsize=(6.0, 2.2 * len(names)), layout="constrained")

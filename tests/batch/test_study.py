@@ -1,0 +1,238 @@
+"""Studies: drawn the same everywhere, resumed bit for bit."""
+
+import errno
+import hashlib
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import impulsekit as ik
+from impulsekit.batch.study import Study, Variation, load_study, open_study, run_study, summarize
+from impulsekit.batch.study.store import StoreFullError
+from impulsekit.cli import main
+
+for package in ("numba", "xarray", "zarr", "dask"):
+    pytest.importorskip(package)
+
+SCENE = """
+[robot]
+example = "panda"
+
+[[impulses]]
+name = "blow"
+frame = "panda_hand"
+linear = [0, 0, 1]
+
+[batch]
+samples = {samples}
+seed = 3
+chunk = {chunk}
+outputs = ["v_after", "energy_change"]
+
+[[batch.vary]]
+what = "configuration"
+low = -0.3
+high = 0.3
+
+[[batch.vary]]
+what = "impulse"
+of = "blow"
+distribution = "normal"
+mean = 1.0
+deviation = 0.1
+
+[[batch.vary]]
+what = "direction"
+low = 0.0
+high = 0.5
+"""
+
+
+@pytest.fixture
+def scene_file(tmp_path):
+    def make(samples=1000, chunk=256):
+        path = tmp_path / "scene.toml"
+        path.write_text(SCENE.format(samples=samples, chunk=chunk))
+        return path
+
+    return make
+
+
+def contents(folder):
+    """Every file of a store, by name, as a digest."""
+    root = pathlib.Path(folder)
+    return {
+        str(path.relative_to(root)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in root.rglob("*")
+        if path.is_file()
+    }
+
+
+def test_rows_can_be_solved_again_alone(scene_file, tmp_path):
+    study = load_study(scene_file())
+    run_study(study, tmp_path / "rows")
+    rows = open_study(tmp_path / "rows")
+    assert rows.sizes["row"] == 1000
+    assert rows["v_after"].attrs["units"]
+    for i in (0, 255, 256, 999):
+        wrench = rows["impulses"][i].values
+        scene = ik.Scene(study.scene.robot, [ik.AppliedImpulse("panda_hand", wrench[:3])])
+        impact = ik.solve(scene, rows["q"][i].values, study.v)
+        assert np.abs(impact.v_after - rows["v_after"][i].values).max() < 1e-12
+    force = rows["impulses"].values[:, :3]
+    angles = np.arccos(force[:, 2] / np.linalg.norm(force, axis=1))
+    assert 0.0 < angles.min() < 0.01
+    assert 0.49 < angles.max() < 0.5
+
+
+def test_a_run_that_stopped_goes_on_bit_for_bit(scene_file, tmp_path):
+    study = load_study(scene_file())
+    run_study(study, tmp_path / "whole")
+
+    class Stopped(Exception):
+        pass
+
+    def stop(done, total):
+        if done > 300:
+            raise Stopped
+
+    with pytest.raises(Stopped):
+        run_study(study, tmp_path / "parts", progress=stop)
+    told = []
+    run_study(study, tmp_path / "parts", progress=lambda done, total: told.append(done))
+    assert told == [768, 1000]
+    assert contents(tmp_path / "whole") == contents(tmp_path / "parts")
+
+
+def test_the_store_of_another_study_is_left_alone(scene_file, tmp_path):
+    run_study(load_study(scene_file()), tmp_path / "rows")
+    before = contents(tmp_path / "rows")
+    with pytest.raises(ik.errors.InputError, match="another study: samples"):
+        run_study(load_study(scene_file(samples=1001)), tmp_path / "rows")
+    assert contents(tmp_path / "rows") == before
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.tex").write_text("years of work")
+    with pytest.raises(ik.errors.InputError, match="something else"):
+        run_study(load_study(scene_file()), tmp_path / "mine")
+
+
+def test_a_full_disk_is_told_and_what_is_done_stays(scene_file, tmp_path, monkeypatch):
+    import xarray
+
+    study = load_study(scene_file())
+    whole = xarray.Dataset.to_zarr
+    calls = []
+
+    def full(self, *args, **kwargs):
+        calls.append(1)
+        if len(calls) == 4:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return whole(self, *args, **kwargs)
+
+    monkeypatch.setattr(xarray.Dataset, "to_zarr", full)
+    with pytest.raises(StoreFullError, match="no space left"):
+        run_study(study, tmp_path / "rows")
+    monkeypatch.undo()
+    told = []
+    run_study(study, tmp_path / "rows", progress=lambda done, total: told.append(done))
+    assert told == [768, 1000]
+
+
+def test_the_summary_names_the_worst_rows(scene_file, tmp_path):
+    run_study(load_study(scene_file()), tmp_path / "rows")
+    summary = summarize(tmp_path / "rows")
+    assert summary.rows == 1000
+    assert {code.name: n for code, n in summary.statuses.items()} == {"SOLVED": 1000}
+    line = next(one for one in summary.quantities if one.name == "energy_change")
+    energy = open_study(tmp_path / "rows")["energy_change"].values
+    assert line.worst[0] == energy.argmax()
+    assert line.quantiles[3] == pytest.approx(np.median(energy))
+
+
+def test_the_command(scene_file, tmp_path):
+    store = str(tmp_path / "rows")
+    done = CliRunner().invoke(main, ["batch", str(scene_file()), "-o", store, "-q"])
+    assert done.exit_code == 0, done.output
+    assert "1000  SOLVED" in done.output
+    again = CliRunner().invoke(main, ["batch", str(scene_file(999)), "-o", store, "-q"])
+    assert again.exit_code == 2
+    assert "another study" in again.output
+
+
+def test_all_faults_of_the_table_are_told(tmp_path):
+    path = tmp_path / "scene.toml"
+    text = SCENE.format(samples=-4, chunk=256).replace('"direction"', '"directoin"')
+    path.write_text(text.replace('of = "blow"', 'off = "blow"'))
+    with pytest.raises(ik.errors.SceneFileError) as caught:
+        load_study(path)
+    told = str(caught.value)
+    assert "direction" in told
+    assert '"of"' in told
+
+
+def test_what_a_variation_refuses(scene_file):
+    with pytest.raises(ik.errors.RangeError):
+        Variation("friction", low=-0.1, high=0.5)
+    with pytest.raises(ik.errors.InputError, match="low and high"):
+        Variation("velocity", low=1.0)
+    study = load_study(scene_file())
+    with pytest.raises(ik.errors.UnknownNameError, match="blow"):
+        Study(study.scene, study.q, study.v, 10, vary=[Variation("impulse", "bolw", low=0, high=1)])
+    with pytest.raises(ik.errors.InputError, match="no contacts"):
+        Study(study.scene, study.q, study.v, 10, vary=[Variation("friction", low=0, high=1)])
+
+
+@pytest.mark.slow
+def test_killed_ten_times(scene_file, tmp_path):
+    path = scene_file(samples=60_000, chunk=1024)
+    run_study(load_study(path), tmp_path / "whole")
+    command = [sys.executable, "-m", "impulsekit.cli", "batch", str(path), "-q"]
+    command = [sys.executable, "-c", "from impulsekit.cli import main; main()", "batch", str(path)]
+    command += ["-q", "-o", str(tmp_path / "parts")]
+    rng = np.random.default_rng(0)
+    killed = 0
+    for _ in range(40):
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+        marks = tmp_path / "parts" / "done"
+        before = len(list(marks.iterdir())) if marks.exists() else 0
+        # Wait for it to be at work, then a random while.
+        while process.poll() is None and before == (
+            len(list(marks.iterdir())) if marks.exists() else 0
+        ):
+            time.sleep(0.005)
+        time.sleep(rng.uniform(0.0, 0.03))
+        if killed < 10 and process.poll() is None:
+            process.send_signal(signal.SIGKILL)
+            killed += 1
+        process.wait()
+        if process.returncode == 0:
+            break
+    assert killed >= 5
+    assert process.returncode == 0
+    assert contents(tmp_path / "whole") == contents(tmp_path / "parts")
+
+
+@pytest.mark.slow
+def test_two_workers_one_of_which_dies(scene_file, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    study = load_study(scene_file(samples=40_000, chunk=1024))
+    run_study(study, tmp_path / "whole")
+    cluster = distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
+    with cluster, distributed.Client(cluster, set_as_default=False) as client:
+        pids = client.run(os.getpid)
+
+        def kill_one(done, total):
+            if pids and done > 4000:
+                os.kill(pids.pop(next(iter(pids))), signal.SIGKILL)
+                pids.clear()
+
+        run_study(study, tmp_path / "spread", client=client, progress=kill_one)
+    assert not pids
+    assert contents(tmp_path / "whole") == contents(tmp_path / "spread")
