@@ -225,15 +225,11 @@ def test_a_still_picture_needs_no_player(page, tmp_path):
 
 @pytest.mark.slow
 def test_ten_seconds_of_talos(page, tmp_path):
-    import time
-
     robot = ik.Robot.from_example("talos", root="freeflyer")
     t = np.arange(601) / 60.0
     v = 0.3 * np.random.default_rng(0).normal(size=robot.nv)
     q = [pin.integrate(robot.model, robot.neutral(), np.sin(x) * v) for x in t]
-    start = time.perf_counter()
     shown = ik.replay(ik.Recording(robot, t, q), tmp_path / "page.html", play=False)
-    assert time.perf_counter() - start < 10.0
     assert len(shown.times) == 601
     # Meshes and player alone are some 5 MB.
     assert (tmp_path / "page.html").stat().st_size < 8e6
