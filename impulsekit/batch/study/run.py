@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 from collections.abc import Iterator
 from typing import Any
 
@@ -102,6 +103,17 @@ def _here(
         yield index, solved_chunk(study, index, threads)
 
 
+_received: dict[str, Study] = {}
+
+
+def _sent_chunk(packed: bytes, fingerprint: str, index: int) -> dict[str, np.ndarray]:
+    """``solved_chunk`` in a worker, which unpacks a study only once."""
+    if fingerprint not in _received:
+        _received.clear()
+        _received[fingerprint] = pickle.loads(packed)
+    return solved_chunk(_received[fingerprint], index, threads=1)
+
+
 def _there(
     study: Study, todo: list[int], client: Any
 ) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
@@ -110,19 +122,19 @@ def _there(
         from distributed import as_completed
     except ImportError:
         raise MissingExtraError.of("distributed", "batch", "a study on a cluster") from None
-    shared = client.scatter(study, broadcast=True)
+    packed = pickle.dumps(study)
     workers = max(1, len(client.scheduler_info()["workers"]))
     waiting = iter(todo)
 
     def submit(index: int) -> Any:
-        return client.submit(solved_chunk, shared, index, key=f"{study.fingerprint}-{index}")
+        return client.submit(_sent_chunk, packed, study.fingerprint, index, pure=False)
 
     running = {}
     for _ in range(3 * workers):
         index = next(waiting, None)
         if index is not None:
             running[submit(index)] = index
-    queue = as_completed(list(running))
+    queue = as_completed(list(running), loop=client.loop)
     for future in queue:
         index = running.pop(future)
         yield index, future.result()
