@@ -32,6 +32,10 @@ def _state(robot: Robot, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     return q, v
 
 
+def _solving(scene: Scene, q: np.ndarray, v: np.ndarray) -> Callable[[], np.ndarray]:
+    return lambda: solve(scene, q, v).dv
+
+
 def bare_impulse_dynamics(
     robot: Robot, frame: str, at: tuple[float, ...], q: np.ndarray, v: np.ndarray
 ) -> Callable[[], np.ndarray]:
@@ -108,7 +112,7 @@ def main() -> None:
         scene = Scene(talos, contacts=[contact])
         times = time_in_turn(
             {
-                "ours": lambda scene=scene: solve(scene, q, v).dv,
+                "ours": _solving(scene, q, v),
                 "bare": bare_impulse_dynamics(talos, SOLES[0], CORNERS[0], q, v),
             }
         )
@@ -122,9 +126,7 @@ def main() -> None:
         impact = solve(eight, q, v)
         for tolerance in (1e-8, 1e-10):
             bare = bare_admm(talos, q, v, 0.5, tolerance)
-            times = time_in_turn(
-                {"ours": lambda q=q, v=v: solve(eight, q, v).dv, "bare": bare}, rounds=7
-            )
+            times = time_in_turn({"ours": _solving(eight, q, v), "bare": bare}, rounds=7)
             difference = np.abs(bare()[0] - impact.v_after).max()
             label = f"Talos, eight foot points, state {seed}, ADMM to {tolerance:g}"
             write(ratio_row(label, times["ours"], times["bare"], 1.3) + "\n")

@@ -10,6 +10,8 @@ import pathlib
 import sys
 import tempfile
 import time
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pinocchio as pin
@@ -25,12 +27,12 @@ from ..view.replay import replay
 __all__ = ["main"]
 
 
-def _seconds(job: object, rounds: int = 5) -> float:
+def _seconds(job: Callable[[], object], rounds: int = 5) -> float:
     """The quickest of some rounds."""
     taken = []
     for _ in range(rounds):
         start = time.perf_counter()
-        job()  # type: ignore[operator]
+        job()
         taken.append(time.perf_counter() - start)
     return min(taken)
 
@@ -72,7 +74,7 @@ def growth_of_long_chains() -> float:
         chain = long_chain(links)
         blow = [AppliedImpulse(f"link_{links}", linear=[0, 5, 0], at=[1, 0, 0])]
         chain.solve(blow)
-        taken.append(_seconds(lambda chain=chain, blow=blow: chain.solve(blow)))
+        taken.append(_seconds(partial(chain.solve, blow)))
     return float(np.polyfit(np.log(sizes), np.log(taken), 1)[0])
 
 

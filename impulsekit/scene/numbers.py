@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,7 +12,11 @@ from ..errors import InputError, NotFiniteError, RangeError, ShapeError
 
 __all__ = ["AXES", "LARGEST", "Vector", "axes_name", "number", "text", "vector"]
 
-Vector = tuple[float, float, float]
+if TYPE_CHECKING:
+    # What a user may give; what is kept is always a tuple.
+    Vector = Sequence[float] | np.ndarray
+else:
+    Vector = tuple[float, float, float]
 AXES = ("world", "local")
 
 # Beyond this the products of a solve would overflow.

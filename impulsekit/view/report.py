@@ -230,7 +230,7 @@ def _counted(count: int, what: str) -> str:
     return f"{count} {what}" + ("" if count == 1 else "s")
 
 
-def _listed(numbers: Sequence[float]) -> str:
+def _listed(numbers: Iterable[float]) -> str:
     return "(" + ", ".join(f"{x:g}" for x in numbers) + ")"
 
 
