@@ -1,12 +1,12 @@
 from .ellipsoid import ImpactEllipsoid as ImpactEllipsoid
 from .ellipsoid import effective_mass as effective_mass
 from .ellipsoid import impact_ellipsoid as impact_ellipsoid
-from .fit import INERTIA_PARAMETERS as INERTIA_PARAMETERS
 from .fit import Fit as Fit
 from .fit import Measurement as Measurement
 from .fit import fit_impacts as fit_impacts
 from .least_blow import LeastBlow as LeastBlow
 from .least_blow import least_blow as least_blow
+from .parameters import INERTIA_PARAMETERS as INERTIA_PARAMETERS
 from .pictures import plot_effective_mass as plot_effective_mass
 from .pictures import plot_sparing as plot_sparing
 from .sparing import SparedJoint as SparedJoint

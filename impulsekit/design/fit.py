@@ -7,22 +7,19 @@ is that of the linear model at the fit, s² (JᵀJ)⁻¹ (Bates & Watts 1988).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, UnknownNameError
 from ..impact import solve
 from ..impact.derivatives import derivatives
-from ..robot import Robot
-from ..scene import JointStop, Scene
+from ..scene import Scene
+from .parameters import INERTIA_PARAMETERS, changed_scene, parameters_of
 
 __all__ = ["INERTIA_PARAMETERS", "Fit", "Measurement", "fit_impacts"]
 
-# The order of pinocchio.Inertia.toDynamicParameters.
-INERTIA_PARAMETERS = ("mass", "mx", "my", "mz", "ixx", "ixy", "iyy", "ixz", "iyz", "izz")
 # A parameter on which v⁺ depends less than this, relative to the most telling one, is not seen.
 UNSEEN = 1e-9
 
@@ -153,40 +150,13 @@ class _Problem:
         if not self._measurements:
             raise InputError("fit_impacts: no measurements")
         first = self._measurements[0].scene
-        contacts = dict(zip(first.entry_names("contacts"), first.contacts, strict=True))
-        # (kind, entry, index): coefficient of a contact, or a parameter of a joint's body.
-        self._parameters: list[tuple[str, str, int]] = []
-        names, start, low, high = [], [], [], []
-        for kind, wanted in (("restitution", restitution), ("friction", friction)):
-            for name in wanted:
-                if name not in contacts:
-                    raise UnknownNameError.among("contact", name, contacts, "fit_impacts")
-                value = getattr(contacts[name], kind, None)
-                if not isinstance(value, float):
-                    raise InputError(f"fit_impacts: {name} has no {kind} that is a number")
-                self._parameters.append((kind, name, 0))
-                names.append(f"{name}: {kind}")
-                start.append(value)
-                low.append(0.0)
-                high.append(1.0 if kind == "restitution" else np.inf)
-        for joint, items in inertias.items():
-            values = first.robot.model.inertias[first.robot.joint_id(joint)].toDynamicParameters()
-            for item in items:
-                if item not in INERTIA_PARAMETERS:
-                    raise UnknownNameError.among(
-                        "inertia parameter", item, INERTIA_PARAMETERS, "fit_impacts"
-                    )
-                index = INERTIA_PARAMETERS.index(item)
-                self._parameters.append(("inertia", joint, index))
-                names.append(f"{joint}: {item}")
-                start.append(values[index])
-                low.append(0.0 if item in ("mass", "ixx", "iyy", "izz") else -np.inf)
-                high.append(np.inf)
-        if not names:
+        self._parameters = parameters_of(first, restitution, friction, inertias)
+        if not self._parameters:
             raise InputError("fit_impacts: no parameters are wanted")
-        self.names = tuple(names)
-        self._low, self._high = np.array(low), np.array(high)
-        self._start = np.array(start)
+        self.names = tuple(parameter.name for parameter in self._parameters)
+        self._start = np.array([parameter.start for parameter in self._parameters])
+        self._low = np.array([parameter.low for parameter in self._parameters])
+        self._high = np.array([parameter.high for parameter in self._parameters])
         self._read_measured()
 
     def _read_measured(self) -> None:
@@ -271,20 +241,21 @@ class _Problem:
         ):
             scene = scenes.get(id(m.scene))
             if scene is None:
-                scene = scenes[id(m.scene)] = self._changed(m.scene, x)
+                scene = scenes[id(m.scene)] = changed_scene(m.scene, self._parameters, x)
             impact = solve(scene, m.q, m.v_before)
             found = derivatives(impact)
             columns = []
-            for kind, name, index in self._parameters:
-                if kind == "inertia":
-                    columns.append(found.dv_after_dinertia(name)[:, index])
+            for parameter in self._parameters:
+                if parameter.kind == "inertia":
+                    by_body = found.dv_after_dinertia(parameter.entry)
+                    columns.append(by_body[:, parameter.index])
                     continue
                 table = (
                     found.dv_after_drestitution
-                    if kind == "restitution"
+                    if parameter.kind == "restitution"
                     else found.dv_after_dfriction
                 )
-                columns.append(table.get(name, np.zeros(scene.robot.nv)))
+                columns.append(table.get(parameter.entry, np.zeros(scene.robot.nv)))
             residuals.append((impact.v_after[seen] - after) * weights)
             rows.append(np.array(columns).T[seen] * weights[:, None])
         residual, jacobian = np.concatenate(residuals), np.concatenate(rows)
@@ -295,38 +266,6 @@ class _Problem:
             )
         self._last = (key, residual, jacobian)
         return residual, jacobian
-
-    def _changed(self, scene: Scene, x: np.ndarray) -> Scene:
-        """A scene with the parameters x."""
-        changes: dict[str, dict[str, float]] = {}
-        bodies: dict[str, dict[int, float]] = {}
-        for (kind, name, index), value in zip(self._parameters, x.tolist(), strict=True):
-            if kind == "inertia":
-                bodies.setdefault(name, {})[index] = value
-            else:
-                changes.setdefault(name, {})[kind] = value
-        contacts = [
-            replace(entry, **_of(entry, changes.get(name, {})))
-            for name, entry in zip(scene.entry_names("contacts"), scene.contacts, strict=True)
-        ]
-        robot = scene.robot
-        if bodies:
-            model = pin.Model(robot.model)
-            for joint, items in bodies.items():
-                joint_id = robot.joint_id(joint)
-                values = model.inertias[joint_id].toDynamicParameters()
-                for index, value in items.items():
-                    values[index] = value
-                model.inertias[joint_id] = pin.Inertia.FromDynamicParameters(values)
-            robot = Robot.from_model(model)
-        return replace(scene, robot=robot, contacts=contacts)
-
-
-def _of(entry: object, changes: dict[str, float]) -> dict[str, Any]:
-    """The coefficients that an entry of its kind has."""
-    return {
-        k: x for k, x in changes.items() if k == "restitution" or not isinstance(entry, JointStop)
-    }
 
 
 def _covariance(jacobian: np.ndarray) -> np.ndarray:

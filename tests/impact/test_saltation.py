@@ -169,8 +169,7 @@ def test_the_rimless_wheel_loses_speed_as_known():
 
 def test_the_gait_of_the_rimless_wheel_has_its_known_multiplier():
     # From strike to strike; along the gait itself the multiplier is always 1.
-    path = pathlib.Path(__file__).parents[2] / "examples" / "rimless_wheel.py"
-    found = runpy.run_path(str(path))["gait"](ALPHA, SLOPE, GRAVITY / RADIUS)
+    found = example("rimless_wheel")["gait"](ALPHA, SLOPE, GRAVITY / RADIUS)
     assert sorted(np.abs(found.multipliers)) == pytest.approx(
         [math.cos(2 * ALPHA) ** 2, 1.0], abs=1e-8
     )
@@ -190,3 +189,47 @@ def test_a_bouncing_ball_keeps_its_period_under_a_perfect_floor():
     # T = 2 √(2h/g): from the top, z stays and the phase shifts with dT/dh.
     shift = 2.0 / math.sqrt(2.0 * height * GRAVITY)
     assert own == pytest.approx(np.array([[1.0, 0.0], [GRAVITY * shift, 1.0]]), abs=1e-6)
+
+
+def example(name):
+    return runpy.run_path(str(pathlib.Path(__file__).parents[2] / "examples" / f"{name}.py"))
+
+
+def test_the_simplest_walker_walks_stably_with_the_multipliers_of_its_return_map():
+    # Stable below a slope of 0.015 rad (Garcia et al. 1998).
+    walker = example("compass_gait")
+    found = walker["gait"](0.009)
+    assert found.start[:2] == pytest.approx([0.200310900544, -0.199832473005], abs=1e-10)
+
+    def back(short):
+        theta, rate = short
+        full = np.array([theta, rate, 2 * theta, (1 - math.cos(2 * theta)) * rate])
+        return walker["strike"](walker["step"](full, 0.009)[0])[0][:2]
+
+    h, start = 1e-4, found.start[:2]
+    columns = [(back(start + h * e) - back(start - h * e)) / (2 * h) for e in np.eye(2)]
+    pair = np.linalg.eigvals(np.array(columns).T)
+    wanted = [0.0, *np.sort(np.abs(pair)), 1.0]
+    assert np.sort(np.abs(found.multipliers)) == pytest.approx(wanted, abs=1e-6)
+    assert np.abs(pair).max() < 0.6
+
+
+def test_period_one_bounces_on_a_moving_table_against_the_closed_form():
+    # λ² − ((1 + e)² (1 + z̈/g) − 2e) λ + e² = 0, with the table's acceleration z̈ at the hit:
+    # w⁻ = −gT/2 and ż = gT (1 − e)/(2 (1 + e)) make the bounce repeat after T.
+    e, period, table_rate = 0.8, 0.2, -3.0
+    w, table = -0.5 * GRAVITY * period, 0.5 * GRAVITY * period * (1.0 - e) / (1.0 + e)
+    after = -e * w + (1.0 + e) * table
+    assert after == pytest.approx(-w)
+    hit = ik.saltation_matrix(
+        [[1, 0], [0, -e]],
+        [w, -GRAVITY],
+        [after, -GRAVITY],
+        [1, 0],
+        guard_rate=-table,
+        reset_rate=[0, (1.0 + e) * table_rate],
+    )
+    monodromy = np.array([[1.0, period], [0.0, 1.0]]) @ hit
+    assert np.linalg.det(monodromy) == pytest.approx(e**2, rel=1e-13)
+    trace = (1.0 + e) ** 2 * (1.0 + table_rate / GRAVITY) - 2.0 * e
+    assert np.trace(monodromy) == pytest.approx(trace, rel=1e-13)
