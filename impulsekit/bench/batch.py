@@ -1,0 +1,195 @@
+"""Many states: ``solve_batch`` against Python loops over bare Pinocchio, and MuJoCo's batch.
+
+Run with ``python -m impulsekit.bench.batch``. Times are per state; ratios are of medians of
+rounds timed in turn.
+"""
+
+from __future__ import annotations
+
+import re
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..batch.long import long_chain
+from ..batch.solve import solve_batch
+from ..robot import Robot
+from ..scene import AppliedImpulse, Contact, Scene
+from .contacts import CORNERS, SOLES, bare_admm, bare_impulse_dynamics
+from .known_blow import AT, LINEAR, bare_pinocchio
+from .timing import time_in_turn
+
+__all__ = ["main"]
+
+STATES = 16384
+LOOP = 256
+
+
+def _states(robot: Robot, count: int, spread: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(0)
+    steps = rng.uniform(-spread, spread, (count, robot.nv))
+    q = np.array([pin.integrate(robot.model, robot.neutral(), step) for step in steps])
+    return q, rng.normal(size=(count, robot.nv))
+
+
+def _row(
+    label: str,
+    batch: Callable[[], object],
+    states: int,
+    bare: Callable[[], object],
+    loop: int,
+    goal: float,
+) -> str:
+    times = time_in_turn({"batch": batch, "bare": bare}, rounds=9)
+    ratios = [
+        theirs / loop / (ours / states)
+        for ours, theirs in zip(times["batch"].rounds, times["bare"].rounds, strict=True)
+    ]
+    ours, theirs = 1e6 * times["batch"].median / states, 1e6 * times["bare"].median / loop
+    ratio = statistics.median(ratios)
+    verdict = "reached" if ratio >= goal else "NOT REACHED"
+    return (
+        f"{label:46s} {ours:8.3f} µs {theirs:9.2f} µs   {ratio:6.1f} times "
+        f"({min(ratios):.1f} to {max(ratios):.1f})   {goal:g} {verdict}\n"
+    )
+
+
+def _repeated(calls: list[Callable[[], object]], count: int) -> Callable[[], None]:
+    def run() -> None:
+        for i in range(count):
+            calls[i % len(calls)]()
+
+    return run
+
+
+def _against_pinocchio(write: Callable[[str], object]) -> None:
+    for name, root, frame, goal in (
+        ("panda", "fixed", "panda_hand", 30.0),
+        ("talos", "freeflyer", "gripper_left_base_link", 15.0),
+    ):
+        robot = Robot.from_example(name, root=root)
+        q, v = _states(robot, STATES)
+        scene = Scene(robot, [AppliedImpulse(frame, LINEAR, at=AT)])
+        bare = [bare_pinocchio(robot, frame, one) for one in q[:16]]
+        label = f"{name}, nv {robot.nv}: known blow"
+        call = _bound(scene, q, v)
+        write(_row(label, call, STATES, _repeated(bare, LOOP), LOOP, goal))
+    solo = Robot.from_example("solo12", root="freeflyer")
+    q, v = _states(solo, STATES)
+    scene = Scene(solo, contacts=[Contact("FR_FOOT", friction=0.6, restitution=0.3)])
+    bare = [
+        bare_impulse_dynamics(solo, "FR_FOOT", (0, 0, 0), *s)
+        for s in zip(q[:16], v[:16], strict=True)
+    ]
+    label = "solo12: one contact, friction; theirs without"
+    write(_row(label, _bound(scene, q, v), STATES, _repeated(bare, LOOP), LOOP, 20.0))
+    talos = Robot.from_example("talos", root="freeflyer")
+    q, v = _states(talos, 1024, spread=0.1)
+    v *= 0.2
+    v[:, 2] -= 1.0
+    contacts = [Contact(sole, at=at, friction=0.5) for sole in SOLES for at in CORNERS]
+    eight = [bare_admm(talos, *s, 0.5, 1e-8) for s in zip(q[:16], v[:16], strict=True)]
+    call = _bound(Scene(talos, contacts=contacts), q, v)
+    write(_row("talos: eight foot points, ADMM to 1e-8", call, 1024, _repeated(eight, 16), 16, 5.0))
+    found = solve_batch(Scene(talos, contacts=contacts), q, v).count()
+    write(f"{'':46s} {', '.join(f'{n} {code.name}' for code, n in found.items())}\n")
+
+
+def _bound(scene: Scene, q: np.ndarray, v: np.ndarray) -> Callable[[], object]:
+    return lambda: solve_batch(scene, q, v)
+
+
+def _against_mujoco(write: Callable[[str], object]) -> None:
+    try:
+        import mujoco
+        from mujoco.batch import Batch
+    except ImportError:
+        write("mujoco with mujoco.batch is not installed: left out\n")
+        return
+    count = 4096
+    for name, root, frame in (
+        ("panda", "fixed", "panda_hand"),
+        ("solo12", "freeflyer", "FR_FOOT"),
+        ("talos", "freeflyer", "gripper_left_base_link"),
+    ):
+        robot = Robot.from_example(name, root=root)
+        q, v = _states(robot, count)
+        scene = Scene(robot, [AppliedImpulse(frame, LINEAR, at=AT)])
+        model = _mujoco_model(mujoco, robot, root)
+        peer = Batch(model, count)
+        peer.bind("qpos")[:] = _mujoco_q(q, root)
+        label = f"{name}, nv {robot.nv}: MuJoCo's batch forward, nv {model.nv}"
+        write(_row(label, _bound(scene, q, v), count, peer.forward, count, 5.0))
+
+
+def _mujoco_model(mujoco: Any, robot: Robot, root: str) -> Any:
+    """The same bodies and joints without any geometry, so that nothing but dynamics is timed."""
+    text = robot.parts[0].urdf or ""
+    text = re.sub(r"<(visual|collision|transmission)\b.*?</\1>", "", text, flags=re.S)
+    head = '<mujoco><compiler fusestatic="true" balanceinertia="true"/></mujoco>'
+    spec = mujoco.MjSpec.from_string(re.sub(r"(<robot[^>]*>)", rf"\1{head}", text, count=1))
+    if root == "freeflyer":
+        spec.worldbody.first_body().add_freejoint()
+    return spec.compile()
+
+
+def _mujoco_q(q: np.ndarray, root: str) -> np.ndarray:
+    """MuJoCo's quaternions are w, x, y, z."""
+    if root == "freeflyer":
+        q = q.copy()
+        q[:, 3:7] = q[:, [6, 3, 4, 5]]
+    return q
+
+
+def _throughput(write: Callable[[str], object]) -> None:
+    talos = Robot.from_example("talos", root="freeflyer")
+    q, v = _states(talos, 65536)
+    scene = Scene(talos, [AppliedImpulse("gripper_left_base_link", LINEAR, at=AT)])
+    write("talos, known blow, million states a second, by batch size and threads\n")
+    for size in (64, 1024, 16384, 65536):
+        numbers = []
+        for threads in (1, 2):
+            taken = _fastest(partial(solve_batch, scene, q[:size], v[:size], threads=threads))
+            numbers.append(f"{threads} thread{'s' * (threads > 1)} {size / taken / 1e6:6.2f}")
+        write(f"  {size:6d} states   {'   '.join(numbers)}\n")
+
+
+def _long_chains(write: Callable[[str], object]) -> None:
+    sizes = (1_000, 10_000, 100_000, 1_000_000)
+    times = []
+    for links in sizes:
+        chain = long_chain(links)
+        blow = [AppliedImpulse(f"link_{links}", linear=[0, 5, 0], at=[1, 0, 0])]
+        times.append(_fastest(partial(chain.solve, blow), 3))
+        write(f"chain of {links:8d} links: {1e3 * times[-1]:9.3f} ms\n")
+    slope = np.polyfit(np.log(sizes), np.log(times), 1)[0]
+    write(f"slope of time over links {slope:.3f}   1.05 {'reached' if slope <= 1.05 else 'NOT'}\n")
+
+
+def _fastest(call: Callable[[], object], rounds: int = 7) -> float:
+    taken = []
+    call()
+    for _ in range(rounds):
+        start = time.perf_counter()
+        call()
+        taken.append(time.perf_counter() - start)
+    return min(taken)
+
+
+def main() -> None:
+    """Measure and write the rows."""
+    write = sys.stdout.write
+    _against_pinocchio(write)
+    _against_mujoco(write)
+    _throughput(write)
+    _long_chains(write)
+
+
+if __name__ == "__main__":
+    main()
