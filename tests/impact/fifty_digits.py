@@ -253,7 +253,7 @@ class PreciseImpact:
         λ, triples = outcome.constraint_impulses, [t[2] for t in self.touching]
         after = impact.v_after
         if floor is not None:
-            pressed = ik.solve(self._plastic(), impact.q, impact.v_before)
+            pressed = self._plastic().solve(impact.q, impact.v_before)
             c_λ = pressed.outcome.constraint_impulses
             c_triples = pressed.outcome.contacts.impulse.reshape(-1, 3)
             if isinstance(floor, str):

@@ -12,7 +12,6 @@ outside forces (Carpentier & Mansard 2018).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -20,19 +19,19 @@ import numpy as np
 import pinocchio as pin
 
 from ...errors import InputError
-from ...scene import Collision, Contact, Scene
+from ...scene import Contact
 from ..constrained import Outcome
 from ..laws import ContactSolution
 from ..result import Impact
-from ..solver import ImpactSolver
-from ..status import Status
 from .known_blows import of_known_blows
 from .linear import Columns, LinearStage, Rows, Touching, linear_stage, pass_through
 from .modes import ContactMode, coefficients_of, found_mode
 from .motion import Motion
 from .pairs import FixedRows, contact_rows
+from .refusals import has_no_answer, refuse_what_has_none
 from .result import Derivatives, ImpulseDerivatives
 from .status import DerivativeStatus
+from .tables import constraint_tables, contact_tables
 from .workspace import Workspace, workspace_of
 
 __all__ = ["derivatives"]
@@ -64,7 +63,7 @@ def derivatives(impact: Impact) -> Derivatives:
     """
     if not isinstance(impact, Impact):
         raise InputError(f"derivatives takes an Impact, not a {type(impact).__name__}")
-    _refuse(impact)
+    refuse_what_has_none(impact)
     workspace = workspace_of(impact.scene)
     outcome = impact.outcome
     if outcome is None or not (outcome.touches or len(outcome.constraint_impulses)):
@@ -135,10 +134,9 @@ class _Derivation:
         if not self.touching or self.scene.law.restitution == "newton":
             return [self._stage(v, after, self.multipliers, self.impulses, None)]
         entries = {point.entry for point in self.touching}
-        solver = ImpactSolver(self.workspace.compression)
-        pressed = solver.solve_touching(self.impact.q, v, entries)
+        pressed = self.workspace.compression.solve_touching(self.impact.q, v, entries)
         outcome = pressed.outcome
-        if not pressed.status.valid or outcome is None or outcome.contacts is None:
+        if outcome is None or outcome.contacts is None or has_no_answer(outcome.contacts.status):
             raise InputError("derivatives: the compression of this impact has no answer")
         triples = list(outcome.contacts.impulse.reshape(-1, 3))
         held = outcome.constraint_impulses
@@ -267,6 +265,9 @@ class _Derivation:
             )
 
         whole = parts(passed.velocity)
+        null = self.stages[0].system.null
+        of_constraints = constraint_tables(self.impact, self.bilateral, passed.multipliers, null)
+        of_contacts = contact_tables(self.impact, self.touching, passed.contacts, nv)
         status = DerivativeStatus.EXISTS
         if not passed.consistent[: force.shape[1] - 2 * len(entries)].all():
             status = DerivativeStatus.RANK_CHANGES
@@ -281,51 +282,10 @@ class _Derivation:
             whole.dimpulse,
             whole.drestitution,
             whole.dfriction,
-            MappingProxyType(
-                {name: parts(table) for name, table in self._of_constraints(passed).items()}
-            ),
-            MappingProxyType(
-                {name: parts(table) for name, table in self._of_contacts(passed).items()}
-            ),
+            MappingProxyType({name: parts(table) for name, table in of_constraints.items()}),
+            MappingProxyType({name: parts(table) for name, table in of_contacts.items()}),
             self._by_inertia,
         )
-
-    def _of_constraints(self, passed: Any) -> Mapping[str, np.ndarray]:
-        """By constraint, (k, w) of its rows; NaN where they are not determined."""
-        outcome = self.impact.outcome
-        tables = {}
-        at = 0
-        for name, rows in zip(self.scene.entry_names("constraints"), self.bilateral, strict=True):
-            where = slice(at, at + len(rows.matrix))
-            table = passed.multipliers[where].copy()
-            if outcome is not None and outcome.unique is not None:
-                vague = ~outcome.unique[where] & ~self.stages[0].system.null[where]
-                table[vague] = np.nan
-            tables[name] = table
-            at = where.stop
-        return tables
-
-    def _of_contacts(self, passed: Any) -> Mapping[str, np.ndarray]:
-        """By contact that touches, (3, w) in world axes; (1, w) of a joint stop."""
-        names = self.scene.entry_names("contacts")
-        tables: dict[str, np.ndarray] = {}
-        outcome = self.impact.outcome
-        if outcome is None or outcome.contacts is None:
-            return tables
-        unique = outcome.contacts.unique
-        for i, (point, touch) in enumerate(zip(self.touching, outcome.touches, strict=True)):
-            if touch.axes is None:
-                table = touch.jacobian[2].sum() * passed.contacts[i][2:]
-            else:
-                table = touch.axes @ passed.contacts[i]
-                turned = point.rows.turned(touch.axes @ self.impulses[i])
-                if turned is not None:
-                    table[:, : self.nv] += turned
-            if unique is not None and not unique[i]:
-                table = np.full_like(table, np.nan)
-            name = names[point.entry]
-            tables[name] = tables[name] + table if name in tables else table
-        return tables
 
     def _by_inertia(self, joint_id: int) -> np.ndarray:
         """(nv, 10) ∂v⁺ by the dynamic parameters of a joint's body."""
@@ -338,33 +298,3 @@ class _Derivation:
             )
             forces.append(-np.asarray(regressor).reshape(self.nv, -1)[:, where])
         return self._pass(Columns(10, forces=forces)).velocity
-
-
-def _refuse(impact: Impact) -> None:
-    """Refuse what has no derivatives of this kind."""
-    scene: Scene = impact.scene
-    if any(isinstance(entry, Collision) for entry in scene.contacts):
-        raise InputError(
-            "derivatives: the points of a Collision move with the geometry of both bodies, which "
-            "has no derivative at hand; give its point as a Contact"
-        )
-    outcome = impact.outcome
-    if outcome is None or outcome.contacts is None:
-        return
-    law = scene.law
-    if law.slip == "path" or law.restitution == "stronge":
-        raise InputError(
-            'derivatives: slip="path" has modes along the impact (slip that stops or turns), '
-            'which are not followed; use Law(slip="end")'
-        )
-    if law.order == "sequential" and len(outcome.touches) > 1:
-        raise InputError(
-            'derivatives: order="sequential" with several contacts has an order that may '
-            'change; use Law(order="simultaneous")'
-        )
-    if outcome.contacts.status in (
-        Status.NO_SOLUTION,
-        Status.NOT_CONVERGED,
-        Status.SEQUENCE_TOO_LONG,
-    ):
-        raise InputError(f"derivatives: the impact has no answer. {impact.status.value}")

@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from .factor import Factor
 from .modes import Coefficients, ContactMode
-from .motion import Motion
+from .motion import Motion, Twists
 from .pairs import FixedRows, PlacedPair
 from .stage import Stage
 from .workspace import Workspace
@@ -146,14 +146,21 @@ def linear_stage(
     entering = np.ones(len(matrix))
     if stacked:
         after = motion.at_speed(end)
-        before = motion.at_speed(start)
+        known: list[Twists] = []
+
+        def before() -> Twists:
+            """The twists at the start; most scenes do not ask for them."""
+            if not known:
+                known.append(motion.at_speed(start))
+            return known[0]
+
         at = 0
         for rows in bilateral:
             where = slice(at, at + len(rows.matrix))
             kept = workspace.kept[where] if first else np.ones(len(rows.matrix), dtype=bool)
             rates[where] = -rows.change_of_velocity(after)
             if kept.any():
-                rates[where] += np.where(kept[:, None], rows.change_of_velocity(before), 0.0)
+                rates[where] += np.where(kept[:, None], rows.change_of_velocity(before()), 0.0)
                 entering[where] = np.where(kept, 0.0, 1.0)
             at = where.stop
         for i in carrying:
@@ -161,7 +168,7 @@ def linear_stage(
             rates[where] = -touching[i].rows.change_of_velocity(after)
             shift = _shift(touching[i].coefficients, touching[i].normal_before)
             if newton and shift.any():
-                rates[where] -= shift[:, None] * touching[i].rows.change_of_velocity(before)
+                rates[where] -= shift[:, None] * touching[i].rows.change_of_velocity(before())
                 entering[where] += shift
             at += 3
     if factor is None:

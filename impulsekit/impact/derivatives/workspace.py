@@ -16,6 +16,7 @@ from ...scene.constraints import KEPT
 from ..plan import _VARYING_SUBSPACE
 from ..reach import reached_model
 from ..rows import needs_places
+from ..solver import ImpactSolver
 from .motion import Tree
 from .pairs import FixedRows, PairRows, anchor_rows, blow_rows, joint_rows
 
@@ -101,8 +102,8 @@ class Workspace:
         return self._forces
 
     @cached_property
-    def compression(self) -> Scene:
-        """The scene whose answer is the end of the compression: no restitution."""
+    def compression(self) -> ImpactSolver:
+        """The solver whose answer is the end of the compression: no restitution."""
         impulses, constraints, contacts = self._parts
         plastic = [
             replace(entry, restitution=0.0)
@@ -110,7 +111,7 @@ class Workspace:
             else replace(entry, restitution=0.0, tangential_restitution=0.0)
             for entry in contacts
         ]
-        return Scene(self._robot, impulses, constraints, plastic, law=Law())
+        return ImpactSolver(Scene(self._robot, impulses, constraints, plastic, law=Law()))
 
 
 class _Kept(threading.local):

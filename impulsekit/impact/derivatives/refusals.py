@@ -1,0 +1,45 @@
+"""Impacts that have no derivatives of this kind."""
+
+from __future__ import annotations
+
+from ...errors import InputError
+from ...scene import Collision
+from ..result import Impact
+from ..status import Status
+
+__all__ = ["has_no_answer", "refuse_what_has_none"]
+
+
+def refuse_what_has_none(impact: Impact) -> None:
+    """Refuse what is not differentiated here.
+
+    Raises:
+        InputError: it says what, and what to do instead.
+    """
+    scene = impact.scene
+    if any(isinstance(entry, Collision) for entry in scene.contacts):
+        raise InputError(
+            "derivatives: the points of a Collision move with the geometry of both bodies, which "
+            "has no derivative at hand; give its point as a Contact"
+        )
+    outcome = impact.outcome
+    if outcome is None or outcome.contacts is None:
+        return
+    law = scene.law
+    if law.slip == "path" or law.restitution == "stronge":
+        raise InputError(
+            'derivatives: slip="path" has modes along the impact (slip that stops or turns), '
+            'which are not followed; use Law(slip="end")'
+        )
+    if law.order == "sequential" and len(outcome.touches) > 1:
+        raise InputError(
+            'derivatives: order="sequential" with several contacts has an order that may '
+            'change; use Law(order="simultaneous")'
+        )
+    if has_no_answer(outcome.contacts.status):
+        raise InputError(f"derivatives: the impact has no answer. {impact.status.value}")
+
+
+def has_no_answer(status: Status) -> bool:
+    """Whether a status says that the numbers solve nothing."""
+    return status in (Status.NO_SOLUTION, Status.NOT_CONVERGED, Status.SEQUENCE_TOO_LONG)
