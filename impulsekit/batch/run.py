@@ -22,8 +22,10 @@ _KINDS = (
     "constraint_impulses",
     "energy_change",
 )
-# Blocks per call of the kernel: enough to forget what a call costs.
-PIECE = 512
+# Blocks per call of the kernel at most, so that progress can be told, and at least, so that
+# what a call and a thread cost is forgotten.
+LARGEST_PIECE = 4096
+SMALLEST_PIECE = 64
 ALIGNMENT = 64
 
 
@@ -101,7 +103,7 @@ class BatchRun:
     def pieces(self, threads: int) -> list[tuple[int, int]]:
         """First and last block of each call."""
         blocks = -(-self._states // WIDTH)
-        size = min(PIECE, -(-blocks // threads))
+        size = min(LARGEST_PIECE, max(SMALLEST_PIECE, -(-blocks // threads)))
         return [(begin, min(begin + size, blocks)) for begin in range(0, blocks, size)]
 
     def solve(self, begin: int, end: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import weakref
 from collections.abc import Callable, Sequence
@@ -177,9 +178,18 @@ def _run(
             run.solve(begin, end)
             tell(run.rows_done)
         return
-    from concurrent.futures import ThreadPoolExecutor, as_completed
+    from concurrent.futures import as_completed
 
-    with ThreadPoolExecutor(threads) as pool:
-        for done in as_completed([pool.submit(run.solve, *piece) for piece in pieces]):
-            done.result()
-            tell(run.rows_done)
+    pool = _pool(threads, os.getpid())
+    for done in as_completed([pool.submit(run.solve, *piece) for piece in pieces]):
+        done.result()
+        tell(run.rows_done)
+
+
+@functools.cache
+def _pool(threads: int, process: int) -> Any:
+    """Threads that stay, for to start them costs as much as some thousand states; a process
+    that was forked off has to have its own."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    return ThreadPoolExecutor(threads, thread_name_prefix="impulsekit batch")

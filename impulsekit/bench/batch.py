@@ -10,7 +10,7 @@ import re
 import statistics
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -60,7 +60,7 @@ def _row(
     )
 
 
-def _repeated(calls: list[Callable[[], object]], count: int) -> Callable[[], None]:
+def _repeated(calls: Sequence[Callable[[], object]], count: int) -> Callable[[], None]:
     def run() -> None:
         for i in range(count):
             calls[i % len(calls)]()
@@ -83,12 +83,14 @@ def _against_pinocchio(write: Callable[[str], object]) -> None:
     solo = Robot.from_example("solo12", root="freeflyer")
     q, v = _states(solo, STATES)
     scene = Scene(solo, contacts=[Contact("FR_FOOT", friction=0.6, restitution=0.3)])
-    bare = [
-        bare_impulse_dynamics(solo, "FR_FOOT", (0, 0, 0), *s)
-        for s in zip(q[:16], v[:16], strict=True)
-    ]
-    label = "solo12: one contact, friction; theirs without"
-    write(_row(label, _bound(scene, q, v), STATES, _repeated(bare, LOOP), LOOP, 20.0))
+    few = list(zip(q[:16], v[:16], strict=True))
+    call = _bound(scene, q, v)
+    stuck = [_bare_stick(solo, "FR_FOOT", *state) for state in few]
+    label = "solo12: one contact, friction; theirs sticks"
+    write(_row(label, call, STATES, _repeated(stuck, LOOP), LOOP, 20.0))
+    stuck = [bare_impulse_dynamics(solo, "FR_FOOT", (0.0, 0.0, 0.0), *state) for state in few]
+    label = "the same against impulseDynamics"
+    write(_row(label, call, STATES, _repeated(stuck, LOOP), LOOP, 20.0))
     talos = Robot.from_example("talos", root="freeflyer")
     q, v = _states(talos, 1024, spread=0.1)
     v *= 0.2
@@ -99,6 +101,22 @@ def _against_pinocchio(write: Callable[[str], object]) -> None:
     write(_row("talos: eight foot points, ADMM to 1e-8", call, 1024, _repeated(eight, 16), 16, 5.0))
     found = solve_batch(Scene(talos, contacts=contacts), q, v).count()
     write(f"{'':46s} {', '.join(f'{n} {code.name}' for code, n in found.items())}\n")
+
+
+def _bare_stick(robot: Robot, frame: str, q: np.ndarray, v: np.ndarray) -> Callable[[], object]:
+    """A foot that neither slips nor parts: Jacobian, CRBA, Cholesky, solves, by hand."""
+    model = pin.Model(robot.model)
+    data, frame_id = model.createData(), model.getFrameId(frame)
+
+    def velocity_after() -> np.ndarray:
+        jacobian = pin.computeFrameJacobian(model, data, q, frame_id, pin.LOCAL_WORLD_ALIGNED)[:3]
+        pin.crba(model, data, q)
+        pin.cholesky.decompose(model, data)
+        moved = np.array([pin.cholesky.solve(model, data, row) for row in jacobian])
+        impulse = np.linalg.solve(moved @ jacobian.T, -(jacobian @ v))
+        return v + impulse @ moved
+
+    return velocity_after
 
 
 def _bound(scene: Scene, q: np.ndarray, v: np.ndarray) -> Callable[[], object]:
