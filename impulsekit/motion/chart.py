@@ -38,6 +38,8 @@ _SERIES = (
 )
 # Below this the series is exact to rounding, above it the closed form is.
 SMALL = 0.35
+# Of θ²: where three terms of the series do, and where b ad⁴ is below rounding.
+TINY, NO_FOURTH = 2e-3, 1e-7
 
 
 class Chart:
@@ -140,9 +142,10 @@ def _unrolled(x: np.ndarray, v: np.ndarray, size: int) -> np.ndarray:
     a, b = _factors(square)
     once = motion.cross(speed)
     twice = motion.cross(once)
-    fourth = motion.cross(motion.cross(twice))
-    rate = v + (0.5 * once.vector + a * twice.vector + b * fourth.vector)[6 - size :]
-    return rate
+    rate = speed + once * 0.5 + twice * a
+    if square > NO_FOURTH:
+        rate += motion.cross(motion.cross(twice)) * b
+    return rate.vector[6 - size :]
 
 
 _ZERO = np.zeros(3)
@@ -150,6 +153,11 @@ _ZERO = np.zeros(3)
 
 def _factors(square: float) -> tuple[float, float]:
     """a and b for θ²."""
+    if square < TINY:
+        return (
+            1 / 12 - square * square / 30240,
+            -1 / 720 - square * (1 / 15120 + square / 403200),
+        )
     if square < SMALL * SMALL:
         a = b = 0.0
         power = 1.0

@@ -53,6 +53,9 @@ class Dynamics:
         self._dense = mimic or self.model.nv < 2
         self._no_aba = mimic
         self.resting = Resting(scene)
+        # Free flight under constant torques needs nothing but one call.
+        free = self.held is None and not mimic
+        self._torque = self._forces.constant_torque if free else None
         self.evaluations = 0
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -63,6 +66,8 @@ class Dynamics:
             RestNotSolved: no forces at the resting contacts.
         """
         self.evaluations += 1
+        if self._torque is not None and not self.resting.contacts:
+            return _aba(self.model, self._data, q, v, self._torque)
         if self.held is not None or self.resting.contacts or self._no_aba:
             return self._with_rows(t, q, v)
         torque = self._forces.torque(t, q, v)

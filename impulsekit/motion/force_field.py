@@ -45,6 +45,11 @@ class ForceField:
         self._on_bodies: list[_SpringBetweenPoints | _OnPoint] = [*self._points, *self._applied]
         self._loaded = sorted({j for force in self._on_bodies for j in force.joint_ids})
 
+    @property
+    def constant_torque(self) -> np.ndarray | None:
+        """(nv,) all there is, where that is the same at all times; not to be written to."""
+        return self._constant if self._is_constant and not self.on_bodies else None
+
     def torque(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(nv,) what acts along the generalized speeds themselves; not to be written to."""
         if self._is_constant:
