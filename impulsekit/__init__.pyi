@@ -6,6 +6,12 @@ from .batch.long import long_tree as long_tree
 from .batch.long_impact import LongImpact as LongImpact
 from .batch.result import ImpactBatch as ImpactBatch
 from .batch.solve import solve_batch as solve_batch
+from .batch.study import Study as Study
+from .batch.study import Variation as Variation
+from .batch.study import load_study as load_study
+from .batch.study import open_study as open_study
+from .batch.study import run_study as run_study
+from .batch.study import summarize as summarize
 from .chain import chain_urdf as chain_urdf
 from .chain import pendulum_urdf as pendulum_urdf
 from .checking import Check as Check
