@@ -124,7 +124,13 @@ class Stage:
         right[self._dropped] = 0.0
         if start is not None:
             right -= self._mix @ (self.rows @ start)
-        impulse = self._scale * np.linalg.solve(self._matrix, self._scale * right)
+        try:
+            impulse = self._scale * np.linalg.solve(self._matrix, self._scale * right)
+        except np.linalg.LinAlgError:
+            # The modes leave the impulses open, or closed to change, as in Painlevé's case.
+            gone = np.full(given.shape, np.nan)
+            none = np.zeros(given.shape[1], dtype=bool)
+            return Response(np.full((self.rows.shape[1], given.shape[1]), np.nan), gone, none)
         velocity = self._moved @ impulse
         if start is not None:
             velocity += start

@@ -16,8 +16,9 @@ class DerivativeStatus(enum.Enum):
         "The numbers are those of the mode that was found, and hold on one side only."
     )
     RANK_CHANGES = (
-        "Redundant rows contradict each other when the state changes, so v⁺ jumps there and has "
-        "no derivative; what is not there is NaN. Leave out the rows that repeat others."
+        "Redundant rows contradict each other when the state changes, or the modes of the contacts "
+        "leave v⁺ open: it jumps there and has no derivative, and what is not there is NaN. Leave "
+        "out the rows that repeat others, or lower the friction."
     )
 
     @property
