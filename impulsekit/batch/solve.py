@@ -14,6 +14,7 @@ from ..errors import InputError, MissingExtraError, RangeError, UnknownNameError
 from ..scene import FrameAnchor, JointLock, PointAnchor, Scene
 from .codes import AGAIN, RowStatus
 from .inputs import BatchInputs, batch_inputs
+from .remote import is_lazy, solve_lazily, solve_remotely
 from .result import OUTPUTS, ImpactBatch
 from .single import solve_rows
 
@@ -36,6 +37,7 @@ def solve_batch(
     outputs: Sequence[str] = ("v_after",),
     progress: bool | Progress | None = None,
     threads: int | None = None,
+    client: Any = None,
 ) -> ImpactBatch:
     """One scene at many states, blows or coefficients: compiled kernels, on all cores.
 
@@ -57,6 +59,9 @@ def solve_batch(
             "contact_impulses", "constraint_impulses". The status is always there.
         progress: True for a bar on stderr, or a function of rows done and rows in all.
         threads: how many; by default as many as the process may use.
+        client: a ``distributed.Client`` whose workers are to solve. Without it, where any of
+            the arrays is a dask array, all arrays of the answer are dask arrays too, and
+            nothing is computed before they are.
 
     Raises:
         ShapeError, NotFiniteError, StateError, RangeError, UnknownNameError, InputError:
@@ -78,6 +83,10 @@ def solve_batch(
     for name in outputs:
         if name not in OUTPUTS:
             raise UnknownNameError.among("output", str(name), OUTPUTS)
+    given = {"q": q, "v": v, "impulses": impulses}
+    given.update(restitution=restitution, friction=friction)
+    if client is not None or is_lazy(*given.values()):
+        return _on_dask(scene, given, tuple(dict.fromkeys(outputs)), threads, client)
     inputs = batch_inputs(scene, q, v, impulses, restitution, friction)
     program, plan = plan_batch(scene, frictional=_frictional(scene, inputs))
     shapes = {name: (inputs.size, *_shape(scene, name)) for name in outputs}
@@ -102,6 +111,19 @@ def solve_batch(
         array.setflags(write=False)
     codes.setflags(write=False)
     return ImpactBatch(codes, plan, arrays)
+
+
+def _on_dask(
+    scene: Scene, given: dict[str, Any], outputs: tuple[str, ...], threads: int | None, client: Any
+) -> ImpactBatch:
+    if given["v"] is None:
+        del given["v"]
+    if client is None:
+        arrays = solve_lazily(scene, given, outputs, threads)
+    else:
+        arrays = solve_remotely(scene, given, outputs, client)
+    plan = plan_batch(scene, frictional=given["friction"] is not None)[1]
+    return ImpactBatch(arrays.pop("status"), plan, arrays)
 
 
 _programs: dict[tuple[int, bool], tuple[Any, Any]] = {}

@@ -1,0 +1,129 @@
+"""Batches on Dask: dask arrays in, dask arrays out, or numpy arrays over a client."""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError, MissingExtraError
+from ..scene import Scene
+
+__all__ = ["is_lazy", "solve_lazily", "solve_remotely"]
+
+# Rows of one task where the arrays that are given have no chunks of their own.
+ROWS = 65536
+
+_scenes: dict[str, Scene] = {}
+
+
+def is_lazy(*values: Any) -> bool:
+    """Whether any of these, or of the entries of a mapping among these, is a dask array."""
+    for value in values:
+        entries = value.values() if isinstance(value, Mapping) else (value,)
+        if any(hasattr(entry, "__dask_graph__") for entry in entries):
+            return True
+    return False
+
+
+def solve_lazily(
+    scene: Scene, given: dict[str, Any], outputs: Sequence[str], threads: int | None = None
+) -> dict[str, Any]:
+    """Dask arrays of all outputs and of the status, chunked along the rows.
+
+    Args:
+        given: the arguments of ``solve_batch`` that may vary, by name.
+        outputs: what to compute.
+        threads: of each task.
+
+    Raises:
+        InputError: arrays whose leading axes do not agree, or nothing that varies.
+        MissingExtraError: dask is not installed.
+    """
+    try:
+        import dask
+        import dask.array as da
+    except ImportError:
+        raise MissingExtraError.of("dask", "batch", "a batch of dask arrays") from None
+    from .solve import _shape
+
+    rows, chunks = _chunks(given)
+    packed = pickle.dumps(scene)
+    key = hashlib.sha256(packed).hexdigest()
+    parts: dict[str, list[Any]] = {name: [] for name in (*outputs, "status")}
+    solve = dask.delayed(_sent_rows, pure=False)
+    begin = 0
+    for size in chunks:
+        cut = {
+            name: {k: _cut(one, rows, begin, size) for k, one in value.items()}
+            if isinstance(value, Mapping)
+            else _cut(value, rows, begin, size)
+            for name, value in given.items()
+        }
+        answer = solve(packed, key, cut, tuple(outputs), threads)
+        for name in outputs:
+            shape = (size, *_shape(scene, name))
+            parts[name].append(da.from_delayed(answer[name], shape, float))
+        parts["status"].append(da.from_delayed(answer["status"], (size,), np.int8))
+        begin += size
+    return {name: da.concatenate(own) for name, own in parts.items()}
+
+
+def solve_remotely(
+    scene: Scene, given: dict[str, Any], outputs: Sequence[str], client: Any
+) -> dict[str, np.ndarray]:
+    """The arrays of all outputs and of the status, solved by the workers of a client.
+
+    Raises:
+        InputError: arrays whose leading axes do not agree, or nothing that varies.
+        MissingExtraError: dask is not installed.
+    """
+    lazy = solve_lazily(scene, given, outputs, threads=1)
+    names = list(lazy)
+    found = client.gather(client.compute([lazy[name] for name in names]))
+    return dict(zip(names, found, strict=True))
+
+
+def _chunks(given: Mapping[str, Any]) -> tuple[int, tuple[int, ...]]:
+    """How many rows there are, and how they are cut."""
+    sizes: dict[str, int] = {}
+    chunks: tuple[int, ...] | None = None
+    for name, value in given.items():
+        entries = value.items() if isinstance(value, Mapping) else ((name, value),)
+        for label, entry in entries:
+            per_row = isinstance(value, Mapping) and name in ("restitution", "friction")
+            array: Any = entry if hasattr(entry, "ndim") else np.asarray(entry, dtype=float)
+            if array.ndim == (1 if per_row else 2) and array.shape[0] > 1:
+                sizes[label] = int(array.shape[0])
+                if chunks is None and hasattr(array, "__dask_graph__"):
+                    chunks = tuple(int(size) for size in array.chunks[0])
+    if len(set(sizes.values())) != 1:
+        raise InputError(f"one number of rows is wanted on Dask, there are {sizes or 'none'}")
+    rows = next(iter(sizes.values()))
+    if chunks is None:
+        chunks = tuple(min(ROWS, rows - begin) for begin in range(0, rows, ROWS))
+    return rows, chunks
+
+
+def _cut(value: Any, rows: int, begin: int, size: int) -> Any:
+    """The rows of a task, all of what does not vary."""
+    if value is None or np.isscalar(value):
+        return value
+    array = value if hasattr(value, "ndim") else np.asarray(value, dtype=float)
+    return array[begin : begin + size] if array.ndim and array.shape[0] == rows else array
+
+
+def _sent_rows(
+    packed: bytes, key: str, given: dict[str, Any], outputs: tuple[str, ...], threads: int | None
+) -> dict[str, np.ndarray]:
+    """``solve_batch`` in a worker, which unpacks a scene only once."""
+    from .solve import solve_batch
+
+    if key not in _scenes:
+        _scenes.clear()
+        _scenes[key] = pickle.loads(packed)
+    batch = solve_batch(_scenes[key], **given, outputs=outputs, threads=threads)
+    return {**batch.arrays, "status": batch.status}
