@@ -18,6 +18,8 @@ __all__ = ["Coefficients", "ContactMode", "coefficients_of", "found_mode"]
 
 # What is this small beside the velocities of the contacts is on an edge.
 EDGE = 1e-7
+# An impulse that could move this much faster than anything moves is held up by nothing.
+OUT_OF_PROPORTION = 1e7
 
 
 @dataclass(frozen=True)
@@ -143,6 +145,8 @@ def found_mode(
         edges.append(f"{name}: it sticks with its impulse at the edge of the cone")
     if mu > 0.0 and not sticking and mu * normal - tangential > 1e-6 * mu * normal:
         edges.append(f"{name}: it hardly slips")
+    if own[2] * normal > OUT_OF_PROPORTION * scale:
+        edges.append(f"{name}: its impulse is out of all proportion to what it moves")
     direction = slip / speed if speed > small else np.zeros(2)
     resistance = mu * normal / speed if speed > small else 0.0
     return ContactMode(
