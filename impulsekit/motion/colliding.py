@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import coal
 import numpy as np
 import pinocchio as pin
 
-from ..impact.collision import convex_geometry, meeting_points, smallest_gap
+from ..impact.collision import convex_geometry, meeting_points
 from ..impact.reach import ReachedModel
 from ..impact.touching import contact_axes
 from ..robot import Robot
 from ..robot.geometry import geometry_ids
 from ..scene import Collision
+from .points import cross
 
 __all__ = ["CollidingGap"]
 
 # A resting pair is looked for up to this far apart [m].
 RESTING = 1e-5
+# Of coal's iterations; its default of 1e-6 would show in the times of impacts.
+TOLERANCE = 1e-12
+# Bodies with corners that approach more slowly stay [m/s]: they would hop some 1e-9 m high.
+SLOW = 2e-4
 # How far the bodies move for the rates of their rows [m, rad].
 MOVE = 1e-4
 
@@ -41,6 +48,15 @@ class CollidingGap:
             self._joint_ids.append(reached.joint_id(joint_id))
             self._reaches.append(_reach(pieces))
         self._shifted: pin.Data | None = None
+        # Corners stay on their bodies; on smooth bodies the points of contact wander.
+        self.has_corners = all(
+            isinstance(shape, coal.Box | coal.ConvexBase)
+            for own in self._pieces
+            for shape, _ in own
+        )
+        # Hops lower than what coal can tell are none.
+        self.capture_speed = SLOW if self.has_corners else 0.0
+        self._held: list[_HeldPoint] | None = None
 
     def _placed(self, data: pin.Data) -> list:
         return [
@@ -50,8 +66,19 @@ class CollidingGap:
 
     def distance(self, data: pin.Data) -> float:
         """The gap [m], negative where they overlap; ``data`` with placements."""
-        first, other = self._placed(data)
-        return float(smallest_gap(first, other))
+        request = coal.DistanceRequest()
+        request.enable_signed_distance = True
+        request.gjk_tolerance = request.epa_tolerance = TOLERANCE
+        first, other = (
+            [(shape, coal.Transform3s(at.rotation, at.translation)) for shape, at in pieces]
+            for pieces in self._placed(data)
+        )
+        gaps = [
+            coal.distance(one, at_one, two, at_two, request, coal.DistanceResult())
+            for one, at_one in first
+            for two, at_two in other
+        ]
+        return float(min(gaps))
 
     def speed_bound(self, data: pin.Data) -> float:
         """No gap of these two closes faster [m/s]; ``data`` with placements and velocities."""
@@ -82,15 +109,72 @@ class CollidingGap:
             return np.empty((0, self._model.nv)), np.empty((0, 3))
         return np.vstack(rows), np.array(points)
 
+    def hold(self, data: pin.Data | None) -> None:
+        """Take the points that touch now as fixed on both bodies, or with None let go of them.
+
+        Only for bodies with corners; ``data`` with placements.
+        """
+        self._held = None
+        if data is None or not self.has_corners:
+            return
+        first, other = self._placed(data)
+        places = [data.oMi[joint_id] for joint_id in self._joint_ids]
+        self._held = [
+            _HeldPoint(
+                places[0].actInv(point.position),
+                places[1].rotation.T.dot(contact_axes(point.normal)),
+            )
+            for point in meeting_points(first, other, self._margin)
+        ]
+
+    def _held_rows(self, data: pin.Data) -> np.ndarray:
+        rows = np.zeros((3 * len(self._held or ()), self._model.nv))
+        first, other = self._joint_ids
+        for i, point in enumerate(self._held or ()):
+            position = data.oMi[first].act(point.in_first)
+            difference = np.zeros((3, self._model.nv))
+            for sign, joint_id in ((1.0, first), (-1.0, other)):
+                if joint_id > 0:
+                    at = pin.SE3(np.eye(3), data.oMi[joint_id].actInv(position))
+                    jacobian = pin.getFrameJacobian(
+                        self._model, data, joint_id, at, pin.LOCAL_WORLD_ALIGNED
+                    )
+                    difference += sign * jacobian.reshape(6, -1)[:3]
+            axes = data.oMi[other].rotation.dot(point.axes_in_other)
+            rows[3 * i : 3 * i + 3] = axes.T.dot(difference)
+        return rows
+
+    def _held_bias(self, data: pin.Data) -> np.ndarray:
+        """As ``Pair.bias``, with the other's point that coincides, in axes of the other."""
+        first, other = self._joint_ids
+        a, v = data.a[first], data.v[first]
+        place, plane = data.oMi[first], data.oMi[other]
+        turning = plane.rotation.dot(data.v[other].angular)
+        found = []
+        for point in self._held or ():
+            velocity, rate = _point_motion(v, a, point.in_first)
+            velocity, rate = place.rotation.dot(velocity), place.rotation.dot(rate)
+            there = plane.actInv(place.act(point.in_first))
+            own, own_rate = _point_motion(data.v[other], data.a[other], there)
+            own, own_rate = plane.rotation.dot(own), plane.rotation.dot(own_rate)
+            between = velocity - own
+            # The coinciding point moves over the other body at this rate.
+            rate = rate - own_rate - 2.0 * cross(turning, between)
+            axes = plane.rotation.dot(point.axes_in_other)
+            found.append(axes.T.dot(rate))
+        return np.concatenate(found) if found else np.empty(0)
+
     def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(3k, nv) of all points that touch."""
-        return self._points(data)[0]
+        return self._points(data)[0] if self._held is None else self._held_rows(data)
 
     def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """(3k,) the rows' rates along the motion, by central differences.
 
         The points wander over the bodies as these roll, so no point of either tells them.
         """
+        if self._held is not None:
+            return self._held_bias(data)
         size = float(np.abs(v).max(initial=0.0))
         if size == 0.0 or not len(rows):
             return np.zeros(len(rows))
@@ -108,6 +192,21 @@ class CollidingGap:
             nearest = [int(np.argmin(np.linalg.norm(points - point, axis=1))) for point in here]
             velocities.append(found.dot(v).reshape(-1, 3)[nearest])
         return ((velocities[0] - velocities[1]) / (2.0 * time)).ravel()
+
+
+@dataclass(frozen=True, eq=False)
+class _HeldPoint:
+    """A corner that touches: where it is on the first body, and the axes there on the other."""
+
+    in_first: np.ndarray
+    axes_in_other: np.ndarray
+
+
+def _point_motion(v: pin.Motion, a: pin.Motion, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(3,) velocity and (3,) acceleration of a body's point, in the body's axes."""
+    spin = v.angular
+    velocity = v.linear + cross(spin, at)
+    return velocity, a.linear + cross(a.angular, at) + cross(spin, velocity)
 
 
 def _reach(pieces: list[tuple[coal.CollisionGeometry, pin.SE3]]) -> tuple[np.ndarray, float]:

@@ -26,9 +26,11 @@ MARGIN = 1e-3
 # A gap that only dips this far below zero [m] was grazed.
 GRAZED = 1e-12
 # Colliding bodies this near touch [m].
-TOUCH = 1e-11
+TOUCH = 1e-10
 # Normal speed at which a resting contact has lifted [m/s].
 LIFTED = 1e-8
+# A body that rests on corners has come down on another one this deep [m].
+CORNER = 2e-8
 # Steps of conservative advancement are no shorter than this part of a step.
 FINEST = 1.0 / 128.0
 
@@ -248,7 +250,7 @@ def _advance(
         if leaving:
             if value > TOUCH:
                 leaving = False
-            elif value < min(last, 0.0) - TOUCH:
+            elif value < min(last, 0.0) - 10.0 * TOUCH:
                 return before
             continue
         if value <= TOUCH:
@@ -261,23 +263,28 @@ def first_stop(
 ) -> tuple[float, bool] | None:
     """When a sliding point first stops, or a resting contact has lifted, within a step.
 
-    Gives the time, and whether it was a stop.
+    Or when a resting body comes down on another corner. Gives the time, and whether it was
+    such a corner.
     """
     contacts = resting.contacts
     slides = resting.slides()
     if not contacts:
         return None
 
+    deep = gaps.deepest(contacts, *states(start)) - CORNER
+
     def signs(t: float) -> np.ndarray:
         """Below zero where something has happened: slip along its first direction, or −lift."""
-        u = gaps.velocities(contacts, *states(t))
+        q, v = states(t)
+        u = gaps.velocities(contacts, q, v)
         if len(u) != 3 * len(slides):
-            return np.full(2 * len(slides), np.inf)
+            return np.full(2 * len(slides) + 1, np.inf)
         along = [
             np.inf if s is None else float(u[3 * i : 3 * i + 2].dot(s))
             for i, s in enumerate(slides)
         ]
-        return np.concatenate([along, LIFTED - u[2::3]])
+        corner = gaps.deepest(contacts, q, v) - deep
+        return np.concatenate([along, LIFTED - u[2::3], [corner]])
 
     times = np.linspace(start, end, PIECES + 1).tolist()
     before = signs(times[0])
@@ -287,7 +294,7 @@ def first_stop(
         if crossed.size:
             # scipy's brentq wants the sign to differ strictly; zero itself is one of them.
             t, i = min((_root(partial(_entry, signs, i), left, right), i) for i in crossed.tolist())
-            return t, i < len(slides)
+            return t, i == 2 * len(slides)
         before = after
     return None
 

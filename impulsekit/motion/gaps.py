@@ -182,6 +182,22 @@ class Gaps:
             biases.append(item.bias(data, q, v, own))
         return np.vstack(rows), np.concatenate(biases)
 
+    def hold(self, contacts: Sequence[RestingContact], q: np.ndarray) -> None:
+        """Let corners that touch at q be the same until further notice; let go of all others."""
+        pin.forwardKinematics(self._model, self.data, q)
+        resting = {contact.gap for contact in contacts}
+        for i in np.flatnonzero(~self.rated).tolist():
+            self.items[i].hold(self.data if i in resting else None)
+
+    def deepest(self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray) -> float:
+        """The smallest gap of resting bodies with corners [m]; infinite without any."""
+        corners = [
+            c.gap for c in contacts if not self.rated[c.gap] and self.items[c.gap].has_corners
+        ]
+        if not corners:
+            return float("inf")
+        return float(np.nanmin(self.measure(q, v, corners)[0]))
+
     def velocities(
         self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray
     ) -> np.ndarray:

@@ -30,6 +30,8 @@ __all__ = ["Run"]
 PENETRATION = 1e-6
 # Gaps at the start up to this [m] touch.
 TOUCHING = 1e-9
+# How far the distance of colliding bodies may be off where they have just parted [m].
+WAVER = 1e-8
 # Drift below this [m, rad] or [m/s] is left alone.
 NO_DRIFT = 1e-14
 # A joint that turns goes no further than this in one step [rad].
@@ -266,7 +268,10 @@ class Run:
         self._t = time
         q, v = states(time)
         self._q, self._v = np.array(q), np.array(v)
-        if stop is not None:
+        if stop is not None and stop[1]:
+            gaps.hold([], self._q)
+            self._after_crossing(tuple(resting))
+        elif stop is not None:
             self._after_stop()
         elif crossing is not None:
             self._after_crossing(crossing.gaps)
@@ -280,7 +285,13 @@ class Run:
             raise _Stopped(MotionStatus.EVENT_STORM)
         taking_part = sorted({*closing, *(c.gap for c in self._resting.contacts)})
         approach = max(-self._closing(i, self._q, self._v) for i in closing)
-        soft = approach < self._settings.capture_speed
+        if approach <= 0.0 and not any(self._gaps_rated(closing)):
+            # coal's distance wavers where bodies have just parted: nothing meets here.
+            for i in closing:
+                self._base[i] -= WAVER
+            self._restart(self._first_step(closing))
+            return
+        soft = approach < max(self._settings.capture_speed, *self._capture_speeds(closing))
         solver = self._soft_solver if soft else self._solver
         try:
             impact = solver.solve_touching(self._q, self._v, self._entries_of(taking_part))
@@ -290,6 +301,13 @@ class Run:
         self._v = impact.v_after.copy()
         self._rest_on(taking_part)
         self._restart(self._first_step(closing))
+
+    def _capture_speeds(self, gaps: Iterable[int]) -> list[float]:
+        items = [] if self._gaps is None else self._gaps.items
+        return [getattr(items[i], "capture_speed", 0.0) for i in gaps]
+
+    def _gaps_rated(self, gaps: Iterable[int]) -> list[bool]:
+        return [] if self._gaps is None else [bool(self._gaps.rated[i]) for i in gaps]
 
     def _first_step(self, left: Iterable[int]) -> float | None:
         """No longer than the shortest hop of what has just been struck [s]."""
@@ -353,6 +371,7 @@ class Run:
         self._resting.contacts = stays
         gap, _ = gaps.everything(self._q, self._v)
         self._base = np.minimum(gap, 0.0)
+        gaps.hold(stays, self._q)
         if stays:
             for contact in stays:
                 contact.slides = []
@@ -410,6 +429,7 @@ class Run:
         if len(stays) == len(resting.contacts):
             return False
         resting.contacts = stays
+        gaps.hold(stays, self._q)
         gap, _ = gaps.everything(self._q, self._v)
         self._base = np.minimum(gap, 0.0)
         return True

@@ -11,6 +11,7 @@ THIN_PLATE = """<robot name="plate"><link name="plate"><collision>
 <geometry><box size="0.001 1 1"/></geometry></collision></link></robot>"""
 
 
+@pytest.mark.slow
 def test_fifty_bouncing_bodies_at_once():
     robot = sliders(50)
     rng = np.random.default_rng(1)

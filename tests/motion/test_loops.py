@@ -31,6 +31,7 @@ def gaps(motion, times):
     return np.array(found)
 
 
+@pytest.mark.slow
 def test_a_struck_four_bar_stays_closed_for_ten_seconds():
     scene = four_bar(impulses=[ik.AppliedImpulse("crank", linear=[0.5, 0, 0], at=[0, 0.2, 0])])
     robot = scene.robot

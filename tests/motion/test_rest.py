@@ -98,11 +98,31 @@ def test_a_dropped_tilted_box_comes_to_rest_on_its_corners():
     assert np.diff(motion.energy().total).max() < 1e-9
 
 
+FLOOR = """<robot name="f"><link name="floor"><collision><origin xyz="0 0 -0.5"/>
+<geometry><box size="20 20 1"/></geometry></collision></link></robot>"""
+
+
+@pytest.mark.parametrize("tilt", [(0.0, 0.0), (0.3, 0.2)])
+@pytest.mark.parametrize("restitution", [0.0, 0.3])
+def test_a_box_that_collides_comes_to_rest_on_its_face(tilt, restitution):
+    box = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer")
+    world = ik.combine(floor=ik.Robot.from_urdf(FLOOR), box=box)
+    turn = pin.Quaternion(pin.rpy.rpyToMatrix(*tilt, 0.0)).coeffs()
+    q = world.configuration({"box/root_joint": [0, 0, 0.3, *turn]})
+    contact = ik.Collision("box/box", "floor/floor", restitution=restitution, friction=0.5)
+    scene = ik.Scene(world, contacts=[contact])
+    motion = ik.simulate(scene, q, world.velocity(), duration=1.5, max_steps=3000)
+    assert motion.status.finished, motion.detail
+    assert np.abs(motion.v[-1]).max() < 1e-8
+    assert motion.q[-1, 2] == pytest.approx(0.05, abs=1e-6)
+    assert motion.q[:, 2].min() > 0.05 - 1e-6
+    # What coal can tell of gaps, times the weight.
+    assert np.diff(motion.energy().total).max() < 1e-5
+
+
 def test_a_ball_slides_until_it_rolls():
-    floor = """<robot name="f"><link name="floor"><collision><origin xyz="0 0 -0.5"/>
-    <geometry><box size="20 20 1"/></geometry></collision></link></robot>"""
     ball = ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer")
-    world = ik.combine(floor=ik.Robot.from_urdf(floor), ball=ball)
+    world = ik.combine(floor=ik.Robot.from_urdf(FLOOR), ball=ball)
     contact = ik.Collision("ball/ball", "floor/floor", friction=0.3)
     q = world.configuration({"ball/root_joint": [0, 0, 0.05, 0, 0, 0, 1]})
     v = world.velocity({"ball/root_joint": [1.0, 0, 0, 0, 0, 0]})
