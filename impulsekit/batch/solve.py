@@ -43,7 +43,9 @@ def solve_batch(
 
     Whatever varies has a leading axis of B; what has none holds for all rows. The answers
     are those of ``solve``. What the kernels do not know is left to it, row by row; ``plan``
-    of the answer says so.
+    of the answer says so. Where several contacts rub, the law itself can have more than one
+    answer; ``solve`` and ``solve_batch`` may then give different ones, each within the bar
+    of the law.
 
     Args:
         scene: what strikes, holds and touches the robot.

@@ -39,7 +39,8 @@ def room(rows, contacts):
     line = (
         np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
         np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
-        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
+        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
+        np.zeros(size),
     )  # fmt: skip
     short = (np.zeros((few, 2)), np.zeros((4, 2)), np.zeros(4))
     return square, line, short, (np.zeros(few, dtype=np.int64), np.zeros(few, dtype=np.int64))
@@ -77,7 +78,8 @@ def solve_state(
     """
     square, line, short, whole = space
     W, lower, cross_held, matrix, own, way, aim, newton = square
-    before, free, b, P, mus, sign, known, rest, scale_of, best, xi, x, moved, after = line
+    before, free, b, P, mus, sign, known, rest, scale_of, best, xi, x, moved, after = line[:14]
+    split_y, split_z = line[14], line[15]
     slip, found, roots = short
     row_of, mode = whole
     for r in range(rows):
@@ -174,7 +176,7 @@ def solve_state(
                     own[i, j] = W[i, j]
             code = frictional(
                 own, b, mus, count, P, best, xi, mode, slip, way, aim, newton, x, moved,
-                found, roots,
+                split_y, split_z, found, roots,
             )  # fmt: skip
         if code == AGAIN:
             return AGAIN

@@ -16,6 +16,7 @@ from numba import njit
 from ..codes import AGAIN, RowStatus
 from .coulomb import coulomb
 from .dense import cholesky, eliminate, gauss, rank_by_pivots
+from .splitting import split
 
 __all__ = ["frictional", "frictionless"]
 
@@ -25,8 +26,9 @@ DEEP = 1e-13
 NULL = 1e-14
 DEPENDENT = 1e-10
 AT_REST = 1e-12
-ROUNDS = 6
-SWEEPS = (3, 10, 30, 100, 200, 400)
+# Rounds of sweeps (above 0) and of splitting (below).
+SWEEPS = (3, 10, 30, -100, -200, -400, -800, 200)
+ROUNDS = len(SWEEPS)
 _SOLVED, _NOT_UNIQUE = int(RowStatus.SOLVED), int(RowStatus.NOT_UNIQUE)
 
 
@@ -294,7 +296,9 @@ def _is_redundant(W, mu, n, largest, P, matrix, way):
 
 
 @njit(cache=True, nogil=True)
-def frictional(W, b, mu, n, P, best, xi, mode, slip, way, aim, matrix, x, moved, found, roots):
+def frictional(
+    W, b, mu, n, P, best, xi, mode, slip, way, aim, matrix, x, moved, split_y, split_z, found, roots
+):
     """P (3n,) of n contacts with friction; the code. W and b of smooth tangents are cleared."""
     size = 3 * n
     for i in range(n):
@@ -316,8 +320,16 @@ def frictional(W, b, mu, n, P, best, xi, mode, slip, way, aim, matrix, x, moved,
     if slowest >= -1e-15 * scale:
         return _SOLVED
     least = NULL * largest
+    rate = 0.05 * largest
+    for j in range(size):
+        split_y[j], split_z[j] = 0.0, 0.0
     for k in range(ROUNDS):
-        _swept(W, b, mu, n, scale, P, SWEEPS[k], found, roots)
+        if SWEEPS[k] > 0:
+            _swept(W, b, mu, n, scale, P, SWEEPS[k], found, roots)
+        else:
+            rate = split(W, b, mu, n, split_y, split_z, -SWEEPS[k], rate, way, aim, x, moved)
+            for j in range(size):
+                P[j] = split_y[j]
         for j in range(size):
             best[j] = P[j]
         bar = math.inf

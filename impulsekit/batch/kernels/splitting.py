@@ -1,0 +1,73 @@
+"""Several contacts with friction by operator splitting (ADMM), for where sweeps are too slow.
+
+½ xᵀW x + (b + s)ᵀx over the friction cones, s_n = µ|ξ_t| being De Saxcé's correction, which
+makes a convex problem of Coulomb's law at every step (Acary, Cadoux, Lemaréchal & Malick
+2011); x and its copy y in the cones are brought together by z (Carpentier et al. 2024).
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from .dense import cholesky, eliminate
+
+__all__ = ["split"]
+
+
+@njit(cache=True, nogil=True)
+def split(W, b, mu, n, y, z, steps, rate, matrix, lower, x, last):
+    """Improve y (3n,) in the cones by some steps, z (3n,) being kept; the rate to go on with."""
+    size = 3 * n
+    fresh = True
+    for step in range(steps):
+        if fresh:
+            for i in range(size):
+                for j in range(size):
+                    matrix[i, j] = W[i, j]
+                matrix[i, i] += rate
+            if not cholesky(matrix, size, lower) > 0.0:
+                return rate
+            fresh = False
+        for i in range(n):
+            k = 3 * i
+            x[k] = rate * y[k] - b[k] - z[k]
+            x[k + 1] = rate * y[k + 1] - b[k + 1] - z[k + 1]
+            slip = math.sqrt(z[k] * z[k] + z[k + 1] * z[k + 1])
+            x[k + 2] = rate * y[k + 2] - b[k + 2] - z[k + 2] - mu[i] * slip
+        eliminate(lower, size, x)
+        apart = 0.0
+        moved = 0.0
+        for i in range(n):
+            k = 3 * i
+            for j in range(k, k + 3):
+                last[j] = y[j]
+                y[j] = x[j] + z[j] / rate
+            _project(y, k, mu[i])
+            for j in range(k, k + 3):
+                z[j] += rate * (x[j] - y[j])
+                apart = max(apart, abs(x[j] - y[j]))
+                moved = max(moved, abs(y[j] - last[j]))
+        if step % 20 == 19:
+            if apart > 8.0 * moved:
+                rate *= 4.0
+                fresh = True
+            elif moved > 8.0 * apart:
+                rate *= 0.25
+                fresh = True
+    return rate
+
+
+@njit(cache=True, nogil=True)
+def _project(y, k, mu):
+    """The nearest point of the cone |y_t| ≤ µ y_n."""
+    size = math.sqrt(y[k] * y[k] + y[k + 1] * y[k + 1])
+    if size <= mu * y[k + 2]:
+        return
+    if mu * size <= -y[k + 2]:
+        y[k], y[k + 1], y[k + 2] = 0.0, 0.0, 0.0
+        return
+    normal = (y[k + 2] + mu * size) / (1.0 + mu * mu)
+    factor = mu * normal / size if size > 0.0 else 0.0
+    y[k], y[k + 1], y[k + 2] = factor * y[k], factor * y[k + 1], normal
