@@ -50,7 +50,6 @@ from .motion import Trajectory as Trajectory
 from .motion import simulate as simulate
 from .motion.sensitivity import Sensitivity as Sensitivity
 from .motion.sensitivity import sensitivity as sensitivity
-from .motion.settings import MotionSettings as MotionSettings
 from .robot import Robot as Robot
 from .robot.combine import combine as combine
 from .robot.examples import example_names as example_names
@@ -73,6 +72,7 @@ from .scene import RestitutionTable as RestitutionTable
 from .scene import Scene as Scene
 from .scene import Spring as Spring
 from .scene.design import DesignPoint as DesignPoint
+from .scene.motion import MotionSettings as MotionSettings
 from .scene.points import ReportPoint as ReportPoint
 from .scenefile import SceneFile as SceneFile
 from .scenefile import dump_scene as dump_scene

@@ -38,7 +38,7 @@ def simulate(
 ) -> None:
     """Follow the scene in FILE (TOML) from its impact on; impacts on the way are solved."""
     from ..motion import simulate as simulate_motion
-    from ..motion.settings import MotionSettings
+    from ..scene.motion import MotionSettings
     from ..scenefile import load_scene
 
     scene_file = load_scene(file)

@@ -1,6 +1,6 @@
 """What happens after an impact: forces, flight, events, rest, and the ``Trajectory`` of it all.
 
-Names load when first used: settings are read with scene files, which need no integrator.
+Names load when first used.
 """
 
 import lazy_loader as _lazy

@@ -13,13 +13,13 @@ import pinocchio as pin
 from ..errors import ContradictionError, ImpulsekitError, InputError, SingularMassError
 from ..impact import Impact, ImpactSolver, Status
 from ..scene import Scene
+from ..scene.motion import MotionSettings
 from .chart import Chart
 from .dynamics import Dynamics
 from .events import first_crossing, first_stop
 from .path import Path
 from .rest_law import RestNotSolved
 from .resting import RestingContact
-from .settings import MotionSettings
 from .status import MotionStatus
 from .steppers import StepFailed, stepper_of
 from .trajectory import Rest, Trajectory

@@ -11,9 +11,9 @@ import numpy as np
 from ..errors import InputError, NotFiniteError, RangeError
 from ..robot import state
 from ..scene import Scene
+from ..scene.motion import MotionSettings
 from ..scene.numbers import number
 from .run import Run
-from .settings import MotionSettings
 from .trajectory import Trajectory
 
 __all__ = ["simulate"]

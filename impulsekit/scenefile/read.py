@@ -12,11 +12,11 @@ import numpy as np
 import pydantic
 
 from ..errors import ImpulsekitError, SceneFileError
-from ..motion.settings import MotionSettings
 from ..robot import Robot
 from ..robot import state as states
 from ..scene import Scene
 from ..scene.design import DesignPoint
+from ..scene.motion import MotionSettings
 from ..scene.numbers import Vector
 from ..scene.points import ReportPoint
 from .entries import MOVED, read_entries, read_section

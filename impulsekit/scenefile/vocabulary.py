@@ -24,13 +24,13 @@ from typing import Annotated, Any
 import pydantic
 from pydantic_core import PydanticCustomError
 
-from ..motion.settings import MotionSettings
 from ..scene.constraints import FrameAnchor, JointCoupling, JointLock, PointAnchor
 from ..scene.contacts import Collision, Contact, JointStop
 from ..scene.design import DesignPoint
 from ..scene.forces import PD, Actuator, AppliedForce, JointSpring, Spring
 from ..scene.impulses import AppliedImpulse, JointImpulse
 from ..scene.law import Law
+from ..scene.motion import MotionSettings
 from ..scene.points import ReportPoint
 from ..scene.restitution import Restitution, RestitutionTable
 

@@ -12,11 +12,11 @@ import numpy as np
 import tomli_w
 
 from ..errors import InputError
-from ..motion.settings import MotionSettings
 from ..robot import Robot
 from ..robot import state as states
 from ..scene import Scene
 from ..scene.design import DesignPoint
+from ..scene.motion import MotionSettings
 from ..scene.points import ReportPoint
 from .robots import part_as_table
 from .vocabulary import DESIGN, MOTION, NESTED, POINTS, SECTIONS, Section, default_of

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import InputError, RangeError, UnknownNameError
-from ..scene.numbers import number
+from .numbers import number
 
 __all__ = ["MotionSettings"]
 
