@@ -29,7 +29,9 @@ def output_of(command):
 SCRIPTS = [(BLOCKS[i], BLOCKS[i + 1]) for i, (name, _) in enumerate(BLOCKS) if name == "python"]
 
 
-@pytest.mark.parametrize(("script", "shown"), SCRIPTS, ids=["blow", "constraints", "contacts", "batch"])
+@pytest.mark.parametrize(
+    ("script", "shown"), SCRIPTS, ids=["blow", "constraints", "contacts", "batch", "design"]
+)
 def test_the_python_prints_what_is_shown(script, shown):
     assert shown[0] == "text"
     assert output_of([sys.executable, "-c", script[1]]) == shown[1]
