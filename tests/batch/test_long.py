@@ -1,7 +1,6 @@
 """Trees that Pinocchio's data could not hold."""
 
 import math
-import time
 
 import numpy as np
 import pytest
@@ -108,19 +107,3 @@ def test_what_is_wrong_is_said():
         long_tree([-1, 2, 1], masses=[1] * 3, centres=np.zeros((3, 3)), inertias=[np.eye(3)] * 3)
     with pytest.raises(ik.errors.RangeError):
         long_chain(0)
-
-
-@pytest.mark.slow
-def test_time_is_linear():
-    taken = {}
-    for links in (10_000, 1_000_000):
-        chain = long_chain(links)
-        blow = [ik.AppliedImpulse(f"link_{links}", linear=[0, 5, 0], at=[1, 0, 0])]
-        rounds = []
-        for _ in range(5):
-            start = time.perf_counter()
-            chain.solve(blow)
-            rounds.append(time.perf_counter() - start)
-        taken[links] = min(rounds)
-    slope = math.log10(taken[1_000_000] / taken[10_000]) / 2
-    assert slope < 1.15
