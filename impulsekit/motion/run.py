@@ -34,6 +34,10 @@ TOUCHING = 1e-9
 WAVER = 1e-8
 # Drift below this [m, rad] or [m/s] is left alone.
 NO_DRIFT = 1e-14
+# So many events without any time between them never end.
+MOST_STILL = 1000
+# Slip [m/s] that stops sooner than time can tell has stopped.
+STOPPED = 1e-8
 # A joint that turns goes no further than this in one step [rad].
 LONGEST_TURN = 1.0
 # Laws whose answer counts although it is not beyond doubt.
@@ -202,10 +206,15 @@ class Run:
         if self._t >= settings.duration:
             return
         self._restart()
+        still = 0
         while self._t < settings.duration:
             if self._steps >= settings.max_steps:
                 raise _Stopped(MotionStatus.TOO_MANY_STEPS)
+            before = self._t
             self._step()
+            still = still + 1 if self._t == before else 0
+            if still == MOST_STILL:
+                raise _Stopped(MotionStatus.STEP_TOO_SMALL, "events follow each other at one time")
             if self._progress is not None:
                 self._progress(self._t)
 
@@ -344,7 +353,7 @@ class Run:
                 slip = u[3 * i : 3 * i + 2]
                 # In three dimensions it may only have turned.
                 if s is not None and np.hypot(*slip) <= 1e-6 * max(1.0, np.abs(self._v).max()):
-                    slides[k] = None if slip.dot(s) <= 1e-12 else s
+                    slides[k] = None if slip.dot(s) <= STOPPED else s
                 elif s is not None:
                     slides[k] = slip / np.hypot(*slip)
                 i += 1
