@@ -94,7 +94,7 @@ def reached_model(
             translations = root_translations(alone)
         return ReachedModel(alone, True, slice(None), slice(None), joint_ids, translations)
     left_out = [j for j in range(1, model.njoints) if branch[j] not in branches]
-    reduced = pin.buildReducedModel(model, left_out, pin.neutral(model))
+    reduced = pin.buildReducedModel(_with_frames_apart(model), left_out, pin.neutral(model))
     reduced.gravity.setZero()
     if not keep_places:
         bring_roots_to_origin(reduced)
@@ -107,6 +107,18 @@ def reached_model(
         joint_ids,
         None if keep_places else root_translations(reduced),
     )
+
+
+def _with_frames_apart(model: pin.Model) -> pin.Model:
+    """A copy whose other frames do not share the names of joints.
+
+    URDFs may call a link as its joint; Pinocchio then does not find the joint's frame.
+    """
+    copy = pin.Model(model)
+    for frame_id, frame in enumerate(copy.frames):
+        if frame_id > 0 and frame.type != pin.FrameType.JOINT:
+            frame.name = f"frame {frame_id}"
+    return copy
 
 
 def _has_mimic(model: pin.Model) -> bool:

@@ -207,3 +207,21 @@ def _set(array, index, value):
     array = array.copy()
     array[index] = value
     return array
+
+
+@pytest.mark.parametrize("name", ik.example_names())
+def test_a_blow_on_any_branch_of_any_robot_is_solved(name):
+    """On a fixed base, with all other branches left out."""
+    if name == "ur_description/ur3":
+        pytest.skip("the package's file of this name holds no link")
+    robot = ik.Robot.from_example(name)
+    if robot.nv == 0:
+        pytest.skip("nothing moves on a fixed base")
+    moved = [link for link in robot.links if link.joint_id > 0 and link.mass > 0.0]
+    scene = ik.Scene(robot, [random_blow(moved[-1].name, 1)])
+    try:
+        impact = ik.solve(scene, *random_state(robot, 1))
+    except errors.SingularMassError as error:
+        assert error.joints
+        return
+    assert impact.residuals.momentum < 1e-12
