@@ -73,16 +73,18 @@ class FilledFactor:
 
     def half(self, *rows: np.ndarray) -> np.ndarray:
         """(nv, m) C for rows A (m, nv), given in parts."""
-        import scipy.linalg
+        # Not solve_triangular: OpenBLAS starts threads for it, at any size.
+        from scipy.linalg.blas import dtrsm
 
         columns = self._scale[:, None] * np.vstack(rows).T
-        return scipy.linalg.solve_triangular(self._lower, columns, lower=True)
+        return dtrsm(1.0, self._lower, columns, lower=1)
 
     def solve(self, impulse: np.ndarray) -> np.ndarray:
         """(nv,) of an impulse that has been filled."""
-        import scipy.linalg
+        from scipy.linalg.blas import dtrsm
 
-        return self._scale * scipy.linalg.cho_solve((self._lower, True), self._scale * impulse)
+        column = dtrsm(1.0, self._lower, (self._scale * impulse)[:, None], lower=1)
+        return self._scale * dtrsm(1.0, self._lower, column, lower=1, trans_a=1)[:, 0]
 
     def _singular(self, filled: np.ndarray) -> SingularMassError:
         """The error that names the joints along which neither inertia nor constraint acts."""

@@ -25,6 +25,9 @@ BAR = 1e-10
 # Where Newton takes over from ADMM: its tolerance, relative, and its iterations at most.
 NEAR = 1e-3
 ENOUGH = 400
+# The same for a second try.
+NEARER = 1e-11
+MORE = 4000
 # Of Gauss-Seidel sweeps, each followed by a try of Newton.
 MOST_ROUNDS = 30
 
@@ -93,6 +96,16 @@ def solve_frictional(
         impulse, residual = modes.polish(rough)
         if residual <= BAR:
             return _told(modes, impulse, residual, count)
+        # The modes were not the right ones yet: nearer, and again.
+        closer, more = admm(delassus, shifted, friction, NEARER * modes.scale, MORE)
+        count += more
+        impulse, residual = modes.polish(closer)
+        if residual <= BAR:
+            return _told(modes, impulse, residual, count)
+        residual = modes.residual(closer)
+        if residual <= BAR:
+            return _told(modes, closer, residual, count)
+        rough = closer
     last, residual, steps = approach(modes, rough, BAR)
     count += steps
     if residual <= BAR:
