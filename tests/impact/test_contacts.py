@@ -223,7 +223,7 @@ def test_a_box_on_four_corners_shares_its_load():
     np.testing.assert_allclose(impact.v_after, [0, 0, e * speed, 0, 0, 0], atol=1e-13)
     # No split is wrong, but one that is far from the symmetry of the box would be odd.
     normals = [corner.impulse[2] for corner in impact.contacts]
-    np.testing.assert_allclose(normals, total[2] / 4, rtol=1e-5)
+    np.testing.assert_allclose(normals, total[2] / 4, rtol=1e-6)
 
 
 def test_contacts_with_a_stance_foot_and_a_locked_joint(solo):

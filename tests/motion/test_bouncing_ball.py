@@ -32,13 +32,13 @@ def test_it_comes_to_rest_in_finite_time_and_for_ever(motion):
     assert rest.end == np.inf
     after = motion.t > REST + 1e-6
     assert after.sum() > 500
-    assert np.abs(motion.v[after]).max() < 1e-15
-    assert np.abs(motion.q[after][:, :3]).max() < 1e-12
+    assert np.abs(motion.v[after]).max() < 1e-20
+    assert np.abs(motion.q[after][:, :3]).max() < 1e-13
 
 
 def test_it_stays_above_the_floor(motion):
     for t in np.linspace(0.0, 12.0, 5003):
-        assert motion.at(t)[0][2] >= -1e-12
+        assert motion.at(t)[0][2] >= -1e-13
 
 
 def test_energy_falls_by_the_square_of_e_at_each_bounce_and_else_not(motion):
