@@ -1,0 +1,1 @@
+"""Ways to solve them: our own, those of other programs, and the classical ones."""

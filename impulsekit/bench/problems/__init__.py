@@ -1,0 +1,1 @@
+"""Questions with known answers, shared by benchmarks, tests and documents."""

@@ -1,0 +1,53 @@
+"""One question with a known answer, put to every method alike."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...scene import Scene
+
+__all__ = ["Problem"]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """An impact, or a motion after one, whose outcome is known beyond double precision.
+
+    Attributes:
+        family: what is asked, "struck chain" for one.
+        size: what grows within the family: links, contacts, bodies.
+        scene: what strikes, holds and touches.
+        q: (nq,) configuration.
+        v: (nv,) velocity before.
+        exact: works out the answer, rounded once to double: ``v_after`` (nv,), or where
+            ``duration`` is given, q and v at its end, one after the other (nq + nv,).
+        source: where the answer comes from, in a few words.
+        tolerance: relative error up to which a method counts as having solved it.
+        duration: seconds of motion after the impact; 0 asks for the velocities alone.
+    """
+
+    family: str
+    size: int
+    scene: Scene
+    q: np.ndarray
+    v: np.ndarray
+    exact: Callable[[], np.ndarray] = field(repr=False)
+    source: str
+    tolerance: float = 1e-9
+    duration: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """Family and size: "struck chain 60"."""
+        return f"{self.family} {self.size}"
+
+    def error(self, answer: np.ndarray) -> float:
+        """Largest deviation from the exact answer, relative to the exact answer's largest."""
+        exact = self.exact()
+        if not np.isfinite(answer).all():
+            return float("inf")
+        scale = float(np.abs(exact).max()) or 1.0
+        return float(np.abs(answer - exact).max()) / scale
