@@ -19,7 +19,8 @@ class Method:
     """One way to solve problems.
 
     Attributes:
-        name: "impulsekit, aba" or "mujoco, one step".
+        name: "impulsekit, aba" or "mujoco, one step". Methods of one name differ in their
+            setting; the diagrams join them by a line.
         peer: whether it is another program's or a classical way, not one of ours.
         needs: the packages it imports, by distribution name; where one is missing the
             method is left out, and the report says so.
@@ -28,6 +29,8 @@ class Method:
             returns the answer in the problem's own coordinates.
         precision: what it computes in.
         states: how many states one call answers; its time is divided by them.
+        setting: what is turned up or down along that line, a tolerance, a step or a
+            stiffness; None where there is nothing to turn.
     """
 
     name: str
@@ -37,3 +40,9 @@ class Method:
     needs: tuple[str, ...] = ()
     precision: str = "float64"
     states: int = 1
+    setting: float | None = None
+
+    @property
+    def label(self) -> str:
+        """Name and setting: "penalty contact, 1e+06"."""
+        return self.name if self.setting is None else f"{self.name}, {self.setting:g}"

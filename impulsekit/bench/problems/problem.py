@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -24,6 +25,7 @@ class Problem:
         v: (nv,) velocity before.
         exact: works out the answer, rounded once to double: ``v_after`` (nv,), or where
             ``duration`` is given, q and v at its end, one after the other (nq + nv,).
+            Ask for ``answer``, which calls it once.
         source: where the answer comes from, in a few words.
         tolerance: relative error up to which a method counts as having solved it.
         duration: seconds of motion after the impact; 0 asks for the velocities alone.
@@ -44,10 +46,17 @@ class Problem:
         """Family and size: "struck chain 60"."""
         return f"{self.family} {self.size}"
 
-    def error(self, answer: np.ndarray) -> float:
+    @cached_property
+    def answer(self) -> np.ndarray:
+        """What ``exact`` gives, kept; read-only."""
+        answer = np.array(self.exact(), dtype=float)
+        answer.setflags(write=False)
+        return answer
+
+    def error(self, found: np.ndarray) -> float:
         """Largest deviation from the exact answer, relative to the exact answer's largest."""
-        exact = self.exact()
-        if not np.isfinite(answer).all():
+        exact = self.answer
+        if np.shape(found) != exact.shape or not np.isfinite(found).all():
             return float("inf")
         scale = float(np.abs(exact).max()) or 1.0
-        return float(np.abs(answer - exact).max()) / scale
+        return float(np.abs(found - exact).max()) / scale
