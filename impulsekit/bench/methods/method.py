@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
 
@@ -26,11 +27,14 @@ class Method:
             method is left out, and the report says so.
         suits: whether it can take a problem at all.
         prepare: builds once what may be built once and gives the call that is timed, which
-            returns the answer in the problem's own coordinates.
+            returns the answer in the problem's own coordinates. One that works in another
+            process is a ``TimesItself``.
         precision: what it computes in.
         states: how many states one call answers; its time is divided by them.
         setting: what is turned up or down along that line, a tolerance, a step or a
             stiffness; None where there is nothing to turn.
+        lacks: says what else is missing here and how to get it, "" where nothing is; for
+            what is no package of this interpreter.
     """
 
     name: str
@@ -41,8 +45,24 @@ class Method:
     precision: str = "float64"
     states: int = 1
     setting: float | None = None
+    lacks: Callable[[], str] | None = None
 
     @property
     def label(self) -> str:
         """Name and setting: "penalty contact, 1e+06"."""
         return self.name if self.setting is None else f"{self.name}, {self.setting:g}"
+
+    def missing(self) -> str:
+        """What keeps it from running here, with the way to get it; "" where nothing does."""
+        absent = [name for name in self.needs if not _is_installed(name)]
+        if absent:
+            return f'{" and ".join(absent)} not installed: pip install "impulsekit[peers]"'
+        return self.lacks() if self.lacks else ""
+
+
+def _is_installed(distribution: str) -> bool:
+    try:
+        version(distribution)
+    except PackageNotFoundError:
+        return False
+    return True
