@@ -1,0 +1,106 @@
+"""Answers that take long to work out, kept beside the code as decimals of 50 digits.
+
+Each is kept with a digest of what it answers. Where that does not fit, because a robot's
+URDF or a problem has changed, the answer is worked out again on the spot, so an old one is
+never used. ``python -m impulsekit.bench.problems.kept`` works out and writes what is missing
+or old.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...scene import Scene
+
+__all__ = ["FOLDER", "decimals", "digest", "exact_or_kept", "kept", "main"]
+
+FOLDER = Path(__file__).parent / "answers"
+# Integrated motions are not true to more.
+DIGITS, DIGITS_OF_MOTIONS = 50, 22
+
+
+def exact_or_kept(
+    family: str,
+    size: int,
+    scene: Scene,
+    q: np.ndarray,
+    v: np.ndarray,
+    derive: Callable[[], Any],
+    duration: float = 0.0,
+) -> Callable[[], np.ndarray]:
+    """The ``exact`` of a problem: the kept answer, or ``derive``'s where there is none.
+
+    Args:
+        derive: gives the answer as numbers of mpmath.
+    """
+
+    def exact() -> np.ndarray:
+        entry = kept(family).get(str(size))
+        if entry is None or entry["of"] != digest(scene, q, v, duration):
+            return np.array([float(number) for number in derive()])
+        return np.array([float(text) for text in entry["answer"]])
+
+    exact.derive = derive  # type: ignore[attr-defined]
+    return exact
+
+
+def digest(scene: Scene, q: np.ndarray, v: np.ndarray, duration: float) -> str:
+    """What an answer belongs to: the robot as text, all entries, the state bit for bit."""
+    parts = [(p.prefix, p.urdf, p.root, p.mimic, p.placement) for p in scene.robot.parts]
+    entries = (scene.impulses, scene.constraints, scene.contacts, scene.law)
+    state = (q.tolist(), v.tolist())
+    whole = repr((parts, entries, state))
+    if duration:
+        whole += repr((scene.forces, scene.gravity, duration))
+    return hashlib.sha256(whole.encode()).hexdigest()[:32]
+
+
+@functools.cache
+def kept(family: str) -> dict[str, Any]:
+    """The kept answers of a family, by size: "of", a digest, and "answer", decimals."""
+    path = _path(family)
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+
+
+def decimals(answer: Any, duration: float = 0.0) -> list[str]:
+    """Numbers of mpmath as decimals of 50 digits, of motions 22."""
+    from mpmath import nstr
+
+    return [nstr(number, DIGITS_OF_MOTIONS if duration else DIGITS) for number in answer]
+
+
+def main(families: list[str]) -> None:
+    """Work out the answers that are missing or old, of some families or of all."""
+    from .registry import problems
+
+    for problem in problems(families=families):
+        derive = getattr(problem.exact, "derive", None)
+        if derive is None:
+            continue
+        of = digest(problem.scene, problem.q, problem.v, problem.duration)
+        known = dict(kept(problem.family))
+        if known.get(str(problem.size), {}).get("of") == of:
+            continue
+        known[str(problem.size)] = {"of": of, "answer": decimals(derive(), problem.duration)}
+        FOLDER.mkdir(exist_ok=True)
+        ordered = {size: known[size] for size in sorted(known, key=int)}
+        text = json.dumps(ordered, indent=1) + "\n"
+        _path(problem.family).write_text(text, encoding="utf-8")
+        kept.cache_clear()
+        sys.stdout.write(f"{problem.name}: worked out\n")
+
+
+def _path(family: str) -> Path:
+    return FOLDER / f"{family.replace(' ', '_').replace(',', '')}.json"
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

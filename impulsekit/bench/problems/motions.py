@@ -1,0 +1,69 @@
+"""Motions after an impact, all the way to a state that is known to 22 digits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from ...chain import pendulum_urdf
+from ...robot import Robot
+from ...scene import AppliedImpulse, Scene
+from .flight import state_after_flight
+from .kept import exact_or_kept
+from .problem import Problem
+from .robots import AT, LINEAR, SOLO, TALOS
+from .states import drawn_state
+
+__all__ = ["flights", "swings"]
+
+SOURCE = "Kane's equations, integrated in 40 digits"
+TOLERANCE = 1e-8
+BODY = (
+    '<robot name="racket"><link name="body"><inertial><mass value="1.5"/>'
+    '<inertia ixx="0.01" iyy="0.03" izz="0.035" ixy="0.002" ixz="0" iyz="0.001"/></inertial>'
+    "</link></robot>"
+)
+
+
+def swings(quick: bool) -> Iterator[Problem]:
+    """The pendulum of n rods, struck at its lower end, one second later."""
+    for n in (1, 2) if quick else (1, 2, 4):
+        robot = Robot.from_urdf(pendulum_urdf(n))
+        blow = AppliedImpulse(f"link_{n}", linear=[2.0, 0, 0], at=[0, 0, -1])
+        scene = Scene(robot, [blow])
+        yield _motion("swing after a blow", n, scene, robot.neutral(), robot.velocity(), 1.0, 16)
+
+
+def flights(quick: bool) -> Iterator[Problem]:
+    """Bodies and robots that fly: a body struck off its centre, Solo12, Talos.
+
+    The size is the number of speeds.
+    """
+    body = Robot.from_urdf(BODY, root="freeflyer")
+    blow = AppliedImpulse("body", linear=[0.2, -0.1, 0.3], at=[0.1, 0.05, 0])
+    scene = Scene(body, [blow])
+    yield _motion("flight after a blow", 6, scene, body.neutral(), body.velocity(), 1.0, 16)
+    if quick:
+        return
+    for (name, root, frame), duration in ((SOLO, 0.25), (TALOS, 0.25)):
+        robot = Robot.from_example(name, root=root)
+        q, v = drawn_state(robot, 1, spread=0.3)
+        struck = Scene(robot, [AppliedImpulse(frame, LINEAR, at=AT)])
+        yield _motion("flight after a blow", robot.nv, struck, q, 0.5 * v, duration, 4)
+
+
+def _motion(
+    family: str,
+    size: int,
+    scene: Scene,
+    q: np.ndarray,
+    v: np.ndarray,
+    duration: float,
+    steps: int,
+) -> Problem:
+    def derive() -> Sequence[object]:
+        return state_after_flight(scene, q, v, duration, steps=steps)
+
+    exact = exact_or_kept(family, size, scene, q, v, derive, duration)
+    return Problem(family, size, scene, q, v, exact, SOURCE, TOLERANCE, duration)

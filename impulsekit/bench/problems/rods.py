@@ -1,0 +1,139 @@
+"""Rods that fall on a rough floor: closed forms, evaluated in 50 digits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from ...robot import Robot
+from ...robot.combine import combine
+from ...scene import Contact, Law, Scene
+from .problem import Problem
+from .routh import end_of_path
+
+__all__ = ["falling_rods", "rods_along_the_path"]
+
+MASS, LENGTH = 2.0, 1.0  # kg, m
+FRICTION, RESTITUTION = 0.3, 0.5
+ROD = (
+    f'<robot name="rod"><link name="rod"><inertial><mass value="{MASS!r}"/>'
+    f'<inertia ixx="1" iyy="1" izz="{MASS * LENGTH**2 / 12!r}" ixy="0" ixz="0" iyz="0"/>'
+    "</inertial></link></robot>"
+)
+
+
+def falling_rods(quick: bool) -> Iterator[Problem]:
+    """n rods at angles of their own, which fall on their ends at one instant.
+
+    Newton's law with slip at the end: each sticks with P = −W⁻¹ (u + e u_n n), or slides
+    with P_t = ∓µ P_n.
+    """
+    for count in (1, 4) if quick else (1, 4, 16):
+        yield _falling(count)
+
+
+def rods_along_the_path(quick: bool) -> Iterator[Problem]:
+    """One rod under Stronge's law, whose slip stops on the way and may turn about (Routh)."""
+    q, v = _start(1)
+    robot = Robot.from_urdf(ROD, root="planar")
+    law = Law(restitution="stronge", slip="path")
+    scene = Scene(robot, contacts=[_contact("rod")], law=law)
+
+    def exact() -> np.ndarray:
+        state = _in_long_numbers(q[0], v[0])
+        w, u = _contact_space(state)
+        impulse = end_of_path(w, u, _number(FRICTION), _number(RESTITUTION))
+        return _after(state, impulse)
+
+    source = "Routh's construction in 50 digits"
+    yield Problem("rod along its path", 1, scene, q[0], v[0], exact, source, 1e-9)
+
+
+def _falling(count: int) -> Problem:
+    rod = Robot.from_urdf(ROD, root="planar")
+    robot = rod if count == 1 else combine({f"r{i:02d}": rod for i in range(count)})
+    names = ["rod"] if count == 1 else [f"r{i:02d}/rod" for i in range(count)]
+    q, v = _start(count)
+    scene = Scene(robot, contacts=[_contact(name) for name in names])
+
+    def exact() -> np.ndarray:
+        return np.concatenate(
+            [_after(s, _newton(*_contact_space(s))) for s in map(_in_long_numbers, q, v)]
+        )
+
+    source = "closed form in 50 digits"
+    return Problem("falling rod", count, scene, q.ravel(), v.ravel(), exact, source)
+
+
+def _contact(frame: str) -> Contact:
+    end = [-LENGTH / 2, 0.0, 0.0]
+    return Contact(frame, at=end, normal=[0, 1, 0], restitution=RESTITUTION, friction=FRICTION)
+
+
+def _start(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 4) x, y, cosine and sine; (n, 3) velocities in the rods' own axes."""
+    half = (np.arange(count) + 1.5) / (2.0 * count + 2.0)  # tan(α/2), α between 0 and 90°
+    cosine, sine = (1 - half**2) / (1 + half**2), 2 * half / (1 + half**2)
+    q = np.stack([0.1 * np.arange(count), sine * LENGTH / 2, cosine, sine], axis=1)
+    along = np.linspace(0.3, 6.0, count) if count > 1 else np.array([0.3])
+    x, y = along, np.full(count, -2.0)
+    return q, np.stack([cosine * x + sine * y, cosine * y - sine * x, np.zeros(count)], axis=1)
+
+
+def _number(value: float) -> Any:
+    return _context().mpf(value)
+
+
+def _context() -> Any:
+    from ...reference import Arithmetic
+
+    return Arithmetic.mpmath(50)._context
+
+
+def _in_long_numbers(q: np.ndarray, v: np.ndarray) -> tuple[Any, ...]:
+    """Cosine, sine and the velocities in world axes."""
+    c, s, a, b, rate = map(_number, (q[2], q[3], *v))
+    return c, s, c * a - s * b, s * a + c * b, rate
+
+
+def _contact_space(state: tuple[Any, ...]) -> tuple[tuple[Any, Any, Any], tuple[Any, Any]]:
+    """W as (tt, tn, nn), and the velocity (t, n) of the end that strikes."""
+    c, s, x, y, rate = state
+    arm_x, arm_y = -c * _number(LENGTH / 2), -s * _number(LENGTH / 2)
+    mass, inertia = _number(MASS), _number(MASS * LENGTH**2 / 12)
+    w = (
+        1 / mass + arm_y**2 / inertia,
+        -arm_x * arm_y / inertia,
+        1 / mass + arm_x**2 / inertia,
+    )
+    return w, (x - rate * arm_y, y + rate * arm_x)
+
+
+def _newton(w: tuple[Any, Any, Any], u: tuple[Any, Any]) -> tuple[Any, Any]:
+    """P (t, n) that brings the end to rest along, and to −e u_n across; or that slides."""
+    tt, tn, nn = w
+    mu, e = _number(FRICTION), _number(RESTITUTION)
+    wanted_t, wanted_n = -u[0], -(1 + e) * u[1]
+    determinant = tt * nn - tn * tn
+    p_t = (nn * wanted_t - tn * wanted_n) / determinant
+    p_n = (tt * wanted_n - tn * wanted_t) / determinant
+    if abs(p_t) <= mu * p_n:
+        return p_t, p_n
+    for way in (1, -1):
+        p_n = wanted_n / (nn - way * mu * tn)
+        p_t = -way * mu * p_n
+        if p_n > 0 and way * (u[0] + tt * p_t + tn * p_n) > 0:
+            return p_t, p_n
+    raise ArithmeticError("neither sticking nor sliding")
+
+
+def _after(state: tuple[Any, ...], impulse: tuple[Any, Any]) -> np.ndarray:
+    """(3,) velocities in the rod's own axes."""
+    c, s, x, y, rate = state
+    p_t, p_n = impulse
+    x, y = x + p_t / _number(MASS), y + p_n / _number(MASS)
+    half = _number(LENGTH / 2)
+    rate = rate + (-c * half * p_n + s * half * p_t) / _number(MASS * LENGTH**2 / 12)
+    return np.array([float(c * x + s * y), float(c * y - s * x), float(rate)])
