@@ -1,0 +1,147 @@
+"""The integrator at work: one step after another in a chart, kept as a path."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .chart import Chart
+from .path import Path
+from .present import Present, Stopped
+from .status import MotionStatus
+from .steppers import stepper_of
+
+__all__ = ["Flight", "Step"]
+
+# A joint that turns goes no further than this in one step [rad].
+LONGEST_TURN = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One step of the integrator.
+
+    Attributes:
+        start, end: [s].
+        reference: (nq,) of the chart it was made in.
+        dense: y = (x, v) at a time within it.
+        states: (q, v) at a time within it.
+    """
+
+    start: float
+    end: float
+    reference: np.ndarray
+    dense: Callable[[float], np.ndarray]
+    states: Callable[[float], tuple[np.ndarray, np.ndarray]]
+
+
+class Flight:
+    """Integrates y = (x, v), x in a chart around the present configuration.
+
+    Attributes:
+        path: what has been followed.
+        steps: how many steps were made.
+    """
+
+    def __init__(self, present: Present) -> None:
+        settings = present.settings
+        self._present = present
+        self._chart = Chart(present.model)
+        self.path = Path(present.model)
+        self.steps = 0
+        self._stepper = stepper_of(
+            settings.method,
+            self._rates,
+            settings.duration,
+            settings.rtol,
+            settings.atol,
+            settings.step,
+        )
+
+    def restart(self, first: float | None = None) -> None:
+        """Go on from the present state, as after an event.
+
+        Args:
+            first: the length of the first step to try [s]; None to let the integrator choose.
+        """
+        now = self._present
+        x = self._chart.centred(now.q)
+        with now.told():
+            self._stepper.reset(now.t, np.concatenate([x, now.v]), first)
+
+    def drifted(self) -> None:
+        """Go on from the present state, from which drift was taken out."""
+        now = self._present
+        x = self._chart.centred(now.q)
+        y = np.concatenate([x, now.v])
+        with now.told():
+            self._stepper.moved(y, self._rates(now.t, y))
+
+    def recentre(self) -> None:
+        """Go on from the same state in a chart around it."""
+        now, chart, stepper = self._present, self._chart, self._stepper
+        if chart.is_flat:
+            return
+        rates = stepper.f.copy()
+        x = chart.centred(now.q)
+        rates[: len(x)] = chart.rate(x, now.q, now.v)
+        stepper.moved(np.concatenate([x, now.v]), rates)
+
+    def step(self) -> Step:
+        """One step from the present state, which stays what it is.
+
+        Raises:
+            Stopped: there is none, or it ends at infinity.
+        """
+        now, chart, stepper = self._present, self._chart, self._stepper
+        speed = chart.turning_speed(now.v)
+        longest = LONGEST_TURN / speed if speed > 0.0 else math.inf
+        with now.told():
+            dense = stepper.step(longest)
+        self.steps += 1
+        if not np.isfinite(stepper.y).all():
+            raise Stopped(MotionStatus.NOT_FINITE)
+        nv = now.model.nv
+
+        def states(t: float) -> tuple[np.ndarray, np.ndarray]:
+            y = dense(t)
+            return chart.configuration(y[:nv]), y[nv:]
+
+        return Step(now.t, stepper.t, chart.reference, dense, states)
+
+    def take(self, step: Step) -> None:
+        """Go to the end of a step."""
+        now, nv = self._present, self._present.model.nv
+        self.path.append(step.start, step.end, step.reference, step.dense)
+        now.t = step.end
+        now.q = np.array(self._chart.configuration(self._stepper.y[:nv]))
+        now.v = self._stepper.y[nv:].copy()
+
+    def take_until(self, step: Step, time: float) -> None:
+        """Go to a time within a step; the integrator has to be told how to go on."""
+        now = self._present
+        if time > step.start:
+            self.path.append(step.start, time, step.reference, step.dense)
+        now.t = time
+        q, v = step.states(time)
+        now.q, now.v = np.array(q), np.array(v)
+
+    def stand(self) -> None:
+        """A path of no length, for motions that end where they begin."""
+        now = self._present
+        x = self._chart.centred(now.q)
+        y = np.concatenate([x, now.v])
+        self.path.append(now.t, now.t, self._chart.reference, lambda _: y)
+
+    def _rates(self, t: float, y: np.ndarray) -> np.ndarray:
+        """ẏ of y = (x, v)."""
+        nv = self._present.model.nv
+        x, v = y[:nv], y[nv:]
+        q = self._chart.configuration(x)
+        rates = np.empty(2 * nv)
+        rates[:nv] = self._chart.rate(x, q, v)
+        rates[nv:] = self._present.dynamics.acceleration(t, q, v)
+        return rates

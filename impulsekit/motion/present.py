@@ -1,0 +1,111 @@
+"""Where a motion has come to: the time, the state, what rests, and what has happened so far."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from ..errors import ContradictionError
+from ..impact import Impact
+from ..scene import Scene
+from ..scene.motion import MotionSettings
+from .dynamics import Dynamics
+from .rest_law import RestNotSolved
+from .resting import RestingContact
+from .status import MotionStatus
+from .steppers import StepFailed
+from .trajectory import Rest
+
+__all__ = ["Present", "Stopped"]
+
+
+class Stopped(Exception):
+    """The motion ends here with a status. Internal: a trajectory tells it."""
+
+    def __init__(self, status: MotionStatus, detail: str = "") -> None:
+        super().__init__(status, detail)
+        self.status, self.detail = status, detail
+
+
+class Present:
+    """A motion at one time.
+
+    Attributes:
+        scene, settings: what moves, and how closely it is followed.
+        dynamics: its accelerations; ``model``, ``gaps``, ``held`` and ``resting`` are its own.
+        t: [s]. q: (nq,). v: (nv,).
+        base: (m,) what counts as zero of each gap [m].
+        impacts: (time, impact) up to now.
+        rests: those that are over.
+    """
+
+    def __init__(
+        self, scene: Scene, q: np.ndarray, v: np.ndarray, settings: MotionSettings
+    ) -> None:
+        self.scene, self.settings = scene, settings
+        self.dynamics = Dynamics(scene)
+        self.model = self.dynamics.model
+        self.gaps, self.held = self.dynamics.gaps, self.dynamics.held
+        self.resting = self.dynamics.resting
+        self.t, self.q, self.v = 0.0, q, v
+        self.base = np.zeros(0 if self.gaps is None else len(self.gaps.items))
+        self.impacts: list[tuple[float, Impact]] = []
+        self.rests: list[Rest] = []
+
+    def acceleration(self) -> np.ndarray:
+        """(nv,) v̇ now.
+
+        Raises:
+            Stopped: there is none.
+        """
+        with self.told():
+            return self.dynamics.acceleration(self.t, self.q, self.v)
+
+    def closing(self, i: int) -> float:
+        """The rate of a gap that is closed, negative where it closes [m/s]."""
+        gaps = self.gaps
+        if gaps is None:
+            return 0.0
+        if gaps.rated[i]:
+            return float(gaps.measure(self.q, self.v, (i,))[1][i])
+        contact = RestingContact(i, int(gaps.entries[i]), 0.0, self.t)
+        speeds = gaps.velocities([contact], self.q, self.v)[2::3]
+        return float(speeds.min()) if speeds.size else 0.0
+
+    def rebase(self) -> None:
+        """Let gaps that are closed, or overlap by rounding, count as zero."""
+        if self.gaps is not None:
+            gap, _ = self.gaps.everything(self.q, self.v)
+            self.base = np.minimum(gap, 0.0)
+
+    def entries_of(self, gaps: Iterable[int]) -> set[int]:
+        """The scene's contacts to which gaps belong."""
+        return set() if self.gaps is None else {int(self.gaps.entries[i]) for i in gaps}
+
+    def rest(self, contact: RestingContact, end: float) -> Rest:
+        """What is told of a contact that rested until ``end`` [s]."""
+        return Rest(self.scene.entry_names("contacts")[contact.entry], contact.since, end)
+
+    @contextmanager
+    def told(self) -> Iterator[None]:
+        """Turns what the dynamics and the integrator raise into the end of the motion."""
+        try:
+            yield
+        except StepFailed:
+            raise self._failure() from None
+        except RestNotSolved as error:
+            raise Stopped(MotionStatus.REST_NOT_SOLVED, str(error)) from None
+        except ContradictionError as error:
+            raise Stopped(MotionStatus.CONTRADICTION, str(error)) from None
+
+    def _failure(self) -> Stopped:
+        """Why no step is short enough."""
+        try:
+            finite = np.isfinite(self.dynamics.acceleration(self.t, self.q, self.v)).all()
+        except (ContradictionError, RestNotSolved):
+            finite = True
+        large = not np.abs(self.v).max(initial=0.0) < 1e100
+        status = MotionStatus.STEP_TOO_SMALL if finite and not large else MotionStatus.NOT_FINITE
+        return Stopped(status)

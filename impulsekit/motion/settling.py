@@ -1,0 +1,127 @@
+"""Contacts come to rest, slide, stick and let go."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from .drift import take_out_drift
+from .present import Present
+from .resting import RestingContact
+
+__all__ = ["come_to_rest", "heed_stop", "settle"]
+
+# Slip [m/s] that stops sooner than time can tell has stopped.
+STOPPED = 1e-8
+# A resting contact that does not push and opens faster than this has lifted [m/s].
+LIFTED = 0.5e-8
+
+
+def come_to_rest(now: Present, candidates: Iterable[int]) -> None:
+    """After an impact: what of the candidates (gaps) stays, and how."""
+    gaps = now.gaps
+    if gaps is None:
+        return
+    slow = max(1e-3 * now.settings.capture_speed, 1e-12 * float(np.abs(now.v).max()))
+    before = {c.gap: c for c in now.resting.contacts}
+    stays: list[RestingContact] = []
+    for i in candidates:
+        if now.closing(i) <= slow:
+            entry, friction = int(gaps.entries[i]), gaps.items[i].friction
+            stays.append(before.get(i) or RestingContact(i, entry, friction, now.t))
+    kept = {c.gap for c in stays}
+    now.rests += [now.rest(c, now.t) for c in before.values() if c.gap not in kept]
+    now.resting.contacts = stays
+    now.rebase()
+    gaps.hold(stays, now.q)
+    if stays:
+        for contact in stays:
+            contact.slides = []
+        settle(now, fresh=True)
+
+
+def settle(now: Present, *, fresh: bool = False) -> bool:
+    """Look at the resting contacts: which are loaded, lift or slide from here on.
+
+    Drift is taken out on the way.
+
+    Args:
+        now: the motion.
+        fresh: after an impact.
+
+    Returns:
+        Whether anything has changed.
+    """
+    resting = now.resting
+    now.acceleration()
+    changed = _release(now)
+    if changed:
+        now.acceleration()
+    changed |= resting.update_slides(fresh=fresh)
+    take_out_drift(now, _bound(now))
+    if resting.contacts:
+        now.acceleration()
+        # Once more: what was found to slide may change the loads of the others.
+        changed |= resting.update_slides(fresh=False)
+    return changed
+
+
+def heed_stop(now: Present) -> None:
+    """A slip has stopped, or turned."""
+    gaps = now.gaps
+    if gaps is None:
+        return
+    u = gaps.velocities(now.resting.contacts, now.q, now.v)
+    i = 0
+    for contact in now.resting.contacts:
+        slides = contact.slides
+        for k in range(min(contact.count, len(slides))):
+            s = slides[k]
+            slip = u[3 * i : 3 * i + 2]
+            # In three dimensions it may only have turned.
+            if s is not None and np.hypot(*slip) <= 1e-6 * max(1.0, np.abs(now.v).max()):
+                slides[k] = None if slip.dot(s) <= STOPPED else s
+            elif s is not None:
+                slides[k] = slip / np.hypot(*slip)
+            i += 1
+
+
+def _release(now: Present) -> bool:
+    """Let go of contacts that have lifted; whether there was one."""
+    resting, gaps = now.resting, now.gaps
+    if gaps is None or not resting.contacts:
+        return False
+    loaded, speeds = resting.loaded(), resting.slip[2::3]
+    stays: list[RestingContact] = []
+    i = 0
+    for contact in resting.contacts:
+        own = slice(i, i + contact.count)
+        i += contact.count
+        lifted = contact.count == 0 or (
+            not loaded[own].any() and bool((speeds[own] > LIFTED).all())
+        )
+        if lifted:
+            now.rests.append(now.rest(contact, now.t))
+        else:
+            stays.append(contact)
+    if len(stays) == len(resting.contacts):
+        return False
+    resting.contacts = stays
+    gaps.hold(stays, now.q)
+    now.rebase()
+    return True
+
+
+def _bound(now: Present) -> list[tuple[int, int]]:
+    """Rows of resting points that keep still: (point, row), the normal first."""
+    resting = now.resting
+    friction, loaded = resting.friction(), resting.loaded()
+    found = []
+    for i, slide in enumerate(resting.slides()):
+        if not loaded[i]:
+            continue
+        found.append((i, 2))
+        if slide is None and friction[i]:
+            found += [(i, 0), (i, 1)]
+    return found

@@ -1,0 +1,90 @@
+"""The impacts of a motion: those of the start, and of gaps that close on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from ..errors import ImpulsekitError
+from ..impact import Impact, ImpactSolver, Status
+from ..scene import Scene
+from .present import Present, Stopped
+from .status import MotionStatus
+
+__all__ = ["Striking"]
+
+# Laws whose answer counts although it is not beyond doubt.
+_USABLE = {
+    Status.SOLVED,
+    Status.NOT_UNIQUE,
+    Status.PAINLEVE_JAM,
+    Status.ENERGY_GAIN,
+    Status.MANY_SOLUTIONS,
+}
+
+
+class Striking:
+    """Solves the impacts of a motion and changes its velocity by them."""
+
+    def __init__(self, present: Present) -> None:
+        self._present = present
+
+    def at_start(self, touching: Iterable[int]) -> None:
+        """The scene's impulses strike, and gaps that are closed are met.
+
+        Raises:
+            ImpulsekitError: what is wrong with them is the caller's to know.
+            Stopped: no valid answer.
+        """
+        now = self._present
+        solver = ImpactSolver(now.scene)
+        self._accept(solver.solve_touching(now.q, now.v, now.entries_of(touching)))
+
+    def on_the_way(self, closing: Iterable[int], taking_part: Iterable[int]) -> None:
+        """Gaps close; others that rest take part.
+
+        Raises:
+            Stopped: no valid answer.
+        """
+        now = self._present
+        approach = max(-now.closing(i) for i in closing)
+        soft = approach < max(now.settings.capture_speed, *self._capture_speeds(closing))
+        solver = self._soft_solver if soft else self._solver
+        try:
+            impact = solver.solve_touching(now.q, now.v, now.entries_of(taking_part))
+        except ImpulsekitError as error:
+            raise Stopped(MotionStatus.IMPACT_NOT_VALID, str(error)) from None
+        self._accept(impact)
+
+    def _capture_speeds(self, gaps: Iterable[int]) -> list[float]:
+        items = [] if self._present.gaps is None else self._present.gaps.items
+        return [getattr(items[i], "capture_speed", 0.0) for i in gaps]
+
+    def _accept(self, impact: Impact) -> None:
+        now = self._present
+        now.impacts.append((now.t, impact))
+        outcome = impact.outcome
+        solution = None if outcome is None else outcome.contacts
+        usable = solution is None or solution.status in _USABLE
+        if not usable or not np.isfinite(impact.dv).all():
+            detail = "" if solution is None else solution.status.value
+            raise Stopped(MotionStatus.IMPACT_NOT_VALID, detail)
+        now.v = impact.v_after.copy()
+
+    @cached_property
+    def _later(self) -> Scene:
+        """The scene of impacts on the way: its impulses struck at the start."""
+        return replace(self._present.scene, impulses=())
+
+    @cached_property
+    def _solver(self) -> ImpactSolver:
+        return ImpactSolver(self._later)
+
+    @cached_property
+    def _soft_solver(self) -> ImpactSolver:
+        """For approaches below the capture speed: without restitution."""
+        contacts = [replace(entry, restitution=0.0) for entry in self._later.contacts]
+        return ImpactSolver(replace(self._later, contacts=contacts))
