@@ -12,7 +12,7 @@ from ...scene import AppliedImpulse, Scene
 from .flight import state_after_flight
 from .kept import exact_or_kept
 from .problem import Problem
-from .robots import AT, LINEAR, SOLO, TALOS
+from .robots import AT, LINEAR
 from .states import drawn_state
 
 __all__ = ["flights", "swings"]
@@ -36,7 +36,7 @@ def swings(quick: bool) -> Iterator[Problem]:
 
 
 def flights(quick: bool) -> Iterator[Problem]:
-    """Bodies and robots that fly: a body struck off its centre, Solo12, Talos.
+    """Bodies and robots that fly: a body struck off its centre, Solo12, Talos on the trunk.
 
     The size is the number of speeds.
     """
@@ -46,11 +46,11 @@ def flights(quick: bool) -> Iterator[Problem]:
     yield _motion("flight after a blow", 6, scene, body.neutral(), body.velocity(), 1.0, 16)
     if quick:
         return
-    for (name, root, frame), duration in ((SOLO, 0.25), (TALOS, 0.25)):
-        robot = Robot.from_example(name, root=root)
+    for name, trunk in (("solo12", "base_link"), ("talos", "torso_2_link")):
+        robot = Robot.from_example(name, root="freeflyer")
         q, v = drawn_state(robot, 1, spread=0.3)
-        struck = Scene(robot, [AppliedImpulse(frame, LINEAR, at=AT)])
-        yield _motion("flight after a blow", robot.nv, struck, q, 0.5 * v, duration, 4)
+        struck = Scene(robot, [AppliedImpulse(trunk, LINEAR, at=AT)])
+        yield _motion("flight after a blow", robot.nv, struck, q, 0.5 * v, 0.25, 4)
 
 
 def _motion(

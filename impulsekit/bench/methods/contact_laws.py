@@ -1,0 +1,141 @@
+"""The solvers of contact laws, each alone on the Delassus matrix of the problem.
+
+``solve`` goes through them in turn: ADMM comes near, Newton on the modes that it found goes
+to rounding level, and sweeps come last. Here each has to go the whole way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+import pinocchio as pin
+
+from ...impact.factor import SparseFactor
+from ...impact.known import KnownImpulses
+from ...impact.laws.admm import admm
+from ...impact.laws.frictionless import solve_frictionless
+from ...impact.laws.gauss_seidel import sweep
+from ...impact.reach import reached_model, touched_joints
+from ...impact.rows import needs_places
+from ...impact.touching import ContactRows
+from ...scene import Contact, Law
+from ..problems.problem import Problem
+from .method import Answer, Method
+
+__all__ = ["METHODS"]
+
+# W, b and µ to P; the size of the velocities last.
+LawSolver = Callable[[np.ndarray, np.ndarray, np.ndarray, float], np.ndarray]
+
+
+def _has_contacts(problem: Problem) -> bool:
+    """Points on planes alone, under Newton's law at the end of the impact."""
+    scene = problem.scene
+    return (
+        bool(scene.contacts)
+        and scene.law == Law()
+        and not (scene.constraints or problem.duration)
+        and scene.robot.nv > 1
+        and all(isinstance(entry, Contact) for entry in scene.contacts)
+    )
+
+
+def _is_rough(problem: Problem) -> bool:
+    return _has_contacts(problem) and any(entry.friction for entry in _points(problem))
+
+
+def _is_smooth(problem: Problem) -> bool:
+    return _has_contacts(problem) and not _is_rough(problem)
+
+
+def _points(problem: Problem) -> list[Contact]:
+    return [entry for entry in problem.scene.contacts if isinstance(entry, Contact)]
+
+
+def _by_law(law: LawSolver, problem: Problem) -> Answer:
+    """Rows, CRBA with Cholesky, W, and one solver of the law."""
+    scene, q, v = problem.scene, problem.q, problem.v
+    places = needs_places(scene.robot, scene)
+    reached = reached_model(scene.robot.model, touched_joints(scene), keep_places=places)
+    known, rows = KnownImpulses(scene, reached), ContactRows(scene, reached)
+    model, data = reached.model, reached.model.createData()
+    factor = SparseFactor(model, data)
+    friction = np.array([entry.friction for entry in _points(problem)])
+    restitution = np.array([float(entry.restitution) for entry in _points(problem)])  # type: ignore[arg-type]
+
+    def velocity_after() -> np.ndarray:
+        own = reached.configuration(q)
+        before = v[reached.v_index]
+        impulse = known.generalized_impulse(data, own)
+        jacobian = np.vstack([touch.jacobian for touch in rows.touching(data, own)])
+        pin.crba(model, data, own)
+        pin.cholesky.decompose(model, data)
+        half = factor.half(jacobian, impulse[None])
+        slip = jacobian @ before
+        shifted = slip + half[:, -1] @ half[:, :-1]
+        shifted[2::3] += restitution * np.minimum(slip[2::3], 0.0)
+        delassus = half[:, :-1].T @ half[:, :-1]
+        push = law(delassus, shifted, friction, float(np.abs(shifted).max()))
+        after = v.copy()
+        after[reached.v_index] += factor.solve(impulse + push @ jacobian)
+        return after
+
+    return velocity_after
+
+
+def _active_set(
+    delassus: np.ndarray, shifted: np.ndarray, friction: np.ndarray, scale: float
+) -> np.ndarray:
+    push = np.zeros_like(shifted)
+    push[2::3] = solve_frictionless(delassus[2::3, 2::3], shifted[2::3], scale).impulse
+    return push
+
+
+def _admm(
+    tolerance: float,
+    delassus: np.ndarray,
+    shifted: np.ndarray,
+    friction: np.ndarray,
+    scale: float,
+) -> np.ndarray:
+    return admm(delassus, shifted, friction, tolerance * scale, 5000)[0]
+
+
+def _sweeps(
+    rounds: float,
+    delassus: np.ndarray,
+    shifted: np.ndarray,
+    friction: np.ndarray,
+    scale: float,
+) -> np.ndarray:
+    push, count = np.zeros_like(shifted), 0
+    for _ in range(int(rounds)):
+        push, count = sweep(delassus, shifted, friction, None, push, scale)
+        if count < 50:
+            break
+    return push
+
+
+METHODS: tuple[Method, ...] = (
+    Method("impulsekit, active set", _is_smooth, partial(_by_law, _active_set)),
+    *(
+        Method(
+            "impulsekit, ADMM alone",
+            _is_rough,
+            partial(_by_law, partial(_admm, tolerance)),
+            setting=tolerance,
+        )
+        for tolerance in (1e-3, 1e-6, 1e-9, 1e-12)
+    ),
+    *(
+        Method(
+            "impulsekit, Gauss-Seidel alone",
+            _is_rough,
+            partial(_by_law, partial(_sweeps, rounds)),
+            setting=rounds,
+        )
+        for rounds in (1.0, 4.0, 16.0)
+    ),
+)

@@ -1,0 +1,39 @@
+"""All methods: ours, and those of other programs as far as they are installed."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable
+
+from ...errors import UnknownNameError
+from .method import Method
+
+__all__ = ["ROOMS", "methods"]
+
+# Each file has a tuple METHODS.
+ROOMS = ("own", "bare", "mujoco", "crocoddyl", "exudyn", "penalty")
+
+
+def methods(names: Iterable[str] = (), peers: bool = True) -> list[Method]:
+    """Methods by the beginnings of their names, or all of them.
+
+    Args:
+        names: beginnings, such as "mujoco" or "impulsekit, aba".
+        peers: also those of other programs and the classical ways.
+
+    Raises:
+        UnknownNameError: a beginning that no method has.
+    """
+    known = [
+        method
+        for room in ROOMS
+        for method in importlib.import_module(f".{room}", __package__).METHODS
+        if peers or not method.peer
+    ]
+    chosen = list(names)
+    for name in chosen:
+        if not any(method.label.startswith(name) for method in known):
+            raise UnknownNameError.among("method", name, dict.fromkeys(m.name for m in known))
+    if not chosen:
+        return known
+    return [method for method in known if any(method.label.startswith(n) for n in chosen)]
