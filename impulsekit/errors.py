@@ -40,6 +40,7 @@ __all__ = [
     "UnknownNameError",
     "UrdfError",
     "nearest_names",
+    "shown",
 ]
 
 
@@ -58,7 +59,8 @@ class ImpulsekitError(Exception):
 
     def __init__(self, message: str, **data: Any) -> None:
         # Only the message goes to Exception: pickling then restores the rest from __dict__.
-        super().__init__(message)
+        # A name out of a file may hold what a terminal would obey.
+        super().__init__(_escaped(message))
         self.__dict__.update(data)
 
     def __getattr__(self, name: str) -> Any:
@@ -92,7 +94,7 @@ class UnknownNameError(InputError):
             hint = f"none of the {len(names)} names is near it."
         place = f"{where}: " if where else ""
         return cls(
-            f'{place}no {kind} is called "{name}"; {hint}',
+            f'{place}no {kind} is called "{shown(name)}"; {hint}',
             kind=kind,
             name=name,
             nearest=nearest,
@@ -199,6 +201,26 @@ class MissingExtraError(ImpulsekitError, ImportError):
             package=package,
             extra=extra,
         )
+
+
+def shown(text: object, most: int = 60) -> str:
+    """Text out of a file for a message: on one line, without control characters, not too long.
+
+    Example:
+        >>> shown("a\\x1b[31m")
+        'a\\\\x1b[31m'
+    """
+    line = _escaped(str(text)[: most + 1]).replace("\n", "\\n")
+    return line if len(line) <= most else line[: most - 3] + "..."
+
+
+def _escaped(text: str) -> str:
+    """Text whose control characters, line ends apart, are written out."""
+    if text.isprintable():
+        return text
+    return "".join(
+        c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text
+    )
 
 
 def nearest_names(name: str, known: Iterable[str], most: int = 3) -> tuple[str, ...]:

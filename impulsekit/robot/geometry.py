@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-import pathlib
+import os
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pinocchio as pin
 
 from ..errors import InputError, UnknownNameError, UrdfError
+from .shapes import checked_shapes
+from .urdf import read_urdf
+from .urdf_plain import plain_urdf
 
 if TYPE_CHECKING:
     from .robot import Robot
+    from .source import RobotPart
 
 __all__ = ["geometry_ids", "geometry_of"]
 
@@ -22,15 +27,18 @@ def geometry_of(robot: Robot, kind: pin.GeometryType) -> pin.GeometryModel:
         UrdfError: a mesh that cannot be read; it names the folders that were tried.
     """
     whole = pin.GeometryModel()
+    tag = "collision" if kind == pin.GeometryType.COLLISION else "visual"
     for part in robot.parts:
         if part.urdf is None:
             continue
-        folders = list(part.package_dirs)
-        if part.path is not None:
-            folders.append(str(pathlib.Path(part.path).parent))
-        alone = pin.buildModelFromXML(part.urdf)
+        urdf = replace(read_urdf(part.urdf), path=part.path)
+        folders = mesh_folders(part)
+        text = plain_urdf(
+            urdf.name, urdf.inertials, urdf.joints, checked_shapes(urdf, tag, folders)
+        )
+        alone = pin.buildModelFromXML(text)
         try:
-            geometry = pin.buildGeomFromUrdfString(alone, part.urdf, kind, package_dirs=folders)
+            geometry = pin.buildGeomFromUrdfString(alone, text, kind, package_dirs=folders)
         except (RuntimeError, ValueError) as error:
             tried = ", ".join(folders) or "none"
             raise UrdfError(
@@ -40,6 +48,13 @@ def geometry_of(robot: Robot, kind: pin.GeometryType) -> pin.GeometryModel:
             _attach(robot, part.prefix, alone, item)
             whole.addGeometryObject(item)
     return whole
+
+
+def mesh_folders(part: RobotPart) -> list[str]:
+    """Where the meshes of a part may be: its file's folder, ``package_dirs``, ROS packages."""
+    folders = [] if part.path is None else [os.path.dirname(part.path)]
+    ros = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
+    return list(dict.fromkeys([*folders, *part.package_dirs, *filter(os.path.isabs, ros)]))
 
 
 def _attach(robot: Robot, prefix: str, alone: pin.Model, item: pin.GeometryObject) -> None:

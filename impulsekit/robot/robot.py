@@ -90,7 +90,7 @@ class Robot:
             mimic,
             package_dirs=tuple(os.path.abspath(os.fspath(folder)) for folder in package_dirs),
         )
-        arguments = (urdf.text,) if joint is None else (urdf.text, joint)
+        arguments = (urdf.plain,) if joint is None else (urdf.plain, joint)
         try:
             model = pin.buildModelFromXML(*arguments, mimic=mimic)
         except (RuntimeError, ValueError) as error:

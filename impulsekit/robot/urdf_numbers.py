@@ -1,0 +1,67 @@
+"""Numbers and names of a URDF: what may stand in an attribute, and how a fault is told."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from ..errors import UrdfError, shown
+
+__all__ = ["checked_name", "fault", "number", "numbers"]
+
+# Beyond this the squares of lengths and masses would overflow.
+LARGEST = 1e100
+# float() would also take "1_000", "infinity" and the digits of every script.
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+
+
+def fault(source: str, element: str, sentence: str) -> UrdfError:
+    """The error for an element of a URDF."""
+    return UrdfError(f"{source}: {element}: {sentence}", source=source, element=element)
+
+
+def checked_name(name: str, source: str, element: str) -> str:
+    """A name without control characters, which a terminal would obey.
+
+    Raises:
+        UrdfError: it holds one.
+    """
+    if not name.isprintable():
+        strange = next(c for c in name if not c.isprintable())
+        raise fault(
+            source,
+            element,
+            f"its name holds the character U+{ord(strange):04X}, wanted is printable text",
+        )
+    return name
+
+
+def numbers(text: str | None, count: int, source: str, element: str, what: str) -> tuple:
+    """``count`` finite numbers out of an attribute.
+
+    Raises:
+        UrdfError: something else stands there.
+    """
+    words = (text or "").split()
+    found = tuple(float(word) for word in words if _NUMBER.fullmatch(word))
+    if len(words) == len(found) == count and all(abs(x) <= LARGEST for x in found):
+        return found
+    wanted = "a number" if count == 1 else f"{count} numbers"
+    if len(words) == len(found) == count:
+        wanted += f" between -{LARGEST:g} and {LARGEST:g}"
+    elif any(word.lower().lstrip("+-") in ("nan", "inf", "infinity") for word in words):
+        wanted = wanted.replace("number", "finite number")
+    given = "missing" if text is None else f'"{shown(text)}"'
+    raise fault(source, element, f"its {what} is {given}, wanted is {wanted}")
+
+
+def number(text: str | None, source: str, element: str, what: str, least: float = -math.inf):
+    """One finite number, ``least`` or more.
+
+    Raises:
+        UrdfError: something else stands there.
+    """
+    (value,) = numbers(text, 1, source, element, what)
+    if value < least:
+        raise fault(source, element, f"its {what} is {value:g}, wanted is {least:g} or more")
+    return value
