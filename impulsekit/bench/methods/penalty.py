@@ -1,0 +1,259 @@
+"""Penalty contact: no impulse, but stiff springs, followed in time until all have let go.
+
+The classical alternative. As the stiffness k goes up the contact gets shorter, bodies move less
+while it lasts, and what comes out goes to an impulsive answer as k^(-1/2). Which one:
+
+- one contact, with friction or without: Stronge's restitution with slip along the path (Routh);
+  without friction that is Newton's and Poisson's as well;
+- one contact that slides one way throughout: all laws, as they agree there;
+- several contacts at once: an answer of the springs' own, which depends on the ratios of their
+  stiffnesses whatever their size. It agrees with a law of simultaneous impacts only where
+  symmetry leaves no choice, so on most such problems the error stays where it is.
+
+It never goes to Newton's law with slip at the end where slip stops on the way.
+
+Two ways through the contact: LSODA, which steps as its tolerance asks, and semi-implicit Euler
+with √k steps, what a simulator with fixed steps does. Tolerance and creep speed go down with k,
+so that no setting but k is left.
+
+``python -m impulsekit.bench.methods.penalty`` writes error and time over k.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pinocchio as pin
+
+from ...impact import solve
+from ...motion.chart import Chart
+from ...scene import Law
+from ..problems.problem import Problem
+from ..timing import time_in_turn
+from .mechanism import Mechanism, is_landing, mechanism_of
+from .method import Answer, Method
+from .springs import PressedContact, Pressing, Springs
+
+__all__ = ["METHODS", "under_fitting_law"]
+
+# N/m. Euler's steps go with the root of it, and so does its time.
+ADAPTIVE = (1e3, 1e5, 1e7, 1e9, 1e11)
+FIXED = (1e3, 1e5, 1e7)
+# A contact that comes on more slowly than this, against the fastest, does no more.
+SLOW = 1e-9
+# A resting contact is pressed once it is so far in, against what the fastest goes in.
+SLACK = 1e-6
+# So long, in half swings, and so many changes of phase, before it is given up.
+LONGEST, MOST_PHASES = 100.0, 100
+# Of contacts; more take seconds, and go to no law's answer anyway.
+MOST_CONTACTS = 4
+
+
+def under_fitting_law(problem: Problem) -> Problem:
+    """The same problem under the law that one contact's spring obeys: Stronge, along the path.
+
+    Its answer is ``impulsekit.solve``'s.
+    """
+    old = problem.scene
+    law = Law(restitution="stronge", slip="path")
+    scene = replace(old, law=law)
+    return replace(
+        problem,
+        scene=scene,
+        exact=lambda: solve(scene, problem.q, problem.v).v_after,
+        source="impulsekit, Stronge's law along the path",
+    )
+
+
+def _suits(problem: Problem) -> bool:
+    return is_landing(problem) and len(problem.scene.contacts) <= MOST_CONTACTS
+
+
+class _Setting:
+    """What does not depend on the state: springs, the time scale, the sizes of things."""
+
+    def __init__(self, problem: Problem, stiffness: float) -> None:
+        self.mechanism: Mechanism = mechanism_of(problem)
+        self.model = pin.Model(problem.scene.robot.model)
+        self.model.gravity.setZero()
+        self.q, self.v, self.stiffness = problem.q, problem.v, stiffness
+        still = Springs(self.model, self.mechanism, 0.0, 1.0)
+        still.acceleration(self.q, self.v)
+        self.approach = max(max(c.speed for c in still.contacts), 1e-12)
+        self.half_swing = math.pi / math.sqrt(stiffness * self._mobility())
+
+    def springs(self, creep: float) -> Springs:
+        """All contacts as they are at first: those that approach are pressed."""
+        slack = SLACK * self.approach * self.half_swing
+        springs = Springs(self.model, self.mechanism, self.stiffness, creep, slack)
+        springs.acceleration(self.q, self.v)
+        for contact in springs.contacts:
+            contact.print = contact.depth
+            if contact.speed > SLOW * self.approach:
+                springs.press(contact)
+        return springs
+
+    def _mobility(self) -> float:
+        """The largest 1/m [1/kg] along a normal: of the quickest swing."""
+        data = self.model.createData()
+        inverse = pin.computeMinverse(self.model, data, self.q)
+        inverse = np.triu(inverse) + np.triu(inverse, 1).T
+        pin.computeJointJacobians(self.model, data, self.q)
+        found = 0.0
+        for touch in self.mechanism.touches:
+            row = np.zeros(self.model.nv)
+            for body, sign in ((touch.body, 1.0), (touch.other, -1.0)):
+                if body >= 0:
+                    jacobian = pin.getJointJacobian(
+                        self.model, data, body + 1, pin.ReferenceFrame.WORLD
+                    ).reshape(6, -1)
+                    row += sign * touch.normal @ jacobian[:3]
+                    row += sign * np.cross(touch.place, touch.normal) @ jacobian[3:]
+            found = max(found, float(row @ inverse @ row))
+        return found
+
+
+def _by_lsoda(problem: Problem, stiffness: float) -> Answer:
+    from scipy.integrate import solve_ivp
+
+    setting = _Setting(problem, stiffness)
+    chart, nv = Chart(setting.model), setting.model.nv
+    tolerance = min(1e-3, 0.03 / math.sqrt(stiffness))
+    slow = SLOW * setting.approach
+    size = float(np.abs(setting.v).max())
+    small = np.repeat([size * setting.half_swing, size], nv) * tolerance
+
+    def velocity_after() -> np.ndarray:
+        springs = setting.springs(setting.approach / math.sqrt(stiffness))
+        y = np.concatenate([chart.centred(setting.q), setting.v])
+
+        def rates(t: float, y: np.ndarray) -> np.ndarray:
+            x, v = y[:nv], y[nv:]
+            q = chart.configuration(x)
+            return np.concatenate([chart.rate(x, q, v), springs.acceleration(q, v)])
+
+        now, end = 0.0, LONGEST * setting.half_swing
+        for _ in range(MOST_PHASES):
+            rates(now, y)
+            if springs.is_over(slow):
+                return y[nv:]
+            events = [_change(springs, contact, rates) for contact in springs.contacts]
+            run = solve_ivp(
+                rates,
+                (now, end),
+                y,
+                method="LSODA",
+                rtol=tolerance,
+                atol=small,
+                events=events,
+                first_step=1e-3 * setting.half_swing,
+            )
+            now, y = float(run.t[-1]), run.y[:, -1]
+            rates(now, y)
+            if run.status != 1:
+                # Nothing changes any more, or it takes longer than an impact does.
+                return y[nv:] if springs.is_over(math.inf) else np.full(nv, np.nan)
+            for contact, times in zip(springs.contacts, run.t_events, strict=True):
+                if len(times):
+                    springs.next_phase(contact)
+            # What ends at the same instant is not told of.
+            springs.pass_on()
+        return np.full(nv, np.nan)
+
+    return velocity_after
+
+
+def _change(
+    springs: Springs, contact: PressedContact, rates: Callable[[float, np.ndarray], np.ndarray]
+) -> Callable[[float, np.ndarray], float]:
+    """The event that ends the phase of a contact."""
+
+    def event(t: float, y: np.ndarray) -> float:
+        rates(t, y)
+        return springs.margin(contact)
+
+    event.terminal = True  # type: ignore[attr-defined]
+    event.direction = 1.0 if contact.at is Pressing.FREE else -1.0  # type: ignore[attr-defined]
+    return event
+
+
+def _by_euler(problem: Problem, stiffness: float) -> Answer:
+    setting = _Setting(problem, stiffness)
+    steps = math.sqrt(stiffness)
+    step = setting.half_swing / steps
+    slow = SLOW * setting.approach
+    # Less would have friction turn the slip about within a step.
+    rough = max(touch.friction for touch in setting.mechanism.touches)
+    creep = setting.approach * 10.0 * max(1.0, rough) / steps
+
+    def velocity_after() -> np.ndarray:
+        springs = setting.springs(creep)
+        q, v = setting.q, setting.v
+        for _ in range(int(LONGEST * steps)):
+            acceleration = springs.acceleration(q, v)
+            springs.pass_on()
+            if springs.is_over(slow):
+                return v
+            v = v + step * acceleration
+            q = pin.integrate(setting.model, q, step * v)
+        return v if springs.is_over(math.inf) else np.full_like(v, np.nan)
+
+    return velocity_after
+
+
+METHODS: tuple[Method, ...] = (
+    *(
+        Method(
+            "penalty contact, LSODA",
+            _suits,
+            partial(_by_lsoda, stiffness=stiffness),
+            peer=True,
+            setting=stiffness,
+        )
+        for stiffness in ADAPTIVE
+    ),
+    *(
+        Method(
+            "penalty contact, Euler",
+            _suits,
+            partial(_by_euler, stiffness=stiffness),
+            peer=True,
+            setting=stiffness,
+        )
+        for stiffness in FIXED
+    ),
+)
+
+
+def main() -> None:
+    """Write error and time over stiffness, beside the time of ``impulsekit.solve``."""
+    from ..problems.registry import problems
+
+    for problem in problems(families=("rod along its path", "foot", "rocking block", "cradle")):
+        fitting = under_fitting_law(problem) if len(problem.scene.contacts) == 1 else None
+        for method in METHODS:
+            if method.suits(problem):
+                sys.stdout.write(_row(problem, fitting, method))
+
+
+def _row(problem: Problem, fitting: Problem | None, method: Method) -> str:
+    answer = method.prepare(problem)
+    times = time_in_turn(
+        {"ours": partial(solve, problem.scene, problem.q, problem.v), "theirs": answer}, rounds=5
+    )
+    ratio = times["theirs"].median / times["ours"].median
+    found = answer()
+    law = f", of its own law {fitting.error(found):.1e}" if fitting else ""
+    return (
+        f"{problem.name:21s} {method.label:30s} {1e3 * times['theirs'].median:8.2f} ms "
+        f"{ratio:6.0f} times ours   error {problem.error(found):.1e}{law}\n"
+    )
+
+
+if __name__ == "__main__":
+    main()
