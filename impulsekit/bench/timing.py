@@ -1,4 +1,9 @@
-"""Timing several ways of one job against each other."""
+"""Timing several ways of one job against each other.
+
+Not by pyperf or pytest-benchmark: both time one way to its end before the next begins, each in
+processes or rounds of its own, so that on a machine whose speed drifts, as shared ones do, the
+ratio of two ways is one of two moments. Here the ways take turns, round by round.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-__all__ = ["TimesItself", "Timing", "import_times", "ratio_row", "time_in_turn"]
+__all__ = ["Ratio", "TimesItself", "Timing", "import_times", "ratio_row", "time_in_turn"]
 
 
 @runtime_checkable
@@ -26,7 +31,7 @@ class TimesItself(Protocol):
 
 @dataclass(frozen=True)
 class Timing:
-    """Seconds a call takes, over the rounds of a run."""
+    """Seconds a call takes, over the rounds of a run; a slow call may have fewer of them."""
 
     rounds: tuple[float, ...]
 
@@ -40,9 +45,38 @@ class Timing:
         """The middle of the rounds."""
         return statistics.median(self.rounds)
 
+    @property
+    def quartiles(self) -> tuple[float, float]:
+        """A quarter of the rounds were faster than the first, a quarter slower than the second."""
+        if len(self.rounds) == 1:
+            return self.rounds[0], self.rounds[0]
+        low, _, high = statistics.quantiles(self.rounds, n=4, method="inclusive")
+        return low, high
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """Of two times taken in turn: its median over the rounds, and its smallest and largest."""
+
+    median: float
+    least: float
+    most: float
+
+    @classmethod
+    def of(cls, ours: Timing, theirs: Timing, calls: float = 1.0) -> Ratio:
+        """Ours over theirs, round by round; one of ours does the work of ``calls`` of theirs."""
+        pairs = zip(ours.rounds, theirs.rounds, strict=False)
+        ratios = [a / (b * calls) for a, b in pairs]
+        return cls(statistics.median(ratios), min(ratios), max(ratios))
+
 
 def time_in_turn(
-    ways: Mapping[str, Callable[[], object]], rounds: int = 15, seconds: float = 0.02
+    ways: Mapping[str, Callable[[], object]],
+    rounds: int = 15,
+    seconds: float = 0.02,
+    *,
+    longest: float = float("inf"),
+    warm: bool = True,
 ) -> dict[str, Timing]:
     """Time each way in turn, round by round, so that a machine that drifts drifts for all.
 
@@ -50,23 +84,30 @@ def time_in_turn(
         ways: the calls by name.
         rounds: how often each is timed.
         seconds: how long one round of one way takes, about.
+        longest: a way that would take more seconds than this in all has fewer rounds, the
+            first ones; at least one.
+        warm: call each once before; False where that has been done.
     """
-    repeats = {name: _repeats(way, seconds) for name, way in ways.items()}
+    repeats: dict[str, int] = {}
+    takes_part: dict[str, int] = {}
+    for name, way in ways.items():
+        repeats[name], once = _repeats(way, seconds, warm)
+        takes_part[name] = max(1, min(rounds, int(longest / (repeats[name] * once))))
     taken: dict[str, list[float]] = {name: [] for name in ways}
-    for _ in range(rounds):
+    for turn in range(rounds):
         for name, way in ways.items():
-            taken[name].append(_per_call(way, repeats[name]))
+            if turn < takes_part[name]:
+                taken[name].append(_per_call(way, repeats[name]))
     return {name: Timing(tuple(times)) for name, times in taken.items()}
 
 
 def ratio_row(label: str, ours: Timing, theirs: Timing, bound: float) -> str:
     """One line: both times, the ratio of medians with its spread, and the bound it is held to."""
-    ratios = [a / b for a, b in zip(ours.rounds, theirs.rounds, strict=True)]
-    ratio = statistics.median(ratios)
-    verdict = "within" if ratio <= bound else "ABOVE"
+    ratio = Ratio.of(ours, theirs)
+    verdict = "within" if ratio.median <= bound else "ABOVE"
     return (
         f"{label:44s} {1e6 * ours.median:9.2f} µs {1e6 * theirs.median:9.2f} µs   "
-        f"ratio {ratio:5.2f} ({min(ratios):.2f} to {max(ratios):.2f})   {verdict} {bound:g}"
+        f"ratio {ratio.median:5.2f} ({ratio.least:.2f} to {ratio.most:.2f})   {verdict} {bound:g}"
     )
 
 
@@ -82,12 +123,14 @@ def import_times(statements: Sequence[str], rounds: int = 11) -> dict[str, Timin
     return {statement: Timing(tuple(taken)) for statement, taken in times.items()}
 
 
-def _repeats(way: Callable[[], object], seconds: float) -> int:
-    way()
+def _repeats(way: Callable[[], object], seconds: float, warm: bool) -> tuple[int, float]:
+    """How many calls take about so many seconds, and how many one takes."""
+    if warm:
+        way()
     repeats = 1
     while (taken := _per_call(way, repeats) * repeats) < seconds / 4:
         repeats *= 2
-    return max(1, int(repeats * seconds / taken))
+    return max(1, int(repeats * seconds / taken)), taken / repeats
 
 
 def _per_call(way: Callable[[], object], repeats: int) -> float:
