@@ -135,7 +135,17 @@ def check_pivots(model: pin.Model, data: pin.Data) -> None:
 
 def singular_mass(model: pin.Model, joint_ids: Iterable[int]) -> SingularMassError:
     """The error that names the joints which move no inertia."""
+    joint_ids = tuple(joint_ids)
     names = tuple(model.names[joint_id] for joint_id in joint_ids)
+    for joint_id in joint_ids:
+        moments = np.linalg.eigvalsh(model.inertias[joint_id].inertia)
+        if moments[0] < -1e-9 * abs(moments).max():
+            return SingularMassError(
+                "the mass matrix is not positive definite here: the links on joint "
+                f'"{model.names[joint_id]}" have a principal moment of inertia of '
+                f"{moments[0]:.3g} kg m², wanted is 0 or more; put their <inertia> right",
+                joints=names,
+            )
     named = ", ".join(f'"{name}"' for name in names[:4]) + (", …" if len(names) > 4 else "")
     return SingularMassError(
         f"the mass matrix is singular here: joint {named} moves nothing that has mass or inertia; "

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
+from ..robot.capacity import check_capacity
 from ..scene import AppliedImpulse
 from .algorithms import symmetric
 from .reach import ReachedModel, reached_model
@@ -38,6 +39,7 @@ class Mechanics:
     def _data(self) -> pin.Data:
         # The rows add frames to the model, and data has to be made after that.
         _ = self.constraint_rows
+        check_capacity(self.model)
         return self._whole.model.createData()
 
     def scratch(self) -> pin.Data:

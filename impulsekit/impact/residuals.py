@@ -57,7 +57,8 @@ def momentum_residual(impact: Impact) -> float:
         triples = np.abs(outcome.contacts.impulse).reshape(-1, 3)
         for touch, impulse in zip(outcome.touches, triples, strict=True):
             scale += impulse @ np.abs(touch.jacobian)
-    rows = scale > 0.0
+    # A NaN is no zero: it has to show.
+    rows = ~(scale == 0.0)
     return float(np.max(difference[rows] / scale[rows], initial=0.0))
 
 
@@ -99,4 +100,4 @@ def _speeds(impact: Impact) -> np.ndarray:
 def _share(difference: np.ndarray, scale: np.ndarray) -> float:
     """The largest difference over the largest scale; 0 where nothing moves at all."""
     largest = scale.max(initial=0.0)
-    return float(difference.max(initial=0.0) / largest) if largest > 0.0 else 0.0
+    return 0.0 if largest == 0.0 else float(difference.max(initial=0.0) / largest)

@@ -14,6 +14,7 @@ import pinocchio as pin
 
 from ..errors import InputError
 from ..robot import state
+from ..robot.capacity import check_capacity
 from ..scene import Scene
 from .algorithms import ByAba, ByCrba, ByDenseCholesky
 from .constrained import ConstrainedJump, Outcome
@@ -235,6 +236,7 @@ def _planned(scene: Scene) -> tuple[Any, Plan, Any]:
         skipped = robot.model.njoints - 1
         return None, Plan("none", 0, skipped, True, ("nothing acts: nothing moves",)), None
     reached = _reached(scene)
+    check_capacity(reached.model)
     joints = reached.model.njoints - 1
     skipped = robot.model.njoints - 1 - joints
     why = [f"{skipped} joints hang on the world apart from the impact: left out"] if skipped else []

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import InputError, NotFiniteError, RangeError
 from ..robot import state
+from ..robot.capacity import check_capacity
 from ..scene import Scene
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number
@@ -78,6 +79,7 @@ def simulate(
         given["samples"] = samples
     chosen = base.changed(**given)
     model = scene.robot.model
+    check_capacity(model, copies=2)
     q = state.checked_configuration(model, q)
     v = state.checked_velocity(model, v)
     times = None

@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.errors import UrdfError
+from impulsekit.errors import RangeError, SingularMassError, UrdfError
 from impulsekit.robot.urdf import read_urdf
 
 LINK = "<link name='{}'/>"
@@ -222,3 +222,34 @@ def test_a_shape_that_is_wrong_is_named_when_geometry_is_asked(shape, words):
     robot = ik.Robot.from_urdf(text)
     with pytest.raises(UrdfError, match=words):
         _ = robot.collision_model
+
+
+INERTIAL = (
+    "<link name='a'><inertial><mass value='{mass}'/><inertia ixx='{mass}' iyy='{mass}' "
+    "izz='{mass}' ixy='{ixy}' ixz='0' iyz='0'/></inertial></link>"
+)
+
+
+def struck(mass="1", ixy="0"):
+    robot = ik.Robot.from_urdf(urdf(INERTIAL.format(mass=mass, ixy=ixy)), root="freeflyer")
+    scene = ik.Scene(robot, [ik.AppliedImpulse("a", linear=[0, 0, 1], at=[1, 1, 0])])
+    return ik.solve(scene, robot.neutral(), robot.velocity())
+
+
+def test_an_inertia_that_no_body_has_is_told_as_such():
+    with pytest.raises(SingularMassError, match=r"principal moment of inertia of -4 kg m²"):
+        struck(ixy="5")
+
+
+def test_an_answer_that_is_no_number_is_not_valid():
+    impact = struck(mass="1e-310")
+    assert not impact.is_valid()
+    assert impact.status is ik.Status.INACCURATE
+
+
+def test_a_robot_whose_data_would_not_fit_into_memory_is_refused(monkeypatch):
+    monkeypatch.setattr("impulsekit.robot.capacity._free_memory", lambda: 1e8)
+    robot = ik.Robot.from_urdf(ik.chain_urdf(140))
+    scene = ik.Scene(robot, [ik.AppliedImpulse("link_140", linear=[0, 0, 1])])
+    with pytest.raises(RangeError, match=r"139 degrees .* 0\.2 GB, and 0\.1 GB are free"):
+        ik.solve(scene, robot.neutral(), robot.velocity())
