@@ -92,7 +92,7 @@ def time_in_turn(
     takes_part: dict[str, int] = {}
     for name, way in ways.items():
         repeats[name], once = _repeats(way, seconds, warm)
-        takes_part[name] = max(1, min(rounds, int(longest / (repeats[name] * once))))
+        takes_part[name] = max(1, int(min(rounds, longest / (repeats[name] * once))))
     taken: dict[str, list[float]] = {name: [] for name in ways}
     for turn in range(rounds):
         for name, way in ways.items():
