@@ -6,7 +6,7 @@ Run with ``python -m impulsekit.bench.constrained``.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pinocchio as pin
@@ -14,9 +14,10 @@ import pinocchio as pin
 from ..impact import solve
 from ..robot import Robot
 from ..scene import AppliedImpulse, FrameAnchor, Scene
-from .timing import ratio_row, time_in_turn
+from .claim import Claim
+from .timing import time_in_turn
 
-__all__ = ["main"]
+__all__ = ["bare_pinocchio", "claims", "held_talos", "main"]
 
 HAND, FEET = "gripper_left_base_link", ("leg_left_6_link", "leg_right_6_link")
 AT = (0.1, 0.0, 0.05)
@@ -63,16 +64,26 @@ def held_talos() -> tuple[Scene, np.ndarray, np.ndarray]:
     return scene, q, rng.normal(size=robot.nv)
 
 
-def main() -> None:
-    """Measure and write the rows."""
+def claims() -> Iterator[Claim]:
+    """``solve`` with both feet held."""
     scene, q, v = held_talos()
     bare = bare_pinocchio(scene.robot, q, v)
     ours = lambda: solve(scene, q, v).dv  # noqa: E731
     difference = np.abs(ours() - bare()).max() / np.abs(bare()).max()
     times = time_in_turn({"ours": ours, "bare": bare})
-    label = f"{scene.robot.name}, both feet held, 12 rows: solve / bare"
-    sys.stdout.write(ratio_row(label, times["ours"], times["bare"], 2.0) + "\n")
-    sys.stdout.write(f"{'':44s} the two differ by {difference:.1e}\n")
+    yield Claim.of_ratio(
+        f"{scene.robot.name}, both feet held, 12 rows: solve / bare",
+        times["ours"],
+        times["bare"],
+        2.0,
+        note=f"they differ by {difference:.1e}",
+    )
+
+
+def main() -> None:
+    """Measure and write the rows."""
+    for claim in claims():
+        sys.stdout.write(claim.line())
 
 
 if __name__ == "__main__":

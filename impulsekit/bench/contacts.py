@@ -6,7 +6,7 @@ Run with ``python -m impulsekit.bench.contacts``.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pinocchio as pin
@@ -14,9 +14,10 @@ import pinocchio as pin
 from ..impact import solve
 from ..robot import Robot
 from ..scene import Contact, Scene
-from .timing import ratio_row, time_in_turn
+from .claim import Claim
+from .timing import time_in_turn
 
-__all__ = ["main"]
+__all__ = ["CORNERS", "SOLES", "bare_admm", "bare_impulse_dynamics", "claims", "main"]
 
 # Four corners of each sole of Talos, in its sole's frame [m].
 SOLES = ("left_sole_link", "right_sole_link")
@@ -102,9 +103,8 @@ def bare_admm(
     return velocity_after
 
 
-def main() -> None:
-    """Measure and write the rows."""
-    write = sys.stdout.write
+def claims() -> Iterator[Claim]:
+    """One contact, and eight, under friction."""
     talos = Robot.from_example("talos", root="freeflyer")
     q, v = _state(talos)
     for friction, words in ((0.2, "slides"), (2.0, "sticks")):
@@ -117,7 +117,7 @@ def main() -> None:
             }
         )
         label = f"Talos, one frictional contact that {words}"
-        write(ratio_row(label, times["ours"], times["bare"], 3.0) + "\n")
+        yield Claim.of_ratio(label, times["ours"], times["bare"], 3.0)
     eight = Scene(
         talos, contacts=[Contact(sole, at=at, friction=0.5) for sole in SOLES for at in CORNERS]
     )
@@ -126,14 +126,22 @@ def main() -> None:
         impact = solve(eight, q, v)
         for tolerance in (1e-8, 1e-10):
             bare = bare_admm(talos, q, v, 0.5, tolerance)
-            times = time_in_turn({"ours": _solving(eight, q, v), "bare": bare}, rounds=7)
+            times = time_in_turn({"ours": _solving(eight, q, v), "bare": bare})
             difference = np.abs(bare()[0] - impact.v_after).max()
-            label = f"Talos, eight foot points, state {seed}, ADMM to {tolerance:g}"
-            write(ratio_row(label, times["ours"], times["bare"], 1.3) + "\n")
-            write(
-                f"{'':44s} ADMM {bare()[1]} iterations, {difference:.0e} m/s from ours; "
-                f"our residual {impact.residuals.complementarity:.0e}, {impact.status.name}\n"
+            yield Claim.of_ratio(
+                f"Talos, eight foot points, state {seed}, ADMM to {tolerance:g}",
+                times["ours"],
+                times["bare"],
+                1.3,
+                note=f"ADMM {difference:.0e} m/s from ours; our residual "
+                f"{impact.residuals.complementarity:.0e}, {impact.status.name}",
             )
+
+
+def main() -> None:
+    """Measure and write the rows."""
+    for claim in claims():
+        sys.stdout.write(claim.line())
 
 
 if __name__ == "__main__":

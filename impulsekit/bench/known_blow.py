@@ -6,7 +6,7 @@ Run with ``python -m impulsekit.bench.known_blow``.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pinocchio as pin
@@ -15,9 +15,10 @@ from ..impact import solve
 from ..robot import Robot
 from ..robot.combine import combine
 from ..scene import AppliedImpulse, Scene
-from .timing import import_times, ratio_row, time_in_turn
+from .claim import Claim
+from .timing import import_times, time_in_turn
 
-__all__ = ["main"]
+__all__ = ["AT", "LINEAR", "bare_pinocchio", "claims", "main"]
 
 AT = (0.1, 0.0, 0.05)
 LINEAR = (0.3, -0.2, 1.0)
@@ -54,31 +55,39 @@ def _solving(robot: Robot, frame: str) -> Callable[[], np.ndarray]:
     return lambda: solve(scene, q, v).dv
 
 
-def main() -> None:
-    """Measure and write the rows."""
-    write = sys.stdout.write
+def claims() -> Iterator[Claim]:
+    """``solve`` on Panda, Talos and one of four Pandas; imports."""
     panda = Robot.from_example("panda")
     talos = Robot.from_example("talos", root="freeflyer")
     for robot, frame in ((panda, "panda_hand"), (talos, "gripper_left_base_link")):
         ours, bare = _solving(robot, frame), bare_pinocchio(robot, frame, _state(robot)[0])
         difference = np.abs(ours() - bare()).max() / np.abs(bare()).max()
         times = time_in_turn({"ours": ours, "bare": bare})
-        label = f"{robot.name}, nv {robot.nv}: solve / bare Pinocchio"
-        write(ratio_row(label, times["ours"], times["bare"], 1.5) + "\n")
-        write(f"{'':44s} the two differ by {difference:.1e}\n")
+        yield Claim.of_ratio(
+            f"{robot.name}, nv {robot.nv}: solve / bare Pinocchio",
+            times["ours"],
+            times["bare"],
+            1.5,
+            note=f"they differ by {difference:.1e}",
+        )
     four = combine(a=panda, b=panda, c=panda, d=panda)
     times = time_in_turn(
         {"four": _solving(four, "c/panda_hand"), "lone": _solving(panda, "panda_hand")}
     )
-    write(
-        ratio_row("one of four Pandas, nv 36 / lone Panda", times["four"], times["lone"], 1.3)
-        + "\n"
+    yield Claim.of_ratio(
+        "one of four Pandas, nv 36 / lone Panda", times["four"], times["lone"], 1.3
     )
     bounds = {"import impulsekit": 0.5, "from impulsekit import Robot, Scene": 1.15}
     imports = import_times(["import pinocchio", *bounds])
     for statement, bound in bounds.items():
-        row = ratio_row(statement, imports[statement], imports["import pinocchio"], bound)
-        write(row + "\n")
+        label = f"{statement} / import pinocchio"
+        yield Claim.of_ratio(label, imports[statement], imports["import pinocchio"], bound)
+
+
+def main() -> None:
+    """Measure and write the rows."""
+    for claim in claims():
+        sys.stdout.write(claim.line())
 
 
 if __name__ == "__main__":

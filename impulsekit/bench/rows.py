@@ -32,7 +32,7 @@ class Row:
         tolerance: up to which the problem counts as solved.
         met: whether it was. A time without it is no time.
         baseline: the method that ``ratio`` is against, in the same rounds.
-        ratio, ratio_low, ratio_high: of times, its median, least and most.
+        ratio, ratio_low, ratio_high: of times, its median and quartiles.
         source: where the exact answer comes from.
         note: why it failed.
     """

@@ -35,8 +35,8 @@ class Effort:
     longest: float
 
 
-WHOLE = Effort(rounds=15, seconds=0.01, longest=1.0)
-QUICK = Effort(rounds=7, seconds=0.004, longest=0.15)
+WHOLE = Effort(rounds=301, seconds=0.0005, longest=1.0)
+QUICK = Effort(rounds=51, seconds=0.0005, longest=0.1)
 
 
 def run(
@@ -121,8 +121,8 @@ def _row(
         met=error is not None and error <= problem.tolerance,
         baseline=baseline if ratio else "",
         ratio=ratio.median if ratio else None,
-        ratio_low=ratio.least if ratio else None,
-        ratio_high=ratio.most if ratio else None,
+        ratio_low=ratio.low if ratio else None,
+        ratio_high=ratio.high if ratio else None,
         source=problem.source,
         note=note,
     )

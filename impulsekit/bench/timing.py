@@ -7,6 +7,7 @@ ratio of two ways is one of two moments. Here the ways take turns, round by roun
 
 from __future__ import annotations
 
+import random
 import statistics
 import subprocess
 import sys
@@ -48,37 +49,37 @@ class Timing:
     @property
     def quartiles(self) -> tuple[float, float]:
         """A quarter of the rounds were faster than the first, a quarter slower than the second."""
-        if len(self.rounds) == 1:
-            return self.rounds[0], self.rounds[0]
-        low, _, high = statistics.quantiles(self.rounds, n=4, method="inclusive")
-        return low, high
+        return _quartiles(self.rounds)
 
 
 @dataclass(frozen=True)
 class Ratio:
-    """Of two times taken in turn: its median over the rounds, and its smallest and largest."""
+    """Of two times taken in turn: its median over the rounds, and its quartiles."""
 
     median: float
-    least: float
-    most: float
+    low: float
+    high: float
 
     @classmethod
     def of(cls, ours: Timing, theirs: Timing, calls: float = 1.0) -> Ratio:
         """Ours over theirs, round by round; one of ours does the work of ``calls`` of theirs."""
         pairs = zip(ours.rounds, theirs.rounds, strict=False)
         ratios = [a / (b * calls) for a, b in pairs]
-        return cls(statistics.median(ratios), min(ratios), max(ratios))
+        return cls(statistics.median(ratios), *_quartiles(ratios))
 
 
 def time_in_turn(
     ways: Mapping[str, Callable[[], object]],
-    rounds: int = 15,
-    seconds: float = 0.02,
+    rounds: int = 301,
+    seconds: float = 0.0005,
     *,
     longest: float = float("inf"),
     warm: bool = True,
 ) -> dict[str, Timing]:
     """Time each way in turn, round by round, so that a machine that drifts drifts for all.
+
+    Rounds are shorter than the turns that a scheduler gives, so that most of them are not
+    broken into by other load, and the order changes, so that none keeps step with it.
 
     Args:
         ways: the calls by name.
@@ -94,10 +95,12 @@ def time_in_turn(
         repeats[name], once = _repeats(way, seconds, warm)
         takes_part[name] = max(1, int(min(rounds, longest / (repeats[name] * once))))
     taken: dict[str, list[float]] = {name: [] for name in ways}
+    order, shuffle = list(ways), random.Random(0).shuffle
     for turn in range(rounds):
-        for name, way in ways.items():
+        shuffle(order)
+        for name in order:
             if turn < takes_part[name]:
-                taken[name].append(_per_call(way, repeats[name]))
+                taken[name].append(_per_call(ways[name], repeats[name]))
     return {name: Timing(tuple(times)) for name, times in taken.items()}
 
 
@@ -107,7 +110,7 @@ def ratio_row(label: str, ours: Timing, theirs: Timing, bound: float) -> str:
     verdict = "within" if ratio.median <= bound else "ABOVE"
     return (
         f"{label:44s} {1e6 * ours.median:9.2f} µs {1e6 * theirs.median:9.2f} µs   "
-        f"ratio {ratio.median:5.2f} ({ratio.least:.2f} to {ratio.most:.2f})   {verdict} {bound:g}"
+        f"ratio {ratio.median:5.2f} ({ratio.low:.2f} to {ratio.high:.2f})   {verdict} {bound:g}"
     )
 
 
@@ -121,6 +124,13 @@ def import_times(statements: Sequence[str], rounds: int = 11) -> dict[str, Timin
             done = subprocess.run(command, capture_output=True, check=True)
             taken.append(float(done.stdout))
     return {statement: Timing(tuple(taken)) for statement, taken in times.items()}
+
+
+def _quartiles(values: Sequence[float]) -> tuple[float, float]:
+    if len(values) == 1:
+        return values[0], values[0]
+    low, _, high = statistics.quantiles(values, n=4, method="inclusive")
+    return low, high
 
 
 def _repeats(way: Callable[[], object], seconds: float, warm: bool) -> tuple[int, float]:

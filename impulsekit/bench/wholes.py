@@ -10,7 +10,7 @@ import pathlib
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 
 import numpy as np
@@ -23,26 +23,22 @@ from ..robot import Robot
 from ..scene import AppliedImpulse, FrameAnchor, Scene
 from ..view.recording import Recording
 from ..view.replay import replay
+from .claim import Claim
 
-__all__ = ["main"]
+__all__ = ["claims", "main"]
 
 
-def _seconds(job: Callable[[], object], rounds: int = 5) -> float:
-    """The quickest of some rounds."""
+def _seconds(job: Callable[[], object], rounds: int = 5) -> list[float]:
+    """How long each of some rounds took."""
     taken = []
     for _ in range(rounds):
         start = time.perf_counter()
         job()
         taken.append(time.perf_counter() - start)
-    return min(taken)
+    return taken
 
 
-def _row(label: str, value: float, unit: str, bound: float) -> str:
-    verdict = "within" if value <= bound else "ABOVE"
-    return f"{label:56s} {value:9.3f} {unit:3s} {verdict} {bound:g}\n"
-
-
-def second_check_of_talos() -> float:
+def second_check_of_talos() -> list[float]:
     """Seconds to hold Talos, both feet held, against Kane once its URDF has been read."""
     robot = Robot.from_example("talos", root="freeflyer")
     scene = Scene(
@@ -55,7 +51,7 @@ def second_check_of_talos() -> float:
     return _seconds(lambda: check(solve(scene, q, robot.velocity())))
 
 
-def page_of_talos() -> float:
+def page_of_talos() -> list[float]:
     """Seconds to write the page of a 10 s motion of Talos at 60 Hz."""
     robot = Robot.from_example("talos", root="freeflyer")
     t = np.arange(601) / 60.0
@@ -74,16 +70,23 @@ def growth_of_long_chains() -> float:
         chain = long_chain(links)
         blow = [AppliedImpulse(f"link_{links}", linear=[0, 5, 0], at=[1, 0, 0])]
         chain.solve(blow)
-        taken.append(_seconds(partial(chain.solve, blow)))
+        taken.append(min(_seconds(partial(chain.solve, blow))))
     return float(np.polyfit(np.log(sizes), np.log(taken), 1)[0])
+
+
+def claims() -> Iterator[Claim]:
+    """A check, a page, the growth of long chains."""
+    label = "second check of Talos against Kane"
+    yield Claim.of_values(label, second_check_of_talos(), 0.2, "s")
+    yield Claim.of_values("page of 10 s of Talos at 60 Hz", page_of_talos(), 10.0, "s")
+    label = "long chains, 10³ to 10⁶ links: slope of time"
+    yield Claim.of_values(label, [growth_of_long_chains() for _ in range(3)], 1.05)
 
 
 def main() -> None:
     """Measure and write the rows."""
-    write = sys.stdout.write
-    write(_row("second check of Talos against Kane", second_check_of_talos(), "s", 0.2))
-    write(_row("page of 10 s of Talos at 60 Hz", page_of_talos(), "s", 10.0))
-    write(_row("long chains, 10³ to 10⁶ links: slope of time", growth_of_long_chains(), "", 1.05))
+    for claim in claims():
+        sys.stdout.write(claim.line())
 
 
 if __name__ == "__main__":
