@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+import json
 import os
-import pickle
-import zipfile
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError, MissingExtraError, RangeError
+from ..errors import ImpulsekitError, InputError, MissingExtraError, RangeError
 from ..impact.algorithms import symmetric
 from .force_field import ForceField
 from .path import Path
@@ -23,6 +22,9 @@ if TYPE_CHECKING:
     from ..scene import Scene
 
 __all__ = ["EnergyHistory", "MomentumHistory", "Rest", "Trajectory"]
+
+# Of the file that ``save`` writes; 1 held a pickle.
+FORMAT = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,69 +174,91 @@ class Trajectory:
         return MomentumHistory(_read_only(linear), _read_only(angular))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write everything to an npz file: plain arrays, and the scene with its impacts.
+        """Write everything to an npz file of plain arrays and text; see ``motion.archive``.
 
-        ``t``, ``q`` and ``v`` are readable by numpy alone. The scene and the impacts are
-        pickled inside, so functions of time in it have to be importable.
+        ``t``, ``q`` and ``v`` are readable by numpy alone. The scene stands in it as the
+        text of a scene file, the URDFs in full. What no scene file can hold, a function or
+        a robot made from a ``pin.Model``, has to be given to ``load``.
 
         Raises:
-            InputError: the scene holds something that cannot be pickled, such as a lambda.
             OSError: nothing can be written there.
         """
-        rest = {
-            "scene": self.scene,
-            "impacts": self.impacts,
-            "rests": self.rests,
+        from .archive import bytes_of, scene_text
+        from .impact_arrays import packed_impacts
+
+        text, reason = scene_text(self.scene)
+        impacts, numbers = packed_impacts(self.impacts)
+        record = {
+            "format": FORMAT,
+            "without_scene": reason,
+            "impacts": impacts,
+            "rests": [[rest.contact, rest.start, rest.end] for rest in self.rests],
             "status": self.status.name,
             "detail": self.detail,
             "steps": self.steps,
             "evaluations": self.evaluations,
         }
-        try:
-            packed = pickle.dumps(rest)
-        except (pickle.PicklingError, AttributeError, TypeError) as error:
-            raise InputError(
-                f"the scene cannot be written: {error}; use functions that are defined at the "
-                "top of a module"
-            ) from None
         arrays: dict[str, Any] = {
             "t": self.t,
             "q": self.q,
             "v": self.v,
             "impact_times": np.array([time for time, _ in self.impacts]),
             "status": np.array(self.status.name),
-            "pickled": np.frombuffer(packed, dtype=np.uint8),
+            "scene": bytes_of(text),
+            "record": bytes_of(json.dumps(record)),
+            "numbers": numbers,
             **self._path.arrays(),
         }
         with open(path, "wb") as file:
             np.savez_compressed(file, **arrays)
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Trajectory:
-        """Read what ``save`` wrote. Only for files you trust: it unpickles the scene.
+    def load(cls, path: str | os.PathLike[str], scene: Scene | None = None) -> Trajectory:
+        """Read what ``save`` wrote; nothing in the file is run.
+
+        Args:
+            path: the file.
+            scene: the scene of the motion; wanted only where the file cannot hold it.
 
         Raises:
-            InputError: no such file of a trajectory.
+            InputError: no trajectory, one without its scene, or one of another robot.
             OSError: it cannot be read.
         """
+        from .archive import check_arrays, read_arrays, record_of, scene_of, text_of
+        from .impact_arrays import impacts_of
+
+        name, arrays = os.fspath(path), read_arrays(path)
         try:
-            with np.load(path) as file:
-                arrays = {name: file[name] for name in file.files}
-            rest = pickle.loads(arrays["pickled"].tobytes())
-        except (ValueError, KeyError, zipfile.BadZipFile, pickle.UnpicklingError) as error:
-            raise InputError(f"{os.fspath(path)} holds no trajectory: {error}") from None
-        scene = rest["scene"]
-        return cls(
-            scene,
-            arrays["t"],
-            Path.of_arrays(scene.robot.model, arrays),
-            rest["impacts"],
-            rest["rests"],
-            MotionStatus[rest["status"]],
-            detail=rest["detail"],
-            steps=rest["steps"],
-            evaluations=rest["evaluations"],
-        )
+            record, text = record_of(arrays["record"]), text_of(arrays["scene"])
+            if record["format"] != FORMAT:
+                raise InputError(f"{name} is of format {record['format']}, wanted is {FORMAT}")
+            if scene is None and not text:
+                raise InputError(
+                    f"{name} comes without its scene ({record['without_scene']}); give it: "
+                    "Trajectory.load(path, scene=...)"
+                )
+            scene = scene_of(text, name) if scene is None else scene
+            check_arrays(arrays, scene)
+            motion = cls(
+                scene,
+                arrays["t"],
+                Path.of_arrays(scene.robot.model, arrays),
+                impacts_of(scene, record["impacts"], arrays["numbers"]),
+                tuple(Rest(str(c), float(a), float(b)) for c, a, b in record["rests"]),
+                MotionStatus[record["status"]],
+                detail=str(record["detail"]),
+                steps=int(record["steps"]),
+                evaluations=int(record["evaluations"]),
+            )
+            # Between the samples the steps count, at them the very numbers that were saved.
+            motion.q, motion.v = _read_only(arrays["q"]), _read_only(arrays["v"])
+            return motion
+        except KeyError as error:
+            raise InputError(f"{name} holds no trajectory: {error} is missing in it") from None
+        except ImpulsekitError:
+            raise
+        except (ValueError, TypeError, AttributeError, RecursionError) as error:
+            raise InputError(f"{name} holds no trajectory: {error}") from None
 
     def to_xarray(self) -> Any:
         """An ``xarray.Dataset`` over time: q, v by coordinate name, energies, momenta.

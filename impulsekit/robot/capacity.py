@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from ..errors import RangeError
 
-__all__ = ["check_capacity"]
+__all__ = ["check_capacity", "free_memory"]
 
 # Measured: 0.5 GB for 200 degrees of freedom, 4 GB for 400 (tensors of second derivatives).
 BYTES = 63
@@ -25,7 +25,7 @@ def check_capacity(model: pin.Model, copies: int = 1) -> None:
     """
     if model.nv <= ALWAYS_FITS:
         return
-    needed, free = copies * BYTES * model.nv**3, _free_memory()
+    needed, free = copies * BYTES * model.nv**3, free_memory()
     if needed > free:
         raise RangeError(
             f"a robot of {model.nv} degrees of freedom needs {needed / 1e9:.1f} GB, and "
@@ -36,7 +36,7 @@ def check_capacity(model: pin.Model, copies: int = 1) -> None:
         )
 
 
-def _free_memory() -> float:
+def free_memory() -> float:
     """Bytes that are free, or can be made so; infinite where the system does not tell."""
     try:
         for line in pathlib.Path("/proc/meminfo").read_text().splitlines():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -24,7 +25,7 @@ from .faults import Faults, no_such_key
 from .robots import read_robots
 from .vocabulary import DESIGN, MOTION, POINTS, SECTIONS, STRICT, Section
 
-__all__ = ["SceneFile", "load_scene"]
+__all__ = ["SceneFile", "load_scene", "read_scene"]
 
 _OWN = ("robot", "robots", "state", "gravity", "motion", "design", "report", "batch")
 _TOP = (*_OWN, *(section.name for section in SECTIONS))
@@ -74,12 +75,28 @@ def load_scene(path: str | os.PathLike[str]) -> SceneFile:
         (0.0, 5.0, 0.0)
     """
     path = os.fspath(path)
-    data = _read_toml(path)
+    return _scene_file(_read_toml(path), path, os.path.dirname(os.path.abspath(path)))
+
+
+def read_scene(text: str, source: str) -> SceneFile:
+    """The scene that a text holds, as ``load_scene`` reads it from a file.
+
+    Args:
+        text: the TOML.
+        source: what messages call it.
+
+    Raises:
+        SceneFileError: all faults of the text.
+    """
+    return _scene_file(_parsed(lambda: text, source), source, os.getcwd())
+
+
+def _scene_file(data: dict[str, Any], path: str, folder: str) -> SceneFile:
     faults = Faults()
     for key in data:
         if key not in _TOP:
             faults.add(no_such_key(key, key, _TOP))
-    robot = read_robots(data, os.path.dirname(os.path.abspath(path)), faults, MOVED)
+    robot = read_robots(data, folder, faults, MOVED)
     q, v = _read_state(data.get("state", {}), robot, faults)
     settings = faults.validated(_Gravity, {k: data[k] for k in ("gravity",) if k in data}, "")
     parts: dict[str, Any] = {}
@@ -110,9 +127,19 @@ def _error(path: str, faults: Faults) -> SceneFileError:
 
 
 def _read_toml(path: str) -> dict[str, Any]:
-    try:
+    def text() -> str:
+        # A device such as /dev/zero never ends.
+        if stat.S_ISCHR(mode := os.stat(path).st_mode) or stat.S_ISBLK(mode):
+            raise ValueError("that is a device, not a file")
         with open(path, "rb") as file:
-            return _tuples(tomllib.loads(file.read().decode("utf-8-sig").replace("\r\n", "\n")))
+            return file.read().decode("utf-8-sig").replace("\r\n", "\n")
+
+    return _parsed(text, path)
+
+
+def _parsed(text: Callable[[], str], path: str) -> dict[str, Any]:
+    try:
+        return _tuples(tomllib.loads(text()))
     except tomllib.TOMLDecodeError as error:
         reason = f"not well-formed TOML: {error}"
     except UnicodeDecodeError as error:

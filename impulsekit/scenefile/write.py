@@ -182,6 +182,8 @@ def _literal(value: Any) -> str:
         return "{ " + ", ".join(f"{_key(k)} = {_literal(v)}" for k, v in value.items()) + " }"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(_literal, value)) + "]"
+    if callable(value):
+        raise InputError("a scene file cannot hold a function of Python")
     if not isinstance(value, str | bool | int | float):
         raise InputError(f"a scene file cannot hold {value!r}, a {type(value).__name__}")
     # TOML turns a carriage return at a line's end into a plain one.

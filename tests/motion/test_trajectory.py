@@ -92,11 +92,6 @@ def test_what_is_no_trajectory_is_told(tmp_path, motion):
     path.write_text("nothing")
     with pytest.raises(errors.InputError, match="no trajectory"):
         ik.Trajectory.load(path)
-    robot = sliders(1)
-    scene = ik.Scene(robot, forces=[ik.Actuator("z00", lambda t, q, v: 1.0)])
-    lambdas = ik.simulate(scene, [0], [0], duration=0.1)
-    with pytest.raises(errors.InputError, match="top of a module"):
-        lambdas.save(path)
 
 
 def test_xarray_or_a_clear_word(motion, monkeypatch):
