@@ -38,6 +38,7 @@ from ..timing import time_in_turn
 from .mechanism import Mechanism, is_landing, mechanism_of
 from .method import Answer, Method
 from .springs import PressedContact, Pressing, Springs
+from .swing import approach_speed, half_swing
 
 __all__ = ["METHODS", "under_fitting_law"]
 
@@ -82,10 +83,8 @@ class _Setting:
         self.model = pin.Model(problem.scene.robot.model)
         self.model.gravity.setZero()
         self.q, self.v, self.stiffness = problem.q, problem.v, stiffness
-        still = Springs(self.model, self.mechanism, 0.0, 1.0)
-        still.acceleration(self.q, self.v)
-        self.approach = max(max(c.speed for c in still.contacts), 1e-12)
-        self.half_swing = math.pi / math.sqrt(stiffness * self._mobility())
+        self.approach = approach_speed(problem, self.mechanism)
+        self.half_swing = half_swing(problem, self.mechanism, stiffness)
 
     def springs(self, creep: float) -> Springs:
         """All contacts as they are at first: those that approach are pressed."""
@@ -97,25 +96,6 @@ class _Setting:
             if contact.speed > SLOW * self.approach:
                 springs.press(contact)
         return springs
-
-    def _mobility(self) -> float:
-        """The largest 1/m [1/kg] along a normal: of the quickest swing."""
-        data = self.model.createData()
-        inverse = pin.computeMinverse(self.model, data, self.q)
-        inverse = np.triu(inverse) + np.triu(inverse, 1).T
-        pin.computeJointJacobians(self.model, data, self.q)
-        found = 0.0
-        for touch in self.mechanism.touches:
-            row = np.zeros(self.model.nv)
-            for body, sign in ((touch.body, 1.0), (touch.other, -1.0)):
-                if body >= 0:
-                    jacobian = pin.getJointJacobian(
-                        self.model, data, body + 1, pin.ReferenceFrame.WORLD
-                    ).reshape(6, -1)
-                    row += sign * touch.normal @ jacobian[:3]
-                    row += sign * np.cross(touch.place, touch.normal) @ jacobian[3:]
-            found = max(found, float(row @ inverse @ row))
-        return found
 
 
 def _by_lsoda(problem: Problem, stiffness: float) -> Answer:
