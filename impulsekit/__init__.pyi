@@ -6,6 +6,7 @@ from .batch.long import long_tree as long_tree
 from .batch.long_impact import LongImpact as LongImpact
 from .batch.result import ImpactBatch as ImpactBatch
 from .batch.solve import solve_batch as solve_batch
+from .batch.solve import warm_up as warm_up
 from .batch.study import Study as Study
 from .batch.study import Variation as Variation
 from .batch.study import load_study as load_study

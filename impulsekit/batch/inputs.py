@@ -26,6 +26,8 @@ class BatchInputs:
         given: the numbers of the known impulses, entry after entry: force impulse and couple
             impulse (6) of an ``AppliedImpulse``, those of a ``JointImpulse``.
         restitution, friction: of each contact; None where the scene's own hold.
+        masses: factors on the masses of ``links``; None where there are none.
+        links: whose masses are scaled.
         codes: (B,) what is known of a row before anything is solved.
     """
 
@@ -35,33 +37,37 @@ class BatchInputs:
     given: np.ndarray
     restitution: np.ndarray | None
     friction: np.ndarray | None
+    masses: np.ndarray | None
+    links: tuple[str, ...]
     codes: np.ndarray
 
-    def rows(self, begin: int, end: int) -> BatchInputs:
-        """The same for some rows."""
+    def rows(self, chosen: np.ndarray) -> BatchInputs:
+        """The same for some rows, by their indices."""
 
         def cut(array: np.ndarray | None) -> Any:
-            return array if array is None or len(array) != self.size else array[begin:end]
+            return array if array is None or len(array) != self.size else array[chosen]
 
         return BatchInputs(
-            end - begin,
+            len(chosen),
             cut(self.q),
             cut(self.v),
             cut(self.given),
             cut(self.restitution),
             cut(self.friction),
-            self.codes[begin:end],
+            cut(self.masses),
+            self.links,
+            self.codes[chosen],
         )
 
 
 def batch_inputs(
-    scene: Scene, q: Any, v: Any, impulses: Any, restitution: Any, friction: Any
+    scene: Scene, q: Any, v: Any, impulses: Any, restitution: Any, friction: Any, masses: Any
 ) -> BatchInputs:
     """Checked and brought into one form.
 
     Raises:
         ShapeError: shapes that do not go together, or an empty batch.
-        UnknownNameError: no impulse or contact of that name.
+        UnknownNameError: no impulse, contact or link of that name.
         NotFiniteError, StateError, RangeError: in what all rows share. What is wrong with
             a single row is noted in ``codes``.
     """
@@ -75,6 +81,9 @@ def batch_inputs(
     for name, values in (("restitution", restitution), ("friction", friction)):
         if values is not None:
             arrays[name] = _coefficients(scene, name, values, count)
+    links: tuple[str, ...] = ()
+    if masses is not None:
+        links, arrays["masses"] = _factors(scene, masses)
     size = 1
     for name, array in arrays.items():
         if array.shape[0] not in (1, size):
@@ -91,9 +100,14 @@ def batch_inputs(
     if len(arrays["impulses"]) == 1 and not np.isfinite(arrays["impulses"]).all():
         raise NotFiniteError.of("impulses", "an entry", "not finite")
     codes = np.zeros(size, dtype=np.int8)
-    for name, high, allowed in (("restitution", 1.0, "0 to 1"), ("friction", np.inf, "0 or more")):
+    for name, low, high, allowed, harmless in (
+        ("restitution", 0.0, 1.0, "0 to 1", 0.0),
+        ("friction", 0.0, np.inf, "0 or more", 0.0),
+        ("masses", np.nextafter(0.0, 1.0), np.inf, "above 0", 1.0),
+    ):
         if name in arrays:
-            _mark(arrays[name], name, high, allowed, codes)
+            fine = (arrays[name] >= low) & (arrays[name] <= high) & np.isfinite(arrays[name])
+            _mark(arrays[name], name, fine, allowed, harmless, codes)
     return BatchInputs(
         size,
         arrays["q"],
@@ -101,13 +115,21 @@ def batch_inputs(
         arrays["impulses"],
         arrays.get("restitution"),
         arrays.get("friction"),
+        arrays.get("masses"),
+        links,
         codes,
     )
 
 
-def _mark(array: np.ndarray, name: str, high: float, allowed: str, codes: np.ndarray) -> None:
+def _mark(
+    array: np.ndarray,
+    name: str,
+    fine: np.ndarray,
+    allowed: str,
+    harmless: float,
+    codes: np.ndarray,
+) -> None:
     """Note the rows whose coefficients are out of range."""
-    fine = (array >= 0.0) & (array <= high) & np.isfinite(array)
     if fine.all():
         return
     if len(array) == 1:
@@ -116,7 +138,7 @@ def _mark(array: np.ndarray, name: str, high: float, allowed: str, codes: np.nda
     codes[bad] = int(RowStatus.OUT_OF_RANGE)
     codes[bad & ~np.isfinite(array).all(axis=1)] = int(RowStatus.NOT_FINITE)
     # The kernels compute every lane; a coefficient that is out of range must not make them fail.
-    array[bad] = 0.0
+    array[bad] = harmless
 
 
 def _matrix(values: Any, width: int, what: str) -> np.ndarray:
@@ -186,6 +208,27 @@ def _given(scene: Scene, impulses: Any) -> np.ndarray:
             raise ShapeError.of(what, (len(base), width), array.shape, "leading axes must agree")
         base[:, where.start : where.start + array.shape[1]] = array
     return base
+
+
+def _factors(scene: Scene, masses: Any) -> tuple[tuple[str, ...], np.ndarray]:
+    """The links named, and (1 or B, links) factors on their masses."""
+    from .masses import link_inertia
+
+    if not isinstance(masses, Mapping):
+        raise InputError("masses: give a mapping from names of links to factors")
+    columns = []
+    for name, values in masses.items():
+        link_inertia(scene.robot, name)
+        place = f'masses["{name}"]'
+        columns.append(_rows_of(_floats(values, place).reshape(-1), place))
+    size = max((len(column) for column in columns), default=1)
+    for name, column in zip(masses, columns, strict=True):
+        if len(column) not in (1, size):
+            raise ShapeError.of(f'masses["{name}"]', (size,), column.shape)
+    table = np.empty((size, len(columns)))
+    for k, column in enumerate(columns):
+        table[:, k] = column
+    return tuple(masses), table
 
 
 def _coefficients(scene: Scene, what: str, values: Any, count: int) -> np.ndarray:

@@ -36,29 +36,21 @@ class LongImpact:
         q: np.ndarray,
         v: np.ndarray,
     ) -> None:
-        from .kernels.articulated import press, respond
-        from .kernels.inertia import factor
-        from .kernels.kinematics import place_bodies
-        from .kernels.lanes import SINGLE
+        from .kernels.alone import jump
 
         self._owner, self._tree = owner, tree
         self.q, self.v_before = q, v
-        self._dof_at = layout.BODY * (tree.bodies + 1)
-        self._q_at = self._dof_at + layout.DOF * tree.nv
-        self._v_at = self._q_at + tree.nq
-        dv_at = self._v_at + tree.nv
+        self._places = layout.places(tree.bodies, tree.nq, tree.nv, 0, 0, 0, 0)
+        dof_at, q_at, v_at, dv_at = self._places[:4]
+        self._dof_at = dof_at
         self._blows = self._tables(impulses)
         # Zeros, so that no body is loaded that nothing strikes.
-        self._work = work = np.zeros(dv_at + tree.nv + 2)
-        work[self._q_at : self._v_at] = q
-        work[self._v_at : dv_at] = v
+        self._work = work = np.zeros(self._places[-1])
+        work[q_at:v_at] = q
+        work[v_at:dv_at] = v
         loaded = self._loaded()
-        bodies, spare = tree.bodies, dv_at + tree.nv
-        place_bodies(tree.ints, tree.floats, bodies, work, self._q_at, spare, SINGLE)
-        factor(tree.ints, tree.floats, tree.dofs, bodies, work, self._dof_at, SINGLE)
-        self._strike()
-        press(tree.ints, tree.dofs, bodies, loaded, 0, work, self._dof_at, SINGLE)
-        respond(tree.ints, tree.dofs, bodies, loaded, work, self._dof_at, dv_at, SINGLE)
+        tables = tree.ints, tree.floats, tree.dofs
+        jump(*tables, tree.bodies, loaded, self._blows, work, self._places)
         self.dv = work[dv_at : dv_at + tree.nv].copy()
         self.v_after = v + self.dv
         for array in (self.q, self.v_before, self.dv, self.v_after):
@@ -70,13 +62,11 @@ class LongImpact:
 
         At the joint's origin, world axes, linear [N s] before angular [N m s].
         """
-        from .kernels.bearing import bear
-        from .kernels.lanes import SINGLE
+        from .kernels.alone import reactions
 
-        rows = self._rows()
+        tree, rows = self._tree, self._rows()
         rows[:, layout.FORCE : layout.FORCE + 6] = 0.0
-        self._strike()
-        bear(self._tree.ints, self._tree.floats, self._tree.bodies, self._work, SINGLE)
+        reactions(tree.ints, tree.floats, tree.bodies, self._blows, self._work, self._places)
         found = rows[1:, layout.FORCE : layout.FORCE + 6].copy()
         found.setflags(write=False)
         return found
@@ -104,25 +94,16 @@ class LongImpact:
     @cached_property
     def _twists(self) -> np.ndarray:
         """(bodies + 1, 6) the twists before the impact."""
-        from .kernels.articulated import twists
-        from .kernels.lanes import SINGLE
+        from .kernels.alone import speeds
 
         if self.v_before.any():
             everyone = np.arange(1, self._tree.bodies + 1)
-            args = (self._tree.ints, self._tree.dofs, everyone, self._work, self._v_at)
-            twists(*args, layout.TWIST, SINGLE)
+            speeds(self._tree.ints, self._tree.dofs, everyone, self._work, self._places)
         return self._rows()[:, layout.TWIST : layout.TWIST + 6]
 
     def _rows(self) -> np.ndarray:
         """(bodies + 1, BODY) what the kernels know of each body."""
         return self._work[: self._dof_at].reshape(-1, layout.BODY)
-
-    def _strike(self) -> None:
-        from .kernels.blows import strike
-        from .kernels.lanes import SINGLE
-
-        ints, floats, kicks, given = self._blows
-        strike(ints, floats, kicks, given, 0, 0, self._work, self._dof_at, SINGLE)
 
     def _loaded(self) -> np.ndarray:
         """(bodies + 1,) True for the bodies struck and all between them and the world."""

@@ -11,9 +11,11 @@ import numpy as np
 from ..impact.plan import is_always_regular
 from ..impact.reach import branch_of, touched_joints
 from ..scene import AppliedImpulse, Law, Scene
+from .followers import Follower, freed_model
 from .kernels import layout
+from .masses import link_inertia
 from .rows import NoKernelError, RowMaker, RowTables, row_tables
-from .tree import KINDS, Tree, tree_of
+from .tree import KINDS, Tree, tree_of, weights
 
 __all__ = ["BatchPlan", "Program", "compiled"]
 
@@ -39,6 +41,7 @@ class Program:
     """The tables of a scene; see ``kernels.block.solve_blocks`` for the tuples.
 
     Attributes:
+        own_rows: how many rows are not the scene's: those of joints that follow others.
         columns: of each known impulse by entry name: first column and how many.
         given: (columns,) the impulses of the scene itself.
         restitution, friction: (contacts,) those of the scene itself.
@@ -49,23 +52,37 @@ class Program:
     tables: tuple[np.ndarray, ...]
     sets: tuple[np.ndarray, ...]
     known: tuple[np.ndarray, ...]
+    loads: tuple[np.ndarray, ...]
     rows: tuple[np.ndarray, ...]
+    meetings: tuple[np.ndarray, ...]
     held: tuple[np.ndarray, ...]
     contacts: tuple[np.ndarray, ...]
     columns: dict[str, tuple[int, int]]
     given: np.ndarray
     restitution: np.ndarray
     friction: np.ndarray
+    own_rows: int
+
+    def places(self) -> tuple[int, ...]:
+        """Where in the work array things begin."""
+        tree, rows = self.tree, len(self.rows[2]) - 1
+        loads = len(set(self.loads[0][:: layout.LOAD_INTS].tolist()))
+        meetings = len(self.meetings[0]) // layout.MEETING_INTS
+        terms = len(self.rows[0]) // layout.TERM_INTS
+        return layout.places(tree.bodies, tree.nq, tree.nv, rows, loads, meetings, terms)
 
 
-def compiled(scene: Scene, *, frictional: bool) -> tuple[Program | None, BatchPlan]:
+def compiled(
+    scene: Scene, *, frictional: bool, links: Sequence[str] = ()
+) -> tuple[Program | None, BatchPlan]:
     """The program of a scene, or None where the kernels do not know how, and the plan.
 
     Args:
         frictional: whether frictions are given that may be more than 0 where the scene's are 0.
+        links: those whose masses vary.
     """
     try:
-        program = _program(scene, frictional)
+        program = _program(scene, frictional, links)
     except NoKernelError as reason:
         return None, BatchPlan(False, 0, (f"state by state: {reason}",))
     count = len(program.rows[2]) - 1
@@ -78,22 +95,31 @@ def compiled(scene: Scene, *, frictional: bool) -> tuple[Program | None, BatchPl
     return program, BatchPlan(True, count, tuple(why))
 
 
-def _program(scene: Scene, frictional: bool) -> Program:
-    robot, model = scene.robot, scene.robot.model
+def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
+    robot = scene.robot
     if scene.contacts and scene.law != Law():
         raise NoKernelError("a law of contact other than Law()")
+    try:
+        model, followers = freed_model(robot.model)
+    except KeyError as kind:
+        raise NoKernelError(f"joints of the kind {kind.args[0]}") from None
     unknown = {joint.shortname() for joint in list(model.joints)[1:]} - KINDS.keys()
     if unknown:
         raise NoKernelError(f"joints of the kind {', '.join(sorted(unknown))}")
     branches = {branch_of(model, joint_id) for joint_id in touched_joints(scene)} - {0}
-    joints = [j for j in range(1, model.njoints) if branch_of(model, j) in branches]
+    joints = [
+        j
+        for j in range(1, model.njoints)
+        if (branches and followers) or branch_of(model, j) in branches
+    ]
     if not joints:
         raise NoKernelError("nothing acts")
     if not is_always_regular(model):
         raise NoKernelError("joints without inertia of their own, whose pivots are watched")
-    tree = tree_of(model, joints)
-    tables = row_tables(scene, tree, frictional=frictional)
-    known, given, columns, struck = _known(scene, tree)
+    tree = tree_of(model, joints, robot.model)
+    loads = _loads(scene, tree, links)
+    tables = row_tables(scene, tree, frictional=frictional, followers=followers)
+    known, given, columns, struck = _known(scene, tree, tables)
     rows, passed = _rows(tree, tables)
     loaded = _mask(tree, struck | passed)
     sets = (
@@ -102,14 +128,30 @@ def _program(scene: Scene, frictional: bool) -> Program:
         _mask(tree, struck),
         np.flatnonzero(_mask(tree, struck | passed)),
     )
-    sizes = (tree.bodies, tree.nq, tree.nv, robot.nq, robot.nv, len(given))
+    is_part = len(set(tree.q_index.tolist())) < robot.nq
+    sizes = (
+        tree.bodies,
+        tree.nq,
+        tree.nv,
+        robot.nq,
+        robot.nv,
+        len(given),
+        len(links),
+        int(is_part),
+    )
     return Program(
         tree,
         sizes,
-        (tree.ints, tree.floats, tree.dofs, tree.q_index, tree.v_index, _units(model)),
+        _tree_tables(tree, robot.model, followers),
         sets,
         known,
+        loads,
         rows,
+        (
+            np.array(tables.meeting_ints, dtype=np.int64).ravel(),
+            np.concatenate([*tables.meeting_floats, np.zeros(0)]),
+            np.array(tables.ways, dtype=np.int64),
+        ),
         (np.array(tables.target), np.array(tables.keeps, dtype=bool)),
         (
             np.array(tables.contact_ints, dtype=np.int64).ravel(),
@@ -119,14 +161,64 @@ def _program(scene: Scene, frictional: bool) -> Program:
         given,
         np.array(tables.restitution, dtype=float),
         np.array(tables.friction, dtype=float),
+        len(followers),
     )
 
 
+def _tree_tables(tree: Tree, model: Any, followers: Sequence[Follower]) -> tuple[np.ndarray, ...]:
+    """The tables of the tree and of what its vectors have to do with the robot's."""
+    table = tree.ints.reshape(-1, layout.BODY_INTS)[1:]
+    angles = np.zeros(tree.nq, dtype=bool)
+    angles[table[table[:, 1] == layout.ANGLE, 2]] = True
+    v_out = tree.v_index.copy()
+    follow: list[int] = []
+    ratios: list[float] = []
+    for one in followers:
+        entry = int(tree.ints[tree.body(one.joint_id) * layout.BODY_INTS + 2])
+        own = tree.first_dof(one.joint_id)
+        # What is multiplied may not lose its turns before.
+        angles[entry], v_out[own] = False, -1
+        follow.extend((entry, own, tree.first_dof(one.leader_id)))
+        ratios.extend((one.ratio, one.offset))
+    return (
+        tree.ints,
+        tree.floats,
+        tree.dofs,
+        tree.q_index,
+        tree.v_index,
+        v_out,
+        angles,
+        np.zeros(tree.nv, dtype=bool),
+        _units(model),
+        np.array(follow, dtype=np.int64),
+        np.array(ratios, dtype=float),
+    )
+
+
+def _loads(scene: Scene, tree: Tree, links: Sequence[str]) -> tuple[np.ndarray, ...]:
+    """Tables of the links whose masses vary; their bodies are marked in those of the tree."""
+    ints: list[int] = []
+    floats: list[np.ndarray] = []
+    table = tree.ints.reshape(-1, layout.BODY_INTS)
+    count = 0
+    for column, name in enumerate(links):
+        joint_id, inertia = link_inertia(scene.robot, name)
+        if joint_id not in tree.joint_ids:
+            continue
+        body = tree.body(joint_id)
+        if table[body, 7] < 0:
+            table[body, 7] = count
+            count += 1
+        ints.extend((int(table[body, 7]), column))
+        floats.append(weights(inertia, tree.turns[body]))
+    return np.array(ints, dtype=np.int64), np.concatenate([*floats, np.zeros(0)])
+
+
 def _known(
-    scene: Scene, tree: Tree
+    scene: Scene, tree: Tree, tables: RowTables
 ) -> tuple[tuple[np.ndarray, ...], np.ndarray, dict[str, tuple[int, int]], set[int]]:
     """Tables of the known impulses, their numbers, whose columns are whose, bodies struck."""
-    maker = RowMaker(scene.robot, tree)
+    maker = RowMaker(scene.robot, tree, tables)
     ints: list[int] = []
     floats: list[np.ndarray] = []
     kicks: list[int] = []
@@ -148,12 +240,12 @@ def _known(
             given.extend(entry.impulse)
             struck.add(_body_of_dof(tree, start))
         columns[name] = (first, len(given) - first)
-    tables = (
+    known = (
         np.array(ints, dtype=np.int64),
         np.concatenate([*floats, np.zeros(0)]),
         np.array(kicks, dtype=np.int64),
     )
-    return tables, np.array(given, dtype=float), columns, struck
+    return known, np.array(given, dtype=float), columns, struck
 
 
 def _rows(tree: Tree, tables: RowTables) -> tuple[tuple[np.ndarray, ...], set[int]]:
@@ -169,7 +261,7 @@ def _rows(tree: Tree, tables: RowTables) -> tuple[tuple[np.ndarray, ...], set[in
         for numbers, values in terms:
             ints.extend(numbers)
             floats.append(values)
-            kind, body, _, dof = numbers
+            kind, body, _, dof, *_ = numbers
             own.add(body_of_dof[dof] if kind == layout.ALONG_DOF else body)
         first.append(first[-1] + len(terms))
         mask = _mask(tree, own)
@@ -215,8 +307,9 @@ def _units(model: Any) -> np.ndarray:
     """(2k,) where unit vectors stand in q, and how long they are."""
     found: list[int] = []
     for joint in list(model.joints)[1:]:
+        kind = KINDS.get(joint.shortname(), -1)
         size = {layout.CIRCLE: 2, layout.PLANAR: 2, layout.QUATERNION: 4, layout.FREE: 4}.get(
-            KINDS[joint.shortname()], 0
+            kind, 0
         )
         if size:
             found.extend((joint.idx_q + joint.nq - size, size))

@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import InputError, MissingExtraError
 from ..scene import Scene
 
-__all__ = ["is_lazy", "solve_lazily", "solve_remotely"]
+__all__ = ["is_lazy", "solve_lazily", "solve_remotely", "warm_workers"]
 
 # Rows of one task where the arrays that are given have no chunks of their own.
 ROWS = 65536
@@ -30,13 +30,18 @@ def is_lazy(*values: Any) -> bool:
 
 
 def solve_lazily(
-    scene: Scene, given: dict[str, Any], outputs: Sequence[str], threads: int | None = None
+    scene: Scene,
+    given: dict[str, Any],
+    outputs: Sequence[str],
+    number: np.dtype,
+    threads: int | None = None,
 ) -> dict[str, Any]:
     """Dask arrays of all outputs and of the status, chunked along the rows.
 
     Args:
         given: the arguments of ``solve_batch`` that may vary, by name.
         outputs: what to compute.
+        number: the type of the answers.
         threads: of each task.
 
     Raises:
@@ -63,17 +68,21 @@ def solve_lazily(
             else _cut(value, rows, begin, size)
             for name, value in given.items()
         }
-        answer = solve(packed, key, cut, tuple(outputs), threads)
+        answer = solve(packed, key, cut, tuple(outputs), number, threads)
         for name in outputs:
             shape = (size, *_shape(scene, name))
-            parts[name].append(da.from_delayed(answer[name], shape, float))
+            parts[name].append(da.from_delayed(answer[name], shape, number))
         parts["status"].append(da.from_delayed(answer["status"], (size,), np.int8))
         begin += size
     return {name: da.concatenate(own) for name, own in parts.items()}
 
 
 def solve_remotely(
-    scene: Scene, given: dict[str, Any], outputs: Sequence[str], client: Any
+    scene: Scene,
+    given: dict[str, Any],
+    outputs: Sequence[str],
+    number: np.dtype,
+    client: Any,
 ) -> dict[str, np.ndarray]:
     """The arrays of all outputs and of the status, solved by the workers of a client.
 
@@ -81,10 +90,18 @@ def solve_remotely(
         InputError: arrays whose leading axes do not agree, or nothing that varies.
         MissingExtraError: dask is not installed.
     """
-    lazy = solve_lazily(scene, given, outputs, threads=1)
+    lazy = solve_lazily(scene, given, outputs, number, threads=1)
+    client.run(warm_workers, pickle.dumps(scene), number)
     names = list(lazy)
     found = client.gather(client.compute([lazy[name] for name in names]))
     return dict(zip(names, found, strict=True))
+
+
+def warm_workers(packed: bytes, number: np.dtype) -> None:
+    """``warm_up`` in a worker."""
+    from .solve import warm_up
+
+    warm_up(pickle.loads(packed), dtype=number)
 
 
 def _chunks(given: Mapping[str, Any]) -> tuple[int, tuple[int, ...]]:
@@ -94,7 +111,8 @@ def _chunks(given: Mapping[str, Any]) -> tuple[int, tuple[int, ...]]:
     for name, value in given.items():
         entries = value.items() if isinstance(value, Mapping) else ((name, value),)
         for label, entry in entries:
-            per_row = isinstance(value, Mapping) and name in ("restitution", "friction")
+            scalar = ("restitution", "friction", "masses")
+            per_row = isinstance(value, Mapping) and name in scalar
             array: Any = entry if hasattr(entry, "ndim") else np.asarray(entry, dtype=float)
             if array.ndim == (1 if per_row else 2) and array.shape[0] > 1:
                 sizes[label] = int(array.shape[0])
@@ -117,7 +135,12 @@ def _cut(value: Any, rows: int, begin: int, size: int) -> Any:
 
 
 def _sent_rows(
-    packed: bytes, key: str, given: dict[str, Any], outputs: tuple[str, ...], threads: int | None
+    packed: bytes,
+    key: str,
+    given: dict[str, Any],
+    outputs: tuple[str, ...],
+    number: np.dtype,
+    threads: int | None,
 ) -> dict[str, np.ndarray]:
     """``solve_batch`` in a worker, which unpacks a scene only once."""
     from .solve import solve_batch
@@ -125,5 +148,5 @@ def _sent_rows(
     if key not in _scenes:
         _scenes.clear()
         _scenes[key] = pickle.loads(packed)
-    batch = solve_batch(_scenes[key], **given, outputs=outputs, threads=threads)
+    batch = solve_batch(_scenes[key], **given, outputs=outputs, dtype=number, threads=threads)
     return {**batch.arrays, "status": batch.status}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,10 +13,14 @@ from ..robot import Robot
 from ..scene import Contact, FrameAnchor, JointCoupling, JointLock, JointStop, PointAnchor, Scene
 from ..scene.constraints import DIRECTIONS, KEPT
 from ..scene.restitution import Restitution
+from .followers import Follower
 from .kernels.layout import ALONG_DOF, COUPLE, FORCE_AT
 from .tree import Tree
 
 __all__ = ["NoKernelError", "RowMaker", "RowTables", "row_tables"]
+
+# Integers and numbers of a term, see ``layout``.
+Term = tuple[tuple[int, int, int, int, int, int], np.ndarray]
 
 
 class NoKernelError(Exception):
@@ -27,23 +32,29 @@ class RowTables:
     """Rows, bilateral ones first.
 
     Attributes:
-        terms: of each row, (kind, body, axes body, dof) and six numbers each.
+        terms: of each row, the integers and the six numbers of each term, see ``layout``.
         target, keeps: of each bilateral row.
         contact_ints, contact_floats: one line a contact.
-        frictional: whether contacts have tangent rows.
+        restitution, friction: of each contact.
+        meeting_ints, meeting_floats, ways: see ``layout``.
     """
 
-    terms: list[list[tuple[tuple[int, int, int, int], np.ndarray]]] = field(default_factory=list)
+    terms: list[list[Term]] = field(default_factory=list)
     target: list[float] = field(default_factory=list)
     keeps: list[bool] = field(default_factory=list)
-    contact_ints: list[tuple[int, int, int]] = field(default_factory=list)
+    contact_ints: list[tuple[int, int, int, int]] = field(default_factory=list)
     contact_floats: list[np.ndarray] = field(default_factory=list)
     restitution: list[float] = field(default_factory=list)
     friction: list[float] = field(default_factory=list)
+    meeting_ints: list[tuple[int, ...]] = field(default_factory=list)
+    meeting_floats: list[np.ndarray] = field(default_factory=list)
+    ways: list[int] = field(default_factory=list)
 
 
-def row_tables(scene: Scene, tree: Tree, *, frictional: bool) -> RowTables:
-    """The rows of a scene on its tree.
+def row_tables(
+    scene: Scene, tree: Tree, *, frictional: bool, followers: Sequence[Follower] = ()
+) -> RowTables:
+    """The rows of a scene on its tree, those of joints that follow others before all.
 
     Args:
         frictional: give every contact its tangent rows, whatever its own friction.
@@ -52,7 +63,12 @@ def row_tables(scene: Scene, tree: Tree, *, frictional: bool) -> RowTables:
         NoKernelError: an entry that needs the solver of single states.
     """
     tables = RowTables()
-    maker = RowMaker(scene.robot, tree)
+    maker = RowMaker(scene.robot, tree, tables)
+    for one in followers:
+        own, leader = (tree.first_dof(joint_id) for joint_id in (one.joint_id, one.leader_id))
+        tables.terms.append([_along(own, 1.0), _along(leader, -one.ratio)])
+        tables.target.append(0.0)
+        tables.keeps.append(False)
     for constraint in scene.constraints:
         rows = maker.constraint(constraint)
         keeps = constraint.velocity == KEPT
@@ -63,7 +79,7 @@ def row_tables(scene: Scene, tree: Tree, *, frictional: bool) -> RowTables:
         tables.keeps.extend([keeps] * len(rows))
     for contact in scene.contacts:
         first = len(tables.terms)
-        rows, entry, numbers = maker.contact(contact)
+        rows, entry, meeting, numbers = maker.contact(contact)
         friction = getattr(contact, "friction", 0.0)
         if len(rows) == 3 and not friction and not frictional:
             rows = rows[2:]
@@ -75,7 +91,7 @@ def row_tables(scene: Scene, tree: Tree, *, frictional: bool) -> RowTables:
             raise NoKernelError("a restitution that is a table or a function")
         numbers[11], numbers[12] = getattr(contact, "tangential_restitution", 0.0), capture
         tables.terms.extend(rows)
-        tables.contact_ints.append((first, len(rows), entry))
+        tables.contact_ints.append((first, len(rows), entry, meeting))
         tables.contact_floats.append(numbers)
         tables.restitution.append(restitution)
         tables.friction.append(friction)
@@ -85,8 +101,8 @@ def row_tables(scene: Scene, tree: Tree, *, frictional: bool) -> RowTables:
 class RowMaker:
     """Makes rows out of the entries of a scene."""
 
-    def __init__(self, robot: Robot, tree: Tree) -> None:
-        self._robot, self._tree = robot, tree
+    def __init__(self, robot: Robot, tree: Tree, tables: RowTables) -> None:
+        self._robot, self._tree, self._tables = robot, tree, tables
 
     def site(self, frame: str, at: Any) -> tuple[int, np.ndarray, np.ndarray]:
         """The body of a frame, a point of the frame in the body's axes, the frame's axes."""
@@ -99,7 +115,9 @@ class RowMaker:
     def dof(self, joint: str) -> tuple[int, int]:
         """The first degree of freedom of a joint, and how many it has."""
         item = self._robot.model.joints[self._robot.joint_id(joint)]
-        return int(np.flatnonzero(self._tree.v_index == item.idx_v)[0]), item.nv
+        if item.nv == 0:
+            raise NoKernelError(f'what acts in joint "{joint}", which follows another')
+        return self._tree.first_dof(self._robot.joint_id(joint)), item.nv
 
     def constraint(self, entry: Any) -> list:
         if isinstance(entry, PointAnchor | FrameAnchor):
@@ -117,8 +135,9 @@ class RowMaker:
     def _anchor(self, entry: PointAnchor | FrameAnchor) -> list:
         body, point, axes = self.site(entry.frame, entry.at)
         other, other_point, _ = self.site(entry.other, entry.other_at or (0.0, 0.0, 0.0))
+        meeting = -1
         if other > 0 and entry.other_at is None:
-            raise NoKernelError("an anchor whose other_at follows from where the bodies stand")
+            meeting = self._meeting(body, other, point, None)
         names = entry.directions if isinstance(entry, FrameAnchor) else DIRECTIONS[:3]
         local = isinstance(entry, FrameAnchor) and entry.axes == "local"
         rows = []
@@ -132,34 +151,68 @@ class RowMaker:
             if body > 0:
                 terms.append(_at((kind, body, around), point, direction))
             if other > 0:
-                terms.append(_at((kind, other, around), other_point, -direction))
+                terms.append(_at((kind, other, around), other_point, -direction, arm=meeting))
             rows.append(terms)
         return rows
 
-    def contact(self, entry: Any) -> tuple[list, int, np.ndarray]:
-        """Rows t₁, t₂, n of a contact (one of a stop), entry of q of a stop, numbers."""
+    def _meeting(self, body: int, other: int, point: np.ndarray, normal: np.ndarray | None) -> int:
+        """A meeting of two bodies at a point of the first, with a normal of the other."""
+        tables, tree = self._tables, self._tree
+        way, other_way = tree.path(body), tree.path(other)
+        while way and other_way and way[0] == other_way[0]:
+            del way[0], other_way[0]
+        begin = len(tables.ways)
+        tables.ways.extend((*way, *other_way))
+        middle = begin + len(way)
+        tables.meeting_ints.append(
+            (body, other, begin, middle, len(tables.ways), int(normal is not None))
+        )
+        along = np.zeros(3) if normal is None else normal
+        tables.meeting_floats.append(np.concatenate([point, along]))
+        return len(tables.meeting_ints) - 1
+
+    def contact(self, entry: Any) -> tuple[list, int, int, np.ndarray]:
+        """Rows t₁, t₂, n of a contact (one of a stop), entry of q of a stop, meeting, numbers."""
         numbers = np.zeros(13)
         if isinstance(entry, JointStop):
             numbers[9:11] = entry.limits(self._robot)
             joint = self._robot.model.joints[self._robot.joint_id(entry.joint)]
-            return [[_along(self.dof(entry.joint)[0], 1.0)]], joint.idx_q, numbers
+            return [[_along(self.dof(entry.joint)[0], 1.0)]], joint.idx_q, -1, numbers
         if not isinstance(entry, Contact):
             raise NoKernelError("a Collision, whose points are found state by state")
         body, point, _ = self.site(entry.frame, entry.at)
         plane = self._robot.model.frames[self._robot.frame_id(entry.against)]
-        if plane.parentJoint > 0 or body == 0:
-            raise NoKernelError("a Contact against a frame that moves")
+        if plane.parentJoint > 0:
+            return self._on_moving_plane(entry, body, point)
         axes = contact_axes(plane.placement.rotation @ np.array(entry.normal))
         numbers[:9] = axes.ravel()
         rows = [[_at((FORCE_AT, body, 0), point, axes[:, k])] for k in range(3)]
-        return rows, -1, numbers
+        return rows, -1, -1, numbers
+
+    def _on_moving_plane(
+        self, entry: Contact, body: int, point: np.ndarray
+    ) -> tuple[list, int, int, np.ndarray]:
+        other, _, axes = self.site(entry.against, (0.0, 0.0, 0.0))
+        meeting = self._meeting(body, other, point, axes @ np.array(entry.normal))
+        rows = []
+        for k in range(3):
+            along = np.eye(3)[k]
+            terms = [_at((FORCE_AT, other, 0), point, -along, arm=meeting, axes=meeting)]
+            if body > 0:
+                terms.insert(0, _at((FORCE_AT, body, 0), point, along, axes=meeting))
+            rows.append(terms)
+        return rows, -1, meeting, np.zeros(13)
 
 
-def _along(dof: int, factor: float) -> tuple[tuple[int, int, int, int], np.ndarray]:
-    return (ALONG_DOF, 0, 0, dof), np.array([0.0, 0.0, 0.0, factor, 0.0, 0.0])
+def _along(dof: int, factor: float) -> Term:
+    return (ALONG_DOF, 0, 0, dof, -1, -1), np.array([0.0, 0.0, 0.0, factor, 0.0, 0.0])
 
 
 def _at(
-    where: tuple[int, int, int], point: np.ndarray, direction: np.ndarray
-) -> tuple[tuple[int, int, int, int], np.ndarray]:
-    return (*where, 0), np.concatenate([point, direction])
+    where: tuple[int, int, int],
+    point: np.ndarray,
+    direction: np.ndarray,
+    arm: int = -1,
+    axes: int = -1,
+) -> Term:
+    return (*where, 0, arm, axes), np.concatenate([point, direction])

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from .inputs import BatchInputs
-from .kernels.block import solve_blocks, work_size
-from .kernels.lanes import LANES, WIDTH
+from .kernels.block import solve_blocks
+from .kernels.lanes import LANES, LANES32
 from .program import Program
 
 __all__ = ["BatchRun"]
@@ -42,19 +42,20 @@ class BatchRun:
         inputs: BatchInputs,
         arrays: dict[str, np.ndarray],
         codes: np.ndarray,
+        dtype: Any = np.float64,
     ) -> None:
         self.rows_done = 0
+        self._dtype = np.dtype(dtype)
         self._program = program
         self._codes, self._arrays = codes, arrays
         self._size = inputs.size
+        self._lanes = LANES32 if dtype == np.float32 else LANES
         # The kernels want at least one whole block.
-        self._states = max(inputs.size, WIDTH)
+        self._states = max(inputs.size, self._lanes.width)
         self._inputs = self._laid_out(inputs)
         self._outputs = self._room()
         self._lock = threading.Lock()
-        self._words = work_size(
-            program.tree.bodies, program.tree.nq, program.tree.nv, len(program.rows[2]) - 1, LANES
-        )
+        self._places = program.places()
 
     def _laid_out(self, inputs: BatchInputs) -> tuple:
         program = self._program
@@ -65,12 +66,13 @@ class BatchRun:
             (inputs.given, None),
             (inputs.restitution, program.restitution),
             (inputs.friction, program.friction),
+            (inputs.masses, np.ones(len(inputs.links))),
         )
         for array, own in pairs:
             array = np.reshape(own, (1, -1)) if array is None else array
             if len(array) > 1 and self._states > self._size:
                 array = np.concatenate([array, np.repeat(array[-1:], self._states - self._size, 0)])
-            found.extend((array.reshape(-1), array.shape[1] if len(array) > 1 else 0))
+            found.extend((_plain(array), array.shape[1] if len(array) > 1 else 0))
         codes = np.zeros(self._states, dtype=np.int8)
         codes[: self._size] = inputs.codes
         return (*found, codes)
@@ -83,13 +85,13 @@ class BatchRun:
         skipped = program.tree.nv < program.sizes[4]
         for name in _KINDS:
             if name not in self._arrays:
-                whole.append(np.empty(0))
+                whole.append(np.empty(0, self._dtype))
                 continue
             array = self._arrays[name]
             if name == "constraint_impulses":
-                array = np.empty((self._states, rows))
+                array = np.empty((self._states, rows), self._dtype)
             elif self._states > self._size:
-                array = np.empty((self._states, *array.shape[1:]))
+                array = np.empty((self._states, *array.shape[1:]), self._dtype)
             if skipped and name in ("dv", "generalized_impulse"):
                 array[:] = 0.0
             elif skipped and name == "v_after":
@@ -102,33 +104,39 @@ class BatchRun:
 
     def pieces(self, threads: int) -> list[tuple[int, int]]:
         """First and last block of each call."""
-        blocks = -(-self._states // WIDTH)
+        blocks = -(-self._states // self._lanes.width)
         size = min(LARGEST_PIECE, max(SMALLEST_PIECE, -(-blocks // threads)))
         return [(begin, min(begin + size, blocks)) for begin in range(0, blocks, size)]
 
     def solve(self, begin: int, end: int) -> None:
         """Solve some blocks; several threads may do so at once."""
         program = self._program
-        work = np.empty(self._words + ALIGNMENT // 8)
-        shift = (-work.ctypes.data // 8) % (ALIGNMENT // 8)
+        lanes = self._lanes
+        spare = ALIGNMENT // self._dtype.itemsize
+        work = np.empty(self._places[-1] * lanes.width + spare, self._dtype)
+        shift = -(work.ctypes.data // self._dtype.itemsize) % spare
         solve_blocks(
             begin,
             end,
             self._states,
             program.tables,
             program.sizes,
+            self._places,
             program.sets,
             program.known,
+            program.loads,
             program.rows,
+            program.meetings,
             program.held,
             program.contacts,
             self._inputs,
             self._outputs,
             work[shift:],
-            LANES,
+            lanes,
         )
         with self._lock:
-            self.rows_done += min(end * WIDTH, self._size) - min(begin * WIDTH, self._size)
+            self.rows_done += min(end * lanes.width, self._size)
+            self.rows_done -= min(begin * lanes.width, self._size)
             if self.rows_done == self._size:
                 self._hand_over()
 
@@ -138,6 +146,14 @@ class BatchRun:
             if name in self._arrays and array is not self._arrays[name]:
                 wanted = self._arrays[name]
                 rows = array[: self._size].reshape(self._size, -1)
-                wanted[...] = rows[:, : wanted[0].size].reshape(wanted.shape)
+                first = self._program.own_rows if name == "constraint_impulses" else 0
+                wanted[...] = rows[:, first : first + wanted[0].size].reshape(wanted.shape)
         if self._whole[-1] is not self._codes:
             self._codes[:] = self._whole[-1][: self._size]
+
+
+def _plain(array: np.ndarray) -> np.ndarray:
+    """Flat, in order, and not marked as read-only: to numba that would be another type, and
+    all kernels would be compiled once more."""
+    flat = np.ascontiguousarray(array).reshape(-1)
+    return flat if flat.flags.writeable else flat.copy()

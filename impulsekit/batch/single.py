@@ -21,6 +21,7 @@ from ..impact.result import Impact
 from ..scene import AppliedImpulse, Scene
 from .codes import RowStatus
 from .inputs import BatchInputs
+from .masses import scaled_robot
 
 __all__ = ["solve_rows"]
 
@@ -70,11 +71,11 @@ def _varies(scene: Scene, inputs: BatchInputs) -> bool:
         )
     if len(inputs.given) > 1 or not np.array_equal(inputs.given[0], own):
         return True
-    return inputs.restitution is not None or inputs.friction is not None
+    return not (inputs.restitution is inputs.friction is inputs.masses is None)
 
 
 def _scene_of(scene: Scene, inputs: BatchInputs, row: int) -> Scene:
-    """The scene with the impulses and coefficients of a row."""
+    """The scene with the impulses, coefficients and masses of a row."""
     numbers = inputs.given[row if len(inputs.given) > 1 else 0].tolist()
     impulses: list = []
     for entry in scene.impulses:
@@ -94,7 +95,11 @@ def _scene_of(scene: Scene, inputs: BatchInputs, row: int) -> Scene:
             if array is not None and hasattr(contact, name):
                 changes[name] = float(array[row if len(array) > 1 else 0, i])
         contacts.append(dataclasses.replace(contact, **changes))
-    return dataclasses.replace(scene, impulses=impulses, contacts=contacts)
+    robot = scene.robot
+    if inputs.masses is not None:
+        factors = inputs.masses[row if len(inputs.masses) > 1 else 0].tolist()
+        robot = scaled_robot(robot, dict(zip(inputs.links, factors, strict=True)))
+    return dataclasses.replace(scene, robot=robot, impulses=impulses, contacts=contacts)
 
 
 def _write(impact: Impact, row: int, arrays: dict[str, np.ndarray]) -> None:

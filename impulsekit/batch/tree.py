@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pinocchio as pin
 
 from .kernels import layout
 
-if TYPE_CHECKING:
-    import pinocchio as pin
-
-__all__ = ["KINDS", "Tree", "joined_tree", "tree_of"]
+__all__ = ["KINDS", "Tree", "joined_tree", "tree_of", "weights"]
 
 # By Pinocchio's names of joints; what is not here, no kernel knows.
 KINDS = {
@@ -69,6 +66,10 @@ class Tree:
         """The body behind a joint of the robot."""
         return self.joint_ids.index(joint_id)
 
+    def first_dof(self, joint_id: int) -> int:
+        """The first degree of freedom of the body behind a joint of the robot."""
+        return int(self.ints[self.body(joint_id) * layout.BODY_INTS + 3])
+
     def parent(self, body: int) -> int:
         """The body that a body hangs on."""
         return int(self.ints[body * layout.BODY_INTS])
@@ -82,12 +83,15 @@ class Tree:
         return found[::-1]
 
 
-def tree_of(model: pin.Model, joints: Sequence[int]) -> Tree:
+def tree_of(model: pin.Model, joints: Sequence[int], whole: pin.Model | None = None) -> Tree:
     """The tables for those joints of a model, parents first; whole branches from the world on.
+
+    ``whole``: the model in whose vectors entries are counted, if it is another one.
 
     Raises:
         KeyError: a joint of a kind that the kernels do not know.
     """
+    neutral = pin.neutral(model)
     bodies = len(joints)
     ids = (0, *joints)
     ints = np.zeros((bodies + 1, layout.BODY_INTS), dtype=np.int64)
@@ -102,20 +106,17 @@ def tree_of(model: pin.Model, joints: Sequence[int]) -> Tree:
         joint = model.joints[joint_id]
         kind = KINDS[joint.shortname()]
         parent = place[model.parents[joint_id]]
-        turns[body] = _turn(joint) if joint.nv == 1 else np.eye(3)
-        ints[body] = (parent, kind, len(q_index), len(dofs), joint.nv, 0, 0)
-        q_index.extend(range(joint.idx_q, joint.idx_q + joint.nq))
-        v_index.extend(range(joint.idx_v, joint.idx_v + joint.nv))
+        turns[body] = _turn(joint, neutral) if joint.nv == 1 else np.eye(3)
+        ints[body] = (parent, kind, len(q_index), len(dofs), joint.nv, 0, 0, -1)
+        place_in = joint if whole is None else whole.joints[joint_id]
+        q_index.extend(range(place_in.idx_q, place_in.idx_q + joint.nq))
+        v_index.extend(range(place_in.idx_v, place_in.idx_v + joint.nv))
         dofs.extend(_DOFS[kind])
         placement = model.jointPlacements[joint_id]
-        inertia = model.inertias[joint_id]
         turn = turns[body]
+        floats[body, 12:] = weights(model.inertias[joint_id], turn)
         floats[body, :9] = (turns[parent].T @ placement.rotation @ turn).ravel()
         floats[body, 9:12] = turns[parent].T @ placement.translation
-        floats[body, 12] = inertia.mass
-        floats[body, 13:16] = turn.T @ (inertia.mass * inertia.lever)
-        about_joint = turn.T @ inertia.matrix()[3:, 3:] @ turn
-        floats[body, 16:] = about_joint[np.triu_indices(3)]
     mark_children(ints)
     return Tree(
         bodies,
@@ -129,6 +130,13 @@ def tree_of(model: pin.Model, joints: Sequence[int]) -> Tree:
         ids,
         turns,
     )
+
+
+def weights(inertia: pin.Inertia, turn: np.ndarray) -> np.ndarray:
+    """(10,) mass, first moment and inertia about the joint, in the axes of a body here."""
+    about_joint = turn.T @ inertia.matrix()[3:, 3:] @ turn
+    first = turn.T @ (inertia.mass * inertia.lever)
+    return np.array([inertia.mass, *first, *about_joint[np.triu_indices(3)]])
 
 
 def joined_tree(
@@ -148,6 +156,7 @@ def joined_tree(
     extra = np.isin(kinds, (layout.QUATERNION, layout.FREE, layout.PLANAR))
     ints = np.zeros((n + 1, layout.BODY_INTS), dtype=np.int64)
     ints[1:, 0], ints[1:, 1], ints[1:, 4] = parents + 1, kinds, sizes
+    ints[1:, 7] = -1
     ints[1:, 2] = np.cumsum(sizes + extra) - (sizes + extra)
     ints[1:, 3] = np.cumsum(sizes) - sizes
     mark_children(ints)
@@ -185,14 +194,10 @@ def mark_children(ints: np.ndarray) -> None:
     ints[len(parents) - index[last > 0], 6] = 1
 
 
-def _turn(joint: pin.JointModel) -> np.ndarray:
+def _turn(joint: pin.JointModel, neutral: np.ndarray) -> np.ndarray:
     """(3, 3) from axes in which the joint's own axis is z to those of the joint."""
     data = joint.createData()
-    if joint.nq == 2:
-        q = np.array([1.0, 0.0])
-    else:
-        q = np.zeros(1)
-    joint.calc(data, q)
+    joint.calc(data, neutral)
     subspace = np.asarray(data.S).reshape(6)
     axis = subspace[3:] if np.abs(subspace[3:]).max() > 0.5 else subspace[:3]
     return _to_z(axis)

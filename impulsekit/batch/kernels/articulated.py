@@ -7,10 +7,9 @@ the jump Δa that the parent hands on, and Δa ← Δa + s Δq̇ (Featherstone 1
 
 from __future__ import annotations
 
-from numba import njit
-
 from .algebra import add_triple, cross, dot, minus, plus, put_triple, triple
-from .lanes import load, same, store, width
+from .jit import built_in
+from .lanes import width
 from .layout import (
     BODY,
     BODY_INTS,
@@ -22,11 +21,12 @@ from .layout import (
     OFFSET,
     TARGET,
 )
+from .memory import load, same, store
 
 __all__ = ["collected", "press", "respond", "twists"]
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def press(ints, dofs, count, loaded, mask_at, work, dof_at, witness):
     """Bring bias impulses inwards: u of every loaded degree of freedom.
 
@@ -61,7 +61,7 @@ def press(ints, dofs, count, loaded, mask_at, work, dof_at, witness):
             add_triple(work, f + 3 * w, w, plus(m, cross(r, p)), witness)
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def respond(ints, dofs, count, loaded, work, dof_at, dv_at, witness):
     """Write Δv, and the jump of every body's twist, outwards."""
     w = width(witness)
@@ -96,7 +96,7 @@ def respond(ints, dofs, count, loaded, work, dof_at, dv_at, witness):
         put_triple(work, row + (JUMP + 3) * w, w, turn)
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def twists(ints, dofs, wanted, work, v_at, to, witness):
     """Write at ``to`` of each row the twist of the bodies listed, parents first, given v."""
     w = width(witness)
@@ -124,7 +124,7 @@ def twists(ints, dofs, wanted, work, v_at, to, witness):
         put_triple(work, row + (to + 3) * w, w, turn)
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def collected(ints, dofs, count, loaded, work, dof_at, to, witness):
     """Write I = τ + Jᵀp from FORCE and TARGET as ``press`` finds them; FORCE is used up."""
     w = width(witness)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from numba import njit
-
 from .algebra import (
     add_triple,
     cross,
@@ -16,13 +14,14 @@ from .algebra import (
     transposed_times,
     triple,
 )
+from .jit import built_in
 from .lanes import width
 from .layout import BODY, BODY_FLOATS, BODY_INTS, FORCE, JUMP, OFFSET
 
 __all__ = ["bear"]
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def bear(ints, floats, count, work, witness):
     """Turn FORCE of every body, minus its impulse from outside, into the reaction.
 

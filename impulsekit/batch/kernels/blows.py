@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from numba import njit
-
 from .algebra import add_triple, cross, dot, nine, plus, times, triple
-from .lanes import collect, load, same, store, width
+from .jit import built_in
+from .lanes import width
 from .layout import BLOW_FLOATS, BLOW_INTS, BODY, DOF, FORCE, JUMP, TARGET, TWIST
+from .memory import collect, load, same, store
 
 __all__ = ["strike", "work_of_blows"]
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def _wrench(ints, floats, blow, given, at, stride, work, witness):
     """Force, couple and arm of a blow in world axes."""
     w = width(witness)
@@ -46,7 +46,7 @@ def _wrench(ints, floats, blow, given, at, stride, work, witness):
     return force, couple, arm
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def strike(ints, floats, kicks, given, at, stride, work, dof_at, witness):
     """Add all blows to FORCE (with its sign) and TARGET.
 
@@ -69,7 +69,7 @@ def strike(ints, floats, kicks, given, at, stride, work, dof_at, witness):
         store(work, target, load(work, target, witness) + kick)
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def work_of_blows(ints, floats, kicks, given, at, stride, work, v_at, dv_at, witness):
     """The work of all blows: impulse times the mean of the velocities before and after."""
     w = width(witness)

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from ..codes import AGAIN, RowStatus
+from .jit import built_in
 from .slip import slips
 
 __all__ = ["coulomb", "gain"]
@@ -20,7 +19,7 @@ GAIN = 1e-10
 _SOLVED, _JAM = int(RowStatus.SOLVED), int(RowStatus.PAINLEVE_JAM)
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def _jammed(n1, n2, nn, u1, u2, mu, scale):
     speed = math.sqrt(u1 * u1 + u2 * u2)
     if speed <= 1e-13 * scale:
@@ -28,7 +27,7 @@ def _jammed(n1, n2, nn, u1, u2, mu, scale):
     return nn * speed <= mu * (n1 * u1 + n2 * u2)
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def coulomb(t11, t12, t22, n1, n2, nn, b1, b2, bn, mu, scale, found, roots):
     """(P_t1, P_t2, P_n, code) of one contact.
 
@@ -68,7 +67,7 @@ def coulomb(t11, t12, t22, n1, n2, nn, b1, b2, bn, mu, scale, found, roots):
     return -mu * s1 * pn, -mu * s2 * pn, pn, code
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def gain(impulse, before, after, count):
     """Whether contacts raise the energy by more than rounding."""
     total = 0.0

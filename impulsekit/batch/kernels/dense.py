@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from .jit import built_in
 
 __all__ = ["cholesky", "eliminate", "gauss", "lower_solve", "rank_by_pivots"]
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def cholesky(a, n, lower):
     """L of the leading n rows of a symmetric matrix; the least pivot over its diagonal."""
     least = math.inf
@@ -28,7 +28,7 @@ def cholesky(a, n, lower):
     return least
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def lower_solve(lower, n, x):
     """x ← L⁻¹ x."""
     for i in range(n):
@@ -38,7 +38,7 @@ def lower_solve(lower, n, x):
         x[i] = total / lower[i, i]
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def eliminate(lower, n, x):
     """x ← (L Lᵀ)⁻¹ x."""
     lower_solve(lower, n, x)
@@ -49,7 +49,7 @@ def eliminate(lower, n, x):
         x[i] = total / lower[i, i]
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def gauss(a, n, x):
     """x ← A⁻¹ x with row pivoting, A being used up; False where it is singular."""
     for j in range(n):
@@ -78,7 +78,7 @@ def gauss(a, n, x):
     return True
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def rank_by_pivots(a, n, tolerance):
     """The rank of a positive semidefinite matrix, which is used up (pivoted Cholesky)."""
     for j in range(n):

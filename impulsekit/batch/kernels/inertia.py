@@ -9,8 +9,6 @@ extent between them.
 
 from __future__ import annotations
 
-from numba import njit
-
 from .algebra import (
     cross,
     dot,
@@ -26,7 +24,8 @@ from .algebra import (
     transposed_times,
     triple,
 )
-from .lanes import same, store, width
+from .jit import built_in
+from .lanes import width
 from .layout import (
     ACCUMULATED,
     BODY,
@@ -35,21 +34,35 @@ from .layout import (
     DOF,
     DOF_INTS,
     INVERSE,
+    LOAD_FLOATS,
+    LOAD_INTS,
     OFFSET,
 )
+from .memory import collect, load, same, store
 
-__all__ = ["factor"]
+__all__ = ["factor", "weigh"]
 
 
-@njit(cache=True, nogil=True)
-def factor(ints, floats, dofs, count, work, dof_at, witness):
-    """Write U and 1/D of every degree of freedom, given rotations and offsets."""
+@built_in
+def factor(ints, floats, dofs, count, work, dof_at, loads_at, witness):
+    """Write U and 1/D of every degree of freedom, given rotations and offsets.
+
+    ``loads_at`` is where the inertias stand that vary.
+    """
     w = width(witness)
     for body in range(count, 0, -1):
         at = body * BODY_INTS
         parent, first, size = ints[at], ints[at + 3], ints[at + 4]
         row = body * BODY * w
-        m, h, i = _own(floats, body * BODY_FLOATS, nine(work, row, w, witness), witness)
+        vary = ints[at + 7]
+        if vary >= 0:
+            first_load = (loads_at + vary * LOAD_FLOATS) * w
+            mass = load(work, first_load, witness)
+            moment = triple(work, first_load + w, w, witness)
+            about = six(work, first_load + 4 * w, w, witness)
+        else:
+            mass, moment, about = _constants(floats, body * BODY_FLOATS + 12, witness)
+        m, h, i = _own(mass, moment, about, nine(work, row, w, witness), witness)
         a = row + ACCUMULATED * w
         if ints[at + 5]:
             m, h, i = _joined(work, a, w, m, h, i, witness)
@@ -78,19 +91,58 @@ def factor(ints, floats, dofs, count, work, dof_at, witness):
         put_six(work, a + 15 * w, w, i)
 
 
-@njit(cache=True, nogil=True)
-def _own(floats, f, r, witness):
-    """The inertia of a body alone, turned to world axes: m 1, −m [c]×, R J Rᵀ."""
-    mass, zero = same(floats[f + 12], witness), same(0.0, witness)
-    x, y, z = times(r, (floats[f + 13], floats[f + 14], floats[f + 15]))
-    j = (
-        same(floats[f + 16], witness),
-        same(floats[f + 17], witness),
-        same(floats[f + 18], witness),
-        same(floats[f + 19], witness),
-        same(floats[f + 20], witness),
-        same(floats[f + 21], witness),
+@built_in
+def _constants(floats, f, witness):
+    """Mass, first moment and inertia of a body as they stand in its table."""
+    return (
+        same(floats[f], witness),
+        (
+            same(floats[f + 1], witness),
+            same(floats[f + 2], witness),
+            same(floats[f + 3], witness),
+        ),
+        (
+            same(floats[f + 4], witness),
+            same(floats[f + 5], witness),
+            same(floats[f + 6], witness),
+            same(floats[f + 7], witness),
+            same(floats[f + 8], witness),
+            same(floats[f + 9], witness),
+        ),
     )
+
+
+@built_in
+def weigh(ints, floats, load_ints, load_floats, count, given, at, stride, work, to, witness):
+    """Write the inertias that vary: the body's own and (factor − 1) times that of its links.
+
+    Args:
+        load_ints, load_floats: the tables of these links.
+        count: of the bodies.
+        given: flat; the factors of the first state begin at ``at``, those of the next
+            ``stride`` further on.
+    """
+    w = width(witness)
+    for body in range(1, count + 1):
+        vary = ints[body * BODY_INTS + 7]
+        if vary >= 0:
+            for k in range(LOAD_FLOATS):
+                own = same(floats[body * BODY_FLOATS + 12 + k], witness)
+                store(work, (to + vary * LOAD_FLOATS + k) * w, own)
+    for link in range(len(load_ints) // LOAD_INTS):
+        vary, column = load_ints[link * LOAD_INTS], load_ints[link * LOAD_INTS + 1]
+        more = collect(given, at + column, stride, witness) - 1.0
+        for k in range(LOAD_FLOATS):
+            here = (to + vary * LOAD_FLOATS + k) * w
+            part = more * load_floats[link * LOAD_FLOATS + k]
+            store(work, here, load(work, here, witness) + part)
+
+
+@built_in
+def _own(mass, moment, j, r, witness):
+    """The inertia of a body alone, turned to world axes: m 1, −m [c]×, R J Rᵀ."""
+    zero = same(0.0, witness)
+    x, y, z = times(r, moment)
     k = product(r, full(j))
     first, second, third = (r[0], r[1], r[2]), (r[3], r[4], r[5]), (r[6], r[7], r[8])
     along = (k[0], k[1], k[2])
@@ -109,7 +161,7 @@ def _own(floats, f, r, witness):
     )
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def _joined(work, at, w, m, h, i, witness):
     """An inertia and the one that stands in the work array."""
     n = six(work, at, w, witness)
@@ -132,7 +184,7 @@ def _joined(work, at, w, m, h, i, witness):
     )
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def _freed(m, h, i, u, v, inverse):
     """A − U Uᵀ/D."""
     a, b, c = u[0] * inverse, u[1] * inverse, u[2] * inverse
@@ -168,7 +220,7 @@ def _freed(m, h, i, u, v, inverse):
     )
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def _carried(m, h, i, r):
     """H and I about a point at −r: G = H − M [r]×, I + [r]× G + ([r]× H)ᵀ."""
     n = full(m)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from numba import njit
-
 from .algebra import nine, plus, product, put_nine, put_triple, times, triple
-from .lanes import load, same, width
+from .jit import built_in
+from .lanes import width
 from .layout import (
     ANGLE,
     BODY,
@@ -19,18 +18,18 @@ from .layout import (
     SLIDE,
     TRANSLATION,
 )
+from .memory import load, same
 from .trig import sine_cosine
 
 __all__ = ["place_bodies"]
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def place_bodies(ints, floats, count, work, q_at, spare_at, witness):
     """Write rotation and offset of every body from the q in ``work``.
 
     Joint frames are such that a single axis is z. A rotation takes the body's frame to
-    the world, an offset is from the parent's joint to its own in world axes; that of a
-    root is 0, for where it stands in the world is of no matter.
+    the world, an offset is from the parent's joint to its own in world axes.
     """
     w = width(witness)
     one, zero = same(1.0, witness), same(0.0, witness)
@@ -47,7 +46,11 @@ def place_bodies(ints, floats, count, work, q_at, spare_at, witness):
             x = times(above, (floats[f + 9], floats[f + 10], floats[f + 11]))
             b = product(above, fixed)
         else:
-            x = (zero, zero, zero)
+            x = (
+                same(floats[f + 9], witness),
+                same(floats[f + 10], witness),
+                same(floats[f + 11], witness),
+            )
             b = fixed
         d = (zero, zero, zero)
         if kind == ANGLE:
@@ -61,7 +64,7 @@ def place_bodies(ints, floats, count, work, q_at, spare_at, witness):
             d = (load(work, q, witness), load(work, q + w, witness), zero)
         elif kind in (FREE, TRANSLATION):
             d = triple(work, q, w, witness)
-        if parent > 0 and kind >= SLIDE and kind != QUATERNION:
+        if kind >= SLIDE and kind != QUATERNION:
             x = plus(x, times(b, d))
         if kind == PLANAR:
             b = _about_z(b, load(work, q + 2 * w, witness), load(work, q + 3 * w, witness))
@@ -71,7 +74,7 @@ def place_bodies(ints, floats, count, work, q_at, spare_at, witness):
         put_triple(work, row + OFFSET * w, w, x)
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def _constants(floats, at, witness):
     """The rotation of a joint in its parent's frame."""
     return (
@@ -87,7 +90,7 @@ def _constants(floats, at, witness):
     )
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def _about_z(b, c, s):
     """B times the rotation about z."""
     return (
@@ -103,7 +106,7 @@ def _about_z(b, c, s):
     )
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def _of_quaternion(work, at, w, witness):
     """The rotation of a unit quaternion x, y, z, w."""
     i, j, k = triple(work, at, w, witness)

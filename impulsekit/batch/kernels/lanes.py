@@ -1,13 +1,10 @@
-"""``Lanes``: several states side by side in one SIMD value, for numba.
+"""Lanes: several states side by side in one SIMD value, for numba.
 
-A kernel is written once, in plain arithmetic on the values that ``load`` gives. With
-``LANES`` as its witness these are vectors of ``WIDTH`` doubles, one state each; with
-``SINGLE`` they are single floats. LLVM makes the widest registers of the machine of a
-vector. Sums and products may be contracted to fused ones, and nothing else: a NaN stays
-in its lane and stays a NaN.
-
-Arrays of a kernel are flat. What belongs together for all lanes is stored together:
-field k starts at ``k * width(witness)``.
+A kernel is written once, in plain arithmetic on the values that ``memory.load`` gives. With
+``LANES`` as its witness these are vectors of 8 doubles, one state each; with ``LANES32``
+vectors of 16 single-precision floats; with ``SINGLE`` they are one double. LLVM makes the
+widest registers of the machine of a vector. Sums and products may be contracted to fused
+ones, and nothing else: a NaN stays in its lane and stays a NaN.
 """
 
 from __future__ import annotations
@@ -31,66 +28,73 @@ from numba.extending import (
 
 __all__ = [
     "LANES",
+    "LANES32",
     "SINGLE",
-    "WIDTH",
+    "LanesType",
+    "Witness",
     "absolute",
     "any_less",
-    "collect",
-    "load",
-    "put",
+    "as_vector",
+    "digits",
+    "lanes_of",
     "root",
     "rounded",
-    "same",
-    "store",
     "where_less",
     "width",
 ]
 
-WIDTH = 8
 SINGLE = 0.0
-_FLAGS = ("contract",)
-_VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
+FLAGS = ("contract",)
 
 
 class LanesType(types.Type):
-    """The numba type of ``WIDTH`` doubles."""
+    """The numba type of so many numbers of one kind, side by side."""
 
-    def __init__(self) -> None:
-        super().__init__(name=f"Lanes{WIDTH}")
-
-
-lanes_type = LanesType()
-
-
-class _Witness:
-    """Stands for ``Lanes`` where a kernel is called from Python."""
-
-
-LANES = _Witness()
+    def __init__(self, element: types.Float, width: int) -> None:
+        self.element, self.width = element, width
+        number = ir.DoubleType() if element == types.float64 else ir.FloatType()
+        self.vector = ir.VectorType(number, width)
+        super().__init__(name=f"Lanes{width}x{element.bitwidth}")
 
 
 class WitnessType(types.Type):
-    """The numba type of ``LANES``, which holds nothing."""
+    """The numba type of a witness, which holds nothing."""
 
-    def __init__(self) -> None:
-        super().__init__(name=f"LanesWitness{WIDTH}")
+    def __init__(self, lanes: LanesType) -> None:
+        self.lanes = lanes
+        super().__init__(name=f"Witness of {lanes.name}")
 
 
-witness_type = WitnessType()
+class Witness:
+    """Stands for lanes where a kernel is called from Python.
+
+    Attributes:
+        type: of the witness in numba.
+        width: how many states go side by side.
+        number: "float64" or "float32".
+    """
+
+    def __init__(self, element: types.Float, width: int) -> None:
+        self.type = WitnessType(LanesType(element, width))
+        self.width, self.number = width, element.name
+
+
+LANES = Witness(types.float64, 8)
+LANES32 = Witness(types.float32, 16)
 
 
 @register_model(LanesType)
 class _LanesModel(models.PrimitiveModel):
     def __init__(self, dmm: Any, fe_type: Any) -> None:
-        super().__init__(dmm, fe_type, _VECTOR)
+        super().__init__(dmm, fe_type, fe_type.vector)
 
 
 register_model(WitnessType)(models.OpaqueModel)
 
 
-@typeof_impl.register(_Witness)
+@typeof_impl.register(Witness)
 def _typeof_witness(value: Any, context: Any) -> WitnessType:
-    return witness_type
+    return value.type
 
 
 @unbox(WitnessType)
@@ -98,22 +102,31 @@ def _unbox_witness(typ: Any, obj: Any, c: Any) -> NativeValue:
     return NativeValue(c.context.get_dummy_value())
 
 
-def _vector_of(context: Any, builder: Any, value: Any, typ: Any) -> Any:
+def lanes_of(*kinds: Any) -> LanesType | None:
+    """The lanes that a witness or any of these types is of; None for single numbers."""
+    for kind in kinds:
+        if isinstance(kind, LanesType):
+            return kind
+        if isinstance(kind, WitnessType):
+            return kind.lanes
+    return None
+
+
+def as_vector(context: Any, builder: Any, value: Any, typ: Any, lanes: LanesType) -> Any:
     """A value as a vector, a single number in all lanes."""
     if isinstance(typ, LanesType):
         return value
-    value = context.cast(builder, value, typ, types.float64)
-    single = builder.insert_element(
-        ir.Constant(_VECTOR, ir.Undefined), value, ir.Constant(ir.IntType(32), 0)
-    )
-    mask = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
-    return builder.shuffle_vector(single, ir.Constant(_VECTOR, ir.Undefined), mask)
+    value = context.cast(builder, value, typ, lanes.element)
+    nothing = ir.Constant(lanes.vector, ir.Undefined)
+    single = builder.insert_element(nothing, value, ir.Constant(ir.IntType(32), 0))
+    mask = ir.Constant(ir.VectorType(ir.IntType(32), lanes.width), [0] * lanes.width)
+    return builder.shuffle_vector(single, nothing, mask)
 
 
-def _vectors_of(context: Any, builder: Any, args: Any, sig: Any) -> list:
+def _vectors(context: Any, builder: Any, args: Any, sig: Any, lanes: LanesType) -> list:
     """All arguments as vectors."""
     pairs = zip(args, sig.args, strict=True)
-    return [_vector_of(context, builder, value, kind) for value, kind in pairs]
+    return [as_vector(context, builder, value, kind, lanes) for value, kind in pairs]
 
 
 def _add_operator(operation: Any, instruction: str) -> None:
@@ -121,10 +134,9 @@ def _add_operator(operation: Any, instruction: str) -> None:
     class _Typing(AbstractTemplate):
         def generic(self, args: Any, kws: Any) -> Any:
             numbers = LanesType | types.Float | types.Integer
-            if any(isinstance(a, LanesType) for a in args) and all(
-                isinstance(a, numbers) for a in args
-            ):
-                return signature(lanes_type, *args)
+            lanes = next((a for a in args if isinstance(a, LanesType)), None)
+            if lanes is not None and all(isinstance(a, numbers) for a in args):
+                return signature(lanes, *args)
             return None
 
     for left, right in (
@@ -137,10 +149,8 @@ def _add_operator(operation: Any, instruction: str) -> None:
 
         @lower_builtin(operation, left, right)
         def _lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-            pair = [
-                _vector_of(context, builder, *both) for both in zip(args, sig.args, strict=False)
-            ]
-            return getattr(builder, instruction)(*pair, flags=_FLAGS)
+            pair = _vectors(context, builder, args, sig, sig.return_type)
+            return getattr(builder, instruction)(*pair, flags=FLAGS)
 
 
 for _operation, _instruction in (
@@ -156,7 +166,7 @@ for _operation, _instruction in (
 class _NegTyping(AbstractTemplate):
     def generic(self, args: Any, kws: Any) -> Any:
         if isinstance(args[0], LanesType):
-            return signature(lanes_type, lanes_type)
+            return signature(args[0], args[0])
         return None
 
 
@@ -165,19 +175,11 @@ def _lower_neg(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return builder.fneg(args[0])
 
 
-def _pointer(context: Any, builder: Any, array_type: Any, array: Any, index: Any) -> Any:
-    data = context.make_array(array_type)(context, builder, array).data
-    return builder.gep(data, [index])
-
-
-def _is_vector(witness: Any) -> bool:
-    return isinstance(witness, LanesType | WitnessType)
-
-
 @intrinsic
 def width(typingctx: Any, witness: Any) -> Any:
     """How many states a value holds."""
-    count = WIDTH if _is_vector(witness) else 1
+    lanes = lanes_of(witness)
+    count = 1 if lanes is None else lanes.width
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return ir.Constant(ir.IntType(64), count)
@@ -186,82 +188,28 @@ def width(typingctx: Any, witness: Any) -> Any:
 
 
 @intrinsic
-def load(typingctx: Any, array: Any, index: Any, witness: Any) -> Any:
-    """The value that starts at ``index`` of a flat array."""
-    vector = _is_vector(witness)
+def digits(typingctx: Any, witness: Any) -> Any:
+    """How many binary digits a number of a value has: 53 or 24."""
+    lanes = lanes_of(witness)
+    count = 53 if lanes is None or lanes.element == types.float64 else 24
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        at = _pointer(context, builder, sig.args[0], args[0], args[1])
-        if vector:
-            at = builder.bitcast(at, _VECTOR.as_pointer())
-        return builder.load(at, align=8)
+        return ir.Constant(ir.IntType(64), count)
 
-    return (lanes_type if vector else types.float64)(array, types.int64, witness), codegen
+    return types.int64(witness), codegen
 
 
-@intrinsic
-def store(typingctx: Any, array: Any, index: Any, value: Any) -> Any:
-    """Write a value from ``index`` of a flat array on."""
-
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        at = _pointer(context, builder, sig.args[0], args[0], args[1])
-        if isinstance(sig.args[2], LanesType):
-            at = builder.bitcast(at, _VECTOR.as_pointer())
-        builder.store(args[2], at, align=8)
-        return context.get_dummy_value()
-
-    return types.none(array, types.int64, value), codegen
-
-
-@intrinsic
-def collect(typingctx: Any, array: Any, index: Any, stride: Any, witness: Any) -> Any:
-    """The entries ``index``, ``index + stride``, ... of a flat array, one a lane."""
-    vector = _is_vector(witness)
-
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        array_value, at, step, _ = args
-        if not vector:
-            return builder.load(_pointer(context, builder, sig.args[0], array_value, at))
-        found = ir.Constant(_VECTOR, ir.Undefined)
-        for lane in range(WIDTH):
-            entry = builder.load(_pointer(context, builder, sig.args[0], array_value, at))
-            found = builder.insert_element(found, entry, ir.Constant(ir.IntType(32), lane))
-            at = builder.add(at, step)
-        return found
-
-    out = lanes_type if vector else types.float64
-    return out(array, types.int64, types.int64, witness), codegen
-
-
-@intrinsic
-def put(typingctx: Any, array: Any, index: Any, stride: Any, value: Any) -> Any:
-    """Write each lane to ``index``, ``index + stride``, ... of a flat array."""
-
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        array_value, at, step, value = args
-        if isinstance(sig.args[3], LanesType):
-            for lane in range(WIDTH):
-                entry = builder.extract_element(value, ir.Constant(ir.IntType(32), lane))
-                builder.store(entry, _pointer(context, builder, sig.args[0], array_value, at))
-                at = builder.add(at, step)
-        else:
-            builder.store(value, _pointer(context, builder, sig.args[0], array_value, at))
-        return context.get_dummy_value()
-
-    return types.none(array, types.int64, types.int64, value), codegen
-
-
-@intrinsic
-def same(typingctx: Any, number: Any, witness: Any) -> Any:
-    """A number in all lanes."""
-    vector = _is_vector(witness)
-
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        if not vector:
-            return args[0]
-        return _vector_of(context, builder, args[0], types.float64)
-
-    return (lanes_type if vector else types.float64)(types.float64, witness), codegen
+def llvm_unary(builder: Any, name: str, value: Any) -> Any:
+    """A call of LLVM's own function of one number or vector."""
+    kind = value.type
+    single = kind.element if isinstance(kind, ir.VectorType) else kind
+    suffix = "f64" if single == ir.DoubleType() else "f32"
+    if isinstance(kind, ir.VectorType):
+        suffix = f"v{kind.count}{suffix}"
+    function = cgutils.get_or_insert_function(
+        builder.module, ir.FunctionType(kind, [kind]), f"llvm.{name}.{suffix}"
+    )
+    return builder.call(function, [value])
 
 
 def _unary(name: str, doc: str) -> Any:
@@ -269,13 +217,7 @@ def _unary(name: str, doc: str) -> Any:
 
     def typing(typingctx: Any, value: Any) -> Any:
         def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-            kind = args[0].type
-            function = cgutils.get_or_insert_function(
-                builder.module,
-                ir.FunctionType(kind, [kind]),
-                f"llvm.{name}." + (f"v{WIDTH}f64" if isinstance(kind, ir.VectorType) else "f64"),
-            )
-            return builder.call(function, args)
+            return llvm_unary(builder, name, args[0])
 
         return value(value), codegen
 
@@ -291,32 +233,28 @@ rounded = _unary("rint", "Each lane rounded to a whole number.")
 @intrinsic
 def where_less(typingctx: Any, left: Any, right: Any, then: Any, otherwise: Any) -> Any:
     """``then`` where left < right, else ``otherwise``, lane by lane; a NaN is never less."""
+    kinds = (left, right, then, otherwise)
+    lanes = lanes_of(*kinds)
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        if isinstance(sig.return_type, LanesType):
-            args = [
-                _vector_of(context, builder, *both) for both in zip(args, sig.args, strict=False)
-            ]
+        if lanes is not None:
+            args = _vectors(context, builder, args, sig, lanes)
         less = builder.fcmp_ordered("<", args[0], args[1])
         return builder.select(less, args[2], args[3])
 
-    kinds = (left, right, then, otherwise)
-    out = lanes_type if any(isinstance(k, LanesType) for k in kinds) else types.float64
-    return out(*kinds), codegen
+    return (types.float64 if lanes is None else lanes)(*kinds), codegen
 
 
 @intrinsic
 def any_less(typingctx: Any, left: Any, right: Any) -> Any:
     """Whether left < right in any lane."""
+    lanes = lanes_of(left, right)
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        if any(isinstance(kind, LanesType) for kind in sig.args):
-            args = [
-                _vector_of(context, builder, *both) for both in zip(args, sig.args, strict=False)
-            ]
-            less = builder.fcmp_ordered("<", args[0], args[1])
-            bits = builder.bitcast(less, ir.IntType(WIDTH))
-            return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(WIDTH), 0))
-        return builder.fcmp_ordered("<", args[0], args[1])
+        if lanes is None:
+            return builder.fcmp_ordered("<", args[0], args[1])
+        args = _vectors(context, builder, args, sig, lanes)
+        bits = builder.bitcast(builder.fcmp_ordered("<", args[0], args[1]), ir.IntType(lanes.width))
+        return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(lanes.width), 0))
 
     return types.boolean(left, right), codegen

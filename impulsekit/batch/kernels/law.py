@@ -9,11 +9,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from ..codes import AGAIN, RowStatus
 from .coulomb import GAIN, coulomb, gain
-from .dense import cholesky, eliminate, lower_solve
+from .dense import cholesky, eliminate, lower_solve, rank_by_pivots
+from .jit import built_in
 from .layout import CONTACT_FLOATS, CONTACT_INTS
 from .many import frictional, frictionless
 
@@ -22,10 +22,14 @@ __all__ = ["room", "solve_alone", "solve_state"]
 # As in ``impact``: q this near a limit is at it, and pivots above this are no rounding.
 AT_STOP = 1e-9
 SAFE_PIVOT = 1e-6
+NULL_ROW = 1e-12
+DEPENDENT = 1e-10
+# Pivots in single precision.
+COARSE = 1e-4
 _SOLVED, _GAIN = int(RowStatus.SOLVED), int(RowStatus.ENERGY_GAIN)
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def room(rows, contacts):
     """The arrays that ``solve_state`` works in."""
     size = max(3 * contacts, rows, 1)
@@ -46,7 +50,7 @@ def room(rows, contacts):
     return square, line, short, (np.zeros(few, dtype=np.int64), np.zeros(few, dtype=np.int64))
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def _touching(contact_ints, contact_floats, q, q_row, contact):
     """0 where a stop is not reached, else the sign of its row; 2 where both ends are."""
     entry = contact_ints[contact * CONTACT_INTS + 2]
@@ -62,10 +66,10 @@ def _touching(contact_ints, contact_floats, q, q_row, contact):
     return 1 if low else (-1 if high else 0)
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def solve_state(
     rows, held, target, keeps, contact_ints, contact_floats, q, q_row,
-    e, e_row, mu, mu_row, work, w_at, before_at, free_at, p_at, w, lane, space,
+    e, e_row, mu, mu_row, digits, work, w_at, before_at, free_at, p_at, w, lane, space,
 ):  # fmt: skip
     """Write the impulses of all rows for one lane; the code.
 
@@ -74,6 +78,7 @@ def solve_state(
         target, keeps: (held,) velocities they are brought to; True: they keep their own.
         q, q_row: flat q, and where that of this state begins.
         e, e_row, mu, mu_row: the same for the coefficients.
+        digits: binary digits of the numbers in ``work``.
         w_at, before_at, free_at, p_at: where W, u⁻, u_free and P stand in ``work``.
     """
     square, line, short, whole = space
@@ -84,8 +89,13 @@ def solve_state(
     row_of, mode = whole
     for r in range(rows):
         work[(p_at + r) * w + lane] = 0.0
-    count = 0
+    # np.int64(0), for with a 0 numba would compile all that takes it once more.
+    count = np.int64(0)
     smooth = True
+    safe, dependent = SAFE_PIVOT, DEPENDENT
+    if digits < 53:
+        # What is left in doubt is solved again in double precision.
+        safe, dependent = COARSE, COARSE
     for contact in range(len(contact_ints) // CONTACT_INTS):
         side = _touching(contact_ints, contact_floats, q, q_row, contact)
         if side == 2:
@@ -114,15 +124,19 @@ def solve_state(
             W[j, i] = value
     code = _SOLVED
     if held > 0:
+        largest = 0.0
         for i in range(held):
-            diagonal = work[(w_at + i * rows + i) * w + lane]
-            if not diagonal > 0.0:
+            largest = max(largest, float(work[(w_at + i * rows + i) * w + lane]))
+        for i in range(held):
+            diagonal = float(work[(w_at + i * rows + i) * w + lane])
+            # A row that moves nothing, as across a planar loop, may be rounding.
+            if not diagonal > NULL_ROW * largest:
                 return AGAIN
             scale_of[i] = 1.0 / math.sqrt(diagonal)
         for i in range(held):
             for j in range(i + 1):
                 matrix[i, j] = work[(w_at + i * rows + j) * w + lane] * scale_of[i] * scale_of[j]
-        if not cholesky(matrix, held, lower) > SAFE_PIVOT:
+        if not cholesky(matrix, held, lower) > safe:
             return AGAIN
         for i in range(held):
             wanted = target[i]
@@ -169,13 +183,15 @@ def solve_state(
             )  # fmt: skip
             P[0], P[1], P[2] = p1, p2, pn
         elif smooth:
-            code = frictionless(W, b, count, scale, P)
+            code = frictionless(W, b, count, scale, max(dependent, 1e-9), P)
         else:
+            if digits < 53 and _is_dependent(W, size, own, aim):
+                return AGAIN
             for i in range(size):
                 for j in range(size):
                     own[i, j] = W[i, j]
             code = frictional(
-                own, b, mus, count, P, best, xi, mode, slip, way, aim, newton, x, moved,
+                own, b, mus, count, dependent, P, best, xi, mode, slip, way, aim, newton, x, moved,
                 split_y, split_z, found, roots,
             )  # fmt: skip
         if code == AGAIN:
@@ -207,7 +223,20 @@ def solve_state(
     return code
 
 
-@njit(cache=True, nogil=True)
+@built_in
+def _is_dependent(W, size, matrix, scale):
+    """Whether rows of contacts may depend on each other, for all that few digits tell."""
+    for i in range(size):
+        if not W[i, i] > 0.0:
+            return True
+        scale[0, i] = 1.0 / math.sqrt(W[i, i])
+    for i in range(size):
+        for j in range(size):
+            matrix[i, j] = W[i, j] * scale[0, i] * scale[0, j]
+    return rank_by_pivots(matrix, size, COARSE) < size
+
+
+@built_in
 def solve_alone(
     rows, capture, e_t, e, mu, work, w_at, before_at, free_at, p_at, w, lane, found, roots
 ):
@@ -218,9 +247,10 @@ def solve_alone(
         capture, e_t, e, mu: numbers of the contact.
     """
     n = (p_at + rows - 1) * w + lane
-    before = work[(before_at + rows - 1) * w + lane]
-    free = work[(free_at + rows - 1) * w + lane]
-    nn = work[(w_at + rows * rows - 1) * w + lane]
+    # Widened, that the law itself is exact where the rest is in single precision.
+    before = float(work[(before_at + rows - 1) * w + lane])
+    free = float(work[(free_at + rows - 1) * w + lane])
+    nn = float(work[(w_at + rows * rows - 1) * w + lane])
     b = free
     if before < 0.0 and -before >= capture:
         b += e * before
@@ -238,11 +268,11 @@ def solve_alone(
         normal = 0.5 * pn * (before + free + nn * pn)
         gained = normal > GAIN * (abs(pn * before) + abs(normal))
         return _GAIN if gained else _SOLVED
-    a1, a2 = work[before_at * w + lane], work[(before_at + 1) * w + lane]
-    f1, f2 = work[free_at * w + lane], work[(free_at + 1) * w + lane]
-    t11, t12 = work[w_at * w + lane], work[(w_at + 1) * w + lane]
-    n1, t22 = work[(w_at + 2) * w + lane], work[(w_at + 4) * w + lane]
-    n2 = work[(w_at + 5) * w + lane]
+    a1, a2 = float(work[before_at * w + lane]), float(work[(before_at + 1) * w + lane])
+    f1, f2 = float(work[free_at * w + lane]), float(work[(free_at + 1) * w + lane])
+    t11, t12 = float(work[w_at * w + lane]), float(work[(w_at + 1) * w + lane])
+    n1, t22 = float(work[(w_at + 2) * w + lane]), float(work[(w_at + 4) * w + lane])
+    n2 = float(work[(w_at + 5) * w + lane])
     scale = max(abs(before), abs(free), abs(f1), abs(f2), abs(e_t * a1), abs(e_t * a2))
     p1, p2, pn, code = coulomb(
         t11, t12, t22, n1, n2, nn, f1 + e_t * a1, f2 + e_t * a2, b, mu, scale, found, roots
@@ -257,7 +287,7 @@ def solve_alone(
     return _GAIN if normal + friction > GAIN * size else code
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def _row(contact_ints, row_of, i):
     """The row behind entry i of the contacts' own vectors; -1 where there is none."""
     contact = row_of[i // 3] * CONTACT_INTS

@@ -1,8 +1,8 @@
 """Where things stand in the flat arrays of the kernels.
 
-A value is what ``lanes`` calls one: as many doubles as states go side by side. The work
+A value is what ``lanes`` calls one: as many numbers as states go side by side. The work
 array holds, in values, one row per body (the world is row 0), then one row per degree
-of freedom, then the vectors q, v and dv, then room for contacts. All vectors in it are in
+of freedom, then what ``places`` says. All vectors in it are in
 world axes; spatial ones are linear before angular, about the origin of the body's joint.
 """
 
@@ -28,16 +28,23 @@ __all__ = [
     "FREE",
     "INVERSE",
     "JUMP",
+    "LOAD_FLOATS",
+    "LOAD_INTS",
+    "MEETING",
+    "MEETING_FLOATS",
+    "MEETING_INTS",
     "OFFSET",
     "PLANAR",
     "QUATERNION",
     "ROTATION",
     "SLIDE",
     "TARGET",
+    "TERM",
     "TERM_FLOATS",
     "TERM_INTS",
     "TRANSLATION",
     "TWIST",
+    "places",
 ]
 
 # One body: rotation (9), offset from its parent's joint (3), articulated inertia gathered
@@ -48,8 +55,8 @@ INVERSE, TARGET, DOF = 6, 7, 8
 
 # Tables of a tree. Integers of a body: parent, kind of joint, first entry of q, first
 # degree of freedom, how many, whether it has children, whether it is the first child
-# that its parent hears from.
-BODY_INTS = 7
+# that its parent hears from, which of the inertias that vary is its own or -1.
+BODY_INTS = 8
 # Of a degree of freedom: 0 linear or 1 angular, and along which column of the rotation.
 DOF_INTS = 2
 # Floats of a body: rotation (9) and offset (3) of its joint in the parent's frame,
@@ -59,17 +66,52 @@ BODY_FLOATS = 22
 # Kinds of joints.
 ANGLE, CIRCLE, SLIDE, QUATERNION, FREE, PLANAR, TRANSLATION = 0, 1, 2, 3, 4, 5, 6
 
+# What every link whose mass varies adds to its body. Integers: which of the inertias that
+# vary, column of the factors. Floats: as the last ten of a body.
+LOAD_INTS, LOAD_FLOATS = 2, 10
+
 # Terms of rows. Integers: kind, body, the body in whose axes the direction is given (0: the
-# world), degree of freedom. Floats: the point in the body's axes (3) and the direction (3),
-# or a factor in place of its first entry.
+# world), degree of freedom, the meeting whose arm is taken and the one whose axes are (-1:
+# none). Floats: the point in the body's axes (3) and the direction (3), or a factor in
+# place of its first entry.
 FORCE_AT, COUPLE, ALONG_DOF = 0, 1, 2
-TERM_INTS, TERM_FLOATS = 4, 6
+TERM_INTS, TERM_FLOATS = 6, 6
+# In the work array: direction (3) and arm (3), in the world.
+TERM = 6
+
+# Meetings of two bodies at a point of the first. Integers: first body, other body, where the
+# bodies on their ways from a common one begin and end in a list (first, other, end), whether
+# there is a normal. Floats: the point in the first's axes (3), the normal in the other's (3).
+MEETING_INTS, MEETING_FLOATS = 6, 6
+# In the work array: axes t₁, t₂, n as columns (9), the arm from the other's joint (3).
+MEETING = 12
 
 # Known impulses on bodies. Integers: body, whether in the axes of its frame, first of six
 # columns. Floats: the point in the body's axes (3), the axes of the frame in the body's (9).
 BLOW_INTS, BLOW_FLOATS = 3, 12
 
 # Contacts. Integers: first row, how many rows (1 without friction), entry of q of a joint
-# stop or -1. Floats: the contact's axes in the world (9), limits of a stop (2), tangential
-# restitution, speed below which restitution is 0.
-CONTACT_INTS, CONTACT_FLOATS = 3, 13
+# stop or -1, meeting that knows the axes or -1. Floats: the contact's axes in the world (9),
+# limits of a stop (2), tangential restitution, speed below which restitution is 0.
+CONTACT_INTS, CONTACT_FLOATS = 4, 13
+
+
+def places(
+    bodies: int, nq: int, nv: int, rows: int, loads: int, meetings: int, terms: int
+) -> tuple[int, ...]:
+    """Where in the work array things begin, in values.
+
+    Returns:
+        Degrees of freedom; q; v; Δv; generalized impulse; spare room for two; reduced rows
+        (rows, nv); W (rows, rows); velocities of the rows before, and without their own
+        impulses; impulses; inertias that vary; meetings; terms; and how many values there
+        are in all.
+    """
+    sizes = (
+        BODY * (bodies + 1), DOF * nv, nq, nv, nv, nv, 2, rows * nv, rows * rows, rows, rows,
+        rows, LOAD_FLOATS * loads, MEETING * meetings, TERM * terms,
+    )  # fmt: skip
+    found = [0]
+    for size in sizes:
+        found.append(found[-1] + size)
+    return tuple(found[1:])

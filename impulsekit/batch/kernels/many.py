@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from ..codes import AGAIN, RowStatus
 from .coulomb import coulomb
 from .dense import cholesky, eliminate, gauss, rank_by_pivots
+from .jit import built_in
 from .splitting import split
 
 __all__ = ["frictional", "frictionless"]
@@ -24,7 +24,6 @@ BAR = 1e-10
 RIDGE = 1e-9
 DEEP = 1e-13
 NULL = 1e-14
-DEPENDENT = 1e-10
 AT_REST = 1e-12
 # Rounds of sweeps (above 0) and of splitting (below).
 SWEEPS = (3, 10, 30, -100, -200, -400, -800, 200)
@@ -32,8 +31,8 @@ ROUNDS = len(SWEEPS)
 _SOLVED, _NOT_UNIQUE = int(RowStatus.SOLVED), int(RowStatus.NOT_UNIQUE)
 
 
-@njit(cache=True, nogil=True)
-def frictionless(W, b, n, scale, P):
+@built_in
+def frictionless(W, b, n, scale, dependent, P):
     """P (3n,) of n contacts that only push; the code."""
     tiny = AT_REST * scale
     pushing = np.zeros(n, dtype=np.bool_)
@@ -51,7 +50,7 @@ def frictionless(W, b, n, scale, P):
     chosen = np.empty(n, dtype=np.int64)
     fewest = n + 1
     for _ in range(10):
-        m = 0
+        m = np.int64(0)
         for i in range(n):
             if pushing[i]:
                 chosen[m] = i
@@ -60,7 +59,7 @@ def frictionless(W, b, n, scale, P):
             for j in range(m):
                 block[i, j] = W[3 * chosen[i] + 2, 3 * chosen[j] + 2]
             x[i] = -b[3 * chosen[i] + 2]
-        if not cholesky(block, m, lower) > 1e-9:
+        if not cholesky(block, m, lower) > dependent:
             return AGAIN
         eliminate(lower, m, x)
         for i in range(n):
@@ -89,7 +88,7 @@ def frictionless(W, b, n, scale, P):
     return AGAIN
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def _seen(W, b, mu, n, scale, least, P, xi, mode, slip):
     """The residual of the natural map; mode (0 parts, 1 sticks, 2 slides) and slip of each."""
     worst = 0.0
@@ -128,11 +127,11 @@ def _seen(W, b, mu, n, scale, least, P, xi, mode, slip):
     return worst / size if size > 0.0 else 0.0
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def _stepped(W, b, mu, n, largest, P, xi, mode, slip, way, aim, matrix, x, moved):
     """One Newton step on the modes; False where the system is singular."""
     size = 3 * n
-    m = 0
+    m = np.int64(0)
     for k in range(size):
         for j in range(size):
             way[k, j] = 0.0
@@ -226,7 +225,7 @@ def _stepped(W, b, mu, n, largest, P, xi, mode, slip, way, aim, matrix, x, moved
     return True
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def _swept(W, b, mu, n, scale, P, sweeps, found, roots):
     """Contact after contact in closed form; one that needs a second look keeps what it has."""
     size = 3 * n
@@ -252,14 +251,14 @@ def _swept(W, b, mu, n, scale, P, sweeps, found, roots):
             return
 
 
-@njit(cache=True, nogil=True)
-def _is_redundant(W, mu, n, largest, P, matrix, way):
+@built_in
+def _is_redundant(W, mu, n, dependent, largest, P, matrix, way):
     """Whether load can be shifted between contacts without moving anything."""
     size = 3 * n
     most = 0.0
     for i in range(n):
         most = max(most, P[3 * i + 2])
-    m = 0
+    m = np.int64(0)
     for i in range(n):
         k = 3 * i
         if not P[k + 2] > 1e-13 * most:
@@ -292,13 +291,14 @@ def _is_redundant(W, mu, n, largest, P, matrix, way):
     for r in range(m):
         for c in range(m):
             matrix[r, c] *= way[0, r] * way[0, c]
-    return rank_by_pivots(matrix, m, DEPENDENT) < m
+    return rank_by_pivots(matrix, m, dependent) < m
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def frictional(
-    W, b, mu, n, P, best, xi, mode, slip, way, aim, matrix, x, moved, split_y, split_z, found, roots
-):
+    W, b, mu, n, dependent, P, best, xi, mode, slip, way, aim, matrix, x, moved,
+    split_y, split_z, found, roots,
+):  # fmt: skip
     """P (3n,) of n contacts with friction; the code. W and b of smooth tangents are cleared."""
     size = 3 * n
     for i in range(n):
@@ -353,6 +353,6 @@ def frictional(
         for j in range(size):
             P[j] = best[j]
         if bar <= BAR:
-            redundant = _is_redundant(W, mu, n, largest, P, matrix, way)
+            redundant = _is_redundant(W, mu, n, dependent, largest, P, matrix, way)
             return _NOT_UNIQUE if redundant else _SOLVED
     return AGAIN

@@ -9,38 +9,41 @@ L⁻¹ Jᵀ = u (Rodriguez, Jain & Kreutz-Delgado 1991).
 
 from __future__ import annotations
 
-from numba import njit
+import numpy as np
 
 from .algebra import add_triple, cross, dot, minus, plus, put_triple, times, triple
 from .articulated import press
-from .lanes import load, same, store, width
+from .jit import built_in
+from .lanes import width
 from .layout import (
+    ALONG_DOF,
     BODY,
     BODY_INTS,
     COUPLE,
     DOF,
     FORCE,
-    FORCE_AT,
     INVERSE,
+    MEETING,
     TARGET,
+    TERM,
     TERM_FLOATS,
     TERM_INTS,
 )
+from .memory import load, same, store
 
-__all__ = ["add_row", "clear", "delassus", "reduce_rows", "row_velocity"]
+__all__ = ["add_row", "clear", "delassus", "place_terms", "reduce_rows", "row_velocity", "turned"]
 
 
-@njit(cache=True, nogil=True)
-def _turned(work, body, w, x, y, z, witness):
-    """A vector given in a body's axes, in the world's."""
-    row = body * BODY * w
+@built_in
+def turned(work, row, w, x, y, z, witness):
+    """A vector given in the axes that stand in the work array, in the world's."""
     first = triple(work, row, w, witness)
     second = triple(work, row + 3 * w, w, witness)
     third = triple(work, row + 6 * w, w, witness)
     return times(first + second + third, (x, y, z))
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def clear(ints, bodies, begin, end, work, dof_at, witness):
     """Set FORCE and TARGET of some of the bodies listed to zero."""
     w = width(witness)
@@ -55,74 +58,82 @@ def clear(ints, bodies, begin, end, work, dof_at, witness):
             store(work, (dof_at + dof * DOF + TARGET) * w, zero)
 
 
-@njit(cache=True, nogil=True)
-def add_row(term_ints, term_floats, begin, end, factor, work, dof_at, witness):
+@built_in
+def place_terms(term_ints, term_floats, work, meeting_at, term_at, witness):
+    """Write direction and arm of every term, in world axes."""
+    w = width(witness)
+    for term in range(len(term_ints) // TERM_INTS):
+        t = term * TERM_INTS
+        kind, body, axes = term_ints[t], term_ints[t + 1], term_ints[t + 2]
+        if kind == ALONG_DOF:
+            continue
+        f = term * TERM_FLOATS
+        to = (term_at + term * TERM) * w
+        source = axes * BODY
+        if term_ints[t + 5] >= 0:
+            source = meeting_at + term_ints[t + 5] * MEETING
+        x, y, z = term_floats[f + 3], term_floats[f + 4], term_floats[f + 5]
+        put_triple(work, to, w, turned(work, source * w, w, x, y, z, witness))
+        if kind == COUPLE:
+            continue
+        if term_ints[t + 4] >= 0:
+            arm = triple(work, (meeting_at + term_ints[t + 4] * MEETING + 9) * w, w, witness)
+        else:
+            x, y, z = term_floats[f], term_floats[f + 1], term_floats[f + 2]
+            arm = turned(work, body * BODY * w, w, x, y, z, witness)
+        put_triple(work, to + 3 * w, w, arm)
+
+
+@built_in
+def add_row(term_ints, term_floats, begin, end, factor, work, dof_at, term_at, witness):
     """Add ``factor`` times a row's wrenches to FORCE (with its sign) and TARGET."""
     w = width(witness)
     for term in range(begin, end):
-        kind, body, axes, dof = (
-            term_ints[term * TERM_INTS],
-            term_ints[term * TERM_INTS + 1],
-            term_ints[term * TERM_INTS + 2],
-            term_ints[term * TERM_INTS + 3],
-        )
-        f = term * TERM_FLOATS
-        if kind != FORCE_AT and kind != COUPLE:
-            target = (dof_at + dof * DOF + TARGET) * w
-            store(work, target, load(work, target, witness) + factor * term_floats[f + 3])
+        kind, body = term_ints[term * TERM_INTS], term_ints[term * TERM_INTS + 1]
+        if kind == ALONG_DOF:
+            target = (dof_at + term_ints[term * TERM_INTS + 3] * DOF + TARGET) * w
+            share = factor * term_floats[term * TERM_FLOATS + 3]
+            store(work, target, load(work, target, witness) + share)
             continue
-        direction = _turned(
-            work, axes, w, term_floats[f + 3], term_floats[f + 4], term_floats[f + 5], witness
-        )
         zero = same(0.0, witness)
-        direction = minus((zero, zero, zero), factor, direction)
+        at = (term_at + term * TERM) * w
+        direction = minus((zero, zero, zero), factor, triple(work, at, w, witness))
         row = (body * BODY + FORCE) * w
         if kind == COUPLE:
             add_triple(work, row + 3 * w, w, direction, witness)
             continue
-        arm = _turned(
-            work, body, w, term_floats[f], term_floats[f + 1], term_floats[f + 2], witness
-        )
         add_triple(work, row, w, direction, witness)
+        arm = triple(work, at + 3 * w, w, witness)
         add_triple(work, row + 3 * w, w, cross(arm, direction), witness)
 
 
-@njit(cache=True, nogil=True)
-def row_velocity(term_ints, term_floats, begin, end, twist, work, v_at, witness):
+@built_in
+def row_velocity(term_ints, term_floats, begin, end, twist, work, v_at, term_at, witness):
     """The velocity of a row; ``twist`` says which twists of the bodies, ``v_at`` which v."""
     w = width(witness)
     speed = same(0.0, witness)
     for term in range(begin, end):
-        kind, body, axes, dof = (
-            term_ints[term * TERM_INTS],
-            term_ints[term * TERM_INTS + 1],
-            term_ints[term * TERM_INTS + 2],
-            term_ints[term * TERM_INTS + 3],
-        )
-        f = term * TERM_FLOATS
-        if kind != FORCE_AT and kind != COUPLE:
-            speed = speed + term_floats[f + 3] * load(work, (v_at + dof) * w, witness)
+        kind, body = term_ints[term * TERM_INTS], term_ints[term * TERM_INTS + 1]
+        if kind == ALONG_DOF:
+            own = load(work, (v_at + term_ints[term * TERM_INTS + 3]) * w, witness)
+            speed = speed + term_floats[term * TERM_FLOATS + 3] * own
             continue
-        direction = _turned(
-            work, axes, w, term_floats[f + 3], term_floats[f + 4], term_floats[f + 5], witness
-        )
+        at = (term_at + term * TERM) * w
+        direction = triple(work, at, w, witness)
         row = (body * BODY + twist) * w
         turn = triple(work, row + 3 * w, w, witness)
         if kind == COUPLE:
             speed = speed + dot(direction, turn)
             continue
-        arm = _turned(
-            work, body, w, term_floats[f], term_floats[f + 1], term_floats[f + 2], witness
-        )
-        move = plus(triple(work, row, w, witness), cross(turn, arm))
-        speed = speed + dot(direction, move)
+        arm = triple(work, at + 3 * w, w, witness)
+        speed = speed + dot(direction, plus(triple(work, row, w, witness), cross(turn, arm)))
     return speed
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def reduce_rows(
     ints, dofs, count, term_ints, term_floats, row_first, reach, reach_first, reach_mask,
-    dof_list, dof_first, work, dof_at, reduced_at, nv, witness,
+    dof_list, dof_first, work, dof_at, term_at, reduced_at, nv, witness,
 ):  # fmt: skip
     """Write u of every row: entry (row, dof) at ``reduced_at + row · nv + dof``.
 
@@ -137,9 +148,10 @@ def reduce_rows(
     for row in range(len(row_first) - 1):
         clear(ints, reach, reach_first[row], reach_first[row + 1], work, dof_at, witness)
         add_row(
-            term_ints, term_floats, row_first[row], row_first[row + 1], one, work, dof_at, witness
-        )
-        last = 0
+            term_ints, term_floats, row_first[row], row_first[row + 1], one,
+            work, dof_at, term_at, witness,
+        )  # fmt: skip
+        last = np.int64(0)
         for k in range(reach_first[row], reach_first[row + 1]):
             last = max(last, reach[k])
         press(
@@ -151,7 +163,7 @@ def reduce_rows(
             store(work, (reduced_at + row * nv + dof) * w, u)
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def delassus(dof_list, dof_first, reach_dofs, work, dof_at, reduced_at, nv, to, witness):
     """Write W (rows, rows), both halves; ``reach_dofs`` (rows · nv,) says where u is not 0."""
     w = width(witness)

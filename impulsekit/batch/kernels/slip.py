@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from .jit import built_in
 
 __all__ = ["slips"]
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def _value(a, degree, x):
     total = 1.0
     for k in range(degree - 1, -1, -1):
@@ -20,7 +20,7 @@ def _value(a, degree, x):
     return total
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def _between(a, degree, low, high, near):
     """The root between two points of opposite signs: Newton, kept in by bisection."""
     rising = _value(a, degree, high) > 0.0
@@ -43,7 +43,7 @@ def _between(a, degree, low, high, near):
     return x
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def _roots(a, found):
     """The roots in [0, 1] of x⁴ + a3 x³ + a2 x² + a1 x + a0, into ``found``; how many.
 
@@ -109,7 +109,7 @@ def _roots(a, found):
     return count
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def _turned(a11, a12, a21, a22, c1, c2, s1, s2):
     """s turned until A s + c points along s, and whether it does."""
     for _ in range(20):
@@ -133,7 +133,7 @@ def _turned(a11, a12, a21, a22, c1, c2, s1, s2):
     return s1, s2, False
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def slips(t11, t12, t22, n1, n2, nn, b1, b2, bn, mu, found, roots):
     """All directions of slip for b_n < 0 into ``found`` (4, 2); how many, -1 if unsure."""
     a11, a12 = mu * (bn * t11 - b1 * n1), mu * (bn * t12 - b1 * n2)

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from .dense import cholesky, eliminate
+from .jit import built_in
 
 __all__ = ["split"]
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def split(W, b, mu, n, y, z, steps, rate, matrix, lower, x, last):
     """Improve y (3n,) in the cones by some steps, z (3n,) being kept; the rate to go on with."""
     size = 3 * n
@@ -59,7 +58,7 @@ def split(W, b, mu, n, y, z, steps, rate, matrix, lower, x, last):
     return rate
 
 
-@njit(cache=True, nogil=True)
+@built_in
 def _project(y, k, mu):
     """The nearest point of the cone |y_t| ≤ µ y_n."""
     size = math.sqrt(y[k] * y[k] + y[k + 1] * y[k + 1])
