@@ -16,7 +16,16 @@ from ...scene import AppliedImpulse, Contact, JointImpulse
 from ...scene.restitution import restitution_at
 from ..problems.problem import Problem
 
-__all__ = ["Blow", "Body", "Mechanism", "Touch", "is_blow", "is_landing", "mechanism_of"]
+__all__ = [
+    "Blow",
+    "Body",
+    "Mechanism",
+    "Touch",
+    "has_plain_joints",
+    "is_blow",
+    "is_landing",
+    "mechanism_of",
+]
 
 WORLD = -1
 
@@ -103,7 +112,7 @@ def is_blow(problem: Problem) -> bool:
     """Whether known impulses are all there is, on joints that any program knows."""
     scene = problem.scene
     rest = scene.constraints or scene.contacts or problem.duration
-    return bool(scene.impulses) and not rest and _has_plain_joints(problem)
+    return bool(scene.impulses) and not rest and has_plain_joints(problem)
 
 
 def is_landing(problem: Problem) -> bool:
@@ -111,7 +120,7 @@ def is_landing(problem: Problem) -> bool:
     scene = problem.scene
     rest = scene.impulses or scene.constraints or problem.duration
     points = all(isinstance(c, Contact) and not c.tangential_restitution for c in scene.contacts)
-    return bool(scene.contacts) and points and not rest and _has_plain_joints(problem)
+    return bool(scene.contacts) and points and not rest and has_plain_joints(problem)
 
 
 def mechanism_of(problem: Problem) -> Mechanism:
@@ -154,7 +163,7 @@ _SEVERAL = {
 }
 
 
-def _has_plain_joints(problem: Problem) -> bool:
+def has_plain_joints(problem: Problem) -> bool:
     model, q = problem.scene.robot.model, problem.q
     return all(
         joint.shortname() in _SEVERAL or _single(joint, q) is not None

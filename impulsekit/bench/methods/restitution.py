@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-from scipy.optimize import brentq
-
 __all__ = ["damping_ratio", "restitution_of"]
 
 
@@ -38,6 +36,8 @@ def damping_ratio(restitution: float) -> float:
         >>> round(restitution_of(damping_ratio(0.5)), 12)
         0.5
     """
+    from scipy.optimize import brentq
+
     if restitution == 1.0:
         return 0.0
     return float(brentq(lambda ratio: restitution_of(ratio) - restitution, 0.0, 1e8, xtol=1e-15))
