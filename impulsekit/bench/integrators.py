@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,8 +22,9 @@ from ..chain import pendulum_urdf
 from ..motion import Trajectory, simulate
 from ..robot import Robot
 from ..scene import AppliedImpulse, Contact, Scene
+from .claim import Claim
 
-__all__ = ["Case", "Row", "cases", "main", "share_of_libraries"]
+__all__ = ["Case", "Row", "cases", "claims", "main", "share_of_libraries"]
 
 # The settings of each method, from loose to tight.
 SETTINGS: dict[str, list[dict[str, float]]] = {
@@ -198,6 +199,19 @@ def share_of_libraries(duration: float = 5.0) -> float:
         step = (time.perf_counter() - start) / calls
         best = max(best, motion.evaluations * (one + step) / whole)
     return best
+
+
+def claims() -> Iterator[Claim]:
+    """Where the time of a flight goes."""
+    shares = [share_of_libraries() for _ in range(3)]
+    yield Claim(
+        "flight of Talos: share inside Pinocchio and scipy",
+        0.75,
+        sorted(shares)[1],
+        min(shares),
+        max(shares),
+        at_least=True,
+    )
 
 
 def draw(rows: list[Row], path: Path) -> None:

@@ -10,12 +10,14 @@ import click
 from .. import __version__
 from ..errors import ImpulsekitError
 from .batch import batch
+from .bench import bench
 from .design import design
 from .doctor import doctor
 from .replay import replay
 from .robots import robots
 from .simulate import simulate
 from .solve import solve
+from .stress import stress
 
 __all__ = ["main"]
 
@@ -52,5 +54,5 @@ def main(debug: bool) -> None:
     """What happens when a multibody system is hit."""
 
 
-for command in (solve, simulate, replay, batch, design, robots, doctor):
+for command in (solve, simulate, replay, batch, design, bench, stress, robots, doctor):
     main.add_command(command)

@@ -1,0 +1,106 @@
+"""The whole benchmark into a folder: rows, savings, claims, diagrams, report."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from ..errors import InputError
+from .about import about
+from .claim import Claim
+from .methods.method import Method
+from .rows import Row, write_csv, write_table
+
+__all__ = ["Wish", "whole"]
+
+# Sections of claims that take a minute or more.
+LONG_SECTIONS = ("batch", "motion", "whole jobs")
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What of the benchmark is to be run.
+
+    Attributes:
+        quick: small problems, few rounds, and only the claims that are measured soon.
+        families: of problems; none for all.
+        methods: those that are installed take part.
+        parts: of "rows", "skip", "claims".
+        resume: keep the rows that are there.
+    """
+
+    quick: bool
+    families: tuple[str, ...]
+    methods: tuple[Method, ...]
+    parts: tuple[str, ...]
+    resume: bool = False
+
+
+def whole(wish: Wish, folder: Path, tell: Callable[[str], object]) -> Path:
+    """Run it and give the path of the report.
+
+    Raises:
+        InputError: the folder holds rows of another run, and they are not to be resumed.
+        UnknownNameError: a family that does not exist.
+    """
+    start = time.perf_counter()
+    folder.mkdir(parents=True, exist_ok=True)
+    kept = folder / "rows.jsonl"
+    if kept.exists() and not wish.resume:
+        raise InputError(f"{kept} is there already: name another folder, or resume that run")
+    missing = {method.name: lack for method in wish.methods if (lack := method.missing())}
+    rows: list[Row] = []
+    savings: list[Claim] = []
+    claims: list[tuple[str, Claim]] = []
+    if "rows" in wish.parts:
+        rows = _rows(wish, kept, tell)
+        write_table(folder / "rows", rows)
+    if "skip" in wish.parts:
+        from . import skip
+
+        tell("what skipped steps save")
+        savings = list(skip.claims())
+        write_table(folder / "savings", savings)
+    if "claims" in wish.parts:
+        claims = _claims(wish, tell)
+        _write_claims(folder / "claims", claims)
+    from .diagrams import draw
+    from .report import report
+
+    facts, minutes = about(), (time.perf_counter() - start) / 60.0
+    pictures = draw(rows, folder) if rows else []
+    text = report(facts, rows, claims, savings, pictures, missing, minutes)
+    path = folder / "report.md"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def _rows(wish: Wish, kept: Path, tell: Callable[[str], object]) -> list[Row]:
+    from . import run
+    from .problems.registry import problems
+
+    present = [method for method in wish.methods if not method.missing()]
+    effort = run.QUICK if wish.quick else run.WHOLE
+    chosen = problems(wish.quick, wish.families)
+    return run.run(chosen, present, kept, effort=effort, tell=tell)
+
+
+def _claims(wish: Wish, tell: Callable[[str], object]) -> list[tuple[str, Claim]]:
+    from .claims import SECTIONS, claims
+
+    found: list[tuple[str, Claim]] = []
+    for section in SECTIONS:
+        if not (wish.quick and section in LONG_SECTIONS):
+            tell(f"claims: {section}")
+            found.extend(claims([section]))
+    return found
+
+
+def _write_claims(stem: Path, claims: list[tuple[str, Claim]]) -> None:
+    items = [{"section": section, **asdict(claim), "met": claim.met} for section, claim in claims]
+    text = json.dumps(items, indent=1, ensure_ascii=False) + "\n"
+    stem.with_suffix(".json").write_text(text, encoding="utf-8")
+    write_csv(stem.with_suffix(".csv"), items)

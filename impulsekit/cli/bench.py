@@ -1,0 +1,85 @@
+"""``impulsekit bench``: run time against error, as tables, diagrams and a report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+__all__ = ["bench"]
+
+PARTS = ("rows", "skip", "claims")
+
+
+@click.command()
+@click.option("--quick", is_flag=True, help="Small problems and few rounds: about two minutes.")
+@click.option(
+    "--out",
+    "-o",
+    type=click.Path(),
+    default="impulsekit_bench",
+    show_default=True,
+    help="Folder of the results.",
+)
+@click.option("--problems", "-p", multiple=True, metavar="FAMILY", help="Only this family.")
+@click.option("--methods", "-m", multiple=True, metavar="NAME", help="Only methods so called.")
+@click.option("--part", multiple=True, type=click.Choice(PARTS), help="Only this part.")
+@click.option("--peers/--no-peers", default=True, help="Other programs, if they are installed.")
+@click.option("--resume", is_flag=True, help="Go on with a run that was stopped.")
+@click.option("--list", "listing", is_flag=True, help="List families and methods, and stop.")
+@click.option("--quiet", "-q", is_flag=True, help="No progress.")
+def bench(
+    quick: bool,
+    out: str,
+    problems: tuple[str, ...],
+    methods: tuple[str, ...],
+    part: tuple[str, ...],
+    peers: bool,
+    resume: bool,
+    listing: bool,
+    quiet: bool,
+) -> None:
+    """Time impulsekit and other programs on problems whose answers are known exactly.
+
+    OUT receives report.md, rows, claims and savings as CSV and JSON, and diagrams as SVG. A
+    method that misses a problem's tolerance does not count as fast there.
+    """
+    _one_thread_each()
+    from ..bench.methods.registry import methods as chosen_methods
+
+    chosen = chosen_methods(methods, peers)
+    if listing:
+        _list(chosen)
+        return
+    from ..bench.whole import Wish, whole
+
+    wish = Wish(quick, tuple(problems), tuple(chosen), part or PARTS, resume)
+    path = whole(wish, Path(out), _teller(quiet))
+    click.echo(str(path))
+
+
+def _one_thread_each() -> None:
+    """Linear algebra on one thread, as Pinocchio's is: set before numpy is loaded."""
+    import os
+
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+
+
+def _list(chosen: list[Any]) -> None:
+    from ..bench.problems.registry import FAMILIES
+
+    click.echo("families of problems")
+    for family in FAMILIES:
+        click.echo(f"  {family}")
+    click.echo("methods")
+    for method in chosen:
+        lack = method.missing()
+        click.echo(f"  {method.label}" + (f"   ({lack})" if lack else ""))
+
+
+def _teller(quiet: bool) -> Any:
+    if quiet:
+        return lambda name: None
+    return lambda name: click.echo(name, err=True)
