@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ..robot import Robot
     from ..robot.source import RobotPart
 
-__all__ = ["ReferenceRobot", "reference_robot"]
+__all__ = ["ReferenceRobot", "read_reference", "reference_robot"]
 
 # A robot by itself gets a prefix too, so that its links never meet the fixed "world".
 _ALONE = "robot/"
@@ -65,7 +65,8 @@ def reference_robot(robot: Robot, digits: int | None) -> ReferenceRobot:
     """
     kept = _kept.setdefault(robot, {})
     if digits not in kept:
-        kept[digits] = _read(robot, digits)
+        numbers = Arithmetic.double() if digits is None else Arithmetic.mpmath(digits)
+        kept[digits] = read_reference(robot, numbers)
     return kept[digits]
 
 
@@ -74,8 +75,12 @@ _kept: weakref.WeakKeyDictionary[Robot, dict[int | None, ReferenceRobot]] = (
 )
 
 
-def _read(robot: Robot, digits: int | None) -> ReferenceRobot:
-    numbers = Arithmetic.double() if digits is None else Arithmetic.mpmath(digits)
+def read_reference(robot: Robot, numbers: Arithmetic) -> ReferenceRobot:
+    """The reference's own reading of a robot's URDF, in the numbers given.
+
+    Raises:
+        InputError: the robot cannot be made by the reference; it says why.
+    """
     parts: dict[str, KaneSystem] = {}
     placements = {}
     alone = [part.prefix for part in robot.parts] == [""]

@@ -1,0 +1,107 @@
+"""Right, said so, or silently wrong.
+
+Errors are those of velocities: each speed counts by how fast it moves matter at most, so that
+neither units nor masses decide. An answer that its status calls valid is right where the
+largest error is below ten times condition times eps. All else that is called valid is silently
+wrong.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .found import Exact, Found
+from .numbers import EPS
+from .sweep import StateTruth
+
+__all__ = ["BOUND", "ILL_POSED", "Judgement", "judge"]
+
+# In units of condition times eps.
+BOUND = 10.0
+# Where even that allows more than this share, no method can be told right from wrong.
+ILL_POSED = 1e-3
+# The spacing of denormal numbers: below it doubles have nothing.
+SMALLEST = 5e-324
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What is to be said of an answer; the numbers are those of ``Point``."""
+
+    verdict: str
+    error: float = math.inf
+    condition: float = math.nan
+    share: float = math.inf
+    each: float = math.inf
+    momentum: float = math.nan
+    law: float = math.nan
+
+
+def judge(state: StateTruth, exact: Exact | None, found: Found) -> tuple[Judgement, Exact | None]:
+    """The judgement of an answer, and the truth it was held against.
+
+    Args:
+        state: the equations.
+        exact: a solution of them, from a method before; None to look for one.
+    """
+    if found.dv is None or not np.isfinite(found.dv).all():
+        condition = exact.condition if exact is not None else math.nan
+        return Judgement("wrong" if found.valid else "said so", condition=condition), exact
+    # A law may have more than one solution: the one that counts is beside the answer.
+    if exact is None or (found.valid and _share(exact, found, state) > BOUND):
+        exact = state.exact(found)
+    left = state.residuals(found)
+    if exact is None:
+        verdict = "wrong" if found.valid else "said so"
+        return Judgement(verdict, math.nan, momentum=left.momentum, law=left.law), None
+    share = _share(exact, found, state)
+    wrong = share > BOUND or not exact.only
+    differences = np.abs(exact.dv - found.dv)
+    return Judgement(
+        "said so" if not found.valid else "wrong" if wrong else "right",
+        _over(np.max(exact.weights * differences), exact.scale),
+        exact.condition,
+        share,
+        max(
+            _over(difference, EPS * slack + SMALLEST)
+            for difference, slack in zip(differences, exact.slack, strict=True)
+        ),
+        left.momentum,
+        left.law,
+    ), exact
+
+
+def _share(exact: Exact, found: Found, state: StateTruth) -> float:
+    """The largest error over condition times eps, of speeds and of impulses."""
+    worst = exact.violation
+    worst = max(worst, _largest(exact.dv, found.dv, exact.slack, exact.weights))
+    if exact.impulses is None or not exact.determined or not _all_unique(found):
+        return worst
+    own_axes = getattr(state, "own_axes", None)
+    impulses = own_axes(found) if own_axes is not None else None
+    if impulses is None:
+        return worst
+    return max(
+        worst,
+        _largest(exact.impulses, impulses, exact.impulses_slack, exact.impulses_weights),
+    )
+
+
+def _largest(exact: Any, found: Any, slack: Any, weights: Any) -> float:
+    allowed = np.max(weights * (EPS * slack + SMALLEST))
+    return _over(np.max(weights * np.abs(exact - found)), allowed)
+
+
+def _all_unique(found: Found) -> bool:
+    rows = found.rows is None or bool(np.isfinite(found.rows).all())
+    return rows and (found.contacts_unique is None or all(found.contacts_unique))
+
+
+def _over(difference: Any, size: Any) -> float:
+    if not difference > 0:
+        return 0.0
+    return float(difference / size) if size > 0 else math.inf

@@ -1,0 +1,125 @@
+"""Every way of impulsekit to solve a scene, told alike."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ...batch.codes import RowStatus
+from ...batch.solve import solve_batch
+from ...errors import ImpulsekitError
+from ...impact import solve
+from ...impact.algorithms import ByAba, ByCrba, ByDenseCholesky
+from ...impact.known import KnownImpulses
+from ...impact.reach import reached_model, touched_joints
+from ...impact.result import Impact
+from ...scene import Scene
+from .found import Found
+from .sweep import Case
+
+__all__ = ["answers"]
+
+
+def answers(case: Case) -> Iterator[tuple[str, list[Found]]]:
+    """By method, what it answers at each state of a case; ``solve`` comes first."""
+    states = list(zip(case.q, case.v, strict=True))
+    yield "solve", [_found(partial(solve, case.scene), q, v) for q, v in states]
+    if case.algorithms:
+        for name in ("aba", "crba", "dense"):
+            yield name, _by_algorithm(case.scene, name, states)
+    if case.batch:
+        yield "batch", _by_batch(case)
+
+
+def _found(call: Callable[[np.ndarray, np.ndarray], Impact], q: np.ndarray, v: np.ndarray) -> Found:
+    start = time.perf_counter()
+    try:
+        with np.errstate(all="ignore"):
+            impact = call(q, v)
+            seconds = time.perf_counter() - start
+            status = impact.status
+            valid = impact.is_valid()
+    except ImpulsekitError as error:
+        return Found(None, type(error).__name__, False, time.perf_counter() - start)
+    rows, contacts, unique = _impulses(impact)
+    # Which impulses are shared is told beside the status.
+    return Found(np.array(impact.dv), status.name, valid, seconds, rows, contacts, unique)
+
+
+def _impulses(
+    impact: Impact,
+) -> tuple[np.ndarray | None, tuple[np.ndarray, ...] | None, tuple[bool, ...] | None]:
+    scene = impact.scene
+    rows: np.ndarray | None = None
+    contacts: tuple[np.ndarray, ...] | None = None
+    unique: tuple[bool, ...] | None = None
+    if scene.constraints:
+        rows = np.concatenate([result.impulse for result in impact.constraints])
+        determined = [one for result in impact.constraints for one in result.unique_rows]
+        if not all(determined):
+            unique = (False,)
+    if scene.contacts:
+        contacts = tuple(np.array(result.impulse) for result in impact.contacts)
+        unique = (unique or ()) + tuple(result.unique for result in impact.contacts)
+    return rows, contacts, unique
+
+
+def _by_algorithm(
+    scene: Scene, name: str, states: list[tuple[np.ndarray, np.ndarray]]
+) -> list[Found]:
+    reached = reached_model(scene.robot.model, touched_joints(scene))
+    known = KnownImpulses(scene, reached)
+    algorithm: Any
+    if name == "aba":
+        algorithm = ByAba(known)
+    elif name == "crba":
+        algorithm = ByCrba(known, always_regular=False)
+    else:
+        algorithm = ByDenseCholesky(known)
+
+    def impact(q: np.ndarray, v: np.ndarray) -> Impact:
+        jump = np.atleast_1d(algorithm.velocity_jump(reached.configuration(q)))
+        dv = np.zeros(len(v))
+        dv[reached.v_index] = jump
+        return Impact(scene, q, v, dv)
+
+    return [_found(impact, q, v) for q, v in states]
+
+
+def _by_batch(case: Case) -> list[Found]:
+    scene = case.scene
+    outputs = ["dv"]
+    if scene.constraints:
+        outputs.append("constraint_impulses")
+    if scene.contacts:
+        outputs.append("contact_impulses")
+    start = time.perf_counter()
+    try:
+        with np.errstate(all="ignore"):
+            batch = solve_batch(scene, case.q, case.v, outputs=outputs, threads=1)
+    except ImpulsekitError as error:
+        each = Found(None, type(error).__name__, False, time.perf_counter() - start)
+        return [each] * len(case.q)
+    seconds = (time.perf_counter() - start) / len(case.q)
+    founds = []
+    for i, code in enumerate(batch.status.tolist()):
+        status = RowStatus(code)
+        contacts = None
+        if scene.contacts:
+            contacts = tuple(batch.contact_impulses[i])
+        founds.append(
+            Found(
+                np.array(batch.dv[i]),
+                status.name,
+                status.valid,
+                seconds,
+                np.array(batch.constraint_impulses[i]) if scene.constraints else None,
+                contacts,
+                (status is not RowStatus.NOT_UNIQUE,),
+            )
+        )
+    return founds

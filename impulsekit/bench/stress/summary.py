@@ -1,0 +1,115 @@
+"""What a stress test comes to: one line per sweep, and the whole."""
+
+from __future__ import annotations
+
+import math
+import os
+import platform
+import statistics
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+
+from .judge import BOUND, ILL_POSED
+from .numbers import EPS, truth_numbers
+from .sweep import Point
+
+__all__ = ["Line", "count_scenes", "lines_of", "machine", "whole_of"]
+
+
+@dataclass(frozen=True)
+class Line:
+    """A sweep, or all of them.
+
+    Attributes:
+        sweep: its name.
+        scenes: different scenes and states.
+        points: answers: of each scene by each method.
+        right, said, wrong: how many points; said: the status or an error says it is no answer.
+        ill_posed: points for which even 10 condition eps is more than a thousandth.
+        share: the largest error of a right, well-posed answer over condition times eps.
+        error: the largest relative error of those.
+        momentum, law: the largest residuals of those that are called valid.
+        microseconds: the middle time of ``solve``.
+        statuses: how often each status or error came.
+    """
+
+    sweep: str
+    scenes: int
+    points: int
+    right: int
+    said: int
+    wrong: int
+    ill_posed: int
+    share: float
+    error: float
+    momentum: float
+    law: float
+    microseconds: float
+    statuses: dict[str, int]
+
+    @property
+    def said_share(self) -> float:
+        """The part of the points that were said to be no answer."""
+        return self.said / self.points if self.points else 0.0
+
+
+def count_scenes(points: Iterable[Point]) -> int:
+    """How many different scenes and states there are."""
+    return len({(p.sweep, p.value, p.repeat, p.state) for p in points})
+
+
+def is_ill_posed(point: Point) -> bool:
+    """Whether the data determine the answer to less than a thousandth."""
+    return point.condition * EPS * BOUND > ILL_POSED
+
+
+def line_of(name: str, points: Sequence[Point]) -> Line:
+    """The line of some points."""
+    verdicts = Counter(p.verdict for p in points)
+    valid = [p for p in points if p.verdict != "said so"]
+    sound = [p for p in valid if p.verdict == "right" and not is_ill_posed(p)]
+    seconds = [p.seconds for p in points if p.method == "solve"]
+    return Line(
+        name,
+        count_scenes(points),
+        len(points),
+        verdicts["right"],
+        verdicts["said so"],
+        verdicts["wrong"],
+        sum(is_ill_posed(p) for p in points),
+        _largest(p.share for p in sound),
+        _largest(p.error for p in sound),
+        _largest(p.momentum for p in valid),
+        _largest(p.law for p in valid),
+        1e6 * statistics.median(seconds) if seconds else math.nan,
+        dict(Counter(p.status for p in points).most_common()),
+    )
+
+
+def lines_of(points: Sequence[Point]) -> list[Line]:
+    """The line of each sweep, in the order of the points."""
+    by_sweep: dict[str, list[Point]] = {}
+    for point in points:
+        by_sweep.setdefault(point.sweep, []).append(point)
+    return [line_of(name, own) for name, own in by_sweep.items()]
+
+
+def whole_of(points: Sequence[Point]) -> Line:
+    """The line of all sweeps."""
+    return line_of("all", points)
+
+
+def machine() -> str:
+    """Date, kind of machine and versions, in one line."""
+    packages = ", ".join(f"{name} {version(name)}" for name in ("impulsekit", "pin", "numpy"))
+    return (
+        f"{datetime.now(UTC):%Y-%m-%d}, {os.cpu_count()}-core {platform.machine()}, "
+        f"Python {platform.python_version()}, {packages}; truth: {truth_numbers().name}"
+    )
+
+
+def _largest(values: Iterable[float]) -> float:
+    return max((v for v in values if not math.isnan(v)), default=0.0)

@@ -1,0 +1,118 @@
+"""What a sweep is, and what it records."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from ...scene import Scene
+from .found import Exact, Found
+from .law import Residuals
+
+__all__ = ["Case", "Point", "Sweep", "Truth"]
+
+
+class StateTruth(Protocol):
+    """The equations of one state."""
+
+    def exact(self, found: Found | None = None) -> Exact | None:
+        """The solution beside an answer; None where there is none to be found."""
+
+    def residuals(self, found: Found) -> Residuals:
+        """What an answer leaves of its equations."""
+
+
+class Truth(Protocol):
+    """Answers in 50 digits."""
+
+    def at(self, q: np.ndarray, v: np.ndarray) -> StateTruth:
+        """The equations at a state."""
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A scene at B states, and its truth.
+
+    Attributes:
+        scene: what strikes, holds and touches.
+        q: (B, nq). v: (B, nv).
+        truth: gives the answer in 50 digits.
+        algorithms: whether ABA, CRBA and the dense way are to solve it, too.
+        batch: whether ``solve_batch`` is.
+    """
+
+    scene: Scene
+    q: np.ndarray
+    v: np.ndarray
+    truth: Truth
+    algorithms: bool = False
+    batch: bool = True
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A parameter that goes to the edge.
+
+    Attributes:
+        name: as the command takes it.
+        parameter: what varies, with its unit.
+        values: of the parameter.
+        cases: from a value and a generator of random numbers to a case.
+        repeats: how many cases of each value the full form takes; the quick one takes some.
+        logarithmic: whether the parameter is best drawn so.
+        what: one sentence.
+    """
+
+    name: str
+    parameter: str
+    values: tuple[float, ...]
+    cases: Callable[[float, np.random.Generator], Case | Sequence[Point]] = field(repr=False)
+    repeats: int
+    logarithmic: bool = True
+    what: str = ""
+
+    def rng(self, place: int, repeat: int, seed: int) -> np.random.Generator:
+        """The random numbers of one case: the same however the work is shared out."""
+        return np.random.default_rng([seed, zlib.crc32(self.name.encode()), place, repeat])
+
+
+@dataclass(frozen=True)
+class Point:
+    """One method at one state.
+
+    Attributes:
+        sweep, value, repeat, state: which.
+        method: "solve", "batch", "aba", "crba", "dense", "long chain".
+        status: the name of the status or error that came.
+        verdict: "right", "said so" (the status or an error says that it is no answer) or
+            "wrong": silently.
+        error: of Δv, the largest over the largest speed, as velocities of matter.
+        condition: by how much relative changes of the data are amplified.
+        share: the error over condition times eps, of speeds and of impulses.
+        each: the same speed by speed, each against its own condition.
+        momentum, law: residuals in 50 digits.
+        seconds: of the call; of a batch, per state.
+    """
+
+    sweep: str
+    value: float
+    repeat: int
+    state: int
+    method: str
+    status: str
+    verdict: str
+    error: float
+    condition: float
+    share: float
+    each: float
+    momentum: float
+    law: float
+    seconds: float
+
+    def row(self) -> tuple[Any, ...]:
+        """Its entries in order."""
+        return tuple(getattr(self, name) for name in self.__dataclass_fields__)
