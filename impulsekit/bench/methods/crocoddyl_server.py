@@ -3,9 +3,13 @@
 One JSON object a line, in and out. It imports nothing of impulsekit, which is not installed there.
 """
 
+from __future__ import annotations
+
 import json
 import sys
 import time
+from collections.abc import Callable
+from typing import Any
 
 import crocoddyl
 import numpy as np
@@ -30,7 +34,7 @@ SEVERAL = {
 DAMPING = 1e-12
 
 
-def built(request):
+def built(request: dict[str, Any]) -> Callable[[], np.ndarray]:
     """The call that answers a request, which describes a mechanism, its blows and holds."""
     model = pin.Model()
     coordinates = {}
@@ -72,7 +76,7 @@ def built(request):
     return call(model, action, own, q, np.array(request["v"]), request)
 
 
-def joint_of(body):
+def joint_of(body: dict[str, Any]) -> Any:
     """The joint of Pinocchio."""
     if body["kind"] in SEVERAL:
         return SEVERAL[body["kind"]]()
@@ -83,7 +87,9 @@ def joint_of(body):
     return GENERAL[body["kind"]](axis)
 
 
-def call(model, action, own, q, v, request):
+def call(
+    model: pin.Model, action: Any, own: Any, q: np.ndarray, v: np.ndarray, request: dict[str, Any]
+) -> Callable[[], np.ndarray]:
     """The call that gives the velocities after: what is known first, then the action's impulse."""
     data = model.createData()
     model.gravity.setZero()
@@ -100,7 +106,7 @@ def call(model, action, own, q, v, request):
     struck = bool(request["blows"]) or within.any()
     x = np.concatenate([q, v])
 
-    def velocity_after():
+    def velocity_after() -> np.ndarray:
         if struck:
             x[model.nq :] = v + pin.aba(model, data, q, still, within, loads)
         action.calc(own, x)
@@ -109,7 +115,7 @@ def call(model, action, own, q, v, request):
     return velocity_after
 
 
-def seconds(answer, repeats):
+def seconds(answer: Callable[[], np.ndarray], repeats: int) -> float:
     """Of one call, the mean of so many."""
     start = time.perf_counter()
     for _ in range(repeats):
@@ -117,7 +123,7 @@ def seconds(answer, repeats):
     return (time.perf_counter() - start) / repeats
 
 
-def reply_to(request, calls):
+def reply_to(request: dict[str, Any], calls: list[Callable[[], np.ndarray]]) -> Any:
     """What goes back; ``calls`` are those built so far."""
     if request["do"] == "build":
         calls.append(built(request))
@@ -128,9 +134,9 @@ def reply_to(request, calls):
     return seconds(answer, request["repeats"])
 
 
-def main():
+def main() -> None:
     """Answer requests until there are no more."""
-    calls = []
+    calls: list[Callable[[], np.ndarray]] = []
     for line in sys.stdin:
         sys.stdout.write(json.dumps(reply_to(json.loads(line), calls)) + "\n")
         sys.stdout.flush()
