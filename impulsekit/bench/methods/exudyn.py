@@ -4,7 +4,8 @@ A joint of several degrees of freedom is a row of single ones with links without
 them, which stand at zero, so no angles of a floating base come in. Contacts are Exudyn's sphere on
 a triangle: a spring with the damper of Carvalho & Martins and friction that is proportional below
 a creep speed, followed by its implicit trapezoidal rule; steps and creep go with the root of
-the stiffness, as in ``penalty``.
+the stiffness, as in ``penalty``. Without friction it goes to every law's answer; with it, to one
+about 1 % off Stronge's.
 """
 
 from __future__ import annotations
@@ -151,8 +152,8 @@ def _settings(step: float, steps: int) -> Any:
     settings.timeIntegration.numberOfSteps = steps
     settings.timeIntegration.endTime = step * steps
     settings.timeIntegration.verboseMode = 0
-    settings.solutionSettings.writeSolutionToFile = False
-    settings.solutionSettings.sensorsWritePeriod = 1e9
+    settings.solution.file.write = False
+    settings.solution.sensors.writePeriod = 1e9
     return settings
 
 
@@ -194,7 +195,7 @@ def _solved(container: Any, system: Any, settings: Any, solver: Any) -> Answer:
     """The velocities at the end of a run of Exudyn's."""
     import exudyn as exu
 
-    exu.SetWriteToConsole(False)
+    exu.config.printToConsole = False
 
     def velocity_after() -> np.ndarray:
         try:
