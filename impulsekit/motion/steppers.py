@@ -16,6 +16,9 @@ Rhs = Callable[[float, np.ndarray], np.ndarray]
 Dense = Callable[[float], np.ndarray]
 
 METHODS = ("dop853", "radau", "rk4", "semi-implicit")
+# The size of x and v [m, rad, and those by s] of which the steps of numerical slopes are a part:
+# near rest a step measured by x and v themselves would drown in rounding.
+TYPICAL = 1.0
 
 
 class StepFailed(Exception):
@@ -129,9 +132,7 @@ class ScipyStepper:
         def many(t: float, columns: np.ndarray) -> np.ndarray:
             return np.array([self._rhs(t, column) for column in columns.T]).T
 
-        slope, self._increments = num_jac(
-            many, t, y, self._rhs(t, y), self._options["atol"], self._increments
-        )
+        slope, self._increments = num_jac(many, t, y, self._rhs(t, y), TYPICAL, self._increments)
         return slope
 
 
