@@ -259,26 +259,33 @@ def _advance(
 
 
 def first_stop(
-    gaps: Gaps, resting: Resting, states: States, start: float, end: float
+    gaps: Gaps,
+    resting: Resting,
+    states: States,
+    start: float,
+    end: float,
+    pushing: Callable[[float], np.ndarray],
 ) -> tuple[float, bool] | None:
     """When a sliding point first stops, or a resting contact has lifted, within a step.
 
     Or when a resting body comes down on another corner. Gives the time, and whether it was
-    such a corner.
+    such a corner. ``pushing`` tells by point which of them are loaded at a time: between the
+    ends of a step the velocity is known to the integrator's tolerance only, so that a point
+    may seem to leave while it is pressed on.
     """
     contacts = resting.contacts
     slides = resting.slides()
     if not contacts:
         return None
-
+    count = len(slides)
     deep = gaps.deepest(contacts, *states(start)) - CORNER
 
     def signs(t: float) -> np.ndarray:
         """Below zero where something has happened: slip along its first direction, or −lift."""
         q, v = states(t)
         u = gaps.velocities(contacts, q, v)
-        if len(u) != 3 * len(slides):
-            return np.full(2 * len(slides) + 1, np.inf)
+        if len(u) != 3 * count:
+            return np.full(2 * count + 1, np.inf)
         along = [
             np.inf if s is None else float(u[3 * i : 3 * i + 2].dot(s))
             for i, s in enumerate(slides)
@@ -291,10 +298,12 @@ def first_stop(
     for left, right in pairwise(times):
         after = signs(right)
         crossed = np.flatnonzero((before > 0.0) & (after <= 0.0) & np.isfinite(before))
-        if crossed.size:
-            # scipy's brentq wants the sign to differ strictly; zero itself is one of them.
-            t, i = min((_root(partial(_entry, signs, i), left, right), i) for i in crossed.tolist())
-            return t, i == 2 * len(slides)
+        # scipy's brentq wants the sign to differ strictly; zero itself is one of them.
+        found = [(_root(partial(_entry, signs, i), left, right), i) for i in crossed.tolist()]
+        for t, i in sorted(found):
+            lifted = count <= i < 2 * count
+            if not (lifted and pushing(t)[i - count : i - count + 1].any()):
+                return t, i == 2 * count
         before = after
     return None
 

@@ -13,7 +13,7 @@ from ..scene import Scene
 from ..scene.motion import MotionSettings
 from .dynamics import Dynamics
 from .rest_law import RestNotSolved
-from .resting import RestingContact
+from .resting import NO_SLIP, RestingContact
 from .status import MotionStatus
 from .steppers import StepFailed
 from .trajectory import Rest
@@ -49,6 +49,7 @@ class Present:
         self.model = self.dynamics.model
         self.gaps, self.held = self.dynamics.gaps, self.dynamics.held
         self.resting = self.dynamics.resting
+        self.resting.slow = max(NO_SLIP, settings.capture_speed)
         self.t, self.q, self.v = 0.0, q, v
         self.base = np.zeros(0 if self.gaps is None else len(self.gaps.items))
         self.impacts: list[tuple[float, Impact]] = []
@@ -62,6 +63,16 @@ class Present:
         """
         with self.told():
             return self.dynamics.acceleration(self.t, self.q, self.v)
+
+    def pushing(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(n,) which points of resting contacts are loaded at another time [s] and state.
+
+        Raises:
+            Stopped: there is no answer.
+        """
+        with self.told():
+            self.dynamics.acceleration(t, q, v)
+        return self.resting.loaded()
 
     def closing(self, i: int) -> float:
         """The rate of a gap that is closed, negative where it closes [m/s]."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,7 +11,7 @@ from ..scene import Scene
 
 __all__ = ["Resting", "RestingContact"]
 
-# Slip below this [m/s] has no direction of its own.
+# Slip below this [m/s] has no direction of its own, whatever the capture speed.
 NO_SLIP = 1e-9
 # Tangential forces this near the cone are on it.
 ON_CONE = 1.0 - 1e-7
@@ -45,10 +46,13 @@ class Resting:
         forces: (3n,) of the last evaluation [N]: two tangents and the normal each.
         accelerations: (3n,) of the contact points [m/s²].
         slip: (3n,) their velocities [m/s].
+        slow: slip below this keeps the direction in which it began [m/s]. Slower slip turns
+            ever faster, at a rate of µ P_n / (m |slip|), which no explicit method can follow.
     """
 
     def __init__(self, scene: Scene) -> None:
         self.contacts: list[RestingContact] = []
+        self.slow = NO_SLIP
         self.forces = self.accelerations = self.slip = np.empty(0)
         self._last = np.empty(0)
 
@@ -77,18 +81,18 @@ class Resting:
             if start is None:
                 continue
             at = 3 * i
-            s = slip[at : at + 2]
-            size = float(np.hypot(s[0], s[1]))
-            if size > NO_SLIP:
-                s = s / size
-                # Past its stop, within a step that will be cut there, it goes on smoothly.
-                s = -s if s.dot(start) < 0.0 else s
-            else:
-                s = start
+            s = self._direction(slip[at : at + 2], start)
             ways[at : at + 2, at : at + 2] = 0.0
             ways[at : at + 2, at + 2] = -friction[i] * s
             friction[i] = 0.0
         return ways, friction
+
+    def _direction(self, slip: np.ndarray, start: np.ndarray) -> np.ndarray:
+        """(2,) unit: that of slip, and where it is slow the one in which it began."""
+        # Past its stop, within a step that will be cut there, it goes on smoothly.
+        s = -slip if slip.dot(start) < 0.0 else slip
+        s = s + self.slow * math.exp(-slip.dot(slip) / self.slow**2) * start
+        return s / math.sqrt(s.dot(s))
 
     def last_forces(self, points: int) -> np.ndarray:
         """(3n,) unknowns to start from."""
@@ -131,13 +135,13 @@ class Resting:
         slip = self.slip[3 * i : 3 * i + 2]
         speed = float(np.hypot(slip[0], slip[1]))
         if before is not None:
-            return slip / speed if speed > NO_SLIP else before
-        if fresh and speed > NO_SLIP:
+            return slip / speed if speed > self.slow else before
+        if fresh and speed > self.slow:
             return slip / speed
         p1, p2, pn = self.forces[3 * i : 3 * i + 3].tolist()
         if pn <= 0.0 or np.hypot(p1, p2) < mu * pn * ON_CONE:
             return None
-        if speed > NO_SLIP:
+        if speed > self.slow:
             return slip / speed
         rate = self.accelerations[3 * i : 3 * i + 2]
         size = float(np.hypot(rate[0], rate[1]))

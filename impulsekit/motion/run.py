@@ -130,7 +130,14 @@ class Run:
         until = step.end if crossing is None else crossing.t
         stop = None
         if resting and until > step.start:
-            stop = first_stop(gaps, now.resting, step.states, step.start, until)
+            stop = first_stop(
+                gaps,
+                now.resting,
+                step.states,
+                step.start,
+                until,
+                lambda t: now.pushing(t, *step.states(t)),
+            )
         if stop is not None:
             time, on_corner = stop
             self._flight.take_until(step, time)

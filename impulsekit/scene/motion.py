@@ -6,7 +6,7 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import InputError, RangeError, UnknownNameError
+from ..errors import InputError, RangeError, UnknownNameError, quoted
 from .numbers import number
 
 __all__ = ["MotionSettings"]
@@ -27,6 +27,7 @@ class MotionSettings:
         step: length of the fixed step [s].
         capture_speed: a contact that approaches more slowly than this stays [m/s]. With
             the default a ball with e = 0.9 comes to rest within 1e-6 s of its true time.
+            Slip slower than this keeps the direction in which it began.
         together: contacts that close within this of the first close with it [s].
         max_impacts, max_steps: after so many the motion is stopped with a status.
 
@@ -75,7 +76,7 @@ class MotionSettings:
                 set_field(self, name, value)
         if self.method not in METHODS:
             wanted = ", ".join(f'"{method}"' for method in METHODS)
-            raise RangeError.of("motion: method", repr(self.method), wanted)
+            raise RangeError.of("motion: method", quoted(self.method), wanted)
 
     def changed(self, **changes: Any) -> MotionSettings:
         """The same with some settings changed.

@@ -3,6 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+import scipy.integrate
 
 import impulsekit as ik
 
@@ -96,6 +97,54 @@ def test_a_dropped_tilted_box_comes_to_rest_on_its_corners():
     assert np.abs(motion.v[-1]).max() < 1e-8
     assert motion.q[-1, 2] == pytest.approx(0.05, abs=1e-9)
     assert np.diff(motion.energy().total).max() < 1e-9
+
+
+def test_a_slip_that_begins_slowly_turns_as_it_should():
+    def pull(t):
+        return np.array([5.8 + 600.0 * t, 0.9, 0.0])
+
+    contact = ik.Contact("z", friction=0.3, name="floor")
+    scene = ik.Scene(particle(), contacts=[contact], forces=[ik.AppliedForce("z", linear=pull)])
+    motion = ik.simulate(scene, [0, 0, 0], [0, 0, 0], duration=0.02)
+    assert motion.status.finished
+
+    hold = 0.3 * 2.0 * GRAVITY
+    start = (np.sqrt(hold**2 - 0.9**2) - 5.8) / 600.0
+
+    def rates(t, y):
+        return np.concatenate([y[2:], (pull(t)[:2] - hold * y[2:] / np.hypot(*y[2:])) / 2.0])
+
+    nearly_still = 1e-11 * pull(start)[:2]
+    path = scipy.integrate.solve_ivp(
+        rates, (start, 0.02), [0, 0, *nearly_still], "Radau", rtol=1e-9, atol=1e-14
+    )
+    np.testing.assert_allclose(motion.q[-1, :2], path.y[:2, -1], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(motion.v[-1, :2], path.y[2:, -1], rtol=0, atol=1e-7)
+    # The slower the slip, the faster it may turn: below the capture speed it does not.
+    assert motion.steps < 500
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau"])
+def test_a_leg_that_moves_over_its_foot_is_not_held_up_by_loose_tolerances(method):
+    leg = ik.Robot.from_urdf(ik.pendulum_urdf(3))
+    q = leg.configuration(joint_1=0.5, joint_2=-1.0, joint_3=0.8)
+    data = leg.model.createData()
+
+    def tip(q):
+        pin.framesForwardKinematics(leg.model, data, q)
+        return data.oMf[leg.frame_id("link_3")].act(np.array([0.0, 0.0, -1.0]))
+
+    foot = ik.Contact("link_3", at=[0, 0, -1], origin=tip(q), friction=2.0)
+    springs = [ik.JointSpring(f"joint_{i}", stiffness=40, damping=2) for i in (1, 2, 3)]
+    scene = ik.Scene(leg, contacts=[foot], forces=springs)
+    loose = {"method": method, "rtol": 1e-5, "atol": 1e-7}
+    motion = ik.simulate(scene, q, leg.velocity(), duration=2.0, **loose)
+    assert [rest.end for rest in motion.rests] == [np.inf]
+    assert np.abs(motion.q[-1] - q).max() > 0.5
+    np.testing.assert_allclose(tip(motion.q[-1])[2], tip(q)[2], atol=1e-13)
+    np.testing.assert_allclose(tip(motion.q[-1])[0], tip(q)[0], atol=1e-6)
+    # Noise of the tolerance in the foot's speed does not count as lifting.
+    assert motion.steps < 200
 
 
 FLOOR = """<robot name="f"><link name="floor"><collision><origin xyz="0 0 -0.5"/>
