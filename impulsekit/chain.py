@@ -141,7 +141,7 @@ def _checked(
 def _positive(what: str, value: float) -> float:
     try:
         number = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"{what} is {value!r}, a number is wanted") from None
     if not math.isfinite(number):
         raise NotFiniteError.of("the chain", what, number)

@@ -40,6 +40,7 @@ __all__ = [
     "UnknownNameError",
     "UrdfError",
     "nearest_names",
+    "quoted",
     "shown",
 ]
 
@@ -203,15 +204,33 @@ class MissingExtraError(ImpulsekitError, ImportError):
         )
 
 
-def shown(text: object, most: int = 60) -> str:
-    """Text out of a file for a message: on one line, without control characters, not too long.
+def shown(value: object, most: int = 60) -> str:
+    """Text as it is, anything else as Python writes it: printable, on one line, not too long.
+
+    What is in memory at some address is called by its type.
 
     Example:
         >>> shown("a\\x1b[31m")
         'a\\\\x1b[31m'
     """
-    line = _escaped(str(text)[: most + 1]).replace("\n", "\\n")
+    try:
+        text = value if isinstance(value, str) else repr(value)
+    except Exception:  # a whole number of thousands of digits, or a user's own repr
+        text = f"a {type(value).__name__}"
+    if not isinstance(value, str) and " at 0x" in text:
+        text = "a function" if callable(value) else f"a {type(value).__name__}"
+    line = _escaped(text[: most + 1]).replace("\n", "\\n")
     return line if len(line) <= most else line[: most - 3] + "..."
+
+
+def quoted(value: object, most: int = 60) -> str:
+    """The same with quotes around a text.
+
+    Example:
+        >>> quoted("a"), quoted(1.5), quoted(print)
+        ("'a'", '1.5', '<built-in function print>')
+    """
+    return shown(repr(value) if isinstance(value, str) else value, most)
 
 
 def _escaped(text: str) -> str:

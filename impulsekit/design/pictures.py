@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, MissingExtraError
+from ..errors import InputError, MissingExtraError, quoted
 from ..robot import Robot
 from ..scene import Scene
 from .ellipsoid import ImpactEllipsoid
@@ -34,7 +34,7 @@ def plot_effective_mass(
         MissingExtraError: matplotlib is not installed.
     """
     if plane not in _PLANES:
-        raise InputError(f'plane is {plane!r}, wanted is "xy", "xz" or "yz"')
+        raise InputError(f'plane is {quoted(plane)}, wanted is "xy", "xz" or "yz"')
     ax = _axes(ax)
     first, second = _PLANES[plane]
     angles = np.linspace(0.0, 2.0 * math.pi, 361)

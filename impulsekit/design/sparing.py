@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError
+from ..errors import InputError, quoted
 from ..robot import Robot
 from ..scene import Scene
 from ..scene.numbers import vector
@@ -205,7 +205,7 @@ def worst_blow(
         1.0
     """
     if kind not in ("force", "couple"):
-        raise InputError(f'worst_blow: kind is {kind!r}, wanted is "force" or "couple"')
+        raise InputError(f'worst_blow: kind is {quoted(kind)}, wanted is "force" or "couple"')
     rows = slice(0, 3) if kind == "force" else slice(3, 6)
     table = Response(scene, q).reaction_map(joint, frame, at)[rows, :3]
     _, values, ways = np.linalg.svd(table)

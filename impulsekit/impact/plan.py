@@ -72,6 +72,12 @@ def is_always_regular(model: pin.Model) -> bool:
     """
     if any(joint.shortname() in _VARYING_SUBSPACE for joint in model.joints):
         return False
+    # Numbers at the edge of the range overflow here, and are found undecided.
+    with np.errstate(all="ignore"):
+        return _moves_own_inertia(model)
+
+
+def _moves_own_inertia(model: pin.Model) -> bool:
     q = pin.neutral(model)
     behind = [inertia.matrix() for inertia in model.inertias]
     for joint_id in range(model.njoints - 1, 0, -1):
@@ -80,7 +86,7 @@ def is_always_regular(model: pin.Model) -> bool:
         joint.calc(data, q)
         subspace = np.asarray(data.S).reshape(6, joint.nv)
         whole = np.diagonal(subspace.T @ behind[joint_id] @ subspace)
-        if not (whole > 0.0).all():
+        if not (np.isfinite(whole) & (whole > 0.0)).all():
             return False
         scale = 1.0 / np.sqrt(whole)
         own = subspace.T @ model.inertias[joint_id].matrix() @ subspace

@@ -102,7 +102,7 @@ class _Workspace:
         try:
             q = np.array(q, dtype=float)
             v = np.array(v, dtype=float)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             state.checked_configuration(self._model, q)
             state.checked_velocity(self._model, v)
             raise

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import NotFiniteError, ShapeError, StateError, UnknownNameError
+from ..errors import NotFiniteError, RangeError, ShapeError, StateError, UnknownNameError, quoted
 
 __all__ = [
     "QUATERNION_TOLERANCE",
@@ -21,6 +21,8 @@ __all__ = [
 
 # How far a quaternion or a (cos, sin) pair may be off unit length.
 QUATERNION_TOLERANCE = 1e-6
+# Beyond this the squares of speeds would overflow.
+LARGEST = 1e100
 
 
 def configuration(model: pin.Model, values: Mapping[str, Any]) -> np.ndarray:
@@ -55,7 +57,7 @@ def checked_configuration(model: pin.Model, q: Any) -> np.ndarray:
         ShapeError, NotFiniteError, StateError: each names the joint.
     """
     q = _vector(q, model.nq, "configuration q")
-    _check_finite(model, q, "configuration q", "idx_q", "nq")
+    _check_size(model, q, "configuration q", "idx_q", "nq")
     if not pin.isNormalized(model, q, QUATERNION_TOLERANCE):
         raise _off_unit(model, q)
     return q
@@ -64,7 +66,7 @@ def checked_configuration(model: pin.Model, q: Any) -> np.ndarray:
 def checked_velocity(model: pin.Model, v: Any) -> np.ndarray:
     """A copy of v as (nv,) floats, proved finite."""
     v = _vector(v, model.nv, "velocity v")
-    _check_finite(model, v, "velocity v", "idx_v", "nv")
+    _check_size(model, v, "velocity v", "idx_v", "nv")
     return v
 
 
@@ -99,9 +101,9 @@ def _joint_configuration(joint: pin.JointModel, name: str, value: Any) -> np.nda
 def _numbers(value: Any, what: str) -> np.ndarray:
     try:
         entries = np.atleast_1d(np.array(value, dtype=float))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise NotFiniteError(
-            f"{what} is {value!r}, numbers are wanted", what=what, where=what
+            f"{what} is {quoted(value)}, numbers are wanted", what=what, where=what
         ) from None
     if entries.ndim != 1:
         raise ShapeError.of(what, (entries.size,), entries.shape)
@@ -114,15 +116,16 @@ def _numbers(value: Any, what: str) -> np.ndarray:
 def _vector(value: Any, size: int, what: str) -> np.ndarray:
     try:
         vector = np.array(value, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise NotFiniteError(f"{what} does not hold numbers", what=what, where=what) from None
     if vector.shape != (size,):
         raise ShapeError.of(what, (size,), vector.shape)
     return vector
 
 
-def _check_finite(model: pin.Model, vector: np.ndarray, what: str, start: str, count: str) -> None:
-    bad = np.flatnonzero(~np.isfinite(vector))
+def _check_size(model: pin.Model, vector: np.ndarray, what: str, start: str, count: str) -> None:
+    # A NaN is not within the bounds either.
+    bad = np.flatnonzero(~(abs(vector) <= LARGEST))
     if bad.size:
         index = int(bad[0])
         name = next(
@@ -130,7 +133,10 @@ def _check_finite(model: pin.Model, vector: np.ndarray, what: str, start: str, c
             for name, joint in zip(model.names, model.joints, strict=True)
             if getattr(joint, start) <= index < getattr(joint, start) + getattr(joint, count)
         )
-        raise NotFiniteError.of(what, f'entry {index} (joint "{name}")', vector[index])
+        where, value = f'entry {index} (joint "{name}")', vector[index]
+        if math.isfinite(value):
+            raise RangeError.of(f"{what}: {where}", value, f"-{LARGEST:g} to {LARGEST:g}")
+        raise NotFiniteError.of(what, where, value)
 
 
 def _off_unit(model: pin.Model, q: np.ndarray) -> StateError:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, RangeError, ShapeError
+from ..errors import InputError, RangeError, ShapeError, quoted
 from ..robot import Robot
 from .numbers import Vector, axes_name, number, text, vector
 
@@ -305,14 +305,16 @@ def _several(value: Any, what: str) -> tuple[Any, ...]:
     try:
         return (value,) if isinstance(value, str) else tuple(value)
     except TypeError:
-        raise InputError(f"{what} is {value!r}, a name or several are wanted", what=what) from None
+        raise InputError(
+            f"{what} is {quoted(value)}, a name or several are wanted", what=what
+        ) from None
 
 
 def _velocity(value: Any, rows: int | None, what: str) -> Any:
     """ "kept", a number, or a tuple of ``rows`` numbers; a number stays one if rows is None."""
     if isinstance(value, str):
         if value != KEPT:
-            raise RangeError.of(what, repr(value), 'numbers or "kept"')
+            raise RangeError.of(what, quoted(value), 'numbers or "kept"')
         return KEPT
     if isinstance(value, list | tuple | np.ndarray):
         entries = tuple(number(x, f"{what}[{i}]") for i, x in enumerate(value))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..errors import InputError, RangeError
+from ..errors import InputError, RangeError, quoted
 
 __all__ = ["Law"]
 
@@ -65,7 +65,7 @@ class Law:
             value = getattr(self, name)
             if value not in allowed:
                 wanted = " or ".join(f'"{word}"' for word in allowed)
-                raise RangeError.of(f"law: {name}", repr(value), wanted)
+                raise RangeError.of(f"law: {name}", quoted(value), wanted)
         if self.restitution == "stronge" and self.slip != "path":
             raise InputError(
                 'law: restitution="stronge" balances the work of the normal impulse, which is '

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, NotFiniteError, RangeError, ShapeError
+from ..errors import InputError, NotFiniteError, RangeError, ShapeError, quoted
 
 __all__ = ["AXES", "LARGEST", "Vector", "axes_name", "number", "text", "vector"]
 
@@ -32,9 +32,9 @@ def number(value: Any, what: str) -> float:
     """
     try:
         result = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise NotFiniteError(
-            f"{what} is {value!r}, a number is wanted", what=what, where=what
+            f"{what} is {quoted(value)}, a number is wanted", what=what, where=what
         ) from None
     if not math.isfinite(result):
         raise NotFiniteError(
@@ -70,12 +70,12 @@ def vector(value: Any, what: str) -> Vector:
 def axes_name(value: Any, what: str) -> str:
     """ "world" or "local"."""
     if value not in AXES:
-        raise RangeError.of(what, repr(value), '"world" or "local"')
+        raise RangeError.of(what, quoted(value), '"world" or "local"')
     return str(value)
 
 
 def text(value: Any, what: str) -> str:
     """A name: text that is not empty."""
     if not isinstance(value, str) or not value:
-        raise InputError(f"{what} is {value!r}, a name is wanted")
+        raise InputError(f"{what} is {quoted(value)}, a name is wanted")
     return value

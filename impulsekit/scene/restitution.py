@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, RangeError, ShapeError
+from ..errors import InputError, RangeError, ShapeError, quoted
 from .numbers import number
 
 __all__ = ["Restitution", "RestitutionTable", "checked_restitution", "restitution_at"]
@@ -94,7 +94,7 @@ def checked_restitution(value: Any, what: str) -> float | Callable[[float], floa
         return value
     if isinstance(value, str | bytes | dict | list | tuple):
         raise InputError(
-            f"{what} is {value!r}; wanted is a number, a Restitution, a RestitutionTable "
+            f"{what} is {quoted(value)}; wanted is a number, a Restitution, a RestitutionTable "
             "or a function of the approach speed"
         )
     return _coefficient(value, what)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pydantic
 
-from ..errors import ImpulsekitError, UnknownNameError
+from ..errors import ImpulsekitError, UnknownNameError, quoted
 from ..robot import Robot
 from ..scene import Scene
 from .faults import Faults
@@ -42,7 +42,7 @@ def read_entries(
     for i, table in enumerate(raw):
         place = f"{section.name}[{i}]" if section.many else section.name
         if not isinstance(table, dict):
-            faults.add(f"{place} is {table!r}, wanted is a table")
+            faults.add(f"{place} is {quoted(table)}, wanted is a table")
             continue
         entry = _read_entry(section, table, place, faults)
         if entry is not None:
@@ -91,7 +91,7 @@ def _kind(section: Section, table: dict[str, Any], place: str, faults: Faults) -
         return next(iter(kinds))
     if "kind" in table:
         kind = table["kind"]
-        if kind not in kinds:
+        if not isinstance(kind, str) or kind not in kinds:
             faults.add(f"{place}.kind: {UnknownNameError.among('kind', str(kind), kinds)}")
             return None
         return kind

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pydantic
 
-from ..errors import ImpulsekitError, SceneFileError
+from ..errors import ImpulsekitError, SceneFileError, quoted
 from ..robot import Robot
 from ..robot import state as states
 from ..scene import Scene
@@ -193,7 +193,7 @@ def _read_vector(
 ) -> np.ndarray:
     """A whole vector from a list, or from a table by joint name."""
     if not isinstance(raw, dict | tuple):
-        faults.add(f"{place} is {raw!r}, wanted is a list, or a table by joint name")
+        faults.add(f"{place} is {quoted(raw)}, wanted is a list, or a table by joint name")
         return otherwise
     if isinstance(raw, tuple):
         return _tried(whole, _numbers(raw, place, faults), place, faults, otherwise)
@@ -213,7 +213,7 @@ def _numbers(raw: Any, place: str, faults: Faults) -> Any:
     except pydantic.ValidationError as error:
         for part in error.errors():
             where = place + "".join(f"[{i}]" for i in part["loc"] if len(raw) > 1)
-            faults.add(f"{where} is {part['input']!r}, wanted is a number")
+            faults.add(f"{where} is {quoted(part['input'])}, wanted is a number")
         return None
 
 

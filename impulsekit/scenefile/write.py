@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from ..errors import InputError
+from ..errors import InputError, quoted
 from ..robot import Robot
 from ..robot import state as states
 from ..scene import Scene
@@ -185,7 +185,7 @@ def _literal(value: Any) -> str:
     if callable(value):
         raise InputError("a scene file cannot hold a function of Python")
     if not isinstance(value, str | bool | int | float):
-        raise InputError(f"a scene file cannot hold {value!r}, a {type(value).__name__}")
+        raise InputError(f"a scene file cannot hold {quoted(value)}, a {type(value).__name__}")
     # TOML turns a carriage return at a line's end into a plain one.
     multiline = isinstance(value, str) and "\r" not in value
     return (
