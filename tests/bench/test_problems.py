@@ -1,0 +1,166 @@
+"""The problems of the benchmark: their answers are exact, kept ones are not old, and they hold."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+from impulsekit.bench.problems import kept
+from impulsekit.bench.problems.chains import chain_problem, pendulum_problem
+from impulsekit.bench.problems.flight import extrapolated, state_after_flight
+from impulsekit.bench.problems.motions import swings
+from impulsekit.bench.problems.registry import FAMILIES, problems
+from impulsekit.bench.problems.routh import end_of_path
+from impulsekit.bench.problems.trees import random_tree_urdf, tree_problem
+from impulsekit.errors import UnknownNameError
+
+QUICK = list(problems(quick=True))
+IMPACTS = [problem for problem in QUICK if not problem.duration]
+
+
+@pytest.mark.parametrize("problem", IMPACTS, ids=lambda p: p.name)
+def test_solve_finds_the_answer(problem):
+    impact = ik.solve(problem.scene, problem.q, problem.v)
+    assert problem.error(impact.v_after) < 1e-11
+    assert impact.status.valid
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", FAMILIES)
+def test_the_large_ones_are_solved_too(family):
+    for problem in problems(families=[family]):
+        if problem.duration:
+            motion = ik.simulate(
+                problem.scene,
+                problem.q,
+                problem.v,
+                duration=problem.duration,
+                samples=2,
+                rtol=1e-12,
+                atol=1e-14,
+            )
+            assert problem.error(np.concatenate([motion.q[-1], motion.v[-1]])) < 1e-11
+        else:
+            impact = ik.solve(problem.scene, problem.q, problem.v)
+            assert problem.error(impact.v_after) < 1e-11, problem.name
+
+
+def test_names_are_given_once():
+    names = [problem.name for problem in problems()]
+    assert len(set(names)) == len(names)
+    assert {problem.name for problem in QUICK} <= set(names)
+
+
+def test_a_family_that_does_not_exist_is_named():
+    with pytest.raises(UnknownNameError, match="struck chain"):
+        list(problems(families=["struck chains"]))
+
+
+# -- errors -----------------------------------------------------------------------------------
+
+
+def test_errors_are_relative_to_the_largest_entry():
+    problem = chain_problem(3)
+    off = problem.answer + 1e-3 * np.abs(problem.answer).max()
+    assert problem.error(off) == pytest.approx(1e-3)
+    assert problem.error(problem.answer) == 0.0
+
+
+def test_what_is_no_answer_is_infinitely_wrong():
+    problem = chain_problem(3)
+    assert problem.error(np.full(5, np.nan)) == np.inf
+    assert problem.error(np.zeros(4)) == np.inf
+
+
+# -- kept answers -----------------------------------------------------------------------------
+
+
+def kept_problems():
+    return [problem for problem in problems() if hasattr(problem.exact, "derive")]
+
+
+def test_kept_answers_belong_to_the_problems_of_today():
+    for problem in kept_problems():
+        entry = kept.kept(problem.family)[str(problem.size)]
+        of = kept.digest(problem.scene, problem.q, problem.v, problem.duration)
+        assert entry["of"] == of, problem.name
+        assert len(entry["answer"]) == len(problem.answer)
+
+
+@pytest.mark.parametrize("name", ["random tree 5", "struck robot 9", "closed chain 3"])
+def test_kept_answers_come_out_again(name):
+    (problem,) = [p for p in kept_problems() if p.name == name]
+    entry = kept.kept(problem.family)[str(problem.size)]
+    assert kept.decimals(problem.exact.derive()) == entry["answer"]
+
+
+@pytest.mark.slow
+def test_all_kept_impacts_come_out_again():
+    for problem in kept_problems():
+        if not problem.duration:
+            entry = kept.kept(problem.family)[str(problem.size)]
+            again = [float(text) for text in kept.decimals(problem.exact.derive())]
+            assert again == [float(text) for text in entry["answer"]], problem.name
+
+
+def test_an_old_answer_is_not_used(tmp_path, monkeypatch):
+    monkeypatch.setattr(kept, "FOLDER", tmp_path)
+    kept.kept.cache_clear()
+    stale = {"5": {"of": "another robot", "answer": ["0"] * 10}}
+    (tmp_path / "random_tree.json").write_text(json.dumps(stale))
+    problem = tree_problem(5)
+    assert problem.error(ik.solve(problem.scene, problem.q, problem.v).v_after) < 1e-13
+    kept.kept.cache_clear()
+
+
+# -- where the answers come from -----------------------------------------------------------------
+
+
+def test_the_two_chains_of_the_paper_begin_as_it_says():
+    assert chain_problem(1).answer == pytest.approx([0, -10, 30])
+    assert pendulum_problem(2).answer == pytest.approx([30 / 7, -180 / 7])
+
+
+def test_drawn_trees_are_the_same_on_every_machine():
+    assert random_tree_urdf(5) == random_tree_urdf(5)
+    assert random_tree_urdf(5) != random_tree_urdf(5, seed=1)
+    assert random_tree_urdf(40).count("<joint") == 39
+
+
+def test_routh_in_the_plane():
+    """W of a rod; its end slides, sticks, and leaves with e times the work regained."""
+    w = (Fraction(2), Fraction(1, 2), Fraction(1))
+    half = Fraction(1, 2)
+    p_t, p_n = end_of_path(w, (0.0, -1.0), 1.0, 0.5)
+    # At rest along, u_n' = w_nn − w_tn²/w_tt all the way: p = (1 + e)/(7/8).
+    assert p_n == pytest.approx(1.5 / 0.875)
+    assert p_t == pytest.approx(-0.25 * p_n)
+    # Slip stops at p = 1/2, then it sticks; without restitution all motion of the end is lost.
+    p_t, p_n = end_of_path(w, (half, Fraction(-1)), Fraction(3, 4), Fraction(0))
+    assert half + w[0] * p_t + w[1] * p_n == pytest.approx(0, abs=1e-15)
+    assert -1 + w[1] * p_t + w[2] * p_n == pytest.approx(0, abs=1e-15)
+    assert p_t == pytest.approx(-4 / 7)
+
+
+def test_extrapolation_reaches_the_digits_asked_for():
+    from mpmath import MPContext
+
+    context = MPContext()
+    context.dps = 40
+    y = np.array([context.mpf(1)], dtype=object)
+    step = context.mpf(1) / 4
+    for _ in range(4):
+        y = extrapolated(lambda y: y, y, step, context.mpf("1e-35"))
+    assert abs(y[0] - context.e) < context.mpf("1e-33")
+
+
+@pytest.mark.slow
+def test_a_swing_does_not_depend_on_the_steps():
+    problem = next(swings(quick=True))
+    given = (problem.scene, problem.q, problem.v, problem.duration)
+    finer = state_after_flight(*given, steps=24, digits=30, accuracy="1e-20")
+    assert np.abs(finer.astype(float) - problem.answer).max() < 1e-15
