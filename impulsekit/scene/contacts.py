@@ -23,7 +23,8 @@ class Contact:
     """A point of a frame against a plane fixed in the world or in another frame.
 
     In ``solve`` it counts as touching whatever its gap. The impulse is the one that
-    ``frame`` receives.
+    ``frame`` receives. In ``simulate`` the point stays where it is on its body: for a body
+    that rolls, or meets the plane with other points too, a ``Collision`` finds them.
 
     Attributes:
         frame: the frame that carries the point.

@@ -5,7 +5,7 @@ import pytest
 
 import impulsekit as ik
 
-from . import printed, solved
+from . import EXAMPLES, printed, solved
 
 
 def about(value, rel=1e-12):
@@ -16,12 +16,25 @@ def test_bouncing_ball():
     impact = solved("bouncing_ball")
     # µ is above (2/7) |v_t|/((1 + e) |v_n|): it rolls off with 5/7 of its speed along.
     assert 0.3 > 2 / 7 * 2 / (1.8 * 3)
-    assert impact.velocity_at("ball").after == about([10 / 7, 0, 2.4])
+    assert impact.velocity_at("ball/ball").after == about([10 / 7, 0, 2.4])
     assert impact.v_after[4] == about(10 / 7 / 0.05)
     assert impact.contacts[0].mode == "sticking"
     assert impact.contacts[0].impulse == about([-0.5 * 4 / 7, 0, 0.5 * 5.4])
     # Rebound, slip lost: ½ m (1 − e²) v_n² and ½ (2/7) m v_t².
     assert -impact.energy.change == about(0.25 * (0.36 * 9 + 2 / 7 * 4))
+
+
+def test_the_bouncing_ball_ends_up_rolling():
+    file = ik.load_scene(EXAMPLES / "bouncing_ball.toml")
+    motion = ik.simulate(file.scene, file.q, file.v, settings=file.motion)
+    assert motion.status.finished
+    # Bounces last 2 u/g each, with u = 2.4, 2.4 e, 2.4 e², ...
+    rolls = 2 * 2.4 / 9.81 / (1 - 0.8)
+    assert [rest.start for rest in motion.rests] == pytest.approx([rolls], abs=1e-5)
+    # The impact at the start is the last that changes its speed along the floor.
+    np.testing.assert_allclose(motion.q[:, 0], 10 / 7 * motion.t, atol=1e-8)
+    np.testing.assert_allclose(motion.v[-1, 4], 10 / 7 / 0.05, rtol=1e-8)
+    assert motion.q[:, 2].min() > 0.05 - 1e-8
 
 
 def test_falling_rod():
