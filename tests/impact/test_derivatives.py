@@ -158,6 +158,119 @@ def test_rows_that_are_redundant_here_only_have_no_derivative():
     assert bent.status.exists
 
 
+# -- joints that follow others, or whose axes turn with themselves --------------------------
+
+HAND = robot(
+    link("palm", "2", ".1 .05 .1", ".3 -.2 .5", ".3 .01 .02 .4 .02 .5"),
+    link("knuckle", "1.2", ".2 .02 .01", inertia=".05 .001 .002 .06 0 .07"),
+    link("finger", ".8", "0 .1 .2", ".1 .2 0", ".03 0 .004 .02 0 .025"),
+    link("tip", ".5", ".1 0 .1", inertia=".02 0 .001 .03 0 .02"),
+    joint("first", "palm", "knuckle", "revolute", "1 .3 .2", ".3 .1 0", ".2 .1 -.4"),
+    joint(
+        "second",
+        "knuckle",
+        "finger",
+        "revolute",
+        "0 1 .5",
+        ".4 0 .1",
+        ".7 0 .3",
+        more='<mimic joint="first" multiplier="-1.5" offset="0.3"/>',
+    ),
+    joint(
+        "third",
+        "finger",
+        "tip",
+        "prismatic",
+        "1 0 .2",
+        ".1 0 .1",
+        more='<mimic joint="first" multiplier="0.4"/>',
+    ),
+)
+
+
+@pytest.mark.parametrize("root", ["fixed", "freeflyer"])
+def test_joints_that_follow_others(root):
+    hand = ik.Robot.from_urdf(HAND, root=root, mimic=True)
+    scene = ik.Scene(hand, [blow("tip", 3), blow("knuckle", 4, "local", "second blow")])
+    assert_true(scene, *random_state(hand, 2))
+
+
+@pytest.mark.parametrize("mu", [0.05, 3.0])
+def test_contacts_and_constraints_of_joints_that_follow_others(mu):
+    hand = ik.Robot.from_urdf(HAND, root="freeflyer", mimic=True)
+    q, v = random_state(hand, 5)
+    v[:3] += pin.Quaternion(q[3:7]).matrix().T @ [0, 0, -3.0]
+    hold = [ik.FrameAnchor("finger", "palm", directions=("x",), axes="local")]
+    touch = [ik.Contact("tip", at=[0.1, 0, 0.2], friction=mu, restitution=0.4)]
+    assert_true(ik.Scene(hand, [blow("tip", 3)], hold if mu > 1 else [], touch), q, v)
+
+
+def arms_with_axes(*axes):
+    """Arms whose middle turns about these axes, in order: by one joint, by another, by several."""
+    axes = [np.array(axis, dtype=float) for axis in axes]
+    composite = pin.JointModelComposite()
+    for axis in axes:
+        composite.addJoint(pin.JointModelRevoluteUnaligned(axis))
+    single = pin.JointModelSphericalZYX() if len(axes) == 3 else pin.JointModelUniversal(*axes)
+    return [
+        arm_with([composite]),
+        arm_with([single]),
+        arm_with([pin.JointModelRevoluteUnaligned(axis) for axis in axes]),
+    ]
+
+
+def arm_with(joints):
+    model = pin.Model()
+    place, heavy = pin.SE3.Identity(), pin.Inertia(2.0, np.array([0.1, 0.2, 0.1]), np.eye(3))
+    parent = model.addJoint(0, pin.JointModelPX(), place, "base")
+    model.appendBodyToJoint(parent, heavy, place)
+    between = pin.SE3(pin.rpy.rpyToMatrix(0.3, 0.2, 0.5), np.array([0.4, 0, 0.2]))
+    for i, item in enumerate(joints):
+        parent = model.addJoint(parent, item, between, f"middle {i}")
+        between = place
+    model.appendBodyToJoint(parent, heavy, place)
+    last = model.addJoint(
+        parent, pin.JointModelRX(), pin.SE3(np.eye(3), np.array([0.3, 0, 0])), "last"
+    )
+    model.appendBodyToJoint(last, heavy, place)
+    hand = pin.SE3(np.eye(3), np.array([0, 0.3, 0.1]))
+    model.addFrame(pin.Frame("hand", last, 0, hand, pin.OP_FRAME))
+    return ik.Robot.from_model(model)
+
+
+@pytest.mark.parametrize("axes", [[(0, 0, 1), (0, 1, 0), (1, 0, 0)], [(1, 0, 0), (0, 0, 1)]])
+def test_axes_that_turn_with_their_own_coordinates(axes):
+    *varying, spread = arms_with_axes(*axes)
+    rng = np.random.default_rng(3)
+    q, v = rng.uniform(-1, 1, spread.nq), rng.normal(size=spread.nv)
+    touch = ik.Contact("hand", normal=[0, 0.1, 1], friction=0.2, restitution=0.5)
+
+    def scene(arm):
+        return ik.Scene(arm, [blow("hand", 1)], contacts=[touch])
+
+    if ik.solve(scene(spread), q, v).contacts[0].mode == "separated":
+        v = -v
+    truth = ik.derivatives(ik.solve(scene(spread), q, v))
+    assert truth.status.exists and truth.contacts["contacts[0]"].dq.any()
+    for arm in varying:
+        found = ik.derivatives(ik.solve(scene(arm), q, v))
+        for ours, theirs in zip(tables(found), tables(truth), strict=True):
+            close(np.hstack(ours[:2]), np.hstack(theirs[:2]))
+            close(ours[2]["blow"], theirs[2]["blow"])
+            close(ours[4]["contacts[0]"], theirs[4]["contacts[0]"])
+        # And against differences, which know nothing of chains.
+        by_q, by_v = _differences(scene(arm), q, v)
+        assert np.abs(found.dv_after_dq - by_q).max() < 1e-7 * np.abs(by_q).max()
+        assert np.abs(found.dv_after_dv - by_v).max() < 1e-7 * np.abs(by_v).max()
+
+
+def test_an_ellipsoid_joint_is_refused():
+    arm = arm_with([pin.JointModelEllipsoid(0.1, 0.2, 0.3)])
+    impact = ik.solve(ik.Scene(arm, [blow("hand", 1)]), np.full(arm.nq, 0.3), np.ones(arm.nv))
+    with pytest.raises(ik.errors.InputError, match="no chain of joints"):
+        ik.derivatives(impact)
+
+
 # -- contacts -------------------------------------------------------------------------------
 
 FEET = ("base", "upper", "fore")
@@ -338,20 +451,6 @@ def test_what_has_no_derivatives_of_this_kind_is_refused():
         ik.derivatives(ik.solve(function, q, v))
     with pytest.raises(ik.errors.InputError, match="takes an Impact"):
         ik.derivatives(None)
-
-
-def test_mimic_joints_are_refused():
-    urdf = robot(
-        link("a"),
-        link("b"),
-        link("c"),
-        joint("one", "a", "b"),
-        joint("two", "b", "c", more='<mimic joint="one" multiplier="2"/>'),
-    )
-    two = ik.Robot.from_urdf(urdf, mimic=True)
-    scene = ik.Scene(two, [ik.AppliedImpulse("c", linear=[0, 1, 0], at=[1, 0, 0])])
-    with pytest.raises(ik.errors.InputError, match="follows another"):
-        ik.derivatives(ik.solve(scene, two.neutral(), [0.0]))
 
 
 # -- inertias, far places, books -----------------------------------------------------------------

@@ -12,26 +12,26 @@ outside forces (Carpentier & Mansard 2018).
 
 from __future__ import annotations
 
-from types import MappingProxyType
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
-import pinocchio as pin
 
 from ...errors import InputError
 from ...scene import Contact
 from ..constrained import Outcome
 from ..laws import ContactSolution
 from ..result import Impact
+from .building import Builder
 from .known_blows import of_known_blows
-from .linear import Columns, LinearStage, Rows, Touching, linear_stage, pass_through
-from .modes import ContactMode, coefficients_of, found_mode
+from .linear import Columns, LinearStage, Rows, Touching, pass_through
+from .modes import Coefficients, ContactMode, coefficients_of, found_mode
 from .motion import Motion
-from .pairs import FixedRows, contact_rows
+from .pairs import FixedRows
 from .refusals import has_no_answer, refuse_what_has_none
-from .result import Derivatives, ImpulseDerivatives
-from .status import DerivativeStatus
-from .tables import constraint_tables, contact_tables
+from .regressor import inertia_regressor
+from .result import Derivatives
+from .stage import Loads
+from .tables import told
 from .workspace import Workspace, workspace_of
 
 __all__ = ["derivatives"]
@@ -49,8 +49,8 @@ def derivatives(impact: Impact) -> Derivatives:
     Raises:
         InputError: an impact that has no answer; a law along the path or a sequence of
             contacts, whose answer has modes of its own; a ``Collision``, whose points
-            move with the geometry; a restitution given as a function; joints whose axes
-            turn with their own coordinates, or that mimic others.
+            move with the geometry; a restitution given as a function; joints that are no
+            chain of joints with fixed axes.
 
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene, pendulum_urdf, solve
@@ -68,69 +68,72 @@ def derivatives(impact: Impact) -> Derivatives:
     outcome = impact.outcome
     if outcome is None or not (outcome.touches or len(outcome.constraint_impulses)):
         return of_known_blows(impact, workspace)
-    return _Derivation(impact, workspace).result()
+    return _Derivation(impact, workspace, outcome).result()
 
 
 class _Derivation:
     """One call of ``derivatives``."""
 
-    def __init__(self, impact: Impact, workspace: Workspace) -> None:
+    def __init__(self, impact: Impact, workspace: Workspace, outcome: Outcome) -> None:
         self.impact, self.workspace = impact, workspace
         self.scene = impact.scene
-        model, data = workspace.model, workspace.data
-        self.nv = model.nv
+        self.nv = workspace.model.nv
         self.q = workspace.configuration(impact.q)
-        pin.computeJointJacobians(model, data, self.q)
-        self.motion = Motion(workspace.tree, data)
-        self.blows: list[Rows] = [rows.placed(self.motion) for rows in workspace.blows]
-        self.bilateral: list[Rows] = [rows.placed(self.motion) for rows in workspace.bilateral]
-        outcome = impact.outcome
-        self.multipliers = np.zeros(len(workspace.kept))
-        self.redundant = False
-        if outcome is not None:
-            if len(self.multipliers):
-                self.multipliers = outcome.constraint_impulses
-            contacts = outcome.contacts
-            self.redundant = outcome.unique is not None or (
-                contacts is not None and contacts.unique is not None
-            )
+        # Pinocchio takes no arrays that are read-only.
+        self.v, self.after = impact.v_before.copy(), impact.v_after.copy()
+        motion = Motion(workspace.expanded, workspace.data, self.q, self.after)
+        self.motion = motion
+        self.blows: list[Rows] = [rows.placed(motion) for rows in workspace.blows]
+        self.bilateral: list[Rows] = [rows.placed(motion) for rows in workspace.bilateral]
+        contacts = outcome.contacts
+        self.multipliers = outcome.constraint_impulses
+        if not len(self.multipliers):
+            self.multipliers = np.zeros(len(workspace.kept))
+        redundant = outcome.unique is not None or (
+            contacts is not None and contacts.unique is not None
+        )
+        self.builder = Builder(workspace, motion, self.q, self.bilateral, redundant=redundant)
         self.edges: list[str] = []
         self.touching: list[Touching] = []
         self.impulses: list[np.ndarray] = []
         self.scale = 0.0
-        if outcome is not None and outcome.contacts is not None:
-            self._find_touching(outcome, outcome.contacts)
+        if contacts is not None:
+            self._find_touching(outcome, contacts)
         self.stages = self._stages()
 
     def _find_touching(self, outcome: Outcome, solution: ContactSolution) -> None:
-        names = self.scene.entry_names("contacts")
+        names, motion = self.workspace.contact_names, self.motion
         placed: list[Rows] = []
         for touch in outcome.touches:
             entry = self.scene.contacts[touch.entry]
-            if isinstance(entry, Contact) and touch.axes is not None:
-                placement = self.motion.placements[touch.joint_ids[1]]
-                pair = contact_rows(self.scene.robot, entry, touch.axes, placement)
-                placed.append(pair.placed(self.motion))
-            else:
+            if touch.axes is None or not isinstance(entry, Contact):
                 placed.append(FixedRows(touch.jacobian))
-        befores = [rows.matrix @ self.impact.v_before for rows in placed]
-        afters = [rows.matrix @ self.impact.v_after for rows in placed]
-        self.scale = max(float(np.abs(u).max()) for u in (*befores, *afters))
-        triples = solution.impulse.reshape(-1, 3)
-        for touch, rows, before, impulse in zip(
-            outcome.touches, placed, befores, triples, strict=True
+            else:
+                placed.append(self.workspace.touching_rows(entry, touch, motion).placed(motion))
+        matrix = self.builder.stacked([rows.matrix for rows in placed])
+        before, after = matrix.dot(self.v).tolist(), matrix.dot(self.after).tolist()
+        self.scale = max(map(abs, (*before, *after)))
+        self.impulses = list(solution.impulse.reshape(-1, 3))
+        for touch, rows, normal, impulse in zip(
+            outcome.touches, placed, before[2::3], self.impulses, strict=True
         ):
-            normal = float(before[2])
-            own = coefficients_of(
-                self.scene.contacts[touch.entry], normal, self.scale, names[touch.entry]
-            )
+            name = names[touch.entry]
+            own = coefficients_of(self.scene.contacts[touch.entry], normal, self.scale, name)
             if own.edge and impulse[2] > 0.0:
-                self.edges.append(f"{names[touch.entry]}: {own.edge}")
-            self.touching.append(Touching(touch.entry, rows, own, normal))
-            self.impulses.append(impulse)
+                self.edges.append(f"{name}: {own.edge}")
+            self.touching.append(self._with_slope(touch.entry, rows, own))
+
+    def _with_slope(self, entry: int, rows: Rows, own: Coefficients) -> Touching:
+        """A touching point, with the slope of its restitution where it has one."""
+        if not own.slope or own.approach <= 0.0:
+            return Touching(entry, rows, own)
+        self.motion.set_speed(self.v)
+        change = rows.change_of_velocity()
+        by_q = np.zeros(self.nv) if change is None else -own.slope * change[2]
+        return Touching(entry, rows, own, by_q, -own.slope * rows.matrix[2])
 
     def _stages(self) -> list[LinearStage]:
-        v, after = self.impact.v_before, self.impact.v_after
+        v, after = self.v, self.after
         if not self.touching or self.scene.law.restitution == "newton":
             return [self._stage(v, after, self.multipliers, self.impulses, None)]
         entries = {point.entry for point in self.touching}
@@ -142,64 +145,72 @@ class _Derivation:
         held = outcome.constraint_impulses
         back = [all_of - share for all_of, share in zip(self.impulses, triples, strict=True)]
         compressed = [float(share[2]) for share in triples]
-        first = self._stage(v, pressed.v_after, held, triples, None)
+        middle = np.array(pressed.v_after)
+        first = self._stage(v, middle, held, triples, None)
         rest = self.multipliers - held if len(held) else held
-        return [first, self._stage(pressed.v_after, after, rest, back, compressed)]
+        return [first, self._stage(middle, after, rest, back, compressed)]
 
     def _stage(
         self,
         start: np.ndarray,
         end: np.ndarray,
         multipliers: np.ndarray,
-        impulses: list[np.ndarray],
+        impulses: Sequence[np.ndarray],
         compressed: list[float] | None,
     ) -> LinearStage:
         """A stage; ``compressed`` are the P_n^c that an expansion starts from."""
         newton = self.scene.law.restitution == "newton"
-        modes = self._modes(start, end, impulses, newton, compressed)
         first = compressed is None
-        return linear_stage(
-            self.workspace,
-            self.motion,
-            None,
-            self.q,
-            start,
-            end,
-            self.blows if first else [],
-            self.bilateral,
-            multipliers,
-            self.touching,
-            modes,
-            impulses,
-            first=first,
-            newton=newton,
-            redundant=self.redundant,
+        pulls: list[tuple[Rows, np.ndarray]] = []
+        if first:
+            pulls += zip(self.blows, self.workspace.impulses, strict=True)
+        at = 0
+        for rows in self.bilateral:
+            until = at + len(rows.matrix)
+            pulls.append((rows, multipliers[at:until]))
+            at = until
+        pulls += [
+            (point.rows, impulse)
+            for point, impulse in zip(self.touching, impulses, strict=True)
+            if impulse[2] != 0.0
+        ]
+        # Before the load, which overwrites what Pinocchio knows of speeds.
+        changes = self.builder.changes(end, self.touching)
+        loads: list[tuple[slice, np.ndarray]] = [
+            (slice(0, self.nv), self.builder.load(end - start, pulls))
+        ]
+        if first:
+            columns = self.workspace.blow_columns.values()
+            loads += [
+                (where, rows.matrix.T) for where, rows in zip(columns, self.blows, strict=True)
+            ]
+        modes = self._modes(start, end, impulses, newton, compressed)
+        return self.builder.stage(
+            loads, start, end, changes, self.touching, modes, first=first, newton=newton
         )
 
     def _modes(
         self,
         start: np.ndarray,
         end: np.ndarray,
-        impulses: list[np.ndarray],
+        impulses: Sequence[np.ndarray],
         newton: bool,
         compressed: list[float] | None,
     ) -> list[ContactMode]:
-        names = self.scene.entry_names("contacts")
-        workspace = self.workspace
-        masses = self.workspace.zero
-        if self.touching:
-            pin.crba(workspace.model, workspace.data, self.q)
-            masses = np.atleast_2d(workspace.data.M).diagonal()
-        modes = []
+        names = self.workspace.contact_names
+        modes: list[ContactMode] = []
+        if not self.touching:
+            return modes
+        per_mass = 1.0 / self.builder.masses.diagonal()
         for i, point in enumerate(self.touching):
             own, rows = point.coefficients, point.rows.matrix
-            shifted = rows @ end
-            if newton:
-                before = rows @ start
-                shifted[:2] += own.e_t * before[:2] if own.mu > 0.0 else 0.0
+            shifted = rows.dot(end)
+            if newton and own.e_t and own.mu > 0.0:
+                shifted[:2] += own.e_t * rows[:2].dot(start)
+            if newton and own.e:
                 shifted[2] -= own.e * own.approach
             # Mobility without the coupling of joints: of the size of W, from below.
-            mobility = np.einsum("ij,ij->i", rows / masses, rows)
+            mobility = (rows * rows).dot(per_mass)
             mode = found_mode(
                 impulses[i],
                 shifted,
@@ -214,87 +225,33 @@ class _Derivation:
             modes.append(mode)
         return modes
 
-    def _pass(self, columns: Columns) -> Any:
-        rates = [np.zeros(self.nv)] * len(self.touching)
-        if columns.q is not None and any(point.coefficients.slope for point in self.touching):
-            before = self.motion.at_speed(self.impact.v_before)
-            rates = [point.rows.change_of_velocity(before)[2] for point in self.touching]
-        count = len(self.multipliers)
-        return pass_through(self.stages, self.touching, rates, columns, count, self.nv)
-
     def result(self) -> Derivatives:
         """All derivatives."""
-        nv = self.nv
-        at = 2 * nv
-        blows: dict[str, slice] = {}
-        names = self.scene.entry_names("impulses")
-        for name, rows in zip(names, self.blows, strict=True):
-            blows[name] = slice(at, at + len(rows.matrix))
-            at += len(rows.matrix)
-        entries = sorted({point.entry for point in self.touching})
-        restitution = {entry: at + i for i, entry in enumerate(entries)}
-        at += len(entries)
-        friction = {entry: at + i for i, entry in enumerate(entries)}
-        at += len(entries)
-        force = np.zeros((nv, at))
-        for where, rows in zip(blows.values(), self.blows, strict=True):
-            force[:, where] = rows.matrix.T
-        columns = Columns(
-            at,
-            slice(0, nv),
-            slice(nv, 2 * nv),
-            [force, None][: len(self.stages)],
-            restitution,
-            friction,
+        passed = pass_through(
+            self.stages,
+            self.touching,
+            self.workspace.columns(tuple(point.entry for point in self.touching)),
+            len(self.multipliers),
         )
-        passed = self._pass(columns)
-        contradictory = np.flatnonzero(~passed.consistent)
-        for table in (passed.velocity, passed.multipliers, *passed.contacts):
-            table[:, contradictory] = np.nan
-        passed.velocity.setflags(write=False)
-        contact_names = self.scene.entry_names("contacts")
-
-        def parts(table: np.ndarray) -> ImpulseDerivatives:
-            table.setflags(write=False)
-            return ImpulseDerivatives(
-                table[:, :nv],
-                table[:, nv : 2 * nv],
-                MappingProxyType({name: table[:, where] for name, where in blows.items()}),
-                MappingProxyType({contact_names[i]: table[:, c] for i, c in restitution.items()}),
-                MappingProxyType({contact_names[i]: table[:, c] for i, c in friction.items()}),
-            )
-
-        whole = parts(passed.velocity)
-        null = self.stages[0].system.null
-        of_constraints = constraint_tables(self.impact, self.bilateral, passed.multipliers, null)
-        of_contacts = contact_tables(self.impact, self.touching, passed.contacts, nv)
-        status = DerivativeStatus.EXISTS
-        if not passed.consistent[: force.shape[1] - 2 * len(entries)].all():
-            status = DerivativeStatus.RANK_CHANGES
-        elif self.edges:
-            status = DerivativeStatus.MODE_EDGE
-        return Derivatives(
+        return told(
             self.impact,
-            status,
+            self.workspace,
+            passed,
+            self.touching,
+            self.bilateral,
+            self.stages[0].null,
             tuple(dict.fromkeys(self.edges)),
-            whole.dq,
-            whole.dv,
-            whole.dimpulse,
-            whole.drestitution,
-            whole.dfriction,
-            MappingProxyType({name: parts(table) for name, table in of_constraints.items()}),
-            MappingProxyType({name: parts(table) for name, table in of_contacts.items()}),
             self._by_inertia,
         )
 
     def _by_inertia(self, joint_id: int) -> np.ndarray:
         """(nv, 10) ∂v⁺ by the dynamic parameters of a joint's body."""
-        workspace = self.workspace
-        where = slice(10 * (joint_id - 1), 10 * joint_id)
-        forces = []
+        loads: list[Loads] = []
         for stage in self.stages:
-            regressor = pin.computeJointTorqueRegressor(
-                workspace.model, workspace.data, self.q, workspace.zero, stage.velocity_change
-            )
-            forces.append(-np.asarray(regressor).reshape(self.nv, -1)[:, where])
-        return self._pass(Columns(10, forces=forces)).velocity
+            own = inertia_regressor(self.workspace, self.q, stage.velocity_change, joint_id)
+            loads.append([(slice(0, 10), -own)])
+        count = len(self.multipliers)
+        passed = pass_through(self.stages, self.touching, Columns(10, loads=loads), count)
+        if passed.velocity is None:
+            raise InputError("derivatives: no stage")
+        return passed.velocity

@@ -15,14 +15,19 @@ from ...errors import InputError
 __all__ = ["Factor"]
 
 SMALLEST_PIVOT = 1e-13
+_NONE = np.ones(0)
 
 
 class Factor:
-    """M = L Lᵀ, or M filled up by rows A (m, nv)."""
+    """M = L Lᵀ, or M filled up by rows A (m, nv); ``regular`` where M is so everywhere."""
 
-    def __init__(self, mass_matrix: np.ndarray, rows: np.ndarray) -> None:
+    def __init__(self, mass_matrix: np.ndarray, rows: np.ndarray, *, regular: bool) -> None:
         self._unit: np.ndarray | None = None
-        self._lengths = np.ones(len(rows))
+        self._lengths = _NONE
+        if regular:
+            self._lower, failed = dpotrf(mass_matrix, lower=1, clean=0)
+            if not failed:
+                return
         if self._decompose(mass_matrix):
             return
         diagonal = np.diagonal(mass_matrix)
@@ -39,6 +44,11 @@ class Factor:
         self._lower, failed = dpotrf(matrix, lower=1)
         pivots = self._lower.diagonal()
         return not failed and bool((pivots * pivots >= SMALLEST_PIVOT * matrix.diagonal()).all())
+
+    @property
+    def is_filled(self) -> bool:
+        """Whether rows had to make up for what M lacks."""
+        return self._unit is not None
 
     def filled(self, force: np.ndarray, wanted: np.ndarray) -> np.ndarray:
         """(nv, w) the right-hand side that goes with A d = wanted (m, w)."""

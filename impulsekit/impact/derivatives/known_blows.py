@@ -8,11 +8,11 @@ from __future__ import annotations
 from types import MappingProxyType
 
 import numpy as np
-import pinocchio as pin
 
 from ..result import Impact
-from .factor import Factor
+from .building import Builder
 from .motion import Motion
+from .regressor import inertia_regressor
 from .result import Derivatives
 from .status import DerivativeStatus
 from .workspace import Workspace
@@ -28,39 +28,27 @@ def of_known_blows(impact: Impact, workspace: Workspace) -> Derivatives:
     Raises:
         InputError: the mass matrix is singular.
     """
-    model, data, nv = workspace.model, workspace.data, workspace.model.nv
+    nv = workspace.model.nv
     q = workspace.configuration(impact.q)
-    pin.computeJointJacobians(model, data, q)
-    motion = Motion(workspace.tree, data)
-    placed = [rows.placed(motion) for rows in workspace.blows]
-    forces = workspace.no_forces()
-    for rows, impulse in zip(placed, workspace.impulses, strict=True):
-        rows.add_wrenches(forces, impulse)
     dv = np.array(impact.dv)
-    by_q, _, masses = pin.computeRNEADerivatives(model, data, q, workspace.zero, dv, forces)
-    width = nv + workspace.blow_rows
-    right = np.empty((nv, width), order="F")
-    np.negative(by_q.reshape(nv, nv), out=right[:, :nv])
+    motion = Motion(workspace.expanded, workspace.data, q, dv)
+    placed = [rows.placed(motion) for rows in workspace.blows]
+    builder = Builder(workspace, motion, q, (), redundant=False)
+    right = np.empty((nv, workspace.width_of_state - nv), order="F")
+    right[:, :nv] = builder.load(dv, list(zip(placed, workspace.impulses, strict=True)))
     at = nv
-    for rows, impulse in zip(placed, workspace.impulses, strict=True):
-        part = rows.change_of_pull(impulse)
-        if part is not None:
-            right[:, :nv] += part
-        right[:, at : at + len(rows.matrix)] = rows.matrix.T
-        at += len(rows.matrix)
-    factor = Factor(masses.reshape(nv, nv), np.zeros((0, nv)))
+    parts = []
+    for name, rows in zip(workspace.blow_names, placed, strict=True):
+        until = at + len(rows.matrix)
+        right[:, at:until] = rows.matrix.T
+        parts.append((name, at, until))
+        at = until
+    factor = builder.factor()
     table = factor.solve(right)
     table.setflags(write=False)
-    by_impulse = {}
-    at = nv
-    for name, rows in zip(workspace.blow_names, placed, strict=True):
-        by_impulse[name] = table[:, at : at + len(rows.matrix)]
-        at += len(rows.matrix)
 
     def by_inertia(joint_id: int) -> np.ndarray:
-        regressor = pin.computeJointTorqueRegressor(model, data, q, workspace.zero, dv)
-        own = np.asarray(regressor).reshape(nv, -1)[:, 10 * (joint_id - 1) : 10 * joint_id]
-        return -factor.solve(own)
+        return -factor.solve(inertia_regressor(workspace, q, dv, joint_id))
 
     return Derivatives(
         impact,
@@ -68,7 +56,7 @@ def of_known_blows(impact: Impact, workspace: Workspace) -> Derivatives:
         (),
         table[:, :nv],
         workspace.identity,
-        MappingProxyType(by_impulse),
+        MappingProxyType({name: table[:, i:j] for name, i, j in parts}),
         _NONE,
         _NONE,
         _NONE,

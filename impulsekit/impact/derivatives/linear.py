@@ -1,62 +1,39 @@
 """An impact as a chain of linear stages, ready for any parameter.
 
-One stage for Newton's law, two for Poisson's: compression and expansion. Columns of
-derivatives pass through the stages one after the other.
+One stage for Newton's law, two for Poisson's: compression and expansion; a sequence of
+hits has its own for each. Columns of derivatives pass through them one after the other.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
 
 import numpy as np
-import pinocchio as pin
 
-from .factor import Factor
 from .modes import Coefficients, ContactMode
-from .motion import Motion, Twists
 from .pairs import FixedRows, PlacedPair
-from .stage import Stage
-from .workspace import Workspace
+from .stage import Loads, Stage
 
-__all__ = ["Columns", "LinearStage", "Passed", "Touching", "linear_stage", "pass_through"]
+__all__ = ["Columns", "LinearStage", "ModeStage", "Passing", "Rows", "Touching", "pass_through"]
 
 Rows = PlacedPair | FixedRows
+NO_COLUMN, _EVERY = slice(0, 0), slice(None)
 
 
-@dataclass(frozen=True, eq=False)
-class Touching:
-    """A touching point: its place among the contacts of the scene, rows, coefficients."""
+class Touching(NamedTuple):
+    """A touching point: its place among the contacts of the scene, rows, coefficients.
+
+    ``e_by_q`` and ``e_by_v`` (nv,) tell how its restitution changes with the state, None
+    where it does not.
+    """
 
     entry: int
     rows: Rows
     coefficients: Coefficients
-    normal_before: float
-
-
-@dataclass(frozen=True, eq=False)
-class LinearStage:
-    """One stage with all that its rows are given.
-
-    Attributes:
-        system: the linear system.
-        carrying: which touching points have rows in it.
-        modes: theirs.
-        velocity_change: (nv,) Δ of the stage.
-        force: (nv, nv) what M d is given by the configuration.
-        rates: (r, nv) what the rows are given by the configuration.
-        entering: (r,) how much of G dv, of the velocity at the start, the rows are given.
-        newton: whether restitution shifts velocities here.
-    """
-
-    system: Stage
-    carrying: tuple[int, ...]
-    modes: tuple[ContactMode, ...]
-    velocity_change: np.ndarray
-    force: np.ndarray
-    rates: np.ndarray
-    entering: np.ndarray
-    newton: bool
+    e_by_q: np.ndarray | None = None
+    e_by_v: np.ndarray | None = None
 
 
 @dataclass(eq=False)
@@ -66,203 +43,199 @@ class Columns:
     Attributes:
         width: how many.
         q, v: the columns of the configuration and of the velocity before, or None.
-        forces: by stage, (nv, w) what M d is given beside; None for zero.
-        restitution, friction: by contact of the scene, its column.
+        restitution, friction: by contact of the scene, its column, as a slice.
+        names: of the contacts in the order of these.
+        loads: by stage, what M d is given; None for what the stage itself holds.
     """
 
     width: int
     q: slice | None = None
     v: slice | None = None
-    forces: Sequence[np.ndarray | None] = ()
-    restitution: dict[int, int] = field(default_factory=dict)
-    friction: dict[int, int] = field(default_factory=dict)
+    restitution: dict[int, slice] = field(default_factory=dict)
+    friction: dict[int, slice] = field(default_factory=dict)
+    loads: Sequence[Loads] | None = None
+    names: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
-class Passed:
-    """Derivatives at the end: velocity (nv, w), λ (m, w), P (3, w) by touching point.
+@dataclass(eq=False)
+class Passing:
+    """Derivatives on their way through the stages.
 
-    ``consistent`` (w,) tells whether redundant rows agree on them.
+    Attributes:
+        columns: the parameters.
+        velocity: (nv, w) of the velocity so far; None before the first stage.
+        multipliers: (m, w) of λ so far.
+        contacts: by touching point, (3, w) of P so far; None for zero.
+        shares: by touching point, (3, w) of P in the last stage.
+        consistent: (w,) whether redundant rows agree; None where nothing speaks against it.
+        e_changes: by touching point, of its restitution: the column that is its own, and
+            (w,) by the state, None for zero; None for both.
     """
 
-    velocity: np.ndarray
+    columns: Columns
+    velocity: np.ndarray | None
     multipliers: np.ndarray
-    contacts: list[np.ndarray]
-    consistent: np.ndarray
+    contacts: list[np.ndarray | None]
+    shares: dict[int, np.ndarray]
+    consistent: np.ndarray | None
+    e_changes: list[tuple[slice, np.ndarray | None] | None]
+
+    def take(
+        self,
+        velocity: np.ndarray,
+        multipliers: np.ndarray,
+        shares: dict[int, np.ndarray],
+        consistent: np.ndarray | None,
+    ) -> None:
+        """Add what one stage changed."""
+        if self.velocity is None:
+            own = self.columns.v
+            if own is not None:
+                velocity.T[own].reshape(-1)[:: len(velocity) + 1] += 1.0
+        else:
+            velocity += self.velocity
+        self.velocity = velocity
+        if len(multipliers):
+            self.multipliers = self.multipliers + multipliers
+        for i, share in shares.items():
+            before = self.contacts[i]
+            self.contacts[i] = share if before is None else before + share
+        self.shares = shares
+        if consistent is not None:
+            self.consistent = (
+                consistent if self.consistent is None else self.consistent & consistent
+            )
 
 
-def linear_stage(
-    workspace: Workspace,
-    motion: Motion,
-    factor: Factor | None,
-    q: np.ndarray,
-    start: np.ndarray,
-    end: np.ndarray,
-    blows: Sequence[Rows],
-    bilateral: Sequence[Rows],
-    multipliers: np.ndarray,
-    touching: Sequence[Touching],
-    modes: Sequence[ContactMode],
-    impulses: Sequence[np.ndarray],
-    *,
-    first: bool,
-    newton: bool,
-    redundant: bool,
-) -> LinearStage:
-    """A stage from velocity ``start`` to ``end`` under the impulses found.
+class LinearStage(Protocol):
+    """One stage of an impact, made linear.
 
-    Args:
-        blows: the known impulses, where they act in this stage.
-        multipliers: (m,) λ of the stage.
-        impulses: by touching point, (3,) P of the stage.
-        first: whether bilateral rows get their prescribed velocity in this stage.
-        newton: whether restitution shifts velocities.
-        redundant: whether rows repeat each other.
+    Attributes:
+        velocity_change: (nv,) Δv in it.
+        null: (m,) True for bilateral rows that move nothing.
     """
-    model, data = workspace.model, workspace.data
-    carrying = tuple(i for i, mode in enumerate(modes) if not mode.parted)
-    pulls: list[tuple[Rows, np.ndarray]] = list(zip(blows, workspace.impulses, strict=False))
-    at = 0
-    for rows in bilateral:
-        count = len(rows.matrix)
-        pulls.append((rows, multipliers[at : at + count]))
-        at += count
-    pulls += [(touching[i].rows, impulses[i]) for i in carrying]
-    forces = workspace.no_forces()
-    for rows, impulse in pulls:
-        rows.add_wrenches(forces, impulse)
-    change = end - start
-    by_q, _, mass_matrix = pin.computeRNEADerivatives(
-        model, data, q, workspace.zero, change, forces
-    )
-    force = -np.asarray(by_q).reshape(model.nv, model.nv)
-    for rows, impulse in pulls:
-        part = rows.change_of_pull(impulse)
-        if part is not None:
-            force += part
-    stacked = [rows.matrix for rows in bilateral] + [touching[i].rows.matrix for i in carrying]
-    matrix = np.concatenate(stacked) if stacked else np.zeros((0, model.nv))
-    rates = np.zeros_like(matrix)
-    entering = np.ones(len(matrix))
-    if stacked:
-        after = motion.at_speed(end)
-        known: list[Twists] = []
 
-        def before() -> Twists:
-            """The twists at the start; most scenes do not ask for them."""
-            if not known:
-                known.append(motion.at_speed(start))
-            return known[0]
+    @property
+    def velocity_change(self) -> np.ndarray: ...
 
-        at = 0
-        for rows in bilateral:
-            where = slice(at, at + len(rows.matrix))
-            kept = workspace.kept[where] if first else np.ones(len(rows.matrix), dtype=bool)
-            rates[where] = -rows.change_of_velocity(after)
-            if kept.any():
-                rates[where] += np.where(kept[:, None], rows.change_of_velocity(before()), 0.0)
-                entering[where] = np.where(kept, 0.0, 1.0)
-            at = where.stop
-        for i in carrying:
-            where = slice(at, at + 3)
-            rates[where] = -touching[i].rows.change_of_velocity(after)
-            shift = _shift(touching[i].coefficients, touching[i].normal_before)
-            if newton and shift.any():
-                rates[where] -= shift[:, None] * touching[i].rows.change_of_velocity(before())
-                entering[where] += shift
+    @property
+    def null(self) -> np.ndarray: ...
+
+    def advance(self, passing: Passing, loads: Loads | None) -> None:
+        """Take parameters through; ``loads`` stand for the stage's own where given."""
+
+
+class ModeStage(NamedTuple):
+    """A stage in which every contact keeps one mode.
+
+    Attributes:
+        system: the linear system.
+        touching: all touching points.
+        carrying: which of them have rows in it.
+        modes: theirs.
+        starts: by carrying point, u_n at the start [m/s].
+        velocity_change: (nv,) Δv of the stage.
+        rates: (r, nv) what the rows are given by the configuration.
+        entering: (r, 1) what share of G dv, of the velocity at the start, the rows are given:
+            −1, less what restitution adds; 0 where they keep their velocity.
+        newton: whether restitution shifts velocities here.
+    """
+
+    system: Stage
+    touching: Sequence[Touching]
+    carrying: tuple[int, ...]
+    modes: tuple[ContactMode, ...]
+    starts: Sequence[float]
+    velocity_change: np.ndarray
+    rates: np.ndarray
+    entering: np.ndarray
+    newton: bool
+
+    @property
+    def null(self) -> np.ndarray:
+        """(m,) True for bilateral rows that move nothing."""
+        return self.system.null[: len(self.system.rows) - 3 * len(self.carrying)]
+
+    def advance(self, passing: Passing, loads: Loads | None) -> None:
+        """Take parameters through."""
+        columns, rows = passing.columns, self.system.rows
+        if passing.velocity is not None:
+            given = rows.dot(passing.velocity)
+            given *= self.entering
+        else:
+            given = np.zeros((len(rows), columns.width))
+            if columns.v is not None:
+                np.multiply(rows, self.entering, out=given[:, columns.v])
+        if columns.q is not None:
+            given[:, columns.q] += self.rates
+        direct: list[tuple[slice, slice, np.ndarray]] = []
+        count = len(rows) - 3 * len(self.carrying)
+        at = count
+        for i, mode, start in zip(self.carrying, self.modes, self.starts, strict=True):
+            point = self.touching[i]
+            normal = at + 2
+            change = passing.e_changes[i]
+            if self.newton and change is not None and start < 0.0:
+                column, share = change
+                given[normal, column] -= start
+                if share is not None:
+                    given[normal] -= start * share
+            if mode.held:
+                direct.append((slice(normal, at + 3), _EVERY, self._held(passing, i, mode)))
+            if not mode.sticking:
+                own = columns.friction.get(point.entry)
+                if own is not None:
+                    by_friction = -mode.normal_impulse * mode.slip[:, None]
+                    direct.append((slice(at, normal), own, by_friction))
             at += 3
-    if factor is None:
-        factor = Factor(
-            np.asarray(mass_matrix).reshape(model.nv, model.nv), matrix[: len(multipliers)]
-        )
-    system = Stage(
-        factor,
-        matrix,
-        len(multipliers),
-        [modes[i] for i in carrying],
-        redundant=redundant,
-        speed=float(max(np.abs(start).max(), np.abs(end).max())),
-    )
-    return LinearStage(
-        system,
-        carrying,
-        tuple(modes[i] for i in carrying),
-        change,
-        force,
-        rates,
-        entering,
-        newton,
-    )
+        response = self.system.respond(given, direct, loads)
+        impulse = response.impulse
+        shares = {
+            i: impulse[count + 3 * place : count + 3 * place + 3]
+            for place, i in enumerate(self.carrying)
+        }
+        passing.take(response.velocity, impulse[:count], shares, response.consistent)
 
-
-def _shift(own: Coefficients, normal_before: float) -> np.ndarray:
-    """(3,) ∂ξ/∂u⁻ of Newton's law: e_t, e_t, and d(e u_n)/du_n while it approaches."""
-    by_normal = own.e + own.slope * own.approach if normal_before < 0.0 else 0.0
-    by_tangent = own.e_t if own.mu > 0.0 else 0.0
-    return np.array([by_tangent, by_tangent, by_normal])
+    def _held(self, passing: Passing, i: int, mode: ContactMode) -> np.ndarray:
+        """(1, w) ∂(e P_n^c) of a point whose P_n is held."""
+        held = self.touching[i].coefficients.e * passing.shares[i][2:]
+        change = passing.e_changes[i]
+        if change is not None:
+            column, share = change
+            held[:, column] += mode.compressed
+            if share is not None:
+                held += mode.compressed * share
+        return held
 
 
 def pass_through(
-    stages: Sequence[LinearStage],
-    touching: Sequence[Touching],
-    normal_rates: Sequence[np.ndarray],
-    columns: Columns,
-    count: int,
-    nv: int,
-) -> Passed:
-    """Parameters through all stages.
-
-    Args:
-        normal_rates: by touching point, (nv,) ∂(J_n v⁻)/∂q; used where an expansion holds P_n.
-        count: of bilateral rows.
-        nv: of the robot.
-    """
+    stages: Sequence[LinearStage], touching: Sequence[Touching], columns: Columns, count: int
+) -> Passing:
+    """Parameters through all stages; ``count`` is that of the bilateral rows."""
     width = columns.width
-    velocity = np.zeros((nv, width))
-    if columns.v is not None:
-        velocity[:, columns.v] = np.eye(nv)
-    initial = velocity
-    multipliers = np.zeros((count, width))
-    contacts = [np.zeros((3, width)) for _ in touching]
-    consistent = np.ones(width, dtype=bool)
+    passing = Passing(
+        columns,
+        None,
+        np.zeros((count, width)),
+        [None] * len(touching),
+        {},
+        None,
+        [_change_of_restitution(point, columns) for point in touching],
+    )
     for number, stage in enumerate(stages):
-        rows = stage.system.rows
-        given = -(stage.entering[:, None] * (rows @ velocity))
-        if columns.q is not None:
-            given[:, columns.q] += stage.rates
-        at = count
-        for i, mode in zip(stage.carrying, stage.modes, strict=True):
-            point = touching[i]
-            own, normal = point.coefficients, at + 2
-            column = columns.restitution.get(point.entry)
-            if stage.newton and column is not None and point.normal_before < 0.0:
-                given[normal, column] -= point.normal_before
-            if mode.held:
-                change = np.zeros(width)
-                if own.slope and point.normal_before < 0.0:
-                    change = -own.slope * (point.rows.matrix[2] @ initial)
-                    if columns.q is not None:
-                        change[columns.q] -= own.slope * normal_rates[i]
-                if column is not None:
-                    change[column] += 1.0
-                given[normal] = change * mode.compressed + own.e * contacts[i][2]
-            if not mode.sticking:
-                across = np.eye(2) - np.outer(mode.slip, mode.slip)
-                given[at:normal] = mode.resistance * (across @ given[at:normal])
-                column = columns.friction.get(point.entry)
-                if column is not None:
-                    given[at:normal, column] -= mode.normal_impulse * mode.slip
-            at += 3
-        force = columns.forces[number] if columns.forces else None
-        if columns.q is not None:
-            force = np.zeros((nv, width)) if force is None else force.copy()
-            force[:, columns.q] += stage.force
-        response = stage.system.respond(force, given)
-        consistent &= response.consistent
-        velocity = velocity + response.velocity
-        multipliers = multipliers + response.impulse[:count]
-        contacts = list(contacts)
-        for place, i in enumerate(stage.carrying):
-            first = count + 3 * place
-            contacts[i] = contacts[i] + response.impulse[first : first + 3]
-    return Passed(velocity, multipliers, contacts, consistent)
+        stage.advance(passing, None if columns.loads is None else columns.loads[number])
+    return passing
+
+
+def _change_of_restitution(
+    point: Touching, columns: Columns
+) -> tuple[slice, np.ndarray | None] | None:
+    """∂e of a touching point: the column in which it is one, and (w,) of the state."""
+    column = columns.restitution.get(point.entry, NO_COLUMN)
+    if point.e_by_v is None or columns.v is None:
+        return None if column is NO_COLUMN else (column, None)
+    change = np.zeros(columns.width)
+    change[columns.v] = point.e_by_v
+    if columns.q is not None:
+        change[columns.q] = point.e_by_q
+    return column, change

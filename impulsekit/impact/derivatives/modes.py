@@ -7,7 +7,8 @@ velocity after, shifted by restitution.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,8 +23,7 @@ EDGE = 1e-7
 OUT_OF_PROPORTION = 1e7
 
 
-@dataclass(frozen=True)
-class Coefficients:
+class Coefficients(NamedTuple):
     """The coefficients of one contact at its approach speed.
 
     Attributes:
@@ -41,8 +41,7 @@ class Coefficients:
     edge: str
 
 
-@dataclass(frozen=True, eq=False)
-class ContactMode:
+class ContactMode(NamedTuple):
     """The mode of one contact point in one stage of an impact.
 
     Attributes:
@@ -127,27 +126,28 @@ def found_mode(
         e, compressed: in an expansion, e and P_n^c, which hold P_n at e P_n^c or above.
     """
     small = EDGE * scale
-    normal, tangential = float(impulse[2]), float(np.hypot(*impulse[:2]))
-    slip = np.array(shifted[:2])
-    speed = float(np.hypot(*slip))
+    p1, p2, normal = impulse.tolist()
+    x1, x2, lift = shifted.tolist()
+    m1, m2, mobility = own.tolist()
+    tangential, speed = math.hypot(p1, p2), math.hypot(x1, x2)
     edges: list[str] = []
     held = False
-    if own[2] * (normal - e * compressed) <= small:
+    if mobility * (normal - e * compressed) <= small:
         held = compressed > 0.0
         # Without restitution nothing expands, and the velocity stays at zero.
-        clear = shifted[2] > small or (held and e == 0.0)
+        clear = lift > small or (held and e == 0.0)
         if not clear:
             edges.append(f"{name}: it hardly presses and hardly parts")
         if not held and (clear or normal <= 0.0):
             return ContactMode(True, False, False, np.zeros(2), 0.0, 0.0, 0.0, mu, tuple(edges))
     sticking = mu > 0.0 and speed <= small
-    if sticking and float(own[:2].max()) * (mu * normal - tangential) <= small and not held:
+    if sticking and max(m1, m2) * (mu * normal - tangential) <= small and not held:
         edges.append(f"{name}: it sticks with its impulse at the edge of the cone")
     if mu > 0.0 and not sticking and mu * normal - tangential > 1e-6 * mu * normal:
         edges.append(f"{name}: it hardly slips")
-    if own[2] * normal > OUT_OF_PROPORTION * scale:
+    if mobility * normal > OUT_OF_PROPORTION * scale:
         edges.append(f"{name}: its impulse is out of all proportion to what it moves")
-    direction = slip / speed if speed > small else np.zeros(2)
+    direction = np.array((x1 / speed, x2 / speed)) if speed > small else np.zeros(2)
     resistance = mu * normal / speed if speed > small else 0.0
     return ContactMode(
         False, sticking, held, direction, resistance, normal, compressed, mu, tuple(edges)

@@ -6,8 +6,6 @@ turn with the world, a or b; the point c_b is one of b or the one that coincides
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,66 +13,78 @@ import pinocchio as pin
 
 from ...scene import AppliedImpulse, Contact, FrameAnchor, JointCoupling, PointAnchor
 from ...scene.constraints import DIRECTIONS
-from .motion import Motion, Twists, cross
+from .motion import Motion
+from .pulls import Pulls, skew
 
 if TYPE_CHECKING:
     from ...robot import Robot
     from ...scene.constraints import Constraint
+    from .expanded import ExpandedModel
 
 __all__ = ["FixedRows", "PairRows", "anchor_rows", "blow_rows", "contact_rows", "joint_rows"]
 
+_EYE = np.eye(3)
 
-@dataclass(frozen=True, eq=False)
+
 class FixedRows:
     """Rows (k, nv) that do not depend on the configuration: locks, couplings, stops."""
 
-    matrix: np.ndarray
+    def __init__(self, matrix: np.ndarray) -> None:
+        self.matrix = matrix
 
     def placed(self, motion: Motion) -> FixedRows:
         """Itself: it stands everywhere alike."""
         return self
 
-    def change_of_velocity(self, twists: Twists) -> np.ndarray:
-        """(k, nv) ∂(G v)/∂q."""
-        return np.zeros_like(self.matrix)
-
-    def change_of_pull(self, impulse: np.ndarray) -> np.ndarray | None:
-        """(nv, nv) ∂(Gᵀp)/∂q beyond that of wrenches fixed in the bodies; None for zero."""
+    def change_of_velocity(self) -> np.ndarray | None:
+        """(k, nv) ∂(G v)/∂q at the speeds of the motion; None for zero."""
         return None
 
-    def add_wrenches(self, forces: pin.StdVec_Force, impulse: np.ndarray) -> None:
-        """Nothing acts on a body from outside."""
+    def pull(self, pulls: Pulls, impulse: np.ndarray) -> None:
+        """Nothing: ∂(Gᵀp)/∂q is zero."""
+
+    is_level = False
 
     def turned(self, impulse: np.ndarray) -> np.ndarray | None:
         """(3, nv) how an impulse (3,) in the world turns with the axes; None for not."""
         return None
 
 
-@dataclass(frozen=True, eq=False)
 class PairRows:
     """Rows between two bodies of a model.
 
-    Attributes:
+    Args:
         first, other: the joints that carry a and b; 0 for the world.
         at: (3,) c_a in the joint of a (or in the world).
         other_at: (3,) c_b in the joint of b; None for the point that coincides with c_a.
         axes_joint: the joint that R turns with; 0 for the world.
         axes: (3, 3) R in that joint's frame.
         select: which of the six rows there are.
+
+    Attributes:
+        angular: whether any of the rows is one of ω.
     """
 
-    first: int
-    other: int
-    at: np.ndarray
-    other_at: np.ndarray | None
-    axes_joint: int
-    axes: np.ndarray
-    select: tuple[int, ...]
-
-    @cached_property
-    def axes_are_world(self) -> bool:
-        """Whether R is the identity, so that nothing has to be turned where it stands still."""
-        return bool(np.array_equal(self.axes, np.eye(3)))
+    def __init__(
+        self,
+        first: int,
+        other: int,
+        at: np.ndarray,
+        other_at: np.ndarray | None,
+        axes_joint: int,
+        axes: np.ndarray,
+        select: tuple[int, ...],
+    ) -> None:
+        self.first, self.other, self.axes_joint = first, other, axes_joint
+        self.at = at
+        self.point = pin.SE3(_EYE, at)
+        self.other_point = None if other_at is None else pin.SE3(_EYE, other_at)
+        self.angular = any(row > 2 for row in select)
+        # (k, 6): the rows, of the velocity of the point and of ω in the joint of the axes.
+        self.selector = np.kron(np.eye(2), axes.T)[list(select)]
+        # In the world's own axes nothing has to be turned.
+        self.is_whole = axes_joint == 0 and bool(np.array_equal(self.selector, np.eye(6)))
+        self.is_level = axes_joint == 0 and bool(np.array_equal(self.selector, np.eye(6)[:3]))
 
     def placed(self, motion: Motion) -> PlacedPair:
         """The rows at a configuration."""
@@ -90,104 +100,117 @@ class PlacedPair:
 
     def __init__(self, rows: PairRows, motion: Motion) -> None:
         self._rows, self._motion = rows, motion
+        a, b, fixed = rows.first, rows.other, rows.axes_joint
         places = motion.placements
-        a, b = rows.first, rows.other
-        here = places[a].act(rows.at)
-        there = here if rows.other_at is None else places[b].act(rows.other_at)
-        self._axes = places[rows.axes_joint].rotation @ rows.axes
-        # By side: joint, sign, point, ∂c/∂q as a point of that body, ∂θ/∂q.
-        self._sides = [
-            (joint, sign, point, motion.moving(joint, point), motion.turning(joint))
-            for joint, sign, point in ((a, 1.0, here), (b, -1.0, there))
-            if joint > 0
-        ]
-        self._zero = motion.zero
-        # A point of the world, or of a that is the world, does not move.
-        self._point_moves = self._sides[0][3] if a > 0 else self._zero
-        self._turn = motion.turning(rows.axes_joint) if rows.axes_joint > 0 else None
-        if len(self._sides) == 1 and a > 0:
-            linear, angular = self._sides[0][3:]
-        else:
-            linear, angular = self._zero, self._zero
-            for _, sign, _, moving, turning in self._sides:
-                linear = linear + sign * moving
-                angular = angular + sign * turning
-        self.matrix = self._in_axes(linear, angular)
+        # By side: joint, sign, its point there, and how that moves and turns: (6, ·) with
+        # the configuration of the expanded model, then with that of the robot.
+        self._sides: list[tuple[int, float, pin.SE3, np.ndarray, np.ndarray]] = []
+        if a > 0:
+            self._sides.append((a, 1.0, rows.point, *motion.jacobians(a, rows.point)))
+        if b > 0:
+            point = rows.other_point
+            if point is None:
+                here = places[a].act(rows.at) if a > 0 else rows.at
+                point = pin.SE3(_EYE, places[b].actInv(here))
+            self._sides.append((b, -1.0, point, *motion.jacobians(b, point)))
+        # A body that hangs on the world by fixed joints alone moves nowhere.
+        both = self._sides[0][4] if self._sides else motion.zero
+        if len(self._sides) == 2:
+            both = both - self._sides[1][4]
+        elif a == 0:
+            both = -both
+        self._relative = both
+        # (3, nv) how the axes turn with the configuration.
+        self._turn: np.ndarray | None = None
+        self._selector = rows.selector
+        if fixed > 0:
+            turning = next((side[4] for side in self._sides if side[0] == fixed), None)
+            if turning is None:
+                _, turning = motion.jacobians(fixed, pin.SE3.Identity())
+            self._turn = turning[3:]
+            rotation = places[fixed].rotation
+            self._selector = (rows.selector.reshape(-1, 3) @ rotation.T).reshape(-1, 6)
+        self.matrix = self._in_axes(both)
 
-    def _in_axes(self, linear: np.ndarray, angular: np.ndarray) -> np.ndarray:
-        select = self._rows.select
-        if self._rows.axes_joint == 0 and self._rows.axes_are_world:
-            if len(select) == 6:
-                return np.concatenate((linear, angular))
-        elif select == (0, 1, 2):
-            return self._axes.T @ linear
-        both = np.concatenate((self._axes.T @ linear, self._axes.T @ angular))
-        return both if len(select) == 6 else both[list(select)]
+    def _in_axes(self, table: np.ndarray) -> np.ndarray:
+        if self._rows.is_whole:
+            return table
+        if self._rows.is_level:
+            return table[:3]
+        return self._selector[:, : len(table)].dot(table)
 
-    def _in_world(self, impulse: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        if len(impulse) == 6:
-            wrench = impulse
-        else:
-            wrench = np.zeros(6)
-            wrench[list(self._rows.select)] = impulse
-        if self._rows.axes_joint == 0 and self._rows.axes_are_world:
-            return wrench[:3], wrench[3:]
-        return self._axes @ wrench[:3], self._axes @ wrench[3:]
+    def _wrench(self, impulse: np.ndarray) -> np.ndarray:
+        return impulse if self._rows.is_whole else impulse.dot(self._selector)
 
-    def change_of_velocity(self, twists: Twists) -> np.ndarray:
-        """(k, nv) ∂(G v)/∂q."""
-        u, w = np.zeros(3), np.zeros(3)
-        du, dw = self._zero, self._zero
-        for joint, sign, point, moving, _ in self._sides:
-            twist, change = twists.of(joint)
-            # The point moves with its body, or with a where it is the one that coincides.
-            shift = self._point_moves if self._rows.other_at is None else moving
-            u = u + sign * (twist[:3] + cross(twist[3:], point))
-            w = w + sign * twist[3:]
-            du = du + sign * (change[:3] + cross(change[3:], point) + cross(twist[3:], shift))
-            dw = dw + sign * change[3:]
-        if self._turn is not None:
-            du = du - cross(self._turn, u)
-            dw = dw - cross(self._turn, w)
-        return self._in_axes(du, dw)
-
-    def change_of_pull(self, impulse: np.ndarray) -> np.ndarray | None:
-        """(nv, nv) ∂(Gᵀp)/∂q beyond that of wrenches fixed in the bodies."""
-        force, couple = self._in_world(impulse)
-        total: np.ndarray | None = None
-        for joint, sign, _, moving, turning in self._sides:
-            if joint == self._rows.axes_joint:
-                relative = None
-            else:
-                relative = -turning if self._turn is None else self._turn - turning
-            part = None
-            if relative is not None:
-                part = moving.T @ cross(relative, force)
-                if couple.any():
-                    part = part + turning.T @ cross(relative, couple)
-            if sign < 0.0 and self._rows.other_at is None:
-                arm = turning.T @ cross(self._point_moves - moving, force)
-                part = arm if part is None else part + arm
-            if part is not None:
-                total = sign * part if total is None else total + sign * part
-        return total
-
-    def add_wrenches(self, forces: pin.StdVec_Force, impulse: np.ndarray) -> None:
-        """Add the impulse on both bodies to spatial forces, each in its joint's frame."""
-        force, couple = self._in_world(impulse)
+    def change_of_velocity(self) -> np.ndarray | None:
+        """(k, nv) ∂(G v)/∂q at the speeds of the motion; None for zero."""
+        if not self._sides:
+            return None
+        rows, motion = self._rows, self._motion
+        total = np.zeros(0)
         for joint, sign, point, _, _ in self._sides:
-            about_origin = couple + cross(point, force)
-            spatial = pin.Force(sign * force, sign * about_origin)
-            forces[joint] = forces[joint] + self._motion.placements[joint].actInv(spatial)
+            change = motion.change_of_velocity(joint, point)
+            if sign < 0.0 and rows.other_point is None:
+                # The point is where that of a is, not where it was in b.
+                change = change + skew(motion.turning(joint)).dot(self._relative[:3])
+            if rows.angular:
+                change = np.concatenate((change, motion.change_of_turning(joint)))
+            if sign < 0.0:
+                change = total - change if len(total) else -change
+            total = change
+        if self._turn is not None and motion.speeds is not None:
+            speeds = self._relative.dot(motion.speeds)
+            total = total + _crossing(speeds)[: len(total)].dot(self._turn)
+        return self._in_axes(total)
+
+    def pull(self, pulls: Pulls, impulse: np.ndarray) -> None:
+        """Add ∂(Gᵀp)/∂q."""
+        couple: np.ndarray | None = None
+        if self._rows.is_level:
+            force = impulse
+        else:
+            wrench = impulse if self._rows.is_whole else impulse.dot(self._selector)
+            force, couple = wrench[:3], wrench[3:] if self._rows.angular else None
+        for _, sign, _, raw, jacobian in self._sides:
+            if sign < 0.0:
+                force, couple = -force, None if couple is None else -couple
+                if self._rows.other_point is None:
+                    # The point is where that of a is, not where it was in b.
+                    pulls.add(jacobian[3:].T.dot(skew(-force).dot(self._relative[:3])))
+            pulls.push(raw, force, couple)
+            if self._turn is not None:
+                pulls.add(jacobian[:3].T.dot(skew(-force).dot(self._turn)))
+                if couple is not None:
+                    pulls.add(jacobian[3:].T.dot(skew(-couple).dot(self._turn)))
+
+    @property
+    def is_level(self) -> bool:
+        """Whether its axes are the world's."""
+        return self._rows.is_level
 
     def turned(self, impulse: np.ndarray) -> np.ndarray | None:
         """(3, nv) how an impulse (3,) in the world turns with the axes."""
-        return None if self._turn is None else cross(self._turn, impulse)
+        return None if self._turn is None else -skew(impulse).dot(self._turn)
 
 
-def blow_rows(robot: Robot, entry: AppliedImpulse) -> PairRows:
+def _crossing(wrench: np.ndarray) -> np.ndarray:
+    """(6, 3) K with K θ = (f × θ, c × θ) for a wrench or twist (f, c)."""
+    x, y, z, a, b, c = wrench.tolist()
+    return np.array(
+        (
+            (0.0, -z, y),
+            (z, 0.0, -x),
+            (-y, x, 0.0),
+            (0.0, -c, b),
+            (c, 0.0, -a),
+            (-b, a, 0.0),
+        )
+    )
+
+
+def blow_rows(robot: Robot, expanded: ExpandedModel, entry: AppliedImpulse) -> PairRows:
     """The six rows at a struck point, in the axes of the impulse."""
-    joint, placement = _frame(robot, entry.frame)
+    joint, placement = _frame(robot, expanded, entry.frame)
     local = entry.axes == "local"
     return PairRows(
         joint,
@@ -195,15 +218,17 @@ def blow_rows(robot: Robot, entry: AppliedImpulse) -> PairRows:
         placement.act(np.array(entry.at)),
         None,
         joint if local else 0,
-        placement.rotation if local else np.eye(3),
+        placement.rotation if local else _EYE,
         tuple(range(6)),
     )
 
 
-def anchor_rows(robot: Robot, entry: PointAnchor | FrameAnchor) -> PairRows:
+def anchor_rows(
+    robot: Robot, expanded: ExpandedModel, entry: PointAnchor | FrameAnchor
+) -> PairRows:
     """The rows of an anchor."""
-    joint, placement = _frame(robot, entry.frame)
-    other, other_placement = _frame(robot, entry.other)
+    joint, placement = _frame(robot, expanded, entry.frame)
+    other, other_placement = _frame(robot, expanded, entry.other)
     directions = entry.directions if isinstance(entry, FrameAnchor) else DIRECTIONS[:3]
     local = isinstance(entry, FrameAnchor) and entry.axes == "local"
     coincides = entry.other_at is None or other == 0
@@ -213,19 +238,18 @@ def anchor_rows(robot: Robot, entry: PointAnchor | FrameAnchor) -> PairRows:
         placement.act(np.array(entry.at)),
         None if coincides else other_placement.act(np.array(entry.other_at)),
         joint if local else 0,
-        placement.rotation if local else np.eye(3),
+        placement.rotation if local else _EYE,
         tuple(DIRECTIONS.index(direction) for direction in directions),
     )
 
 
-def contact_rows(robot: Robot, entry: Contact, axes: np.ndarray, placement: pin.SE3) -> PairRows:
-    """The rows t₁, t₂, n of a contact, its axes (3, 3) in the world as they were found.
-
-    ``placement`` is that of the joint which carries the plane.
-    """
-    joint, frame = _frame(robot, entry.frame)
-    other, _ = _frame(robot, entry.against)
-    own = placement.rotation.T @ axes if other > 0 else axes
+def contact_rows(
+    robot: Robot, expanded: ExpandedModel, entry: Contact, axes: np.ndarray, motion: Motion
+) -> PairRows:
+    """The rows t₁, t₂, n of a contact, its axes (3, 3) in the world as they were found."""
+    joint, frame = _frame(robot, expanded, entry.frame)
+    other, _ = _frame(robot, expanded, entry.against)
+    own = motion.placements[other].rotation.T @ axes if other > 0 else axes
     return PairRows(joint, other, frame.act(np.array(entry.at)), None, other, own, (0, 1, 2))
 
 
@@ -242,7 +266,7 @@ def joint_rows(robot: Robot, entry: Constraint) -> FixedRows:
     return FixedRows(np.eye(model.nv)[joint.idx_v : joint.idx_v + joint.nv])
 
 
-def _frame(robot: Robot, name: str) -> tuple[int, pin.SE3]:
+def _frame(robot: Robot, expanded: ExpandedModel, name: str) -> tuple[int, pin.SE3]:
     """The joint that carries a frame and the frame's placement there."""
     frame = robot.model.frames[robot.frame_id(name)]
-    return frame.parentJoint, pin.SE3(frame.placement)
+    return expanded.joint_ids[frame.parentJoint], pin.SE3(frame.placement)

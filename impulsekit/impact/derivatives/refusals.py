@@ -17,7 +17,7 @@ def refuse_what_has_none(impact: Impact) -> None:
         InputError: it says what, and what to do instead.
     """
     scene = impact.scene
-    if any(isinstance(entry, Collision) for entry in scene.contacts):
+    if scene.contacts and any(isinstance(entry, Collision) for entry in scene.contacts):
         raise InputError(
             "derivatives: the points of a Collision move with the geometry of both bodies, which "
             "has no derivative at hand; give its point as a Contact"

@@ -1,10 +1,10 @@
-"""One stage of an impact, made linear: M d = r + Gᵀy under the rows that its modes keep.
+"""The linear system of one stage: M d = r + Gᵀy under the rows that its modes keep.
 
 d is the derivative of the velocity change of the stage and y that of its impulses, in
 columns, one for each parameter. Each row of y has an equation Φ G d + E y = given:
 
     bilateral, sticking, normal    G d = given
-    held normal                    y = given
+    held normal                    y = given directly
     sliding tangents               y_t + µ s y_n + µ P_n/|ξ_t| (1 − s sᵀ) G_t d = given
 
 so that (Φ W + E) y = given − Φ G M⁻¹ r with W = G M⁻¹ Gᵀ.
@@ -12,36 +12,51 @@ so that (Φ W + E) y = given − Φ G M⁻¹ r with W = G M⁻¹ Gᵀ.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg.lapack import dgesv
 
 from .factor import Factor
 from .modes import ContactMode
 
-__all__ = ["Response", "Stage"]
+__all__ = ["Direct", "Loads", "Response", "Stage"]
 
 # As for the rows of a solve: what stands less than this out of the others' span is dependent.
 RANK_TOLERANCE = 1e-7
 CONSISTENT = 1e-6
 NULL_ROW = 1e-22
 
+# What M d is given, by the columns that it belongs to.
+Loads = Sequence[tuple[slice, np.ndarray]]
+# What rows are given without Φ: rows, columns, and what.
+Direct = Sequence[tuple[slice, slice, np.ndarray]]
 
-@dataclass(frozen=True, eq=False)
-class Response:
+
+_NOTHING = np.zeros(0, dtype=int)
+
+
+@functools.cache
+def _identity(count: int) -> np.ndarray:
+    return np.eye(count)
+
+
+class Response(NamedTuple):
     """Derivatives of a stage in columns: d (nv, w) of its velocity change, y (r, w) of its
-    impulses, and (w,) whether rows that were left out hold as well."""
+    impulses, and (w,) whether rows that were left out hold as well, None where none was."""
 
     velocity: np.ndarray
     impulse: np.ndarray
-    consistent: np.ndarray
+    consistent: np.ndarray | None
 
 
 class Stage:
     """The linear system of one stage.
 
-    ``speed`` is the size of the velocities, beside which zeros are judged.
+    ``velocities`` are those before and after, beside which zeros are judged. ``loads`` are
+    those that every response meets.
 
     Attributes:
         rows: (r, nv) G: bilateral rows, then three for each contact that carries.
@@ -54,43 +69,101 @@ class Stage:
         rows: np.ndarray,
         bilateral: int,
         modes: Sequence[ContactMode],
+        loads: Loads = (),
         *,
         redundant: bool,
-        speed: float,
+        velocities: tuple[np.ndarray, np.ndarray],
     ) -> None:
         self._factor, self.rows, self._bilateral = factor, rows, bilateral
-        self._speed = speed
+        self._velocities = velocities
         count = len(rows)
-        moved = factor.solve(np.ascontiguousarray(rows.T))
-        self._moved = moved
-        delassus = rows @ moved
+        self._loads = loads
+        self._solved: Loads = ()
+        if factor.is_filled:
+            self._moved = factor.solve(rows.T)
+        else:
+            # One solve for the rows and all loads.
+            width = count + sum(load.shape[1] for _, load in loads)
+            right = np.empty((rows.shape[1], width), order="F")
+            right[:, :count] = rows.T
+            at = count
+            parts = []
+            for where, load in loads:
+                until = at + load.shape[1]
+                right[:, at:until] = load
+                parts.append((where, at, until))
+                at = until
+            solved = factor.solve(right)
+            self._moved = solved[:, :count]
+            self._solved = [(where, solved[:, i:j]) for where, i, j in parts]
+        delassus = rows.dot(self._moved)
         diagonal = delassus.diagonal()
-        self.null = diagonal <= NULL_ROW * max(diagonal.max(initial=0.0), 1e-300)
-        # Φ and E, by equation.
-        self._mix = np.eye(count)
-        self._own = np.zeros((count, count))
-        is_demand = np.ones(count, dtype=bool)
-        for i, mode in enumerate(modes):
-            t, n = slice(bilateral + 3 * i, bilateral + 3 * i + 2), bilateral + 3 * i + 2
+        sizes = diagonal.tolist()
+        smallest = NULL_ROW * max(*sizes, 1e-300) if sizes else 0.0
+        any_null = count > 0 and min(sizes) <= smallest
+        self.null = diagonal <= smallest if any_null else np.zeros(count, dtype=bool)
+        # Φ and E, by equation; Φ is None where it is the identity.
+        self._mix: np.ndarray | None = None
+        self._dropped = _NOTHING
+        own: np.ndarray | None = None
+        if any_null or redundant or any(mode.held or not mode.sticking for mode in modes):
+            mix, own = _identity(count).copy(), np.zeros((count, count))
+            self._write_modes(modes, mix, own)
+            if any_null or redundant:
+                self._drop(modes, mix, own, redundant)
+            self._mix = mix
+        if any_null:
+            diagonal = np.where(self.null, 1.0, diagonal)
+        # Impulses by what is given directly, and by velocities that are given.
+        self._by_direct = self._inverse(delassus, own, 1.0 / np.sqrt(diagonal))
+        self._by_velocity = self._by_direct
+        if self._mix is not None and self._by_direct is not None:
+            self._by_velocity = self._by_direct.dot(self._mix)
+
+    def _inverse(
+        self, delassus: np.ndarray, own: np.ndarray | None, scale: np.ndarray
+    ) -> np.ndarray | None:
+        """(r, r) (Φ W + E)⁻¹; None where there is none."""
+        if not len(scale):
+            return delassus
+        whole = delassus if self._mix is None else self._mix.dot(delassus)
+        if own is not None:
+            whole = whole + own
+        # Rows and columns of one size.
+        per_row = scale[:, None]
+        _, _, inverse, failed = dgesv(whole * (scale * per_row), _identity(len(scale)))
+        return None if failed else inverse * (scale * per_row)
+
+    def _write_modes(self, modes: Sequence[ContactMode], mix: np.ndarray, own: np.ndarray) -> None:
+        """Write the equations of contacts that do not stick into Φ and E."""
+        n = self._bilateral + 2
+        for mode in modes:
             if mode.held:
-                self._mix[n, n], self._own[n, n] = 0.0, 1.0
-                is_demand[n] = False
+                mix[n, n], own[n, n] = 0.0, 1.0
             if not mode.sticking:
-                across = np.eye(2) - np.outer(mode.slip, mode.slip)
-                self._mix[t, t] = mode.resistance * across
-                self._own[t, t] = np.eye(2)
-                self._own[t, n] = mode.mu * mode.slip
-                is_demand[t] = False
+                (a, b), mu, k = mode.slip.tolist(), mode.mu, mode.resistance
+                mix[n - 2 : n, n - 2 : n] = (
+                    (k * (1.0 - a * a), -k * a * b),
+                    (-k * a * b, k * (1.0 - b * b)),
+                )
+                own[n - 2 : n, n - 2 : n + 1] = ((1.0, 0.0, mu * a), (0.0, 1.0, mu * b))
+            n += 3
+
+    def _drop(
+        self, modes: Sequence[ContactMode], mix: np.ndarray, own: np.ndarray, redundant: bool
+    ) -> None:
+        """Leave out demands of rows that move nothing, or that others already make."""
+        demands = [True] * self._bilateral
+        for mode in modes:
+            demands += [mode.sticking, mode.sticking, not mode.held]
+        is_demand = np.array(demands, dtype=bool)
         dropped = is_demand & self.null
         if redundant:
             dropped |= self._dependent(is_demand & ~self.null)
         self._dropped = np.flatnonzero(dropped)
-        self._mix[dropped] = 0.0
-        self._own[dropped] = 0.0
-        self._own[dropped, dropped] = 1.0
-        scale = 1.0 / np.sqrt(np.where(self.null, 1.0, np.maximum(diagonal, 1e-300)))
-        self._scale = scale[:, None]
-        self._matrix = (self._mix @ delassus + self._own) * scale * scale[:, None]
+        mix[dropped] = 0.0
+        own[dropped] = 0.0
+        own[dropped, dropped] = 1.0
 
     def _dependent(self, demands: np.ndarray) -> np.ndarray:
         """(r,) True for demands that others already make."""
@@ -105,44 +178,55 @@ class Stage:
         dependent[chosen[order[rank:]]] = True
         return dependent
 
-    def respond(self, force: np.ndarray | None, given: np.ndarray) -> Response:
-        """The derivatives for r (nv, w), None for zero, and given (r, w)."""
-        count = self._bilateral
-        start: np.ndarray | None = None
-        if force is not None:
-            start = self._factor.solve(self._factor.filled(force, given[:count]))
-        elif count:
-            filled = self._factor.filled(
-                np.zeros((self.rows.shape[1], given.shape[1])), given[:count]
-            )
-            start = self._factor.solve(filled) if filled.any() else None
-        if not len(self.rows):
-            velocity = np.zeros((self.rows.shape[1], given.shape[1])) if start is None else start
-            every = np.ones(given.shape[1], dtype=bool)
-            return Response(velocity, np.zeros((0, given.shape[1])), every)
-        right = given.copy()
-        right[self._dropped] = 0.0
-        if start is not None:
-            right -= self._mix @ (self.rows @ start)
-        try:
-            impulse = self._scale * np.linalg.solve(self._matrix, self._scale * right)
-        except np.linalg.LinAlgError:
-            # The modes leave the impulses open, or closed to change, as in Painlevé's case.
-            gone = np.full(given.shape, np.nan)
-            none = np.zeros(given.shape[1], dtype=bool)
-            return Response(np.full((self.rows.shape[1], given.shape[1]), np.nan), gone, none)
-        velocity = self._moved @ impulse
-        if start is not None:
-            velocity += start
-        return Response(velocity, impulse, self._holds(velocity, given))
+    def respond(
+        self, given: np.ndarray, direct: Direct = (), loads: Loads | None = None
+    ) -> Response:
+        """The derivatives for what the rows are given.
 
-    def _holds(self, velocity: np.ndarray, given: np.ndarray) -> np.ndarray:
+        Args:
+            given: (r, w) velocities; Φ takes those that the modes do not ask for. It is
+                overwritten.
+            direct: what they are given beside.
+            loads: what M d is given; None for the standing loads.
+        """
+        nv, width = self.rows.shape[1], given.shape[1]
+        wanted = given.copy() if len(self._dropped) else given
+        if self._factor.is_filled:
+            load = np.zeros((nv, width))
+            for where, part in self._loads if loads is None else loads:
+                load[:, where] += part
+            filled = self._factor.filled(load, given[: self._bilateral])
+            free: Loads = [(slice(0, width), self._factor.solve(filled))]
+        elif loads is None:
+            free = self._solved
+        else:
+            free = [(where, self._factor.solve(part)) for where, part in loads]
+        if not len(self.rows):
+            impulse = np.zeros((0, width))
+            velocity = np.zeros((width, nv)).T
+        elif self._by_velocity is None or self._by_direct is None:
+            # The modes leave the impulses open, or closed to change, as in Painlevé's case.
+            gone = np.full((len(self.rows), width), np.nan)
+            return Response(np.full((nv, width), np.nan), gone, np.zeros(width, dtype=bool))
+        else:
+            for where, part in free:
+                given[:, where] -= self.rows.dot(part)
+            impulse = self._by_velocity.dot(given)
+            for own, columns, value in direct:
+                impulse[:, columns] += self._by_direct[:, own].dot(value)
+            # Column by column, so that a share of them lies together.
+            velocity = impulse.T.dot(self._moved.T).T
+        for where, part in free:
+            velocity[:, where] += part
+        return Response(velocity, impulse, self._holds(velocity, wanted))
+
+    def _holds(self, velocity: np.ndarray, given: np.ndarray) -> np.ndarray | None:
         """(w,) whether the demands left out are met, relative to what makes them up."""
         if not len(self._dropped):
-            return np.ones(given.shape[1], dtype=bool)
+            return None
         rows, wanted = self.rows[self._dropped], given[self._dropped]
         gap = np.abs(rows @ velocity - wanted).max(axis=0)
         size = (np.abs(self.rows) @ np.abs(velocity) + np.abs(given)).max(axis=0)
         # What is given by the configuration is a difference of terms of this size.
-        size += np.abs(self.rows).max() * self._speed
+        size += np.abs(self.rows).max() * max(float(np.abs(v).max()) for v in self._velocities)
         return gap <= CONSISTENT * size

@@ -1,49 +1,123 @@
-"""Derivatives of impulses by entry of the scene, in the axes in which results tell them."""
+"""Derivatives by entry of the scene, in the axes in which results tell impulses."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
 from ..result import Impact
-from .linear import Rows, Touching
+from .linear import Columns, Passing, Rows, Touching
+from .result import Derivatives, ImpulseDerivatives
+from .status import DerivativeStatus
+from .workspace import Workspace
 
-__all__ = ["constraint_tables", "contact_tables"]
+__all__ = ["told"]
 
 
-def constraint_tables(
-    impact: Impact, bilateral: Sequence[Rows], multipliers: np.ndarray, null: np.ndarray
+def told(
+    impact: Impact,
+    workspace: Workspace,
+    passed: Passing,
+    touching: Sequence[Touching],
+    bilateral: Sequence[Rows],
+    null: np.ndarray,
+    edges: tuple[str, ...],
+    by_inertia: Callable[[int], np.ndarray],
+) -> Derivatives:
+    """What has passed all stages, as a result.
+
+    Args:
+        null: (m,) True for bilateral rows that move nothing and carry nothing.
+    """
+    columns, nv = passed.columns, workspace.model.nv
+    velocity = passed.velocity
+    if velocity is None:
+        velocity = np.zeros((nv, columns.width))
+    status = DerivativeStatus.EXISTS
+    if passed.consistent is not None and not passed.consistent.all():
+        contradictory = np.flatnonzero(~passed.consistent)
+        for table in (velocity, passed.multipliers, *passed.contacts):
+            if table is not None:
+                table[:, contradictory] = np.nan
+        if not passed.consistent[: workspace.width_of_state].all():
+            status = DerivativeStatus.RANK_CHANGES
+    if edges and status is DerivativeStatus.EXISTS:
+        status = DerivativeStatus.MODE_EDGE
+    blows = workspace.blow_columns
+    by_restitution, by_friction = columns.restitution.values(), columns.friction.values()
+    restitution = [(n, c.start) for n, c in zip(columns.names, by_restitution, strict=True)]
+    friction = [(n, c.start) for n, c in zip(columns.names, by_friction, strict=True)]
+
+    def parts(table: np.ndarray) -> ImpulseDerivatives:
+        table.setflags(write=False)
+        return ImpulseDerivatives(
+            table[:, :nv],
+            table[:, nv : 2 * nv],
+            MappingProxyType({name: table[:, where] for name, where in blows.items()}),
+            MappingProxyType({name: table[:, c] for name, c in restitution}),
+            MappingProxyType({name: table[:, c] for name, c in friction}),
+        )
+
+    velocity.setflags(write=False)
+    of_constraints = _constraint_tables(impact, workspace, bilateral, passed.multipliers, null)
+    of_contacts = _contact_tables(impact, workspace, touching, passed.contacts, columns, nv)
+    return Derivatives(
+        impact,
+        status,
+        edges,
+        velocity[:, :nv],
+        velocity[:, nv : 2 * nv],
+        MappingProxyType({name: velocity[:, where] for name, where in blows.items()}),
+        MappingProxyType({name: velocity[:, c] for name, c in restitution}),
+        MappingProxyType({name: velocity[:, c] for name, c in friction}),
+        MappingProxyType({name: parts(table) for name, table in of_constraints.items()}),
+        MappingProxyType({name: parts(table) for name, table in of_contacts.items()}),
+        by_inertia,
+    )
+
+
+def _constraint_tables(
+    impact: Impact,
+    workspace: Workspace,
+    bilateral: Sequence[Rows],
+    multipliers: np.ndarray,
+    null: np.ndarray,
 ) -> dict[str, np.ndarray]:
     """By constraint, (k, w) of its rows; NaN where they are not determined.
 
     Args:
         multipliers: (m, w) derivatives of λ.
-        null: True for rows that move nothing and carry nothing.
     """
     outcome = impact.outcome
     tables = {}
     at = 0
-    for name, rows in zip(impact.scene.entry_names("constraints"), bilateral, strict=True):
+    for name, rows in zip(workspace.constraint_names, bilateral, strict=True):
         where = slice(at, at + len(rows.matrix))
-        table = multipliers[where].copy()
+        table = multipliers[where]
         if outcome is not None and outcome.unique is not None:
+            table = table.copy()
             table[~outcome.unique[where] & ~null[where]] = np.nan
         tables[name] = table
         at = where.stop
     return tables
 
 
-def contact_tables(
-    impact: Impact, touching: Sequence[Touching], impulses: Sequence[np.ndarray], nv: int
+def _contact_tables(
+    impact: Impact,
+    workspace: Workspace,
+    touching: Sequence[Touching],
+    impulses: Sequence[np.ndarray | None],
+    columns: Columns,
+    nv: int,
 ) -> dict[str, np.ndarray]:
     """By contact that touches, (3, w) in world axes; (1, w) of a joint stop.
 
     Args:
         impulses: by touching point, (3, w) derivatives of P in the axes of the contact,
-            those by q in the first ``nv`` columns.
+            those by q in the first ``nv`` columns; None for zeros.
     """
-    names = impact.scene.entry_names("contacts")
     tables: dict[str, np.ndarray] = {}
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:
@@ -51,15 +125,18 @@ def contact_tables(
     unique = outcome.contacts.unique
     found = outcome.contacts.impulse.reshape(-1, 3)
     for i, (point, touch) in enumerate(zip(touching, outcome.touches, strict=True)):
+        given = impulses[i]
+        if given is None:
+            given = np.zeros((3, columns.width))
         if touch.axes is None:
-            table = touch.jacobian[2].sum() * impulses[i][2:]
+            table = touch.jacobian[2].sum() * given[2:]
         else:
-            table = touch.axes @ impulses[i]
-            turned = point.rows.turned(touch.axes @ found[i])
+            table = given if point.rows.is_level else touch.axes.dot(given)
+            turned = point.rows.turned(touch.axes.dot(found[i]))
             if turned is not None:
                 table[:, :nv] += turned
         if unique is not None and not unique[i]:
             table = np.full_like(table, np.nan)
-        name = names[point.entry]
+        name = workspace.contact_names[point.entry]
         tables[name] = tables[name] + table if name in tables else table
     return tables

@@ -10,15 +10,17 @@ from functools import cached_property
 import numpy as np
 import pinocchio as pin
 
-from ...errors import InputError
-from ...scene import AppliedImpulse, FrameAnchor, JointStop, Law, PointAnchor, Scene
+from ...scene import AppliedImpulse, Contact, FrameAnchor, JointStop, Law, PointAnchor, Scene
 from ...scene.constraints import KEPT
-from ..plan import _VARYING_SUBSPACE
+from ..plan import is_always_regular
 from ..reach import reached_model
 from ..rows import needs_places
 from ..solver import ImpactSolver
-from .motion import Tree
-from .pairs import FixedRows, PairRows, anchor_rows, blow_rows, joint_rows
+from ..touching import Touch
+from .expanded import expanded_model
+from .linear import Columns
+from .motion import Motion
+from .pairs import FixedRows, PairRows, anchor_rows, blow_rows, contact_rows, joint_rows
 
 __all__ = ["Workspace", "workspace_of"]
 
@@ -31,43 +33,36 @@ class Workspace:
         bilateral: by constraint of the scene, its rows.
         kept: (m,) True for rows whose velocity is kept.
         impulses: by impulse of the scene, its wrench or joint impulse.
+        model, data: the robot at rest in no gravity; ``data`` is that of ``expanded``.
+        blow_columns: by impulse of the scene, its columns behind those of q and v.
+        width_of_state: how many columns are of q, v and the blows; redundant rows have to
+            agree on them, while those of coefficients are told by NaN alone.
+        always_regular: whether M is regular at every configuration.
+        expanded: the model in which every axis stands still in its body.
     """
 
     def __init__(self, scene: Scene) -> None:
         robot = scene.robot
-        for joint in robot.model.joints:
-            if joint.shortname() in _VARYING_SUBSPACE:
-                raise InputError(
-                    f"derivatives: a joint of kind {joint.shortname()} moves along axes that turn "
-                    "with its own coordinates, or follows another joint; such joints are not taken"
-                )
         every_joint = range(1, robot.model.njoints)
         self._reached = reached_model(
             robot.model, every_joint, keep_places=needs_places(robot, scene)
         )
         self.model = self._reached.model
-        self.data = self.model.createData()
-        self.tree = Tree(self.model)
-        self.zero = np.zeros(self.model.nv)
+        self.expanded = expanded_model(self.model)
+        self.data = self.expanded.model.createData()
+        self.always_regular = is_always_regular(self.model)
         self.identity = np.eye(self.model.nv)
+        self.no_rows = np.zeros((0, self.model.nv))
         self.identity.setflags(write=False)
-        self._no_force = pin.Force.Zero()
-        self._forces = pin.StdVec_Force()
-        for _ in range(self.model.njoints):
-            self._forces.append(self._no_force)
-        frames = robot.model.frames
-        names = {
-            n
-            for entry in (*scene.impulses, *scene.constraints, *scene.contacts)
-            for n in entry.frame_names
-        }
-        # The joints whose bodies a scene pushes.
-        self._pushed = sorted({frames[robot.frame_id(name)].parentJoint for name in names} - {0})
+        # Pinocchio is quicker when it is told of no outside forces than when it is not told.
+        self.no_forces = pin.StdVec_Force()
+        for _ in range(self.expanded.model.njoints):
+            self.no_forces.append(pin.Force.Zero())
         self.blows: list[PairRows | FixedRows] = []
         self.impulses: list[np.ndarray] = []
         for entry in scene.impulses:
             if isinstance(entry, AppliedImpulse):
-                self.blows.append(blow_rows(robot, entry))
+                self.blows.append(blow_rows(robot, self.expanded, entry))
                 self.impulses.append(np.array([*entry.linear, *entry.angular]))
             else:
                 joint = self.model.joints[robot.joint_id(entry.joint)]
@@ -75,31 +70,66 @@ class Workspace:
                 self.blows.append(FixedRows(unit))
                 self.impulses.append(np.atleast_1d(np.array(entry.impulse, dtype=float)))
         self.blow_names = scene.entry_names("impulses")
-        self.blow_rows = sum(len(impulse) for impulse in self.impulses)
+        self.constraint_names = scene.entry_names("constraints")
+        self.contact_names = scene.entry_names("contacts")
+        at = 2 * self.model.nv
+        self.blow_columns: dict[str, slice] = {}
+        for name, impulse in zip(self.blow_names, self.impulses, strict=True):
+            self.blow_columns[name] = slice(at, at + len(impulse))
+            at += len(impulse)
+        self.width_of_state = at
+        self._flat: dict[int, PairRows] = {}
+        self._columns: dict[tuple[int, ...], Columns] = {}
         self.bilateral: list[PairRows | FixedRows] = []
         kept: list[bool] = []
         for constraint in scene.constraints:
             if isinstance(constraint, PointAnchor | FrameAnchor):
-                anchor = anchor_rows(robot, constraint)
+                anchor = anchor_rows(robot, self.expanded, constraint)
                 self.bilateral.append(anchor)
-                count = len(anchor.select)
+                count = len(anchor.selector)
             else:
                 fixed = joint_rows(robot, constraint)
                 self.bilateral.append(fixed)
                 count = len(fixed.matrix)
             kept += [constraint.velocity == KEPT] * count
         self.kept = np.array(kept, dtype=bool)
+        self.any_kept = any(kept)
         self._robot, self._parts = robot, (scene.impulses, scene.constraints, scene.contacts)
 
     def configuration(self, q: np.ndarray) -> np.ndarray:
-        """q with the roots where the model of this workspace has them."""
-        return self._reached.configuration(q)
+        """The configuration of the expanded model, with the roots where it has them."""
+        return self.expanded.configuration(self._reached.configuration(q))
 
-    def no_forces(self) -> pin.StdVec_Force:
-        """A zero force for each joint, to be added to; there is one, and each call clears it."""
-        for joint_id in self._pushed:
-            self._forces[joint_id] = self._no_force
-        return self._forces
+    def columns(self, entries: tuple[int, ...]) -> Columns:
+        """The parameters of an impact in which these contacts touch."""
+        found = self._columns.get(entries)
+        if found is None:
+            once, nv = list(dict.fromkeys(entries)), self.model.nv
+            at = self.width_of_state
+            own = [slice(i, i + 1) for i in range(at, at + 2 * len(once))]
+            found = Columns(
+                self.width_of_state + 2 * len(once),
+                slice(0, nv),
+                slice(nv, 2 * nv),
+                dict(zip(once, own[: len(once)], strict=True)),
+                dict(zip(once, own[len(once) :], strict=True)),
+                names=tuple(self.contact_names[i] for i in once),
+            )
+            self._columns[entries] = found
+        return found
+
+    def touching_rows(self, entry: Contact, touch: Touch, motion: Motion) -> PairRows:
+        """The rows of a contact as it was found touching."""
+        if touch.axes is None:
+            raise TypeError("a joint stop has no axes")
+        if touch.joint_ids[1] > 0:
+            return contact_rows(self._robot, self.expanded, entry, touch.axes, motion)
+        # A plane in the world stands still: its rows are those of the last time.
+        rows = self._flat.get(touch.entry)
+        if rows is None:
+            rows = contact_rows(self._robot, self.expanded, entry, touch.axes, motion)
+            self._flat[touch.entry] = rows
+        return rows
 
     @cached_property
     def compression(self) -> ImpactSolver:
