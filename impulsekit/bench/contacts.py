@@ -15,13 +15,10 @@ from ..impact import solve
 from ..robot import Robot
 from ..scene import Contact, Scene
 from .claim import Claim
+from .problems.feet import CORNERS, SOLES
 from .timing import time_in_turn
 
 __all__ = ["CORNERS", "SOLES", "bare_admm", "bare_impulse_dynamics", "claims", "main"]
-
-# Four corners of each sole of Talos, in its sole's frame [m].
-SOLES = ("left_sole_link", "right_sole_link")
-CORNERS = [(x, y, 0.0) for x in (-0.1, 0.1) for y in (-0.06, 0.06)]
 
 
 def _state(robot: Robot, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:

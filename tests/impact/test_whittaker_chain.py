@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
+from impulsekit.bench.problems.chains import chain_problem, pendulum_problem
 from impulsekit.reference.whittaker import struck_chain, struck_pendulum
 
 
 def struck(n: int, mass: float = 1.0, length: float = 1.0, impulse: float = 5.0) -> ik.Impact:
     """A free straight chain of n links, struck across at the far end of its last link."""
-    robot = ik.Robot.from_urdf(ik.chain_urdf(n, mass, length), root="planar")
-    blow = ik.AppliedImpulse(f"link_{n}", linear=[0, impulse, 0], at=[length, 0, 0])
-    return ik.solve(ik.Scene(robot, [blow]), robot.neutral(), robot.velocity())
+    problem = chain_problem(n, mass, length, impulse)
+    return ik.solve(problem.scene, problem.q, problem.v)
 
 
 def point_velocities(impact: ik.Impact, n: int, length: float = 1.0) -> np.ndarray:
@@ -56,9 +56,8 @@ def test_a_free_rod_struck_at_its_end_turns_with_six_p_over_m_l():
 
 def test_a_hanging_double_rod_struck_at_the_bottom():
     mass, length, impulse = 1.5, 0.8, 2.0
-    robot = ik.Robot.from_urdf(ik.pendulum_urdf(2, mass, length))
-    blow = ik.AppliedImpulse("link_2", linear=[impulse, 0, 0], at=[0, 0, -length])
-    impact = ik.solve(ik.Scene(robot, [blow]), robot.neutral(), robot.velocity())
+    problem = pendulum_problem(2, mass, length, impulse)
+    impact = ik.solve(problem.scene, problem.q, problem.v)
     # Towards +x is a negative turn about y; the closed form counts it as positive.
     rates = np.array([-impact.bodies[f"link_{k}"].domega[1] for k in (1, 2)])
     expected = np.array([-6 / 7, 30 / 7]) * impulse / (mass * length)

@@ -28,6 +28,8 @@ from .method import Answer, Method
 
 __all__ = ["METHODS", "is_known_blow"]
 
+NUMBA = ("numba",)
+# Of a batch.
 STATES = 1024
 # Of Kane's equations in Python; beyond, a call takes seconds.
 MOST_SPEEDS_FOR_KANE = 60
@@ -109,7 +111,9 @@ def _is_batched(problem: Problem) -> bool:
     return _is_impact(problem) and plan_batch(problem.scene)[0] is not None
 
 
-def _batch(problem: Problem, threads: int | None) -> Answer:
+def _batch(
+    problem: Problem, threads: int | None = None, number: type[np.floating] = np.float64
+) -> Answer:
     """The problem's state first, and as many others around it, so that no branch repeats."""
     robot, rng = problem.scene.robot, np.random.default_rng(0)
     steps = 0.05 * rng.uniform(-1.0, 1.0, (STATES, robot.nv))
@@ -118,7 +122,7 @@ def _batch(problem: Problem, threads: int | None) -> Answer:
     q[0] = problem.q
     v = problem.v * (1.0 + 0.1 * rng.uniform(-1.0, 1.0, (STATES, robot.nv)))
     v[0] = problem.v
-    return lambda: solve_batch(problem.scene, q, v, threads=threads).v_after[0]
+    return lambda: solve_batch(problem.scene, q, v, threads=threads, dtype=number).v_after[0]
 
 
 def _is_long_tree(problem: Problem) -> bool:
@@ -186,21 +190,23 @@ METHODS: tuple[Method, ...] = (
     Method("impulsekit, dense", is_known_blow, partial(_algorithm, ByDenseCholesky)),
     Method("impulsekit, delassus", _has_rows, _by_delassus),
     *contact_laws.METHODS,
-    Method(
-        "impulsekit, batch",
-        _is_batched,
-        partial(_batch, threads=None),
-        needs=("numba",),
-        states=STATES,
-    ),
+    Method("impulsekit, batch", _is_batched, _batch, needs=NUMBA, states=STATES),
     Method(
         "impulsekit, batch on one thread",
         _is_batched,
         partial(_batch, threads=1),
-        needs=("numba",),
+        needs=NUMBA,
         states=STATES,
     ),
-    Method("impulsekit, long tree", _is_long_tree, _long, needs=("numba",)),
+    Method(
+        "impulsekit, batch in float32",
+        _is_batched,
+        partial(_batch, number=np.float32),
+        needs=NUMBA,
+        precision="float32",
+        states=STATES,
+    ),
+    Method("impulsekit, long tree", _is_long_tree, _long, needs=NUMBA),
     Method("impulsekit, Kane in numpy", _is_for_kane, _kane),
     *(
         Method(

@@ -11,7 +11,7 @@ from .method import Method
 __all__ = ["ROOMS", "methods"]
 
 # Each file has a tuple METHODS.
-ROOMS = ("own", "bare", "mujoco", "penalty")
+ROOMS = ("own", "bare", "mujoco", "crocoddyl", "exudyn", "penalty")
 
 
 def methods(names: Iterable[str] = (), peers: bool = True) -> list[Method]:

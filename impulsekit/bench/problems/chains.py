@@ -31,13 +31,15 @@ def struck_pendulums(quick: bool) -> Iterator[Problem]:
         yield pendulum_problem(n)
 
 
-def chain_problem(n: int) -> Problem:
+def chain_problem(
+    n: int, mass: float = 1.0, length: float = 1.0, impulse: float = IMPULSE
+) -> Problem:
     """A free chain of n rods along x, struck towards +y at its end of greatest x."""
-    robot = Robot.from_urdf(chain_urdf(n), root="planar")
-    blow = AppliedImpulse(f"link_{n}", linear=[0, IMPULSE, 0], at=[1, 0, 0])
+    robot = Robot.from_urdf(chain_urdf(n, mass, length), root="planar")
+    blow = AppliedImpulse(f"link_{n}", linear=[0, impulse, 0], at=[length, 0, 0])
 
     def exact() -> np.ndarray:
-        truth = struck_chain(n, 1, 1, IMPULSE)
+        truth = struck_chain(n, mass, length, impulse)
         # The root is the far end: its velocity, then turns of each rod against the one before.
         return np.array([0.0, float(truth.point_velocities[-1]), *_joint_rates(truth)])
 
@@ -54,14 +56,16 @@ def chain_problem(n: int) -> Problem:
     )
 
 
-def pendulum_problem(n: int) -> Problem:
+def pendulum_problem(
+    n: int, mass: float = 1.0, length: float = 1.0, impulse: float = IMPULSE
+) -> Problem:
     """A chain of n rods that hangs from a pin, struck towards +x at its lower end."""
-    robot = Robot.from_urdf(pendulum_urdf(n))
-    blow = AppliedImpulse(f"link_{n}", linear=[IMPULSE, 0, 0], at=[0, 0, -1])
+    robot = Robot.from_urdf(pendulum_urdf(n, mass, length))
+    blow = AppliedImpulse(f"link_{n}", linear=[impulse, 0, 0], at=[0, 0, -length])
 
     def exact() -> np.ndarray:
         # Towards +x is a negative turn about y.
-        return -np.array(_joint_rates(struck_pendulum(n, 1, 1, IMPULSE)))
+        return -np.array(_joint_rates(struck_pendulum(n, mass, length, impulse)))
 
     source = "fractions (Chang & Huston 1995, example 2)"
     return Problem(

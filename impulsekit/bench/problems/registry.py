@@ -18,6 +18,7 @@ FAMILIES: dict[str, Callable[[bool], Iterator[Problem]]] = {
     "held robot": robots.held_robots,
     "closed chain": linkages.closed_chains,
     "falling rod": rods.falling_rods,
+    "smooth rod": rods.smooth_rods,
     "rod along its path": rods.rods_along_the_path,
     "cradle": balls.cradles,
     "rocking block": blocks.rocking_blocks,

@@ -13,7 +13,7 @@ from ...scene import Contact, Law, Scene
 from .problem import Problem
 from .routh import end_of_path
 
-__all__ = ["falling_rods", "rods_along_the_path"]
+__all__ = ["falling_rods", "rods_along_the_path", "smooth_rods"]
 
 MASS, LENGTH = 2.0, 1.0  # kg, m
 FRICTION, RESTITUTION = 0.3, 0.5
@@ -34,12 +34,17 @@ def falling_rods(quick: bool) -> Iterator[Problem]:
         yield _falling(count)
 
 
+def smooth_rods(quick: bool) -> Iterator[Problem]:
+    """One rod on a smooth floor, P = (1 + e) m v/(1 + 3 cos² θ): what compliance tends to."""
+    yield _falling(1, 0.0, "smooth rod")
+
+
 def rods_along_the_path(quick: bool) -> Iterator[Problem]:
     """One rod under Stronge's law, whose slip stops on the way and may turn about (Routh)."""
     q, v = _start(1)
     robot = Robot.from_urdf(ROD, root="planar")
     law = Law(restitution="stronge", slip="path")
-    scene = Scene(robot, contacts=[_contact("rod")], law=law)
+    scene = Scene(robot, contacts=[_contact("rod", FRICTION)], law=law)
 
     def exact() -> np.ndarray:
         state = _in_long_numbers(q[0], v[0])
@@ -51,25 +56,25 @@ def rods_along_the_path(quick: bool) -> Iterator[Problem]:
     yield Problem("rod along its path", 1, scene, q[0], v[0], exact, source, 1e-9)
 
 
-def _falling(count: int) -> Problem:
+def _falling(count: int, friction: float = FRICTION, family: str = "falling rod") -> Problem:
     rod = Robot.from_urdf(ROD, root="planar")
     robot = rod if count == 1 else combine({f"r{i:02d}": rod for i in range(count)})
     names = ["rod"] if count == 1 else [f"r{i:02d}/rod" for i in range(count)]
     q, v = _start(count)
-    scene = Scene(robot, contacts=[_contact(name) for name in names])
+    scene = Scene(robot, contacts=[_contact(name, friction) for name in names])
 
     def exact() -> np.ndarray:
         return np.concatenate(
-            [_after(s, _newton(*_contact_space(s))) for s in map(_in_long_numbers, q, v)]
+            [_after(s, _newton(*_contact_space(s), friction)) for s in map(_in_long_numbers, q, v)]
         )
 
     source = "closed form in 50 digits"
-    return Problem("falling rod", count, scene, q.ravel(), v.ravel(), exact, source)
+    return Problem(family, count, scene, q.ravel(), v.ravel(), exact, source)
 
 
-def _contact(frame: str) -> Contact:
+def _contact(frame: str, friction: float) -> Contact:
     end = [-LENGTH / 2, 0.0, 0.0]
-    return Contact(frame, at=end, normal=[0, 1, 0], restitution=RESTITUTION, friction=FRICTION)
+    return Contact(frame, at=end, normal=[0, 1, 0], restitution=RESTITUTION, friction=friction)
 
 
 def _start(count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -111,10 +116,10 @@ def _contact_space(state: tuple[Any, ...]) -> tuple[tuple[Any, Any, Any], tuple[
     return w, (x - rate * arm_y, y + rate * arm_x)
 
 
-def _newton(w: tuple[Any, Any, Any], u: tuple[Any, Any]) -> tuple[Any, Any]:
+def _newton(w: tuple[Any, Any, Any], u: tuple[Any, Any], friction: float) -> tuple[Any, Any]:
     """P (t, n) that brings the end to rest along, and to −e u_n across; or that slides."""
     tt, tn, nn = w
-    mu, e = _number(FRICTION), _number(RESTITUTION)
+    mu, e = _number(friction), _number(RESTITUTION)
     wanted_t, wanted_n = -u[0], -(1 + e) * u[1]
     determinant = tt * nn - tn * tn
     p_t = (nn * wanted_t - tn * wanted_n) / determinant

@@ -1,0 +1,205 @@
+"""``impulsekit bench``: what counts as solved, what is kept, and what is written."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from impulsekit.bench.about import about
+from impulsekit.bench.claim import Claim
+from impulsekit.bench.diagrams import draw
+from impulsekit.bench.methods.method import Method
+from impulsekit.bench.methods.registry import methods
+from impulsekit.bench.problems.chains import chain_problem
+from impulsekit.bench.problems.registry import problems
+from impulsekit.bench.report import main_table
+from impulsekit.bench.rows import append_rows, read_rows, write_table
+from impulsekit.bench.run import Effort, measure, run
+from impulsekit.bench.timing import Ratio, Timing, time_in_turn
+from impulsekit.cli import main
+from impulsekit.errors import UnknownNameError
+
+SHORT = Effort(rounds=3, seconds=1e-4, longest=0.01)
+QUICK = list(problems(quick=True))
+OURS = methods(["impulsekit, solve", "impulsekit, crba"])
+
+
+def method(name, call, **more):
+    return Method(name, lambda problem: True, lambda problem: call(problem), **more)
+
+
+RIGHT = method("impulsekit, solve", lambda p: lambda: p.answer)
+WRONG = method("quick and wrong", lambda p: lambda: 1.001 * p.answer, peer=True)
+BROKEN = method("broken", lambda p: 1 / 0, peer=True)
+MANY = method("many", lambda p: lambda: p.answer, states=10)
+
+
+# -- rows -------------------------------------------------------------------------------------
+
+
+def test_a_method_that_misses_the_tolerance_has_not_solved():
+    right, wrong = measure(chain_problem(3), [RIGHT, WRONG], SHORT)
+    assert right.met and right.error == 0.0
+    assert not wrong.met and wrong.error == pytest.approx(1e-3)
+    assert "quick and wrong" in main_table([right, wrong]).splitlines()[2].split("|")[-2]
+
+
+def test_a_method_that_fails_has_a_row_that_says_why():
+    _, row = measure(chain_problem(3), [RIGHT, BROKEN], SHORT)
+    assert row.note == "ZeroDivisionError: division by zero"
+    assert row.seconds is None and row.error is None and not row.met
+
+
+def test_times_are_per_state_and_ratios_to_the_baseline():
+    ours, many = measure(chain_problem(3), [RIGHT, MANY], SHORT)
+    assert ours.ratio == 1.0 and ours.baseline == many.baseline == "impulsekit, solve"
+    assert many.seconds < ours.seconds
+    assert many.ratio < 0.5
+
+
+def test_rows_come_back_as_they_were(tmp_path):
+    rows = measure(chain_problem(3), [RIGHT, WRONG, BROKEN], SHORT)
+    append_rows(tmp_path / "rows.jsonl", rows)
+    assert read_rows(tmp_path / "rows.jsonl") == rows
+
+
+def test_a_line_that_was_cut_off_is_left_out(tmp_path):
+    path = tmp_path / "rows.jsonl"
+    rows = measure(chain_problem(3), [RIGHT, WRONG], SHORT)
+    append_rows(path, rows)
+    path.write_text(path.read_text()[:-40])
+    assert read_rows(path) == rows[:1]
+
+
+def test_a_stopped_run_goes_on(tmp_path):
+    path, seen = tmp_path / "rows.jsonl", []
+    chains = [chain_problem(3), chain_problem(4)]
+    run(chains[:1], [RIGHT], path, effort=SHORT, tell=seen.append)
+    rows = run(chains, [RIGHT], path, effort=SHORT, tell=seen.append)
+    assert seen == ["struck chain 3", "struck chain 4"]
+    assert [row.problem for row in rows] == seen
+    # Another method: the problem is measured whole again, so that ratios are of one run.
+    rows = run(chains[:1], [RIGHT, MANY], path, effort=SHORT, tell=seen.append)
+    assert len(rows) == 3 and seen[-1] == "struck chain 3"
+
+
+def test_rows_are_written_as_json_and_csv(tmp_path):
+    rows = measure(chain_problem(3), [RIGHT, BROKEN], SHORT)
+    write_table(tmp_path / "rows", rows)
+    kept = json.loads((tmp_path / "rows.json").read_text())
+    with (tmp_path / "rows.csv").open() as file:
+        table = list(csv.DictReader(file))
+    assert [item["method"] for item in kept] == [line["method"] for line in table]
+    assert kept[1]["seconds"] is None and table[1]["seconds"] == ""
+
+
+# -- times ------------------------------------------------------------------------------------
+
+
+def test_a_slow_way_has_fewer_rounds():
+    import time
+
+    ways = {"quick": lambda: None, "slow": lambda: time.sleep(0.01)}
+    times = time_in_turn(ways, rounds=50, seconds=1e-5, longest=0.05)
+    assert len(times["quick"].rounds) == 50
+    assert 1 <= len(times["slow"].rounds) <= 5
+
+
+def test_ratios_are_taken_round_by_round():
+    # A machine that gets ten times slower in the middle.
+    ours, theirs = Timing((2.0, 2.0, 20.0, 20.0, 20.0)), Timing((1.0, 1.0, 10.0, 10.0, 10.0))
+    assert Ratio.of(ours, theirs) == Ratio(2.0, 2.0, 2.0)
+    assert Ratio.of(ours, theirs, calls=4.0).median == 0.5
+
+
+def test_a_claim_is_kept_on_its_side_of_the_bound():
+    ours, theirs = Timing((1.0, 1.0, 1.0)), Timing((3.0, 3.0, 3.0))
+    assert Claim.of_ratio("less", ours, theirs, 0.5).met
+    assert not Claim.of_ratio("less", theirs, ours, 0.5).met
+    faster = Claim.of_ratio("more", ours, theirs, 2.0, our_calls=10.0, at_least=True)
+    assert faster.value == pytest.approx(30.0) and faster.met
+    assert "NOT at least 40" in replace(faster, bound=40.0).line()
+    assert "at most" in Claim.of_values("seconds", [1.0, 2.0, 3.0], 2.0, "s").line()
+
+
+# -- methods ----------------------------------------------------------------------------------
+
+
+def test_methods_are_chosen_by_the_beginning_of_their_names():
+    assert {m.name for m in OURS} >= {"impulsekit, solve", "impulsekit, crba"}
+    assert all(not m.peer for m in methods(peers=False))
+    assert len({m.label for m in methods()}) == len(methods())
+    with pytest.raises(UnknownNameError, match="impulsekit, crba"):
+        methods(["impulsekit, crab"])
+
+
+EXACT = ["impulsekit, solve", "impulsekit, delassus", "impulsekit, aba", "pinocchio, aba", "numpy"]
+
+
+@pytest.mark.parametrize("problem", QUICK, ids=lambda p: p.name)
+def test_exact_ways_solve_the_problems_that_they_suit(problem):
+    for one in methods([*EXACT, "impulsekit, active set", "pinocchio, crba", "scipy"]):
+        # The closed linkages have rows that repeat each other.
+        if one.suits(problem) and not (one.peer and problem.family == "closed chain"):
+            assert problem.error(np.asarray(one.prepare(problem)())) < 1e-9, one.label
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("problem", QUICK, ids=lambda p: p.name)
+def test_all_our_ways_do_what_they_can(problem):
+    for one in methods(peers=False):
+        if one.suits(problem):
+            error = problem.error(np.asarray(one.prepare(problem)()))
+            assert error < (1e-9 if one.setting is None and one.precision == "float64" else 0.2)
+
+
+# -- the command --------------------------------------------------------------------------------
+
+
+def command(*arguments):
+    return CliRunner().invoke(main, ["bench", *map(str, arguments)])
+
+
+FEW = ("-p", "random tree", "-m", "impulsekit, solve", "-m", "pinocchio")
+
+
+def test_the_command_writes_report_rows_and_diagrams(tmp_path):
+    out = tmp_path / "out"
+    done = command("--quick", "--part", "rows", *FEW, "-o", out)
+    assert done.exit_code == 0, done.output
+    assert done.stdout.strip() == str(out / "report.md")
+    report = (out / "report.md").read_text()
+    assert about()["machine"] in report and "random tree 10" in report
+    assert {path.name for path in out.iterdir()} >= {"rows.csv", "rows.json", "error_blows.svg"}
+    for picture in out.glob("*.svg"):
+        assert f"]({picture.name})" in report
+    again = command("--quick", "--part", "rows", *FEW, "-o", out)
+    assert again.exit_code == 2 and "resume" in again.stderr
+    before = (out / "rows.jsonl").read_text()
+    assert command("--quick", "--part", "rows", *FEW, "-o", out, "--resume").exit_code == 0
+    assert (out / "rows.jsonl").read_text() == before
+
+
+def test_the_same_rows_give_the_same_pictures(tmp_path):
+    rows = [row for n in (3, 5) for row in measure(chain_problem(n), [RIGHT, WRONG], SHORT)]
+    texts = []
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        texts.append([path.read_text() for path in draw(rows, tmp_path / name)])
+    assert texts[0] and texts[0] == texts[1]
+
+
+def test_the_command_lists_problems_and_methods():
+    done = command("--list", "--no-peers")
+    assert "struck chain" in done.stdout and "impulsekit, aba" in done.stdout
+    assert "mujoco" not in done.stdout
+
+
+def test_the_command_names_what_it_does_not_know(tmp_path):
+    done = command("-p", "struck chains", "-o", tmp_path / "out")
+    assert done.exit_code == 2 and "struck chain" in done.stderr
