@@ -14,6 +14,7 @@ import pytest
 from click.testing import CliRunner
 
 import impulsekit as ik
+from impulsekit.batch.masses import scaled_robot
 from impulsekit.batch.study import Study, Variation, load_study, open_study, run_study, summarize
 from impulsekit.batch.study.store import StoreFullError
 from impulsekit.cli import main
@@ -182,11 +183,55 @@ def test_what_a_variation_refuses(scene_file):
         Variation("friction", low=-0.1, high=0.5)
     with pytest.raises(ik.errors.InputError, match="low and high"):
         Variation("velocity", low=1.0)
+    with pytest.raises(ik.errors.RangeError, match="above 0"):
+        Variation("mass", distribution="normal", deviation=0.1)
     study = load_study(scene_file())
+    with pytest.raises(ik.errors.UnknownNameError, match="panda_hand"):
+        Study(study.scene, study.q, study.v, 10, vary=[Variation("mass", "hand", low=1, high=2)])
     with pytest.raises(ik.errors.UnknownNameError, match="blow"):
         Study(study.scene, study.q, study.v, 10, vary=[Variation("impulse", "bolw", low=0, high=1)])
     with pytest.raises(ik.errors.InputError, match="no contacts"):
         Study(study.scene, study.q, study.v, 10, vary=[Variation("friction", low=0, high=1)])
+
+
+def test_masses_that_vary_are_kept_with_the_rows(scene_file, tmp_path):
+    path = scene_file()
+    path.write_text(
+        path.read_text()
+        + """
+[[batch.vary]]
+what = "mass"
+low = 0.8
+high = 1.25
+
+[[batch.vary]]
+what = "mass"
+of = "panda_hand"
+distribution = "normal"
+mean = 1.0
+deviation = 0.3
+low = 0.1
+"""
+    )
+    study = load_study(path)
+    run_study(study, tmp_path / "rows")
+    rows = open_study(tmp_path / "rows")
+    links = rows["link"].values.tolist()
+    assert {"panda_link1", "panda_hand"} <= set(links)
+    factors = rows["masses"].values
+    assert factors.shape == (1000, len(links))
+    hand = links.index("panda_hand")
+    others = np.delete(factors, hand, axis=1)
+    assert 0.8 <= others.min() < 0.81
+    assert 1.24 < others.max() <= 1.25
+    assert np.unique(factors[0]).size == len(links)
+    assert factors[:, hand].std() > 0.25
+    for i in (0, 999):
+        robot = scaled_robot(study.scene.robot, dict(zip(links, factors[i], strict=True)))
+        blow = ik.AppliedImpulse("panda_hand", rows["impulses"][i].values[:3])
+        impact = ik.solve(ik.Scene(robot, [blow]), rows["q"][i].values, study.v)
+        assert np.abs(impact.v_after - rows["v_after"][i].values).max() < 1e-12
+    assert summarize(tmp_path / "rows").rows == 1000
 
 
 @pytest.mark.slow

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...errors import MissingExtraError
 from ..progress import shown
+from ..remote import warm_workers
 from ..solve import solve_batch
 from .store import StudyStore
 from .study import Study
@@ -75,6 +76,8 @@ def solved_chunk(study: Study, index: int, threads: int | None = None) -> dict[s
     if "impulses" in given:
         names = study.scene.entry_names("impulses")
         arrays["impulses"] = np.hstack([given["impulses"][name] for name in names])
+    if "masses" in given:
+        arrays["masses"] = np.column_stack([given["masses"][name] for name in study.scaled_links])
     for what in ("restitution", "friction"):
         if what in given:
             arrays[what] = _coefficients(study, what, given[what], end - begin)
@@ -129,6 +132,7 @@ def _there(
     def submit(index: int) -> Any:
         return client.submit(_sent_chunk, packed, study.fingerprint, index, pure=False)
 
+    client.run(warm_workers, pickle.dumps(study.scene), np.dtype(float))
     running = {}
     for _ in range(3 * workers):
         index = next(waiting, None)

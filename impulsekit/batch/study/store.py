@@ -123,6 +123,7 @@ class StudyStore:
             "dof": _dof_names(robot),
             "axis": ["x", "y", "z"],
             "contact": list(study.scene.entry_names("contacts")),
+            "link": list(study.scaled_links),
         }
         used = {dim for dims, *_ in data.values() for dim in dims}
         kept = {name: values for name, values in coordinates.items() if name in used}
@@ -185,6 +186,9 @@ class StudyStore:
             units = {"units": "N s, N m s", "order": "as in the scene, entry after entry"}
             found["impulses"] = (("row", "impulse_entry"), (width,), float, units)
         count = (len(study.scene.contacts),)
+        if "mass" in whats:
+            units = {"units": "1", "meaning": "factors on mass and inertia of links"}
+            found["masses"] = (("row", "link"), (len(study.scaled_links),), float, units)
         for name in ("restitution", "friction"):
             if name in whats:
                 found[name] = (("row", "contact"), count, float, {"units": "1"})

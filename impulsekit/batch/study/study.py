@@ -12,6 +12,7 @@ import numpy as np
 
 from ...errors import InputError, RangeError, UnknownNameError
 from ...scene import AppliedImpulse, Scene
+from ..masses import heavy_links, link_inertia
 from ..result import OUTPUTS
 from .variation import Variation
 
@@ -90,6 +91,7 @@ class Study:
                 self.scene.entry_names("impulses"), self.scene.impulses, strict=True
             )
         }
+        factors: dict[str, np.ndarray] = {}
         coefficients: dict[str, dict[str, np.ndarray]] = {"restitution": {}, "friction": {}}
         for one in self.vary:
             if one.what in ("configuration", "velocity"):
@@ -103,6 +105,10 @@ class Study:
                 for name in self._named(one, "impulses"):
                     angles = one.draw(rng, (rows,))
                     _turn(impulses[name], angles, rng.uniform(0.0, 2.0 * np.pi, rows))
+            elif one.what == "mass":
+                for name in self._heavy(one):
+                    drawn = one.draw(rng, (rows,))
+                    factors[name] = factors[name] * drawn if name in factors else drawn
             else:
                 for name in self._named(one, "contacts"):
                     coefficients[one.what][name] = one.draw(rng, (rows,))
@@ -115,7 +121,18 @@ class Study:
         if whats & {"impulse", "direction"}:
             found["impulses"] = impulses
         found.update({name: own for name, own in coefficients.items() if own})
+        if factors:
+            found["masses"] = {name: factors[name] for name in self.scaled_links}
         return found
+
+    @property
+    def scaled_links(self) -> tuple[str, ...]:
+        """The links whose masses vary, in the order of the robot's."""
+        named = {name for one in self.vary if one.what == "mass" for name in self._heavy(one)}
+        return tuple(name for name in heavy_links(self.scene.robot) if name in named)
+
+    def _heavy(self, one: Variation) -> tuple[str, ...]:
+        return heavy_links(self.scene.robot) if one.of is None else (one.of,)
 
     def _stepped(self, steps: np.ndarray) -> np.ndarray:
         """(rows, nq) the study's q, stepped along the degrees of freedom."""
@@ -140,6 +157,12 @@ class Study:
         if one.what in ("configuration", "velocity"):
             if one.of is not None:
                 self.scene.robot.joint_id(one.of, f"Variation of {one.what}")
+            return
+        if one.what == "mass":
+            if one.of is not None:
+                link_inertia(self.scene.robot, one.of)
+            elif not heavy_links(self.scene.robot):
+                raise InputError("Variation of mass: no link that moves has a mass")
             return
         kind = "impulses" if one.what in ("impulse", "direction") else "contacts"
         names = self.scene.entry_names(kind)

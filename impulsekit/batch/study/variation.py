@@ -11,7 +11,7 @@ from ...scene.numbers import number, text
 
 __all__ = ["DISTRIBUTIONS", "WHATS", "Variation"]
 
-WHATS = ("configuration", "velocity", "impulse", "direction", "restitution", "friction")
+WHATS = ("configuration", "velocity", "impulse", "direction", "restitution", "friction", "mass")
 DISTRIBUTIONS = ("uniform", "normal")
 
 
@@ -29,7 +29,9 @@ class Variation:
             - "direction": an angle [rad] by which a known impulse is turned about an axis
               across it, which is uniform around it.
             - "restitution", "friction": the coefficient of a contact itself.
-        of: the joint, known impulse or contact by name; all of them by default.
+            - "mass": a factor on the mass of a link, and on its inertia with it.
+        of: the joint, known impulse, contact or link by name; all of them by default,
+            independent of each other.
         distribution: "uniform" from ``low`` to ``high``, or "normal" with ``mean`` and
             ``deviation``.
         low, high: bounds; of a normal distribution, what lies beyond is cut to them.
@@ -74,6 +76,8 @@ class Variation:
 
     def _check_coefficient(self, where: str) -> None:
         """A coefficient that is drawn has to stay in its range."""
+        if self.what == "mass" and (self.low is None or self.low <= 0.0):
+            raise RangeError.of(f"{where}: low", self.low, "above 0")
         if self.what not in ("restitution", "friction"):
             return
         if self.low is None or self.low < 0.0:
