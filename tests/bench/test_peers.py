@@ -174,6 +174,31 @@ def test_exudyn_gives_the_jump_of_a_known_blow(problem):
     assert errors(of(exudyn.METHODS, "exudyn, one step"), problem) < 1e-5
 
 
+@pytest.mark.parametrize("family", ["swing", "flight"])
+def test_mujocos_motions_are_of_the_order_of_its_integrators(family):
+    pytest.importorskip("mujoco", reason='MuJoCo is a peer: pip install "impulsekit[peers]"')
+    from impulsekit.bench.methods import mujoco
+
+    problem = some(family)[-1]
+    euler = errors(of(mujoco.METHODS, "mujoco, Euler"), problem)
+    assert euler[0] / euler[1] == pytest.approx(10, rel=0.2)
+    coarse, fine = errors(of(mujoco.METHODS, "mujoco, RK4")[:2], problem)
+    assert coarse / fine > 100
+    assert fine < problem.tolerance
+
+
+def test_exudyns_motions_are_of_the_order_of_its_solvers():
+    pytest.importorskip("exudyn", reason='Exudyn is a peer: pip install "impulsekit[peers]"')
+    from impulsekit.bench.methods import exudyn
+
+    problem = some("swing")[-1]
+    implicit = errors(of(exudyn.METHODS, "exudyn, generalized alpha"), problem)
+    assert implicit[0] / implicit[1] == pytest.approx(100, rel=0.2)
+    coarse, fine = errors(of(exudyn.METHODS, "exudyn, RK44")[:2], problem)
+    assert coarse / fine == pytest.approx(256, rel=0.2)
+    assert fine < problem.tolerance
+
+
 def smooth_rod(e=0.5, angle=1.0):
     """The rod of 1 kg and 1 m that falls on its end at 1 m/s: P = (1 + e) m v/(1 + 3 cos² θ)."""
     rod = Robot.from_urdf(MODELS / "rod.urdf", root="planar")

@@ -1,7 +1,6 @@
-"""Exudyn: a kinematic tree in minimal coordinates, its mass matrix, one step, its contacts.
+"""Exudyn: the mass matrix of its kinematic tree, one step, its contacts, its motion.
 
-A joint of several degrees of freedom is a row of single ones with links without mass between
-them, which stand at zero, so no angles of a floating base come in. Contacts are Exudyn's sphere on
+Contacts are Exudyn's sphere on
 a triangle: a spring with the damper of Carvalho & Martins and friction that is proportional below
 a creep speed, followed by its implicit trapezoidal rule; steps and creep go with the root of
 the stiffness, as in ``penalty``. Without friction it goes to every law's answer; with it, to one
@@ -17,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from ..problems.problem import Problem
-from .mechanism import Mechanism, is_blow, is_landing, mechanism_of
+from .exudyn_tree import ExudynTree, exudyn_settings, struck_system, third_along
+from .mechanism import is_blow, is_flight, is_landing, mechanism_of
 from .method import Answer, Method
 from .swing import approach_speed, half_swing
 
@@ -35,138 +35,16 @@ LASTS = 3.0
 MOST_WORK = 1e4
 
 
-class _Tree:
-    """The tree in Exudyn's links, one for each degree of freedom.
-
-    Attributes:
-        q: (nv,) its coordinates.
-        last: of each body, the index of the link that has its inertia.
-        axes: of each link (3, 3), from its own axes, whose third is the joint's, to the body's.
-    """
-
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.types: list[bool] = []
-        self.parents: list[int] = []
-        self.transforms: list[np.ndarray] = []
-        self.offsets: list[np.ndarray] = []
-        self.masses: list[float] = []
-        self.centres: list[np.ndarray] = []
-        self.inertias: list[np.ndarray] = []
-        self.axes: list[np.ndarray] = []
-        self.last: list[int] = []
-        coordinates = []
-        for body in mechanism.bodies:
-            link = self.last[body.parent] if body.parent >= 0 else -1
-            rotation, offset = body.rotation, body.offset
-            for i, (slides, axis) in enumerate(zip(body.slides, body.axes, strict=True)):
-                is_last = i == len(body.slides) - 1
-                turned = _third_along(axis)
-                before = self.axes[link].T if link >= 0 else np.eye(3)
-                self.types.append(slides)
-                self.parents.append(link)
-                self.transforms.append(before @ rotation @ turned)
-                self.offsets.append(before @ offset)
-                self.masses.append(body.mass if is_last else 0.0)
-                self.centres.append(turned.T @ body.centre if is_last else np.zeros(3))
-                inertia = turned.T @ body.inertia @ turned
-                self.inertias.append(inertia if is_last else np.zeros((3, 3)))
-                self.axes.append(turned)
-                coordinates.append(body.coordinate)
-                link = len(self.axes) - 1
-                rotation, offset = np.eye(3), np.zeros(3)
-            self.last.append(link)
-        self.q = np.array(coordinates)
-
-    def system(self, v: np.ndarray, joint_forces: np.ndarray | None = None) -> tuple[Any, Any, Any]:
-        """Exudyn's container (to be kept), its system, and the tree in it, not yet assembled."""
-        import exudyn as exu
-        from exudyn.itemInterface import NodeGenericODE2, ObjectKinematicTree
-
-        count = len(self.q)
-        container = exu.SystemContainer()
-        system = container.AddSystem()
-        node = system.AddNode(
-            NodeGenericODE2(
-                referenceCoordinates=self.q.tolist(),
-                initialCoordinates=[0.0] * count,
-                initialCoordinates_t=v.tolist(),
-                numberOfODE2Coordinates=count,
-            )
-        )
-        kinds = exu.JointType
-        tree = system.AddObject(
-            ObjectKinematicTree(
-                nodeNumber=node,
-                jointTypes=[
-                    kinds.PrismaticZ if slides else kinds.RevoluteZ for slides in self.types
-                ],
-                linkParents=self.parents,
-                jointTransformations=exu.Matrix3DList(self.transforms),
-                jointOffsets=exu.Vector3DList(self.offsets),
-                linkInertiasCOM=exu.Matrix3DList(self.inertias),
-                linkCOMs=exu.Vector3DList(self.centres),
-                linkMasses=self.masses,
-                jointForceVector=[] if joint_forces is None else joint_forces,
-            )
-        )
-        return container, system, tree
-
-    def on_body(self, mechanism: Mechanism, item: Any, body: int, place: np.ndarray) -> Any:
-        """The marker of a point of a body, given by its place in the world."""
-        from exudyn.itemInterface import MarkerKinematicTreeRigid
-
-        link = self.last[body]
-        at = mechanism.rotations[body].T @ (place - mechanism.places[body])
-        return MarkerKinematicTreeRigid(
-            objectNumber=item, linkNumber=link, localPosition=self.axes[link].T @ at
-        )
-
-
-def _third_along(axis: np.ndarray) -> np.ndarray:
-    """(3, 3) a rotation whose third column is a unit axis."""
-    first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-    first /= np.linalg.norm(first)
-    return np.column_stack([first, np.cross(axis, first), axis])
-
-
-def _struck(mechanism: Mechanism, tree: _Tree, v: np.ndarray, over: float) -> tuple[Any, Any]:
-    """A system, and its container, whose loads give the blows over a time [s].
-
-    The tree's own linkForces do not act on the joints as they should (1.13.6): loads do.
-    """
-    from exudyn.itemInterface import LoadForceVector, LoadTorqueVector
-
-    container, system, item = tree.system(v, mechanism.joint_impulse / over)
-    for blow in mechanism.blows:
-        marker = system.AddMarker(tree.on_body(mechanism, item, blow.body, blow.place))
-        system.AddLoad(LoadForceVector(markerNumber=marker, loadVector=blow.linear / over))
-        system.AddLoad(LoadTorqueVector(markerNumber=marker, loadVector=blow.angular / over))
-    system.Assemble()
-    return container, system
-
-
-def _settings(step: float, steps: int) -> Any:
-    import exudyn as exu
-
-    settings = exu.SimulationSettings()
-    settings.timeIntegration.numberOfSteps = steps
-    settings.timeIntegration.endTime = step * steps
-    settings.timeIntegration.verboseMode = 0
-    settings.solution.file.write = False
-    settings.solution.sensors.writePeriod = 1e9
-    return settings
-
-
 def _by_mass_matrix(problem: Problem) -> Answer:
     import exudyn as exu
 
     mechanism = mechanism_of(problem)
-    tree = _Tree(mechanism)
+    tree = ExudynTree(mechanism)
     # At rest, so that the loads are all there is on the right.
     still = np.zeros(len(tree.q))
-    container, system = _struck(mechanism, tree, still, 1.0)
+    container, system = struck_system(mechanism, tree, still, 1.0)
     solver = exu.MainSolverImplicitSecondOrder()
-    solver.InitializeSolver(system, _settings(1.0, 1))
+    solver.InitializeSolver(system, exudyn_settings(1.0, 1))
     q, v, size = np.zeros(len(tree.q)), mechanism.v, len(tree.q)
     data, current = system.systemData, exu.ConfigurationType.Current
 
@@ -182,20 +60,48 @@ def _by_mass_matrix(problem: Problem) -> Answer:
     return velocity_after
 
 
+def _by_motion(problem: Problem, step: float, solver: str) -> Answer:
+    """The jump by the mass matrix, then steps of one of Exudyn's solvers."""
+    import exudyn as exu
+
+    mechanism = mechanism_of(problem)
+    tree, after_blow = ExudynTree(mechanism), _by_mass_matrix(problem)
+    container, system, _ = tree.system(mechanism.v, gravity=problem.scene.gravity)
+    system.Assemble()
+    steps = max(1, round(problem.duration / step))
+    settings = exudyn_settings(problem.duration / steps, steps)
+    data, moments = system.systemData, exu.ConfigurationType
+
+    def state_after() -> np.ndarray:
+        data.SetODE2Coordinates_t(after_blow(), moments.Initial)
+        system.SolveDynamic(
+            settings, solverType=getattr(exu.DynamicSolverType, solver), showHints=False
+        )
+        q = tree.q + data.GetODE2Coordinates(moments.Current)
+        return np.concatenate([q, data.GetODE2Coordinates_t(moments.Current)])
+
+    state_after.owner = container  # type: ignore[attr-defined]
+    return state_after
+
+
+def _suits_motion(problem: Problem) -> bool:
+    """Joints of one degree of freedom alone: others are turned through angles that end."""
+    robot = problem.scene.robot
+    return is_flight(problem) and robot.nq == robot.nv
+
+
 def _by_step(problem: Problem) -> Answer:
     import exudyn as exu
 
     mechanism = mechanism_of(problem)
-    tree = _Tree(mechanism)
-    container, system = _struck(mechanism, tree, mechanism.v, STEP)
-    return _solved(container, system, _settings(STEP, 1), exu.DynamicSolverType.ExplicitEuler)
+    tree = ExudynTree(mechanism)
+    container, system = struck_system(mechanism, tree, mechanism.v, STEP)
+    return _solved(container, system, exudyn_settings(STEP, 1), exu.DynamicSolverType.ExplicitEuler)
 
 
 def _solved(container: Any, system: Any, settings: Any, solver: Any) -> Answer:
     """The velocities at the end of a run of Exudyn's."""
     import exudyn as exu
-
-    exu.config.printToConsole = False
 
     def velocity_after() -> np.ndarray:
         try:
@@ -218,7 +124,7 @@ def _by_contacts(problem: Problem, stiffness: float) -> Answer:
     )
 
     mechanism = mechanism_of(problem)
-    tree = _Tree(mechanism)
+    tree = ExudynTree(mechanism)
     container, system, item = tree.system(mechanism.v)
     ground = system.AddObject(ObjectGround())
     approach = approach_speed(problem, mechanism)
@@ -235,7 +141,7 @@ def _by_contacts(problem: Problem, stiffness: float) -> Answer:
             turn = (mechanism.rotations[touch.other] @ tree.axes[tree.last[touch.other]]).T
         else:
             plane = system.AddMarker(MarkerBodyRigid(bodyNumber=ground, localPosition=touch.place))
-        first, second = _third_along(touch.normal)[:, :2].T
+        first, second = third_along(touch.normal)[:, :2].T
         corners = [
             REACH * (math.cos(angle) * first + math.sin(angle) * second)
             for angle in (0.0, 2.0 * math.pi / 3.0, 4.0 * math.pi / 3.0)
@@ -261,7 +167,7 @@ def _by_contacts(problem: Problem, stiffness: float) -> Answer:
         )
     system.Assemble()
     steps = int(LASTS * math.sqrt(stiffness))
-    settings = _settings(LASTS * swing / steps, steps)
+    settings = exudyn_settings(LASTS * swing / steps, steps)
     settings.timeIntegration.newton.useModifiedNewton = False
     return _solved(container, system, settings, exu.DynamicSolverType.TrapezoidalIndex2)
 
@@ -284,5 +190,20 @@ METHODS: tuple[Method, ...] = (
             setting=stiffness,
         )
         for stiffness in (1e3, 1e5, 1e7)
+    ),
+    *(
+        Method(
+            f"exudyn, {name}",
+            _suits_motion,
+            partial(_by_motion, step=step, solver=solver),
+            peer=True,
+            needs=NEEDS,
+            setting=step,
+        )
+        for name, solver, steps in (
+            ("generalized alpha", "GeneralizedAlpha", (1e-3, 1e-4)),
+            ("RK44", "RK44", (4e-3, 1e-3, 2.5e-4)),
+        )
+        for step in steps
     ),
 )

@@ -123,6 +123,13 @@ def is_landing(problem: Problem) -> bool:
     return bool(scene.contacts) and points and not rest and has_plain_joints(problem)
 
 
+def is_flight(problem: Problem) -> bool:
+    """Whether it is a motion after known impulses, with weight and nothing else."""
+    scene = problem.scene
+    rest = scene.constraints or scene.contacts or scene.forces
+    return problem.duration > 0.0 and not rest and has_plain_joints(problem)
+
+
 def mechanism_of(problem: Problem) -> Mechanism:
     """The numbers of a problem whose joints are plain.
 

@@ -1,4 +1,4 @@
-"""MuJoCo: its mass matrix, its forward dynamics, one step, a batch, and its soft contacts.
+"""MuJoCo: its mass matrix, its forward dynamics, one step, a batch, its soft contacts, its motion.
 
 Soft contacts take a contact time of 0.1 µs, cut into the steps of the setting. Friction and normal
 velocity share one convex problem, so a point that slides is lifted at µ times its slip: such
@@ -12,15 +12,17 @@ from functools import partial
 import numpy as np
 
 from ..problems.problem import Problem
-from .mechanism import is_blow, is_landing, mechanism_of
+from .mechanism import is_blow, is_flight, is_landing, mechanism_of
 from .method import Answer, Method
 from .mujoco_model import (
     CONTACT_TIME,
     Turned,
+    mujoco_blows,
     mujoco_configuration,
     mujoco_loads,
     mujoco_model,
 )
+from .mujoco_motion import by_steps
 
 __all__ = ["METHODS"]
 
@@ -38,10 +40,7 @@ def _by_mass_matrix(problem: Problem) -> Answer:
     data = mujoco.MjData(model)
     q, joint_impulse = mujoco_configuration(mechanism, model), turned.to(mechanism.joint_impulse)
     jump, momentum, v = np.zeros((1, model.nv)), np.zeros((1, model.nv)), mechanism.v
-    blows = [
-        (b.linear[:, None], b.angular[:, None], b.place[:, None], b.body + 1)
-        for b in mechanism.blows
-    ]
+    blows = mujoco_blows(mechanism)
 
     def velocity_after() -> np.ndarray:
         data.qpos = q
@@ -158,5 +157,17 @@ METHODS: tuple[Method, ...] = (
             setting=steps,
         )
         for steps in (10, 100, 1000)
+    ),
+    *(
+        Method(
+            f"mujoco, {name}",
+            is_flight,
+            partial(by_steps, step=step, integrator=name.upper()),
+            peer=True,
+            needs=NEEDS,
+            setting=step,
+        )
+        for name, steps in (("Euler", (1e-3, 1e-4)), ("RK4", (4e-3, 1e-3, 2.5e-4)))
+        for step in steps
     ),
 )

@@ -16,7 +16,14 @@ import numpy as np
 from .mechanism import Body, Mechanism, Touch
 from .restitution import damping_ratio
 
-__all__ = ["CONTACT_TIME", "Turned", "mujoco_configuration", "mujoco_loads", "mujoco_model"]
+__all__ = [
+    "CONTACT_TIME",
+    "Turned",
+    "mujoco_blows",
+    "mujoco_configuration",
+    "mujoco_loads",
+    "mujoco_model",
+]
 
 # Of an impact with restitution [s]: so short that the bodies move by rounding's square root.
 CONTACT_TIME = 1e-7
@@ -172,6 +179,14 @@ def mujoco_configuration(mechanism: Mechanism, model: Any) -> np.ndarray:
         if body.kind in ("turn", "slide"):
             q[model.jnt_qposadr[model.body_jntadr[i + 1]]] = body.coordinate
     return q
+
+
+def mujoco_blows(mechanism: Mechanism) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, int]]:
+    """Impulse, couple impulse, place and body of each blow, as ``mj_applyFT`` wants them."""
+    return [
+        (b.linear[:, None], b.angular[:, None], b.place[:, None], b.body + 1)
+        for b in mechanism.blows
+    ]
 
 
 def mujoco_loads(mechanism: Mechanism, model: Any) -> np.ndarray:

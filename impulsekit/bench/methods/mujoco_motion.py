@@ -1,0 +1,101 @@
+"""Motions after a blow by MuJoCo's integrators: the jump by its mass matrix, then its steps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from ..problems.problem import Problem
+from .mechanism import Mechanism, mechanism_of
+from .method import Answer
+from .mujoco_model import Turned, mujoco_blows, mujoco_configuration, mujoco_model
+
+__all__ = ["by_steps"]
+
+
+def by_steps(problem: Problem, step: float, integrator: str) -> Answer:
+    """q and v at the end, by steps of about ``step`` [s] of MuJoCo's ``integrator``."""
+    import mujoco
+
+    mechanism = mechanism_of(problem)
+    count = max(1, round(problem.duration / step))
+    model, turned = mujoco_model(mechanism, problem.duration / count), Turned(mechanism)
+    model.opt.gravity = problem.scene.gravity
+    model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
+    data = mujoco.MjData(model)
+    q, v = mujoco_configuration(mechanism, model), turned.to(mechanism.v)
+    blows, joint_impulse = mujoco_blows(mechanism), turned.to(mechanism.joint_impulse)
+    back = _Back(problem, mechanism, model.jnt_qposadr[model.body_jntadr[1:]].tolist())
+    momentum, jump = np.zeros((1, model.nv)), np.zeros((1, model.nv))
+
+    def state_after() -> np.ndarray:
+        mujoco.mj_resetData(model, data)
+        data.qpos = q
+        mujoco.mj_fwdPosition(model, data)
+        momentum[0] = joint_impulse
+        for blow in blows:
+            mujoco.mj_applyFT(model, data, *blow, momentum[0])
+        mujoco.mj_solveM(model, data, jump, momentum)
+        data.qvel = v + jump[0]
+        mujoco.mj_step(model, data, count)
+        return back(data.qpos, data.qvel)
+
+    return state_after
+
+
+class _Back:
+    """From MuJoCo's state to Pinocchio's q and v.
+
+    MuJoCo's planar and ball joints start at zero in the body's pose, its free ones have the
+    body's pose in the world.
+    """
+
+    def __init__(self, problem: Problem, mechanism: Mechanism, places: list[int]) -> None:
+        self._model = problem.scene.robot.model
+        self._mechanism, self._places, self._q = mechanism, places, problem.q
+
+    def __call__(self, qpos: np.ndarray, qvel: np.ndarray) -> np.ndarray:
+        q, v = np.zeros(self._model.nq), qvel.copy()
+        joints = list(self._model.joints)[1:]
+        for i, (body, joint, at) in enumerate(
+            zip(self._mechanism.bodies, joints, self._places, strict=True)
+        ):
+            own = slice(joint.idx_q, joint.idx_q + joint.nq)
+            first = pin.SE3(body.rotation, body.offset)
+            placement = self._model.jointPlacements[i + 1]
+            if body.kind in ("turn", "slide"):
+                angle = qpos[at]
+                q[own] = angle if joint.nq == 1 else (np.cos(angle), np.sin(angle))
+            elif body.kind == "planar":
+                moved = pin.SE3(_turn(qpos[at + 2]), np.array([*qpos[at : at + 2], 0.0]))
+                moved = placement.actInv(first * moved)
+                x, y = moved.translation[:2]
+                q[own] = x, y, moved.rotation[0, 0], moved.rotation[1, 0]
+                # Its slides keep their directions while the body turns.
+                v[body.first : body.first + 2] = _turn(-qpos[at + 2])[:2, :2] @ v[body.first :][:2]
+            elif body.kind == "free":
+                pose = _pose(qpos[at : at + 3], qpos[at + 3 : at + 7])
+                q[own] = self._near(pin.SE3ToXYZQUAT(placement.actInv(pose)), own)
+                v[body.first : body.first + 3] = pose.rotation.T @ v[body.first :][:3]
+            elif body.kind == "ball":
+                moved = placement.actInv(first * _pose(np.zeros(3), qpos[at : at + 4]))
+                q[own] = self._near(pin.SE3ToXYZQUAT(moved), own)[3:]
+            else:
+                q[own] = placement.actInv(first.act(qpos[at : at + 3]))
+        return np.concatenate([q, v])
+
+    def _near(self, q: np.ndarray, own: slice) -> np.ndarray:
+        """Of the two quaternions of a rotation the one that the start leads to, within a turn."""
+        if q[3:] @ self._q[own][-4:] < 0.0:
+            q[3:] *= -1.0
+        return q
+
+
+def _turn(angle: float) -> np.ndarray:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _pose(place: np.ndarray, quaternion: np.ndarray) -> pin.SE3:
+    """MuJoCo's quaternions are w, x, y, z."""
+    return pin.SE3(pin.Quaternion(*quaternion).matrix(), place)
