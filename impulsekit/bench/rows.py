@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
-__all__ = ["Row", "append_rows", "read_rows", "write_table"]
+__all__ = ["Row", "append_rows", "read_rows", "read_table", "write_csv", "write_table"]
 
 
 @dataclass(frozen=True)
@@ -89,6 +89,26 @@ def write_table(stem: Path, records: Iterable[Any]) -> None:
     text = json.dumps(items, indent=1, ensure_ascii=False) + "\n"
     stem.with_suffix(".json").write_text(text, encoding="utf-8")
     write_csv(stem.with_suffix(".csv"), items)
+
+
+def read_table(path: Path) -> list[Row]:
+    """The rows of a CSV file."""
+    texts = {"problem", "family", "method", "name", "precision", "baseline", "source", "note"}
+    whole = {"size", "states", "rounds"}
+    rows = []
+    with path.open(encoding="utf-8", newline="") as file:
+        for line in csv.DictReader(file):
+            values: dict[str, Any] = {}
+            for name, text in line.items():
+                if name in texts:
+                    values[name] = text
+                elif text in ("True", "False"):
+                    values[name] = text == "True"
+                else:
+                    number = int if name in whole else float
+                    values[name] = number(text) if text else None
+            rows.append(Row(**values))
+    return rows
 
 
 def write_csv(path: Path, items: list[dict[str, Any]]) -> None:

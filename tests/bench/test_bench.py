@@ -18,7 +18,7 @@ from impulsekit.bench.methods.registry import methods
 from impulsekit.bench.problems.chains import chain_problem
 from impulsekit.bench.problems.registry import problems
 from impulsekit.bench.report import main_table
-from impulsekit.bench.rows import append_rows, read_rows, write_table
+from impulsekit.bench.rows import append_rows, read_rows, read_table, write_table
 from impulsekit.bench.run import Effort, measure, run
 from impulsekit.bench.timing import Ratio, Timing, time_in_turn
 from impulsekit.cli import main
@@ -96,6 +96,9 @@ def test_rows_are_written_as_json_and_csv(tmp_path):
         table = list(csv.DictReader(file))
     assert [item["method"] for item in kept] == [line["method"] for line in table]
     assert kept[1]["seconds"] is None and table[1]["seconds"] == ""
+    again = read_table(tmp_path / "rows.csv")
+    assert again[1] == rows[1]
+    assert again[0].seconds == pytest.approx(rows[0].seconds, rel=1e-3)
 
 
 # -- times ------------------------------------------------------------------------------------
