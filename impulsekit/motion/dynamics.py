@@ -143,8 +143,9 @@ class Dynamics:
             raise TypeError("no contacts")
         jacobian, bias = gaps.rows_and_bias(resting.contacts, q, v, self._moving)
         count = len(rows)
+        friction = resting.friction()
         # Tangents without friction carry nothing: they are left zero.
-        used = np.repeat(resting.friction() > 0.0, 3)
+        used = np.repeat(friction > 0.0, 3)
         used[2::3] = True
         half = factor.half(rows, jacobian[used], load[None])
         half_rows, start = half[:, :count], half[:, -1]
@@ -158,10 +159,14 @@ class Dynamics:
             basis = _range_of(half_rows)
             left = half_contacts - basis.dot(basis.T.dot(half_contacts))
         slip = jacobian.dot(v)
-        ways, friction = resting.ways(slip)
         delassus = left.T.dot(left)
-        forces = solve_rest(delassus.dot(ways), free, friction, resting.last_forces(len(friction)))
-        contact_forces = ways.dot(forces)
+        last = resting.last_forces(len(friction))
+        if resting.slide():
+            ways, friction = resting.ways(slip, friction)
+            forces = solve_rest(delassus.dot(ways), free, friction, last)
+            contact_forces = ways.dot(forces)
+        else:
+            contact_forces = forces = solve_rest(delassus, free, friction, last)
         resting.note(forces, free + delassus.dot(contact_forces), slip)
         total = load + contact_forces.dot(jacobian)
         if count:

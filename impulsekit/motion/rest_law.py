@@ -9,6 +9,9 @@ Curnier 1991) from the last solution; contact after contact where that does not 
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+
 import numpy as np
 
 __all__ = ["RestNotSolved", "solve_rest"]
@@ -16,6 +19,7 @@ __all__ = ["RestNotSolved", "solve_rest"]
 # What the residual has to come down to, relative to the accelerations.
 BAR = 1e-9
 MOST_STEPS = 25
+MOST_SWEEPS = 20
 TINY = 1e-14
 
 
@@ -40,6 +44,22 @@ def solve_rest(
     scale = float(np.abs(free).max(initial=0.0))
     if not scale > 0.0:
         return np.zeros_like(free)
+    used = np.repeat(friction > 0.0, 3)
+    used[2::3] = True
+    forces = np.zeros_like(free)
+    if used.all():
+        forces = _solve(delassus, free, friction, start, scale)
+    else:
+        # Tangents without friction carry nothing: they are left out.
+        few = delassus[used][:, used]
+        forces[used] = _solve(few, free[used], friction, start[used], scale)
+    return forces
+
+
+def _solve(
+    delassus: np.ndarray, free: np.ndarray, friction: np.ndarray, start: np.ndarray, scale: float
+) -> np.ndarray:
+    """(m,) forces: of points with friction two tangents and the normal, of others the normal."""
     problem = _NaturalMap(delassus, free, friction, scale)
     best, residual = problem.newton(start)
     if residual > BAR and start.any():
@@ -47,11 +67,7 @@ def solve_rest(
         if error < residual:
             best, residual = other, error
     if residual > BAR:
-        from ..impact.laws.gauss_seidel import sweep
-
-        impulse = np.zeros_like(start)
-        for _ in range(20):
-            impulse, _ = sweep(problem.delassus, problem.free, friction, None, impulse, scale)
+        for impulse in _swept(delassus, free, friction, scale):
             best, residual = problem.newton(impulse)
             if residual <= BAR:
                 break
@@ -60,27 +76,39 @@ def solve_rest(
     return best
 
 
+def _swept(
+    delassus: np.ndarray, free: np.ndarray, friction: np.ndarray, scale: float
+) -> Iterator[np.ndarray]:
+    """(m,) forces that contact after contact gives, ever nearer."""
+    from ..impact.laws.gauss_seidel import sweep
+
+    used = np.repeat(friction > 0.0, 3)
+    used[2::3] = True
+    whole, whole_free = np.zeros((len(used), len(used))), np.zeros(len(used))
+    whole[np.ix_(used, used)], whole_free[used] = delassus, free
+    impulse = np.zeros(len(used))
+    for _ in range(MOST_SWEEPS):
+        impulse, _ = sweep(whole, whole_free, friction, None, impulse, scale)
+        yield impulse[used]
+
+
 class _NaturalMap:
     """F(P) = 0, and Newton on it."""
 
     def __init__(
         self, delassus: np.ndarray, free: np.ndarray, friction: np.ndarray, scale: float
     ) -> None:
-        smooth = np.flatnonzero(friction == 0.0)
-        if smooth.size:
-            # Tangents without friction carry nothing.
-            delassus, free = delassus.copy(), free.copy()
-            for offset in (0, 1):
-                delassus[3 * smooth + offset] = 0.0
-                delassus[:, 3 * smooth + offset] = 0.0
-                free[3 * smooth + offset] = 0.0
-        self.delassus, self.free = delassus, free
-        self._friction = friction.tolist()
-        diagonal = delassus.diagonal().reshape(-1, 3)
-        least = TINY * float(np.abs(diagonal).max(initial=0.0)) or 1.0
-        self._normal_rate = np.maximum(diagonal[:, 2], least).tolist()
-        self._tangent_rate = np.maximum(diagonal[:, 0] + diagonal[:, 1], least).tolist()
-        self._scale = scale
+        self._delassus, self._free, self._scale = delassus, free, scale
+        diagonal = delassus.diagonal().tolist()
+        least = TINY * max(map(abs, diagonal), default=0.0) or 1.0
+        # By point: its first row, its normal's, µ, and the rates of normal and tangents.
+        self._points: list[tuple[int, int, float, float, float]] = []
+        at = 0
+        for mu in friction.tolist():
+            n = at + 2 if mu else at
+            along = diagonal[at] + diagonal[at + 1] if mu else 0.0
+            self._points.append((at, n, mu, max(diagonal[n], least), max(along, least)))
+            at = n + 1
 
     def newton(self, start: np.ndarray) -> tuple[np.ndarray, float]:
         """The best P found from a start, and its residual relative to the accelerations."""
@@ -100,36 +128,52 @@ class _NaturalMap:
 
     def _at(self, P: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """F(P) [m/s²] and its slope."""
-        xi = self.delassus.dot(P) + self.free
-        value, slope = xi.copy(), self.delassus.copy()
-        for i, mu in enumerate(self._friction):
-            at = 3 * i
-            n = at + 2
-            rate = self._normal_rate[i]
-            if rate * P[n] <= xi[n]:
-                value[n] = rate * P[n]
+        value, slope = self._delassus.dot(P) + self._free, self._delassus
+        # Plain numbers: most points stick or push, and have nothing to change.
+        p, xi = P.tolist(), value.tolist()
+        for at, n, mu, rate, tangent_rate in self._points:
+            parts = rate * p[n] <= xi[n]
+            slips = False
+            if mu:
+                aim = [p[k] - xi[k] / tangent_rate for k in (at, at + 1)]
+                size, bound = math.hypot(*aim), mu * max(p[n], 0.0)
+                slips = not size <= bound
+            if (parts or slips) and slope is self._delassus:
+                slope = slope.copy()
+            if parts:
+                value[n] = rate * p[n]
                 slope[n] = 0.0
                 slope[n, n] = rate
-            rate = self._tangent_rate[i]
-            tangents = slice(at, n)
-            aim = P[tangents] - xi[tangents] / rate
-            size = float(np.sqrt(aim.dot(aim)))
-            bound = mu * max(float(P[n]), 0.0)
-            if size <= bound and mu:
-                continue
-            if not mu or size == 0.0 or not bound:
-                value[tangents] = rate * P[tangents]
-                slope[tangents] = 0.0
-                slope[at, at] = slope[at + 1, at + 1] = rate
-                continue
-            s = aim / size
-            value[tangents] = rate * (P[tangents] - bound * s)
-            turn = (np.eye(2) - np.outer(s, s)) * (bound / size)
-            rows = turn.dot(slope[tangents])
-            rows[:, tangents] += rate * (np.eye(2) - turn)
-            rows[:, n] -= rate * mu * s
-            slope[tangents] = rows
+            if slips:
+                self._slip(value, slope, P, at, aim, size, bound, mu, tangent_rate)
         return value, slope
+
+    @staticmethod
+    def _slip(
+        value: np.ndarray,
+        slope: np.ndarray,
+        P: np.ndarray,
+        at: int,
+        aim: list[float],
+        size: float,
+        bound: float,
+        mu: float,
+        rate: float,
+    ) -> None:
+        """The tangents of a point that sticks no more: P_t = bound · aim/|aim|."""
+        tangents, n = slice(at, at + 2), at + 2
+        if not bound:
+            value[tangents] = rate * P[tangents]
+            slope[tangents] = 0.0
+            slope[at, at] = slope[at + 1, at + 1] = rate
+            return
+        s = np.array(aim) / size
+        value[tangents] = rate * (P[tangents] - bound * s)
+        turn = (np.eye(2) - np.outer(s, s)) * (bound / size)
+        rows = turn.dot(slope[tangents])
+        rows[:, tangents] += rate * (np.eye(2) - turn)
+        rows[:, n] -= rate * mu * s
+        slope[tangents] = rows
 
 
 def _solved(slope: np.ndarray, value: np.ndarray) -> np.ndarray:

@@ -70,12 +70,16 @@ class Resting:
         """(n,) µ by point."""
         return np.array([c.friction for c in self.contacts for _ in range(c.count)])
 
-    def ways(self, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def slide(self) -> bool:
+        """Whether some point slides."""
+        return any(slide is not None for slide in self.slides())
+
+    def ways(self, slip: np.ndarray, friction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(3n, 3n) contact forces from the unknowns, and (n,) µ of what does not slide.
 
         Where a point slides, its friction goes with its normal force: P = P_n (−µ s, 1).
         """
-        friction = self.friction()
+        friction = friction.copy()
         ways = np.eye(3 * len(friction))
         for i, start in enumerate(self.slides()):
             if start is None:
