@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from ...scene.law import Law
 from ..status import Status
 from .problem import ContactProblem, ContactSolution
-from .single import GAIN, Triple, block_of, strike
+from .single import GAIN, Hit, Triple, block_of, strike
 
-__all__ = ["solve_sequential"]
+__all__ = ["hits_of", "solve_sequential"]
 
 # A chain that loses energy dies out well before; one that does not end never would.
 MOST_HITS = 10_000
@@ -25,37 +27,18 @@ def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
     """
     n = len(problem.friction)
     delassus, free = problem.delassus, problem.velocity_free
-    impulse, velocity = np.zeros(3 * n), free.copy()
+    impulse = np.zeros(3 * n)
     normal, friction = np.zeros(n), np.zeros(n)
-    blocks = [block_of(delassus, i) for i in range(n)]
-    columns = [np.ascontiguousarray(delassus[:, 3 * i : 3 * i + 3]) for i in range(n)]
-    coefficients = list(
-        zip(
-            problem.restitution.tolist(),
-            problem.friction.tolist(),
-            problem.tangential_restitution.tolist(),
-            strict=True,
-        )
-    )
-    rest = AT_REST * float(np.abs(free[2::3]).max())
     status, residual = Status.SOLVED, 0.0
     unique: np.ndarray | None = None
-    hits = 0
+    count = 0
     spent = 0.0
-    while True:
-        i = int(velocity[2::3].argmin())
-        if velocity[3 * i + 2] >= -rest:
-            break
-        if hits == MOST_HITS:
+    for i, _, hit in hits_of(problem, law):
+        if count == MOST_HITS:
             status = Status.SEQUENCE_TOO_LONG
             break
-        hits += 1
-        now: Triple = tuple(velocity[3 * i : 3 * i + 3].tolist())
-        e, mu, e_t = coefficients[i]
-        hit = strike(blocks[i], now, now, e, mu, e_t, law)
-        share = np.array(hit.impulse)
-        impulse[3 * i : 3 * i + 3] += share
-        velocity += columns[i] @ share
+        count += 1
+        impulse[3 * i : 3 * i + 3] += hit.impulse
         normal[i] += hit.normal_work
         friction[i] += hit.friction_work
         residual = max(residual, hit.residual)
@@ -73,4 +56,30 @@ def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
     elif status is Status.SOLVED and unique is not None:
         status = Status.NOT_UNIQUE
     after = delassus @ impulse + free
-    return ContactSolution(impulse, after, status, residual, unique, free, normal, friction, hits)
+    return ContactSolution(impulse, after, status, residual, unique, free, normal, friction, count)
+
+
+def hits_of(problem: ContactProblem, law: Law) -> Iterator[tuple[int, np.ndarray, Hit]]:
+    """The hits in order: which contact, (3n,) all velocities at its start, what it did."""
+    n = len(problem.friction)
+    delassus, velocity = problem.delassus, problem.velocity_free.copy()
+    blocks = [block_of(delassus, i) for i in range(n)]
+    columns = [np.ascontiguousarray(delassus[:, 3 * i : 3 * i + 3]) for i in range(n)]
+    coefficients = list(
+        zip(
+            problem.restitution.tolist(),
+            problem.friction.tolist(),
+            problem.tangential_restitution.tolist(),
+            strict=True,
+        )
+    )
+    rest = AT_REST * float(np.abs(velocity[2::3]).max())
+    while True:
+        i = int(velocity[2::3].argmin())
+        if velocity[3 * i + 2] >= -rest:
+            return
+        now: Triple = tuple(velocity[3 * i : 3 * i + 3].tolist())
+        e, mu, e_t = coefficients[i]
+        hit = strike(blocks[i], now, now, e, mu, e_t, law)
+        yield i, velocity, hit
+        velocity = velocity + columns[i] @ np.array(hit.impulse)
