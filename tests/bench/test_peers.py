@@ -174,6 +174,14 @@ def test_exudyn_gives_the_jump_of_a_known_blow(problem):
     assert errors(of(exudyn.METHODS, "exudyn, one step"), problem) < 1e-5
 
 
+@pytest.mark.parametrize("problem", some("held robot", "closed chain"), ids=lambda p: p.name)
+def test_mujocos_soft_holds_are_off_by_how_long_they_take(problem):
+    pytest.importorskip("mujoco", reason='MuJoCo is a peer: pip install "impulsekit[peers]"')
+    from impulsekit.bench.methods import mujoco
+
+    assert errors(of(mujoco.METHODS, "mujoco, soft contacts")[:1], problem) < 1e-5
+
+
 @pytest.mark.parametrize("family", ["swing", "flight"])
 def test_mujocos_motions_are_of_the_order_of_its_integrators(family):
     pytest.importorskip("mujoco", reason='MuJoCo is a peer: pip install "impulsekit[peers]"')

@@ -26,8 +26,9 @@ import click
 import numpy as np
 
 from ...errors import ImpulsekitError
-from ...scene import Contact, FrameAnchor, PointAnchor
+from ...scene import Contact
 from ..problems.problem import Problem
+from .holds import hold_of, is_fixed, is_held
 from .mechanism import has_plain_joints, mechanism_of
 from .method import Answer, Method
 
@@ -116,7 +117,7 @@ def _prepare(problem: Problem) -> Answer:
         "bodies": [_plain(vars(body)) for body in mechanism.bodies],
         "blows": [_plain(vars(blow)) for blow in mechanism.blows],
         "joint_impulse": mechanism.joint_impulse.tolist(),
-        "holds": [_hold(problem, entry) for entry in _entries(problem)],
+        "holds": [_plain(vars(hold_of(problem, entry))) for entry in _entries(problem)],
         "v": mechanism.v.tolist(),
     }
     server = _server(os.environ[VARIABLE])
@@ -131,43 +132,22 @@ def _entries(problem: Problem) -> list[Any]:
     return [*problem.scene.constraints, *problem.scene.contacts]
 
 
-def _hold(problem: Problem, entry: Any) -> dict[str, Any]:
-    robot = problem.scene.robot
-    frame = robot.model.frames[robot.frame_id(entry.frame)]
-    return {
-        "body": frame.parentJoint - 1,
-        "rotation": frame.placement.rotation.tolist(),
-        "at": frame.placement.act(np.array(entry.at)).tolist(),
-        "rows": 6 if isinstance(entry, FrameAnchor) else 3,
-    }
-
-
 def _suits(problem: Problem) -> bool:
     entries = _entries(problem)
     return (
         bool(entries)
         and not problem.duration
         and has_plain_joints(problem)
-        and all(_is_held(entry, problem) for entry in entries)
+        and all(_may_stick(problem, entry) for entry in entries)
     )
 
 
-def _is_held(entry: Any, problem: Problem) -> bool:
-    """Whether an entry holds a point or a frame in the world, or is a contact that may."""
+def _may_stick(problem: Problem, entry: Any) -> bool:
+    """Whether an entry holds, or is a contact that holds if its point sticks."""
     if isinstance(entry, Contact):
         smooth = not entry.friction or entry.tangential_restitution or entry.restitution != 0.0
-        return not smooth and _is_fixed(entry.against, problem)
-    if isinstance(entry, FrameAnchor):
-        whole = len(entry.directions) == 6
-    else:
-        whole = isinstance(entry, PointAnchor)
-    still = whole and np.all(np.array(entry.velocity) == 0.0)
-    return bool(still) and _is_fixed(entry.other, problem)
-
-
-def _is_fixed(frame: str, problem: Problem) -> bool:
-    robot = problem.scene.robot
-    return robot.model.frames[robot.frame_id(frame)].parentJoint == 0
+        return not smooth and is_fixed(problem, entry.against)
+    return is_held(problem, entry)
 
 
 METHODS: tuple[Method, ...] = (

@@ -12,12 +12,13 @@ from functools import partial
 import numpy as np
 
 from ..problems.problem import Problem
-from .mechanism import is_blow, is_flight, is_landing, mechanism_of
+from .holds import hold_of, is_held
+from .mechanism import has_plain_joints, is_blow, is_flight, is_landing, mechanism_of
 from .method import Answer, Method
 from .mujoco_model import (
     CONTACT_TIME,
+    Jump,
     Turned,
-    mujoco_blows,
     mujoco_configuration,
     mujoco_loads,
     mujoco_model,
@@ -38,21 +39,11 @@ def _by_mass_matrix(problem: Problem) -> Answer:
     mechanism = mechanism_of(problem)
     model, turned = mujoco_model(mechanism), Turned(mechanism)
     data = mujoco.MjData(model)
-    q, joint_impulse = mujoco_configuration(mechanism, model), turned.to(mechanism.joint_impulse)
-    jump, momentum, v = np.zeros((1, model.nv)), np.zeros((1, model.nv)), mechanism.v
-    blows = mujoco_blows(mechanism)
+    q, v, jump = mujoco_configuration(mechanism, model), mechanism.v, Jump(mechanism, model, data)
 
     def velocity_after() -> np.ndarray:
         data.qpos = q
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_makeM(model, data)
-        mujoco.mj_factorM(model, data)
-        momentum[0] = joint_impulse
-        for blow in blows:
-            mujoco.mj_applyFT(model, data, *blow, momentum[0])
-        mujoco.mj_solveM(model, data, jump, momentum)
-        return v + turned.back(jump[0])
+        return v + turned.back(jump())
 
     return velocity_after
 
@@ -112,24 +103,37 @@ def _by_batch(problem: Problem) -> Answer:
 
 
 def _by_soft_contacts(problem: Problem, steps: int) -> Answer:
+    """Contacts or holds, followed for some contact times; a blow's jump comes first."""
     import mujoco
 
     mechanism = mechanism_of(problem)
-    model, turned = mujoco_model(mechanism, LASTS * CONTACT_TIME / steps), Turned(mechanism)
-    data = mujoco.MjData(model)
+    holds = [hold_of(problem, constraint) for constraint in problem.scene.constraints]
+    model = mujoco_model(mechanism, LASTS * CONTACT_TIME / steps, holds)
+    data, turned = mujoco.MjData(model), Turned(mechanism)
     q, v = mujoco_configuration(mechanism, model), turned.to(mechanism.v)
+    jump = Jump(mechanism, model, data) if problem.scene.impulses else None
     kinds = mujoco.mjtWarning
     wrong = (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC)
 
     def velocity_after() -> np.ndarray:
         mujoco.mj_resetData(model, data)
-        data.qpos, data.qvel = q, v
+        data.qpos = q
+        data.qvel = v + jump() if jump else v
         mujoco.mj_step(model, data, steps)
         # MuJoCo starts anew from a state that it cannot go on from.
         went_wrong = any(data.warning[kind].number for kind in wrong)
         return np.full(model.nv, np.nan) if went_wrong else turned.back(data.qvel)
 
     return velocity_after
+
+
+def _suits_soft(problem: Problem) -> bool:
+    """Contacts alone, or holds with or without blows."""
+    scene = problem.scene
+    if not scene.constraints:
+        return is_landing(problem)
+    held = all(is_held(problem, constraint) for constraint in scene.constraints)
+    return held and not scene.contacts and not problem.duration and has_plain_joints(problem)
 
 
 METHODS: tuple[Method, ...] = (
@@ -150,7 +154,7 @@ METHODS: tuple[Method, ...] = (
     *(
         Method(
             "mujoco, soft contacts",
-            is_landing,
+            _suits_soft,
             partial(_by_soft_contacts, steps=steps),
             peer=True,
             needs=NEEDS,

@@ -9,17 +9,19 @@ loses its velocity in a step or a few (k = 0); one with restitution is a damped 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from .holds import Hold
 from .mechanism import Body, Mechanism, Touch
 from .restitution import damping_ratio
 
 __all__ = [
     "CONTACT_TIME",
+    "Jump",
     "Turned",
-    "mujoco_blows",
     "mujoco_configuration",
     "mujoco_loads",
     "mujoco_model",
@@ -29,13 +31,13 @@ __all__ = [
 CONTACT_TIME = 1e-7
 # How much of an approach is gone in a step, or in a tenth of that time, without restitution.
 GONE = 0.9
-# How hard MuJoCo makes a contact at most.
-HARDEST = 0.9999
+# As hard as MuJoCo makes a contact, at any depth.
+HARD = [0.9999, 0.9999, 1.0, 0.5, 1.0]
 # Of the sphere that stands for a point, and how far the bodies behind planes reach [m].
 POINT, REACH = 1e-12, 1e-2
 
 
-def mujoco_model(mechanism: Mechanism, step: float = 1e-3) -> Any:
+def mujoco_model(mechanism: Mechanism, step: float = 1e-3, holds: Sequence[Hold] = ()) -> Any:
     """The compiled model, without gravity and with no geometry but that of contacts."""
     import mujoco
 
@@ -45,7 +47,9 @@ def mujoco_model(mechanism: Mechanism, step: float = 1e-3) -> Any:
     made = [_add_body(mujoco, spec, made_of, mechanism) for made_of in mechanism.bodies]
     for i, touch in enumerate(mechanism.touches):
         _add_contact(mujoco, spec, made, mechanism, touch, i, step)
-    if mechanism.touches:
+    for hold in holds:
+        _add_hold(mujoco, spec, made, hold, step)
+    if mechanism.touches or holds:
         spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         spec.option.tolerance, spec.option.iterations = 1e-15, 50
     else:
@@ -58,6 +62,13 @@ def mujoco_model(mechanism: Mechanism, step: float = 1e-3) -> Any:
         moments, axes = _principal(body)
         model.body_mass[at.id], model.body_inertia[at.id] = body.mass, moments
         mujoco.mju_mat2Quat(model.body_iquat[at.id], axes.ravel())
+    for data, hold in zip(model.eq_data, holds, strict=True):
+        # The compiler would have it where the joints are at zero.
+        rotation, place = mechanism.rotations[hold.body], mechanism.places[hold.body]
+        if hold.rows == 3:
+            data[:6] = [*hold.at, *(place + rotation @ hold.at)]
+        else:
+            data[:10] = [*hold.at, *place, *_quaternion(mujoco, rotation)]
     mujoco.mj_setConst(model, mujoco.MjData(model))
     return model
 
@@ -117,15 +128,33 @@ def _add_contact(
         swing = np.pi / CONTACT_TIME
         softness = [-(swing**2), -2.0 * ratio * swing]
     else:
-        softness = [-1e-12, -min(GONE / step, 10.0 / CONTACT_TIME)]
+        softness = _plastic(step)
     spec.add_pair(
         geomname1=f"plane {i}",
         geomname2=f"point {i}",
         condim=3 if touch.friction else 1,
         friction=[max(touch.friction, 1e-5)] * 2 + [0.0] * 3,
         solref=softness,
-        solimp=[HARDEST, HARDEST, 1.0, 0.5, 1.0],
+        solimp=HARD,
     )
+
+
+def _add_hold(mujoco: Any, spec: Any, made: list[Any], hold: Hold, step: float) -> None:
+    body = made[hold.body].name
+    kinds = mujoco.mjtEq
+    spec.add_equality(
+        type=kinds.mjEQ_CONNECT if hold.rows == 3 else kinds.mjEQ_WELD,
+        objtype=mujoco.mjtObj.mjOBJ_BODY,
+        name1=body if hold.rows == 3 else "world",
+        name2="world" if hold.rows == 3 else body,
+        solref=_plastic(step),
+        solimp=HARD,
+    )
+
+
+def _plastic(step: float) -> list[float]:
+    """Velocity goes in a step or a few, and does not come back."""
+    return [-1e-12, -min(GONE / step, 10.0 / CONTACT_TIME)]
 
 
 def _principal(body: Body) -> tuple[np.ndarray, np.ndarray]:
@@ -181,12 +210,32 @@ def mujoco_configuration(mechanism: Mechanism, model: Any) -> np.ndarray:
     return q
 
 
-def mujoco_blows(mechanism: Mechanism) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, int]]:
-    """Impulse, couple impulse, place and body of each blow, as ``mj_applyFT`` wants them."""
-    return [
-        (b.linear[:, None], b.angular[:, None], b.place[:, None], b.body + 1)
-        for b in mechanism.blows
-    ]
+class Jump:
+    """M⁻¹ Jᵀ p of all blows, by MuJoCo's mass matrix at the configuration of its data."""
+
+    def __init__(self, mechanism: Mechanism, model: Any, data: Any) -> None:
+        import mujoco
+
+        self._mujoco, self._model, self._data = mujoco, model, data
+        self._joint_impulse = Turned(mechanism).to(mechanism.joint_impulse)
+        self._blows = [
+            (b.linear[:, None], b.angular[:, None], b.place[:, None], b.body + 1)
+            for b in mechanism.blows
+        ]
+        self._momentum, self._jump = np.zeros((1, model.nv)), np.zeros((1, model.nv))
+
+    def __call__(self) -> np.ndarray:
+        """(nv,) in MuJoCo's axes, overwritten by the next call."""
+        mujoco, model, data, momentum = self._mujoco, self._model, self._data, self._momentum
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_makeM(model, data)
+        mujoco.mj_factorM(model, data)
+        momentum[0] = self._joint_impulse
+        for blow in self._blows:
+            mujoco.mj_applyFT(model, data, *blow, momentum[0])
+        mujoco.mj_solveM(model, data, self._jump, momentum)
+        return self._jump[0]
 
 
 def mujoco_loads(mechanism: Mechanism, model: Any) -> np.ndarray:

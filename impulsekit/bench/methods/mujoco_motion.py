@@ -8,7 +8,7 @@ import pinocchio as pin
 from ..problems.problem import Problem
 from .mechanism import Mechanism, mechanism_of
 from .method import Answer
-from .mujoco_model import Turned, mujoco_blows, mujoco_configuration, mujoco_model
+from .mujoco_model import Jump, Turned, mujoco_configuration, mujoco_model
 
 __all__ = ["by_steps"]
 
@@ -24,19 +24,13 @@ def by_steps(problem: Problem, step: float, integrator: str) -> Answer:
     model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
     data = mujoco.MjData(model)
     q, v = mujoco_configuration(mechanism, model), turned.to(mechanism.v)
-    blows, joint_impulse = mujoco_blows(mechanism), turned.to(mechanism.joint_impulse)
     back = _Back(problem, mechanism, model.jnt_qposadr[model.body_jntadr[1:]].tolist())
-    momentum, jump = np.zeros((1, model.nv)), np.zeros((1, model.nv))
+    jump = Jump(mechanism, model, data)
 
     def state_after() -> np.ndarray:
         mujoco.mj_resetData(model, data)
         data.qpos = q
-        mujoco.mj_fwdPosition(model, data)
-        momentum[0] = joint_impulse
-        for blow in blows:
-            mujoco.mj_applyFT(model, data, *blow, momentum[0])
-        mujoco.mj_solveM(model, data, jump, momentum)
-        data.qvel = v + jump[0]
+        data.qvel = v + jump()
         mujoco.mj_step(model, data, count)
         return back(data.qpos, data.qvel)
 
