@@ -3,18 +3,19 @@
 Nothing here knows Pinocchio. A URDF is read by yourdfpy, the bodies' motion and the impact
 equations are those of the paper, and the numbers are doubles, long doubles or mpmath's.
 
-    urdf ─► tree ─► kinematics ─► kane ─► system      the method of the paper
-                        │           └─► freed         what joints carry
-                        └─► maximal                   the same by other coordinates
+    urdf ─► reading ─► tree ─► kinematics ─► kane ─► impact, system   the method of the paper
+                                   │           └─► freed              what joints carry
+                                   └─► maximal                        the same by other coordinates
 
 ``whittaker`` holds chains whose answers are exact fractions.
 """
 
 from impulsekit.reference.arithmetic import Arithmetic
+from impulsekit.reference.impact import KaneImpact
 from impulsekit.reference.loads import JointSpring, Load, PointSpring
 from impulsekit.reference.maximal import MaximalImpact, impact_of_free_bodies
 from impulsekit.reference.rows import Rows
-from impulsekit.reference.system import KaneImpact, KaneSystem
+from impulsekit.reference.system import KaneSystem
 from impulsekit.reference.tree import Tree
 
 __all__ = [

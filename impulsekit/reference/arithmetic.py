@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from impulsekit.errors import MissingExtraError, NotFiniteError, RangeError
 
-__all__ = ["Arithmetic", "Array", "read_only"]
+__all__ = ["Arithmetic", "Array", "closed", "read_only"]
 
 Array = NDArray[Any]
 
@@ -290,6 +290,12 @@ def read_only(*arrays: Array) -> None:
     """Close arrays against writing."""
     for values in arrays:
         values.flags.writeable = False
+
+
+def closed(values: Array) -> Array:
+    """The same array, closed against writing."""
+    read_only(values)
+    return values
 
 
 def _as_columns(right: Array) -> Array:

@@ -25,7 +25,7 @@ from typing import Any
 from impulsekit.reference import rotation
 from impulsekit.reference.arithmetic import Arithmetic, Array, read_only
 
-__all__ = ["COORDINATES", "SPEEDS", "Joint", "joint_coordinate", "joint_pose"]
+__all__ = ["COORDINATES", "SPEEDS", "UNIT_TOLERANCE", "Joint", "joint_coordinate", "joint_pose"]
 
 COORDINATES = {
     "fixed": (),
@@ -46,6 +46,9 @@ SPEEDS = {
     "floating": (".vx", ".vy", ".vz", ".wx", ".wy", ".wz"),
 }
 """What a joint's name is followed by in the names of its generalized speeds, by kind."""
+
+UNIT_TOLERANCE = 1e-9
+"""How far from length one a quaternion, or a cosine and sine, may be given."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from impulsekit.errors import RangeError, ShapeError
-from impulsekit.reference import freed, kane, loads
-from impulsekit.reference.arithmetic import Arithmetic, Array, read_only
-from impulsekit.reference.joint import joint_coordinate
+from impulsekit.errors import ShapeError
+from impulsekit.reference import actions, kane, loads
+from impulsekit.reference.arithmetic import Arithmetic, Array, closed
+from impulsekit.reference.impact import KaneImpact
 from impulsekit.reference.kinematics import Kinematics, kinematics, partial_rates
 from impulsekit.reference.loads import JointSpring, Load, PointSpring
 from impulsekit.reference.rows import (
@@ -26,80 +26,9 @@ from impulsekit.reference.rows import (
     point_velocity_rows,
     speed_rows,
 )
-from impulsekit.reference.tree import WORLD, Tree
+from impulsekit.reference.tree import Tree
 
 __all__ = ["KaneImpact", "KaneSystem"]
-
-
-@dataclass(frozen=True, eq=False)
-class KaneImpact:
-    """How an impact changes the motion. N bodies, n speeds, r rows; arrays are read-only.
-
-    Attributes:
-        dy, y_before, y_after: (n,) generalized speeds.
-        generalized_impulse: (n,) all of I_l, those of constraint rows included.
-        momentum_before, momentum_after: (n,) P_l.
-        generalized_masses: (n, n) a_lp.
-        body_dv: (N, 3) m/s, changes of the mass-centre velocities, world axes.
-        body_domega: (N, 3) rad/s, changes of the angular velocities, world axes.
-        energy_before, energy_after: kinetic energies in J.
-        row_impulses: (r,) N s or N m s.
-    """
-
-    system: KaneSystem = field(repr=False)
-    dy: Array
-    y_before: Array
-    y_after: Array
-    generalized_impulse: Array
-    momentum_before: Array
-    momentum_after: Array
-    generalized_masses: Array
-    body_dv: Array
-    body_domega: Array
-    energy_before: Any
-    energy_after: Any
-    row_impulses: Array
-    _at: Kinematics = field(repr=False)
-    _impulses: Array = field(repr=False)
-    _couples: Array = field(repr=False)
-    _own_impulses: Mapping[str, Array] = field(repr=False)
-
-    def __post_init__(self) -> None:
-        read_only(*(value for value in vars(self).values() if isinstance(value, np.ndarray)))
-
-    def body(self, link: str) -> tuple[Array, Array]:
-        """Change of the mass-centre velocity and of the angular velocity of a link."""
-        index = self.system.tree.body_of_link(link)
-        if index == WORLD:
-            zero = _closed(self.system.arithmetic.zeros(3))
-            return zero, zero
-        return self.body_dv[index], self.body_domega[index]
-
-    def joint_reaction(self, joint: str) -> Array:
-        """The impulsive wrench that the parent link gives the child through a joint.
-
-        Found by freeing the joint (:mod:`impulsekit.reference.freed`).
-
-        Returns:
-            (6,) at the joint's origin, world axes, linear (N s) before angular (N m s).
-        """
-        tree = self.system.tree
-        body = tree.body_of_joint(joint)
-        return _closed(
-            freed.reaction(
-                tree,
-                self._at,
-                body,
-                self.dy,
-                self._impulses,
-                self._couples,
-                self._own_impulses[joint],
-            )
-        )
-
-    def joint_reactions(self) -> dict[str, Array]:
-        """:meth:`joint_reaction` of every joint, by name."""
-        return {name: self.joint_reaction(name) for name in self.system.joint_names}
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +113,7 @@ class KaneSystem:
 
     def generalized_masses(self, q: Any) -> Array:
         """(n, n) a_lp (eq. 30)."""
-        return _closed(kane.generalized_masses(self.kinematics(q)))
+        return closed(kane.generalized_masses(self.kinematics(q)))
 
     def generalized_impulse(
         self, q: Any, impulses: Iterable[Load] = (), joint_impulses: Mapping[str, Any] | None = None
@@ -192,7 +121,8 @@ class KaneSystem:
         """(n,) I_l of known impulses (eq. 18); arguments are those of :meth:`impact`."""
         at = self.kinematics(q)
         outside = kane.generalized_impulse(at, *loads.at_mass_centres(self.tree, at, impulses))
-        return _closed(outside + self._on_speeds(self.in_joints(joint_impulses)))
+        own = self.in_joints(joint_impulses)
+        return closed(outside + actions.on_speeds(self.tree, own))
 
     def impact(
         self,
@@ -222,7 +152,7 @@ class KaneSystem:
         demands = Rows.none(tree) if rows is None else self.checked_rows(rows)
         forces, couples = loads.at_mass_centres(tree, at, impulses)
         own = self.in_joints(joint_impulses)
-        known = kane.generalized_impulse(at, forces, couples) + self._on_speeds(own)
+        known = kane.generalized_impulse(at, forces, couples) + actions.on_speeds(tree, own)
         masses = kane.generalized_masses(at)
         dy = kane.solve_for_speeds(numbers, masses, known, self._on_singular)
         row_impulses = numbers.zeros(0)
@@ -313,8 +243,9 @@ class KaneSystem:
         """(n,) F_l (eqs. 7-10); arguments are those of :meth:`accelerations`."""
         checked = self.tree.configuration(q)
         at = self._kinematics_of(checked)
-        return _closed(
-            self._active(checked, at, self.tree.speeds(y), gravity, forces, joint_torques, springs)
+        speeds = self.tree.speeds(y)
+        return closed(
+            actions.active(self.tree, checked, at, speeds, gravity, forces, joint_torques, springs)
         )
 
     def accelerations(
@@ -337,45 +268,15 @@ class KaneSystem:
         """
         checked, speeds = self.tree.configuration(q), self.tree.speeds(y)
         at = self._kinematics_of(checked)
-        active = self._active(checked, at, speeds, gravity, forces, joint_torques, springs)
+        active = actions.active(
+            self.tree, checked, at, speeds, gravity, forces, joint_torques, springs
+        )
         rates = partial_rates(self.tree, at, speeds)
-        return _closed(
+        return closed(
             kane.accelerations(self.arithmetic, at, rates, speeds, active, self._on_singular)
         )
 
-    def _active(
-        self,
-        q: Array,
-        at: Kinematics,
-        y: Array,
-        gravity: Any,
-        forces: Iterable[Load],
-        joint_torques: Mapping[str, Any] | None,
-        springs: Iterable[JointSpring | PointSpring],
-    ) -> Array:
-        outside, couples = loads.at_mass_centres(self.tree, at, forces)
-        outside += at.masses[:, None] * loads.vector(self.tree, gravity, "gravity")
-        in_joints = self.in_joints(joint_torques)
-        for spring in springs:
-            if isinstance(spring, PointSpring):
-                pull, turn = loads.pull_of(spring, self.tree, at, y)
-                outside += pull
-                couples += turn
-                continue
-            joint = self.tree.joint(spring.joint)
-            if len(joint.linear) != 1:
-                raise RangeError.of(
-                    f'joint of a spring, "{joint.name}"', joint.kind, "one with a single speed"
-                )
-            number = self.arithmetic.number
-            stretch = joint_coordinate(joint, q, self.arithmetic) - number(spring.rest)
-            rate = joint.multiplier * y[joint.first_speed]
-            in_joints[joint.name] = in_joints[joint.name] - (
-                number(spring.stiffness) * stretch + number(spring.damping) * rate
-            )
-        return kane.generalized_active_force(at, outside, couples) + self._on_speeds(in_joints)
-
-    # -- inside joints ---------------------------------------------------------------
+    # -- what is given -----------------------------------------------------------------
 
     def checked_rows(self, rows: Rows) -> Rows:
         """The rows given, if they belong to this system."""
@@ -389,25 +290,4 @@ class KaneSystem:
 
         A joint that mimics another may have an impulse or torque of its own as well.
         """
-        numbers = self.arithmetic
-        own = {b.joint.name: numbers.zeros(len(b.joint.linear)) for b in self.tree.bodies}
-        for name, value in (given or {}).items():
-            joint = self.tree.joint(name)
-            what = f'joint "{name}"'
-            checked = numbers.finite_array(np.atleast_1d(np.asarray(value)), what)
-            if checked.shape != own[joint.name].shape:
-                raise ShapeError.of(what, own[joint.name].shape, checked.shape)
-            own[joint.name] = checked
-        return own
-
-    def _on_speeds(self, own: Mapping[str, Array]) -> Array:
-        """The same on the generalized speeds, (n,)."""
-        total = self.arithmetic.zeros(self.n)
-        for body in self.tree.bodies:
-            total[body.joint.speeds] += body.joint.multiplier * own[body.joint.name]
-        return total
-
-
-def _closed(values: Array) -> Array:
-    read_only(values)
-    return values
+        return actions.in_joints(self.tree, given)

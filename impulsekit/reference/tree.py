@@ -9,57 +9,20 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
-from impulsekit.errors import (
-    RangeError,
-    ShapeError,
-    StateError,
-    UnknownNameError,
-    UrdfError,
-)
-from impulsekit.reference import rotation
-from impulsekit.reference.arithmetic import Arithmetic, Array, read_only
-from impulsekit.reference.joint import COORDINATES, SPEEDS, Joint
-from impulsekit.reference.urdf import UrdfJoint, UrdfModel, read_urdf
+from impulsekit.errors import RangeError, ShapeError, StateError, UnknownNameError
+from impulsekit.reference.arithmetic import Arithmetic, Array
+from impulsekit.reference.body import WORLD, Body
+from impulsekit.reference.combining import combined_bodies
+from impulsekit.reference.joint import COORDINATES, UNIT_TOLERANCE, Joint
+from impulsekit.reference.reading import bodies_of_urdf
 
 __all__ = ["ROOTS", "WORLD", "Body", "Tree"]
 
-WORLD = -1
-"""The index that stands for the inertial frame R where a body's index is wanted."""
-
 ROOTS = ("fixed", "planar", "freeflyer")
-ROOT_JOINT = "root_joint"
-"""The name of the joint between the world and the root link, a fixed one among them."""
-
-# How far from length one a quaternion, or a cosine and sine, may be.
-_UNIT_TOLERANCE = 1e-9
-
-
-@dataclass(frozen=True, eq=False)
-class Body:
-    """A rigid body B_k: a link of the URDF.
-
-    Attributes:
-        parent: index of the body that its joint hangs on, or WORLD.
-        mass: kg.
-        mass_centre: (3,) m, in the link's frame.
-        inertia: (3, 3) kg m² about the mass centre, in axes of the link's frame.
-    """
-
-    name: str
-    parent: int
-    joint: Joint
-    mass: Any
-    mass_centre: Array
-    inertia: Array
-
-    def __post_init__(self) -> None:
-        read_only(self.mass_centre, self.inertia)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,10 +71,10 @@ class Tree:
         if root not in ROOTS:
             raise RangeError.of("root", repr(root), ", ".join(map(repr, ROOTS)))
         numbers = arithmetic if arithmetic is not None else Arithmetic.double()
-        model = read_urdf(urdf)
-        tree = _Builder(model, mimic, numbers, exact_decimals).build(root)
-        tree._refuse_weightless_branches(model.source)
-        return tree
+        bodies, speed_names, coordinate_names = bodies_of_urdf(
+            urdf, root, mimic, numbers, exact_decimals
+        )
+        return cls(bodies, numbers, speed_names, coordinate_names)
 
     @classmethod
     def combine(
@@ -124,37 +87,9 @@ class Tree:
             placements: for some of the parts, translation (3,) in m and rotation (3, 3) of
                 the part's root in the world; together with the root joint's own motion.
         """
-        if not parts:
-            raise RangeError.of("number of parts", 0, "1 or more")
-        wanted = dict(placements or {})
-        for name in wanted:
-            if name not in parts:
-                raise UnknownNameError.among("part", name, parts)
+        bodies, speed_names, coordinate_names = combined_bodies(parts, placements)
         numbers = next(iter(parts.values())).arithmetic
-        bodies: list[Body] = []
-        speed_names: list[str] = []
-        coordinate_names: list[str] = []
-        for name, part in parts.items():
-            if part.arithmetic.name != numbers.name:
-                raise RangeError.of(
-                    f'arithmetic of the part "{name}"', part.arithmetic.name, numbers.name
-                )
-            first = len(bodies)
-            for body in part.bodies:
-                joint = replace(
-                    body.joint,
-                    name=f"{name}/{body.joint.name}",
-                    mimics=f"{name}/{body.joint.mimics}" if body.joint.mimics else "",
-                    first_coordinate=body.joint.first_coordinate + len(coordinate_names),
-                    first_speed=body.joint.first_speed + len(speed_names),
-                )
-                if body.parent == WORLD and name in wanted:
-                    joint = replace(joint, placement=_placement(name, wanted[name], numbers))
-                parent = WORLD if body.parent == WORLD else body.parent + first
-                bodies.append(replace(body, name=f"{name}/{body.name}", parent=parent, joint=joint))
-            speed_names += [f"{name}/{speed}" for speed in part.speed_names]
-            coordinate_names += [f"{name}/{coordinate}" for coordinate in part.coordinate_names]
-        return cls(tuple(bodies), numbers, tuple(speed_names), tuple(coordinate_names))
+        return cls(bodies, numbers, speed_names, coordinate_names)
 
     # -- sizes and names -------------------------------------------------------
 
@@ -243,7 +178,7 @@ class Tree:
             stop = joint.coordinates.stop
             start = stop - (4 if joint.kind == "floating" else 2)
             length = self.arithmetic.norm(checked[start:stop])
-            if abs(length - 1) > _UNIT_TOLERANCE:
+            if abs(length - 1) > UNIT_TOLERANCE:
                 what = "quaternion" if joint.kind == "floating" else "cosine and sine"
                 raise StateError(
                     f'q: the {what} of joint "{joint.name}" (entries {start} to {stop - 1}) '
@@ -263,170 +198,3 @@ class Tree:
         if checked.shape != (size,):
             raise ShapeError.of(what, (size,), checked.shape)
         return checked
-
-    # -- what cannot move -------------------------------------------------------
-
-    def _refuse_weightless_branches(self, source: str) -> None:
-        for index, body in enumerate(self.bodies):
-            if not len(body.joint.linear) or body.joint.mimics:
-                continue
-            below = [self.bodies[k] for k in self.subtree(index)]
-            if all(b.mass == 0 and not b.inertia.any() for b in below):
-                joint = f'joint "{body.joint.name}"'
-                raise UrdfError(
-                    f'{source}: {joint}: link "{body.name}" and all below it have neither mass '
-                    "nor inertia, so any blow would move them infinitely fast",
-                    source=source,
-                    element=joint,
-                )
-
-
-def _placement(part: str, placement: tuple[Any, Any], numbers: Arithmetic) -> tuple[Array, Array]:
-    translation, turned = placement
-    origin = numbers.finite_array(translation, f'translation of the part "{part}"')
-    matrix = numbers.finite_array(turned, f'rotation of the part "{part}"')
-    for what, value, shape in (("translation", origin, (3,)), ("rotation", matrix, (3, 3))):
-        if value.shape != shape:
-            raise ShapeError.of(f'{what} of the part "{part}"', shape, value.shape)
-    error = max(abs(entry) for entry in (matrix @ matrix.T - numbers.eye(3)).flat)
-    if error > _UNIT_TOLERANCE:
-        raise RangeError.of(f'rotation of the part "{part}"', turned, "an orthogonal matrix")
-    return matrix, origin
-
-
-class _Builder:
-    """Walks down a URDF, depth first, and numbers coordinates and speeds on the way."""
-
-    def __init__(
-        self, model: UrdfModel, mimic: bool, arithmetic: Arithmetic, exact_decimals: bool
-    ) -> None:
-        self.model = model
-        self.mimic = mimic
-        self.arithmetic = arithmetic
-        self.exact_decimals = exact_decimals
-        self.bodies: list[Body] = []
-        self.speed_names: list[str] = []
-        self.coordinate_names: list[str] = []
-
-    def build(self, root: str) -> Tree:
-        kind = {"fixed": "fixed", "planar": "planar", "freeflyer": "floating"}[root]
-        name = ROOT_JOINT
-        if name in self.model.joints:
-            if kind != "fixed":
-                raise self._error(
-                    name, "this name is kept for the joint between the world and the root link"
-                )
-            name = f"world_{ROOT_JOINT}"
-        self._add(UrdfJoint(name, kind, "", self.model.root), WORLD)
-        bodies = [replace(body, joint=self._following(body.joint)) for body in self.bodies]
-        return Tree(
-            tuple(bodies), self.arithmetic, tuple(self.speed_names), tuple(self.coordinate_names)
-        )
-
-    def _add(self, first: UrdfJoint, parent: int) -> None:
-        ahead = [(first, parent)]  # a stack, since long chains are deeper than Python's
-        while ahead:
-            joint, above = ahead.pop()
-            index = len(self.bodies)
-            self.bodies.append(self._body(joint, above))
-            ahead += [(below, index) for below in reversed(self.model.children(joint.child))]
-
-    def _read(self, texts: tuple[str, ...]) -> Array:
-        values: list[Any] = list(texts) if self.exact_decimals else [float(t) for t in texts]
-        numbers = self.arithmetic.zeros(len(values))
-        for i, value in enumerate(values):
-            numbers[i] = self.arithmetic.number(value)
-        return numbers
-
-    def _body(self, joint: UrdfJoint, parent: int) -> Body:
-        link = self.model.links[joint.child]
-        turned = rotation.of_roll_pitch_yaw(self._read(link.roll_pitch_yaw), self.arithmetic)
-        ixx, ixy, ixz, iyy, iyz, izz = self._read(link.inertia)
-        own = np.array(
-            [[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]], dtype=self.arithmetic.dtype
-        )
-        return Body(
-            link.name,
-            parent,
-            self._joint(joint),
-            self._read((link.mass,))[0],
-            self._read(link.mass_centre),
-            turned @ own @ turned.T,
-        )
-
-    def _joint(self, joint: UrdfJoint) -> Joint:
-        numbers = self.arithmetic
-        placement = (
-            rotation.of_roll_pitch_yaw(self._read(joint.roll_pitch_yaw), numbers),
-            self._read(joint.translation),
-        )
-        unit = numbers.eye(3)
-        axis = unit[2].copy()
-        if joint.kind in ("revolute", "continuous", "prismatic"):
-            axis = self._read(joint.axis)
-            axis = axis / numbers.norm(axis)
-        rate, none, three = axis[None, :], numbers.zeros(1, 3), numbers.zeros(3, 3)
-        linear, angular = {
-            "fixed": (numbers.zeros(0, 3), numbers.zeros(0, 3)),
-            "revolute": (none, rate),
-            "continuous": (none, rate),
-            "prismatic": (rate, none),
-            "planar": (np.vstack([unit[:2], none]), np.vstack([none, none, unit[2:]])),
-            "floating": (np.vstack([unit, three]), np.vstack([three, unit])),
-        }[joint.kind]
-        follows = joint.mimics if self.mimic else ""
-        first_coordinate, first_speed = len(self.coordinate_names), len(self.speed_names)
-        if not follows:
-            self.coordinate_names += [joint.name + tail for tail in COORDINATES[joint.kind]]
-            self.speed_names += [joint.name + tail for tail in SPEEDS[joint.kind]]
-        return Joint(
-            joint.name,
-            joint.kind,
-            placement,
-            linear,
-            angular,
-            axis,
-            joint.kind,
-            first_coordinate,
-            first_speed,
-            follows,
-            self._read((joint.multiplier,))[0] if follows else numbers.number(1),
-            self._read((joint.offset,))[0] if follows else numbers.number(0),
-        )
-
-    def _following(self, joint: Joint) -> Joint:
-        """The joint, pointed at the coordinate and speed of the joint that it follows."""
-        if not joint.mimics:
-            return joint
-        known = {body.joint.name: body.joint for body in self.bodies}
-        multiplier, offset, leader = self.arithmetic.number(1), self.arithmetic.number(0), joint
-        seen: set[str] = set()
-        while leader.mimics:
-            # q = m1 (m2 q'' + o2) + o1
-            if leader.name in seen:
-                raise self._error(joint.name, "it mimics itself")
-            if leader.mimics not in known:
-                raise self._error(
-                    joint.name, f'the joint "{leader.mimics}" that it mimics does not exist'
-                )
-            seen.add(leader.name)
-            multiplier, offset = multiplier * leader.multiplier, multiplier * leader.offset + offset
-            leader = known[leader.mimics]
-        if len(joint.linear) != 1 or len(leader.linear) != 1:
-            raise self._error(
-                joint.name, f'it mimics "{leader.name}", and both need a single speed'
-            )
-        return replace(
-            joint,
-            coordinate_kind=leader.kind,
-            first_coordinate=leader.first_coordinate,
-            first_speed=leader.first_speed,
-            mimics=leader.name,
-            multiplier=multiplier,
-            offset=offset,
-        )
-
-    def _error(self, joint: str, reason: str) -> UrdfError:
-        element = f'joint "{joint}"'
-        source = self.model.source
-        return UrdfError(f"{source}: {element}: {reason}", source=source, element=element)
