@@ -116,7 +116,10 @@ class PreciseImpact:
         rows = np.concatenate(rows)
         e, mu, e_t = self._coefficients(rows, v, len(bilateral), de, dmu)
         law = self.scene.law
-        if law.restitution == "newton":
+        if law.order == "sequential" and len(self.touching) > 1:
+            start = (masses, bilateral, impulse, v, demands.target)
+            p, after = self._sequence(*start, rows[len(bilateral) :], e, mu, e_t)
+        elif law.restitution == "newton":
             shift = self.shift(rows, v, len(bilateral), e, e_t)
             p, after = self._stage(masses, rows, impulse, v, demands.target, shift, mu, None)
         else:
@@ -195,11 +198,72 @@ class PreciseImpact:
         shift[2::3] = e * np.minimum(before[2::3], 0)
         return shift
 
-    def _stage(self, masses, rows, impulse, v, target, shift, mu, floor):
+    def _sequence(self, masses, bilateral, impulse, v, target, rows, e, mu, e_t):
+        """p (r,) and v after of single hits, the fastest approach first."""
+        numbers, count = self.numbers, len(bilateral)
+        p = numbers.zeros(count + len(rows))
+        still = numbers.zeros(0)
+        share, v = self._stage(
+            masses, bilateral, impulse, v, target, still, still, None, (np.zeros(count), [])
+        )
+        p[:count] += share
+        scale = float(max(abs(x) for x in rows @ v))
+        for _ in range(1000):
+            normals = (rows[2::3] @ v).astype(float)
+            i = int(normals.argmin())
+            if normals[i] > -1e-10 * scale:
+                return p, v
+            own = rows[3 * i : 3 * i + 3]
+            both = np.concatenate([bilateral, own])
+            for part, change in self._single(masses, both, own, v, count, e[i], mu[i], e_t[i]):
+                p[:count] += part[:count]
+                p[count + 3 * i : count + 3 * i + 3] += part[count:]
+                v = v + change
+        raise ArithmeticError("no end")
+
+    def _single(self, masses, both, own, v, count, e, mu, e_t):
+        """(p, Δv) of one contact, for Poisson's law of compression and of expansion."""
+        from impulsekit.impact.laws.coulomb import coulomb
+        from impulsekit.impact.laws.single import released
+
+        numbers, impulse = self.numbers, self.numbers.zeros(self.nv)
+        newton = self.scene.law.restitution == "newton"
+        moved = numbers.solve_symmetric(masses, both.T.copy(), _fail)
+        W = (both @ moved).astype(float)
+        A, B = W[:count, :count], W[:count, count:]
+        W = W[count:, count:] - (B.T @ np.linalg.solve(A, B) if count else 0.0)
+        block = (W[0, 0], W[0, 1], W[1, 1], W[0, 2], W[1, 2], W[2, 2])
+        friction, floor = float(mu), None
+        for phase in range(1 if newton else 2):
+            before = own @ v
+            shift = numbers.zeros(3)
+            if newton:
+                shift[0], shift[1] = e_t * before[0], e_t * before[1]
+                shift[2] = e * before[2]
+            u = (before + shift).astype(float)
+            size = float(np.abs(u).max())
+            if phase == 0:
+                P, _ = coulomb(block, *u, friction, size)
+            else:
+                P, _ = released(block, tuple(u), friction, float(floor[0]), size)
+            P = np.array(P)
+            λ = -np.linalg.solve(A, B @ P) if count else np.zeros(0)
+            ξ = u + W @ P
+            x, modes = self._begin(
+                λ, [P], ξ[None], [friction], [0.0 if floor is None else floor[0]]
+            )
+            keep = both[:count] @ v
+            part, after = self._stage(
+                masses, both, impulse, v, keep, shift, [mu], floor, (x, modes)
+            )
+            yield part, after - v
+            v, floor = after, [e * part[count + 2]]
+
+    def _stage(self, masses, rows, impulse, v, target, shift, mu, floor, begin=None):
         """p (r,) and v after, by Newton's iteration on the modes of the double answer."""
         numbers = self.numbers
         count = len(target)
-        start, modes = self._start(rows, shift, floor, count)
+        start, modes = self._start(rows, shift, floor, count) if begin is None else begin
         x = numbers.array(start)
         columns = np.concatenate([rows.T, impulse[:, None]], axis=1)
         moved = numbers.solve_symmetric(masses, columns, _fail)
@@ -263,12 +327,17 @@ class PreciseImpact:
                 triples = [a - b for a, b in zip(triples, c_triples, strict=True)]
         u = rows.astype(float) @ after
         u[count:] += shift.astype(float)
+        friction = [
+            getattr(self.scene.contacts[t[0].entry], "friction", 0.0) for t in self.touching
+        ]
+        least = [0.0] * len(triples) if floor is None or isinstance(floor, str) else floor
+        return self._begin(λ, triples, u[count:].reshape(-1, 3), friction, least)
+
+    def _begin(self, λ, triples, velocities, friction, least):
+        """Unknowns and modes of impulses and velocities in doubles."""
         x, modes = list(λ), []
-        for i, (touch, _, _) in enumerate(self.touching):
-            P, ξ = triples[i], u[count + 3 * i : count + 3 * i + 3]
-            mu = getattr(self.scene.contacts[touch.entry], "friction", 0.0)
-            least = 0.0 if floor is None or isinstance(floor, str) else float(floor[i])
-            held = least > 0.0 and ξ[2] > 1e-9
+        for P, ξ, mu, floor in zip(triples, velocities, friction, least, strict=True):
+            held = float(floor) > 0.0 and ξ[2] > 1e-9
             if P[2] <= 0.0 and not held:
                 modes.append("parted")
                 continue

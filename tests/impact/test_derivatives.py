@@ -355,6 +355,41 @@ def test_several_contacts_beside_a_constraint(law, mu):
     assert_true(scene, *falling(8))
 
 
+@pytest.mark.parametrize("law", ["newton", "poisson"])
+@pytest.mark.parametrize("mu", [0.0, 0.05, 3.0])
+def test_contacts_one_after_the_other(law, mu):
+    hold = [ik.FrameAnchor("upper", "fore", directions=("x",), axes="local")]
+    order = ik.Law(restitution=law, order="sequential")
+    touch = contacts(3, mu, 0.8)
+    scene = ik.Scene(arm(), [blow("fore", 7)], hold if mu else [], touch, law=order)
+    assert ik.solve(scene, *falling(9)).outcome.contacts.iterations > 1
+    assert_true(scene, *falling(9))
+
+
+def test_three_balls_in_a_row_have_an_order_on_its_edge():
+    # After the blow has passed, the first two lie still against each other.
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    row = ik.combine(a=ball, b=ball, c=ball)
+    touch = [
+        ik.Contact(
+            f"{one}/ball",
+            at=[0.05, 0, 0],
+            against=f"{two}/ball",
+            normal=[-1, 0, 0],
+            origin=[-0.05, 0, 0],
+            restitution=1.0,
+        )
+        for one, two in (("a", "b"), ("b", "c"))
+    ]
+    scene = ik.Scene(row, contacts=touch, law=ik.Law(order="sequential"))
+    v = np.zeros(18)
+    v[0] = 1.0
+    found = ik.derivatives(ik.solve(scene, row.neutral(), v))
+    assert found.status is ik.DerivativeStatus.MODE_EDGE
+    assert "contacts[0]: it hardly approaches or hardly parts" in found.edges
+    assert found.dv_after_dv[12, 0] == pytest.approx(1.0)
+
+
 @pytest.mark.slow
 def test_three_feet_of_solo12():
     solo = ik.Robot.from_example("solo12", root="freeflyer")

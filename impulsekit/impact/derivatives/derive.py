@@ -13,6 +13,7 @@ outside forces (Carpentier & Mansard 2018).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -20,11 +21,13 @@ from ...errors import InputError
 from ...scene import Contact
 from ..constrained import Outcome
 from ..laws import ContactSolution
+from ..laws.coulomb import coulomb
 from ..result import Impact
 from .building import Builder
+from .hits import HitFound, follow_hits
 from .known_blows import of_known_blows
 from .linear import Columns, LinearStage, Rows, Touching, pass_through
-from .modes import Coefficients, ContactMode, coefficients_of, found_mode
+from .modes import PARTED, Coefficients, ContactMode, coefficients_of, found_mode
 from .motion import Motion
 from .pairs import FixedRows
 from .refusals import has_no_answer, refuse_what_has_none
@@ -133,9 +136,16 @@ class _Derivation:
         return Touching(entry, rows, own, by_q, -own.slope * rows.matrix[2])
 
     def _stages(self) -> list[LinearStage]:
-        v, after = self.v, self.after
-        if not self.touching or self.scene.law.restitution == "newton":
-            return [self._stage(v, after, self.multipliers, self.impulses, None)]
+        v, after, law = self.v, self.after, self.scene.law
+        several = len(self.touching) > 1
+        # Without friction the path of slip is of no matter, but for the work on the way.
+        along = law.slip == "path" and (
+            law.restitution == "stronge" or any(point.coefficients.mu for point in self.touching)
+        )
+        if self.touching and (along or (law.order == "sequential" and several)):
+            return self._hit_stages(along)
+        if not self.touching or law.restitution == "newton":
+            return [self._stage(v, after, self.multipliers, self.impulses)]
         entries = {point.entry for point in self.touching}
         pressed = self.workspace.compression.solve_touching(self.impact.q, v, entries)
         outcome = pressed.outcome
@@ -145,24 +155,76 @@ class _Derivation:
         held = outcome.constraint_impulses
         back = [all_of - share for all_of, share in zip(self.impulses, triples, strict=True)]
         compressed = [float(share[2]) for share in triples]
-        middle = np.array(pressed.v_after)
-        first = self._stage(v, middle, held, triples, None)
+        middle = pressed.v_after.copy()
+        first = self._stage(v, middle, held, triples)
         rest = self.multipliers - held if len(held) else held
-        return [first, self._stage(middle, after, rest, back, compressed)]
+        return [first, self._stage(middle, after, rest, back, compressed, first=False)]
 
-    def _stage(
-        self,
-        start: np.ndarray,
-        end: np.ndarray,
-        multipliers: np.ndarray,
-        impulses: Sequence[np.ndarray],
-        compressed: list[float] | None,
-    ) -> LinearStage:
-        """A stage; ``compressed`` are the P_n^c that an expansion starts from."""
-        newton = self.scene.law.restitution == "newton"
-        first = compressed is None
+    def _hit_stages(self, along_path: bool) -> list[LinearStage]:
+        """What acts freely, then one contact after the other."""
+        law, names = self.scene.law, self.workspace.contact_names
+        nothing = [np.zeros(3)] * len(self.touching)
+        # A load without anything, for the masses.
+        self.builder.load(np.zeros(self.nv), ())
+        hits = follow_hits(
+            law,
+            self.builder.factor(),
+            self.builder.stacked([rows.matrix for rows in self.bilateral]),
+            self.touching,
+            [names[point.entry] for point in self.touching],
+            self.v,
+            self.after,
+            self.multipliers,
+            self.impulses,
+            self.scale,
+        )
+        self.edges += hits.edges
+        stages = [self._stage(self.v, hits.free, hits.free_multipliers, nothing, acting=-1)]
+        for hit in hits.found:
+            own = list(nothing)
+            own[hit.point] = hit.impulse
+            if law.restitution == "newton":
+                way = [(hit.start, hit.end, hit.multipliers, own, None)]
+            else:
+                way = self._halves(hit, own)
+            for start, end, multipliers, impulses, compressed in way:
+                stages.append(
+                    self._stage(
+                        start,
+                        end,
+                        multipliers,
+                        impulses,
+                        compressed,
+                        first=False,
+                        acting=hit.point,
+                    )
+                )
+        return stages
+
+    def _halves(self, hit: HitFound, own: list[np.ndarray]) -> list[Any]:
+        """Compression and expansion of one hit under Poisson's law."""
+        point = self.touching[hit.point]
+        u = (point.rows.matrix @ hit.start).tolist()
+        size = max(map(abs, u))
+        pressed, _ = coulomb(hit.block, u[0], u[1], u[2], point.coefficients.mu, size)
+        share = np.array(pressed)
+        # Bilateral rows bear and bodies move in proportion to the impulse of one contact.
+        held, middle = hit.at(share)
+        first, back = list(own), list(own)
+        first[hit.point], back[hit.point] = share, hit.impulse - share
+        compressed = [0.0] * len(own)
+        compressed[hit.point] = float(share[2])
+        return [
+            (hit.start, middle, held, first, None),
+            (middle, hit.end, hit.multipliers - held, back, compressed),
+        ]
+
+    def _pulls(
+        self, multipliers: np.ndarray, impulses: Sequence[np.ndarray], *, blows: bool
+    ) -> list[tuple[Rows, np.ndarray]]:
+        """What pulls in a stage: rows with their impulses."""
         pulls: list[tuple[Rows, np.ndarray]] = []
-        if first:
+        if blows:
             pulls += zip(self.blows, self.workspace.impulses, strict=True)
         at = 0
         for rows in self.bilateral:
@@ -174,6 +236,28 @@ class _Derivation:
             for point, impulse in zip(self.touching, impulses, strict=True)
             if impulse[2] != 0.0
         ]
+        return pulls
+
+    def _stage(
+        self,
+        start: np.ndarray,
+        end: np.ndarray,
+        multipliers: np.ndarray,
+        impulses: Sequence[np.ndarray],
+        compressed: list[float] | None = None,
+        *,
+        first: bool = True,
+        acting: int | None = None,
+    ) -> LinearStage:
+        """A stage.
+
+        Args:
+            compressed: the P_n^c that an expansion starts from.
+            first: whether known impulses and imposed velocities act in it.
+            acting: the one touching point that takes part, −1 for none; None for all.
+        """
+        newton = self.scene.law.restitution == "newton"
+        pulls = self._pulls(multipliers, impulses, blows=first)
         # Before the load, which overwrites what Pinocchio knows of speeds.
         changes = self.builder.changes(end, self.touching)
         loads: list[tuple[slice, np.ndarray]] = [
@@ -184,7 +268,7 @@ class _Derivation:
             loads += [
                 (where, rows.matrix.T) for where, rows in zip(columns, self.blows, strict=True)
             ]
-        modes = self._modes(start, end, impulses, newton, compressed)
+        modes = self._modes(start, end, impulses, newton, compressed, acting)
         return self.builder.stage(
             loads, start, end, changes, self.touching, modes, first=first, newton=newton
         )
@@ -196,6 +280,7 @@ class _Derivation:
         impulses: Sequence[np.ndarray],
         newton: bool,
         compressed: list[float] | None,
+        acting: int | None,
     ) -> list[ContactMode]:
         names = self.workspace.contact_names
         modes: list[ContactMode] = []
@@ -203,12 +288,15 @@ class _Derivation:
             return modes
         per_mass = 1.0 / self.builder.masses.diagonal()
         for i, point in enumerate(self.touching):
+            if acting is not None and i != acting:
+                modes.append(PARTED)
+                continue
             own, rows = point.coefficients, point.rows.matrix
             shifted = rows.dot(end)
             if newton and own.e_t and own.mu > 0.0:
                 shifted[:2] += own.e_t * rows[:2].dot(start)
             if newton and own.e:
-                shifted[2] -= own.e * own.approach
+                shifted[2] += own.e * min(float(rows[2].dot(start)), 0.0)
             # Mobility without the coupling of joints: of the size of W, from below.
             mobility = (rows * rows).dot(per_mass)
             mode = found_mode(

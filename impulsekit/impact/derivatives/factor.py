@@ -61,6 +61,10 @@ class Factor:
         solution, _ = dpotrs(self._lower, right, lower=1)
         return solution
 
+    def back(self, half: np.ndarray) -> np.ndarray:
+        """(nv, w) L⁻ᵀ C of half-solved columns."""
+        return dtrsm(1.0, self._lower, half, lower=1, trans_a=1)
+
     def half(self, rows: np.ndarray) -> np.ndarray:
         """(nv, m) L⁻¹ Gᵀ, whose columns have the lengths of rows in the metric of M⁻¹."""
         return dtrsm(1.0, self._lower, rows.T, lower=1)

@@ -15,7 +15,7 @@ import numpy as np
 from ...errors import InputError
 from ...scene.restitution import Restitution, RestitutionTable, restitution_at
 
-__all__ = ["Coefficients", "ContactMode", "coefficients_of", "found_mode"]
+__all__ = ["EDGE", "PARTED", "Coefficients", "ContactMode", "coefficients_of", "found_mode"]
 
 # What is this small beside the velocities of the contacts is on an edge.
 EDGE = 1e-7
@@ -65,6 +65,9 @@ class ContactMode(NamedTuple):
     edges: tuple[str, ...]
 
 
+PARTED = ContactMode(True, False, False, np.zeros(2), 0.0, 0.0, 0.0, 0.0, ())
+
+
 def coefficients_of(entry: object, normal_before: float, scale: float, name: str) -> Coefficients:
     """The coefficients at the normal velocity before [m/s].
 
@@ -75,7 +78,10 @@ def coefficients_of(entry: object, normal_before: float, scale: float, name: str
     approach = max(-normal_before, 0.0)
     e = restitution_at(value, approach, name)
     slope, edge = 0.0, ""
-    if isinstance(value, RestitutionTable):
+    if normal_before > EDGE * scale:
+        # What parts has an approach speed of zero, here and nearby.
+        pass
+    elif isinstance(value, RestitutionTable):
         slope = _slope(value, approach)
         if len(value.speeds) > 1 and np.abs(np.array(value.speeds) - approach).min() < EDGE * scale:
             edge = "its approach speed is at a point of its restitution table"

@@ -31,11 +31,6 @@ def refuse_what_has_none(impact: Impact) -> None:
             'derivatives: slip="path" has modes along the impact (slip that stops or turns), '
             'which are not followed; use Law(slip="end")'
         )
-    if law.order == "sequential" and len(outcome.touches) > 1:
-        raise InputError(
-            'derivatives: order="sequential" with several contacts has an order that may '
-            'change; use Law(order="simultaneous")'
-        )
     if has_no_answer(outcome.contacts.status):
         raise InputError(f"derivatives: the impact has no answer. {impact.status.value}")
 

@@ -1,0 +1,195 @@
+"""An impact in which contacts are hit one at a time, told hit by hit.
+
+For a sequence of contacts, and for the one contact that acts where slip is followed along
+its path. Known impulses and imposed constraints act before the first hit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...scene import Law
+from ..laws import ContactProblem
+from ..laws.sequential import hits_of
+from ..laws.single import Triple, block_of, strike
+from ..laws.slide import Block
+from .factor import Factor
+from .linear import Touching
+from .modes import EDGE
+
+__all__ = ["HitFound", "Hits", "follow_hits"]
+
+
+@dataclass(frozen=True, eq=False)
+class HitFound:
+    """One contact struck once.
+
+    Attributes:
+        point: its index among the touching points.
+        start, end: (nv,) the velocity before and after.
+        impulse: (3,) P of the contact.
+        multipliers: (m,) λ of the bilateral rows in this hit.
+        block: its W [1/kg], bilateral rows eliminated.
+        response: (nv, 3) how the velocity changes with P, bilateral rows held.
+        borne: (m, 3) what these bear of it.
+    """
+
+    point: int
+    start: np.ndarray
+    end: np.ndarray
+    impulse: np.ndarray
+    multipliers: np.ndarray
+    block: Block
+    response: np.ndarray
+    borne: np.ndarray
+
+    def at(self, share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """λ (m,) and the velocity (nv,) when P has come to ``share``."""
+        return self.borne @ share, self.start + self.response @ share
+
+
+@dataclass(frozen=True, eq=False)
+class Hits:
+    """The way of an impact.
+
+    Attributes:
+        free: (nv,) the velocity before the first hit.
+        free_multipliers: (m,) λ until then.
+        found: the hits in order.
+        edges: why a small change may bring other hits.
+    """
+
+    free: np.ndarray
+    free_multipliers: np.ndarray
+    found: tuple[HitFound, ...]
+    edges: tuple[str, ...]
+
+
+class _Elimination:
+    """Contacts in the system that is left when bilateral rows hold."""
+
+    def __init__(self, factor: Factor, bilateral: np.ndarray, contacts: np.ndarray) -> None:
+        count = len(bilateral)
+        # Where M was filled up by the rows, J M⁻¹ Jᵀ between rows held at rest is the same.
+        half = factor.half(np.concatenate((bilateral, contacts)))
+        rows, points = half[:, :count], half[:, count:]
+        if count:
+            # λ = −(A M⁻¹ Aᵀ)⁺ A M⁻¹ Jᵀ P, of least norm where rows are redundant.
+            sizes = np.sqrt(np.einsum("ij,ij->j", rows, rows))
+            sizes = np.where(sizes > 1e-11 * sizes.max(), sizes, np.inf)
+            self.borne = -np.linalg.lstsq(rows / sizes, points, rcond=1e-10)[0] / sizes[:, None]
+        else:
+            self.borne = np.zeros((0, points.shape[1]))
+        left = points + rows @ self.borne
+        self.delassus = left.T @ left
+        self.response = factor.back(left)
+
+
+def follow_hits(
+    law: Law,
+    factor: Factor,
+    bilateral: np.ndarray,
+    touching: Sequence[Touching],
+    names: Sequence[str],
+    before: np.ndarray,
+    after: np.ndarray,
+    multipliers: np.ndarray,
+    impulses: Sequence[np.ndarray],
+    scale: float,
+) -> Hits:
+    """The hits that make up an impact.
+
+    Args:
+        factor: of M.
+        bilateral: (m, nv) rows.
+        names: of the touching points.
+        before, after: (nv,) v⁻ and v⁺.
+        multipliers: (m,) λ in all.
+        impulses: by touching point, (3,) P in all.
+        scale: the size of the velocities [m/s].
+    """
+    rows = np.concatenate([point.rows.matrix for point in touching])
+    system = _Elimination(factor, bilateral, rows)
+    total = np.concatenate(impulses)
+    free = after - system.response @ total
+    problem = ContactProblem(
+        system.delassus,
+        rows @ before,
+        rows @ free,
+        np.array([point.coefficients.e for point in touching]),
+        np.array([point.coefficients.mu for point in touching]),
+        np.array([point.coefficients.e_t for point in touching]),
+    )
+    edges: list[str] = []
+    steps = _in_sequence if law.order == "sequential" else _alone
+    velocity = free
+    found = []
+    for i, share in steps(problem, law, names, scale, edges):
+        own = slice(3 * i, 3 * i + 3)
+        response, borne = system.response[:, own], system.borne[:, own]
+        following = velocity + response @ share
+        block = block_of(system.delassus, i)
+        found.append(HitFound(i, velocity, following, share, borne @ share, block, response, borne))
+        velocity = following
+    held = multipliers - sum((hit.multipliers for hit in found), np.zeros(len(bilateral)))
+    return Hits(free, held, tuple(found), tuple(edges))
+
+
+def _in_sequence(
+    problem: ContactProblem, law: Law, names: Sequence[str], scale: float, edges: list[str]
+) -> Iterator[tuple[int, np.ndarray]]:
+    """The hits of a sequence, and where its order hangs on a hair."""
+    small = EDGE * scale
+    at_rest = np.zeros(len(names), dtype=bool)
+    velocity = problem.velocity_free
+    for i, now, hit in hits_of(problem, law):
+        normals = now[2::3]
+        for j in np.flatnonzero(np.abs(normals - normals[i]) <= small).tolist():
+            if j != i:
+                edges.append(f"{names[i]}: {names[j]} approaches just as fast")
+        share = np.array(hit.impulse)
+        velocity = now + problem.delassus[:, 3 * i : 3 * i + 3] @ share
+        at_rest &= np.abs(velocity[2::3] - normals) <= 1e-12 * scale
+        at_rest[i] = problem.restitution[i] == 0.0
+        yield i, share
+    for j in np.flatnonzero((np.abs(velocity[2::3]) <= small) & ~at_rest).tolist():
+        edges.append(f"{names[j]}: it hardly approaches or hardly parts")
+
+
+def _alone(
+    problem: ContactProblem, law: Law, names: Sequence[str], scale: float, edges: list[str]
+) -> Iterator[tuple[int, np.ndarray]]:
+    """The one contact that acts, and others that nearly do."""
+    small = EDGE * scale
+    free, before = problem.velocity_free, problem.velocity_before
+    approach = free[2::3].copy()
+    if law.restitution == "newton":
+        approach += problem.restitution * np.minimum(before[2::3], 0.0)
+    i = int(approach.argmin())
+    for j in np.flatnonzero(np.abs(approach) <= small).tolist():
+        edges.append(f"{names[j]}: it hardly approaches or hardly parts")
+    if approach[i] >= 0.0:
+        return
+    own = slice(3 * i, 3 * i + 3)
+
+    def triple(of: np.ndarray) -> Triple:
+        return tuple(of[own].tolist())
+
+    hit = strike(
+        block_of(problem.delassus, i),
+        triple(before),
+        triple(free),
+        problem.restitution[i].item(),
+        problem.friction[i].item(),
+        0.0,
+        law,
+    )
+    share = np.array(hit.impulse)
+    after = free + problem.delassus[:, own] @ share
+    for j in np.flatnonzero(np.abs(after[2::3]) <= small).tolist():
+        if j != i:
+            edges.append(f"{names[j]}: it hardly approaches or hardly parts")
+    yield i, share
