@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+import weakref
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -11,7 +13,7 @@ import pinocchio as pin
 from ..robot.capacity import check_capacity
 from ..scene import AppliedImpulse
 from .algorithms import symmetric
-from .reach import ReachedModel, reached_model
+from .reach import reached_model
 from .rows import ConstraintRows, needs_places
 
 if TYPE_CHECKING:
@@ -22,46 +24,78 @@ __all__ = ["Mechanics"]
 _REFERENCE = {"world": pin.LOCAL_WORLD_ALIGNED, "local": pin.LOCAL}
 
 
+class _Workspace:
+    """What the mechanics of a scene's impacts share in one thread.
+
+    Attributes:
+        whole: the whole robot with frames of the scene's rows.
+        constraint_rows: the bilateral rows of the scene on it.
+        jacobians_of: the ``Mechanics`` whose Jacobians the data holds, by its own token.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        robot = scene.robot
+        every_joint = range(1, robot.model.njoints)
+        keep_places = needs_places(robot, scene)
+        self.whole = reached_model(robot.model, every_joint, keep_places=keep_places)
+        self.constraint_rows = ConstraintRows.of(scene, self.whole)
+        self.jacobians_of: object = None
+
+    @cached_property
+    def data(self) -> pin.Data:
+        # The rows have added frames to the model: data has to be made after that.
+        check_capacity(self.whole.model)
+        return self.whole.model.createData()
+
+
+class _Workspaces(threading.local):
+    """The workspaces of this thread, by the identity of their scene."""
+
+    def __init__(self) -> None:
+        self.by_scene: dict[int, _Workspace] = {}
+
+
+_workspaces = _Workspaces()
+
+
+def _workspace_of(scene: Scene) -> _Workspace:
+    """The workspace that this thread keeps for a scene, made when first asked for."""
+    workspace = _workspaces.by_scene.get(id(scene))
+    if workspace is None:
+        workspace = _workspaces.by_scene[id(scene)] = _Workspace(scene)
+        weakref.finalize(scene, _workspaces.by_scene.pop, id(scene), None)
+    return workspace
+
+
 class Mechanics:
     """The robot of a scene at q, for what is asked of an impact after it was solved.
 
-    It has a workspace of its own, so it stays true whatever is solved next. Pinocchio's
-    data grows with the cube of the joints, so there is one, and each use overwrites it.
+    Its workspace is not the solver's, so it stays true whatever is solved next. Making one
+    takes far longer than a solve, and Pinocchio's data grows with the cube of the joints, so
+    all impacts of a scene share one in each thread, and each use overwrites it.
     """
 
     def __init__(self, scene: Scene, q: np.ndarray) -> None:
         self.scene = scene
         self.model = scene.robot.model
         self._q = q
-        self._holds_jacobians = False
-
-    @cached_property
-    def _data(self) -> pin.Data:
-        # The rows add frames to the model, and data has to be made after that.
-        _ = self.constraint_rows
-        check_capacity(self.model)
-        return self._whole.model.createData()
+        self._token = object()
 
     def scratch(self) -> pin.Data:
         """Pinocchio's data, to be overwritten by whoever asks."""
-        self._holds_jacobians = False
-        return self._data
+        workspace = _workspace_of(self.scene)
+        workspace.jacobians_of = None
+        return workspace.data
 
-    @cached_property
-    def _whole(self) -> ReachedModel:
-        every_joint = range(1, self.model.njoints)
-        keep_places = needs_places(self.scene.robot, self.scene)
-        return reached_model(self.model, every_joint, keep_places=keep_places)
-
-    @cached_property
+    @property
     def constraint_rows(self) -> ConstraintRows:
         """The bilateral rows of the scene on the whole robot."""
-        return ConstraintRows.of(self.scene, self._whole)
+        return _workspace_of(self.scene).constraint_rows
 
     @cached_property
     def constraint_matrix(self) -> np.ndarray:
         """(m, nv) A at q."""
-        q = self._whole.configuration(self._q)
+        q = _workspace_of(self.scene).whole.configuration(self._q)
         return self.constraint_rows.matrix(self.scratch(), q)
 
     @cached_property
@@ -102,13 +136,12 @@ class Mechanics:
         """(6, nv) Jacobian of a point of a frame, linear before angular, in ``axes``."""
         item = self.model.frames[self.scene.robot.frame_id(frame)]
         placement = item.placement * pin.SE3(np.eye(3), np.asarray(at, dtype=float))
-        if not self._holds_jacobians:
-            q = self._whole.configuration(self._q)
-            pin.computeJointJacobians(self._whole.model, self._data, q)
-            self._holds_jacobians = True
-        jacobian = pin.getFrameJacobian(
-            self._whole.model, self._data, item.parentJoint, placement, _REFERENCE[axes]
-        )
+        workspace = _workspace_of(self.scene)
+        model, data = workspace.whole.model, workspace.data
+        if workspace.jacobians_of is not self._token:
+            pin.computeJointJacobians(model, data, workspace.whole.configuration(self._q))
+            workspace.jacobians_of = self._token
+        jacobian = pin.getFrameJacobian(model, data, item.parentJoint, placement, _REFERENCE[axes])
         # With one degree of freedom Pinocchio gives (6,) for (6, 1).
         return jacobian.reshape(6, -1)
 

@@ -143,3 +143,19 @@ def test_an_answer_in_which_all_comes_to_rest_is_not_measured_by_its_rounding():
     impact = ik.solve(pressed, ball.neutral(), ball.velocity())
     assert impact.is_valid()
     assert abs(impact.v_after).max() < 1e-15
+
+
+def test_answers_of_one_scene_do_not_disturb_each_other():
+    robot = ik.Robot.from_example("panda")
+    scene = ik.Scene(robot, [random_blow("panda_hand", 1)], [ik.JointLock("panda_joint2")])
+    states = [random_state(robot, seed) for seed in (1, 2)]
+    first, second = (ik.solve(scene, *state) for state in states)
+    alone = ik.solve(ik.Scene(robot, scene.impulses, scene.constraints), *states[0])
+    # Asked in turn, so that each finds the other's numbers in what they share.
+    for name in ("mechanics", "energy", "residuals", "generalized_impulse", "reactions", "bodies"):
+        getattr(first, name), getattr(second, name)
+        second.velocity_at("panda_hand", [0, 0, 0.1])
+    at_tip = [impact.velocity_at("panda_hand", [0, 0, 0.1]).after for impact in (first, alone)]
+    assert np.array_equal(*at_tip)
+    assert first.to_dict() == alone.to_dict()
+    assert not np.array_equal(first.dv, second.dv)
