@@ -116,7 +116,7 @@ class Builder:
         at_end = [*changes[:shift], *(changes[shift + i] for i in carrying)]
         rates, entering, starts = self._given(own, matrix, start, at_end, touching, carrying, first)
         if newton:
-            self._shift(rates, entering, start, starts, touching, carrying)
+            entering = self._shift(rates, entering, start, starts, touching, carrying)
         system = Stage(
             self.factor(),
             matrix,
@@ -147,29 +147,30 @@ class Builder:
         touching: Sequence[Touching],
         carrying: Sequence[int],
         first: bool,
-    ) -> tuple[np.ndarray, np.ndarray, Sequence[float]]:
-        """−∂(G v_end)/∂q, the share of the velocity at the start, and that of normals there."""
+    ) -> tuple[np.ndarray, np.ndarray | None, Sequence[float]]:
+        """∂(G v_end)/∂q, the share of the velocity at the start, and that of normals there."""
         motion = self._motion
-        rates = np.empty_like(matrix)
-        entering = np.full((len(matrix), 1), -1.0)
-        at = 0
-        for rows, change in zip(own, changes, strict=True):
-            until = at + len(rows.matrix)
-            if change is None:
-                rates[at:until] = 0.0
-            else:
-                np.negative(change, out=rates[at:until])
-            at = until
+        entering: np.ndarray | None = None
+        if len(own) == 1 and changes[0] is not None:
+            rates = changes[0]
+        else:
+            rates = np.empty_like(matrix)
+            at = 0
+            for rows, change in zip(own, changes, strict=True):
+                until = at + len(rows.matrix)
+                rates[at:until] = 0.0 if change is None else change
+                at = until
         kept = self._workspace.kept
         if len(kept) and (not first or self._workspace.any_kept):
             motion.set_speed(start)
+            entering = np.full((len(matrix), 1), -1.0)
             at = 0
             for rows in self._bilateral:
                 until = at + len(rows.matrix)
                 keeps = kept[at:until] if first else np.ones(until - at, dtype=bool)
                 change = rows.change_of_velocity()
                 if change is not None:
-                    rates[at:until] += np.where(keeps[:, None], change, 0.0)
+                    rates[at:until] -= np.where(keeps[:, None], change, 0.0)
                 entering[at:until, 0] = np.where(keeps, 0.0, -1.0)
                 at = until
         starts = [float(touching[i].rows.matrix[2].dot(start)) for i in carrying]
@@ -178,12 +179,12 @@ class Builder:
     def _shift(
         self,
         rates: np.ndarray,
-        entering: np.ndarray,
+        entering: np.ndarray | None,
         start: np.ndarray,
         starts: Sequence[float],
         touching: Sequence[Touching],
         carrying: Sequence[int],
-    ) -> None:
+    ) -> np.ndarray | None:
         """Newton's law: ξ = u⁺ + e∘u⁻ of normals that approach, and e_t of tangents."""
         at = self._count
         is_set = False
@@ -195,9 +196,12 @@ class Builder:
                 if not is_set:
                     self._motion.set_speed(start)
                     is_set = True
+                if entering is None:
+                    entering = np.full((len(rates), 1), -1.0)
                 shift = np.array((by_tangent, by_tangent, by_normal))
                 entering[at : at + 3, 0] -= shift
                 change = touching[i].rows.change_of_velocity()
                 if change is not None:
-                    rates[at : at + 3] -= shift[:, None] * change
+                    rates[at : at + 3] += shift[:, None] * change
             at += 3
+        return entering

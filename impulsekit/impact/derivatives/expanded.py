@@ -37,7 +37,7 @@ class ExpandedModel:
     Attributes:
         model: the model with simple joints.
         joint_ids: by joint of the given model, the one that carries its body.
-        still: (nv of ``model``,) zeros.
+        still, nothing: (nv of ``model``,) and (6, nv) zeros.
         spread: (nv of ``model``, nv) T; None where the models are the same.
         before: (nv of ``model``, the same) [k, j] True where the joint of j is that of k, or
             stands before it on the way from the world.
@@ -46,6 +46,7 @@ class ExpandedModel:
     model: pin.Model
     joint_ids: tuple[int, ...]
     still: np.ndarray
+    nothing: np.ndarray
     spread: np.ndarray | None
     before: np.ndarray
     _coordinates: tuple[Callable[[np.ndarray], np.ndarray], ...]
@@ -78,7 +79,8 @@ def expanded_model(model: pin.Model) -> ExpandedModel:
     if all(_is_simple(joint) for joint in list(model.joints)[1:]):
         still = np.zeros(model.nv)
         ids = tuple(range(model.njoints))
-        return ExpandedModel(model, ids, still, None, _before(model), ())
+        nothing = np.zeros((6, model.nv))
+        return ExpandedModel(model, ids, still, nothing, None, _before(model), ())
     build = _Build(model)
     for joint_id in range(1, model.njoints):
         build.add(joint_id)
@@ -87,6 +89,7 @@ def expanded_model(model: pin.Model) -> ExpandedModel:
         build.model,
         tuple(build.joint_ids),
         np.zeros(build.model.nv),
+        np.zeros((6, model.nv)),
         np.array(build.spread).reshape(build.model.nv, model.nv),
         _before(build.model),
         tuple(build.coordinates),

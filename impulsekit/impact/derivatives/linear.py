@@ -135,9 +135,9 @@ class ModeStage(NamedTuple):
         modes: theirs.
         starts: by carrying point, u_n at the start [m/s].
         velocity_change: (nv,) Δv of the stage.
-        rates: (r, nv) what the rows are given by the configuration.
+        rates: (r, nv) what the configuration takes from what the rows are given.
         entering: (r, 1) what share of G dv, of the velocity at the start, the rows are given:
-            −1, less what restitution adds; 0 where they keep their velocity.
+            −1, less what restitution adds; 0 where they keep their velocity. None for −1.
         newton: whether restitution shifts velocities here.
     """
 
@@ -148,7 +148,7 @@ class ModeStage(NamedTuple):
     starts: Sequence[float]
     velocity_change: np.ndarray
     rates: np.ndarray
-    entering: np.ndarray
+    entering: np.ndarray | None
     newton: bool
 
     @property
@@ -161,13 +161,14 @@ class ModeStage(NamedTuple):
         columns, rows = passing.columns, self.system.rows
         if passing.velocity is not None:
             given = rows.dot(passing.velocity)
-            given *= self.entering
+            given *= -1.0 if self.entering is None else self.entering
         else:
             given = np.zeros((len(rows), columns.width))
             if columns.v is not None:
-                np.multiply(rows, self.entering, out=given[:, columns.v])
+                taken = -1.0 if self.entering is None else self.entering
+                np.multiply(rows, taken, out=given[:, columns.v])
         if columns.q is not None:
-            given[:, columns.q] += self.rates
+            given[:, columns.q] -= self.rates
         direct: list[tuple[slice, slice, np.ndarray]] = []
         count = len(rows) - 3 * len(self.carrying)
         at = count

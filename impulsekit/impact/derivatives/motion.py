@@ -39,7 +39,7 @@ class Motion:
         self.speeds: np.ndarray | None = None
         self.set_speed(v)
         self.placements = data.oMi
-        self.zero = np.zeros((6, len(v)))
+        self.zero = expanded.nothing
 
     def set_speed(self, v: np.ndarray) -> None:
         """Let it move with v (nv,), an array that stays as it is, from now on."""

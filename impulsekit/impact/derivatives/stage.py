@@ -43,6 +43,18 @@ def _identity(count: int) -> np.ndarray:
     return np.eye(count)
 
 
+def _of_mode(mode: ContactMode) -> tuple[np.ndarray, np.ndarray]:
+    """Φ and E of one contact, (3, 3)."""
+    normal = 0.0 if mode.held else 1.0
+    if mode.sticking:
+        return np.diag((1.0, 1.0, normal)), np.diag((0.0, 0.0, 1.0 - normal))
+    (a, b), mu, k = mode.slip.tolist(), mode.mu, mode.resistance
+    off = -k * a * b
+    mix = np.array(((k * b * b, off, 0.0), (off, k * a * a, 0.0), (0.0, 0.0, normal)))
+    own = np.array(((1.0, 0.0, mu * a), (0.0, 1.0, mu * b), (0.0, 0.0, 1.0 - normal)))
+    return mix, own
+
+
 class Response(NamedTuple):
     """Derivatives of a stage in columns: d (nv, w) of its velocity change, y (r, w) of its
     impulses, and (w,) whether rows that were left out hold as well, None where none was."""
@@ -107,8 +119,7 @@ class Stage:
         self._dropped = _NOTHING
         own: np.ndarray | None = None
         if any_null or redundant or any(mode.held or not mode.sticking for mode in modes):
-            mix, own = _identity(count).copy(), np.zeros((count, count))
-            self._write_modes(modes, mix, own)
+            mix, own = self._equations(modes, count)
             if any_null or redundant:
                 self._drop(modes, mix, own, redundant)
             self._mix = mix
@@ -134,20 +145,18 @@ class Stage:
         _, _, inverse, failed = dgesv(whole * (scale * per_row), _identity(len(scale)))
         return None if failed else inverse * (scale * per_row)
 
-    def _write_modes(self, modes: Sequence[ContactMode], mix: np.ndarray, own: np.ndarray) -> None:
-        """Write the equations of contacts that do not stick into Φ and E."""
-        n = self._bilateral + 2
+    def _equations(self, modes: Sequence[ContactMode], count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Φ and E, (r, r)."""
+        if count == 3 and len(modes) == 1:
+            return _of_mode(modes[0])
+        mix, own = _identity(count).copy(), np.zeros((count, count))
+        at = self._bilateral
         for mode in modes:
-            if mode.held:
-                mix[n, n], own[n, n] = 0.0, 1.0
-            if not mode.sticking:
-                (a, b), mu, k = mode.slip.tolist(), mode.mu, mode.resistance
-                mix[n - 2 : n, n - 2 : n] = (
-                    (k * (1.0 - a * a), -k * a * b),
-                    (-k * a * b, k * (1.0 - b * b)),
-                )
-                own[n - 2 : n, n - 2 : n + 1] = ((1.0, 0.0, mu * a), (0.0, 1.0, mu * b))
-            n += 3
+            if mode.held or not mode.sticking:
+                where = slice(at, at + 3)
+                mix[where, where], own[where, where] = _of_mode(mode)
+            at += 3
+        return mix, own
 
     def _drop(
         self, modes: Sequence[ContactMode], mix: np.ndarray, own: np.ndarray, redundant: bool
