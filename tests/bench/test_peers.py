@@ -229,10 +229,12 @@ def test_exudyns_contacts_come_nearer_as_the_root_of_the_stiffness():
     pytest.importorskip("exudyn", reason='Exudyn is a peer: pip install "impulsekit[peers]"')
     from impulsekit.bench.methods import exudyn
 
-    found = errors(of(exudyn.METHODS, "exudyn, contacts")[:2], smooth_rod())
-    assert found[0] / found[1] == pytest.approx(10, rel=0.2)
+    contacts = of(exudyn.METHODS, "exudyn, contacts")
+    softer, stiffer = errors([contacts[0], contacts[2]], smooth_rod())
+    assert contacts[2].setting / contacts[0].setting == pytest.approx(100)
+    assert softer / stiffer == pytest.approx(10, rel=0.2)
     # With friction its damper's restitution is nearly Stronge's, not quite.
-    rough = errors(of(exudyn.METHODS, "exudyn, contacts")[1:], some("rod along its path")[0])
+    rough = errors(contacts[1:-1], some("rod along its path")[0])
     assert rough == pytest.approx(0.0085, rel=0.1)
 
 
