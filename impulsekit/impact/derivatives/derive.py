@@ -43,17 +43,18 @@ __all__ = ["derivatives"]
 def derivatives(impact: Impact) -> Derivatives:
     """How v⁺ and every impulse change with q, v⁻, blows, restitution and friction.
 
-    Analytic, in the modes in which the contacts were found. Newton's and Poisson's laws
-    with slip at the end; points of contacts are points of their frame, which move with it.
+    Analytic, in the modes in which the contacts were found; points of contacts are points
+    of their frame, which move with it. Of several hits in a sequence each has its modes.
+    A restitution that is a function gives its slope by a method ``derivative`` of the
+    approach speed; without one it is found by differences, and the status says so.
 
     Args:
         impact: a solved impact.
 
     Raises:
-        InputError: an impact that has no answer; a law along the path or a sequence of
-            contacts, whose answer has modes of its own; a ``Collision``, whose points
-            move with the geometry; a restitution given as a function; joints that are no
-            chain of joints with fixed axes.
+        InputError: an impact that has no answer; a law along the path, whose answer has
+            modes of its own; a ``Collision``, whose points move with the geometry; joints
+            that are no chain of joints with fixed axes.
 
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene, pendulum_urdf, solve

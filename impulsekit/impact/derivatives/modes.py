@@ -8,6 +8,7 @@ velocity after, shifted by restitution.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,8 @@ __all__ = ["EDGE", "PARTED", "Coefficients", "ContactMode", "coefficients_of", "
 
 # What is this small beside the velocities of the contacts is on an edge.
 EDGE = 1e-7
+# The step of differences in the slope of a function, beside the velocities.
+STEP = 1e-3
 # An impulse that could move this much faster than anything moves is held up by nothing.
 OUT_OF_PROPORTION = 1e7
 
@@ -31,6 +34,7 @@ class Coefficients(NamedTuple):
         mu, e_t: friction and tangential restitution.
         approach: −u_n⁻ [m/s], 0 where it was not approaching.
         edge: why the restitution has a corner here; "" where it has none.
+        differenced: whether the slope was found by differences.
     """
 
     e: float
@@ -39,6 +43,7 @@ class Coefficients(NamedTuple):
     e_t: float
     approach: float
     edge: str
+    differenced: bool
 
 
 class ContactMode(NamedTuple):
@@ -72,12 +77,13 @@ def coefficients_of(entry: object, normal_before: float, scale: float, name: str
     """The coefficients at the normal velocity before [m/s].
 
     Raises:
-        InputError: the restitution is a function whose slope is not known.
+        InputError: the slope that the restitution itself gives is no number.
+        RangeError, NotFiniteError: a restitution function gave something else than 0 to 1.
     """
     value = getattr(entry, "restitution", 0.0)
     approach = max(-normal_before, 0.0)
     e = restitution_at(value, approach, name)
-    slope, edge = 0.0, ""
+    slope, edge, differenced = 0.0, "", False
     if normal_before > EDGE * scale:
         # What parts has an approach speed of zero, here and nearby.
         pass
@@ -89,10 +95,7 @@ def coefficients_of(entry: object, normal_before: float, scale: float, name: str
         if value.capture_speed and abs(approach - value.capture_speed) < EDGE * scale:
             edge = "its approach speed is at the capture speed"
     elif callable(value):
-        raise InputError(
-            f"{name}: derivatives need the slope of its restitution, which a function does not "
-            "give; use a RestitutionTable"
-        )
+        slope, differenced = _slope_of_function(value, approach, scale, name)
     if (e > 0.0 or slope) and abs(normal_before) <= EDGE * scale:
         edge = edge or "it hardly approaches, where restitution sets in"
     return Coefficients(
@@ -102,7 +105,30 @@ def coefficients_of(entry: object, normal_before: float, scale: float, name: str
         getattr(entry, "tangential_restitution", 0.0),
         approach,
         edge,
+        differenced,
     )
+
+
+def _slope_of_function(
+    function: Callable[[float], float], speed: float, scale: float, name: str
+) -> tuple[float, bool]:
+    """de/d(speed) of a function: its own ``derivative``, or differences; which of the two."""
+    own = getattr(function, "derivative", None)
+    if callable(own):
+        slope = own(speed)
+        if not isinstance(slope, int | float | np.floating) or not math.isfinite(slope):
+            raise InputError(f"{name}: the derivative of its restitution is {slope!r}, no number")
+        return float(slope), False
+    # Richardson's extrapolation of central differences: of fourth order.
+    step = min(STEP * max(speed, scale), 0.5 * speed)
+    if step <= 0.0:
+        return 0.0, True
+    coarse, fine = (
+        (restitution_at(function, speed + h, name) - restitution_at(function, speed - h, name))
+        / (2.0 * h)
+        for h in (step, 0.5 * step)
+    )
+    return (4.0 * fine - coarse) / 3.0, True
 
 
 def _slope(table: RestitutionTable, speed: float) -> float:

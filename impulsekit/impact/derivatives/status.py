@@ -11,6 +11,11 @@ class DerivativeStatus(enum.Enum):
     """The state of derivatives, as a sentence with advice."""
 
     EXISTS = "The derivatives hold: every contact stays in its mode for small changes."
+    BY_DIFFERENCES = (
+        "The derivatives hold, but the slope of a restitution that is a function was found by "
+        "differences, good to about 1e-9; give the function a method ``derivative`` of its own "
+        "where more is wanted."
+    )
     MODE_EDGE = (
         "A contact is on the edge between two modes (look at ``edges``), where v⁺ has a corner. "
         "The numbers are those of the mode that was found, and hold on one side only."
@@ -24,4 +29,4 @@ class DerivativeStatus(enum.Enum):
     @property
     def exists(self) -> bool:
         """Whether the numbers are derivatives."""
-        return self is DerivativeStatus.EXISTS
+        return self in (DerivativeStatus.EXISTS, DerivativeStatus.BY_DIFFERENCES)

@@ -36,6 +36,8 @@ def told(
     if velocity is None:
         velocity = np.zeros((nv, columns.width))
     status = DerivativeStatus.EXISTS
+    if any(point.coefficients.differenced for point in touching):
+        status = DerivativeStatus.BY_DIFFERENCES
     if passed.consistent is not None and not passed.consistent.all():
         contradictory = np.flatnonzero(~passed.consistent)
         for table in (velocity, passed.multipliers, *passed.contacts):
@@ -43,7 +45,7 @@ def told(
                 table[:, contradictory] = np.nan
         if not passed.consistent[: workspace.width_of_state].all():
             status = DerivativeStatus.RANK_CHANGES
-    if edges and status is DerivativeStatus.EXISTS:
+    if edges and status.exists:
         status = DerivativeStatus.MODE_EDGE
     blows = workspace.blow_columns
     by_restitution, by_friction = columns.restitution.values(), columns.friction.values()
