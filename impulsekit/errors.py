@@ -14,6 +14,7 @@
     ├── SolveError                       the input is fine, the physics has no answer
     │   ├── SingularMassError            .joints: directions without inertia
     │   └── ContradictionError           .rows: demands that cannot hold together
+    ├── FileError (OSError)              .path: a file that cannot be read or written
     └── MissingExtraError (ImportError)  .package .extra: an optional library is absent
 
 The message says what, where and what would be right; the same facts are
@@ -27,6 +28,7 @@ from typing import Any
 
 __all__ = [
     "ContradictionError",
+    "FileError",
     "ImpulsekitError",
     "InputError",
     "MissingExtraError",
@@ -39,6 +41,7 @@ __all__ = [
     "StateError",
     "UnknownNameError",
     "UrdfError",
+    "a_thing",
     "nearest_names",
     "quoted",
     "shown",
@@ -89,7 +92,7 @@ class UnknownNameError(InputError):
             hint = "did you mean " + " or ".join(f'"{n}"' for n in nearest) + "?"
         elif not names:
             hint = f"there is no {kind} at all."
-        elif len(names) <= 8:
+        elif len(names) <= 12:
             hint = "there is " + ", ".join(f'"{n}"' for n in names) + "."
         else:
             hint = f"none of the {len(names)} names is near it."
@@ -117,7 +120,7 @@ class ShapeError(InputError):
         """The error for an array called ``what``."""
         tail = f" ({hint})" if hint else ""
         return cls(
-            f"{what} has shape {tuple(got)}, wanted is {tuple(expected)}{tail}",
+            f"{what} has shape {_shape(got)}, wanted is {_shape(expected)}{tail}",
             what=what,
             expected=tuple(expected),
             got=tuple(got),
@@ -188,6 +191,12 @@ class ContradictionError(SolveError):
     rows: tuple[str, ...]
 
 
+class FileError(ImpulsekitError, OSError):
+    """A file that cannot be read or written. Attributes: path."""
+
+    path: str
+
+
 class MissingExtraError(ImpulsekitError, ImportError):
     """An optional library is not installed. Attributes: package, extra."""
 
@@ -228,9 +237,9 @@ def quoted(value: object, most: int = 60) -> str:
 
     Example:
         >>> quoted("a"), quoted(1.5), quoted(print)
-        ("'a'", '1.5', '<built-in function print>')
+        ('"a"', '1.5', '<built-in function print>')
     """
-    return shown(repr(value) if isinstance(value, str) else value, most)
+    return f'"{shown(value, most - 2)}"' if isinstance(value, str) else shown(value, most)
 
 
 def _escaped(text: str) -> str:
@@ -240,6 +249,24 @@ def _escaped(text: str) -> str:
     return "".join(
         c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text
     )
+
+
+def a_thing(value: object) -> str:
+    """The type of a value with its article.
+
+    Example:
+        >>> a_thing([]), a_thing(KeyError())
+        ('a list', 'a KeyError')
+    """
+    if value is None:
+        return "None"
+    name = type(value).__name__
+    return f"{'an' if name[:1] in 'AEIOUaeiou' else 'a'} {name}"
+
+
+def _shape(shape: Sequence[Any]) -> str:
+    """A shape as numpy writes it; an axis without a number by its letter."""
+    return "(" + ", ".join(map(str, shape)) + (",)" if len(shape) == 1 else ")")
 
 
 def nearest_names(name: str, known: Iterable[str], most: int = 3) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import InputError, RangeError, SingularMassError, StateError
+from ..errors import InputError, RangeError, SingularMassError, StateError, a_thing
 from ..reference import KaneImpact, Rows
 from ..scene import JointStop
 from .compare import compared
@@ -60,7 +60,7 @@ def check(impact: Impact, digits: int | None = None) -> Check:
     from ..impact import Impact
 
     if not isinstance(impact, Impact):
-        raise InputError(f"check takes an Impact, not a {type(impact).__name__}")
+        raise InputError(f"check takes an Impact, not {a_thing(impact)}")
     if digits is not None and not (isinstance(digits, int) and digits >= 16):
         raise RangeError.of("digits", digits, "a whole number from 16 up")
     scene = impact.scene

@@ -29,6 +29,7 @@ def design(file: str, json_to: str | None, plot_to: str | None, plane: str) -> N
     """
     from ..design.summary import design_as_dict, design_as_text
     from ..errors import InputError
+    from ..files import file_told
     from ..scenefile import load_scene
 
     scene_file = load_scene(file)
@@ -40,7 +41,8 @@ def design(file: str, json_to: str | None, plot_to: str | None, plane: str) -> N
         if json_to == "-":
             click.echo(text)
         else:
-            pathlib.Path(json_to).write_text(text + "\n", encoding="utf-8")
+            with file_told(json_to, writing=True):
+                pathlib.Path(json_to).write_text(text + "\n", encoding="utf-8")
     if json_to != "-":
         click.echo(design_as_text(told), nl=False)
     if plot_to is not None:

@@ -8,7 +8,8 @@ from typing import Any
 import click
 
 from .. import __version__
-from ..errors import ImpulsekitError
+from ..errors import ImpulsekitError, shown
+from ..files import reason_of
 from .batch import batch
 from .bench import bench
 from .design import design
@@ -37,7 +38,7 @@ class _Group(click.Group):
             if ctx.params.get("debug") or getattr(error, "errno", None) == errno.EPIPE:
                 raise
             if isinstance(error, ImpulsekitError | OSError):
-                click.echo(f"error: {error}", err=True)
+                click.echo(f"error: {_told(error)}", err=True)
                 ctx.exit(BAD_INPUT)
             click.echo(
                 f"bug: {type(error).__name__}: {error} (this is a fault of impulsekit "
@@ -45,6 +46,13 @@ class _Group(click.Group):
                 err=True,
             )
             ctx.exit(OWN_FAULT)
+
+
+def _told(error: ImpulsekitError | OSError) -> str:
+    """An error in words; what the system says of a file, without its number."""
+    if isinstance(error, ImpulsekitError) or not error.filename:
+        return str(error)
+    return f"{shown(str(error.filename), 200)}: {reason_of(error)}"
 
 
 @click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"]})

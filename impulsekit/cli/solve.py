@@ -45,6 +45,7 @@ def solve(
     checked: bool,
 ) -> None:
     """Solve the scene in FILE (TOML) and print what happens, an instant later."""
+    from ..files import file_told
     from ..impact import solve as solve_impact
     from ..scenefile import load_scene
 
@@ -55,7 +56,8 @@ def solve(
         if json_to == "-":
             click.echo(text)
         else:
-            pathlib.Path(json_to).write_text(text + "\n", encoding="utf-8")
+            with file_told(json_to, writing=True):
+                pathlib.Path(json_to).write_text(text + "\n", encoding="utf-8")
     if json_to != "-":
         show_report(impact, scene_file.points, form)
     if plot is not None:

@@ -148,11 +148,14 @@ class _Problem:
     ) -> None:
         self._measurements = tuple(measurements)
         if not self._measurements:
-            raise InputError("fit_impacts: no measurements")
+            raise InputError("fit_impacts: there are no measurements, one or more are wanted")
         first = self._measurements[0].scene
         self._parameters = parameters_of(first, restitution, friction, inertias)
         if not self._parameters:
-            raise InputError("fit_impacts: no parameters are wanted")
+            raise InputError(
+                "fit_impacts: nothing is to be found; name contacts in restitution or friction, "
+                "or joints in inertias"
+            )
         self.names = tuple(parameter.name for parameter in self._parameters)
         self._start = np.array([parameter.start for parameter in self._parameters])
         self._low = np.array([parameter.low for parameter in self._parameters])

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, RangeError
+from ..errors import InputError, RangeError, a_thing
 from ..impact import ImpactSolver
 from ..impact.bilateral import RANK_TOLERANCE
 from ..impact.mechanics import Mechanics
@@ -32,7 +32,7 @@ class Response:
         if isinstance(what, Robot):
             what = Scene(what)
         if not isinstance(what, Scene):
-            raise InputError(f"a Scene or a Robot is wanted, not a {type(what).__name__}")
+            raise InputError(f"a Scene or a Robot is wanted, not {a_thing(what)}")
         held = [replace(entry, velocity=0.0) for entry in what.constraints]
         self.robot = what.robot
         self.scene = Scene(what.robot, constraints=held, gravity=what.gravity)

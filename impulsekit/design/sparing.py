@@ -113,7 +113,7 @@ def spare_joint(
     response = Response(scene, q)
     first, last = np.array(vector(start, "start")), np.array(vector(end, "end"))
     if np.linalg.norm(last - first) < 1e-12:
-        raise InputError("spare_joint: start and end are one point")
+        raise InputError("spare_joint: start and end are one point, wanted is a line between two")
     at_start = response.reaction_map(joint, frame, first)
     rotation = response.mechanics.frame_placement(frame).rotation
     # A blow n at c + s b is n at c and the couple s b × n.

@@ -30,7 +30,9 @@ class PointVelocity:
 
 def point_velocity(impact: Impact, frame: str, at: Any) -> PointVelocity:
     """The velocity of the point ``at`` of ``frame``; see ``Impact.velocity_at``."""
-    jacobian = impact.mechanics.point_jacobian(frame, np.array(vector(at, "at")))[:3]
+    jacobian = impact.mechanics.point_jacobian(frame, np.array(vector(at, f'point of "{frame}"')))[
+        :3
+    ]
     before, after = jacobian @ impact.v_before, jacobian @ impact.v_after
     before.setflags(write=False)
     after.setflags(write=False)

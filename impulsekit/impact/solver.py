@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError
+from ..errors import InputError, a_thing
 from ..robot import state
 from ..robot.capacity import check_capacity
 from ..scene import Scene
@@ -49,7 +49,7 @@ class ImpactSolver:
 
     def __init__(self, scene: Scene) -> None:
         if not isinstance(scene, Scene):
-            raise InputError(f"a Scene is wanted, not a {type(scene).__name__}")
+            raise InputError(f"a Scene is wanted, not {a_thing(scene)}")
         self.scene = scene
         self._workspace = _Workspace(scene)
         self.plan = self._workspace.plan

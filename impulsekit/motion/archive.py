@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import ImpulsekitError, InputError
+from ..files import file_told
 from ..robot import Robot
 from ..robot.capacity import free_memory
 
@@ -83,9 +84,7 @@ def read_arrays(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
         OSError: it cannot be read.
     """
     name = os.fspath(path)
-    if os.path.isdir(name):
-        raise InputError(f"{name} holds no trajectory: that is a folder, not a file")
-    with open(name, "rb") as stream:
+    with file_told(name), open(name, "rb") as stream:
         if not zipfile.is_zipfile(stream):
             raise InputError(f"{name} holds no trajectory: it is no npz file")
         stream.seek(0)
@@ -139,7 +138,7 @@ def record_of(array: np.ndarray) -> dict[str, Any]:
     return record
 
 
-def check_arrays(arrays: dict[str, np.ndarray], scene: Scene) -> None:
+def check_arrays(arrays: dict[str, np.ndarray], scene: Scene, source: str) -> None:
     """Prove that the arrays of a file are a motion of the scene's robot.
 
     Raises:
@@ -158,11 +157,11 @@ def check_arrays(arrays: dict[str, np.ndarray], scene: Scene) -> None:
         array = arrays[key]
         if array.shape != shape or array.dtype != np.float64 or not samples or not pieces:
             raise InputError(
-                f'"{key}" of the file has shape {array.shape} and {array.dtype} in it; for this '
-                f"robot, wanted are {shape} and float64"
+                f'{source}: "{key}" holds {array.dtype} of shape {array.shape}; for this '
+                f"robot, wanted is float64 of shape {shape}"
             )
     starts, ends = arrays["path_start"], arrays["path_end"]
     if not (np.isfinite(arrays["t"]).all() and np.isfinite(ends).all()):
-        raise InputError("the file holds times that are not finite")
+        raise InputError(f"{source} holds times that are not finite")
     if not ((starts <= ends).all() and (np.diff(starts) >= 0.0).all()):
-        raise InputError("the file holds steps that are not in order of time")
+        raise InputError(f"{source} holds steps that are not in order of time")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError
+from ..errors import InputError, a_thing
 from ..impact.saltation import Saltation, saltation
 from ..scene import Scene
 from .dynamics import Dynamics
@@ -72,6 +72,10 @@ def sensitivity(motion: Trajectory) -> Sensitivity:
         >>> float(round(sensitivity(motion).matrix[0, 0], 6))
         1.0
     """
+    from .trajectory import Trajectory as AMotion
+
+    if not isinstance(motion, AMotion):
+        raise InputError(f"sensitivity takes a Trajectory, not {a_thing(motion)}")
     if motion.rests:
         raise InputError(
             f"sensitivity: {motion.rests[0].contact} rests from {motion.rests[0].start:g} s on; "

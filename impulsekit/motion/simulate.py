@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, NotFiniteError, RangeError
+from ..errors import InputError, NotFiniteError, RangeError, a_thing, quoted
 from ..robot import state
 from ..robot.capacity import check_capacity
 from ..scene import Scene
@@ -70,8 +70,12 @@ def simulate(
         [0.451524]
     """
     if not isinstance(scene, Scene):
-        raise InputError(f"a Scene is wanted, not a {type(scene).__name__}")
+        raise InputError(f"a Scene is wanted, not {a_thing(scene)}")
     base = MotionSettings() if settings is None else settings
+    if not isinstance(base, MotionSettings):
+        raise InputError(f"settings is {a_thing(base)}, wanted is a MotionSettings")
+    if progress is not None and not callable(progress):
+        raise InputError(f"progress is {quoted(progress)}, wanted is a function of the time")
     given: dict[str, Any] = dict(changes)
     if duration is not None:
         given["duration"] = duration

@@ -12,7 +12,9 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import ImpulsekitError, InputError, MissingExtraError, RangeError
+from ..files import file_told
 from ..impact.algorithms import symmetric
+from ..scene.numbers import number
 from .force_field import ForceField
 from .path import Path
 from .status import MotionStatus
@@ -140,7 +142,7 @@ class Trajectory:
         Raises:
             RangeError: before the start or after the end.
         """
-        time = float(t)
+        time = number(t, "time") if isinstance(t, str) or t is None else float(t)
         if not 0.0 <= time <= self.duration:
             raise RangeError.of("time", t, f"0 to {self.duration:g} s")
         return self._path.state(time)
@@ -209,7 +211,7 @@ class Trajectory:
             "numbers": numbers,
             **self._path.arrays(),
         }
-        with open(path, "wb") as file:
+        with file_told(path, writing=True), open(path, "wb") as file:
             np.savez_compressed(file, **arrays)
 
     @classmethod
@@ -238,7 +240,7 @@ class Trajectory:
                     "Trajectory.load(path, scene=...)"
                 )
             scene = scene_of(text, name) if scene is None else scene
-            check_arrays(arrays, scene)
+            check_arrays(arrays, scene, name)
             motion = cls(
                 scene,
                 arrays["t"],

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError, ShapeError, UnknownNameError
+from ..errors import InputError, ShapeError, UnknownNameError, a_thing, quoted, shown
 from .robot import Robot
 
 __all__ = ["combine"]
@@ -53,9 +53,12 @@ def combine(
     parts = []
     for name, robot in named.items():
         if not isinstance(robot, Robot):
-            raise InputError(f'combine: "{name}" is a {type(robot).__name__}, not a Robot')
-        if not name or "/" in name or name == "world":
-            raise InputError(f'combine: "{name}" cannot be a robot\'s name')
+            raise InputError(f'combine: "{name}" is {a_thing(robot)}, not a Robot')
+        if not name or "/" in name or name == "world" or not name.isprintable():
+            raise InputError(
+                f'combine: "{shown(name)}" cannot be a robot\'s name; wanted is printable text '
+                'without "/", and not "world"'
+            )
         placement = _placement((placements or {}).get(name), name)
         world = pin.appendModel(world, _prefixed(robot.model, f"{name}/"), 0, placement)
         for part in robot.parts:
@@ -87,14 +90,24 @@ def _placement(value: Any, name: str) -> pin.SE3:
         return pin.SE3.Identity()
     if isinstance(value, pin.SE3):
         return value
-    array = np.array(value, dtype=float)
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(
+            f'placement of "{name}" is {quoted(value)}, wanted is a point (3,) or a matrix (4, 4)'
+        ) from None
     if array.shape not in ((3,), (4, 4)):
         raise ShapeError.of(f'placement of "{name}"', (4, 4), array.shape, "or a point (3,)")
     if not np.isfinite(array).all():
-        raise InputError(f'placement of "{name}" holds a NaN or an infinity')
+        raise InputError(
+            f'placement of "{name}" holds a NaN or an infinity, wanted are finite numbers'
+        )
     if array.shape == (3,):
         return pin.SE3(np.eye(3), array)
     rotation = array[:3, :3]
     if abs(rotation @ rotation.T - np.eye(3)).max() > 1e-9 or np.linalg.det(rotation) < 0:
-        raise InputError(f'placement of "{name}": its 3×3 part is not a rotation')
+        raise InputError(
+            f'placement of "{name}": its 3×3 part is not a rotation, wanted are columns of unit '
+            "length at right angles, right-handed"
+        )
     return pin.SE3(array)

@@ -101,7 +101,11 @@ def example_path(name: str) -> pathlib.Path:
         return _paths()[name]
     except (KeyError, TypeError):
         if name in _NO_URDF:
-            raise UrdfError(f"{name}: {_NO_URDF[name]}", source=str(name), element="") from None
+            raise UrdfError(
+                f'example robot "{name}": {_NO_URDF[name]}, wanted is a URDF',
+                source=str(name),
+                element="",
+            ) from None
         raise UnknownNameError.among("example robot", str(name), example_names()) from None
 
 

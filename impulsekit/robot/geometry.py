@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import html
 import os
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -33,21 +35,34 @@ def geometry_of(robot: Robot, kind: pin.GeometryType) -> pin.GeometryModel:
             continue
         urdf = replace(read_urdf(part.urdf), path=part.path)
         folders = mesh_folders(part)
-        text = plain_urdf(
-            urdf.name, urdf.inertials, urdf.joints, checked_shapes(urdf, tag, folders)
-        )
+        shapes = checked_shapes(urdf, tag, folders)
+        text = plain_urdf(urdf.name, urdf.inertials, urdf.joints, shapes)
         alone = pin.buildModelFromXML(text)
         try:
             geometry = pin.buildGeomFromUrdfString(alone, text, kind, package_dirs=folders)
         except (RuntimeError, ValueError) as error:
-            tried = ", ".join(folders) or "none"
-            raise UrdfError(
-                f"{part.label}: {error} (folders tried: {tried})", source=part.label, element="mesh"
-            ) from None
+            raise _unreadable(str(error), shapes, part.label) from None
         for item in geometry.geometryObjects:
             _attach(robot, part.prefix, alone, item)
             whole.addGeometryObject(item)
     return whole
+
+
+def _unreadable(told: str, shapes: Mapping[str, Sequence[str]], source: str) -> UrdfError:
+    """The error for a mesh that coal's reader refused; of its words only the reason is kept."""
+    for link, written in shapes.items():
+        for shape in written:
+            path = html.unescape(shape.partition('filename="')[2].partition('"')[0])
+            if path and path in told:
+                lines = told.partition("message: ")[2].splitlines()
+                reasons = [line for line in lines if line and path not in line and ":" not in line]
+                reason = f": {reasons[0]}" if reasons else ""
+                return UrdfError(
+                    f'{source}: link "{link}": "{path}" cannot be read as a mesh{reason}',
+                    source=source,
+                    element="mesh",
+                )
+    return UrdfError(f"{source}: its geometry cannot be built", source=source, element="mesh")
 
 
 def mesh_folders(part: RobotPart) -> list[str]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError, UnknownNameError, UrdfError
+from ..errors import InputError, UnknownNameError, UrdfError, a_thing
 from .source import RobotPart
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ class Robot:
         joint, the first stands for all of them in ``links``.
         """
         if not isinstance(model, pin.Model):
-            raise InputError(f"a pin.Model is wanted, not {type(model).__name__}")
+            raise InputError(f"from_model takes a pin.Model, not {a_thing(model)}")
         root = model.joints[1].shortname() if model.njoints > 1 else "fixed"
         return cls(pin.Model(model), (RobotPart(None, root=root),), model.name or "robot")
 
@@ -229,6 +229,9 @@ class Robot:
         try:
             return self._joint_ids[name]
         except (KeyError, TypeError):
+            if isinstance(name, str) and self.has_fixed_joint(name):
+                place = f"{where}: " if where else ""
+                raise InputError(f'{place}joint "{name}" is fixed, it has no motion') from None
             raise UnknownNameError.among("joint", str(name), self.joint_names, where) from None
 
     def has_fixed_joint(self, name: str) -> bool:
@@ -269,7 +272,6 @@ def _root_joint(root: str | pin.JointModel) -> tuple[Any, str]:
     shortname = getattr(root, "shortname", None)
     if shortname is None:
         raise InputError(
-            f'root is a {type(root).__name__}; wanted is "fixed", "planar", "freeflyer" '
-            "or a pin.JointModel"
+            f'root is {a_thing(root)}; wanted is "fixed", "planar", "freeflyer" or a pin.JointModel'
         )
     return root, shortname()

@@ -130,7 +130,9 @@ def mesh_path(filename: str, folders: Sequence[str], source: str, element: str) 
         raise fault(source, element, 'its <mesh> has no filename="..."')
     if "\0" in filename or "://" in filename.removeprefix("package://").removeprefix("file://"):
         raise fault(
-            source, element, f'its mesh "{shown(filename)}" is no path, package:// or file://'
+            source,
+            element,
+            f'its mesh "{shown(filename)}" is no file; wanted is a path, package:// or file://',
         )
     rest = filename.removeprefix("package://").removeprefix("file://")
     if filename.startswith("package://"):

@@ -9,7 +9,14 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import NotFiniteError, RangeError, ShapeError, StateError, UnknownNameError, quoted
+from ..errors import (
+    InputError,
+    NotFiniteError,
+    ShapeError,
+    StateError,
+    UnknownNameError,
+    quoted,
+)
 
 __all__ = [
     "QUATERNION_TOLERANCE",
@@ -21,8 +28,6 @@ __all__ = [
 
 # How far a quaternion or a (cos, sin) pair may be off unit length.
 QUATERNION_TOLERANCE = 1e-6
-# Beyond this the squares of speeds would overflow.
-LARGEST = 1e100
 
 
 def configuration(model: pin.Model, values: Mapping[str, Any]) -> np.ndarray:
@@ -57,7 +62,7 @@ def checked_configuration(model: pin.Model, q: Any) -> np.ndarray:
         ShapeError, NotFiniteError, StateError: each names the joint.
     """
     q = _vector(q, model.nq, "configuration q")
-    _check_size(model, q, "configuration q", "idx_q", "nq")
+    _check_finite(model, q, "configuration q", "idx_q", "nq")
     if not pin.isNormalized(model, q, QUATERNION_TOLERANCE):
         raise _off_unit(model, q)
     return q
@@ -66,13 +71,15 @@ def checked_configuration(model: pin.Model, q: Any) -> np.ndarray:
 def checked_velocity(model: pin.Model, v: Any) -> np.ndarray:
     """A copy of v as (nv,) floats, proved finite."""
     v = _vector(v, model.nv, "velocity v")
-    _check_size(model, v, "velocity v", "idx_v", "nv")
+    _check_finite(model, v, "velocity v", "idx_v", "nv")
     return v
 
 
 def _joint(model: pin.Model, name: str) -> pin.JointModel:
     names = list(model.names)
     if name not in names[1:]:
+        if any(f.name == name and f.type == pin.FrameType.FIXED_JOINT for f in model.frames):
+            raise InputError(f'joint "{name}" is fixed, it has no coordinate')
         raise UnknownNameError.among("joint", str(name), names[1:])
     return model.joints[names.index(name)]
 
@@ -117,15 +124,22 @@ def _vector(value: Any, size: int, what: str) -> np.ndarray:
     try:
         vector = np.array(value, dtype=float)
     except (TypeError, ValueError, OverflowError):
-        raise NotFiniteError(f"{what} does not hold numbers", what=what, where=what) from None
+        raise _no_numbers(value, size, what) from None
+    if value is None:
+        raise _no_numbers(value, size, what)
     if vector.shape != (size,):
         raise ShapeError.of(what, (size,), vector.shape)
     return vector
 
 
-def _check_size(model: pin.Model, vector: np.ndarray, what: str, start: str, count: str) -> None:
-    # A NaN is not within the bounds either.
-    bad = np.flatnonzero(~(abs(vector) <= LARGEST))
+def _no_numbers(value: Any, size: int, what: str) -> NotFiniteError:
+    return NotFiniteError(
+        f"{what} is {quoted(value)}, wanted are {size} numbers", what=what, where=what
+    )
+
+
+def _check_finite(model: pin.Model, vector: np.ndarray, what: str, start: str, count: str) -> None:
+    bad = np.flatnonzero(~np.isfinite(vector))
     if bad.size:
         index = int(bad[0])
         name = next(
@@ -133,10 +147,7 @@ def _check_size(model: pin.Model, vector: np.ndarray, what: str, start: str, cou
             for name, joint in zip(model.names, model.joints, strict=True)
             if getattr(joint, start) <= index < getattr(joint, start) + getattr(joint, count)
         )
-        where, value = f'entry {index} (joint "{name}")', vector[index]
-        if math.isfinite(value):
-            raise RangeError.of(f"{what}: {where}", value, f"-{LARGEST:g} to {LARGEST:g}")
-        raise NotFiniteError.of(what, where, value)
+        raise NotFiniteError.of(what, f'entry {index} (joint "{name}")', vector[index])
 
 
 def _off_unit(model: pin.Model, q: np.ndarray) -> StateError:

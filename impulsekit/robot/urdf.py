@@ -8,11 +8,11 @@ only what has passed it.
 from __future__ import annotations
 
 import os
-import stat
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..errors import UrdfError, shown
+from ..errors import UrdfError, a_thing, shown
+from ..files import reason_of, refuse_device
 from .urdf_elements import LinkInertial, UrdfJoint, read_joints, read_links
 from .urdf_numbers import checked_name
 from .urdf_tree import check_tree
@@ -77,53 +77,44 @@ def _text_of(path_or_xml: str | os.PathLike[str]) -> tuple[str, str | None]:
         return path_or_xml.lstrip("\ufeff \t\r\n"), None
     if not isinstance(path_or_xml, str | os.PathLike):
         raise UrdfError(
-            f"a URDF is given as a path or as XML text, not as {type(path_or_xml).__name__}",
+            f"a URDF is given as a path or as XML text, not as {a_thing(path_or_xml)}",
             source=repr(path_or_xml),
             element="",
         )
     path = os.fspath(path_or_xml)
     try:
-        # A device such as /dev/zero never ends.
-        if stat.S_ISCHR(mode := os.stat(path).st_mode) or stat.S_ISBLK(mode):
-            raise UrdfError(f"{path}: that is a device, not a file", source=path, element="")
+        refuse_device(path)
         with open(path, encoding="utf-8-sig") as file:
             return file.read().lstrip(), path
     except (OSError, ValueError) as error:
-        if isinstance(error, UrdfError):
-            raise
         raise UrdfError(f"{shown(path, 200)}: {_reason(error)}", source=path, element="") from None
 
 
 def _reason(error: OSError | ValueError) -> str:
-    reasons: dict[type, str] = {
-        FileNotFoundError: "there is no such file",
-        IsADirectoryError: "that is a folder, not a file",
-        NotADirectoryError: "there is no such file",
-        PermissionError: "the file may not be read",
-        UnicodeDecodeError: "the file is not UTF-8 text",
-    }
-    if type(error) in reasons:
-        return reasons[type(error)]
-    return (error.strerror if isinstance(error, OSError) else None) or str(error)
+    if isinstance(error, OSError):
+        return reason_of(error)
+    if isinstance(error, UnicodeDecodeError):
+        return "the file is not UTF-8 text"
+    return "a path has no NUL character in it"
 
 
 def _parse(text: str, source: str) -> ElementTree.Element:
     # A URDF has no use for a document type; with it go all tricks with entities.
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise UrdfError(
-            f"{source}: a document type or entity declaration has no place in a URDF",
+            f"{source}: a document type or entity declaration has no place in a URDF; take it out",
             source=source,
             element="<!DOCTYPE>",
         )
     from xml.etree import ElementTree
 
+    if not text.strip():
+        raise UrdfError(f"{source}: it is empty, a URDF has <robot>", source=source, element="")
     try:
         robot = _parsed(text)
     except (ElementTree.ParseError, ValueError) as error:
-        reason = str(error).removeprefix("not well-formed (invalid token): ")
-        raise UrdfError(
-            f"{source}: not well-formed XML: {reason}", source=source, element=""
-        ) from None
+        sentence = f"{source}: not well-formed XML: {_in_words(str(error))}"
+        raise UrdfError(sentence, source=source, element="") from None
     if robot.tag != "robot":
         raise UrdfError(
             f"{source}: the outermost element is <{shown(robot.tag)}>, a URDF has <robot>",
@@ -131,6 +122,23 @@ def _parse(text: str, source: str) -> ElementTree.Element:
             element=f"<{shown(robot.tag)}>",
         )
     return robot
+
+
+def _in_words(reason: str) -> str:
+    """What the parser says, for somebody who has not written a parser."""
+    what, _, where = reason.rpartition(": ")
+    words = {
+        "not well-formed (invalid token)": "a character that cannot stand there (a plain & is "
+        "written &amp;, a plain < &lt;)",
+        "no element found": "it ends before all its elements are closed",
+        "mismatched tag": "an element is closed that was not the last to be opened",
+        "duplicate attribute": "an attribute stands twice in one element",
+        "syntax error": "text outside all elements",
+        "junk after document element": "something stands after the end of <robot>",
+        "unbound prefix": "a prefix of a name without its xmlns",
+        "undefined entity": "an entity that XML does not know",
+    }
+    return f"{words[what]}: {where}" if what in words else reason
 
 
 def _parsed(text: str) -> ElementTree.Element:

@@ -46,13 +46,17 @@ def numbers(text: str | None, count: int, source: str, element: str, what: str) 
     found = tuple(float(word) for word in words if _NUMBER.fullmatch(word))
     if len(words) == len(found) == count and all(abs(x) <= LARGEST for x in found):
         return found
-    wanted = "a number" if count == 1 else f"{count} numbers"
+    kind = "number"
     if len(words) == len(found) == count:
-        wanted += f" between -{LARGEST:g} and {LARGEST:g}"
+        kind = f"number from -{LARGEST:g} to {LARGEST:g}"
     elif any(word.lower().lstrip("+-") in ("nan", "inf", "infinity") for word in words):
-        wanted = wanted.replace("number", "finite number")
+        kind = "finite number"
+    wanted = f"is a {kind}"
+    if count > 1:
+        wanted = f"are {count} {kind.replace('number', 'numbers')} with spaces between"
     given = "missing" if text is None else f'"{shown(text)}"'
-    raise fault(source, element, f"its {what} is {given}, wanted is {wanted}")
+    macro = "; expand its macros by xacro first" if "${" in (text or "") else ""
+    raise fault(source, element, f"its {what} is {given}, wanted {wanted}{macro}")
 
 
 def number(text: str | None, source: str, element: str, what: str, least: float = -math.inf):

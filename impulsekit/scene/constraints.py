@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, RangeError, ShapeError, quoted
+from ..errors import InputError, RangeError, ShapeError, a_thing, quoted
 from ..robot import Robot
 from .numbers import Vector, axes_name, number, text, vector
 
@@ -264,7 +264,7 @@ def check_constraint(robot: Robot, constraint: Any, where: str) -> None:
                 )
     else:
         raise InputError(
-            f"{where} is a {type(constraint).__name__}, wanted is a PointAnchor, FrameAnchor, "
+            f"{where} is {a_thing(constraint)}, wanted is a PointAnchor, FrameAnchor, "
             "JointLock or JointCoupling"
         )
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import InputError, RangeError
+from ..errors import InputError, RangeError, a_thing
 from ..robot import Robot
 from .numbers import Vector, number, text, vector
 from .restitution import checked_restitution
@@ -228,7 +228,9 @@ def check_contact(robot: Robot, contact: Any, where: str) -> None:
             )
         lower, upper = contact.limits(robot)
         if not lower <= upper:
-            raise InputError(f"{where}: the lower limit {lower:g} is above the upper {upper:g}")
+            raise InputError(
+                f"{where}: the lower limit {lower:g} is above the upper {upper:g}; give both"
+            )
     elif isinstance(contact, Collision):
         from ..robot.geometry import geometry_ids
 
@@ -240,7 +242,7 @@ def check_contact(robot: Robot, contact: Any, where: str) -> None:
             )
     else:
         raise InputError(
-            f"{where} is a {type(contact).__name__}, wanted is a Contact, JointStop or Collision"
+            f"{where} is {a_thing(contact)}, wanted is a Contact, JointStop or Collision"
         )
 
 

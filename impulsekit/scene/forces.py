@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, RangeError, ShapeError
+from ..errors import InputError, RangeError, ShapeError, a_thing
 from ..robot import Robot
 from ..robot.robot import WORLD
 from .numbers import Vector, axes_name, number, text, vector
@@ -263,7 +263,7 @@ def check_force(robot: Robot, force: Any, where: str) -> None:
             raise InputError(f"{where}: a force on {whole} moves nothing")
     else:
         raise InputError(
-            f"{where} is a {type(force).__name__}, wanted is a JointSpring, Spring, Actuator "
+            f"{where} is {a_thing(force)}, wanted is a JointSpring, Spring, Actuator "
             "or AppliedForce"
         )
 

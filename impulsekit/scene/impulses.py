@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, ShapeError
+from ..errors import InputError, ShapeError, a_thing
 from ..robot import Robot
 from ..robot.robot import WORLD
 from .numbers import Vector, axes_name, number, text, vector
@@ -138,5 +138,5 @@ def check_impulse(robot: Robot, impulse: Any, where: str) -> None:
             )
     else:
         raise InputError(
-            f"{where} is a {type(impulse).__name__}, wanted is an AppliedImpulse or a JointImpulse"
+            f"{where} is {a_thing(impulse)}, wanted is an AppliedImpulse or a JointImpulse"
         )

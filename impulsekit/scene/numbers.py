@@ -56,15 +56,26 @@ def vector(value: Any, what: str) -> Vector:
         if value.shape != (3,):
             raise ShapeError.of(what, (3,), value.shape)
         entries: Sequence[Any] = value.tolist()
+    elif isinstance(value, list | tuple):
+        entries = value
     else:
-        try:
-            entries = list(value)
-        except TypeError:
-            raise ShapeError.of(what, (3,), (), "three numbers are wanted") from None
+        entries = _entries(value, what)
     if len(entries) != 3:
         raise ShapeError.of(what, (3,), (len(entries),))
     x, y, z = (number(entry, f"{what}[{i}]") for i, entry in enumerate(entries))
     return (x, y, z)
+
+
+def _entries(value: Any, what: str) -> Sequence[Any]:
+    """The entries of something that is neither a list nor an array."""
+    if not isinstance(value, str | bytes | dict):
+        try:
+            return list(value)
+        except TypeError:
+            pass
+    raise ShapeError(
+        f"{what} is {quoted(value)}, three numbers are wanted", what=what, expected=(3,), got=()
+    )
 
 
 def axes_name(value: Any, what: str) -> str:
@@ -75,7 +86,9 @@ def axes_name(value: Any, what: str) -> str:
 
 
 def text(value: Any, what: str) -> str:
-    """A name: text that is not empty."""
+    """A name: text that is not empty, without what a terminal would obey."""
     if not isinstance(value, str) or not value:
-        raise InputError(f"{what} is {quoted(value)}, a name is wanted")
+        raise InputError(f"{what} is {quoted(value)}, a name is wanted", what=what)
+    if not value.isprintable():
+        raise InputError(f"{what} is {quoted(value)}, a printable name is wanted", what=what)
     return value

@@ -70,7 +70,9 @@ class RestitutionTable:
     def __post_init__(self) -> None:
         speeds = tuple(number(s, "RestitutionTable: speeds") for s in self.speeds)
         values = tuple(_coefficient(e, "RestitutionTable: values") for e in self.values)
-        if len(speeds) != len(values) or not speeds:
+        if not speeds:
+            raise ShapeError.of("RestitutionTable: speeds", (1,), (0,), "one or more")
+        if len(speeds) != len(values):
             raise ShapeError.of("RestitutionTable: values", (len(speeds),), (len(values),))
         if speeds[0] < 0.0 or any(b <= a for a, b in pairwise(speeds)):
             raise RangeError.of(

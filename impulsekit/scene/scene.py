@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from ..errors import InputError
+from ..errors import InputError, a_thing
 from ..robot import Robot
 from .law import Law
 from .numbers import Vector, vector
@@ -61,7 +61,7 @@ class Scene:
 
     def __post_init__(self) -> None:
         if not isinstance(self.robot, Robot):
-            raise InputError(f"Scene: robot is a {type(self.robot).__name__}, not a Robot")
+            raise InputError(f"Scene: robot is {a_thing(self.robot)}, not a Robot")
         set_field = object.__setattr__
         set_field(self, "impulses", _entries(self.impulses, "impulses"))
         set_field(self, "constraints", _entries(self.constraints, "constraints"))
@@ -70,7 +70,7 @@ class Scene:
         set_field(self, "gravity", vector(self.gravity, "Scene: gravity"))
         self._check_entries()
         if not isinstance(self.law, Law):
-            raise InputError(f"Scene: law is a {type(self.law).__name__}, not a Law")
+            raise InputError(f"Scene: law is {a_thing(self.law)}, not a Law")
         self._check_names()
 
     def _check_entries(self) -> None:
@@ -101,7 +101,10 @@ class Scene:
         counts = Counter(name for kind in kinds for name in self.entry_names(kind))
         twice = [name for name, count in counts.items() if count > 1]
         if twice:
-            raise InputError(f'Scene: {counts[twice[0]]} entries are called "{twice[0]}"')
+            raise InputError(
+                f'Scene: {counts[twice[0]]} entries are called "{twice[0]}", each needs a name of '
+                "its own"
+            )
 
     def entry_names(self, kind: str) -> tuple[str, ...]:
         """What results call the entries of a ``kind`` such as "impulses": name or place."""
@@ -112,4 +115,4 @@ def _entries(value: Any, what: str) -> tuple[Any, ...]:
     try:
         return tuple(value)
     except TypeError:
-        raise InputError(f"Scene: {what} is a {type(value).__name__}, a list is wanted") from None
+        raise InputError(f"Scene: {what} is {a_thing(value)}, a list is wanted") from None

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import pydantic
 
-from ..errors import ImpulsekitError, UnknownNameError, nearest_names
+from ..errors import ImpulsekitError, UnknownNameError, nearest_names, quoted, shown
 
 __all__ = ["Faults", "no_such_key"]
 
@@ -151,11 +151,10 @@ def _wrong_length(where: str, value: Any, wanted: int) -> str:
 
 
 def _shown(value: Any) -> str:
-    text = (
-        f'"{value}"'
-        if isinstance(value, str)
-        else str(value).lower()
-        if isinstance(value, bool)
-        else str(value)
-    )
-    return text if len(text) <= 60 else text[:57] + "..."
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, tuple):
+        if any(isinstance(entry, dict) for entry in value):
+            return "a list of tables"
+        return shown("[" + ", ".join(map(_shown, value)) + "]")
+    return str(value).lower() if isinstance(value, bool) else quoted(value)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import stat
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ import numpy as np
 import pydantic
 
 from ..errors import ImpulsekitError, SceneFileError, quoted
+from ..files import reason_of, refuse_device
 from ..robot import Robot
 from ..robot import state as states
 from ..scene import Scene
@@ -128,9 +128,7 @@ def _error(path: str, faults: Faults) -> SceneFileError:
 
 def _read_toml(path: str) -> dict[str, Any]:
     def text() -> str:
-        # A device such as /dev/zero never ends.
-        if stat.S_ISCHR(mode := os.stat(path).st_mode) or stat.S_ISBLK(mode):
-            raise ValueError("that is a device, not a file")
+        refuse_device(path)
         with open(path, "rb") as file:
             return file.read().decode("utf-8-sig").replace("\r\n", "\n")
 
@@ -141,18 +139,14 @@ def _parsed(text: Callable[[], str], path: str) -> dict[str, Any]:
     try:
         return _tuples(tomllib.loads(text()))
     except tomllib.TOMLDecodeError as error:
-        reason = f"not well-formed TOML: {error}"
+        words = str(error).replace("Cannot overwrite a value", "a key or table stands there twice")
+        reason = f"not well-formed TOML: {words}"
     except UnicodeDecodeError as error:
         reason = f"not UTF-8 text: byte {error.start} is {error.object[error.start]:#04x}"
     except RecursionError:
         reason = "not a scene: its values are nested too deep"
     except (OSError, ValueError) as error:
-        reasons: dict[type, str] = {
-            FileNotFoundError: "there is no such file",
-            IsADirectoryError: "that is a folder, not a file",
-            PermissionError: "the file may not be read",
-        }
-        reason = reasons.get(type(error), str(error))
+        reason = reason_of(error) if isinstance(error, OSError) else str(error)
     raise SceneFileError(f"{path}: {reason}", path=path, faults=(reason,)) from None
 
 

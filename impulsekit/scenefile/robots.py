@@ -80,7 +80,7 @@ def read_robots(
             # Alone first, so that each has its say.
             combine({name: robot}, placements={name: placement})
         except ImpulsekitError as error:
-            faults.add(f"{place}: {error}")
+            faults.add(f"{place}: {str(error).removeprefix('combine: ')}")
         else:
             robots[name], placements[name] = robot, placement
     if len(robots) < len(data["robots"]):
@@ -90,8 +90,8 @@ def read_robots(
 
 def _built(table: RobotTable, folder: str, place: str, faults: Faults) -> Robot | None:
     if (table.urdf is None) == (table.example is None):
-        wanted = 'wanted is one of urdf = "FILE" and example = "NAME"'
-        faults.add(f"{place}: {wanted}, not {'neither' if table.urdf is None else 'both'}")
+        has = "neither is there" if table.urdf is None else "both are there"
+        faults.add(f'{place}: wanted is either urdf = "FILE" or example = "NAME", {has}')
         return None
     try:
         if table.example is not None:

@@ -12,6 +12,7 @@ import numpy as np
 import tomli_w
 
 from ..errors import InputError, quoted
+from ..files import file_told
 from ..robot import Robot
 from ..robot import state as states
 from ..scene import Scene
@@ -104,7 +105,8 @@ def save_scene(
     path = pathlib.Path(path)
     folder = path.absolute().parent
     text = dump_scene(scene, q, v, points=points, motion=motion, design=design, folder=folder)
-    path.write_text(text, encoding="utf-8", newline="\n")
+    with file_told(path, writing=True):
+        path.write_text(text, encoding="utf-8", newline="\n")
 
 
 def _check_writable(scene: Scene) -> None:

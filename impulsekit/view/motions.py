@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, a_thing
 from ..robot import Robot
 from .coasting import coasting
 from .recording import Recording
@@ -60,7 +60,7 @@ def shown_motion(motion: Any, span: float | None = None) -> Shown:
     robot = getattr(scene, "robot", None) or getattr(motion, "robot", None)
     if not isinstance(robot, Robot) or not hasattr(motion, "t") or not hasattr(motion, "q"):
         raise InputError(
-            f"replay: a {type(motion).__name__} cannot be shown; wanted is a Trajectory, a "
+            f"replay: {a_thing(motion)} cannot be shown; wanted is a Trajectory, a "
             "Recording or an Impact"
         )
     sampled = Recording(robot, motion.t, motion.q, getattr(motion, "impacts", ()))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError, NotFiniteError, RangeError, ShapeError
+from ..errors import InputError, NotFiniteError, RangeError, ShapeError, a_thing, quoted
 from ..robot import Robot
 from ..robot.state import QUATERNION_TOLERANCE, checked_configuration
 
@@ -48,8 +48,8 @@ class Recording:
 
     def __post_init__(self) -> None:
         if not isinstance(self.robot, Robot):
-            raise InputError(f"Recording: robot is a {type(self.robot).__name__}, not a Robot")
-        t, q = np.array(self.t, dtype=float), np.array(self.q, dtype=float)
+            raise InputError(f"Recording: robot is {a_thing(self.robot)}, not a Robot")
+        t, q = (_floats(array, what) for what, array in (("t", self.t), ("q", self.q)))
         if t.ndim != 1:
             raise ShapeError.of("Recording: t", (t.size,), t.shape)
         if t.size == 0:
@@ -90,3 +90,11 @@ class Recording:
             else:
                 found[row] = pin.interpolate(self.robot.model, self.q[i - 1], self.q[i], share)
         return found
+
+
+def _floats(values: Any, what: str) -> np.ndarray:
+    try:
+        return np.array(values, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        sentence = f"Recording: {what} is {quoted(values)}, numbers are wanted"
+        raise NotFiniteError(sentence, what=what, where=what) from None

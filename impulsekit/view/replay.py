@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import RangeError
+from ..files import file_told
 from .actors import Actors
 from .browser import send_to, show_page
 from .drawing import Drawing
@@ -207,7 +208,8 @@ def _written(text: str, html: str | os.PathLike[str] | None, show: bool) -> str 
     else:
         name = os.fspath(html)
     path = pathlib.Path(name)
-    path.write_text(text, encoding="utf-8")
+    with file_told(path, writing=True):
+        path.write_text(text, encoding="utf-8")
     if show and not show_page(path):
         warnings.warn(f"no browser could be opened; the page is {path}", stacklevel=3)
     return str(path)

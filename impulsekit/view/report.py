@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import RangeError
+from ..errors import InputError, RangeError, a_thing, quoted
 from ..scene import AppliedImpulse
 from .contacts import contacts_section
 from .forms import FORMS
@@ -50,8 +50,12 @@ def report(
         >>> print(report(solve(scene, robot.neutral(), robot.velocity())).splitlines()[0])
         panda: 1 impulse, 9 degrees of freedom
     """
+    from ..impact.result import Impact as AnImpact
+
+    if not isinstance(impact, AnImpact):
+        raise InputError(f"report takes an Impact, not {a_thing(impact)}")
     if form not in FORMS:
-        raise RangeError.of("report: form", repr(form), ", ".join(FORMS))
+        raise RangeError.of("report: form", quoted(form), " or ".join(map(quoted, FORMS)))
     return FORMS[form](report_blocks(impact, points, rows=rows))
 
 

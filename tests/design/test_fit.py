@@ -109,7 +109,7 @@ def test_what_cannot_be_fitted_is_said():
     good = measured(scene, scene, throws[:1], 1e-3, np.random.default_rng(0))
     with pytest.raises(ik.errors.InputError, match="no measurements"):
         ik.fit_impacts([], restitution=["floor"])
-    with pytest.raises(ik.errors.InputError, match="no parameters"):
+    with pytest.raises(ik.errors.InputError, match="nothing is to be found"):
         ik.fit_impacts(good)
     with pytest.raises(ik.errors.UnknownNameError):
         ik.fit_impacts(good, friction=["ceiling"])

@@ -52,7 +52,7 @@ def test_lists_and_whole_numbers_are_taken():
         (lambda q: q, lambda v: _set(v, 6, math.nan), errors.NotFiniteError, "leg_left_1_joint"),
         (lambda q: _set(q, slice(3, 7), 0.0), lambda v: v, errors.StateError, "length 0"),
         (lambda q: _set(q, 6, q[6] + 1e-3), lambda v: v, errors.StateError, "quaternion"),
-        (lambda q: "here", lambda v: v, errors.NotFiniteError, "q does not hold numbers"),
+        (lambda q: "here", lambda v: v, errors.NotFiniteError, 'q is "here", wanted are 39 numbers'),
         (lambda q: q, lambda v: None, errors.ImpulsekitError, "v"),
     ],
 )

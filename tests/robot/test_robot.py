@@ -25,7 +25,7 @@ def test_roots_add_their_degrees_of_freedom():
 def test_an_unknown_root_is_refused_with_those_that_exist():
     with pytest.raises(errors.UnknownNameError, match='"freeflyer"'):
         ik.Robot.from_urdf(ik.chain_urdf(1), root="freefyler")
-    with pytest.raises(errors.InputError, match="root is a int"):
+    with pytest.raises(errors.InputError, match="root is an int"):
         ik.Robot.from_urdf(ik.chain_urdf(1), root=3)
 
 

@@ -212,7 +212,7 @@ def test_a_mesh_beside_its_urdf_is_read_and_one_in_a_named_folder(tmp_path):
         ("<sphere radius='-1'/>", "-1 m"),
         ("<cylinder radius='1'/>", "<cylinder length>"),
         ("<mesh filename=''/>", "no filename"),
-        ("<mesh filename='http://example.org/a.stl'/>", "no path"),
+        ("<mesh filename='http://example.org/a.stl'/>", "no file"),
         ("<cone/>", "<cone>"),
         ("", "no <geometry>"),
     ],

@@ -55,7 +55,7 @@ def test_entries_are_called_by_name_or_place(robot):
         (lambda: ik.AppliedImpulse("a", [1e200, 0, 0]), errors.RangeError, "1e[+]100"),
         (lambda: ik.AppliedImpulse("a", axes="body"), errors.RangeError, '"world" or "local"'),
         (lambda: ik.AppliedImpulse(""), errors.InputError, "a name is wanted"),
-        (lambda: ik.AppliedImpulse("a", ["x", 0, 0]), errors.NotFiniteError, "'x'"),
+        (lambda: ik.AppliedImpulse("a", ["x", 0, 0]), errors.NotFiniteError, '"x"'),
         (lambda: ik.JointImpulse("a", math.nan), errors.NotFiniteError, r"impulse\[0\]"),
     ],
 )

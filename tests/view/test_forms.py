@@ -80,5 +80,5 @@ def test_rich_draws_tables_and_keeps_names_as_they_are(impact):
 
 
 def test_another_form_is_refused(impact):
-    with pytest.raises(RangeError, match="text, markdown, json"):
+    with pytest.raises(RangeError, match='"text" or "markdown" or "json"'):
         ik.report(impact, form="latex")
