@@ -8,7 +8,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from ..impact.collision import convex_geometry, meeting_points
+from ..impact.collision import convex_geometry, meeting_points, smallest_gap
 from ..impact.reach import ReachedModel
 from ..impact.touching import contact_axes
 from ..robot import Robot
@@ -20,8 +20,6 @@ __all__ = ["CollidingGap"]
 
 # A resting pair is looked for up to this far apart [m].
 RESTING = 1e-5
-# Of coal's iterations; its default of 1e-6 would show in the times of impacts.
-TOLERANCE = 1e-12
 # Bodies with corners that approach more slowly stay [m/s]: they would hop some 1e-9 m high.
 SLOW = 2e-4
 # How far the bodies move for the rates of their rows [m, rad].
@@ -66,19 +64,8 @@ class CollidingGap:
 
     def distance(self, data: pin.Data) -> float:
         """The gap [m], negative where they overlap; ``data`` with placements."""
-        request = coal.DistanceRequest()
-        request.enable_signed_distance = True
-        request.gjk_tolerance = request.epa_tolerance = TOLERANCE
-        first, other = (
-            [(shape, coal.Transform3s(at.rotation, at.translation)) for shape, at in pieces]
-            for pieces in self._placed(data)
-        )
-        gaps = [
-            coal.distance(one, at_one, two, at_two, request, coal.DistanceResult())
-            for one, at_one in first
-            for two, at_two in other
-        ]
-        return float(min(gaps))
+        first, other = self._placed(data)
+        return smallest_gap(first, other)
 
     def speed_bound(self, data: pin.Data) -> float:
         """No gap of these two closes faster [m/s]; ``data`` with placements and velocities."""
