@@ -35,8 +35,8 @@ class Effort:
     longest: float
 
 
-WHOLE = Effort(rounds=201, seconds=0.001, longest=1.0)
-QUICK = Effort(rounds=31, seconds=0.0005, longest=0.1)
+WHOLE = Effort(rounds=401, seconds=0.0003, longest=1.0)
+QUICK = Effort(rounds=51, seconds=0.0003, longest=0.1)
 
 
 def run(

@@ -70,8 +70,8 @@ class Ratio:
 
 def time_in_turn(
     ways: Mapping[str, Callable[[], object]],
-    rounds: int = 201,
-    seconds: float = 0.001,
+    rounds: int = 501,
+    seconds: float = 0.0003,
     *,
     longest: float = float("inf"),
     warm: bool = True,
