@@ -40,7 +40,9 @@ class PreciseImpact:
             triples = outcome.contacts.impulse.reshape(-1, 3)
             for touch, impulse in zip(outcome.touches, triples, strict=True):
                 own = touch.axes
-                if own is not None:
+                if own is not None and not isinstance(
+                    self.scene.contacts[touch.entry], ik.Collision
+                ):
                     entry = self.scene.contacts[touch.entry]
                     body = self.tree.body_of_link(self.reference.link(entry.against))
                     own = self.numbers.array(own)
@@ -155,6 +157,8 @@ class PreciseImpact:
             sign = touch.jacobian[2].sum()
             matrix[2, tree.joint(self.reference.joint(entry.joint)).first_speed] = sign
             return speed_rows(tree, matrix).speeds, None
+        if isinstance(entry, ik.Collision):
+            return self._meeting_rows(at, entry)
         link, other = self.reference.link(entry.frame), self.reference.link(entry.against)
         first, second = tree.body_of_link(link), tree.body_of_link(other)
         place = numbers.array(entry.at)
@@ -166,6 +170,59 @@ class PreciseImpact:
             there = at.rotations[second].T @ (place - at.origins[second])
         rows = point_velocity_rows(tree, at, link, other, entry.at, there, axes.T)
         return rows.matrix(numbers, at.linear, at.angular), axes
+
+    def _meeting_rows(self, at, entry):
+        """Rows of a ball against a ball, or against the face of a box it lies over."""
+        tree, numbers = self.tree, self.numbers
+        links = [self.reference.link(name) for name in (entry.first, entry.other)]
+        bodies = [tree.body_of_link(link) for link in links]
+        pieces = [self._piece(at, *both) for both in zip(links, bodies, strict=True)]
+        (c, ra, Ra, half_a), (d, rb, Rb, half_b) = pieces
+        if half_a is None and half_b is None:
+            n = c - d
+            n = n / numbers.sqrt(n @ n)
+            place = (c - ra * n + d + rb * n) / 2
+        else:
+            sign, ball, r, box, R, half = (
+                (1, c, ra, d, Rb, half_b) if half_a is None else (-1, d, rb, c, Ra, half_a)
+            )
+            own = R.T @ (ball - box)
+            k = int(np.argmax(np.abs(own.astype(float)) - half.astype(float)))
+            up = R[:, k] * int(np.sign(float(own[k])))
+            height = abs(own[k]) - half[k]
+            place = ball - up * (r + height) / 2
+            n = up * sign
+        k = int(np.argmin(np.abs(n.astype(float))))
+        first = -n * n[k]
+        first[k] += 1
+        first = first / numbers.sqrt(first @ first)
+        axes = np.array([first, np.cross(n, first), n]).T
+        there = [
+            place if body == WORLD else at.rotations[body].T @ (place - at.origins[body])
+            for body in bodies
+        ]
+        rows = point_velocity_rows(tree, at, *links, *there, axes.T)
+        return rows.matrix(numbers, at.linear, at.angular), axes
+
+    def _piece(self, at, link, body):
+        """Centre, radius, axes and half sides of a link's only geometry."""
+        numbers = self.numbers
+        item = next(
+            item
+            for item in self.scene.robot.collision_model.geometryObjects
+            if self.tree.body_of_link(
+                self.reference.link(self.scene.robot.model.frames[item.parentFrame].name)
+            )
+            == body
+        )
+        place = numbers.array(item.placement.translation)
+        turn = numbers.array(item.placement.rotation)
+        if body != WORLD:
+            place = at.origins[body] + at.rotations[body] @ place
+            turn = at.rotations[body] @ turn
+        box = hasattr(item.geometry, "halfSide")
+        half = numbers.array(np.array(item.geometry.halfSide).reshape(3)) if box else None
+        return place, 0 if box else numbers.number(item.geometry.radius), turn, half
 
     def _coefficients(self, rows, v, count, de, dmu):
         numbers = self.numbers

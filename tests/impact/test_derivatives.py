@@ -321,6 +321,57 @@ def test_coefficients_that_depend_on_speed_and_tangential_restitution():
         assert_true(scene, *falling(), modes=["sticking"])
 
 
+MIXED = pin.Quaternion(0.8, 0.1, -0.3, 0.5).normalized().coeffs()
+
+
+def two_bodies(first, other, way):
+    """Two free bodies, the first away from the other by ``way``, that approach each other."""
+    kinds = [ik.Robot.from_urdf(f"models/{kind}.urdf", root="freeflyer") for kind in (first, other)]
+    world = ik.combine(a=kinds[0], b=kinds[1])
+    q = world.configuration({"a/root_joint": [*way, *MIXED], "b/root_joint": [0, 0, 0, 0, 0, 0, 1]})
+    v = np.random.default_rng(1).normal(size=12)
+    v[:3] -= 4.0 * pin.Quaternion(MIXED).matrix().T @ way / np.linalg.norm(way)
+    return world, q, v
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.05, 2.0])
+def test_a_collision_of_two_balls(mu):
+    way = 0.1 * np.array([2.0, 1.0, 2.0]) / 3.0
+    world, q, v = two_bodies("ball", "ball", way)
+    touch = ik.Collision("a/ball", "b/ball", restitution=0.6, friction=mu)
+    assert_true(ik.Scene(world, [blow("a/ball", 2)], contacts=[touch]), q, v)
+
+
+def test_a_collision_of_balls_of_two_sizes():
+    way = (0.05 + 0.028575) * np.array([2.0, 1.0, 2.0]) / 3.0
+    world, q, v = two_bodies("ball", "billiard_ball", way)
+    touch = ik.Collision("a/ball", "b/ball", restitution=0.6, friction=0.1)
+    assert_true(ik.Scene(world, contacts=[touch]), q, v)
+
+
+@pytest.mark.parametrize("ball_first", [True, False])
+@pytest.mark.parametrize("mu", [0.05, 2.0])
+def test_a_collision_of_a_ball_with_a_face(ball_first, mu):
+    size = np.array(box().collision_model.geometryObjects[0].geometry.halfSide).reshape(3)
+    world, q, v = two_bodies("ball", "box", np.array([0.02, -0.03, size[2] + 0.05]))
+    names = ("a/ball", "b/box") if ball_first else ("b/box", "a/ball")
+    touch = ik.Collision(*names, restitution=0.6, friction=mu)
+    assert_true(ik.Scene(world, contacts=[touch]), q, v)
+
+
+def test_a_collision_of_shapes_without_a_closed_form_is_refused():
+    upper = ik.combine(a=box(), b=box())
+    q = upper.configuration({"a/root_joint": [0.05, 0, 0.1, 0, 0, 0, 1]})
+    scene = ik.Scene(upper, contacts=[ik.Collision("a/box", "b/box")])
+    impact = ik.solve(scene, q, upper.velocity({"a/root_joint": [0, 0, -1, 0, 0, 0]}))
+    with pytest.raises(ik.errors.InputError, match="Box and Box"):
+        ik.derivatives(impact)
+
+
+def box():
+    return ik.Robot.from_urdf("models/box.urdf", root="freeflyer")
+
+
 class Worn:
     """e(u) = 0.9 − 0.01 u², with its slope."""
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...scene import Contact
+from ...scene import Collision, Contact
 from ..constrained import Outcome
 from ..laws import ContactSolution
 from ..laws.coulomb import coulomb
@@ -53,8 +53,8 @@ def derivatives(impact: Impact) -> Derivatives:
 
     Raises:
         InputError: an impact that has no answer; a law along the path, whose answer has
-            modes of its own; a ``Collision``, whose points move with the geometry; joints
-            that are no chain of joints with fixed axes.
+            modes of its own; a ``Collision`` of other shapes than balls with balls or flat
+            faces; joints that are no chain of joints with fixed axes.
 
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene, pendulum_urdf, solve
@@ -110,10 +110,12 @@ class _Derivation:
         placed: list[Rows] = []
         for touch in outcome.touches:
             entry = self.scene.contacts[touch.entry]
-            if touch.axes is None or not isinstance(entry, Contact):
-                placed.append(FixedRows(touch.jacobian))
-            else:
+            if isinstance(entry, Contact):
                 placed.append(self.workspace.touching_rows(entry, touch, motion).placed(motion))
+            elif isinstance(entry, Collision):
+                placed.append(self.workspace.meetings(touch.entry).placed(touch, motion))
+            else:
+                placed.append(FixedRows(touch.jacobian))
         matrix = self.builder.stacked([rows.matrix for rows in placed])
         before, after = matrix.dot(self.v).tolist(), matrix.dot(self.after).tolist()
         self.scale = max(map(abs, (*before, *after)))

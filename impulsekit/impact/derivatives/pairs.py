@@ -6,7 +6,8 @@ turn with the world, a or b; the point c_b is one of b or the one that coincides
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -21,7 +22,16 @@ if TYPE_CHECKING:
     from ...scene.constraints import Constraint
     from .expanded import ExpandedModel
 
-__all__ = ["FixedRows", "PairRows", "anchor_rows", "blow_rows", "contact_rows", "joint_rows"]
+__all__ = [
+    "FixedRows",
+    "PairRows",
+    "PlacedPair",
+    "Side",
+    "anchor_rows",
+    "blow_rows",
+    "contact_rows",
+    "joint_rows",
+]
 
 _EYE = np.eye(3)
 
@@ -83,77 +93,109 @@ class PairRows:
         # (k, 6): the rows, of the velocity of the point and of ω in the joint of the axes.
         self.selector = np.kron(np.eye(2), axes.T)[list(select)]
         # In the world's own axes nothing has to be turned.
-        self.is_whole = axes_joint == 0 and bool(np.array_equal(self.selector, np.eye(6)))
         self.is_level = axes_joint == 0 and bool(np.array_equal(self.selector, np.eye(6)[:3]))
 
     def placed(self, motion: Motion) -> PlacedPair:
         """The rows at a configuration."""
-        return PlacedPair(self, motion)
+        a, b, fixed = self.first, self.other, self.axes_joint
+        places = motion.placements
+        sides: list[Side] = []
+        if a > 0:
+            sides.append(Side(a, 1.0, self.point, *motion.jacobians(a, self.point), None))
+        if b > 0:
+            point = self.other_point
+            if point is None:
+                here = places[a].act(self.at) if a > 0 else self.at
+                point = pin.SE3(_EYE, places[b].actInv(here))
+            raw, jacobian = motion.jacobians(b, point)
+            moved: np.ndarray | None = None
+            if self.other_point is None:
+                # The point is where that of a is, not where it was in b.
+                moved = sides[0].jacobian[:3] - jacobian[:3] if a > 0 else -jacobian[:3]
+            sides.append(Side(b, -1.0, point, raw, jacobian, moved))
+        turn: np.ndarray | None = None
+        selector = self.selector
+        if fixed > 0:
+            turning = next((side.jacobian for side in sides if side.joint == fixed), None)
+            if turning is None:
+                _, turning = motion.jacobians(fixed, pin.SE3.Identity())
+            turn = turning[3:]
+            rotation = places[fixed].rotation
+            selector = (selector.reshape(-1, 3) @ rotation.T).reshape(-1, 6)
+        return PlacedPair(motion, sides, selector, turn, self.angular, self.is_level)
+
+
+class Side(NamedTuple):
+    """One body of a pair.
+
+    Attributes:
+        joint: the one that carries it.
+        sign: 1 for a, −1 for b.
+        point: of the body.
+        raw, jacobian: how the point moves and turns with the body: (6, ·) with the
+            configuration of the expanded model, and (6, nv) with that of the robot.
+        moved: (3, nv) how the point of the pair leaves that of the body; None for not.
+    """
+
+    joint: int
+    sign: float
+    point: pin.SE3
+    raw: np.ndarray
+    jacobian: np.ndarray
+    moved: np.ndarray | None
 
 
 class PlacedPair:
     """A pair at a configuration.
 
+    Args:
+        sides: of its bodies; those that do not move are left out.
+        selector: (k, 6) the rows, of relative velocity and ω in the world's axes.
+        turn: (3, nv) how the axes turn with the configuration; None for not.
+        angular: whether any of the rows is one of ω.
+        is_level: whether the axes are the world's, and the rows those of the velocity.
+
     Attributes:
         matrix: (k, nv) G, the rows.
     """
 
-    def __init__(self, rows: PairRows, motion: Motion) -> None:
-        self._rows, self._motion = rows, motion
-        a, b, fixed = rows.first, rows.other, rows.axes_joint
-        places = motion.placements
-        # By side: joint, sign, its point there, and how that moves and turns: (6, ·) with
-        # the configuration of the expanded model, then with that of the robot.
-        self._sides: list[tuple[int, float, pin.SE3, np.ndarray, np.ndarray]] = []
-        if a > 0:
-            self._sides.append((a, 1.0, rows.point, *motion.jacobians(a, rows.point)))
-        if b > 0:
-            point = rows.other_point
-            if point is None:
-                here = places[a].act(rows.at) if a > 0 else rows.at
-                point = pin.SE3(_EYE, places[b].actInv(here))
-            self._sides.append((b, -1.0, point, *motion.jacobians(b, point)))
+    def __init__(
+        self,
+        motion: Motion,
+        sides: Sequence[Side],
+        selector: np.ndarray,
+        turn: np.ndarray | None,
+        angular: bool,
+        is_level: bool = False,
+    ) -> None:
+        self._motion, self._sides, self._selector = motion, sides, selector
+        self._turn, self._angular = turn, angular
+        self.is_level = is_level
         # A body that hangs on the world by fixed joints alone moves nowhere.
-        both = self._sides[0][4] if self._sides else motion.zero
-        if len(self._sides) == 2:
-            both = both - self._sides[1][4]
-        elif a == 0:
-            both = -both
+        both = motion.zero
+        if sides:
+            both = sides[0].jacobian if sides[0].sign > 0.0 else -sides[0].jacobian
+        if len(sides) == 2:
+            both = both - sides[1].jacobian
         self._relative = both
-        # (3, nv) how the axes turn with the configuration.
-        self._turn: np.ndarray | None = None
-        self._selector = rows.selector
-        if fixed > 0:
-            turning = next((side[4] for side in self._sides if side[0] == fixed), None)
-            if turning is None:
-                _, turning = motion.jacobians(fixed, pin.SE3.Identity())
-            self._turn = turning[3:]
-            rotation = places[fixed].rotation
-            self._selector = (rows.selector.reshape(-1, 3) @ rotation.T).reshape(-1, 6)
         self.matrix = self._in_axes(both)
 
     def _in_axes(self, table: np.ndarray) -> np.ndarray:
-        if self._rows.is_whole:
-            return table
-        if self._rows.is_level:
+        if self.is_level:
             return table[:3]
         return self._selector[:, : len(table)].dot(table)
-
-    def _wrench(self, impulse: np.ndarray) -> np.ndarray:
-        return impulse if self._rows.is_whole else impulse.dot(self._selector)
 
     def change_of_velocity(self) -> np.ndarray | None:
         """(k, nv) ∂(G v)/∂q at the speeds of the motion; None for zero."""
         if not self._sides:
             return None
-        rows, motion = self._rows, self._motion
+        motion = self._motion
         total = np.zeros(0)
-        for joint, sign, point, _, _ in self._sides:
+        for joint, sign, point, _, _, moved in self._sides:
             change = motion.change_of_velocity(joint, point)
-            if sign < 0.0 and rows.other_point is None:
-                # The point is where that of a is, not where it was in b.
-                change = change + skew(motion.turning(joint)).dot(self._relative[:3])
-            if rows.angular:
+            if moved is not None:
+                change = change + skew(motion.turning(joint)).dot(moved)
+            if self._angular:
                 change = np.concatenate((change, motion.change_of_turning(joint)))
             if sign < 0.0:
                 change = total - change if len(total) else -change
@@ -166,27 +208,21 @@ class PlacedPair:
     def pull(self, pulls: Pulls, impulse: np.ndarray) -> None:
         """Add ∂(Gᵀp)/∂q."""
         couple: np.ndarray | None = None
-        if self._rows.is_level:
+        if self.is_level:
             force = impulse
         else:
-            wrench = impulse if self._rows.is_whole else impulse.dot(self._selector)
-            force, couple = wrench[:3], wrench[3:] if self._rows.angular else None
-        for _, sign, _, raw, jacobian in self._sides:
+            wrench = impulse.dot(self._selector)
+            force, couple = wrench[:3], wrench[3:] if self._angular else None
+        for _, sign, _, raw, jacobian, moved in self._sides:
             if sign < 0.0:
                 force, couple = -force, None if couple is None else -couple
-                if self._rows.other_point is None:
-                    # The point is where that of a is, not where it was in b.
-                    pulls.add(jacobian[3:].T.dot(skew(-force).dot(self._relative[:3])))
+            if moved is not None:
+                pulls.add(jacobian[3:].T.dot(skew(-force).dot(moved)))
             pulls.push(raw, force, couple)
             if self._turn is not None:
                 pulls.add(jacobian[:3].T.dot(skew(-force).dot(self._turn)))
                 if couple is not None:
                     pulls.add(jacobian[3:].T.dot(skew(-couple).dot(self._turn)))
-
-    @property
-    def is_level(self) -> bool:
-        """Whether its axes are the world's."""
-        return self._rows.is_level
 
     def turned(self, impulse: np.ndarray) -> np.ndarray | None:
         """(3, nv) how an impulse (3,) in the world turns with the axes."""

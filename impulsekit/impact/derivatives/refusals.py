@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from ...errors import InputError
-from ...scene import Collision
 from ..result import Impact
 from ..status import Status
 
@@ -17,11 +16,6 @@ def refuse_what_has_none(impact: Impact) -> None:
         InputError: it says what, and what to do instead.
     """
     scene = impact.scene
-    if scene.contacts and any(isinstance(entry, Collision) for entry in scene.contacts):
-        raise InputError(
-            "derivatives: the points of a Collision move with the geometry of both bodies, which "
-            "has no derivative at hand; give its point as a Contact"
-        )
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:
         return

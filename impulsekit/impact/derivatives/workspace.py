@@ -6,11 +6,21 @@ import threading
 import weakref
 from dataclasses import replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
-from ...scene import AppliedImpulse, Contact, FrameAnchor, JointStop, Law, PointAnchor, Scene
+from ...scene import (
+    AppliedImpulse,
+    Collision,
+    Contact,
+    FrameAnchor,
+    JointStop,
+    Law,
+    PointAnchor,
+    Scene,
+)
 from ...scene.constraints import KEPT
 from ..plan import is_always_regular
 from ..reach import reached_model
@@ -21,6 +31,9 @@ from .expanded import expanded_model
 from .linear import Columns
 from .motion import Motion
 from .pairs import FixedRows, PairRows, anchor_rows, blow_rows, contact_rows, joint_rows
+
+if TYPE_CHECKING:
+    from .meeting import Meetings
 
 __all__ = ["Workspace", "workspace_of"]
 
@@ -79,6 +92,7 @@ class Workspace:
             at += len(impulse)
         self.width_of_state = at
         self._flat: dict[int, PairRows] = {}
+        self._meetings: dict[int, Meetings] = {}
         self._columns: dict[tuple[int, ...], Columns] = {}
         self.bilateral: list[PairRows | FixedRows] = []
         kept: list[bool] = []
@@ -116,6 +130,19 @@ class Workspace:
                 names=tuple(self.contact_names[i] for i in once),
             )
             self._columns[entries] = found
+        return found
+
+    def meetings(self, entry: int) -> Meetings:
+        """What is known of the geometry of a ``Collision``, by its place in the scene."""
+        found = self._meetings.get(entry)
+        if found is None:
+            from .meeting import Meetings
+
+            collision, name = self._parts[2][entry], self.contact_names[entry]
+            if not isinstance(collision, Collision):
+                raise TypeError(type(collision).__name__)
+            found = Meetings(self._robot, self.expanded, collision, name)
+            self._meetings[entry] = found
         return found
 
     def touching_rows(self, entry: Contact, touch: Touch, motion: Motion) -> PairRows:
