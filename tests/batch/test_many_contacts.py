@@ -1,5 +1,7 @@
 """Several contacts with friction: every answer satisfies the law, whichever it is."""
 
+import numpy as np
+import pinocchio as pin
 import pytest
 
 import impulsekit as ik
@@ -45,3 +47,56 @@ def test_eight_foot_points(monkeypatch, friction, restitution, spread):
             _ = ik.solve(scene, q[i], v[i]).dv
         modes = Modes(*problems[-1], None)
         assert modes.residual(batch.contact_impulses[i].ravel()) < 1e-9
+
+
+def test_where_two_answers_differ_both_obey_the_law():
+    solo = ik.Robot.from_example("solo12", root="freeflyer")
+    feet = ("FR_FOOT", "FL_FOOT", "HR_FOOT", "HL_FOOT")
+    contacts = [ik.Contact(one, at=[0, 0, -0.01], friction=0.6, restitution=0.3) for one in feet]
+    scene = ik.Scene(solo, contacts=contacts)
+    q, v = random_states(solo, 300, seed=3)
+    batch = ik.solve_batch(scene, q, v)
+    apart = 0
+    for i in range(300):
+        impact = ik.solve(scene, q[i], v[i])
+        size = np.abs(v[i]).max() + np.abs(impact.dv).max()
+        if np.abs(batch.v_after[i] - impact.v_after).max() > 1e-12 * size:
+            apart += 1
+            # Not a matter of digits.
+            assert np.abs(batch.v_after[i] - impact.v_after).max() > 1e-3 * size
+            assert_lawful(impact.q, batch.v_after[i], scene, v[i])
+            assert_lawful(impact.q, impact.v_after, scene, v[i])
+    assert apart <= 3
+
+
+def assert_lawful(q, after, scene, before):
+    """Every contact's ξ = u⁺ + e min(u⁻, 0), and the impulse that v⁺ needs, obey Coulomb."""
+    model = scene.robot.model
+    data = model.createData()
+    rows = []
+    for contact in scene.contacts:
+        at = pin.SE3(np.eye(3), np.array(contact.at))
+        frame = model.frames[scene.robot.frame_id(contact.frame)]
+        placement = frame.placement * at
+        pin.computeJointJacobians(model, data, q)
+        jacobian = pin.getFrameJacobian(
+            model, data, frame.parentJoint, placement, pin.LOCAL_WORLD_ALIGNED
+        )
+        rows.append(jacobian[:3])
+    mass = np.triu(pin.crba(model, data, q))
+    mass = mass + np.triu(mass, 1).T
+    stacked = np.vstack(rows)
+    impulse, *_ = np.linalg.lstsq(stacked.T, mass @ (after - before), rcond=None)
+    assert np.abs(stacked.T @ impulse - mass @ (after - before)).max() < 1e-10
+    for k, contact in enumerate(scene.contacts):
+        p = impulse[3 * k : 3 * k + 3]
+        xi = rows[k] @ after
+        xi[2] += contact.restitution * min((rows[k] @ before)[2], 0.0)
+        load, speed = np.abs(impulse).max(), np.abs(before).max()
+        assert p[2] > -1e-10 * load
+        assert xi[2] > -1e-10 * speed
+        assert abs(p[2] * xi[2]) < 1e-10 * load * speed
+        bound = contact.friction * p[2]
+        assert np.hypot(p[0], p[1]) < bound + 1e-10 * load
+        slip = np.hypot(xi[0], xi[1])
+        assert np.abs(p[:2] * slip + bound * xi[:2]).max() < 1e-9 * load * speed

@@ -64,8 +64,7 @@ def test_four_feet_without_friction(solo):
 def test_four_feet_with_friction(solo):
     q, v = random_states(solo, 60)
     scene = ik.Scene(solo, contacts=feet(*FEET, restitution=0.3, friction=0.6))
-    # Several contacts are solved to the bar of the law, 1e-10, by both.
-    assert worst_difference(scene, q, v)[0] < 1e-9
+    assert worst_difference(scene, q, v)[0] < 1e-12
 
 
 def test_constraints_with_and_without_contacts(solo):
@@ -79,7 +78,7 @@ def test_constraints_with_and_without_contacts(solo):
     q, v = random_states(solo, 40)
     assert worst_difference(ik.Scene(solo, blows, constraints), q, v)[0] < 1e-12
     contacts = feet("HR_FOOT", restitution=0.3, friction=0.6)
-    assert worst_difference(ik.Scene(solo, blows, constraints, contacts), q, v)[0] < 1e-11
+    assert worst_difference(ik.Scene(solo, blows, constraints, contacts), q, v)[0] < 1e-12
 
 
 def test_joint_stops(panda):
@@ -215,24 +214,3 @@ def test_without_numba_the_error_names_the_extra(monkeypatch, panda):
     monkeypatch.setitem(sys.modules, "numba", None)
     with pytest.raises(ik.errors.MissingExtraError, match=r"impulsekit\[batch\]"):
         solve_batch(scene, panda.neutral())
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("root", ["planar", "freeflyer"])
-def test_every_robot(root):
-    worst = {}
-    for name in ik.example_names():
-        try:
-            robot = ik.Robot.from_example(name, root=root)
-        except ik.errors.UrdfError:
-            continue
-        if robot.nv < 2:
-            continue
-        frames = robot.model.frames
-        struck = [n for n in robot.frame_names if frames[robot.frame_id(n)].parentJoint > 0][-1]
-        rng = np.random.default_rng(5)
-        blow = ik.AppliedImpulse(struck, rng.normal(size=3), rng.normal(size=3), at=[0.1, 0, 0])
-        q, v = random_states(robot, 12, spread=0.8)
-        worst[name] = worst_difference(ik.Scene(robot, [blow]), q, v)[0]
-    assert len(worst) > 60
-    assert max(worst.values()) < 1e-12, sorted(worst.items(), key=lambda item: item[1])[-5:]

@@ -16,6 +16,8 @@ __all__ = ["coulomb", "gain"]
 
 ON_CONE = 1e-13
 GAIN = 1e-10
+# Nearer than this to no answer or to many, digits are lost that the other way may keep.
+NEAR = 1e-4
 _SOLVED, _JAM = int(RowStatus.SOLVED), int(RowStatus.PAINLEVE_JAM)
 
 
@@ -49,7 +51,7 @@ def coulomb(t11, t12, t22, n1, n2, nn, b1, b2, bn, mu, scale, found, roots):
     s11, s12, s22 = t11 - n1 * n1 / nn, t12 - n1 * n2 / nn, t22 - n2 * n2 / nn
     r1, r2 = n1 * bn / nn - b1, n2 * bn / nn - b2
     det = s11 * s22 - s12 * s12
-    if not det > 1e-10 * t11 * t22:
+    if not det > NEAR * t11 * t22:
         return 0.0, 0.0, 0.0, AGAIN
     code = _JAM if _jammed(n1, n2, nn, b1, b2, mu, scale) else _SOLVED
     p1, p2 = (s22 * r1 - s12 * r2) / det, (s11 * r2 - s12 * r1) / det
@@ -63,8 +65,9 @@ def coulomb(t11, t12, t22, n1, n2, nn, b1, b2, bn, mu, scale, found, roots):
     if slips(t11, t12, t22, n1, n2, nn, b1, b2, bn, mu, found, roots) != 1:
         return 0.0, 0.0, 0.0, AGAIN
     s1, s2 = found[0, 0], found[0, 1]
-    pn = -bn / (nn - mu * (n1 * s1 + n2 * s2))
-    return -mu * s1 * pn, -mu * s2 * pn, pn, code
+    left = nn - mu * (n1 * s1 + n2 * s2)
+    pn = -bn / left
+    return -mu * s1 * pn, -mu * s2 * pn, pn, code if left > NEAR * nn else AGAIN
 
 
 @built_in

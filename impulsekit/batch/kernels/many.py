@@ -338,11 +338,13 @@ def frictional(
             if not residual < math.inf:
                 break
             if residual < bar:
+                last = bar < DEEP
                 bar = residual
                 if bar <= BAR:
                     for j in range(size):
                         best[j] = P[j]
-                if bar < DEEP:
+                # Deep enough; one step more is only for the last digits.
+                if last:
                     break
             elif bar < 1e-11:
                 break
