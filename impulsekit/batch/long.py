@@ -232,17 +232,20 @@ def long_tree(
         except KeyError as kind:
             raise InputError(f"a long tree has no joints of the kind {kind}") from None
     above = np.asarray(parents)
-    n = len(above)
+    n = above.size
     if above.ndim != 1 or not n or above.dtype.kind not in "iu":
         raise ShapeError.of("parents", (max(n, 1),), above.shape, "whole numbers")
     if (above >= np.arange(n)).any() or above.min() < -1:
-        raise RangeError.of("parents", "an entry", "-1 or a body that stands before")
+        at = int(np.flatnonzero((above >= np.arange(n)) | (above < -1))[0])
+        raise RangeError.of(
+            f"parents[{at}]", int(above[at]), f"-1 or a body that stands before, 0 to {at - 1}"
+        )
     names = [joints] * n if isinstance(joints, str) else list(joints)
     if len(names) != n:
         raise ShapeError.of("joints", (n,), (len(names),))
     for name in set(names):
         if name not in _KINDS:
-            raise UnknownNameError.among("joint", str(name), _KINDS)
+            raise UnknownNameError.among("kind of joint", str(name), _KINDS)
     if masses is None or centres is None or inertias is None:
         raise InputError("long_tree: masses, centres and inertias are wanted")
     turn = np.broadcast_to(np.eye(3), (n, 3, 3)) if rotations is None else rotations

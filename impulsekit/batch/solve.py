@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, MissingExtraError, RangeError, UnknownNameError
+from ..errors import InputError, MissingExtraError, RangeError, UnknownNameError, a_thing
 from ..scene import FrameAnchor, JointLock, PointAnchor, Scene
 from .codes import AGAIN, RowStatus
 from .inputs import BatchInputs, batch_inputs
@@ -90,7 +90,7 @@ def solve_batch(
         (1000, 9)
     """
     if not isinstance(scene, Scene):
-        raise InputError(f"a Scene is wanted, not a {type(scene).__name__}")
+        raise InputError(f"a Scene is wanted, not {a_thing(scene)}")
     for name in outputs:
         if name not in OUTPUTS:
             raise UnknownNameError.among("output", str(name), OUTPUTS)

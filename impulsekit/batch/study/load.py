@@ -85,7 +85,7 @@ def load_study(path: str | os.PathLike[str]) -> Study:
                 settings.chunk,
             )
         except ImpulsekitError as error:
-            faults.add(f"batch: {error}")
+            faults.add_error("batch", error)
     raise _fault(file.path, faults)
 
 

@@ -55,7 +55,8 @@ class Variation:
     def __post_init__(self) -> None:
         for name, known in (("what", WHATS), ("distribution", DISTRIBUTIONS)):
             if getattr(self, name) not in known:
-                raise UnknownNameError.among(name, str(getattr(self, name)), known, "Variation")
+                kind = {"what": "quantity to vary"}.get(name, name)
+                raise UnknownNameError.among(kind, str(getattr(self, name)), known, "Variation")
         where = f"Variation of {self.what}"
         if self.of is not None:
             text(self.of, f"{where}: of")
