@@ -6,6 +6,7 @@ Run with ``python -m impulsekit.bench.derivatives``.
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -13,17 +14,18 @@ from ..impact import solve
 from ..impact.derivatives import derivatives
 from ..robot import Robot
 from ..scene import AppliedImpulse, Contact, FrameAnchor, Scene
-from .timing import ratio_row, time_in_turn
+from .claim import Claim
+from .timing import time_in_turn
 
-__all__ = ["main"]
+__all__ = ["claims", "main"]
 
 SOLE = "left_sole_link"
 CORNERS = [(x, y, 0.0) for x in (-0.1, 0.1) for y in (-0.06, 0.06)]
 BOUND = 6.0
 
 
-def main() -> None:
-    """Measure and write the rows."""
+def claims() -> Iterator[Claim]:
+    """A row for each kind of scene."""
     talos = Robot.from_example("talos", root="freeflyer")
     rng = np.random.default_rng(0)
     q = talos.neutral()
@@ -49,7 +51,13 @@ def main() -> None:
                 "solve": lambda scene=scene: solve(scene, q, v),  # type: ignore[misc]
             }
         )
-        sys.stdout.write(ratio_row(label, times["derivatives"], times["solve"], BOUND) + "\n")
+        yield Claim.of_ratio(label, times["derivatives"], times["solve"], BOUND)
+
+
+def main() -> None:
+    """Measure and write the rows."""
+    for claim in claims():
+        sys.stdout.write(claim.line())
 
 
 if __name__ == "__main__":
