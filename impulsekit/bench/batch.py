@@ -7,10 +7,10 @@ rounds timed in turn.
 from __future__ import annotations
 
 import re
-import statistics
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -21,11 +21,12 @@ from ..batch.long import long_chain
 from ..batch.solve import solve_batch
 from ..robot import Robot
 from ..scene import AppliedImpulse, Contact, Scene
+from .claim import Claim
 from .contacts import CORNERS, SOLES, bare_admm, bare_impulse_dynamics
 from .known_blow import AT, LINEAR, bare_pinocchio
 from .timing import time_in_turn
 
-__all__ = ["main"]
+__all__ = ["claims", "main"]
 
 STATES = 16384
 LOOP = 256
@@ -45,18 +46,16 @@ def _row(
     bare: Callable[[], object],
     loop: int,
     goal: float,
-) -> str:
-    times = time_in_turn({"batch": batch, "bare": bare}, rounds=9)
-    ratios = [
-        theirs / loop / (ours / states)
-        for ours, theirs in zip(times["batch"].rounds, times["bare"].rounds, strict=True)
-    ]
-    ours, theirs = 1e6 * times["batch"].median / states, 1e6 * times["bare"].median / loop
-    ratio = statistics.median(ratios)
-    verdict = "reached" if ratio >= goal else "NOT REACHED"
-    return (
-        f"{label:46s} {ours:8.3f} µs {theirs:9.2f} µs   {ratio:6.1f} times "
-        f"({min(ratios):.1f} to {max(ratios):.1f})   {goal:g} {verdict}\n"
+) -> Claim:
+    times = time_in_turn({"batch": batch, "bare": bare}, rounds=15)
+    return Claim.of_ratio(
+        label,
+        times["batch"],
+        times["bare"],
+        goal,
+        our_calls=states,
+        their_calls=loop,
+        at_least=True,
     )
 
 
@@ -68,7 +67,7 @@ def _repeated(calls: Sequence[Callable[[], object]], count: int) -> Callable[[],
     return run
 
 
-def _against_pinocchio(write: Callable[[str], object]) -> None:
+def _against_pinocchio() -> Iterator[Claim]:
     for name, root, frame, goal in (
         ("panda", "fixed", "panda_hand", 30.0),
         ("talos", "freeflyer", "gripper_left_base_link", 15.0),
@@ -79,7 +78,7 @@ def _against_pinocchio(write: Callable[[str], object]) -> None:
         bare = [bare_pinocchio(robot, frame, one) for one in q[:16]]
         label = f"{name}, nv {robot.nv}: known blow"
         call = _bound(scene, q, v)
-        write(_row(label, call, STATES, _repeated(bare, LOOP), LOOP, goal))
+        yield _row(label, call, STATES, _repeated(bare, LOOP), LOOP, goal)
     solo = Robot.from_example("solo12", root="freeflyer")
     q, v = _states(solo, STATES)
     scene = Scene(solo, contacts=[Contact("FR_FOOT", friction=0.6, restitution=0.3)])
@@ -87,10 +86,10 @@ def _against_pinocchio(write: Callable[[str], object]) -> None:
     call = _bound(scene, q, v)
     stuck = [_bare_stick(solo, "FR_FOOT", *state) for state in few]
     label = "solo12: one contact, friction; theirs sticks"
-    write(_row(label, call, STATES, _repeated(stuck, LOOP), LOOP, 20.0))
+    yield _row(label, call, STATES, _repeated(stuck, LOOP), LOOP, 20.0)
     stuck = [bare_impulse_dynamics(solo, "FR_FOOT", (0.0, 0.0, 0.0), *state) for state in few]
     label = "the same against impulseDynamics"
-    write(_row(label, call, STATES, _repeated(stuck, LOOP), LOOP, 20.0))
+    yield _row(label, call, STATES, _repeated(stuck, LOOP), LOOP, 20.0)
     talos = Robot.from_example("talos", root="freeflyer")
     q, v = _states(talos, 1024, spread=0.1)
     v *= 0.2
@@ -98,9 +97,10 @@ def _against_pinocchio(write: Callable[[str], object]) -> None:
     contacts = [Contact(sole, at=at, friction=0.5) for sole in SOLES for at in CORNERS]
     eight = [bare_admm(talos, *s, 0.5, 1e-8) for s in zip(q[:16], v[:16], strict=True)]
     call = _bound(Scene(talos, contacts=contacts), q, v)
-    write(_row("talos: eight foot points, ADMM to 1e-8", call, 1024, _repeated(eight, 16), 16, 5.0))
     found = solve_batch(Scene(talos, contacts=contacts), q, v).count()
-    write(f"{'':46s} {', '.join(f'{n} {code.name}' for code, n in found.items())}\n")
+    note = ", ".join(f"{n} {code.name}" for code, n in found.items())
+    label = "talos: eight foot points, ADMM to 1e-8"
+    yield replace(_row(label, call, 1024, _repeated(eight, 16), 16, 5.0), note=note)
 
 
 def _bare_stick(robot: Robot, frame: str, q: np.ndarray, v: np.ndarray) -> Callable[[], object]:
@@ -123,12 +123,11 @@ def _bound(scene: Scene, q: np.ndarray, v: np.ndarray) -> Callable[[], object]:
     return lambda: solve_batch(scene, q, v)
 
 
-def _against_mujoco(write: Callable[[str], object]) -> None:
+def _against_mujoco() -> Iterator[Claim]:
     try:
         import mujoco
         from mujoco.batch import Batch
     except ImportError:
-        write("mujoco with mujoco.batch is not installed: left out\n")
         return
     count = 4096
     for name, root, frame in (
@@ -143,7 +142,7 @@ def _against_mujoco(write: Callable[[str], object]) -> None:
         peer = Batch(model, count)
         peer.bind("qpos")[:] = _mujoco_q(q, root)
         label = f"{name}, nv {robot.nv}: MuJoCo's batch forward, nv {model.nv}"
-        write(_row(label, _bound(scene, q, v), count, peer.forward, count, 5.0))
+        yield _row(label, _bound(scene, q, v), count, peer.forward, count, 5.0)
 
 
 def _mujoco_model(mujoco: Any, robot: Robot, root: str) -> Any:
@@ -200,11 +199,17 @@ def _fastest(call: Callable[[], object], rounds: int = 7) -> float:
     return min(taken)
 
 
+def claims() -> Iterator[Claim]:
+    """How many times quicker a state of a batch is."""
+    yield from _against_pinocchio()
+    yield from _against_mujoco()
+
+
 def main() -> None:
     """Measure and write the rows."""
     write = sys.stdout.write
-    _against_pinocchio(write)
-    _against_mujoco(write)
+    for claim in claims():
+        write(claim.line())
     _throughput(write)
     _long_chains(write)
 
