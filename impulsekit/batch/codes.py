@@ -13,7 +13,7 @@ AGAIN = -1
 
 
 class RowStatus(enum.IntEnum):
-    """The state of one row. The first are those of ``Status``, by name.
+    """The state of one row. Those that ``Status`` has are the same, by name.
 
     Example:
         >>> RowStatus(0).valid, RowStatus.NOT_FINITE.valid
@@ -35,6 +35,7 @@ class RowStatus(enum.IntEnum):
     SINGULAR_MASS = 12
     CONTRADICTION = 13
     REFUSED = 14
+    NEARLY_DEPENDENT = 15
 
     @classmethod
     def of(cls, status: Status) -> RowStatus:
@@ -44,7 +45,7 @@ class RowStatus(enum.IntEnum):
     @property
     def valid(self) -> bool:
         """Whether the numbers of the row may be used."""
-        return self in (self.SOLVED, self.NOT_UNIQUE, self.PAINLEVE_JAM)
+        return self in (self.SOLVED, self.NOT_UNIQUE, self.NEARLY_DEPENDENT, self.PAINLEVE_JAM)
 
     @property
     def sentence(self) -> str:
