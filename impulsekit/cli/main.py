@@ -14,6 +14,7 @@ from .batch import batch
 from .bench import bench
 from .design import design
 from .doctor import doctor
+from .fit import fit
 from .replay import replay
 from .robots import robots
 from .simulate import simulate
@@ -62,5 +63,5 @@ def main(debug: bool) -> None:
     """What happens when a multibody system is hit."""
 
 
-for command in (solve, simulate, replay, batch, design, bench, stress, robots, doctor):
+for command in (solve, simulate, replay, batch, design, fit, bench, stress, robots, doctor):
     main.add_command(command)

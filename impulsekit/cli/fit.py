@@ -1,0 +1,168 @@
+"""``impulsekit fit``: coefficients and inertias out of measured jumps."""
+
+from __future__ import annotations
+
+import json
+import math
+import pathlib
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from ..design.fit import Fit
+    from ..scene import Scene
+
+__all__ = ["fit"]
+
+
+@click.command()
+@click.argument("file", type=click.Path())
+@click.option(
+    "--measured",
+    type=click.Path(),
+    help="The measured impacts, CSV or JSON.  [default: beside FILE, by its name]",
+)
+@click.option("--restitution", multiple=True, metavar="CONTACT", help="Find its restitution.")
+@click.option("--friction", multiple=True, metavar="CONTACT", help="Find its friction.")
+@click.option(
+    "--inertia",
+    multiple=True,
+    metavar="JOINT:PARAMETERS",
+    help="Find inertias of the body behind a joint, such as elbow:mass,mz,iyy.",
+)
+@click.option("--level", default=0.95, show_default=True, help="Of the confidence intervals.")
+@click.option("--json", "json_to", type=click.Path(), help='Write it as JSON; "-": stdout.')
+@click.pass_context
+def fit(
+    ctx: click.Context,
+    file: str,
+    measured: str | None,
+    restitution: tuple[str, ...],
+    friction: tuple[str, ...],
+    inertia: tuple[str, ...],
+    level: float,
+    json_to: str | None,
+) -> None:
+    """Fit the coefficients of the scene in FILE (TOML) to measured impacts.
+
+    The values in FILE are where the fit starts. Without --restitution, --friction and
+    --inertia all coefficients of its contacts are wanted that are numbers above zero.
+    """
+    from ..design.fit import fit_impacts
+    from ..design.measured import load_measurements
+    from ..errors import RangeError
+    from ..files import file_told
+    from ..scenefile import load_scene
+
+    scene_file = load_scene(file)
+    if not 0.0 < level < 1.0:
+        raise RangeError.of("--level", level, "between 0 and 1")
+    path = measured if measured is not None else _beside(file)
+    seen = load_measurements(path, scene_file.scene, scene_file.q, scene_file.v)
+    inertias = dict(_inertia(item) for item in inertia)
+    if not (restitution or friction or inertias):
+        restitution, friction = _every_coefficient(scene_file.scene)
+    found = fit_impacts(seen, restitution=restitution, friction=friction, inertias=inertias)
+    if json_to is not None:
+        text = json.dumps(_as_dict(file, found, len(seen), level), indent=2, allow_nan=False)
+        if json_to == "-":
+            click.echo(text)
+        else:
+            with file_told(json_to, writing=True):
+                pathlib.Path(json_to).write_text(text + "\n", encoding="utf-8")
+    if json_to != "-":
+        click.echo(_as_text(found, len(seen), level), nl=False)
+    if not found.converged:
+        click.echo(f"not valid: {found.message}", err=True)
+        ctx.exit(1)
+
+
+def _beside(file: str) -> pathlib.Path:
+    """The file of measurements that belongs to a scene file."""
+    from ..errors import InputError
+
+    table = pathlib.Path(file).with_suffix(".csv")
+    other = pathlib.Path(file).with_suffix(".json")
+    for path in (table, other):
+        if path.exists():
+            return path
+    raise InputError(
+        f"{file}: there is neither {table.name} nor {other.name} beside it; name the measured "
+        "impacts with --measured"
+    )
+
+
+def _inertia(item: str) -> tuple[str, tuple[str, ...]]:
+    from ..errors import InputError, quoted
+
+    joint, colon, parameters = item.rpartition(":")
+    if not colon or not joint:
+        raise InputError(
+            f"--inertia is {quoted(item)}; wanted is JOINT:PARAMETERS, such as elbow:mass,iyy"
+        )
+    return joint, tuple(name.strip() for name in parameters.split(","))
+
+
+def _every_coefficient(scene: Scene) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Contacts whose restitution is a number above zero, and those with friction."""
+    restitution, friction = [], []
+    for name, entry in zip(scene.entry_names("contacts"), scene.contacts, strict=True):
+        if isinstance(entry.restitution, float) and entry.restitution > 0.0:
+            restitution.append(name)
+        if getattr(entry, "friction", 0.0) > 0.0:
+            friction.append(name)
+    return tuple(restitution), tuple(friction)
+
+
+def _as_dict(file: str, found: Fit, count: int, level: float) -> dict[str, Any]:
+    def number(value: float) -> float | None:
+        return value if math.isfinite(value) else None
+
+    parameters = {}
+    for name, value, sigma, ends in zip(
+        found.names,
+        found.values.tolist(),
+        found.sigma.tolist(),
+        found.intervals(level).tolist(),
+        strict=True,
+    ):
+        parameters[name] = {
+            "value": value,
+            "sigma": number(sigma),
+            "interval": [number(end) for end in ends],
+        }
+    return {
+        "scene_file": file,
+        "impacts": count,
+        "level": level,
+        "parameters": parameters,
+        "noise": found.noise,
+        "freedom": found.freedom,
+        "sigma_given": not found.estimated,
+        "converged": found.converged,
+        "message": found.message,
+    }
+
+
+def _as_text(found: Fit, count: int, level: float) -> str:
+    share = f"{100.0 * level:g} %"
+    lines = [
+        f"{count} impact{'s' if count > 1 else ''}, {found.freedom} numbers more than unknowns",
+        "",
+    ]
+    width = max(9, *map(len, found.names))
+    lines.append(f"{'parameter':{width}}   {'value':>10}   {share + ' interval':>23}")
+    for name, value, (low, high) in zip(
+        found.names, found.values.tolist(), found.intervals(level).tolist(), strict=True
+    ):
+        told = f"{low:.5g} to {high:.5g}"
+        if not math.isfinite(high - low):
+            told = "not seen"
+        lines.append(f"{name:{width}}   {value:10.5g}   {told:>23}")
+    lines.append("")
+    if found.estimated:
+        lines.append(f"noise of a speed, from what is left over: {found.noise:.3g} (m/s, rad/s)")
+    else:
+        lines.append(f"what is left over is {found.noise:.3g} times the noise that was given")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,195 @@
+"""Measured jumps out of a file: a table (CSV) or a list (JSON), by joint.
+
+A row is one impact. In a table its columns are ``q.JOINT``, ``before.JOINT``,
+``after.JOINT`` and ``sigma``, with ``[i]`` behind the joint where it has several numbers;
+an empty cell after was not measured. In JSON each impact is
+``{"q": {JOINT: …}, "before": {…}, "after": {…}, "sigma": …}``.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import os
+import pathlib
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import InputError, ShapeError, UnknownNameError, quoted, shown
+from ..files import file_told
+from ..scene import Scene
+from .fit import Measurement
+
+__all__ = ["load_measurements"]
+
+PARTS = ("q", "before", "after")
+_COLUMN = re.compile(r"(q|before|after)\.(.+?)(?:\[(\d+)\])?$")
+LARGEST = 100_000_000
+
+
+def load_measurements(
+    path: str | os.PathLike[str], scene: Scene, q: Any, v: Any
+) -> list[Measurement]:
+    """The measured impacts of a file.
+
+    Args:
+        path: of the file; ``.json`` is read as JSON, all else as CSV.
+        scene: what strikes in all of them.
+        q, v: (nq,) and (nv,) the state before, where a row does not say.
+
+    Raises:
+        FileError: the file cannot be read.
+        InputError: it holds no measurements; what is wrong is told with its place.
+        UnknownNameError, ShapeError: joints that the robot does not have, or their sizes.
+    """
+    label = shown(os.fspath(path), 200)
+    with file_told(path):
+        size = os.stat(path).st_size
+        if size > LARGEST:
+            raise InputError(f"{label}: {size} bytes are too many for a list of impacts")
+        data = pathlib.Path(path).read_bytes()
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{label}: byte {error.start} is not UTF-8") from None
+    rows = _of_json(text, label) if os.fspath(path).endswith(".json") else _of_table(text, label)
+    if not rows:
+        raise InputError(f"{label}: there are no measured impacts in it")
+    return [_measurement(row, where, scene, q, v) for where, row in rows]
+
+
+def _of_json(text: str, label: str) -> list[tuple[str, Mapping[str, Any]]]:
+    try:
+        items = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{label}: {error}") from None
+    if not isinstance(items, list):
+        raise InputError(f"{label}: a list of impacts is wanted")
+    rows: list[tuple[str, Mapping[str, Any]]] = []
+    for i, item in enumerate(items):
+        where = f"{label}: impact {i}"
+        if not isinstance(item, dict):
+            raise InputError(f"{where}: a table with q, before and after is wanted")
+        for key, value in item.items():
+            if key not in (*PARTS, "sigma"):
+                raise UnknownNameError.among("part", str(key), (*PARTS, "sigma"), where)
+            if key in PARTS and not isinstance(value, dict):
+                raise InputError(f"{where}: {key} is {quoted(value)}, values by joint are wanted")
+        rows.append((where, item))
+    return rows
+
+
+def _of_table(text: str, label: str) -> list[tuple[str, Mapping[str, Any]]]:
+    lines = list(csv.reader(text.splitlines()))
+    lines = [[cell.strip() for cell in line] for line in lines]
+    header = next((i for i, line in enumerate(lines) if any(line)), None)
+    if header is None:
+        return []
+    columns = [_column(name, label) for name in lines[header]]
+    rows: list[tuple[str, Mapping[str, Any]]] = []
+    for number, line in enumerate(lines[header + 1 :], start=header + 2):
+        if not any(line):
+            continue
+        where = f"{label}: line {number}"
+        if len(line) != len(columns):
+            raise InputError(
+                f"{where}: {len(line)} cells, where the first line has {len(columns)} columns"
+            )
+        row: dict[str, Any] = {}
+        for (part, joint, index), cell in zip(columns, line, strict=True):
+            if part == "sigma":
+                row["sigma"] = _number(cell, where, "sigma")
+            elif cell:
+                own = row.setdefault(part, {}).setdefault(joint, {})
+                own[index] = _number(cell, where, f"{part}.{joint}")
+        rows.append((where, row))
+    return rows
+
+
+def _column(name: str, label: str) -> tuple[str, str, int]:
+    if name == "sigma":
+        return name, "", 0
+    found = _COLUMN.match(name)
+    if found is None:
+        raise InputError(
+            f"{label}: column {quoted(name)} is none of q.JOINT, before.JOINT, after.JOINT (with "
+            "[i] behind a joint that has several numbers) and sigma"
+        )
+    part, joint, index = found.groups()
+    return part, joint, int(index or 0)
+
+
+def _number(cell: str, where: str, what: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"{where}: {what} is {quoted(cell)}, a number is wanted")
+    return value
+
+
+def _measurement(row: Mapping[str, Any], where: str, scene: Scene, q: Any, v: Any) -> Measurement:
+    model = scene.robot.model
+    unmeasured = np.full(model.nv, np.nan)
+    after = _put(row.get("after", {}), unmeasured, model, "nv", f"{where}: after")
+    if np.isnan(after).all():
+        raise InputError(f"{where}: no speed after the impact was measured")
+    return Measurement(
+        scene,
+        _put(row.get("q", {}), np.array(q, dtype=float), model, "nq", f"{where}: q"),
+        _put(row.get("before", {}), np.array(v, dtype=float), model, "nv", f"{where}: before"),
+        after,
+        row.get("sigma"),
+    )
+
+
+def _put(
+    given: Mapping[str, Any], into: np.ndarray, model: pin.Model, size: str, where: str
+) -> np.ndarray:
+    """Values by joint, put into a vector."""
+    names = list(model.names)
+    for name, value in given.items():
+        if name not in names[1:]:
+            raise UnknownNameError.among("joint", name, names[1:], where)
+        joint = model.joints[names.index(name)]
+        count, start = getattr(joint, size), joint.idx_q if size == "nq" else joint.idx_v
+        if size == "nq" and joint.nq == 2 and joint.nv == 1 and _is_alone(value):
+            # An angle, where the coordinates are its cosine and sine.
+            angle = _entries(value, where, name)[0][1]
+            into[start : start + 2] = math.cos(angle), math.sin(angle)
+            continue
+        entries = _entries(value, where, name)
+        if not isinstance(value, dict) and len(entries) != count:
+            raise ShapeError.of(f"{where}: {name}", (count,), (len(entries),))
+        for index, number in entries:
+            if index >= count:
+                raise ShapeError.of(f"{where}: {name}", (count,), (index + 1,))
+            into[start + index] = number
+    return into
+
+
+def _is_alone(value: Any) -> bool:
+    if isinstance(value, dict):
+        return set(value) == {0}
+    return isinstance(value, int | float) or (isinstance(value, list) and len(value) == 1)
+
+
+def _entries(value: Any, where: str, name: str) -> list[tuple[int, float]]:
+    """Index and number; None in a list was not measured."""
+    if isinstance(value, dict):
+        return list(value.items())
+    found = []
+    for index, number in enumerate(value if isinstance(value, list) else [value]):
+        if number is None:
+            found.append((index, math.nan))
+        elif isinstance(number, bool) or not isinstance(number, int | float):
+            raise InputError(f"{where}: {name} is {quoted(number)}, a number is wanted")
+        else:
+            found.append((index, float(number)))
+    return found
