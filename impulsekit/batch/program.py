@@ -63,6 +63,13 @@ class Program:
     friction: np.ndarray
     own_rows: int
 
+    @property
+    def needs_law(self) -> bool:
+        """Whether there is more to the rows than one contact on a plane."""
+        count = len(self.rows[2]) - 1
+        stops = self.contacts[0][2 :: layout.CONTACT_INTS]
+        return count > 0 and (len(self.held[0]) > 0 or len(stops) != 1 or stops[0] >= 0)
+
     def places(self) -> tuple[int, ...]:
         """Where in the work array things begin."""
         tree, rows = self.tree, len(self.rows[2]) - 1

@@ -10,6 +10,7 @@ import numpy as np
 from .inputs import BatchInputs
 from .kernels.block import solve_blocks
 from .kernels.lanes import LANES, LANES32
+from .kernels.lawful import law_for
 from .program import Program
 
 __all__ = ["BatchRun"]
@@ -56,6 +57,7 @@ class BatchRun:
         self._outputs = self._room()
         self._lock = threading.Lock()
         self._places = program.places()
+        self._law = law_for(self._lanes.number, program.needs_law)
 
     def _laid_out(self, inputs: BatchInputs) -> tuple:
         program = self._program
@@ -129,6 +131,7 @@ class BatchRun:
             program.meetings,
             program.held,
             program.contacts,
+            self._law,
             self._inputs,
             self._outputs,
             work[shift:],

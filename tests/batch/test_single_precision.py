@@ -7,6 +7,8 @@ import impulsekit as ik
 from tests.batch.compare import random_states
 
 pytest.importorskip("numba")
+# Kernels of their own have to be compiled for these.
+pytestmark = pytest.mark.slow
 
 CORNERS = [(x, y, 0.0) for x in (-0.1, 0.1) for y in (-0.06, 0.06)]
 

@@ -14,7 +14,7 @@ from .inertia import factor, weigh
 from .jit import built_in, kernel
 from .kinematics import place_bodies
 from .lanes import digits, width
-from .law import room, solve_alone, solve_state
+from .law import solve_alone
 from .layout import CONTACT_FLOATS, CONTACT_INTS, DOF, INVERSE, MEETING, TARGET, TWIST
 from .meetings import place_meetings
 from .memory import collect, collect_angle, load, put, same, store
@@ -78,7 +78,7 @@ def _is_unit(q, q_row, units):
 @kernel
 def solve_blocks(
     begin, end, states, tree, sizes, places, sets, known, loads, rows, meetings, held,
-    contacts, inputs, outputs, work, witness,
+    contacts, law, inputs, outputs, work, witness,
 ):  # fmt: skip
     """Solve the blocks ``begin`` to ``end``; the last one may reach back over the one before.
 
@@ -99,6 +99,7 @@ def solve_blocks(
         meetings: tables for ``meetings.place_meetings``.
         held: target velocities of the bilateral rows, and which keep their own.
         contacts: ints and floats.
+        law: see ``lawful``.
         inputs: (array, stride) of q, v, given, restitution, friction, factors on masses,
             flat; a stride of 0 gives all states the same. Codes to begin with.
         outputs: dv, v_after, generalized impulse, contact impulses, row impulses, energy
@@ -124,7 +125,6 @@ def solve_blocks(
     contact_count = len(contact_ints) // CONTACT_INTS
     w = width(witness)
     has_known = len(blow_ints) + len(kicks) > 0
-    space = room(count, contact_count)
     found, roots = np.zeros((4, 2)), np.zeros(4)
     alone = contact_count == 1 and len(target) == 0 and contact_ints[2] < 0
     code = np.zeros(w, dtype=np.int8)
@@ -194,15 +194,15 @@ def solve_blocks(
                         mu[state * mu_step], work, w_at, before_at, free_at, p_at, w, lane,
                         found, roots,
                     )  # fmt: skip
-                elif code[lane] == _SOLVED:
-                    code[lane] = solve_state(
-                        count, len(target), target, keeps, contact_ints, contact_floats,
-                        q, state * q_step, e, state * e_step, mu, state * mu_step, digits(witness),
-                        work, w_at, before_at, free_at, p_at, w, lane, space,
-                    )  # fmt: skip
-                else:
+                elif alone:
                     for r in range(count):
                         work[(p_at + r) * w + lane] = math.nan
+            if not alone:
+                law(
+                    base, count, target, keeps, contact_ints, contact_floats,
+                    ((q, q_step), (e, e_step), (mu, mu_step)), digits(witness),
+                    work, w_at, before_at, free_at, p_at, w, code,
+                )  # fmt: skip
             for r in range(count):
                 impulse = load(work, (p_at + r) * w, witness)
                 for k in range(dof_first[r], dof_first[r + 1]):
