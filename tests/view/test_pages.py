@@ -15,7 +15,7 @@ EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
 # Whether a scene takes the player more than a moment to load.
 SCENES = [
     "whittaker_chain",
-    "pendulum_10",
+    pytest.param("pendulum_10", marks=pytest.mark.slow),
     "four_bar",
     pytest.param("solo12_landing", marks=pytest.mark.slow),
     pytest.param("talos_hand", marks=pytest.mark.slow),
