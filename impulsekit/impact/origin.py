@@ -7,10 +7,28 @@ Jacobian. So the roots are brought to the origin before anything is computed.
 
 from __future__ import annotations
 
+import enum
+
 import numpy as np
 import pinocchio as pin
 
-__all__ = ["at_origin", "bring_roots_to_origin", "root_translations"]
+__all__ = [
+    "Places",
+    "at_origin",
+    "bring_roots_to_origin",
+    "float_freely",
+    "near_origin",
+    "root_translations",
+]
+
+
+class Places(enum.IntEnum):
+    """Which places of roots a scene depends on. True counts as IN_WORLD."""
+
+    NONE = 0
+    IN_WORLD = 1
+    TO_EACH_OTHER = 2
+
 
 _TRANSLATIONS = {"JointModelFreeFlyer": 3, "JointModelTranslation": 3, "JointModelPlanar": 2}
 
@@ -36,6 +54,27 @@ def root_translations(model: pin.Model) -> slice | np.ndarray | None:
     if entries == list(range(entries[0], entries[0] + len(entries))):
         return slice(entries[0], entries[0] + len(entries))
     return np.array(entries)
+
+
+def float_freely(model: pin.Model) -> bool:
+    """Whether every root is a free-flyer in the axes of the world, so that all can be moved."""
+    return all(
+        model.joints[joint_id].shortname() == "JointModelFreeFlyer"
+        and np.array_equal(model.jointPlacements[joint_id].rotation, np.eye(3))
+        for joint_id in range(1, model.njoints)
+        if model.parents[joint_id] == 0
+    )
+
+
+def near_origin(q: np.ndarray, translations: slice | np.ndarray) -> np.ndarray:
+    """q with the first of several free-flyers at the origin, the others beside it as before.
+
+    Differences of neighbours are exact, however far away they are.
+    """
+    q = q.copy()
+    places = q[translations].reshape(-1, 3)
+    q[translations] = (places - places[0]).reshape(-1)
+    return q
 
 
 def at_origin(q: np.ndarray, translations: slice | np.ndarray | None) -> np.ndarray:

@@ -13,7 +13,14 @@ import numpy as np
 import pinocchio as pin
 
 from ..scene import Collision, Scene
-from .origin import at_origin, bring_roots_to_origin, root_translations
+from .origin import (
+    Places,
+    at_origin,
+    bring_roots_to_origin,
+    float_freely,
+    near_origin,
+    root_translations,
+)
 
 __all__ = ["ReachedModel", "branch_of", "reached_model", "touched_joints"]
 
@@ -27,7 +34,9 @@ class ReachedModel:
         whole: True where nothing was left out.
         q_index, v_index: where its entries stand in the whole q and v.
         joint_ids: (njoints of ``model``,) the joint of the whole model behind each of its own.
-        translations: where its own q holds positions of roots; None where it holds none.
+        translations: where its own q holds positions of roots that may be changed; None where
+            there are none.
+        together: whether the roots may only be moved all by the same way.
     """
 
     model: pin.Model
@@ -36,6 +45,7 @@ class ReachedModel:
     v_index: slice | np.ndarray
     joint_ids: tuple[int, ...]
     translations: slice | np.ndarray | None
+    together: bool = False
 
     @property
     def is_as_given(self) -> bool:
@@ -48,7 +58,10 @@ class ReachedModel:
 
     def configuration(self, q: np.ndarray) -> np.ndarray:
         """Its own configuration, with the roots at the origin, out of the whole q."""
-        return at_origin(q if self.whole else q[self.q_index], self.translations)
+        own = q if self.whole else q[self.q_index]
+        if self.together and self.translations is not None:
+            return near_origin(own, self.translations)
+        return at_origin(own, self.translations)
 
 
 def touched_joints(scene: Scene) -> set[int]:
@@ -74,13 +87,14 @@ def branch_of(model: pin.Model, joint_id: int) -> int:
 
 
 def reached_model(
-    model: pin.Model, struck_joints: Iterable[int], *, keep_places: bool = False
+    model: pin.Model, struck_joints: Iterable[int], *, keep_places: bool | Places = False
 ) -> ReachedModel:
     """The branches in which ``struck_joints`` lie, as a model of their own.
 
-    ``keep_places`` leaves the roots where they stand in the world, for scenes in which
-    the place of one branch against another matters.
+    ``keep_places`` leaves the roots where they stand, in the world or to each other, for
+    scenes in which the place of one branch against another matters.
     """
+    to_each_other = keep_places is Places.TO_EACH_OTHER
     branches = {branch_of(model, joint_id) for joint_id in struck_joints} - {0}
     branch = [branch_of(model, j) for j in range(model.njoints)]
     kept = [j for j in range(1, model.njoints) if branch[j] in branches]
@@ -92,20 +106,27 @@ def reached_model(
         if not keep_places:
             bring_roots_to_origin(alone)
             translations = root_translations(alone)
-        return ReachedModel(alone, True, slice(None), slice(None), joint_ids, translations)
+        together = to_each_other and float_freely(alone)
+        if together:
+            translations = root_translations(alone)
+        return ReachedModel(
+            alone, True, slice(None), slice(None), joint_ids, translations, together
+        )
     left_out = [j for j in range(1, model.njoints) if branch[j] not in branches]
     reduced = pin.buildReducedModel(_with_frames_apart(model), left_out, pin.neutral(model))
     reduced.gravity.setZero()
     if not keep_places:
         bring_roots_to_origin(reduced)
     joint_ids = (0, *(model.getJointId(name) for name in list(reduced.names)[1:]))
+    together = to_each_other and float_freely(reduced)
     return ReachedModel(
         reduced,
         False,
         _index(model, joint_ids, "idx_q", "nq"),
         _index(model, joint_ids, "idx_v", "nv"),
         joint_ids,
-        None if keep_places else root_translations(reduced),
+        None if keep_places and not together else root_translations(reduced),
+        together,
     )
 
 

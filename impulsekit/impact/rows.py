@@ -12,6 +12,7 @@ from pinocchio import computeFrameJacobian
 from ..robot import Robot
 from ..scene import Collision, Contact, FrameAnchor, JointCoupling, JointLock, PointAnchor, Scene
 from ..scene.constraints import DIRECTIONS, KEPT
+from .origin import Places
 from .reach import ReachedModel, branch_of
 
 __all__ = ["ConstraintRows", "PointOnFrame", "needs_places"]
@@ -64,6 +65,8 @@ class _Block(Protocol):
 # Rows this much smaller than the terms they are made of are zeros: rods in line, a loop
 # at its dead point. Loops closed by hand are off by about as much.
 NULL_ROW = 1e-7
+# What rounding leaves of them.
+EXACT_NULL_ROW = 1e-14
 
 
 class _AnchorRows:
@@ -228,6 +231,11 @@ class ConstraintRows:
 
     def matrix(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(m, nv) A at q; rows that are zero but for rounding are zero."""
+        return self.matrix_and_doubt(data, q)[0]
+
+    def matrix_and_doubt(self, data: pin.Data, q: np.ndarray) -> tuple[np.ndarray, bool]:
+        """A at q, and whether a row was taken for zero that is more than rounding."""
+        doubt = False
         rows = np.empty((self.count, self.model.nv))
         for block, where in zip(self.blocks, self.slices, strict=True):
             block.write(rows[where], self.model, data, q)
@@ -235,9 +243,11 @@ class ConstraintRows:
             largest = np.abs(rows).max(axis=1)
             faint = (largest <= self.faintest) & (largest > 0.0)
             if faint.any():
-                faint &= (np.abs(rows) <= NULL_ROW * self.magnitude(data, q)).all(axis=1)
+                gross = self.magnitude(data, q)
+                faint &= (np.abs(rows) <= NULL_ROW * gross).all(axis=1)
+                doubt = bool((np.abs(rows[faint]) > EXACT_NULL_ROW * gross[faint]).any())
                 rows[faint] = 0.0
-        return rows
+        return rows, doubt
 
     def magnitude(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(m, nv) the size of the terms that make up A."""
@@ -265,22 +275,31 @@ def _root_kind(model: pin.Model, end: PointOnFrame) -> str:
     return model.joints[branch_of(model, end.joint_id)].shortname()
 
 
-def needs_places(robot: Robot, scene: Scene) -> bool:
-    """Whether a constraint or contact depends on where two branches stand in the world."""
-    frames = robot.model.frames
-    for entry in scene.constraints:
-        if isinstance(entry, PointAnchor | FrameAnchor) and entry.other_at is None:
-            ends = [frames[robot.frame_id(name)].parentJoint for name in (entry.frame, entry.other)]
-            if ends[1] > 0:
-                return True
+def needs_places(robot: Robot, scene: Scene) -> Places:
+    """Which places in the world the constraints and contacts of a scene depend on."""
+    model = robot.model
+    needed = Places.NONE
+    pairs = [
+        (entry.frame, entry.other)
+        for entry in scene.constraints
+        if isinstance(entry, PointAnchor | FrameAnchor) and entry.other_at is None
+    ]
     for contact in scene.contacts:
         if isinstance(contact, Collision):
-            return True
+            return Places.IN_WORLD
         if isinstance(contact, Contact):
-            ends = [frames[robot.frame_id(name)].parentJoint for name in contact.frame_names]
-            if min(ends) > 0 or ends[0] == 0:
-                return True
-    return False
+            pairs.append((contact.frame, contact.against))
+    for pair in pairs:
+        first, other = (
+            branch_of(model, model.frames[robot.frame_id(name)].parentJoint) for name in pair
+        )
+        # A point of the first end is carried over to the other, if that moves.
+        if other == 0 or first == other:
+            continue
+        if first == 0:
+            return Places.IN_WORLD
+        needed = Places.TO_EACH_OTHER
+    return needed
 
 
 def _block(robot: Robot, reached: ReachedModel, entry: object) -> tuple[_Block, tuple[str, ...]]:
