@@ -281,7 +281,7 @@ def test_the_urdf_is_read_once_a_robot(monkeypatch):
     robot = ik.Robot.from_example("panda")
     impact = solved(robot, [random_blow("panda_hand", 1)])
     ik.check(impact)
-    monkeypatch.setattr(system, "_read", None)
+    monkeypatch.setattr(system, "read_reference", None)
     assert ik.check(impact).agrees
     count = len(system._kept)
     del robot, impact

@@ -7,7 +7,7 @@ of the rows J projected off the span of A in the metric of M⁻¹.
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Callable, Container
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -16,7 +16,7 @@ import numpy as np
 from ..errors import InputError
 from ..scene import Scene
 from ..scene.restitution import restitution_at
-from .algorithms import crba, decompose
+from .algorithms import crba, decompose, symmetric
 from .bilateral import RANK_TOLERANCE, BilateralSolution, solve_bilateral
 from .factor import FilledFactor, SparseFactor, pivots_are_safe
 from .known import KnownImpulses
@@ -25,9 +25,17 @@ from .rows import ConstraintRows
 from .touching import ContactRows, Touch
 
 if TYPE_CHECKING:
-    from .laws import ContactSolution
+    from .laws import ContactProblem, ContactSolution
+    from .laws.modes import System
+    from .laws.refine import Steps
 
 __all__ = ["ConstrainedJump", "Outcome"]
+
+# What rounding leaves of velocities, relative; above it they are worked out once more.
+ROUNDING = 2e-15
+MOST_REFINEMENTS = 4
+# Singular values this small beside the largest are taken for zero.
+DEPENDENT = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +47,14 @@ class Outcome:
         unique: (m,) whether each is determined; None where all are.
         touches: the points at which contacts touched.
         contacts: the impulses there, by the law; None where nothing touched.
+        nearly_dependent: whether rows were taken for dependent that are so only nearly.
     """
 
     constraint_impulses: np.ndarray
     unique: np.ndarray | None
     touches: tuple[Touch, ...] = ()
     contacts: ContactSolution | None = None
+    nearly_dependent: bool = False
 
 
 class ConstrainedJump:
@@ -78,8 +88,9 @@ class ConstrainedJump:
         model, data = self._model, self._data
         impulse = self._known.generalized_impulse(data, q)
         rows = wanted = None
+        doubt = False
         if self._rows is not None:
-            rows = self._rows.matrix(data, q)
+            rows, doubt = self._rows.matrix_and_doubt(data, q)
             before = rows.dot(v)
             wanted = self._rows.target(before) - before
         touches = [] if self._contacts is None else self._contacts.rows.touching(data, q, touching)
@@ -94,8 +105,8 @@ class ConstrainedJump:
             if wanted is not None:
                 impulse = factor.filled_impulse(impulse, wanted)
         if not touches:
-            return self._without_contacts(factor, impulse, rows, wanted, q, v)
-        return self._with_contacts(factor, impulse, rows, wanted, touches, q, v)
+            return self._without_contacts(factor, impulse, rows, wanted, q, v, doubt)
+        return self._with_contacts(factor, impulse, rows, wanted, touches, q, v, doubt)
 
     def _without_contacts(
         self,
@@ -105,13 +116,50 @@ class ConstrainedJump:
         wanted: np.ndarray | None,
         q: np.ndarray,
         v: np.ndarray,
+        doubt: bool,
     ) -> tuple[np.ndarray, Outcome]:
         if rows is None or wanted is None:
             return factor.solve(impulse), Outcome(np.empty(0), None)
         half = factor.half(rows, impulse[None])
-        solution = self._multipliers(half[:, :-1], half[:, -1], wanted, q, v)
-        dv = factor.solve(impulse + solution.impulse.dot(rows))
-        return dv, Outcome(solution.impulse, solution.unique)
+        half_rows = half[:, :-1]
+        solution = self._multipliers(half_rows, half[:, -1], wanted, q, v)
+        multipliers = solution.impulse
+        dv = factor.solve(impulse + multipliers.dot(rows))
+        missing = wanted - rows.dot(dv)
+        if _is_more_than_rounding(missing, rows, dv, v, wanted):
+            dv, multipliers = self._refined(factor, half_rows, rows, wanted, dv, multipliers, q, v)
+        return dv, Outcome(multipliers, solution.unique, nearly_dependent=doubt or solution.nearly)
+
+    def _refined(
+        self,
+        factor: SparseFactor | FilledFactor,
+        half_rows: np.ndarray,
+        rows: np.ndarray,
+        wanted: np.ndarray,
+        dv: np.ndarray,
+        multipliers: np.ndarray,
+        q: np.ndarray,
+        v: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Δv and λ once more from what A Δv still lacks.
+
+        Where bilateral rows hold light bodies, Δv is the small rest of large shares, with
+        their rounding; but what it lacks is known to all its own digits.
+        """
+        missing = wanted - rows.dot(dv)
+        for _ in range(MOST_REFINEMENTS):
+            filled, start = np.zeros_like(dv), np.zeros(len(half_rows))
+            if isinstance(factor, FilledFactor):
+                filled = factor.filled_impulse(filled, missing)
+                start = factor.half(filled[None])[:, 0]
+            right = missing - start.dot(half_rows)
+            change = self._change(half_rows, right, q).impulse
+            nearer = dv + factor.solve(filled + change.dot(rows))
+            left = wanted - rows.dot(nearer)
+            if not np.abs(left).max() < 0.5 * np.abs(missing).max():
+                break
+            dv, multipliers, missing = nearer, multipliers + change, left
+        return dv, multipliers
 
     def _with_contacts(
         self,
@@ -122,6 +170,7 @@ class ConstrainedJump:
         touches: list[Touch],
         q: np.ndarray,
         v: np.ndarray,
+        doubt: bool,
     ) -> tuple[np.ndarray, Outcome]:
         """Contacts in the system that is left when the bilateral rows are eliminated."""
         contacts = self._contacts
@@ -135,8 +184,17 @@ class ConstrainedJump:
             half = factor.half(jacobian, impulse[None])
             half_contacts = half[:, :-1]
             free = before + half[:, -1].dot(half_contacts)
-            solution = contacts.solve(half_contacts, before, free, touches)
+            problem = contacts.problem(half_contacts, before, free, touches)
+            solution = contacts.solve(problem)
             dv = factor.solve(impulse + solution.impulse.dot(jacobian))
+
+            def alone(change: np.ndarray) -> np.ndarray:
+                return factor.solve(change.dot(jacobian))
+
+            if not contacts.is_met(problem, solution, jacobian, dv):
+                solution, dv = contacts.refined(
+                    problem, solution, dv, self._steps(jacobian, None, alone)
+                )
             return dv, Outcome(np.empty(0), None, tuple(touches), solution)
         count = len(rows)
         half = factor.half(rows, jacobian, impulse[None])
@@ -146,13 +204,62 @@ class ConstrainedJump:
         free = before + (start + half_rows.dot(held.impulse)).dot(half_contacts)
         basis = _range_of(half_rows)
         left = half_contacts - basis.dot(basis.T.dot(half_contacts))
-        solution = contacts.solve(left, before, free, touches)
-        # What the bilateral rows bear of the contacts' impulses.
-        change = half_rows.T.dot(left.dot(solution.impulse) - half_contacts.dot(solution.impulse))
-        borne = self._multipliers(half_rows, np.zeros(len(start)), change, q, v)
-        multipliers = held.impulse + borne.impulse
+        problem = contacts.problem(left, before, free, touches)
+        solution = contacts.solve(problem)
+
+        def borne(contact_impulse: np.ndarray) -> np.ndarray:
+            """What the bilateral rows bear of the contacts' impulses."""
+            across = left.dot(contact_impulse) - half_contacts.dot(contact_impulse)
+            return self._change(half_rows, half_rows.T.dot(across), q).impulse
+
+        multipliers = held.impulse + borne(solution.impulse)
         dv = factor.solve(impulse + multipliers.dot(rows) + solution.impulse.dot(jacobian))
-        return dv, Outcome(multipliers, held.unique, tuple(touches), solution)
+        if _is_more_than_rounding(wanted - rows.dot(dv), rows, dv, v, wanted):
+            dv, multipliers = self._refined(factor, half_rows, rows, wanted, dv, multipliers, q, v)
+
+        def moved_by(change: np.ndarray) -> np.ndarray:
+            return factor.solve(borne(change).dot(rows) + change.dot(jacobian))
+
+        if not contacts.is_met(problem, solution, jacobian, dv):
+            first = solution
+            solution, dv = contacts.refined(
+                problem, solution, dv, self._steps(jacobian, rows, moved_by)
+            )
+            multipliers = multipliers + borne(solution.impulse - first.impulse)
+        return dv, Outcome(multipliers, held.unique, tuple(touches), solution, doubt or held.nearly)
+
+    def _steps(
+        self,
+        jacobian: np.ndarray,
+        rows: np.ndarray | None,
+        moved_by: Callable[[np.ndarray], np.ndarray],
+    ) -> Steps:
+        """The ways to change Δv with the contacts' impulses."""
+        from .laws.refine import Steps
+
+        mass_matrix = symmetric(np.atleast_2d(self._data.M))
+
+        def together(system: System) -> tuple[np.ndarray, np.ndarray]:
+            """M Δ − (J Way)ᵀ x − Aᵀ λ = 0, Aimᵀ J Δ + stiffness x = −right, A Δ = 0."""
+            push, pull = system.way.T.dot(jacobian), system.aim.T.dot(jacobian)
+            held = np.empty((0, len(mass_matrix))) if rows is None else rows
+            n, m = len(mass_matrix), len(push)
+            matrix = np.zeros((n + m + len(held), n + m + len(held)))
+            matrix[:n, :n] = mass_matrix
+            matrix[:n, n : n + m], matrix[:n, n + m :] = -push.T, -held.T
+            matrix[n : n + m, :n], matrix[n + m :, :n] = pull, held
+            matrix[n : n + m, n : n + m] = np.diag(system.stiffness)
+            right = np.zeros(len(matrix))
+            right[n : n + m] = -system.right
+            # Speeds in units of √M_ii, impulses in those of their rows.
+            roots = 1.0 / np.sqrt(np.maximum(mass_matrix.diagonal(), 1e-300))
+            sizes = np.sqrt(((np.concatenate([pull, held]) * roots) ** 2).sum(axis=1))
+            units = np.concatenate([roots, 1.0 / np.where(sizes > 0.0, sizes, 1.0)])
+            scaled = matrix * units * units[:, None]
+            found = units * np.linalg.lstsq(scaled, units * right, rcond=DEPENDENT)[0]
+            return found[:n], found[n : n + m]
+
+        return Steps(jacobian, moved_by, together)
 
     def _multipliers(
         self,
@@ -163,21 +270,35 @@ class ConstrainedJump:
         v: np.ndarray,
     ) -> BilateralSolution:
         """λ that brings the rows from where ``start`` (half-solved impulse) leaves them."""
-        data, rows = self._data, self._rows
-        if rows is None:
-            raise InputError("no constraints")
-
-        def magnitude() -> np.ndarray:
-            gross = rows.magnitude(data, q)
-            masses = np.diagonal(np.atleast_2d(data.M))
-            return (gross**2) @ (1.0 / np.maximum(masses, 1e-12 * masses.max()))
 
         def velocity_scale() -> np.ndarray:
-            gross = rows.magnitude(data, q)
+            gross = self._rows_there.magnitude(self._data, q)
             return gross @ np.abs(v) + np.abs(half_rows.T @ start)
 
-        right = wanted - start.dot(half_rows)
-        return solve_bilateral(half_rows, right, magnitude, velocity_scale, rows.names)
+        return self._change(half_rows, wanted - start.dot(half_rows), q, velocity_scale)
+
+    def _change(
+        self,
+        half_rows: np.ndarray,
+        right: np.ndarray,
+        q: np.ndarray,
+        velocity_scale: Callable[[], np.ndarray] | None = None,
+    ) -> BilateralSolution:
+        """λ with W λ = r; without ``velocity_scale`` whatever dependent rows disagree by."""
+
+        def magnitude() -> np.ndarray:
+            gross = self._rows_there.magnitude(self._data, q)
+            masses = np.diagonal(np.atleast_2d(self._data.M))
+            return (gross**2) @ (1.0 / np.maximum(masses, 1e-12 * masses.max()))
+
+        names = self._rows_there.names
+        return solve_bilateral(half_rows, right, magnitude, velocity_scale, names)
+
+    @property
+    def _rows_there(self) -> ConstraintRows:
+        if self._rows is None:
+            raise InputError("no constraints")
+        return self._rows
 
 
 class _Contacts:
@@ -198,12 +319,12 @@ class _Contacts:
         )
         self._fixed = None if self._varying else np.array(self._restitution, dtype=float)
 
-    def solve(
+    def problem(
         self, half: np.ndarray, before: np.ndarray, free: np.ndarray, touches: list[Touch]
-    ) -> ContactSolution:
-        """P by the law, for rows half-solved (nv, 3n) and velocities (3n,) before and free."""
+    ) -> ContactProblem:
+        """The law's problem, for rows half-solved (nv, 3n) and velocities (3n,)."""
         entries = [touch.entry for touch in touches]
-        problem = self._problem(
+        return self._problem(
             delassus=half.T.dot(half),
             velocity_before=before,
             velocity_free=free,
@@ -211,7 +332,31 @@ class _Contacts:
             friction=self._friction[entries],
             tangential_restitution=self._tangential[entries],
         )
+
+    def solve(self, problem: ContactProblem) -> ContactSolution:
+        """P by the law."""
         return self._solve(problem, self._law)
+
+    def is_met(
+        self,
+        problem: ContactProblem,
+        solution: ContactSolution,
+        jacobian: np.ndarray,
+        dv: np.ndarray,
+    ) -> bool:
+        """Whether Δv makes the velocities of the law, and these obey it, but for rounding."""
+        after = problem.velocity_before + jacobian.dot(dv)
+        off = np.abs(after - solution.velocity_after).max()
+        size = max(np.abs(after).max(), np.abs(problem.velocity_before).max())
+        return bool(off <= ROUNDING * size and solution.residual <= ROUNDING)
+
+    def refined(
+        self, problem: ContactProblem, solution: ContactSolution, dv: np.ndarray, steps: Steps
+    ) -> tuple[ContactSolution, np.ndarray]:
+        """The solution and Δv once more, from the velocities that Δv makes."""
+        from .laws.refine import refined
+
+        return refined(problem, self._law, solution, dv, steps)
 
     def _coefficients(self, entries: list[int], before: np.ndarray) -> np.ndarray:
         if self._fixed is not None:
@@ -225,6 +370,15 @@ class _Contacts:
                 for entry, speed in zip(entries, approach, strict=True)
             ]
         )
+
+
+def _is_more_than_rounding(
+    missing: np.ndarray, rows: np.ndarray, dv: np.ndarray, v: np.ndarray, wanted: np.ndarray
+) -> bool:
+    """Whether A Δv lacks more than its own rounding; in norms, which cost next to nothing."""
+    flat = rows.reshape(-1)
+    size = flat.dot(flat) * (dv.dot(dv) + v.dot(v)) + wanted.dot(wanted)
+    return bool(missing.dot(missing) > ROUNDING**2 * size)
 
 
 def _range_of(half_rows: np.ndarray) -> np.ndarray:

@@ -27,6 +27,7 @@ __all__ = ["Impact"]
 
 # Residuals above this are no rounding.
 RESIDUAL_LIMIT = 1e-9
+_EXACT = (Status.SOLVED, Status.NOT_UNIQUE)
 
 
 class Impact:
@@ -174,6 +175,8 @@ class Impact:
             found = self.outcome.contacts.status
         if found.valid and not self.residuals.largest <= RESIDUAL_LIMIT:
             return Status.INACCURATE
+        if found in _EXACT and self.outcome is not None and self.outcome.nearly_dependent:
+            return Status.NEARLY_DEPENDENT
         return found
 
     def is_valid(self, tol: float = RESIDUAL_LIMIT) -> bool:

@@ -19,6 +19,12 @@ class Status(enum.Enum):
         "The answer holds. Contacts are redundant: velocities and resultants are determined, the "
         "split among those contacts is not (the one of least norm is given); read the resultant."
     )
+    NEARLY_DEPENDENT = (
+        "The answer holds for rows that are taken as dependent. Some rows of constraints or "
+        "contacts here are all but dependent: what sets them apart, less than 1e-7 of them, is "
+        "taken for inaccuracy of the model and not imposed. If it is meant, as with an arm not "
+        "quite stretched, this is no answer: move away from there, or leave rows out."
+    )
     PAINLEVE_JAM = (
         "The answer holds. While it slips, friction presses a contact further in (W_nn ≤ µ W_nt·s, "
         "Painlevé's case): it jams until the slip stops, so small changes of the state or of µ "
@@ -52,4 +58,6 @@ class Status(enum.Enum):
         return self in _VALID
 
 
-_VALID = frozenset({Status.SOLVED, Status.NOT_UNIQUE, Status.PAINLEVE_JAM})
+_VALID = frozenset(
+    {Status.SOLVED, Status.NOT_UNIQUE, Status.NEARLY_DEPENDENT, Status.PAINLEVE_JAM}
+)

@@ -20,6 +20,7 @@ __all__ = ["Striking"]
 _USABLE = {
     Status.SOLVED,
     Status.NOT_UNIQUE,
+    Status.NEARLY_DEPENDENT,
     Status.PAINLEVE_JAM,
     Status.ENERGY_GAIN,
     Status.MANY_SOLUTIONS,

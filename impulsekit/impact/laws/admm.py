@@ -9,6 +9,10 @@ import numpy as np
 
 __all__ = ["admm"]
 
+# Contacts whose masses differ by more than this are scaled one by one.
+ALIKE = 1e-2
+NULL = 1e-14
+
 
 def admm(
     delassus: np.ndarray,
@@ -39,17 +43,28 @@ def admm(
     settings.absolute_feasibility_tol = settings.absolute_complementarity_tol = tolerance
     settings.max_iterations = most
     # ADMM's tolerances are absolute: with the rows scaled they are velocities.
-    size = float(delassus.diagonal().max())
+    sizes = delassus.diagonal().reshape(n, 3).max(axis=1)
+    size = float(sizes.max())
+    scale: float | np.ndarray = 1.0 / size
+    scaled = delassus / size
+    if float(sizes.min()) < ALIKE * size:
+        # Each contact in units of its own mass; one factor for its three rows keeps cones cones.
+        units = np.repeat(1.0 / np.sqrt(np.maximum(sizes, NULL * size)), 3)
+        scale, scaled = units, delassus * units * units[:, None]
+        largest = float(np.abs(shifted).max())
+        shifted = shifted * units
+        settings.absolute_feasibility_tol *= float(np.abs(shifted).max()) / largest
+        settings.absolute_complementarity_tol = settings.absolute_feasibility_tol
     result = pin.ADMMSolverResult()
     work.solver.solve(
-        pin.DelassusOperatorDense(delassus / size),
+        pin.DelassusOperatorDense(scaled),
         shifted,
         work.models,
         work.datas,
         settings,
         result,
     )
-    return result.retrieveConstraintImpulses() / size, int(result.iterations)
+    return result.retrieveConstraintImpulses() * scale, int(result.iterations)
 
 
 class _Workspace:

@@ -9,18 +9,39 @@ s⊥·ξ_t = 0. Newton on these, modes seen anew at each step, until none change
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Modes", "unique_contacts"]
+__all__ = ["Modes", "System", "unique_contacts"]
 
 # Against singular W: moves only what the velocities do not notice.
 RIDGE = 1e-9
 MOST_STEPS = 12
-# A fall this deep is rounding level: further steps gain nothing.
-DEEP = 1e-13
+# Rounding level: further steps gain nothing.
+DEEP = 5e-16
 NULL = 1e-14
 DEPENDENT = 1e-10
+
+
+class System(NamedTuple):
+    """The equations of a Newton step: (Aimᵀ W Way + stiffness) x = right, P = found − Way x.
+
+    Attributes:
+        found: (3n,) P brought onto its modes [N s].
+        way: (3n, m) the directions of P.
+        aim: (3n, m) the velocities to be brought to zero.
+        stiffness: (m,) of the slip's direction, on the diagonal.
+        right: (m,) what these velocities are [m/s].
+        turning: of each sliding contact its row, column, s and µ P_n.
+    """
+
+    found: np.ndarray
+    way: np.ndarray
+    aim: np.ndarray
+    stiffness: np.ndarray
+    right: np.ndarray
+    turning: list[tuple[int, int, float, float, float]]
 
 
 class Modes:
@@ -60,9 +81,26 @@ class Modes:
         """The natural map's distance from its fixed point, relative to the velocities."""
         return self._seen(impulse)[0]
 
-    def _seen(self, impulse: np.ndarray) -> tuple[float, list[tuple[int, bool, float, float]]]:
+    def linearized(self, impulse: np.ndarray, velocity: np.ndarray) -> tuple[float, System | None]:
+        """The residual with velocities known better than W P + b, and the equations of a step.
+
+        Args:
+            impulse: (3n,) P [N s], a solution but for rounding.
+            velocity: (3n,) ξ that it makes [m/s].
+        """
+        residual, modes = self._seen(impulse, velocity)
+        if not residual < math.inf:
+            return residual, None
+        return residual, self._system(impulse, modes, velocity)
+
+    def _seen(
+        self, impulse: np.ndarray, velocity: np.ndarray | None = None
+    ) -> tuple[float, list[tuple[int, bool, float, float]]]:
         """The residual; of each contact that carries: index, P_n > f, and s (0, 0: it sticks)."""
-        xi = (self.delassus.dot(impulse) + self.shifted).tolist()
+        formed = velocity is None
+        if velocity is None:
+            velocity = self.delassus.dot(impulse) + self.shifted
+        xi = velocity.tolist()
         P = impulse.tolist()
         worst, scale = 0.0, self.scale
         modes = []
@@ -74,7 +112,8 @@ class Modes:
             error = abs(xn if pushing else load)
             if error > worst:
                 worst = error
-            if normal_rate * pn > scale:
+            # Impulses in balance leave their own rounding where W P is formed.
+            if formed and normal_rate * pn > scale:
                 scale = normal_rate * pn
             if not pushing and not floor:
                 error = rate * (abs(p1) + abs(p2))
@@ -114,12 +153,13 @@ class Modes:
                 impulse = self._stepped(impulse, modes)
         return best, least
 
-    def _stepped(
-        self, impulse: np.ndarray, modes: list[tuple[int, bool, float, float]]
-    ) -> np.ndarray:
-        """P after one Newton step on the modes seen."""
-        from scipy.linalg.lapack import dgesv
-
+    def _system(
+        self,
+        impulse: np.ndarray,
+        modes: list[tuple[int, bool, float, float]],
+        velocity: np.ndarray | None = None,
+    ) -> System:
+        """The equations of a Newton step on the modes seen."""
         start = [0.0] * len(impulse)
         P = impulse.tolist()
         # Entries (row, column, value) of the directions of P and of what they must bring to 0.
@@ -164,22 +204,39 @@ class Modes:
                 aims += (1.0, 1.0, 1.0)[:count]
                 m += count
         found = np.array(start)
-        if not m:
-            return found
-        xi = self.delassus.dot(found) + self.shifted
+        if velocity is None:
+            xi = self.delassus.dot(found) + self.shifted
+        else:
+            xi = velocity + self.delassus.dot(found - impulse)
         where = (rows, columns)
         way = np.zeros((len(start), m))
         way[where] = ways
         aim = np.zeros((len(start), m))
         aim[where] = aims
-        matrix = aim.T.dot(self.delassus.dot(way))
-        matrix.ravel()[:: m + 1] += RIDGE * self.largest
+        stiffness = np.zeros(m)
         for at, column, s1, s2, bound in turning:
             # As s turns, so does what is across it.
             along = s1 * xi[at] + s2 * xi[at + 1]
             if bound > 0.0 and along > 0.0:
-                matrix[column, column] += along / bound
-        _, _, change, failed = dgesv(matrix, aim.T.dot(xi))
+                stiffness[column] = along / bound
+        return System(found, way, aim, stiffness, aim.T.dot(xi), turning)
+
+    def _stepped(
+        self, impulse: np.ndarray, modes: list[tuple[int, bool, float, float]]
+    ) -> np.ndarray:
+        """P after one Newton step on the modes seen."""
+        from scipy.linalg.lapack import dgesv
+
+        found, way, aim, stiffness, right, turning = self._system(impulse, modes)
+        m = len(right)
+        if not m:
+            return found
+        matrix = aim.T.dot(self.delassus.dot(way))
+        diagonal = matrix.ravel()[:: m + 1]
+        # Each unknown its own ridge: beside a gram's contact a tonne's must not drown.
+        sizes = np.abs(diagonal)
+        diagonal += RIDGE * np.where(sizes > NULL * self.largest, sizes, self.largest) + stiffness
+        _, _, change, failed = dgesv(matrix, right)
         if failed:
             return np.full_like(impulse, np.nan)
         found -= way.dot(change)

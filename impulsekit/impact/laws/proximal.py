@@ -14,6 +14,8 @@ from .modes import Modes
 __all__ = ["approach"]
 
 FIRST, LEAST, MOST = 0.1, 1e-6, 1.0
+# Rows that move next to nothing count as moving this share of what the lightest does.
+LIGHTEST = 1e-14
 MOST_STEPS = 80
 # What a step's own residual must come down to.
 STEP_BAR = 1e-9
@@ -28,9 +30,12 @@ def approach(modes: Modes, start: np.ndarray, bar: float) -> tuple[np.ndarray, f
         bar: the residual to come down to.
     """
     share = FIRST
+    # Each contact by its own mass.
+    sizes = modes.delassus.diagonal().reshape(-1, 3).max(axis=1)
+    rates = np.repeat(np.maximum(sizes, LIGHTEST * modes.largest), 3)
     impulse, best, least = start, start, np.inf
     for count in range(1, MOST_STEPS + 1):
-        epsilon = share * modes.largest
+        epsilon = share * rates
         regular = modes.delassus.copy()
         regular.ravel()[:: len(start) + 1] += epsilon
         near = Modes(regular, modes.shifted - epsilon * impulse, modes.friction, modes.floor)

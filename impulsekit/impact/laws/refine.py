@@ -1,0 +1,144 @@
+"""An answer of the contact law, held against the velocities that it makes in the whole system.
+
+W = J M⁻¹ Jᵀ and Δv each have rounding of their own. Where light bodies stand between contacts,
+shares cancel in W P that are many times the velocities, and P is known to fewer digits than
+J (v + Δv), which is a plain sum. Newton on the modes, with these velocities, gives P the digits
+that it lacks: by W first, and where W itself has too few, by the equations of Δv and P together,
+in which no share is larger than the whole.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from ...scene.law import Law
+from ..status import Status
+from .modes import DEEP, DEPENDENT, Modes, System
+from .problem import ContactProblem, ContactSolution
+
+__all__ = ["Steps", "refined"]
+
+MOST_STEPS = 4
+# What rounding leaves, relative to the velocities.
+ROUNDING = 2e-15
+# Iterates that did not converge are taken on from here, and are an answer below the bar.
+NEAR, BAR = 1e-3, 1e-10
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Steps:
+    """How Δv follows a change of the contacts' impulses.
+
+    Attributes:
+        jacobian: (3n, nv) the rows of the contacts.
+        moved_by: from a change of P (3n,) to the change of Δv.
+        together: from a system of the modes to the changes of Δv and of x, by the equations of
+            both at once.
+    """
+
+    jacobian: np.ndarray
+    moved_by: Callable[[np.ndarray], np.ndarray]
+    together: Callable[[System], tuple[np.ndarray, np.ndarray]]
+
+
+def refined(
+    problem: ContactProblem,
+    law: Law,
+    solution: ContactSolution,
+    dv: np.ndarray,
+    steps: Steps,
+) -> tuple[ContactSolution, np.ndarray]:
+    """The solution and Δv, nearer to the law where Newton's law with slip at the end holds.
+
+    The other laws follow contacts one at a time, in closed forms that lose nothing.
+
+    Args:
+        problem: what was solved.
+        law: by which.
+        solution: the answer.
+        dv: (nv,) what the answer's impulses make with all others.
+        steps: how to change it.
+    """
+    status = solution.status
+    if law != Law() or status is Status.NO_SOLUTION:
+        return solution, dv
+    if status is Status.NOT_CONVERGED and not solution.residual < NEAR:
+        return solution, dv
+    before = problem.velocity_before
+    shift = np.zeros_like(before)
+    shift[2::3] = problem.restitution * np.minimum(before[2::3], 0.0)
+    if problem.tangential_restitution.any():
+        shift[0::3] = problem.tangential_restitution * before[0::3]
+        shift[1::3] = problem.tangential_restitution * before[1::3]
+    modes = Modes(problem.delassus, problem.velocity_free + shift, problem.friction, None)
+    modes.scale = max(modes.scale, float(np.abs(before).max()))
+    best, least = (solution.impulse, dv), math.inf
+    for by_delassus in (True, False):
+        impulse, dv = best
+        for step in range(MOST_STEPS + 1):
+            velocity = before + steps.jacobian.dot(dv) + shift
+            residual, system = modes.linearized(impulse, velocity)
+            if residual < least:
+                best = impulse, dv
+            elif step:
+                break
+            least = min(least, residual)
+            if residual <= DEEP or step == MOST_STEPS or system is None:
+                break
+            # Changes, and no new P: beside large impulses in balance their digits would be lost.
+            # Off its modes P is by rounding only; to move Δv by that would be noise.
+            offset = system.found - impulse
+            if np.abs(offset).max() <= 1e-13 * np.abs(impulse).max():
+                system = system._replace(right=system.aim.T.dot(velocity))
+                offset = np.zeros_like(impulse)
+            if by_delassus:
+                change = offset - system.way.dot(_least(modes, system))
+                change_of_dv = steps.moved_by(change)
+            else:
+                change_of_dv, x = steps.together(system)
+                change = offset + system.way.dot(x)
+                change_of_dv = change_of_dv + steps.moved_by(offset)
+            dv, impulse = dv + change_of_dv, impulse + change
+        if least <= ROUNDING:
+            break
+    impulse, dv = best
+    return _told(problem, solution, impulse, before + steps.jacobian.dot(dv), least), dv
+
+
+def _least(modes: Modes, system: System) -> np.ndarray:
+    """(m,) the least x: what is shared among redundant contacts stays as it is."""
+    matrix = system.aim.T.dot(modes.delassus.dot(system.way))
+    matrix.ravel()[:: len(matrix) + 1] += system.stiffness
+    sizes = np.abs(matrix.diagonal())
+    units = 1.0 / np.sqrt(np.where(sizes > 1e-14 * modes.largest, sizes, modes.largest))
+    scaled = matrix * units * units[:, None]
+    return units * np.linalg.lstsq(scaled, units * system.right, rcond=DEPENDENT)[0]
+
+
+def _told(
+    problem: ContactProblem,
+    solution: ContactSolution,
+    impulse: np.ndarray,
+    after: np.ndarray,
+    residual: float,
+) -> ContactSolution:
+    """The solution with the impulses and velocities that were reached."""
+    work = 0.5 * impulse * (problem.velocity_before + after)
+    status = solution.status
+    if status is Status.NOT_CONVERGED and residual <= BAR:
+        status = Status.SOLVED if solution.unique is None else Status.NOT_UNIQUE
+    if status is Status.NOT_UNIQUE and residual > ROUNDING:
+        status = Status.NEARLY_DEPENDENT
+    return dataclasses.replace(
+        solution,
+        impulse=impulse,
+        velocity_after=after,
+        status=status,
+        residual=residual,
+        normal_work=work[2::3],
+        friction_work=work[0::3] + work[1::3],
+    )

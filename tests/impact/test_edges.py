@@ -1,0 +1,143 @@
+"""Answers where numbers are at their worst: light beside heavy, far away, all but dependent."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+from impulsekit.bench.stress.bodies import Link, robot_of
+
+BOX = (0.4, 0.2, 0.1)
+
+
+def _pair(ratio):
+    """Two boxes on a hinge, the second so many times as heavy as the first."""
+    links = [
+        Link(-1, 1.0, BOX),
+        Link(0, ratio, BOX, "revolute", (0.0, 0.6, 0.8), (0.4, 0.05, 0.0), (0.3, 0.2, 0.1)),
+    ]
+    robot = robot_of(links, "freeflyer")
+    q = robot.configuration(joint_1=0.7)
+    v = np.array([0.3, -0.2, -1.0, 0.2, 0.4, -0.3, 0.5])
+    return robot, q, v
+
+
+@pytest.mark.parametrize("ratio", [1e-12, 1e-10, 1e-8, 1e8, 1e10, 1e12])
+def test_constraints_hold_to_the_last_digits_between_light_and_heavy_bodies(ratio):
+    robot, q, v = _pair(ratio)
+    blow = ik.AppliedImpulse("link_0", linear=[1, 2, 3], at=[0.1, 0.2, 0])
+    pin = ik.PointAnchor("link_1", at=[0.2, 0.1, 0])
+    impact = ik.solve(ik.Scene(robot, [blow], constraints=[pin]), q, v)
+    assert impact.status is ik.Status.SOLVED
+    pinned = impact.velocity_at("link_1", [0.2, 0.1, 0]).after
+    assert np.abs(pinned).max() < 2e-15 * np.abs(impact.v_after).max()
+
+
+@pytest.mark.parametrize("ratio", [1e-8, 1e-6, 1e6, 1e8])
+def test_contacts_on_light_and_heavy_bodies_end_at_rounding_level(ratio):
+    robot, q, v = _pair(ratio)
+    contacts = [
+        ik.Contact("link_0", at=[0.1, 0.1, 0.05], friction=0.4),
+        ik.Contact("link_1", at=[0.3, 0, -0.05], friction=0.4, restitution=0.5),
+        ik.JointStop("joint_1", lower=2.0, restitution=0.3),
+    ]
+    v[6] = -0.5  # into the stop
+    impact = ik.solve(ik.Scene(robot, contacts=contacts), q, v)
+    assert impact.status is ik.Status.SOLVED
+    assert impact.residuals.complementarity < 3e-15
+    assert any(contact.impulse[-1] > 0 for contact in impact.contacts)
+
+
+@pytest.mark.parametrize("distance", [1e3, 1e6, 1e9])
+def test_a_grip_within_a_robot_is_the_same_wherever_the_robot_is(distance):
+    robot, q, v = _pair(2.0)
+    grip = ik.PointAnchor("link_1", "link_0", at=[0.2, 0.1, 0])
+    contact = ik.Contact("link_1", at=[0.1, 0, 0], against="link_0", friction=0.3)
+    for scene in (
+        ik.Scene(robot, constraints=[grip]),
+        ik.Scene(robot, contacts=[contact]),
+    ):
+        here = ik.solve(scene, q, v)
+        away = q.copy()
+        away[:3] = distance * np.array([0.6, -0.3, 0.7])
+        there = ik.solve(scene, away, v)
+        assert there.status is here.status
+        assert there.is_valid()
+        assert np.array_equal(there.dv, here.dv)
+
+
+def test_two_bodies_that_grip_each_other_may_do_so_far_away():
+    box = robot_of([Link(-1, 1.0, BOX)], "freeflyer")
+    pair = ik.combine(a=box, b=box)
+    scene = ik.Scene(pair, constraints=[ik.FrameAnchor("a/link_0", "b/link_0", at=[0.4, 0, 0])])
+    q = pair.neutral()
+    q[7:10] = [0.5, 0.25, -0.125]  # powers of two: the same difference far away
+    v = np.linspace(-1.0, 1.0, 12)
+    away = q.copy()
+    away[:3] += 2.0**20
+    away[7:10] += 2.0**20
+    here, there = ik.solve(scene, q, v), ik.solve(scene, away, v)
+    assert there.status is ik.Status.SOLVED
+    assert np.array_equal(there.dv, here.dv)
+
+
+def test_a_body_against_the_world_still_knows_where_it_is():
+    box = robot_of([Link(-1, 1.0, BOX)], "freeflyer")
+    pair = ik.combine(a=box, b=box)
+    # A point of the world, and where a body has it, is another one when the body moves.
+    hinge = ik.PointAnchor("world", "a/link_0", at=[1.0, 0, 0])
+    scene = ik.Scene(pair, constraints=[hinge])
+    v = np.zeros(12)
+    v[5] = 1.0  # a turns about z
+    jumps = []
+    for x in (0.0, 0.5):
+        q = pair.neutral()
+        q[0] = x
+        jumps.append(ik.solve(scene, q, v).dv)
+    assert not np.allclose(*jumps)
+
+
+def _arm(angle):
+    links = [
+        Link(k - 1, 1.0, (0.3, 0.04, 0.05), "revolute", offset=(0.3 * bool(k), 0.0, 0.0))
+        for k in range(3)
+    ]
+    robot = robot_of(links, "fixed")
+    blow = ik.AppliedImpulse("link_0", linear=[0, 1, 0], at=[0.15, 0, 0])
+    tip = ik.PointAnchor("link_2", at=[0.3, 0, 0])
+    q = np.array([0.4, angle, -0.7 * angle])
+    return ik.solve(ik.Scene(robot, [blow], constraints=[tip]), q, robot.velocity())
+
+
+def test_an_arm_not_quite_stretched_is_told_from_a_stretched_one():
+    assert _arm(0.0).status is ik.Status.SOLVED
+    assert _arm(0.3).status is ik.Status.SOLVED
+    for angle in (1e-9, 1e-10, 1e-11):
+        near = _arm(angle)
+        assert near.status is ik.Status.NEARLY_DEPENDENT
+        # It is solved as the stretched one.
+        assert np.abs(near.dv - _arm(0.0).dv).max() < 10 * angle * np.abs(near.dv).max()
+
+
+def test_rows_that_repeat_each_other_exactly_are_not_doubted():
+    robot, q, v = _pair(1e-6)
+    pins = [ik.PointAnchor("link_1", at=[x, 0.1, 0]) for x in (0.0, 0.1, 0.2, 0.3)]
+    impact = ik.solve(ik.Scene(robot, constraints=pins), q, v)
+    assert impact.status is ik.Status.SOLVED
+    assert not impact.constraints[0].unique
+
+
+def test_contacts_that_all_but_repeat_each_other_are_told_or_solved():
+    box = robot_of([Link(-1, 1.0, BOX)], "freeflyer")
+    v = np.array([0.1, 0.05, -1.0, 0.3, -0.2, 0.1])
+    q = box.neutral()
+    for apart in (1e-13, 1e-12, 1e-11):
+        contacts = [
+            ik.Contact("link_0", at=[0.1, 0.1, -0.05], normal=[k * apart, 0, 1], friction=0.5)
+            for k in range(3)
+        ]
+        impact = ik.solve(ik.Scene(box, contacts=contacts), q, v)
+        assert impact.is_valid()
+        if impact.status is not ik.Status.NEARLY_DEPENDENT:
+            assert impact.residuals.complementarity < 3e-15
