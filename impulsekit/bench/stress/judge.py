@@ -3,7 +3,8 @@
 Errors are those of velocities: each speed counts by how fast it moves matter at most, so that
 neither units nor masses decide. An answer that its status calls valid is right where the
 largest error is below ten times condition times eps. All else that is called valid is silently
-wrong.
+wrong. Ill-posed are answers for which that bound is above a thousandth: they are right as well
+if what they leave of their equations is below 1e-14, and counted apart.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ __all__ = ["BOUND", "ILL_POSED", "Judgement", "judge"]
 BOUND = 10.0
 # Where even that allows more than this share, no method can be told right from wrong.
 ILL_POSED = 1e-3
+# What is left of equations by rounding, relative to their terms.
+BACKWARD = 1e-14
 # The spacing of denormal numbers: below it doubles have nothing.
 SMALLEST = 5e-324
 
@@ -60,6 +63,10 @@ def judge(state: StateTruth, exact: Exact | None, found: Found) -> tuple[Judgeme
         return Judgement(verdict, math.nan, momentum=left.momentum, law=left.law), None
     share = _share(exact, found, state)
     wrong = share > BOUND or not exact.only
+    if wrong and exact.condition * EPS * BOUND > ILL_POSED:
+        # Rounding of the data alone changes the answer beyond first order: then it is right if
+        # it answers a question that differs by rounding.
+        wrong = not (max(left.momentum, left.law) <= BACKWARD)
     differences = np.abs(exact.dv - found.dv)
     return Judgement(
         "said so" if not found.valid else "wrong" if wrong else "right",

@@ -267,6 +267,12 @@ class _State:
         sizes = self._sizes(x, modes) / self._rows_units(modes)
         slack = (np.abs(inverse) @ sizes) / self._units
         has_impulses = len(x) > n
+        if has_impulses:
+            # What is held altogether stays at rest whatever the data; rounding there is that of
+            # what the blow would do to the heaviest body.
+            m = self._m
+            heaviest = np.max(m.weights / m.spans)
+            slack[:n] += np.max(m.known_size / m.weights) / heaviest / m.spans
         violation = 0.0
         if self._c:
             speeds = np.abs(x[:n]) + np.abs(self._v)

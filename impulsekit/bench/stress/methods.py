@@ -17,6 +17,7 @@ from ...impact.algorithms import ByAba, ByCrba, ByDenseCholesky
 from ...impact.known import KnownImpulses
 from ...impact.reach import reached_model, touched_joints
 from ...impact.result import Impact
+from ...impact.status import Status
 from ...scene import Scene
 from .found import Found
 from .sweep import Case
@@ -42,7 +43,8 @@ def _found(call: Callable[[np.ndarray, np.ndarray], Impact], q: np.ndarray, v: n
             impact = call(q, v)
             seconds = time.perf_counter() - start
             status = impact.status
-            valid = impact.is_valid()
+            # It says which rows were left out: not an answer for the rows as they are.
+            valid = impact.is_valid() and impact.status is not Status.NEARLY_DEPENDENT
     except ImpulsekitError as error:
         return Found(None, type(error).__name__, False, time.perf_counter() - start)
     rows, contacts, unique = _impulses(impact)
@@ -115,7 +117,7 @@ def _by_batch(case: Case) -> list[Found]:
             Found(
                 np.array(batch.dv[i]),
                 status.name,
-                status.valid,
+                status.valid and status is not RowStatus.NEARLY_DEPENDENT,
                 seconds,
                 np.array(batch.constraint_impulses[i]) if scene.constraints else None,
                 contacts,

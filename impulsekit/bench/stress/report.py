@@ -9,7 +9,7 @@ import pathlib
 from collections.abc import Sequence
 from dataclasses import asdict, fields
 
-from .judge import BOUND, ILL_POSED
+from .judge import BACKWARD, BOUND, ILL_POSED
 from .run import sweep_named
 from .summary import Line, is_ill_posed, lines_of, machine, whole_of
 from .sweep import Point
@@ -71,7 +71,8 @@ def markdown(points: Sequence[Point], seconds: float, pictures: Sequence[str] = 
         "eps; else it is silently wrong. The condition is Skeel's, of the linear equations that "
         "hold at the solution: it knows no norm and no units. Errors are velocities of matter, "
         "over the largest at hand. Ill-posed are answers for which even that bound is above "
-        f"{ILL_POSED:g}; they are judged like the others, and left out of the worst errors. "
+        f"{ILL_POSED:g}: they count as right, too, if what they leave of their equations is below "
+        f"{BACKWARD:g}, and are left out of the worst errors. "
         "Residuals are formed in 50 digits, over the sizes of the terms in them; µs is the "
         "middle time of `solve`.",
         "",
