@@ -223,6 +223,7 @@ def shown(value: object, most: int = 60) -> str:
         'a\\\\x1b[31m'
     """
     try:
+        value = value.__name__ if isinstance(value, type) else value
         text = value if isinstance(value, str) else repr(value)
     except Exception:  # a whole number of thousands of digits, or a user's own repr
         text = f"a {type(value).__name__}"

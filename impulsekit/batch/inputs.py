@@ -162,7 +162,7 @@ def _rows_of(array: np.ndarray, what: str) -> np.ndarray:
 def _floats(values: Any, what: str) -> np.ndarray:
     try:
         return np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise NotFiniteError(f"{what} does not hold numbers", what=what, where=what) from None
 
 

@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from ..errors import InputError
+from ..errors import InputError, quoted
 
 __all__ = ["shown"]
 
@@ -35,5 +35,5 @@ def shown(progress: Any, total: int, done: int = 0) -> Iterator[Callable[[int], 
         yield lambda rows: progress(rows, total)
     else:
         raise InputError(
-            f"progress is {progress!r}, wanted is True, or a function of rows done and in all"
+            f"progress is {quoted(progress)}, wanted is True, or a function of rows done and in all"
         )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, MissingExtraError, RangeError, UnknownNameError, a_thing
+from ..errors import InputError, MissingExtraError, RangeError, UnknownNameError, a_thing, quoted
 from ..scene import FrameAnchor, JointLock, PointAnchor, Scene
 from .codes import AGAIN, RowStatus
 from .inputs import BatchInputs, batch_inputs
@@ -90,7 +90,7 @@ def solve_batch(
         (1000, 9)
     """
     if not isinstance(scene, Scene):
-        raise InputError(f"a Scene is wanted, not {a_thing(scene)}")
+        raise InputError(f"solve_batch takes a Scene, not {a_thing(scene)}")
     for name in outputs:
         if name not in OUTPUTS:
             raise UnknownNameError.among("output", str(name), OUTPUTS)
@@ -184,7 +184,7 @@ def _number(dtype: Any) -> np.dtype:
     except TypeError:
         number = np.dtype(object)
     if number not in (np.float64, np.float32):
-        raise InputError(f"dtype is {dtype!r}, wanted is numpy.float64 or numpy.float32")
+        raise InputError(f"dtype is {quoted(dtype)}, wanted is numpy.float64 or numpy.float32")
     return number
 
 

@@ -53,6 +53,7 @@ def _draw(scene_file: object, plane: str, path: str) -> None:
     from ..design.ellipsoid import impact_ellipsoid
     from ..design.pictures import plot_effective_mass
     from ..errors import MissingExtraError
+    from ..files import file_told
     from ..scenefile import SceneFile
 
     if not isinstance(scene_file, SceneFile):
@@ -61,9 +62,12 @@ def _draw(scene_file: object, plane: str, path: str) -> None:
         from matplotlib.figure import Figure
     except ImportError:
         raise MissingExtraError.of("matplotlib", "plot", "--plot") from None
+    from ..view.plots.canvas import plain
+
     points = scene_file.design
     figure = Figure(figsize=(4.5 * len(points), 4.5), layout="constrained")
     for ax, point in zip(figure.subplots(1, len(points), squeeze=False)[0], points, strict=True):
         found = impact_ellipsoid(scene_file.scene, scene_file.q, point.frame, point.at)
-        plot_effective_mass(found, plane, ax).set_title(point.title)
-    figure.savefig(path)
+        plot_effective_mass(found, plane, ax).set_title(plain(point.title))
+    with file_told(path, writing=True):
+        figure.savefig(path)

@@ -47,7 +47,7 @@ def plot_effective_mass(
     ax.set_aspect("equal")
     ax.set_xlabel(f"effective mass along {plane[0]} [kg]")
     ax.set_ylabel(f"effective mass along {plane[1]} [kg]")
-    ax.set_title(f"{ellipsoid.frame}")
+    ax.set_title(_plain(ellipsoid.frame))
     return ax
 
 
@@ -79,7 +79,7 @@ def plot_sparing(
     ax.plot(places * length, shares, color="#1a6bbf")
     ax.plot(best.along * length, best.share, "o", color="#c8412b")
     ax.set_xlabel("place of the blow [m]")
-    ax.set_ylabel(f"{joint}: impulse per unit of the blow")
+    ax.set_ylabel(f"{_plain(joint)}: impulse per unit of the blow")
     ax.set_ylim(bottom=0.0)
     return ax
 
@@ -93,3 +93,8 @@ def _axes(ax: Axes | None) -> Axes:
         raise MissingExtraError.of("matplotlib", "plot", "a plot") from None
     _, made = pyplot.subplots(layout="constrained")
     return made
+
+
+def _plain(name: str) -> str:
+    """A name as it is: matplotlib would take what stands between dollars for a formula."""
+    return name.replace("$", r"\$")

@@ -49,7 +49,7 @@ class ImpactSolver:
 
     def __init__(self, scene: Scene) -> None:
         if not isinstance(scene, Scene):
-            raise InputError(f"a Scene is wanted, not {a_thing(scene)}")
+            raise InputError(f"solve takes a Scene, not {a_thing(scene)}")
         self.scene = scene
         self._workspace = _Workspace(scene)
         self.plan = self._workspace.plan

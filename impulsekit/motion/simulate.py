@@ -70,7 +70,7 @@ def simulate(
         [0.451524]
     """
     if not isinstance(scene, Scene):
-        raise InputError(f"a Scene is wanted, not {a_thing(scene)}")
+        raise InputError(f"simulate takes a Scene, not {a_thing(scene)}")
     base = MotionSettings() if settings is None else settings
     if not isinstance(base, MotionSettings):
         raise InputError(f"settings is {a_thing(base)}, wanted is a MotionSettings")

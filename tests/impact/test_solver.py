@@ -52,7 +52,12 @@ def test_lists_and_whole_numbers_are_taken():
         (lambda q: q, lambda v: _set(v, 6, math.nan), errors.NotFiniteError, "leg_left_1_joint"),
         (lambda q: _set(q, slice(3, 7), 0.0), lambda v: v, errors.StateError, "length 0"),
         (lambda q: _set(q, 6, q[6] + 1e-3), lambda v: v, errors.StateError, "quaternion"),
-        (lambda q: "here", lambda v: v, errors.NotFiniteError, 'q is "here", wanted are 39 numbers'),
+        (
+            lambda q: "here",
+            lambda v: v,
+            errors.NotFiniteError,
+            'q is "here", wanted are 39 numbers',
+        ),
         (lambda q: q, lambda v: None, errors.ImpulsekitError, "v"),
     ],
 )
@@ -199,7 +204,7 @@ def test_an_impact_travels_by_pickle(talos):
 
 
 def test_a_scene_is_needed():
-    with pytest.raises(errors.InputError, match="a Scene is wanted"):
+    with pytest.raises(errors.InputError, match="solve takes a Scene, not a"):
         ik.solve("scene", [0], [0])
 
 

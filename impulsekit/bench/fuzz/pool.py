@@ -132,7 +132,7 @@ class _Worker:
             number = int(self._at.value)
             code = self._process.exitcode or 0
             died = signal.Signals(-code).name if code < 0 else f"exit status {code}"
-            dump = (self._folder / "stderr").read_text(errors="replace")[-1500:]
+            dump = (self._folder / "stderr").read_text(errors="replace")[:1500]
             tally.findings.append(
                 Finding(number, KINDS[number % len(KINDS)], f"the process died: {died}\n{dump}")
             )
