@@ -33,6 +33,8 @@ __all__ = ["ConstrainedJump", "Outcome"]
 
 # What rounding leaves of velocities, relative; above it they are worked out once more.
 ROUNDING = 2e-15
+# The same of W P beside J Δv, with many contacts in the sums.
+ROUNDING_OF_SUMS = 1e-14
 MOST_REFINEMENTS = 4
 # Singular values this small beside the largest are taken for zero.
 DEPENDENT = 1e-13
@@ -348,7 +350,7 @@ class _Contacts:
         after = problem.velocity_before + jacobian.dot(dv)
         off = np.abs(after - solution.velocity_after).max()
         size = max(np.abs(after).max(), np.abs(problem.velocity_before).max())
-        return bool(off <= ROUNDING * size and solution.residual <= ROUNDING)
+        return bool(off <= ROUNDING_OF_SUMS * size and solution.residual <= ROUNDING)
 
     def refined(
         self, problem: ContactProblem, solution: ContactSolution, dv: np.ndarray, steps: Steps

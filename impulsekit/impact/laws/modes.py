@@ -21,6 +21,8 @@ MOST_STEPS = 12
 # Rounding level: further steps gain nothing.
 DEEP = 5e-16
 NULL = 1e-14
+# Contacts whose masses differ by less than this are much alike.
+ALIKE = 1e-2
 DEPENDENT = 1e-10
 
 
@@ -64,6 +66,7 @@ class Modes:
         diagonal = delassus.diagonal().tolist()
         self.largest = max(diagonal)
         least = NULL * self.largest
+        self._alike = min(map(max, zip(*[iter(diagonal)] * 3, strict=True))) > ALIKE * self.largest
         floors = [0.0] * len(friction) if floor is None else floor.tolist()
         # By contact: µ, f, 1/ρ of the normal and of the tangents [1/kg]; rows that move
         # nothing get any.
@@ -233,9 +236,13 @@ class Modes:
             return found
         matrix = aim.T.dot(self.delassus.dot(way))
         diagonal = matrix.ravel()[:: m + 1]
-        # Each unknown its own ridge: beside a gram's contact a tonne's must not drown.
-        sizes = np.abs(diagonal)
-        diagonal += RIDGE * np.where(sizes > NULL * self.largest, sizes, self.largest) + stiffness
+        if self._alike:
+            diagonal += stiffness + RIDGE * self.largest
+        else:
+            # Each unknown its own ridge: beside a gram's contact a tonne's must not drown.
+            sizes = np.abs(diagonal)
+            sizes = np.where(sizes > NULL * self.largest, sizes, self.largest)
+            diagonal += stiffness + RIDGE * sizes
         _, _, change, failed = dgesv(matrix, right)
         if failed:
             return np.full_like(impulse, np.nan)
