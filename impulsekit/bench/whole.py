@@ -71,6 +71,7 @@ def whole(wish: Wish, folder: Path, tell: Callable[[str], object]) -> Path:
     from .report import report
 
     facts, minutes = about(), (time.perf_counter() - start) / 60.0
+    (folder / "about.json").write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
     pictures = draw(rows, folder) if rows else []
     text = report(facts, rows, claims, savings, pictures, missing, minutes)
     path = folder / "report.md"

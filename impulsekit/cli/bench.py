@@ -13,7 +13,9 @@ PARTS = ("rows", "skip", "claims")
 
 
 @click.command()
-@click.option("--quick", is_flag=True, help="Small problems and few rounds: about two minutes.")
+@click.option(
+    "--quick", is_flag=True, help="Small problems, fewer methods and rounds: two minutes."
+)
 @click.option(
     "--out",
     "-o",
@@ -46,9 +48,12 @@ def bench(
     method that misses a problem's tolerance does not count as fast there.
     """
     _one_thread_each()
-    from ..bench.methods.registry import methods as chosen_methods
+    from ..bench.methods.registry import few
+    from ..bench.methods.registry import methods as named
 
-    chosen = chosen_methods(methods, peers)
+    chosen = named(methods, peers)
+    if quick and not methods:
+        chosen = few(chosen)
     if listing:
         _list(chosen)
         return

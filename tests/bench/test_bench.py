@@ -14,7 +14,7 @@ from impulsekit.bench.about import about
 from impulsekit.bench.claim import Claim
 from impulsekit.bench.diagrams import draw
 from impulsekit.bench.methods.method import Method
-from impulsekit.bench.methods.registry import methods
+from impulsekit.bench.methods.registry import few, methods
 from impulsekit.bench.problems.chains import chain_problem
 from impulsekit.bench.problems.registry import problems
 from impulsekit.bench.report import main_table
@@ -139,6 +139,15 @@ def test_methods_are_chosen_by_the_beginning_of_their_names():
     assert len({m.label for m in methods()}) == len(methods())
     with pytest.raises(UnknownNameError, match="impulsekit, crba"):
         methods(["impulsekit, crab"])
+
+
+def test_a_quick_run_does_with_every_second_setting():
+    names = [m.label for m in few(methods(["impulsekit"]))]
+    assert "impulsekit, solve" in names and "impulsekit, batch" in names
+    assert [n for n in names if "ADMM" in n] == [
+        "impulsekit, ADMM alone, 1e-06",
+        "impulsekit, ADMM alone, 1e-12",
+    ]
 
 
 EXACT = ["impulsekit, solve", "impulsekit, delassus", "impulsekit, aba", "pinocchio, aba", "numpy"]

@@ -8,10 +8,23 @@ from collections.abc import Iterable
 from ...errors import UnknownNameError
 from .method import Method
 
-__all__ = ["ROOMS", "methods"]
+__all__ = ["ROOMS", "few", "methods"]
 
 # Each file has a tuple METHODS.
 ROOMS = ("own", "bare", "mujoco", "crocoddyl", "exudyn", "penalty")
+# Ways of the batch that a quick run does without.
+VARIANTS = ("impulsekit, batch on one thread", "impulsekit, batch in float32")
+
+
+def few(chosen: Iterable[Method]) -> list[Method]:
+    """Fewer of them, for a quick run: every second setting of each name, from its second on."""
+    kept: list[Method] = []
+    seen: dict[str, int] = {}
+    for method in chosen:
+        place = seen[method.name] = seen.get(method.name, -1) + 1
+        if method.name not in VARIANTS and (method.setting is None or place % 2 == 1):
+            kept.append(method)
+    return kept
 
 
 def methods(names: Iterable[str] = (), peers: bool = True) -> list[Method]:
