@@ -23,9 +23,9 @@ _KINDS = (
     "constraint_impulses",
     "energy_change",
 )
-# Blocks per call of the kernel at most, so that progress can be told, and at least, so that
-# what a call and a thread cost is forgotten.
-LARGEST_PIECE = 4096
+# Blocks per call of the kernel at most, so that progress can be told and no thread waits for
+# another that is held up, and at least, so that what a call costs is forgotten.
+LARGEST_PIECE = 512
 SMALLEST_PIECE = 64
 ALIGNMENT = 64
 

@@ -6,6 +6,7 @@ rounds timed in turn.
 
 from __future__ import annotations
 
+import contextlib
 import re
 import sys
 import time
@@ -17,8 +18,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from ..batch import run
 from ..batch.long import long_chain
-from ..batch.solve import solve_batch
+from ..batch.solve import solve_batch, warm_up
 from ..robot import Robot
 from ..scene import AppliedImpulse, Contact, Scene
 from .claim import Claim
@@ -29,6 +31,7 @@ from .timing import time_in_turn
 __all__ = ["claims", "main"]
 
 STATES = 16384
+HAND = "gripper_left_base_link"
 LOOP = 256
 
 
@@ -70,7 +73,7 @@ def _repeated(calls: Sequence[Callable[[], object]], count: int) -> Callable[[],
 def _against_pinocchio() -> Iterator[Claim]:
     for name, root, frame, goal in (
         ("panda", "fixed", "panda_hand", 30.0),
-        ("talos", "freeflyer", "gripper_left_base_link", 15.0),
+        ("talos", "freeflyer", HAND, 15.0),
     ):
         robot = Robot.from_example(name, root=root)
         q, v = _states(robot, STATES)
@@ -120,6 +123,7 @@ def _bare_stick(robot: Robot, frame: str, q: np.ndarray, v: np.ndarray) -> Calla
 
 
 def _bound(scene: Scene, q: np.ndarray, v: np.ndarray) -> Callable[[], object]:
+    warm_up(scene)
     return lambda: solve_batch(scene, q, v)
 
 
@@ -133,7 +137,7 @@ def _against_mujoco() -> Iterator[Claim]:
     for name, root, frame in (
         ("panda", "fixed", "panda_hand"),
         ("solo12", "freeflyer", "FR_FOOT"),
-        ("talos", "freeflyer", "gripper_left_base_link"),
+        ("talos", "freeflyer", HAND),
     ):
         robot = Robot.from_example(name, root=root)
         q, v = _states(robot, count)
@@ -165,16 +169,42 @@ def _mujoco_q(q: np.ndarray, root: str) -> np.ndarray:
 
 
 def _throughput(write: Callable[[str], object]) -> None:
+    solo = Robot.from_example("solo12", root="freeflyer")
     talos = Robot.from_example("talos", root="freeflyer")
-    q, v = _states(talos, 65536)
-    scene = Scene(talos, [AppliedImpulse("gripper_left_base_link", LINEAR, at=AT)])
-    write("talos, known blow, million states a second, by batch size and threads\n")
-    for size in (64, 1024, 16384, 65536):
-        numbers = []
-        for threads in (1, 2):
-            taken = _fastest(partial(solve_batch, scene, q[:size], v[:size], threads=threads))
-            numbers.append(f"{threads} thread{'s' * (threads > 1)} {size / taken / 1e6:6.2f}")
-        write(f"  {size:6d} states   {'   '.join(numbers)}\n")
+    foot = Contact("FR_FOOT", friction=0.6, restitution=0.3)
+    for label, scene in (
+        ("talos, known blow", Scene(talos, [AppliedImpulse(HAND, LINEAR, at=AT)])),
+        ("solo12, one contact with friction", Scene(solo, contacts=[foot])),
+    ):
+        q, v = _states(scene.robot, 65536)
+        write(f"{label}, million states a second, by batch size, threads and lanes\n")
+        write(f"{'':16s}{'8 of float64':>28s}{'16 of float32':>28s}\n")
+        write(f"{'':16s}{'1 thread':>14s}{'2 threads':>14s}{'1 thread':>14s}{'2 threads':>14s}\n")
+        for size in (16, 256, 4096, 65536):
+            line = f"  {size:6d} states "
+            for dtype in (np.float64, np.float32):
+                for threads in (1, 2):
+                    call = partial(solve_batch, scene, q[:size], v[:size])
+                    taken = _fastest(partial(call, threads=threads, dtype=dtype))
+                    line += f"{size / taken / 1e6:14.2f}"
+            write(line + "\n")
+        write("  65536 states, 2 threads, by blocks of lanes in one call of a kernel:")
+        for blocks in (8, 64, 512, 4096):
+            with _pieces_of(blocks):
+                taken = _fastest(partial(solve_batch, scene, q, v, threads=2))
+            write(f"   {blocks}: {len(q) / taken / 1e6:.2f}")
+        write("\n")
+
+
+@contextlib.contextmanager
+def _pieces_of(blocks: int) -> Iterator[None]:
+    """Kernels called for so many blocks at a time, instead of as many as are good."""
+    kept = run.SMALLEST_PIECE, run.LARGEST_PIECE
+    run.SMALLEST_PIECE = run.LARGEST_PIECE = blocks
+    try:
+        yield
+    finally:
+        run.SMALLEST_PIECE, run.LARGEST_PIECE = kept
 
 
 def _long_chains(write: Callable[[str], object]) -> None:
