@@ -69,7 +69,9 @@ class Robot:
                 ``pin.JointModel``, between the world and the root link.
             mimic: True lets mimic joints follow their leader; False (Pinocchio's
                 default) lets each move on its own.
-            package_dirs: folders for "package://", needed only when geometry is.
+            package_dirs: folders of packages, for "package://", and of other meshes, needed
+                only when geometry is. Meshes are read from these, the URDF's own folder and
+                ROS_PACKAGE_PATH, and from nowhere else.
 
         Raises:
             UrdfError: it names the file, the element and the fault.

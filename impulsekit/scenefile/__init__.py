@@ -49,6 +49,10 @@ A file names a robot, the state it is in, and what happens to it::
 
 A robot also takes ``mimic = true`` and ``package_dirs = [...]``; one of several takes
 ``placement = {xyz = [0, 1, 0], rpy = [0, 0, 1.57]}`` or ``placement = {matrix = [[...], ...]}``.
+
+What is read is the file, the URDF that it names, wherever that is, and, where geometry is
+wanted, meshes below the URDF's own folder, ``package_dirs`` and ROS_PACKAGE_PATH. Nothing that
+stands in a file is run.
 """
 
 from .read import SceneFile, load_scene
