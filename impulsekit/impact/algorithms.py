@@ -16,7 +16,7 @@ from .known import KnownImpulses
 # Bound once: on a small robot the look-up of a name counts.
 crba, decompose, cholesky_solve = pin.crba, pin.cholesky.decompose, pin.cholesky.solve
 
-__all__ = ["ByAba", "ByCrba", "ByDenseCholesky", "symmetric"]
+__all__ = ["ByAba", "ByCrba", "ByDenseCholesky", "Rescaled", "symmetric"]
 
 # A pivot of M this far below its diagonal is rounding, not inertia.
 SMALLEST_PIVOT = 1e-13
@@ -109,6 +109,17 @@ class ByDenseCholesky:
         if np.diagonal(factor[0]).min() ** 2 < SMALLEST_PIVOT:
             raise singular_mass(self._model, range(1, self._model.njoints))
         return scale * scipy.linalg.cho_solve(factor, scale * impulse)
+
+
+class Rescaled:
+    """Another way's Δv, of impulses that were brought to a size that doubles bear."""
+
+    def __init__(self, way: ByAba | ByCrba | ByDenseCholesky, unit: float) -> None:
+        self._way, self._back = way, 1.0 / unit
+
+    def velocity_jump(self, q: np.ndarray) -> np.ndarray:
+        """(nv,) Δv of the reached model at q."""
+        return self._back * self._way.velocity_jump(q)
 
 
 def symmetric(upper: np.ndarray) -> np.ndarray:

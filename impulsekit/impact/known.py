@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,10 +47,13 @@ class KnownImpulses:
     Attributes:
         blows: the applied impulses.
         joint_impulse: (nv,) the impulses inside joints, or None where there is none.
+        unit: a power of two by which all are multiplied, so that none is denormal or near
+            overflow; 1 but for such sizes, and where anything else moves in the scene.
     """
 
-    def __init__(self, scene: Scene, reached: ReachedModel) -> None:
+    def __init__(self, scene: Scene, reached: ReachedModel, *, alone: bool = False) -> None:
         self.model = reached.model
+        self.unit = _unit_of(scene) if alone else 1.0
         blows = []
         joint_impulse = np.zeros(self.model.nv)
         for i, entry in enumerate(scene.impulses):
@@ -58,7 +62,8 @@ class KnownImpulses:
             else:
                 joint_id = reached.joint_id(scene.robot.joint_id(entry.joint))
                 joint = self.model.joints[joint_id]
-                joint_impulse[joint.idx_v : joint.idx_v + joint.nv] += entry.impulse
+                own = self.unit * np.array(entry.impulse)
+                joint_impulse[joint.idx_v : joint.idx_v + joint.nv] += own
         self.blows = tuple(blows)
         self.joint_impulse = joint_impulse if joint_impulse.any() else None
         # A single blow is by far the commonest; it is told apart once, not at each solve.
@@ -75,7 +80,7 @@ class KnownImpulses:
         frame_id = self.model.addFrame(
             pin.Frame(f"impulse {i}", joint_id, 0, placement, pin.FrameType.OP_FRAME), False
         )
-        wrench = np.array([*entry.linear, *entry.angular])
+        wrench = self.unit * np.array([*entry.linear, *entry.angular])
         return Blow(joint_id, frame_id, placement, wrench, entry.axes)
 
     def generalized_impulse(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
@@ -108,3 +113,21 @@ class KnownImpulses:
                 at_point = pin.Force(blow.wrench[:3].dot(rotation), blow.wrench[3:].dot(rotation))
             forces.append((blow.joint_id, blow.placement.act(at_point)))
         return forces
+
+
+# Blows of other sizes are brought near 1: their products would leave the doubles.
+_SMALLEST, _LARGEST = 1e-150, 1e150
+
+
+def _unit_of(scene: Scene) -> float:
+    """The power of two that brings the largest number of the impulses near 1, if they need it."""
+    numbers = [0.0]
+    for entry in scene.impulses:
+        if isinstance(entry, AppliedImpulse):
+            numbers += [*entry.linear, *entry.angular]
+        else:
+            numbers += np.ravel(entry.impulse).tolist()
+    largest = max(map(abs, numbers))
+    if not largest or _SMALLEST < largest < _LARGEST:
+        return 1.0
+    return math.ldexp(1.0, min(-math.frexp(largest)[1], 1000))

@@ -81,7 +81,9 @@ class SingleContactJump:
             e = restitution_at(self._restitution, max(-un, 0.0), f"{self._name}: restitution")
         target = e * un if un < 0.0 else 0.0
         mu, e_t = self._mu, self._e_t
-        scale = max(abs(u1), abs(u2), abs(un), abs(f1), abs(f2), abs(fn))
+        scale = max(abs(un), abs(fn))
+        if mu:
+            scale = max(scale, abs(u1), abs(u2), abs(f1), abs(f2))
         p, _ = coulomb(
             (t11, t12, t22, n1, n2, nn),
             f1 + e_t * u1 if mu else 0.0,

@@ -16,7 +16,7 @@ from ..errors import InputError, a_thing
 from ..robot import state
 from ..robot.capacity import check_capacity
 from ..scene import Scene
-from .algorithms import ByAba, ByCrba, ByDenseCholesky
+from .algorithms import ByAba, ByCrba, ByDenseCholesky, Rescaled
 from .constrained import ConstrainedJump, Outcome
 from .known import KnownImpulses
 from .plan import Plan, cheaper_algorithm, is_always_regular
@@ -240,7 +240,8 @@ def _planned(scene: Scene) -> tuple[Any, Plan, Any]:
     joints = reached.model.njoints - 1
     skipped = robot.model.njoints - 1 - joints
     why = [f"{skipped} joints hang on the world apart from the impact: left out"] if skipped else []
-    known = KnownImpulses(scene, reached)
+    alone = not (scene.constraints or scene.contacts)
+    known = KnownImpulses(scene, reached, alone=alone)
     regular = is_always_regular(reached.model)
     algorithm: Any
     if scene.contacts and _is_single_contact(scene):
@@ -269,6 +270,9 @@ def _planned(scene: Scene) -> tuple[Any, Plan, Any]:
         name, reason = cheaper_algorithm(reached.model, in_world_axes)
         why.append(reason)
         algorithm = ByAba(known) if name == "aba" else ByCrba(known, always_regular=True)
+    if known.unit != 1.0:
+        algorithm = Rescaled(algorithm, known.unit)
+        why.append("impulses brought near 1 by a power of two: their products would not be doubles")
     return algorithm, Plan(name, joints, skipped, regular, tuple(why)), reached
 
 

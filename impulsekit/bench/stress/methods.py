@@ -74,7 +74,7 @@ def _by_algorithm(
     scene: Scene, name: str, states: list[tuple[np.ndarray, np.ndarray]]
 ) -> list[Found]:
     reached = reached_model(scene.robot.model, touched_joints(scene))
-    known = KnownImpulses(scene, reached)
+    known = KnownImpulses(scene, reached, alone=True)
     algorithm: Any
     if name == "aba":
         algorithm = ByAba(known)
@@ -84,7 +84,7 @@ def _by_algorithm(
         algorithm = ByDenseCholesky(known)
 
     def impact(q: np.ndarray, v: np.ndarray) -> Impact:
-        jump = np.atleast_1d(algorithm.velocity_jump(reached.configuration(q)))
+        jump = np.atleast_1d(algorithm.velocity_jump(reached.configuration(q))) / known.unit
         dv = np.zeros(len(v))
         dv[reached.v_index] = jump
         return Impact(scene, q, v, dv)

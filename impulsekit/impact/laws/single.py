@@ -19,6 +19,8 @@ Triple = tuple[float, float, float]
 
 # Coefficients this small would only underflow.
 NEGLIGIBLE = 1e-150
+# Velocities whose squares are doubles in full.
+TINY, HUGE = 1e-120, 1e120
 # Work above this share of the energies in play is a gain.
 GAIN = 1e-10
 
@@ -68,7 +70,18 @@ def strike(
     if law.slip == "path":
         from .path import follow
 
-        return follow(block, before, free, e, mu, law.restitution, scale)
+        if TINY < scale < HUGE or not scale:
+            return follow(block, before, free, e, mu, law.restitution, scale)
+        # Works are squares of velocities, and would leave the doubles.
+        unit = 2.0 ** -math.frexp(scale)[1]
+        hit = follow(
+            block, _times(unit, before), _times(unit, free), e, mu, law.restitution, unit * scale
+        )
+        hit.impulse, hit.after = _times(1.0 / unit, hit.impulse), _times(1.0 / unit, hit.after)
+        hit.normal_work, hit.friction_work = (
+            work / unit / unit for work in (hit.normal_work, hit.friction_work)
+        )
+        return hit
     if law.restitution == "poisson":
         return _poisson(block, free, e, mu, scale)
     target = e * before[2] if before[2] < 0.0 else 0.0
@@ -80,6 +93,10 @@ def strike(
     residual = residual_of(block, b, impulse, mu, 0.0, scale)
     after = moved(block, free, impulse, mu)
     return booked(impulse, before if from_before else free, after, status, residual)
+
+
+def _times(factor: float, vector: Triple) -> Triple:
+    return factor * vector[0], factor * vector[1], factor * vector[2]
 
 
 def block_of(delassus: np.ndarray, i: int) -> Block:
