@@ -281,6 +281,7 @@ def _rows(tree: Tree, tables: RowTables) -> tuple[tuple[np.ndarray, ...], set[in
         np.array(ints, dtype=np.int64),
         np.concatenate([*floats, np.zeros(0)]),
         np.array(first, dtype=np.int64),
+        _alike(tables),
         reach,
         reach_first,
         np.array(masks, dtype=bool).ravel(),
@@ -288,6 +289,25 @@ def _rows(tree: Tree, tables: RowTables) -> tuple[tuple[np.ndarray, ...], set[in
         dof_first,
         np.array(dof_masks, dtype=bool).ravel(),
     ), passed
+
+
+def _alike(tables: RowTables) -> np.ndarray:
+    """(rows,) 3 where three rows are forces at one point of one body, then 0, 0; else 1."""
+    where: list[Any] = []
+    for terms in tables.terms:
+        numbers, values = terms[0]
+        single = len(terms) == 1 and numbers[0] == layout.FORCE_AT
+        where.append((numbers[1], numbers[4], *values[:3].tolist()) if single else None)
+    found = np.ones(len(where), dtype=np.int64)
+    row = 0
+    while row < len(where):
+        three = where[row : row + 3]
+        if len(three) == 3 and three[0] is not None and three[0] == three[1] == three[2]:
+            found[row : row + 3] = 3, 0, 0
+            row += 3
+        else:
+            row += 1
+    return found
 
 
 def _lists(masks: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

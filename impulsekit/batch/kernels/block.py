@@ -114,8 +114,8 @@ def solve_blocks(
     loaded, loaded_list, known_mask, twist_list = sets
     blow_ints, blow_floats, kicks = known
     load_ints, load_floats = loads
-    term_ints, term_floats, row_first, reach, reach_first, reach_mask = rows[:6]
-    dof_list, dof_first, reach_dofs = rows[6:]
+    term_ints, term_floats, row_first, alike, reach, reach_first, reach_mask = rows[:7]
+    dof_list, dof_first, reach_dofs = rows[7:]
     meeting_ints, meeting_floats, ways = meetings
     target, keeps = held
     contact_ints, contact_floats = contacts
@@ -160,7 +160,7 @@ def solve_blocks(
             place_meetings(meeting_ints, meeting_floats, ways, work, meeting_at, witness)
             place_terms(term_ints, term_floats, work, meeting_at, term_at, witness)
             reduce_rows(
-                ints, dofs, bodies, term_ints, term_floats, row_first, reach, reach_first,
+                ints, dofs, bodies, term_ints, term_floats, row_first, alike, reach, reach_first,
                 reach_mask, dof_list, dof_first, work, dof_at, term_at, reduced_at, nv, witness,
             )  # fmt: skip
             delassus(dof_list, dof_first, reach_dofs, work, dof_at, reduced_at, nv, w_at, witness)

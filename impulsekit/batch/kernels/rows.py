@@ -21,9 +21,11 @@ from .layout import (
     BODY_INTS,
     COUPLE,
     DOF,
+    DOF_INTS,
     FORCE,
     INVERSE,
     MEETING,
+    OFFSET,
     TARGET,
     TERM,
     TERM_FLOATS,
@@ -132,13 +134,15 @@ def row_velocity(term_ints, term_floats, begin, end, twist, work, v_at, term_at,
 
 @built_in
 def reduce_rows(
-    ints, dofs, count, term_ints, term_floats, row_first, reach, reach_first, reach_mask,
+    ints, dofs, count, term_ints, term_floats, row_first, alike, reach, reach_first, reach_mask,
     dof_list, dof_first, work, dof_at, term_at, reduced_at, nv, witness,
 ):  # fmt: skip
     """Write u of every row: entry (row, dof) at ``reduced_at + row · nv + dof``.
 
     Args:
         row_first: where the terms of each row begin.
+        alike: 3 for a row that is a force at a point, as the next two are at the same point
+            of the same body; 0 for these two, 1 for all others.
         reach, reach_first: the bodies that each row passes through.
         reach_mask: (rows · (bodies + 1),) the same as a mask.
         dof_list, dof_first: the degrees of freedom of those bodies, rising.
@@ -146,6 +150,13 @@ def reduce_rows(
     w = width(witness)
     one = same(1.0, witness)
     for row in range(len(row_first) - 1):
+        if alike[row] == 0:
+            continue
+        if alike[row] == 3:
+            body = term_ints[row_first[row] * TERM_INTS + 1]
+            at = (term_at + row_first[row] * TERM) * w
+            _reduce_three(ints, dofs, body, work, dof_at, at, reduced_at + row * nv, nv, witness)
+            continue
         clear(ints, reach, reach_first[row], reach_first[row + 1], work, dof_at, witness)
         add_row(
             term_ints, term_floats, row_first[row], row_first[row + 1], one,
@@ -161,6 +172,46 @@ def reduce_rows(
             dof = dof_list[k]
             u = load(work, (dof_at + dof * DOF + TARGET) * w, witness)
             store(work, (reduced_at + row * nv + dof) * w, u)
+
+
+@built_in
+def _reduce_three(ints, dofs, body, work, dof_at, at, to, nv, witness):
+    """``reduce_rows`` for three forces at one point, inwards with nothing put down.
+
+    Directions and arm stand from ``at`` on, term after term.
+    """
+    w = width(witness)
+    zero = same(0.0, witness)
+    nothing = (zero, zero, zero)
+    arm = triple(work, at + 3 * w, w, witness)
+    p0 = minus(nothing, 1.0, triple(work, at, w, witness))
+    p1 = minus(nothing, 1.0, triple(work, at + TERM * w, w, witness))
+    p2 = minus(nothing, 1.0, triple(work, at + 2 * TERM * w, w, witness))
+    m0, m1, m2 = cross(arm, p0), cross(arm, p1), cross(arm, p2)
+    while body > 0:
+        i = body * BODY_INTS
+        first = ints[i + 3]
+        row = body * BODY * w
+        for dof in range(first + ints[i + 4] - 1, first - 1, -1):
+            d = (dof_at + dof * DOF) * w
+            axis = triple(work, row + dofs[dof * DOF_INTS + 1] * w, 3 * w, witness)
+            if dofs[dof * DOF_INTS] == 1:
+                u0, u1, u2 = -dot(axis, m0), -dot(axis, m1), -dot(axis, m2)
+            else:
+                u0, u1, u2 = -dot(axis, p0), -dot(axis, p1), -dot(axis, p2)
+            store(work, (to + dof) * w, u0)
+            store(work, (to + nv + dof) * w, u1)
+            store(work, (to + 2 * nv + dof) * w, u2)
+            inverse = -load(work, d + INVERSE * w, witness)
+            u0, u1, u2 = u0 * inverse, u1 * inverse, u2 * inverse
+            linear, angular = triple(work, d, w, witness), triple(work, d + 3 * w, w, witness)
+            p0, m0 = minus(p0, u0, linear), minus(m0, u0, angular)
+            p1, m1 = minus(p1, u1, linear), minus(m1, u1, angular)
+            p2, m2 = minus(p2, u2, linear), minus(m2, u2, angular)
+        body = ints[i]
+        if body > 0:
+            r = triple(work, row + OFFSET * w, w, witness)
+            m0, m1, m2 = plus(m0, cross(r, p0)), plus(m1, cross(r, p1)), plus(m2, cross(r, p2))
 
 
 @built_in
