@@ -6,7 +6,8 @@ impacts and the flows Φ between them. Over a period it is the monodromy matrix.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from itertools import pairwise, permutations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,17 +15,22 @@ import pinocchio as pin
 
 from ..errors import InputError, a_thing
 from ..impact.saltation import Saltation, saltation
-from ..scene import Scene
-from .dynamics import Dynamics
+from ..impact.solver import ImpactSolver
+from .flow import Flow
 
 if TYPE_CHECKING:
+    from ..impact import Impact
     from .trajectory import Trajectory
 
 __all__ = ["Sensitivity", "sensitivity"]
 
-# Central differences of flows; their error is of the order of its square.
-STEP = 1e-5
-LONGEST_TURN = 0.5
+# Times [s] this near are one.
+SAME_TIME = 1e-12
+# A flow that ends this far [m, rad] from the motion is another one.
+ASTRAY = 1e-5
+# Two orders of contacts that differ less than this, relatively, are the same.
+SAME_ANSWER = 1e-8
+MOST_TOGETHER = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,13 +60,16 @@ class Sensitivity:
 def sensitivity(motion: Trajectory) -> Sensitivity:
     """The sensitivity of a motion to its start, impacts on the way included.
 
-    Impacts pass by their saltation matrices; flows between them by central differences of
-    motions nearby (about 1e-8 of the largest entry). Impulses at t = 0 strike at a fixed
-    time; later impacts happen when their contact closes.
+    Impacts pass by their saltation matrices; flows between them, at rest or free, by
+    central differences of motions nearby (about 1e-8 of the largest entry). Impulses at
+    t = 0 strike at a fixed time; later impacts happen when their contact closes. Contacts
+    that close at one instant have a derivative where it does not matter which is first.
 
     Raises:
-        InputError: a motion in which a contact rests, in which several contacts close at
-            one instant, or that was not followed to its end; or as for ``derivatives``.
+        InputError: a contact that comes to rest by ever smaller bounces, or whose slip
+            begins or ends while it rests; contacts that close at one instant and whose
+            order matters; a motion that was not followed to its end; or as for
+            ``derivatives``.
         RangeError: a contact is grazed.
 
     Example:
@@ -76,97 +85,148 @@ def sensitivity(motion: Trajectory) -> Sensitivity:
 
     if not isinstance(motion, AMotion):
         raise InputError(f"sensitivity takes a Trajectory, not {a_thing(motion)}")
-    if motion.rests:
-        raise InputError(
-            f"sensitivity: {motion.rests[0].contact} rests from {motion.rests[0].start:g} s on; "
-            "motions are taken whose contacts part again at once"
-        )
     if not motion.status.finished:
         raise InputError(
             f"sensitivity: the motion was not followed to its end. {motion.status.value}"
         )
-    flow = _Flow(motion.scene)
-    total = np.eye(2 * motion.scene.robot.nv)
-    saltations = []
-    t = 0.0
-    q, v = motion.at(0.0) if not motion.impacts or motion.impacts[0][0] > 0.0 else (None, None)
+    given = [entry.restitution for entry in motion.scene.contacts]
     for time, impact in motion.impacts:
-        if q is not None and v is not None and time > t:
-            total = flow.jacobian(t, time, q, v) @ total
-        names = motion.scene.entry_names("contacts")
+        # A contact that approaches ever more slowly is caught without its restitution.
+        if [entry.restitution for entry in impact.scene.contacts] != given:
+            raise InputError(
+                f"sensitivity: a contact comes to rest at {time:g} s by ever smaller bounces; "
+                "motions are taken in which contacts part again or stay at their first impact"
+            )
+    return _Chain(motion).followed()
+
+
+class _Chain:
+    """Flows and impacts of one motion, one after the other."""
+
+    def __init__(self, motion: Trajectory) -> None:
+        self._motion = motion
+        self._total = np.eye(2 * motion.scene.robot.nv)
+        self._saltations: list[tuple[float, Saltation]] = []
+        self._flows: dict[frozenset[str], Flow] = {}
+
+    def followed(self) -> Sensitivity:
+        """The whole chain."""
+        motion = self._motion
+        t = 0.0
+        at_start = bool(motion.impacts) and motion.impacts[0][0] <= 0.0
+        q, v = (None, None) if at_start else motion.at(0.0)
+        for time, impact in motion.impacts:
+            if q is not None and v is not None and time > t:
+                self._flow(t, time, q, v)
+            self._strike(time, impact)
+            t, q, v = time, impact.q, impact.v_after
+        if q is not None and v is not None and motion.duration > t:
+            self._flow(t, motion.duration, q, v)
+        self._total.setflags(write=False)
+        return Sensitivity(self._total, tuple(self._saltations))
+
+    def _resting(self, t: float, side: float) -> frozenset[str]:
+        """The contacts that rest just before (−1) or after (1) a time."""
+        at = t + side * SAME_TIME
+        return frozenset(r.contact for r in self._motion.rests if r.start < at < r.end)
+
+    def _flow_of(self, resting: frozenset[str]) -> Flow:
+        flow = self._flows.get(resting)
+        if flow is None:
+            flow = self._flows[resting] = Flow(self._motion.scene, resting)
+        return flow
+
+    def _flow(self, start: float, end: float, q: np.ndarray, v: np.ndarray) -> None:
+        """Pass a stretch, cut where contacts let go."""
+        inside = {r.end for r in self._motion.rests if start + SAME_TIME < r.end < end - SAME_TIME}
+        times = [start, *sorted(inside), end]
+        for t, until in pairwise(times):
+            flow = self._flow_of(self._resting(t, 1.0))
+            part, q, v = flow.jacobian(t, until, q, v)
+            self._total = part @ self._total
+            there = self._motion.at(until)[0]
+            apart = np.abs(pin.difference(self._motion.scene.robot.model, there, q)).max()
+            if apart > ASTRAY:
+                raise InputError(
+                    f"sensitivity: between {t:g} and {until:g} s slip begins or ends at a contact "
+                    "that rests; there is no linear way past that"
+                )
+
+    def _strike(self, time: float, impact: Impact) -> None:
+        """Pass an impact."""
+        names = impact.scene.entry_names("contacts")
         outcome = impact.outcome
         touched = [] if outcome is None else [names[touch.entry] for touch in outcome.touches]
-        if len(touched) > 1:
-            raise InputError(
-                f"sensitivity: {' and '.join(touched)} meet at one instant, {time:g} s"
-            )
-        found = saltation(
+        before = self._resting(time, -1.0)
+        closing = [name for name in dict.fromkeys(touched) if name not in before]
+        after = self._resting(time, 1.0)
+        if time <= 0.0:
+            found = [self._saltation(time, impact, None, before, after)]
+        elif len(closing) == 1:
+            found = [self._saltation(time, impact, closing[0], before, after)]
+        else:
+            found = self._one_by_one(time, impact, closing, before, after)
+        for item in found:
+            self._saltations.append((time, item))
+            self._total = item.matrix @ self._total
+
+    def _saltation(
+        self,
+        time: float,
+        impact: Impact,
+        contact: str | None,
+        before: frozenset[str],
+        after: frozenset[str],
+    ) -> Saltation:
+        first, second = self._flow_of(before), self._flow_of(after)
+        return saltation(
             impact,
-            touched[0] if touched and time > 0.0 else None,
-            acceleration_before=flow.acceleration(time, impact.q, impact.v_before),
-            acceleration_after=flow.acceleration(time, impact.q, impact.v_after),
+            contact,
+            acceleration_before=first.acceleration(time, impact.q, impact.v_before),
+            acceleration_after=second.acceleration(time, impact.q, impact.v_after),
         )
-        saltations.append((time, found))
-        total = found.matrix @ total
-        t, q, v = time, impact.q, impact.v_after
-    if q is not None and v is not None and motion.duration > t:
-        total = flow.jacobian(t, motion.duration, q, v) @ total
-    total.setflags(write=False)
-    return Sensitivity(total, tuple(saltations))
 
+    def _one_by_one(
+        self,
+        time: float,
+        impact: Impact,
+        closing: list[str],
+        before: frozenset[str],
+        after: frozenset[str],
+    ) -> list[Saltation]:
+        """Contacts that close together, in an order that does not matter.
 
-class _Flow:
-    """The motion of a scene's robot between impacts."""
-
-    def __init__(self, scene: Scene) -> None:
-        self._dynamics = Dynamics(replace(scene, impulses=(), contacts=()))
-        self._model = self._dynamics.model
-
-    def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(nv,) v̇."""
-        return np.array(self._dynamics.acceleration(t, q, v))
-
-    def jacobian(self, start: float, end: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(2 nv, 2 nv) how the state at ``end`` [s] changes with that at ``start``."""
-        total = np.eye(2 * len(v))
-        pieces = max(1, int(np.ceil((end - start) * np.abs(v).max(initial=0.0) / LONGEST_TURN)))
-        times = np.linspace(start, end, pieces + 1)
-        for t, until in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
-            part, q, v = self._piece(t, until, q, v)
-            total = part @ total
-        return total
-
-    def _piece(
-        self, start: float, end: float, q: np.ndarray, v: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        nv, model = len(v), self._model
-        still = np.zeros(2 * nv)
-        q_end, v_end = self._moved(start, end, q, v, still)
-        columns = []
-        for unit in STEP * np.eye(2 * nv):
-            ends = [self._moved(start, end, q, v, sign * unit) for sign in (1.0, -1.0)]
-            by_q = pin.difference(model, q_end, ends[0][0]) - pin.difference(
-                model, q_end, ends[1][0]
-            )
-            columns.append(np.concatenate([by_q, ends[0][1] - ends[1][1]]) / (2.0 * STEP))
-        return np.array(columns).T, q_end, v_end
-
-    def _moved(
-        self, start: float, end: float, q: np.ndarray, v: np.ndarray, by: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        from scipy.integrate import solve_ivp
-
-        nv, model = len(v), self._model
-        # The chart around the start: q = q₀ ⊕ x with ẋ = ∂(q ⊖ q₀)/∂q v.
-        reference = pin.integrate(model, q, by[:nv])
-
-        def rates(t: float, y: np.ndarray) -> np.ndarray:
-            place = pin.integrate(model, reference, y[:nv])
-            turn = pin.dDifference(model, reference, place, pin.ArgumentPosition.ARG1)
-            rate = self._dynamics.acceleration(t, place, y[nv:])
-            return np.concatenate([turn @ y[nv:], rate])
-
-        y = np.concatenate([np.zeros(nv), v + by[nv:]])
-        found = solve_ivp(rates, (start, end), y, "DOP853", [end], rtol=1e-12, atol=1e-13)
-        y = found.y[:, -1]
-        return pin.integrate(model, reference, y[:nv]), y[nv:]
+        Raises:
+            InputError: it matters.
+        """
+        together = f"sensitivity: {' and '.join(closing)} meet at one instant, {time:g} s"
+        if not closing or len(closing) > MOST_TOGETHER:
+            raise InputError(together)
+        names = impact.scene.entry_names("contacts")
+        solver = ImpactSolver(impact.scene)
+        wholes, chains = [], []
+        for order in permutations(closing):
+            v, rests, chain = impact.v_before, before, []
+            for name in order:
+                part = solver.solve_touching(
+                    impact.q, v, {i for i, n in enumerate(names) if n == name or n in rests}
+                )
+                then = rests | (after & {name})
+                chain.append(self._saltation(time, part, name, rests, then))
+                v, rests = part.v_after, then
+            whole = np.eye(len(self._total))
+            for item in chain:
+                whole = item.matrix @ whole
+            wholes.append((v, whole))
+            chains.append(chain)
+        scale = np.abs(impact.v_before).max() + np.abs(impact.v_after).max()
+        size = max(float(np.abs(whole).max()) for _, whole in wholes)
+        for v, whole in wholes:
+            if (
+                np.abs(v - impact.v_after).max() > SAME_ANSWER * scale
+                or np.abs(whole - wholes[0][1]).max() > SAME_ANSWER * size
+            ):
+                raise InputError(
+                    f"{together}, and it matters which is first: there is no derivative"
+                )
+        return chains[0]

@@ -3,6 +3,7 @@
 import math
 import pathlib
 import runpy
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -129,9 +130,78 @@ def test_what_cannot_be_done_is_said():
         ik.saltation_matrix(np.eye(2), [0, 1, 2], [0, 1], [1, 0])
     ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
     floor = ik.Scene(ball, contacts=[ik.Contact("ball", restitution=0.0)])
-    resting = ik.simulate(floor, ball.neutral(), ball.velocity(), duration=0.1, samples=2)
-    with pytest.raises(ik.errors.InputError, match="rests"):
+    # Bounces that come ever faster end in rest, and no derivative passes their end.
+    tired = replace(floor, contacts=[ik.Contact("ball", restitution=0.2)])
+    drop = ball.configuration(root_joint=[0, 0, 0.01, 0, 0, 0, 1])
+    resting = ik.simulate(tired, drop, ball.velocity(), duration=0.2, samples=2)
+    assert resting.rests
+    with pytest.raises(ik.errors.InputError, match="ever smaller bounces"):
         ik.sensitivity(resting)
+
+
+# -- contacts that rest, and several at once ----------------------------------------------------
+
+
+def differences(scene, q, v, duration, h=1e-4):
+    """Φ by Richardson's extrapolation of motions nearby."""
+    model, nv = scene.robot.model, len(v)
+
+    def end(move):
+        near = ik.simulate(
+            scene,
+            pin.integrate(model, q, move[:nv]),
+            v + move[nv:],
+            duration=duration,
+            samples=2,
+            rtol=1e-12,
+            atol=1e-13,
+        )
+        return np.concatenate([pin.difference(model, base.q[-1], near.q[-1]), near.v[-1]])
+
+    base = ik.simulate(scene, q, v, duration=duration, samples=2, rtol=1e-12, atol=1e-13)
+    columns = []
+    for unit in np.eye(2 * nv):
+        coarse, fine = ((end(s * unit) - end(-s * unit)) / (2 * s) for s in (2 * h, h))
+        columns.append((4 * fine - coarse) / 3)
+    return base, np.array(columns).T
+
+
+def test_balls_that_land_together_have_each_its_own_bounce():
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    both = ik.combine(a=ball, b=ball)
+    floor = [ik.Contact(f"{name}/ball", restitution=0.6) for name in "ab"]
+    scene = ik.Scene(both, contacts=floor)
+    q = both.configuration(
+        {"a/root_joint": [0, 0, 0.2, 0, 0, 0, 1], "b/root_joint": [1, 0, 0.2, 0, 0, 0, 1]}
+    )
+    motion, truth = differences(scene, q, both.velocity(), 0.3)
+    assert len(motion.impacts) == 1
+    found = ik.sensitivity(motion)
+    assert found.exists and len(found.saltations) == 2
+    assert np.abs(found.matrix - truth).max() < 1e-6 * np.abs(truth).max()
+
+
+def test_two_corners_that_land_together_have_no_derivative():
+    # Which corner of a box is first decides how it turns.
+    box = ik.Robot.from_urdf("models/box.urdf", root="freeflyer")
+    corners = [ik.Contact("box", at=[x, 0, -0.05], restitution=0.5) for x in (-0.15, 0.15)]
+    scene = ik.Scene(box, contacts=corners)
+    drop = box.configuration(root_joint=[0, 0, 0.2, 0, 0, 0, 1])
+    motion = ik.simulate(scene, drop, box.velocity(), duration=0.25, samples=2)
+    assert len(motion.impacts) == 1
+    with pytest.raises(ik.errors.InputError, match="it matters which is first"):
+        ik.sensitivity(motion)
+
+
+def test_a_ball_that_lies_still_keeps_its_deviations_along_the_floor():
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    floor = ik.Scene(ball, contacts=[ik.Contact("ball", restitution=0.0)])
+    lying = ik.simulate(floor, ball.neutral(), ball.velocity(), duration=0.1, samples=2)
+    assert lying.rests
+    found = ik.sensitivity(lying).matrix
+    wanted = np.eye(12)
+    wanted[:6, 6:] = 0.1 * np.eye(6)
+    assert found == pytest.approx(wanted, abs=1e-6)
 
 
 # -- periodic motions ---------------------------------------------------------------------------
@@ -173,6 +243,49 @@ def test_the_gait_of_the_rimless_wheel_has_its_known_multiplier():
     assert sorted(np.abs(found.multipliers)) == pytest.approx(
         [math.cos(2 * ALPHA) ** 2, 1.0], abs=1e-8
     )
+
+
+FEET = 8
+
+
+@pytest.mark.slow
+def test_the_rimless_wheel_as_a_scene_of_feet_has_the_same_multiplier():
+    # A wheel of eight feet that stand on a slope: it rests on one, and the next strikes.
+    inertia = f'ixx="{INERTIA}" iyy="{INERTIA}" izz="{INERTIA}" ixy="0" ixz="0" iyz="0"'
+    wheel = ik.Robot.from_urdf(
+        '<robot name="wheel"><link name="hub"><inertial><mass value="1"/>'
+        f"<inertia {inertia}/></inertial></link></robot>",
+        root="planar",
+    )
+    turns = [2 * ALPHA * k for k in range(FEET)]
+    feet = [
+        ik.Contact("hub", at=[math.sin(a), -math.cos(a), 0], normal=[0, 1, 0], friction=5.0)
+        for a in turns
+    ]
+    down = GRAVITY * np.array([math.sin(SLOPE), -math.cos(SLOPE), 0])
+    scene = ik.Scene(wheel, contacts=feet, gravity=down)
+    # (1 + λ) ω⁺ = (cos 2α + λ) ω, and a step gives back what the strike took.
+    share = (math.cos(2 * ALPHA) + INERTIA) / (1.0 + INERTIA)
+    fall = math.cos(SLOPE - ALPHA) - math.cos(SLOPE + ALPHA)
+    omega = share * math.sqrt(2 * GRAVITY / (1 + INERTIA) * fall / (1 - share**2))
+    turn = np.array([[math.cos(ALPHA), -math.sin(ALPHA)], [math.sin(ALPHA), math.cos(ALPHA)]])
+    hub = np.array([-math.sin(ALPHA), math.cos(ALPHA)])
+    q = np.array([*hub, math.cos(ALPHA), math.sin(ALPHA)])
+    v = np.array([*(turn.T @ (-omega * np.array([-hub[1], hub[0]]))), -omega])
+    exact = {"samples": 2, "rtol": 1e-12, "atol": 1e-13}
+    period = ik.simulate(scene, q, v, duration=1.3, **exact).impacts[0][0]
+    half = ik.simulate(scene, q, v, duration=0.5 * period, **exact)
+    step = ik.simulate(scene, half.q[-1], half.v[-1], duration=period, **exact)
+    (strike,) = step.impacts
+    assert strike[1].v_after[2] == pytest.approx(share * strike[1].v_before[2], rel=1e-9)
+    # The wheel looks the same when it has turned by a spoke, and the body's axes with it.
+    c, s = math.cos(2 * ALPHA), math.sin(2 * ALPHA)
+    spoke = np.kron(np.eye(2), [[c, s, 0], [-s, c, 0], [0, 0, 1]])
+    found = np.linalg.eigvals(spoke @ ik.sensitivity(step).matrix)
+    # The gait's own; along it and down the slope it is 1; the foot that strikes leaves none
+    # of how fast and how deep it was.
+    assert np.sort(np.abs(found)) == pytest.approx([0, 0, 0, share**2, 1, 1], abs=1e-6)
+    assert share**2 == pytest.approx(math.cos(2 * ALPHA) ** 2, abs=2 * INERTIA)
 
 
 def test_a_bouncing_ball_keeps_its_period_under_a_perfect_floor():
