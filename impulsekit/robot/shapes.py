@@ -148,9 +148,7 @@ def mesh_path(filename: str, folders: Sequence[str], source: str, element: str) 
     if outside:
         reason = f"lies outside the named folders ({tried}); name its folder in package_dirs"
     else:
-        reason = f"was not found (folders tried: {tried})"
-        if not folders:
-            reason += "; name its folder in package_dirs"
+        reason = f"was not found (folders tried: {tried}); name its folder in package_dirs"
     raise UrdfError(
         f'{source}: {element}: its mesh "{shown(filename, 200)}" {reason}',
         source=source,

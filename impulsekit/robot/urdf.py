@@ -110,6 +110,10 @@ def _parse(text: str, source: str) -> ElementTree.Element:
 
     if not text.strip():
         raise UrdfError(f"{source}: it is empty, a URDF has <robot>", source=source, element="")
+    if not text.startswith("<"):
+        raise UrdfError(
+            f"{source}: it does not begin with <, so it is no XML", source=source, element=""
+        )
     try:
         robot = _parsed(text)
     except (ElementTree.ParseError, ValueError) as error:

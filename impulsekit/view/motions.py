@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, a_thing
+from ..errors import InputError, RangeError, a_thing
 from ..robot import Robot
+from ..scene.numbers import number
 from .coasting import coasting
 from .recording import Recording
 from .stage import Plane
@@ -51,6 +52,8 @@ def shown_motion(motion: Any, span: float | None = None) -> Shown:
     """
     from ..impact import Impact
 
+    if span is not None and not 0.0 <= number(span, "replay: span") < np.inf:
+        raise RangeError.of("replay: span", span, "0 s or more")
     if isinstance(motion, Impact):
         return _of_recording(coasting(motion, span), planes_of(motion.scene), motion)
     if isinstance(motion, Recording):

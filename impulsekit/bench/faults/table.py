@@ -48,5 +48,5 @@ def written(told: Mapping[str, Sequence[Told]]) -> str:
 
 
 def _cell(text: str) -> str:
-    escaped = "".join(f"\\{c}" if c in "|<>*_[]\\" else c for c in text)
+    escaped = "".join(f"\\{c}" if c in "|<>*_[]\\" else c for c in text.replace("&", "&amp;"))
     return escaped.replace("\n", " / ")
