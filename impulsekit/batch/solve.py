@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 __all__ = ["plan_batch", "solve_batch", "warm_up"]
 
+# Blows of other sizes are brought near 1 by the solver of single states.
+SMALLEST_BLOW, LARGEST_BLOW = 1e-150, 1e150
+
 Progress = Callable[[int, int], object]
 
 
@@ -115,6 +118,7 @@ def solve_batch(
                 tell(end)
         else:
             _run(program, inputs, arrays, codes, number, _threads(threads), tell)
+            codes[np.broadcast_to(_beyond_products(inputs), codes.shape)] = AGAIN
             again = np.flatnonzero(codes == AGAIN)
             if len(again) and number == np.float32:
                 again = _in_double(program, inputs, again, arrays, codes, _threads(threads))
@@ -214,6 +218,14 @@ def plan_batch(
         _programs[key] = compiled(scene, frictional=frictional, links=links)
         weakref.finalize(scene, _programs.pop, key, None)
     return _programs[key]
+
+
+def _beyond_products(inputs: BatchInputs) -> np.ndarray:
+    """(B,) or (1,) whether a row's blows are so small or large that products leave the doubles."""
+    if not inputs.given.size:
+        return np.zeros(1, dtype=bool)
+    largest = np.abs(inputs.given).max(axis=1)
+    return (largest > 0.0) & ((largest < SMALLEST_BLOW) | (largest > LARGEST_BLOW))
 
 
 def _frictional(inputs: BatchInputs) -> bool:
