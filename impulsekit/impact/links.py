@@ -33,13 +33,14 @@ def link_jumps(impact: Impact) -> dict[str, LinkJump]:
     data = impact.mechanics.scratch()
     # Twists are linear in v at fixed q: those of dv are the jumps.
     pin.forwardKinematics(robot.model, data, impact.q, impact.dv)
-    rotations = [placement.rotation for placement in data.oMi]
-    jumps = {}
-    for link in robot.links:
-        twist, rotation = data.v[link.joint_id], rotations[link.joint_id]
-        linear = rotation @ (twist.linear + np.cross(twist.angular, link.com_in_joint))
-        angular = rotation @ twist.angular
-        linear.setflags(write=False)
-        angular.setflags(write=False)
-        jumps[link.name] = LinkJump(linear, angular)
+    links = robot.links
+    twists = np.array([data.v[link.joint_id].vector for link in links]).reshape(-1, 6)
+    turns = np.array([data.oMi[link.joint_id].rotation for link in links]).reshape(-1, 3, 3)
+    places = np.array([link.com_in_joint for link in links]).reshape(-1, 3)
+    at_centres = twists[:, :3] + np.cross(twists[:, 3:], places)
+    linear = np.einsum("kij,kj->ki", turns, at_centres)
+    angular = np.einsum("kij,kj->ki", turns, twists[:, 3:])
+    linear.setflags(write=False)
+    angular.setflags(write=False)
+    jumps = {link.name: LinkJump(linear[k], angular[k]) for k, link in enumerate(links)}
     return jumps

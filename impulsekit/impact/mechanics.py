@@ -28,13 +28,15 @@ class _Workspace:
     """What the mechanics of a scene's impacts share in one thread.
 
     Attributes:
-        whole: the whole robot with frames of the scene's rows.
+        model: of the whole robot.
+        whole: the same with frames of the scene's rows.
         constraint_rows: the bilateral rows of the scene on it.
         jacobians_of: the ``Mechanics`` whose Jacobians the data holds, by its own token.
     """
 
     def __init__(self, scene: Scene) -> None:
         robot = scene.robot
+        self.model = robot.model
         every_joint = range(1, robot.model.njoints)
         keep_places = needs_places(robot, scene)
         self.whole = reached_model(robot.model, every_joint, keep_places=keep_places)
@@ -46,6 +48,12 @@ class _Workspace:
         # The rows have added frames to the model: data has to be made after that.
         check_capacity(self.whole.model)
         return self.whole.model.createData()
+
+    @cached_property
+    def model_without_gravity(self) -> pin.Model:
+        model = pin.Model(self.model)
+        model.gravity.setZero()
+        return model
 
 
 class _Workspaces(threading.local):
@@ -114,12 +122,10 @@ class Mechanics:
         """(3, 3) the axes of every joint's frame in the world, by joint index."""
         return [placement.rotation for placement in self._placements]
 
-    @cached_property
+    @property
     def model_without_gravity(self) -> pin.Model:
-        """A copy of the robot's model in which nothing falls."""
-        model = pin.Model(self.model)
-        model.gravity.setZero()
-        return model
+        """A copy of the robot's model in which nothing falls; not to be changed."""
+        return _workspace_of(self.scene).model_without_gravity
 
     @cached_property
     def mass_matrix(self) -> np.ndarray:
