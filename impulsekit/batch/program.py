@@ -25,8 +25,9 @@ class BatchPlan:
     """How a batch is solved.
 
     Attributes:
-        kernel: whether compiled kernels do it; False: the solver of single states, row by
-            row, in threads of its own where there are several.
+        kernel: whether compiled kernels do it; False: ``solve``, one row after the other,
+            as under laws of contact other than the default, with tables of restitution or
+            with a ``Collision``. Threads gain nothing there, the workers of a client do.
         rows: how many rows of constraints and contacts a state has.
         why: a sentence for each choice.
     """

@@ -34,6 +34,8 @@ class ImpactBatch:
         status: (B,) the ``RowStatus`` of each row, as a small whole number.
         plan: what was computed, and how.
         arrays: the outputs that were asked for, by name.
+        single: (B,) whether each row was left to ``solve``: all of them where there are no
+            kernels, else what is redundant, ambiguous or close to it. None on Dask.
 
     Example:
         >>> import numpy as np
@@ -44,6 +46,7 @@ class ImpactBatch:
     status: np.ndarray
     plan: BatchPlan | None
     arrays: dict[str, np.ndarray] = field(repr=False)
+    single: np.ndarray | None = field(default=None, repr=False)
 
     @property
     def v_after(self) -> np.ndarray:

@@ -110,6 +110,7 @@ def solve_batch(
     codes = np.zeros(inputs.size, dtype=np.int8)
     from .progress import shown
 
+    single = np.full(inputs.size, program is None)
     with shown(progress, inputs.size) as tell:
         if program is None:
             for begin in range(0, inputs.size, 256):
@@ -123,13 +124,15 @@ def solve_batch(
             if len(again) and number == np.float32:
                 again = _in_double(program, inputs, again, arrays, codes, _threads(threads))
             solve_rows(scene, inputs, again.tolist(), arrays, codes)
+            single[again] = True
     failed = codes >= int(RowStatus.NOT_FINITE)
     for array in arrays.values():
         if failed.any():
             array[failed] = np.nan
         array.setflags(write=False)
     codes.setflags(write=False)
-    return ImpactBatch(codes, plan, arrays)
+    single.setflags(write=False)
+    return ImpactBatch(codes, plan, arrays, single)
 
 
 def _on_dask(

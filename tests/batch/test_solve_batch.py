@@ -99,7 +99,39 @@ def test_what_no_kernel_knows_is_solved_state_by_state(solo):
     worst, batch = worst_difference(scene, q, v)
     assert worst == 0.0
     assert not batch.plan.kernel
+    assert batch.single.all()
     assert "law" in batch.plan.why[0]
+
+
+def test_rows_that_kernels_leave_are_told():
+    sole = ik.Robot.from_example("talos", root="freeflyer")
+    corners = [(x, y, 0.0) for x in (-0.1, 0.1) for y in (-0.06, 0.06)]
+    smooth = [ik.Contact("left_sole_link", at=at) for at in corners]
+    q, v = random_states(sole, 20)
+    batch = solve_batch(ik.Scene(sole, contacts=smooth), q, v)
+    assert batch.plan.kernel
+    assert 0 < np.count_nonzero(batch.single) < 20
+    one = solve_batch(ik.Scene(sole, contacts=smooth[:1]), q, v)
+    assert not one.single.any()
+
+
+def test_a_warm_up_tells_how_batches_will_be_solved(solo):
+    scene = ik.Scene(solo, contacts=feet(*FEET, friction=0.5))
+    assert ik.warm_up(scene).kernel
+    assert not ik.warm_up(ik.Scene(solo, contacts=feet(*FEET), law=ik.Law("poisson"))).kernel
+
+
+def test_arrays_marked_as_read_only_compile_nothing(panda):
+    from impulsekit.batch.kernels.block import solve_blocks
+
+    scene = ik.Scene(panda, [ik.AppliedImpulse("panda_hand", [0, 0, 1])])
+    q, v = random_states(panda, 20)
+    first = solve_batch(scene, q, v).v_after
+    known = len(solve_blocks.signatures)
+    q.setflags(write=False)
+    v.setflags(write=False)
+    assert np.array_equal(solve_batch(scene, q, v).v_after, first)
+    assert len(solve_blocks.signatures) == known
 
 
 @pytest.mark.parametrize("root", ["planar", "freeflyer"])
