@@ -565,11 +565,6 @@ def test_sticking_at_the_edge_of_the_cone():
 
 
 def test_what_has_no_derivatives_of_this_kind_is_refused():
-    q, v = ball().neutral(), [1.0, 0, -1.0, 0, 0, 0]
-    for law in (ik.Law(slip="path"), ik.Law(restitution="stronge", slip="path")):
-        scene = ik.Scene(ball(), contacts=[ik.Contact("ball", friction=0.2)], law=law)
-        with pytest.raises(ik.errors.InputError, match="path"):
-            ik.derivatives(ik.solve(scene, q, v))
     with pytest.raises(ik.errors.InputError, match="takes an Impact"):
         ik.derivatives(None)
 

@@ -81,6 +81,25 @@ class Builder:
         total = pulled.total()
         return np.negative(by_q) if total is None else np.subtract(total, by_q, out=total)
 
+    def pulls_of(self, multipliers: np.ndarray) -> list[tuple[Rows, np.ndarray]]:
+        """The bilateral rows with their impulses, out of λ (m,)."""
+        pulls: list[tuple[Rows, np.ndarray]] = []
+        at = 0
+        for rows in self._bilateral:
+            until = at + len(rows.matrix)
+            pulls.append((rows, multipliers[at:until]))
+            at = until
+        return pulls
+
+    def held_changes(self, changes: Sequence[np.ndarray | None]) -> np.ndarray:
+        """(m, nv) ∂(A v)/∂q of the bilateral rows, out of those by constraint."""
+        return self.stacked(
+            [
+                np.zeros_like(rows.matrix) if change is None else change
+                for rows, change in zip(self._bilateral, changes, strict=True)
+            ]
+        )
+
     def changes(self, v: np.ndarray, touching: Sequence[Touching]) -> list[np.ndarray | None]:
         """∂(G v)/∂q of bilateral rows and touching points, one after the other."""
         self._motion.set_speed(v)

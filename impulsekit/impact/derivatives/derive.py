@@ -26,10 +26,12 @@ from ..result import Impact
 from .building import Builder
 from .hits import HitFound, follow_hits
 from .known_blows import of_known_blows
-from .linear import Columns, LinearStage, Rows, Touching, pass_through
+from .linear import Columns, LinearStage, ModeStage, Rows, Touching, pass_through
 from .modes import PARTED, Coefficients, ContactMode, coefficients_of, found_mode
 from .motion import Motion
 from .pairs import FixedRows
+from .path_law import path_derivative
+from .path_stage import PathStage, change_of_block
 from .refusals import has_no_answer, refuse_what_has_none
 from .regressor import inertia_regressor
 from .result import Derivatives
@@ -44,7 +46,8 @@ def derivatives(impact: Impact) -> Derivatives:
     """How v⁺ and every impulse change with q, v⁻, blows, restitution and friction.
 
     Analytic, in the modes in which the contacts were found; points of contacts are points
-    of their frame, which move with it. Of several hits in a sequence each has its modes.
+    of their frame, which move with it. Of several hits in a sequence each has its modes, and
+    slip along the path is followed with what the parameters do to it.
     A restitution that is a function gives its slope by a method ``derivative`` of the
     approach speed; without one it is found by differences, and the status says so.
 
@@ -52,8 +55,8 @@ def derivatives(impact: Impact) -> Derivatives:
         impact: a solved impact.
 
     Raises:
-        InputError: an impact that has no answer; a law along the path, whose answer has
-            modes of its own; a ``Collision`` of other shapes than balls with balls or flat
+        InputError: an impact that has no answer; friction that presses a contact in again
+            along its path; a ``Collision`` of other shapes than balls with balls or flat
             faces; joints that are no chain of joints with fixed axes.
 
     Example:
@@ -182,8 +185,13 @@ class _Derivation:
             self.scale,
         )
         self.edges += hits.edges
-        stages = [self._stage(self.v, hits.free, hits.free_multipliers, nothing, acting=-1)]
+        stages: list[LinearStage] = [
+            self._stage(self.v, hits.free, hits.free_multipliers, nothing, acting=-1)
+        ]
         for hit in hits.found:
+            if along_path:
+                stages.append(self._path_stage(hit))
+                continue
             own = list(nothing)
             own[hit.point] = hit.impulse
             if law.restitution == "newton":
@@ -203,6 +211,34 @@ class _Derivation:
                     )
                 )
         return stages
+
+    def _path_stage(self, hit: HitFound) -> PathStage:
+        """One contact along the path of its slip."""
+        law, point = self.scene.law, self.touching[hit.point]
+        own = point.coefficients
+        free = point.rows.matrix @ hit.start
+        from_start = law.order == "sequential"
+        before = float(free[2]) if from_start else float(point.rows.matrix[2] @ self.v)
+        found = path_derivative(hit.block, free.tolist(), before, own.e, own.mu, law.restitution)
+        name = self.workspace.contact_names[point.entry]
+        self.edges += [f"{name}: {edge}" for edge in found.edges]
+        by_start, by_before = (
+            self.builder.changes(v, self.touching)[len(self.bilateral) + hit.point]
+            for v in (hit.start, self.v)
+        )
+        none = np.zeros((3, self.nv))
+        impulses = [np.zeros(3)] * len(self.touching)
+        impulses[hit.point] = hit.impulse
+        bare = self._stage(hit.start, hit.end, hit.multipliers, impulses, first=False, acting=-1)
+        return PathStage(
+            bare,
+            hit,
+            self.touching,
+            found,
+            change_of_block(self.builder, hit, self.touching),
+            none if by_start is None else by_start,
+            None if from_start else (none if by_before is None else by_before)[2],
+        )
 
     def _halves(self, hit: HitFound, own: list[np.ndarray]) -> list[Any]:
         """Compression and expansion of one hit under Poisson's law."""
@@ -229,11 +265,7 @@ class _Derivation:
         pulls: list[tuple[Rows, np.ndarray]] = []
         if blows:
             pulls += zip(self.blows, self.workspace.impulses, strict=True)
-        at = 0
-        for rows in self.bilateral:
-            until = at + len(rows.matrix)
-            pulls.append((rows, multipliers[at:until]))
-            at = until
+        pulls += self.builder.pulls_of(multipliers)
         pulls += [
             (point.rows, impulse)
             for point, impulse in zip(self.touching, impulses, strict=True)
@@ -251,7 +283,7 @@ class _Derivation:
         *,
         first: bool = True,
         acting: int | None = None,
-    ) -> LinearStage:
+    ) -> ModeStage:
         """A stage.
 
         Args:
@@ -340,7 +372,13 @@ class _Derivation:
         loads: list[Loads] = []
         for stage in self.stages:
             own = inertia_regressor(self.workspace, self.q, stage.velocity_change, joint_id)
-            loads.append([(slice(0, 10), -own)])
+            parts = [(slice(0, 10), -own)]
+            if isinstance(stage, PathStage):
+                parts += [
+                    (slice(0, 10), -inertia_regressor(self.workspace, self.q, x.copy(), joint_id))
+                    for x in stage.unit_changes
+                ]
+            loads.append(parts)
         count = len(self.multipliers)
         passed = pass_through(self.stages, self.touching, Columns(10, loads=loads), count)
         if passed.velocity is None:

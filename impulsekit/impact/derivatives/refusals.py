@@ -15,16 +15,9 @@ def refuse_what_has_none(impact: Impact) -> None:
     Raises:
         InputError: it says what, and what to do instead.
     """
-    scene = impact.scene
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:
         return
-    law = scene.law
-    if law.slip == "path" or law.restitution == "stronge":
-        raise InputError(
-            'derivatives: slip="path" has modes along the impact (slip that stops or turns), '
-            'which are not followed; use Law(slip="end")'
-        )
     if has_no_answer(outcome.contacts.status):
         raise InputError(f"derivatives: the impact has no answer. {impact.status.value}")
 

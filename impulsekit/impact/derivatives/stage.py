@@ -73,6 +73,7 @@ class Stage:
     Attributes:
         rows: (r, nv) G: bilateral rows, then three for each contact that carries.
         null: (r,) True for rows that move nothing.
+        loads: that every response meets.
     """
 
     def __init__(
@@ -89,7 +90,7 @@ class Stage:
         self._factor, self.rows, self._bilateral = factor, rows, bilateral
         self._velocities = velocities
         count = len(rows)
-        self._loads = loads
+        self.loads = loads
         self._solved: Loads = ()
         if factor.is_filled:
             self._moved = factor.solve(rows.T)
@@ -202,7 +203,7 @@ class Stage:
         wanted = given.copy() if len(self._dropped) else given
         if self._factor.is_filled:
             load = np.zeros((nv, width))
-            for where, part in self._loads if loads is None else loads:
+            for where, part in self.loads if loads is None else loads:
                 load[:, where] += part
             filled = self._factor.filled(load, given[: self._bilateral])
             free: Loads = [(slice(0, width), self._factor.solve(filled))]

@@ -22,7 +22,7 @@ from .coulomb import NOTHING
 from .single import Hit, Triple, gained, moved
 from .slide import Block
 
-__all__ = ["Progress", "follow", "left_to_go"]
+__all__ = ["NULL", "STOPPED", "Progress", "follow", "left_to_go", "outgoing"]
 
 # Slip this slow against the velocities has ended.
 STOPPED = 1e-13
@@ -146,7 +146,7 @@ def _heading(
             k1, k2 = held
             rise = nn + n1 * k1 + n2 * k2
             return (0.0, 0.0, rise if rise > NULL * nn else 0.0, k1, k2), False
-        s1, s2 = _outgoing(block, mu)
+        s1, s2 = outgoing(block, mu)
     d1 = n1 - mu * (t11 * s1 + t12 * s2)
     d2 = n2 - mu * (t12 * s1 + t22 * s2)
     size = abs(n1) + abs(n2) + mu * (t11 + t22)
@@ -247,7 +247,7 @@ def _held(block: Block, mu: float) -> tuple[float, float] | None:
     return (k1, k2) if math.hypot(k1, k2) <= mu else None
 
 
-def _outgoing(block: Block, mu: float) -> tuple[float, float]:
+def outgoing(block: Block, mu: float) -> tuple[float, float]:
     """s with (λ + µ W_tt) s = w and λ > 0: the direction in which slip starts again."""
     t11, t12, t22, n1, n2, _ = block
     # |(λ + µ W_tt)⁻¹ w| falls with λ: Newton on its inverse climbs to the root from below.
