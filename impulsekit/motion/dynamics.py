@@ -163,7 +163,7 @@ class Dynamics:
         last = resting.last_forces(len(friction))
         if resting.slide():
             ways, friction = resting.ways(slip, friction)
-            forces = solve_rest(delassus.dot(ways), free, friction, last)
+            forces = solve_rest(delassus, free, friction, last, ways)
             contact_forces = ways.dot(forces)
         else:
             contact_forces = forces = solve_rest(delassus, free, friction, last)

@@ -5,6 +5,13 @@ With accelerations for velocities it is the law of ``impact.laws.frictional``:
 not be symmetric: a contact that slides is given as one without friction whose column of W
 holds the friction that goes with its normal force. Newton on the natural map (Alart &
 Curnier 1991) from the last solution; contact after contact where that does not get there.
+
+Where rows depend on each other (four corners on a floor) many P do, and with sliding each
+moves the body otherwise. Every point then gives way a little, by ε D P with D the diagonal
+of W, as if it stood on a stiff spring: that has one solution, which changes smoothly with
+the state. The springs are taken out again by moving them towards the body: with
+b − ε D P of the last round for b (Rockafellar 1976, the proximal point method) from P = 0
+what remains is their load split, the accelerations are those of rigid points.
 """
 
 from __future__ import annotations
@@ -21,6 +28,14 @@ BAR = 1e-9
 MOST_STEPS = 25
 MOST_SWEEPS = 20
 TINY = 1e-14
+# How much points give way where they depend on each other, relative to D. Rounding in W shows
+# in the split of loads enlarged by 1/ε, and what b asks along rows of size ε takes its rounds.
+GIVE = 1e-5
+MOST_ROUNDS = 12
+# The accelerations that springs may leave, relative to those without contact forces.
+GIVEN = 1e-13
+# A row whose part across those before it is smaller, in squares, depends on them.
+DEPENDENT = 1e-3
 
 
 class RestNotSolved(Exception):
@@ -28,7 +43,11 @@ class RestNotSolved(Exception):
 
 
 def solve_rest(
-    delassus: np.ndarray, free: np.ndarray, friction: np.ndarray, start: np.ndarray
+    delassus: np.ndarray,
+    free: np.ndarray,
+    friction: np.ndarray,
+    start: np.ndarray,
+    ways: np.ndarray | None = None,
 ) -> np.ndarray:
     """(3n,) contact forces P [N], two tangents and the normal of each contact.
 
@@ -37,6 +56,7 @@ def solve_rest(
         free: (3n,) b, the accelerations without contact forces [m/s²].
         friction: (n,) µ; 0 for what slides.
         start: (3n,) the forces to start from.
+        ways: (3n, 3n) contact forces from P where something slides: W times it is what counts.
 
     Raises:
         RestNotSolved: there are none, or they were not found.
@@ -46,20 +66,73 @@ def solve_rest(
         return np.zeros_like(free)
     used = np.repeat(friction > 0.0, 3)
     used[2::3] = True
-    forces = np.zeros_like(free)
+    coupled = delassus if ways is None else delassus.dot(ways)
     if used.all():
-        forces = _solve(delassus, free, friction, start, scale)
-    else:
-        # Tangents without friction carry nothing: they are left out.
-        few = delassus[used][:, used]
-        forces[used] = _solve(few, free[used], friction, start[used], scale)
+        return _solve(coupled, delassus, free, friction, start, scale)
+    # Tangents without friction carry nothing: they are left out.
+    forces = np.zeros_like(free)
+    few = np.ix_(used, used)
+    forces[used] = _solve(coupled[few], delassus[few], free[used], friction, start[used], scale)
     return forces
 
 
 def _solve(
-    delassus: np.ndarray, free: np.ndarray, friction: np.ndarray, start: np.ndarray, scale: float
+    coupled: np.ndarray,
+    delassus: np.ndarray,
+    free: np.ndarray,
+    friction: np.ndarray,
+    start: np.ndarray,
+    scale: float,
 ) -> np.ndarray:
     """(m,) forces: of points with friction two tangents and the normal, of others the normal."""
+    if _depend(delassus):
+        found = _shared(coupled, delassus.diagonal(), free, friction, start, scale)
+        if found is not None:
+            return found
+    best, residual = _found(coupled, free, friction, start, scale)
+    if not residual <= BAR:
+        raise RestNotSolved(f"residual {residual:.1e}")
+    return best
+
+
+def _depend(delassus: np.ndarray) -> bool:
+    """Whether rows depend on each other, or all but."""
+    from scipy.linalg.lapack import dpotrf
+
+    factor, failed = dpotrf(delassus, lower=1)
+    own = factor.diagonal() ** 2
+    return bool(failed or (own < DEPENDENT * delassus.diagonal()).any())
+
+
+def _shared(
+    delassus: np.ndarray,
+    sizes: np.ndarray,
+    free: np.ndarray,
+    friction: np.ndarray,
+    start: np.ndarray,
+    scale: float,
+) -> np.ndarray | None:
+    """(m,) forces shared as by equal springs; None where rounds do not get there."""
+    give = GIVE * np.maximum(sizes, TINY * sizes.max(initial=0.0))
+    soft = delassus + np.diag(give)
+    forces = np.zeros_like(free)
+    for _ in range(MOST_ROUNDS):
+        before = forces
+        # A residual that counts for rigid points as well.
+        forces, residual = _found(soft, free - give * before, friction, start, scale)
+        if not residual <= BAR:
+            return None
+        left = float(np.abs(give * (forces - before)).max())
+        if left <= GIVEN * scale:
+            return forces
+        start = forces
+    return forces if left <= BAR * scale else None
+
+
+def _found(
+    delassus: np.ndarray, free: np.ndarray, friction: np.ndarray, start: np.ndarray, scale: float
+) -> tuple[np.ndarray, float]:
+    """(m,) the best forces, and their residual relative to the accelerations."""
     problem = _NaturalMap(delassus, free, friction, scale)
     best, residual = problem.newton(start)
     if residual > BAR and start.any():
@@ -71,9 +144,7 @@ def _solve(
             best, residual = problem.newton(impulse)
             if residual <= BAR:
                 break
-    if not residual <= BAR:
-        raise RestNotSolved(f"residual {residual:.1e}")
-    return best
+    return best, residual
 
 
 def _swept(

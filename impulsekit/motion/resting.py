@@ -111,6 +111,22 @@ class Resting:
         """(n,) which points push."""
         return self.forces[2::3] > 0.0
 
+    def begin(self, slip: np.ndarray) -> None:
+        """After an impact: what slips slides. (3n,) ``slip`` of the contact points [m/s].
+
+        Forces are asked for only then: points that slip cannot be held without contradiction.
+        """
+        self.slip = slip
+        i = 0
+        for contact in self.contacts:
+            own = slip[3 * i : 3 * (i + contact.count)].reshape(-1, 3)[:, :2]
+            speeds = np.sqrt(np.einsum("ij,ij->i", own, own)).tolist()
+            contact.slides = [
+                way / speed if contact.friction and speed > self.slow else None
+                for way, speed in zip(own, speeds, strict=True)
+            ]
+            i += contact.count
+
     def update_slides(self, *, fresh: bool) -> bool:
         """Which points slide from now on, by the last evaluation; whether that has changed.
 

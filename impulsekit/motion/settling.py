@@ -36,8 +36,6 @@ def come_to_rest(now: Present, candidates: Iterable[int]) -> None:
     now.rebase()
     gaps.hold(stays, now.q)
     if stays:
-        for contact in stays:
-            contact.slides = []
         settle(now, fresh=True)
 
 
@@ -54,6 +52,8 @@ def settle(now: Present, *, fresh: bool = False) -> bool:
         Whether anything has changed.
     """
     resting = now.resting
+    if fresh and now.gaps is not None:
+        resting.begin(now.gaps.velocities(resting.contacts, now.q, now.v))
     now.acceleration()
     changed = _release(now)
     if changed:
