@@ -276,8 +276,9 @@ def test_the_rimless_wheel_as_a_scene_of_feet_has_the_same_multiplier():
     period = ik.simulate(scene, q, v, duration=1.3, **exact).impacts[0][0]
     half = ik.simulate(scene, q, v, duration=0.5 * period, **exact)
     step = ik.simulate(scene, half.q[-1], half.v[-1], duration=period, **exact)
-    (strike,) = step.impacts
-    assert strike[1].v_after[2] == pytest.approx(share * strike[1].v_before[2], rel=1e-9)
+    # The foot that stands may be met at once, at no speed but for rounding.
+    (strike,) = (impact for t, impact in step.impacts if t > 0.0)
+    assert strike.v_after[2] == pytest.approx(share * strike.v_before[2], rel=1e-9)
     # The wheel looks the same when it has turned by a spoke, and the body's axes with it.
     c, s = math.cos(2 * ALPHA), math.sin(2 * ALPHA)
     spoke = np.kron(np.eye(2), [[c, s, 0], [-s, c, 0], [0, 0, 1]])
