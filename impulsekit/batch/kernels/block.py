@@ -6,16 +6,16 @@ import math
 
 import numpy as np
 
-from ..codes import RowStatus
+from ..codes import AGAIN, RowStatus
 from .algebra import nine, times
 from .articulated import collected, press, respond, twists
 from .blows import strike, work_of_blows
 from .inertia import factor, weigh
 from .jit import built_in, kernel
 from .kinematics import place_bodies
-from .lanes import digits, width
+from .lanes import absolute, digits, where_less, width
 from .law import solve_alone
-from .layout import CONTACT_FLOATS, CONTACT_INTS, DOF, INVERSE, MEETING, TARGET, TWIST
+from .layout import CONTACT_FLOATS, CONTACT_INTS, DOF, INVERSE, JUMP, MEETING, TARGET, TWIST
 from .meetings import place_meetings
 from .memory import collect, collect_angle, load, put, same, store
 from .rows import add_row, clear, delassus, place_terms, reduce_rows, row_velocity
@@ -25,6 +25,9 @@ __all__ = ["solve_blocks"]
 UNIT_TOLERANCE = 1e-6
 _SOLVED, _NOT_FINITE = int(RowStatus.SOLVED), int(RowStatus.NOT_FINITE)
 _OFF = int(RowStatus.OFF_MANIFOLD)
+_NOT_UNIQUE, _JAM = int(RowStatus.NOT_UNIQUE), int(RowStatus.PAINLEVE_JAM)
+# By how much rounding alone may set J Δv and W p apart, relative to the velocities.
+DOUBT = 1e-13
 
 
 @built_in
@@ -209,9 +212,14 @@ def solve_blocks(
                     at = (dof_at + dof_list[k] * DOF + TARGET) * w
                     u = load(work, (reduced_at + r * nv + dof_list[k]) * w, witness)
                     store(work, at, load(work, at, witness) + impulse * u)
+        respond(ints, dofs, bodies, loaded, work, dof_at, dv_at, witness)
+        if count > 0 and not alone and digits(witness) == 53:
+            _doubted(
+                count, term_ints, term_floats, row_first, work, w_at, before_at, free_at, p_at,
+                dv_at, term_at, spare_at, w, code, witness,
+            )  # fmt: skip
         for lane in range(w):
             codes[base + lane] = code[lane]
-        respond(ints, dofs, bodies, loaded, work, dof_at, dv_at, witness)
         for k in range(nv):
             if v_out[k] >= 0:
                 change = load(work, (dv_at + k) * w, witness)
@@ -261,6 +269,40 @@ def solve_blocks(
                 if v_out[k] >= 0:
                     share = load(work, (sum_at + k) * w, witness)
                     put(out_sum, base * whole_v + v_out[k], whole_v, share)
+
+
+@built_in
+def _doubted(
+    count, term_ints, term_floats, row_first, work, w_at, before_at, free_at, p_at, dv_at,
+    term_at, spare_at, w, code, witness,
+):  # fmt: skip
+    """Leave states to the solver of single ones where Δv does not make the rows' velocities.
+
+    The law was told W p; where light bodies are held, that has lost digits to J Δv.
+    """
+    scale = same(0.0, witness)
+    worst = same(0.0, witness)
+    for r in range(count):
+        before = load(work, (before_at + r) * w, witness)
+        made = row_velocity(
+            term_ints, term_floats, row_first[r], row_first[r + 1],
+            JUMP, work, dv_at, term_at, witness,
+        )  # fmt: skip
+        told = load(work, (free_at + r) * w, witness) - before
+        for s in range(count):
+            share = load(work, (w_at + r * count + s) * w, witness)
+            told = told + share * load(work, (p_at + s) * w, witness)
+        left = absolute(made - told)
+        worst = where_less(worst, left, left, worst)
+        for speed in (absolute(before), absolute(made)):
+            scale = where_less(scale, speed, speed, scale)
+    store(work, spare_at * w, worst)
+    store(work, (spare_at + 1) * w, scale)
+    for lane in range(w):
+        if work[spare_at * w + lane] > DOUBT * work[(spare_at + 1) * w + lane] and (
+            code[lane] == _SOLVED or code[lane] == _NOT_UNIQUE or code[lane] == _JAM
+        ):
+            code[lane] = AGAIN
 
 
 @built_in

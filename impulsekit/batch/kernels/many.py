@@ -24,6 +24,10 @@ BAR = 1e-10
 RIDGE = 1e-9
 DEEP = 1e-13
 NULL = 1e-14
+# Residuals of rounding; what stays above is left to the solver of single states, which refines.
+FINE = 4e-15
+# So are contacts of which one is this much more mobile than another.
+ALIKE = 1e-3
 AT_REST = 1e-12
 # Rounds of sweeps (above 0) and of splitting (below).
 SWEEPS = (3, 10, 30, -100, -200, -400, -800, 200)
@@ -44,7 +48,16 @@ def frictionless(W, b, n, scale, dependent, P):
         pushing[i] = b[3 * i + 2] < -tiny
         approaching = approaching or pushing[i]
     if not approaching:
+        for i in range(n):
+            if b[3 * i + 2] < -FINE * scale:
+                return AGAIN
         return _SOLVED
+    lightest, heaviest = 0.0, math.inf
+    for i in range(n):
+        lightest = max(lightest, W[3 * i + 2, 3 * i + 2])
+        heaviest = min(heaviest, W[3 * i + 2, 3 * i + 2])
+    if heaviest < ALIKE * lightest:
+        return AGAIN
     block, lower = np.empty((n, n)), np.empty((n, n))
     x = np.empty(n)
     chosen = np.empty(n, dtype=np.int64)
@@ -319,6 +332,9 @@ def frictional(
             slowest = min(slowest, b[k])
     if slowest >= -1e-15 * scale:
         return _SOLVED
+    for i in range(n):
+        if max(W[3 * i, 3 * i], W[3 * i + 1, 3 * i + 1], W[3 * i + 2, 3 * i + 2]) < ALIKE * largest:
+            return AGAIN
     least = NULL * largest
     rate = 0.05 * largest
     for j in range(size):
@@ -344,7 +360,7 @@ def frictional(
                     for j in range(size):
                         best[j] = P[j]
                 # Deep enough; one step more is only for the last digits.
-                if last:
+                if last and bar <= FINE:
                     break
             elif bar < 1e-11:
                 break
@@ -355,6 +371,8 @@ def frictional(
         for j in range(size):
             P[j] = best[j]
         if bar <= BAR:
+            if bar > 10.0 * FINE:
+                return AGAIN
             redundant = _is_redundant(W, mu, n, dependent, largest, P, matrix, way)
             return _NOT_UNIQUE if redundant else _SOLVED
     return AGAIN
