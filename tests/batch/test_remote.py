@@ -25,7 +25,12 @@ def test_dask_arrays_in_and_out(scene):
     kick = np.random.default_rng(0).normal(size=(100, 3))
     mu = np.linspace(0.1, 0.9, 100)
     outputs = ("v_after", "energy_change")
-    arguments = {"impulses": {"kick": kick}, "friction": {"contacts[0]": mu}, "outputs": outputs}
+    arguments = {
+        "impulses": {"kick": kick},
+        "friction": {"contacts[0]": mu},
+        "masses": {"base_link": np.linspace(0.5, 2.0, 100), "FR_FOOT": 1.5},
+        "outputs": outputs,
+    }
     here = ik.solve_batch(scene, q, v, **arguments)
     lazy = ik.solve_batch(scene, da.from_array(q, chunks=(37, -1)), v, **arguments)
     assert lazy.v_after.chunks[0] == (37, 37, 26)
