@@ -102,7 +102,7 @@ SWEEPS = (
         "angle from the stretched arm [rad]",
         (*_decades(-16, 0), 0.0),
         stretched,
-        60,
+        42,
         what=stretched.__doc__ or "",
     ),
     Sweep(
@@ -110,7 +110,7 @@ SWEEPS = (
         "pins, of three rows each",
         (2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 100.0),
         redundant,
-        20,
+        8,
         what=redundant.__doc__ or "",
     ),
     Sweep(
@@ -118,7 +118,7 @@ SWEEPS = (
         "distance of the pins [m]",
         _decades(-14, 0),
         close_points,
-        60,
+        42,
         what=close_points.__doc__ or "",
     ),
     Sweep(
@@ -126,7 +126,7 @@ SWEEPS = (
         "mass of some links over that of others",
         _decades(-12, 12, 2),
         held_mass_ratio,
-        100,
+        75,
         what=held_mass_ratio.__doc__ or "",
     ),
     Sweep(

@@ -59,14 +59,16 @@ def judge(state: StateTruth, exact: Exact | None, found: Found) -> tuple[Judgeme
         exact = state.exact(found)
     left = state.residuals(found)
     if exact is None:
-        verdict = "wrong" if found.valid else "said so"
-        return Judgement(verdict, math.nan, momentum=left.momentum, law=left.law), None
+        # Beyond what 50 digits tell apart: right if it answers a question that differs by rounding.
+        met = left.momentum <= BACKWARD and left.law <= BACKWARD
+        verdict = "said so" if not found.valid else "right" if met else "wrong"
+        return Judgement(verdict, math.nan, math.inf, momentum=left.momentum, law=left.law), None
     share = _share(exact, found, state)
     wrong = share > BOUND or not exact.only
     if wrong and exact.condition * EPS * BOUND > ILL_POSED:
         # Rounding of the data alone changes the answer beyond first order: then it is right if
         # it answers a question that differs by rounding.
-        wrong = not (max(left.momentum, left.law) <= BACKWARD)
+        wrong = not (left.momentum <= BACKWARD and left.law <= BACKWARD)
     differences = np.abs(exact.dv - found.dv)
     return Judgement(
         "said so" if not found.valid else "wrong" if wrong else "right",

@@ -167,7 +167,7 @@ SWEEPS = (
         "mass of some links over that of others",
         _decades(-12, 12, 2),
         mass_ratio,
-        190,
+        115,
         what=mass_ratio.__doc__ or "",
     ),
     Sweep(
@@ -175,7 +175,7 @@ SWEEPS = (
         "inertia about the mass centre over that of a solid box",
         _decades(-12, 0, 2),
         small_inertia,
-        190,
+        115,
         what=small_inertia.__doc__ or "",
     ),
     Sweep(
@@ -183,7 +183,7 @@ SWEEPS = (
         "length of some links over that of others",
         _decades(-9, 9, 3),
         length_ratio,
-        100,
+        75,
         what=length_ratio.__doc__ or "",
     ),
     Sweep(
@@ -191,7 +191,7 @@ SWEEPS = (
         "angle from the singular configuration [rad]",
         (*_decades(-16, 0, 2), 0.0),
         singularity,
-        100,
+        75,
         what=singularity.__doc__ or "",
     ),
     Sweep(
@@ -207,7 +207,7 @@ SWEEPS = (
         "size of the blow [N s]",
         (*_decades(-320, -300, 4), *_decades(-250, 250, 50), 1e290, 1e300),
         impulse_size,
-        60,
+        40,
         what=impulse_size.__doc__ or "",
     ),
     Sweep(
@@ -215,7 +215,7 @@ SWEEPS = (
         "links",
         tuple(float(n) for n in (1, 2, 3, 4, 6, 8, 12, 16, 24)),
         random_tree,
-        90,
+        60,
         logarithmic=False,
         what=random_tree.__doc__ or "",
     ),
@@ -224,7 +224,7 @@ SWEEPS = (
         "robot: " + ", ".join(EXAMPLES),
         tuple(float(i) for i in range(len(EXAMPLES))),
         example_robot,
-        12,
+        8,
         logarithmic=False,
         what=example_robot.__doc__ or "",
     ),
