@@ -130,12 +130,13 @@ class _Derivation:
             own = coefficients_of(self.scene.contacts[touch.entry], normal, self.scale, name)
             if own.edge and impulse[2] > 0.0:
                 self.edges.append(f"{name}: {own.edge}")
-            self.touching.append(self._with_slope(touch.entry, rows, own))
+            if own.slope and own.approach > 0.0:
+                self.touching.append(self._with_slope(touch.entry, rows, own))
+            else:
+                self.touching.append(Touching(touch.entry, rows, own))
 
     def _with_slope(self, entry: int, rows: Rows, own: Coefficients) -> Touching:
-        """A touching point, with the slope of its restitution where it has one."""
-        if not own.slope or own.approach <= 0.0:
-            return Touching(entry, rows, own)
+        """A touching point whose restitution has a slope."""
         self.motion.set_speed(self.v)
         change = rows.change_of_velocity()
         by_q = np.zeros(self.nv) if change is None else -own.slope * change[2]

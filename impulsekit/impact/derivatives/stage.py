@@ -96,7 +96,9 @@ class Stage:
             self._moved = factor.solve(rows.T)
         else:
             # One solve for the rows and all loads.
-            width = count + sum(load.shape[1] for _, load in loads)
+            width = count
+            for _, load in loads:
+                width += load.shape[1]
             right = np.empty((rows.shape[1], width), order="F")
             right[:, :count] = rows.T
             at = count

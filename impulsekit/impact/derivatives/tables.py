@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -14,6 +14,8 @@ from .status import DerivativeStatus
 from .workspace import Workspace
 
 __all__ = ["told"]
+
+_NONE: MappingProxyType = MappingProxyType({})
 
 
 def told(
@@ -57,7 +59,7 @@ def told(
         return ImpulseDerivatives(
             table[:, :nv],
             table[:, nv : 2 * nv],
-            MappingProxyType({name: table[:, where] for name, where in blows.items()}),
+            _by_blow(table, blows),
             MappingProxyType({name: table[:, c] for name, c in restitution}),
             MappingProxyType({name: table[:, c] for name, c in friction}),
         )
@@ -71,13 +73,19 @@ def told(
         edges,
         velocity[:, :nv],
         velocity[:, nv : 2 * nv],
-        MappingProxyType({name: velocity[:, where] for name, where in blows.items()}),
+        _by_blow(velocity, blows),
         MappingProxyType({name: velocity[:, c] for name, c in restitution}),
         MappingProxyType({name: velocity[:, c] for name, c in friction}),
         MappingProxyType({name: parts(table) for name, table in of_constraints.items()}),
         MappingProxyType({name: parts(table) for name, table in of_contacts.items()}),
         by_inertia,
     )
+
+
+def _by_blow(table: np.ndarray, blows: Mapping[str, slice]) -> Mapping[str, np.ndarray]:
+    if not blows:
+        return _NONE
+    return MappingProxyType({name: table[:, where] for name, where in blows.items()})
 
 
 def _constraint_tables(
