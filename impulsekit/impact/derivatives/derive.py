@@ -29,6 +29,7 @@ from .known_blows import of_known_blows
 from .linear import Columns, LinearStage, ModeStage, Rows, Touching, pass_through
 from .modes import PARTED, Coefficients, ContactMode, coefficients_of, found_mode
 from .motion import Motion
+from .one_contact import of_one_contact
 from .pairs import FixedRows
 from .path_law import path_derivative
 from .path_stage import PathStage, change_of_block
@@ -75,6 +76,15 @@ def derivatives(impact: Impact) -> Derivatives:
     outcome = impact.outcome
     if outcome is None or not (outcome.touches or len(outcome.constraint_impulses)):
         return of_known_blows(impact, workspace)
+    if len(outcome.touches) == 1 and workspace.is_newton and not workspace.bilateral:
+        found = of_one_contact(
+            impact,
+            workspace,
+            outcome,
+            lambda joint_id: _Derivation(impact, workspace, outcome).by_inertia(joint_id),
+        )
+        if found is not None:
+            return found
     return _Derivation(impact, workspace, outcome).result()
 
 
@@ -365,10 +375,10 @@ class _Derivation:
             self.bilateral,
             self.stages[0].null,
             tuple(dict.fromkeys(self.edges)),
-            self._by_inertia,
+            self.by_inertia,
         )
 
-    def _by_inertia(self, joint_id: int) -> np.ndarray:
+    def by_inertia(self, joint_id: int) -> np.ndarray:
         """(nv, 10) ∂v⁺ by the dynamic parameters of a joint's body."""
         loads: list[Loads] = []
         for stage in self.stages:

@@ -22,7 +22,7 @@ from scipy.linalg.lapack import dgesv
 from .factor import Factor
 from .modes import ContactMode
 
-__all__ = ["Direct", "Loads", "Response", "Stage"]
+__all__ = ["NULL_ROW", "Direct", "Loads", "Response", "Stage", "equations_of"]
 
 # As for the rows of a solve: what stands less than this out of the others' span is dependent.
 RANK_TOLERANCE = 1e-7
@@ -43,7 +43,7 @@ def _identity(count: int) -> np.ndarray:
     return np.eye(count)
 
 
-def _of_mode(mode: ContactMode) -> tuple[np.ndarray, np.ndarray]:
+def equations_of(mode: ContactMode) -> tuple[np.ndarray, np.ndarray]:
     """Φ and E of one contact, (3, 3)."""
     normal = 0.0 if mode.held else 1.0
     if mode.sticking:
@@ -151,13 +151,13 @@ class Stage:
     def _equations(self, modes: Sequence[ContactMode], count: int) -> tuple[np.ndarray, np.ndarray]:
         """Φ and E, (r, r)."""
         if count == 3 and len(modes) == 1:
-            return _of_mode(modes[0])
+            return equations_of(modes[0])
         mix, own = _identity(count).copy(), np.zeros((count, count))
         at = self._bilateral
         for mode in modes:
             if mode.held or not mode.sticking:
                 where = slice(at, at + 3)
-                mix[where, where], own[where, where] = _of_mode(mode)
+                mix[where, where], own[where, where] = equations_of(mode)
             at += 3
         return mix, own
 

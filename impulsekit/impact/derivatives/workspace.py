@@ -50,6 +50,7 @@ class Workspace:
         blow_columns: by impulse of the scene, its columns behind those of q and v.
         width_of_state: how many columns are of q, v and the blows; redundant rows have to
             agree on them, while those of coefficients are told by NaN alone.
+        is_newton: whether the law is Newton's, with slip at the end.
         always_regular: whether M is regular at every configuration.
         expanded: the model in which every axis stands still in its body.
     """
@@ -63,6 +64,7 @@ class Workspace:
         self.model = self._reached.model
         self.expanded = expanded_model(self.model)
         self.data = self.expanded.model.createData()
+        self.is_newton = scene.law.restitution == "newton" and scene.law.slip == "end"
         self.always_regular = is_always_regular(self.model)
         self.identity = np.eye(self.model.nv)
         self.no_rows = np.zeros((0, self.model.nv))
