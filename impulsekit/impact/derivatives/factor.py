@@ -7,8 +7,7 @@ length takes its place: with A d prescribed both have the same solution.
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg.blas import dtrsm
-from scipy.linalg.lapack import dpotrf, dpotrs
+from scipy.linalg.lapack import dpotrf, dtrtri
 
 from ...errors import InputError
 
@@ -25,8 +24,9 @@ class Factor:
         self._unit: np.ndarray | None = None
         self._lengths = _NONE
         if regular:
-            self._lower, failed = dpotrf(mass_matrix, lower=1, clean=0)
+            self._lower, failed = dpotrf(mass_matrix, lower=1)
             if not failed:
+                self._inverse, _ = dtrtri(self._lower, lower=1)
                 return
         if self._decompose(mass_matrix):
             return
@@ -43,7 +43,12 @@ class Factor:
         # Cholesky does not mind how a matrix is scaled, only its pivots have to be compared.
         self._lower, failed = dpotrf(matrix, lower=1)
         pivots = self._lower.diagonal()
-        return not failed and bool((pivots * pivots >= SMALLEST_PIVOT * matrix.diagonal()).all())
+        if failed or not (pivots * pivots >= SMALLEST_PIVOT * matrix.diagonal()).all():
+            return False
+        # Not triangular solves: OpenBLAS starts threads for them, which cost far more at
+        # these sizes; for products it does not.
+        self._inverse, _ = dtrtri(self._lower, lower=1)
+        return True
 
     @property
     def is_filled(self) -> bool:
@@ -58,13 +63,12 @@ class Factor:
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """(nv, w) of right-hand sides that have been filled."""
-        solution, _ = dpotrs(self._lower, right, lower=1)
-        return solution
+        return self._inverse.T.dot(self._inverse.dot(right))
 
     def back(self, half: np.ndarray) -> np.ndarray:
         """(nv, w) L⁻ᵀ C of half-solved columns."""
-        return dtrsm(1.0, self._lower, half, lower=1, trans_a=1)
+        return self._inverse.T.dot(half)
 
     def half(self, rows: np.ndarray) -> np.ndarray:
         """(nv, m) L⁻¹ Gᵀ, whose columns have the lengths of rows in the metric of M⁻¹."""
-        return dtrsm(1.0, self._lower, rows.T, lower=1)
+        return self._inverse.dot(rows.T)

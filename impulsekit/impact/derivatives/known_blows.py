@@ -31,7 +31,7 @@ def of_known_blows(impact: Impact, workspace: Workspace) -> Derivatives:
     nv = workspace.model.nv
     q = workspace.configuration(impact.q)
     dv = np.array(impact.dv)
-    motion = Motion(workspace.expanded, workspace.data, q, dv)
+    motion = Motion(workspace.expanded, workspace.data, q)
     placed = [rows.placed(motion) for rows in workspace.blows]
     builder = Builder(workspace, motion, q, (), redundant=False)
     right = np.empty((nv, workspace.width_of_state - nv), order="F")

@@ -16,6 +16,7 @@ __all__ = ["Motion"]
 
 _WORLD, _ALIGNED = pin.WORLD, pin.LOCAL_WORLD_ALIGNED
 # Bound once: these are called for every body of every impact.
+_set_places = pin.computeJointJacobians
 _set_speed = pin.computeForwardKinematicsDerivatives
 _frame_jacobian = pin.getFrameJacobian
 _point_velocity_derivatives = pin.getPointVelocityDerivatives
@@ -27,17 +28,25 @@ class Motion:
 
     Attributes:
         placements: of the joints.
-        speeds: (nv,) v; None where they have been overwritten.
+        speeds: (nv,) v; None where they were not given, or have been overwritten.
         zero: (6, nv) zeros.
     """
 
     def __init__(
-        self, expanded: ExpandedModel, data: pin.Data, q: np.ndarray, v: np.ndarray
+        self,
+        expanded: ExpandedModel,
+        data: pin.Data,
+        q: np.ndarray,
+        v: np.ndarray | None = None,
     ) -> None:
         self._expanded, self._model, self._data = expanded, expanded.model, data
         self._q = q
         self.speeds: np.ndarray | None = None
-        self.set_speed(v)
+        if v is None:
+            # Places alone are quicker.
+            _set_places(self._model, data, q)
+        else:
+            self.set_speed(v)
         self.placements = data.oMi
         self.zero = expanded.nothing
 
