@@ -125,7 +125,7 @@ def solve_batch(
                 again = _in_double(program, inputs, again, arrays, codes, _threads(threads))
             solve_rows(scene, inputs, again.tolist(), arrays, codes)
             single[again] = True
-    failed = codes >= int(RowStatus.NOT_FINITE)
+    failed = (codes >= int(RowStatus.NOT_FINITE)) & (codes != int(RowStatus.NEARLY_DEPENDENT))
     for array in arrays.values():
         if failed.any():
             array[failed] = np.nan

@@ -141,3 +141,21 @@ def test_contacts_that_all_but_repeat_each_other_are_told_or_solved():
         assert impact.is_valid()
         if impact.status is not ik.Status.NEARLY_DEPENDENT:
             assert impact.residuals.complementarity < 3e-15
+
+
+def test_rows_of_a_batch_that_are_all_but_dependent_keep_their_numbers():
+    links = [
+        Link(k - 1, 1.0, (0.3, 0.04, 0.05), "revolute", offset=(0.3 * bool(k), 0.0, 0.0))
+        for k in range(3)
+    ]
+    robot = robot_of(links, "fixed")
+    blow = ik.AppliedImpulse("link_0", linear=[0, 1, 0], at=[0.15, 0, 0])
+    tip = ik.PointAnchor("link_2", at=[0.3, 0, 0])
+    scene = ik.Scene(robot, [blow], constraints=[tip])
+    q = np.array([[0.4, 0.3, -0.2], [0.4, 1e-10, -0.7e-10]])
+    batch = ik.solve_batch(scene, q)
+    assert batch.valid.all()
+    assert ik.RowStatus(batch.status[1]).name == "NEARLY_DEPENDENT"
+    for row in range(2):
+        alone = ik.solve(scene, q[row], robot.velocity()).v_after
+        assert np.allclose(batch.v_after[row], alone, rtol=0, atol=1e-12)

@@ -26,8 +26,9 @@ UNIT_TOLERANCE = 1e-6
 _SOLVED, _NOT_FINITE = int(RowStatus.SOLVED), int(RowStatus.NOT_FINITE)
 _OFF = int(RowStatus.OFF_MANIFOLD)
 _NOT_UNIQUE, _JAM = int(RowStatus.NOT_UNIQUE), int(RowStatus.PAINLEVE_JAM)
-# By how much rounding alone may set J Δv and W p apart, relative to the velocities.
-DOUBT = 1e-13
+# By how much rounding alone may set J Δv and W p apart, relative to the velocities: with
+# contacts, which are redundant in fours, and with constraints alone.
+DOUBT, DOUBT_HELD = 1e-13, 2e-14
 
 
 @built_in
@@ -216,7 +217,8 @@ def solve_blocks(
         if count > 0 and not alone and digits(witness) == 53:
             _doubted(
                 count, term_ints, term_floats, row_first, work, w_at, before_at, free_at, p_at,
-                dv_at, term_at, spare_at, w, code, witness,
+                dv_at, term_at, spare_at, w, code, DOUBT if contact_count > 0 else DOUBT_HELD,
+                witness,
             )  # fmt: skip
         for lane in range(w):
             codes[base + lane] = code[lane]
@@ -274,7 +276,7 @@ def solve_blocks(
 @built_in
 def _doubted(
     count, term_ints, term_floats, row_first, work, w_at, before_at, free_at, p_at, dv_at,
-    term_at, spare_at, w, code, witness,
+    term_at, spare_at, w, code, doubt, witness,
 ):  # fmt: skip
     """Leave states to the solver of single ones where Δv does not make the rows' velocities.
 
@@ -299,7 +301,7 @@ def _doubted(
     store(work, spare_at * w, worst)
     store(work, (spare_at + 1) * w, scale)
     for lane in range(w):
-        if work[spare_at * w + lane] > DOUBT * work[(spare_at + 1) * w + lane] and (
+        if work[spare_at * w + lane] > doubt * work[(spare_at + 1) * w + lane] and (
             code[lane] == _SOLVED or code[lane] == _NOT_UNIQUE or code[lane] == _JAM
         ):
             code[lane] = AGAIN
