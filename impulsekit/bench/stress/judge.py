@@ -57,6 +57,10 @@ def judge(state: StateTruth, exact: Exact | None, found: Found) -> tuple[Judgeme
     # A law may have more than one solution: the one that counts is beside the answer.
     if exact is None or (found.valid and _share(exact, found, state) > BOUND):
         exact = state.exact(found)
+        if exact is not None and found.valid and _share(exact, found, state) > BOUND:
+            beside = getattr(state, "exact_in_its_modes", lambda answer: None)(found)
+            if beside is not None and _share(beside, found, state) <= BOUND:
+                exact = beside
     left = state.residuals(found)
     if exact is None:
         # Beyond what 50 digits tell apart: right if it answers a question that differs by rounding.

@@ -33,6 +33,8 @@ from .numbers import EPS
 __all__ = ["Impacts", "Residuals", "share_of"]
 
 MOST_STEPS = 60
+# Velocities below so many times their rounding.
+DEGENERATE = 100
 SEPARATED, STICKING, SLIDING = 0, 1, 2
 
 
@@ -95,16 +97,21 @@ class _State:
     # -- solution -----------------------------------------------------------------
 
     def exact(self, found: Found | None = None) -> Exact | None:
-        """The solution beside an answer; None where Newton finds none there.
-
-        Where contacts are redundant, modes may go on changing by rounding alone. Then those of
-        the answer are kept, and what they leave of the law's inequalities is told.
-        """
+        """The solution beside an answer; None where Newton finds none there."""
         start = self._start_of(found)
         solution = self._newton(start, None)
-        if solution is None and self._c and found is not None and found.valid:
-            solution = self._newton(start, self._modes(start))
-        return solution
+        return self.exact_in_its_modes(found) if solution is None else solution
+
+    def exact_in_its_modes(self, found: Found | None) -> Exact | None:
+        """The solution in the modes of an answer.
+
+        Contacts that are redundant but for rounding may be in one mode as well as in another;
+        what these modes leave of the law's inequalities is told.
+        """
+        if not self._c or found is None or not found.valid:
+            return None
+        start = self._start_of(found)
+        return self._newton(start, self._modes(start))
 
     def _newton(self, x: Array, kept: list[int] | None) -> Exact | None:
         modes: list[int] | None = None
@@ -273,11 +280,17 @@ class _State:
             m = self._m
             heaviest = np.max(m.weights / m.spans)
             slack[:n] += np.max(m.known_size / m.weights) / heaviest / m.spans
-        violation = 0.0
+        violation, degenerate = 0.0, False
         if self._c:
             speeds = np.abs(x[:n]) + np.abs(self._v)
             rounding = self._m.contacts_size @ (speeds + slack[:n])
             violation = self._violation(x, modes, rounding)
+            # A contact that parts by next to nothing might as well bear the load of others.
+            parting = rounding[2::3] * (DEGENERATE * EPS)
+            xi = self._xi(x)[2::3]
+            degenerate = any(
+                mode == SEPARATED and abs(xi[i]) <= parting[i] for i, mode in enumerate(modes)
+            )
             for i in range(self._c):
                 # Told in world axes, components round like the length; and what rounding
                 # leaves of a velocity may be taken for a push.
@@ -291,7 +304,7 @@ class _State:
             impulses_weights=self._units[n:],
             impulses=x[n:] if has_impulses else None,
             impulses_slack=slack[n:] if has_impulses else None,
-            determined=rank == len(x),
+            determined=rank == len(x) and not degenerate,
             violation=violation,
             before=self._v if has_impulses else None,
         )
@@ -356,7 +369,10 @@ class _State:
         x = np.concatenate([self._numbers.array(found.dv), impulses])
         left = np.abs(self._left_over(x, [SEPARATED] * self._c)[: n + r])
         momentum = share_of(left[:n], self._momentum_size(x))
-        speeds = np.abs(x[:n]) + np.abs(self._v)
+        # Beside what rests, velocities are those of what the blow would do to the heaviest body.
+        heaviest = np.max(self._m.weights / self._m.spans)
+        floor = np.max(self._m.known_size / self._m.weights) / heaviest / self._m.spans
+        speeds = np.abs(x[:n]) + np.abs(self._v) + floor
         law = 0.0
         if r:
             sizes = self._m.rows_size @ speeds + np.abs(self._m.target)
