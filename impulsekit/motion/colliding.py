@@ -14,6 +14,7 @@ from ..impact.touching import contact_axes
 from ..robot import Robot
 from ..robot.geometry import geometry_ids
 from ..scene import Collision
+from .corners import corners_of, nearest, point_gap
 from .points import cross
 
 __all__ = ["CollidingGap"]
@@ -22,8 +23,13 @@ __all__ = ["CollidingGap"]
 RESTING = 1e-5
 # Bodies with corners that approach more slowly stay [m/s]: they would hop some 1e-9 m high.
 SLOW = 2e-4
+# Corners that rise more slowly rest: they would hop some 5e-12 m high. That much speed [m/s] is
+# left by impacts, whose points are those of coal's patches.
+RISING = 1e-5
 # How far the bodies move for the rates of their rows [m, rad].
 MOVE = 1e-4
+# Corners further away than this are not looked at more closely [m].
+NEAR_CORNER = 1e-3
 
 
 class CollidingGap:
@@ -47,13 +53,13 @@ class CollidingGap:
             self._reaches.append(_reach(pieces))
         self._shifted: pin.Data | None = None
         # Corners stay on their bodies; on smooth bodies the points of contact wander.
-        self.has_corners = all(
-            isinstance(shape, coal.Box | coal.ConvexBase)
-            for own in self._pieces
-            for shape, _ in own
-        )
+        self._corners = [
+            corners for own in self._pieces if (corners := corners_of(own)) is not None
+        ]
+        self.has_corners = len(self._corners) == 2
         # Hops lower than what coal can tell are none.
         self.capture_speed = SLOW if self.has_corners else 0.0
+        self.rest_speed = RISING if self.has_corners else 0.0
         self._held: list[_HeldPoint] | None = None
 
     def _placed(self, data: pin.Data) -> list:
@@ -106,13 +112,72 @@ class CollidingGap:
             return
         first, other = self._placed(data)
         places = [data.oMi[joint_id] for joint_id in self._joint_ids]
-        self._held = [
-            _HeldPoint(
-                places[0].actInv(point.position),
-                places[1].rotation.T.dot(contact_axes(point.normal)),
-            )
-            for point in meeting_points(first, other, self._margin)
-        ]
+        self._held = []
+        for point in meeting_points(first, other, self._margin):
+            on_bodies = [place.actInv(point.position) for place in places]
+            corner: tuple[int, int] | None = None
+            for side, corners in enumerate(self._corners):
+                found = nearest(corners, on_bodies[side])
+                if found is not None:
+                    corner = (side, found)
+                    position = places[side].act(corners[found])
+                    on_bodies = [place.actInv(position) for place in places]
+                    break
+            axes = places[1].rotation.T.dot(contact_axes(point.normal))
+            self._held.append(_HeldPoint(on_bodies[0], on_bodies[1], axes, point.gap, corner))
+
+    def held_gaps(self, data: pin.Data) -> np.ndarray:
+        """(k,) the gap of each held point [m]; ``data`` with placements."""
+        placed = self._placed(data)
+        first, other = (data.oMi[joint_id] for joint_id in self._joint_ids)
+        found = []
+        for point in self._held or ():
+            normal = other.rotation.dot(point.axes_in_other[:, 2])
+            if point.corner is None:
+                # Where two edges cross: how far they have come since they were taken hold of.
+                way = first.act(point.in_first) - other.act(point.in_other)
+                found.append(point.gap + float(normal.dot(way)))
+            else:
+                found.append(self._corner_gap(data, placed, point.corner, normal))
+        return np.array(found)
+
+    def free_corner(self, data: pin.Data) -> float:
+        """The smallest gap of a corner that is near but not held [m]; infinite for none."""
+        if not self._held:
+            return np.inf
+        placed, point = self._placed(data), self._held[0]
+        first, other = (data.oMi[joint_id] for joint_id in self._joint_ids)
+        normal = other.rotation.dot(point.axes_in_other[:, 2])
+        ground = float(normal.dot(other.act(point.in_other)))
+        held = {held.corner for held in self._held}
+        least = np.inf
+        for side, place in enumerate((first, other)):
+            sign = 1.0 if side == 0 else -1.0
+            world = self._corners[side].dot(place.rotation.T) + place.translation
+            centre, radius = self._reaches[1 - side]
+            centre = (other if side == 0 else first).act(centre)
+            near = sign * (world.dot(normal) - ground) < NEAR_CORNER
+            near &= np.linalg.norm(world - centre, axis=1) < radius + NEAR_CORNER
+            for i in np.flatnonzero(near).tolist():
+                if (side, i) not in held:
+                    least = min(least, self._corner_gap(data, placed, (side, i), normal))
+        return least
+
+    def _corner_gap(
+        self, data: pin.Data, placed: list, corner: tuple[int, int], normal: np.ndarray
+    ) -> float:
+        side, i = corner
+        at = data.oMi[self._joint_ids[side]].act(self._corners[side][i])
+        return point_gap(at, normal if side == 0 else -normal, placed[1 - side])
+
+    @property
+    def holds(self) -> bool:
+        """Whether points are held."""
+        return self._held is not None
+
+    def keep(self, points: np.ndarray) -> None:
+        """Let go of held points but those told: (k,) True for what stays."""
+        self._held = [p for p, stays in zip(self._held or (), points, strict=True) if stays]
 
     def _held_rows(self, data: pin.Data) -> np.ndarray:
         rows = np.zeros((3 * len(self._held or ()), self._model.nv))
@@ -183,10 +248,20 @@ class CollidingGap:
 
 @dataclass(frozen=True, eq=False)
 class _HeldPoint:
-    """A corner that touches: where it is on the first body, and the axes there on the other."""
+    """A point that touches, in the frames of both joints.
+
+    Attributes:
+        in_first, in_other: (3,) where it was on both bodies.
+        axes_in_other: (3, 3) t₁, t₂, n on the other.
+        gap: [m] when it was taken hold of.
+        corner: which body's it is, 0 or 1, and which of its corners; None where edges cross.
+    """
 
     in_first: np.ndarray
+    in_other: np.ndarray
     axes_in_other: np.ndarray
+    gap: float
+    corner: tuple[int, int] | None
 
 
 def _point_motion(v: pin.Motion, a: pin.Motion, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -28,14 +28,13 @@ def take_out_drift(now: Present, bound: list[tuple[int, int]]) -> None:
 
 def _of_positions(now: Present, pressed: list[int]) -> None:
     held, gaps = now.held, now.gaps
-    owners = [c.gap for c in now.resting.contacts for _ in range(c.count)]
+    resting = now.resting.contacts
     for _ in range(MOST_STEPS):
         off, of_rows = np.empty(0), np.empty(0, dtype=int)
         if held is not None:
             off, of_rows = held.drift(now.q, now.t)
         if gaps is not None and pressed:
-            values, _ = gaps.measure(now.q, now.v, sorted(set(owners)))
-            off = np.concatenate([off, [values[owners[i]] for i in pressed]])
+            off = np.concatenate([off, gaps.of_points(resting, now.q, now.v)[pressed]])
         if not np.abs(off).max(initial=0.0) > NO_DRIFT:
             return
         rows = []
@@ -43,7 +42,7 @@ def _of_positions(now: Present, pressed: list[int]) -> None:
             rows.append(held.matrix(held.data, now.q)[of_rows])
         if gaps is not None and pressed:
             normals = [3 * i + 2 for i in pressed]
-            rows.append(gaps.rows(now.resting.contacts, now.q)[normals])
+            rows.append(gaps.rows(resting, now.q)[normals])
         change = now.dynamics.moved(now.q, np.vstack(rows), -off)
         now.q = pin.integrate(now.model, now.q, change)
 

@@ -31,6 +31,8 @@ TOUCH = 1e-10
 LIFTED = 1e-8
 # A body that rests on corners has come down on another one this deep [m].
 CORNER = 2e-8
+# Its corners are told this well [m].
+ROUNDING = 1e-12
 # Steps of conservative advancement are no shorter than this part of a step.
 FINEST = 1.0 / 128.0
 
@@ -245,17 +247,27 @@ def _advance(
             step = least
         else:
             step = max(value / speed, least)
-        before, t = t, min(end, t + step)
+        before, t = t, min(end, max(t + step, float(np.nextafter(t, end))))
         last, value = value, gap(t)
         if leaving:
             if value > TOUCH:
                 leaving = False
             elif value < min(last, 0.0) - 10.0 * TOUCH:
-                return before
+                return _hop(gap, before, t)
             continue
         if value <= TOUCH:
             return _root(gap, before, t) if value < 0.0 < last else t
     return np.inf
+
+
+def _hop(gap: Callable[[float], float], start: float, end: float) -> float:
+    """When bodies that touch at the start, and overlap at the end, have met again."""
+    span = end - start
+    for _ in range(40):
+        span *= 0.5
+        if gap(start + span) > TOUCH:
+            return _root(gap, start + span, start + 2.0 * span)
+    return start
 
 
 def first_stop(
@@ -278,20 +290,22 @@ def first_stop(
     if not contacts:
         return None
     count = len(slides)
-    deep = gaps.deepest(contacts, *states(start)) - CORNER
+    deep, corner = gaps.deepest(contacts, *states(start))
+    # Where a corner touches already, it may come no deeper than by rounding.
+    deep, corner = deep - CORNER, min(corner, 0.0) - ROUNDING
 
     def signs(t: float) -> np.ndarray:
         """Below zero where something has happened: slip along its first direction, or −lift."""
         q, v = states(t)
         u = gaps.velocities(contacts, q, v)
         if len(u) != 3 * count:
-            return np.full(2 * count + 1, np.inf)
+            return np.full(2 * count + 2, np.inf)
         along = [
             np.inf if s is None else float(u[3 * i : 3 * i + 2].dot(s))
             for i, s in enumerate(slides)
         ]
-        corner = gaps.deepest(contacts, q, v) - deep
-        return np.concatenate([along, LIFTED - u[2::3], [corner]])
+        below = np.subtract(gaps.deepest(contacts, q, v), (deep, corner))
+        return np.concatenate([along, LIFTED - u[2::3], below])
 
     times = np.linspace(start, end, PIECES + 1).tolist()
     before = signs(times[0])
@@ -303,7 +317,7 @@ def first_stop(
         for t, i in sorted(found):
             lifted = count <= i < 2 * count
             if not (lifted and pushing(t)[i - count : i - count + 1].any()):
-                return t, i == 2 * count
+                return t, i >= 2 * count
         before = after
     return None
 

@@ -189,14 +189,61 @@ class Gaps:
         for i in np.flatnonzero(~self.rated).tolist():
             self.items[i].hold(self.data if i in resting else None)
 
-    def deepest(self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray) -> float:
-        """The smallest gap of resting bodies with corners [m]; infinite without any."""
-        corners = [
-            c.gap for c in contacts if not self.rated[c.gap] and self.items[c.gap].has_corners
-        ]
-        if not corners:
-            return float("inf")
-        return float(np.nanmin(self.measure(q, v, corners)[0]))
+    def rest_speed(self, i: int) -> float:
+        """Points of a gap that open more slowly than this rest, whatever else is asked [m/s]."""
+        return 0.0 if self.rated[i] else float(self.items[i].rest_speed)
+
+    def let_go_of_rising(
+        self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray, speed: float
+    ) -> None:
+        """Let go of held corners whose gap opens faster than ``speed`` [m/s]."""
+        pin.computeJointJacobians(self._model, self.data, q)
+        for contact in contacts:
+            item = self.items[contact.gap]
+            if not self.rated[contact.gap] and item.holds:
+                rising = item.rows(self.data, q).dot(v)[2::3]
+                item.keep(rising <= max(speed, item.rest_speed))
+
+    def let_go(self, contact: RestingContact, gone: np.ndarray | None = None) -> bool:
+        """Let go of a contact, or of those of its points that are ``gone`` (k,).
+
+        Returns:
+            Whether it could be done: points that are found anew each time are not held.
+        """
+        item = self.items[contact.gap]
+        if self.rated[contact.gap] or not item.holds:
+            return False
+        if gone is None:
+            item.hold(None)
+            return True
+        item.keep(~gone)
+        contact.slides = [s for s, left in zip(contact.slides, gone, strict=True) if not left]
+        contact.count = int((~gone).sum())
+        return True
+
+    def of_points(
+        self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray
+    ) -> np.ndarray:
+        """(n,) the gaps of resting points [m]: of a held corner its own."""
+        values, _ = self.measure(q, v, [contact.gap for contact in contacts])
+        found = []
+        for contact in contacts:
+            item = self.items[contact.gap]
+            if not self.rated[contact.gap] and item.holds:
+                found.append(item.held_gaps(self.data))
+            else:
+                found.append(np.full(contact.count, values[contact.gap]))
+        return np.concatenate(found)
+
+    def deepest(
+        self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray
+    ) -> tuple[float, float]:
+        """Of resting bodies with corners the smallest gap, and that of corners not held [m]."""
+        own = [c.gap for c in contacts if not self.rated[c.gap] and self.items[c.gap].holds]
+        if not own:
+            return np.inf, np.inf
+        values, _ = self.measure(q, v, own)
+        return float(np.nanmin(values)), min(self.items[i].free_corner(self.data) for i in own)
 
     def velocities(
         self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray

@@ -27,7 +27,7 @@ def come_to_rest(now: Present, candidates: Iterable[int]) -> None:
     before = {c.gap: c for c in now.resting.contacts}
     stays: list[RestingContact] = []
     for i in candidates:
-        if now.closing(i) <= slow:
+        if now.closing(i) <= max(slow, gaps.rest_speed(i)):
             entry, friction = int(gaps.entries[i]), gaps.items[i].friction
             stays.append(before.get(i) or RestingContact(i, entry, friction, now.t))
     kept = {c.gap for c in stays}
@@ -35,6 +35,7 @@ def come_to_rest(now: Present, candidates: Iterable[int]) -> None:
     now.resting.contacts = stays
     now.rebase()
     gaps.hold(stays, now.q)
+    gaps.let_go_of_rising(stays, now.q, now.v, slow)
     if stays:
         settle(now, fresh=True)
 
@@ -93,24 +94,24 @@ def _release(now: Present) -> bool:
     if gaps is None or not resting.contacts:
         return False
     loaded, speeds = resting.loaded(), resting.slip[2::3]
+    lifted = ~loaded & (speeds > LIFTED)
     stays: list[RestingContact] = []
+    changed = False
     i = 0
     for contact in resting.contacts:
-        own = slice(i, i + contact.count)
+        gone = lifted[i : i + contact.count]
         i += contact.count
-        lifted = contact.count == 0 or (
-            not loaded[own].any() and bool((speeds[own] > LIFTED).all())
-        )
-        if lifted:
+        if gone.all():
             now.rests.append(now.rest(contact, now.t))
+            gaps.let_go(contact)
         else:
             stays.append(contact)
-    if len(stays) == len(resting.contacts):
-        return False
-    resting.contacts = stays
-    gaps.hold(stays, now.q)
-    now.rebase()
-    return True
+            changed |= bool(gone.any()) and gaps.let_go(contact, gone)
+    if len(stays) < len(resting.contacts):
+        resting.contacts = stays
+        now.rebase()
+        changed = True
+    return changed
 
 
 def _bound(now: Present) -> list[tuple[int, int]]:
