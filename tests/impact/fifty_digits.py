@@ -224,6 +224,20 @@ class PreciseImpact:
         half = numbers.array(np.array(item.geometry.halfSide).reshape(3)) if box else None
         return place, 0 if box else numbers.number(item.geometry.radius), turn, half
 
+    def _restitution_at(self, value, speed):
+        """e at an approach speed, which is negative for what parts."""
+        numbers = self.numbers
+        if not isinstance(value, ik.RestitutionTable):
+            return numbers.number(value)
+        if speed <= value.speeds[0]:
+            return numbers.number(value.values[0])
+        if speed >= value.speeds[-1]:
+            return numbers.number(value.values[-1])
+        k = np.searchsorted(value.speeds, float(speed)) - 1
+        slope = numbers.number(value.values[k + 1] - value.values[k])
+        slope = slope / numbers.number(value.speeds[k + 1] - value.speeds[k])
+        return value.values[k] + slope * (speed - value.speeds[k])
+
     def _coefficients(self, rows, v, count, de, dmu):
         numbers = self.numbers
         before = rows @ v
@@ -232,13 +246,7 @@ class PreciseImpact:
             entry = self.scene.contacts[touch.entry]
             speed = -before[count + 3 * i + 2]
             value = entry.restitution
-            if isinstance(value, ik.RestitutionTable):
-                k = np.searchsorted(value.speeds, float(speed)) - 1
-                slope = numbers.number(value.values[k + 1] - value.values[k])
-                slope = slope / numbers.number(value.speeds[k + 1] - value.speeds[k])
-                e[i] = value.values[k] + slope * (speed - value.speeds[k])
-            else:
-                e[i] = numbers.number(value)
+            e[i] = self._restitution_at(value, speed)
             mu[i] = numbers.number(getattr(entry, "friction", 0.0))
             e_t[i] = numbers.number(getattr(entry, "tangential_restitution", 0.0))
             if de is not None and de[0] == touch.entry:

@@ -410,6 +410,17 @@ def test_restitution_that_is_a_function(law):
         found(sudden)
 
 
+def test_a_table_beside_a_blow_that_presses_what_did_not_approach():
+    # Its approach speed is zero here and nearby, so its restitution is that at rest.
+    table = ik.RestitutionTable([0.0, 20.0], [0.9, 0.2])
+    down = ik.AppliedImpulse("base", linear=[0, 0, -30.0], name="down")
+    order = ik.Law(restitution="poisson")
+    scene = ik.Scene(arm(), [down], contacts=contacts(1, 0.1, table), law=order)
+    q, v = falling()
+    assert ik.solve(scene, q, -0.2 * v).contacts[0].velocity_before[2] > 0.1
+    assert_true(scene, q, -0.2 * v)
+
+
 def test_a_plane_that_moves():
     own = [
         ik.Contact(
