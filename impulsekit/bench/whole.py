@@ -12,7 +12,7 @@ from ..errors import InputError
 from .about import about
 from .claim import Claim
 from .methods.method import Method
-from .rows import Row, write_csv, write_table
+from .rows import Row, read_table, write_csv, write_table
 
 __all__ = ["Wish", "whole"]
 
@@ -58,6 +58,8 @@ def whole(wish: Wish, folder: Path, tell: Callable[[str], object]) -> Path:
     if "rows" in wish.parts:
         rows = _rows(wish, kept, tell)
         write_table(folder / "rows", rows)
+        # The report rounds what the table holds, so that the two agree.
+        rows = read_table(folder / "rows.csv")
     if "skip" in wish.parts:
         from . import skip
 

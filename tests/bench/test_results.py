@@ -1,0 +1,42 @@
+"""What is told of the benchmark is what was measured: README, report and rows agree."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from impulsekit.bench.problems.registry import problems
+from impulsekit.bench.report import main_table, short_table
+from impulsekit.bench.rows import read_table
+
+ROOT = Path(__file__).parents[2]
+RESULTS = ROOT / "impulsekit/bench/results"
+ROWS = read_table(RESULTS / "rows.csv")
+ABOUT = json.loads((RESULTS / "about.json").read_text(encoding="utf-8"))
+
+
+def test_the_readmes_table_is_that_of_the_rows():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert short_table(ROWS) in readme
+    assert ABOUT["machine"] in readme and ABOUT["date"] in readme
+
+
+def test_the_report_is_that_of_the_rows():
+    report = (RESULTS / "report.md").read_text(encoding="utf-8")
+    assert main_table(ROWS) in report
+    for picture in RESULTS.glob("*.svg"):
+        assert f"]({picture.name})" in report
+
+
+def test_the_rows_are_of_todays_problems():
+    assert {row.problem for row in ROWS} == {problem.name for problem in problems()}
+
+
+def test_solve_meets_every_tolerance():
+    ours = [row for row in ROWS if row.method == row.baseline]
+    assert len(ours) == len({row.problem for row in ROWS})
+    assert all(row.met for row in ours)
+
+
+def test_results_are_small():
+    assert sum(path.stat().st_size for path in RESULTS.iterdir() if path.is_file()) < 1_000_000
