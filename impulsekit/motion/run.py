@@ -14,13 +14,14 @@ import pinocchio as pin
 from ..scene import Scene
 from ..scene.motion import MotionSettings
 from .beginning import begin
+from .crossing import first_crossing
 from .drift import take_out_drift
-from .events import first_crossing, first_stop
 from .flight import Flight, Step
 from .present import Present, Stopped
 from .resting import RestingContact
 from .settling import come_to_rest, heed_stop, settle
 from .status import MotionStatus
+from .stops import first_stop
 from .striking import Striking
 from .trajectory import Trajectory
 

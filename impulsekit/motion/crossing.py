@@ -1,4 +1,4 @@
-"""What happens first within a step: a gap that closes, a slip that stops, a contact that lifts.
+"""The first gap that closes within a step.
 
 Gaps with a rate are cubics between nodes of the step; wherever such a cubic comes near zero
 (its Bernstein coefficients bound it), the dense output itself is searched, extrema
@@ -10,33 +10,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
-from itertools import pairwise
 
 import numpy as np
 
 from .gaps import Gaps
-from .resting import Resting
+from .roots import PIECES, States, falling_root, quadratic_roots
 
-__all__ = ["Crossing", "first_crossing", "first_stop"]
+__all__ = ["Crossing", "first_crossing"]
 
-# Between nodes a solution bends little: a step is about one radian of its fastest motion.
-PIECES = 4
 MARGIN = 1e-3
 # A gap that only dips this far below zero [m] was grazed.
 GRAZED = 1e-12
 # Colliding bodies this near touch [m].
 TOUCH = 1e-10
-# Normal speed at which a resting contact has lifted [m/s].
-LIFTED = 1e-8
-# A body that rests on corners has come down on another one this deep [m].
-CORNER = 2e-8
-# Its corners are told this well [m].
-ROUNDING = 1e-12
 # Steps of conservative advancement are no shorter than this part of a step.
 FINEST = 1.0 / 128.0
-
-States = Callable[[float], tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True)
@@ -195,7 +183,7 @@ class _Search:
         a = 3.0 * (slopes[0] + slopes[1] - 2.0 * d)
         b = 2.0 * (3.0 * d - 2.0 * slopes[0] - slopes[1])
         c = slopes[0]
-        zeros = _quadratic(a, b, c)
+        zeros = quadratic_roots(a, b, c)
         inside = [start + s * h for s in zeros if 0.0 < s < 1.0]
         return [self._refined(i, t, span) for t in inside]
 
@@ -223,7 +211,7 @@ class _Search:
         return float(self._gaps.measure(*self._states(t), (i,))[1][i])
 
     def _root(self, i: int, start: float, end: float) -> float:
-        return _root(lambda t: self._value(i, t), start, end)
+        return falling_root(lambda t: self._value(i, t), start, end)
 
 
 def _advance(
@@ -256,7 +244,7 @@ def _advance(
                 return _hop(gap, before, t)
             continue
         if value <= TOUCH:
-            return _root(gap, before, t) if value < 0.0 < last else t
+            return falling_root(gap, before, t) if value < 0.0 < last else t
     return np.inf
 
 
@@ -266,83 +254,5 @@ def _hop(gap: Callable[[float], float], start: float, end: float) -> float:
     for _ in range(40):
         span *= 0.5
         if gap(start + span) > TOUCH:
-            return _root(gap, start + span, start + 2.0 * span)
+            return falling_root(gap, start + span, start + 2.0 * span)
     return start
-
-
-def first_stop(
-    gaps: Gaps,
-    resting: Resting,
-    states: States,
-    start: float,
-    end: float,
-    pushing: Callable[[float], np.ndarray],
-) -> tuple[float, bool] | None:
-    """When a sliding point first stops, or a resting contact has lifted, within a step.
-
-    Or when a resting body comes down on another corner. Gives the time, and whether it was
-    such a corner. ``pushing`` tells by point which of them are loaded at a time: between the
-    ends of a step the velocity is known to the integrator's tolerance only, so that a point
-    may seem to leave while it is pressed on.
-    """
-    contacts = resting.contacts
-    slides = resting.slides()
-    if not contacts:
-        return None
-    count = len(slides)
-    deep, corner = gaps.deepest(contacts, *states(start))
-    # Where a corner touches already, it may come no deeper than by rounding.
-    deep, corner = deep - CORNER, min(corner, 0.0) - ROUNDING
-
-    def signs(t: float) -> np.ndarray:
-        """Below zero where something has happened: slip along its first direction, or −lift."""
-        q, v = states(t)
-        u = gaps.velocities(contacts, q, v)
-        if len(u) != 3 * count:
-            return np.full(2 * count + 2, np.inf)
-        along = [
-            np.inf if s is None else float(u[3 * i : 3 * i + 2].dot(s))
-            for i, s in enumerate(slides)
-        ]
-        below = np.subtract(gaps.deepest(contacts, q, v), (deep, corner))
-        return np.concatenate([along, LIFTED - u[2::3], below])
-
-    times = np.linspace(start, end, PIECES + 1).tolist()
-    before = signs(times[0])
-    for left, right in pairwise(times):
-        after = signs(right)
-        crossed = np.flatnonzero((before > 0.0) & (after <= 0.0) & np.isfinite(before))
-        # scipy's brentq wants the sign to differ strictly; zero itself is one of them.
-        found = [(_root(partial(_entry, signs, i), left, right), i) for i in crossed.tolist()]
-        for t, i in sorted(found):
-            lifted = count <= i < 2 * count
-            if not (lifted and pushing(t)[i - count : i - count + 1].any()):
-                return t, i >= 2 * count
-        before = after
-    return None
-
-
-def _entry(function: Callable[[float], np.ndarray], i: int, t: float) -> float:
-    return float(function(t)[i])
-
-
-def _root(function: Callable[[float], float], start: float, end: float) -> float:
-    from scipy.optimize import brentq
-
-    if function(start) <= 0.0:
-        return start
-    if function(end) > 0.0:
-        return end
-    return float(brentq(function, start, end, xtol=1e-15, rtol=1e-15))
-
-
-def _quadratic(a: float, b: float, c: float) -> list[float]:
-    """The real zeros of a s² + b s + c, rising."""
-    if abs(a) <= 1e-14 * (abs(b) + abs(c)):
-        return [-c / b] if b else []
-    root = b * b - 4.0 * a * c
-    if root < 0.0:
-        return []
-    half = -0.5 * (b + np.copysign(np.sqrt(root), b))
-    zeros = [half / a] + ([c / half] if half else [])
-    return sorted(zeros)

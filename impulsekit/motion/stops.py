@@ -1,0 +1,80 @@
+"""When a sliding point stops, a resting contact lifts, or another corner comes down."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+
+from .gaps import Gaps
+from .resting import Resting
+from .roots import PIECES, States, falling_root
+
+__all__ = ["first_stop"]
+
+# Normal speed at which a resting contact has lifted [m/s].
+LIFTED = 1e-8
+# A body that rests on corners has come down elsewhere, edge on edge, this deep [m].
+CORNER = 2e-8
+# Its corners are told this well [m].
+ROUNDING = 1e-12
+
+
+def first_stop(
+    gaps: Gaps,
+    resting: Resting,
+    states: States,
+    start: float,
+    end: float,
+    pushing: Callable[[float], np.ndarray],
+) -> tuple[float, bool] | None:
+    """When a sliding point first stops, or a resting contact has lifted, within a step.
+
+    Or when a resting body comes down on another corner. Gives the time, and whether it was
+    such a corner. ``pushing`` tells by point which of them are loaded at a time: between the
+    ends of a step the velocity is known to the integrator's tolerance only, so that a point
+    may seem to leave while it is pressed on.
+    """
+    contacts = resting.contacts
+    slides = resting.slides()
+    if not contacts:
+        return None
+    count = len(slides)
+    deep, corner = gaps.deepest(contacts, *states(start))
+    # Where a corner touches already, it may come no deeper than by rounding.
+    deep, corner = deep - CORNER, min(corner, 0.0) - ROUNDING
+
+    def signs(t: float) -> np.ndarray:
+        """Below zero where something has happened: slip along its first direction, or −lift."""
+        q, v = states(t)
+        u = gaps.velocities(contacts, q, v)
+        if len(u) != 3 * count:
+            return np.full(2 * count + 2, np.inf)
+        along = [
+            np.inf if s is None else float(u[3 * i : 3 * i + 2].dot(s))
+            for i, s in enumerate(slides)
+        ]
+        below = np.subtract(gaps.deepest(contacts, q, v), (deep, corner))
+        return np.concatenate([along, LIFTED - u[2::3], below])
+
+    times = np.linspace(start, end, PIECES + 1).tolist()
+    before = signs(times[0])
+    for left, right in pairwise(times):
+        after = signs(right)
+        crossed = np.flatnonzero((before > 0.0) & (after <= 0.0) & np.isfinite(before))
+        # scipy's brentq wants the sign to differ strictly; zero itself is one of them.
+        found = [
+            (falling_root(partial(_entry, signs, i), left, right), i) for i in crossed.tolist()
+        ]
+        for t, i in sorted(found):
+            lifted = count <= i < 2 * count
+            if not (lifted and pushing(t)[i - count : i - count + 1].any()):
+                return t, i >= 2 * count
+        before = after
+    return None
+
+
+def _entry(function: Callable[[float], np.ndarray], i: int, t: float) -> float:
+    return float(function(t)[i])
