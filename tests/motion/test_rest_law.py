@@ -1,0 +1,80 @@
+"""Forces of resting points: one answer where many would do, and a smooth one."""
+
+import numpy as np
+import pytest
+
+from impulsekit.motion.rest_law import RestNotSolved, solve_rest
+
+WEIGHT = 9.81
+
+
+def plate(places, mass=2.0, inertia=0.03):
+    """(3n, 3n) W and (3n, 6) rows of points under a plate that lies still."""
+    rows = []
+    for x, y in places:
+        rows += [[1, 0, 0, 0, -0.1, -y], [0, 1, 0, 0.1, 0, x], [0, 0, 1, y, -x, 0]]
+    rows = np.array(rows, dtype=float)
+    inverse = np.diag([1 / mass] * 3 + [1 / inertia] * 3)
+    return rows @ inverse @ rows.T, rows
+
+
+def at_rest(rows):
+    """(3n,) b under gravity."""
+    return rows @ [0, 0, -WEIGHT, 0, 0, 0]
+
+
+SQUARE = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
+
+
+def test_four_points_alike_bear_a_quarter_each():
+    delassus, rows = plate(SQUARE)
+    forces = solve_rest(delassus, at_rest(rows), np.full(4, 0.5), np.zeros(12))
+    np.testing.assert_allclose(forces.reshape(4, 3), [[0, 0, 2 * WEIGHT / 4]] * 4, atol=1e-9)
+
+
+def test_loads_do_not_depend_on_where_the_search_begins():
+    rng = np.random.default_rng(5)
+    places = rng.uniform(-1, 1, (6, 2)) + 0.01
+    delassus, rows = plate([*places, (1, 1), (-1, -1), (1, -1), (-1, 1)])
+    free = at_rest(rows) + rows @ [0.4, -0.2, 0, 0, 0, 1.0]
+    first = solve_rest(delassus, free, np.full(10, 0.6), np.zeros(30))
+    for _ in range(5):
+        start = rng.uniform(0, 10, 30)
+        found = solve_rest(delassus, free, np.full(10, 0.6), start)
+        np.testing.assert_allclose(found, first, rtol=0, atol=1e-7)
+    # Rigid points all the same: what they are pressed with holds them still.
+    assert np.abs(delassus @ first + free).max() < 1e-11
+
+
+@pytest.mark.parametrize("friction", [0.05, 0.3, 0.8])
+def test_points_that_slide_keep_to_coulomb_and_change_their_loads_smoothly(friction):
+    delassus, rows = plate([(0.3, 0.2), (0.3, -0.2), (-0.3, 0.2), (-0.3, -0.2)])
+    free = at_rest(rows)
+    last = None
+    for angle in np.linspace(0.0, 2.0 * np.pi, 721):
+        ways = np.eye(12)
+        for i in range(4):
+            spread = angle + 0.7 * i
+            ways[3 * i : 3 * i + 2, 3 * i : 3 * i + 2] = 0.0
+            ways[3 * i : 3 * i + 2, 3 * i + 2] = -friction * np.array(
+                [np.cos(spread), np.sin(spread)]
+            )
+        start = np.zeros(12) if last is None else last
+        forces = solve_rest(delassus, free, np.zeros(4), start, ways)
+        loads, rates = forces[2::3], (delassus @ ways @ forces + free)[2::3]
+        assert loads.min() >= 0.0
+        assert rates.min() > -1e-11
+        assert np.abs(loads * rates).max() < 1e-10
+        if last is not None:
+            # By half a degree of turn: no more than a few times µ of that.
+            assert np.abs(loads - last[2::3]).max() < 0.05 * friction * WEIGHT
+        last = forces
+
+
+def test_a_point_that_jams_has_no_force():
+    # Painlevé: what friction adds to the normal acceleration is more than the load takes away.
+    delassus = np.array([[2.0, 0.0, 0.9], [0.0, 2.0, 0.0], [0.9, 0.0, 1.0]])
+    ways = np.zeros((3, 3))
+    ways[:, 2] = [-2.0, 0.0, 1.0]
+    with pytest.raises(RestNotSolved):
+        solve_rest(delassus, np.array([0.0, 0.0, -1.0]), np.zeros(1), np.zeros(3), ways)
