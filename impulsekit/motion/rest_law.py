@@ -89,7 +89,7 @@ def _solve(
         found = _shared(coupled, delassus.diagonal(), free, friction, start, scale)
         if found is not None:
             return found
-    best, residual = _found(coupled, free, friction, start, scale)
+    best, residual = _found(coupled, delassus.diagonal(), free, friction, start, scale)
     if not residual <= BAR:
         raise RestNotSolved(f"residual {residual:.1e}")
     return best
@@ -119,7 +119,7 @@ def _shared(
     for _ in range(MOST_ROUNDS):
         before = forces
         # A residual that counts for rigid points as well.
-        forces, residual = _found(soft, free - give * before, friction, start, scale)
+        forces, residual = _found(soft, sizes, free - give * before, friction, start, scale)
         if not residual <= BAR:
             return None
         left = float(np.abs(give * (forces - before)).max())
@@ -130,10 +130,15 @@ def _shared(
 
 
 def _found(
-    delassus: np.ndarray, free: np.ndarray, friction: np.ndarray, start: np.ndarray, scale: float
+    delassus: np.ndarray,
+    sizes: np.ndarray,
+    free: np.ndarray,
+    friction: np.ndarray,
+    start: np.ndarray,
+    scale: float,
 ) -> tuple[np.ndarray, float]:
     """(m,) the best forces, and their residual relative to the accelerations."""
-    problem = _NaturalMap(delassus, free, friction, scale)
+    problem = _NaturalMap(delassus, sizes, free, friction, scale)
     best, residual = problem.newton(start)
     if residual > BAR and start.any():
         other, error = problem.newton(np.zeros_like(start))
@@ -167,10 +172,16 @@ class _NaturalMap:
     """F(P) = 0, and Newton on it."""
 
     def __init__(
-        self, delassus: np.ndarray, free: np.ndarray, friction: np.ndarray, scale: float
+        self,
+        delassus: np.ndarray,
+        sizes: np.ndarray,
+        free: np.ndarray,
+        friction: np.ndarray,
+        scale: float,
     ) -> None:
         self._delassus, self._free, self._scale = delassus, free, scale
-        diagonal = delassus.diagonal().tolist()
+        # Without friction's part, which may turn the sign of a diagonal (Painlevé).
+        diagonal = sizes.tolist()
         least = TINY * max(map(abs, diagonal), default=0.0) or 1.0
         # By point: its first row, its normal's, µ, and the rates of normal and tangents.
         self._points: list[tuple[int, int, float, float, float]] = []
