@@ -112,7 +112,7 @@ def _shared(
     start: np.ndarray,
     scale: float,
 ) -> np.ndarray | None:
-    """(m,) forces shared as by equal springs; None where rounds do not get there."""
+    """(m,) forces shared as by stiff springs; None where rounds do not get there."""
     give = GIVE * np.maximum(sizes, TINY * sizes.max(initial=0.0))
     soft = delassus + np.diag(give)
     forces = np.zeros_like(free)

@@ -35,9 +35,11 @@ def simulate(
 
     The scene's impulses strike at t = 0, together with whatever touches then. After that
     gravity and the scene's forces move the robot, its constraints hold, and contacts are
-    met (an impact under the scene's law), rested on (Coulomb's law) and left again. Gaps of
-    a ``Collision`` are as fine as coal tells them: bodies with corners rest once slower
-    than 2e-4 m/s, and lie true to about 1e-7 m.
+    met (an impact under the scene's law), rested on (Coulomb's law) and left again. Where
+    points that rest are redundant (four corners of a box) they share the load as stiff
+    springs would, each as stiff as its effective mass is large. Bodies of a ``Collision``
+    with corners rest once slower than 2e-4 m/s and lie true to 1e-9 m; on the way they
+    overlap by less than 1e-7 m.
 
     Args:
         scene: what strikes, holds, touches and moves the robot.
