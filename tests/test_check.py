@@ -362,3 +362,18 @@ def test_masses_that_only_constraints_make_whole_cannot_be_checked(coupler, word
     scene = ik.Scene(loop, [ik.JointImpulse("a", 1.0)], [closed])
     with pytest.raises(InputError, match=f"cannot be checked.*{words}"):
         ik.check(ik.solve(scene, [1.0, -1.0, 1.0], [0, 0, 0]))
+
+
+@pytest.mark.parametrize("distance", [1e3, 1e6])
+def test_a_robot_far_away_agrees_as_one_at_the_origin(distance):
+    robot = ik.Robot.from_example("solo12", root="freeflyer")
+    q = robot.neutral()
+    q[:2] = distance, -0.3 * distance
+    q[7:] = np.random.default_rng(0).uniform(-1, 1, 12)
+    scene = ik.Scene(robot, [ik.AppliedImpulse("FR_FOOT", linear=[0, 0, 1])])
+    impact = ik.solve(scene, q, robot.velocity())
+    assert ik.check(impact).agrees
+    # Impulsekit itself loses nothing there, which more digits of the reference show.
+    far = ik.check(impact, digits=30)
+    assert far.agrees
+    assert far.tolerance <= 1e-12

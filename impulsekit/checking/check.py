@@ -34,7 +34,8 @@ def check(impact: Impact, digits: int | None = None) -> Check:
     The tolerance is what rounding may do: 10 ε κ, at least 1e-12 and at most 1e-6. κ is
     κ(M) where all impulses are known, and κ(M) √κ(W) + κ(W) under constraints; κ(M) and
     κ(W) are the condition numbers of the generalized masses and of the Delassus matrix of
-    the independent rows, each scaled to unit diagonal.
+    the independent rows, each scaled to unit diagonal. Without ``digits`` the reference's own
+    places round, too: κ is larger by the robot's distance from the origin over its reach.
 
     Impulses of contacts are the laws' affair: they are given to the reference as they were
     found, and the rest is checked.

@@ -10,6 +10,7 @@ from ..reference import Rows
 from ..reference.kane import generalized_masses
 from ..reference.kinematics import Kinematics
 from ..reference.tree import Tree
+from .reach import reach_of
 
 __all__ = ["Conditions", "conditions_of"]
 
@@ -31,6 +32,8 @@ class Conditions:
         independent: indices of rows that are independent and span the others.
         of_masses: condition of a_lp scaled to unit diagonal.
         of_rows: the same of W of the independent rows; 1 without any.
+        away: distance from the world's origin over the reach of the robot, where the reference
+            computes in doubles: its places round by that.
     """
 
     masses: np.ndarray
@@ -39,6 +42,7 @@ class Conditions:
     independent: tuple[int, ...]
     of_masses: float
     of_rows: float
+    away: float = 0.0
 
     @property
     def tolerance(self) -> float:
@@ -46,7 +50,7 @@ class Conditions:
         amplified = self.of_masses
         if len(self.rows):
             amplified = self.of_masses * self.of_rows**0.5 + self.of_rows
-        rounding = ROUNDING * float(np.finfo(float).eps) * amplified
+        rounding = ROUNDING * float(np.finfo(float).eps) * (amplified + self.away)
         return min(max(rounding, SMALLEST_TOLERANCE), LARGEST_TOLERANCE)
 
 
@@ -66,8 +70,11 @@ def conditions_of(tree: Tree, at: Kinematics, demands: Rows) -> Conditions | Non
     if not values[0] > len(masses) * np.finfo(float).eps:
         return None
     of_masses = float(values[-1] / values[0])
+    away = 0.0
+    if tree.arithmetic.name == "double":
+        away = float(np.abs(at.origins).max()) / reach_of(tree, at)
     if not len(demands):
-        return Conditions(masses, rows, np.zeros(0), (), of_masses, 1.0)
+        return Conditions(masses, rows, np.zeros(0), (), of_masses, 1.0, away)
     lower = np.linalg.cholesky(scaled)
     half = scipy.linalg.solve_triangular(lower, (rows / root).T, lower=True)
     mobilities = np.einsum("ij,ij->j", half, half)
@@ -78,7 +85,7 @@ def conditions_of(tree: Tree, at: Kinematics, demands: Rows) -> Conditions | Non
     chosen = tuple(sorted(order[:rank].tolist()))
     singular = np.linalg.svd(half[:, chosen], compute_uv=False) if chosen else np.ones(1)
     of_rows = float((singular[0] / singular[-1]) ** 2)
-    return Conditions(masses, rows, mobilities, chosen, of_masses, of_rows)
+    return Conditions(masses, rows, mobilities, chosen, of_masses, of_rows, away)
 
 
 def take(demands: Rows, indices: tuple[int, ...]) -> Rows:

@@ -10,13 +10,13 @@ import numpy as np
 
 from ..reference import KaneImpact, Load
 from ..reference.kinematics import Kinematics
-from ..reference.tree import WORLD, Tree
 from .conditions import Conditions
+from .reach import reach_of
 
 if TYPE_CHECKING:
     from ..impact import Impact
 
-__all__ = ["Sizes", "reach_of", "sizes_of"]
+__all__ = ["Sizes", "sizes_of"]
 
 
 @dataclass(frozen=True)
@@ -83,19 +83,3 @@ def sizes_of(
         impulse=float(impulse),
         reach=reach,
     )
-
-
-def reach_of(tree: Tree, at: Kinematics) -> float:
-    """How far a body extends from the root of its tree [m]; never 0."""
-    origins, centres = at.origins.astype(float), at.mass_centres.astype(float)
-    roots: list[int] = []
-    reach = 0.0
-    for k, body in enumerate(tree.bodies):
-        roots.append(k if body.parent == WORLD else roots[body.parent])
-        base = origins[roots[k]]
-        gyration = 0.0
-        if body.mass > 0:
-            gyration = float(np.sqrt(max(float(np.trace(body.inertia)) / float(body.mass), 0.0)))
-        distances = np.linalg.norm(origins[k] - base), np.linalg.norm(centres[k] - base)
-        reach = max(reach, gyration, *map(float, distances))
-    return reach or 1.0
