@@ -15,17 +15,18 @@ import numpy as np
 
 from ..errors import InputError
 from ..scene import Scene
-from ..scene.restitution import restitution_at
 from .algorithms import crba, decompose, symmetric
-from .bilateral import RANK_TOLERANCE, BilateralSolution, solve_bilateral
+from .bilateral import BilateralSolution, solve_bilateral
+from .elimination import DEPENDENT, off_the_span, still_what_is_held
 from .factor import FilledFactor, SparseFactor, pivots_are_safe
 from .known import KnownImpulses
 from .reach import ReachedModel
 from .rows import ConstraintRows
-from .touching import ContactRows, Touch
+from .scene_contacts import SceneContacts
+from .touching import Touch
 
 if TYPE_CHECKING:
-    from .laws import ContactProblem, ContactSolution
+    from .laws import ContactSolution
     from .laws.modes import System
     from .laws.refine import Steps
 
@@ -33,11 +34,7 @@ __all__ = ["ConstrainedJump", "Outcome"]
 
 # What rounding leaves of velocities, relative; above it they are worked out once more.
 ROUNDING = 2e-15
-# The same of W P beside J Δv, with many contacts in the sums.
-ROUNDING_OF_SUMS = 1e-14
 MOST_REFINEMENTS = 4
-# Singular values this small beside the largest are taken for zero.
-DEPENDENT = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +64,7 @@ class ConstrainedJump:
     ) -> None:
         self._known = known
         self._rows = ConstraintRows.of(scene, reached) if scene.constraints else None
-        self._contacts = _Contacts(scene, reached) if scene.contacts else None
+        self._contacts = SceneContacts(scene, reached) if scene.contacts else None
         self._model, self._data = known.model, known.model.createData()
         self._always_regular = always_regular
         # Pinocchio's sparse Cholesky takes neither mimic joints nor a model with one row.
@@ -204,8 +201,8 @@ class ConstrainedJump:
         held = self._multipliers(half_rows, start, wanted, q, v)
         # Rows that are imposed move the contact points, too.
         free = before + (start + half_rows.dot(held.impulse)).dot(half_contacts)
-        basis = _range_of(half_rows)
-        left = half_contacts - basis.dot(basis.T.dot(half_contacts))
+        left = off_the_span(half_contacts, half_rows)
+        still_what_is_held(left, half_contacts, free, before, start)
         problem = contacts.problem(left, before, free, touches)
         solution = contacts.solve(problem)
 
@@ -303,77 +300,6 @@ class ConstrainedJump:
         return self._rows
 
 
-class _Contacts:
-    """The contacts of a scene: rows, coefficients and law."""
-
-    def __init__(self, scene: Scene, reached: ReachedModel) -> None:
-        from .laws import ContactProblem, solve_contacts
-
-        self._problem, self._solve = ContactProblem, solve_contacts
-        self.rows = ContactRows(scene, reached)
-        self._law = scene.law
-        self._restitution = [entry.restitution for entry in scene.contacts]
-        self._varying = any(callable(e) for e in self._restitution)
-        self._names = scene.entry_names("contacts")
-        self._friction = np.array([getattr(entry, "friction", 0.0) for entry in scene.contacts])
-        self._tangential = np.array(
-            [getattr(entry, "tangential_restitution", 0.0) for entry in scene.contacts]
-        )
-        self._fixed = None if self._varying else np.array(self._restitution, dtype=float)
-
-    def problem(
-        self, half: np.ndarray, before: np.ndarray, free: np.ndarray, touches: list[Touch]
-    ) -> ContactProblem:
-        """The law's problem, for rows half-solved (nv, 3n) and velocities (3n,)."""
-        entries = [touch.entry for touch in touches]
-        return self._problem(
-            delassus=half.T.dot(half),
-            velocity_before=before,
-            velocity_free=free,
-            restitution=self._coefficients(entries, before),
-            friction=self._friction[entries],
-            tangential_restitution=self._tangential[entries],
-        )
-
-    def solve(self, problem: ContactProblem) -> ContactSolution:
-        """P by the law."""
-        return self._solve(problem, self._law)
-
-    def is_met(
-        self,
-        problem: ContactProblem,
-        solution: ContactSolution,
-        jacobian: np.ndarray,
-        dv: np.ndarray,
-    ) -> bool:
-        """Whether Δv makes the velocities of the law, and these obey it, but for rounding."""
-        after = problem.velocity_before + jacobian.dot(dv)
-        off = np.abs(after - solution.velocity_after).max()
-        size = max(np.abs(after).max(), np.abs(problem.velocity_before).max())
-        return bool(off <= ROUNDING_OF_SUMS * size and solution.residual <= ROUNDING)
-
-    def refined(
-        self, problem: ContactProblem, solution: ContactSolution, dv: np.ndarray, steps: Steps
-    ) -> tuple[ContactSolution, np.ndarray]:
-        """The solution and Δv once more, from the velocities that Δv makes."""
-        from .laws.refine import refined
-
-        return refined(problem, self._law, solution, dv, steps)
-
-    def _coefficients(self, entries: list[int], before: np.ndarray) -> np.ndarray:
-        if self._fixed is not None:
-            return self._fixed[entries]
-        approach = np.maximum(-before[2::3], 0.0)
-        return np.array(
-            [
-                restitution_at(
-                    self._restitution[entry], float(speed), f"{self._names[entry]}: restitution"
-                )
-                for entry, speed in zip(entries, approach, strict=True)
-            ]
-        )
-
-
 def _is_more_than_rounding(
     missing: np.ndarray, rows: np.ndarray, dv: np.ndarray, v: np.ndarray, wanted: np.ndarray
 ) -> bool:
@@ -381,11 +307,3 @@ def _is_more_than_rounding(
     flat = rows.reshape(-1)
     size = flat.dot(flat) * (dv.dot(dv) + v.dot(v)) + wanted.dot(wanted)
     return bool(missing.dot(missing) > ROUNDING**2 * size)
-
-
-def _range_of(half_rows: np.ndarray) -> np.ndarray:
-    """(nv, r) an orthonormal basis of what the bilateral rows span."""
-    sizes = np.sqrt(np.einsum("ij,ij->j", half_rows, half_rows))
-    live = sizes > 1e-11 * sizes.max(initial=0.0)
-    left, values, _ = np.linalg.svd(half_rows[:, live] / sizes[live], full_matrices=False)
-    return left[:, values > RANK_TOLERANCE]

@@ -368,3 +368,29 @@ def test_a_sequence_is_judged_by_the_energy_of_the_whole(solo):
     scene = landing(solo, ik.Law(slip="path", order="sequential"), restitution=1.0, friction=0.5)
     impact = ik.solve(scene, q, v)
     assert (impact.status is ik.Status.ENERGY_GAIN) == (impact.energy.change > 1e-9)
+
+
+@pytest.mark.parametrize("order", ["simultaneous", "sequential"])
+@pytest.mark.parametrize("mu", [0.0, 0.5])
+@pytest.mark.parametrize("count", [1, 2])
+def test_what_is_held_wholly_bears_no_contact(count, mu, order):
+    """Once a box is stopped on all sides, its contacts have nothing left to do."""
+    box = ik.Robot.from_urdf("models/box.urdf", root="freeflyer")
+    contacts = [ik.Contact("box", at=[0.1 * i, 0, -0.1], friction=mu) for i in range(count)]
+    lock = ik.JointLock("root_joint")
+    scene = ik.Scene(box, constraints=[lock], contacts=contacts, law=ik.Law(order=order))
+    v = box.velocity(root_joint=[0.1, 0, -1, 0, 0, 0])
+    impact = ik.solve(scene, box.neutral(), v)
+    assert impact.status is ik.Status.SOLVED
+    assert np.abs(impact.v_after).max() < 1e-15
+    assert np.array([contact.impulse for contact in impact.contacts]) == pytest.approx(0, abs=0)
+
+
+def test_what_is_driven_into_the_floor_has_no_answer():
+    """A box that is made to sink cannot be kept out of the floor by any impulse."""
+    box = ik.Robot.from_urdf("models/box.urdf", root="freeflyer")
+    lock = ik.JointLock("root_joint", velocity=[0, 0, -1, 0, 0, 0])
+    contacts = [ik.Contact("box", at=[0.1 * i, 0, -0.1], friction=0.5) for i in range(2)]
+    scene = ik.Scene(box, constraints=[lock], contacts=contacts)
+    impact = ik.solve(scene, box.neutral(), box.velocity())
+    assert impact.status is ik.Status.NO_SOLUTION

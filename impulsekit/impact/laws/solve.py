@@ -43,6 +43,8 @@ def solve_contacts(problem: ContactProblem, law: Law) -> ContactSolution:
     if len(problem.friction) == 1 and law.order == "simultaneous":
         return _one(problem, law)
     check_problem(problem)
+    if not problem.delassus.any():
+        return _immovable(problem)
     if law.order == "sequential":
         from .sequential import solve_sequential
 
@@ -54,6 +56,14 @@ def solve_contacts(problem: ContactProblem, law: Law) -> ContactSolution:
     from .simultaneous import solve_simultaneous
 
     return solve_simultaneous(problem, law)
+
+
+def _immovable(problem: ContactProblem) -> ContactSolution:
+    """Contacts between what no impulse can move: none acts, and none may approach."""
+    n, free = len(problem.friction), problem.velocity_free
+    status = Status.SOLVED if (free[2::3] >= 0.0).all() else Status.NO_SOLUTION
+    none = np.zeros(n)
+    return ContactSolution(np.zeros(3 * n), free, status, 0.0, None, free, none, none)
 
 
 def _one(problem: ContactProblem, law: Law) -> ContactSolution:

@@ -1,0 +1,94 @@
+"""The contacts of a scene under its law: from rows and velocities to impulses."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..scene import Scene
+from ..scene.restitution import restitution_at
+from .reach import ReachedModel
+from .touching import ContactRows, Touch
+
+if TYPE_CHECKING:
+    from .laws import ContactProblem, ContactSolution
+    from .laws.refine import Steps
+
+__all__ = ["SceneContacts"]
+
+# What rounding leaves of the law's own equations, relative.
+ROUNDING = 2e-15
+# The same of W P beside J Δv, with many contacts in the sums.
+ROUNDING_OF_SUMS = 1e-14
+
+
+class SceneContacts:
+    """The contacts of a scene: rows, coefficients and law."""
+
+    def __init__(self, scene: Scene, reached: ReachedModel) -> None:
+        from .laws import ContactProblem, solve_contacts
+
+        self._problem, self._solve = ContactProblem, solve_contacts
+        self.rows = ContactRows(scene, reached)
+        self._law = scene.law
+        self._restitution = [entry.restitution for entry in scene.contacts]
+        self._varying = any(callable(e) for e in self._restitution)
+        self._names = scene.entry_names("contacts")
+        self._friction = np.array([getattr(entry, "friction", 0.0) for entry in scene.contacts])
+        self._tangential = np.array(
+            [getattr(entry, "tangential_restitution", 0.0) for entry in scene.contacts]
+        )
+        self._fixed = None if self._varying else np.array(self._restitution, dtype=float)
+
+    def problem(
+        self, half: np.ndarray, before: np.ndarray, free: np.ndarray, touches: list[Touch]
+    ) -> ContactProblem:
+        """The law's problem, for rows half-solved (nv, 3n) and velocities (3n,)."""
+        entries = [touch.entry for touch in touches]
+        return self._problem(
+            delassus=half.T.dot(half),
+            velocity_before=before,
+            velocity_free=free,
+            restitution=self._coefficients(entries, before),
+            friction=self._friction[entries],
+            tangential_restitution=self._tangential[entries],
+        )
+
+    def solve(self, problem: ContactProblem) -> ContactSolution:
+        """P by the law."""
+        return self._solve(problem, self._law)
+
+    def is_met(
+        self,
+        problem: ContactProblem,
+        solution: ContactSolution,
+        jacobian: np.ndarray,
+        dv: np.ndarray,
+    ) -> bool:
+        """Whether Δv makes the velocities of the law, and these obey it, but for rounding."""
+        after = problem.velocity_before + jacobian.dot(dv)
+        off = np.abs(after - solution.velocity_after).max()
+        size = max(np.abs(after).max(), np.abs(problem.velocity_before).max())
+        return bool(off <= ROUNDING_OF_SUMS * size and solution.residual <= ROUNDING)
+
+    def refined(
+        self, problem: ContactProblem, solution: ContactSolution, dv: np.ndarray, steps: Steps
+    ) -> tuple[ContactSolution, np.ndarray]:
+        """The solution and Δv once more, from the velocities that Δv makes."""
+        from .laws.refine import refined
+
+        return refined(problem, self._law, solution, dv, steps)
+
+    def _coefficients(self, entries: list[int], before: np.ndarray) -> np.ndarray:
+        if self._fixed is not None:
+            return self._fixed[entries]
+        approach = np.maximum(-before[2::3], 0.0)
+        return np.array(
+            [
+                restitution_at(
+                    self._restitution[entry], float(speed), f"{self._names[entry]}: restitution"
+                )
+                for entry, speed in zip(entries, approach, strict=True)
+            ]
+        )
