@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..impact.algorithms import is_uneven
+from ..impact.algorithms import has_uneven_masses
 from ..impact.plan import is_always_regular
 from ..impact.reach import branch_of, touched_joints
 from ..scene import Law, Scene
@@ -124,8 +124,8 @@ def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
         raise NoKernelError("nothing acts")
     if not is_always_regular(model):
         raise NoKernelError("joints without inertia of their own, whose pivots are watched")
-    if (scene.constraints or scene.contacts) and is_uneven(model):
-        raise NoKernelError("rows between very light and very heavy bodies, which are refined")
+    if has_uneven_masses(model):
+        raise NoKernelError("very light beside very heavy bodies, where answers are refined")
     tree = tree_of(model, joints, robot.model)
     loads = load_tables(scene, tree, links)
     tables = row_tables(scene, tree, frictional=frictional, followers=followers)

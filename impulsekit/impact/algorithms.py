@@ -16,7 +16,7 @@ from .known import KnownImpulses
 # Bound once: on a small robot the look-up of a name counts.
 crba, decompose, cholesky_solve = pin.crba, pin.cholesky.decompose, pin.cholesky.solve
 
-__all__ = ["ByAba", "ByCrba", "ByDenseCholesky", "Rescaled", "is_uneven", "symmetric"]
+__all__ = ["ByAba", "ByCrba", "ByDenseCholesky", "Rescaled", "has_uneven_masses", "symmetric"]
 
 # A pivot of M this far below its diagonal is rounding, not inertia.
 SMALLEST_PIVOT = 1e-13
@@ -39,7 +39,7 @@ class ByAba:
         self._forces = pin.StdVec_Force()
         for _ in range(model.njoints):
             self._forces.append(pin.Force.Zero())
-        self._refines = is_uneven(model)
+        self._refines = _is_uneven(model)
         self._needs_placements = any(blow.axes == "world" for blow in known.blows)
         if not self._needs_placements:
             self._set_forces()
@@ -68,15 +68,18 @@ class ByAba:
         return jump + pin.aba(model, data, q, at_rest, left)
 
 
-def is_uneven(model: pin.Model) -> bool:
+def has_uneven_masses(model: pin.Model) -> bool:
+    """Whether some bodies are so light beside others that sums over both lose digits."""
+    masses = [body.mass for body in list(model.inertias)[1:] if body.mass > 0.0]
+    return max(masses, default=1.0) > UNEVEN_MASSES * min(masses, default=1.0)
+
+
+def _is_uneven(model: pin.Model) -> bool:
     """Whether masses or moments of inertia differ so much that articulated inertias cancel."""
     bodies = list(model.inertias)[1:]
-    masses = [body.mass for body in bodies if body.mass > 0.0]
     moments = [m for body in bodies if (m := float(np.trace(body.inertia))) > 0.0]
-    return any(
-        max(sizes, default=1.0) > span * min(sizes, default=1.0)
-        for sizes, span in ((masses, UNEVEN_MASSES), (moments, UNEVEN_MOMENTS))
-    )
+    uneven = max(moments, default=1.0) > UNEVEN_MOMENTS * min(moments, default=1.0)
+    return uneven or has_uneven_masses(model)
 
 
 class ByCrba:

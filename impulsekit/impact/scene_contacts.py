@@ -8,6 +8,7 @@ import numpy as np
 
 from ..scene import Scene
 from ..scene.restitution import restitution_at
+from .algorithms import has_uneven_masses
 from .reach import ReachedModel
 from .touching import ContactRows, Touch
 
@@ -31,6 +32,7 @@ class SceneContacts:
 
         self._problem, self._solve = ContactProblem, solve_contacts
         self.rows = ContactRows(scene, reached)
+        self._uneven = has_uneven_masses(reached.model)
         self._law = scene.law
         self._restitution = [entry.restitution for entry in scene.contacts]
         self._varying = any(callable(e) for e in self._restitution)
@@ -68,9 +70,10 @@ class SceneContacts:
     ) -> bool:
         """Whether Δv makes the velocities of the law, and these obey it, but for rounding."""
         after = problem.velocity_before + jacobian.dot(dv)
+        rounding = ROUNDING if self._uneven else ROUNDING_OF_SUMS
         off = np.abs(after - solution.velocity_after).max()
         size = max(np.abs(after).max(), np.abs(problem.velocity_before).max())
-        return bool(off <= ROUNDING_OF_SUMS * size and solution.residual <= ROUNDING)
+        return bool(off <= rounding * size and solution.residual <= ROUNDING)
 
     def refined(
         self, problem: ContactProblem, solution: ContactSolution, dv: np.ndarray, steps: Steps
