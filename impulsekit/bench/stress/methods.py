@@ -15,6 +15,7 @@ from ...errors import ImpulsekitError
 from ...impact import solve
 from ...impact.algorithms import ByAba, ByCrba, ByDenseCholesky
 from ...impact.known import KnownImpulses
+from ...impact.plan import is_always_regular
 from ...impact.reach import reached_model, touched_joints
 from ...impact.result import Impact
 from ...impact.status import Status
@@ -31,7 +32,9 @@ def answers(case: Case) -> Iterator[tuple[str, list[Found]]]:
     yield "solve", [_found(partial(solve, case.scene), q, v) for q, v in states]
     if case.algorithms:
         for name in ("aba", "crba", "dense"):
-            yield name, _by_algorithm(case.scene, name, states)
+            founds = _by_algorithm(case.scene, name, states)
+            if founds:
+                yield name, founds
     if case.batch:
         yield "batch", _by_batch(case)
 
@@ -76,6 +79,9 @@ def _by_algorithm(
     reached = reached_model(scene.robot.model, touched_joints(scene))
     known = KnownImpulses(scene, reached, alone=True)
     algorithm: Any
+    if name == "aba" and not is_always_regular(reached.model):
+        # ABA does not watch its pivots: it is not for robots that need it.
+        return []
     if name == "aba":
         algorithm = ByAba(known)
     elif name == "crba":
