@@ -217,8 +217,8 @@ class Gaps:
             item.hold(None)
             return True
         item.keep(~gone)
-        contact.slides = [s for s, left in zip(contact.slides, gone, strict=True) if not left]
-        contact.count = int((~gone).sum())
+        contact.fit()
+        contact.keep((~gone).tolist())
         return True
 
     def of_points(

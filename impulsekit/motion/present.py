@@ -21,6 +21,10 @@ from .trajectory import Rest
 __all__ = ["Present", "Stopped"]
 
 
+# Slip has grown when it is this many times as fast as slip that has no direction of its own.
+GROWN = 100.0
+
+
 class Stopped(Exception):
     """The motion ends here with a status. Internal: a trajectory tells it."""
 
@@ -50,6 +54,7 @@ class Present:
         self.gaps, self.held = self.dynamics.gaps, self.dynamics.held
         self.resting = self.dynamics.resting
         self.resting.slow = max(NO_SLIP, settings.capture_speed)
+        self.resting.grown = GROWN * self.resting.slow
         self.t, self.q, self.v = 0.0, q, v
         self.base = np.zeros(0 if self.gaps is None else len(self.gaps.items))
         self.impacts: list[tuple[float, Impact]] = []

@@ -15,6 +15,8 @@ __all__ = ["Resting", "RestingContact"]
 NO_SLIP = 1e-9
 # Tangential forces this near the cone are on it.
 ON_CONE = 1.0 - 1e-7
+# Slip that is all but grown has grown.
+ALL_BUT = 0.999
 
 
 @dataclass(eq=False)
@@ -28,6 +30,7 @@ class RestingContact:
         since: when it came to rest [s].
         count: how many points it touched at last.
         slides: by point, the direction of slip (2,), or None for a point that sticks.
+        begins: by point, whether its slip has just begun: friction opposes its acceleration.
     """
 
     gap: int
@@ -36,6 +39,18 @@ class RestingContact:
     since: float
     count: int = 1
     slides: list[np.ndarray | None] = field(default_factory=list)
+    begins: list[bool] = field(default_factory=list)
+
+    def fit(self) -> None:
+        """Where points came or went it is not known any more which is which."""
+        if len(self.slides) != self.count:
+            self.slides, self.begins = [None] * self.count, [False] * self.count
+
+    def keep(self, points: list[bool]) -> None:
+        """Go on with those of its points that are told."""
+        self.slides = [s for s, stays in zip(self.slides, points, strict=True) if stays]
+        self.begins = [b for b, stays in zip(self.begins, points, strict=True) if stays]
+        self.count = sum(points)
 
 
 class Resting:
@@ -48,11 +63,14 @@ class Resting:
         slip: (3n,) their velocities [m/s].
         slow: slip below this keeps the direction in which it began [m/s]. Slower slip turns
             ever faster, at a rate of µ P_n / (m |slip|), which no explicit method can follow.
+        grown: slip that began, and is slower than this [m/s], is opposed by friction along its
+            acceleration: that is where it turns to, within a time of slip / (µ P_n / m). Steps
+            are not held up by it. 0 where nobody watches for its end.
     """
 
     def __init__(self, scene: Scene) -> None:
         self.contacts: list[RestingContact] = []
-        self.slow = NO_SLIP
+        self.slow, self.grown = NO_SLIP, 0.0
         self.forces = self.accelerations = self.slip = np.empty(0)
         self._last = np.empty(0)
 
@@ -60,11 +78,13 @@ class Resting:
         """By point: the direction in which it slides, or None."""
         found: list[np.ndarray | None] = []
         for contact in self.contacts:
-            if len(contact.slides) != contact.count:
-                # Points came or went: which is which is not known any more.
-                contact.slides = [None] * contact.count
+            contact.fit()
             found += contact.slides
         return found
+
+    def begins(self) -> list[bool]:
+        """By point: whether its slip has just begun."""
+        return [begins for contact in self.contacts for begins in contact.begins]
 
     def friction(self) -> np.ndarray:
         """(n,) µ by point."""
@@ -72,7 +92,8 @@ class Resting:
 
     def slide(self) -> bool:
         """Whether some point slides."""
-        return any(slide is not None for slide in self.slides())
+        slides = self.slides()
+        return any(s is not None and not b for s, b in zip(slides, self.begins(), strict=True))
 
     def ways(self, slip: np.ndarray, friction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(3n, 3n) contact forces from the unknowns, and (n,) µ of what does not slide.
@@ -81,8 +102,9 @@ class Resting:
         """
         friction = friction.copy()
         ways = np.eye(3 * len(friction))
-        for i, start in enumerate(self.slides()):
-            if start is None:
+        slides = self.slides()
+        for i, (start, begins) in enumerate(zip(slides, self.begins(), strict=True)):
+            if start is None or begins:
                 continue
             at = 3 * i
             s = self._direction(slip[at : at + 2], start)
@@ -125,6 +147,7 @@ class Resting:
                 way / speed if contact.friction and speed > self.slow else None
                 for way, speed in zip(own, speeds, strict=True)
             ]
+            contact.begins = [False] * contact.count
             i += contact.count
 
     def update_slides(self, *, fresh: bool) -> bool:
@@ -137,33 +160,42 @@ class Resting:
         friction = self.friction()
         i = 0
         for contact in self.contacts:
-            if len(contact.slides) != contact.count:
-                contact.slides = [None] * contact.count
+            contact.fit()
             for k in range(contact.count):
-                before = contact.slides[k]
-                now = self._slide(i, before, float(friction[i]), fresh)
-                changed |= (before is None) != (now is None)
-                contact.slides[k] = now
+                before = contact.slides[k], contact.begins[k]
+                now = self._slide(i, *before, float(friction[i]), fresh)
+                changed |= (before[0] is None, before[1]) != (now[0] is None, now[1])
+                contact.slides[k], contact.begins[k] = now
                 i += 1
         return changed
 
     def _slide(
-        self, i: int, before: np.ndarray | None, mu: float, fresh: bool
-    ) -> np.ndarray | None:
+        self, i: int, before: np.ndarray | None, begins: bool, mu: float, fresh: bool
+    ) -> tuple[np.ndarray | None, bool]:
+        """Where a point slides, or None; and whether that has just begun."""
         if not mu:
-            return None
+            return None, False
         slip = self.slip[3 * i : 3 * i + 2]
         speed = float(np.hypot(slip[0], slip[1]))
-        if before is not None:
-            return slip / speed if speed > self.slow else before
-        if fresh and speed > self.slow:
-            return slip / speed
-        p1, p2, pn = self.forces[3 * i : 3 * i + 3].tolist()
-        if pn <= 0.0 or np.hypot(p1, p2) < mu * pn * ON_CONE:
-            return None
-        if speed > self.slow:
-            return slip / speed
+        slips = speed > self.slow
+        if before is not None and not begins:
+            return (slip / speed if slips else before), False
+        if fresh and slips:
+            return slip / speed, False
         rate = self.accelerations[3 * i : 3 * i + 2]
+        p1, p2, pn = self.forces[3 * i : 3 * i + 3].tolist()
+        on_cone = pn > 0.0 and np.hypot(p1, p2) >= mu * pn * ON_CONE
+        if before is not None:
+            goes_on = on_cone and speed < ALL_BUT * self.grown and slip.dot(rate) >= 0.0
+            if goes_on:
+                return (slip / speed if slips else before), True
+            return (slip / speed if slips else None), False
+        if not on_cone:
+            return None, False
+        if slips:
+            return slip / speed, False
         size = float(np.hypot(rate[0], rate[1]))
         scale = float(np.abs(self.accelerations).max()) + pn
-        return rate / size if size > 1e-7 * max(scale, 1e-300) else None
+        if not size > 1e-7 * max(scale, 1e-300):
+            return None, False
+        return rate / size, self.grown > 0.0

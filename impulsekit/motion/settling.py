@@ -83,6 +83,7 @@ def heed_stop(now: Present) -> None:
             # In three dimensions it may only have turned.
             if s is not None and np.hypot(*slip) <= 1e-6 * max(1.0, np.abs(now.v).max()):
                 slides[k] = None if slip.dot(s) <= STOPPED else s
+                contact.begins[k] &= slides[k] is not None
             elif s is not None:
                 slides[k] = slip / np.hypot(*slip)
             i += 1

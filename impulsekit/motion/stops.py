@@ -30,7 +30,7 @@ def first_stop(
     end: float,
     pushing: Callable[[float], np.ndarray],
 ) -> tuple[float, bool] | None:
-    """When a sliding point first stops, or a resting contact has lifted, within a step.
+    """When a sliding point first stops or has got going, or a contact has lifted, in a step.
 
     Or when a resting body comes down on another corner. Gives the time, and whether it was
     such a corner. ``pushing`` tells by point which of them are loaded at a time: between the
@@ -38,7 +38,7 @@ def first_stop(
     may seem to leave while it is pressed on.
     """
     contacts = resting.contacts
-    slides = resting.slides()
+    slides, slip_begins = resting.slides(), resting.begins()
     if not contacts:
         return None
     count = len(slides)
@@ -51,13 +51,17 @@ def first_stop(
         q, v = states(t)
         u = gaps.velocities(contacts, q, v)
         if len(u) != 3 * count:
-            return np.full(2 * count + 2, np.inf)
+            return np.full(3 * count + 2, np.inf)
         along = [
             np.inf if s is None else float(u[3 * i : 3 * i + 2].dot(s))
             for i, s in enumerate(slides)
         ]
+        grows = [
+            resting.grown - float(np.hypot(*u[3 * i : 3 * i + 2])) if begins else np.inf
+            for i, begins in enumerate(slip_begins)
+        ]
         below = np.subtract(gaps.deepest(contacts, q, v), (deep, corner))
-        return np.concatenate([along, LIFTED - u[2::3], below])
+        return np.concatenate([along, LIFTED - u[2::3], grows, below])
 
     times = np.linspace(start, end, PIECES + 1).tolist()
     before = signs(times[0])
@@ -71,7 +75,7 @@ def first_stop(
         for t, i in sorted(found):
             lifted = count <= i < 2 * count
             if not (lifted and pushing(t)[i - count : i - count + 1].any()):
-                return t, i >= 2 * count
+                return t, i >= 3 * count
         before = after
     return None
 

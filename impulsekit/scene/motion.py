@@ -27,7 +27,8 @@ class MotionSettings:
         step: length of the fixed step [s].
         capture_speed: a contact that approaches more slowly than this stays [m/s]. With
             the default a ball with e = 0.9 comes to rest within 1e-6 s of its true time.
-            Slip slower than this keeps the direction in which it began.
+            Slip slower than this keeps the direction in which it began; where slip begins,
+            friction opposes its acceleration until it is 100 times as fast.
         together: contacts that close within this of the first close with it [s].
         max_impacts, max_steps: after so many the motion is stopped with a status.
 
