@@ -22,7 +22,7 @@ from .problem import ContactProblem, ContactSolution
 
 __all__ = ["Steps", "refined"]
 
-MOST_STEPS = 4
+MOST_STEPS = 6
 # What rounding leaves, relative to the velocities.
 ROUNDING = 2e-15
 # Iterates that did not converge are taken on from here, and are an answer below the bar.
@@ -82,19 +82,21 @@ def refined(
         for step in range(MOST_STEPS + 1):
             velocity = before + steps.jacobian.dot(dv) + shift
             residual, system = modes.linearized(impulse, velocity)
-            if residual < least:
-                best = impulse, dv
-            elif step:
+            if system is None:
                 break
-            least = min(least, residual)
-            if residual <= DEEP or step == MOST_STEPS or system is None:
-                break
-            # Changes, and no new P: beside large impulses in balance their digits would be lost.
-            # Off its modes P is by rounding only; to move Δv by that would be noise.
             offset = system.found - impulse
             if np.abs(offset).max() <= 1e-13 * np.abs(impulse).max():
+                # Off its modes P is by rounding only: to move Δv by that would be noise, and
+                # what is left is what the velocities leave.
                 system = system._replace(right=system.aim.T.dot(velocity))
+                residual = float(np.abs(system.right).max(initial=0.0) / modes.scale)
                 offset = np.zeros_like(impulse)
+            # It may rise for a step where slip turns.
+            if residual < least:
+                best, least = (impulse, dv), residual
+            if residual <= DEEP or step == MOST_STEPS:
+                break
+            # Changes, and no new P: beside large impulses in balance their digits would be lost.
             if by_delassus:
                 change = offset - system.way.dot(_least(modes, system))
                 change_of_dv = steps.moved_by(change)
