@@ -114,28 +114,35 @@ class CollidingGap:
         places = [data.oMi[joint_id] for joint_id in self._joint_ids]
         self._held = []
         for point in meeting_points(first, other, self._margin):
-            on_bodies = [place.actInv(point.position) for place in places]
-            corner: tuple[int, int] | None = None
-            for side, corners in enumerate(self._corners):
-                found = nearest(corners, on_bodies[side])
-                if found is not None:
-                    corner = (side, found)
-                    position = places[side].act(corners[found])
-                    on_bodies = [place.actInv(position) for place in places]
-                    break
-            axes = places[1].rotation.T.dot(contact_axes(point.normal))
-            self._held.append(_HeldPoint(on_bodies[0], on_bodies[1], axes, point.gap, corner))
+            position, corner = point.position, self._corner_at(places, point.position)
+            if corner is not None:
+                if any(held.corner == corner for held in self._held):
+                    continue
+                position = places[corner[0]].act(self._corners[corner[0]][corner[1]])
+            on_bodies = (places[0].actInv(position), places[1].actInv(position))
+            plane = 0 if corner is not None and corner[0] == 1 else 1
+            axes = places[plane].rotation.T.dot(contact_axes(point.normal))
+            self._held.append(_HeldPoint(on_bodies, axes, plane, point.gap, corner))
+
+    def _corner_at(self, places: list[pin.SE3], position: np.ndarray) -> tuple[int, int] | None:
+        """Which body's corner a point of the world is, and which of its corners."""
+        for side, corners in enumerate(self._corners):
+            found = nearest(corners, places[side].actInv(position))
+            if found is not None:
+                return side, found
+        return None
 
     def held_gaps(self, data: pin.Data) -> np.ndarray:
         """(k,) the gap of each held point [m]; ``data`` with placements."""
         placed = self._placed(data)
-        first, other = (data.oMi[joint_id] for joint_id in self._joint_ids)
+        places = [data.oMi[joint_id] for joint_id in self._joint_ids]
         found = []
         for point in self._held or ():
-            normal = other.rotation.dot(point.axes_in_other[:, 2])
+            normal = point.normal(places)
             if point.corner is None:
                 # Where two edges cross: how far they have come since they were taken hold of.
-                way = first.act(point.in_first) - other.act(point.in_other)
+                first, other = (place.act(at) for place, at in zip(places, point.at, strict=True))
+                way = first - other
                 found.append(point.gap + float(normal.dot(way)))
             else:
                 found.append(self._corner_gap(data, placed, point.corner, normal))
@@ -146,16 +153,16 @@ class CollidingGap:
         if not self._held:
             return np.inf
         placed, point = self._placed(data), self._held[0]
-        first, other = (data.oMi[joint_id] for joint_id in self._joint_ids)
-        normal = other.rotation.dot(point.axes_in_other[:, 2])
-        ground = float(normal.dot(other.act(point.in_other)))
+        places = [data.oMi[joint_id] for joint_id in self._joint_ids]
+        normal = point.normal(places)
+        ground = float(normal.dot(places[point.carrier].act(point.at[point.carrier])))
         held = {held.corner for held in self._held}
         least = np.inf
-        for side, place in enumerate((first, other)):
+        for side, place in enumerate(places):
             sign = 1.0 if side == 0 else -1.0
             world = self._corners[side].dot(place.rotation.T) + place.translation
             centre, radius = self._reaches[1 - side]
-            centre = (other if side == 0 else first).act(centre)
+            centre = places[1 - side].act(centre)
             near = sign * (world.dot(normal) - ground) < NEAR_CORNER
             near &= np.linalg.norm(world - centre, axis=1) < radius + NEAR_CORNER
             for i in np.flatnonzero(near).tolist():
@@ -181,39 +188,38 @@ class CollidingGap:
 
     def _held_rows(self, data: pin.Data) -> np.ndarray:
         rows = np.zeros((3 * len(self._held or ()), self._model.nv))
-        first, other = self._joint_ids
+        places = [data.oMi[joint_id] for joint_id in self._joint_ids]
         for i, point in enumerate(self._held or ()):
-            position = data.oMi[first].act(point.in_first)
+            position = places[point.carrier].act(point.at[point.carrier])
             difference = np.zeros((3, self._model.nv))
-            for sign, joint_id in ((1.0, first), (-1.0, other)):
+            for sign, joint_id in zip((1.0, -1.0), self._joint_ids, strict=True):
                 if joint_id > 0:
                     at = pin.SE3(np.eye(3), data.oMi[joint_id].actInv(position))
                     jacobian = pin.getFrameJacobian(
                         self._model, data, joint_id, at, pin.LOCAL_WORLD_ALIGNED
                     )
                     difference += sign * jacobian.reshape(6, -1)[:3]
-            axes = data.oMi[other].rotation.dot(point.axes_in_other)
+            axes = places[point.plane].rotation.dot(point.axes_in_plane)
             rows[3 * i : 3 * i + 3] = axes.T.dot(difference)
         return rows
 
     def _held_bias(self, data: pin.Data) -> np.ndarray:
-        """As ``Pair.bias``, with the other's point that coincides, in axes of the other."""
-        first, other = self._joint_ids
-        a, v = data.a[first], data.v[first]
-        place, plane = data.oMi[first], data.oMi[other]
-        turning = plane.rotation.dot(data.v[other].angular)
+        """As ``Pair.bias``: the point of one body, that of the other which coincides, its axes."""
         found = []
         for point in self._held or ():
-            velocity, rate = _point_motion(v, a, point.in_first)
+            own, plane = self._joint_ids[point.carrier], self._joint_ids[point.plane]
+            place, ground = data.oMi[own], data.oMi[plane]
+            turning = ground.rotation.dot(data.v[plane].angular)
+            at = point.at[point.carrier]
+            velocity, rate = _point_motion(data.v[own], data.a[own], at)
             velocity, rate = place.rotation.dot(velocity), place.rotation.dot(rate)
-            there = plane.actInv(place.act(point.in_first))
-            own, own_rate = _point_motion(data.v[other], data.a[other], there)
-            own, own_rate = plane.rotation.dot(own), plane.rotation.dot(own_rate)
-            between = velocity - own
-            # The coinciding point moves over the other body at this rate.
-            rate = rate - own_rate - 2.0 * cross(turning, between)
-            axes = plane.rotation.dot(point.axes_in_other)
-            found.append(axes.T.dot(rate))
+            there = ground.actInv(place.act(at))
+            below, below_rate = _point_motion(data.v[plane], data.a[plane], there)
+            below, below_rate = ground.rotation.dot(below), ground.rotation.dot(below_rate)
+            # The coinciding point moves over its body at the velocity between the two.
+            rate = rate - below_rate - 2.0 * cross(turning, velocity - below)
+            axes = ground.rotation.dot(point.axes_in_plane)
+            found.append((1.0 if point.carrier == 0 else -1.0) * axes.T.dot(rate))
         return np.concatenate(found) if found else np.empty(0)
 
     def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
@@ -248,20 +254,30 @@ class CollidingGap:
 
 @dataclass(frozen=True, eq=False)
 class _HeldPoint:
-    """A point that touches, in the frames of both joints.
+    """A point that touches: carried along by one body over a plane of the other.
 
     Attributes:
-        in_first, in_other: (3,) where it was on both bodies.
-        axes_in_other: (3, 3) t₁, t₂, n on the other.
+        at: (3,) where it was on either body, in the frames of their joints.
+        axes_in_plane: (3, 3) t₁, t₂, n in the frame of the body with the plane.
+        plane: which body that is, 0 or 1.
         gap: [m] when it was taken hold of.
         corner: which body's it is, 0 or 1, and which of its corners; None where edges cross.
     """
 
-    in_first: np.ndarray
-    in_other: np.ndarray
-    axes_in_other: np.ndarray
+    at: tuple[np.ndarray, np.ndarray]
+    axes_in_plane: np.ndarray
+    plane: int
     gap: float
     corner: tuple[int, int] | None
+
+    @property
+    def carrier(self) -> int:
+        """The body that carries it along."""
+        return 1 - self.plane
+
+    def normal(self, places: list[pin.SE3]) -> np.ndarray:
+        """(3,) n in the world, from the second body to the first."""
+        return places[self.plane].rotation.dot(self.axes_in_plane[:, 2])
 
 
 def _point_motion(v: pin.Motion, a: pin.Motion, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

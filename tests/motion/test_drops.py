@@ -31,7 +31,8 @@ def thrown(kind, seed):
     else:
         floor = ik.Robot.from_urdf(MODELS / "floor.urdf")
         robot, root = ik.combine(floor=floor, box=robot), "box/root_joint"
-        contacts = [ik.Collision("box/box", "floor/floor", **law)]
+        pair = ("box/box", "floor/floor")
+        contacts = [ik.Collision(*(pair if kind == "collision" else pair[::-1]), **law)]
     q = robot.configuration({root: [0, 0, height, *turn.coeffs()]})
     return ik.Scene(robot, contacts=contacts), q, robot.velocity({root: speed})
 
@@ -70,6 +71,15 @@ def sliding(friction, velocity, duration, **changes):
     v = box.velocity(root_joint=velocity)
     scene = ik.Scene(box, contacts=contacts)
     return ik.simulate(scene, q, v, duration=duration, samples=41, **changes)
+
+
+def test_it_does_not_matter_which_of_two_bodies_is_named_first():
+    scene, q, v = thrown("collision", 1)
+    other, _, _ = thrown("the other way round", 1)
+    motion = ik.simulate(scene, q, v, duration=1.5)
+    swapped = ik.simulate(other, q, v, duration=1.5)
+    np.testing.assert_allclose(swapped.q, motion.q, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(swapped.v[-1], 0.0, atol=1e-10)
 
 
 def test_a_box_that_does_not_spin_slides_as_a_point_would():
