@@ -122,7 +122,10 @@ class CollidingGap:
             on_bodies = (places[0].actInv(position), places[1].actInv(position))
             plane = 0 if corner is not None and corner[0] == 1 else 1
             axes = places[plane].rotation.T.dot(contact_axes(point.normal))
-            self._held.append(_HeldPoint(on_bodies, axes, plane, point.gap, corner))
+            # Where edges cross the point lies between both bodies.
+            gap = point_gap(position, point.normal, other)
+            gap += point_gap(position, -point.normal, first)
+            self._held.append(_HeldPoint(on_bodies, axes, plane, gap, corner))
 
     def _corner_at(self, places: list[pin.SE3], position: np.ndarray) -> tuple[int, int] | None:
         """Which body's corner a point of the world is, and which of its corners."""

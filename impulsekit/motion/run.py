@@ -144,7 +144,12 @@ class Run:
             self._flight.take_until(step, time)
             if on_corner:
                 gaps.hold([], now.q)
-                self._meet(tuple(resting))
+                if self._only_wavers(resting):
+                    # It lies down without a blow: it is one more that rests.
+                    come_to_rest(now, resting)
+                    self._flight.restart()
+                else:
+                    self._meet(tuple(resting))
             else:
                 heed_stop(now)
                 settle(now)

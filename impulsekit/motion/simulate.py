@@ -38,8 +38,9 @@ def simulate(
     met (an impact under the scene's law), rested on (Coulomb's law) and left again. Where
     points that rest are redundant (four corners of a box) they share the load as stiff
     springs would, each as stiff as its effective mass is large. Bodies of a ``Collision``
-    with corners rest once slower than 2e-4 m/s. Corners on a face lie true to 1e-9 m, edges
-    that cross to 1e-7 m; by so much bodies may overlap on the way.
+    with corners rest once slower than 2e-4 m/s. Corners on a face lie true to 1e-9 m, and
+    overlap by less than 1e-7 m on the way; a body that rocks on edges of another may sink
+    into it by centimetres.
 
     Args:
         scene: what strikes, holds, touches and moves the robot.
