@@ -103,16 +103,44 @@ def test_what_no_kernel_knows_is_solved_state_by_state(solo):
     assert "law" in batch.plan.why[0]
 
 
-def test_rows_that_kernels_leave_are_told():
-    sole = ik.Robot.from_example("talos", root="freeflyer")
+def test_rows_that_kernels_leave_are_told(solo):
+    held = ik.PointAnchor("FL_FOOT")
+    q, v = random_states(solo, 5)
+    assert not solve_batch(ik.Scene(solo, constraints=[held]), q, v).single.any()
+    twice = solve_batch(ik.Scene(solo, constraints=[held, held]), q, v)
+    assert twice.plan.kernel
+    assert twice.single.all()
+
+
+def test_redundant_contacts_without_friction_stay_in_the_kernels():
+    """Four corners of a sole, of which three would do: one velocity, many splits."""
+    talos = ik.Robot.from_example("talos", root="freeflyer")
     corners = [(x, y, 0.0) for x in (-0.1, 0.1) for y in (-0.06, 0.06)]
-    smooth = [ik.Contact("left_sole_link", at=at) for at in corners]
-    q, v = random_states(sole, 20)
-    batch = solve_batch(ik.Scene(sole, contacts=smooth), q, v)
-    assert batch.plan.kernel
-    assert 0 < np.count_nonzero(batch.single) < 20
-    one = solve_batch(ik.Scene(sole, contacts=smooth[:1]), q, v)
-    assert not one.single.any()
+    scene = ik.Scene(talos, contacts=[ik.Contact("left_sole_link", at=at) for at in corners])
+    q, v = random_states(talos, 20)
+    v[:, 2] -= 2.0
+    worst, batch = worst_difference(scene, q, v)
+    assert worst < 1e-12
+    assert not batch.single.any()
+
+
+def test_a_planar_loop_stays_in_the_kernels():
+    """The row across the plane moves nothing and bears nothing."""
+    linkage = ik.Robot.from_urdf("models/four_bar.urdf")
+    loop = ik.PointAnchor("coupler", "rocker", at=[0.5, 0, 0], other_at=[0, 0.5, 0])
+    blow = ik.AppliedImpulse("coupler", linear=[1, 0, 0], at=[0.25, 0, 0])
+    scene = ik.Scene(linkage, [blow], constraints=[loop])
+    impact = ik.solve(scene, linkage.neutral(), linkage.velocity())
+    blows = np.array([[1.0, 0.0, 0.0], [-2.0, 0.0, 0.0]])
+    outputs = ("v_after", "constraint_impulses")
+    batch = solve_batch(scene, linkage.neutral(), impulses=blows, outputs=outputs)
+    assert not batch.single.any()
+    for factor, v_after, borne in zip(
+        (1.0, -2.0), batch.v_after, batch.constraint_impulses, strict=True
+    ):
+        assert v_after == pytest.approx(factor * impact.v_after, rel=1e-13)
+        wanted = factor * impact.constraints[0].impulse
+        assert borne == pytest.approx(wanted, rel=1e-12, abs=1e-15)
 
 
 def test_a_warm_up_tells_how_batches_will_be_solved(solo):

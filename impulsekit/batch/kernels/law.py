@@ -23,6 +23,9 @@ __all__ = ["room", "solve_alone", "solve_state"]
 AT_STOP = 1e-9
 SAFE_PIVOT = 1e-6
 NULL_ROW = 1e-12
+EXACT_NULL_ROW = 1e-27
+# Speeds that rounding leaves in such rows, beside those of the others.
+IDLE = 1e-13
 DEPENDENT = 1e-10
 # Pivots in single precision.
 COARSE = 1e-4
@@ -129,20 +132,29 @@ def solve_state(
             largest = max(largest, float(work[(w_at + i * rows + i) * w + lane]))
         for i in range(held):
             diagonal = float(work[(w_at + i * rows + i) * w + lane])
-            # A row that moves nothing, as across a planar loop, may be rounding.
-            if not diagonal > NULL_ROW * largest:
+            if diagonal > NULL_ROW * largest:
+                scale_of[i] = 1.0 / math.sqrt(diagonal)
+            elif digits == 53 and diagonal <= EXACT_NULL_ROW * largest:
+                # A row that moves nothing, as across a planar loop, bears nothing.
+                scale_of[i] = 0.0
+            else:
                 return AGAIN
-            scale_of[i] = 1.0 / math.sqrt(diagonal)
         for i in range(held):
-            for j in range(i + 1):
+            for j in range(i):
                 matrix[i, j] = work[(w_at + i * rows + j) * w + lane] * scale_of[i] * scale_of[j]
+            matrix[i, i] = 1.0
         if not cholesky(matrix, held, lower) > safe:
             return AGAIN
         for i in range(held):
             wanted = target[i]
             if keeps[i]:
                 wanted = work[(before_at + i) * w + lane]
-            known[i] = (wanted - work[(free_at + i) * w + lane]) * scale_of[i]
+            missing = wanted - work[(free_at + i) * w + lane]
+            if scale_of[i] == 0.0 and abs(missing) > IDLE * _fastest(
+                held, target, work, before_at, free_at, w, lane
+            ):
+                return AGAIN
+            known[i] = missing * scale_of[i]
         eliminate(lower, held, known)
         # Half-solved columns of the contacts, for W and for what the rows bear.
         for j in range(size):
@@ -184,7 +196,8 @@ def solve_state(
             P[0], P[1], P[2] = p1, p2, pn
         elif smooth:
             code = frictionless(W, b, count, scale, max(dependent, 1e-9), P)
-        else:
+        if count > 1 and (not smooth or (code == AGAIN and digits == 53)):
+            # Redundant contacts share by splitting, with or without friction.
             if digits < 53 and _is_dependent(W, size, own, aim):
                 return AGAIN
             for i in range(size):
@@ -221,6 +234,17 @@ def solve_state(
         if c >= 0:
             work[(p_at + c) * w + lane] = sign[j // 3] * P[j]
     return code
+
+
+@built_in
+def _fastest(held, target, work, before_at, free_at, w, lane):
+    """The largest of all speeds of the bilateral rows."""
+    largest = 0.0
+    for i in range(held):
+        before = abs(float(work[(before_at + i) * w + lane]))
+        free = abs(float(work[(free_at + i) * w + lane]))
+        largest = max(largest, abs(target[i]), before, free)
+    return largest
 
 
 @built_in
