@@ -58,6 +58,4 @@ class Status(enum.Enum):
         return self in _VALID
 
 
-_VALID = frozenset(
-    {Status.SOLVED, Status.NOT_UNIQUE, Status.NEARLY_DEPENDENT, Status.PAINLEVE_JAM}
-)
+_VALID = frozenset({Status.SOLVED, Status.NOT_UNIQUE, Status.NEARLY_DEPENDENT, Status.PAINLEVE_JAM})
