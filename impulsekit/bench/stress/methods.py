@@ -50,6 +50,9 @@ def _found(call: Callable[[np.ndarray, np.ndarray], Impact], q: np.ndarray, v: n
             valid = impact.is_valid() and impact.status is not Status.NEARLY_DEPENDENT
     except ImpulsekitError as error:
         return Found(None, type(error).__name__, False, time.perf_counter() - start)
+    except Exception as error:
+        # No error of ours: nobody was told what is wrong.
+        return Found(None, f"crash: {type(error).__name__}", True, time.perf_counter() - start)
     rows, contacts, unique = _impulses(impact)
     # Which impulses are shared is told beside the status.
     return Found(np.array(impact.dv), status.name, valid, seconds, rows, contacts, unique)
@@ -111,6 +114,9 @@ def _by_batch(case: Case) -> list[Found]:
             batch = solve_batch(scene, case.q, case.v, outputs=outputs, threads=1)
     except ImpulsekitError as error:
         each = Found(None, type(error).__name__, False, time.perf_counter() - start)
+        return [each] * len(case.q)
+    except Exception as error:
+        each = Found(None, f"crash: {type(error).__name__}", True, time.perf_counter() - start)
         return [each] * len(case.q)
     seconds = (time.perf_counter() - start) / len(case.q)
     founds = []

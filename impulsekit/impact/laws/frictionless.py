@@ -152,7 +152,10 @@ def _least(
 ) -> Frictionless:
     """The answer of least norm among all, given one."""
     velocity = delassus @ impulse + shifted
-    touching = np.flatnonzero(velocity <= 10.0 * tiny)
+    # What pushes touches, whatever rounding leaves of its velocity.
+    touching = np.flatnonzero((velocity <= 10.0 * tiny) | (impulse > 0.0))
+    if not len(touching):
+        return Frictionless(impulse, True, None, count)
     values, vectors = np.linalg.eigh(delassus[np.ix_(touching, touching)])
     dependent = values <= DEPENDENT * values[-1]
     if not dependent.any():

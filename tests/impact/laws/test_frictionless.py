@@ -125,3 +125,23 @@ def test_against_every_active_set(seed, n, dof):
     np.testing.assert_allclose(
         other.impulse, found.impulse[order], atol=1e-6 * (1e-300 + found.impulse.max())
     )
+
+
+def test_a_gram_squeezed_between_contacts_leaves_no_contact_out_of_touch():
+    # Impulses in balance on a light body: rounding of W P is far above what counts as rest.
+    delassus = np.array(
+        [
+            [2.5576205908960388, 1.822562982048173, -1.1241144223447022],
+            [1.822562982048173, 17751037.678722646, -257495910.7026574],
+            [-1.1241144223447022, -257495910.7026574, 3735226664.4309716],
+        ]
+    )
+    shifted = np.array([-1.488014349127791, -2.1898569569983253, 0.48976119914600336])
+    answer = solve_frictionless(delassus, shifted, 1.488014349127791)
+    assert answer.feasible
+    assert (answer.impulse >= 0.0).all()
+    velocity = delassus @ answer.impulse + shifted
+    shares = np.abs(delassus) @ answer.impulse
+    assert (velocity >= -1e-14 * shares - 1e-12).all()
+    pushing = answer.impulse > 0.0
+    assert (np.abs(velocity[pushing]) <= 1e-14 * shares[pushing] + 1e-12).all()
