@@ -22,7 +22,7 @@ SECTIONS = {
     "derivatives": "derivatives",
     "batch": "batch",
     "motion": "integrators",
-    "whole jobs": "wholes",
+    "whole jobs": "whole_jobs",
 }
 
 

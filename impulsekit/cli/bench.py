@@ -57,7 +57,7 @@ def bench(
     if listing:
         _list(chosen)
         return
-    from ..bench.whole import Wish, whole
+    from ..bench.everything import Wish, whole
 
     wish = Wish(quick, tuple(problems), tuple(chosen), part or PARTS, resume)
     path = whole(wish, Path(out), _teller(quiet))

@@ -1,6 +1,6 @@
 """Whole jobs against a bound: a check, a page, a chain that grows.
 
-Run with ``python -m impulsekit.bench.wholes``.
+Run with ``python -m impulsekit.bench.whole_jobs``.
 """
 
 from __future__ import annotations
