@@ -62,6 +62,11 @@ class CollidingGap:
         self.rest_speed = RISING if self.has_corners else 0.0
         self._held: list[_HeldPoint] | None = None
 
+    @property
+    def smaller_radius(self) -> float:
+        """Of the balls around the two bodies that of the smaller one [m]."""
+        return min(radius for _, radius in self._reaches)
+
     def _placed(self, data: pin.Data) -> list:
         return [
             [(shape, data.oMi[joint_id] * placement) for shape, placement in pieces]

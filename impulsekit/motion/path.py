@@ -59,6 +59,10 @@ class Path:
         self._starts.append(start)
         self._pieces.append(Piece(start, end, reference, dense))
 
+    def shorten(self, count: int) -> None:
+        """Keep the first ``count`` pieces only."""
+        del self._starts[count:], self._pieces[count:]
+
     def __len__(self) -> int:
         return len(self._pieces)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,6 +32,18 @@ class Stopped(Exception):
     def __init__(self, status: MotionStatus, detail: str = "") -> None:
         super().__init__(status, detail)
         self.status, self.detail = status, detail
+
+
+@dataclass(frozen=True, eq=False)
+class Mark:
+    """A time of a motion: its state, what rested, and how much had happened."""
+
+    t: float
+    q: np.ndarray
+    v: np.ndarray
+    resting: list[RestingContact]
+    impacts: int
+    rests: int
 
 
 class Present:
@@ -99,6 +112,17 @@ class Present:
     def entries_of(self, gaps: Iterable[int]) -> set[int]:
         """The scene's contacts to which gaps belong."""
         return set() if self.gaps is None else {int(self.gaps.entries[i]) for i in gaps}
+
+    def mark(self) -> Mark:
+        """What ``go_back`` needs to come back to now."""
+        counts = len(self.impacts), len(self.rests)
+        return Mark(self.t, self.q.copy(), self.v.copy(), self.resting.contacts, *counts)
+
+    def go_back(self, mark: Mark) -> None:
+        """Let what happened since be undone; the motion can be told from there, not go on."""
+        self.t, self.q, self.v = mark.t, mark.q, mark.v
+        self.resting.contacts = mark.resting
+        del self.impacts[mark.impacts :], self.rests[mark.rests :]
 
     def rest(self, contact: RestingContact, end: float) -> Rest:
         """What is told of a contact that rested until ``end`` [s]."""

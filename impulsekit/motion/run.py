@@ -17,6 +17,7 @@ from .beginning import begin
 from .crossing import first_crossing
 from .drift import take_out_drift
 from .flight import Flight, Step
+from .penetration import Penetration
 from .present import Present, Stopped
 from .resting import RestingContact
 from .settling import come_to_rest, heed_stop, settle
@@ -53,9 +54,10 @@ class Run:
         """The motion, sampled at ``times`` or evenly."""
         settings, now, flight = self._settings, self._now, self._flight
         status, detail = MotionStatus.FINISHED, ""
+        penetration = Penetration(now)
         try:
             begin(now, self._striking)
-            self._follow()
+            self._follow(penetration)
         except Stopped as stop:
             status, detail = stop.status, stop.detail
         if not len(flight.path):
@@ -78,19 +80,27 @@ class Run:
             evaluations=now.dynamics.evaluations,
         )
 
-    def _follow(self) -> None:
+    def _follow(self, penetration: Penetration) -> None:
         """From the start to the end of the duration."""
         settings, now = self._settings, self._now
         if now.t >= settings.duration:
             return
+        penetration.refuse()
         self._flight.restart()
         still = 0
         while now.t < settings.duration:
             if self._flight.steps >= settings.max_steps:
                 raise Stopped(MotionStatus.TOO_MANY_STEPS)
-            before = now.t
+            before, pieces = now.mark(), len(self._flight.path)
             self._step()
-            still = still + 1 if now.t == before else 0
+            try:
+                penetration.refuse()
+            except Stopped:
+                # The step is not kept: what it led to cannot be true.
+                now.go_back(before)
+                self._flight.path.shorten(pieces)
+                raise
+            still = still + 1 if now.t == before.t else 0
             if still == MOST_STILL:
                 raise Stopped(MotionStatus.STEP_TOO_SMALL, "events follow each other at one time")
             if self._progress is not None:

@@ -39,8 +39,10 @@ def simulate(
     points that rest are redundant (four corners of a box) they share the load as stiff
     springs would, each as stiff as its effective mass is large. Bodies of a ``Collision``
     with corners rest once slower than 2e-4 m/s. Corners on a face lie true to 1e-9 m, and
-    overlap by less than 1e-7 m on the way; a body that rocks on edges of another may sink
-    into it by centimetres.
+    overlap by less than 1e-7 m on the way. A step that would press bodies deeper into each
+    other than 1e-5 m (of small ones, a thousandth of their radius), or points into planes
+    and stops by 1e-4 m or rad, ends the motion with the status ``PENETRATION``: bodies
+    that rock on each other edge on edge may come to it.
 
     Args:
         scene: what strikes, holds, touches and moves the robot.

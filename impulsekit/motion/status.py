@@ -42,6 +42,13 @@ class MotionStatus(enum.Enum):
         "Friction jams a contact (Painlevé); lower the friction coefficient."
     )
 
+    PENETRATION = (
+        "The motion was stopped before a step that presses a contact in deeper than can be true; "
+        "detail names it. Bodies of a Collision that rock on each other edge on edge may come to "
+        "this: start a little elsewhere, or let corners of one meet planes of the other as "
+        "Contacts."
+    )
+
     @property
     def finished(self) -> bool:
         """Whether the motion was followed to its end."""

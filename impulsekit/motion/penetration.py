@@ -1,0 +1,60 @@
+"""Whether contacts are penetrated deeper than a motion that is right can press them in."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .gaps import Gaps
+from .present import Present, Stopped
+from .status import MotionStatus
+
+__all__ = ["Penetration"]
+
+# Overlaps of bodies that are right stay below 2e-6 m: what a start may have, and the 1e-7 m of
+# corners on the way. Deeper than this [m] something was missed.
+OF_BODIES = 1e-5
+# Small bodies overlap by no more than this part of the smaller one's radius,
+PART = 1e-3
+# but coal and the start may be off by this [m] whatever their size.
+ALWAYS = 2e-6
+# Points over planes [m] and stops [m, rad]: their drift is taken out after every step.
+OF_OTHERS = 1e-4
+
+
+class Penetration:
+    """Watches the gaps of a motion, beside what they were when it began."""
+
+    def __init__(self, now: Present) -> None:
+        self._now = now
+        self._deepest = np.empty(0)
+        if now.gaps is not None:
+            gap, _ = now.gaps.everything(now.q, now.v)
+            self._deepest = np.minimum(gap, 0.0) - _allowed(now.gaps)
+
+    def refuse(self) -> None:
+        """Look at the gaps once.
+
+        Raises:
+            Stopped: one of them is deeper than it was at the start by more than is credible.
+        """
+        now, gaps = self._now, self._now.gaps
+        if gaps is None or not len(self._deepest):
+            return
+        gap, _ = gaps.everything(now.q, now.v)
+        worst = int(np.argmin(gap - self._deepest))
+        if gap[worst] < self._deepest[worst]:
+            name = now.scene.entry_names("contacts")[gaps.entries[worst]]
+            raise Stopped(
+                MotionStatus.PENETRATION,
+                f"{name} would be penetrated by {-gap[worst]:.3g} (m, or rad of a stop) "
+                f"at t = {now.t:.6g} s",
+            )
+
+
+def _allowed(gaps: Gaps) -> np.ndarray:
+    """(m,) how deep gaps may be [m, rad]."""
+    allowed = [
+        OF_OTHERS if rated else max(min(OF_BODIES, PART * item.smaller_radius), ALWAYS)
+        for item, rated in zip(gaps.items, gaps.rated, strict=True)
+    ]
+    return np.array(allowed)

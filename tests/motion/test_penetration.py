@@ -1,0 +1,77 @@
+"""No contact is pressed in deeper than can be true, or the motion ends and says so."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit import MotionStatus
+from impulsekit.motion import run
+from impulsekit.motion.penetration import Penetration
+from impulsekit.motion.present import Present, Stopped
+from impulsekit.scene.motion import MotionSettings
+
+from .models import MODELS, sliders
+
+
+def two_boxes(turn, height, **law):
+    """A box that falls on a fixed one of the same size."""
+    low = ik.Robot.from_urdf(MODELS / "box.urdf")
+    top = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer")
+    robot = ik.combine(low=low, top=top)
+    place = [0, 0, height, *pin.Quaternion(pin.rpy.rpyToMatrix(*turn)).coeffs()]
+    scene = ik.Scene(robot, contacts=[ik.Collision("top/box", "low/box", **law)])
+    return scene, robot.configuration({"top/root_joint": place}), robot.velocity()
+
+
+def depths(motion):
+    """(T,) the gap of the contact at the samples [m]."""
+    now = Present(motion.scene, motion.q[0], motion.v[0], MotionSettings())
+    return np.array(
+        [now.gaps.everything(q, v)[0].min() for q, v in zip(motion.q, motion.v, strict=True)]
+    )
+
+
+@pytest.mark.parametrize("height", [0.25, 0.2])
+def test_a_box_that_falls_edge_on_edge_does_not_sink_in_unsaid(height):
+    scene, q, v = two_boxes((np.pi / 4, 0.3, 0.8), height, friction=0.5)
+    motion = ik.simulate(scene, q, v, duration=0.32, samples=200)
+    assert motion.status in (MotionStatus.FINISHED, MotionStatus.PENETRATION)
+    assert depths(motion).min() > -1e-5
+    assert motion.t[-1] == motion.duration
+
+
+def test_a_step_that_presses_a_contact_in_is_not_kept(monkeypatch):
+    def sink(now):
+        now.q = now.q - 1e-3 * (now.t > 0.5)
+        return True
+
+    monkeypatch.setattr(run, "settle", sink)
+    scene = ik.Scene(sliders(1), contacts=[ik.Contact("b00")])
+    motion = ik.simulate(scene, [0.0], [0.0], duration=1.0, method="rk4", step=0.01)
+    assert motion.status is MotionStatus.PENETRATION
+    assert not motion.status.finished
+    assert "contacts[0]" in motion.detail
+    assert "0.001" in motion.detail
+    assert motion.duration == pytest.approx(0.5, abs=0.011)
+    np.testing.assert_array_equal(motion.q, 0.0)
+    assert [rest.start for rest in motion.rests] == [0.0]
+
+
+@pytest.mark.parametrize(("depth", "too_deep"), [(-0.9e-5, False), (-1.1e-5, True)])
+def test_bodies_may_overlap_by_little(depth, too_deep):
+    scene, q, v = two_boxes((0, 0, 0.8), 0.1, friction=0.5)
+    now = Present(scene, q, v, MotionSettings())
+    watch = Penetration(now)
+    now.q = q + np.array([0, 0, depth, 0, 0, 0, 0])
+    if not too_deep:
+        watch.refuse()
+        return
+    with pytest.raises(Stopped) as caught:
+        watch.refuse()
+    assert caught.value.status is MotionStatus.PENETRATION
+
+
+def test_what_overlaps_at_the_start_may_go_on_to():
+    scene, q, v = two_boxes((0, 0, 0.8), 0.0995, friction=0.5)
+    Penetration(Present(scene, q, v, MotionSettings())).refuse()
