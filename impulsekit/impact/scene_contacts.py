@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ from ..scene import Scene
 from ..scene.restitution import restitution_at
 from .algorithms import has_uneven_masses
 from .reach import ReachedModel
+from .status import Status
 from .touching import ContactRows, Touch
 
 if TYPE_CHECKING:
@@ -59,7 +61,11 @@ class SceneContacts:
 
     def solve(self, problem: ContactProblem) -> ContactSolution:
         """P by the law."""
-        return self._solve(problem, self._law)
+        solution = self._solve(problem, self._law)
+        if self._uneven and solution.status is Status.NOT_UNIQUE:
+            # Beside grams and tonnes W does not tell rows that depend from rows that nearly do.
+            return dataclasses.replace(solution, status=Status.NEARLY_DEPENDENT)
+        return solution
 
     def is_met(
         self,
