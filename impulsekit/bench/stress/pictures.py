@@ -31,7 +31,7 @@ def draw_sweep(points: Sequence[Point], path: pathlib.Path) -> None:
     """
     figure = new_figure(6.4, 3.0)
     _draw(figure.subplots(), points, sweep_named(points[0].sweep).name)
-    figure.savefig(path, dpi=80)
+    figure.savefig(path, dpi=64)
 
 
 def draw_comparison(
@@ -43,7 +43,7 @@ def draw_comparison(
     _draw(left, before, f"{title}, before")
     _draw(right, after, "after")
     right.set_ylabel("")
-    figure.savefig(path, dpi=80)
+    figure.savefig(path, dpi=64)
 
 
 def _draw(ax: Any, points: Sequence[Point], title: str) -> None:

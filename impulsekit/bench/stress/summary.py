@@ -112,4 +112,4 @@ def machine() -> str:
 
 
 def _largest(values: Iterable[float]) -> float:
-    return max((v for v in values if not math.isnan(v)), default=0.0)
+    return max((v for v in values if math.isfinite(v)), default=0.0)
