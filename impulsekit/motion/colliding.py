@@ -121,15 +121,18 @@ class CollidingGap:
         for point in meeting_points(first, other, self._margin):
             position, corner = point.position, self._corner_at(places, point.position)
             if corner is not None:
+                gap = self._corner_gap(data, [first, other], corner, point.normal)
+                # A corner that has slid off the face is no corner on it.
+                corner = corner if abs(gap) <= RESTING else None
+            if corner is not None:
                 if any(held.corner == corner for held in self._held):
                     continue
                 position = places[corner[0]].act(self._corners[corner[0]][corner[1]])
             on_bodies = (places[0].actInv(position), places[1].actInv(position))
             plane = 0 if corner is not None and corner[0] == 1 else 1
             axes = places[plane].rotation.T.dot(contact_axes(point.normal))
-            # Where edges cross the point lies between both bodies.
-            gap = point_gap(position, point.normal, other)
-            gap += point_gap(position, -point.normal, first)
+            # Where edges cross it is that of the bodies: no face tells the point's own.
+            gap = smallest_gap(first, other)
             self._held.append(_HeldPoint(on_bodies, axes, plane, gap, corner))
 
     def _corner_at(self, places: list[pin.SE3], position: np.ndarray) -> tuple[int, int] | None:
