@@ -124,25 +124,6 @@ def test_redundant_contacts_without_friction_stay_in_the_kernels():
     assert not batch.single.any()
 
 
-def test_a_planar_loop_stays_in_the_kernels():
-    """The row across the plane moves nothing and bears nothing."""
-    linkage = ik.Robot.from_urdf("models/four_bar.urdf")
-    loop = ik.PointAnchor("coupler", "rocker", at=[0.5, 0, 0], other_at=[0, 0.5, 0])
-    blow = ik.AppliedImpulse("coupler", linear=[1, 0, 0], at=[0.25, 0, 0])
-    scene = ik.Scene(linkage, [blow], constraints=[loop])
-    impact = ik.solve(scene, linkage.neutral(), linkage.velocity())
-    blows = np.array([[1.0, 0.0, 0.0], [-2.0, 0.0, 0.0]])
-    outputs = ("v_after", "constraint_impulses")
-    batch = solve_batch(scene, linkage.neutral(), impulses=blows, outputs=outputs)
-    assert not batch.single.any()
-    for factor, v_after, borne in zip(
-        (1.0, -2.0), batch.v_after, batch.constraint_impulses, strict=True
-    ):
-        assert v_after == pytest.approx(factor * impact.v_after, rel=1e-13)
-        wanted = factor * impact.constraints[0].impulse
-        assert borne == pytest.approx(wanted, rel=1e-12, abs=1e-15)
-
-
 def test_a_warm_up_tells_how_batches_will_be_solved(solo):
     scene = ik.Scene(solo, contacts=feet(*FEET, friction=0.5))
     assert ik.warm_up(scene).kernel

@@ -290,14 +290,13 @@ def _doubted(
             term_ints, term_floats, row_first[r], row_first[r + 1],
             JUMP, work, dv_at, term_at, witness,
         )  # fmt: skip
-        free = load(work, (free_at + r) * w, witness)
-        told = free - before
+        told = load(work, (free_at + r) * w, witness) - before
         for s in range(count):
             share = load(work, (w_at + r * count + s) * w, witness)
             told = told + share * load(work, (p_at + s) * w, witness)
         left = absolute(made - told)
         worst = where_less(worst, left, left, worst)
-        for speed in (absolute(before), absolute(free), absolute(made)):
+        for speed in (absolute(before), absolute(made)):
             scale = where_less(scale, speed, speed, scale)
     store(work, spare_at * w, worst)
     store(work, (spare_at + 1) * w, scale)

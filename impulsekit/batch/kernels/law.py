@@ -23,9 +23,8 @@ __all__ = ["room", "solve_alone", "solve_state"]
 AT_STOP = 1e-9
 SAFE_PIVOT = 1e-6
 NULL_ROW = 1e-12
-EXACT_NULL_ROW = 1e-27
-# Speeds that rounding leaves in such rows, beside those of the others.
-IDLE = 1e-13
+# Two contacts with 1 − r² below this, r their correlation in W, all but coincide.
+COINCIDENT = 1e-6
 DEPENDENT = 1e-10
 # Pivots in single precision.
 COARSE = 1e-4
@@ -132,29 +131,20 @@ def solve_state(
             largest = max(largest, float(work[(w_at + i * rows + i) * w + lane]))
         for i in range(held):
             diagonal = float(work[(w_at + i * rows + i) * w + lane])
-            if diagonal > NULL_ROW * largest:
-                scale_of[i] = 1.0 / math.sqrt(diagonal)
-            elif digits == 53 and diagonal <= EXACT_NULL_ROW * largest:
-                # A row that moves nothing, as across a planar loop, bears nothing.
-                scale_of[i] = 0.0
-            else:
+            # A row that moves nothing, as across a planar loop, may be rounding.
+            if not diagonal > NULL_ROW * largest:
                 return AGAIN
+            scale_of[i] = 1.0 / math.sqrt(diagonal)
         for i in range(held):
-            for j in range(i):
+            for j in range(i + 1):
                 matrix[i, j] = work[(w_at + i * rows + j) * w + lane] * scale_of[i] * scale_of[j]
-            matrix[i, i] = 1.0
         if not cholesky(matrix, held, lower) > safe:
             return AGAIN
         for i in range(held):
             wanted = target[i]
             if keeps[i]:
                 wanted = work[(before_at + i) * w + lane]
-            missing = wanted - work[(free_at + i) * w + lane]
-            if scale_of[i] == 0.0 and abs(missing) > IDLE * _fastest(
-                held, target, work, before_at, free_at, w, lane
-            ):
-                return AGAIN
-            known[i] = missing * scale_of[i]
+            known[i] = (wanted - work[(free_at + i) * w + lane]) * scale_of[i]
         eliminate(lower, held, known)
         # Half-solved columns of the contacts, for W and for what the rows bear.
         for j in range(size):
@@ -196,7 +186,8 @@ def solve_state(
             P[0], P[1], P[2] = p1, p2, pn
         elif smooth:
             code = frictionless(W, b, count, scale, max(dependent, 1e-9), P)
-        if count > 1 and (not smooth or (code == AGAIN and digits == 53)):
+        spread = code == AGAIN and digits == 53 and _are_apart(W, count)
+        if count > 1 and (not smooth or spread):
             # Redundant contacts share by splitting, with or without friction.
             if digits < 53 and _is_dependent(W, size, own, aim):
                 return AGAIN
@@ -237,14 +228,14 @@ def solve_state(
 
 
 @built_in
-def _fastest(held, target, work, before_at, free_at, w, lane):
-    """The largest of all speeds of the bilateral rows."""
-    largest = 0.0
-    for i in range(held):
-        before = abs(float(work[(before_at + i) * w + lane]))
-        free = abs(float(work[(free_at + i) * w + lane]))
-        largest = max(largest, abs(target[i]), before, free)
-    return largest
+def _are_apart(W, count):
+    """Whether no two contacts all but coincide: of such, rounding leaves few digits."""
+    for i in range(count):
+        for j in range(i):
+            own = W[3 * i + 2, 3 * i + 2] * W[3 * j + 2, 3 * j + 2]
+            if not own - W[3 * i + 2, 3 * j + 2] ** 2 > COINCIDENT * own:
+                return False
+    return True
 
 
 @built_in
