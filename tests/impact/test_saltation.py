@@ -273,11 +273,12 @@ def test_the_rimless_wheel_as_a_scene_of_feet_has_the_same_multiplier():
     q = np.array([*hub, math.cos(ALPHA), math.sin(ALPHA)])
     v = np.array([*(turn.T @ (-omega * np.array([-hub[1], hub[0]]))), -omega])
     exact = {"samples": 2, "rtol": 1e-12, "atol": 1e-13}
-    period = ik.simulate(scene, q, v, duration=1.3, **exact).impacts[0][0]
+    # The foot that stands may be met at once, at no speed but for rounding.
+    strikes = ik.simulate(scene, q, v, duration=1.3, **exact).impacts
+    period = next(t for t, _ in strikes if t > 1e-6)
     half = ik.simulate(scene, q, v, duration=0.5 * period, **exact)
     step = ik.simulate(scene, half.q[-1], half.v[-1], duration=period, **exact)
-    # The foot that stands may be met at once, at no speed but for rounding.
-    (strike,) = (impact for t, impact in step.impacts if t > 0.0)
+    (strike,) = (impact for t, impact in step.impacts if t > 1e-6)
     assert strike.v_after[2] == pytest.approx(share * strike.v_before[2], rel=1e-9)
     # The wheel looks the same when it has turned by a spoke, and the body's axes with it.
     c, s = math.cos(2 * ALPHA), math.sin(2 * ALPHA)
