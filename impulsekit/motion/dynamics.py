@@ -11,6 +11,7 @@ import pinocchio as pin
 
 from ..impact.algorithms import symmetric
 from ..impact.bilateral import RANK_TOLERANCE, solve_bilateral
+from ..impact.elimination import off_the_span
 from ..impact.factor import FilledFactor, SparseFactor, pivots_are_safe
 from ..impact.reach import reached_model
 from ..scene import Scene
@@ -156,8 +157,7 @@ class Dynamics:
         if count:
             held = self._multipliers(half_rows, start, wanted, q)
             free = free + (half_rows.dot(held)).dot(half_contacts)
-            basis = _range_of(half_rows)
-            left = half_contacts - basis.dot(basis.T.dot(half_contacts))
+            left = off_the_span(half_contacts, half_rows)
         slip = jacobian.dot(v)
         delassus = left.T.dot(left)
         last = resting.last_forces(len(friction))
@@ -191,11 +191,3 @@ class Dynamics:
 
         right = wanted - start.dot(half_rows)
         return solve_bilateral(half_rows, right, magnitude, scale, held.names).impulse
-
-
-def _range_of(half_rows: np.ndarray) -> np.ndarray:
-    """(nv, r) an orthonormal basis of what the bilateral rows span."""
-    sizes = np.sqrt(np.einsum("ij,ij->j", half_rows, half_rows))
-    live = sizes > 1e-11 * sizes.max(initial=0.0)
-    left, values, _ = np.linalg.svd(half_rows[:, live] / sizes[live], full_matrices=False)
-    return left[:, values > RANK_TOLERANCE]
