@@ -6,77 +6,26 @@ import math
 
 import numpy as np
 
-from ..codes import AGAIN, RowStatus
+from ..codes import RowStatus
 from .algebra import nine, times
 from .articulated import collected, press, respond, twists
 from .blows import strike, work_of_blows
+from .doubt import doubted
 from .inertia import factor, weigh
 from .jit import built_in, kernel
 from .kinematics import place_bodies
-from .lanes import absolute, digits, where_less, width
-from .law import solve_alone
-from .layout import CONTACT_FLOATS, CONTACT_INTS, DOF, INVERSE, JUMP, MEETING, TARGET, TWIST
+from .lanes import digits, width
+from .layout import CONTACT_FLOATS, CONTACT_INTS, DOF, INVERSE, MEETING, TARGET, TWIST
 from .meetings import place_meetings
-from .memory import collect, collect_angle, load, put, same, store
+from .memory import load, put, same, store
+from .one_contact import solve_alone
 from .rows import add_row, clear, delassus, place_terms, reduce_rows, row_velocity
+from .states import is_unit, lead, seen, taken
 
 __all__ = ["solve_blocks"]
 
-UNIT_TOLERANCE = 1e-6
 _SOLVED, _NOT_FINITE = int(RowStatus.SOLVED), int(RowStatus.NOT_FINITE)
 _OFF = int(RowStatus.OFF_MANIFOLD)
-_NOT_UNIQUE, _JAM = int(RowStatus.NOT_UNIQUE), int(RowStatus.PAINLEVE_JAM)
-# By how much rounding alone may set J Δv and W p apart, relative to the velocities: with
-# contacts, which are redundant in fours, and with constraints alone.
-DOUBT, DOUBT_HELD = 1e-13, 2e-14
-
-
-@built_in
-def _taken(source, base, step, columns, angles, work, to, bad, witness):
-    """Bring columns of a flat array into the work array; ``bad`` becomes NaN in lanes that
-    hold a NaN or an infinity."""
-    w = width(witness)
-    for k in range(len(columns)):
-        at = base * step + columns[k]
-        if angles[k]:
-            value = collect_angle(source, at, step, witness)
-        else:
-            value = collect(source, at, step, witness)
-        bad = bad + value * 0.0
-        store(work, (to + k) * w, value)
-    return bad
-
-
-@built_in
-def _seen(source, base, step, columns, bad, witness):
-    """``bad`` for columns of which nothing else is wanted."""
-    if step > 0:
-        for k in range(columns):
-            bad = bad + collect(source, base * step + k, step, witness) * 0.0
-    return bad
-
-
-@built_in
-def _follow(ints, floats, work, q_at, v_at, witness):
-    """Bring joints that follow others to where these want them."""
-    w = width(witness)
-    for k in range(len(ints) // 3):
-        q, v = (q_at + ints[3 * k]) * w, (v_at + ints[3 * k + 1]) * w
-        ratio, offset = floats[2 * k], floats[2 * k + 1]
-        store(work, q, ratio * load(work, q, witness) + offset)
-        store(work, v, ratio * load(work, v, witness))
-
-
-@built_in
-def _is_unit(q, q_row, units):
-    """Whether the unit vectors of one configuration are of unit length."""
-    for k in range(0, len(units), 2):
-        total = 0.0
-        for entry in range(q_row + units[k], q_row + units[k] + units[k + 1]):
-            total += q[entry] * q[entry]
-        if not abs(math.sqrt(total) - 1.0) <= UNIT_TOLERANCE:
-            return False
-    return True
 
 
 @kernel
@@ -136,13 +85,13 @@ def solve_blocks(
     for block in range(begin, end):
         base = min(block * w, states - w)
         bad = same(0.0, witness)
-        bad = _taken(q, base, q_step, q_index, angles, work, q_at, bad, witness)
-        bad = _taken(v, base, v_step, v_index, straight, work, v_at, bad, witness)
+        bad = taken(q, base, q_step, q_index, angles, work, q_at, bad, witness)
+        bad = taken(v, base, v_step, v_index, straight, work, v_at, bad, witness)
         if is_part:
-            bad = _seen(q, base, q_step, whole_q, bad, witness)
-            bad = _seen(v, base, v_step, whole_v, bad, witness)
-        bad = _seen(given, base, g_step, columns, bad, witness)
-        bad = _seen(m, base, m_step, factors, bad, witness)
+            bad = seen(q, base, q_step, whole_q, bad, witness)
+            bad = seen(v, base, v_step, whole_v, bad, witness)
+        bad = seen(given, base, g_step, columns, bad, witness)
+        bad = seen(m, base, m_step, factors, bad, witness)
         store(work, spare_at * w, bad)
         for lane in range(w):
             state = base + lane
@@ -150,9 +99,9 @@ def solve_blocks(
             if code[lane] == _SOLVED:
                 if work[spare_at * w + lane] != 0.0:
                     code[lane] = _NOT_FINITE
-                elif not _is_unit(q, state * q_step, units):
+                elif not is_unit(q, state * q_step, units):
                     code[lane] = _OFF
-        _follow(follow, ratios, work, q_at, v_at, witness)
+        lead(follow, ratios, work, q_at, v_at, witness)
         place_bodies(ints, floats, bodies, work, q_at, spare_at, witness)
         if len(load_ints) > 0:
             weigh(
@@ -215,10 +164,9 @@ def solve_blocks(
                     store(work, at, load(work, at, witness) + impulse * u)
         respond(ints, dofs, bodies, loaded, work, dof_at, dv_at, witness)
         if count > 0 and not alone and digits(witness) == 53:
-            _doubted(
+            doubted(
                 count, term_ints, term_floats, row_first, work, w_at, before_at, free_at, p_at,
-                dv_at, term_at, spare_at, w, code, DOUBT if contact_count > 0 else DOUBT_HELD,
-                witness,
+                dv_at, term_at, spare_at, w, code, contact_count > 0, witness,
             )  # fmt: skip
         for lane in range(w):
             codes[base + lane] = code[lane]
@@ -271,40 +219,6 @@ def solve_blocks(
                 if v_out[k] >= 0:
                     share = load(work, (sum_at + k) * w, witness)
                     put(out_sum, base * whole_v + v_out[k], whole_v, share)
-
-
-@built_in
-def _doubted(
-    count, term_ints, term_floats, row_first, work, w_at, before_at, free_at, p_at, dv_at,
-    term_at, spare_at, w, code, doubt, witness,
-):  # fmt: skip
-    """Leave states to the solver of single ones where Δv does not make the rows' velocities.
-
-    The law was told W p; where light bodies are held, that has lost digits to J Δv.
-    """
-    scale = same(0.0, witness)
-    worst = same(0.0, witness)
-    for r in range(count):
-        before = load(work, (before_at + r) * w, witness)
-        made = row_velocity(
-            term_ints, term_floats, row_first[r], row_first[r + 1],
-            JUMP, work, dv_at, term_at, witness,
-        )  # fmt: skip
-        told = load(work, (free_at + r) * w, witness) - before
-        for s in range(count):
-            share = load(work, (w_at + r * count + s) * w, witness)
-            told = told + share * load(work, (p_at + s) * w, witness)
-        left = absolute(made - told)
-        worst = where_less(worst, left, left, worst)
-        for speed in (absolute(before), absolute(made)):
-            scale = where_less(scale, speed, speed, scale)
-    store(work, spare_at * w, worst)
-    store(work, (spare_at + 1) * w, scale)
-    for lane in range(w):
-        if work[spare_at * w + lane] > doubt * work[(spare_at + 1) * w + lane] and (
-            code[lane] == _SOLVED or code[lane] == _NOT_UNIQUE or code[lane] == _JAM
-        ):
-            code[lane] = AGAIN
 
 
 @built_in

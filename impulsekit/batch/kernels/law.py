@@ -11,13 +11,14 @@ import math
 import numpy as np
 
 from ..codes import AGAIN, RowStatus
-from .coulomb import GAIN, coulomb, gain
+from .coulomb import coulomb, gain
 from .dense import cholesky, eliminate, lower_solve, rank_by_pivots
 from .jit import built_in
 from .layout import CONTACT_FLOATS, CONTACT_INTS
-from .many import frictional, frictionless
+from .many import frictional
+from .smooth import frictionless
 
-__all__ = ["room", "solve_alone", "solve_state"]
+__all__ = ["room", "solve_state"]
 
 # As in ``impact``: q this near a limit is at it, and pivots above this are no rounding.
 AT_STOP = 1e-9
@@ -249,57 +250,6 @@ def _is_dependent(W, size, matrix, scale):
         for j in range(size):
             matrix[i, j] = W[i, j] * scale[0, i] * scale[0, j]
     return rank_by_pivots(matrix, size, COARSE) < size
-
-
-@built_in
-def solve_alone(
-    rows, capture, e_t, e, mu, work, w_at, before_at, free_at, p_at, w, lane, found, roots
-):
-    """``solve_state`` for one contact on a plane and nothing else: no arrays on the way.
-
-    Args:
-        rows: 3, or 1 without friction.
-        capture, e_t, e, mu: numbers of the contact.
-    """
-    n = (p_at + rows - 1) * w + lane
-    # Widened, that the law itself is exact where the rest is in single precision.
-    before = float(work[(before_at + rows - 1) * w + lane])
-    free = float(work[(free_at + rows - 1) * w + lane])
-    nn = float(work[(w_at + rows * rows - 1) * w + lane])
-    b = free
-    if before < 0.0 and -before >= capture:
-        b += e * before
-    if rows == 1 or mu == 0.0:
-        work[n] = 0.0
-        if rows == 3:
-            work[n - w] = 0.0
-            work[n - 2 * w] = 0.0
-        if b >= -1e-15 * max(abs(before), abs(free)):
-            return _SOLVED
-        if not nn > 0.0:
-            return AGAIN
-        pn = -b / nn
-        work[n] = pn
-        normal = 0.5 * pn * (before + free + nn * pn)
-        gained = normal > GAIN * (abs(pn * before) + abs(normal))
-        return _GAIN if gained else _SOLVED
-    a1, a2 = float(work[before_at * w + lane]), float(work[(before_at + 1) * w + lane])
-    f1, f2 = float(work[free_at * w + lane]), float(work[(free_at + 1) * w + lane])
-    t11, t12 = float(work[w_at * w + lane]), float(work[(w_at + 1) * w + lane])
-    n1, t22 = float(work[(w_at + 2) * w + lane]), float(work[(w_at + 4) * w + lane])
-    n2 = float(work[(w_at + 5) * w + lane])
-    scale = max(abs(before), abs(free), abs(f1), abs(f2), abs(e_t * a1), abs(e_t * a2))
-    p1, p2, pn, code = coulomb(
-        t11, t12, t22, n1, n2, nn, f1 + e_t * a1, f2 + e_t * a2, b, mu, scale, found, roots
-    )
-    work[n - 2 * w], work[n - w], work[n] = p1, p2, pn
-    if code == AGAIN or pn == 0.0:
-        return code
-    normal = 0.5 * pn * (before + free + n1 * p1 + n2 * p2 + nn * pn)
-    friction = 0.5 * p1 * (a1 + f1 + t11 * p1 + t12 * p2 + n1 * pn)
-    friction += 0.5 * p2 * (a2 + f2 + t12 * p1 + t22 * p2 + n2 * pn)
-    size = abs(p1 * a1) + abs(p2 * a2) + abs(pn * before) + abs(normal) + abs(friction)
-    return _GAIN if normal + friction > GAIN * size else code
 
 
 @built_in
