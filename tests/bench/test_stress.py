@@ -15,8 +15,8 @@ from impulsekit.bench.stress import methods
 from impulsekit.bench.stress.bodies import random_links, random_state, robot_of
 from impulsekit.bench.stress.chains import pin_velocities
 from impulsekit.bench.stress.elimination import generalized_inverse
+from impulsekit.bench.stress.impacts import Impacts
 from impulsekit.bench.stress.judge import judge
-from impulsekit.bench.stress.law import Impacts
 from impulsekit.bench.stress.numbers import truth_numbers
 from impulsekit.bench.stress.planar import planar_impulses
 from impulsekit.bench.stress.report import read_points, write_report
@@ -149,10 +149,10 @@ def test_the_truth_satisfies_coulombs_law_to_thirty_digits():
         state = Impacts(scene).at(own_q, own_v)
         exact = state.exact()
         jump, impulses = exact.dv, exact.impulses
-        mechanics = state._m
+        mechanics = state.m
         left = mechanics.masses @ jump - impulses @ mechanics.contacts
         assert max(abs(entry) for entry in left) < 1e-30
-        before, after = (mechanics.contacts @ y for y in (state._v, state._v + jump))
+        before, after = (mechanics.contacts @ y for y in (state.v, state.v + jump))
         for i in (0, 3):
             normal = after[i + 2] + min(before[i + 2], 0) / 2
             assert normal > -1e-30

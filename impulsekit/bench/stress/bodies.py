@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
 
 from ...robot import Robot
 
-__all__ = ["Link", "random_links", "random_state", "robot_of", "tree_urdf"]
+__all__ = ["Link", "random_links", "random_state", "robot_of", "tree_urdf", "with_mass_ratio"]
 
 
 @dataclass(frozen=True)
@@ -115,6 +115,11 @@ def random_links(
             )
         )
     return links
+
+
+def with_mass_ratio(links: Sequence[Link], ratio: float, rng: np.random.Generator) -> list[Link]:
+    """About half of the links so many times as heavy."""
+    return [replace(k, mass=k.mass * (ratio if rng.random() < 0.5 else 1.0)) for k in links]
 
 
 def robot_of(links: Sequence[Link], root: str) -> Robot:

@@ -14,9 +14,10 @@ from ...reference.arithmetic import Array
 from ...robot import Robot
 from ...scene import AppliedImpulse, Scene
 from .found import Exact, Found
+from .impacts import Impacts
 from .judge import judge
-from .law import Impacts, Residuals
 from .numbers import truth_numbers
+from .residuals import Residuals
 from .sweep import Case, Point, Sweep
 
 __all__ = ["SWEEPS", "pin_velocities"]
@@ -141,7 +142,6 @@ SWEEPS = (
         (1.0, 2.0, 4.0, 8.0, 16.0, 24.0, 48.0, 96.0, 150.0),
         chain,
         4,
-        what=chain.__doc__ or "",
     ),
     Sweep(
         "long-chain",
@@ -149,6 +149,5 @@ SWEEPS = (
         (10.0, 100.0, 1e3, 1e4, 1e5),
         long,
         4,
-        what=long.__doc__ or "",
     ),
 )

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ...scene import AppliedImpulse, FrameAnchor, JointCoupling, JointLock, PointAnchor, Scene
-from .bodies import Link, random_links, random_state, robot_of
-from .law import Impacts
-from .sweep import Case, Sweep
-from .trees import STATES, _decades
+from .bodies import Link, random_links, random_state, robot_of, with_mass_ratio
+from .impacts import Impacts
+from .sweep import STATES, Case, Sweep, decades
 
 __all__ = ["SWEEPS"]
 
@@ -60,9 +59,7 @@ def close_points(distance: float, rng: np.random.Generator) -> Case:
 def held_mass_ratio(ratio: float, rng: np.random.Generator) -> Case:
     """A tree of very different masses, gripped, locked and geared."""
     links = random_links(rng, int(rng.integers(3, 6)))
-    changed = [
-        Link(**{**vars(k), "mass": k.mass * (ratio if rng.random() < 0.5 else 1.0)}) for k in links
-    ]
+    changed = with_mass_ratio(links, ratio, rng)
     robot = robot_of(changed, str(rng.choice(["planar", "freeflyer"])))
     last = len(links) - 1
     constraints: list[PointAnchor | FrameAnchor | JointLock | JointCoupling] = []
@@ -100,10 +97,9 @@ SWEEPS = (
     Sweep(
         "stretched-arm",
         "angle from the stretched arm [rad]",
-        (*_decades(-16, 0), 0.0),
+        (*decades(-16, 0), 0.0),
         stretched,
         42,
-        what=stretched.__doc__ or "",
     ),
     Sweep(
         "redundant-rows",
@@ -111,30 +107,26 @@ SWEEPS = (
         (2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 100.0),
         redundant,
         8,
-        what=redundant.__doc__ or "",
     ),
     Sweep(
         "close-pins",
         "distance of the pins [m]",
-        _decades(-14, 0),
+        decades(-14, 0),
         close_points,
         42,
-        what=close_points.__doc__ or "",
     ),
     Sweep(
         "held-mass-ratio",
         "mass of some links over that of others",
-        _decades(-12, 12, 2),
+        decades(-12, 12, 2),
         held_mass_ratio,
         75,
-        what=held_mass_ratio.__doc__ or "",
     ),
     Sweep(
         "far-grip",
         "distance of the root from the world's origin [m]",
-        _decades(0, 12, 2),
+        decades(0, 12, 2),
         far_grip,
         100,
-        what=far_grip.__doc__ or "",
     ),
 )

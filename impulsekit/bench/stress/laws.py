@@ -9,8 +9,7 @@ import numpy as np
 from ...scene import Contact, Law, Scene
 from .bodies import Link, random_links, random_state, robot_of
 from .planar import PlanarImpacts
-from .sweep import Case, Sweep
-from .trees import STATES, _decades
+from .sweep import STATES, Case, Sweep, decades
 
 __all__ = ["SWEEPS"]
 
@@ -118,7 +117,7 @@ SWEEPS = (
         (
             0.0,
             1e-300,
-            *_decades(-16, -2, 2),
+            *decades(-16, -2, 2),
             0.5,
             *(1.0 - float(f"1e-{k}") for k in range(2, 17, 2)),
             1.0,
@@ -126,7 +125,6 @@ SWEEPS = (
         law_restitution,
         80,
         logarithmic=False,
-        what=law_restitution.__doc__ or "",
     ),
     Sweep(
         "law-friction",
@@ -135,22 +133,19 @@ SWEEPS = (
         law_friction,
         110,
         logarithmic=False,
-        what=law_friction.__doc__ or "",
     ),
     Sweep(
         "painleve",
         "relative distance from the friction of Painlevé's jam",
-        (*_decades(-15, -1), 0.3),
+        (*decades(-15, -1), 0.3),
         painleve,
         80,
-        what=painleve.__doc__ or "",
     ),
     Sweep(
         "law-grazing",
         "speed of approach [m/s]",
-        (*_decades(-300, -50, 50), *_decades(-20, 0, 2)),
+        (*decades(-300, -50, 50), *decades(-20, 0, 2)),
         law_grazing,
         75,
-        what=law_grazing.__doc__ or "",
     ),
 )

@@ -23,9 +23,9 @@ from ...reference.arithmetic import Array
 from ...scene import Contact, Scene
 from .elimination import generalized_inverse
 from .found import Exact, Found
-from .law import Residuals, share_of
 from .mechanics import Mechanics, SceneMechanics
 from .numbers import truth_numbers
+from .residuals import Residuals, share_of
 
 __all__ = ["PlanarImpacts", "planar_impulses"]
 

@@ -11,9 +11,17 @@ import numpy as np
 
 from ...scene import Scene
 from .found import Exact, Found
-from .law import Residuals
+from .residuals import Residuals
 
-__all__ = ["Case", "Point", "Sweep", "Truth"]
+__all__ = ["STATES", "Case", "Point", "Sweep", "Truth", "decades"]
+
+# Of a case, as a rule.
+STATES = 6
+
+
+def decades(first: int, last: int, step: int = 1) -> tuple[float, ...]:
+    """Powers of ten."""
+    return tuple(float(f"1e{k}") for k in range(first, last + 1, step))
 
 
 class StateTruth(Protocol):
@@ -64,7 +72,6 @@ class Sweep:
         cases: from a value and a generator of random numbers to a case.
         repeats: how many cases of each value the full form takes; the quick one takes some.
         logarithmic: whether the parameter is best drawn so.
-        what: one sentence.
     """
 
     name: str
@@ -73,7 +80,11 @@ class Sweep:
     cases: Callable[[float, np.random.Generator], Case | Sequence[Point]] = field(repr=False)
     repeats: int
     logarithmic: bool = True
-    what: str = ""
+
+    @property
+    def what(self) -> str:
+        """One sentence: that of its cases."""
+        return self.cases.__doc__ or ""
 
     def rng(self, place: int, repeat: int, seed: int) -> np.random.Generator:
         """The random numbers of one case: the same however the work is shared out."""

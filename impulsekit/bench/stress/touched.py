@@ -10,10 +10,9 @@ import numpy as np
 from ...robot import Robot
 from ...robot.combine import combine
 from ...scene import AppliedImpulse, Contact, JointStop, Scene
-from .bodies import Link, random_links, random_state, robot_of
-from .law import Impacts
-from .sweep import Case, Sweep
-from .trees import STATES, _decades
+from .bodies import Link, random_links, random_state, robot_of, with_mass_ratio
+from .impacts import Impacts
+from .sweep import STATES, Case, Sweep, decades
 
 __all__ = ["SWEEPS"]
 
@@ -171,9 +170,7 @@ def one_joint(mu: float, rng: np.random.Generator) -> Case:
 def contact_mass_ratio(ratio: float, rng: np.random.Generator) -> Case:
     """Trees of very different masses on two points with friction, a joint at its stop."""
     links = random_links(rng, int(rng.integers(2, 5)))
-    changed = [
-        Link(**{**vars(k), "mass": k.mass * (ratio if rng.random() < 0.5 else 1.0)}) for k in links
-    ]
+    changed = with_mass_ratio(links, ratio, rng)
     robot = robot_of(changed, "freeflyer")
     last = len(links) - 1
     mu = float(rng.choice([0.0, 0.4]))
@@ -192,18 +189,17 @@ SWEEPS = (
     Sweep(
         "parallel-contacts",
         "angle between the normals [rad]",
-        _decades(-15, 0),
+        decades(-15, 0),
         parallel,
         42,
-        what=parallel.__doc__ or "",
     ),
     Sweep(
         "restitution",
         "restitution e",
         (
             0.0,
-            *_decades(-300, -100, 100),
-            *_decades(-16, -2, 2),
+            *decades(-300, -100, 100),
+            *decades(-16, -2, 2),
             0.5,
             *(1.0 - float(f"1e-{k}") for k in range(2, 17, 2)),
             1.0,
@@ -211,7 +207,6 @@ SWEEPS = (
         restitution,
         40,
         logarithmic=False,
-        what=restitution.__doc__ or "",
     ),
     Sweep(
         "friction",
@@ -220,17 +215,15 @@ SWEEPS = (
         friction,
         56,
         logarithmic=False,
-        what=friction.__doc__ or "",
     ),
     Sweep(
         "grazing",
         "speed of approach [m/s]",
-        (*_decades(-300, -50, 50), *_decades(-20, 0)),
+        (*decades(-300, -50, 50), *decades(-20, 0)),
         grazing,
         35,
-        what=grazing.__doc__ or "",
     ),
-    Sweep("stacks", "boxes", (1.0, 2.0, 3.0, 4.0), stack, 25, False, stack.__doc__ or ""),
+    Sweep("stacks", "boxes", (1.0, 2.0, 3.0, 4.0), stack, 25, logarithmic=False),
     Sweep(
         "one-joint",
         "friction µ",
@@ -238,14 +231,12 @@ SWEEPS = (
         one_joint,
         65,
         logarithmic=False,
-        what=one_joint.__doc__ or "",
     ),
     Sweep(
         "contact-mass-ratio",
         "mass of some links over that of others",
-        _decades(-12, 12, 2),
+        decades(-12, 12, 2),
         contact_mass_ratio,
         42,
-        what=contact_mass_ratio.__doc__ or "",
     ),
 )

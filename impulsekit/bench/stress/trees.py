@@ -9,12 +9,11 @@ import numpy as np
 from ...robot import Robot
 from ...scene import AppliedImpulse, JointImpulse, Scene
 from .bodies import Link, random_links, random_state, robot_of
-from .law import Impacts
-from .sweep import Case, Sweep
+from .impacts import Impacts
+from .sweep import STATES, Case, Sweep, decades
 
 __all__ = ["SWEEPS"]
 
-STATES = 6
 ROOTS = ("fixed", "planar", "freeflyer")
 EXAMPLES = (
     "double_pendulum",
@@ -157,58 +156,48 @@ def example_robot(index: float, rng: np.random.Generator) -> Case:
     return Case(scene, q, v, Impacts(scene), algorithms=True)
 
 
-def _decades(first: int, last: int, step: int = 1) -> tuple[float, ...]:
-    return tuple(float(f"1e{k}") for k in range(first, last + 1, step))
-
-
 SWEEPS = (
     Sweep(
         "mass-ratio",
         "mass of some links over that of others",
-        _decades(-12, 12, 2),
+        decades(-12, 12, 2),
         mass_ratio,
         115,
-        what=mass_ratio.__doc__ or "",
     ),
     Sweep(
         "inertia",
         "inertia about the mass centre over that of a solid box",
-        _decades(-12, 0, 2),
+        decades(-12, 0, 2),
         small_inertia,
         115,
-        what=small_inertia.__doc__ or "",
     ),
     Sweep(
         "length-ratio",
         "length of some links over that of others",
-        _decades(-9, 9, 3),
+        decades(-9, 9, 3),
         length_ratio,
         75,
-        what=length_ratio.__doc__ or "",
     ),
     Sweep(
         "singularity",
         "angle from the singular configuration [rad]",
-        (*_decades(-16, 0, 2), 0.0),
+        (*decades(-16, 0, 2), 0.0),
         singularity,
         75,
-        what=singularity.__doc__ or "",
     ),
     Sweep(
         "far-base",
         "distance of the root from the world's origin [m]",
-        _decades(0, 12, 2),
+        decades(0, 12, 2),
         far_base,
         130,
-        what=far_base.__doc__ or "",
     ),
     Sweep(
         "impulse",
         "size of the blow [N s]",
-        (*_decades(-320, -300, 4), *_decades(-250, 250, 50), 1e290, 1e300),
+        (*decades(-320, -300, 4), *decades(-250, 250, 50), 1e290, 1e300),
         impulse_size,
         40,
-        what=impulse_size.__doc__ or "",
     ),
     Sweep(
         "random-trees",
@@ -217,7 +206,6 @@ SWEEPS = (
         random_tree,
         60,
         logarithmic=False,
-        what=random_tree.__doc__ or "",
     ),
     Sweep(
         "example-robots",
@@ -226,6 +214,5 @@ SWEEPS = (
         example_robot,
         8,
         logarithmic=False,
-        what=example_robot.__doc__ or "",
     ),
 )
