@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import ContradictionError
+from . import lapack
 
 __all__ = ["BilateralSolution", "solve_bilateral"]
 
@@ -22,6 +23,8 @@ RANK_TOLERANCE = 1e-7
 EXACT_RANK = 1e-14
 # Pivots of the scaled W above this need no closer look.
 SAFE_PIVOT = 1e-6
+# Rows whose squares differ by less than this are no rounding of each other.
+COMPARABLE = 1e-9
 # What dependent rows may disagree by, relative to the velocities they speak of.
 CONTRADICTION_TOLERANCE = 1e-6
 # A row whose square is this much smaller than that of its terms is a zero.
@@ -67,17 +70,49 @@ def solve_bilateral(
     Raises:
         ContradictionError: dependent rows demand different things.
     """
-    from scipy.linalg.lapack import dpotrf, dpotrs
-
     delassus = half.T.dot(half)
-    # Cholesky does not feel how rows are scaled, so only its pivots are compared scaled.
-    factor, failed = dpotrf(delassus, lower=1)
-    if not failed:
-        roots = factor.diagonal()
-        if (roots * roots > SAFE_PIVOT * delassus.diagonal()).all():
-            impulse, _ = dpotrs(factor, right, lower=1)
-            return BilateralSolution(impulse, len(right), None)
+    impulse = _regular(delassus, right)
+    if impulse is not None:
+        return BilateralSolution(impulse, len(right), None)
+    solution = _without_still_rows(delassus, right)
+    if solution is not None:
+        return solution
     return _solve_dependent(half, right, magnitude, velocity_scale, names)
+
+
+def _regular(delassus: np.ndarray, right: np.ndarray) -> np.ndarray | None:
+    """(m,) λ, or None where rows may be dependent."""
+    # Cholesky does not feel how rows are scaled, so only its pivots are compared scaled.
+    factor, failed = lapack.dpotrf(delassus, lower=1)
+    if failed:
+        return None
+    for root, square in zip(factor.diagonal().tolist(), delassus.diagonal().tolist(), strict=True):
+        if not root * root > SAFE_PIVOT * square:
+            return None
+    return lapack.dpotrs(factor, right, lower=1)[0]
+
+
+def _without_still_rows(delassus: np.ndarray, right: np.ndarray) -> BilateralSolution | None:
+    """λ where some rows are zeros, as those across a plane are, and the others regular.
+
+    None where it takes a closer look.
+    """
+    squares = delassus.diagonal().tolist()
+    moving = [i for i, square in enumerate(squares) if square]
+    least = COMPARABLE * max(squares, default=0.0)
+    if len(moving) in (0, len(squares)) or any(squares[i] < least for i in moving):
+        return None
+    # A row of no effect cannot change its velocity.
+    if any(change for change, square in zip(right.tolist(), squares, strict=True) if not square):
+        return None
+    found = _regular(delassus[moving][:, moving], right[moving])
+    if found is None:
+        return None
+    impulse = np.zeros(len(squares))
+    impulse[moving] = found
+    unique = np.zeros(len(squares), dtype=bool)
+    unique[moving] = True
+    return BilateralSolution(impulse, len(moving), unique)
 
 
 def _solve_dependent(
@@ -92,32 +127,53 @@ def _solve_dependent(
     gross = magnitude()
     live = diagonal > NULL_ROW * gross
     nearly = bool((diagonal[~live] > EXACT_NULL_ROW * gross[~live]).any())
-    scale = np.zeros_like(diagonal)
-    scale[live] = 1.0 / np.sqrt(diagonal[live])
-    speeds = None if velocity_scale is None else velocity_scale() + np.abs(right)
+    sizes = np.sqrt(diagonal[live])
     # A row of no effect cannot change its velocity.
-    _refuse(np.where(live, 0.0, np.abs(right)), speeds, names)
-    _, values, right_vectors = np.linalg.svd((half * scale)[:, live], full_matrices=False)
-    rank = int((values > RANK_TOLERANCE).sum())
-    nearly |= bool((values[rank:] > EXACT_RANK * len(values)).any())
-    basis = right_vectors[:rank].T
-    wanted = scale[live] * right[live]
-    share = basis.T @ wanted
-    unmet = np.zeros_like(right)
-    unmet[live] = np.abs(wanted - basis @ share) / scale[live]
-    _refuse(unmet, speeds, names)
+    unmet = np.where(live, 0.0, np.abs(right))
+    _refuse(unmet, right, velocity_scale, names)
+    values, rows = _singular_values(half[:, live] / sizes)
+    rank = int(np.count_nonzero(values > RANK_TOLERANCE))
+    nearly = nearly or bool((values[rank:] > EXACT_RANK * len(values)).any())
+    basis = rows[:rank]
+    wanted = right[live] / sizes
+    share = basis.dot(wanted)
+    unmet[live] = np.abs(wanted - share.dot(basis)) * sizes
+    _refuse(unmet, right, velocity_scale, names)
     impulse = np.zeros_like(right)
-    impulse[live] = scale[live] * (basis @ (share / values[:rank] ** 2))
+    impulse[live] = (share / values[:rank] ** 2).dot(basis) / sizes
     unique = np.zeros(len(right), dtype=bool)
     # A row is determined if no direction of the null space moves it.
-    unique[live] = (basis**2).sum(axis=1) > 1.0 - 1e-9
+    unique[live] = np.einsum("ij,ij->j", basis, basis) > 1.0 - 1e-9
     return BilateralSolution(impulse, rank, unique, nearly)
 
 
-def _refuse(unmet: np.ndarray, speeds: np.ndarray | None, names: Sequence[str]) -> None:
-    if speeds is None:
+def _singular_values(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(k,) singular values, largest first, and (k, m) the vectors of the rows' space."""
+    # By LAPACK itself: on matrices as small as these, numpy's way to it takes as long again.
+    _, values, rows, failed = lapack.dgesdd(matrix, full_matrices=0)
+    if failed:
+        _, values, rows = np.linalg.svd(matrix, full_matrices=False)
+    return values, rows
+
+
+def _refuse(
+    unmet: np.ndarray,
+    right: np.ndarray,
+    velocity_scale: Callable[[], np.ndarray] | None,
+    names: Sequence[str],
+) -> None:
+    """Tell of rows that lack more than rounding of the velocities they speak of.
+
+    Raises:
+        ContradictionError: it names them.
+    """
+    gross = np.abs(right)
+    # Most are met to rounding of what they want alone.
+    if velocity_scale is None or unmet.max(initial=0.0) <= (
+        CONTRADICTION_TOLERANCE * gross.max(initial=0.0)
+    ):
         return
-    size = speeds.max(initial=0.0)
+    size = (velocity_scale() + gross).max()
     wrong = unmet > CONTRADICTION_TOLERANCE * size
     if not wrong.any():
         return

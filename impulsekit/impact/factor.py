@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import SingularMassError
+from . import lapack
 from .algorithms import SMALLEST_PIVOT, cholesky_solve, singular_mass, symmetric
 
 __all__ = ["FilledFactor", "SparseFactor", "pivots_are_safe"]
@@ -26,10 +27,8 @@ class SparseFactor:
     def half(self, *rows: np.ndarray) -> np.ndarray:
         """(nv, m) C = D^-½ U⁻¹ Aᵀ for rows A (m, nv), given in parts."""
         # Not LAPACK's dtrtrs: OpenBLAS starts threads for it, at any size.
-        from scipy.linalg.blas import dtrsm
-
         stacked = rows[0] if len(rows) == 1 else np.concatenate(rows)
-        half = dtrsm(1.0, self._data.U, stacked.T, diag=1)
+        half = lapack.dtrsm(1.0, self._data.U, stacked.T, diag=1)
         half /= np.sqrt(self._data.D)[:, None]
         return half
 
@@ -74,17 +73,13 @@ class FilledFactor:
     def half(self, *rows: np.ndarray) -> np.ndarray:
         """(nv, m) C for rows A (m, nv), given in parts."""
         # Not solve_triangular: OpenBLAS starts threads for it, at any size.
-        from scipy.linalg.blas import dtrsm
-
         columns = self._scale[:, None] * np.vstack(rows).T
-        return dtrsm(1.0, self._lower, columns, lower=1)
+        return lapack.dtrsm(1.0, self._lower, columns, lower=1)
 
     def solve(self, impulse: np.ndarray) -> np.ndarray:
         """(nv,) of an impulse that has been filled."""
-        from scipy.linalg.blas import dtrsm
-
-        column = dtrsm(1.0, self._lower, (self._scale * impulse)[:, None], lower=1)
-        return self._scale * dtrsm(1.0, self._lower, column, lower=1, trans_a=1)[:, 0]
+        column = lapack.dtrsm(1.0, self._lower, (self._scale * impulse)[:, None], lower=1)
+        return self._scale * lapack.dtrsm(1.0, self._lower, column, lower=1, trans_a=1)[:, 0]
 
     def _singular(self, filled: np.ndarray) -> SingularMassError:
         """The error that names the joints along which neither inertia nor constraint acts."""

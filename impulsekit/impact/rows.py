@@ -191,7 +191,7 @@ class ConstraintRows:
     names: tuple[str, ...]
     velocity: np.ndarray
     kept: np.ndarray | None
-    faintest: np.ndarray | None
+    faintest: tuple[float, ...] | None
 
     @classmethod
     def of(cls, scene: Scene, reached: ReachedModel) -> ConstraintRows:
@@ -221,7 +221,7 @@ class ConstraintRows:
             tuple(names),
             np.array(velocity),
             np.array(kept) if any(kept) else None,
-            faintest if faintest.any() else None,
+            tuple(faintest.tolist()) if faintest.any() else None,
         )
 
     @property
@@ -236,13 +236,14 @@ class ConstraintRows:
     def matrix_and_doubt(self, data: pin.Data, q: np.ndarray) -> tuple[np.ndarray, bool]:
         """A at q, and whether a row was taken for zero that is more than rounding."""
         doubt = False
-        rows = np.empty((self.count, self.model.nv))
+        rows = np.empty((len(self.names), self.model.nv))
         for block, where in zip(self.blocks, self.slices, strict=True):
             block.write(rows[where], self.model, data, q)
         if self.faintest is not None:
-            largest = np.abs(rows).max(axis=1)
-            faint = (largest <= self.faintest) & (largest > 0.0)
-            if faint.any():
+            largest = np.maximum.reduce(np.abs(rows), axis=1)
+            # By far most rows are none of these: told apart without arrays.
+            if any(0.0 < a <= b for a, b in zip(largest.tolist(), self.faintest, strict=True)):
+                faint = (largest <= np.array(self.faintest)) & (largest > 0.0)
                 gross = self.magnitude(data, q)
                 faint &= (np.abs(rows) <= NULL_ROW * gross).all(axis=1)
                 doubt = bool((np.abs(rows[faint]) > EXACT_NULL_ROW * gross[faint]).any())

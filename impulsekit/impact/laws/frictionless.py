@@ -14,6 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import lapack
+
 __all__ = ["Frictionless", "solve_frictionless"]
 
 # Squares of sines of angles between rows, below which they are dependent.
@@ -65,8 +67,6 @@ def _exchange(delassus: np.ndarray, shifted: np.ndarray, tiny: float) -> Frictio
 
     (Júdice & Pires 1994, block principal pivoting; it may cycle, hence only a try.)
     """
-    from scipy.linalg.lapack import dposv
-
     n = len(shifted)
     pushing = shifted < -tiny
     fewest: int = n + 1
@@ -74,7 +74,9 @@ def _exchange(delassus: np.ndarray, shifted: np.ndarray, tiny: float) -> Frictio
         chosen = np.flatnonzero(pushing)
         whole = len(chosen) == n
         block = delassus if whole else delassus[chosen[:, None], chosen]
-        factor, solved, failed = dposv(block, -(shifted if whole else shifted[chosen]), lower=1)
+        factor, solved, failed = lapack.dposv(
+            block, -(shifted if whole else shifted[chosen]), lower=1
+        )
         if failed or (factor.diagonal() ** 2 < 1e-9 * block.diagonal()).any():
             return None
         if whole:

@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .. import lapack
+
 __all__ = ["Modes", "System", "unique_contacts"]
 
 # Against singular W: moves only what the velocities do not notice.
@@ -228,8 +230,6 @@ class Modes:
         self, impulse: np.ndarray, modes: list[tuple[int, bool, float, float]]
     ) -> np.ndarray:
         """P after one Newton step on the modes seen."""
-        from scipy.linalg.lapack import dgesv
-
         found, way, aim, stiffness, right, turning = self._system(impulse, modes)
         m = len(right)
         if not m:
@@ -243,7 +243,7 @@ class Modes:
             sizes = np.abs(diagonal)
             sizes = np.where(sizes > NULL * self.largest, sizes, self.largest)
             diagonal += stiffness + RIDGE * sizes
-        _, _, change, failed = dgesv(matrix, right)
+        _, _, change, failed = lapack.dgesv(matrix, right)
         if failed:
             return np.full_like(impulse, np.nan)
         found -= way.dot(change)
@@ -264,8 +264,6 @@ def unique_contacts(modes: Modes, impulse: np.ndarray) -> np.ndarray | None:
     Sticking leaves three entries free, sliding the normal one; what moves no velocity
     among these can be added or taken away.
     """
-    from scipy.linalg.lapack import dpstrf
-
     P = impulse.reshape(-1, 3)
     mu = modes.friction
     contacts = np.flatnonzero(P[:, 2] > 1e-13 * P[:, 2].max())
@@ -292,7 +290,7 @@ def unique_contacts(modes: Modes, impulse: np.ndarray) -> np.ndarray | None:
     reduced = B.T @ modes.delassus @ B
     scale = 1.0 / np.sqrt(np.maximum(reduced.diagonal(), NULL * modes.largest))
     reduced = reduced * scale * scale[:, None]
-    _, _, rank, failed = dpstrf(reduced, tol=DEPENDENT, lower=1)
+    _, _, rank, failed = lapack.dpstrf(reduced, tol=DEPENDENT, lower=1)
     if not failed and rank == len(columns):
         return None
     values, vectors = np.linalg.eigh(reduced)
