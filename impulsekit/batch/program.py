@@ -13,6 +13,8 @@ from ..impact.reach import branch_of, touched_joints
 from ..scene import Law, Scene
 from .followers import freed_model
 from .kernels import layout
+from .kernels.lawful import is_known
+from .kernels.words import words_of
 from .rows import NoKernelError, row_tables
 from .tables import known_tables, load_tables, path_mask, row_arrays, tree_tables
 from .tree import KINDS, Tree, tree_of
@@ -25,9 +27,9 @@ class BatchPlan:
     """How a batch is solved.
 
     Attributes:
-        kernel: whether compiled kernels do it; False: ``solve``, one row after the other,
-            as under laws of contact other than the default, with tables of restitution or
-            with a ``Collision``. Threads gain nothing there, the workers of a client do.
+        kernel: whether compiled kernels do it; False: ``solve``, one row after the other, as
+            with a restitution that is a function of one's own or with a ``Collision``.
+            Threads gain nothing there, the workers of a client do.
         rows: how many rows of constraints and contacts a state has.
         why: a sentence for each choice.
     """
@@ -46,6 +48,7 @@ class Program:
         columns: of each known impulse by entry name: first column and how many.
         given: (columns,) the impulses of the scene itself.
         restitution, friction: (contacts,) those of the scene itself.
+        words: of the law, see ``kernels.words``.
     """
 
     tree: Tree
@@ -63,13 +66,16 @@ class Program:
     restitution: np.ndarray
     friction: np.ndarray
     own_rows: int
+    words: tuple[int, int, int]
 
     @property
     def needs_law(self) -> bool:
-        """Whether there is more to the rows than one contact on a plane."""
-        count = len(self.rows[2]) - 1
-        stops = self.contacts[0][2 :: layout.CONTACT_INTS]
-        return count > 0 and (len(self.held[0]) > 0 or len(stops) != 1 or stops[0] >= 0)
+        """Whether there is more to the rows than one contact on a plane under ``Law()``."""
+        if len(self.rows[2]) == 1:
+            return False
+        ints = self.contacts[0]
+        alone = len(self.held[0]) == 0 and len(ints) == layout.CONTACT_INTS and ints[2] < 0
+        return not (alone and ints[5] == 0 and self.words == words_of(Law()))
 
     def places(self) -> tuple[int, ...]:
         """Where in the work array things begin."""
@@ -105,8 +111,9 @@ def compiled(
 
 def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
     robot = scene.robot
-    if scene.contacts and scene.law != Law():
-        raise NoKernelError("a law of contact other than Law()")
+    words = words_of(scene.law if scene.contacts else Law())
+    if not is_known(words):
+        raise NoKernelError(f"the law {scene.law}")
     try:
         model, followers = freed_model(robot.model)
     except KeyError as kind:
@@ -165,11 +172,12 @@ def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
         (np.array(tables.target), np.array(tables.keeps, dtype=bool)),
         (
             np.array(tables.contact_ints, dtype=np.int64).ravel(),
-            np.concatenate([*tables.contact_floats, np.zeros(0)]),
+            np.concatenate([*tables.contact_floats, *tables.restitution_tables, np.zeros(0)]),
         ),
         columns,
         given,
         np.array(tables.restitution, dtype=float),
         np.array(tables.friction, dtype=float),
         len(followers),
+        words,
     )

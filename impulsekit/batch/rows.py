@@ -12,9 +12,9 @@ from ..impact.touching import contact_axes
 from ..robot import Robot
 from ..scene import Contact, FrameAnchor, JointCoupling, JointLock, JointStop, PointAnchor, Scene
 from ..scene.constraints import DIRECTIONS, KEPT
-from ..scene.restitution import Restitution
+from ..scene.restitution import Restitution, RestitutionTable
 from .followers import Follower
-from .kernels.layout import ALONG_DOF, COUPLE, FORCE_AT
+from .kernels.layout import ALONG_DOF, CONTACT_FLOATS, COUPLE, FORCE_AT
 from .tree import Tree
 
 __all__ = ["NoKernelError", "RowMaker", "RowTables", "row_tables"]
@@ -35,6 +35,7 @@ class RowTables:
         terms: of each row, the integers and the six numbers of each term, see ``layout``.
         target, keeps: of each bilateral row.
         contact_ints, contact_floats: one line a contact.
+        restitution_tables: (2k,) speeds and values of contacts that have such a table.
         restitution, friction: of each contact.
         meeting_ints, meeting_floats, ways: see ``layout``.
     """
@@ -42,8 +43,9 @@ class RowTables:
     terms: list[list[Term]] = field(default_factory=list)
     target: list[float] = field(default_factory=list)
     keeps: list[bool] = field(default_factory=list)
-    contact_ints: list[tuple[int, int, int, int]] = field(default_factory=list)
+    contact_ints: list[tuple[int, ...]] = field(default_factory=list)
     contact_floats: list[np.ndarray] = field(default_factory=list)
+    restitution_tables: list[np.ndarray] = field(default_factory=list)
     restitution: list[float] = field(default_factory=list)
     friction: list[float] = field(default_factory=list)
     meeting_ints: list[tuple[int, ...]] = field(default_factory=list)
@@ -85,13 +87,20 @@ def row_tables(
             rows = rows[2:]
         restitution: Any = contact.restitution
         capture = 0.0
+        table_at = len(scene.contacts) * CONTACT_FLOATS
+        table_at += sum(len(one) for one in tables.restitution_tables)
+        points = 0
         if isinstance(restitution, Restitution):
             restitution, capture = restitution.value, restitution.capture_speed
+        elif isinstance(restitution, RestitutionTable):
+            points = len(restitution.speeds)
+            tables.restitution_tables.append(np.array([*restitution.speeds, *restitution.values]))
+            restitution = 0.0
         elif callable(restitution):
-            raise NoKernelError("a restitution that is a table or a function")
+            raise NoKernelError("a restitution that is a function of one's own")
         numbers[11], numbers[12] = getattr(contact, "tangential_restitution", 0.0), capture
         tables.terms.extend(rows)
-        tables.contact_ints.append((first, len(rows), entry, meeting))
+        tables.contact_ints.append((first, len(rows), entry, meeting, table_at, points))
         tables.contact_floats.append(numbers)
         tables.restitution.append(restitution)
         tables.friction.append(friction)

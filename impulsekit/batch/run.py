@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .inputs import BatchInputs
+from .kernels import layout
 from .kernels.block import solve_blocks
 from .kernels.lanes import LANES, LANES32
 from .kernels.lawful import law_for
@@ -55,9 +56,12 @@ class BatchRun:
         self._states = max(inputs.size, self._lanes.width)
         self._inputs = self._laid_out(inputs)
         self._outputs = self._room()
+        self._contacts = program.contacts
+        if inputs.restitution is not None:
+            self._contacts = _of_given_restitution(*program.contacts)
         self._lock = threading.Lock()
         self._places = program.places()
-        self._law = law_for(self._lanes.number, program.needs_law)
+        self._law = law_for(self._lanes.number, program.words if program.needs_law else None)
 
     def _laid_out(self, inputs: BatchInputs) -> tuple:
         program = self._program
@@ -130,8 +134,9 @@ class BatchRun:
             program.rows,
             program.meetings,
             program.held,
-            program.contacts,
+            self._contacts,
             self._law,
+            (*program.words, int(not program.needs_law)),
             self._inputs,
             self._outputs,
             work[shift:],
@@ -153,6 +158,15 @@ class BatchRun:
                 wanted[...] = rows[:, first : first + wanted[0].size].reshape(wanted.shape)
         if self._whole[-1] is not self._codes:
             self._codes[:] = self._whole[-1][: self._size]
+
+
+def _of_given_restitution(ints: np.ndarray, floats: np.ndarray) -> tuple[np.ndarray, ...]:
+    """The tables of contacts whose restitutions are given with the batch, not by the speed."""
+    ints, floats = ints.copy(), floats.copy()
+    ints[4 :: layout.CONTACT_INTS], ints[5 :: layout.CONTACT_INTS] = 0, 0
+    count = len(ints) // layout.CONTACT_INTS
+    floats[12 : count * layout.CONTACT_FLOATS : layout.CONTACT_FLOATS] = 0.0
+    return ints, floats
 
 
 def _plain(array: np.ndarray) -> np.ndarray:

@@ -31,7 +31,7 @@ _OFF = int(RowStatus.OFF_MANIFOLD)
 @kernel
 def solve_blocks(
     begin, end, states, tree, sizes, places, sets, known, loads, rows, meetings, held,
-    contacts, law, inputs, outputs, work, witness,
+    contacts, law, words, inputs, outputs, work, witness,
 ):  # fmt: skip
     """Solve the blocks ``begin`` to ``end``; the last one may reach back over the one before.
 
@@ -52,7 +52,8 @@ def solve_blocks(
         meetings: tables for ``meetings.place_meetings``.
         held: target velocities of the bilateral rows, and which keep their own.
         contacts: ints and floats.
-        law: see ``lawful``.
+        law: see ``lawful``; called unless there is one contact on a plane alone.
+        words: of the law, see ``words``, and whether that is so.
         inputs: (array, stride) of q, v, given, restitution, friction, factors on masses,
             flat; a stride of 0 gives all states the same. Codes to begin with.
         outputs: dv, v_after, generalized impulse, contact impulses, row impulses, energy
@@ -79,7 +80,7 @@ def solve_blocks(
     w = width(witness)
     has_known = len(blow_ints) + len(kicks) > 0
     found, roots = np.zeros((4, 2)), np.zeros(4)
-    alone = contact_count == 1 and len(target) == 0 and contact_ints[2] < 0
+    restitution, slip, order, alone = words
     code = np.zeros(w, dtype=np.int8)
     zero = np.int64(0)
     for block in range(begin, end):
@@ -141,19 +142,20 @@ def solve_blocks(
                 store(work, (free_at + r) * w, speed)
             for lane in range(w):
                 state = base + lane
-                if code[lane] == _SOLVED and alone:
+                if code[lane] == _SOLVED and alone == 1:
                     code[lane] = solve_alone(
                         count, contact_floats[12], contact_floats[11], e[state * e_step],
                         mu[state * mu_step], work, w_at, before_at, free_at, p_at, w, lane,
                         found, roots,
                     )  # fmt: skip
-                elif alone:
+                elif alone == 1:
                     for r in range(count):
                         work[(p_at + r) * w + lane] = math.nan
-            if not alone:
+            if alone == 0:
                 law(
                     base, count, target, keeps, contact_ints, contact_floats,
-                    ((q, q_step), (e, e_step), (mu, mu_step)), digits(witness),
+                    ((q, q_step), (e, e_step), (mu, mu_step)), (restitution, slip, order),
+                    digits(witness),
                     work, w_at, before_at, free_at, p_at, w, code,
                 )  # fmt: skip
             for r in range(count):
@@ -163,7 +165,7 @@ def solve_blocks(
                     u = load(work, (reduced_at + r * nv + dof_list[k]) * w, witness)
                     store(work, at, load(work, at, witness) + impulse * u)
         respond(ints, dofs, bodies, loaded, work, dof_at, dv_at, witness)
-        if count > 0 and not alone and digits(witness) == 53:
+        if count > 0 and alone == 0 and digits(witness) == 53:
             doubted(
                 count, term_ints, term_floats, row_first, work, w_at, before_at, free_at, p_at,
                 dv_at, term_at, spare_at, w, code, contact_count > 0, witness,

@@ -91,9 +91,11 @@ MEETING = 12
 BLOW_INTS, BLOW_FLOATS = 3, 12
 
 # Contacts. Integers: first row, how many rows (1 without friction), entry of q of a joint
-# stop or -1, meeting that knows the axes or -1. Floats: the contact's axes in the world (9),
-# limits of a stop (2), tangential restitution, speed below which restitution is 0.
-CONTACT_INTS, CONTACT_FLOATS = 4, 13
+# stop or -1, meeting that knows the axes or -1, where a table of restitution begins among
+# the floats and how many points it has (0: none). Floats: the contact's axes in the world
+# (9), limits of a stop (2), tangential restitution, speed below which restitution is 0.
+# Behind those of all contacts: of each table the speeds, then the values.
+CONTACT_INTS, CONTACT_FLOATS = 6, 13
 
 
 def places(

@@ -1,0 +1,232 @@
+"""The contacts of one state: from its Delassus matrix to the impulses of all rows.
+
+Bilateral rows come first and are eliminated: λ = −W_bb⁻¹ (u_b − target + W_bc P), contacts
+see W_cc − W_cb W_bb⁻¹ W_bc. What they make of it is their law's.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..codes import AGAIN, RowStatus
+from .dense import cholesky, eliminate, lower_solve
+from .jit import built_in
+from .layout import CONTACT_FLOATS, CONTACT_INTS
+
+__all__ = ["COARSE", "pose", "problem_in", "put_back", "room"]
+
+# As in ``impact``: q this near a limit is at it, and pivots above this are no rounding.
+AT_STOP = 1e-9
+SAFE_PIVOT = 1e-6
+NULL_ROW = 1e-12
+# Pivots in single precision.
+COARSE = 1e-4
+_SOLVED = int(RowStatus.SOLVED)
+
+
+@built_in
+def problem_in(space):
+    """W (3n, 3n), u⁻, u_free (3n,), µ, e, e_t (n,), and P (3n,), which the law writes."""
+    line = space[1]
+    return space[0][0], line[0], line[1], line[2], line[3], line[4], line[9]
+
+
+@built_in
+def room(rows, contacts):
+    """The arrays that the laws work in: square, lines, and what is counted by contact."""
+    size = max(3 * contacts, rows, 1)
+    few = max(contacts, 1)
+    # One array each: a slice of a larger one would be counted at every use.
+    square = (
+        np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size)),
+        np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size)),
+        np.zeros((size, size)), np.zeros((size, size)),
+    )  # fmt: skip
+    line = (
+        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
+        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
+        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
+        np.zeros(size), np.zeros(size), np.zeros(size),
+    )  # fmt: skip
+    short = (np.zeros((few, 2)), np.zeros((4, 2)), np.zeros(4))
+    return square, line, short, (np.zeros(few, dtype=np.int64), np.zeros(few, dtype=np.int64))
+
+
+@built_in
+def _touching(contact_ints, contact_floats, q, q_row, contact):
+    """0 where a stop is not reached, else the sign of its row; 2 where both ends are."""
+    entry = contact_ints[contact * CONTACT_INTS + 2]
+    if entry < 0:
+        return 1
+    at = contact * CONTACT_FLOATS
+    lower, upper = contact_floats[at + 9], contact_floats[at + 10]
+    x = q[q_row + entry]
+    low = x - lower <= AT_STOP * max(1.0, abs(lower))
+    high = upper - x <= AT_STOP * max(1.0, abs(upper))
+    if low and high:
+        return 2
+    return 1 if low else (-1 if high else 0)
+
+
+@built_in
+def _coefficient(contact_ints, contact_floats, contact, given, approach):
+    """e at an approach speed: what is given, 0 below the capture speed, or from a table."""
+    first = contact_ints[contact * CONTACT_INTS + 4]
+    last = first + contact_ints[contact * CONTACT_INTS + 5] - 1
+    if last < first:
+        return given if approach >= contact_floats[contact * CONTACT_FLOATS + 12] else 0.0
+    values = last - first + 1
+    if approach <= contact_floats[first]:
+        return contact_floats[first + values]
+    for k in range(first, last):
+        if approach < contact_floats[k + 1]:
+            low, high = contact_floats[k + values], contact_floats[k + 1 + values]
+            slope = (high - low) / (contact_floats[k + 1] - contact_floats[k])
+            return slope * (approach - contact_floats[k]) + low
+    return contact_floats[last + values]
+
+
+@built_in
+def pose(
+    state, lane, rows, target, keeps, contact_ints, contact_floats, given, digits,
+    work, w_at, before_at, free_at, w, code, space,
+):  # fmt: skip
+    """Write the problem of one lane into ``space``; how many contacts touch.
+
+    0 where the law has nothing to do, -1 where the state was bad before; ``code`` tells.
+
+    Args:
+        state: the state that stands in the lane.
+        rows: how many.
+        target, keeps: of the bilateral ones, velocities they are brought to; True: their own.
+        given: (array, stride) of q, restitution and friction.
+        digits: binary digits of the numbers in ``work``.
+        w_at, before_at, free_at: where W, u⁻ and u_free stand in ``work``.
+        w: how many lanes there are.
+    """
+    if code[lane] != _SOLVED:
+        return np.int64(-1)
+    (q, q_step), (e, e_step), (mu, mu_step) = given
+    q_row, e_row, mu_row, held = state * q_step, state * e_step, state * mu_step, len(target)
+    square, line, _, (row_of, _) = space
+    W, lower, cross_held, matrix = square[:4]
+    before, free, mus, es, ets, sign, known, rest, scale_of = line[:9]
+    # np.int64(0), for with a 0 numba would compile all that takes it once more.
+    count = np.int64(0)
+    for contact in range(len(contact_ints) // CONTACT_INTS):
+        side = _touching(contact_ints, contact_floats, q, q_row, contact)
+        if side == 2:
+            code[lane] = AGAIN
+            return np.int64(0)
+        if side != 0:
+            row_of[count] = contact
+            sign[count] = side
+            mus[count] = 0.0
+            if contact_ints[contact * CONTACT_INTS + 1] == 3:
+                mus[count] = mu[mu_row + contact]
+            count += 1
+    # The rows of the contacts, three each, without friction the normal alone.
+    size = 3 * count
+    for i in range(size):
+        r = _row(contact_ints, row_of, i)
+        s = sign[i // 3]
+        before[i] = 0.0 if r < 0 else s * work[(before_at + r) * w + lane]
+        free[i] = 0.0 if r < 0 else s * work[(free_at + r) * w + lane]
+        for j in range(i + 1):
+            c = _row(contact_ints, row_of, j)
+            value = 0.0
+            if r >= 0 and c >= 0:
+                value = s * sign[j // 3] * work[(w_at + r * rows + c) * w + lane]
+            W[i, j] = value
+            W[j, i] = value
+    for k in range(count):
+        contact = row_of[k]
+        approach = max(-before[3 * k + 2], 0.0)
+        given = e[e_row + contact]
+        es[k] = _coefficient(contact_ints, contact_floats, contact, given, approach)
+        ets[k] = contact_floats[contact * CONTACT_FLOATS + 11]
+    if held == 0:
+        return count
+    largest = 0.0
+    for i in range(held):
+        largest = max(largest, float(work[(w_at + i * rows + i) * w + lane]))
+    for i in range(held):
+        diagonal = float(work[(w_at + i * rows + i) * w + lane])
+        # A row that moves nothing, as across a planar loop, may be rounding.
+        if not diagonal > NULL_ROW * largest:
+            code[lane] = AGAIN
+            return np.int64(0)
+        scale_of[i] = 1.0 / math.sqrt(diagonal)
+    for i in range(held):
+        for j in range(i + 1):
+            matrix[i, j] = work[(w_at + i * rows + j) * w + lane] * scale_of[i] * scale_of[j]
+    if not cholesky(matrix, held, lower) > (SAFE_PIVOT if digits == 53 else COARSE):
+        code[lane] = AGAIN
+        return np.int64(0)
+    for i in range(held):
+        wanted = target[i]
+        if keeps[i]:
+            wanted = work[(before_at + i) * w + lane]
+        known[i] = (wanted - work[(free_at + i) * w + lane]) * scale_of[i]
+    eliminate(lower, held, known)
+    # Half-solved columns of the contacts, for W and for what the rows bear.
+    for j in range(size):
+        c = _row(contact_ints, row_of, j)
+        for i in range(held):
+            rest[i] = 0.0
+            if c >= 0:
+                value = work[(w_at + i * rows + c) * w + lane]
+                rest[i] = sign[j // 3] * value * scale_of[i]
+                free[j] += rest[i] * known[i]
+        lower_solve(lower, held, rest)
+        for i in range(held):
+            cross_held[j, i] = rest[i]
+    for i in range(size):
+        for j in range(size):
+            for k in range(held):
+                W[i, j] -= cross_held[i, k] * cross_held[j, k]
+    return count
+
+
+@built_in
+def put_back(lane, count, rows, held, contact_ints, work, p_at, w, code, space):
+    """Write the impulses of all rows of one lane, of which ``count`` contacts touch."""
+    if count < 0 or code[lane] == AGAIN:
+        for r in range(rows):
+            work[(p_at + r) * w + lane] = math.nan if count < 0 else 0.0
+        return
+    square, line, _, (row_of, _) = space
+    lower, cross_held = square[1], square[2]
+    sign, known, rest, scale_of, P = line[5:10]
+    size = 3 * count
+    for r in range(held, rows):
+        work[(p_at + r) * w + lane] = 0.0
+    if held > 0:
+        for i in range(held):
+            rest[i] = 0.0
+            for j in range(size):
+                rest[i] += cross_held[j, i] * P[j]
+        # Only the second half of the solution is still to be done.
+        for i in range(held - 1, -1, -1):
+            total = rest[i]
+            for k in range(i + 1, held):
+                total -= lower[k, i] * rest[k]
+            rest[i] = total / lower[i, i]
+        for i in range(held):
+            work[(p_at + i) * w + lane] = scale_of[i] * (known[i] - rest[i])
+    for j in range(size):
+        c = _row(contact_ints, row_of, j)
+        if c >= 0:
+            work[(p_at + c) * w + lane] = sign[j // 3] * P[j]
+
+
+@built_in
+def _row(contact_ints, row_of, i):
+    """The row behind entry i of the contacts' own vectors; -1 where there is none."""
+    contact = row_of[i // 3] * CONTACT_INTS
+    first = contact_ints[contact]
+    if contact_ints[contact + 1] == 3:
+        return first + i % 3
+    return first if i % 3 == 2 else -1
