@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 import impulsekit as ik
@@ -304,6 +304,7 @@ def test_a_branch_that_is_not_touched_is_not_computed(ball):
     mu=st.floats(0, 1.5),
     law=st.sampled_from([ik.Law(), ik.Law(restitution="poisson")]),
 )
+@example(seed=143, e=2.2e-311, mu=1.5, law=ik.Law(restitution="poisson"))
 def test_laws_of_contact_hold_over_random_landings(solo, seed, e, mu, law):
     q, v = random_state(solo, seed)
     impact = ik.solve(landing(solo, law, restitution=e, friction=mu), q, v)

@@ -12,6 +12,9 @@ from .single import GAIN, refuse_tangential
 
 __all__ = ["solve_simultaneous"]
 
+# [N s] Of smaller impulses a solution would leave the normal doubles, and none of it would count.
+LEAST_RELEASE = 1e-290
+
 
 def solve_simultaneous(problem: ContactProblem, law: Law) -> ContactSolution:
     """All contacts at once, under Newton's or Poisson's law.
@@ -98,6 +101,9 @@ def _poisson(problem: ContactProblem, frictional: bool) -> ContactSolution:
             break
         if phase == "compression":
             floor = problem.restitution * share[2::3]
+            floor[floor < LEAST_RELEASE] = 0.0
+            if not floor.any():
+                break
             start = np.repeat(problem.restitution, 3) * share
     after = delassus @ impulse + free
     return ContactSolution(
