@@ -16,6 +16,8 @@ from impulsekit.cli import main
 EXAMPLES = pathlib.Path(__file__).parents[1] / "examples"
 SCENES = sorted(EXAMPLES.glob("*.toml"))
 SCRIPTS = sorted(EXAMPLES.glob("*.py"))
+# Scripts that integrate for long or write a page.
+LONG = ("draw_figure_2", "draw_figure_3", "replay_thrown_ball", "struck_four_bar")
 
 # What is there to show an answer that is not one, and the status that says so.
 NOT_VALID = {"rough_floor": ik.Status.ENERGY_GAIN}
@@ -39,7 +41,10 @@ def test_scene_files_solve(path):
         assert result.stderr == ""
 
 
-@pytest.mark.parametrize("path", SCRIPTS, ids=stem)
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(p, marks=pytest.mark.slow if p.stem in LONG else (), id=p.stem) for p in SCRIPTS],
+)
 def test_scripts_run(path, tmp_path):
     # Scripts that write a file take its name as their argument.
     output = [str(tmp_path / "output.svg")] if path.stem.startswith("draw_") else []

@@ -297,6 +297,7 @@ def test_a_branch_that_is_not_touched_is_not_computed(ball):
     assert impact.energy.imbalance < 1e-14
 
 
+@pytest.mark.slow
 @settings(max_examples=1000, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     seed=st.integers(0, 10**6),

@@ -456,7 +456,9 @@ def test_several_contacts_beside_a_constraint(law, mu):
 
 
 @pytest.mark.parametrize("law", ["newton", "poisson"])
-@pytest.mark.parametrize("mu", [0.0, 0.05, 3.0])
+@pytest.mark.parametrize(
+    "mu", [pytest.param(mu, marks=pytest.mark.slow if mu else ()) for mu in (0.0, 0.05, 3.0)]
+)
 def test_contacts_one_after_the_other(law, mu):
     hold = [ik.FrameAnchor("upper", "fore", directions=("x",), axes="local")]
     order = ik.Law(restitution=law, order="sequential")

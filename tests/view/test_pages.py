@@ -14,7 +14,7 @@ from .browser import FLAGS, chromium
 EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
 # Whether a scene takes the player more than a moment to load.
 SCENES = [
-    "whittaker_chain",
+    pytest.param("whittaker_chain", marks=pytest.mark.slow),
     pytest.param("pendulum_10", marks=pytest.mark.slow),
     "four_bar",
     pytest.param("solo12_landing", marks=pytest.mark.slow),
@@ -86,6 +86,7 @@ def test_an_impact_is_shown(name, page, tmp_path):
     assert not is_blank(page.picture())
 
 
+@pytest.mark.slow
 def test_a_motion_has_its_own_frames_and_arrows_only_around_impacts(page, tmp_path):
     impact, points = example("whittaker_chain")
     robot = impact.scene.robot
@@ -141,6 +142,7 @@ def test_the_clock_shows_the_time_of_the_motion(page, tmp_path):
     page.page.wait_for_function(f"() => {clock} === 't = 1.50 s'", timeout=20_000)
 
 
+@pytest.mark.slow
 def test_it_plays_by_itself_and_starts_again(page, tmp_path):
     robot = ik.Robot.from_urdf(ik.chain_urdf(2))
     q = [robot.neutral(), robot.configuration(joint_2=1.0)]
@@ -153,6 +155,7 @@ def test_it_plays_by_itself_and_starts_again(page, tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_a_simulated_motion(page, tmp_path):
     scene_file = ik.load_scene(EXAMPLES / "bouncing_ball.toml")
     robot = scene_file.scene.robot
