@@ -20,7 +20,8 @@ __all__ = ["is_known", "law_for"]
 
 def is_known(words: tuple[int, int, int]) -> bool:
     """Whether there is a kernel for a law, see ``words``."""
-    return words == (NEWTON, END, SIMULTANEOUS)
+    _, slip, order = words
+    return slip == END and order == SIMULTANEOUS
 
 
 @functools.cache
@@ -45,9 +46,13 @@ def law_for(number: str, words: tuple[int, int, int] | None) -> Any:
 
 def _lanes(words: tuple[int, int, int]) -> Callable[..., None]:
     """The lanes of a block under one law."""
-    from .law import newton_lanes
+    if words[0] == NEWTON:
+        from .law import newton_lanes
 
-    return newton_lanes
+        return newton_lanes
+    from .poisson import poisson_lanes
+
+    return poisson_lanes
 
 
 def leave_lanes(

@@ -15,14 +15,12 @@ from ..codes import AGAIN, RowStatus
 from .coulomb import coulomb
 from .dense import rank_by_pivots
 from .jit import built_in
-from .modes import residual_of, stepped
+from .modes import BAR, polish
 from .smooth import ALIKE, FINE
 from .splitting import split
 
-__all__ = ["frictional"]
+__all__ = ["frictional", "is_redundant"]
 
-BAR = 1e-10
-DEEP = 1e-13
 NULL = 1e-14
 # Rounds of sweeps (above 0) and of splitting (below).
 SWEEPS = (3, 10, 30, -100, -200, -400, -800, 200)
@@ -57,7 +55,7 @@ def _swept(W, b, mu, n, scale, P, sweeps, found, roots):
 
 
 @built_in
-def _is_redundant(W, mu, n, dependent, largest, P, matrix, way):
+def is_redundant(W, mu, n, dependent, largest, P, matrix, way):
     """Whether load can be shifted between contacts without moving anything."""
     size = 3 * n
     most = 0.0
@@ -101,10 +99,13 @@ def _is_redundant(W, mu, n, dependent, largest, P, matrix, way):
 
 @built_in
 def frictional(
-    W, b, mu, n, dependent, P, best, xi, mode, slip, way, aim, matrix, x, moved,
+    W, b, mu, floor, n, dependent, P, best, xi, mode, slip, way, aim, matrix, x, moved,
     split_y, split_z, found, roots,
 ):  # fmt: skip
-    """P (3n,) of n contacts with friction; the code. W and b of smooth tangents are cleared."""
+    """P (3n,) of n contacts with friction; the code. W and b of smooth tangents are cleared.
+
+    ``floor`` (n,) is 0 here.
+    """
     size = 3 * n
     for i in range(n):
         if mu[i] == 0.0:
@@ -138,33 +139,13 @@ def frictional(
             rate = split(W, b, mu, n, split_y, split_z, -SWEEPS[k], rate, way, aim, x, moved)
             for j in range(size):
                 P[j] = split_y[j]
-        for j in range(size):
-            best[j] = P[j]
-        bar = math.inf
-        for step in range(13):
-            residual = residual_of(W, b, mu, n, scale, least, P, xi, mode, slip)
-            if not residual < math.inf:
-                break
-            if residual < bar:
-                last = bar < DEEP
-                bar = residual
-                if bar <= BAR:
-                    for j in range(size):
-                        best[j] = P[j]
-                # Deep enough; one step more is only for the last digits.
-                if last and bar <= FINE:
-                    break
-            elif bar < 1e-11:
-                break
-            if step < 12 and not stepped(
-                W, b, mu, n, largest, P, xi, mode, slip, way, aim, matrix, x, moved
-            ):
-                break
-        for j in range(size):
-            P[j] = best[j]
+        bar = polish(
+            W, b, mu, floor, n, scale, largest, least, FINE, P, best, xi, mode, slip, way, aim,
+            matrix, x, moved,
+        )  # fmt: skip
         if bar <= BAR:
             if bar > 10.0 * FINE:
                 return AGAIN
-            redundant = _is_redundant(W, mu, n, dependent, largest, P, matrix, way)
+            redundant = is_redundant(W, mu, n, dependent, largest, P, matrix, way)
             return _NOT_UNIQUE if redundant else _SOLVED
     return AGAIN

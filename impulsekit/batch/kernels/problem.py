@@ -48,7 +48,8 @@ def room(rows, contacts):
         np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
         np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
         np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
-        np.zeros(size), np.zeros(size), np.zeros(size),
+        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
+        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
     )  # fmt: skip
     short = (np.zeros((few, 2)), np.zeros((4, 2)), np.zeros(4))
     return square, line, short, (np.zeros(few, dtype=np.int64), np.zeros(few, dtype=np.int64))

@@ -1,0 +1,71 @@
+"""One contact struck once, friction looking at the end (``impact.laws.single``), for kernels."""
+
+from __future__ import annotations
+
+from ..codes import AGAIN, RowStatus
+from .coulomb import GAIN, coulomb
+from .jit import built_in
+from .release import released
+from .words import NEWTON
+
+__all__ = ["hit_at_end", "judged"]
+
+_SOLVED, _GAIN = int(RowStatus.SOLVED), int(RowStatus.ENERGY_GAIN)
+
+
+@built_in
+def hit_at_end(W, i, u1, u2, un, e, mu, e_t, restitution, found, roots):
+    """(P_t1, P_t2, P_n, work of the normal, of friction, code) of contact i.
+
+    Args:
+        W: (3n, 3n) of all contacts.
+        u1, u2, un: its velocity before, known impulses included.
+        e, mu, e_t: its coefficients; e_t is 0 but under Newton's restitution.
+        restitution: NEWTON or POISSON.
+        found, roots: room, see ``coulomb``.
+    """
+    k = 3 * i
+    t11, t12, t22 = W[k, k], W[k, k + 1], W[k + 1, k + 1]
+    n1, n2, nn = W[k, k + 2], W[k + 1, k + 2], W[k + 2, k + 2]
+    scale = abs(un)
+    if mu > 0.0:
+        scale = max(scale, abs(u1), abs(u2), abs(e_t * u1), abs(e_t * u2))
+    b1, b2, bn = u1, u2, un
+    if restitution == NEWTON:
+        if mu > 0.0:
+            b1, b2 = u1 + e_t * u1, u2 + e_t * u2
+        if un < 0.0:
+            bn = un + e * un
+    p1, p2, pn, code = coulomb(
+        t11, t12, t22, n1, n2, nn, b1, b2, bn, mu, scale, found, roots
+    )  # fmt: skip
+    if code == AGAIN:
+        return p1, p2, pn, 0.0, 0.0, AGAIN
+    m1 = u1 + t11 * p1 + t12 * p2 + n1 * pn
+    m2 = u2 + t12 * p1 + t22 * p2 + n2 * pn
+    mn = un + n1 * p1 + n2 * p2 + nn * pn
+    normal = 0.5 * pn * (un + mn)
+    friction = 0.5 * (p1 * (u1 + m1) + p2 * (u2 + m2))
+    if restitution == NEWTON or not pn > 0.0 or e == 0.0:
+        return p1, p2, pn, normal, friction, code
+    r1, r2, rn, second = released(
+        t11, t12, t22, n1, n2, nn, m1, m2, mn, mu, e * pn, scale, found, roots
+    )  # fmt: skip
+    if second == AGAIN:
+        return p1, p2, pn, 0.0, 0.0, AGAIN
+    a1 = m1 + t11 * r1 + t12 * r2 + n1 * rn
+    a2 = m2 + t12 * r1 + t22 * r2 + n2 * rn
+    an = mn + n1 * r1 + n2 * r2 + nn * rn
+    normal += 0.5 * rn * (mn + an)
+    friction += 0.5 * (r1 * (m1 + a1) + r2 * (m2 + a2))
+    code = second if second != _SOLVED else code
+    return p1 + r1, p2 + r2, pn + rn, normal, friction, code
+
+
+@built_in
+def judged(code, size, normal, friction):
+    """The code, or that the energy went up; ``size`` is Σ|P||u| of what was struck."""
+    total = normal + friction
+    if total > 0.0 and total > GAIN * (size + abs(normal) + abs(friction)):
+        return _GAIN
+    return code

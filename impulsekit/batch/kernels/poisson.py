@@ -1,0 +1,172 @@
+"""Poisson's restitution with slip at the end: compression, then P_n ≥ e P_n^c at least.
+
+For one contact or several at once, as ``impact.laws.simultaneous`` has it.
+"""
+
+from __future__ import annotations
+
+from ..codes import AGAIN, RowStatus
+from .coulomb import GAIN
+from .hit import hit_at_end, judged
+from .jit import built_in
+from .layout import CONTACT_INTS
+from .many import is_redundant
+from .modes import polish
+from .problem import COARSE, pose, problem_in, put_back, room
+from .several import DEPENDENT, several
+from .smooth import ALIKE, FINE
+from .words import POISSON
+
+__all__ = ["poisson_lanes"]
+
+NULL = 1e-14
+_SOLVED, _GAIN = int(RowStatus.SOLVED), int(RowStatus.ENERGY_GAIN)
+_NOT_UNIQUE = int(RowStatus.NOT_UNIQUE)
+
+
+def poisson_lanes(
+    base, rows, target, keeps, contact_ints, contact_floats, given, words, digits,
+    work, w_at, before_at, free_at, p_at, w, code,
+):  # fmt: skip
+    """Write the impulses of all rows, and the codes, for the states of a block from ``base`` on.
+
+    The arguments are those of ``problem.pose``.
+    """
+    space = room(rows, len(contact_ints) // CONTACT_INTS)
+    for lane in range(w):
+        count = pose(
+            base + lane, lane, rows, target, keeps, contact_ints, contact_floats, given, digits,
+            work, w_at, before_at, free_at, w, code, space,
+        )  # fmt: skip
+        if count > 0:
+            code[lane] = _solved(count, digits, space)
+        put_back(lane, count, rows, len(target), contact_ints, work, p_at, w, code, space)
+
+
+@built_in
+def _solved(count, digits, space):
+    """The code, with P of the contacts that touch in ``space``."""
+    _, line, (_, found, roots), _ = space
+    W, _, free, mus, es, ets, P = problem_in(space)
+    smooth = True
+    for i in range(count):
+        if mus[i] > 0.0:
+            smooth = False
+            if ets[i] != 0.0:
+                # Which is refused.
+                return AGAIN
+    if count == 1:
+        p1, p2, pn, normal, friction, code = hit_at_end(
+            W, 0, free[0], free[1], free[2], es[0], mus[0], 0.0, POISSON, found, roots
+        )
+        P[0], P[1], P[2] = p1, p2, pn
+        size = abs(p1 * free[0]) + abs(p2 * free[1]) + abs(pn * free[2])
+        return code if code == AGAIN else judged(code, size, normal, friction)
+    b = line[10]
+    total, velocity, normal, friction, floor = line[19:24]
+    scale = 0.0
+    for k in range(3 * count):
+        b[k] = free[k]
+        total[k] = 0.0
+        velocity[k] = free[k]
+    for i in range(count):
+        normal[i], friction[i] = 0.0, 0.0
+        scale = max(scale, abs(free[3 * i + 2]))
+    code = several(b, count, smooth, scale, digits, space)
+    if code == AGAIN:
+        return AGAIN
+    _book(W, count, P, total, velocity, normal, friction)
+    pressed = False
+    for i in range(count):
+        floor[i] = es[i] * P[3 * i + 2]
+        pressed = pressed or floor[i] > 0.0
+        if code == _NOT_UNIQUE and (not smooth or es[i] != es[0]):
+            # What comes back depends on how the load was shared.
+            return AGAIN
+    if pressed:
+        if smooth:
+            second = _expand_smooth(W, count, scale, digits, space)
+        else:
+            second = _expand_rough(W, count, digits, space)
+        if second == AGAIN:
+            return AGAIN
+        if code == _SOLVED:
+            code = second
+        _book(W, count, P, total, velocity, normal, friction)
+    size, all_normal, all_friction = 0.0, 0.0, 0.0
+    for k in range(3 * count):
+        P[k] = total[k]
+        size += abs(P[k] * free[k])
+    for i in range(count):
+        all_normal += normal[i]
+        all_friction += friction[i]
+        size += abs(normal[i]) + abs(friction[i])
+    gained = all_normal + all_friction
+    return _GAIN if gained > 0.0 and gained > GAIN * size else code
+
+
+@built_in
+def _book(W, count, P, total, velocity, normal, friction):
+    """Add the impulses P of one part, with what they do and their works."""
+    size = 3 * count
+    for i in range(count):
+        for k in range(3 * i, 3 * i + 3):
+            change = 0.0
+            for j in range(size):
+                change += W[k, j] * P[j]
+            work = P[k] * (velocity[k] + 0.5 * change)
+            velocity[k] += change
+            total[k] += P[k]
+            if k == 3 * i + 2:
+                normal[i] += work
+            else:
+                friction[i] += work
+
+
+@built_in
+def _expand_smooth(W, count, scale, digits, space):
+    """P of the expansion where nothing rubs; the code."""
+    line = space[1]
+    P, b, velocity, floor = line[9], line[10], line[20], line[23]
+    for k in range(3 * count):
+        b[k] = velocity[k]
+        for j in range(count):
+            b[k] += W[k, 3 * j + 2] * floor[j]
+    code = several(b, count, True, scale, digits, space)
+    for i in range(count):
+        P[3 * i + 2] += floor[i]
+    return code
+
+
+@built_in
+def _expand_rough(W, count, digits, space):
+    """P of the expansion with friction, from e times that of the compression; the code."""
+    square, line, (slip, _, _), (_, mode) = space
+    own, way, aim, newton = square[4:]
+    mus, es, P = line[2], line[3], line[9]
+    b, best, xi, x, moved = line[10:15]
+    velocity, floor = line[20], line[23]
+    size = 3 * count
+    scale, largest = 0.0, 0.0
+    for k in range(size):
+        i = k // 3
+        cleared = mus[i] == 0.0 and k < 3 * i + 2
+        b[k] = 0.0 if cleared else velocity[k]
+        P[k] = 0.0 if cleared else es[i] * P[k]
+        for j in range(size):
+            none = cleared or (mus[j // 3] == 0.0 and j % 3 != 2)
+            own[k, j] = 0.0 if none else W[k, j]
+        scale = max(scale, abs(b[k]))
+        largest = max(largest, own[k, k])
+    for k in range(0, size, 3):
+        if max(own[k, k], own[k + 1, k + 1], own[k + 2, k + 2]) < ALIKE * largest:
+            return AGAIN
+    residual = polish(
+        own, b, mus, floor, count, scale, largest, NULL * largest, FINE, P, best, xi, mode, slip,
+        way, aim, newton, x, moved,
+    )  # fmt: skip
+    if not residual <= 10.0 * FINE:
+        return AGAIN
+    dependent = DEPENDENT if digits == 53 else COARSE
+    redundant = is_redundant(own, mus, count, dependent, largest, P, newton, way)
+    return _NOT_UNIQUE if redundant else _SOLVED
