@@ -149,6 +149,8 @@ def _solve_dependent(
 
 def _singular_values(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(k,) singular values, largest first, and (k, m) the vectors of the rows' space."""
+    if not matrix.size:
+        return np.empty(0), np.empty((0, matrix.shape[1]))
     # By LAPACK itself: on matrices as small as these, numpy's way to it takes as long again.
     _, values, rows, failed = lapack.dgesdd(matrix, full_matrices=0)
     if failed:

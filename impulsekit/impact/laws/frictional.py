@@ -15,13 +15,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..status import Status
-from .modes import Modes, unique_contacts
+from .modes import Modes
 from .single import NEGLIGIBLE
+from .sticking import held_still
+from .uniqueness import unique_contacts
 
 __all__ = ["Frictional", "solve_frictional"]
 
 # What the residual must come down to.
 BAR = 1e-10
+# Newton's steps from a first guess at most; what rounding leaves.
+FEW = 8
+ROUNDING = 2e-15
 # Where Newton takes over from ADMM: its tolerance, relative, and its iterations at most.
 NEAR = 1e-3
 ENOUGH = 400
@@ -81,6 +86,10 @@ def solve_frictional(
     modes = Modes(delassus, shifted, friction, floor)
     if floor is None and shifted[2::3].min() >= -1e-15 * modes.scale:
         return Frictional(np.zeros_like(shifted), Status.SOLVED, 0.0, None, 0)
+    if floor is None and start is None:
+        found = _tried(modes)
+        if found is not None:
+            return found
     count = 0
     if start is not None:
         impulse, residual = modes.polish(start)
@@ -119,6 +128,26 @@ def solve_frictional(
         if residual <= BAR:
             return _told(modes, impulse, residual, count)
     return Frictional(last, Status.NOT_CONVERGED, modes.residual(last), None, count)
+
+
+def _tried(modes: Modes) -> Frictional | None:
+    """The answer, where it is one in which nothing slips, or Newton finds it with W regular.
+
+    Elsewhere the law may have several answers, and Newton's may be any of them.
+    """
+    impulse, regular, ridge = held_still(modes)
+    if regular:
+        impulse, residual = modes.polish(impulse, FEW, ridge)
+        if residual <= BAR:
+            return Frictional(impulse, Status.SOLVED, residual, None, 0)
+        return None
+    residual, seen = modes.seen(impulse)
+    if residual > ROUNDING and not any(s1 or s2 for _, _, s1, s2 in seen):
+        impulse, residual = modes.polish(impulse, FEW)
+        residual, seen = modes.seen(impulse)
+    if residual > ROUNDING or any(s1 or s2 for _, _, s1, s2 in seen):
+        return None
+    return _told(modes, impulse, residual, 0)
 
 
 def _told(modes: Modes, impulse: np.ndarray, residual: float, count: int) -> Frictional:

@@ -15,7 +15,7 @@ import numpy as np
 
 from .. import lapack
 
-__all__ = ["Modes", "System", "unique_contacts"]
+__all__ = ["DEPENDENT", "NULL", "RIDGE", "Mode", "Modes", "System"]
 
 # Against singular W: moves only what the velocities do not notice.
 RIDGE = 1e-9
@@ -25,7 +25,11 @@ DEEP = 5e-16
 NULL = 1e-14
 # Contacts whose masses differ by less than this are much alike.
 ALIKE = 1e-2
+# Pivots below this, the diagonal being 1, are of dependent rows.
 DEPENDENT = 1e-10
+
+# Of a contact that carries: its index, whether P_n > f, and s (0, 0: it sticks).
+Mode = tuple[int, bool, float, float]
 
 
 class System(NamedTuple):
@@ -52,7 +56,10 @@ class Modes:
     """A frictional problem, its residual, and Newton on it.
 
     Attributes:
+        delassus, shifted, friction, floor: W, b, µ and f, of the problem.
         scale: the size of the velocities [m/s].
+        diagonal, largest: of W.
+        alike: whether no contact's mass is much larger than another's.
     """
 
     def __init__(
@@ -65,10 +72,10 @@ class Modes:
         self.delassus, self.shifted, self.friction = delassus, shifted, friction
         self.floor = floor
         self.scale = float(np.abs(shifted).max())
-        diagonal = delassus.diagonal().tolist()
+        self.diagonal = diagonal = delassus.diagonal().tolist()
         self.largest = max(diagonal)
         least = NULL * self.largest
-        self._alike = min(map(max, zip(*[iter(diagonal)] * 3, strict=True))) > ALIKE * self.largest
+        self.alike = min(map(max, zip(*[iter(diagonal)] * 3, strict=True))) > ALIKE * self.largest
         floors = [0.0] * len(friction) if floor is None else floor.tolist()
         # By contact: µ, f, 1/ρ of the normal and of the tangents [1/kg]; rows that move
         # nothing get any.
@@ -84,7 +91,7 @@ class Modes:
 
     def residual(self, impulse: np.ndarray) -> float:
         """The natural map's distance from its fixed point, relative to the velocities."""
-        return self._seen(impulse)[0]
+        return self.seen(impulse)[0]
 
     def linearized(self, impulse: np.ndarray, velocity: np.ndarray) -> tuple[float, System | None]:
         """The residual with velocities known better than W P + b, and the equations of a step.
@@ -93,14 +100,14 @@ class Modes:
             impulse: (3n,) P [N s], a solution but for rounding.
             velocity: (3n,) ξ that it makes [m/s].
         """
-        residual, modes = self._seen(impulse, velocity)
+        residual, modes = self.seen(impulse, velocity)
         if not residual < math.inf:
             return residual, None
         return residual, self._system(impulse, modes, velocity)
 
-    def _seen(
+    def seen(
         self, impulse: np.ndarray, velocity: np.ndarray | None = None
-    ) -> tuple[float, list[tuple[int, bool, float, float]]]:
+    ) -> tuple[float, list[Mode]]:
         """The residual; of each contact that carries: index, P_n > f, and s (0, 0: it sticks)."""
         formed = velocity is None
         if velocity is None:
@@ -113,6 +120,8 @@ class Modes:
             p1, p2, pn = P[3 * i : 3 * i + 3]
             x1, x2, xn = xi[3 * i : 3 * i + 3]
             load = normal_rate * (pn - floor)
+            if load != load or xn != xn:
+                return math.inf, modes
             pushing = load > xn
             error = abs(xn if pushing else load)
             if error > worst:
@@ -141,11 +150,19 @@ class Modes:
                 return math.inf, modes
         return (worst / scale if scale else 0.0), modes
 
-    def polish(self, impulse: np.ndarray) -> tuple[np.ndarray, float]:
-        """P and its residual, from one nearby. The best found where Newton does not get there."""
+    def polish(
+        self, impulse: np.ndarray, most: int = MOST_STEPS, ridge: float = RIDGE
+    ) -> tuple[np.ndarray, float]:
+        """P and its residual, from one nearby. The best found where Newton does not get there.
+
+        Args:
+            impulse: (3n,) where to begin [N s].
+            most: steps.
+            ridge: relative; 0 where W is known to be regular and every row to move something.
+        """
         best, least = impulse, math.inf
-        for step in range(MOST_STEPS + 1):
-            residual, modes = self._seen(impulse)
+        for step in range(most + 1):
+            residual, modes = self.seen(impulse)
             if not residual < math.inf:
                 break
             if residual < least:
@@ -154,96 +171,90 @@ class Modes:
                     break
             elif least < 1e-11:
                 break
-            if step < MOST_STEPS:
-                impulse = self._stepped(impulse, modes)
+            if step < most:
+                impulse = self._stepped(impulse, modes, ridge)
         return best, least
 
     def _system(
-        self,
-        impulse: np.ndarray,
-        modes: list[tuple[int, bool, float, float]],
-        velocity: np.ndarray | None = None,
+        self, impulse: np.ndarray, modes: list[Mode], velocity: np.ndarray | None = None
     ) -> System:
         """The equations of a Newton step on the modes seen."""
-        start = [0.0] * len(impulse)
+        size = len(impulse)
+        start = [0.0] * size
         P = impulse.tolist()
-        # Entries (row, column, value) of the directions of P and of what they must bring to 0.
-        rows: list[int] = []
-        columns: list[int] = []
-        ways: list[float] = []
-        aims: list[float] = []
+        # Of each unknown a row: the direction of P, and the velocity that it must bring to 0.
+        way = np.zeros((size, size))
+        entries = way.reshape(-1)
         turning: list[tuple[int, int, float, float, float]] = []
+        pressed: list[int] = []
         m = 0
         for i, pushing, s1, s2 in modes:
             mu, floor, _, _ = self._contacts[i]
             at = 3 * i
             pn = (P[at + 2] if P[at + 2] > floor else floor) if pushing else floor
             start[at + 2] = pn
+            # Where the entries of this contact's rows begin.
+            first = m * size + at
             if not mu:
                 if pushing:
-                    rows.append(at + 2)
-                    columns.append(m)
-                    ways.append(1.0)
-                    aims.append(1.0)
+                    entries[first + 2] = 1.0
                     m += 1
             elif s1 or s2:
                 start[at], start[at + 1] = -mu * pn * s1, -mu * pn * s2
                 if pushing:
-                    rows += (at, at + 1, at + 2)
-                    columns += (m, m, m)
-                    ways += (-mu * s1, -mu * s2, 1.0)
-                    aims += (0.0, 0.0, 1.0)
+                    entries[first], entries[first + 1] = -mu * s1, -mu * s2
+                    entries[first + 2] = 1.0
+                    pressed.append(first)
+                    first += size
                     m += 1
-                rows += (at, at + 1)
-                columns += (m, m)
-                ways += (s2, -s1)
-                aims += (s2, -s1)
+                entries[first], entries[first + 1] = s2, -s1
                 turning.append((at, m, s1, s2, mu * pn))
                 m += 1
             else:
                 start[at], start[at + 1] = P[at], P[at + 1]
-                count = 3 if pushing else 2
-                rows += (at, at + 1, at + 2)[:count]
-                columns += (m, m + 1, m + 2)[:count]
-                ways += (1.0, 1.0, 1.0)[:count]
-                aims += (1.0, 1.0, 1.0)[:count]
-                m += count
+                entries[first] = entries[first + size + 1] = 1.0
+                m += 2
+                if pushing:
+                    entries[first + 2 * size + 2] = 1.0
+                    m += 1
+        way = way[:m]
+        aim = way
+        if pressed:
+            aim = way.copy()
+            entries = aim.reshape(-1)
+            for first in pressed:
+                entries[first] = entries[first + 1] = 0.0
         found = np.array(start)
         if velocity is None:
             xi = self.delassus.dot(found) + self.shifted
         else:
             xi = velocity + self.delassus.dot(found - impulse)
-        where = (rows, columns)
-        way = np.zeros((len(start), m))
-        way[where] = ways
-        aim = np.zeros((len(start), m))
-        aim[where] = aims
         stiffness = np.zeros(m)
         for at, column, s1, s2, bound in turning:
             # As s turns, so does what is across it.
-            along = s1 * xi[at] + s2 * xi[at + 1]
+            along = s1 * xi[at].item() + s2 * xi[at + 1].item()
             if bound > 0.0 and along > 0.0:
                 stiffness[column] = along / bound
-        return System(found, way, aim, stiffness, aim.T.dot(xi), turning)
+        return System(found, way.T, aim.T, stiffness, aim.dot(xi), turning)
 
-    def _stepped(
-        self, impulse: np.ndarray, modes: list[tuple[int, bool, float, float]]
-    ) -> np.ndarray:
+    def _stepped(self, impulse: np.ndarray, modes: list[Mode], ridge: float) -> np.ndarray:
         """P after one Newton step on the modes seen."""
         found, way, aim, stiffness, right, turning = self._system(impulse, modes)
         m = len(right)
         if not m:
             return found
-        matrix = aim.T.dot(self.delassus.dot(way))
-        diagonal = matrix.ravel()[:: m + 1]
-        if self._alike:
-            diagonal += stiffness + RIDGE * self.largest
-        else:
-            # Each unknown its own ridge: beside a gram's contact a tonne's must not drown.
-            sizes = np.abs(diagonal)
-            sizes = np.where(sizes > NULL * self.largest, sizes, self.largest)
-            diagonal += stiffness + RIDGE * sizes
-        _, _, change, failed = lapack.dgesv(matrix, right)
+        # Made transposed, which is the order that LAPACK reads; W is symmetric.
+        matrix = way.T.dot(self.delassus.dot(aim))
+        diagonal = matrix.reshape(-1)[:: m + 1]
+        if ridge:
+            if self.alike:
+                diagonal += ridge * self.largest
+            else:
+                # Each unknown its own: beside a gram's contact a tonne's must not drown.
+                sizes = np.abs(diagonal)
+                diagonal += ridge * np.where(sizes > NULL * self.largest, sizes, self.largest)
+        diagonal += stiffness
+        _, _, change, failed = lapack.dgesv(matrix.T, right, overwrite_a=1)
         if failed:
             return np.full_like(impulse, np.nan)
         found -= way.dot(change)
@@ -256,48 +267,3 @@ class Modes:
             pn = max(floor, found[at + 2])
             found[at], found[at + 1] = pn * (s * s2 - c * s1), -pn * (c * s2 + s * s1)
         return found
-
-
-def unique_contacts(modes: Modes, impulse: np.ndarray) -> np.ndarray | None:
-    """(n,) whether the impulse of each contact is determined within its mode; None if all are.
-
-    Sticking leaves three entries free, sliding the normal one; what moves no velocity
-    among these can be added or taken away.
-    """
-    P = impulse.reshape(-1, 3)
-    mu = modes.friction
-    contacts = np.flatnonzero(P[:, 2] > 1e-13 * P[:, 2].max())
-    size = np.sqrt(P[:, 0] ** 2 + P[:, 1] ** 2)
-    on_edge = size > mu * P[:, 2] * (1.0 - 1e-9)
-    n = len(P)
-    columns: list[int] = []
-    owner: list[int] = []
-    diagonal = modes.delassus.diagonal()
-    directions = np.zeros((3 * n, 3 * len(contacts)))
-    for i in contacts.tolist():
-        if on_edge[i]:
-            column = len(columns)
-            columns.append(column)
-            owner.append(i)
-            directions[3 * i : 3 * i + 3, column] = P[i] / P[i, 2]
-        else:
-            for row in range(3 * i, 3 * i + 3):
-                if diagonal[row] > NULL * modes.largest:
-                    directions[row, len(columns)] = 1.0
-                    columns.append(len(columns))
-                    owner.append(i)
-    B = directions[:, : len(columns)]
-    reduced = B.T @ modes.delassus @ B
-    scale = 1.0 / np.sqrt(np.maximum(reduced.diagonal(), NULL * modes.largest))
-    reduced = reduced * scale * scale[:, None]
-    _, _, rank, failed = lapack.dpstrf(reduced, tol=DEPENDENT, lower=1)
-    if not failed and rank == len(columns):
-        return None
-    values, vectors = np.linalg.eigh(reduced)
-    null = vectors[:, values <= DEPENDENT * values[-1]]
-    part = (null**2).sum(axis=1) > 1e-9
-    if not part.any():
-        return None
-    unique = np.ones(n, dtype=bool)
-    unique[np.array(owner)[part]] = False
-    return unique

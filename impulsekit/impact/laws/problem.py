@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,6 +75,8 @@ def check_problem(problem: ContactProblem) -> None:
         ShapeError, NotFiniteError, RangeError.
     """
     n = len(problem.friction)
+    if _is_sound(problem, n):
+        return
     for name, shape in (
         ("delassus", (3 * n, 3 * n)),
         ("velocity_before", (3 * n,)),
@@ -97,3 +100,21 @@ def check_problem(problem: ContactProblem) -> None:
         wrong = (array < low) | (array > high)
         if wrong.any():
             raise RangeError.of(f"contacts: {name}", float(array[wrong][0]), allowed)
+
+
+def _is_sound(problem: ContactProblem, n: int) -> bool:
+    """Whether nothing is wrong with a problem; False also where it takes a closer look."""
+    before, free, delassus = problem.velocity_before, problem.velocity_free, problem.delassus
+    if delassus.shape != (3 * n, 3 * n) or not before.shape == free.shape == (3 * n,):
+        return False
+    flat = delassus.reshape(-1)
+    # One number that is not finite makes a scalar product so, too.
+    if not math.isfinite(before.dot(free) + flat.dot(flat)):
+        return False
+    e, mu, e_t = problem.restitution, problem.friction, problem.tangential_restitution
+    if not e.shape == mu.shape == e_t.shape == (n,):
+        return False
+    return all(0.0 <= value <= 1.0 for value in e.tolist()) and (
+        all(0.0 <= value < math.inf for value in mu.tolist())
+        and all(-1.0 <= value <= 1.0 for value in e_t.tolist())
+    )

@@ -48,7 +48,7 @@ def _newton(problem: ContactProblem, frictional: bool) -> ContactSolution:
         impulse, status, residual, unique, iterations = _normals(
             problem.delassus, shifted, max(_size(before), _size(free))
         )
-    after = problem.delassus @ impulse + free
+    after = problem.delassus.dot(impulse) + free
     normal, friction = _works(impulse, before, after)
     return ContactSolution(
         impulse,
@@ -159,7 +159,7 @@ def _judged(
     start: np.ndarray,
 ) -> Status:
     """The status, or that the energy went up."""
-    total = normal.sum() + friction.sum()
+    total = sum(normal.tolist()) + sum(friction.tolist())
     if total > 0.0 and status.valid:
         size = np.abs(impulse) @ np.abs(start) + np.abs(normal).sum() + np.abs(friction).sum()
         if total > GAIN * size:

@@ -43,7 +43,7 @@ def solve_contacts(problem: ContactProblem, law: Law) -> ContactSolution:
     if len(problem.friction) == 1 and law.order == "simultaneous":
         return _one(problem, law)
     check_problem(problem)
-    if not problem.delassus.any():
+    if not problem.delassus[0, 0] and not problem.delassus.any():
         return _immovable(problem)
     if law.order == "sequential":
         from .sequential import solve_sequential
