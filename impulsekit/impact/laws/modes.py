@@ -115,7 +115,7 @@ class Modes:
         xi = velocity.tolist()
         P = impulse.tolist()
         worst, scale = 0.0, self.scale
-        modes = []
+        modes: list[Mode] = []
         for i, (mu, floor, normal_rate, rate) in enumerate(self._contacts):
             p1, p2, pn = P[3 * i : 3 * i + 3]
             x1, x2, xn = xi[3 * i : 3 * i + 3]
