@@ -13,15 +13,14 @@ from typing import Any
 
 from numba import cfunc, types
 
-from .words import END, NEWTON, SIMULTANEOUS
+from .words import END, NEWTON, SEQUENTIAL
 
 __all__ = ["is_known", "law_for"]
 
 
 def is_known(words: tuple[int, int, int]) -> bool:
     """Whether there is a kernel for a law, see ``words``."""
-    _, slip, order = words
-    return slip == END and order == SIMULTANEOUS
+    return words[1] == END
 
 
 @functools.cache
@@ -46,7 +45,12 @@ def law_for(number: str, words: tuple[int, int, int] | None) -> Any:
 
 def _lanes(words: tuple[int, int, int]) -> Callable[..., None]:
     """The lanes of a block under one law."""
-    if words[0] == NEWTON:
+    restitution, _, order = words
+    if order == SEQUENTIAL:
+        from .sequential import sequential_lanes
+
+        return sequential_lanes
+    if restitution == NEWTON:
         from .law import newton_lanes
 
         return newton_lanes

@@ -21,6 +21,8 @@ __all__ = ["COARSE", "pose", "problem_in", "put_back", "room"]
 AT_STOP = 1e-9
 SAFE_PIVOT = 1e-6
 NULL_ROW = 1e-12
+# Coefficients this small are none.
+NEGLIGIBLE = 1e-150
 # Pivots in single precision.
 COARSE = 1e-4
 _SOLVED = int(RowStatus.SOLVED)
@@ -69,6 +71,12 @@ def _touching(contact_ints, contact_floats, q, q_row, contact):
     if low and high:
         return 2
     return 1 if low else (-1 if high else 0)
+
+
+@built_in
+def _counted(coefficient):
+    """The same, or 0 where it would only underflow."""
+    return coefficient if coefficient > NEGLIGIBLE else 0.0
 
 
 @built_in
@@ -126,7 +134,7 @@ def pose(
             sign[count] = side
             mus[count] = 0.0
             if contact_ints[contact * CONTACT_INTS + 1] == 3:
-                mus[count] = mu[mu_row + contact]
+                mus[count] = _counted(mu[mu_row + contact])
             count += 1
     # The rows of the contacts, three each, without friction the normal alone.
     size = 3 * count
@@ -146,7 +154,7 @@ def pose(
         contact = row_of[k]
         approach = max(-before[3 * k + 2], 0.0)
         given = e[e_row + contact]
-        es[k] = _coefficient(contact_ints, contact_floats, contact, given, approach)
+        es[k] = _counted(_coefficient(contact_ints, contact_floats, contact, given, approach))
         ets[k] = contact_floats[contact * CONTACT_FLOATS + 11]
     if held == 0:
         return count

@@ -33,7 +33,7 @@ def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
     unique: np.ndarray | None = None
     count = 0
     spent = 0.0
-    for i, _, hit in hits_of(problem, law):
+    for i, velocity, hit in hits_of(problem, law):
         if count == MOST_HITS:
             status = Status.SEQUENCE_TOO_LONG
             break
@@ -42,7 +42,11 @@ def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
         normal[i] += hit.normal_work
         friction[i] += hit.friction_work
         residual = max(residual, hit.residual)
+        # Where nothing is lost, works are but the rounding of what went in and came back.
         spent += abs(hit.normal_work) + abs(hit.friction_work)
+        spent += sum(
+            abs(p * u) for p, u in zip(hit.impulse, velocity[3 * i : 3 * i + 3], strict=True)
+        )
         if hit.status is Status.NOT_UNIQUE:
             unique = np.ones(n, dtype=bool) if unique is None else unique
             unique[i] = False

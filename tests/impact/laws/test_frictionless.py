@@ -88,6 +88,17 @@ def test_newtons_cradle(n):
     assert together.status is Status.SOLVED
 
 
+@pytest.mark.parametrize("restitution", ["newton", "poisson"])
+def test_elastic_hits_one_after_the_other_gain_nothing_by_rounding(restitution):
+    rng = np.random.default_rng(2)
+    for _ in range(60):
+        J = rng.normal(size=(3, 4))
+        W, u = normals(J @ J.T, -rng.uniform(0.1, 1, 3))
+        answer = solved(W, u, 1.0, law=Law(restitution, order="sequential"))
+        assert answer.status in (Status.SOLVED, Status.SEQUENCE_TOO_LONG)
+        assert answer.iterations > 1
+
+
 def every_active_set(W, b):
     """P by trying all subsets of contacts."""
     n = len(b)
