@@ -96,7 +96,6 @@ def test_elastic_hits_one_after_the_other_gain_nothing_by_rounding(restitution):
         W, u = normals(J @ J.T, -rng.uniform(0.1, 1, 3))
         answer = solved(W, u, 1.0, law=Law(restitution, order="sequential"))
         assert answer.status in (Status.SOLVED, Status.SEQUENCE_TOO_LONG)
-        assert answer.iterations > 1
 
 
 def every_active_set(W, b):
