@@ -21,7 +21,7 @@ __all__ = ["ByAba", "ByCrba", "ByDenseCholesky", "Rescaled", "has_uneven_masses"
 # A pivot of M this far below its diagonal is rounding, not inertia.
 SMALLEST_PIVOT = 1e-13
 # Most robots that are built stay below; Talos has 1e2 and 4e3.
-UNEVEN_MASSES, UNEVEN_MOMENTS = 2e3, 1e8
+UNEVEN_MASSES, UNEVEN_MOMENTS = 2e3, 1e5
 
 
 class ByAba:

@@ -14,21 +14,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InputError
-from ..scene import Scene
-from .algorithms import crba, decompose, symmetric
+from ..scene import JointCoupling, JointLock, Scene
+from .algorithms import crba, decompose, has_uneven_masses, symmetric
 from .bilateral import BilateralSolution, solve_bilateral
-from .elimination import DEPENDENT, off_the_span, still_what_is_held
+from .elimination import off_the_span, still_what_is_held
 from .factor import FilledFactor, SparseFactor, pivots_are_safe
 from .known import KnownImpulses
 from .reach import ReachedModel
 from .rows import ConstraintRows
 from .scene_contacts import SceneContacts
+from .steps import steps_of
 from .touching import Touch
 
 if TYPE_CHECKING:
     from .laws import ContactSolution
-    from .laws.modes import System
-    from .laws.refine import Steps
 
 __all__ = ["ConstrainedJump", "Outcome"]
 
@@ -67,6 +66,10 @@ class ConstrainedJump:
         self._contacts = SceneContacts(scene, reached) if scene.contacts else None
         self._model, self._data = known.model, known.model.createData()
         self._always_regular = always_regular
+        # A row may speak of speeds that are far smaller than others.
+        self._row_by_row = has_uneven_masses(reached.model) or any(
+            isinstance(entry, JointCoupling | JointLock) for entry in scene.constraints
+        )
         # Pinocchio's sparse Cholesky takes neither mimic joints nor a model with one row.
         self._dense = self._model.nv < 2 or any(
             joint.shortname() == "JointModelMimic" for joint in self._model.joints
@@ -124,10 +127,29 @@ class ConstrainedJump:
         solution = self._multipliers(half_rows, half[:, -1], wanted, q, v)
         multipliers = solution.impulse
         dv = factor.solve(impulse + multipliers.dot(rows))
-        missing = wanted - rows.dot(dv)
-        if _is_more_than_rounding(missing, rows, dv, v, wanted):
-            dv, multipliers = self._refined(factor, half_rows, rows, wanted, dv, multipliers, q, v)
+        units = self._lacks(wanted - rows.dot(dv), rows, dv, v, wanted)
+        if units is not None:
+            found = dv, multipliers
+            dv, multipliers = self._refined(factor, half_rows, rows, wanted, *found, q, units)
         return dv, Outcome(multipliers, solution.unique, nearly_dependent=doubt or solution.nearly)
+
+    def _lacks(
+        self,
+        missing: np.ndarray,
+        rows: np.ndarray,
+        dv: np.ndarray,
+        v: np.ndarray,
+        wanted: np.ndarray,
+    ) -> np.ndarray | None:
+        """(m,) the units in which A Δv lacks more than its own rounding; None if it does not."""
+        if self._row_by_row:
+            sizes = np.abs(rows).dot(np.abs(dv) + np.abs(v)) + np.abs(wanted)
+            lacks = (np.abs(missing) > ROUNDING * sizes).any()
+            return np.where(sizes > 0.0, sizes, 1.0) if lacks else None
+        # In norms, which cost next to nothing.
+        flat = rows.reshape(-1)
+        size = flat.dot(flat) * (dv.dot(dv) + v.dot(v)) + wanted.dot(wanted)
+        return np.ones(len(rows)) if missing.dot(missing) > ROUNDING**2 * size else None
 
     def _refined(
         self,
@@ -138,7 +160,7 @@ class ConstrainedJump:
         dv: np.ndarray,
         multipliers: np.ndarray,
         q: np.ndarray,
-        v: np.ndarray,
+        units: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Δv and λ once more from what A Δv still lacks.
 
@@ -155,7 +177,7 @@ class ConstrainedJump:
             change = self._change(half_rows, right, q).impulse
             nearer = dv + factor.solve(filled + change.dot(rows))
             left = wanted - rows.dot(nearer)
-            if not np.abs(left).max() < 0.5 * np.abs(missing).max():
+            if not np.abs(left / units).max() < 0.5 * np.abs(missing / units).max():
                 break
             dv, multipliers, missing = nearer, multipliers + change, left
         return dv, multipliers
@@ -187,13 +209,16 @@ class ConstrainedJump:
             solution = contacts.solve(problem)
             dv = factor.solve(impulse + solution.impulse.dot(jacobian))
 
-            def alone(change: np.ndarray) -> np.ndarray:
-                return factor.solve(change.dot(jacobian))
-
             if not contacts.is_met(problem, solution, jacobian, dv):
-                solution, dv = contacts.refined(
-                    problem, solution, dv, self._steps(jacobian, None, alone)
+                steps = steps_of(
+                    self._mass_matrix,
+                    impulse,
+                    jacobian,
+                    np.empty((0, len(impulse))),
+                    lambda change: factor.solve(change.dot(jacobian)),
+                    lambda contact_impulse: np.empty(0),
                 )
+                solution, dv = contacts.refined(problem, solution, dv, steps)
             return dv, Outcome(np.empty(0), None, tuple(touches), solution)
         count = len(rows)
         half = factor.half(rows, jacobian, impulse[None])
@@ -213,52 +238,27 @@ class ConstrainedJump:
 
         multipliers = held.impulse + borne(solution.impulse)
         dv = factor.solve(impulse + multipliers.dot(rows) + solution.impulse.dot(jacobian))
-        if _is_more_than_rounding(wanted - rows.dot(dv), rows, dv, v, wanted):
-            dv, multipliers = self._refined(factor, half_rows, rows, wanted, dv, multipliers, q, v)
+        units = self._lacks(wanted - rows.dot(dv), rows, dv, v, wanted)
+        if units is not None:
+            found = dv, multipliers
+            dv, multipliers = self._refined(factor, half_rows, rows, wanted, *found, q, units)
 
         def moved_by(change: np.ndarray) -> np.ndarray:
             return factor.solve(borne(change).dot(rows) + change.dot(jacobian))
 
         if not contacts.is_met(problem, solution, jacobian, dv):
-            first = solution
-            solution, dv = contacts.refined(
-                problem, solution, dv, self._steps(jacobian, rows, moved_by)
-            )
-            multipliers = multipliers + borne(solution.impulse - first.impulse)
+            first, at_first = solution.impulse, multipliers
+
+            def at(contact_impulse: np.ndarray) -> np.ndarray:
+                return at_first + borne(contact_impulse - first)
+
+            known = impulse
+            if isinstance(factor, FilledFactor):
+                known = impulse - factor.filled_impulse(np.zeros_like(impulse), wanted)
+            steps = steps_of(self._mass_matrix, known, jacobian, rows, moved_by, at)
+            solution, dv = contacts.refined(problem, solution, dv, steps)
+            multipliers = at(solution.impulse)
         return dv, Outcome(multipliers, held.unique, tuple(touches), solution, doubt or held.nearly)
-
-    def _steps(
-        self,
-        jacobian: np.ndarray,
-        rows: np.ndarray | None,
-        moved_by: Callable[[np.ndarray], np.ndarray],
-    ) -> Steps:
-        """The ways to change Δv with the contacts' impulses."""
-        from .laws.refine import Steps
-
-        mass_matrix = symmetric(np.atleast_2d(self._data.M))
-
-        def together(system: System) -> tuple[np.ndarray, np.ndarray]:
-            """M Δ − (J Way)ᵀ x − Aᵀ λ = 0, Aimᵀ J Δ + stiffness x = −right, A Δ = 0."""
-            push, pull = system.way.T.dot(jacobian), system.aim.T.dot(jacobian)
-            held = np.empty((0, len(mass_matrix))) if rows is None else rows
-            n, m = len(mass_matrix), len(push)
-            matrix = np.zeros((n + m + len(held), n + m + len(held)))
-            matrix[:n, :n] = mass_matrix
-            matrix[:n, n : n + m], matrix[:n, n + m :] = -push.T, -held.T
-            matrix[n : n + m, :n], matrix[n + m :, :n] = pull, held
-            matrix[n : n + m, n : n + m] = np.diag(system.stiffness)
-            right = np.zeros(len(matrix))
-            right[n : n + m] = -system.right
-            # Speeds in units of √M_ii, impulses in those of their rows.
-            roots = 1.0 / np.sqrt(np.maximum(mass_matrix.diagonal(), 1e-300))
-            sizes = np.sqrt(((np.concatenate([pull, held]) * roots) ** 2).sum(axis=1))
-            units = np.concatenate([roots, 1.0 / np.where(sizes > 0.0, sizes, 1.0)])
-            scaled = matrix * units * units[:, None]
-            found = units * np.linalg.lstsq(scaled, units * right, rcond=DEPENDENT)[0]
-            return found[:n], found[n : n + m]
-
-        return Steps(jacobian, moved_by, together)
 
     def _multipliers(
         self,
@@ -294,16 +294,12 @@ class ConstrainedJump:
         return solve_bilateral(half_rows, right, magnitude, velocity_scale, names)
 
     @property
+    def _mass_matrix(self) -> np.ndarray:
+        """(nv, nv) M as it is in the data."""
+        return symmetric(np.atleast_2d(self._data.M))
+
+    @property
     def _rows_there(self) -> ConstraintRows:
         if self._rows is None:
             raise InputError("no constraints")
         return self._rows
-
-
-def _is_more_than_rounding(
-    missing: np.ndarray, rows: np.ndarray, dv: np.ndarray, v: np.ndarray, wanted: np.ndarray
-) -> bool:
-    """Whether A Δv lacks more than its own rounding; in norms, which cost next to nothing."""
-    flat = rows.reshape(-1)
-    size = flat.dot(flat) * (dv.dot(dv) + v.dot(v)) + wanted.dot(wanted)
-    return bool(missing.dot(missing) > ROUNDING**2 * size)

@@ -10,6 +10,7 @@ import pinocchio as pin
 from pinocchio import computeFrameJacobian
 
 from ..scene import AppliedImpulse, Scene
+from .points import jacobian_in_world_axes
 from .reach import ReachedModel
 
 __all__ = ["Blow", "KnownImpulses"]
@@ -66,10 +67,14 @@ class KnownImpulses:
                 joint_impulse[joint.idx_v : joint.idx_v + joint.nv] += own
         self.blows = tuple(blows)
         self.joint_impulse = joint_impulse if joint_impulse.any() else None
+        self._uneven = reached.has_uneven_lengths
         # A single blow is by far the commonest; it is told apart once, not at each solve.
         self._single = (
             (blows[0].frame_id, blows[0].reference, blows[0].wrench)
-            if len(blows) == 1 and self.joint_impulse is None and self.model.nv > 1
+            if len(blows) == 1
+            and self.joint_impulse is None
+            and self.model.nv > 1
+            and not self._uneven
             else None
         )
 
@@ -92,7 +97,10 @@ class KnownImpulses:
         if self.joint_impulse is not None:
             total += self.joint_impulse
         for blow in self.blows:
-            jacobian = computeFrameJacobian(self.model, data, q, blow.frame_id, blow.reference)
+            if self._uneven and blow.axes == "world":
+                jacobian = jacobian_in_world_axes(self.model, data, q, blow.frame_id)
+            else:
+                jacobian = computeFrameJacobian(self.model, data, q, blow.frame_id, blow.reference)
             # With one degree of freedom Pinocchio gives (6,) for (6, 1).
             total += blow.wrench.dot(jacobian.reshape(6, -1))
         return total

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
@@ -23,6 +24,10 @@ from .origin import (
 )
 
 __all__ = ["ReachedModel", "branch_of", "reached_model", "touched_joints"]
+
+
+# Robots that are built stay below, or have bodies with next to no inertia.
+UNEVEN_LENGTHS = 300.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +56,21 @@ class ReachedModel:
     def is_as_given(self) -> bool:
         """Whether its configuration is the whole q, unchanged."""
         return self.whole and self.translations is None
+
+    @cached_property
+    def has_uneven_lengths(self) -> bool:
+        """Whether places in the world are many times as large as some body."""
+        model = self.model
+        farthest = [0.0] * model.njoints
+        smallest = np.inf
+        for joint_id in range(1, model.njoints):
+            step = float(np.linalg.norm(model.jointPlacements[joint_id].translation))
+            farthest[joint_id] = farthest[model.parents[joint_id]] + step
+            body = model.inertias[joint_id]
+            if body.mass > 0.0:
+                turning = max(float(np.trace(body.inertia)), 0.0) / body.mass
+                smallest = min(smallest, np.sqrt(turning + float(body.lever.dot(body.lever))))
+        return max(farthest) > UNEVEN_LENGTHS * smallest
 
     def joint_id(self, joint_id_in_whole: int) -> int:
         """The joint of the reached model that is this joint of the whole one."""

@@ -7,42 +7,15 @@ from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
-from pinocchio import computeFrameJacobian
 
 from ..robot import Robot
 from ..scene import Collision, Contact, FrameAnchor, JointCoupling, JointLock, PointAnchor, Scene
 from ..scene.constraints import DIRECTIONS, KEPT
 from .origin import Places
+from .points import PointOnFrame
 from .reach import ReachedModel, branch_of
 
-__all__ = ["ConstraintRows", "PointOnFrame", "needs_places"]
-
-
-class PointOnFrame:
-    """A point of a frame, with a frame of its own in the model.
-
-    Attributes:
-        joint_id: the joint that carries it.
-        frame_id: the frame at the point, with the axes of the frame it belongs to.
-        placement: of that frame in the joint's.
-    """
-
-    def __init__(self, robot: Robot, reached: ReachedModel, frame: str, at: object) -> None:
-        source = robot.model.frames[robot.frame_id(frame)]
-        self.joint_id = reached.joint_id(source.parentJoint)
-        self.placement = source.placement * pin.SE3(np.eye(3), np.array(at, dtype=float))
-        name = f"point {reached.model.nframes}"
-        self.frame_id = reached.model.addFrame(
-            pin.Frame(name, self.joint_id, 0, self.placement, pin.FrameType.OP_FRAME), False
-        )
-
-    def jacobian(
-        self, model: pin.Model, data: pin.Data, q: np.ndarray, reference: pin.ReferenceFrame
-    ) -> np.ndarray:
-        """(6, nv) linear before angular."""
-        jacobian = computeFrameJacobian(model, data, q, self.frame_id, reference)
-        # With one degree of freedom Pinocchio gives (6,) for (6, 1).
-        return jacobian if jacobian.ndim == 2 else jacobian.reshape(6, 1)
+__all__ = ["ConstraintRows", "needs_places"]
 
 
 class _Block(Protocol):

@@ -14,8 +14,8 @@ import pinocchio as pin
 
 from ..robot import Robot
 from ..scene import Collision, Contact, JointStop, Scene
+from .points import PointOnFrame
 from .reach import ReachedModel
-from .rows import PointOnFrame
 
 __all__ = ["ContactRows", "PointOnWorldPlane", "Touch", "contact_axes"]
 

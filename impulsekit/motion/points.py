@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
+from ..impact.points import PointOnFrame
 from ..impact.reach import ReachedModel
-from ..impact.rows import PointOnFrame
 from ..robot import Robot
 
 __all__ = ["Pair", "cross"]

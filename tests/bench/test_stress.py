@@ -21,7 +21,7 @@ from impulsekit.bench.stress.numbers import truth_numbers
 from impulsekit.bench.stress.planar import planar_impulses
 from impulsekit.bench.stress.report import read_points, write_report
 from impulsekit.bench.stress.run import ALL, jobs_of, run, solved_case, sweep_named
-from impulsekit.bench.stress.summary import count_scenes, whole_of
+from impulsekit.bench.stress.summary import count_scenes, lines_of, whole_of
 from impulsekit.impact.status import Status
 from impulsekit.reference.whittaker import struck_chain
 
@@ -67,6 +67,39 @@ def test_no_answer_at_the_edge_is_silently_wrong(name, place):
     points = solved_case((name, place, 0, 0))
     assert points
     assert not _wrong(points)
+
+
+# Where more was left once: rows of small speeds beside large ones, impulses off their cone by
+# the rounding of others, momenta after a change of both, ABA and Jacobians over long levers.
+LEFT = [
+    ("held-mass-ratio", 1e-8, 66),
+    ("contact-mass-ratio", 1e10, 8),
+    ("contact-mass-ratio", 1e12, 37),
+    ("contact-mass-ratio", 1e-10, 15),
+    ("stacks", 3.0, 4),
+    ("length-ratio", 1e3, 22),
+    ("length-ratio", 1e3, 19),
+    ("impulse", 1e-320, 0),
+]
+
+
+@pytest.mark.parametrize(("name", "value", "repeat"), LEFT)
+def test_a_valid_answer_leaves_only_rounding_of_its_equations(name, value, repeat):
+    job = (name, sweep_named(name).values.index(value), repeat, 0)
+    points = [p for p in solved_case(job) if p.method == "solve"]
+    assert any(p.verdict == "right" for p in points)
+    for point in points:
+        if point.verdict != "said so":
+            assert point.momentum < 1e-14
+            assert point.law < 1e-14
+
+
+def test_a_sweep_whose_answers_leave_more_than_rounding_is_named():
+    points = solved_case(("random-trees", 0, 0, 0))
+    (line,) = lines_of(points)
+    assert line.complaint == ""
+    (line,) = lines_of([*points, dataclasses.replace(points[0], law=2e-14)])
+    assert line.complaint.startswith("random-trees: 1 leave up to 2e-14 of their equations")
 
 
 @pytest.mark.slow

@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from .found import Exact, Found
-from .numbers import EPS
+from .numbers import EPS, SMALLEST
 from .sweep import StateTruth
 
-__all__ = ["BOUND", "ILL_POSED", "Judgement", "judge"]
+__all__ = ["BACKWARD", "BOUND", "ILL_POSED", "Judgement", "judge"]
 
 # In units of condition times eps.
 BOUND = 10.0
@@ -27,8 +27,6 @@ BOUND = 10.0
 ILL_POSED = 1e-3
 # What is left of equations by rounding, relative to their terms.
 BACKWARD = 1e-14
-# The spacing of denormal numbers: below it doubles have nothing.
-SMALLEST = 5e-324
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,13 @@ import numpy as np
 
 from ...reference import Arithmetic
 
-__all__ = ["DIGITS", "EPS", "truth_numbers"]
+__all__ = ["DIGITS", "EPS", "SMALLEST", "truth_numbers"]
 
 DIGITS = 50
 # Of doubles: the distance from 1 to the next.
 EPS = float(np.finfo(float).eps)
+# The spacing of denormal numbers: below it doubles have nothing.
+SMALLEST = 5e-324
 
 
 @cache

@@ -9,6 +9,7 @@ import numpy as np
 from ...reference.arithmetic import Array
 from .equations import SEPARATED, Equations
 from .found import Found
+from .numbers import EPS, SMALLEST
 
 __all__ = ["Residuals", "residuals_of", "share_of"]
 
@@ -18,8 +19,10 @@ class Residuals:
     """What an answer leaves of its equations, relative, computed in 50 digits.
 
     Attributes:
-        momentum: of M Δv = I + Aᵀλ + JᵀP, by row over the sizes of its terms.
-        law: of the bilateral rows and the contact law, over the velocities in them.
+        momentum: of M Δv = I + Aᵀλ + JᵀP, by row over the sizes of its terms: the componentwise
+            backward error (Oettli & Prager 1964), where nothing is known better than to the
+            spacing of denormal numbers.
+        law: of the bilateral rows, by row likewise; of the contact law over the velocities in it.
     """
 
     momentum: float
@@ -36,15 +39,16 @@ def residuals_of(equations: Equations, found: Found) -> Residuals:
         return Residuals(np.nan, np.nan)
     x = np.concatenate([equations.numbers.array(found.dv), impulses])
     left = np.abs(equations.left_over(x, [SEPARATED] * equations.c)[: n + r])
-    momentum = share_of(left[:n], equations.momentum_size(x))
+    # An entry of x stands for what is half a spacing off it, too.
+    spaced = np.maximum(np.abs(x), equations.numbers.number(SMALLEST / EPS))
+    momentum = share_of(left[:n], equations.momentum_size(spaced))
     # Beside what rests, velocities are those of what the blow would do to the heaviest body.
     heaviest = np.max(equations.m.weights / equations.m.spans)
     floor = np.max(equations.m.known_size / equations.m.weights) / heaviest / equations.m.spans
     speeds = np.abs(x[:n]) + np.abs(equations.v) + floor
     law = 0.0
     if r:
-        sizes = equations.m.rows_size @ speeds + np.abs(equations.m.target)
-        law = share_of(left[n:], np.full(r, np.max(sizes), dtype=object))
+        law = share_of(left[n:], equations.m.rows_size @ speeds + np.abs(equations.m.target))
     if equations.c:
         law = max(law, _law_left(equations, x, speeds))
     return Residuals(momentum, law)
@@ -59,13 +63,14 @@ def _law_left(equations: Equations, x: Array, speeds: Array) -> float:
     for i in range(equations.c):
         at, p = 3 * i, equations.n + equations.r + 3 * i
         units = equations.units[p : p + 3]
+        rate = units[0] ** 2 + units[1] ** 2
         # Impulses in balance make velocities that nobody sees.
-        scale = max(scale, units[2] ** 2 * abs(x[p + 2]))
+        pushed = max(units[2] ** 2 * abs(x[p + 2]), rate * equations.numbers.norm(x[p : p + 2]))
+        scale = max(scale, pushed)
         worst = max(worst, abs(min(xi[at + 2], units[2] ** 2 * x[p + 2])))
         mu = equations.coefficients.mu[i]
         if not mu:
             continue
-        rate = units[0] ** 2 + units[1] ** 2
         q = x[p : p + 2] - xi[at : at + 2] / rate
         bound = max(mu * x[p + 2], equations.numbers.number(0))
         size = equations.numbers.norm(q)

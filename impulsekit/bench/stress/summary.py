@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 
-from .judge import BOUND, ILL_POSED
+from .judge import BACKWARD, BOUND, ILL_POSED
 from .numbers import EPS, truth_numbers
 from .sweep import Point
 
@@ -32,6 +32,7 @@ class Line:
         share: the largest error of a right, well-posed answer over condition times eps.
         error: the largest relative error of those.
         momentum, law: the largest residuals of those that are called valid.
+        above: how many of those leave more of their equations than rounding does.
         microseconds: the middle time of ``solve``.
         statuses: how often each status or error came.
     """
@@ -47,8 +48,22 @@ class Line:
     error: float
     momentum: float
     law: float
+    above: int
     microseconds: float
     statuses: dict[str, int]
+
+    @property
+    def complaint(self) -> str:
+        """What is wrong with the answers, in one line; empty if nothing is."""
+        faults = []
+        if self.wrong:
+            faults.append(f"{self.wrong} silently wrong")
+        if self.above:
+            left = max(self.momentum, self.law)
+            faults.append(
+                f"{self.above} leave up to {left:.0e} of their equations, more than {BACKWARD:g}"
+            )
+        return f"{self.sweep}: {', '.join(faults)}" if faults else ""
 
     @property
     def said_share(self) -> float:
@@ -80,10 +95,11 @@ def line_of(name: str, points: Sequence[Point]) -> Line:
         verdicts["said so"],
         verdicts["wrong"],
         sum(is_ill_posed(p) for p in points),
-        _largest(p.share for p in sound),
-        _largest(p.error for p in sound),
-        _largest(p.momentum for p in valid),
-        _largest(p.law for p in valid),
+        max((p.share for p in sound if math.isfinite(p.share)), default=0.0),
+        max((p.error for p in sound if math.isfinite(p.error)), default=0.0),
+        max((p.momentum for p in valid if not math.isnan(p.momentum)), default=0.0),
+        max((p.law for p in valid if not math.isnan(p.law)), default=0.0),
+        sum(p.momentum > BACKWARD or p.law > BACKWARD for p in valid),
         1e6 * statistics.median(seconds) if seconds else math.nan,
         dict(Counter(p.status for p in points).most_common()),
     )
@@ -109,7 +125,3 @@ def machine() -> str:
         f"{datetime.now(UTC):%Y-%m-%d}, {os.cpu_count()}-core {platform.machine()}, "
         f"Python {platform.python_version()}, {packages}; truth: {truth_numbers().name}"
     )
-
-
-def _largest(values: Iterable[float]) -> float:
-    return max((v for v in values if math.isfinite(v)), default=0.0)

@@ -23,8 +23,10 @@ from .problem import ContactProblem, ContactSolution
 __all__ = ["Steps", "refined"]
 
 MOST_STEPS = 6
-# What rounding leaves, relative to the velocities.
+# What rounding leaves, relative to the velocities or momenta.
 ROUNDING = 2e-15
+# The same of an impulse, relative to itself.
+ROUNDING_OF_ONE = 1e-15
 # Iterates that did not converge are taken on from here, and are an answer below the bar.
 NEAR, BAR = 1e-3, 1e-10
 
@@ -36,13 +38,16 @@ class Steps:
     Attributes:
         jacobian: (3n, nv) the rows of the contacts.
         moved_by: from a change of P (3n,) to the change of Δv.
-        together: from a system of the modes to the changes of Δv and of x, by the equations of
-            both at once.
+        momentum: from P and Δv to what M Δv lacks of all impulses (nv,), and the largest share
+            of that in its terms.
+        together: from a system of the modes and what M Δv lacks to the changes of Δv and of x,
+            by the equations of both at once.
     """
 
     jacobian: np.ndarray
     moved_by: Callable[[np.ndarray], np.ndarray]
-    together: Callable[[System], tuple[np.ndarray, np.ndarray]]
+    momentum: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, float]]
+    together: Callable[[System, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 def refined(
@@ -84,13 +89,12 @@ def refined(
             residual, system = modes.linearized(impulse, velocity)
             if system is None:
                 break
-            offset = system.found - impulse
-            if np.abs(offset).max() <= 1e-13 * np.abs(impulse).max():
-                # Off its modes P is by rounding only: to move Δv by that would be noise, and
-                # what is left is what the velocities leave.
-                system = system._replace(right=system.aim.T.dot(velocity))
+            system, offset = _off_its_modes(modes, system, impulse, velocity)
+            if not offset.any():
+                # Then what is left is what the velocities leave.
                 residual = float(np.abs(system.right).max(initial=0.0) / modes.scale)
-                offset = np.zeros_like(impulse)
+            lacking, share = steps.momentum(impulse, dv)
+            residual = max(residual, share)
             # It may rise for a step where slip turns.
             if residual < least:
                 best, least = (impulse, dv), residual
@@ -101,7 +105,7 @@ def refined(
                 change = offset - system.way.dot(_least(modes, system))
                 change_of_dv = steps.moved_by(change)
             else:
-                change_of_dv, x = steps.together(system)
+                change_of_dv, x = steps.together(system, lacking)
                 change = offset + system.way.dot(x)
                 change_of_dv = change_of_dv + steps.moved_by(offset)
             dv, impulse = dv + change_of_dv, impulse + change
@@ -109,6 +113,23 @@ def refined(
             break
     impulse, dv = best
     return _told(problem, solution, impulse, before + steps.jacobian.dot(dv), least), dv
+
+
+def _off_its_modes(
+    modes: Modes, system: System, impulse: np.ndarray, velocity: np.ndarray
+) -> tuple[System, np.ndarray]:
+    """The system and (3n,) what P lacks of its modes, without what is rounding of P.
+
+    To move Δv by that would be noise.
+    """
+    offset = (system.found - impulse).reshape(-1, 3)
+    own = ROUNDING_OF_ONE * np.abs(impulse.reshape(-1, 3)).max(axis=1)
+    rounding = np.abs(offset).max(axis=1) <= own
+    if rounding.any():
+        offset[rounding] = 0.0
+        there = velocity + modes.delassus.dot(offset.ravel())
+        system = system._replace(right=system.aim.T.dot(there))
+    return system, offset.ravel()
 
 
 def _least(modes: Modes, system: System) -> np.ndarray:
