@@ -6,11 +6,13 @@ v_against), with R = [t₁ t₂ n] in the world.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Container
 from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
+from pinocchio import getFrameJacobian
 
 from ..robot import Robot
 from ..scene import Collision, Contact, JointStop, Scene
@@ -52,11 +54,23 @@ def contact_axes(normal: np.ndarray) -> np.ndarray:
 
     t₁ is the world axis that is most across the normal, made perpendicular to it.
     """
-    axis = np.zeros(3)
-    axis[int(np.argmin(np.abs(normal)))] = 1.0
-    first = axis - normal * normal.dot(axis)
-    first /= np.sqrt(first.dot(first))
-    return np.array([first, np.cross(normal, first), normal]).T
+    # In plain floats: an array operation costs more than these sums.
+    x, y, z = n = normal.tolist()
+    sizes = [abs(x), abs(y), abs(z)]
+    least = sizes.index(min(sizes))
+    along = n[least]
+    a, b, c = -x * along, -y * along, -z * along
+    if least == 0:
+        a += 1.0
+    elif least == 1:
+        b += 1.0
+    else:
+        c += 1.0
+    length = math.sqrt(a * a + b * b + c * c)
+    a, b, c = a / length, b / length, c / length
+    return np.array(
+        ((a, y * c - z * b, x), (b, z * a - x * c, y), (c, x * b - y * a, z)),
+    )
 
 
 class ContactRows:
@@ -132,20 +146,32 @@ class _Pair:
         self._frame_ids = frame_ids
         self._joint_ids = (frames[frame_ids[0]].parentJoint, frames[frame_ids[1]].parentJoint)
         self._reached_ids = tuple(reached.joint_id(joint_id) for joint_id in self._joint_ids)
+        # The axes of the rows are the world's: of the placement only the place counts.
+        self._placement = pin.SE3.Identity()
 
     def rows(
         self, model: pin.Model, data: pin.Data, position: np.ndarray, axes: np.ndarray
     ) -> np.ndarray:
         """(3, nv) Rᵀ (J_first − J_other) at a point of the world."""
-        difference = np.zeros((3, model.nv))
-        for sign, joint_id in zip((1.0, -1.0), self._reached_ids, strict=True):
-            if joint_id > 0:
-                placement = pin.SE3(np.eye(3), data.oMi[joint_id].actInv(position))
-                jacobian = pin.getFrameJacobian(
-                    model, data, joint_id, placement, pin.LOCAL_WORLD_ALIGNED
-                )
-                difference += sign * jacobian.reshape(6, -1)[:3]
-        return axes.T.dot(difference)
+        first, other = self._reached_ids
+        if not other > 0:
+            moves = self._linear(model, data, first, position)
+        elif not first > 0:
+            moves = -self._linear(model, data, other, position)
+        else:
+            moves = self._linear(model, data, first, position) - self._linear(
+                model, data, other, position
+            )
+        return axes.T.dot(moves)
+
+    def _linear(
+        self, model: pin.Model, data: pin.Data, joint_id: int, position: np.ndarray
+    ) -> np.ndarray:
+        """(3, nv) the rows of a point of the world that goes with a joint."""
+        self._placement.translation = data.oMi[joint_id].actInv(position)
+        jacobian = getFrameJacobian(model, data, joint_id, self._placement, pin.LOCAL_WORLD_ALIGNED)
+        # With one degree of freedom Pinocchio gives (6,) for (6, 1).
+        return jacobian[:3] if jacobian.ndim == 2 else jacobian.reshape(6, 1)[:3]
 
 
 class _OnMovingPlane(_Pair):

@@ -56,6 +56,9 @@ def solve_frictionless(delassus: np.ndarray, shifted: np.ndarray, scale: float) 
     guess = _exchange(delassus, shifted, tiny)
     if guess is not None:
         return guess
+    guess = _all_pushing(delassus, shifted, tiny)
+    if guess is not None:
+        return guess
     impulse, feasible, count = _pivot(delassus, shifted, tiny)
     if not feasible:
         return Frictionless(impulse, False, None, count)
@@ -98,6 +101,18 @@ def _exchange(delassus: np.ndarray, shifted: np.ndarray, tiny: float) -> Frictio
         fewest = number
         pushing = pushing ^ wrong
     return None
+
+
+def _all_pushing(delassus: np.ndarray, shifted: np.ndarray, tiny: float) -> Frictionless | None:
+    """The answer if all contacts share the load, redundant ones among them: of least norm."""
+    if not (shifted < -tiny).all():
+        return None
+    least, _, null = _least_norm(delassus, -shifted)
+    left = np.abs(delassus.dot(least) + shifted).max()
+    # Not less than 0 by rounding either: that takes a closer look.
+    if not null.shape[1] or not (least > 0.0).all() or not left <= tiny:
+        return None
+    return _told(least, np.arange(len(shifted)), null, 0)
 
 
 def _pivot(delassus: np.ndarray, shifted: np.ndarray, tiny: float) -> tuple[np.ndarray, bool, int]:
@@ -158,13 +173,9 @@ def _least(
     touching = np.flatnonzero((velocity <= 10.0 * tiny) | (impulse > 0.0))
     if not len(touching):
         return Frictionless(impulse, True, None, count)
-    values, vectors = np.linalg.eigh(delassus[np.ix_(touching, touching)])
-    dependent = values <= DEPENDENT * values[-1]
-    if not dependent.any():
+    least, basis, null = _least_norm(delassus[touching[:, None], touching], -shifted[touching])
+    if not null.shape[1]:
         return Frictionless(impulse, True, None, count)
-    basis, null = vectors[:, ~dependent], vectors[:, dependent]
-    wanted = -shifted[touching]
-    least = basis @ ((basis.T @ wanted) / values[~dependent])
     size = np.abs(least).max(initial=0.0)
     if least.min() < -1e-13 * size:
         least = _least_pushing(least, basis, null)
@@ -174,12 +185,33 @@ def _least(
     if np.abs(error).max() > 100.0 * tiny:
         # Rows almost dependent: the pivots' answer is the better one.
         result = impulse
-    free = _free_to_shift(result[touching], null)
+    return _told(result, touching, null, count)
+
+
+def _least_norm(
+    matrix: np.ndarray, wanted: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(n,) x of least norm with matrix x = wanted, bases of the range and of the null space."""
+    values, vectors, failed = lapack.dsyevd(matrix)
+    if failed:
+        values, vectors = np.linalg.eigh(matrix)
+    # They come in order.
+    first = int(np.count_nonzero(values <= DEPENDENT * values[-1]))
+    null, basis, values = vectors[:, :first], vectors[:, first:], values[first:]
+    least = basis.dot(wanted.dot(basis) / values)
+    # What rounding has left, once more.
+    least += basis.dot((wanted - matrix.dot(least)).dot(basis) / values)
+    return least, basis, null
+
+
+def _told(impulse: np.ndarray, touching: np.ndarray, null: np.ndarray, count: int) -> Frictionless:
+    """The answer, with what is not determined in it."""
+    free = _free_to_shift(impulse[touching], null)
     if not free.any():
-        return Frictionless(result, True, None, count)
+        return Frictionless(impulse, True, None, count)
     unique = np.ones(len(impulse), dtype=bool)
     unique[touching[free]] = False
-    return Frictionless(result, True, unique, count)
+    return Frictionless(impulse, True, unique, count)
 
 
 def _least_pushing(least: np.ndarray, basis: np.ndarray, null: np.ndarray) -> np.ndarray:

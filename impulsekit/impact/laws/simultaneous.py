@@ -22,7 +22,7 @@ def solve_simultaneous(problem: ContactProblem, law: Law) -> ContactSolution:
     Raises:
         InputError: tangential restitution under Poisson's law.
     """
-    frictional = bool(problem.friction.any())
+    frictional = any(problem.friction.tolist())
     if law.restitution == "newton":
         return _newton(problem, frictional)
     if frictional and problem.tangential_restitution[problem.friction > 0.0].any():
@@ -35,7 +35,7 @@ def _newton(problem: ContactProblem, frictional: bool) -> ContactSolution:
     shifted = free.copy()
     shifted[2::3] += problem.restitution * np.minimum(before[2::3], 0.0)
     if frictional:
-        if problem.tangential_restitution.any():
+        if any(problem.tangential_restitution.tolist()):
             e_t = problem.tangential_restitution
             shifted[0::3] += e_t * before[0::3]
             shifted[1::3] += e_t * before[1::3]
@@ -140,7 +140,7 @@ def _normals(
 
 def _size(velocity: np.ndarray) -> float:
     """The largest normal velocity."""
-    return float(np.abs(velocity[2::3]).max())
+    return max(map(abs, velocity[2::3].tolist()))
 
 
 def _works(
