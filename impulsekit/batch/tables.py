@@ -133,7 +133,38 @@ def row_arrays(tree: Tree, tables: RowTables) -> tuple[tuple[np.ndarray, ...], s
         dofs,
         dof_first,
         np.array(dof_masks, dtype=bool).ravel(),
+        _levers(tree, tables),
     ), passed
+
+
+def _levers(tree: Tree, tables: RowTables) -> np.ndarray:
+    """(rows · nv,) what each degree of freedom moves the terms of each row by at most.
+
+    Levers are the way from joint to joint at rest; nothing cancels, so that rows can be told
+    from rounding by it.
+    """
+    found = np.zeros((len(tables.terms), tree.nv))
+    offsets = np.linalg.norm(tree.floats.reshape(-1, layout.BODY_FLOATS)[:, 9:12], axis=1)
+    for row, terms in enumerate(tables.terms):
+        for (kind, body, _, dof, meeting, _), values in terms:
+            if kind == layout.ALONG_DOF:
+                found[row, dof] += abs(values[3])
+                continue
+            arm, size = float(np.linalg.norm(values[:3])), float(np.linalg.norm(values[3:]))
+            if meeting >= 0:
+                _, _, begin, _, end, _ = tables.meeting_ints[meeting]
+                arm = float(np.linalg.norm(tables.meeting_floats[meeting][:3]))
+                arm += float(offsets[tables.ways[begin:end]].sum())
+            for one in tree.path(body)[::-1]:
+                first, count = tree.ints[one * layout.BODY_INTS + 3 : one * layout.BODY_INTS + 5]
+                for k in range(first, first + count):
+                    turns = tree.dofs[k * layout.DOF_INTS] == 1
+                    if kind == layout.COUPLE:
+                        found[row, k] += size if turns else 0.0
+                    else:
+                        found[row, k] += size * arm if turns else size
+                arm += float(offsets[one])
+    return found.ravel()
 
 
 def _alike(tables: RowTables) -> np.ndarray:

@@ -69,7 +69,7 @@ def solve_blocks(
     blow_ints, blow_floats, kicks = known
     load_ints, load_floats = loads
     term_ints, term_floats, row_first, alike, reach, reach_first, reach_mask = rows[:7]
-    dof_list, dof_first, reach_dofs = rows[7:]
+    dof_list, dof_first, reach_dofs, lever = rows[7:]
     meeting_ints, meeting_floats, ways = meetings
     target, keeps = held
     contact_ints, contact_floats = contacts
@@ -153,7 +153,8 @@ def solve_blocks(
                         work[(p_at + r) * w + lane] = math.nan
             if alone == 0:
                 law(
-                    base, count, target, keeps, contact_ints, contact_floats,
+                    base, count, target, (keeps, lever, dof_first, dof_list, dof_at, reduced_at),
+                    contact_ints, contact_floats,
                     ((q, q_step), (e, e_step), (mu, mu_step)), (restitution, slip, order),
                     digits(witness),
                     work, w_at, before_at, free_at, p_at, w, code,

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from ..codes import AGAIN, RowStatus
+from .algebra import triple
 from .jit import built_in
-from .lanes import absolute, where_less
-from .layout import JUMP
+from .lanes import absolute, where_less, width
+from .layout import ALONG_DOF, BODY, COUPLE, JUMP, TERM, TERM_FLOATS, TERM_INTS
 from .memory import load, same, store
 from .rows import row_velocity
 
 __all__ = ["doubted"]
 
-# By how much rounding alone may set J Δv and W p apart, relative to the velocities: with
-# contacts, which are redundant in fours, and with constraints alone.
+# By how much rounding alone may set J Δv and W p apart, relative to the velocities before and
+# to the terms that J Δv is the sum of: with contacts, which are redundant in fours, and with
+# constraints alone.
 DOUBT, DOUBT_HELD = 1e-13, 2e-14
 _SOLVED = int(RowStatus.SOLVED)
 _NOT_UNIQUE, _JAM = int(RowStatus.NOT_UNIQUE), int(RowStatus.PAINLEVE_JAM)
@@ -42,7 +44,10 @@ def doubted(
             told = told + share * load(work, (p_at + s) * w, witness)
         left = absolute(made - told)
         worst = where_less(worst, left, left, worst)
-        for speed in (absolute(before), absolute(made)):
+        size = _size_of_terms(
+            term_ints, term_floats, row_first[r], row_first[r + 1], work, dv_at, term_at, witness
+        )
+        for speed in (absolute(before), size):
             scale = where_less(scale, speed, speed, scale)
     store(work, spare_at * w, worst)
     store(work, (spare_at + 1) * w, scale)
@@ -51,3 +56,35 @@ def doubted(
             code[lane] == _SOLVED or code[lane] == _NOT_UNIQUE or code[lane] == _JAM
         ):
             code[lane] = AGAIN
+
+
+@built_in
+def _size_of_terms(term_ints, term_floats, begin, end, work, dv_at, term_at, witness):
+    """What ``rows.row_velocity`` of the jump would be if nothing cancelled."""
+    w = width(witness)
+    size = same(0.0, witness)
+    for term in range(begin, end):
+        kind, body = term_ints[term * TERM_INTS], term_ints[term * TERM_INTS + 1]
+        if kind == ALONG_DOF:
+            own = load(work, (dv_at + term_ints[term * TERM_INTS + 3]) * w, witness)
+            size = size + absolute(term_floats[term * TERM_FLOATS + 3] * own)
+            continue
+        at = (term_at + term * TERM) * w
+        d0, d1, d2 = _absolutes(work, at, w, witness)
+        row = (body * BODY + JUMP) * w
+        t0, t1, t2 = _absolutes(work, row + 3 * w, w, witness)
+        if kind == COUPLE:
+            size = size + (d0 * t0 + d1 * t1 + d2 * t2)
+            continue
+        a0, a1, a2 = _absolutes(work, at + 3 * w, w, witness)
+        m0, m1, m2 = _absolutes(work, row, w, witness)
+        size = size + d0 * (m0 + t1 * a2 + t2 * a1)
+        size = size + d1 * (m1 + t2 * a0 + t0 * a2)
+        size = size + d2 * (m2 + t0 * a1 + t1 * a0)
+    return size
+
+
+@built_in
+def _absolutes(work, at, step, witness):
+    a = triple(work, at, step, witness)
+    return absolute(a[0]), absolute(a[1]), absolute(a[2])

@@ -35,8 +35,10 @@ def law_for(number: str, words: tuple[int, int, int] | None) -> Any:
     whole = types.int64
     numbers = types.float64[::1]
     strided = types.Tuple((numbers, whole))
+    places = types.int64[::1]
+    held = types.Tuple((types.boolean[::1], numbers, places, places, whole, whole))
     signature = types.none(
-        whole, whole, numbers, types.boolean[::1], types.int64[::1], numbers,
+        whole, whole, numbers, held, places, numbers,
         types.UniTuple(strided, 3), types.UniTuple(whole, 3), whole, getattr(types, number)[::1],
         whole, whole, whole, whole, whole, types.int8[::1],
     )  # fmt: skip
@@ -60,7 +62,7 @@ def _lanes(words: tuple[int, int, int]) -> Callable[..., None]:
 
 
 def leave_lanes(
-    base, rows, target, keeps, contact_ints, contact_floats, given, words, digits,
+    base, rows, target, keeping, contact_ints, contact_floats, given, words, digits,
     work, w_at, before_at, free_at, p_at, w, code,
 ):  # fmt: skip
     """Nothing."""

@@ -1,7 +1,7 @@
 """The contacts of one state: from its Delassus matrix to the impulses of all rows.
 
-Bilateral rows come first and are eliminated: λ = −W_bb⁻¹ (u_b − target + W_bc P), contacts
-see W_cc − W_cb W_bb⁻¹ W_bc. What they make of it is their law's.
+Bilateral rows come first and are eliminated (``held``), contacts see what is left,
+W_cc − W_cb W_bb⁺ W_bc. What they make of it is their law's.
 """
 
 from __future__ import annotations
@@ -11,20 +11,18 @@ import math
 import numpy as np
 
 from ..codes import AGAIN, RowStatus
-from .dense import cholesky, eliminate, lower_solve
+from .held import COARSE, bear, half_solved, hold
 from .jit import built_in
 from .layout import CONTACT_FLOATS, CONTACT_INTS
 
 __all__ = ["COARSE", "pose", "problem_in", "put_back", "room"]
 
-# As in ``impact``: q this near a limit is at it, and pivots above this are no rounding.
+# As in ``impact``: q this near a limit is at it.
 AT_STOP = 1e-9
-SAFE_PIVOT = 1e-6
-NULL_ROW = 1e-12
 # Coefficients this small are none.
 NEGLIGIBLE = 1e-150
-# Pivots in single precision.
-COARSE = 1e-4
+# Share of its W that a contact row keeps beside bilateral ones; below, digits are lost.
+HELD_STILL = 1e-6
 _SOLVED = int(RowStatus.SOLVED)
 
 
@@ -54,7 +52,9 @@ def room(rows, contacts):
         np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
     )  # fmt: skip
     short = (np.zeros((few, 2)), np.zeros((4, 2)), np.zeros(4))
-    return square, line, short, (np.zeros(few, dtype=np.int64), np.zeros(few, dtype=np.int64))
+    # The contacts, then the bilateral rows in their order, how many are not null, the rank.
+    row_of = np.zeros(few + rows + 2, dtype=np.int64)
+    return square, line, short, (row_of, np.zeros(few, dtype=np.int64))
 
 
 @built_in
@@ -99,7 +99,7 @@ def _coefficient(contact_ints, contact_floats, contact, given, approach):
 
 @built_in
 def pose(
-    state, lane, rows, target, keeps, contact_ints, contact_floats, given, digits,
+    state, lane, rows, target, keeping, contact_ints, contact_floats, given, digits,
     work, w_at, before_at, free_at, w, code, space,
 ):  # fmt: skip
     """Write the problem of one lane into ``space``; how many contacts touch.
@@ -109,7 +109,8 @@ def pose(
     Args:
         state: the state that stands in the lane.
         rows: how many.
-        target, keeps: of the bilateral ones, velocities they are brought to; True: their own.
+        target, keeping: of the bilateral ones, velocities they are brought to, and what
+            ``held.hold`` wants besides.
         given: (array, stride) of q, restitution and friction.
         digits: binary digits of the numbers in ``work``.
         w_at, before_at, free_at: where W, u⁻ and u_free stand in ``work``.
@@ -119,7 +120,7 @@ def pose(
         return np.int64(-1)
     (q, q_step), (e, e_step), (mu, mu_step) = given
     q_row, e_row, mu_row, held = state * q_step, state * e_step, state * mu_step, len(target)
-    square, line, _, (row_of, _) = space
+    square, line, _, (row_of, mode) = space
     W, lower, cross_held, matrix = square[:4]
     before, free, mus, es, ets, sign, known, rest, scale_of = line[:9]
     # np.int64(0), for with a 0 numba would compile all that takes it once more.
@@ -158,44 +159,35 @@ def pose(
         ets[k] = contact_floats[contact * CONTACT_FLOATS + 11]
     if held == 0:
         return count
-    largest = 0.0
-    for i in range(held):
-        largest = max(largest, float(work[(w_at + i * rows + i) * w + lane]))
-    for i in range(held):
-        diagonal = float(work[(w_at + i * rows + i) * w + lane])
-        # A row that moves nothing, as across a planar loop, may be rounding.
-        if not diagonal > NULL_ROW * largest:
-            code[lane] = AGAIN
-            return np.int64(0)
-        scale_of[i] = 1.0 / math.sqrt(diagonal)
-    for i in range(held):
-        for j in range(i + 1):
-            matrix[i, j] = work[(w_at + i * rows + j) * w + lane] * scale_of[i] * scale_of[j]
-    if not cholesky(matrix, held, lower) > (SAFE_PIVOT if digits == 53 else COARSE):
+    at = len(mode)
+    rank = hold(
+        rows, target, keeping, digits, work, w_at, before_at, free_at, w, lane,
+        matrix, lower, known, scale_of, row_of, at,
+    )  # fmt: skip
+    if rank < 0:
         code[lane] = AGAIN
         return np.int64(0)
-    for i in range(held):
-        wanted = target[i]
-        if keeps[i]:
-            wanted = work[(before_at + i) * w + lane]
-        known[i] = (wanted - work[(free_at + i) * w + lane]) * scale_of[i]
-    eliminate(lower, held, known)
+    row_of[at + held + 1] = rank
     # Half-solved columns of the contacts, for W and for what the rows bear.
     for j in range(size):
         c = _row(contact_ints, row_of, j)
-        for i in range(held):
-            rest[i] = 0.0
-            if c >= 0:
-                value = work[(w_at + i * rows + c) * w + lane]
-                rest[i] = sign[j // 3] * value * scale_of[i]
-                free[j] += rest[i] * known[i]
-        lower_solve(lower, held, rest)
-        for i in range(held):
-            cross_held[j, i] = rest[i]
+        for k in range(rank):
+            cross_held[j, k] = 0.0
+        if c >= 0:
+            half_solved(rows, rank, c, work, w_at, w, lane, lower, scale_of, row_of, at, rest)
+            for k in range(rank):
+                cross_held[j, k] = sign[j // 3] * rest[k]
+                free[j] += cross_held[j, k] * known[k]
     for i in range(size):
+        alone = W[i, i]
         for j in range(size):
-            for k in range(held):
+            for k in range(rank):
                 W[i, j] -= cross_held[i, k] * cross_held[j, k]
+        # What the bilateral rows all but hold still is left with few digits.
+        matters = i % 3 == 2 or mus[i // 3] > 0.0
+        if matters and alone > 0.0 and not W[i, i] > HELD_STILL * alone:
+            code[lane] = AGAIN
+            return np.int64(0)
     return count
 
 
@@ -206,25 +198,22 @@ def put_back(lane, count, rows, held, contact_ints, work, p_at, w, code, space):
         for r in range(rows):
             work[(p_at + r) * w + lane] = math.nan if count < 0 else 0.0
         return
-    square, line, _, (row_of, _) = space
-    lower, cross_held = square[1], square[2]
+    square, line, _, (row_of, mode) = space
+    lower, cross_held, matrix = square[1:4]
     sign, known, rest, scale_of, P = line[5:10]
     size = 3 * count
     for r in range(held, rows):
         work[(p_at + r) * w + lane] = 0.0
     if held > 0:
-        for i in range(held):
-            rest[i] = 0.0
+        at = len(mode)
+        rank = row_of[at + held + 1]
+        for k in range(rank):
+            rest[k] = 0.0
             for j in range(size):
-                rest[i] += cross_held[j, i] * P[j]
-        # Only the second half of the solution is still to be done.
-        for i in range(held - 1, -1, -1):
-            total = rest[i]
-            for k in range(i + 1, held):
-                total -= lower[k, i] * rest[k]
-            rest[i] = total / lower[i, i]
-        for i in range(held):
-            work[(p_at + i) * w + lane] = scale_of[i] * (known[i] - rest[i])
+                rest[k] += cross_held[j, k] * P[j]
+        bear(
+            held, rank, known, rest, lower, scale_of, row_of, at, matrix, work, p_at, w, lane
+        )  # fmt: skip
     for j in range(size):
         c = _row(contact_ints, row_of, j)
         if c >= 0:

@@ -69,6 +69,9 @@ def refined(
         steps: how to change it.
     """
     status = solution.status
+    if not problem.delassus.any():
+        # Bilateral rows hold every contact still: there is nothing that could be moved.
+        return solution, dv
     if law != Law() or status is Status.NO_SOLUTION:
         return solution, dv
     if status is Status.NOT_CONVERGED and not solution.residual < NEAR:
