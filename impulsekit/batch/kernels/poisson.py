@@ -25,7 +25,7 @@ _NOT_UNIQUE = int(RowStatus.NOT_UNIQUE)
 
 
 def poisson_lanes(
-    base, rows, target, keeps, contact_ints, contact_floats, given, words, digits,
+    base, rows, target, keeping, contact_ints, contact_floats, given, words, digits,
     work, w_at, before_at, free_at, p_at, w, code,
 ):  # fmt: skip
     """Write the impulses of all rows, and the codes, for the states of a block from ``base`` on.
@@ -35,7 +35,7 @@ def poisson_lanes(
     space = room(rows, len(contact_ints) // CONTACT_INTS)
     for lane in range(w):
         count = pose(
-            base + lane, lane, rows, target, keeps, contact_ints, contact_floats, given, digits,
+            base + lane, lane, rows, target, keeping, contact_ints, contact_floats, given, digits,
             work, w_at, before_at, free_at, w, code, space,
         )  # fmt: skip
         if count > 0:

@@ -28,7 +28,7 @@ _TOO_LONG = int(RowStatus.SEQUENCE_TOO_LONG)
 
 
 def sequential_lanes(
-    base, rows, target, keeps, contact_ints, contact_floats, given, words, digits,
+    base, rows, target, keeping, contact_ints, contact_floats, given, words, digits,
     work, w_at, before_at, free_at, p_at, w, code,
 ):  # fmt: skip
     """Write the impulses of all rows, and the codes, for the states of a block from ``base`` on.
@@ -38,7 +38,7 @@ def sequential_lanes(
     space = room(rows, len(contact_ints) // CONTACT_INTS)
     for lane in range(w):
         count = pose(
-            base + lane, lane, rows, target, keeps, contact_ints, contact_floats, given, digits,
+            base + lane, lane, rows, target, keeping, contact_ints, contact_floats, given, digits,
             work, w_at, before_at, free_at, w, code, space,
         )  # fmt: skip
         if count > 0:
