@@ -1,0 +1,237 @@
+"""Slip that turns, by the series of ``impact.laws.turning``, for kernels."""
+
+from __future__ import annotations
+
+import math
+
+from .jit import built_in
+from .progress import (
+    COMPRESSING,
+    FALLS,
+    FRICTION,
+    NORMAL,
+    P1,
+    P2,
+    PRESSED,
+    REGAINED,
+    SPENT,
+    U1,
+    U2,
+    UN,
+    P,
+    is_over,
+    left_to_go,
+)
+
+__all__ = ["ORDER", "SERIES", "STRAIGHT", "turn"]
+
+# As there.
+STRAIGHT = 1e-13
+FAINT = 1e-14
+ORDER = 20
+CUT = 1e-17
+LONGEST = 1e12
+MOST_STEPS = 400
+# The series of u_1, u_2, u_n, |u_t|, |u_t|², |u_t| u_n; du_n/dτ; of what ends the phase.
+_U1, _U2, _UN, _SPEED, _SQUARE, _POWER, _RISE, _END, SERIES = 0, 1, 2, 3, 4, 5, 6, 7, 8
+
+
+@built_in
+def turn(t11, t12, t22, n1, n2, nn, now, mu, law, e, target, scale, series):
+    """Follow the slip to the end of the phase or of the slip, or until it keeps its direction.
+
+    Args:
+        series: room, (SERIES, ORDER + 1).
+
+    Returns:
+        Whether the impact is over, and how many steps it took.
+    """
+    first = math.sqrt(now[U1] * now[U1] + now[U2] * now[U2])
+    tangential = abs(n1) + abs(n2) + mu * (t11 + t22)
+    # Per step: velocities in units of r, τ of 1/inertia, impulses of r/inertia.
+    inertia = tangential + nn
+    a11, a12, a22 = mu * t11 / inertia, mu * t12 / inertia, mu * t22 / inertia
+    w1, w2, wn = n1 / inertia, n2 / inertia, nn / inertia
+    straight = STRAIGHT * tangential / inertia
+    if wn * first <= mu * (w1 * now[U1] + w2 * now[U2]):
+        now[FALLS] = 1.0
+    for step in range(MOST_STEPS):
+        r = math.sqrt(now[U1] * now[U1] + now[U2] * now[U2])
+        if r <= FAINT * first:
+            now[U1], now[U2] = 0.0, 0.0
+            return False, step
+        s1, s2 = now[U1] / r, now[U2] / r
+        turning = abs(s1 * (w2 - a12 * s1 - a22 * s2) - s2 * (w1 - a11 * s1 - a12 * s2))
+        if turning <= straight and turning * r <= 1e-15 * first:
+            return False, step
+        _expand(a11, a12, a22, w1, w2, wn, now, mu, r, series)
+        reached = _step(w1, w2, wn, now, mu, law, e, target, r, inertia, series)
+        if reached:
+            return is_over(now, law, e, target, scale), step
+    return False, MOST_STEPS
+
+
+@built_in
+def _expand(a11, a12, a22, w1, w2, wn, now, mu, r, series):
+    """Write the Taylor coefficients in τ, in units of r."""
+    series[_U1, 0], series[_U2, 0], series[_UN, 0] = now[U1] / r, now[U2] / r, now[UN] / r
+    series[_SPEED, 0], series[_SQUARE, 0] = 1.0, 1.0
+    series[_POWER, 0] = series[_UN, 0]
+    m1, m2 = mu * w1, mu * w2
+    for k in range(ORDER):
+        x, y, z = series[_U1, k], series[_U2, k], series[_SPEED, k]
+        part = 1.0 / (k + 1)
+        series[_U1, k + 1] = part * (w1 * z - a11 * x - a12 * y)
+        series[_U2, k + 1] = part * (w2 * z - a12 * x - a22 * y)
+        series[_UN, k + 1] = part * (wn * z - m1 * x - m2 * y)
+        square = 2.0 * (
+            series[_U1, 0] * series[_U1, k + 1] + series[_U2, 0] * series[_U2, k + 1]
+        )
+        own = 0.0
+        power = series[_SPEED, 0] * series[_UN, k + 1]
+        for j in range(1, k + 1):
+            i = k + 1 - j
+            square += series[_U1, j] * series[_U1, i] + series[_U2, j] * series[_U2, i]
+            own += series[_SPEED, j] * series[_SPEED, i]
+            power += series[_SPEED, j] * series[_UN, i]
+        series[_SQUARE, k + 1] = square
+        series[_SPEED, k + 1] = 0.5 * (square - own)
+        series[_POWER, k + 1] = power + series[_SPEED, k + 1] * series[_UN, 0]
+
+
+@built_in
+def _step(w1, w2, wn, now, mu, law, e, target, r, inertia, series):
+    """One step, cut where the phase ends; whether it does."""
+    h = LONGEST
+    for k in range(ORDER - 1, ORDER + 1):
+        size = max(abs(series[_U1, k]), abs(series[_U2, k]), abs(series[_SPEED, k]))
+        if size > 0.0:
+            h = min(h, (CUT / size) ** (1.0 / k))
+    # On each step u_n shall rise or fall, not both.
+    for k in range(ORDER):
+        series[_RISE, k] = (k + 1) * series[_UN, k + 1]
+    series[_RISE, ORDER] = 0.0
+    if series[_RISE, 0] * _at(series, _RISE, h) < 0.0:
+        lowest = _root(series, _RISE, 0.0, h)
+        # Where the last step was cut there, rounding may tell so again.
+        if lowest > 1e-8 * h:
+            h = lowest
+    fell = (
+        now[COMPRESSING] == 0.0
+        and series[_UN, 0] + _gain(series, _UN, h) < 0.0
+        and _at(series, _RISE, h) < 0.0
+    )
+    if fell:
+        if series[_UN, 0] > 0.0:
+            _shift(series, _UN)
+            h = _root(series, _END, -series[_UN, 0], h)
+        else:
+            h = 0.0
+    in_velocity, in_impulse, in_work = left_to_go(now, law, e, target)
+    if in_velocity < math.inf:
+        _shift(series, _UN)
+        goal = in_velocity / r
+    elif in_impulse < math.inf:
+        _integrate(series, _SPEED)
+        goal = in_impulse * inertia / r
+    else:
+        _integrate(series, _POWER)
+        goal = in_work * inertia / (r * r)
+    reached = _at(series, _END, h) >= goal
+    if reached:
+        h = _root(series, _END, goal, h)
+    o1, o2 = series[_U1, 0], series[_U2, 0]
+    s1, s2 = o1 + _gain(series, _U1, h), o2 + _gain(series, _U2, h)
+    along = w1 * s1 + w2 * s2
+    # Where slip turns past w, W_nn − µ w·s is least between the ends of the step.
+    if wn * math.sqrt(s1 * s1 + s2 * s2) <= mu * along or (
+        (w1 * o2 - w2 * o1) * (w1 * s2 - w2 * s1) < 0.0
+        and along > 0.0
+        and wn <= mu * math.sqrt(w1 * w1 + w2 * w2)
+    ):
+        now[FALLS] = 1.0
+    unit = r / inertia
+    p, work = unit * _total(series, _SPEED, h), unit * r * _total(series, _POWER, h)
+    now[P1] -= mu * unit * _total(series, _U1, h)
+    now[P2] -= mu * unit * _total(series, _U2, h)
+    now[P] += p
+    now[NORMAL] += work
+    now[FRICTION] -= mu * unit * r * _total(series, _SQUARE, h)
+    if now[COMPRESSING] > 0.0:
+        now[PRESSED] += p
+        now[SPENT] += work
+    else:
+        now[REGAINED] += work
+    now[U1], now[U2] = r * s1, r * s2
+    now[UN] += r * _gain(series, _UN, h)
+    if fell and not reached:
+        now[UN], now[COMPRESSING] = 0.0, 1.0
+    return reached
+
+
+@built_in
+def _at(series, row, x):
+    total = 0.0
+    for k in range(ORDER, -1, -1):
+        total = total * x + series[row, k]
+    return total
+
+
+@built_in
+def _gain(series, row, x):
+    """By how much a series is more at x than at 0."""
+    total = 0.0
+    for k in range(ORDER, 0, -1):
+        total = total * x + series[row, k]
+    return x * total
+
+
+@built_in
+def _total(series, row, x):
+    """The integral of a series from 0 to x."""
+    total = 0.0
+    for k in range(ORDER - 1, -1, -1):
+        total = total * x + series[row, k] / (k + 1)
+    return x * total
+
+
+@built_in
+def _shift(series, row):
+    """A series less where it begins, as that of the end."""
+    series[_END, 0] = 0.0
+    for k in range(1, ORDER + 1):
+        series[_END, k] = series[row, k]
+
+
+@built_in
+def _integrate(series, row):
+    """The integral of a series, as that of the end."""
+    series[_END, 0] = 0.0
+    for k in range(ORDER):
+        series[_END, k + 1] = series[row, k] / (k + 1)
+
+
+@built_in
+def _root(series, row, goal, high):
+    """Where between 0 and ``high`` a series is ``goal``: Newton, kept in by bisection."""
+    low, x = 0.0, high
+    rising = _at(series, row, high) >= series[row, 0]
+    for _ in range(100):
+        value, slope = 0.0, 0.0
+        for k in range(ORDER, -1, -1):
+            slope = slope * x + value
+            value = value * x + series[row, k]
+        error = goal - value
+        if error == 0.0:
+            break
+        if (error > 0.0) == rising:
+            low = x
+        else:
+            high = x
+        following = x + error / slope if slope != 0.0 else 0.5 * (low + high)
+        if not (low <= following <= high):
+            following = 0.5 * (low + high)
+        if abs(following - x) <= 1e-16 * x:
+            break
+        x = following
+    return x
