@@ -14,7 +14,7 @@ from ..scene import Law, Scene
 from .followers import freed_model
 from .kernels import layout
 from .kernels.lawful import is_known
-from .kernels.words import words_of
+from .kernels.words import END, STRONGE, words_of
 from .rows import NoKernelError, row_tables
 from .tables import known_tables, load_tables, path_mask, row_arrays, tree_tables
 from .tree import KINDS, Tree, tree_of
@@ -179,5 +179,13 @@ def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
         np.array(tables.restitution, dtype=float),
         np.array(tables.friction, dtype=float),
         len(followers),
-        words,
+        _plainer(words, tables.contact_ints),
     )
+
+
+def _plainer(words: tuple[int, int, int], contact_ints: list) -> tuple[int, int, int]:
+    """The words of the simplest law that is the same where no contact can rub."""
+    restitution, _, order = words
+    ends = restitution, END, order
+    rubs = any(ints[1] > 1 for ints in contact_ints)
+    return words if rubs or restitution == STRONGE or not is_known(ends) else ends

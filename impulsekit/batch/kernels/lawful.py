@@ -13,14 +13,14 @@ from typing import Any
 
 from numba import cfunc, types
 
-from .words import END, NEWTON, SEQUENTIAL
+from .words import END, NEWTON, PATH, SEQUENTIAL
 
 __all__ = ["is_known", "law_for"]
 
 
 def is_known(words: tuple[int, int, int]) -> bool:
     """Whether there is a kernel for a law, see ``words``."""
-    return words[1] == END
+    return words[1] == END or words[2] != SEQUENTIAL
 
 
 @functools.cache
@@ -47,7 +47,11 @@ def law_for(number: str, words: tuple[int, int, int] | None) -> Any:
 
 def _lanes(words: tuple[int, int, int]) -> Callable[..., None]:
     """The lanes of a block under one law."""
-    restitution, _, order = words
+    restitution, slip, order = words
+    if slip == PATH:
+        from .path_law import path_lanes
+
+        return path_lanes
     if order == SEQUENTIAL:
         from .sequential import sequential_lanes
 

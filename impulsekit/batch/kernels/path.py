@@ -14,7 +14,6 @@ from .progress import (
     COMPRESSING,
     FALLS,
     FRICTION,
-    NORMAL,
     P1,
     P2,
     PRESSED,
@@ -37,6 +36,8 @@ STOPPED = 1e-13
 MOST_SEGMENTS = 200
 MOST_TURNS = 400
 GAIN = 1e-10
+# Farther than this from W P the velocities of the way are in doubt.
+CLOSE = 1e-9
 TINY, HUGE = 1e-120, 1e120
 # Of rank one for all that rounding tells, and far from it; in between digits are lost.
 NULL, NEAR = 1e-13, 1e-4
@@ -48,7 +49,7 @@ _DOUBT, _TURNS, _SLIPS, _RESTS = -1, 0, 1, 2
 
 @built_in
 def follow(t11, t12, t22, n1, n2, nn, before, f1, f2, fn, e, mu, law, now, series):
-    """The code; P and works in ``now``.
+    """The code; P in ``now``.
 
     Args:
         t11, t12, t22, n1, n2, nn: W [1/kg].
@@ -99,14 +100,15 @@ def follow(t11, t12, t22, n1, n2, nn, before, f1, f2, fn, e, mu, law, now, serie
     if not (over or wedged) or not _residual(now, law, e, target, scale) <= 1e-9:
         return AGAIN
     p1, p2, pn = now[P1], now[P2], now[P]
-    a1 = f1 + t11 * p1 + t12 * p2 + n1 * pn - now[U1]
-    a2 = f2 + t12 * p1 + t22 * p2 + n2 * pn - now[U2]
-    an = fn + n1 * p1 + n2 * p2 + nn * pn - now[UN]
+    a1, a2 = f1 + t11 * p1 + t12 * p2 + n1 * pn, f2 + t12 * p1 + t22 * p2 + n2 * pn
+    an = fn + n1 * p1 + n2 * p2 + nn * pn
+    o1, o2, on = a1 - now[U1], a2 - now[U2], an - now[UN]
     rubs = p1 != 0.0 or p2 != 0.0
-    if rubs and not math.sqrt(a1 * a1 + a2 * a2 + an * an) <= 1e-9 * scale:
+    if rubs and not math.sqrt(o1 * o1 + o2 * o2 + on * on) <= CLOSE * scale:
         return AGAIN
-    total = now[NORMAL] + now[FRICTION]
-    size = abs(p1 * f1) + abs(p2 * f2) + abs(pn * fn) + abs(now[NORMAL]) + abs(now[FRICTION])
+    total = 0.5 * (p1 * (f1 + a1) + p2 * (f2 + a2) + pn * (fn + an))
+    friction = now[FRICTION]
+    size = abs(p1 * f1) + abs(p2 * f2) + abs(pn * fn) + abs(total - friction) + abs(friction)
     if total > 0.0 and total > GAIN * size:
         return _GAIN
     return _JAM if now[FALLS] > 0.0 else _SOLVED
@@ -167,7 +169,6 @@ def _straight(now, d1, d2, dn, k1, k2, mu, slips, law, e, target, scale):
     if slips:
         x, y = now[U1] + d1 * step, now[U2] + d2 * step
         now[FRICTION] -= mu * step * 0.5 * (speed + math.sqrt(x * x + y * y))
-    now[NORMAL] += work
     if now[COMPRESSING] > 0.0:
         now[PRESSED] += step
         now[SPENT] += work
@@ -193,11 +194,8 @@ def _holding(t11, t12, t22, n1, n2):
     """dP_t/dp that keeps u_t = 0, and whether it is sure."""
     det = t11 * t22 - t12 * t12
     if det > NULL * t11 * t22 and det > 0.0:
-        return (
-            (t12 * n2 - t22 * n1) / det,
-            (t12 * n1 - t11 * n2) / det,
-            det > NEAR * t11 * t22,
-        )
+        k1, k2 = (t12 * n2 - t22 * n1) / det, (t12 * n1 - t11 * n2) / det
+        return k1, k2, det > NEAR * t11 * t22
     # W_tt of rank one at most; w lies in its range, as W is semidefinite.
     trace = t11 + t22
     if not trace > 0.0:

@@ -14,8 +14,6 @@ __all__ = [
     "COMPRESSING",
     "FALLS",
     "FRICTION",
-    "NORMAL",
-    "P",
     "P1",
     "P2",
     "PRESSED",
@@ -25,14 +23,15 @@ __all__ = [
     "U1",
     "U2",
     "UN",
+    "P",
     "is_over",
     "left_to_go",
 ]
 
-# Relative velocity, impulse; works; impulse and work of compression, work of restitution; 1 in
-# compression, else 0; 1 where slip pressed the contact further in.
-U1, U2, UN, P1, P2, P, NORMAL, FRICTION, PRESSED, SPENT, REGAINED, COMPRESSING, FALLS = range(13)
-PROGRESS = 13
+# Relative velocity, impulse; work of friction; impulse and work of compression, work of
+# restitution; 1 in compression, else 0; 1 where slip pressed the contact further in.
+U1, U2, UN, P1, P2, P, FRICTION, PRESSED, SPENT, REGAINED, COMPRESSING, FALLS = range(12)
+PROGRESS = 12
 
 
 @built_in

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from .jit import built_in
 from .progress import (
     COMPRESSING,
     FALLS,
     FRICTION,
-    NORMAL,
     P1,
     P2,
     PRESSED,
@@ -22,6 +23,7 @@ from .progress import (
     is_over,
     left_to_go,
 )
+from .words import STRONGE
 
 __all__ = ["ORDER", "SERIES", "STRAIGHT", "turn"]
 
@@ -32,6 +34,8 @@ ORDER = 20
 CUT = 1e-17
 LONGEST = 1e12
 MOST_STEPS = 400
+# 1/(k + 1): quotients take as long as many products.
+INVERSE = np.array([1.0 / (k + 1) for k in range(ORDER + 1)])
 # The series of u_1, u_2, u_n, |u_t|, |u_t|², |u_t| u_n; du_n/dτ; of what ends the phase.
 _U1, _U2, _UN, _SPEED, _SQUARE, _POWER, _RISE, _END, SERIES = 0, 1, 2, 3, 4, 5, 6, 7, 8
 
@@ -76,27 +80,36 @@ def _expand(a11, a12, a22, w1, w2, wn, now, mu, r, series):
     """Write the Taylor coefficients in τ, in units of r."""
     series[_U1, 0], series[_U2, 0], series[_UN, 0] = now[U1] / r, now[U2] / r, now[UN] / r
     series[_SPEED, 0], series[_SQUARE, 0] = 1.0, 1.0
-    series[_POWER, 0] = series[_UN, 0]
     m1, m2 = mu * w1, mu * w2
     for k in range(ORDER):
         x, y, z = series[_U1, k], series[_U2, k], series[_SPEED, k]
-        part = 1.0 / (k + 1)
+        part = INVERSE[k]
         series[_U1, k + 1] = part * (w1 * z - a11 * x - a12 * y)
         series[_U2, k + 1] = part * (w2 * z - a12 * x - a22 * y)
         series[_UN, k + 1] = part * (wn * z - m1 * x - m2 * y)
-        square = 2.0 * (
-            series[_U1, 0] * series[_U1, k + 1] + series[_U2, 0] * series[_U2, k + 1]
-        )
+        square = series[_U1, 0] * series[_U1, k + 1] + series[_U2, 0] * series[_U2, k + 1]
         own = 0.0
-        power = series[_SPEED, 0] * series[_UN, k + 1]
-        for j in range(1, k + 1):
+        # The products are the same from both ends; one may stand in the middle.
+        for j in range(1, (k + 2) // 2):
             i = k + 1 - j
             square += series[_U1, j] * series[_U1, i] + series[_U2, j] * series[_U2, i]
             own += series[_SPEED, j] * series[_SPEED, i]
-            power += series[_SPEED, j] * series[_UN, i]
-        series[_SQUARE, k + 1] = square
-        series[_SPEED, k + 1] = 0.5 * (square - own)
-        series[_POWER, k + 1] = power + series[_SPEED, k + 1] * series[_UN, 0]
+        if k % 2 == 1:
+            i = (k + 1) // 2
+            own += 0.5 * series[_SPEED, i] * series[_SPEED, i]
+            square += 0.5 * (series[_U1, i] * series[_U1, i] + series[_U2, i] * series[_U2, i])
+        series[_SQUARE, k + 1] = 2.0 * square
+        series[_SPEED, k + 1] = square - own
+
+
+@built_in
+def _multiply(series):
+    """Write the series of |u_t| u_n."""
+    for k in range(ORDER + 1):
+        total = 0.0
+        for j in range(k + 1):
+            total += series[_SPEED, j] * series[_UN, k - j]
+        series[_POWER, k] = total
 
 
 @built_in
@@ -135,6 +148,7 @@ def _step(w1, w2, wn, now, mu, law, e, target, r, inertia, series):
         _integrate(series, _SPEED)
         goal = in_impulse * inertia / r
     else:
+        _multiply(series)
         _integrate(series, _POWER)
         goal = in_work * inertia / (r * r)
     reached = _at(series, _END, h) >= goal
@@ -151,17 +165,17 @@ def _step(w1, w2, wn, now, mu, law, e, target, r, inertia, series):
     ):
         now[FALLS] = 1.0
     unit = r / inertia
-    p, work = unit * _total(series, _SPEED, h), unit * r * _total(series, _POWER, h)
+    p = unit * _total(series, _SPEED, h)
     now[P1] -= mu * unit * _total(series, _U1, h)
     now[P2] -= mu * unit * _total(series, _U2, h)
     now[P] += p
-    now[NORMAL] += work
     now[FRICTION] -= mu * unit * r * _total(series, _SQUARE, h)
+    if law == STRONGE:
+        if now[COMPRESSING] > 0.0:
+            _multiply(series)
+        now[SPENT if now[COMPRESSING] > 0.0 else REGAINED] += unit * r * _total(series, _POWER, h)
     if now[COMPRESSING] > 0.0:
         now[PRESSED] += p
-        now[SPENT] += work
-    else:
-        now[REGAINED] += work
     now[U1], now[U2] = r * s1, r * s2
     now[UN] += r * _gain(series, _UN, h)
     if fell and not reached:
@@ -191,7 +205,7 @@ def _total(series, row, x):
     """The integral of a series from 0 to x."""
     total = 0.0
     for k in range(ORDER - 1, -1, -1):
-        total = total * x + series[row, k] / (k + 1)
+        total = total * x + series[row, k] * INVERSE[k]
     return x * total
 
 
@@ -208,7 +222,7 @@ def _integrate(series, row):
     """The integral of a series, as that of the end."""
     series[_END, 0] = 0.0
     for k in range(ORDER):
-        series[_END, k + 1] = series[row, k] / (k + 1)
+        series[_END, k + 1] = series[row, k] * INVERSE[k]
 
 
 @built_in

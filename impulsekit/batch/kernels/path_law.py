@@ -1,0 +1,126 @@
+"""Slip along the path for the contacts of one state, of which one acts, for kernels.
+
+As ``impact.laws.alone``: the others part or lie still, before and after.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..codes import AGAIN, RowStatus
+from .jit import built_in
+from .layout import CONTACT_INTS
+from .path import follow
+from .problem import pose, problem_in, put_back, room
+from .progress import P1, P2, PROGRESS, P
+from .turning import ORDER, SERIES
+from .words import NEWTON, STRONGE
+
+__all__ = ["path_lanes"]
+
+# As in ``impact``: approaches this small against the velocities are none, and coefficients.
+AT_REST = 1e-12
+NEGLIGIBLE = 1e-150
+# So many times smaller or larger, rounding may decide; and the same in single precision.
+SURE, COARSE = 1e2, 1e8
+_SOLVED, _JAM = int(RowStatus.SOLVED), int(RowStatus.PAINLEVE_JAM)
+_REFUSED = int(RowStatus.REFUSED)
+
+
+def path_lanes(
+    base, rows, target, keeps, contact_ints, contact_floats, given, words, digits,
+    work, w_at, before_at, free_at, p_at, w, code,
+):  # fmt: skip
+    """Write the impulses of all rows, and the codes, for the states of a block from ``base`` on.
+
+    The arguments are those of ``problem.pose``.
+    """
+    space = room(rows, len(contact_ints) // CONTACT_INTS)
+    now, series = np.zeros(PROGRESS), np.zeros((SERIES, ORDER + 1))
+    for lane in range(w):
+        count = pose(
+            base + lane, lane, rows, target, keeps, contact_ints, contact_floats, given, digits,
+            work, w_at, before_at, free_at, w, code, space,
+        )  # fmt: skip
+        if count > 0:
+            code[lane] = _solved(count, words[0], digits, space, now, series)
+        put_back(lane, count, rows, len(target), contact_ints, work, p_at, w, code, space)
+
+
+@built_in
+def _solved(count, law, digits, space, now, series):
+    """The code, with P of the contacts that touch in ``space``."""
+    W, before, free, mus, es, ets, P_all = problem_in(space)
+    sure = SURE if digits == 53 else COARSE
+    for i in range(3 * count):
+        P_all[i] = 0.0
+    one = np.int64(0)
+    scale = 0.0
+    if count > 1:
+        acting, one, scale = _acting(before, free, es, count, law, sure)
+        if acting < 0:
+            return AGAIN
+        if acting > 1:
+            return _several(mus, count, law)
+        if acting == 0:
+            return _SOLVED
+    at = 3 * one
+    e = es[one] if es[one] > NEGLIGIBLE else 0.0
+    mu = mus[one] if mus[one] > NEGLIGIBLE else 0.0
+    if mu > 0.0 and ets[one] != 0.0:
+        return _REFUSED
+    code = follow(
+        W[at, at], W[at, at + 1], W[at + 1, at + 1], W[at, at + 2], W[at + 1, at + 2],
+        W[at + 2, at + 2], before[at + 2], free[at], free[at + 1], free[at + 2],
+        e, mu, law, now, series,
+    )  # fmt: skip
+    P_all[at], P_all[at + 1], P_all[at + 2] = now[P1], now[P2], now[P]
+    if count > 1 and code in (_SOLVED, _JAM):
+        lowest = 0.0
+        for k in range(2, 3 * count, 3):
+            if k != at + 2:
+                after = free[k]
+                for j in range(at, at + 3):
+                    after += W[k, j] * P_all[j]
+                lowest = min(lowest, after)
+        if lowest < -AT_REST * scale * sure:
+            return _several(mus, count, law)
+        if lowest < -AT_REST * scale / sure:
+            return AGAIN
+    return code
+
+
+@built_in
+def _acting(before, free, es, count, law, sure):
+    """How many contacts act (-1: unsure), which, and the size of the approaches."""
+    scale = 0.0
+    for k in range(count):
+        scale = max(scale, abs(_approach(before, free, es, k, law)))
+    acting, one = np.int64(0), np.int64(0)
+    for k in range(count):
+        approach = _approach(before, free, es, k, law)
+        if approach < -AT_REST * scale * sure:
+            acting += 1
+            one = np.int64(k)
+        elif approach < -AT_REST * scale / sure:
+            return np.int64(-1), one, scale
+    return acting, one, scale
+
+
+@built_in
+def _approach(before, free, es, k, law):
+    approach = free[3 * k + 2]
+    if law == NEWTON:
+        approach += es[k] * min(before[3 * k + 2], 0.0)
+    return approach
+
+
+@built_in
+def _several(mus, count, law):
+    """The code where more than one contact would take part."""
+    if law == STRONGE:
+        return _REFUSED
+    for k in range(count):
+        if mus[k] > 0.0:
+            return _REFUSED
+    return AGAIN
