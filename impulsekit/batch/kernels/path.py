@@ -38,6 +38,8 @@ MOST_TURNS = 400
 GAIN = 1e-10
 # Farther than this from W P the velocities of the way are in doubt.
 CLOSE = 1e-9
+# Shares so many times the velocities leave too few digits of their sum.
+MOST_SHARES = 1e4
 TINY, HUGE = 1e-120, 1e120
 # Of rank one for all that rounding tells, and far from it; in between digits are lost.
 NULL, NEAR = 1e-13, 1e-4
@@ -103,9 +105,11 @@ def follow(t11, t12, t22, n1, n2, nn, before, f1, f2, fn, e, mu, law, now, serie
     a1, a2 = f1 + t11 * p1 + t12 * p2 + n1 * pn, f2 + t12 * p1 + t22 * p2 + n2 * pn
     an = fn + n1 * p1 + n2 * p2 + nn * pn
     o1, o2, on = a1 - now[U1], a2 - now[U2], an - now[UN]
-    rubs = p1 != 0.0 or p2 != 0.0
-    if rubs and not math.sqrt(o1 * o1 + o2 * o2 + on * on) <= CLOSE * scale:
-        return AGAIN
+    if p1 != 0.0 or p2 != 0.0:
+        shares = t11 * abs(p1) + t22 * abs(p2) + nn * pn
+        off = math.sqrt(o1 * o1 + o2 * o2 + on * on)
+        if not (off <= CLOSE * scale and shares <= MOST_SHARES * scale):
+            return AGAIN
     total = 0.5 * (p1 * (f1 + a1) + p2 * (f2 + a2) + pn * (fn + an))
     friction = now[FRICTION]
     size = abs(p1 * f1) + abs(p2 * f2) + abs(pn * fn) + abs(total - friction) + abs(friction)
