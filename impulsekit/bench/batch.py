@@ -21,8 +21,9 @@ import pinocchio as pin
 from ..batch import run
 from ..batch.long import long_chain
 from ..batch.solve import solve_batch, warm_up
+from ..impact import Status, solve
 from ..robot import Robot
-from ..scene import AppliedImpulse, Contact, Scene
+from ..scene import AppliedImpulse, Contact, Law, Scene
 from .claim import Claim
 from .contacts import CORNERS, SOLES, bare_admm, bare_impulse_dynamics
 from .known_blow import AT, LINEAR, bare_pinocchio
@@ -104,6 +105,25 @@ def _against_pinocchio() -> Iterator[Claim]:
     note = ", ".join(f"{n} {code.name}" for code, n in found.items())
     label = "talos: eight foot points, ADMM to 1e-8"
     yield replace(_row(label, call, 1024, _repeated(eight, 16), 16, 5.0), note=note)
+
+
+def _against_solve() -> Iterator[Claim]:
+    """Laws beside the default, against the way without kernels: one state after the other."""
+    solo = Robot.from_example("solo12", root="freeflyer")
+    q, v = _states(solo, 4096)
+    foot = Contact("FR_FOOT", friction=0.6, restitution=0.3)
+    for what, law, goal in (("Stronge along the path", Law("stronge", slip="path"), 50.0),):
+        scene = Scene(solo, contacts=[foot], law=law)
+        single = [
+            partial(_solved_alone, scene, *state) for state in zip(q[:64], v[:64], strict=True)
+        ]
+        label = f"solo12: {what}; theirs solve one by one"
+        yield _row(label, _bound(scene, q, v), len(q), _repeated(single, 64), 64, goal)
+
+
+def _solved_alone(scene: Scene, q: np.ndarray, v: np.ndarray) -> Status:
+    """What a row of a batch is: Δv and the status."""
+    return solve(scene, q, v).status
 
 
 def _bare_stick(robot: Robot, frame: str, q: np.ndarray, v: np.ndarray) -> Callable[[], object]:
@@ -232,6 +252,7 @@ def _fastest(call: Callable[[], object], rounds: int = 7) -> float:
 def claims() -> Iterator[Claim]:
     """How many times quicker a state of a batch is."""
     yield from _against_pinocchio()
+    yield from _against_solve()
     yield from _against_mujoco()
 
 
