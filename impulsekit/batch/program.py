@@ -13,7 +13,6 @@ from ..impact.reach import branch_of, touched_joints
 from ..scene import Law, Scene
 from .followers import freed_model
 from .kernels import layout
-from .kernels.lawful import is_known
 from .kernels.words import END, STRONGE, words_of
 from .rows import NoKernelError, row_tables
 from .tables import known_tables, load_tables, path_mask, row_arrays, tree_tables
@@ -112,8 +111,6 @@ def compiled(
 def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
     robot = scene.robot
     words = words_of(scene.law if scene.contacts else Law())
-    if not is_known(words):
-        raise NoKernelError(f"the law {scene.law}")
     try:
         model, followers = freed_model(robot.model)
     except KeyError as kind:
@@ -186,6 +183,6 @@ def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
 def _plainer(words: tuple[int, int, int], contact_ints: list) -> tuple[int, int, int]:
     """The words of the simplest law that is the same where no contact can rub."""
     restitution, _, order = words
-    ends = restitution, END, order
-    rubs = any(ints[1] > 1 for ints in contact_ints)
-    return words if rubs or restitution == STRONGE or not is_known(ends) else ends
+    if restitution == STRONGE or any(ints[1] > 1 for ints in contact_ints):
+        return words
+    return restitution, END, order

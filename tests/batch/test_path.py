@@ -112,6 +112,16 @@ def test_one_foot_acts_while_the_other_parts(solo, law):
 
 
 @every_law
+@pytest.mark.parametrize("restitution", [0.0, 0.6, 1.0])
+def test_feet_one_after_the_other(solo, law, restitution):
+    names = ("FR_FOOT", "HL_FOOT", "FL_FOOT")
+    feet = [ik.Contact(f, friction=0.4 + 0.3 * i, restitution=restitution)
+            for i, f in enumerate(names)]  # fmt: skip
+    order = dataclasses.replace(law, order="sequential")
+    held_against_solve(ik.Scene(solo, contacts=feet, law=order), *random_states(solo, 100, seed=7))
+
+
+@every_law
 def test_smooth_feet_are_the_same_under_both_slips(solo, law):
     feet = [ik.Contact(f, restitution=0.5) for f in ("FR_FOOT", "HL_FOOT", "FL_FOOT")]
     scene = ik.Scene(solo, contacts=feet, law=law)

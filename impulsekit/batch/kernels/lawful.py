@@ -13,14 +13,9 @@ from typing import Any
 
 from numba import cfunc, types
 
-from .words import END, NEWTON, PATH, SEQUENTIAL
+from .words import NEWTON, PATH, SEQUENTIAL
 
-__all__ = ["is_known", "law_for"]
-
-
-def is_known(words: tuple[int, int, int]) -> bool:
-    """Whether there is a kernel for a law, see ``words``."""
-    return words[1] == END or words[2] != SEQUENTIAL
+__all__ = ["law_for"]
 
 
 @functools.cache
@@ -48,6 +43,10 @@ def law_for(number: str, words: tuple[int, int, int] | None) -> Any:
 def _lanes(words: tuple[int, int, int]) -> Callable[..., None]:
     """The lanes of a block under one law."""
     restitution, slip, order = words
+    if slip == PATH and order == SEQUENTIAL:
+        from .path_sequence import path_sequence_lanes
+
+        return path_sequence_lanes
     if slip == PATH:
         from .path_law import path_lanes
 

@@ -14,6 +14,7 @@ from .progress import (
     COMPRESSING,
     FALLS,
     FRICTION,
+    NORMAL,
     P1,
     P2,
     PRESSED,
@@ -51,7 +52,7 @@ _DOUBT, _TURNS, _SLIPS, _RESTS = -1, 0, 1, 2
 
 @built_in
 def follow(t11, t12, t22, n1, n2, nn, before, f1, f2, fn, e, mu, law, now, series):
-    """The code; P in ``now``.
+    """The code; P and the works in ``now``.
 
     Args:
         t11, t12, t22, n1, n2, nn: W [1/kg].
@@ -111,8 +112,8 @@ def follow(t11, t12, t22, n1, n2, nn, before, f1, f2, fn, e, mu, law, now, serie
         if not (off <= CLOSE * scale and shares <= MOST_SHARES * scale):
             return AGAIN
     total = 0.5 * (p1 * (f1 + a1) + p2 * (f2 + a2) + pn * (fn + an))
-    friction = now[FRICTION]
-    size = abs(p1 * f1) + abs(p2 * f2) + abs(pn * fn) + abs(total - friction) + abs(friction)
+    now[NORMAL] = total - now[FRICTION]
+    size = abs(p1 * f1) + abs(p2 * f2) + abs(pn * fn) + abs(now[NORMAL]) + abs(now[FRICTION])
     if total > 0.0 and total > GAIN * size:
         return _GAIN
     return _JAM if now[FALLS] > 0.0 else _SOLVED

@@ -16,7 +16,7 @@ from .progress import P1, P2, PROGRESS, P
 from .turning import ORDER, SERIES
 from .words import NEWTON, STRONGE
 
-__all__ = ["path_lanes"]
+__all__ = ["path_lanes", "strike_along"]
 
 # As in ``impact``: approaches this small against the velocities are none, and coefficients.
 AT_REST = 1e-12
@@ -65,15 +65,11 @@ def _solved(count, law, digits, space, now, series):
         if acting == 0:
             return _SOLVED
     at = 3 * one
-    e = es[one] if es[one] > NEGLIGIBLE else 0.0
-    mu = mus[one] if mus[one] > NEGLIGIBLE else 0.0
-    if mu > 0.0 and ets[one] != 0.0:
+    code = strike_along(
+        W, at, before[at + 2], free, es[one], mus[one], ets[one], law, now, series
+    )
+    if code == _REFUSED:
         return _REFUSED
-    code = follow(
-        W[at, at], W[at, at + 1], W[at + 1, at + 1], W[at, at + 2], W[at + 1, at + 2],
-        W[at + 2, at + 2], before[at + 2], free[at], free[at + 1], free[at + 2],
-        e, mu, law, now, series,
-    )  # fmt: skip
     P_all[at], P_all[at + 1], P_all[at + 2] = now[P1], now[P2], now[P]
     if count > 1 and code in (_SOLVED, _JAM):
         lowest = 0.0
@@ -88,6 +84,20 @@ def _solved(count, law, digits, space, now, series):
         if lowest < -AT_REST * scale / sure:
             return AGAIN
     return code
+
+
+@built_in
+def strike_along(W, at, before, start, e, mu, e_t, law, now, series):
+    """``path.follow`` for the contact whose rows of W and of ``start`` [m/s] begin at ``at``."""
+    e = e if e > NEGLIGIBLE else 0.0
+    mu = mu if mu > NEGLIGIBLE else 0.0
+    if mu > 0.0 and e_t != 0.0:
+        return _REFUSED
+    return follow(
+        W[at, at], W[at, at + 1], W[at + 1, at + 1], W[at, at + 2], W[at + 1, at + 2],
+        W[at + 2, at + 2], before, start[at], start[at + 1], start[at + 2],
+        e, mu, law, now, series,
+    )  # fmt: skip
 
 
 @built_in

@@ -14,6 +14,7 @@ __all__ = [
     "COMPRESSING",
     "FALLS",
     "FRICTION",
+    "NORMAL",
     "P1",
     "P2",
     "PRESSED",
@@ -29,9 +30,10 @@ __all__ = [
 ]
 
 # Relative velocity, impulse; work of friction; impulse and work of compression, work of
-# restitution; 1 in compression, else 0; 1 where slip pressed the contact further in.
-U1, U2, UN, P1, P2, P, FRICTION, PRESSED, SPENT, REGAINED, COMPRESSING, FALLS = range(12)
-PROGRESS = 12
+# restitution; 1 in compression, else 0; 1 where slip pressed the contact further in; at the
+# end, all work of the normal impulse.
+U1, U2, UN, P1, P2, P, FRICTION, PRESSED, SPENT, REGAINED, COMPRESSING, FALLS, NORMAL = range(13)
+PROGRESS = 13
 
 
 @built_in
