@@ -61,7 +61,7 @@ class ConstrainedJump:
     def __init__(
         self, scene: Scene, known: KnownImpulses, reached: ReachedModel, *, always_regular: bool
     ) -> None:
-        self._known = known
+        self._known, self._struck = known, bool(scene.impulses)
         self._rows = ConstraintRows.of(scene, reached) if scene.constraints else None
         self._contacts = SceneContacts(scene, reached) if scene.contacts else None
         self._model, self._data = known.model, known.model.createData()
@@ -197,14 +197,12 @@ class ConstrainedJump:
         contacts = self._contacts
         if contacts is None:
             raise InputError("no contacts")
-        jacobian = (
-            touches[0].jacobian if len(touches) == 1 else np.vstack([t.jacobian for t in touches])
-        )
+        jacobian = np.concatenate([touch.jacobian for touch in touches])
         before = jacobian.dot(v)
         if rows is None or wanted is None:
-            half = factor.half(jacobian, impulse[None])
-            half_contacts = half[:, :-1]
-            free = before + half[:, -1].dot(half_contacts)
+            half_contacts, free = factor.half(jacobian), before
+            if self._struck:
+                free = before + factor.half(impulse[None])[:, 0].dot(half_contacts)
             problem = contacts.problem(half_contacts, before, free, touches)
             solution = contacts.solve(problem)
             dv = factor.solve(impulse + solution.impulse.dot(jacobian))

@@ -27,8 +27,9 @@ class SparseFactor:
     def half(self, *rows: np.ndarray) -> np.ndarray:
         """(nv, m) C = D^-½ U⁻¹ Aᵀ for rows A (m, nv), given in parts."""
         # Not LAPACK's dtrtrs: OpenBLAS starts threads for it, at any size.
-        stacked = rows[0] if len(rows) == 1 else np.concatenate(rows)
-        half = lapack.dtrsm(1.0, self._data.U, stacked.T, diag=1)
+        own = len(rows) > 1
+        stacked = np.concatenate(rows) if own else rows[0]
+        half = lapack.dtrsm(1.0, self._data.U, stacked.T, diag=1, overwrite_b=own)
         half /= np.sqrt(self._data.D)[:, None]
         return half
 

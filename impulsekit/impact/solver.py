@@ -164,7 +164,7 @@ class _Workspace:
         for touch in outcome.touches:
             rows = np.zeros((3, self._v_shape[0]))
             rows[:, self._reached.v_index] = touch.jacobian
-            touches.append(replace(touch, jacobian=rows))
+            touches.append(touch._replace(jacobian=rows))
         return replace(outcome, touches=tuple(touches))
 
     def _spread(self, dv_reached: np.ndarray) -> np.ndarray:

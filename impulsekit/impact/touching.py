@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -25,8 +25,7 @@ __all__ = ["ContactRows", "PointOnWorldPlane", "Touch", "contact_axes"]
 AT_STOP = 1e-9
 
 
-@dataclass(frozen=True, eq=False)
-class Touch:
+class Touch(NamedTuple):
     """One touching point.
 
     Attributes:

@@ -72,11 +72,10 @@ def solve_frictional(
         floor: (n,) the least normal impulse [N s] of each; None for 0.
         start: (3n,) an impulse nearby, instead of ADMM's [N s].
     """
-    smooth = friction < NEGLIGIBLE
-    if smooth.any():
+    if min(friction.tolist()) < NEGLIGIBLE:
         # Tangent rows without friction carry nothing, whatever stands in them.
         delassus, shifted = delassus.copy(), shifted.copy()
-        rows = np.flatnonzero(smooth)
+        rows = np.flatnonzero(friction < NEGLIGIBLE)
         for offset in (0, 1):
             delassus[3 * rows + offset] = 0.0
             delassus[:, 3 * rows + offset] = 0.0
@@ -84,7 +83,7 @@ def solve_frictional(
     if floor is not None and not floor.any():
         floor = None
     modes = Modes(delassus, shifted, friction, floor)
-    if floor is None and shifted[2::3].min() >= -1e-15 * modes.scale:
+    if floor is None and min(shifted[2::3].tolist()) >= -1e-15 * modes.scale:
         return Frictional(np.zeros_like(shifted), Status.SOLVED, 0.0, None, 0)
     if floor is None and start is None:
         found = _tried(modes)
@@ -147,11 +146,13 @@ def _tried(modes: Modes) -> Frictional | None:
         residual, seen = modes.seen(impulse)
     if residual > ROUNDING or any(s1 or s2 for _, _, s1, s2 in seen):
         return None
-    return _told(modes, impulse, residual, 0)
+    return _told(modes, impulse, residual, 0, slips=False)
 
 
-def _told(modes: Modes, impulse: np.ndarray, residual: float, count: int) -> Frictional:
+def _told(
+    modes: Modes, impulse: np.ndarray, residual: float, count: int, *, slips: bool = True
+) -> Frictional:
     """The answer, with what is not determined in it."""
-    unique = unique_contacts(modes, impulse)
+    unique = unique_contacts(modes, impulse, slips=slips)
     status = Status.SOLVED if unique is None else Status.NOT_UNIQUE
     return Frictional(impulse, status, residual, unique, count)

@@ -71,7 +71,7 @@ class Modes:
     ) -> None:
         self.delassus, self.shifted, self.friction = delassus, shifted, friction
         self.floor = floor
-        self.scale = float(np.abs(shifted).max())
+        self.scale = max(map(abs, shifted.tolist()))
         self.diagonal = diagonal = delassus.diagonal().tolist()
         self.largest = max(diagonal)
         least = NULL * self.largest

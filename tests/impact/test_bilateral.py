@@ -1,0 +1,74 @@
+"""W λ = r for bilateral rows by themselves: rows of zeros, given twice, all but dependent."""
+
+import numpy as np
+import pytest
+
+from impulsekit.errors import ContradictionError
+from impulsekit.impact import bilateral
+from impulsekit.impact.bilateral import solve_bilateral
+
+
+def solution(half, right, speeds=1.0):
+    m = half.shape[1]
+    return solve_bilateral(
+        half,
+        right,
+        lambda: np.full(m, 1.0),
+        lambda: np.full(m, speeds),
+        [f"row {i}" for i in range(m)],
+    )
+
+
+def rows(seed, nv=6, m=3):
+    rng = np.random.default_rng(seed)
+    return rng.normal(size=(nv, m)) / np.sqrt(nv), rng
+
+
+@pytest.mark.parametrize("still", [[1], [0, 3], [3]])
+def test_rows_of_zeros_bear_nothing_and_leave_the_others_as_they_are(monkeypatch, still):
+    half, rng = rows(0)
+    right = rng.normal(size=3)
+    alone = solution(half, right)
+    monkeypatch.setattr(bilateral, "_solve_dependent", None)
+    m = 3 + len(still)
+    moving = np.setdiff1d(np.arange(m), still)
+    wide, wanted = np.zeros((6, m)), np.zeros(m)
+    wide[:, moving], wanted[moving] = half, right
+    found = solution(wide, wanted)
+    np.testing.assert_array_equal(found.impulse[still], 0.0)
+    np.testing.assert_allclose(found.impulse[moving], alone.impulse, rtol=1e-14)
+    assert found.rank == 3 and not found.nearly
+    np.testing.assert_array_equal(found.unique, ~np.isin(np.arange(m), still))
+
+
+def test_rows_of_zeros_and_rows_given_twice_share_what_one_bears():
+    half, rng = rows(1)
+    right = rng.normal(size=3)
+    wide = np.column_stack([half, np.zeros(6), half[:, 1]])
+    found = solution(wide, np.array([*right, 0.0, right[1]]))
+    alone = solution(half, right).impulse
+    np.testing.assert_allclose(found.impulse[[0, 2]], alone[[0, 2]], rtol=1e-12)
+    np.testing.assert_allclose(found.impulse[[1, 4]], 0.5 * alone[1], rtol=1e-12)
+    np.testing.assert_array_equal(found.unique, [True, False, True, False, False])
+    assert found.rank == 3 and not found.nearly
+
+
+def test_all_rows_of_zeros_bear_nothing(capfd):
+    found = solution(np.zeros((3, 2)), np.zeros(2))
+    assert not found.impulse.any() and not found.unique.any() and found.rank == 0
+    # LAPACK is not asked about nothing, which it would complain of.
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_row_of_zeros_that_shall_move_is_refused():
+    half, _ = rows(2)
+    wide = np.column_stack([half, np.zeros(6)])
+    with pytest.raises(ContradictionError, match="row 3"):
+        solution(wide, np.array([0.0, 0.0, 0.0, 1.0]))
+
+
+def test_rows_all_but_dependent_are_told():
+    half, rng = rows(3)
+    close = half[:, 0] + 1e-9 * rng.normal(size=6)
+    found = solution(np.column_stack([half, np.zeros(6), close]), np.zeros(5))
+    assert found.nearly and found.rank == 3
