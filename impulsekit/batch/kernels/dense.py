@@ -6,7 +6,14 @@ import math
 
 from .jit import built_in
 
-__all__ = ["cholesky", "eliminate", "gauss", "lower_solve", "rank_by_pivots"]
+__all__ = [
+    "cholesky",
+    "eliminate",
+    "gauss",
+    "gauss_of_rank",
+    "lower_solve",
+    "rank_by_pivots",
+]
 
 
 @built_in
@@ -76,6 +83,53 @@ def gauss(a, n, x):
             total -= a[i, k] * x[k]
         x[i] = total / a[i, i]
     return True
+
+
+@built_in
+def gauss_of_rank(a, n, x, tolerance, order, y):
+    """Some x with A x = r where r is in the range, A being used up: 0 for what is redundant.
+
+    Args:
+        x: (n,) r on entry.
+        tolerance: pivots up to this share of the largest entry are none.
+        order, y: room, (n,).
+    """
+    rank = n
+    largest = 0.0
+    for j in range(n):
+        order[j] = j
+    for j in range(n):
+        row, column, size = j, j, 0.0
+        for i in range(j, n):
+            for k in range(j, n):
+                if abs(a[i, k]) > size:
+                    row, column, size = i, k, abs(a[i, k])
+        if j == 0:
+            largest = size
+        if not size > tolerance * largest:
+            rank = j
+            break
+        if row != j:
+            for k in range(j, n):
+                a[j, k], a[row, k] = a[row, k], a[j, k]
+            x[j], x[row] = x[row], x[j]
+        if column != j:
+            for i in range(n):
+                a[i, j], a[i, column] = a[i, column], a[i, j]
+            order[j], order[column] = order[column], order[j]
+        for i in range(j + 1, n):
+            factor = a[i, j] / a[j, j]
+            if factor != 0.0:
+                for k in range(j + 1, n):
+                    a[i, k] -= factor * a[j, k]
+                x[i] -= factor * x[j]
+    for i in range(rank - 1, -1, -1):
+        total = x[i]
+        for k in range(i + 1, rank):
+            total -= a[i, k] * y[k]
+        y[i] = total / a[i, i]
+    for j in range(n):
+        x[int(order[j])] = y[j] if j < rank else 0.0
 
 
 @built_in

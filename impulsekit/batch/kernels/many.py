@@ -146,6 +146,8 @@ def frictional(
         if bar <= BAR:
             if bar > 10.0 * FINE:
                 return AGAIN
-            redundant = is_redundant(W, mu, n, dependent, largest, P, matrix, way)
-            return _NOT_UNIQUE if redundant else _SOLVED
+            if not is_redundant(W, mu, n, dependent, largest, P, matrix, way):
+                return _SOLVED
+            # What is left over may be what sets nearly redundant contacts apart.
+            return _NOT_UNIQUE if bar <= FINE else AGAIN
     return AGAIN

@@ -9,14 +9,19 @@ import math
 
 import numpy as np
 
-from .dense import gauss
+from .dense import gauss, gauss_of_rank
 from .jit import built_in
 
 __all__ = ["BAR", "polish"]
 
 RIDGE = 1e-9
+# Nearer than this the ridge is left out: what is redundant would drift by rounding over it, out
+# of its cones and back. Pivots below this share are then none.
+NEAR = 1e-3
+DEPENDENT = 1e-10
 BAR = 1e-10
 DEEP = 1e-13
+RISES = 3
 # Parts; sticks; slides; the same two with P_n held at f.
 PARTS, STICKS, SLIDES, STICKS_AT_FLOOR, SLIDES_AT_FLOOR = 0, 1, 2, 3, 4
 
@@ -39,6 +44,7 @@ def polish(
     for j in range(size):
         best[j] = P[j]
     bar = math.inf
+    risen = 0
     for step in range(13):
         residual = _residual(W, b, mu, floor, n, scale, least, P, xi, mode, slip)
         if not residual < math.inf:
@@ -53,10 +59,14 @@ def polish(
             if last and bar <= fine:
                 break
         elif bar < 1e-11:
-            break
+            # It may rise for a step, where contacts on the edge of their cones change modes.
+            risen += 1
+            if bar <= fine or risen > RISES:
+                break
         if step < 12 and not _stepped(
-            W, b, mu, floor, n, largest, P, xi, mode, slip, way, aim, matrix, x, moved
-        ):
+            W, b, mu, floor, n, largest, P, xi, mode, slip, way, aim, matrix, x, moved,
+            residual < NEAR,
+        ):  # fmt: skip
             break
     for j in range(size):
         P[j] = best[j]
@@ -103,7 +113,9 @@ def _residual(W, b, mu, floor, n, scale, least, P, xi, mode, slip):
 
 
 @built_in
-def _stepped(W, b, mu, floor, n, largest, P, xi, mode, slip, way, aim, matrix, x, moved):
+def _stepped(
+    W, b, mu, floor, n, largest, P, xi, mode, slip, way, aim, matrix, x, moved, near
+):  # fmt: skip
     """One Newton step on the modes; False where the system is singular."""
     size = 3 * n
     m = np.int64(0)
@@ -167,7 +179,8 @@ def _stepped(W, b, mu, floor, n, largest, P, xi, mode, slip, way, aim, matrix, x
             if aim[r, k] != 0.0:
                 total += aim[r, k] * xi[k]
         x[r] = total
-        matrix[r, r] += RIDGE * largest
+        if not near:
+            matrix[r, r] += RIDGE * largest
     c = 0
     for i in range(n):
         if mode[i] == PARTS:
@@ -184,7 +197,9 @@ def _stepped(W, b, mu, floor, n, largest, P, xi, mode, slip, way, aim, matrix, x
             c += 1
         else:
             c += 3 if pushing else 2
-    if not gauss(matrix, m, x):
+    if near:
+        gauss_of_rank(matrix, m, x, DEPENDENT, moved, xi)
+    elif not gauss(matrix, m, x):
         return False
     bounds = moved
     for i in range(n):

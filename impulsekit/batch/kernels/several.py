@@ -41,6 +41,8 @@ def several(b, count, smooth, scale, digits, space):
     # Redundant contacts share by splitting, with or without friction.
     if digits < 53 and _is_dependent(W, size, own, aim):
         return AGAIN
+    if digits == 53 and not smooth and not _are_apart(W, count):
+        return AGAIN
     for i in range(size):
         for j in range(size):
             own[i, j] = W[i, j]
@@ -52,13 +54,23 @@ def several(b, count, smooth, scale, digits, space):
 
 @built_in
 def _are_apart(W, count):
-    """Whether no two contacts all but coincide: of such, rounding leaves few digits."""
+    """Whether no two contacts all but coincide: rounding, or a hair, would share their load."""
     for i in range(count):
         for j in range(i):
-            own = W[3 * i + 2, 3 * i + 2] * W[3 * j + 2, 3 * j + 2]
-            if not own - W[3 * i + 2, 3 * j + 2] ** 2 > COINCIDENT * own:
-                return False
+            if not _is_along(W, 3 * i + 2, 3 * j + 2):
+                continue
+            # The tangents of planes that differ by a hair may stand in another order.
+            for other in (3 * j, 3 * j + 1):
+                if _is_along(W, 3 * i, other) and _is_along(W, 3 * i + 1, 6 * j + 1 - other):
+                    return False
     return True
+
+
+@built_in
+def _is_along(W, a, b):
+    """Whether two rows all but coincide."""
+    own = W[a, a] * W[b, b]
+    return not own - W[a, b] ** 2 > COINCIDENT * own
 
 
 @built_in
