@@ -48,9 +48,10 @@ class LongImpact:
         self._work = work = np.zeros(self._places[-1])
         work[q_at:v_at] = q
         work[v_at:dv_at] = v
-        loaded = self._loaded()
+        mask = self._loaded()
+        loaded, placed = (mask, np.flatnonzero(mask)), np.ones(tree.bodies + 1, dtype=bool)
         tables = tree.ints, tree.floats, tree.dofs
-        jump(*tables, tree.bodies, loaded, self._blows, work, self._places)
+        jump(*tables, tree.bodies, loaded, placed, self._blows, work, self._places)
         self.dv = work[dv_at : dv_at + tree.nv].copy()
         self.v_after = v + self.dv
         for array in (self.q, self.v_before, self.dv, self.v_after):
@@ -67,7 +68,7 @@ class LongImpact:
         tree, rows = self._tree, self._rows()
         rows[:, layout.FORCE : layout.FORCE + 6] = 0.0
         reactions(tree.ints, tree.floats, tree.bodies, self._blows, self._work, self._places)
-        found = rows[1:, layout.FORCE : layout.FORCE + 6].copy()
+        found = self._in_world(layout.FORCE)[1:]
         found.setflags(write=False)
         return found
 
@@ -80,26 +81,36 @@ class LongImpact:
         """
         body, point, _ = self._owner.site(link, vector(at, "at"))
         row = self._twists[body] + self._rows()[body, layout.JUMP : layout.JUMP + 6]
-        arm = self._rows()[body, :9].reshape(3, 3) @ point
-        return row[:3] + np.cross(row[3:], arm)
+        rotation = self._rows()[body, layout.ROTATION : layout.ROTATION + 9].reshape(3, 3)
+        return rotation @ (row[:3] + np.cross(row[3:], point))
 
     @cached_property
     def twists_after(self) -> np.ndarray:
         """(bodies, 6) velocity of each joint's origin as of its child, and angular velocity."""
-        jumps = self._rows()[1:, layout.JUMP : layout.JUMP + 6]
-        found = self._twists[1:] + jumps
+        found = (self._turned(self._twists) + self._in_world(layout.JUMP))[1:]
         found.setflags(write=False)
         return found
 
     @cached_property
     def _twists(self) -> np.ndarray:
-        """(bodies + 1, 6) the twists before the impact."""
+        """(bodies + 1, 6) the twists before the impact, in the axes of the bodies."""
         from .kernels.alone import speeds
 
-        if self.v_before.any():
-            everyone = np.arange(1, self._tree.bodies + 1)
-            speeds(self._tree.ints, self._tree.dofs, everyone, self._work, self._places)
-        return self._rows()[:, layout.TWIST : layout.TWIST + 6]
+        rows = self._rows()[:, layout.TWIST : layout.TWIST + 6]
+        if not self.v_before.any():
+            return np.zeros_like(rows)
+        tree, everyone = self._tree, np.arange(1, self._tree.bodies + 1)
+        speeds(tree.ints, tree.floats, tree.dofs, everyone, self._work, self._places)
+        return rows
+
+    def _in_world(self, first: int) -> np.ndarray:
+        """(bodies + 1, 6) spatial vectors of the bodies' rows in world axes."""
+        return self._turned(self._rows()[:, first : first + 6])
+
+    def _turned(self, vectors: np.ndarray) -> np.ndarray:
+        """(bodies + 1, 6) spatial vectors in the axes of the bodies, in world axes."""
+        rotations = self._rows()[:, layout.ROTATION : layout.ROTATION + 9].reshape(-1, 3, 3)
+        return np.einsum("bij,bkj->bki", rotations, vectors.reshape(-1, 2, 3)).reshape(-1, 6)
 
     def _rows(self) -> np.ndarray:
         """(bodies + 1, BODY) what the kernels know of each body."""

@@ -15,7 +15,7 @@ from .followers import freed_model
 from .kernels import layout
 from .kernels.words import END, STRONGE, words_of
 from .rows import NoKernelError, row_tables
-from .tables import known_tables, load_tables, path_mask, row_arrays, tree_tables
+from .tables import in_world, known_tables, load_tables, path_mask, row_arrays, tree_tables
 from .tree import KINDS, Tree, tree_of
 
 __all__ = ["BatchPlan", "Program", "compiled"]
@@ -141,6 +141,7 @@ def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
         np.flatnonzero(loaded),
         path_mask(tree, struck),
         np.flatnonzero(path_mask(tree, struck | passed)),
+        path_mask(tree, in_world(known, rows, tables)),
     )
     is_part = len(set(tree.q_index.tolist())) < robot.nq
     sizes = (

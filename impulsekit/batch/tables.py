@@ -14,7 +14,7 @@ from .masses import link_inertia
 from .rows import RowMaker, RowTables
 from .tree import KINDS, Tree, weights
 
-__all__ = ["known_tables", "load_tables", "path_mask", "row_arrays", "tree_tables"]
+__all__ = ["in_world", "known_tables", "load_tables", "path_mask", "row_arrays", "tree_tables"]
 
 
 def tree_tables(tree: Tree, model: Any, followers: Sequence[Follower]) -> tuple[np.ndarray, ...]:
@@ -165,6 +165,20 @@ def _levers(tree: Tree, tables: RowTables) -> np.ndarray:
                         found[row, k] += size * arm if turns else size
                 arm += float(offsets[one])
     return found.ravel()
+
+
+def in_world(
+    known: tuple[np.ndarray, ...], rows: tuple[np.ndarray, ...], tables: RowTables
+) -> set[int]:
+    """The bodies that have to do with the world's axes or with those of another body."""
+    blows = known[0].reshape(-1, layout.BLOW_INTS)
+    terms = rows[0].reshape(-1, layout.TERM_INTS)
+    terms = terms[terms[:, 0] != layout.ALONG_DOF]
+    own = (terms[:, 1] == terms[:, 2]) & (terms[:, 4:] < 0).all(axis=1)
+    found = {*blows[blows[:, 1] == 0, 0].tolist(), *terms[~own, 1:3].ravel().tolist()}
+    for first, other, *_ in tables.meeting_ints:
+        found |= {first, other}
+    return found - {0}
 
 
 def _alike(tables: RowTables) -> np.ndarray:

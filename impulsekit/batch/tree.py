@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from .kernels import layout
 
-__all__ = ["KINDS", "Tree", "joined_tree", "tree_of", "weights"]
+__all__ = ["KINDS", "Tree", "joined_tree", "part_turns", "tree_of", "weights"]
 
 # By Pinocchio's names of joints; what is not here, no kernel knows.
 KINDS = {
@@ -26,6 +26,9 @@ KINDS = {
     "JointModelPlanar": layout.PLANAR,
     "JointModelTranslation": layout.TRANSLATION,
 }
+
+# Sines below this are rounding. Axes that differ by less do not say well what is across them.
+ROUNDING, SMALLEST_ANGLE = 4e-16, 1e-6
 
 _DOFS = {
     layout.ANGLE: ((1, 2),),
@@ -102,12 +105,13 @@ def tree_of(model: pin.Model, joints: Sequence[int], whole: pin.Model | None = N
     q_index: list[int] = []
     v_index: list[int] = []
     place = {joint_id: body for body, joint_id in enumerate(ids)}
+    joint_axes = {i: _axis(model.joints[i], neutral) for i in joints if model.joints[i].nv == 1}
     for body, joint_id in enumerate(ids[1:], start=1):
         joint = model.joints[joint_id]
         kind = KINDS[joint.shortname()]
         parent = place[model.parents[joint_id]]
-        turns[body] = _turn(joint, neutral) if joint.nv == 1 else np.eye(3)
-        ints[body] = (parent, kind, len(q_index), len(dofs), joint.nv, 0, 0, -1)
+        turns[body] = _axes(model, joint_id, joint_axes)
+        ints[body] = (parent, kind, len(q_index), len(dofs), joint.nv, 0, 0, -1, 0)
         place_in = joint if whole is None else whole.joints[joint_id]
         q_index.extend(range(place_in.idx_q, place_in.idx_q + joint.nq))
         v_index.extend(range(place_in.idx_v, place_in.idx_v + joint.nv))
@@ -118,6 +122,7 @@ def tree_of(model: pin.Model, joints: Sequence[int], whole: pin.Model | None = N
         floats[body, :9] = (turns[parent].T @ placement.rotation @ turn).ravel()
         floats[body, 9:12] = turns[parent].T @ placement.translation
     mark_children(ints)
+    part_turns(ints, floats)
     return Tree(
         bodies,
         ints.ravel(),
@@ -178,6 +183,7 @@ def joined_tree(
     about_joint = back @ (inertias + masses[:, None, None] * (square - outer)) @ turns[1:]
     rows, columns = np.triu_indices(3)
     floats[1:, 16:] = about_joint[:, rows, columns]
+    part_turns(ints, floats)
     dofs = np.concatenate([np.array(_DOFS[kind]) for kind in kinds.tolist()])
     nq, nv = int((sizes + extra).sum()), int(sizes.sum())
     index = np.arange(nq), np.arange(nv)
@@ -194,13 +200,59 @@ def mark_children(ints: np.ndarray) -> None:
     ints[len(parents) - index[last > 0], 6] = 1
 
 
-def _turn(joint: pin.JointModel, neutral: np.ndarray) -> np.ndarray:
-    """(3, 3) from axes in which the joint's own axis is z to those of the joint."""
+def part_turns(ints: np.ndarray, floats: np.ndarray) -> None:
+    """Put Rz(β) Rx(α) Rz(γ) in the place of the rotations of joints that turn about z alone.
+
+    Of each angle cosine and sine; and mark which of the first two are not nothing.
+    """
+    about_z = np.isin(ints[:, 1], (layout.ANGLE, layout.CIRCLE))
+    about_z[0] = False
+    f = floats[about_z, :9].reshape(-1, 3, 3)
+    x, y, cos_a = f[:, 0, 2], -f[:, 1, 2], f[:, 2, 2]
+    sin_a = np.hypot(x, y)
+    aligned = sin_a < ROUNDING
+    size = np.where(aligned, 1.0, sin_a)
+    straight = aligned | (np.abs(x) < ROUNDING)
+    cos_b, sin_b = np.where(straight, 1.0, y / size), np.where(straight, 0.0, x / size)
+    sin_a = np.where(aligned, 0.0, np.where(straight, y, sin_a))
+    cos_a = np.where(aligned, np.sign(cos_a), cos_a)
+    cos_c = cos_b * f[:, 0, 0] + sin_b * f[:, 1, 0]
+    sin_c = -(cos_b * f[:, 0, 1] + sin_b * f[:, 1, 1])
+    none = np.zeros_like(x)
+    parts = np.column_stack([cos_b, sin_b, cos_a, sin_a, cos_c, sin_c, none, none, none])
+    floats[about_z, :9] = parts
+    # A small angle has a cosine of 1.
+    about_x, again = (cos_a != 1.0) | (sin_a != 0.0), (cos_b != 1.0) | (sin_b != 0.0)
+    ints[about_z, 8] = layout.ABOUT_X * about_x + layout.ABOUT_Z * again
+
+
+def _axes(model: pin.Model, joint_id: int, joint_axes: dict[int, np.ndarray]) -> np.ndarray:
+    """(3, 3) from axes in which the joint's own axis is z to those of the joint.
+
+    x is across the axis of the first joint that hangs on it, as far as the two differ: then
+    the one is turned about x alone to become the other.
+    """
+    if joint_id not in joint_axes:
+        return np.eye(3)
+    axis = joint_axes[joint_id]
+    for child in model.children[joint_id]:
+        if child in joint_axes:
+            next_axis = model.jointPlacements[child].rotation @ joint_axes[child]
+            across = np.cross(axis, next_axis)
+            if np.linalg.norm(across) > SMALLEST_ANGLE:
+                # Of axes close together the product is not quite across.
+                across -= axis * (axis @ across)
+                across /= np.linalg.norm(across)
+                return np.column_stack([across, np.cross(axis, across), axis])
+    return _to_z(axis)
+
+
+def _axis(joint: pin.JointModel, neutral: np.ndarray) -> np.ndarray:
+    """(3,) the axis of a joint that has one."""
     data = joint.createData()
     joint.calc(data, neutral)
     subspace = np.asarray(data.S).reshape(6)
-    axis = subspace[3:] if np.abs(subspace[3:]).max() > 0.5 else subspace[:3]
-    return _to_z(axis)
+    return subspace[3:] if np.abs(subspace[3:]).max() > 0.5 else subspace[:3]
 
 
 def _to_z(axis: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ Tuples of values, in registers, and as they stand in the work array, ``step`` ap
 
 from __future__ import annotations
 
-from .jit import built_in
+from .jit import inlined
 from .memory import load, store
 
 __all__ = [
@@ -29,7 +29,7 @@ __all__ = [
 ]
 
 
-@built_in
+@inlined
 def triple(work, at, step, witness):
     """Three values."""
     return (
@@ -39,19 +39,19 @@ def triple(work, at, step, witness):
     )
 
 
-@built_in
+@inlined
 def six(work, at, step, witness):
     """Six values."""
     return triple(work, at, step, witness) + triple(work, at + 3 * step, step, witness)
 
 
-@built_in
+@inlined
 def nine(work, at, step, witness):
     """Nine values."""
     return six(work, at, step, witness) + triple(work, at + 6 * step, step, witness)
 
 
-@built_in
+@inlined
 def put_triple(work, at, step, a):
     """Write three values."""
     store(work, at, a[0])
@@ -59,33 +59,33 @@ def put_triple(work, at, step, a):
     store(work, at + 2 * step, a[2])
 
 
-@built_in
+@inlined
 def put_six(work, at, step, a):
     """Write six values."""
     put_triple(work, at, step, (a[0], a[1], a[2]))
     put_triple(work, at + 3 * step, step, (a[3], a[4], a[5]))
 
 
-@built_in
+@inlined
 def put_nine(work, at, step, a):
     """Write nine values."""
     put_six(work, at, step, (a[0], a[1], a[2], a[3], a[4], a[5]))
     put_triple(work, at + 6 * step, step, (a[6], a[7], a[8]))
 
 
-@built_in
+@inlined
 def add_triple(work, at, step, a, witness):
     """Add to three values."""
     put_triple(work, at, step, plus(triple(work, at, step, witness), a))
 
 
-@built_in
+@inlined
 def dot(a, b):
     """a·b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@built_in
+@inlined
 def cross(a, b):
     """a × b."""
     return (
@@ -95,19 +95,19 @@ def cross(a, b):
     )
 
 
-@built_in
+@inlined
 def plus(a, b):
     """a + b."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
-@built_in
+@inlined
 def minus(a, factor, b):
     """a − factor b."""
     return (a[0] - factor * b[0], a[1] - factor * b[1], a[2] - factor * b[2])
 
 
-@built_in
+@inlined
 def times(m, a):
     """M a."""
     return (
@@ -117,7 +117,7 @@ def times(m, a):
     )
 
 
-@built_in
+@inlined
 def transposed_times(m, a):
     """Mᵀ a."""
     return (
@@ -127,7 +127,7 @@ def transposed_times(m, a):
     )
 
 
-@built_in
+@inlined
 def symmetric_times(m, a):
     """M a, M symmetric."""
     return (
@@ -137,13 +137,13 @@ def symmetric_times(m, a):
     )
 
 
-@built_in
+@inlined
 def row_times(a, m):
     """aᵀ M."""
     return transposed_times(m, a)
 
 
-@built_in
+@inlined
 def product(a, b):
     """A B."""
     return (
@@ -153,7 +153,7 @@ def product(a, b):
     )
 
 
-@built_in
+@inlined
 def full(m):
     """The nine entries of a symmetric matrix."""
     return (m[0], m[1], m[2], m[1], m[3], m[4], m[2], m[4], m[5])

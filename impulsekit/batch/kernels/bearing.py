@@ -2,41 +2,31 @@
 
 from __future__ import annotations
 
-from .algebra import (
-    add_triple,
-    cross,
-    minus,
-    nine,
-    plus,
-    put_triple,
-    symmetric_times,
-    times,
-    transposed_times,
-    triple,
-)
-from .jit import built_in
+from .algebra import add_triple, cross, minus, plus, put_triple, symmetric_times, triple
+from .axes import inwards
+from .jit import inlined
+from .kinematics import offset_of
 from .lanes import width
-from .layout import BODY, BODY_FLOATS, BODY_INTS, FORCE, JUMP, OFFSET
+from .layout import BODY, BODY_FLOATS, BODY_INTS, FORCE, JUMP
 
 __all__ = ["bear"]
 
 
-@built_in
+@inlined
 def bear(ints, floats, count, work, witness):
     """Turn FORCE of every body, minus its impulse from outside, into the reaction.
 
     The reaction is the jump of the momentum of the body and of all that hangs on it, less
-    what acts on these from outside; about the origin of its joint, world axes.
+    what acts on these from outside; about the origin of its joint, in the body's axes.
     """
     w = width(witness)
     for body in range(count, 0, -1):
         at = body * BODY_INTS
         row = body * BODY * w
         f = body * BODY_FLOATS
-        rotation = nine(work, row, w, witness)
         move = triple(work, row + JUMP * w, w, witness)
         turn = triple(work, row + (JUMP + 3) * w, w, witness)
-        first = times(rotation, (floats[f + 13], floats[f + 14], floats[f + 15]))
+        first = (floats[f + 13], floats[f + 14], floats[f + 15])
         inertia = (
             floats[f + 16],
             floats[f + 17],
@@ -45,15 +35,18 @@ def bear(ints, floats, count, work, witness):
             floats[f + 20],
             floats[f + 21],
         )
-        spin = times(rotation, symmetric_times(inertia, transposed_times(rotation, turn)))
         linear = minus(cross(turn, first), -floats[f + 12], move)
-        angular = plus(spin, cross(first, move))
+        angular = plus(symmetric_times(inertia, turn), cross(first, move))
         linear = plus(linear, triple(work, row + FORCE * w, w, witness))
         angular = plus(angular, triple(work, row + (FORCE + 3) * w, w, witness))
         put_triple(work, row + FORCE * w, w, linear)
         put_triple(work, row + (FORCE + 3) * w, w, angular)
         if ints[at] > 0:
-            r = triple(work, row + OFFSET * w, w, witness)
+            kind = ints[at + 1]
+            linear, angular = inwards(
+                kind, ints[at + 8], floats, f, work, row, w, linear, angular, witness
+            )
+            r = offset_of(kind, floats, f, work, row, w, witness)
             above = (ints[at] * BODY + FORCE) * w
             add_triple(work, above, w, linear, witness)
             add_triple(work, above + 3 * w, w, plus(angular, cross(r, linear)), witness)

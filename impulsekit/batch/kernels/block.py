@@ -12,7 +12,7 @@ from .articulated import collected, press, respond, twists
 from .blows import strike, work_of_blows
 from .doubt import doubted
 from .inertia import factor, weigh
-from .jit import built_in, kernel
+from .jit import inlined, kernel
 from .kinematics import place_bodies
 from .lanes import digits, width
 from .layout import CONTACT_FLOATS, CONTACT_INTS, DOF, INVERSE, MEETING, TARGET, TWIST
@@ -31,7 +31,7 @@ _OFF = int(RowStatus.OFF_MANIFOLD)
 @kernel
 def solve_blocks(
     begin, end, states, tree, sizes, places, sets, known, loads, rows, meetings, held,
-    contacts, law, words, inputs, outputs, work, witness,
+    contacts, law, words, inputs, outputs, work, room, witness,
 ):  # fmt: skip
     """Solve the blocks ``begin`` to ``end``; the last one may reach back over the one before.
 
@@ -45,7 +45,8 @@ def solve_blocks(
             and of the factors on masses; whether the tree is but a part of the robot.
         places: see ``layout.places``.
         sets: mask and list of loaded bodies, mask of those that known impulses load,
-            bodies whose twist before the impact is wanted.
+            bodies whose twist before the impact is wanted, mask of those that have to do
+            with the world's axes.
         known: ints and floats of blows, kicks.
         loads: ints and floats of the links whose masses vary.
         rows: tables for ``rows.reduce_rows``.
@@ -58,6 +59,8 @@ def solve_blocks(
             flat; a stride of 0 gives all states the same. Codes to begin with.
         outputs: dv, v_after, generalized impulse, contact impulses, row impulses, energy
             change (each empty where it is not wanted), codes.
+        work: see ``layout``.
+        room: (4, 2) and (4,) for the law of one contact, codes of a block.
     """
     ints, floats, dofs, q_index, v_index, v_out, angles, straight, units, follow, ratios = tree
     bodies, _, nv, whole_q, whole_v, columns, factors, is_part = sizes
@@ -65,7 +68,7 @@ def solve_blocks(
         dof_at, q_at, v_at, dv_at, sum_at, spare_at, reduced_at,
         w_at, before_at, free_at, p_at, loads_at, meeting_at, term_at, _,
     ) = places  # fmt: skip
-    loaded, loaded_list, known_mask, twist_list = sets
+    loaded, loaded_list, known_mask, twist_list, placed = sets
     blow_ints, blow_floats, kicks = known
     load_ints, load_floats = loads
     term_ints, term_floats, row_first, alike, reach, reach_first, reach_mask = rows[:7]
@@ -79,9 +82,8 @@ def solve_blocks(
     contact_count = len(contact_ints) // CONTACT_INTS
     w = width(witness)
     has_known = len(blow_ints) + len(kicks) > 0
-    found, roots = np.zeros((4, 2)), np.zeros(4)
     restitution, slip, order, alone = words
-    code = np.zeros(w, dtype=np.int8)
+    found, roots, code = room
     zero = np.int64(0)
     for block in range(begin, end):
         base = min(block * w, states - w)
@@ -103,7 +105,7 @@ def solve_blocks(
                 elif not is_unit(q, state * q_step, units):
                     code[lane] = _OFF
         lead(follow, ratios, work, q_at, v_at, witness)
-        place_bodies(ints, floats, bodies, work, q_at, spare_at, witness)
+        place_bodies(ints, floats, bodies, placed, work, q_at, spare_at, witness)
         if len(load_ints) > 0:
             weigh(
                 ints, floats, load_ints, load_floats, bodies, m, base * m_step, m_step,
@@ -114,18 +116,19 @@ def solve_blocks(
             place_meetings(meeting_ints, meeting_floats, ways, work, meeting_at, witness)
             place_terms(term_ints, term_floats, work, meeting_at, term_at, witness)
             reduce_rows(
-                ints, dofs, bodies, term_ints, term_floats, row_first, alike, reach, reach_first,
-                reach_mask, dof_list, dof_first, work, dof_at, term_at, reduced_at, nv, witness,
+                ints, floats, dofs, bodies, term_ints, term_floats, row_first, alike, reach,
+                reach_first, reach_mask, dof_list, dof_first, work, dof_at, term_at, reduced_at,
+                nv, witness,
             )  # fmt: skip
             delassus(dof_list, dof_first, reach_dofs, work, dof_at, reduced_at, nv, w_at, witness)
         if count > 0 or len(out_energy) > 0:
-            twists(ints, dofs, twist_list, work, v_at, TWIST, witness)
+            twists(ints, floats, dofs, twist_list, work, v_at, TWIST, witness)
         clear(ints, loaded_list, zero, len(loaded_list), work, dof_at, witness)
         if has_known:
             strike(
                 blow_ints, blow_floats, kicks, given, base * g_step, g_step, work, dof_at, witness
             )
-            press(ints, dofs, bodies, known_mask, zero, work, dof_at, witness)
+            press(ints, floats, dofs, bodies, known_mask, zero, work, dof_at, witness)
         if count > 0:
             for r in range(count):
                 speed = row_velocity(
@@ -165,7 +168,7 @@ def solve_blocks(
                     at = (dof_at + dof_list[k] * DOF + TARGET) * w
                     u = load(work, (reduced_at + r * nv + dof_list[k]) * w, witness)
                     store(work, at, load(work, at, witness) + impulse * u)
-        respond(ints, dofs, bodies, loaded, work, dof_at, dv_at, witness)
+        respond(ints, floats, dofs, bodies, loaded, work, dof_at, dv_at, witness)
         if count > 0 and alone == 0 and digits(witness) == 53:
             doubted(
                 count, term_ints, term_floats, row_first, work, w_at, before_at, free_at, p_at,
@@ -213,7 +216,7 @@ def solve_blocks(
                     term_ints, term_floats, row_first[r], row_first[r + 1],
                     load(work, (p_at + r) * w, witness), work, dof_at, term_at, witness,
                 )  # fmt: skip
-            collected(ints, dofs, bodies, loaded, work, dof_at, sum_at, witness)
+            collected(ints, floats, dofs, bodies, loaded, work, dof_at, sum_at, witness)
             for k in range(len(follow) // 3):
                 leader = (sum_at + follow[3 * k + 2]) * w
                 share = ratios[2 * k] * load(work, (sum_at + follow[3 * k + 1]) * w, witness)
@@ -224,7 +227,7 @@ def solve_blocks(
                     put(out_sum, base * whole_v + v_out[k], whole_v, share)
 
 
-@built_in
+@inlined
 def _write_contacts(ints, floats, base, p_at, meeting_at, work, out, witness):
     """Contact impulses in world axes; of a stop, along its coordinate, in the first entry."""
     w = width(witness)

@@ -2,51 +2,57 @@
 
 from __future__ import annotations
 
-from .algebra import add_triple, cross, dot, nine, plus, times, triple
-from .jit import built_in
+from .algebra import add_triple, cross, dot, plus, times, triple
+from .jit import inlined
 from .lanes import width
 from .layout import BLOW_FLOATS, BLOW_INTS, BODY, DOF, FORCE, JUMP, TARGET, TWIST
 from .memory import collect, load, same, store
+from .rows import in_body
 
 __all__ = ["strike", "work_of_blows"]
 
 
-@built_in
+@inlined
 def _wrench(ints, floats, blow, given, at, stride, work, witness):
-    """Force, couple and arm of a blow in world axes."""
-    w = width(witness)
+    """Force, couple and arm of a blow in the axes of its body."""
     first = at + ints[blow * BLOW_INTS + 2]
-    force = (
-        collect(given, first, stride, witness),
-        collect(given, first + 1, stride, witness),
-        collect(given, first + 2, stride, witness),
-    )
-    couple = (
-        collect(given, first + 3, stride, witness),
-        collect(given, first + 4, stride, witness),
-        collect(given, first + 5, stride, witness),
-    )
-    f = blow * BLOW_FLOATS
-    turn = nine(work, ints[blow * BLOW_INTS] * BODY * w, w, witness)
-    arm = times(turn, (floats[f], floats[f + 1], floats[f + 2]))
+    force = _given(given, first, stride, witness)
+    couple = _given(given, first + 3, stride, witness)
+    body, f = ints[blow * BLOW_INTS], blow * BLOW_FLOATS
+    arm = (same(floats[f], witness), same(floats[f + 1], witness), same(floats[f + 2], witness))
     if ints[blow * BLOW_INTS + 1]:
         axes = (
-            same(floats[f + 3], witness),
-            same(floats[f + 4], witness),
-            same(floats[f + 5], witness),
-            same(floats[f + 6], witness),
-            same(floats[f + 7], witness),
-            same(floats[f + 8], witness),
-            same(floats[f + 9], witness),
-            same(floats[f + 10], witness),
-            same(floats[f + 11], witness),
+            floats[f + 3],
+            floats[f + 4],
+            floats[f + 5],
+            floats[f + 6],
+            floats[f + 7],
+            floats[f + 8],
+            floats[f + 9],
+            floats[f + 10],
+            floats[f + 11],
         )
-        force = times(turn, times(axes, force))
-        couple = times(turn, times(axes, couple))
-    return force, couple, arm
+        return times(axes, force), times(axes, couple), arm
+    return in_body(work, body, force, witness), in_body(work, body, couple, witness), arm
 
 
-@built_in
+@inlined
+def _given(given, at, stride, witness):
+    """Three numbers of each state, or the same three of all."""
+    if stride == 0:
+        return (
+            same(given[at], witness),
+            same(given[at + 1], witness),
+            same(given[at + 2], witness),
+        )
+    return (
+        collect(given, at, stride, witness),
+        collect(given, at + 1, stride, witness),
+        collect(given, at + 2, stride, witness),
+    )
+
+
+@inlined
 def strike(ints, floats, kicks, given, at, stride, work, dof_at, witness):
     """Add all blows to FORCE (with its sign) and TARGET.
 
@@ -69,7 +75,7 @@ def strike(ints, floats, kicks, given, at, stride, work, dof_at, witness):
         store(work, target, load(work, target, witness) + kick)
 
 
-@built_in
+@inlined
 def work_of_blows(ints, floats, kicks, given, at, stride, work, v_at, dv_at, witness):
     """The work of all blows: impulse times the mean of the velocities before and after."""
     w = width(witness)

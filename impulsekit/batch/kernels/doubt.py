@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..codes import AGAIN, RowStatus
 from .algebra import triple
-from .jit import built_in
+from .jit import inlined
 from .lanes import absolute, where_less, width
 from .layout import ALONG_DOF, BODY, COUPLE, JUMP, TERM, TERM_FLOATS, TERM_INTS
 from .memory import load, same, store
@@ -20,7 +20,7 @@ _SOLVED = int(RowStatus.SOLVED)
 _NOT_UNIQUE, _JAM = int(RowStatus.NOT_UNIQUE), int(RowStatus.PAINLEVE_JAM)
 
 
-@built_in
+@inlined
 def doubted(
     count, term_ints, term_floats, row_first, work, w_at, before_at, free_at, p_at, dv_at,
     term_at, spare_at, w, code, has_contacts, witness,
@@ -58,7 +58,7 @@ def doubted(
             code[lane] = AGAIN
 
 
-@built_in
+@inlined
 def _size_of_terms(term_ints, term_floats, begin, end, work, dv_at, term_at, witness):
     """What ``rows.row_velocity`` of the jump would be if nothing cancelled."""
     w = width(witness)
@@ -84,7 +84,7 @@ def _size_of_terms(term_ints, term_floats, begin, end, work, dv_at, term_at, wit
     return size
 
 
-@built_in
+@inlined
 def _absolutes(work, at, step, witness):
     a = triple(work, at, step, witness)
     return absolute(a[0]), absolute(a[1]), absolute(a[2])

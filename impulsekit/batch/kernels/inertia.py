@@ -1,88 +1,86 @@
 """Articulated inertias, from the tips inwards.
 
 A = [M H; Hᵀ I] is the articulated inertia of a body with all that hangs on it
-(Featherstone 1983), about the origin of its joint, in world axes. A degree of freedom
-along s takes U Uᵀ/D from it, U = A s, D = s·U; what is left goes to the parent. A joint
-of several degrees of freedom is taken as several joints with bodies without mass or
-extent between them.
+(Featherstone 1983), about the origin of its joint, in the body's own axes. A degree of
+freedom along s takes U Uᵀ/D from it, U = A s, D = s·U; what is left goes to the parent. s is
+an axis there, so that U is a column of A and D an entry. A joint of several degrees of
+freedom is taken as several joints with bodies without mass or extent between them.
 """
 
 from __future__ import annotations
 
-from .algebra import (
-    cross,
-    dot,
-    full,
-    nine,
-    product,
-    put_nine,
-    put_six,
-    put_triple,
-    six,
-    symmetric_times,
-    times,
-    transposed_times,
-    triple,
-)
-from .jit import built_in
+from .algebra import nine, put_nine, put_six, put_triple, six, triple
+from .handing import shifted, turned_about_z, turned_freely
+from .jit import inlined
+from .kinematics import offset_of
 from .lanes import width
 from .layout import (
     ACCUMULATED,
     BODY,
     BODY_FLOATS,
     BODY_INTS,
+    CIRCLE,
     DOF,
     DOF_INTS,
+    FREE,
     INVERSE,
     LOAD_FLOATS,
     LOAD_INTS,
-    OFFSET,
+    QUATERNION,
+    TURN,
 )
 from .memory import collect, load, same, store
 
 __all__ = ["factor", "weigh"]
 
 
-@built_in
+@inlined
 def factor(ints, floats, dofs, count, work, dof_at, loads_at, witness):
-    """Write U and 1/D of every degree of freedom, given rotations and offsets.
+    """Write U and 1/D of every degree of freedom, given how the bodies stand.
 
     ``loads_at`` is where the inertias stand that vary.
     """
     w = width(witness)
+    zero = same(0.0, witness)
     for body in range(count, 0, -1):
         at = body * BODY_INTS
-        parent, first, size = ints[at], ints[at + 3], ints[at + 4]
+        parent, kind, first, size = ints[at], ints[at + 1], ints[at + 3], ints[at + 4]
         row = body * BODY * w
+        f = body * BODY_FLOATS
         vary = ints[at + 7]
         if vary >= 0:
             first_load = (loads_at + vary * LOAD_FLOATS) * w
             mass = load(work, first_load, witness)
-            moment = triple(work, first_load + w, w, witness)
-            about = six(work, first_load + 4 * w, w, witness)
+            x, y, z = triple(work, first_load + w, w, witness)
+            i = six(work, first_load + 4 * w, w, witness)
         else:
-            mass, moment, about = _constants(floats, body * BODY_FLOATS + 12, witness)
-        m, h, i = _own(mass, moment, about, nine(work, row, w, witness), witness)
+            mass, (x, y, z), i = _constants(floats, f + 12, witness)
+        # Of a body alone: m 1, −m [c]×, J.
+        m = (mass, zero, zero, mass, zero, mass)
+        h = (zero, z, -y, -z, zero, x, y, -x, zero)
         a = row + ACCUMULATED * w
         if ints[at + 5]:
             m, h, i = _joined(work, a, w, m, h, i, witness)
-        for dof in range(first + size - 1, first - 1, -1):
-            d = (dof_at + dof * DOF) * w
-            axis = triple(work, row + dofs[dof * DOF_INTS + 1] * w, 3 * w, witness)
-            if dofs[dof * DOF_INTS] == 1:
-                u, v = times(h, axis), symmetric_times(i, axis)
-                inverse = 1.0 / dot(axis, v)
-            else:
-                u, v = symmetric_times(m, axis), transposed_times(h, axis)
-                inverse = 1.0 / dot(axis, u)
-            put_triple(work, d, w, u)
-            put_triple(work, d + 3 * w, w, v)
+        if kind <= CIRCLE:
+            d = (dof_at + first * DOF) * w
+            inverse = 1.0 / i[5]
+            put_six(work, d, w, (h[2], h[5], h[8], i[2], i[4], i[5]))
             store(work, d + INVERSE * w, inverse)
-            if parent > 0 or dof > first:
-                m, h, i = _freed(m, h, i, u, v, inverse)
-        if parent == 0:
-            continue
-        h, i = _carried(m, h, i, triple(work, row + OFFSET * w, w, witness))
+            if parent == 0:
+                continue
+            m, two, three = _freed(m, h, i, inverse)
+            m, h, i = turned_about_z(
+                ints[at + 8], floats, f, work, row, w, m, two, three, zero, witness
+            )
+        else:
+            _put(work, a, w, m, h, i)
+            _free_all(kind, dofs, first, size, work, a, dof_at, witness)
+            if parent == 0:
+                continue
+            m, h, i = turned_freely(
+                nine(work, row + TURN * w, w, witness), *_taken(work, a, w, witness)
+            )
+        h, i = shifted(m, h, i, offset_of(kind, floats, f, work, row, w, witness))
         a = (parent * BODY + ACCUMULATED) * w
         if not ints[at + 6]:
             m, h, i = _joined(work, a, w, m, h, i, witness)
@@ -91,7 +89,7 @@ def factor(ints, floats, dofs, count, work, dof_at, loads_at, witness):
         put_six(work, a + 15 * w, w, i)
 
 
-@built_in
+@inlined
 def _constants(floats, f, witness):
     """Mass, first moment and inertia of a body as they stand in its table."""
     return (
@@ -112,7 +110,7 @@ def _constants(floats, f, witness):
     )
 
 
-@built_in
+@inlined
 def weigh(ints, floats, load_ints, load_floats, count, given, at, stride, work, to, witness):
     """Write the inertias that vary: the body's own and (factor − 1) times that of its links.
 
@@ -138,30 +136,7 @@ def weigh(ints, floats, load_ints, load_floats, count, given, at, stride, work, 
             store(work, here, load(work, here, witness) + part)
 
 
-@built_in
-def _own(mass, moment, j, r, witness):
-    """The inertia of a body alone, turned to world axes: m 1, −m [c]×, R J Rᵀ."""
-    zero = same(0.0, witness)
-    x, y, z = times(r, moment)
-    k = product(r, full(j))
-    first, second, third = (r[0], r[1], r[2]), (r[3], r[4], r[5]), (r[6], r[7], r[8])
-    along = (k[0], k[1], k[2])
-    across = (k[3], k[4], k[5])
-    return (
-        (mass, zero, zero, mass, zero, mass),
-        (zero, z, -y, -z, zero, x, y, -x, zero),
-        (
-            dot(along, first),
-            dot(along, second),
-            dot(along, third),
-            dot(across, second),
-            dot(across, third),
-            dot((k[6], k[7], k[8]), third),
-        ),
-    )
-
-
-@built_in
+@inlined
 def _joined(work, at, w, m, h, i, witness):
     """An inertia and the one that stands in the work array."""
     n = six(work, at, w, witness)
@@ -184,67 +159,88 @@ def _joined(work, at, w, m, h, i, witness):
     )
 
 
-@built_in
-def _freed(m, h, i, u, v, inverse):
-    """A − U Uᵀ/D."""
-    a, b, c = u[0] * inverse, u[1] * inverse, u[2] * inverse
-    d, e, f = v[0] * inverse, v[1] * inverse, v[2] * inverse
+@inlined
+def _freed(m, h, i, inverse):
+    """A − U Uᵀ/D for the turn about z: M, two columns of H, xx, xy, yy of I; all else is 0."""
+    a, b, c = h[2] * inverse, h[5] * inverse, h[8] * inverse
+    d, e = i[2] * inverse, i[4] * inverse
     return (
         (
-            m[0] - a * u[0],
-            m[1] - a * u[1],
-            m[2] - a * u[2],
-            m[3] - b * u[1],
-            m[4] - b * u[2],
-            m[5] - c * u[2],
+            m[0] - a * h[2],
+            m[1] - a * h[5],
+            m[2] - a * h[8],
+            m[3] - b * h[5],
+            m[4] - b * h[8],
+            m[5] - c * h[8],
         ),
         (
-            h[0] - a * v[0],
-            h[1] - a * v[1],
-            h[2] - a * v[2],
-            h[3] - b * v[0],
-            h[4] - b * v[1],
-            h[5] - b * v[2],
-            h[6] - c * v[0],
-            h[7] - c * v[1],
-            h[8] - c * v[2],
+            h[0] - a * i[2],
+            h[1] - a * i[4],
+            h[3] - b * i[2],
+            h[4] - b * i[4],
+            h[6] - c * i[2],
+            h[7] - c * i[4],
         ),
-        (
-            i[0] - d * v[0],
-            i[1] - d * v[1],
-            i[2] - d * v[2],
-            i[3] - e * v[1],
-            i[4] - e * v[2],
-            i[5] - f * v[2],
-        ),
+        (i[0] - d * i[2], i[1] - d * i[4], i[3] - e * i[4]),
     )
 
 
-@built_in
-def _carried(m, h, i, r):
-    """H and I about a point at −r: G = H − M [r]×, I + [r]× G + ([r]× H)ᵀ."""
-    n = full(m)
-    # Rows of M [r]× are m × r, columns of [r]× G are r × g.
-    a = cross((n[0], n[1], n[2]), r)
-    b = cross((n[3], n[4], n[5]), r)
-    c = cross((n[6], n[7], n[8]), r)
-    g = (
-        h[0] - a[0],
-        h[1] - a[1],
-        h[2] - a[2],
-        h[3] - b[0],
-        h[4] - b[1],
-        h[5] - b[2],
-        h[6] - c[0],
-        h[7] - c[1],
-        h[8] - c[2],
+@inlined
+def _put(work, at, w, m, h, i):
+    """Write the lower triangle of A, row by row."""
+    put_triple(work, at, w, (m[0], m[1], m[3]))
+    put_triple(work, at + 3 * w, w, (m[2], m[4], m[5]))
+    for_x, for_y = (h[0], h[3], h[6], i[0]), (h[1], h[4], h[7], i[1], i[3])
+    put_triple(work, at + 6 * w, w, (for_x[0], for_x[1], for_x[2]))
+    store(work, at + 9 * w, for_x[3])
+    put_triple(work, at + 10 * w, w, (for_y[0], for_y[1], for_y[2]))
+    store(work, at + 13 * w, for_y[3])
+    store(work, at + 14 * w, for_y[4])
+    put_triple(work, at + 15 * w, w, (h[2], h[5], h[8]))
+    put_triple(work, at + 18 * w, w, (i[2], i[4], i[5]))
+
+
+@inlined
+def _taken(work, at, w, witness):
+    """M, H, I from the lower triangle of A."""
+    m = six(work, at, w, witness)
+    x = triple(work, at + 6 * w, w, witness)
+    y = triple(work, at + 10 * w, w, witness)
+    z = triple(work, at + 15 * w, w, witness)
+    i = triple(work, at + 18 * w, w, witness)
+    xx = load(work, at + 9 * w, witness)
+    xy, yy = load(work, at + 13 * w, witness), load(work, at + 14 * w, witness)
+    return (
+        (m[0], m[1], m[3], m[2], m[4], m[5]),
+        (x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2]),
+        (xx, xy, i[0], yy, i[1], i[2]),
     )
-    x, y, z = r
-    return g, (
-        i[0] + (y * g[6] - z * g[3]) + (y * h[6] - z * h[3]),
-        i[1] + (y * g[7] - z * g[4]) + (z * h[0] - x * h[6]),
-        i[2] + (y * g[8] - z * g[5]) + (x * h[3] - y * h[0]),
-        i[3] + (z * g[1] - x * g[7]) + (z * h[1] - x * h[7]),
-        i[4] + (z * g[2] - x * g[8]) + (x * h[4] - y * h[1]),
-        i[5] + (x * g[5] - y * g[2]) + (x * h[5] - y * h[2]),
-    )
+
+
+@inlined
+def _free_all(kind, dofs, first, size, work, a, dof_at, witness):
+    """Free a joint's degrees of freedom, the last one first; A is a lower triangle in ``work``.
+
+    What has been freed is left as zeros.
+    """
+    w = width(witness)
+    zero = same(0.0, witness)
+    for dof in range(first + size - 1, first - 1, -1):
+        d = (dof_at + dof * DOF) * w
+        k = 3 * dofs[dof * DOF_INTS] + dofs[dof * DOF_INTS + 1]
+        for j in range(6):
+            low, high = min(j, k), max(j, k)
+            entry = a + (high * (high + 1) // 2 + low) * w
+            store(work, d + j * w, load(work, entry, witness))
+            store(work, entry, zero)
+        inverse = 1.0 / load(work, d + k * w, witness)
+        store(work, d + INVERSE * w, inverse)
+        # Freed from the last to the first, all behind one is nothing.
+        last = k if kind in (FREE, QUATERNION) else 6
+        for j in range(last):
+            share = load(work, d + j * w, witness) * inverse
+            for n in range(j + 1):
+                entry = a + (j * (j + 1) // 2 + n) * w
+                if j != k and n != k:
+                    less = load(work, entry, witness) - share * load(work, d + n * w, witness)
+                    store(work, entry, less)

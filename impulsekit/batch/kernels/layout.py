@@ -2,13 +2,17 @@
 
 A value is what ``lanes`` calls one: as many numbers as states go side by side. The work
 array holds, in values, one row per body (the world is row 0), then one row per degree
-of freedom, then what ``places`` says. All vectors in it are in
-world axes; spatial ones are linear before angular, about the origin of the body's joint.
+of freedom, then what ``places`` says. What belongs to a body is in the body's own axes, in
+which a single axis of its joint is z: there the inertia about the joint, however small
+beside others, keeps its digits. Spatial vectors are linear before angular, about the origin
+of the body's joint.
 """
 
 from __future__ import annotations
 
 __all__ = [
+    "ABOUT_X",
+    "ABOUT_Z",
     "ACCUMULATED",
     "ALONG_DOF",
     "ANGLE",
@@ -37,30 +41,40 @@ __all__ = [
     "PLANAR",
     "QUATERNION",
     "ROTATION",
+    "SHIFT",
     "SLIDE",
     "TARGET",
     "TERM",
     "TERM_FLOATS",
     "TERM_INTS",
     "TRANSLATION",
+    "TURN",
     "TWIST",
     "places",
 ]
 
-# One body: rotation (9), offset from its parent's joint (3), articulated inertia gathered
-# from its children (M 6, H 9, I 6), bias impulse (6), jump of its twist (6), twist (6).
-ROTATION, OFFSET, ACCUMULATED, FORCE, JUMP, TWIST, BODY = 0, 9, 12, 33, 39, 45, 51
+# One body: to its parent's axes, cosine and sine of its own turn, or where that is not about
+# z alone a rotation (9) and the offset from the parent's joint (3); where the world's axes are
+# asked for, rotation to them (9) and that offset in them (3); articulated inertia gathered
+# from its children (M 6, H 9, I 6), which is used up before what shares its place: bias
+# impulse (6), jump of its twist (6), twist (6).
+TURN, SHIFT, ROTATION, OFFSET, ACCUMULATED, BODY = 0, 9, 12, 21, 24, 45
+FORCE, JUMP, TWIST = 24, 30, 36
 # One degree of freedom: U = A s (6), 1/(s·U), u.
 INVERSE, TARGET, DOF = 6, 7, 8
 
 # Tables of a tree. Integers of a body: parent, kind of joint, first entry of q, first
 # degree of freedom, how many, whether it has children, whether it is the first child
-# that its parent hears from, which of the inertias that vary is its own or -1.
-BODY_INTS = 8
-# Of a degree of freedom: 0 linear or 1 angular, and along which column of the rotation.
+# that its parent hears from, which of the inertias that vary is its own or -1, which turns
+# are not nothing (``ABOUT_X``, ``ABOUT_Z``).
+BODY_INTS = 9
+ABOUT_X, ABOUT_Z = 1, 2
+# Of a degree of freedom: 0 linear or 1 angular, and along which of the body's axes.
 DOF_INTS = 2
 # Floats of a body: rotation (9) and offset (3) of its joint in the parent's frame,
-# mass, first moment (3), inertia about the joint (xx, xy, xz, yy, yz, zz).
+# mass, first moment (3), inertia about the joint (xx, xy, xz, yy, yz, zz). The rotation of a
+# joint that turns about z alone is Rz(β) Rx(α) Rz(γ), and in its place stand cosine and sine
+# of β, of α and of γ.
 BODY_FLOATS = 22
 
 # Kinds of joints.
@@ -76,14 +90,15 @@ LOAD_INTS, LOAD_FLOATS = 2, 10
 # place of its first entry.
 FORCE_AT, COUPLE, ALONG_DOF = 0, 1, 2
 TERM_INTS, TERM_FLOATS = 6, 6
-# In the work array: direction (3) and arm (3), in the world.
+# In the work array: direction (3) and arm (3), in the body's axes.
 TERM = 6
 
 # Meetings of two bodies at a point of the first. Integers: first body, other body, where the
 # bodies on their ways from a common one begin and end in a list (first, other, end), whether
 # there is a normal. Floats: the point in the first's axes (3), the normal in the other's (3).
 MEETING_INTS, MEETING_FLOATS = 6, 6
-# In the work array: axes t₁, t₂, n as columns (9), the arm from the other's joint (3).
+# In the work array, in the world's axes: t₁, t₂, n as columns (9), the arm from the other's
+# joint (3).
 MEETING = 12
 
 # Known impulses on bodies. Integers: body, whether in the axes of its frame, first of six

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from .algebra import cross, dot, minus, plus, put_triple, triple
-from .jit import built_in
+from .jit import inlined
 from .lanes import absolute, root, where_less, width
-from .layout import BODY, MEETING, MEETING_FLOATS, MEETING_INTS, OFFSET
+from .layout import BODY, MEETING, MEETING_FLOATS, MEETING_INTS, OFFSET, ROTATION
 from .memory import same
 from .rows import turned
 
 __all__ = ["place_meetings"]
 
 
-@built_in
+@inlined
 def place_meetings(ints, floats, ways, work, meeting_at, witness):
     """Write axes and arm of every meeting.
 
@@ -25,7 +25,7 @@ def place_meetings(ints, floats, ways, work, meeting_at, witness):
     for meeting in range(len(ints) // MEETING_INTS):
         i, f = meeting * MEETING_INTS, meeting * MEETING_FLOATS
         x, y, z = floats[f], floats[f + 1], floats[f + 2]
-        arm = turned(work, ints[i] * BODY * w, w, x, y, z, witness)
+        arm = turned(work, (ints[i] * BODY + ROTATION) * w, w, x, y, z, witness)
         for k in range(ints[i + 2], ints[i + 3]):
             arm = plus(arm, triple(work, (ways[k] * BODY + OFFSET) * w, w, witness))
         for k in range(ints[i + 3], ints[i + 4]):
@@ -35,7 +35,7 @@ def place_meetings(ints, floats, ways, work, meeting_at, witness):
         if ints[i + 5] == 0:
             continue
         x, y, z = floats[f + 3], floats[f + 4], floats[f + 5]
-        n = turned(work, ints[i + 1] * BODY * w, w, x, y, z, witness)
+        n = turned(work, (ints[i + 1] * BODY + ROTATION) * w, w, x, y, z, witness)
         # As ``impact.touching.contact_axes``: the world axis most across it comes first.
         a, b, c = absolute(n[0]), absolute(n[1]), absolute(n[2])
         one = zero + 1.0

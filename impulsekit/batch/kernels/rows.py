@@ -11,13 +11,27 @@ from __future__ import annotations
 
 import numpy as np
 
-from .algebra import add_triple, cross, dot, minus, plus, put_triple, times, triple
-from .articulated import press
-from .jit import built_in
+from .algebra import (
+    add_triple,
+    cross,
+    dot,
+    minus,
+    nine,
+    plus,
+    put_triple,
+    times,
+    transposed_times,
+    triple,
+)
+from .articulated import along, press
+from .axes import inwards
+from .jit import inlined
+from .kinematics import offset_of
 from .lanes import width
 from .layout import (
     ALONG_DOF,
     BODY,
+    BODY_FLOATS,
     BODY_INTS,
     COUPLE,
     DOF,
@@ -25,7 +39,7 @@ from .layout import (
     FORCE,
     INVERSE,
     MEETING,
-    OFFSET,
+    ROTATION,
     TARGET,
     TERM,
     TERM_FLOATS,
@@ -33,19 +47,32 @@ from .layout import (
 )
 from .memory import load, same, store
 
-__all__ = ["add_row", "clear", "delassus", "place_terms", "reduce_rows", "row_velocity", "turned"]
+__all__ = [
+    "add_row",
+    "clear",
+    "delassus",
+    "in_body",
+    "place_terms",
+    "reduce_rows",
+    "row_velocity",
+    "turned",
+]
 
 
-@built_in
+@inlined
 def turned(work, row, w, x, y, z, witness):
     """A vector given in the axes that stand in the work array, in the world's."""
-    first = triple(work, row, w, witness)
-    second = triple(work, row + 3 * w, w, witness)
-    third = triple(work, row + 6 * w, w, witness)
-    return times(first + second + third, (x, y, z))
+    return times(nine(work, row, w, witness), (x, y, z))
 
 
-@built_in
+@inlined
+def in_body(work, body, a, witness):
+    """A vector given in world axes in those of a body."""
+    w = width(witness)
+    return transposed_times(nine(work, (body * BODY + ROTATION) * w, w, witness), a)
+
+
+@inlined
 def clear(ints, bodies, begin, end, work, dof_at, witness):
     """Set FORCE and TARGET of some of the bodies listed to zero."""
     w = width(witness)
@@ -60,9 +87,9 @@ def clear(ints, bodies, begin, end, work, dof_at, witness):
             store(work, (dof_at + dof * DOF + TARGET) * w, zero)
 
 
-@built_in
+@inlined
 def place_terms(term_ints, term_floats, work, meeting_at, term_at, witness):
-    """Write direction and arm of every term, in world axes."""
+    """Write direction and arm of every term, in the axes of its body."""
     w = width(witness)
     for term in range(len(term_ints) // TERM_INTS):
         t = term * TERM_INTS
@@ -71,22 +98,27 @@ def place_terms(term_ints, term_floats, work, meeting_at, term_at, witness):
             continue
         f = term * TERM_FLOATS
         to = (term_at + term * TERM) * w
-        source = axes * BODY
-        if term_ints[t + 5] >= 0:
-            source = meeting_at + term_ints[t + 5] * MEETING
         x, y, z = term_floats[f + 3], term_floats[f + 4], term_floats[f + 5]
-        put_triple(work, to, w, turned(work, source * w, w, x, y, z, witness))
+        if term_ints[t + 5] < 0 and axes == body:
+            direction = (same(x, witness), same(y, witness), same(z, witness))
+        else:
+            source = axes * BODY + ROTATION
+            if term_ints[t + 5] >= 0:
+                source = meeting_at + term_ints[t + 5] * MEETING
+            direction = in_body(work, body, turned(work, source * w, w, x, y, z, witness), witness)
+        put_triple(work, to, w, direction)
         if kind == COUPLE:
             continue
         if term_ints[t + 4] >= 0:
             arm = triple(work, (meeting_at + term_ints[t + 4] * MEETING + 9) * w, w, witness)
+            arm = in_body(work, body, arm, witness)
         else:
             x, y, z = term_floats[f], term_floats[f + 1], term_floats[f + 2]
-            arm = turned(work, body * BODY * w, w, x, y, z, witness)
+            arm = (same(x, witness), same(y, witness), same(z, witness))
         put_triple(work, to + 3 * w, w, arm)
 
 
-@built_in
+@inlined
 def add_row(term_ints, term_floats, begin, end, factor, work, dof_at, term_at, witness):
     """Add ``factor`` times a row's wrenches to FORCE (with its sign) and TARGET."""
     w = width(witness)
@@ -109,7 +141,7 @@ def add_row(term_ints, term_floats, begin, end, factor, work, dof_at, term_at, w
         add_triple(work, row + 3 * w, w, cross(arm, direction), witness)
 
 
-@built_in
+@inlined
 def row_velocity(term_ints, term_floats, begin, end, twist, work, v_at, term_at, witness):
     """The velocity of a row; ``twist`` says which twists of the bodies, ``v_at`` which v."""
     w = width(witness)
@@ -132,10 +164,10 @@ def row_velocity(term_ints, term_floats, begin, end, twist, work, v_at, term_at,
     return speed
 
 
-@built_in
+@inlined
 def reduce_rows(
-    ints, dofs, count, term_ints, term_floats, row_first, alike, reach, reach_first, reach_mask,
-    dof_list, dof_first, work, dof_at, term_at, reduced_at, nv, witness,
+    ints, floats, dofs, count, term_ints, term_floats, row_first, alike, reach, reach_first,
+    reach_mask, dof_list, dof_first, work, dof_at, term_at, reduced_at, nv, witness,
 ):  # fmt: skip
     """Write u of every row: entry (row, dof) at ``reduced_at + row · nv + dof``.
 
@@ -155,7 +187,8 @@ def reduce_rows(
         if alike[row] == 3:
             body = term_ints[row_first[row] * TERM_INTS + 1]
             at = (term_at + row_first[row] * TERM) * w
-            _reduce_three(ints, dofs, body, work, dof_at, at, reduced_at + row * nv, nv, witness)
+            to = reduced_at + row * nv
+            _reduce_three(ints, floats, dofs, body, work, dof_at, at, to, nv, witness)
             continue
         clear(ints, reach, reach_first[row], reach_first[row + 1], work, dof_at, witness)
         add_row(
@@ -165,17 +198,16 @@ def reduce_rows(
         last = np.int64(0)
         for k in range(reach_first[row], reach_first[row + 1]):
             last = max(last, reach[k])
-        press(
-            ints, dofs, last, reach_mask, row * (count + 1), work, dof_at, witness
-        )  # fmt: skip
+        mask_at = row * (count + 1)
+        press(ints, floats, dofs, last, reach_mask, mask_at, work, dof_at, witness)
         for k in range(dof_first[row], dof_first[row + 1]):
             dof = dof_list[k]
             u = load(work, (dof_at + dof * DOF + TARGET) * w, witness)
             store(work, (reduced_at + row * nv + dof) * w, u)
 
 
-@built_in
-def _reduce_three(ints, dofs, body, work, dof_at, at, to, nv, witness):
+@inlined
+def _reduce_three(ints, floats, dofs, body, work, dof_at, at, to, nv, witness):
     """``reduce_rows`` for three forces at one point, inwards with nothing put down.
 
     Directions and arm stand from ``at`` on, term after term.
@@ -190,31 +222,35 @@ def _reduce_three(ints, dofs, body, work, dof_at, at, to, nv, witness):
     m0, m1, m2 = cross(arm, p0), cross(arm, p1), cross(arm, p2)
     while body > 0:
         i = body * BODY_INTS
-        first = ints[i + 3]
+        parent, kind, first, size = ints[i], ints[i + 1], ints[i + 3], ints[i + 4]
         row = body * BODY * w
-        for dof in range(first + ints[i + 4] - 1, first - 1, -1):
+        f = body * BODY_FLOATS
+        for dof in range(first + size - 1, first - 1, -1):
             d = (dof_at + dof * DOF) * w
-            axis = triple(work, row + dofs[dof * DOF_INTS + 1] * w, 3 * w, witness)
-            if dofs[dof * DOF_INTS] == 1:
-                u0, u1, u2 = -dot(axis, m0), -dot(axis, m1), -dot(axis, m2)
-            else:
-                u0, u1, u2 = -dot(axis, p0), -dot(axis, p1), -dot(axis, p2)
+            k = 3 * dofs[dof * DOF_INTS] + dofs[dof * DOF_INTS + 1]
+            u0, u1, u2 = -along(p0, m0, k), -along(p1, m1, k), -along(p2, m2, k)
             store(work, (to + dof) * w, u0)
             store(work, (to + nv + dof) * w, u1)
             store(work, (to + 2 * nv + dof) * w, u2)
+            if parent == 0 and dof == first:
+                break
             inverse = -load(work, d + INVERSE * w, witness)
             u0, u1, u2 = u0 * inverse, u1 * inverse, u2 * inverse
             linear, angular = triple(work, d, w, witness), triple(work, d + 3 * w, w, witness)
             p0, m0 = minus(p0, u0, linear), minus(m0, u0, angular)
             p1, m1 = minus(p1, u1, linear), minus(m1, u1, angular)
             p2, m2 = minus(p2, u2, linear), minus(m2, u2, angular)
-        body = ints[i]
-        if body > 0:
-            r = triple(work, row + OFFSET * w, w, witness)
+        if parent > 0:
+            turns = ints[i + 8]
+            p0, m0 = inwards(kind, turns, floats, f, work, row, w, p0, m0, witness)
+            p1, m1 = inwards(kind, turns, floats, f, work, row, w, p1, m1, witness)
+            p2, m2 = inwards(kind, turns, floats, f, work, row, w, p2, m2, witness)
+            r = offset_of(kind, floats, f, work, row, w, witness)
             m0, m1, m2 = plus(m0, cross(r, p0)), plus(m1, cross(r, p1)), plus(m2, cross(r, p2))
+        body = parent
 
 
-@built_in
+@inlined
 def delassus(dof_list, dof_first, reach_dofs, work, dof_at, reduced_at, nv, to, witness):
     """Write W (rows, rows), both halves; ``reach_dofs`` (rows · nv,) says where u is not 0."""
     w = width(witness)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .jit import built_in
+from .jit import inlined
 from .lanes import width
 from .memory import collect, collect_angle, load, store
 
@@ -13,7 +13,7 @@ __all__ = ["is_unit", "lead", "seen", "taken"]
 UNIT_TOLERANCE = 1e-6
 
 
-@built_in
+@inlined
 def taken(source, base, step, columns, angles, work, to, bad, witness):
     """Bring columns of a flat array into the work array; ``bad`` becomes NaN in lanes that
     hold a NaN or an infinity."""
@@ -29,7 +29,7 @@ def taken(source, base, step, columns, angles, work, to, bad, witness):
     return bad
 
 
-@built_in
+@inlined
 def seen(source, base, step, columns, bad, witness):
     """``bad`` for columns of which nothing else is wanted."""
     if step > 0:
@@ -38,7 +38,7 @@ def seen(source, base, step, columns, bad, witness):
     return bad
 
 
-@built_in
+@inlined
 def lead(ints, floats, work, q_at, v_at, witness):
     """Bring joints that follow others to where these want them."""
     w = width(witness)
@@ -49,7 +49,7 @@ def lead(ints, floats, work, q_at, v_at, witness):
         store(work, v, ratio * load(work, v, witness))
 
 
-@built_in
+@inlined
 def is_unit(q, q_row, units):
     """Whether the unit vectors of one configuration are of unit length."""
     for k in range(0, len(units), 2):

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from .jit import built_in
+from .jit import inlined
 from .lanes import absolute, any_less, digits, rounded, where_less, width
 from .memory import load, store
 
@@ -29,7 +29,7 @@ _C1, _C2, _C3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015
 _C4, _C5, _C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
 
 
-@built_in
+@inlined
 def sine_cosine(angle, work, at, witness):
     """(sin, cos) of an angle [rad]; ``work`` from ``at`` on is room for two values."""
     if any_less(LARGEST, absolute(angle)):
