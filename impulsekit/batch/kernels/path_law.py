@@ -65,9 +65,7 @@ def _solved(count, law, digits, space, now, series):
         if acting == 0:
             return _SOLVED
     at = 3 * one
-    code = strike_along(
-        W, at, before[at + 2], free, es[one], mus[one], ets[one], law, now, series
-    )
+    code = strike_along(W, at, before[at + 2], free, es[one], mus[one], ets[one], law, now, series)
     if code == _REFUSED:
         return _REFUSED
     P_all[at], P_all[at + 1], P_all[at + 2] = now[P1], now[P2], now[P]

@@ -52,9 +52,7 @@ def _solved(count, law, digits, space, now, series):
         if i < 0:
             return sequel(i, code, works, spent)
         k = 3 * i
-        one = strike_along(
-            W, k, velocity[k + 2], velocity, es[i], mus[i], ets[i], law, now, series
-        )
+        one = strike_along(W, k, velocity[k + 2], velocity, es[i], mus[i], ets[i], law, now, series)
         if one == _REFUSED:
             return _REFUSED
         if one not in (_SOLVED, _GAIN, _JAM):
