@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 import impulsekit as ik
@@ -125,7 +126,7 @@ def test_feet_one_after_the_other(solo, law, restitution):
 def test_smooth_feet_are_the_same_under_both_slips(solo, law):
     feet = [ik.Contact(f, restitution=0.5) for f in ("FR_FOOT", "HL_FOOT", "FL_FOOT")]
     scene = ik.Scene(solo, contacts=feet, law=law)
-    _, refused = refused_where_solve_refuses(scene, *random_states(solo, 60, seed=6))
+    refused = refused_where_solve_refuses(scene, *random_states(solo, 60, seed=6))[1]
     assert (refused > 0) is (law.restitution == "stronge")
 
 
@@ -207,3 +208,79 @@ def test_newtons_law_may_gain_energy_where_slip_turns_about(solo):
     }
     assert (found["newton"].status == RowStatus.ENERGY_GAIN).any()
     assert not (found["stronge"].status == RowStatus.ENERGY_GAIN).any()
+
+
+@every_law
+def test_feet_that_come_straight_down_or_graze(solo, law):
+    """Slip starts from rest on the way, where friction cannot hold it; or nothing is struck."""
+    foot = ik.Contact("FR_FOOT", friction=0.05, restitution=0.5)
+    q, v = random_states(solo, 60, seed=9)
+    frame = solo.model.getFrameId("FR_FOOT")
+    axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    data = solo.model.createData()
+    for i in range(60):
+        # The base's own linear speeds, turned into the world, are those of all its points.
+        jacobian = pin.computeFrameJacobian(solo.model, data, q[i], frame, axes)[:3]
+        wanted = np.array([0.0, 0.0, -1.0]) if i % 2 else np.array([1.0, 0.0, -1e-13])
+        v[i, :3] += np.linalg.solve(jacobian[:, :3], wanted - jacobian @ v[i])
+    # What a grazing contact gives is itself no more than rounding; the velocities are not.
+    batch, refused = refused_where_solve_refuses(ik.Scene(solo, contacts=[foot], law=law), q, v)
+    assert refused == batch.single.sum() == 0
+
+
+@every_law
+def test_single_precision(solo, law):
+    foot = ik.Contact("FR_FOOT", friction=0.6, restitution=0.4)
+    scene = ik.Scene(solo, contacts=[foot], law=law)
+    q, v = random_states(solo, 200, seed=10)
+    exact, coarse = (ik.solve_batch(scene, q, v, dtype=number) for number in (float, np.float32))
+    assert coarse.v_after.dtype == np.float32
+    size = np.abs(exact.v_after).max(axis=1) + np.abs(v).max(axis=1)
+    assert (np.abs(coarse.v_after - exact.v_after).max(axis=1) < 2e-5 * size).all()
+
+
+@pytest.mark.slow
+def test_one_contact_of_any_inertia_is_followed_as_by_solve():
+    """Of any rank, with slip that is nothing or far faster than the approach."""
+    from numba import njit
+
+    from impulsekit.batch.codes import AGAIN
+    from impulsekit.batch.kernels.path import follow
+    from impulsekit.batch.kernels.progress import P1, P2, PROGRESS, P
+    from impulsekit.batch.kernels.turning import ORDER, SERIES
+    from impulsekit.impact.laws.single import strike
+
+    @njit
+    def followed(block, before, start, e, mu, law, now, series):
+        t11, t12, t22, n1, n2, nn = block
+        u1, u2, un = start
+        return follow(t11, t12, t22, n1, n2, nn, before, u1, u2, un, e, mu, law, now, series)
+
+    rng = np.random.default_rng(3)
+    now, series = np.zeros(PROGRESS), np.zeros((SERIES, ORDER + 1))
+    left = 0
+    for _ in range(1000):
+        dof = rng.integers(1, 7)
+        rows = rng.normal(size=(3, dof)) * np.exp(0.5 * rng.normal(size=(3, 1)))
+        rows[1] *= rng.choice([0.0, 1.0], p=[0.2, 0.8])
+        before, known = (rows @ rng.normal(size=dof) for _ in range(2))
+        if dof > 2:
+            before[:2] *= rng.choice([0.0, 1e-3, 1.0, 10.0])
+        before *= -np.sign(before[2])
+        start = before + rng.choice([0.0, 0.3]) * known
+        (t11, t12, n1), (_, t22, n2), (_, _, nn) = W = rows @ rows.T
+        block = tuple(map(float, (t11, t12, t22, n1, n2, nn)))
+        e, mu = float(rng.choice([0.0, 1.0, rng.uniform()])), float(10 ** rng.uniform(-2, 1))
+        for number, law in enumerate(LAWS):
+            hit = strike(block, tuple(before.tolist()), tuple(start.tolist()), e, mu, 0.0, law)
+            code = followed(block, before[2], tuple(start.tolist()), e, mu, number, now, series)
+            if code == AGAIN:
+                left += 1
+                continue
+            assert RowStatus(code) == RowStatus.of(hit.status)
+            if hit.status.valid:
+                ours = np.array([now[P1], now[P2], now[P]])
+                shares = np.abs(W).sum(axis=1).max() * np.abs(ours).max()
+                off = np.abs(W @ (ours - hit.impulse)).max()
+                assert off < 1e-12 * max(np.abs(start).max(), 1e-2 * shares)
+    assert left < 100

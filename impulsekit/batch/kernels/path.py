@@ -34,6 +34,7 @@ __all__ = ["follow"]
 
 # As in ``impact``.
 STOPPED = 1e-13
+LIFTED = 1e-12
 MOST_SEGMENTS = 200
 MOST_TURNS = 400
 GAIN = 1e-10
@@ -156,8 +157,12 @@ def _straight(now, d1, d2, dn, k1, k2, mu, slips, law, e, target, scale):
         phase = in_velocity / dn if dn > 0.0 else math.inf
     elif in_work < math.inf:
         # un p + dn p²/2 = work, in the form that bears dn → 0.
-        root = now[UN] * now[UN] + 2.0 * dn * in_work
-        below = now[UN] + math.sqrt(max(root, 0.0))
+        un = now[UN]
+        if not slips and dn <= 0.0 and abs(un) <= LIFTED * scale:
+            # What friction holds wholly does not lift off by rounding.
+            un = 0.0
+        root = un * un + 2.0 * dn * in_work
+        below = un + math.sqrt(max(root, 0.0))
         phase = 2.0 * in_work / below if root >= 0.0 and below > 0.0 else math.inf
     phase = max(phase, 0.0) if in_work > 0.0 else 0.0
     speed = math.sqrt(now[U1] * now[U1] + now[U2] * now[U2]) if slips else 0.0

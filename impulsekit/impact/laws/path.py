@@ -26,6 +26,8 @@ __all__ = ["NULL", "STOPPED", "Progress", "follow", "left_to_go", "outgoing"]
 
 # Slip this slow against the velocities has ended.
 STOPPED = 1e-13
+# What rises this slowly against them, and no faster, does not.
+LIFTED = 1e-12
 # A direction that turns slower than this against its decay keeps.
 STRAIGHT = 1e-13
 MOST_SEGMENTS = 200
@@ -175,8 +177,12 @@ def _straight(
         phase = in_velocity / dn if dn > 0.0 else math.inf
     elif in_work < math.inf:
         # un p + dn p²/2 = work, in the form that bears dn → 0.
-        root = now.un * now.un + 2.0 * dn * in_work
-        below = now.un + math.sqrt(max(root, 0.0))
+        un = now.un
+        if not slips and dn <= 0.0 and abs(un) <= LIFTED * scale:
+            # What friction holds wholly does not lift off by rounding.
+            un = 0.0
+        root = un * un + 2.0 * dn * in_work
+        below = un + math.sqrt(max(root, 0.0))
         phase = 2.0 * in_work / below if root >= 0.0 and below > 0.0 else math.inf
     phase = max(phase, 0.0) if in_work > 0.0 or in_work == math.inf else 0.0
     speed = math.hypot(now.u1, now.u2) if slips else 0.0

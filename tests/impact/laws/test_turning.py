@@ -3,6 +3,7 @@
 import mpmath
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from impulsekit.impact.status import Status
 from impulsekit.scene.law import Law
@@ -72,3 +73,43 @@ def test_slip_that_hardly_turns_and_slip_that_does_not_are_one():
     ]
     np.testing.assert_allclose(ends[1], ends[0], atol=1e-11)
     np.testing.assert_allclose(ends[2], ends[0], atol=1e-8)
+
+
+def least_rise(W, u, mu, p_end):
+    """The least W_nn − µ w·s while slip goes on, of finely sampled slip over p."""
+    w = W[:2, 2]
+
+    def rates(_, y):
+        r = np.hypot(y[0], y[1])
+        return [*(r * w - mu * W[:2, :2] @ y[:2]), r]
+
+    def goes_on(_, y):
+        return min(p_end - y[2], np.hypot(y[0], y[1]) - 1e-8)
+
+    goes_on.terminal = True
+    path = solve_ivp(
+        rates, (0.0, 1e4), [u[0], u[1], 0.0], "DOP853", rtol=1e-10, atol=1e-13, dense_output=True,
+        events=goes_on,
+    )  # fmt: skip
+    times = np.linspace(0.0, path.t[-1], 4000)
+    slip = path.sol(times)[:2]
+    return float((W[2, 2] - mu * w @ slip / np.hypot(*slip)).min())
+
+
+def test_slip_that_presses_in_for_a_moment_is_told():
+    """W_nn < µ w·s for a part of the way only, which may lie between two steps."""
+    rng = np.random.default_rng(4)
+    jams = partly = 0
+    for _ in range(30):
+        W, u = block(rng, 6), rng.normal(size=3)
+        u[2] = -abs(u[2])
+        mu = rng.uniform(1.0, 1.3) * W[2, 2] / np.hypot(*W[:2, 2])
+        answer = solved(W, u, 0.5, mu, law=Law("stronge", "path"))
+        if not answer.status.valid:
+            continue
+        least = least_rise(W, u, mu, answer.impulse[2])
+        if abs(least) > 1e-6 * W[2, 2]:
+            assert (answer.status is Status.PAINLEVE_JAM) is (least < 0.0)
+            jams += least < 0.0
+            partly += least < 0.0 < W[2, 2] - mu * W[:2, 2] @ u[:2] / np.hypot(*u[:2])
+    assert jams > partly > 0
