@@ -6,6 +6,7 @@ to unit diagonal, so that neither units nor the scale a row was written in decid
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -86,9 +87,10 @@ def _regular(delassus: np.ndarray, right: np.ndarray) -> np.ndarray | None:
     factor, failed = lapack.dpotrf(delassus, lower=1)
     if failed:
         return None
-    for root, square in zip(factor.diagonal().tolist(), delassus.diagonal().tolist(), strict=True):
-        if not root * root > SAFE_PIVOT * square:
-            return None
+    roots, least = factor.diagonal(), SAFE_PIVOT * delassus.diagonal()
+    # Without an array of truths, which costs more than its few entries.
+    if not all(map(operator.gt, (roots * roots).tolist(), least.tolist())):
+        return None
     return lapack.dpotrs(factor, right, lower=1)[0]
 
 

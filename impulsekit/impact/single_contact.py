@@ -17,7 +17,7 @@ from .algorithms import check_pivots, cholesky_solve, crba, decompose
 from .constrained import Outcome
 from .known import KnownImpulses
 from .laws import ContactProblem, solve_contacts
-from .laws.coulomb import coulomb
+from .laws.coulomb import coulomb_impulse
 from .reach import ReachedModel
 from .touching import PointOnWorldPlane
 
@@ -84,7 +84,7 @@ class SingleContactJump:
         scale = max(abs(un), abs(fn))
         if mu:
             scale = max(scale, abs(u1), abs(u2), abs(f1), abs(f2))
-        p, _ = coulomb(
+        p = coulomb_impulse(
             (t11, t12, t22, n1, n2, nn),
             f1 + e_t * u1 if mu else 0.0,
             f2 + e_t * u2 if mu else 0.0,

@@ -10,7 +10,7 @@ import math
 from ..status import Status
 from .slide import Block, slides
 
-__all__ = ["Impulse", "bounded_friction", "coulomb", "is_jammed", "residual_of"]
+__all__ = ["Impulse", "bounded_friction", "coulomb", "coulomb_impulse", "is_jammed", "residual_of"]
 
 # P_t1, P_t2, P_n [N s].
 Impulse = tuple[float, float, float]
@@ -64,6 +64,24 @@ def coulomb(
     if any(_apart(_sliding(block, bn, mu, other), first) for other in found[1:]):
         return first, Status.MANY_SOLUTIONS
     return first, status
+
+
+def coulomb_impulse(
+    block: Block, b1: float, b2: float, bn: float, mu: float, scale: float
+) -> Impulse:
+    """The impulse of ``coulomb`` by itself: what else would be possible is not looked for."""
+    nn = block[5]
+    if bn >= -1e-15 * scale or nn <= 0.0:
+        return NOTHING
+    if not mu:
+        return (0.0, 0.0, -bn / nn)
+    stick, _ = _stick(block, b1, b2, bn, scale)
+    if stick is not None:
+        p1, p2, pn = stick
+        if pn > 0.0 and math.hypot(p1, p2) <= mu * pn * (1.0 + ON_CONE):
+            return stick
+    found = slides(block, b1, b2, bn, mu)
+    return _sliding(block, bn, mu, found[0]) if found else NOTHING
 
 
 def is_jammed(block: Block, u1: float, u2: float, mu: float, scale: float) -> bool:

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from impulsekit.errors import InputError, NotFiniteError, RangeError, ShapeError
 from impulsekit.impact.laws import solve_contacts
+from impulsekit.impact.laws.coulomb import coulomb, coulomb_impulse
 from impulsekit.impact.laws.slide import slides
 from impulsekit.impact.status import Status
 from impulsekit.scene.law import Law
@@ -224,3 +225,13 @@ def test_what_is_refused():
         solved(np.eye(4), [0, 0, -1], 0.5)
     with pytest.raises(ShapeError, match="velocity_free"):
         solve_contacts(problem(np.eye(3), [0, 0, -1], free=[0, -1]), Law())
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_the_impulse_by_itself_is_that_of_the_whole_answer(seed):
+    rng = np.random.default_rng(seed)
+    W, b = block(rng), rng.normal(size=3)
+    entries = (W[0, 0], W[0, 1], W[1, 1], W[0, 2], W[1, 2], W[2, 2])
+    mu = 0.0 if seed % 10 == 0 else 2.0 * rng.uniform()
+    whole, _ = coulomb(entries, *b, mu, 1.0)
+    assert coulomb_impulse(entries, *b, mu, 1.0) == whole
