@@ -1,4 +1,4 @@
-"""Points, normals and gaps of two bodies, from coal."""
+"""Points, normals and gaps of two bodies: in closed form of polyhedra, of others from coal."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-__all__ = ["MeetingPoint", "convex_geometry", "meeting_points", "smallest_gap"]
+from .features import CornerOnFace, EdgesCross, touching_features
+from .polyhedron import Polyhedron, can_be_separated, polyhedron_of, separation
+
+__all__ = ["MeetingPoint", "Solid", "Solids", "meeting_points", "smallest_gap", "solid_of"]
 
 # Where two shapes just touch, the direction between them is lost in rounding. The first
 # is moved apart by this much [m] along the direction found, and the two are asked again.
@@ -30,47 +33,81 @@ class MeetingPoint:
         position: (3,) world [m], halfway between the surfaces.
         normal: (3,) world, from the second body to the first.
         gap: [m], negative where they overlap.
+        feature: which corner, face or edges meet there; None where a body is curved.
+        pieces: the numbers of the two pieces that meet.
     """
 
     position: np.ndarray
     normal: np.ndarray
     gap: float
+    feature: CornerOnFace | EdgesCross | None = None
+    pieces: tuple[int, int] = (0, 0)
 
 
-def convex_geometry(item: pin.GeometryObject) -> coal.CollisionGeometry:
-    """The geometry of an object, or for a mesh its convex hull."""
-    geometry = item.geometry
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A convex piece of a body.
+
+    Attributes:
+        geometry: as coal knows it.
+        polyhedron: its corners, edges and faces; None where it is curved.
+    """
+
+    geometry: coal.CollisionGeometry
+    polyhedron: Polyhedron | None
+
+
+# Pieces of a body, each with its placement.
+Solids = Sequence[tuple[Solid, pin.SE3]]
+
+
+def solid_of(geometry: coal.CollisionGeometry) -> Solid:
+    """The solid that a geometry stands for: for a mesh its convex hull."""
     if isinstance(geometry, coal.BVHModelBase):
         geometry.buildConvexHull(True, "Qt")
-        return geometry.convex
-    return geometry
+        geometry = geometry.convex
+    return Solid(geometry, polyhedron_of(geometry))
 
 
-def meeting_points(
-    first: Sequence[tuple[coal.CollisionGeometry, pin.SE3]],
-    other: Sequence[tuple[coal.CollisionGeometry, pin.SE3]],
-    margin: float,
-) -> Iterator[MeetingPoint]:
+def meeting_points(first: Solids, other: Solids, margin: float) -> Iterator[MeetingPoint]:
     """The points at which pieces of two bodies are no further apart than ``margin``.
 
     Flat pairs give the corners of the patch they share.
     """
-    for shape_a, placement_a in first:
-        for shape_b, placement_b in other:
-            yield from _pair(shape_a, placement_a, shape_b, placement_b, margin)
+    for i, (one, placement_a) in enumerate(first):
+        for j, (two, placement_b) in enumerate(other):
+            found = False
+            if (pair := _polyhedra(one, two)) is not None:
+                a, b = pair[0].at(placement_a), pair[1].at(placement_b)
+                normal, points = touching_features(a, b, margin)
+                for point in points:
+                    yield MeetingPoint(point.position, normal, point.gap, point.feature, (i, j))
+                found = bool(points) or separation(a, b)[0] > 0.0
+            if not found:
+                pieces = one.geometry, placement_a, two.geometry, placement_b
+                yield from _pair(*pieces, margin)
 
 
-def smallest_gap(
-    first: Sequence[tuple[coal.CollisionGeometry, pin.SE3]],
-    other: Sequence[tuple[coal.CollisionGeometry, pin.SE3]],
-) -> float:
-    """The distance between two bodies [m], negative where they overlap."""
+def smallest_gap(first: Solids, other: Solids) -> float:
+    """The gap of two bodies [m], negative where they overlap.
+
+    Of polyhedra it is the largest separation along an axis, which is zero where their
+    distance is, and no larger elsewhere.
+    """
     gaps = [
-        _gap(shape_a, placement_a, shape_b, placement_b)
-        for shape_a, placement_a in first
-        for shape_b, placement_b in other
+        _gap(one.geometry, placement_a, two.geometry, placement_b)
+        if (pair := _polyhedra(one, two)) is None
+        else separation(pair[0].at(placement_a), pair[1].at(placement_b))[0]
+        for one, placement_a in first
+        for two, placement_b in other
     ]
     return min(gaps, default=np.inf)
+
+
+def _polyhedra(one: Solid, two: Solid) -> tuple[Polyhedron, Polyhedron] | None:
+    """Both as polyhedra; None where one is curved, or has too many edges."""
+    a, b = one.polyhedron, two.polyhedron
+    return None if a is None or b is None or not can_be_separated(a, b) else (a, b)
 
 
 def _gap(

@@ -222,11 +222,11 @@ class _AtStop:
 
 
 class _Colliding(_Pair):
-    """Two bodies whose geometry meets where coal says so."""
+    """Two bodies whose geometry meets somewhere."""
 
     def __init__(self, robot: Robot, reached: ReachedModel, entry: Collision, index: int) -> None:
         from ..robot.geometry import geometry_ids
-        from .collision import convex_geometry
+        from .collision import solid_of
 
         objects = robot.collision_model.geometryObjects
         pieces = [geometry_ids(robot, name)[0] for name in (entry.first, entry.other)]
@@ -234,14 +234,14 @@ class _Colliding(_Pair):
         super().__init__(robot, reached, index, frame_ids)
         self._margin = entry.margin
         self._pieces = [
-            [(convex_geometry(objects[i]), objects[i].placement) for i in ids] for ids in pieces
+            [(solid_of(objects[i].geometry), objects[i].placement) for i in ids] for ids in pieces
         ]
 
     def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
         from .collision import meeting_points
 
         first, other = (
-            [(shape, data.oMi[joint_id] * placement) for shape, placement in pieces]
+            [(solid, data.oMi[joint_id] * placement) for solid, placement in pieces]
             for pieces, joint_id in zip(self._pieces, self._reached_ids, strict=True)
         )
         for point in meeting_points(first, other, self._margin):

@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.impact.collision import meeting_points, smallest_gap
+from impulsekit.impact.collision import meeting_points, smallest_gap, solid_of
 
 BOX, SLAB = coal.Box(1, 1, 1), coal.Box(4, 4, 1)
 SPHERE, CAN, PILL = coal.Sphere(0.5), coal.Cylinder(0.5, 1), coal.Capsule(0.5, 1)
@@ -19,8 +19,8 @@ def at(x: float, y: float, z: float, rotation: np.ndarray | None = None) -> pin.
 
 
 def meet(shape, placement, other=SLAB, other_placement=None, margin=1e-6):
-    second = [(other, other_placement or at(0, 0, 0))]
-    return list(meeting_points([(shape, placement)], second, margin))
+    second = [(solid_of(other), other_placement or at(0, 0, 0))]
+    return list(meeting_points([(solid_of(shape), placement)], second, margin))
 
 
 LYING = pin.utils.rotate("y", np.pi / 2)
@@ -56,7 +56,8 @@ def test_the_normal_points_from_the_second_to_the_first():
 
 def test_what_is_apart_does_not_meet():
     assert meet(BOX, at(0, 0, 1.01)) == []
-    assert smallest_gap([(BOX, at(0, 0, 1.01))], [(SLAB, at(0, 0, 0))]) == pytest.approx(0.01)
+    apart = smallest_gap([(solid_of(BOX), at(0, 0, 1.01))], [(solid_of(SLAB), at(0, 0, 0))])
+    assert apart == pytest.approx(0.01)
 
 
 @pytest.mark.parametrize("seed", range(5))
