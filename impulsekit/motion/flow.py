@@ -71,6 +71,8 @@ class Flow:
             friction = getattr(gaps.items[gap], "friction", 0.0)
             resting.contacts.append(RestingContact(gap, entry, friction, t))
         gaps.hold(resting.contacts, q)
+        # Slip first: forces that held points which slip would contradict each other.
+        resting.begin(gaps.velocities(resting.contacts, q, v))
         for _ in range(4):
             dynamics.acceleration(t, q, v)
             if not resting.update_slides(fresh=True):
