@@ -21,8 +21,8 @@ __all__ = ["Crossing", "first_crossing"]
 MARGIN = 1e-3
 # A gap that only dips this far below zero [m] was grazed.
 GRAZED = 1e-12
-# Colliding bodies this near touch [m].
-TOUCH = 1e-10
+# Colliding bodies this near touch [m], where their gap is told to rounding and where it is coal's.
+TOUCH, TOUCH_OF_COAL = 1e-12, 1e-10
 # Steps of conservative advancement are no shorter than this part of a step.
 FINEST = 1.0 / 128.0
 
@@ -226,10 +226,12 @@ def _advance(
     # The bound is from nodes; between them speed changes little.
     speed = 1.2 * speed + 1e-9
     start, end = float(start), float(end)
+    exact = gaps.exact(i)
+    touch = TOUCH if exact else TOUCH_OF_COAL
     least = FINEST * (end - start)
     t, before = start, start
     value = gap(t)
-    leaving = value <= TOUCH
+    leaving = value <= touch
     while t < end:
         if leaving:
             step = least
@@ -238,21 +240,22 @@ def _advance(
         before, t = t, min(end, max(t + step, float(np.nextafter(t, end))))
         last, value = value, gap(t)
         if leaving:
-            if value > TOUCH:
+            if value > touch:
                 leaving = False
-            elif value < min(last, 0.0) - 10.0 * TOUCH:
-                return _hop(gap, before, t)
+            # What coal tells may go deeper little by little where nothing closes.
+            elif value < (-touch if exact else min(last, 0.0) - 10.0 * touch):
+                return _hop(gap, before, t, touch)
             continue
-        if value <= TOUCH:
+        if value <= touch:
             return falling_root(gap, before, t) if value < 0.0 < last else t
     return np.inf
 
 
-def _hop(gap: Callable[[float], float], start: float, end: float) -> float:
+def _hop(gap: Callable[[float], float], start: float, end: float, touch: float) -> float:
     """When bodies that touch at the start, and overlap at the end, have met again."""
     span = end - start
     for _ in range(40):
         span *= 0.5
-        if gap(start + span) > TOUCH:
+        if gap(start + span) > touch:
             return falling_root(gap, start + span, start + 2.0 * span)
     return start

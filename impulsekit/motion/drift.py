@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from .present import Present
 
-__all__ = ["take_out_drift"]
+__all__ = ["lay_down", "take_out_drift"]
 
 # Drift below this [m, rad] or [m/s] is left alone.
 NO_DRIFT = 1e-14
@@ -24,6 +24,18 @@ def take_out_drift(now: Present, bound: list[tuple[int, int]]) -> None:
     """
     _of_positions(now, [i for i, row in bound if row == 2])
     _of_velocities(now, [3 * i + row for i, row in bound])
+
+
+def lay_down(now: Present) -> None:
+    """Bring points that have come to rest to where they touch.
+
+    Faces that lie on each other are parallel then: points that all but depend on each other
+    would ask for forces that cannot be.
+    """
+    resting = now.resting.contacts
+    if now.gaps is not None and resting:
+        count = len(now.gaps.of_points(resting, now.q, now.v))
+        _of_positions(now, list(range(count)))
 
 
 def _of_positions(now: Present, pressed: list[int]) -> None:

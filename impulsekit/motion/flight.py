@@ -11,13 +11,17 @@ import numpy as np
 from .chart import Chart
 from .path import Path
 from .present import Present, Stopped
+from .rest_law import RestNotSolved
 from .status import MotionStatus
-from .steppers import stepper_of
+from .steppers import Dense, stepper_of
 
 __all__ = ["Flight", "Step"]
 
 # A joint that turns goes no further than this in one step [rad].
 LONGEST_TURN = 1.0
+# Steps that cannot be made are tried again with this part of their length, or of LONG [s].
+SHORTER, LONG = 0.1, 1e-2
+MOST_TRIES = 7
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +104,7 @@ class Flight:
         speed = chart.turning_speed(now.v)
         longest = LONGEST_TURN / speed if speed > 0.0 else math.inf
         with now.told():
-            dense = stepper.step(longest)
+            dense = self._tried(longest)
         self.steps += 1
         if not np.isfinite(stepper.y).all():
             raise Stopped(MotionStatus.NOT_FINITE)
@@ -111,6 +115,21 @@ class Flight:
             return chart.configuration(y[:nv]), y[nv:]
 
         return Step(now.t, stepper.t, chart.reference, dense, states)
+
+    def _tried(self, longest: float) -> Dense:
+        """One step; a shorter one where a trial state within it has no forces at rest.
+
+        Such a state is one that the motion never comes to: there points slip that stick.
+        """
+        stepper = self._stepper
+        t, y = stepper.t, stepper.y.copy()
+        for _ in range(MOST_TRIES):
+            try:
+                return stepper.step(longest)
+            except RestNotSolved:
+                longest = SHORTER * min(longest, LONG)
+                stepper.reset(t, y, longest)
+        return stepper.step(longest)
 
     def take(self, step: Step) -> None:
         """Go to the end of a step."""

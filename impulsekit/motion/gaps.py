@@ -183,7 +183,7 @@ class Gaps:
         return np.vstack(rows), np.concatenate(biases)
 
     def hold(self, contacts: Sequence[RestingContact], q: np.ndarray) -> None:
-        """Let corners that touch at q be the same until further notice; let go of all others."""
+        """Follow the points at which polyhedra touch at q from here on; let go of all others."""
         pin.forwardKinematics(self._model, self.data, q)
         resting = {contact.gap for contact in contacts}
         for i in np.flatnonzero(~self.rated).tolist():
@@ -193,10 +193,18 @@ class Gaps:
         """Points of a gap that open more slowly than this rest, whatever else is asked [m/s]."""
         return 0.0 if self.rated[i] else float(self.items[i].rest_speed)
 
+    def exact(self, i: int) -> bool:
+        """Whether a gap is told to rounding."""
+        return bool(self.rated[i]) or self.items[i].has_corners
+
+    def waver(self, i: int) -> float:
+        """How far a gap may be off where bodies have just parted [m]."""
+        return 0.0 if self.rated[i] else float(self.items[i].waver)
+
     def let_go_of_rising(
         self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray, speed: float
     ) -> None:
-        """Let go of held corners whose gap opens faster than ``speed`` [m/s]."""
+        """Let go of held points whose gap opens faster than ``speed`` [m/s]."""
         pin.computeJointJacobians(self._model, self.data, q)
         for contact in contacts:
             item = self.items[contact.gap]
@@ -224,7 +232,7 @@ class Gaps:
     def of_points(
         self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray
     ) -> np.ndarray:
-        """(n,) the gaps of resting points [m]: of a held corner its own."""
+        """(n,) the gaps of resting points [m]: of a held one its own."""
         values, _ = self.measure(q, v, [contact.gap for contact in contacts])
         found = []
         for contact in contacts:
@@ -235,15 +243,28 @@ class Gaps:
                 found.append(np.full(contact.count, values[contact.gap]))
         return np.concatenate(found)
 
-    def deepest(
+    def beyond_held(
         self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray
-    ) -> tuple[float, float]:
-        """Of resting bodies with corners the smallest gap, and that of corners not held [m]."""
-        own = [c.gap for c in contacts if not self.rated[c.gap] and self.items[c.gap].holds]
-        if not own:
-            return np.inf, np.inf
-        values, _ = self.measure(q, v, own)
-        return float(np.nanmin(values)), min(self.items[i].free_corner(self.data) for i in own)
+    ) -> tuple[float, np.ndarray]:
+        """Whether bodies touch elsewhere than where they are held.
+
+        Returns:
+            By how much the smallest gap of a pair is below those of its held points [m],
+            negative where it is; and (n,) how far each resting point is from where its face
+            or edge ends [m], infinite where it isn't held.
+        """
+        own = [c for c in contacts if not self.rated[c.gap] and self.items[c.gap].holds]
+        values, _ = self.measure(q, v, [c.gap for c in own])
+        below, inside = np.inf, []
+        for contact in contacts:
+            item = self.items[contact.gap]
+            if contact not in own:
+                inside.append(np.full(contact.count, np.inf))
+                continue
+            held = item.held_gaps(self.data)
+            below = min(below, float(values[contact.gap] - held.min(initial=0.0)))
+            inside.append(item.held_inside(self.data))
+        return below, np.concatenate(inside) if inside else np.empty(0)
 
     def velocities(
         self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray

@@ -10,8 +10,8 @@ from .status import MotionStatus
 
 __all__ = ["Penetration"]
 
-# Overlaps of bodies that are right stay below 2e-6 m: what a start may have, and the 1e-7 m of
-# corners on the way. Deeper than this [m] something was missed.
+# Overlaps of bodies that are right stay below 2e-6 m: what a start may have, and the 1e-7 m to
+# which coal tells those of round bodies. Deeper than this [m] something was missed.
 OF_BODIES = 1e-5
 # Small bodies overlap by no more than this part of the smaller one's radius,
 PART = 1e-3

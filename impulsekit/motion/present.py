@@ -103,6 +103,11 @@ class Present:
         speeds = gaps.velocities([contact], self.q, self.v)[2::3]
         return float(speeds.min()) if speeds.size else 0.0
 
+    @property
+    def slow(self) -> float:
+        """What opens or closes more slowly does neither [m/s]."""
+        return max(1e-3 * self.settings.capture_speed, 1e-12 * float(np.abs(self.v).max()))
+
     def rebase(self) -> None:
         """Let gaps that are closed, or overlap by rounding, count as zero."""
         if self.gaps is not None:

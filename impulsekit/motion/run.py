@@ -28,8 +28,6 @@ from .trajectory import Trajectory
 
 __all__ = ["Run"]
 
-# How far the distance of colliding bodies may be off where they have just parted [m].
-WAVER = 1e-8
 # So many events without any time between them never end.
 MOST_STILL = 1000
 
@@ -150,12 +148,11 @@ class Run:
                 lambda t: now.pushing(t, *step.states(t)),
             )
         if stop is not None:
-            time, on_corner = stop
+            time, elsewhere = stop
             self._flight.take_until(step, time)
-            if on_corner:
+            if elsewhere:
                 gaps.hold([], now.q)
-                if self._only_wavers(resting):
-                    # It lies down without a blow: it is one more that rests.
+                if self._lies_down(resting):
                     come_to_rest(now, resting)
                     self._flight.restart()
                 else:
@@ -174,16 +171,24 @@ class Run:
         now = self._now
         if len(now.impacts) >= self._settings.max_impacts:
             raise Stopped(MotionStatus.EVENT_STORM)
-        if self._only_wavers(closing):
-            now.base[list(closing)] -= WAVER
+        if now.gaps is not None and self._only_wavers(closing):
+            for i in closing:
+                now.base[i] -= now.gaps.waver(i)
         else:
             taking_part = sorted({*closing, *(c.gap for c in now.resting.contacts)})
             self._striking.on_the_way(closing, taking_part)
             come_to_rest(now, taking_part)
         self._flight.restart(self._first_step(closing))
 
+    def _lies_down(self, resting: Iterable[int]) -> bool:
+        """Whether bodies that touch elsewhere than before do so without a blow."""
+        now, gaps = self._now, self._now.gaps
+        if gaps is None:
+            return True
+        return all(now.closing(i) >= -now.slow for i in resting if not gaps.rated[i])
+
     def _only_wavers(self, closing: Iterable[int]) -> bool:
-        """Whether nothing meets: coal's distance wavers where bodies have just parted."""
+        """Whether nothing meets: distances waver where bodies have just parted."""
         gaps = self._now.gaps
         if gaps is None or any(gaps.rated[i] for i in closing):
             return False

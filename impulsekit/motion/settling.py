@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from .drift import take_out_drift
+from .drift import lay_down, take_out_drift
 from .present import Present
 from .resting import RestingContact
 
@@ -23,7 +23,7 @@ def come_to_rest(now: Present, candidates: Iterable[int]) -> None:
     gaps = now.gaps
     if gaps is None:
         return
-    slow = max(1e-3 * now.settings.capture_speed, 1e-12 * float(np.abs(now.v).max()))
+    slow = now.slow
     before = {c.gap: c for c in now.resting.contacts}
     stays: list[RestingContact] = []
     for i in candidates:
@@ -37,6 +37,7 @@ def come_to_rest(now: Present, candidates: Iterable[int]) -> None:
     gaps.hold(stays, now.q)
     gaps.let_go_of_rising(stays, now.q, now.v, slow)
     if stays:
+        lay_down(now)
         settle(now, fresh=True)
 
 

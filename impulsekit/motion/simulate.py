@@ -38,12 +38,11 @@ def simulate(
     met (an impact under the scene's law), rested on (Coulomb's law) and left again. Where
     points that rest are redundant (four corners of a box) they share the load as stiff
     springs would, each as stiff as its effective mass is large. Bodies of a ``Collision``
-    with corners rest once slower than 2e-4 m/s. Corners on a face lie true to 1e-9 m, and
-    overlap by less than 1e-7 m on the way. A step that would press bodies deeper into each
-    other than 1e-5 m (of small ones, a thousandth of their radius), or points into planes
-    and stops by 1e-4 m or rad, ends the motion with the status ``PENETRATION``: bodies
-    that rock on each other edge on edge may come to it, and may hover by some 0.2 mm where
-    edges that cross slide.
+    that are polyhedra (boxes, convex meshes without very many edges) touch at corners on
+    faces and where edges cross, known to rounding; they rest once slower than 2e-4 m/s, and
+    lie true to 1e-9 m. A step that would press bodies deeper into each other than 1e-5 m (of
+    small ones, a thousandth of their radius), or points into planes and stops by 1e-4 m or
+    rad, ends the motion with the status ``PENETRATION``.
 
     Args:
         scene: what strikes, holds, touches and moves the robot.

@@ -44,9 +44,9 @@ class MotionStatus(enum.Enum):
 
     PENETRATION = (
         "The motion was stopped before a step that presses a contact in deeper than can be true; "
-        "detail names it. Bodies of a Collision that rock on each other edge on edge may come to "
-        "this: start a little elsewhere, or let corners of one meet planes of the other as "
-        "Contacts."
+        "detail names it. Round bodies and meshes with very many edges may come to this, whose "
+        "distance is known to 1e-7 m only: start a little elsewhere, or give points of one on "
+        "planes of the other as Contacts."
     )
 
     @property

@@ -1,4 +1,4 @@
-"""When a sliding point stops, a resting contact lifts, or another corner comes down."""
+"""When a sliding point stops, a resting contact lifts, or bodies touch elsewhere."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..impact.features import BESIDE
 from .gaps import Gaps
 from .resting import Resting
 from .roots import PIECES, States, falling_root
@@ -16,10 +17,10 @@ __all__ = ["first_stop"]
 
 # Normal speed at which a resting contact has lifted [m/s].
 LIFTED = 1e-8
-# A body that rests on corners has come down elsewhere, edge on edge, this deep [m].
-CORNER = 2e-8
-# Its corners are told this well [m].
-ROUNDING = 1e-12
+# A body that rests has come down elsewhere, this deep [m].
+ELSEWHERE = 1e-10
+# A point so far beside its face, or beyond the end of its edge, has left it [m].
+LEFT = 2.0 * BESIDE
 
 
 def first_stop(
@@ -32,26 +33,26 @@ def first_stop(
 ) -> tuple[float, bool] | None:
     """When a sliding point first stops or has got going, or a contact has lifted, in a step.
 
-    Or when a resting body comes down on another corner. Gives the time, and whether it was
-    such a corner. ``pushing`` tells by point which of them are loaded at a time: between the
-    ends of a step the velocity is known to the integrator's tolerance only, so that a point
-    may seem to leave while it is pressed on.
+    Or when a resting body comes down elsewhere, or a point that touches leaves its face or
+    edge. Gives the time, and whether it was one of these two. ``pushing`` tells by point which
+    of them are loaded at a time: between the ends of a step the velocity is known to the
+    integrator's tolerance only, so that a point may seem to leave while it is pressed on.
     """
     contacts = resting.contacts
     slides, slip_begins = resting.slides(), resting.begins()
     if not contacts:
         return None
     count = len(slides)
-    deep, corner = gaps.deepest(contacts, *states(start))
-    # Where a corner touches already, it may come no deeper than by rounding.
-    deep, corner = deep - CORNER, min(corner, 0.0) - ROUNDING
+    lowest, _ = gaps.beyond_held(contacts, *states(start))
+    # Where something touches already, it may come no deeper than by rounding.
+    lowest = min(lowest, 0.0) - ELSEWHERE
 
     def signs(t: float) -> np.ndarray:
         """Below zero where something has happened: slip along its first direction, or −lift."""
         q, v = states(t)
         u = gaps.velocities(contacts, q, v)
         if len(u) != 3 * count:
-            return np.full(3 * count + 2, np.inf)
+            return np.full(4 * count + 1, np.inf)
         along = [
             np.inf if s is None else float(u[3 * i : 3 * i + 2].dot(s))
             for i, s in enumerate(slides)
@@ -60,8 +61,8 @@ def first_stop(
             resting.grown - float(np.hypot(*u[3 * i : 3 * i + 2])) if begins else np.inf
             for i, begins in enumerate(slip_begins)
         ]
-        below = np.subtract(gaps.deepest(contacts, q, v), (deep, corner))
-        return np.concatenate([along, LIFTED - u[2::3], grows, below])
+        below, inside = gaps.beyond_held(contacts, q, v)
+        return np.concatenate([along, LIFTED - u[2::3], grows, inside + LEFT, [below - lowest]])
 
     times = np.linspace(start, end, PIECES + 1).tolist()
     before = signs(times[0])

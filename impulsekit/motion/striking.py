@@ -26,6 +26,9 @@ _USABLE = {
     Status.MANY_SOLUTIONS,
 }
 
+# Points that touch and move more slowly against each other lie still [m/s].
+STILL = 1e-8
+
 
 class Striking:
     """Solves the impacts of a motion and changes its velocity by them."""
@@ -54,11 +57,31 @@ class Striking:
         approach = max(-now.closing(i) for i in closing)
         soft = approach < max(now.settings.capture_speed, *self._capture_speeds(closing))
         solver = self._soft_solver if soft else self._solver
+        entries = now.entries_of(taking_part)
         try:
-            impact = solver.solve_touching(now.q, now.v, now.entries_of(taking_part))
+            impact = solver.solve_touching(now.q, now.v, entries)
+            if not _is_usable(impact) and self._lie_still(impact):
+                impact = solver.solve_touching(now.q, now.v, entries)
         except ImpulsekitError as error:
             raise Stopped(MotionStatus.IMPACT_NOT_VALID, str(error)) from None
         self._accept(impact)
+
+    def _lie_still(self, impact: Impact) -> bool:
+        """Let points that lie still but for rounding lie still; whether there were any.
+
+        Restitution looks at what approaches, be it by rounding. Of points that depend on each
+        other it would ask what cannot be.
+        """
+        now, outcome = self._present, impact.outcome
+        if outcome is None or not outcome.touches:
+            return False
+        normals = np.array([touch.jacobian[2] for touch in outcome.touches])
+        speeds = normals.dot(now.v)
+        still = np.abs(speeds) < STILL
+        if not np.abs(speeds[still]).max(initial=0.0) > 0.0:
+            return False
+        now.v = now.v + now.dynamics.moved(now.q, normals[still], -speeds[still])
+        return True
 
     def _capture_speeds(self, gaps: Iterable[int]) -> list[float]:
         items = [] if self._present.gaps is None else self._present.gaps.items
@@ -69,8 +92,7 @@ class Striking:
         now.impacts.append((now.t, impact))
         outcome = impact.outcome
         solution = None if outcome is None else outcome.contacts
-        usable = solution is None or solution.status in _USABLE
-        if not usable or not np.isfinite(impact.dv).all():
+        if not _is_usable(impact) or not np.isfinite(impact.dv).all():
             detail = "" if solution is None else solution.status.value
             raise Stopped(MotionStatus.IMPACT_NOT_VALID, detail)
         now.v = impact.v_after.copy()
@@ -89,3 +111,9 @@ class Striking:
         """For approaches below the capture speed: without restitution."""
         contacts = [replace(entry, restitution=0.0) for entry in self._later.contacts]
         return ImpactSolver(replace(self._later, contacts=contacts))
+
+
+def _is_usable(impact: Impact) -> bool:
+    outcome = impact.outcome
+    solution = None if outcome is None else outcome.contacts
+    return solution is None or solution.status in _USABLE

@@ -1,0 +1,68 @@
+"""Points of contact that wander over round bodies as these roll: their rows and rates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pinocchio as pin
+
+__all__ = ["bias_by_differences", "rows_at"]
+
+# How far the bodies move for the rates of their rows [m, rad].
+MOVE = 1e-4
+
+# (3k, nv) rows and (k, 3) points; of data with joint Jacobians.
+Rows = Callable[[pin.Data], tuple[np.ndarray, np.ndarray]]
+
+
+def rows_at(
+    model: pin.Model,
+    data: pin.Data,
+    joint_ids: tuple[int, int],
+    point: np.ndarray,
+    axes: np.ndarray,
+) -> np.ndarray:
+    """(3, nv) Rᵀ (J_first − J_other) at a point of the world; ``data`` with joint Jacobians."""
+    difference = np.zeros((3, model.nv))
+    for sign, joint_id in zip((1.0, -1.0), joint_ids, strict=True):
+        if joint_id > 0:
+            at = pin.SE3(np.eye(3), data.oMi[joint_id].actInv(point))
+            jacobian = pin.getFrameJacobian(model, data, joint_id, at, pin.LOCAL_WORLD_ALIGNED)
+            difference += sign * jacobian.reshape(6, -1)[:3]
+    return axes.T.dot(difference)
+
+
+def bias_by_differences(
+    model: pin.Model,
+    shifted: pin.Data,
+    found: Rows,
+    here: np.ndarray,
+    q: np.ndarray,
+    v: np.ndarray,
+) -> np.ndarray:
+    """(3k,) the rows' rates along the motion, by central differences.
+
+    No point of either body tells them, for the points wander over both.
+
+    Args:
+        model: the model.
+        shifted: a workspace.
+        found: the rows and points at a configuration near q.
+        here: (k, 3) the points at q.
+        q, v: the state.
+    """
+    size = float(np.abs(v).max(initial=0.0))
+    if size == 0.0 or not len(here):
+        return np.zeros(3 * len(here))
+    time = MOVE / max(size, 1e-3)
+    velocities = []
+    for sign in (1.0, -1.0):
+        there = pin.integrate(model, q, sign * time * v)
+        pin.computeJointJacobians(model, shifted, there)
+        rows, points = found(shifted)
+        if not len(points):
+            return np.zeros(3 * len(here))
+        nearest = [int(np.argmin(np.linalg.norm(points - point, axis=1))) for point in here]
+        velocities.append(rows.dot(v).reshape(-1, 3)[nearest])
+    return ((velocities[0] - velocities[1]) / (2.0 * time)).ravel()

@@ -1,0 +1,187 @@
+"""Boxes on boxes: dropped, stacked, knocked off a stack, and edge on edge."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit.motion.present import Present
+from impulsekit.scene.motion import MotionSettings
+
+from .models import MODELS
+
+BOX = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer")
+FLOOR = ik.Robot.from_urdf(MODELS / "floor.urdf")
+HIGH = 0.1
+
+
+def pose(x, y, z, rotation):
+    return [x, y, z, *pin.Quaternion(rotation).coeffs()]
+
+
+def stacked(poses, speeds=None, **law):
+    """Boxes a, b, … on a floor, each of which may meet each other one."""
+    names = "abcdefg"[: len(poses)]
+    robot = ik.combine(floor=FLOOR, **dict.fromkeys(names, BOX))
+    pairs = [(f"{name}/box", "floor/floor") for name in names]
+    pairs += [(f"{b}/box", f"{a}/box") for i, a in enumerate(names) for b in names[i + 1 :]]
+    scene = ik.Scene(robot, contacts=[ik.Collision(*pair, **law) for pair in pairs])
+    q = {f"{name}/root_joint": place for name, place in zip(names, poses, strict=True)}
+    v = {f"{name}/root_joint": speed for name, speed in (speeds or {}).items()}
+    return scene, robot.configuration(q), robot.velocity(v)
+
+
+def askew(count, seed):
+    """Boxes dropped from 2 mm each, turned a little, a little beside each other."""
+    rng = np.random.default_rng(seed)
+    poses = []
+    for i in range(count):
+        turn = pin.rpy.rpyToMatrix(*rng.uniform(-0.005, 0.005, 2), rng.uniform(-0.1, 0.1))
+        x, y = rng.uniform(-0.01, 0.01, 2)
+        poses.append(pose(x, y, 0.05 + HIGH * i + 0.002 * (i + 1), turn))
+    return poses
+
+
+def gaps(motion, every=1):
+    """(T, m) of all contacts at the samples [m]."""
+    now = Present(motion.scene, motion.q[0], motion.v[0], MotionSettings())
+    states = zip(motion.q[::every], motion.v[::every], strict=True)
+    return np.array([now.gaps.everything(q, v)[0] for q, v in states])
+
+
+def check(motion):
+    """It ends, nothing is penetrated, and no energy is made."""
+    assert motion.status.finished, motion.detail
+    assert gaps(motion, 4).min() > -1e-9
+    energy = motion.energy()
+    assert np.diff(energy.total).max() < 1e-9 * max(energy.kinetic.max(), 1.0)
+
+
+def heights(motion, count):
+    return motion.q[-1].reshape(count, 7)[:, 2]
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.5])
+def test_three_boxes_on_each_other_stay_where_they_are(friction):
+    turns = [pin.rpy.rpyToMatrix(0, 0, angle) for angle in (0.0, 0.3, -0.2)]
+    poses = [pose(0.02 * i, 0.01 * i, 0.05 + HIGH * i, turn) for i, turn in enumerate(turns)]
+    scene, q, v = stacked(poses, friction=friction)
+    motion = ik.simulate(scene, q, v, duration=10.0, samples=21)
+    check(motion)
+    assert not motion.impacts
+    assert np.abs(motion.q - q).max() < 1e-9
+    assert np.abs(gaps(motion)[:, [0, 3, 5]]).max() < 1e-9
+    assert {rest.contact for rest in motion.rests} == {f"contacts[{i}]" for i in (0, 3, 5)}
+
+
+def comes_to_rest(count, seed, friction, restitution):
+    scene, q, v = stacked(askew(count, seed), friction=friction, restitution=restitution)
+    motion = ik.simulate(scene, q, v, duration=1.0, samples=401)
+    check(motion)
+    np.testing.assert_allclose(heights(motion, count), 0.05 + HIGH * np.arange(count), atol=1e-9)
+    if friction:
+        assert np.abs(motion.v[-1]).max() < 1e-10
+
+
+@pytest.mark.slow
+def test_two_boxes_dropped_a_little_askew_lie_on_each_other():
+    comes_to_rest(2, 0, 0.5, 0.0)
+
+
+def test_a_bullet_knocks_a_box_out_of_a_stack():
+    names, ball = "abc", ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer")
+    robot = ik.combine(floor=FLOOR, **dict.fromkeys(names, BOX), bullet=ball)
+    pairs = [("a/box", "floor/floor"), ("b/box", "a/box"), ("c/box", "b/box"), ("c/box", "a/box")]
+    pairs.append(("bullet/ball", "b/box"))
+    scene = ik.Scene(robot, contacts=[ik.Collision(*pair, friction=0.2) for pair in pairs])
+    at = {
+        f"{name}/root_joint": pose(0, 0, 0.05 + HIGH * i, np.eye(3)) for i, name in enumerate("abc")
+    }
+    q = robot.configuration(at | {"bullet/root_joint": pose(-0.23, 0, 0.15, np.eye(3))})
+    motion = ik.simulate(
+        scene, q, robot.velocity({"bullet/root_joint": [20, 0, 0, 0, 0, 0]}), duration=0.03
+    )
+    check(motion)
+    x, z = (motion.q[-1][i:21:7] for i in (0, 2))
+    assert x[1] > 0.03
+    assert np.abs(x[[0, 2]]).max() < 0.01
+    np.testing.assert_allclose(z, [0.05, 0.15, 0.25], atol=1e-3)
+
+
+def crossed(seed):
+    """A box dropped edge first on a fixed one, at a random angle."""
+    rng = np.random.default_rng(seed)
+    low = ik.Robot.from_urdf(MODELS / "box.urdf")
+    robot = ik.combine(low=low, top=BOX)
+    lean = pin.rpy.rpyToMatrix(np.pi / 4 + rng.uniform(-0.2, 0.2), rng.uniform(-0.3, 0.3), 0)
+    turn = pin.rpy.rpyToMatrix(0, 0, rng.uniform(-3, 3)) @ lean
+    law = ik.Collision("top/box", "low/box", friction=rng.uniform(0.1, 0.8))
+    place = pose(*rng.uniform(-0.1, 0.1, 2), 0.27, turn)
+    scene = ik.Scene(robot, contacts=[law])
+    return scene, robot.configuration({"top/root_joint": place}), robot.velocity()
+
+
+def test_a_box_dropped_edge_first_on_a_box_lies_or_falls_off():
+    scene, q, v = crossed(0)
+    motion = ik.simulate(scene, q, v, duration=1.0, samples=401)
+    check(motion)
+
+
+def meeting(seed):
+    """Two boxes that fly at each other, turning, without weight."""
+    rng = np.random.default_rng(seed)
+    robot = ik.combine(a=BOX, b=BOX)
+    turns = [pin.Quaternion(rng.normal(size=4)).normalized().matrix() for _ in "ab"]
+    way = rng.normal(size=3)
+    way /= np.linalg.norm(way)
+    q = robot.configuration(
+        {"a/root_joint": pose(0, 0, 0, turns[0]), "b/root_joint": pose(*(0.5 * way), turns[1])}
+    )
+    towards = turns[1].T @ (rng.uniform(-0.2, 0.2, 3) - 1.5 * way)
+    v = robot.velocity(
+        {
+            "a/root_joint": rng.uniform(-0.2, 0.2, 6),
+            "b/root_joint": [*towards, *rng.uniform(-3, 3, 3)],
+        }
+    )
+    law = ik.Collision("a/box", "b/box", friction=rng.uniform(0, 0.8), restitution=rng.uniform())
+    return ik.Scene(robot, contacts=[law], gravity=[0, 0, 0]), q, v
+
+
+def check_meeting(seed):
+    scene, q, v = meeting(seed)
+    motion = ik.simulate(scene, q, v, duration=0.6)
+    check(motion)
+    for _, impact in motion.impacts:
+        held = [body.dv_com for body in impact.bodies.values()]
+        assert np.abs(sum(held)).max() < 1e-12 * max(1.0, np.abs(held).max())
+    return len(motion.impacts)
+
+
+def test_bodies_that_meet_keep_their_momentum():
+    assert sum(check_meeting(seed) for seed in range(6)) >= 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(100))
+def test_a_hundred_bodies_that_meet_keep_their_momentum(seed):
+    check_meeting(seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(100))
+def test_a_hundred_boxes_dropped_edge_first(seed):
+    scene, q, v = crossed(seed)
+    check(ik.simulate(scene, q, v, duration=1.0, samples=401))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(100))
+def test_a_hundred_pairs_come_to_rest(seed):
+    comes_to_rest(2, seed, *np.random.default_rng(seed + 1000).uniform([0.1, 0], [0.8, 0.25]))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(10))
+def test_pairs_without_friction_lie_on_each_other(seed):
+    comes_to_rest(2, seed, 0.0, 0.1)
