@@ -3,9 +3,11 @@
 0 ≤ P_n − f ⊥ ξ_n ≥ 0, |P_t| ≤ µ P_n, P_t = −µ P_n ξ_t/|ξ_t| where ξ_t ≠ 0, with
 ξ = W P + b. f is 0, or what Poisson's expansion asks for at least.
 
-Pinocchio's ADMM comes near; Newton on the modes that it found goes to rounding level. Where
-that fails, Newton goes there through regular problems nearby, and at last contact after
-contact is solved in closed form until all agree.
+First all contacts are held still: an answer in which nothing slips is near that, and Newton
+on the modes of the contacts goes to it. Where contacts slip and are redundant, Pinocchio's ADMM
+comes near and Newton goes on from there to rounding level. Where that fails, Newton goes there
+through regular problems nearby, and at last contact after contact is solved in closed form
+until all agree.
 """
 
 from __future__ import annotations
@@ -46,7 +48,7 @@ class Frictional:
         status: SOLVED, NOT_UNIQUE or NOT_CONVERGED.
         residual: relative to the velocities.
         unique: (n,) whether each impulse is determined; None where all are.
-        iterations: of ADMM, and of what came after it.
+        iterations: of ADMM, and of what came after it; 0 where it was not needed.
     """
 
     impulse: np.ndarray
