@@ -177,10 +177,9 @@ def _straight(
         phase = in_velocity / dn if dn > 0.0 else math.inf
     elif in_work < math.inf:
         # un p + dn p²/2 = work, in the form that bears dn → 0.
-        un = now.un
-        if not slips and dn <= 0.0 and abs(un) <= LIFTED * scale:
-            # What friction holds wholly does not lift off by rounding.
-            un = 0.0
+        # What friction holds wholly does not lift off by rounding.
+        lies = not slips and dn <= 0.0 and abs(now.un) <= LIFTED * scale
+        un = 0.0 if lies else now.un
         root = un * un + 2.0 * dn * in_work
         below = un + math.sqrt(max(root, 0.0))
         phase = 2.0 * in_work / below if root >= 0.0 and below > 0.0 else math.inf

@@ -155,3 +155,18 @@ def test_one_after_the_other(law):
         alone = solved(W[own, own], u[own], 0.2, 0.3, law=law)
         np.testing.assert_allclose(both.impulse[own], alone.impulse, atol=1e-15)
     assert both.iterations == 2 and both.status is Status.SOLVED
+
+
+@every_path
+@pytest.mark.parametrize("seed", range(20))
+def test_what_friction_holds_wholly_has_no_work_to_give_back(law, seed):
+    """With two degrees of freedom rest of the slip is rest of all: no impulse lifts it off."""
+    rng = np.random.default_rng(seed)
+    rows = rng.normal(size=(3, 2))
+    W, u = rows @ rows.T, rows @ rng.normal(size=2)
+    u *= -np.sign(u[2])
+    answer = solved(W, u, 1.0, 20.0, law=law)
+    assert answer.status in (Status.SOLVED, Status.PAINLEVE_JAM, Status.NO_SOLUTION) or (
+        answer.status is Status.ENERGY_GAIN and law.restitution == "newton"
+    )
+    assert np.abs(W @ answer.impulse).max() < 50 * np.abs(u).max()
