@@ -27,15 +27,16 @@ def take_out_drift(now: Present, bound: list[tuple[int, int]]) -> None:
 
 
 def lay_down(now: Present) -> None:
-    """Bring points that have come to rest to where they touch.
+    """Bring points that have come to rest to where they touch, and let them neither part nor press.
 
-    Faces that lie on each other are parallel then: points that all but depend on each other
-    would ask for forces that cannot be.
+    Faces that lie on each other are parallel then and stay so: points that all but depend on
+    each other would ask for forces that cannot be.
     """
     resting = now.resting.contacts
     if now.gaps is not None and resting:
         count = len(now.gaps.of_points(resting, now.q, now.v))
         _of_positions(now, list(range(count)))
+        _of_velocities(now, [3 * i + 2 for i in range(count)])
 
 
 def _of_positions(now: Present, pressed: list[int]) -> None:
