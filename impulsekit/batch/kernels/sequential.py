@@ -19,10 +19,10 @@ __all__ = ["MOST_HITS", "begin", "book", "fastest", "sequel", "sequential_lanes"
 # A chain that loses energy dies out well before; one that does not end never would.
 MOST_HITS = 10_000
 # Approaches this small against the first velocities are over.
-AT_REST = 1e-13
+AT_REST = 1e-15
 # Approaches this even, against themselves and against the first velocities, may come in
 # either order. Below SLOW the order is of no matter.
-EVEN, EVEN_AT_FIRST, SLOW = 1e-12, 4e-15, 5e-13
+EVEN, EVEN_AT_FIRST, SLOW = 1e-12, 4e-15, 1e-14
 _SOLVED, _GAIN = int(RowStatus.SOLVED), int(RowStatus.ENERGY_GAIN)
 _TOO_LONG = int(RowStatus.SEQUENCE_TOO_LONG)
 

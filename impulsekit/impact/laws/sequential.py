@@ -16,7 +16,7 @@ __all__ = ["hits_of", "solve_sequential"]
 # A chain that loses energy dies out well before; one that does not end never would.
 MOST_HITS = 10_000
 # Approaches this small against the first velocities are over.
-AT_REST = 1e-13
+AT_REST = 1e-15
 
 
 def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
