@@ -22,6 +22,8 @@ class Found:
             None where not asked for.
         contacts: for each contact (3,) in world axes, or (1,) of a joint stop; None likewise.
         contacts_unique: for each contact, whether its impulse is determined.
+        places: (3,) of each of ``contacts`` in the world [m], where these are the points of
+            collisions; None otherwise.
         status: the name of the status or of the error.
         valid: whether it says that the numbers may be used.
         seconds: how long it took.
@@ -34,6 +36,7 @@ class Found:
     rows: np.ndarray | None = None
     contacts: tuple[np.ndarray, ...] | None = None
     contacts_unique: tuple[bool, ...] | None = None
+    places: tuple[np.ndarray, ...] | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from ...impact.plan import is_always_regular
 from ...impact.reach import reached_model, touched_joints
 from ...impact.result import Impact
 from ...impact.status import Status
-from ...scene import Scene
+from ...scene import Collision, Scene
 from .found import Found
 from .sweep import Case
 
@@ -54,8 +54,13 @@ def _found(call: Callable[[np.ndarray, np.ndarray], Impact], q: np.ndarray, v: n
         # No error of ours: nobody was told what is wrong.
         return Found(None, f"crash: {type(error).__name__}", True, time.perf_counter() - start)
     rows, contacts, unique = _impulses(impact)
+    places = None
+    if any(isinstance(entry, Collision) for entry in impact.scene.contacts):
+        points = [point for result in impact.contacts for point in result.points]
+        contacts = tuple(np.array(point.impulse) for point in points)
+        places = tuple(np.array(p.position) for p in points if p.position is not None)
     # Which impulses are shared is told beside the status.
-    return Found(np.array(impact.dv), status.name, valid, seconds, rows, contacts, unique)
+    return Found(np.array(impact.dv), status.name, valid, seconds, rows, contacts, unique, places)
 
 
 def _impulses(

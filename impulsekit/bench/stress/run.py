@@ -18,7 +18,7 @@ __all__ = ["ALL", "jobs_of", "run", "solved_case", "sweep_named"]
 
 
 def _all() -> tuple[Sweep, ...]:
-    from . import chains, held, laws, touched, trees
+    from . import chains, collisions, held, laws, sequences, touched, trees
 
     return (
         *trees.SWEEPS,
@@ -26,6 +26,8 @@ def _all() -> tuple[Sweep, ...]:
         *held.SWEEPS,
         *touched.SWEEPS,
         *laws.SWEEPS,
+        *sequences.SWEEPS,
+        *collisions.SWEEPS,
     )
 
 

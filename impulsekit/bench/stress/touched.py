@@ -19,7 +19,7 @@ __all__ = ["SWEEPS"]
 BOX = (0.4, 0.2, 0.1)
 
 
-def _falling(
+def falling(
     robot: Robot, rng: np.random.Generator, count: int = STATES, speed: float = 1.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """States in which the root comes down."""
@@ -56,7 +56,7 @@ def parallel(angle: float, rng: np.random.Generator) -> Case:
             )
         )
     scene = Scene(robot, contacts=contacts)
-    q, v = _falling(robot, rng)
+    q, v = falling(robot, rng)
     return Case(scene, q, v, Impacts(scene))
 
 
@@ -90,7 +90,7 @@ def _landing(rng: np.random.Generator, *, e: float, mu: float, slow: float | Non
     if rng.random() < 0.3:
         blows.append(AppliedImpulse("link_0", linear=rng.normal(size=3)))
     scene = Scene(robot, blows, contacts=contacts)
-    q, v = _falling(robot, rng)
+    q, v = falling(robot, rng)
     return Case(scene, q, v, Impacts(scene))
 
 
@@ -99,7 +99,7 @@ def grazing(speed: float, rng: np.random.Generator) -> Case:
     size = tuple(rng.uniform(0.1, 0.4, 3))
     links = [Link(-1, float(rng.uniform(0.5, 2)), size)]
     robot = robot_of(links, "freeflyer")
-    q, v = _falling(robot, rng)
+    q, v = falling(robot, rng)
     # Turning only about the upright axis through the contact leaves its approach as it is.
     v[:, :2] = rng.normal(size=(STATES, 2))
     v[:, 2] = -speed * rng.uniform(0.5, 2, STATES)
@@ -181,7 +181,7 @@ def contact_mass_ratio(ratio: float, rng: np.random.Generator) -> Case:
     if changed[last].joint != "continuous":
         contacts.append(JointStop(f"joint_{last}", lower=100.0, upper=200.0, restitution=0.3))
     scene = Scene(robot, contacts=contacts)
-    q, v = _falling(robot, rng)
+    q, v = falling(robot, rng)
     return Case(scene, q, v, Impacts(scene))
 
 

@@ -1,0 +1,212 @@
+"""Contacts struck one after the other under any law, each exactly; a single one among them.
+
+The fastest approach is struck first, until none approaches. Where two are as fast but for
+rounding, both orders are followed, and an answer is held against the nearest.
+
+The condition is found by moving each number that the law is given, in doubles: it need not be
+known to many digits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...reference import Arithmetic
+from ...reference.arithmetic import Array
+from ...scene import Scene
+from .elimination import generalized_inverse
+from .equations import Coefficients
+from .found import Exact, Found
+from .mechanics import Mechanics, SceneMechanics
+from .residuals import Residuals, share_of
+from .strike import Block, strikes
+
+__all__ = ["Strikes"]
+
+MOST_HITS = 3000
+# Approaches this near to each other are struck in either order: relative, and how often.
+ALIKE, MOST_ORDERS = 1e-13, 6
+# Approaches this slow against the first are over.
+AT_REST = 1e-26
+# Of the differences that give the condition.
+STEP = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class _Sequence:
+    """One way through: total impulses (c, 3), the contacts in order, whether it is the only one."""
+
+    impulses: Array
+    order: tuple[int, ...]
+    only: bool
+
+
+class Strikes:
+    """The truth of a scene in sequence, or with one contact; known impulses act first."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.mechanics = SceneMechanics(scene)
+        self.coefficients = Coefficients(scene, self.mechanics.numbers)
+
+    def at(self, q: np.ndarray, v: np.ndarray) -> _State:
+        """The equations at a state."""
+        return _State(self, self.mechanics.at(q, v), v)
+
+
+class _State:
+    """The contact problem of one state."""
+
+    def __init__(self, owner: Strikes, mechanics: Mechanics, v: np.ndarray) -> None:
+        self._owner, self._m = owner, mechanics
+        numbers = self._numbers = owner.mechanics.numbers
+        weights = mechanics.weights
+        scaled, _ = generalized_inverse(
+            numbers, mechanics.masses / weights[:, None] / weights[None, :]
+        )
+        self._inverse = scaled / weights[:, None] / weights[None, :]
+        self._moved = self._inverse @ mechanics.contacts.T
+        self._v = numbers.array(v)
+        self._known = self._inverse @ mechanics.known
+        self._W = mechanics.contacts @ self._moved
+        self._u = mechanics.contacts @ (self._v + self._known)
+        self._ways: list[_Sequence] | None = None
+        self._slack: Array | None = None
+
+    def exact(self, found: Found | None = None) -> Exact | None:
+        """The solution nearest to an answer; None where the law has none."""
+        if self._ways is None:
+            self._ways = list(self._sequences(self._numbers, self._W, self._u))
+        if not self._ways:
+            return None
+        given = self._impulses_of(found)
+        best = min(self._ways, key=lambda way: float(np.abs(way.impulses - given).sum()))
+        dv = self._known + self._moved @ best.impulses.ravel()
+        if self._slack is None or len(self._ways) > 1:
+            self._slack = self._slack_of(best, dv)
+        return Exact(dv, self._slack, self._m.spans, before=self._v, only=best.only)
+
+    def _sequences(
+        self, numbers: Arithmetic, W: Array, u: Array, order: tuple[int, ...] | None = None
+    ) -> Iterator[_Sequence]:
+        """All ways through, or the one in a given order."""
+        scale = np.max(np.abs(u[2::3]))
+        rest = scale * max(AT_REST, float(numbers.epsilon))
+        none = np.zeros((len(u) // 3, 3), dtype=u.dtype) + u[0] * 0
+        pending: list[tuple[Array, Array, tuple[int, ...], bool]] = [(u, none, (), True)]
+        orders = 1
+        while pending:
+            velocity, impulses, hits, only = pending.pop()
+            while True:
+                if order is not None and len(hits) == len(order):
+                    yield _Sequence(impulses, hits, only)
+                    break
+                normal = velocity[2::3]
+                first = int(np.argmin(normal)) if order is None else order[len(hits)]
+                if order is None and not normal[first] < -rest:
+                    yield _Sequence(impulses, hits, only)
+                    break
+                if len(hits) == MOST_HITS:
+                    break
+                if order is None:
+                    for other in range(len(normal)):
+                        alike = normal[other] <= normal[first] + scale * ALIKE
+                        if other != first and alike and orders < MOST_ORDERS:
+                            orders += 1
+                            state = self._struck(numbers, W, velocity, impulses, other)
+                            if state is not None:
+                                after, taken, alone = state
+                                pending.append((after, taken, (*hits, other), only and alone))
+                state = self._struck(numbers, W, velocity, impulses, first)
+                if state is None:
+                    break
+                velocity, impulses, alone = state
+                hits, only = (*hits, first), only and alone
+
+    def _struck(
+        self, numbers: Arithmetic, W: Array, velocity: Array, impulses: Array, i: int
+    ) -> tuple[Array, Array, bool] | None:
+        """Velocities and impulses after one strike, and whether the law allows no other."""
+        own, coefficients = slice(3 * i, 3 * i + 3), self._owner.coefficients
+        e, mu = (numbers.number(float(x)) for x in (coefficients.e[i], coefficients.mu[i]))
+        found = strikes(Block(numbers, W[own, own], e, mu), velocity[own], self._owner.scene.law)
+        if not found:
+            return None
+        taken = impulses.copy()
+        taken[i] = taken[i] + found[0]
+        return velocity + W[:, own] @ found[0], taken, len(found) == 1
+
+    def _impulses_of(self, found: Found | None) -> Array:
+        impulses = self._numbers.zeros(len(self._m.axes), 3)
+        if found is None or found.contacts is None:
+            return impulses
+        for i, given in enumerate(found.contacts):
+            axes = self._m.axes[i]
+            if axes is not None and np.isfinite(given).all():
+                impulses[i] = axes @ self._numbers.array(given)
+        return impulses
+
+    def _slack_of(self, way: _Sequence, dv: Array) -> Array:
+        """By how much relative changes of the data move Δv, to first order."""
+        m = self._m
+        P = way.impulses.ravel()
+        sizes = m.weights * (m.weights @ np.abs(dv)) + np.abs(P) @ m.contacts_size + m.known_size
+        slack = np.abs(self._inverse) @ sizes
+        heavy = m.weights @ np.abs(self._moved)
+        across = m.contacts_size @ np.abs(self._moved)
+        W_size = np.outer(heavy, heavy) + across + across.T
+        # Each velocity of a sequence is formed anew from those before it.
+        gone = np.abs(self._W) @ np.abs(P)
+        u_size = m.contacts_size @ (np.abs(self._v) + np.abs(self._known)) + gone
+        numbers, step = Arithmetic.double(), STEP
+        W, u = self._W.astype(float), self._u.astype(float)
+        base = self._total(numbers, W, u, way.order)
+        if base is None:
+            return slack / STEP
+        rows = [i for i in range(len(u)) if i % 3 == 2 or self._mu[i // 3] > 0]
+        for i in rows:
+            for j in [j for j in rows if j <= i] + [-1]:
+                size = u_size[i] if j < 0 else W_size[i, j]
+                if not size > 0:
+                    continue
+                moved = numbers.number(float(size)) * step
+                W_near, u_near = W.copy(), u.copy()
+                if j < 0:
+                    u_near[i] += moved
+                else:
+                    W_near[i, j] += moved
+                    W_near[j, i] = W_near[i, j]
+                near = self._total(numbers, W_near, u_near, way.order)
+                if near is None:
+                    return slack / STEP
+                worst = np.abs(near - base) / step
+                slack = slack + np.abs(self._moved) @ self._numbers.array(worst)
+        return slack
+
+    @property
+    def _mu(self) -> list[Any]:
+        return self._owner.coefficients.mu
+
+    def _total(
+        self, numbers: Arithmetic, W: Array, u: Array, order: tuple[int, ...]
+    ) -> Array | None:
+        """(3c,) the impulses of a sequence in a given order."""
+        way = next(self._sequences(numbers, W, u, order), None)
+        return None if way is None else way.impulses.ravel()
+
+    def residuals(self, found: Found) -> Residuals:
+        """What an answer leaves of M Δv = I + JᵀP; the law is judged by its solutions."""
+        if found.dv is None or found.contacts is None:
+            return Residuals(np.nan, np.nan)
+        m = self._m
+        if not np.isfinite(found.dv).all():
+            return Residuals(np.inf, np.nan)
+        P = self._impulses_of(found).ravel()
+        dv = self._numbers.array(found.dv)
+        left = np.abs(m.masses @ dv - m.known - P @ m.contacts)
+        sizes = m.weights * (m.weights @ np.abs(dv)) + np.abs(P) @ m.contacts_size + m.known_size
+        return Residuals(share_of(left, sizes), np.nan)
