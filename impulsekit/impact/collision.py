@@ -9,6 +9,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 
+from .capsules import capsule_points
 from .features import CornerOnFace, EdgesCross, touching_features
 from .polyhedron import Polyhedron, can_be_separated, polyhedron_of, separation
 
@@ -83,6 +84,12 @@ def meeting_points(first: Solids, other: Solids, margin: float) -> Iterator[Meet
                 for point in points:
                     yield MeetingPoint(point.position, normal, point.gap, point.feature, (i, j))
                 found = bool(points) or separation(a, b)[0] > 0.0
+            elif isinstance(one.geometry, coal.Capsule) and isinstance(two.geometry, coal.Capsule):
+                met = capsule_points(one.geometry, placement_a, two.geometry, placement_b, margin)
+                if met is not None:
+                    found = True
+                    for position, gap in met[1]:
+                        yield MeetingPoint(position, met[0], gap, pieces=(i, j))
             if not found:
                 pieces = one.geometry, placement_a, two.geometry, placement_b
                 yield from _pair(*pieces, margin)
