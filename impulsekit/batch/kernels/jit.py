@@ -11,7 +11,9 @@ from numba import njit
 
 __all__ = ["built_in", "inlined", "kernel"]
 
-_PLAIN = {"cache": True, "nogil": True}
+# What is divided by zero is no number: an error could not leave a function that is called by
+# its address, and states would be left as they were.
+_PLAIN = {"cache": True, "nogil": True, "error_model": "numpy"}
 # Called by kernels alone: no doors for Python, which cost more to compile than some bodies.
 _WITHIN = {**_PLAIN, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 

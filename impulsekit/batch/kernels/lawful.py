@@ -37,7 +37,8 @@ def law_for(number: str, words: tuple[int, int, int] | None) -> Any:
         types.UniTuple(strided, 3), types.UniTuple(whole, 3), whole, getattr(types, number)[::1],
         whole, whole, whole, whole, whole, types.int8[::1],
     )  # fmt: skip
-    return cfunc(signature, cache=True)(leave_lanes if words is None else _lanes(words))
+    made = cfunc(signature, cache=True, error_model="numpy")
+    return made(leave_lanes if words is None else _lanes(words))
 
 
 def _lanes(words: tuple[int, int, int]) -> Callable[..., None]:

@@ -194,6 +194,11 @@ def pose(
 @built_in
 def put_back(lane, count, rows, held, contact_ints, work, p_at, w, code, space):
     """Write the impulses of all rows of one lane, of which ``count`` contacts touch."""
+    total = 0.0
+    for k in range(3 * count):
+        total += space[1][9][k]
+    if not math.isfinite(total):
+        code[lane] = AGAIN
     if count < 0 or code[lane] == AGAIN:
         for r in range(rows):
             work[(p_at + r) * w + lane] = math.nan if count < 0 else 0.0

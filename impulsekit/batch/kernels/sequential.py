@@ -23,6 +23,8 @@ AT_REST = 1e-15
 # Approaches this even, against themselves and against the first velocities, may come in
 # either order. Below SLOW the order is of no matter.
 EVEN, EVEN_AT_FIRST, SLOW = 1e-12, 4e-15, 1e-14
+# A sequence that has gained this much is not followed.
+FASTER = 1e6
 _SOLVED, _GAIN = int(RowStatus.SOLVED), int(RowStatus.ENERGY_GAIN)
 _TOO_LONG = int(RowStatus.SEQUENCE_TOO_LONG)
 
@@ -101,6 +103,8 @@ def fastest(velocity, count, first, digits):
     speed = -velocity[3 * found + 2]
     if speed <= AT_REST * first:
         return -1
+    if not speed < FASTER * first:
+        return -2
     if speed > SLOW * first:
         even = EVEN * speed + EVEN_AT_FIRST * first
         if digits < 53:

@@ -46,10 +46,13 @@ def several(b, count, smooth, scale, digits, space):
     for i in range(size):
         for j in range(size):
             own[i, j] = W[i, j]
-    return frictional(
+    code = frictional(
         own, b, mus, nothing, count, dependent, P, best, xi, mode, slip, way, aim, newton, x,
         moved, split_y, split_z, found, roots,
     )  # fmt: skip
+    if smooth and code != AGAIN and _touches_idly(own, b, count, scale, P):
+        return AGAIN
+    return code
 
 
 @built_in
@@ -71,6 +74,22 @@ def _is_along(W, a, b):
     """Whether two rows all but coincide."""
     own = W[a, a] * W[b, b]
     return not own - W[a, b] ** 2 > COINCIDENT * own
+
+
+@built_in
+def _touches_idly(W, b, count, scale, P):
+    """Whether a contact that just touches bears nothing: it may share what others bear."""
+    most = 0.0
+    for i in range(count):
+        most = max(most, P[3 * i + 2])
+    for i in range(count):
+        k = 3 * i + 2
+        speed = b[k]
+        for j in range(count):
+            speed += W[k, 3 * j + 2] * P[3 * j + 2]
+        if P[k] <= 1e-9 * most and speed <= 1e-9 * scale:
+            return True
+    return False
 
 
 @built_in

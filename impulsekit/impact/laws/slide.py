@@ -18,6 +18,9 @@ __all__ = ["Block", "slides"]
 Block = tuple[float, float, float, float, float, float]
 Direction = tuple[float, float]
 
+# Of W_nn, what friction may leave of it before P_n is no longer of the size of b_n.
+GRAZING = 1e-6
+
 
 def slides(block: Block, b1: float, b2: float, bn: float, mu: float) -> list[Direction]:
     """All directions of slip (s_1, s_2) for b_n < 0, each with P_n > 0.
@@ -49,18 +52,39 @@ def slides(block: Block, b1: float, b2: float, bn: float, mu: float) -> list[Dir
         length = math.hypot(x1, x2)
         if length < 1e-12:
             # λ' is an eigenvalue of A: the direction is not in the quartic.
-            return _scanned(matrix, nn, n1, n2, mu)
+            return _forward(_scanned(matrix, nn, n1, n2, mu), block, b1, b2, mu)
         # x = det(λ' − A) s, so its sign is that of the determinant.
         if root * root - trace * root + det < 0.0:
             length = -length
         s = _turned(matrix, x1 / length, x2 / length)
         if s is None:
-            return _scanned(matrix, nn, n1, n2, mu)
+            return _forward(_scanned(matrix, nn, n1, n2, mu), block, b1, b2, mu)
         if nn - mu * (n1 * s[0] + n2 * s[1]) > 0.0 and all(
             abs(s[0] - o[0]) + abs(s[1] - o[1]) > 1e-7 for o in found
         ):
             found.append(s)
-    return found
+    return _forward(found, block, b1, b2, mu)
+
+
+def _forward(
+    found: list[Direction], block: Block, b1: float, b2: float, mu: float
+) -> list[Direction]:
+    """Those along which ξ_t = λ s has λ ≥ 0.
+
+    Where P_n is large beside b_n, λ' = λ (W_nn − µ w·s) is too small to tell by its sign; but
+    b_t = λ s + P_n (µ W_tt s − w) gives λ.
+    """
+    t11, t12, t22, n1, n2, nn = block
+    kept = []
+    for s1, s2 in found:
+        if nn - mu * (n1 * s1 + n2 * s2) <= GRAZING * nn:
+            a1, a2 = mu * (t11 * s1 + t12 * s2) - n1, mu * (t12 * s1 + t22 * s2) - n2
+            across = s1 * a2 - s2 * a1
+            told = abs(across) > 1e-9 * math.hypot(a1, a2)
+            if told and (b1 * a2 - b2 * a1) / across < -1e-9 * math.hypot(b1, b2):
+                continue
+        kept.append((s1, s2))
+    return kept
 
 
 def _positive_roots(q3: float, q2: float, q1: float, q0: float) -> list[float]:

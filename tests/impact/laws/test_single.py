@@ -235,3 +235,17 @@ def test_the_impulse_by_itself_is_that_of_the_whole_answer(seed):
     mu = 0.0 if seed % 10 == 0 else 2.0 * rng.uniform()
     whole, _ = coulomb(entries, *b, mu, 1.0)
     assert coulomb_impulse(entries, *b, mu, 1.0) == whole
+
+
+@pytest.mark.parametrize("approach", [1e-3, 1e-9, 1e-11, 1e-13])
+def test_a_graze_is_not_taken_for_a_jam(approach):
+    """Sticking would need friction along the slip; however slow the approach, it only slides."""
+    t11, t12, t22, n1, n2, nn = 3.285969, 0.061805, 0.125385, -2.956236, -0.196972, 2.831259
+    W = np.array([[t11, t12, n1], [t12, t22, n2], [n1, n2, nn]])
+    answer = solved(W, [0.2528784, -0.1479444, -approach], mu=1.5)
+    assert answer.status is Status.SOLVED
+    assert 0.0 < answer.impulse[2] < 10.0 * approach
+    slip, friction = answer.velocity_after[:2], answer.impulse[:2]
+    np.testing.assert_allclose(
+        friction, -1.5 * answer.impulse[2] * slip / np.linalg.norm(slip), rtol=1e-9
+    )
