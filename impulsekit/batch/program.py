@@ -11,10 +11,11 @@ from ..impact.algorithms import has_uneven_masses
 from ..impact.plan import is_always_regular
 from ..impact.reach import branch_of, touched_joints
 from ..scene import Law, Scene
+from .errors import NoKernelError
 from .followers import freed_model
 from .kernels import layout
 from .kernels.words import END, STRONGE, words_of
-from .rows import NoKernelError, row_tables
+from .rows import row_tables
 from .tables import in_world, known_tables, load_tables, path_mask, row_arrays, tree_tables
 from .tree import KINDS, Tree, tree_of
 
@@ -27,8 +28,9 @@ class BatchPlan:
 
     Attributes:
         kernel: whether compiled kernels do it; False: ``solve``, one row after the other, as
-            with a restitution that is a function of one's own or with a ``Collision``.
-            Threads gain nothing there, the workers of a client do.
+            with a restitution that is a function of one's own, or a ``Collision`` of other
+            shapes than a ball with a ball, box, cylinder or capsule. Threads gain nothing
+            there, the workers of a client do.
         rows: how many rows of constraints and contacts a state has.
         why: a sentence for each choice.
     """
@@ -58,6 +60,7 @@ class Program:
     loads: tuple[np.ndarray, ...]
     rows: tuple[np.ndarray, ...]
     meetings: tuple[np.ndarray, ...]
+    balls: tuple[np.ndarray, ...]
     held: tuple[np.ndarray, ...]
     contacts: tuple[np.ndarray, ...]
     columns: dict[str, tuple[int, int]]
@@ -74,7 +77,7 @@ class Program:
             return False
         ints = self.contacts[0]
         alone = len(self.held[0]) == 0 and len(ints) == layout.CONTACT_INTS and ints[2] < 0
-        return not (alone and ints[5] == 0 and self.words == words_of(Law()))
+        return not (alone and ints[5] == 0 and ints[6] < 0 and self.words == words_of(Law()))
 
     def places(self) -> tuple[int, ...]:
         """Where in the work array things begin."""
@@ -82,7 +85,8 @@ class Program:
         loads = len(set(self.loads[0][:: layout.LOAD_INTS].tolist()))
         meetings = len(self.meetings[0]) // layout.MEETING_INTS
         terms = len(self.rows[0]) // layout.TERM_INTS
-        return layout.places(tree.bodies, tree.nq, tree.nv, rows, loads, meetings, terms)
+        balls = len(self.balls[0]) // layout.BALL_INTS
+        return layout.places(tree.bodies, tree.nq, tree.nv, rows, loads, meetings, terms, balls)
 
 
 def compiled(
@@ -166,6 +170,10 @@ def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
             np.array(tables.meeting_ints, dtype=np.int64).ravel(),
             np.concatenate([*tables.meeting_floats, np.zeros(0)]),
             np.array(tables.ways, dtype=np.int64),
+        ),
+        (
+            np.array(tables.ball_ints, dtype=np.int64).ravel(),
+            np.concatenate([*tables.ball_floats, np.zeros(0)]),
         ),
         (np.array(tables.target), np.array(tables.keeps, dtype=bool)),
         (

@@ -10,21 +10,28 @@ import numpy as np
 
 from ..impact.touching import contact_axes
 from ..robot import Robot
-from ..scene import Contact, FrameAnchor, JointCoupling, JointLock, JointStop, PointAnchor, Scene
+from ..scene import (
+    Collision,
+    Contact,
+    FrameAnchor,
+    JointCoupling,
+    JointLock,
+    JointStop,
+    PointAnchor,
+    Scene,
+)
 from ..scene.constraints import DIRECTIONS, KEPT
 from ..scene.restitution import Restitution, RestitutionTable
+from .balls import ball_of
+from .errors import NoKernelError
 from .followers import Follower
 from .kernels.layout import ALONG_DOF, CONTACT_FLOATS, COUPLE, FORCE_AT
 from .tree import Tree
 
-__all__ = ["NoKernelError", "RowMaker", "RowTables", "row_tables"]
+__all__ = ["RowMaker", "RowTables", "row_tables"]
 
 # Integers and numbers of a term, see ``layout``.
 Term = tuple[tuple[int, int, int, int, int, int], np.ndarray]
-
-
-class NoKernelError(Exception):
-    """Something in a scene that the kernels do not know; the message says what."""
 
 
 @dataclass(eq=False)
@@ -37,7 +44,7 @@ class RowTables:
         contact_ints, contact_floats: one line a contact.
         restitution_tables: (2k,) speeds and values of contacts that have such a table.
         restitution, friction: of each contact.
-        meeting_ints, meeting_floats, ways: see ``layout``.
+        meeting_ints, meeting_floats, ways, ball_ints, ball_floats: see ``layout``.
     """
 
     terms: list[list[Term]] = field(default_factory=list)
@@ -51,6 +58,8 @@ class RowTables:
     meeting_ints: list[tuple[int, ...]] = field(default_factory=list)
     meeting_floats: list[np.ndarray] = field(default_factory=list)
     ways: list[int] = field(default_factory=list)
+    ball_ints: list[tuple[int, ...]] = field(default_factory=list)
+    ball_floats: list[np.ndarray] = field(default_factory=list)
 
 
 def row_tables(
@@ -100,7 +109,8 @@ def row_tables(
             raise NoKernelError("a restitution that is a function of one's own")
         numbers[11], numbers[12] = getattr(contact, "tangential_restitution", 0.0), capture
         tables.terms.extend(rows)
-        tables.contact_ints.append((first, len(rows), entry, meeting, table_at, points))
+        ball = len(tables.ball_ints) - 1 if isinstance(contact, Collision) else -1
+        tables.contact_ints.append((first, len(rows), entry, meeting, table_at, points, ball))
         tables.contact_floats.append(numbers)
         tables.restitution.append(restitution)
         tables.friction.append(friction)
@@ -187,8 +197,10 @@ class RowMaker:
             numbers[9:11] = entry.limits(self._robot)
             joint = self._robot.model.joints[self._robot.joint_id(entry.joint)]
             return [[_along(self.dof(entry.joint)[0], 1.0)]], joint.idx_q, -1, numbers
+        if isinstance(entry, Collision):
+            return self._ball(entry)
         if not isinstance(entry, Contact):
-            raise NoKernelError("a Collision, whose points are found state by state")
+            raise NoKernelError(f"a {type(entry).__name__}")
         body, point, _ = self.site(entry.frame, entry.at)
         plane = self._robot.model.frames[self._robot.frame_id(entry.against)]
         if plane.parentJoint > 0:
@@ -211,6 +223,34 @@ class RowMaker:
                 terms.insert(0, _at((FORCE_AT, body, 0), point, along, axes=meeting))
             rows.append(terms)
         return rows, -1, meeting, np.zeros(13)
+
+    def _ball(self, entry: Collision) -> tuple[list, int, int, np.ndarray]:
+        """A ball and what may touch it; its point and normal are found state by state."""
+        ball = ball_of(self._robot, entry)
+        tree, tables = self._tree, self._tables
+        body, other = (tree.body(i) if i > 0 else 0 for i in ball.joint_ids)
+        turn, other_turn = tree.turns[body], tree.turns[other]
+        centre = turn.T @ ball.centre
+        meeting = self._meeting(body, other, centre, None)
+        # A second one, for the arm on the ball's own body.
+        self._meeting(body, other, centre, None)
+        tables.ball_ints.append((body, other, meeting, ball.kind, ball.sign))
+        placement = (other_turn.T @ ball.rotation).ravel(), other_turn.T @ ball.translation
+        tables.ball_floats.append(np.concatenate([centre, [ball.radius], *placement, ball.sizes]))
+        rows = []
+        for k in range(3):
+            along = ball.sign * np.eye(3)[k]
+            terms = []
+            if body > 0:
+                where = (FORCE_AT, body, 0)
+                terms.append(_at(where, centre, along, arm=meeting + 1, axes=meeting))
+            if other > 0:
+                where = (FORCE_AT, other, 0)
+                terms.append(_at(where, ball.translation, -along, arm=meeting, axes=meeting))
+            rows.append(terms)
+        numbers = np.zeros(13)
+        numbers[9] = entry.margin
+        return rows, -1, meeting, numbers
 
 
 def _along(dof: int, factor: float) -> Term:

@@ -9,6 +9,7 @@ import numpy as np
 
 from .inputs import BatchInputs
 from .kernels import layout
+from .kernels.balls import balls_for
 from .kernels.block import solve_blocks
 from .kernels.lanes import LANES, LANES32
 from .kernels.lawful import law_for
@@ -61,6 +62,7 @@ class BatchRun:
             self._contacts = _of_given_restitution(*program.contacts)
         self._lock = threading.Lock()
         self._places = program.places()
+        self._balls = balls_for(self._lanes.number, len(program.balls[0]) > 0)
         self._law = law_for(self._lanes.number, program.words if program.needs_law else None)
 
     def _laid_out(self, inputs: BatchInputs) -> tuple:
@@ -133,6 +135,8 @@ class BatchRun:
             program.loads,
             program.rows,
             program.meetings,
+            program.balls,
+            self._balls,
             program.held,
             self._contacts,
             self._law,

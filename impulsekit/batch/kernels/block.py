@@ -30,8 +30,8 @@ _OFF = int(RowStatus.OFF_MANIFOLD)
 
 @kernel
 def solve_blocks(
-    begin, end, states, tree, sizes, places, sets, known, loads, rows, meetings, held,
-    contacts, law, words, inputs, outputs, work, room, witness,
+    begin, end, states, tree, sizes, places, sets, known, loads, rows, meetings, balls,
+    meet, held, contacts, law, words, inputs, outputs, work, room, witness,
 ):  # fmt: skip
     """Solve the blocks ``begin`` to ``end``; the last one may reach back over the one before.
 
@@ -51,6 +51,7 @@ def solve_blocks(
         loads: ints and floats of the links whose masses vary.
         rows: tables for ``rows.reduce_rows``.
         meetings: tables for ``meetings.place_meetings``.
+        balls: tables for ``meet``, see ``balls``.
         held: target velocities of the bilateral rows, and which keep their own.
         contacts: ints and floats.
         law: see ``lawful``; called unless there is one contact on a plane alone.
@@ -74,6 +75,7 @@ def solve_blocks(
     term_ints, term_floats, row_first, alike, reach, reach_first, reach_mask = rows[:7]
     dof_list, dof_first, reach_dofs, lever = rows[7:]
     meeting_ints, meeting_floats, ways = meetings
+    ball_ints, ball_floats = balls
     target, keeps = held
     contact_ints, contact_floats = contacts
     q, q_step, v, v_step, given, g_step, e, e_step, mu, mu_step, m, m_step, start_codes = inputs
@@ -114,6 +116,8 @@ def solve_blocks(
         factor(ints, floats, dofs, bodies, work, dof_at, loads_at, witness)
         if count > 0:
             place_meetings(meeting_ints, meeting_floats, ways, work, meeting_at, witness)
+            if len(ball_ints) > 0:
+                meet(ball_ints, ball_floats, work, meeting_at, p_at + count, w)
             place_terms(term_ints, term_floats, work, meeting_at, term_at, witness)
             reduce_rows(
                 ints, floats, dofs, bodies, term_ints, term_floats, row_first, alike, reach,

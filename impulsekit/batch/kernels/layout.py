@@ -16,15 +16,21 @@ __all__ = [
     "ACCUMULATED",
     "ALONG_DOF",
     "ANGLE",
+    "BALL",
+    "BALL_FLOATS",
+    "BALL_INTS",
     "BLOW_FLOATS",
     "BLOW_INTS",
     "BODY",
     "BODY_FLOATS",
     "BODY_INTS",
+    "BOX",
+    "CAPSULE",
     "CIRCLE",
     "CONTACT_FLOATS",
     "CONTACT_INTS",
     "COUPLE",
+    "CYLINDER",
     "DOF",
     "DOF_INTS",
     "FORCE",
@@ -109,24 +115,40 @@ BLOW_INTS, BLOW_FLOATS = 3, 12
 # stop or -1, meeting that knows the axes or -1, where a table of restitution begins among
 # the floats and how many points it has (0: none). Floats: the contact's axes in the world
 # (9), limits of a stop (2), tangential restitution, speed below which restitution is 0.
-# Behind those of all contacts: of each table the speeds, then the values.
-CONTACT_INTS, CONTACT_FLOATS = 6, 13
+# Behind those of all contacts: of each table the speeds, then the values. At last, which of
+# the balls it is or -1; the first limit then is the gap up to which it touches.
+CONTACT_INTS, CONTACT_FLOATS = 7, 13
+
+# Balls and what may touch them. Integers: the ball's body, the shape's, the first of two
+# meetings, the shape's kind, 1 or -1 where the normal points away from the ball. The first
+# meeting has the axes and the arm on the shape's body, the second that on the ball's. Floats:
+# centre in the ball's body (3), radius, axes (9) and origin (3) of the shape in its body, sizes
+# (3): half sides; radius and half length.
+BALL_INTS, BALL_FLOATS = 5, 19
+BALL, CAPSULE, BOX, CYLINDER = 0, 1, 2, 3
 
 
 def places(
-    bodies: int, nq: int, nv: int, rows: int, loads: int, meetings: int, terms: int
+    bodies: int,
+    nq: int,
+    nv: int,
+    rows: int,
+    loads: int,
+    meetings: int,
+    terms: int,
+    balls: int = 0,
 ) -> tuple[int, ...]:
     """Where in the work array things begin, in values.
 
     Returns:
         Degrees of freedom; q; v; Δv; generalized impulse; spare room for two; reduced rows
         (rows, nv); W (rows, rows); velocities of the rows before, and without their own
-        impulses; impulses; inertias that vary; meetings; terms; and how many values there
-        are in all.
+        impulses; impulses, and behind them the gaps of balls; inertias that vary; meetings;
+        terms; and how many values there are in all.
     """
     sizes = (
         BODY * (bodies + 1), DOF * nv, nq, nv, nv, nv, 2, rows * nv, rows * rows, rows, rows,
-        rows, LOAD_FLOATS * loads, MEETING * meetings, TERM * terms,
+        rows + balls, LOAD_FLOATS * loads, MEETING * meetings, TERM * terms,
     )  # fmt: skip
     found = [0]
     for size in sizes:

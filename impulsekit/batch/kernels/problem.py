@@ -19,6 +19,8 @@ __all__ = ["COARSE", "pose", "problem_in", "put_back", "room"]
 
 # As in ``impact``: q this near a limit is at it.
 AT_STOP = 1e-9
+# A gap this near [m] to the one up to which balls touch may be on either side of it.
+NEAR_MARGIN, NEAR_MARGIN32 = 1e-11, 1e-5
 # Coefficients this small are none.
 NEGLIGIBLE = 1e-150
 # Share of its W that a contact row keeps beside bilateral ones; below, digits are lost.
@@ -58,12 +60,18 @@ def room(rows, contacts):
 
 
 @built_in
-def _touching(contact_ints, contact_floats, q, q_row, contact):
-    """0 where a stop is not reached, else the sign of its row; 2 where both ends are."""
+def _touching(contact_ints, contact_floats, q, q_row, contact, work, gap_at, w, lane, digits):
+    """0 where a stop or a ball does not touch, else the sign of its row; 2 where in doubt."""
     entry = contact_ints[contact * CONTACT_INTS + 2]
+    ball = contact_ints[contact * CONTACT_INTS + 6]
+    at = contact * CONTACT_FLOATS
+    if ball >= 0:
+        over = float(work[(gap_at + ball) * w + lane]) - contact_floats[at + 9]
+        if not abs(over) > (NEAR_MARGIN if digits == 53 else NEAR_MARGIN32):
+            return 2
+        return 1 if over < 0.0 else 0
     if entry < 0:
         return 1
-    at = contact * CONTACT_FLOATS
     lower, upper = contact_floats[at + 9], contact_floats[at + 10]
     x = q[q_row + entry]
     low = x - lower <= AT_STOP * max(1.0, abs(lower))
@@ -126,7 +134,11 @@ def pose(
     # np.int64(0), for with a 0 numba would compile all that takes it once more.
     count = np.int64(0)
     for contact in range(len(contact_ints) // CONTACT_INTS):
-        side = _touching(contact_ints, contact_floats, q, q_row, contact)
+        # Behind the velocities stand the impulses, and behind these the gaps.
+        side = _touching(
+            contact_ints, contact_floats, q, q_row, contact, work, free_at + 2 * rows, w, lane,
+            digits,
+        )  # fmt: skip
         if side == 2:
             code[lane] = AGAIN
             return np.int64(0)
