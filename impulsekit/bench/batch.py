@@ -111,9 +111,15 @@ def _against_solve() -> Iterator[Claim]:
     """Laws beside the default, against the way without kernels: one state after the other."""
     solo = Robot.from_example("solo12", root="freeflyer")
     q, v = _states(solo, 4096)
-    foot = Contact("FR_FOOT", friction=0.6, restitution=0.3)
-    for what, law, goal in (("Stronge along the path", Law("stronge", slip="path"), 50.0),):
-        scene = Scene(solo, contacts=[foot], law=law)
+    names = ("FR_FOOT", "FL_FOOT", "HR_FOOT", "HL_FOOT")
+    feet = [Contact(name, friction=0.6, restitution=0.3) for name in names]
+    for what, count, law, goal in (
+        ("Stronge along the path", 1, Law("stronge", slip="path"), 50.0),
+        ("Poisson", 1, Law("poisson"), 30.0),
+        ("Poisson at four feet", 4, Law("poisson"), 20.0),
+        ("four feet in sequence", 4, Law(order="sequential"), 40.0),
+    ):
+        scene = Scene(solo, contacts=feet[:count], law=law)
         single = [
             partial(_solved_alone, scene, *state) for state in zip(q[:64], v[:64], strict=True)
         ]
