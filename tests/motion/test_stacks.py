@@ -54,7 +54,12 @@ def check(motion):
     assert motion.status.finished, motion.detail
     assert gaps(motion, 4).min() > -1e-9
     energy = motion.energy()
-    assert np.diff(energy.total).max() < 1e-9 * max(energy.kinetic.max(), 1.0)
+    # Newton's law with friction may raise the energy, and says so.
+    gains = [impact.energy.change for _, impact in motion.impacts]
+    told = [impact.status is ik.Status.ENERGY_GAIN for _, impact in motion.impacts]
+    assert all(gain < 1e-12 or says for gain, says in zip(gains, told, strict=True))
+    if not any(told):
+        assert np.diff(energy.total).max() < 1e-9 * max(energy.kinetic.max(), 1.0)
 
 
 def heights(motion, count):
