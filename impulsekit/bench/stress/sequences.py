@@ -116,9 +116,9 @@ SWEEPS = (
     Sweep(
         "sequence-balls",
         "mass of a ball over that of the one before, or the other way",
-        (0.01, 0.03, 0.1, 0.3, 0.5, 0.9, 1.0, 1.0 + 1e-8, 1.1, 2.0, 3.0, 10.0, 30.0, 100.0),
+        (0.1, 0.2, 0.3, 0.5, 0.9, 1.0, 1.0 + 1e-8, 1.1, 2.0, 3.0, 5.0, 10.0),
         balls_in_a_row,
-        30,
+        35,
     ),
     Sweep(
         "sequence-friction",

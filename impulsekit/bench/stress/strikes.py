@@ -27,11 +27,12 @@ from .strike import Block, strikes
 
 __all__ = ["Strikes"]
 
-MOST_HITS = 3000
+# More than any sequence that ends in doubles takes down to ``AT_REST``.
+MOST_HITS = 15_000
 # Approaches this near to each other are struck in either order: relative, and how often.
 ALIKE, MOST_ORDERS = 1e-13, 6
 # Approaches this slow against the first are over.
-AT_REST = 1e-26
+AT_REST = 1e-22
 # Of the differences that give the condition.
 STEP = 1e-6
 
