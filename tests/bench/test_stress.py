@@ -79,7 +79,7 @@ LEFT = [
     ("stacks", 3.0, 4),
     ("length-ratio", 1e3, 22),
     ("length-ratio", 1e3, 19),
-    ("impulse", 1e-320, 0),
+    ("impulse", 1e-316, 1),
 ]
 
 
