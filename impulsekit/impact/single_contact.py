@@ -8,20 +8,25 @@ from the same numbers when somebody asks.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 
 from ..scene import Contact, Scene
 from ..scene.restitution import restitution_at
 from .algorithms import check_pivots, cholesky_solve, crba, decompose
-from .constrained import Outcome
+from .constrained import ConstrainedJump, Outcome
 from .known import KnownImpulses
 from .laws import ContactProblem, solve_contacts
 from .laws.coulomb import coulomb_impulse
-from .reach import ReachedModel
+from .reach import ReachedModel, reached_model, touched_joints
+from .rows import needs_places
 from .touching import PointOnWorldPlane
 
 __all__ = ["SingleContactJump"]
+
+# By how much Δv may miss the velocities that the law was told, relative to the largest speed.
+ROUNDING = 2e-15
 
 
 class SingleContactJump:
@@ -33,6 +38,7 @@ class SingleContactJump:
         (entry,) = scene.contacts
         if not isinstance(entry, Contact):
             raise TypeError(type(entry).__name__)
+        self._scene = scene
         self._known = known if scene.impulses else None
         # The rows add a frame to the model, and data has to be made after that.
         self._rows = PointOnWorldPlane(scene.robot, reached, entry, 0)
@@ -45,8 +51,23 @@ class SingleContactJump:
         self._mu, self._e_t = entry.friction, entry.tangential_restitution
         self._name = scene.entry_names("contacts")[0]
 
-    def solve(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, Callable[[], Outcome]]:
-        """(nv,) Δv of the reached model, and a call that gives the rest of the outcome.
+    @cached_property
+    def _refining(self) -> ConstrainedJump:
+        """The general way, on a model of its own."""
+        scene, robot = self._scene, self._scene.robot
+        reached = reached_model(
+            robot.model, touched_joints(scene), keep_places=needs_places(robot, scene)
+        )
+        known = KnownImpulses(scene, reached)
+        return ConstrainedJump(scene, known, reached, always_regular=self._always_regular)
+
+    def solve(
+        self, q: np.ndarray, v: np.ndarray
+    ) -> tuple[np.ndarray, Callable[[], Outcome] | Outcome]:
+        """(nv,) Δv of the reached model, and the rest of the outcome or a call that gives it.
+
+        Where a blow alone would throw the point many times as fast as it moves in the end, W P
+        has lost digits: that is for the general way, which refines.
 
         Raises:
             SingularMassError: it names the joints that move no inertia at q.
@@ -95,6 +116,12 @@ class SingleContactJump:
         dv = np.array(p).dot(moved)
         if dv_known is not None:
             dv += dv_known
+            if p[2] > 0.0:
+                after = before + jacobian.dot(dv)
+                off = (after - free - delassus.dot(p)).tolist()
+                speeds = (u1, u2, un, *after.tolist())
+                if max(map(abs, off)) > ROUNDING * max(map(abs, speeds)):
+                    return self._refining.solve(q, v)
 
         def outcome() -> Outcome:
             problem = ContactProblem(
