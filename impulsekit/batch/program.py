@@ -139,6 +139,9 @@ def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
     tables = row_tables(scene, tree, frictional=frictional, followers=followers)
     known, given, columns, struck = known_tables(scene, tree, tables)
     rows, passed = row_arrays(tree, tables)
+    refines = tree.has_points
+    if refines:
+        struck = set(range(1, tree.bodies + 1))
     loaded = path_mask(tree, struck | passed)
     sets = (
         loaded,
@@ -157,6 +160,7 @@ def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
         len(given),
         len(links),
         int(is_part),
+        int(refines),
     )
     return Program(
         tree,

@@ -30,6 +30,9 @@ KINDS = {
 # Sines below this are rounding. Axes that differ by less do not say well what is across them.
 ROUNDING, SMALLEST_ANGLE = 4e-16, 1e-6
 
+# A moment of inertia about the mass centre, over what the way to the joint adds to it.
+POINT = 1e-3
+
 _DOFS = {
     layout.ANGLE: ((1, 2),),
     layout.CIRCLE: ((1, 2),),
@@ -76,6 +79,28 @@ class Tree:
     def parent(self, body: int) -> int:
         """The body that a body hangs on."""
         return int(self.ints[body * layout.BODY_INTS])
+
+    @property
+    def has_points(self) -> bool:
+        """Whether bodies are so nearly points, away from their joints, that digits are lost."""
+        table = self.ints.reshape(-1, layout.BODY_INTS)[1:]
+        weights = self.floats.reshape(-1, layout.BODY_FLOATS)[1:, 12:]
+        heavy = weights[:, 0] > 0.0
+        kinds, weights = table[heavy, 1], weights[heavy]
+        mass, x, y = weights[:, :3].T
+        about_z = np.isin(kinds, (layout.ANGLE, layout.CIRCLE, layout.PLANAR))
+        away = (x * x + y * y) / mass
+        if (weights[about_z, 9] - away[about_z] < POINT * away[about_z]).any():
+            return True
+        for k in np.flatnonzero(np.isin(kinds, (layout.QUATERNION, layout.FREE))):
+            away = (weights[k, 1:4] @ weights[k, 1:4]) / mass[k]
+            about = np.zeros((3, 3))
+            about[np.triu_indices(3)] = weights[k, 4:]
+            about += np.triu(about, 1).T
+            about -= away * np.eye(3) - np.outer(weights[k, 1:4], weights[k, 1:4]) / mass[k]
+            if np.linalg.eigvalsh(about)[0] < POINT * away:
+                return True
+        return False
 
     def path(self, body: int) -> list[int]:
         """From the body at the world to this one."""

@@ -55,4 +55,4 @@ def reactions(ints, floats, count, blows, work, places):
     blow_ints, blow_floats, kicks, given = blows
     zero = np.int64(0)
     strike(blow_ints, blow_floats, kicks, given, zero, zero, work, places[0], SINGLE)
-    bear(ints, floats, count, work, SINGLE)
+    bear(ints, floats, count, work, zero, SINGLE)

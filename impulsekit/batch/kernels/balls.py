@@ -12,8 +12,9 @@ import functools
 import math
 from typing import Any
 
-from numba import cfunc, types
+from numba import types
 
+from .handed import handed
 from .jit import built_in
 from .layout import BALL_FLOATS, BALL_INTS, BODY, BOX, CAPSULE, CYLINDER, MEETING, ROTATION
 
@@ -32,8 +33,7 @@ def balls_for(number: str, needed: bool) -> Any:
     signature = types.none(
         types.int64[::1], types.float64[::1], getattr(types, number)[::1], whole, whole, whole
     )
-    made = cfunc(signature, cache=True, error_model="numpy")
-    return made(place_balls if needed else leave_balls)
+    return handed(signature, place_balls if needed else leave_balls)
 
 
 def place_balls(ints, floats, work, meeting_at, gap_at, w):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from .algebra import add_triple, cross, minus, plus, put_triple, symmetric_times, triple
 from .axes import inwards
+from .inertia import weights_of
 from .jit import inlined
 from .kinematics import offset_of
 from .lanes import width
@@ -13,7 +14,7 @@ __all__ = ["bear"]
 
 
 @inlined
-def bear(ints, floats, count, work, witness):
+def bear(ints, floats, count, work, loads_at, witness):
     """Turn FORCE of every body, minus its impulse from outside, into the reaction.
 
     The reaction is the jump of the momentum of the body and of all that hangs on it, less
@@ -26,16 +27,8 @@ def bear(ints, floats, count, work, witness):
         f = body * BODY_FLOATS
         move = triple(work, row + JUMP * w, w, witness)
         turn = triple(work, row + (JUMP + 3) * w, w, witness)
-        first = (floats[f + 13], floats[f + 14], floats[f + 15])
-        inertia = (
-            floats[f + 16],
-            floats[f + 17],
-            floats[f + 18],
-            floats[f + 19],
-            floats[f + 20],
-            floats[f + 21],
-        )
-        linear = minus(cross(turn, first), -floats[f + 12], move)
+        mass, first, inertia = weights_of(ints, floats, body, work, loads_at, witness)
+        linear = minus(cross(turn, first), -mass, move)
         angular = plus(symmetric_times(inertia, turn), cross(first, move))
         linear = plus(linear, triple(work, row + FORCE * w, w, witness))
         angular = plus(angular, triple(work, row + (FORCE + 3) * w, w, witness))

@@ -19,6 +19,7 @@ from .layout import CONTACT_FLOATS, CONTACT_INTS, DOF, INVERSE, MEETING, TARGET,
 from .meetings import place_meetings
 from .memory import load, put, same, store
 from .one_contact import solve_alone
+from .refining import refine
 from .rows import add_row, clear, delassus, place_terms, reduce_rows, row_velocity
 from .states import is_unit, lead, seen, taken
 
@@ -42,7 +43,8 @@ def solve_blocks(
             vectors in q; joints that follow others: entry of q, degree of freedom and that
             of the leader; their ratios and offsets.
         sizes: bodies, nq, nv of the tree; nq, nv of the whole robot; columns of ``given``
-            and of the factors on masses; whether the tree is but a part of the robot.
+            and of the factors on masses; whether the tree is but a part of the robot; whether
+            Δv is refined, for which all bodies have to count as loaded.
         places: see ``layout.places``.
         sets: mask and list of loaded bodies, mask of those that known impulses load,
             bodies whose twist before the impact is wanted, mask of those that have to do
@@ -64,7 +66,7 @@ def solve_blocks(
         room: (4, 2) and (4,) for the law of one contact, codes of a block.
     """
     ints, floats, dofs, q_index, v_index, v_out, angles, straight, units, follow, ratios = tree
-    bodies, _, nv, whole_q, whole_v, columns, factors, is_part = sizes
+    bodies, _, nv, whole_q, whole_v, columns, factors, is_part, refines = sizes
     (
         dof_at, q_at, v_at, dv_at, sum_at, spare_at, reduced_at,
         w_at, before_at, free_at, p_at, loads_at, meeting_at, term_at, _,
@@ -173,6 +175,16 @@ def solve_blocks(
                     u = load(work, (reduced_at + r * nv + dof_list[k]) * w, witness)
                     store(work, at, load(work, at, witness) + impulse * u)
         respond(ints, floats, dofs, bodies, loaded, work, dof_at, dv_at, witness)
+        if refines:
+            clear(ints, loaded_list, zero, len(loaded_list), work, dof_at, witness)
+            _act(
+                known, rows, count, has_known, given, base * g_step, g_step, work, p_at, dof_at,
+                term_at, witness,
+            )  # fmt: skip
+            refine(
+                ints, floats, dofs, bodies, loaded, loaded_list, work, dof_at, dv_at, sum_at,
+                loads_at, witness,
+            )  # fmt: skip
         if count > 0 and alone == 0 and digits(witness) == 53:
             doubted(
                 count, term_ints, term_floats, row_first, work, w_at, before_at, free_at, p_at,
@@ -210,16 +222,10 @@ def solve_blocks(
             put(out_energy, base, 1, total)
         if len(out_sum) > 0:
             clear(ints, loaded_list, zero, len(loaded_list), work, dof_at, witness)
-            if has_known:
-                strike(
-                    blow_ints, blow_floats, kicks, given, base * g_step, g_step,
-                    work, dof_at, witness,
-                )  # fmt: skip
-            for r in range(count):
-                add_row(
-                    term_ints, term_floats, row_first[r], row_first[r + 1],
-                    load(work, (p_at + r) * w, witness), work, dof_at, term_at, witness,
-                )  # fmt: skip
+            _act(
+                known, rows, count, has_known, given, base * g_step, g_step, work, p_at, dof_at,
+                term_at, witness,
+            )  # fmt: skip
             collected(ints, floats, dofs, bodies, loaded, work, dof_at, sum_at, witness)
             for k in range(len(follow) // 3):
                 leader = (sum_at + follow[3 * k + 2]) * w
@@ -229,6 +235,23 @@ def solve_blocks(
                 if v_out[k] >= 0:
                     share = load(work, (sum_at + k) * w, witness)
                     put(out_sum, base * whole_v + v_out[k], whole_v, share)
+
+
+@inlined
+def _act(
+    known, rows, count, has_known, given, at, stride, work, p_at, dof_at, term_at, witness
+):  # fmt: skip
+    """Add all that acts, known impulses and those of rows, to FORCE and TARGET."""
+    w = width(witness)
+    blow_ints, blow_floats, kicks = known
+    term_ints, term_floats, row_first = rows[:3]
+    if has_known:
+        strike(blow_ints, blow_floats, kicks, given, at, stride, work, dof_at, witness)
+    for r in range(count):
+        add_row(
+            term_ints, term_floats, row_first[r], row_first[r + 1],
+            load(work, (p_at + r) * w, witness), work, dof_at, term_at, witness,
+        )  # fmt: skip
 
 
 @inlined

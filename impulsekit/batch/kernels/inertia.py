@@ -31,7 +31,7 @@ from .layout import (
 )
 from .memory import collect, load, same, store
 
-__all__ = ["factor", "weigh"]
+__all__ = ["factor", "weigh", "weights_of"]
 
 
 @inlined
@@ -47,14 +47,7 @@ def factor(ints, floats, dofs, count, work, dof_at, loads_at, witness):
         parent, kind, first, size = ints[at], ints[at + 1], ints[at + 3], ints[at + 4]
         row = body * BODY * w
         f = body * BODY_FLOATS
-        vary = ints[at + 7]
-        if vary >= 0:
-            first_load = (loads_at + vary * LOAD_FLOATS) * w
-            mass = load(work, first_load, witness)
-            x, y, z = triple(work, first_load + w, w, witness)
-            i = six(work, first_load + 4 * w, w, witness)
-        else:
-            mass, (x, y, z), i = _constants(floats, f + 12, witness)
+        mass, (x, y, z), i = weights_of(ints, floats, body, work, loads_at, witness)
         # Of a body alone: m 1, −m [c]×, J.
         m = (mass, zero, zero, mass, zero, mass)
         h = (zero, z, -y, -z, zero, x, y, -x, zero)
@@ -90,8 +83,14 @@ def factor(ints, floats, dofs, count, work, dof_at, loads_at, witness):
 
 
 @inlined
-def _constants(floats, f, witness):
-    """Mass, first moment and inertia of a body as they stand in its table."""
+def weights_of(ints, floats, body, work, loads_at, witness):
+    """Mass, first moment and inertia of a body, from its table or those that vary."""
+    w = width(witness)
+    vary, f = ints[body * BODY_INTS + 7], body * BODY_FLOATS + 12
+    if vary >= 0:
+        at = (loads_at + vary * LOAD_FLOATS) * w
+        moment = triple(work, at + w, w, witness)
+        return load(work, at, witness), moment, six(work, at + 4 * w, w, witness)
     return (
         same(floats[f], witness),
         (

@@ -11,8 +11,9 @@ import functools
 from collections.abc import Callable
 from typing import Any
 
-from numba import cfunc, types
+from numba import types
 
+from .handed import handed
 from .words import NEWTON, PATH, SEQUENTIAL
 
 __all__ = ["law_for"]
@@ -37,8 +38,7 @@ def law_for(number: str, words: tuple[int, int, int] | None) -> Any:
         types.UniTuple(strided, 3), types.UniTuple(whole, 3), whole, getattr(types, number)[::1],
         whole, whole, whole, whole, whole, types.int8[::1],
     )  # fmt: skip
-    made = cfunc(signature, cache=True, error_model="numpy")
-    return made(leave_lanes if words is None else _lanes(words))
+    return handed(signature, leave_lanes if words is None else _lanes(words))
 
 
 def _lanes(words: tuple[int, int, int]) -> Callable[..., None]:

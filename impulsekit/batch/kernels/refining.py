@@ -1,0 +1,53 @@
+"""Δv once more, on what it leaves of the impulses.
+
+Where a body is all but a point away from its joint, nearly all of its articulated inertia is
+taken out as the joint is freed, and the rest has lost digits. What M Δv leaves of the
+impulses is told by the momenta of the bodies, where nothing is taken out.
+"""
+
+from __future__ import annotations
+
+from .algebra import put_triple, triple
+from .articulated import along, press, respond, twists
+from .bearing import bear
+from .jit import inlined
+from .lanes import width
+from .layout import BODY, BODY_INTS, DOF, DOF_INTS, FORCE, JUMP, TARGET
+from .memory import load, same, store
+
+__all__ = ["refine"]
+
+
+@inlined
+def refine(
+    ints, floats, dofs, count, everyone, bodies, work, dof_at, dv_at, spare_at, loads_at, witness
+):
+    """Correct Δv and the jumps of all bodies.
+
+    On entry FORCE holds minus the impulse from outside of every body, and TARGET τ.
+
+    Args:
+        everyone, bodies: mask and list of all bodies.
+        spare_at: where there is room for another Δv.
+    """
+    w = width(witness)
+    zero = same(0.0, witness)
+    bear(ints, floats, count, work, loads_at, witness)
+    for body in range(1, count + 1):
+        row = (body * BODY + FORCE) * w
+        p, m = triple(work, row, w, witness), triple(work, row + 3 * w, w, witness)
+        first = ints[body * BODY_INTS + 3]
+        for dof in range(first, first + ints[body * BODY_INTS + 4]):
+            target = (dof_at + dof * DOF + TARGET) * w
+            k = 3 * dofs[dof * DOF_INTS] + dofs[dof * DOF_INTS + 1]
+            store(work, target, load(work, target, witness) - along(p, m, k))
+            store(work, (spare_at + dof) * w, load(work, (dv_at + dof) * w, witness))
+        put_triple(work, row, w, (zero, zero, zero))
+        put_triple(work, row + 3 * w, w, (zero, zero, zero))
+    press(ints, floats, dofs, count, everyone, 0, work, dof_at, witness)
+    respond(ints, floats, dofs, count, everyone, work, dof_at, dv_at, witness)
+    last = ints[count * BODY_INTS + 3] + ints[count * BODY_INTS + 4]
+    for dof in range(last):
+        before = load(work, (spare_at + dof) * w, witness)
+        store(work, (dv_at + dof) * w, before + load(work, (dv_at + dof) * w, witness))
+    twists(ints, floats, dofs, bodies, work, dv_at, JUMP, witness)
