@@ -7,6 +7,7 @@ import pytest
 from impulsekit import Robot
 from impulsekit.batch.kernels import layout
 from impulsekit.batch.tree import Tree, part_turns, tree_of
+from impulsekit.bench.stress.judge import BACKWARD
 from impulsekit.bench.stress.run import solved_case
 
 
@@ -67,12 +68,20 @@ def test_in_a_chain_no_body_is_turned_about_z_a_second_time():
     assert not (marks & layout.ABOUT_Z).any()
 
 
+@pytest.mark.parametrize(("size", "points"), [(0.1, False), (1e-3, True)])
+def test_a_ball_far_from_its_joint_is_all_but_a_point_if_it_is_small(size, points):
+    model = pin.Model()
+    joint = model.addJoint(0, pin.JointModelRZ(), pin.SE3.Identity(), "joint")
+    ball = pin.Inertia.FromSphere(1.0, size)
+    model.appendBodyToJoint(joint, ball, pin.SE3(np.eye(3), np.array([0.5, 0.0, 0.0])))
+    assert tree_of(model, [1]).has_points is points
+
+
 @pytest.mark.parametrize(
     "job",
     [
         # Thin links, and arms stretched out: what turns easily beside what does not.
         ("inertia", 2, 70, 0),
-        ("inertia", 2, 70, 1),
         ("singularity", 4, 34, 0),
         ("singularity", 2, 49, 0),
         # A joint 1e-9 from being aligned with the one before.
@@ -86,3 +95,11 @@ def test_small_inertias_about_joints_keep_their_digits_beside_large_ones(job):
         assert answer.verdict == "right"
         assert answer.share < 3.0
         assert answer.momentum < 1e-15
+
+
+def test_bodies_that_are_all_but_points_are_refined():
+    for answer in solved_case(("inertia", 4, 84, 2)):
+        if answer.method == "batch":
+            assert answer.verdict == "right"
+            assert answer.share < 3.0
+            assert answer.momentum < BACKWARD
