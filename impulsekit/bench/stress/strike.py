@@ -61,9 +61,15 @@ def strikes(block: Block, u: Array, law: Law) -> list[Array]:
         b = u.copy()
         b[2] = (1 + e) * un
         return _coulomb(block, b, un * 0)
+    pushes = _coulomb(block, u, un * 0)
+    if not e:
+        # Nothing is released: the rounding of what is at rest would be struck once more.
+        return pushes
     both = []
-    for pressed in _coulomb(block, u, un * 0):
+    for pressed in pushes:
         middle = u + block.W @ pressed
+        # It is where compression ends.
+        middle[2] = un * 0
         both += [pressed + back for back in _coulomb(block, middle, e * pressed[2])]
     return both
 
