@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -80,6 +82,27 @@ def test_each_impulse_at_the_end_obeys_coulombs_law(restitution):
                 if slip > 1e-40:
                     assert max(abs(P[:2] * slip + mu * P[2] * after[:2])) < 1e-40
             assert NUMBERS.norm(P[:2]) <= mu * P[2] * (1 + 1e-40)
+
+
+def test_what_gives_nothing_back_is_struck_once():
+    none, mu = NUMBERS.number(0), NUMBERS.number(3)
+    for seed in range(16):
+        W, u = _contact(seed)
+        block = Block(NUMBERS, W, none, mu)
+        newton, poisson = (strikes(block, u, ik.Law(law)) for law in ("newton", "poisson"))
+        assert len(newton) == len(poisson)
+        assert all(max(abs(a - b)) < 1e-40 for a, b in zip(newton, poisson, strict=True))
+
+
+@pytest.mark.parametrize("restitution", ["newton", "poisson"])
+def test_the_condition_is_that_of_friction_too_small_to_matter(restitution):
+    case = sweep_named("sequence-friction").cases(0.0, np.random.default_rng(4))
+    scene = replace(case.scene, law=ik.Law(restitution, "end", "sequential"))
+    rough = replace(scene, contacts=[replace(c, friction=1e-40) for c in scene.contacts])
+    for q, v in zip(case.q, case.v, strict=True):
+        without, with_it = (Strikes(each).at(q, v).exact() for each in (scene, rough))
+        assert max(abs(without.dv - with_it.dv)) < 1e-30
+        assert without.condition == pytest.approx(with_it.condition, rel=1e-6)
 
 
 def test_three_equal_balls_pass_the_blow_on():

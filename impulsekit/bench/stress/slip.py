@@ -303,8 +303,10 @@ def _located(
             low = way
         else:
             high = way
-        # Newton, kept in between.
+        # Newton, kept in between; at the end itself no step leaves it.
         following = way - value / slope if slope else low
+        if slope and not abs(value / slope) > rates.numbers.epsilon * 8 * abs(way):
+            return following
         if not min(low, high) < following < max(low, high):
             following = (low + high) / 2
         if not abs(following - way) > rates.numbers.epsilon * 8 * abs(way):

@@ -133,13 +133,25 @@ class _State:
     ) -> tuple[Array, Array, bool] | None:
         """Velocities and impulses after one strike, and whether the law allows no other."""
         own, coefficients = slice(3 * i, 3 * i + 3), self._owner.coefficients
+        taken = impulses.copy()
+        if not coefficients.mu[i]:
+            # All laws are the same then, and have one answer.
+            pushed = self._pushed(numbers, W, velocity, i)
+            taken[i, 2] = taken[i, 2] + pushed
+            return velocity + W[:, 3 * i + 2] * pushed, taken, True
         e, mu = (numbers.number(float(x)) for x in (coefficients.e[i], coefficients.mu[i]))
         found = strikes(Block(numbers, W[own, own], e, mu), velocity[own], self._owner.scene.law)
         if not found:
             return None
-        taken = impulses.copy()
         taken[i] = taken[i] + found[0]
         return velocity + W[:, own] @ found[0], taken, len(found) == 1
+
+    def _pushed(self, numbers: Arithmetic, W: Array, velocity: Array, i: int) -> Any:
+        """P_n without friction."""
+        k = 3 * i + 2
+        if not velocity[k] < 0:
+            return velocity[k] * 0
+        return -(1 + numbers.number(float(self._owner.coefficients.e[i]))) * velocity[k] / W[k, k]
 
     def _impulses_of(self, found: Found | None) -> Array:
         impulses = self._numbers.zeros(len(self._m.axes), 3)
@@ -163,41 +175,52 @@ class _State:
         # Each velocity of a sequence is formed anew from those before it.
         gone = np.abs(self._W) @ np.abs(P)
         u_size = m.contacts_size @ (np.abs(self._v) + np.abs(self._known)) + gone
-        numbers, step = Arithmetic.double(), STEP
         W, u = self._W.astype(float), self._u.astype(float)
-        base = self._total(numbers, W, u, way.order)
-        if base is None:
-            return slack / STEP
+        Ws, us = [W], [u]
+        struck = set(way.order)
         rows = [i for i in range(len(u)) if i % 3 == 2 or self._mu[i // 3] > 0]
         for i in rows:
             for j in [j for j in rows if j <= i] + [-1]:
-                size = u_size[i] if j < 0 else W_size[i, j]
-                if not size > 0:
+                size = float(u_size[i] if j < 0 else W_size[i, j])
+                # Contacts that are not struck have no part in the order.
+                if not size > 0 or not {i // 3, (i if j < 0 else j) // 3} <= struck:
                     continue
-                moved = numbers.number(float(size)) * step
                 W_near, u_near = W.copy(), u.copy()
                 if j < 0:
-                    u_near[i] += moved
+                    u_near[i] += size * STEP
                 else:
-                    W_near[i, j] += moved
+                    W_near[i, j] += size * STEP
                     W_near[j, i] = W_near[i, j]
-                near = self._total(numbers, W_near, u_near, way.order)
-                if near is None:
-                    return slack / STEP
-                worst = np.abs(near - base) / step
-                slack = slack + np.abs(self._moved) @ self._numbers.array(worst)
-        return slack
+                Ws.append(W_near)
+                us.append(u_near)
+        totals = self._totals(np.array(Ws), np.array(us), way.order)
+        if totals is None:
+            return slack / STEP
+        worst = np.abs(totals[1:] - totals[0]).sum(axis=0) / STEP
+        return slack + np.abs(self._moved) @ self._numbers.array(worst)
 
     @property
     def _mu(self) -> list[Any]:
         return self._owner.coefficients.mu
 
-    def _total(
-        self, numbers: Arithmetic, W: Array, u: Array, order: tuple[int, ...]
-    ) -> Array | None:
-        """(3c,) the impulses of a sequence in a given order."""
-        way = next(self._sequences(numbers, W, u, order), None)
-        return None if way is None else way.impulses.ravel()
+    def _totals(self, W: np.ndarray, u: np.ndarray, order: tuple[int, ...]) -> np.ndarray | None:
+        """(m, 3c) the impulses of m sequences in a given order, in doubles."""
+        numbers = Arithmetic.double()
+        if any(mu > 0 for mu in self._mu):
+            ways = (self._sequences(numbers, *each, order) for each in zip(W, u, strict=True))
+            totals = [next(way, None) for way in ways]
+            if any(way is None for way in totals):
+                return None
+            return np.array([way.impulses.ravel() for way in totals if way is not None])
+        # All at once.
+        velocity, impulses = u.copy(), np.zeros_like(u)
+        shares = [1.0 + float(e) for e in self._owner.coefficients.e]
+        for i in order:
+            k = 3 * i + 2
+            pushed = np.maximum(-shares[i] * velocity[:, k] / W[:, k, k], 0.0)
+            impulses[:, k] += pushed
+            velocity += W[:, :, k] * pushed[:, None]
+        return impulses
 
     def residuals(self, found: Found) -> Residuals:
         """What an answer leaves of M Δv = I + JᵀP; the law is judged by its solutions."""
