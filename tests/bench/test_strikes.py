@@ -99,10 +99,9 @@ def test_the_condition_is_that_of_friction_too_small_to_matter(restitution):
     case = sweep_named("sequence-friction").cases(0.0, np.random.default_rng(4))
     scene = replace(case.scene, law=ik.Law(restitution, "end", "sequential"))
     rough = replace(scene, contacts=[replace(c, friction=1e-40) for c in scene.contacts])
-    for q, v in zip(case.q, case.v, strict=True):
-        without, with_it = (Strikes(each).at(q, v).exact() for each in (scene, rough))
-        assert max(abs(without.dv - with_it.dv)) < 1e-30
-        assert without.condition == pytest.approx(with_it.condition, rel=1e-6)
+    without, with_it = (Strikes(each).at(case.q[0], case.v[0]).exact() for each in (scene, rough))
+    assert max(abs(without.dv - with_it.dv)) < 1e-30
+    assert without.condition == pytest.approx(with_it.condition, rel=1e-6)
 
 
 def test_three_equal_balls_pass_the_blow_on():
