@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from ..codes import RowStatus
-from .algebra import nine, times
 from .articulated import collected, press, respond, twists
 from .blows import strike, work_of_blows
 from .doubt import doubted
@@ -15,13 +14,24 @@ from .inertia import factor, weigh
 from .jit import inlined, kernel
 from .kinematics import place_bodies
 from .lanes import digits, width
-from .layout import CONTACT_FLOATS, CONTACT_INTS, DOF, INVERSE, MEETING, TARGET, TWIST
+from .layout import (
+    BODY,
+    CONTACT_INTS,
+    DOF,
+    FORCE,
+    INVERSE,
+    JUMP,
+    TARGET,
+    TWIST,
+)
+from .lost_digits import lacking, press_more
 from .meetings import place_meetings
 from .memory import load, put, same, store
 from .one_contact import solve_alone
 from .refining import refine
 from .rows import add_row, clear, delassus, place_terms, reduce_rows, row_velocity
 from .states import is_unit, lead, seen, taken
+from .written import write_contacts
 
 __all__ = ["solve_blocks"]
 
@@ -185,6 +195,19 @@ def solve_blocks(
                 ints, floats, dofs, bodies, loaded, loaded_list, work, dof_at, dv_at, sum_at,
                 loads_at, witness,
             )  # fmt: skip
+        more_at = BODY + FORCE
+        if (
+            count > 0 and alone == 1 and has_known and lacking(
+                count, contact_floats[12], contact_floats[11], e, base * e_step, e_step,
+                mu, base * mu_step, mu_step, term_ints, term_floats, row_first,
+                work, w_at, before_at, free_at, p_at, dv_at, term_at, spare_at, more_at, w, code,
+                witness,
+            )
+        ):  # fmt: skip
+            press_more(
+                ints, floats, dofs, bodies, loaded, count, dof_list, dof_first, work, dof_at,
+                reduced_at, nv, p_at, more_at, dv_at, sum_at, witness,
+            )  # fmt: skip
         if count > 0 and alone == 0 and digits(witness) == 53:
             doubted(
                 count, term_ints, term_floats, row_first, work, w_at, before_at, free_at, p_at,
@@ -204,7 +227,7 @@ def solve_blocks(
             for r in range(count):
                 put(out_rows, base * count + r, count, load(work, (p_at + r) * w, witness))
         if len(out_contacts) > 0:
-            _write_contacts(
+            write_contacts(
                 contact_ints, contact_floats, base, p_at, meeting_at, work, out_contacts, witness
             )
         if len(out_energy) > 0:
@@ -213,11 +236,11 @@ def solve_blocks(
                 work, v_at, dv_at, witness,
             )  # fmt: skip
             for r in range(count):
-                mean = load(work, (before_at + r) * w, witness)
-                mean = 0.5 * (mean + load(work, (free_at + r) * w, witness))
-                for s in range(count):
-                    share = load(work, (w_at + r * count + s) * w, witness)
-                    mean = mean + 0.5 * share * load(work, (p_at + s) * w, witness)
+                jump = row_velocity(
+                    term_ints, term_floats, row_first[r], row_first[r + 1],
+                    JUMP, work, dv_at, term_at, witness,
+                )  # fmt: skip
+                mean = load(work, (before_at + r) * w, witness) + 0.5 * jump
                 total = total + mean * load(work, (p_at + r) * w, witness)
             put(out_energy, base, 1, total)
         if len(out_sum) > 0:
@@ -252,38 +275,3 @@ def _act(
             term_ints, term_floats, row_first[r], row_first[r + 1],
             load(work, (p_at + r) * w, witness), work, dof_at, term_at, witness,
         )  # fmt: skip
-
-
-@inlined
-def _write_contacts(ints, floats, base, p_at, meeting_at, work, out, witness):
-    """Contact impulses in world axes; of a stop, along its coordinate, in the first entry."""
-    w = width(witness)
-    count = len(ints) // CONTACT_INTS
-    zero = same(0.0, witness)
-    for contact in range(count):
-        at = contact * CONTACT_INTS
-        first, size, entry, meeting = ints[at], ints[at + 1], ints[at + 2], ints[at + 3]
-        at = base * 3 * count + 3 * contact
-        if entry >= 0:
-            put(out, at, 3 * count, load(work, (p_at + first) * w, witness))
-            put(out, at + 1, 3 * count, zero)
-            put(out, at + 2, 3 * count, zero)
-            continue
-        p1, p2 = zero, zero
-        if size == 3:
-            p1 = load(work, (p_at + first) * w, witness)
-            p2 = load(work, (p_at + first + 1) * w, witness)
-        f = contact * CONTACT_FLOATS
-        axes = (
-            floats[f], floats[f + 1], floats[f + 2], floats[f + 3], floats[f + 4],
-            floats[f + 5], floats[f + 6], floats[f + 7], floats[f + 8],
-        )  # fmt: skip
-        pn = load(work, (p_at + first + size - 1) * w, witness)
-        if meeting >= 0:
-            moving = nine(work, (meeting_at + meeting * MEETING) * w, w, witness)
-            impulse = times(moving, (p1, p2, pn))
-        else:
-            impulse = times(axes, (p1, p2, pn))
-        put(out, at, 3 * count, impulse[0])
-        put(out, at + 1, 3 * count, impulse[1])
-        put(out, at + 2, 3 * count, impulse[2])

@@ -10,7 +10,7 @@ from .layout import ALONG_DOF, BODY, COUPLE, JUMP, TERM, TERM_FLOATS, TERM_INTS
 from .memory import load, same, store
 from .rows import row_velocity
 
-__all__ = ["doubted"]
+__all__ = ["doubted", "size_of_terms"]
 
 # By how much rounding alone may set J Δv and W p apart, relative to the velocities before and
 # to the terms that J Δv is the sum of: with contacts, which are redundant in fours, and with
@@ -44,7 +44,7 @@ def doubted(
             told = told + share * load(work, (p_at + s) * w, witness)
         left = absolute(made - told)
         worst = where_less(worst, left, left, worst)
-        size = _size_of_terms(
+        size = size_of_terms(
             term_ints, term_floats, row_first[r], row_first[r + 1], work, dv_at, term_at, witness
         )
         for speed in (absolute(before), size):
@@ -59,7 +59,7 @@ def doubted(
 
 
 @inlined
-def _size_of_terms(term_ints, term_floats, begin, end, work, dv_at, term_at, witness):
+def size_of_terms(term_ints, term_floats, begin, end, work, dv_at, term_at, witness):
     """What ``rows.row_velocity`` of the jump would be if nothing cancelled."""
     w = width(witness)
     size = same(0.0, witness)
