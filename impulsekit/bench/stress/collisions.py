@@ -59,10 +59,15 @@ class _Known:
 
 
 class _Points:
-    """The equations of contacts whose order an answer does not know."""
+    """The equations of contacts whose order an answer does not know.
+
+    An answer may tell the sum over the points alone. Then the impulses of the last one that told
+    them stand in: where they and its Δv obey the equations, its Δv is right.
+    """
 
     def __init__(self, state: Any, places: list[np.ndarray]) -> None:
         self._state, self._places = state, places
+        self._told: tuple[np.ndarray, ...] | None = None
 
     def exact(self, found: Found | None = None) -> Exact | None:
         """The solution beside an answer."""
@@ -74,17 +79,22 @@ class _Points:
 
     def own_axes(self, found: Found) -> Any:
         """The impulses of an answer in the axes of the truth; None where they are summed up."""
-        return self._state.own_axes(self._sorted(found))
+        return None if self._is_summed(found) else self._state.own_axes(self._sorted(found))
+
+    def _is_summed(self, found: Found) -> bool:
+        count = len(self._places)
+        return count > 1 and (found.places is None or len(found.places) != count)
 
     def _sorted(self, found: Found | None) -> Found | None:
         """The answer with its impulses in the order of the truth's points, if it has them."""
         if found is None or found.contacts is None or len(self._places) == 1:
             return found
-        if found.places is None or len(found.places) != len(self._places):
-            return replace(found, contacts=None)
+        if self._is_summed(found) or found.places is None:
+            return replace(found, contacts=self._told)
         given = np.array(found.places)
         order = [int(np.argmin(((given - own) ** 2).sum(axis=1))) for own in self._places]
-        return replace(found, contacts=tuple(found.contacts[i] for i in order))
+        self._told = tuple(found.contacts[i] for i in order)
+        return replace(found, contacts=self._told)
 
 
 def _coefficients(rng: np.random.Generator) -> dict[str, Any]:
