@@ -10,7 +10,7 @@ if what they leave of their equations is below 1e-14, and counted apart.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -60,17 +60,20 @@ def judge(state: StateTruth, exact: Exact | None, found: Found) -> tuple[Judgeme
             if beside is not None and _share(beside, found, state) <= BOUND:
                 exact = beside
     left = state.residuals(found)
+    met = left.momentum <= BACKWARD and left.law <= BACKWARD
     if exact is None:
         # Beyond what 50 digits tell apart: right if it answers a question that differs by rounding.
-        met = left.momentum <= BACKWARD and left.law <= BACKWARD
         verdict = "said so" if not found.valid else "right" if met else "wrong"
         return Judgement(verdict, math.nan, math.inf, momentum=left.momentum, law=left.law), None
     share = _share(exact, found, state)
+    if share > BOUND and met and not exact.determined:
+        # Of redundant impulses the truth has some; those of the answer obey the law.
+        share = _share(replace(exact, violation=0.0), found, state)
     wrong = share > BOUND or not exact.only
     if wrong and exact.condition * EPS * BOUND > ILL_POSED:
         # Rounding of the data alone changes the answer beyond first order: then it is right if
         # it answers a question that differs by rounding.
-        wrong = not (left.momentum <= BACKWARD and left.law <= BACKWARD)
+        wrong = not met
     differences = np.abs(exact.dv - found.dv)
     return Judgement(
         "said so" if not found.valid else "wrong" if wrong else "right",
