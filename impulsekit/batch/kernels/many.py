@@ -1,8 +1,8 @@
 """Several contacts of one state with friction, as ``impact.laws`` solves them, for kernels.
 
-A few rounds of projection come near, and Newton on the modes of the contacts goes to rounding
-level. The bars are those of the solver of single states, to which the code AGAIN leaves what
-fails here.
+Newton on the modes of the contacts starts from what would hold them all still; where that
+finds nothing, a few rounds of projection come near, and Newton goes on to rounding level. The
+bars are those of the solver of single states, to which the code AGAIN leaves what fails here.
 """
 
 from __future__ import annotations
@@ -15,16 +15,22 @@ from ..codes import AGAIN, RowStatus
 from .coulomb import coulomb
 from .dense import rank_by_pivots
 from .jit import built_in
-from .modes import BAR, polish
+from .modes import BAR, MOST_STEPS, RIDGE, SLIDES, polish, residual_of
 from .smooth import ALIKE, FINE
 from .splitting import split
+from .sticking import held_still
 
 __all__ = ["frictional", "is_redundant"]
 
 NULL = 1e-14
+# As in ``impact.laws.frictional``: Newton's steps from a first guess, and what rounding leaves.
+FEW = 8
+ROUNDING = 2e-15
 # Rounds of sweeps (above 0) and of splitting (below).
 SWEEPS = (3, 10, 30, -100, -200, -400, -800, 200)
 ROUNDS = len(SWEEPS)
+# Share of the largest load, or of the velocities, that is none.
+EDGE = 1e-9
 _SOLVED, _NOT_UNIQUE = int(RowStatus.SOLVED), int(RowStatus.NOT_UNIQUE)
 
 
@@ -55,8 +61,12 @@ def _swept(W, b, mu, n, scale, P, sweeps, found, roots):
 
 
 @built_in
-def is_redundant(W, mu, n, dependent, largest, P, matrix, way):
-    """Whether load can be shifted between contacts without moving anything."""
+def is_redundant(W, mu, n, dependent, largest, P, matrix, way, slips):
+    """Whether load can be shifted between contacts without moving anything.
+
+    Args:
+        slips: whether an impulse on its cone is that of slip; False where none slips.
+    """
     size = 3 * n
     most = 0.0
     for i in range(n):
@@ -66,7 +76,8 @@ def is_redundant(W, mu, n, dependent, largest, P, matrix, way):
         k = 3 * i
         if not P[k + 2] > 1e-13 * most:
             continue
-        if math.sqrt(P[k] ** 2 + P[k + 1] ** 2) > mu[i] * P[k + 2] * (1.0 - 1e-9):
+        friction = math.sqrt(P[k] ** 2 + P[k + 1] ** 2)
+        if slips and friction > mu[i] * P[k + 2] * (1.0 - 1e-9):
             for j in range(size):
                 way[m, j] = 0.0
             for j in range(k, k + 3):
@@ -95,6 +106,38 @@ def is_redundant(W, mu, n, dependent, largest, P, matrix, way):
         for c in range(m):
             matrix[r, c] *= way[0, r] * way[0, c]
     return rank_by_pivots(matrix, m, dependent) < m
+
+
+@built_in
+def _slips(mode, n):
+    """Whether any contact slides."""
+    count = 0
+    for i in range(n):
+        count += mode[i] == SLIDES
+    return count > 0
+
+
+@built_in
+def _on_an_edge(W, b, mu, n, scale, P):
+    """Whether a contact touches and bears nothing, or is on its cone and does not slip."""
+    most = 0.0
+    for i in range(n):
+        most = max(most, P[3 * i + 2])
+    for i in range(n):
+        k = 3 * i
+        u1, u2, un = b[k], b[k + 1], b[k + 2]
+        for j in range(3 * n):
+            u1 += W[k, j] * P[j]
+            u2 += W[k + 1, j] * P[j]
+            un += W[k + 2, j] * P[j]
+        if P[k + 2] <= EDGE * most:
+            if un <= EDGE * scale:
+                return True
+        elif mu[i] > 0.0 and math.sqrt(u1 * u1 + u2 * u2) <= EDGE * scale:
+            friction = math.sqrt(P[k] ** 2 + P[k + 1] ** 2)
+            if friction >= mu[i] * P[k + 2] * (1.0 - EDGE):
+                return True
+    return False
 
 
 @built_in
@@ -129,6 +172,28 @@ def frictional(
         if max(W[3 * i, 3 * i], W[3 * i + 1, 3 * i + 1], W[3 * i + 2, 3 * i + 2]) < ALIKE * largest:
             return AGAIN
     least = NULL * largest
+    # First what ``solve`` tries first: of several answers both then find the same.
+    ridge = held_still(W, b, size, largest, least, P, matrix, way, x)
+    if ridge >= 0.0:
+        bar = polish(
+            W, b, mu, floor, n, scale, largest, least, FINE, FEW, ridge, P, best, xi, mode, slip,
+            way, aim, matrix, x, moved,
+        )  # fmt: skip
+        if bar <= BAR:
+            return _SOLVED if bar <= 10.0 * FINE else AGAIN
+    else:
+        bar = residual_of(W, b, mu, floor, n, scale, least, P, xi, mode, slip)
+        if bar > ROUNDING and not _slips(mode, n):
+            polish(
+                W, b, mu, floor, n, scale, largest, least, FINE, FEW, RIDGE, P, best, xi, mode,
+                slip, way, aim, matrix, x, moved,
+            )  # fmt: skip
+            bar = residual_of(W, b, mu, floor, n, scale, least, P, xi, mode, slip)
+        if bar <= ROUNDING and not _slips(mode, n):
+            redundant = is_redundant(W, mu, n, dependent, largest, P, matrix, way, False)
+            return _NOT_UNIQUE if redundant else _SOLVED
+    for k in range(size):
+        P[k] = 0.0
     rate = 0.05 * largest
     for j in range(size):
         split_y[j], split_z[j] = 0.0, 0.0
@@ -140,14 +205,19 @@ def frictional(
             for j in range(size):
                 P[j] = split_y[j]
         bar = polish(
-            W, b, mu, floor, n, scale, largest, least, FINE, P, best, xi, mode, slip, way, aim,
-            matrix, x, moved,
+            W, b, mu, floor, n, scale, largest, least, FINE, MOST_STEPS, RIDGE, P, best, xi, mode,
+            slip, way, aim, matrix, x, moved,
         )  # fmt: skip
         if bar <= BAR:
             if bar > 10.0 * FINE:
                 return AGAIN
-            if not is_redundant(W, mu, n, dependent, largest, P, matrix, way):
+            if ridge >= 0.0:
                 return _SOLVED
-            # What is left over may be what sets nearly redundant contacts apart.
-            return _NOT_UNIQUE if bar <= FINE else AGAIN
+            # Load that can be shifted, now or once a contact leaves an edge: which share of it
+            # ``solve`` finds tells what it calls determined.
+            if _on_an_edge(W, b, mu, n, scale, P) or is_redundant(
+                W, mu, n, dependent, largest, P, matrix, way, True
+            ):
+                return AGAIN
+            return _SOLVED
     return AGAIN

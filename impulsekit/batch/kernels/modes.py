@@ -12,8 +12,10 @@ import numpy as np
 from .dense import gauss, gauss_of_rank
 from .jit import built_in
 
-__all__ = ["BAR", "polish"]
+__all__ = ["BAR", "MOST_STEPS", "RIDGE", "SLIDES", "polish", "residual_of"]
 
+# As in ``impact.laws.modes``.
+MOST_STEPS = 12
 RIDGE = 1e-9
 # Nearer than this the ridge is left out: what is redundant would drift by rounding over it, out
 # of its cones and back. Pivots below this share are then none.
@@ -28,8 +30,8 @@ PARTS, STICKS, SLIDES, STICKS_AT_FLOOR, SLIDES_AT_FLOOR = 0, 1, 2, 3, 4
 
 @built_in
 def polish(
-    W, b, mu, floor, n, scale, largest, least, fine, P, best, xi, mode, slip, way, aim, matrix,
-    x, moved,
+    W, b, mu, floor, n, scale, largest, least, fine, most, ridge, P, best, xi, mode, slip, way,
+    aim, matrix, x, moved,
 ):  # fmt: skip
     """Bring P (3n,) from nearby to rounding level; the residual.
 
@@ -39,14 +41,16 @@ def polish(
         largest: the largest entry on the diagonal of W.
         least: what counts as a diagonal of nothing.
         fine: the residual below which nothing is to be gained.
+        most: steps.
+        ridge: relative; 0 where W is known to be regular and every row to move something.
     """
     size = 3 * n
     for j in range(size):
         best[j] = P[j]
     bar = math.inf
     risen = 0
-    for step in range(13):
-        residual = _residual(W, b, mu, floor, n, scale, least, P, xi, mode, slip)
+    for step in range(most + 1):
+        residual = residual_of(W, b, mu, floor, n, scale, least, P, xi, mode, slip)
         if not residual < math.inf:
             break
         if residual < bar:
@@ -63,9 +67,9 @@ def polish(
             risen += 1
             if bar <= fine or risen > RISES:
                 break
-        if step < 12 and not _stepped(
-            W, b, mu, floor, n, largest, P, xi, mode, slip, way, aim, matrix, x, moved,
-            residual < NEAR,
+        if step < most and not _stepped(
+            W, b, mu, floor, n, ridge * largest, P, xi, mode, slip, way, aim, matrix, x, moved,
+            ridge > 0.0 and residual < NEAR,
         ):  # fmt: skip
             break
     for j in range(size):
@@ -74,7 +78,7 @@ def polish(
 
 
 @built_in
-def _residual(W, b, mu, floor, n, scale, least, P, xi, mode, slip):
+def residual_of(W, b, mu, floor, n, scale, least, P, xi, mode, slip):
     """The residual of the natural map; mode and slip of each contact."""
     worst = 0.0
     size = scale
@@ -114,7 +118,7 @@ def _residual(W, b, mu, floor, n, scale, least, P, xi, mode, slip):
 
 @built_in
 def _stepped(
-    W, b, mu, floor, n, largest, P, xi, mode, slip, way, aim, matrix, x, moved, near
+    W, b, mu, floor, n, ridge, P, xi, mode, slip, way, aim, matrix, x, moved, near
 ):  # fmt: skip
     """One Newton step on the modes; False where the system is singular."""
     size = 3 * n
@@ -180,7 +184,7 @@ def _stepped(
                 total += aim[r, k] * xi[k]
         x[r] = total
         if not near:
-            matrix[r, r] += RIDGE * largest
+            matrix[r, r] += ridge
     c = 0
     for i in range(n):
         if mode[i] == PARTS:

@@ -11,7 +11,7 @@ from .hit import hit_at_end, judged
 from .jit import built_in
 from .layout import CONTACT_INTS
 from .many import is_redundant
-from .modes import polish
+from .modes import MOST_STEPS, RIDGE, polish
 from .problem import COARSE, pose, problem_in, put_back, room
 from .several import DEPENDENT, several
 from .smooth import ALIKE, FINE
@@ -162,11 +162,11 @@ def _expand_rough(W, count, digits, space):
         if max(own[k, k], own[k + 1, k + 1], own[k + 2, k + 2]) < ALIKE * largest:
             return AGAIN
     residual = polish(
-        own, b, mus, floor, count, scale, largest, NULL * largest, FINE, P, best, xi, mode, slip,
-        way, aim, newton, x, moved,
+        own, b, mus, floor, count, scale, largest, NULL * largest, FINE, MOST_STEPS, RIDGE, P, best,
+        xi, mode, slip, way, aim, newton, x, moved,
     )  # fmt: skip
     if not residual <= 10.0 * FINE:
         return AGAIN
     dependent = DEPENDENT if digits == 53 else COARSE
-    redundant = is_redundant(own, mus, count, dependent, largest, P, newton, way)
+    redundant = is_redundant(own, mus, count, dependent, largest, P, newton, way, True)
     return _NOT_UNIQUE if redundant else _SOLVED
