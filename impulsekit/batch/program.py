@@ -14,7 +14,7 @@ from ..scene import Law, Scene
 from .errors import NoKernelError
 from .followers import freed_model
 from .kernels import layout
-from .kernels.words import END, STRONGE, words_of
+from .kernels.words import END, NEWTON, SEQUENTIAL, STRONGE, words_of
 from .rows import row_tables
 from .tables import in_world, known_tables, load_tables, path_mask, row_arrays, tree_tables
 from .tree import KINDS, Tree, tree_of
@@ -189,13 +189,22 @@ def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
         np.array(tables.restitution, dtype=float),
         np.array(tables.friction, dtype=float),
         len(followers),
-        _plainer(words, tables.contact_ints),
+        _plainer(words, tables.contact_ints, is_struck=len(given) + len(tables.target) > 0),
     )
 
 
-def _plainer(words: tuple[int, int, int], contact_ints: list) -> tuple[int, int, int]:
-    """The words of the simplest law that is the same where no contact can rub."""
+def _plainer(
+    words: tuple[int, int, int], contact_ints: list, *, is_struck: bool
+) -> tuple[int, int, int]:
+    """The words of the simplest law that is the same where no contact can rub.
+
+    Args:
+        is_struck: whether blows or bilateral rows act at the same instant: along the path
+            they come first, and under Newton's law with slip at the end all come together.
+    """
     restitution, _, order = words
+    if restitution == NEWTON and order != SEQUENTIAL and is_struck:
+        return words
     if restitution == STRONGE or any(ints[1] > 1 for ints in contact_ints):
         return words
     return restitution, END, order

@@ -86,6 +86,21 @@ def refused_where_solve_refuses(scene, q, v):
     return batch, refused
 
 
+@pytest.mark.parametrize("restitution", ["newton", "poisson"])
+@pytest.mark.parametrize("feet", [("FR_FOOT",), ("FR_FOOT", "HL_FOOT", "FL_FOOT")])
+@pytest.mark.parametrize("held", [False, True])
+def test_what_strikes_or_holds_comes_first_without_friction_too(solo, restitution, feet, held):
+    # Energy counts from then, and other feet are only kept from approaching.
+    contacts = [ik.Contact(f, restitution=0.8) for f in feet]
+    blow = [] if held else [ik.AppliedImpulse("base_link", [1.0, -2.0, 3.0])]
+    anchor = [ik.PointAnchor("HR_FOOT")] if held else []
+    law = ik.Law(restitution, slip="path")
+    q, v = random_states(solo, 60, seed=4)
+    worst, batch = worst_difference(ik.Scene(solo, blow, anchor, contacts, law=law), q, v)
+    assert batch.plan.kernel
+    assert worst < 1e-12
+
+
 @every_law
 def test_beside_locks_anchors_blows_and_a_stop(solo, law):
     scene = ik.Scene(
