@@ -31,8 +31,10 @@ class SceneContacts:
 
     def __init__(self, scene: Scene, reached: ReachedModel) -> None:
         from .laws import ContactProblem, solve_contacts
+        from .laws.problem import THROWN, is_thrown
 
         self._problem, self._solve = ContactProblem, solve_contacts
+        self._thrown, self._is_thrown = THROWN**2, is_thrown
         self.rows = ContactRows(scene, reached)
         self._uneven = has_uneven_masses(reached.model)
         self._law = scene.law
@@ -90,7 +92,11 @@ class SceneContacts:
         rounding = ROUNDING if self._uneven else ROUNDING_OF_SUMS
         off = after - solution.velocity_after
         # Met in norms, which cost next to nothing, it is met in each row.
-        least = max(before.dot(before), after.dot(after)) / len(before)
+        most = max(before.dot(before), after.dot(after))
+        least = most / len(before)
+        free = problem.velocity_free
+        if free.dot(free) > self._thrown * most and self._is_thrown(free, before, jacobian, dv):
+            return False
         if off.dot(off) <= rounding**2 * least:
             return True
         size = max(np.abs(after).max(), np.abs(before).max())

@@ -19,6 +19,7 @@ from .constrained import ConstrainedJump, Outcome
 from .known import KnownImpulses
 from .laws import ContactProblem, solve_contacts
 from .laws.coulomb import coulomb_impulse
+from .laws.problem import THROWN, is_thrown
 from .reach import ReachedModel, reached_model, touched_joints
 from .rows import needs_places
 from .touching import PointOnWorldPlane
@@ -119,8 +120,11 @@ class SingleContactJump:
             if p[2] > 0.0:
                 after = before + jacobian.dot(dv)
                 off = (after - free - delassus.dot(p)).tolist()
-                speeds = (u1, u2, un, *after.tolist())
-                if max(map(abs, off)) > ROUNDING * max(map(abs, speeds)):
+                most = max(map(abs, (u1, u2, un, *after.tolist())))
+                thrown = max(abs(f1), abs(f2), abs(fn)) > THROWN * most
+                if max(map(abs, off)) > ROUNDING * most or (
+                    thrown and is_thrown(free, before, jacobian, dv)
+                ):
                     return self._refining.solve(q, v)
 
         def outcome() -> Outcome:

@@ -33,7 +33,7 @@ from .words import NEWTON, POISSON
 __all__ = ["follow"]
 
 # As in ``impact``.
-STOPPED = 1e-13
+STOPPED = 1e-15
 LIFTED = 1e-12
 MOST_SEGMENTS = 200
 MOST_TURNS = 400

@@ -25,7 +25,7 @@ from .slide import Block
 __all__ = ["NULL", "STOPPED", "Progress", "follow", "left_to_go", "outgoing"]
 
 # Slip this slow against the velocities has ended.
-STOPPED = 1e-13
+STOPPED = 1e-15
 # What rises this slowly against them, and no faster, does not.
 LIFTED = 1e-12
 # A direction that turns slower than this against its decay keeps.

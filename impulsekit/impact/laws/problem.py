@@ -13,6 +13,10 @@ from ..status import Status
 __all__ = ["ContactProblem", "ContactSolution", "check_problem"]
 
 
+# How many times as fast as all that makes up the points' motion a blow alone may throw them.
+THROWN = 3.0
+
+
 @dataclass(frozen=True, eq=False)
 class ContactProblem:
     """Contacts at one instant, in contact space.
@@ -118,3 +122,15 @@ def _is_sound(problem: ContactProblem, n: int) -> bool:
         all(0.0 <= value < math.inf for value in mu.tolist())
         and all(-1.0 <= value <= 1.0 for value in e_t.tolist())
     )
+
+
+def is_thrown(free: np.ndarray, before: np.ndarray, jacobian: np.ndarray, dv: np.ndarray) -> bool:
+    """Whether a blow alone would throw points so fast that free + W P has lost digits.
+
+    Args:
+        free, before: (3n,) their velocities with the blow alone, and before it.
+        jacobian: (3n, nv).
+        dv: (nv,) Δv.
+    """
+    terms = np.abs(jacobian).dot(np.abs(dv)).max()
+    return bool(np.abs(free).max() > THROWN * max(terms, np.abs(before).max()))

@@ -18,7 +18,7 @@ import numpy as np
 from ...scene.law import Law
 from ..status import Status
 from .modes import DEEP, DEPENDENT, Modes, System
-from .problem import ContactProblem, ContactSolution
+from .problem import THROWN, ContactProblem, ContactSolution
 
 __all__ = ["Steps", "refined"]
 
@@ -84,6 +84,9 @@ def refined(
         shift[1::3] = problem.tangential_restitution * before[1::3]
     modes = Modes(problem.delassus, problem.velocity_free + shift, problem.friction, None)
     modes.scale = max(modes.scale, float(np.abs(before).max()))
+    # What a blow alone would throw is no measure of the velocities that are left.
+    terms = np.abs(before) + np.abs(steps.jacobian).dot(np.abs(dv))
+    modes.scale = min(modes.scale, THROWN * float(terms.max()))
     best, least = (solution.impulse, dv), math.inf
     for by_delassus in (True, False):
         impulse, dv = best
