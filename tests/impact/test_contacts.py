@@ -422,3 +422,17 @@ def test_a_foot_that_holds_a_light_leg_against_a_blow_keeps_its_digits():
         contact = ik.solve(scene, q, v).contacts[0]
         assert contact.mode == "sticking"
         assert np.abs(contact.velocity_after).max() < 1e-15
+
+
+@pytest.mark.parametrize("row", [541, 1328])
+def test_a_foot_thrown_by_a_blow_a_thousand_times_as_fast_as_it_ends(row):
+    from impulsekit.bench.batch_agreement import random_scene, random_states
+    from impulsekit.bench.problems.digits import velocity_after
+
+    bolt, rng = ik.Robot.from_example("bolt"), np.random.default_rng([3, 6])
+    scene = random_scene(bolt, "contact", rng)
+    q, v = (states[row] for states in random_states(bolt, 1500, rng))
+    impact = ik.solve(scene, q, v)
+    exact = np.array([float(x) for x in velocity_after(scene, q, v)])
+    assert np.abs(impact.contacts[0].velocity_after).max() < 1.0
+    assert np.abs(impact.v_after - exact).max() < 1e-13 * np.abs(exact).max()

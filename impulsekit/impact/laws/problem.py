@@ -15,6 +15,8 @@ __all__ = ["ContactProblem", "ContactSolution", "check_problem"]
 
 # How many times as fast as all that makes up the points' motion a blow alone may throw them.
 THROWN = 3.0
+# What moves this slowly against that has come to rest, and is not measured by its rounding.
+RESTS = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,5 +134,6 @@ def is_thrown(free: np.ndarray, before: np.ndarray, jacobian: np.ndarray, dv: np
         jacobian: (3n, nv).
         dv: (nv,) Δv.
     """
-    terms = np.abs(jacobian).dot(np.abs(dv)).max()
-    return bool(np.abs(free).max() > THROWN * max(terms, np.abs(before).max()))
+    thrown = np.abs(free).max()
+    terms = max(np.abs(jacobian).dot(np.abs(dv)).max(), np.abs(before).max())
+    return bool(RESTS * thrown < terms < thrown / THROWN)

@@ -18,7 +18,7 @@ import numpy as np
 from ...scene.law import Law
 from ..status import Status
 from .modes import DEEP, DEPENDENT, Modes, System
-from .problem import THROWN, ContactProblem, ContactSolution
+from .problem import RESTS, THROWN, ContactProblem, ContactSolution
 
 __all__ = ["Steps", "refined"]
 
@@ -85,8 +85,9 @@ def refined(
     modes = Modes(problem.delassus, problem.velocity_free + shift, problem.friction, None)
     modes.scale = max(modes.scale, float(np.abs(before).max()))
     # What a blow alone would throw is no measure of the velocities that are left.
-    terms = np.abs(before) + np.abs(steps.jacobian).dot(np.abs(dv))
-    modes.scale = min(modes.scale, THROWN * float(terms.max()))
+    terms = float((np.abs(before) + np.abs(steps.jacobian).dot(np.abs(dv))).max())
+    if terms > RESTS * modes.scale:
+        modes.scale = min(modes.scale, THROWN * terms)
     best, least = (solution.impulse, dv), math.inf
     for by_delassus in (True, False):
         impulse, dv = best
