@@ -338,17 +338,30 @@ def _root_ahead(
         turn = -4 * W[0, 1] * s * c + skew * (c * c - s * s)
         return first - mu * second, slope - mu * turn
 
+    def refined(root: Any) -> Any:
+        for _ in range(8):
+            value, slope = turning(root)
+            root = root - value / slope
+        return root
+
     heading = 1 if turning(theta)[0] > 0 else -1
     circle = 2.0 * np.pi
+
+    def ahead_by(place: complex) -> float:
+        """How far θ has to turn to a root."""
+        away = (heading * (place.real - float(theta))) % circle
+        if min(away, circle - away) > NEAR_CIRCLE:
+            return away
+        # So near that doubles may not tell whether it is ahead or behind.
+        around = away if away < 1.0 else away - circle
+        around = float(heading * (refined(theta + numbers.number(heading * around)) - theta))
+        return around if around >= 0.0 else circle + around
+
     real = [x for x in places if abs(x.imag) < NEAR_CIRCLE]
     if not real:
         return None
-    ahead = min(real, key=lambda x: (heading * (x.real - float(theta))) % circle)
-    away = (heading * (ahead.real - float(theta))) % circle
-    root = theta + numbers.number(heading * away)
-    for _ in range(8):
-        value, slope = turning(root)
-        root = root - value / slope
+    ahead = min(real, key=ahead_by)
+    root = refined(theta + numbers.number(heading * ahead_by(ahead)))
     others = []
     for place in places:
         if place is not ahead:
