@@ -51,6 +51,7 @@ def combine(
             raise UnknownNameError.among("robot", name, named, "placements")
     world = pin.Model()
     parts = []
+    frame_names: dict[str, str] = {}
     for name, robot in named.items():
         if not isinstance(robot, Robot):
             raise InputError(f'combine: "{name}" is {a_thing(robot)}, not a Robot')
@@ -60,7 +61,8 @@ def combine(
                 'without "/", and not "world"'
             )
         placement = _placement((placements or {}).get(name), name)
-        world = pin.appendModel(world, _prefixed(robot.model, f"{name}/"), 0, placement)
+        model = _numbered(robot.model, f"{name}/", frame_names)
+        world = pin.appendModel(world, model, 0, placement)
         for part in robot.parts:
             within = (
                 pin.SE3.Identity() if part.placement is None else _placement(part.placement, name)
@@ -73,16 +75,41 @@ def combine(
                     placement=tuple(tuple(map(float, row)) for row in matrix),
                 )
             )
+    for i in range(1, world.nframes):
+        world.frames[i].name = frame_names[world.frames[i].name]
+    _restore(world, [robot.model for robot in named.values()])
     return Robot(world, parts, "+".join(named))
 
 
-def _prefixed(model: pin.Model, prefix: str) -> pin.Model:
+def _numbered(model: pin.Model, prefix: str, names: dict[str, str]) -> pin.Model:
+    """A copy whose joints have the prefix and whose frames have numbers; ``names`` takes theirs.
+
+    A URDF may call a link and a joint alike, and ``pin.appendModel`` looks for parent frames by
+    name alone.
+    """
     model = pin.Model(model)
     for i in range(1, model.njoints):
         model.names[i] = prefix + model.names[i]
     for i in range(1, model.nframes):
-        model.frames[i].name = prefix + model.frames[i].name
+        number = f"{prefix}{i}"
+        names[number] = prefix + model.frames[i].name
+        model.frames[i].name = number
     return model
+
+
+def _restore(world: pin.Model, models: list[pin.Model]) -> None:
+    """Set what ``pin.appendModel`` leaves out, and inertias that it has summed anew.
+
+    Joints and degrees of freedom stand in the world in the order of the models.
+    """
+    joints = dofs = 0
+    for model in models:
+        for i in range(1, model.njoints):
+            world.inertias[joints + i] = model.inertias[i]
+        for field in ("armature", "lowerVelocityLimit"):
+            getattr(world, field)[dofs : dofs + model.nv] = getattr(model, field)
+        joints += model.njoints - 1
+        dofs += model.nv
 
 
 def _placement(value: Any, name: str) -> pin.SE3:

@@ -68,3 +68,31 @@ def test_a_placement_is_checked(panda):
         ik.combine(a=panda, placements={"a": np.diag([2.0, 1, 1, 1])})
     with pytest.raises(errors.InputError, match="cannot be a robot's name"):
         ik.combine({"a/b": panda})
+
+
+@pytest.mark.parametrize("name", ["so100", "z1", "b1_z1", "anymal_c"])
+def test_a_link_and_a_joint_may_be_called_alike(name):
+    alone = ik.Robot.from_example(name, root="freeflyer")
+    both = ik.combine(a=alone, b=alone)
+    for prefix in ("a/", "b/"):
+        for frame in alone.model.frames.tolist()[1:]:
+            frame_id = both.model.getFrameId(prefix + frame.name, frame.type)
+            parent = both.model.frames[both.model.frames[frame_id].parentFrame].name
+            above = alone.model.frames[frame.parentFrame].name
+            assert parent == (prefix + above if frame.parentFrame else "universe")
+
+
+def test_mass_matrices_stand_side_by_side_with_their_armature():
+    model = pin.Model(ik.Robot.from_example("z1", root="freeflyer").model)
+    rng = np.random.default_rng(0)
+    model.armature[:] = rng.uniform(0.1, 2.0, model.nv)
+    given = ik.Robot.from_model(model)
+    pair = ik.combine(near=ik.combine(a=given, b=given), far=given)
+    q = [pin.integrate(model, pin.neutral(model), rng.normal(size=model.nv)) for _ in range(3)]
+    whole = pin.crba(pair.model, pair.model.createData(), np.concatenate(q))
+    for i in range(3):
+        rows = slice(i * model.nv, (i + 1) * model.nv)
+        alone = pin.crba(model, model.createData(), q[i])
+        # pin.crba fills the upper triangle.
+        np.testing.assert_allclose(np.triu(whole[rows, rows]), np.triu(alone), atol=1e-14)
+        np.testing.assert_allclose(whole[rows, rows.stop :], 0.0, atol=1e-14)
