@@ -31,7 +31,7 @@ def link_inertia(robot: Robot, name: str) -> tuple[int, pin.Inertia]:
     if link.joint_id == 0 or not link.mass > 0.0:
         what = "is fixed to the world" if link.joint_id == 0 else "has no mass of its own"
         raise InputError(f'masses: link "{name}" {what}; there is nothing to scale')
-    return link.joint_id, pin.Inertia(link.mass, link.com_in_joint, link.inertia_in_joint_axes)
+    return link.joint_id, link.spatial_inertia()
 
 
 def scaled_robot(robot: Robot, factors: Mapping[str, float]) -> Robot:
@@ -49,9 +49,7 @@ def scaled_robot(robot: Robot, factors: Mapping[str, float]) -> Robot:
     wholes = {joint_id: pin.Inertia.Zero() for joint_id in joints}
     for link in robot.links:
         if link.joint_id in joints and link.mass > 0.0:
-            factor = factors.get(link.name, 1.0)
-            inertia = factor * link.inertia_in_joint_axes
-            wholes[link.joint_id] += pin.Inertia(factor * link.mass, link.com_in_joint, inertia)
+            wholes[link.joint_id] += link.spatial_inertia(factors.get(link.name, 1.0))
     for joint_id, whole in wholes.items():
         model.inertias[joint_id] = whole
     return Robot(model, robot.parts, robot.name)

@@ -79,8 +79,7 @@ def _fixed_joint_reactions(
     for link in robot.links:
         # Without gravity and speeds, rnea leaves Δ of the twist of each joint's body here.
         change = data.a_gf[link.joint_id] if link.joint_id > 0 else pin.Motion.Zero()
-        inertia = pin.Inertia(link.mass, link.com_in_joint, link.inertia_in_joint_axes)
-        add(link.frame_id, inertia * change)
+        add(link.frame_id, link.spatial_inertia() * change)
     for frame in frames:
         if frame.type == pin.FrameType.JOINT and frame.parentJoint > 0:
             through = data.liMi[frame.parentJoint].act(data.f[frame.parentJoint])

@@ -39,6 +39,18 @@ class Link:
     com_in_joint: np.ndarray
     inertia_in_joint_axes: np.ndarray
 
+    def spatial_inertia(self, factor: float = 1.0) -> pin.Inertia:
+        """Its inertia in the frame of the joint, mass and moments ``factor`` times as large.
+
+        Turned into other axes, the moments of a thin or point-like link can have an eigenvalue
+        of -1e-22, which Pinocchio's constructor refuses and its attributes take.
+        """
+        inertia = pin.Inertia.Zero()
+        inertia.mass = factor * self.mass
+        inertia.lever = self.com_in_joint
+        inertia.inertia = factor * self.inertia_in_joint_axes
+        return inertia
+
 
 def links_of(model: pin.Model, parts: Sequence[RobotPart]) -> tuple[Link, ...]:
     """All links of a model, in the order of its frames."""

@@ -106,6 +106,17 @@ def test_they_balance_under_constraints():
     assert unbalance(impact, impact.scene.robot.parts[0].urdf, "freeflyer") < 1e-12
 
 
+@pytest.mark.parametrize("name", ["icub", "icub_reduced"])
+def test_moments_of_inertia_may_round_below_zero(name):
+    robot = ik.Robot.from_example(name, root="freeflyer")
+    q, v = random_state(robot, 0)
+    blow = random_blow(robot.links[-1].name, 0)
+    impact = ik.solve(ik.Scene(robot, [blow]), q, v)
+    assert min(np.linalg.eigvalsh(one.inertia_in_joint_axes)[0] for one in robot.links) < 0.0
+    assert ik.check(impact).agrees
+    assert "reactions" in impact.to_dict()
+
+
 def test_links_behind_fixed_joints_bear_their_own_momentum():
     """A mast with a lamp on top: the weld gives the lamp its momentum and no more."""
     urdf = """<robot name="mast">
