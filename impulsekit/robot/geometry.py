@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, UnknownNameError, UrdfError
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
     from .source import RobotPart
 
 __all__ = ["geometry_ids", "geometry_of"]
+
+# A mesh thinner than this times its length is flat. Meshes are read in single precision, whose
+# rounding is 6e-8 of the length.
+FLAT = 1e-6
 
 
 def geometry_of(robot: Robot, kind: pin.GeometryType) -> pin.GeometryModel:
@@ -43,6 +48,7 @@ def geometry_of(robot: Robot, kind: pin.GeometryType) -> pin.GeometryModel:
         except (RuntimeError, ValueError) as error:
             raise _unreadable(str(error), shapes, part.label) from None
         for item in geometry.geometryObjects:
+            _check_finite(item, part.label)
             _attach(robot, part.prefix, alone, item)
             whole.addGeometryObject(item)
     return whole
@@ -63,6 +69,50 @@ def _unreadable(told: str, shapes: Mapping[str, Sequence[str]], source: str) -> 
                     element="mesh",
                 )
     return UrdfError(f"{source}: its geometry cannot be built", source=source, element="mesh")
+
+
+def _check_finite(item: pin.GeometryObject, source: str) -> None:
+    """Prove that a mesh has no NaN and no infinity in its corners.
+
+    Raises:
+        UrdfError: it has.
+    """
+    corners = _corners(item)
+    if corners is None or np.isfinite(corners).all():
+        return
+    raise UrdfError(
+        f'{source}: "{item.meshPath}" cannot be read as a mesh: a corner is NaN or infinite',
+        source=source,
+        element="mesh",
+    )
+
+
+def _corners(item: pin.GeometryObject) -> np.ndarray | None:
+    """(k, 3) the corners of a mesh; None of any other shape."""
+    vertices = getattr(item.geometry, "vertices", None)
+    if vertices is None or not item.meshPath:
+        return None
+    return np.asarray(vertices() if callable(vertices) else vertices)
+
+
+def _check_solid(item: pin.GeometryObject, where: str) -> None:
+    """Prove that a mesh encloses a volume: coal's convex hull of a flat one ends the process.
+
+    Raises:
+        InputError: it does not.
+    """
+    corners = _corners(item)
+    if corners is None:
+        return
+    centred = corners - corners.mean(axis=0)
+    _, _, axes = np.linalg.svd(centred.T @ centred)
+    extents = np.ptp(centred @ axes.T, axis=0)
+    if extents[2] <= FLAT * extents[0]:
+        begin = f"{where}: " if where else ""
+        raise InputError(
+            f'{begin}the mesh "{item.meshPath}" is flat, {extents[0]:.3g} m long and '
+            f"{extents[2]:.3g} m thick; a body that collides needs a volume"
+        )
 
 
 def mesh_folders(part: RobotPart) -> list[str]:
@@ -95,11 +145,12 @@ def geometry_ids(robot: Robot, name: str, where: str = "") -> tuple[tuple[int, .
 
     Raises:
         UnknownNameError: neither a link nor a geometry object.
-        InputError: a link without collision geometry.
+        InputError: a link without collision geometry, or a mesh without a volume.
     """
     objects = robot.collision_model.geometryObjects
     for index, item in enumerate(objects):
         if item.name == name:
+            _check_solid(item, where)
             return (index,), item.parentJoint
     if name not in robot.frame_names:
         known = (*(link.name for link in robot.links), *(item.name for item in objects))
@@ -108,4 +159,6 @@ def geometry_ids(robot: Robot, name: str, where: str = "") -> tuple[tuple[int, .
     ids = tuple(i for i, item in enumerate(objects) if item.parentFrame == frame_id)
     if not ids:
         raise InputError(f'{where}: link "{name}" has no collision geometry')
+    for i in ids:
+        _check_solid(objects[i], where)
     return ids, robot.model.frames[frame_id].parentJoint

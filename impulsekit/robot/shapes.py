@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import quoteattr
 
@@ -124,7 +124,8 @@ def mesh_path(filename: str, folders: Sequence[str], source: str, element: str) 
     likewise; an absolute one has to lie in one of them.
 
     Raises:
-        UrdfError: there is no such file, or it lies outside.
+        UrdfError: there is no such file, or it lies outside, as does what a symbolic link out of
+            the folders leads to.
     """
     if not filename:
         raise fault(source, element, 'its <mesh> has no filename="..."')
@@ -137,15 +138,24 @@ def mesh_path(filename: str, folders: Sequence[str], source: str, element: str) 
     rest = filename.removeprefix("package://").removeprefix("file://")
     if filename.startswith("package://"):
         rest = rest.lstrip("/")
-    outside = False
+    outside, led = False, ""
+    real_folders = [os.path.realpath(folder) for folder in folders]
     for folder in folders:
         path = os.path.normpath(os.path.join(folder, rest))
-        if not any(path.startswith(os.path.join(os.path.normpath(f), "")) for f in folders):
+        if not _lies_in(path, map(os.path.normpath, folders)):
             outside = True
         elif os.path.isfile(path):
-            return path
+            real = os.path.realpath(path)
+            if _lies_in(real, real_folders):
+                return path
+            led = led or real
     tried = ", ".join(folders) or "none"
-    if outside:
+    if led:
+        reason = (
+            f'is a link to "{shown(led, 200)}", outside the named folders ({tried}); '
+            "name the folder it leads to in package_dirs"
+        )
+    elif outside:
         reason = f"lies outside the named folders ({tried}); name its folder in package_dirs"
     else:
         reason = f"was not found (folders tried: {tried}); name its folder in package_dirs"
@@ -154,3 +164,7 @@ def mesh_path(filename: str, folders: Sequence[str], source: str, element: str) 
         source=source,
         element="mesh",
     )
+
+
+def _lies_in(path: str, folders: Iterable[str]) -> bool:
+    return any(path.startswith(os.path.join(folder, "")) for folder in folders)

@@ -1,0 +1,95 @@
+"""Meshes: read from named folders only, with finite corners, and solid where they collide."""
+
+from __future__ import annotations
+
+import os
+import struct
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+from impulsekit import errors
+
+CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+BODY = """<robot name="r"><link name="a"><inertial><mass value="1"/>
+<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+<collision><geometry><mesh filename="{}"/></geometry></collision></link></robot>"""
+
+
+def write_stl(path, corners=CORNERS, faces=FACES):
+    with open(path, "wb") as file:
+        file.write(b"\0" * 80 + struct.pack("<I", len(faces)))
+        for face in faces:
+            points = [0, 0, 1, *np.ravel([corners[i] for i in face])]
+            file.write(struct.pack("<12fH", *points, 0))
+
+
+@pytest.fixture
+def body(tmp_path):
+    def make(mesh="m.stl", **options):
+        (tmp_path / "r.urdf").write_text(BODY.format(mesh))
+        return ik.Robot.from_urdf(tmp_path / "r.urdf", root="freeflyer", **options)
+
+    return make
+
+
+def meet_the_floor(robot):
+    world = ik.combine(body=robot, floor=ik.Robot.from_urdf("models/floor.urdf"))
+    fall = world.velocity({"body/root_joint": [0, 0, -1, 0, 0, 0]})
+    scene = ik.Scene(world, contacts=[ik.Collision("body/a", "floor/floor")])
+    return ik.solve(scene, world.neutral(), fall)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize("how_many", [1, 4])
+def test_a_corner_that_is_no_number_is_told(body, tmp_path, value, how_many):
+    corners = np.array(CORNERS, dtype=float)
+    corners[4 - how_many :, 2] = value
+    write_stl(tmp_path / "m.stl", corners)
+    with pytest.raises(errors.UrdfError, match="mesh"):
+        meet_the_floor(body())
+
+
+@pytest.mark.parametrize("thickness", [0.0, 1e-9])
+def test_a_flat_mesh_cannot_collide(body, tmp_path, thickness):
+    corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, thickness)]
+    write_stl(tmp_path / "m.stl", corners)
+    robot = body()
+    assert robot.collision_model.ngeoms == 1
+    with pytest.raises(errors.InputError, match="flat"):
+        meet_the_floor(robot)
+
+
+def test_a_thin_mesh_can(body, tmp_path):
+    write_stl(tmp_path / "m.stl", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1e-5)])
+    assert meet_the_floor(body()).is_valid()
+
+
+def test_a_link_does_not_lead_out_of_the_named_folders(body, tmp_path):
+    for folder in ("elsewhere", "meshes"):
+        (tmp_path / folder).mkdir()
+    write_stl(tmp_path / "elsewhere" / "m.stl")
+    os.symlink(tmp_path / "elsewhere" / "m.stl", tmp_path / "meshes" / "m.stl")
+    os.symlink(tmp_path / "elsewhere", tmp_path / "meshes" / "more")
+    (tmp_path / "robot").mkdir()
+    (tmp_path / "robot" / "r.urdf").write_text(BODY.format("m.stl"))
+    folders = [tmp_path / "meshes"]
+    for mesh in ("m.stl", "more/m.stl", "package://more/m.stl"):
+        (tmp_path / "robot" / "r.urdf").write_text(BODY.format(mesh))
+        robot = ik.Robot.from_urdf(tmp_path / "robot" / "r.urdf", package_dirs=folders)
+        with pytest.raises(errors.UrdfError, match="elsewhere"):
+            _ = robot.collision_model
+        both = [*folders, tmp_path / "elsewhere"]
+        robot = ik.Robot.from_urdf(tmp_path / "robot" / "r.urdf", package_dirs=both)
+        assert robot.collision_model.ngeoms == 1
+
+
+def test_a_link_within_the_folders_is_followed(body, tmp_path):
+    write_stl(tmp_path / "real.stl")
+    os.symlink("real.stl", tmp_path / "m.stl")
+    os.symlink(tmp_path, tmp_path.parent / f"{tmp_path.name}_link")
+    assert body().collision_model.ngeoms == 1
+    by_link = tmp_path.parent / f"{tmp_path.name}_link" / "r.urdf"
+    assert ik.Robot.from_urdf(by_link).collision_model.ngeoms == 1
