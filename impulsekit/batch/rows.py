@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..impact.touching import contact_axes
+from ..geometry.axes import contact_axes
 from ..robot import Robot
 from ..scene import (
     Collision,

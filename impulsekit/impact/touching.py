@@ -6,7 +6,6 @@ v_against), with R = [t₁ t₂ n] in the world.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Container
 from typing import NamedTuple
 
@@ -14,12 +13,13 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import getFrameJacobian
 
+from ..geometry.axes import contact_axes
 from ..robot import Robot
 from ..scene import Collision, Contact, JointStop, Scene
 from .points import PointOnFrame
 from .reach import ReachedModel
 
-__all__ = ["ContactRows", "PointOnWorldPlane", "Touch", "contact_axes"]
+__all__ = ["ContactRows", "PointOnWorldPlane", "Touch"]
 
 # A joint this near its limit, relative to the limit's size, is at its stop.
 AT_STOP = 1e-9
@@ -46,30 +46,6 @@ class Touch(NamedTuple):
     jacobian: np.ndarray
     position: np.ndarray | None = None
     gap: float | None = None
-
-
-def contact_axes(normal: np.ndarray) -> np.ndarray:
-    """(3, 3) columns t₁, t₂, n: a right-handed triad on a unit normal.
-
-    t₁ is the world axis that is most across the normal, made perpendicular to it.
-    """
-    # In plain floats: an array operation costs more than these sums.
-    x, y, z = n = normal.tolist()
-    sizes = [abs(x), abs(y), abs(z)]
-    least = sizes.index(min(sizes))
-    along = n[least]
-    a, b, c = -x * along, -y * along, -z * along
-    if least == 0:
-        a += 1.0
-    elif least == 1:
-        b += 1.0
-    else:
-        c += 1.0
-    length = math.sqrt(a * a + b * b + c * c)
-    a, b, c = a / length, b / length, c / length
-    return np.array(
-        ((a, y * c - z * b, x), (b, z * a - x * c, y), (c, x * b - y * a, z)),
-    )
 
 
 class ContactRows:
@@ -225,8 +201,8 @@ class _Colliding(_Pair):
     """Two bodies whose geometry meets somewhere."""
 
     def __init__(self, robot: Robot, reached: ReachedModel, entry: Collision, index: int) -> None:
+        from ..geometry.collision import solid_of
         from ..robot.geometry import geometry_ids
-        from .collision import solid_of
 
         objects = robot.collision_model.geometryObjects
         pieces = [geometry_ids(robot, name)[0] for name in (entry.first, entry.other)]
@@ -238,7 +214,7 @@ class _Colliding(_Pair):
         ]
 
     def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
-        from .collision import meeting_points
+        from ..geometry.collision import meeting_points
 
         first, other = (
             [(solid, data.oMi[joint_id] * placement) for solid, placement in pieces]

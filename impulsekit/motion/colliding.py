@@ -7,15 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 import pinocchio as pin
 
-from ..impact.collision import MeetingPoint, Solids, meeting_points, smallest_gap, solid_of
-from ..impact.polyhedron import Polyhedron, can_be_separated
+from ..geometry.axes import contact_axes, cross
+from ..geometry.collision import MeetingPoint, Solids, meeting_points, smallest_gap, solid_of
+from ..geometry.held_points import HeldPoint, held_point
+from ..geometry.polyhedron import Polyhedron, can_be_separated
 from ..impact.reach import ReachedModel
-from ..impact.touching import contact_axes
 from ..robot import Robot
 from ..robot.geometry import geometry_ids
 from ..scene import Collision
-from .held_points import HeldPoint, held_point
-from .points import cross
 from .wandering import bias_by_differences, rows_at
 
 __all__ = ["CollidingGap"]

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
+from ..geometry.axes import contact_axes, cross
 from ..impact.reach import ReachedModel
-from ..impact.touching import contact_axes
 from ..robot import Robot
 from ..scene import Collision, Contact, JointStop, Scene
-from .points import Pair, cross
+from .points import Pair
 
 if TYPE_CHECKING:
     from .resting import RestingContact

@@ -11,11 +11,12 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
+from ..geometry.axes import cross
 from ..impact.points import PointOnFrame
 from ..impact.reach import ReachedModel
 from ..robot import Robot
 
-__all__ = ["Pair", "cross"]
+__all__ = ["Pair"]
 
 _ALIGNED = pin.LOCAL_WORLD_ALIGNED
 _ZERO = np.zeros(3)
@@ -111,10 +112,3 @@ class Pair:
             spin_rate = spin_rate - cross(turning, spin)
         turn = self.rotation(first, other).T
         return np.concatenate([turn.dot(rate), turn.dot(spin_rate)])
-
-
-def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(3,) a × b; numpy's own is slow for one pair."""
-    a0, a1, a2 = a.tolist()
-    b0, b1, b2 = b.tolist()
-    return np.array((a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0))

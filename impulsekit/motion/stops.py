@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..impact.features import BESIDE
+from ..geometry.features import BESIDE
 from .gaps import Gaps
 from .resting import Resting
 from .roots import PIECES, States, falling_root

@@ -2,7 +2,7 @@
 
 A shape is a core and a radius around it: of a ball a point, of a capsule a segment, of a box
 or a cylinder the whole. The normal goes from the nearest point of the core to the centre of
-the ball; the point of contact lies halfway between the surfaces, as in ``impact.collision``.
+the ball; the point of contact lies halfway between the surfaces, as in ``geometry.collision``.
 Handed over by its address, like the laws, it is compiled only for scenes that need it.
 """
 
@@ -104,7 +104,7 @@ def _core(kind, floats, f, x, y, z):
 
 @built_in
 def _write_axes(work, at, w, n1, n2, n3):
-    """t₁, t₂, n as ``impact.touching.contact_axes`` has them."""
+    """t₁, t₂, n as ``geometry.axes.contact_axes`` has them."""
     a, b, c = abs(n1), abs(n2), abs(n3)
     e1, e2, e3 = 0.0, 0.0, 1.0
     if a <= b and a <= c:

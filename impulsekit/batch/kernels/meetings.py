@@ -36,7 +36,7 @@ def place_meetings(ints, floats, ways, work, meeting_at, witness):
             continue
         x, y, z = floats[f + 3], floats[f + 4], floats[f + 5]
         n = turned(work, (ints[i + 1] * BODY + ROTATION) * w, w, x, y, z, witness)
-        # As ``impact.touching.contact_axes``: the world axis most across it comes first.
+        # As ``geometry.axes.contact_axes``: the world axis most across it comes first.
         a, b, c = absolute(n[0]), absolute(n[1]), absolute(n[2])
         one = zero + 1.0
         e0 = where_less(b, a, zero, where_less(c, a, zero, one))

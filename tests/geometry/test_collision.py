@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.impact.collision import meeting_points, smallest_gap, solid_of
+from impulsekit.geometry.collision import meeting_points, smallest_gap, solid_of
 
 BOX, SLAB = coal.Box(1, 1, 1), coal.Box(4, 4, 1)
 SPHERE, CAN, PILL = coal.Sphere(0.5), coal.Cylinder(0.5, 1), coal.Capsule(0.5, 1)

@@ -5,7 +5,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from impulsekit.impact.collision import meeting_points, solid_of
+from impulsekit.geometry.collision import meeting_points, solid_of
 
 PILL, THIN = coal.Capsule(0.5, 1.0), coal.Capsule(0.2, 3.0)
 

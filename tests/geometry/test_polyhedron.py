@@ -5,7 +5,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from impulsekit.impact.polyhedron import can_be_separated, polyhedron_of, separation
+from impulsekit.geometry.polyhedron import can_be_separated, polyhedron_of, separation
 
 BOX = coal.Box(0.3, 0.2, 0.1)
 

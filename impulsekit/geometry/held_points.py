@@ -21,10 +21,9 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from ..impact.features import CornerOnFace, EdgesCross, beside
-from ..impact.polyhedron import Polyhedron
-from ..impact.touching import contact_axes
-from .points import cross
+from .axes import contact_axes, cross
+from .features import CornerOnFace, EdgesCross, beside
+from .polyhedron import Polyhedron
 
 __all__ = ["HeldCorner", "HeldCrossing", "HeldPoint", "held_point"]
 

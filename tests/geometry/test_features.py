@@ -4,8 +4,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from impulsekit.impact.features import CornerOnFace, EdgesCross, beside, touching_features
-from impulsekit.impact.polyhedron import polyhedron_of, separation
+from impulsekit.geometry.features import CornerOnFace, EdgesCross, beside, touching_features
+from impulsekit.geometry.polyhedron import polyhedron_of, separation
 
 from .test_polyhedron import BOX, placed
 
