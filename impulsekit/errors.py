@@ -17,16 +17,20 @@
     ├── FileError (OSError)              .path: a file that cannot be read or written
     └── MissingExtraError (ImportError)  .package .extra: an optional library is absent
 
+    AssumptionWarning (UserWarning)      .source .assumptions: a file that leaves things open
+
 The message says what, where and what would be right; the same facts are
 attributes, for programs.
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 __all__ = [
+    "AssumptionWarning",
     "ContradictionError",
     "FileError",
     "ImpulsekitError",
@@ -45,6 +49,7 @@ __all__ = [
     "nearest_names",
     "quoted",
     "shown",
+    "warn_of_assumptions",
 ]
 
 
@@ -211,6 +216,26 @@ class MissingExtraError(ImpulsekitError, ImportError):
             package=package,
             extra=extra,
         )
+
+
+class AssumptionWarning(UserWarning):
+    """A file leaves something open; the sentence says what was assumed.
+
+    Attributes: source (the file), assumptions (one sentence each).
+    """
+
+    def __init__(self, source: str, assumptions: Sequence[str]) -> None:
+        self.source, self.assumptions = source, tuple(assumptions)
+        super().__init__(_escaped(f"{source}: assumed: " + "; ".join(assumptions)))
+
+
+def warn_of_assumptions(source: str, assumptions: Sequence[str], *, above: int = 2) -> None:
+    """One ``AssumptionWarning`` for a file, if anything was assumed.
+
+    ``above`` is how many frames stand between this call and the user's line.
+    """
+    if assumptions:
+        warnings.warn(AssumptionWarning(source, assumptions), stacklevel=1 + above)
 
 
 def shown(value: object, most: int = 60) -> str:

@@ -72,10 +72,6 @@ class _Builder:
         kind = {"fixed": "fixed", "planar": "planar", "freeflyer": "floating"}[root]
         name = ROOT_JOINT
         if name in self.model.joints:
-            if kind != "fixed":
-                raise self._error(
-                    name, "this name is kept for the joint between the world and the root link"
-                )
             name = f"world_{ROOT_JOINT}"
         self._add(UrdfJoint(name, kind, "", self.model.root), WORLD)
         bodies = [replace(body, joint=self._following(body.joint)) for body in self.bodies]

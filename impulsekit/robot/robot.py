@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError, UnknownNameError, UrdfError, a_thing
+from ..errors import InputError, UnknownNameError, UrdfError, a_thing, warn_of_assumptions
 from .source import RobotPart
 
 if TYPE_CHECKING:
@@ -73,6 +73,9 @@ class Robot:
                 only when geometry is. Meshes are read from these, the URDF's own folder and
                 ROS_PACKAGE_PATH, and from nowhere else.
 
+        Files as exporters write them are taken where their meaning is clear: an
+        ``AssumptionWarning`` lists what was assumed, and so does ``assumptions``.
+
         Raises:
             UrdfError: it names the file, the element and the fault.
 
@@ -85,14 +88,22 @@ class Robot:
 
         urdf = read_urdf(path_or_xml, mimic=mimic)
         joint, root_name = _root_joint(root)
+        assumptions, own_root = list(urdf.assumptions), "root_joint"
+        if joint is not None and any(own_root == each.name for each in urdf.joints):
+            own_root = "world_root_joint"
+            assumptions.append(
+                f'the robot has a joint "root_joint", so the root\'s joint is called "{own_root}"'
+            )
         part = RobotPart(
             urdf.text,
             None if urdf.path is None else os.path.abspath(urdf.path),
             root_name,
             mimic,
             package_dirs=tuple(os.path.abspath(os.fspath(folder)) for folder in package_dirs),
+            assumptions=tuple(assumptions),
         )
-        arguments = (urdf.plain,) if joint is None else (urdf.plain, joint)
+        warn_of_assumptions(part.label, assumptions)
+        arguments = (urdf.plain,) if joint is None else (urdf.plain, joint, own_root)
         try:
             model = pin.buildModelFromXML(*arguments, mimic=mimic)
         except (RuntimeError, ValueError) as error:
@@ -133,6 +144,11 @@ class Robot:
             raise InputError(f"from_model takes a pin.Model, not {a_thing(model)}")
         root = model.joints[1].shortname() if model.njoints > 1 else "fixed"
         return cls(pin.Model(model), (RobotPart(None, root=root),), model.name or "robot")
+
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        """What was assumed where the robot's file leaves something open, one sentence each."""
+        return tuple(sentence for part in self.parts for sentence in part.assumptions)
 
     @property
     def nq(self) -> int:

@@ -20,6 +20,7 @@ class RobotPart:
         prefix: what stands before every name, such as "arm/"; "" for a robot alone.
         placement: the 4×4 placement of the root in the world, row by row; None at the origin.
         package_dirs: folders in which "package://" is looked up.
+        assumptions: what was assumed where the file leaves something open.
     """
 
     urdf: str | None
@@ -29,6 +30,7 @@ class RobotPart:
     prefix: str = ""
     placement: tuple[tuple[float, ...], ...] | None = None
     package_dirs: tuple[str, ...] = ()
+    assumptions: tuple[str, ...] = ()
 
     @property
     def label(self) -> str:

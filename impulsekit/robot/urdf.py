@@ -15,7 +15,9 @@ from ..errors import UrdfError, a_thing, shown
 from ..files import reason_of, refuse_device
 from .urdf_elements import LinkInertial, UrdfJoint, read_joints, read_links
 from .urdf_numbers import checked_name
+from .urdf_repairs import repair_text, repair_tree, uses_xacro
 from .urdf_tree import check_tree
+from .xacro_files import expanded
 
 if TYPE_CHECKING:
     from xml.etree import ElementTree
@@ -24,6 +26,11 @@ __all__ = ["LinkInertial", "UrdfText", "read_urdf"]
 
 # Elements within elements: a URDF has five levels.
 DEEPEST_ELEMENT = 200
+# The readers of other formats, by outermost element.
+_READERS = {
+    "mujoco": "; this is MJCF: Robot.from_mjcf reads it",
+    "sdf": "; this is SDF: Robot.from_sdf reads it",
+}
 
 
 @dataclass(frozen=True)
@@ -37,6 +44,7 @@ class UrdfText:
         inertials: mass and mass centre of every link.
         joints: the joints, in the order of the file.
         root: the parsed <robot>.
+        assumptions: what was assumed where the file leaves something open, one sentence each.
     """
 
     text: str
@@ -45,6 +53,7 @@ class UrdfText:
     inertials: dict[str, LinkInertial]
     joints: tuple[UrdfJoint, ...]
     root: ElementTree.Element
+    assumptions: tuple[str, ...] = ()
 
     @property
     def plain(self) -> str:
@@ -57,6 +66,10 @@ class UrdfText:
 def read_urdf(path_or_xml: str | os.PathLike[str], *, mimic: bool = False) -> UrdfText:
     """Read a URDF from a file, or take it as XML text if it starts with "<", and check it.
 
+    Files as exporters write them are repaired where the meaning is clear; ``assumptions``
+    lists the repairs, and ``text`` is then the repaired URDF. xacro files are expanded if
+    the package xacro is installed.
+
     ``mimic`` tells whether mimic joints will follow their leaders, which must then exist.
 
     Raises:
@@ -64,12 +77,23 @@ def read_urdf(path_or_xml: str | os.PathLike[str], *, mimic: bool = False) -> Ur
     """
     text, path = _text_of(path_or_xml)
     source = path or "URDF text"
+    assumed: list[str] = []
+    if uses_xacro(text):
+        text = expanded(text, path)
+        assumed.append("the macros of xacro are expanded")
+    text, repairs = repair_text(text)
     robot = _parse(text, source)
+    assumed += repairs + repair_tree(robot, mimic=mimic)
+    _check_outermost(robot, source)
     name = checked_name(robot.get("name") or "robot", source, "<robot>")
     inertials = read_links(robot, source)
     joints = read_joints(robot, source, inertials, mimic=mimic)
     check_tree(joints, inertials, source)
-    return UrdfText(text, path, name, inertials, joints, robot)
+    if assumed:
+        from xml.etree import ElementTree
+
+        text = ElementTree.tostring(robot, encoding="unicode")
+    return UrdfText(text, path, name, inertials, joints, robot, tuple(assumed))
 
 
 def _text_of(path_or_xml: str | os.PathLike[str]) -> tuple[str, str | None]:
@@ -119,13 +143,17 @@ def _parse(text: str, source: str) -> ElementTree.Element:
     except (ElementTree.ParseError, ValueError) as error:
         sentence = f"{source}: not well-formed XML: {_in_words(str(error))}"
         raise UrdfError(sentence, source=source, element="") from None
+    return robot
+
+
+def _check_outermost(robot: ElementTree.Element, source: str) -> None:
     if robot.tag != "robot":
+        reader = _READERS.get(robot.tag, "")
         raise UrdfError(
-            f"{source}: the outermost element is <{shown(robot.tag)}>, a URDF has <robot>",
+            f"{source}: the outermost element is <{shown(robot.tag)}>, a URDF has <robot>{reader}",
             source=source,
             element=f"<{shown(robot.tag)}>",
         )
-    return robot
 
 
 def _in_words(reason: str) -> str:

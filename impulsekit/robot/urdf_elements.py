@@ -20,10 +20,9 @@ Triple = tuple[float, float, float]
 
 JOINT_TYPES = ("continuous", "fixed", "floating", "planar", "prismatic", "revolute")
 MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-_WITH_LIMIT = ("revolute", "prismatic")
 _WITH_AXIS = ("revolute", "continuous", "prismatic", "planar")
-# Pinocchio's name of the world, and of the joint between it and the robot.
-_RESERVED = {"link": ("universe",), "joint": ("universe", "root_joint")}
+# Pinocchio's name of the world.
+_RESERVED = "universe"
 
 
 @dataclass(frozen=True)
@@ -128,9 +127,8 @@ def _named(robot: Element, tag: str, source: str) -> Iterator[tuple[str, Element
             raise fault(source, f"<{tag}> number {place}", 'it has no name="..."')
         called = f'{tag} "{shown(name)}"'
         checked_name(name, source, called)
-        if name in _RESERVED[tag]:
-            what = "the joint between world and robot" if name == "root_joint" else "the world"
-            raise fault(source, called, f"this name stands for {what}; rename it")
+        if name == _RESERVED:
+            raise fault(source, called, "this name stands for the world; rename it")
         if counts[name] > 1:
             raise fault(
                 source, called, f"{counts[name]} {tag}s have this name, each needs one of its own"
@@ -186,7 +184,7 @@ def _joint(
         xyz,
         rpy,
         _axis(joint, kind, element, source),
-        _limit(joint, kind, element, source),
+        _limit(joint, element, source),
         _dynamics(joint, element, source),
         _mimic(joint, element, source) if mimic else None,
     )
@@ -215,21 +213,12 @@ def _axis(joint: Element, kind: str, element: str, source: str) -> Triple | None
     return xyz
 
 
-def _limit(joint: Element, kind: str, element: str, source: str) -> JointLimit | None:
+def _limit(joint: Element, element: str, source: str) -> JointLimit | None:
     limit = joint.find("limit")
     if limit is None:
-        if kind in _WITH_LIMIT:
-            turning = '; one without end is of type "continuous"' if kind == "revolute" else ""
-            raise fault(source, element, f"a {kind} joint needs a <limit>{turning}")
         return None
-    lower, upper = (_bound(limit, key, element, source) for key in ("lower", "upper"))
-    if kind in _WITH_LIMIT and lower > upper:
-        raise fault(
-            source, element, f"its lower limit {lower:g} is above its upper limit {upper:g}"
-        )
-    effort, velocity = (
-        number(limit.get(key), source, element, f"<limit {key}>", 0.0)
-        for key in ("effort", "velocity")
+    lower, upper, effort, velocity = (
+        _bound(limit, key, element, source) for key in ("lower", "upper", "effort", "velocity")
     )
     return JointLimit(lower, upper, effort, velocity)
 
@@ -237,7 +226,7 @@ def _limit(joint: Element, kind: str, element: str, source: str) -> JointLimit |
 def _bound(limit: Element, key: str, element: str, source: str) -> float:
     text = limit.get(key, "0")
     try:
-        # Files write the largest double, too, for a joint without end.
+        # The largest double stands for "no limit".
         if LARGEST < abs(float(text)) < math.inf:
             return float(text)
     except ValueError:

@@ -55,8 +55,7 @@ def numbers(text: str | None, count: int, source: str, element: str, what: str) 
     if count > 1:
         wanted = f"are {count} {kind.replace('number', 'numbers')} with spaces between"
     given = "missing" if text is None else f'"{shown(text)}"'
-    macro = "; expand its macros by xacro first" if "${" in (text or "") else ""
-    raise fault(source, element, f"its {what} is {given}, wanted {wanted}{macro}")
+    raise fault(source, element, f"its {what} is {given}, wanted {wanted}")
 
 
 def number(text: str | None, source: str, element: str, what: str, least: float = -math.inf):

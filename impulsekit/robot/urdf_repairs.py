@@ -1,0 +1,222 @@
+"""Repairs of URDF files as exporters write them, where the meaning is clear.
+
+Each repair changes the parsed XML and returns a sentence that says what was assumed.
+What is not clear stays as it is, and the strict check that follows names it.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+__all__ = ["repair_text", "repair_tree", "uses_xacro"]
+
+# The number that exporters write for "no limit"; urdfdom takes no infinity.
+UNLIMITED = repr(1.7976931348623157e308)
+# Joints whose <limit> URDF requires.
+_LIMITED = ("revolute", "prismatic")
+_PRODUCTS = ("ixy", "ixz", "iyz")
+# How many names one sentence lists.
+_LISTED = 3
+
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+_COMMENTS_FIRST = re.compile(r"^(?:\s*<!--.*?-->)+\s*(?=<\?xml)", re.DOTALL)
+_PREFIX_OF_NAME = re.compile(r"</?([A-Za-z_][\w.-]*):|\s([A-Za-z_][\w.-]*):[\w.-]+\s*=")
+_DECLARED = re.compile(r"xmlns:([A-Za-z_][\w.-]*)\s*=")
+_STRINGS_AND_COMMENTS = re.compile(r"<!--.*?-->|\"[^\"]*\"|'[^']*'", re.DOTALL)
+
+
+def uses_xacro(text: str) -> bool:
+    """Whether the text holds macros or substitutions of xacro.
+
+    A file that only declares the namespace, as expanded ones still do, holds none.
+    """
+    if "xacro" not in text and "$" not in text:
+        return False
+    bare = _COMMENT.sub("", text)
+    spaces = re.findall(r"xmlns:(\w+)\s*=\s*[\"'][^\"']*xacro[^\"']*[\"']", bare)
+    if any(f"<{prefix}:" in bare for prefix in {*spaces, "xacro"}):
+        return True
+    return "${" in bare or "$(" in bare
+
+
+def repair_text(text: str) -> tuple[str, list[str]]:
+    """The text as XML that a parser takes, and a sentence for each repair.
+
+    Repairs: NUL characters at the end, comments before the XML declaration, prefixes that
+    no xmlns declares.
+    """
+    told = []
+    if text.endswith("\0"):
+        text = text.rstrip("\0 \t\r\n")
+        told.append("NUL characters after </robot> are ignored")
+    if found := _COMMENTS_FIRST.match(text):
+        text = text[found.end() :]
+        told.append("a comment before <?xml is ignored")
+    bare = _STRINGS_AND_COMMENTS.sub('""', text)
+    used = {a or b for a, b in _PREFIX_OF_NAME.findall(bare)} - {"xml", "xmlns"}
+    if unknown := sorted(used - set(_DECLARED.findall(bare))):
+        declared = "".join(f' xmlns:{prefix}="urn:undeclared:{prefix}"' for prefix in unknown)
+        text = re.sub(r"<robot\b", "<robot" + declared, text, count=1)
+        told.append(f"the prefix {_listed(unknown)} without xmlns is declared")
+    return text, told
+
+
+def repair_tree(robot: Element, *, mimic: bool) -> list[str]:
+    """Repair a parsed <robot> in place; a sentence for each kind of repair.
+
+    Args:
+        robot: the outermost element.
+        mimic: whether <mimic> counts.
+    """
+    told = _without_namespace(robot)
+    links = {link.get("name") for link in robot.findall("link")}
+    told += _world_link(robot, links)
+    told += _products_of_inertia(robot)
+    told += _limits(robot)
+    if mimic:
+        told += _mimics(robot)
+    return told
+
+
+def _without_namespace(robot: Element) -> list[str]:
+    space = robot.tag.partition("}")[0] + "}" if robot.tag.startswith("{") else ""
+    if not space:
+        return []
+    for element in robot.iter():
+        if isinstance(element.tag, str) and element.tag.startswith(space):
+            element.tag = element.tag[len(space) :]
+    return [f'the namespace "{space[1:-1]}" is ignored']
+
+
+def _world_link(robot: Element, links: set[str | None]) -> list[str]:
+    """A link "world" that joints name as their parent, and that is the only one missing."""
+    from xml.etree.ElementTree import Element as NewElement
+
+    missing = {
+        end.get("link")
+        for joint in robot.findall("joint")
+        for end in (joint.find("parent"), joint.find("child"))
+        if end is not None and end.get("link") not in links
+    }
+    if missing != {"world"} or not links:
+        return []
+    robot.insert(0, NewElement("link", {"name": "world"}))
+    return ['link "world" is missing; it is taken as a link without mass']
+
+
+def _products_of_inertia(robot: Element) -> list[str]:
+    names = []
+    for link in robot.findall("link"):
+        inertia = link.find("inertial/inertia")
+        if inertia is None or not all(key in inertia.attrib for key in ("ixx", "iyy", "izz")):
+            continue
+        absent = [key for key in _PRODUCTS if key not in inertia.attrib]
+        for key in absent:
+            inertia.set(key, "0")
+        if absent:
+            names.append(link.get("name", ""))
+    if not names:
+        return []
+    return [f"products of inertia that are left out are 0 ({_listed(names)})"]
+
+
+def _limits(robot: Element) -> list[str]:
+    """Limits that bound nothing: absent, empty, or written as "none"."""
+    from xml.etree.ElementTree import SubElement
+
+    endless, unsaid = [], []
+    for joint in robot.findall("joint"):
+        if joint.get("type") not in _LIMITED:
+            continue
+        name, limit = joint.get("name", ""), joint.find("limit")
+        if limit is None:
+            limit = SubElement(joint, "limit", lower="1", upper="0")
+        lower, upper = (_number(limit.get(key, "0")) for key in ("lower", "upper"))
+        if lower is not None and upper is not None and lower > upper:
+            limit.set("lower", "-" + UNLIMITED)
+            limit.set("upper", UNLIMITED)
+            endless.append(name)
+        unbounded = False
+        for key in ("effort", "velocity"):
+            given = _number(limit.get(key)) if key in limit.attrib else -1.0
+            if given is not None and given < 0.0:
+                limit.set(key, UNLIMITED)
+                unbounded = True
+        if unbounded:
+            unsaid.append(name)
+    told = []
+    if endless:
+        told.append(
+            "without <limit>, or with a lower limit above the upper, a joint has no limit "
+            f"({_listed(endless)})"
+        )
+    if unsaid:
+        told.append(
+            f"effort or velocity limits left out or negative are unlimited ({_listed(unsaid)})"
+        )
+    return told
+
+
+def _mimics(robot: Element) -> list[str]:
+    """<mimic> on fixed joints goes; chains of followers are multiplied out to their leader."""
+    told, fixed, chained = [], [], []
+    followers: dict[str | None, Element] = {}
+    for joint in robot.findall("joint"):
+        mimic = joint.find("mimic")
+        if mimic is None:
+            continue
+        if joint.get("type") == "fixed":
+            joint.remove(mimic)
+            fixed.append(joint.get("name", ""))
+        else:
+            followers[joint.get("name")] = mimic
+    for name, mimic in followers.items():
+        if _is_circle(name, followers):
+            continue
+        while (leader := mimic.get("joint")) in followers:
+            own, above = _line(mimic), _line(followers[leader])
+            if own is None or above is None:
+                break
+            # y = m1 (m2 y'' + o2) + o1
+            mimic.set("joint", followers[leader].get("joint", ""))
+            mimic.set("multiplier", repr(own[0] * above[0]))
+            mimic.set("offset", repr(own[0] * above[1] + own[1]))
+            chained.append(str(name))
+    if fixed:
+        told.append(f"<mimic> on a fixed joint is ignored ({_listed(fixed)})")
+    if chained:
+        names = list(dict.fromkeys(chained))
+        told.append(f"a mimic joint that follows another follows its leader ({_listed(names)})")
+    return told
+
+
+def _is_circle(name: str | None, followers: dict[str | None, Element]) -> bool:
+    seen = set()
+    while name in followers and name not in seen:
+        seen.add(name)
+        name = followers[name].get("joint")
+    return name in seen
+
+
+def _line(mimic: Element) -> tuple[float, float] | None:
+    multiplier = _number(mimic.get("multiplier", "1"))
+    offset = _number(mimic.get("offset", "0"))
+    return None if multiplier is None or offset is None else (multiplier, offset)
+
+
+def _number(text: str | None) -> float | None:
+    """The number that stands there; None for what the strict check will name."""
+    try:
+        value = float(text or "")
+    except ValueError:
+        return None
+    return value if value == value else None
+
+
+def _listed(names: list[str]) -> str:
+    named = ", ".join(f'"{name}"' for name in names[:_LISTED])
+    return named if len(names) <= _LISTED else f"{named} and {len(names) - _LISTED} more"
