@@ -41,7 +41,17 @@ class Law:
 
             - "simultaneous": all at once.
             - "sequential": the fastest approach first, one at a time, until none
-              approaches; three equal balls with e = 1 pass the blow on.
+              approaches; three equal balls with e = 1 pass the blow on. Fastest is
+              what has the largest |u_n|/√W_nn, which is one unit for contacts and
+              joint stops. A series of ever weaker hits counts with its limit.
+
+            With one contact the two differ under Newton's restitution if something
+            else acts at the same instant. Simultaneous impulses act together: u_n⁻
+            is the velocity before all of them. In a sequence known impulses act
+            first, and every hit, also the only one, has as u_n⁻ what they left. A
+            ball at rest, e = 0.5, that a blow drives down at 2 m/s stays at rest
+            in the one and rises at 1 m/s in the other, as it does under Poisson's
+            restitution, which counts the impulse of the compression.
 
     Raises:
         RangeError: an unknown name.

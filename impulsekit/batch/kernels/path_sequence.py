@@ -10,7 +10,7 @@ from .layout import CONTACT_INTS
 from .path_law import strike_along
 from .problem import pose, problem_in, put_back, room
 from .progress import FRICTION, NORMAL, P1, P2, PROGRESS, P
-from .sequential import MOST_HITS, begin, book, fastest, sequel
+from .sequential import MOST_HITS, begin, book, next_hit, sequel
 from .turning import ORDER, SERIES
 
 __all__ = ["path_sequence_lanes"]
@@ -47,8 +47,8 @@ def _solved(count, law, digits, space, now, series):
     velocity, first = begin(count, space)
     code = _SOLVED
     works, spent = 0.0, 0.0
-    for _ in range(MOST_HITS):
-        i = fastest(velocity, count, first, digits)
+    for hits in range(MOST_HITS):
+        i = next_hit(hits, velocity, count, first, digits, space)
         if i < 0:
             return sequel(i, code, works, spent)
         k = 3 * i

@@ -6,6 +6,7 @@ which comes first, the state is left to the solver of single states.
 
 from __future__ import annotations
 
+from ...impact.laws import order
 from ..codes import AGAIN, RowStatus
 from .coulomb import GAIN
 from .hit import hit_at_end
@@ -14,17 +15,19 @@ from .layout import CONTACT_INTS
 from .problem import pose, problem_in, put_back, room
 from .words import NEWTON
 
-__all__ = ["MOST_HITS", "begin", "book", "fastest", "sequel", "sequential_lanes"]
+__all__ = ["MOST_HITS", "begin", "book", "next_hit", "sequel", "sequential_lanes"]
 
 # A chain that loses energy dies out well before; one that does not end never would.
 MOST_HITS = 10_000
-# Approaches this small against the first velocities are over.
-AT_REST = 1e-15
+# From here on ``solve`` looks for the limit of hits that shrink.
+LONG = 100
 # Approaches this even, against themselves and against the first velocities, may come in
 # either order. Below SLOW the order is of no matter.
 EVEN, EVEN_AT_FIRST, SLOW = 1e-12, 4e-15, 1e-14
-# A sequence that has gained this much is not followed.
-FASTER = 1e6
+# A sequence that has gained this much is not followed; one that has shrunk this much may have a
+# limit.
+FASTER, SHRUNK = 1e6, 0.5
+fastest, pace_of = built_in(order.fastest), built_in(order.pace_of)
 _SOLVED, _GAIN = int(RowStatus.SOLVED), int(RowStatus.ENERGY_GAIN)
 _TOO_LONG = int(RowStatus.SEQUENCE_TOO_LONG)
 
@@ -56,8 +59,8 @@ def _solved(count, restitution, digits, space):
     velocity, first = begin(count, space)
     code = _SOLVED
     works, spent = 0.0, 0.0
-    for _ in range(MOST_HITS):
-        i = fastest(velocity, count, first, digits)
+    for hits in range(MOST_HITS):
+        i = next_hit(hits, velocity, count, first, digits, space)
         if i < 0:
             return sequel(i, code, works, spent)
         if restitution != NEWTON and mus[i] > 0.0 and ets[i] != 0.0:
@@ -81,36 +84,43 @@ def _solved(count, restitution, digits, space):
 
 @built_in
 def begin(count, space):
-    """(3n,) the velocities, which hits change, and the size of the first normal ones."""
-    line = space[1]
+    """(3n,) the velocities, which hits change, and the pace of the fastest at first."""
+    W, line = space[0][0], space[1]
     free, P, velocity = line[1], line[9], line[20]
     first = 0.0
     for k in range(3 * count):
         P[k] = 0.0
         velocity[k] = free[k]
-        if k % 3 == 2:
-            first = max(first, abs(free[k]))
+        if k % 3 == 2 and W[k, k] > 0.0:
+            first = max(first, pace_of(free[k], W[k, k]))
     return velocity, first
 
 
 @built_in
-def fastest(velocity, count, first, digits):
-    """The contact that approaches fastest; -1 where none does, -2 where digits would decide."""
-    found = 0
-    for i in range(count):
-        if velocity[3 * i + 2] < velocity[3 * found + 2]:
-            found = i
-    speed = -velocity[3 * found + 2]
-    if speed <= AT_REST * first:
+def next_hit(hits, velocity, count, first, digits, space):
+    """The contact that is hit next; -1 where none approaches, -2 where ``solve`` is to say.
+
+    That is where digits would decide which comes first, and where hits shrink for so long that
+    they may have a limit.
+    """
+    W, line = space[0][0], space[1]
+    free, mus, P = line[1], line[2], line[9]
+    found = fastest(W.reshape(-1), W.shape[0], velocity, free, P, mus, count)
+    if found < 0:
         return -1
-    if not speed < FASTER * first:
+    if not W[3 * found + 2, 3 * found + 2] > 0.0:
         return -2
-    if speed > SLOW * first:
-        even = EVEN * speed + EVEN_AT_FIRST * first
+    pace = pace_of(velocity[3 * found + 2], W[3 * found + 2, 3 * found + 2])
+    if not pace < FASTER * first or (hits >= LONG and pace < SHRUNK * first):
+        return -2
+    if pace > SLOW * first:
+        even = EVEN * pace + EVEN_AT_FIRST * first
         if digits < 53:
-            even = 1e-4 * speed + 1e-6 * first
+            even = 1e-4 * pace + 1e-6 * first
         for i in range(count):
-            if i != found and -velocity[3 * i + 2] > speed - even:
+            n = 3 * i + 2
+            approaches = i != found and velocity[n] < 0.0 and W[n, n] > 0.0
+            if approaches and pace_of(velocity[n], W[n, n]) > pace - even:
                 return -2
     return found
 
@@ -130,7 +140,7 @@ def book(i, p1, p2, pn, count, space):
 
 @built_in
 def sequel(i, code, works, spent):
-    """The code of a sequence that is over, by what ``fastest`` said."""
+    """The code of a sequence that is over, by what ``next_hit`` said."""
     if i == -2:
         return AGAIN
     # One hit may gain what the others lose: the sum is what counts.

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...errors import InputError
 from ...scene import Law
 from ..laws import ContactProblem
 from ..laws.sequential import hits_of
@@ -21,6 +22,9 @@ from .linear import Touching
 from .modes import EDGE
 
 __all__ = ["HitFound", "Hits", "follow_hits"]
+
+# So many are differentiated one by one; longer series are known by their limit.
+MOST_HITS = 2000
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +114,9 @@ def follow_hits(
         multipliers: (m,) λ in all.
         impulses: by touching point, (3,) P in all.
         scale: the size of the velocities [m/s].
+
+    Raises:
+        InputError: there are too many hits to follow.
     """
     rows = np.concatenate([point.rows.matrix for point in touching])
     system = _Elimination(factor, bilateral, rows)
@@ -132,6 +139,11 @@ def follow_hits(
         response, borne = system.response[:, own], system.borne[:, own]
         following = velocity + response @ share
         block = block_of(system.delassus, i)
+        if len(found) == MOST_HITS:
+            raise InputError(
+                f"derivatives: the contacts are hit more than {MOST_HITS} times one after the "
+                'other, which is not differentiated; use Law(order="simultaneous")'
+            )
         found.append(HitFound(i, velocity, following, share, borne @ share, block, response, borne))
         velocity = following
     held = multipliers - sum((hit.multipliers for hit in found), np.zeros(len(bilateral)))
