@@ -45,7 +45,7 @@ class RowStatus(enum.IntEnum):
     @property
     def valid(self) -> bool:
         """Whether the numbers of the row may be used."""
-        return self in (self.SOLVED, self.NOT_UNIQUE, self.NEARLY_DEPENDENT, self.PAINLEVE_JAM)
+        return self.name in Status.__members__ and Status[self.name].valid
 
     @property
     def sentence(self) -> str:

@@ -17,17 +17,13 @@ from .links import LinkJump, link_jumps
 from .mechanics import Mechanics
 from .reactions import joint_reactions
 from .residuals import Residuals, residuals_of
-from .status import Status
+from .status import RESIDUAL_LIMIT, Status, judged
 
 if TYPE_CHECKING:
     from ..scene import Scene
     from .constrained import Outcome
 
 __all__ = ["Impact"]
-
-# Residuals above this are no rounding.
-RESIDUAL_LIMIT = 1e-9
-_EXACT = (Status.SOLVED, Status.NOT_UNIQUE)
 
 
 class Impact:
@@ -169,19 +165,23 @@ class Impact:
 
     @cached_property
     def status(self) -> Status:
-        """How the answer is to be taken."""
-        found = Status.SOLVED
-        if self.outcome is not None and self.outcome.contacts is not None:
-            found = self.outcome.contacts.status
-        if found.valid and not self.residuals.largest <= RESIDUAL_LIMIT:
-            return Status.INACCURATE
-        if found in _EXACT and self.outcome is not None and self.outcome.nearly_dependent:
-            return Status.NEARLY_DEPENDENT
-        return found
+        """How the answer is to be taken; ``solve``, batches, motions and commands ask it."""
+        outcome = self.outcome
+        contacts = None if outcome is None else outcome.contacts
+        return judged(
+            Status.SOLVED if contacts is None else contacts.status,
+            self.residuals.largest,
+            nearly_dependent=outcome is not None and outcome.nearly_dependent,
+        )
 
     def is_valid(self, tol: float = RESIDUAL_LIMIT) -> bool:
         """Whether the status is good and every residual is within ``tol``."""
         return self.status.valid and self.residuals.largest <= tol
+
+    def describe_status(self) -> str:
+        """The status, the largest residual and what to do about it, in one line."""
+        residual = f"largest residual {self.residuals.largest:.2g}"
+        return f"{self.status.name}, {residual}: {self.status.value}"
 
     def velocity_at(self, frame: str, at: Any = (0.0, 0.0, 0.0)) -> PointVelocity:
         """The velocity of a point of a frame, before and after the impact, in world axes.

@@ -110,7 +110,7 @@ def saltation(
             q and v that gives it.
 
     Raises:
-        InputError: no such contact touched, or as for ``derivatives``.
+        InputError: the impact is not valid, no such contact touched, or as for ``derivatives``.
         RangeError: the contact is grazed.
 
     Example:
@@ -125,6 +125,8 @@ def saltation(
     """
     from .derivatives import derivatives
 
+    if not impact.is_valid():
+        raise InputError(f"saltation: the impact is not valid. {impact.describe_status()}")
     found = derivatives(impact)
     nv = len(impact.v_before)
     reset = np.eye(2 * nv)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import enum
 
-__all__ = ["Status"]
+__all__ = ["RESIDUAL_LIMIT", "Status", "judged"]
+
+# Relative residuals above this are no rounding: 1e5 times the 1e-14 that a solve may leave.
+RESIDUAL_LIMIT = 1e-9
 
 
 class Status(enum.Enum):
@@ -57,5 +60,26 @@ class Status(enum.Enum):
         """Whether the numbers may be used."""
         return self in _VALID
 
+    @property
+    def obeys_law(self) -> bool:
+        """Whether the numbers satisfy the law of contact, valid or not."""
+        return self in _VALID or self in (Status.ENERGY_GAIN, Status.MANY_SOLUTIONS)
+
 
 _VALID = frozenset({Status.SOLVED, Status.NOT_UNIQUE, Status.NEARLY_DEPENDENT, Status.PAINLEVE_JAM})
+_EXACT = frozenset({Status.SOLVED, Status.NOT_UNIQUE})
+
+
+def judged(found: Status, residual: float, *, nearly_dependent: bool = False) -> Status:
+    """The one judgement of an answer, from what its law says and what the answer leaves.
+
+    Args:
+        found: the status that the law of contact gave; SOLVED where no contact took part.
+        residual: the largest relative residual of the finished answer; NaN counts as large.
+        nearly_dependent: whether rows were taken for dependent that are so only nearly.
+    """
+    if found.valid and not residual <= RESIDUAL_LIMIT:
+        return Status.INACCURATE
+    if found in _EXACT and nearly_dependent:
+        return Status.NEARLY_DEPENDENT
+    return found

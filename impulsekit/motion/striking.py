@@ -9,22 +9,12 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import ImpulsekitError
-from ..impact import Impact, ImpactSolver, Status
+from ..impact import Impact, ImpactSolver
 from ..scene import Scene
 from .present import Present, Stopped
 from .status import MotionStatus
 
 __all__ = ["Striking"]
-
-# Laws whose answer counts although it is not beyond doubt.
-_USABLE = {
-    Status.SOLVED,
-    Status.NOT_UNIQUE,
-    Status.NEARLY_DEPENDENT,
-    Status.PAINLEVE_JAM,
-    Status.ENERGY_GAIN,
-    Status.MANY_SOLUTIONS,
-}
 
 # Points that touch and move more slowly against each other lie still [m/s].
 STILL = 1e-8
@@ -60,7 +50,7 @@ class Striking:
         entries = now.entries_of(taking_part)
         try:
             impact = solver.solve_touching(now.q, now.v, entries)
-            if not _is_usable(impact) and self._lie_still(impact):
+            if not impact.is_valid() and self._lie_still(impact):
                 impact = solver.solve_touching(now.q, now.v, entries)
         except ImpulsekitError as error:
             raise Stopped(MotionStatus.IMPACT_NOT_VALID, str(error)) from None
@@ -90,11 +80,11 @@ class Striking:
     def _accept(self, impact: Impact) -> None:
         now = self._present
         now.impacts.append((now.t, impact))
-        outcome = impact.outcome
-        solution = None if outcome is None else outcome.contacts
-        if not _is_usable(impact) or not np.isfinite(impact.dv).all():
-            detail = "" if solution is None else solution.status.value
-            raise Stopped(MotionStatus.IMPACT_NOT_VALID, detail)
+        if not impact.is_valid():
+            raise Stopped(
+                MotionStatus.IMPACT_NOT_VALID,
+                f"the impact at {now.t:.9g} s is {impact.describe_status()}",
+            )
         now.v = impact.v_after.copy()
 
     @cached_property
@@ -111,9 +101,3 @@ class Striking:
         """For approaches below the capture speed: without restitution."""
         contacts = [replace(entry, restitution=0.0) for entry in self._later.contacts]
         return ImpactSolver(replace(self._later, contacts=contacts))
-
-
-def _is_usable(impact: Impact) -> bool:
-    outcome = impact.outcome
-    solution = None if outcome is None else outcome.contacts
-    return solution is None or solution.status in _USABLE

@@ -33,7 +33,7 @@ from .one_contact import of_one_contact
 from .pairs import FixedRows
 from .path_law import path_derivative
 from .path_stage import PathStage, change_of_block
-from .refusals import has_no_answer, refuse_what_has_none
+from .refusals import refuse_what_has_none
 from .regressor import inertia_regressor
 from .result import Derivatives
 from .stage import Loads
@@ -166,7 +166,7 @@ class _Derivation:
         entries = {point.entry for point in self.touching}
         pressed = self.workspace.compression.solve_touching(self.impact.q, v, entries)
         outcome = pressed.outcome
-        if outcome is None or outcome.contacts is None or has_no_answer(outcome.contacts.status):
+        if outcome is None or outcome.contacts is None or not pressed.status.obeys_law:
             raise InputError("derivatives: the compression of this impact has no answer")
         triples = list(outcome.contacts.impulse.reshape(-1, 3))
         held = outcome.constraint_impulses

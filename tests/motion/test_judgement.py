@@ -1,0 +1,145 @@
+"""An answer is judged once: solve, batches, motions and the command say the same of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import impulsekit as ik
+from impulsekit.cli import main
+from impulsekit.errors import InputError
+
+from .models import MODELS
+
+ROUGH_FLOOR = MODELS.parent / "examples" / "rough_floor.toml"
+BODY = """<robot name="b"><link name="b"><inertial><mass value="{m!r}"/>
+<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="{i!r}"/></inertial></link></robot>"""
+
+
+def planar_scene(seed):
+    """Up to four contacts of one or two planar bodies: scene, q, v, and (contacts, nv) normals."""
+    rng = np.random.default_rng(seed)
+    count, bodies = int(rng.integers(1, 5)), int(rng.integers(1, 3))
+    masses = 10.0 ** rng.uniform(-1.0, 0.0, bodies)
+    urdfs = [BODY.format(m=float(m), i=float(m * rng.uniform(0.02, 1.0))) for m in masses]
+    robot = ik.combine(
+        **{f"b{k}": ik.Robot.from_urdf(urdf, root="planar") for k, urdf in enumerate(urdfs)}
+    )
+    contacts, normals = [], np.zeros((count, 3 * bodies))
+    for i in range(count):
+        a, other = rng.integers(bodies, size=2)
+        c, s = np.cos(angle := rng.uniform(0.0, 2.0 * np.pi)), np.sin(angle)
+        x, y = rng.uniform(-1.0, 1.0, 2)
+        # In the neutral pose the axes of all bodies are those of the world.
+        row = np.array([-s, c, y * s + x * c])
+        normals[i, 3 * a : 3 * a + 3] = row
+        against = "world"
+        if other != a:
+            normals[i, 3 * other : 3 * other + 3] = -row
+            against = f"b{other}/b"
+        contacts.append(
+            ik.Contact(
+                f"b{a}/b",
+                at=[x, y, 0],
+                normal=[-s, c, 0],
+                origin=[x, y, 0],
+                against=against,
+                restitution=float(rng.choice([0.0, 0.5, 1.0])),
+                friction=float(rng.choice([0.0, 0.3, 0.6, 1.0])),
+            )
+        )
+    scene = ik.Scene(robot, contacts=contacts, gravity=[0, 0, 0])
+    return scene, robot.neutral(), rng.normal(size=3 * bodies), normals
+
+
+def obeys(normals, before, after, impact):
+    """Whether no contact closes after an impact, and it has made no energy."""
+    mass_matrix = impact.mechanics.mass_matrix
+    energies = [0.5 * v @ mass_matrix @ v for v in (before, after)]
+    closes = (normals @ after).min() < -1e-8 * np.abs(before).max()
+    return not closes and energies[1] <= energies[0] * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize("first", range(0, 400, 100))
+def test_a_motion_goes_on_from_an_impact_only_where_it_is_valid(first):
+    stopped = 0
+    for seed in range(first, first + 100):
+        scene, q, v, normals = planar_scene(seed)
+        if not (normals @ v).min() < 0.0:
+            continue
+        impact = ik.solve(scene, q, v)
+        motion = ik.simulate(scene, q, v, duration=0.0)
+        at_start = motion.impacts[0][1]
+        np.testing.assert_allclose(at_start.v_after, impact.v_after, rtol=0, atol=1e-12)
+        assert (motion.status is ik.MotionStatus.IMPACT_NOT_VALID) != impact.is_valid()
+        if impact.is_valid():
+            assert obeys(normals, v, impact.v_after, impact), seed
+        else:
+            stopped += 1
+            assert impact.status.name in motion.detail
+            np.testing.assert_array_equal(motion.v[-1], v)
+        batch = ik.solve_batch(scene, q, v[None], outputs=("v_after",))
+        if batch.valid[0]:
+            assert obeys(normals, v, batch.v_after[0], impact), seed
+    assert stopped
+
+
+@pytest.fixture(scope="module")
+def rough_floor():
+    """The paradox of Kane & Levinson (1985), and how deep its floor lies [m]."""
+    given = ik.load_scene(ROUGH_FLOOR)
+    q = given.q
+    return given, -np.cos(q[0]) - np.cos(q[0] + q[1])
+
+
+def over(rough_floor, height):
+    """The scene with its floor so far below the end of the pendulum [m], and no gravity."""
+    given, lowest = rough_floor
+    floor = replace(given.scene.contacts[0], origin=(0.0, 0.0, lowest - height))
+    return replace(given.scene, contacts=(floor,), gravity=(0.0, 0.0, 0.0))
+
+
+def test_a_motion_does_not_go_on_with_energy_from_nowhere(rough_floor):
+    q, v = rough_floor[0].q, rough_floor[0].v
+    motion = ik.simulate(over(rough_floor, 0.0), q, v, duration=0.1)
+    assert motion.status is ik.MotionStatus.IMPACT_NOT_VALID
+    ((time, impact),) = motion.impacts
+    assert time == motion.duration == motion.t[-1] == 0.0
+    assert impact.status is ik.Status.ENERGY_GAIN
+    assert impact.energy.after > 2.0 * impact.energy.before
+    # The velocity before it is kept, not the one it would have given.
+    np.testing.assert_array_equal(motion.v[-1], v)
+    assert "ENERGY_GAIN" in motion.detail
+    assert "residual" in motion.detail
+    assert "stronge" in motion.detail
+
+
+def test_flight_before_an_impact_that_is_not_valid_is_kept(rough_floor):
+    q, v = rough_floor[0].q, rough_floor[0].v
+    scene = over(rough_floor, 0.005)
+    motion = ik.simulate(scene, q, v, duration=1.0)
+    assert motion.status is ik.MotionStatus.IMPACT_NOT_VALID
+    ((time, impact),) = motion.impacts
+    assert 0.0 < time == motion.duration < 1.0
+    assert impact.status is ik.Status.ENERGY_GAIN
+    np.testing.assert_array_equal(motion.v[-1], impact.v_before)
+    # Until then energy is what it was.
+    np.testing.assert_allclose(motion.energy().kinetic, impact.energy.before, rtol=1e-9)
+
+
+def test_the_command_fails_on_a_motion_where_it_fails_on_its_impact(rough_floor, tmp_path):
+    path = tmp_path / "rough_floor.toml"
+    given = rough_floor[0]
+    ik.save_scene(path, over(rough_floor, 0.0), given.q, given.v)
+    for command in ("solve", "simulate"):
+        result = CliRunner().invoke(main, [command, str(path)])
+        assert result.exit_code == 1
+        assert ik.Status.ENERGY_GAIN.value in result.stderr
+
+
+def test_no_saltation_passes_through_an_impact_that_is_not_valid(rough_floor):
+    q, v = rough_floor[0].q, rough_floor[0].v
+    impact = ik.solve(over(rough_floor, 0.0), q, v)
+    with pytest.raises(InputError, match=r"not valid.*ENERGY_GAIN"):
+        ik.saltation(impact, "floor", acceleration_before=[0, 0], acceleration_after=[0, 0])
