@@ -48,6 +48,10 @@ def freed_model(model: pin.Model) -> tuple[pin.Model, tuple[Follower, ...]]:
             model.parents[joint_id], joint, model.jointPlacements[joint_id], model.names[joint_id]
         )
         freed.appendBodyToJoint(joint_id, model.inertias[joint_id], pin.SE3.Identity())
+        if joint_id not in ids:
+            own, given = freed.joints[joint_id], model.joints[joint_id]
+            armature = model.armature[given.idx_v : given.idx_v + given.nv]
+            freed.armature[own.idx_v : own.idx_v + own.nv] = armature
     return freed, tuple(followers)
 
 

@@ -59,6 +59,7 @@ class LongTree:
         table = self._tree.ints.reshape(-1, layout.BODY_INTS)[1:]
         for kind, entry in (
             (layout.CIRCLE, 0),
+            (layout.GEARED_CIRCLE, 0),
             (layout.PLANAR, 2),
             (layout.QUATERNION, 3),
             (layout.FREE, 6),
@@ -129,6 +130,7 @@ class LongTree:
         table = self._tree.ints.reshape(-1, layout.BODY_INTS)
         for kind, skip, size in (
             (layout.CIRCLE, 0, 2),
+            (layout.GEARED_CIRCLE, 0, 2),
             (layout.PLANAR, 2, 2),
             (layout.QUATERNION, 0, 4),
             (layout.FREE, 3, 4),

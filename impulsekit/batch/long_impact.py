@@ -50,7 +50,7 @@ class LongImpact:
         work[v_at:dv_at] = v
         mask = self._loaded()
         loaded, placed = (mask, np.flatnonzero(mask)), np.ones(tree.bodies + 1, dtype=bool)
-        tables = tree.ints, tree.floats, tree.dofs
+        tables = tree.ints, tree.floats, tree.dofs, tree.armature
         jump(*tables, tree.bodies, loaded, placed, self._blows, work, self._places)
         self.dv = work[dv_at : dv_at + tree.nv].copy()
         self.v_after = v + self.dv

@@ -21,7 +21,7 @@ def tree_tables(tree: Tree, model: Any, followers: Sequence[Follower]) -> tuple[
     """The tables of the tree and of what its vectors have to do with the robot's."""
     table = tree.ints.reshape(-1, layout.BODY_INTS)[1:]
     angles = np.zeros(tree.nq, dtype=bool)
-    angles[table[table[:, 1] == layout.ANGLE, 2]] = True
+    angles[table[np.isin(table[:, 1], (layout.ANGLE, layout.GEARED_ANGLE)), 2]] = True
     v_out = tree.v_index.copy()
     follow: list[int] = []
     ratios: list[float] = []
@@ -36,6 +36,7 @@ def tree_tables(tree: Tree, model: Any, followers: Sequence[Follower]) -> tuple[
         tree.ints,
         tree.floats,
         tree.dofs,
+        tree.armature,
         tree.q_index,
         tree.v_index,
         v_out,

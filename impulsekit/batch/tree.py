@@ -33,9 +33,14 @@ ROUNDING, SMALLEST_ANGLE = 4e-16, 1e-6
 # A moment of inertia about the mass centre, over what the way to the joint adds to it.
 POINT = 1e-3
 
+# What turns about z alone, with an armature.
+_GEARED = {layout.ANGLE: layout.GEARED_ANGLE, layout.CIRCLE: layout.GEARED_CIRCLE}
+
 _DOFS = {
     layout.ANGLE: ((1, 2),),
     layout.CIRCLE: ((1, 2),),
+    layout.GEARED_ANGLE: ((1, 2),),
+    layout.GEARED_CIRCLE: ((1, 2),),
     layout.SLIDE: ((0, 2),),
     layout.QUATERNION: ((1, 0), (1, 1), (1, 2)),
     layout.FREE: ((0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2)),
@@ -51,6 +56,7 @@ class Tree:
     Attributes:
         bodies: how many.
         ints, floats, dofs: the flat tables, see ``kernels.layout``.
+        armature: (nv,) what each degree of freedom adds to its own entry of M.
         nq, nv: of the tree's own vectors.
         q_index, v_index: where its entries stand in the robot's q and v.
         joint_ids: (bodies + 1,) the robot's joint behind each body.
@@ -61,6 +67,7 @@ class Tree:
     ints: np.ndarray
     floats: np.ndarray
     dofs: np.ndarray
+    armature: np.ndarray
     nq: int
     nv: int
     q_index: np.ndarray
@@ -88,7 +95,7 @@ class Tree:
         heavy = weights[:, 0] > 0.0
         kinds, weights = table[heavy, 1], weights[heavy]
         mass, x, y = weights[:, :3].T
-        about_z = np.isin(kinds, (layout.ANGLE, layout.CIRCLE, layout.PLANAR))
+        about_z = np.isin(kinds, (*_GEARED, *_GEARED.values(), layout.PLANAR))
         away = (x * x + y * y) / mass
         if (weights[about_z, 9] - away[about_z] < POINT * away[about_z]).any():
             return True
@@ -129,11 +136,15 @@ def tree_of(model: pin.Model, joints: Sequence[int], whole: pin.Model | None = N
     dofs: list[tuple[int, int]] = []
     q_index: list[int] = []
     v_index: list[int] = []
+    armature: list[float] = []
     place = {joint_id: body for body, joint_id in enumerate(ids)}
     joint_axes = {i: _axis(model.joints[i], neutral) for i in joints if model.joints[i].nv == 1}
     for body, joint_id in enumerate(ids[1:], start=1):
         joint = model.joints[joint_id]
         kind = KINDS[joint.shortname()]
+        own_armature = model.armature[joint.idx_v : joint.idx_v + joint.nv]
+        if own_armature.any():
+            kind = _GEARED.get(kind, kind)
         parent = place[model.parents[joint_id]]
         turns[body] = _axes(model, joint_id, joint_axes)
         ints[body] = (parent, kind, len(q_index), len(dofs), joint.nv, 0, 0, -1, 0)
@@ -141,6 +152,7 @@ def tree_of(model: pin.Model, joints: Sequence[int], whole: pin.Model | None = N
         q_index.extend(range(place_in.idx_q, place_in.idx_q + joint.nq))
         v_index.extend(range(place_in.idx_v, place_in.idx_v + joint.nv))
         dofs.extend(_DOFS[kind])
+        armature.extend(own_armature.tolist())
         placement = model.jointPlacements[joint_id]
         turn = turns[body]
         floats[body, 12:] = weights(model.inertias[joint_id], turn)
@@ -153,6 +165,7 @@ def tree_of(model: pin.Model, joints: Sequence[int], whole: pin.Model | None = N
         ints.ravel(),
         floats.ravel(),
         np.array(dofs, dtype=np.int64).reshape(-1, layout.DOF_INTS).ravel(),
+        np.array(armature, dtype=float),
         len(q_index),
         len(v_index),
         np.array(q_index, dtype=np.int64),
@@ -212,7 +225,7 @@ def joined_tree(
     dofs = np.concatenate([np.array(_DOFS[kind]) for kind in kinds.tolist()])
     nq, nv = int((sizes + extra).sum()), int(sizes.sum())
     index = np.arange(nq), np.arange(nv)
-    tables = ints.ravel(), floats.ravel(), dofs.astype(np.int64).ravel()
+    tables = ints.ravel(), floats.ravel(), dofs.astype(np.int64).ravel(), np.zeros(nv)
     return Tree(n, *tables, nq, nv, *index, tuple(range(n + 1)), turns)
 
 

@@ -132,12 +132,10 @@ def reached_model(
         return ReachedModel(
             alone, True, slice(None), slice(None), joint_ids, translations, together
         )
-    left_out = [j for j in range(1, model.njoints) if branch[j] not in branches]
-    reduced = pin.buildReducedModel(_with_frames_apart(model), left_out, pin.neutral(model))
-    reduced.gravity.setZero()
+    joint_ids = (0, *kept)
+    reduced = _of_joints(model, joint_ids)
     if not keep_places:
         bring_roots_to_origin(reduced)
-    joint_ids = (0, *(model.getJointId(name) for name in list(reduced.names)[1:]))
     together = to_each_other and float_freely(reduced)
     return ReachedModel(
         reduced,
@@ -150,16 +148,28 @@ def reached_model(
     )
 
 
-def _with_frames_apart(model: pin.Model) -> pin.Model:
-    """A copy whose other frames do not share the names of joints.
+def _of_joints(model: pin.Model, joint_ids: tuple[int, ...]) -> pin.Model:
+    """A model of whole branches, without gravity, limits and frames.
 
-    URDFs may call a link as its joint; Pinocchio then does not find the joint's frame.
+    Not Pinocchio's ``buildReducedModel``: it ends the process where a joint has no frame, and
+    does not find those of joints that are called as a link is.
     """
-    copy = pin.Model(model)
-    for frame_id, frame in enumerate(copy.frames):
-        if frame_id > 0 and frame.type != pin.FrameType.JOINT:
-            frame.name = f"frame {frame_id}"
-    return copy
+    reduced = pin.Model()
+    reduced.gravity.setZero()
+    place = {joint_id: i for i, joint_id in enumerate(joint_ids)}
+    armature: list[float] = []
+    for joint_id in joint_ids[1:]:
+        joint = model.joints[joint_id]
+        own = reduced.addJoint(
+            place[model.parents[joint_id]],
+            joint,
+            model.jointPlacements[joint_id],
+            model.names[joint_id],
+        )
+        reduced.appendBodyToJoint(own, model.inertias[joint_id], pin.SE3.Identity())
+        armature += model.armature[joint.idx_v : joint.idx_v + joint.nv].tolist()
+    reduced.armature = np.array(armature)
+    return reduced
 
 
 def _has_mimic(model: pin.Model) -> bool:

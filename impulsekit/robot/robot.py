@@ -138,10 +138,18 @@ class Robot:
         """A robot from a ``pin.Model``, which is copied and never changed.
 
         Pinocchio keeps one inertia a joint: where a model has several links on a
-        joint, the first stands for all of them in ``links``.
+        joint, the first stands for all of them in ``links``. Of the numbers that a model
+        has for its joints ``armature`` alone is part of the generalized masses; damping,
+        friction, limits and gravity do not enter an impact, and the rotors' own inertias and
+        gear ratios count only as far as ``armature`` holds them.
+
+        Raises:
+            InputError: it is no ``pin.Model``, or its joints are not numbered depth first,
+                for which Pinocchio's mass matrix is wrong.
         """
         if not isinstance(model, pin.Model):
             raise InputError(f"from_model takes a pin.Model, not {a_thing(model)}")
+        _check_depth_first(model)
         root = model.joints[1].shortname() if model.njoints > 1 else "fixed"
         return cls(pin.Model(model), (RobotPart(None, root=root),), model.name or "robot")
 
@@ -278,6 +286,22 @@ class Robot:
     def __repr__(self) -> str:
         roots = "/".join(dict.fromkeys(part.root for part in self.parts))
         return f"Robot({self.name!r}, root={roots!r}, nq={self.nq}, nv={self.nv})"
+
+
+def _check_depth_first(model: pin.Model) -> None:
+    """Prove that every joint hangs on the one before it, or on one that that one hangs on."""
+    way = [0]
+    for joint_id in range(1, model.njoints):
+        parent = model.parents[joint_id]
+        if parent not in way:
+            names = model.names
+            raise InputError(
+                f'from_model: joint "{names[joint_id]}" hangs on "{names[parent]}" but comes after '
+                f'"{names[way[-1]]}", which does not; add joints depth first, all that hang on a '
+                "joint right behind it"
+            )
+        del way[way.index(parent) + 1 :]
+        way.append(joint_id)
 
 
 def _root_joint(root: str | pin.JointModel) -> tuple[Any, str]:

@@ -133,3 +133,18 @@ def test_a_mesh_that_is_missing_is_named_with_the_folders_tried():
 
 def _ball() -> ik.Robot:
     return ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+
+
+def test_a_model_whose_joints_are_not_numbered_depth_first_is_refused():
+    model = pin.Model()
+    for k, parent in enumerate((0, 1, 1, 2)):
+        place = pin.SE3(pin.exp3(np.array([0.1, 0.5, -0.3 * k])), np.array([0.2, 0.3, 0.1 * k]))
+        joint_id = model.addJoint(parent, pin.JointModelRX(), place, f"joint_{k}")
+        model.appendBodyToJoint(joint_id, pin.Inertia.FromBox(1.0, 0.1, 0.2, 0.3), place)
+    # Pinocchio's mass matrix of it would not give the kinetic energy.
+    data, q, v = model.createData(), np.ones(4), np.ones(4)
+    upper = np.triu(pin.crba(model, data, q))
+    masses = upper + np.triu(upper, 1).T
+    assert abs(pin.computeKineticEnergy(model, data, q, v) - 0.5 * v @ masses @ v) > 1e-3
+    with pytest.raises(errors.InputError, match=r'"joint_3" hangs on "joint_1".*depth first'):
+        ik.Robot.from_model(model)

@@ -19,11 +19,11 @@ SINGLE = 0.0
 
 
 @kernel
-def jump(ints, floats, dofs, count, loaded, placed, blows, work, places):
+def jump(ints, floats, dofs, armature, count, loaded, placed, blows, work, places):
     """Write Δv, and the jump of every body's twist.
 
     Args:
-        ints, floats, dofs: the tables of the tree.
+        ints, floats, dofs, armature: the tables of the tree.
         count: of its bodies.
         loaded: mask of the bodies that the blows load, and a list of them.
         placed: mask of all bodies.
@@ -34,7 +34,7 @@ def jump(ints, floats, dofs, count, loaded, placed, blows, work, places):
     dof_at, q_at, dv_at, spare_at = places[0], places[1], places[3], places[5]
     mask, bodies = loaded
     place_bodies(ints, floats, count, placed, work, q_at, spare_at, SINGLE)
-    factor(ints, floats, dofs, count, work, dof_at, np.int64(0), SINGLE)
+    factor(ints, floats, dofs, armature, count, work, dof_at, np.int64(0), SINGLE)
     blow_ints, blow_floats, kicks, given = blows
     zero = np.int64(0)
     clear(ints, bodies, zero, len(bodies), work, dof_at, SINGLE)

@@ -48,8 +48,8 @@ def solve_blocks(
 
     Args:
         states: how many there are in all, at least as many as go side by side.
-        tree: ints, floats, dofs; entries of q and of v in the whole vectors, and of v where
-            they are written (-1: nowhere); which entries of q and of v are angles; unit
+        tree: ints, floats, dofs, armature; entries of q and of v in the whole vectors, and of v
+            where they are written (-1: nowhere); which entries of q and of v are angles; unit
             vectors in q; joints that follow others: entry of q, degree of freedom and that
             of the leader; their ratios and offsets.
         sizes: bodies, nq, nv of the tree; nq, nv of the whole robot; columns of ``given``
@@ -75,7 +75,10 @@ def solve_blocks(
         work: see ``layout``.
         room: (4, 2) and (4,) for the law of one contact, codes of a block.
     """
-    ints, floats, dofs, q_index, v_index, v_out, angles, straight, units, follow, ratios = tree
+    (
+        ints, floats, dofs, armature,
+        q_index, v_index, v_out, angles, straight, units, follow, ratios,
+    ) = tree  # fmt: skip
     bodies, _, nv, whole_q, whole_v, columns, factors, is_part, refines = sizes
     (
         dof_at, q_at, v_at, dv_at, sum_at, spare_at, reduced_at,
@@ -125,7 +128,7 @@ def solve_blocks(
                 ints, floats, load_ints, load_floats, bodies, m, base * m_step, m_step,
                 work, loads_at, witness,
             )  # fmt: skip
-        factor(ints, floats, dofs, bodies, work, dof_at, loads_at, witness)
+        factor(ints, floats, dofs, armature, bodies, work, dof_at, loads_at, witness)
         if count > 0:
             place_meetings(meeting_ints, meeting_floats, ways, work, meeting_at, witness)
             if len(ball_ints) > 0:
@@ -192,8 +195,8 @@ def solve_blocks(
                 term_at, witness,
             )  # fmt: skip
             refine(
-                ints, floats, dofs, bodies, loaded, loaded_list, work, dof_at, dv_at, sum_at,
-                loads_at, witness,
+                ints, floats, dofs, armature, bodies, loaded, loaded_list, work, dof_at, dv_at,
+                sum_at, loads_at, witness,
             )  # fmt: skip
         more_at = BODY + FORCE
         if (

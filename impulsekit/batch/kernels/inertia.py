@@ -2,9 +2,9 @@
 
 A = [M H; Hᵀ I] is the articulated inertia of a body with all that hangs on it
 (Featherstone 1983), about the origin of its joint, in the body's own axes. A degree of
-freedom along s takes U Uᵀ/D from it, U = A s, D = s·U; what is left goes to the parent. s is
-an axis there, so that U is a column of A and D an entry. A joint of several degrees of
-freedom is taken as several joints with bodies without mass or extent between them.
+freedom along s takes U Uᵀ/D from it, U = A s, D = s·U + armature; what is left goes to the
+parent. s is an axis there, so that U is a column of A and s·U an entry. A joint of several
+degrees of freedom is taken as several joints with bodies without mass or extent between them.
 """
 
 from __future__ import annotations
@@ -35,10 +35,11 @@ __all__ = ["factor", "weigh", "weights_of"]
 
 
 @inlined
-def factor(ints, floats, dofs, count, work, dof_at, loads_at, witness):
+def factor(ints, floats, dofs, armature, count, work, dof_at, loads_at, witness):
     """Write U and 1/D of every degree of freedom, given how the bodies stand.
 
-    ``loads_at`` is where the inertias stand that vary.
+    ``armature`` has an entry per degree of freedom; ``loads_at`` is where the inertias stand
+    that vary.
     """
     w = width(witness)
     zero = same(0.0, witness)
@@ -67,7 +68,7 @@ def factor(ints, floats, dofs, count, work, dof_at, loads_at, witness):
             )
         else:
             _put(work, a, w, m, h, i)
-            _free_all(kind, dofs, first, size, work, a, dof_at, witness)
+            _free_all(kind, dofs, armature, first, size, work, a, dof_at, witness)
             if parent == 0:
                 continue
             m, h, i = turned_freely(
@@ -217,13 +218,15 @@ def _taken(work, at, w, witness):
 
 
 @inlined
-def _free_all(kind, dofs, first, size, work, a, dof_at, witness):
+def _free_all(kind, dofs, armature, first, size, work, a, dof_at, witness):
     """Free a joint's degrees of freedom, the last one first; A is a lower triangle in ``work``.
 
-    What has been freed is left as zeros.
+    Along what has been freed A is left as U a/D, zero without an armature a.
     """
     w = width(witness)
-    zero = same(0.0, witness)
+    geared = False
+    for dof in range(first, first + size):
+        geared = geared or armature[dof] != 0.0
     for dof in range(first + size - 1, first - 1, -1):
         d = (dof_at + dof * DOF) * w
         k = 3 * dofs[dof * DOF_INTS] + dofs[dof * DOF_INTS + 1]
@@ -231,11 +234,15 @@ def _free_all(kind, dofs, first, size, work, a, dof_at, witness):
             low, high = min(j, k), max(j, k)
             entry = a + (high * (high + 1) // 2 + low) * w
             store(work, d + j * w, load(work, entry, witness))
-            store(work, entry, zero)
-        inverse = 1.0 / load(work, d + k * w, witness)
+        inverse = 1.0 / (load(work, d + k * w, witness) + armature[dof])
         store(work, d + INVERSE * w, inverse)
+        left = inverse * armature[dof]
+        for j in range(6):
+            low, high = min(j, k), max(j, k)
+            entry = a + (high * (high + 1) // 2 + low) * w
+            store(work, entry, load(work, d + j * w, witness) * left)
         # Freed from the last to the first, all behind one is nothing.
-        last = k if kind in (FREE, QUATERNION) else 6
+        last = k if kind in (FREE, QUATERNION) and not geared else 6
         for j in range(last):
             share = load(work, d + j * w, witness) * inverse
             for n in range(j + 1):

@@ -14,6 +14,8 @@ from .layout import (
     BODY_INTS,
     CIRCLE,
     FREE,
+    GEARED_ANGLE,
+    GEARED_CIRCLE,
     OFFSET,
     PLANAR,
     QUATERNION,
@@ -53,7 +55,7 @@ def place_bodies(ints, floats, count, placed, work, q_at, spare_at, witness):
             store(work, row + TURN * w, floats[f + 4] * c - floats[f + 5] * s)
             store(work, row + (TURN + 1) * w, floats[f + 5] * c + floats[f + 4] * s)
         else:
-            _place_freely(kind, floats, f, work, row, q, witness)
+            _place_freely(kind, floats, f, work, row, q, spare_at, witness)
         if placed[body]:
             _place_in_world(ints, floats, body, work, witness)
 
@@ -71,7 +73,7 @@ def offset_of(kind, floats, f, work, row, w, witness):
 
 
 @inlined
-def _place_freely(kind, floats, f, work, row, q, witness):
+def _place_freely(kind, floats, f, work, row, q, spare_at, witness):
     """Rotation to the parent's axes and offset of a body that does not turn about z alone."""
     w = width(witness)
     zero = same(0.0, witness)
@@ -86,6 +88,11 @@ def _place_freely(kind, floats, f, work, row, q, witness):
     elif kind == PLANAR:
         x = plus(x, times(b, (load(work, q, witness), load(work, q + w, witness), zero)))
         b = _about_z(b, load(work, q + 2 * w, witness), load(work, q + 3 * w, witness))
+    elif kind == GEARED_ANGLE:
+        s, c = sine_cosine(load(work, q, witness), work, spare_at * w, witness)
+        b = _about_z(b, c, s)
+    elif kind == GEARED_CIRCLE:
+        b = _about_z(b, load(work, q, witness), load(work, q + w, witness))
     elif kind in (FREE, TRANSLATION):
         x = plus(x, times(b, triple(work, q, w, witness)))
     if kind in (FREE, QUATERNION):

@@ -36,6 +36,8 @@ __all__ = [
     "FORCE",
     "FORCE_AT",
     "FREE",
+    "GEARED_ANGLE",
+    "GEARED_CIRCLE",
     "INVERSE",
     "JUMP",
     "LOAD_FLOATS",
@@ -66,7 +68,7 @@ __all__ = [
 # impulse (6), jump of its twist (6), twist (6).
 TURN, SHIFT, ROTATION, OFFSET, ACCUMULATED, BODY = 0, 9, 12, 21, 24, 45
 FORCE, JUMP, TWIST = 24, 30, 36
-# One degree of freedom: U = A s (6), 1/(s·U), u.
+# One degree of freedom: U = A s (6), 1/(s·U + armature), u.
 INVERSE, TARGET, DOF = 6, 7, 8
 
 # Tables of a tree. Integers of a body: parent, kind of joint, first entry of q, first
@@ -83,8 +85,10 @@ DOF_INTS = 2
 # of β, of α and of γ.
 BODY_FLOATS = 22
 
-# Kinds of joints.
+# Kinds of joints. A geared joint turns about z alone and has an armature: what its freeing
+# leaves of the articulated inertia has entries about z, so that it takes the general way.
 ANGLE, CIRCLE, SLIDE, QUATERNION, FREE, PLANAR, TRANSLATION = 0, 1, 2, 3, 4, 5, 6
+GEARED_ANGLE, GEARED_CIRCLE = 7, 8
 
 # What every link whose mass varies adds to its body. Integers: which of the inertias that
 # vary, column of the factors. Floats: as the last ten of a body.

@@ -20,8 +20,9 @@ __all__ = ["refine"]
 
 @inlined
 def refine(
-    ints, floats, dofs, count, everyone, bodies, work, dof_at, dv_at, spare_at, loads_at, witness
-):
+    ints, floats, dofs, armature, count, everyone, bodies, work, dof_at, dv_at, spare_at, loads_at,
+    witness,
+):  # fmt: skip
     """Correct Δv and the jumps of all bodies.
 
     On entry FORCE holds minus the impulse from outside of every body, and TARGET τ.
@@ -40,8 +41,10 @@ def refine(
         for dof in range(first, first + ints[body * BODY_INTS + 4]):
             target = (dof_at + dof * DOF + TARGET) * w
             k = 3 * dofs[dof * DOF_INTS] + dofs[dof * DOF_INTS + 1]
-            store(work, target, load(work, target, witness) - along(p, m, k))
-            store(work, (spare_at + dof) * w, load(work, (dv_at + dof) * w, witness))
+            change = load(work, (dv_at + dof) * w, witness)
+            own = along(p, m, k) + armature[dof] * change
+            store(work, target, load(work, target, witness) - own)
+            store(work, (spare_at + dof) * w, change)
         put_triple(work, row, w, (zero, zero, zero))
         put_triple(work, row + 3 * w, w, (zero, zero, zero))
     press(ints, floats, dofs, count, everyone, 0, work, dof_at, witness)

@@ -1,0 +1,196 @@
+"""What turns with a motor is part of M: batches, single states and dense equations agree."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit.batch.masses import scaled_robot
+
+from ..robots_with_armature import (
+    IN_KERNELS,
+    LEFT_TO_SOLVE,
+    dense_masses,
+    point_jacobian,
+    random_configuration,
+    random_robot,
+)
+
+AT = (0.1, -0.2, 0.05)
+ROWS = 3
+
+
+def _robot(seed, kinds=tuple(IN_KERNELS), size=6):
+    rng = np.random.default_rng(seed)
+    robot = random_robot(rng, rng.choice(list(kinds), size))
+    q = np.array([random_configuration(robot, rng) for _ in range(ROWS)])
+    return rng, robot, q, rng.normal(size=(ROWS, robot.nv))
+
+
+def _close(found, right, tolerance=1e-12):
+    np.testing.assert_allclose(found, right, rtol=0, atol=tolerance * max(np.abs(right).max(), 1))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_known_blow_gives_the_jump_of_the_dense_equations(seed):
+    _, robot, q, v = _robot(seed)
+    blow = ik.AppliedImpulse("link_5", linear=[0.4, -1.0, 0.7], at=AT)
+    scene = ik.Scene(robot, [blow])
+    batch = ik.solve_batch(scene, q, v, outputs=("dv", "energy_change"))
+    assert batch.plan.kernel and batch.valid.all() and not batch.single.any()
+    for k in range(ROWS):
+        masses = dense_masses(robot, q[k])
+        right = np.linalg.solve(masses, point_jacobian(robot, q[k], "link_5", AT).T @ blow.linear)
+        _close(batch.dv[k], right)
+        _close(ik.solve(scene, q[k], v[k]).dv, right)
+        work = 0.5 * right @ masses @ (2.0 * v[k] + right)
+        assert batch.energy_change[k] == pytest.approx(work, rel=1e-10, abs=1e-12)
+
+
+@pytest.mark.parametrize("kind", LEFT_TO_SOLVE)
+def test_joints_that_no_kernel_knows_give_the_dense_jump_too(kind):
+    rng = np.random.default_rng(3)
+    robot = random_robot(rng, ["continuous", kind, "revolute", kind])
+    scene = ik.Scene(robot, [ik.AppliedImpulse("link_3", linear=[0.4, -1.0, 0.7], at=AT)])
+    q = np.array([random_configuration(robot, rng) for _ in range(ROWS)])
+    batch = ik.solve_batch(scene, q, outputs=("dv",))
+    assert not batch.plan.kernel and batch.valid.all()
+    for k in range(ROWS):
+        jacobian = point_jacobian(robot, q[k], "link_3", AT)
+        _close(
+            batch.dv[k], np.linalg.solve(dense_masses(robot, q[k]), jacobian.T @ [0.4, -1.0, 0.7])
+        )
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_contact_without_friction_returns_e_times_its_approach(seed):
+    _, robot, q, v = _robot(10 + seed)
+    normal = np.array([0.0, 0.6, 0.8])
+    contact = ik.Contact("link_5", at=AT, normal=normal, restitution=0.3)
+    # One contact is solved apart from several, and along the path apart from slip at the end.
+    for law in (ik.Law(), ik.Law(restitution="poisson"), ik.Law(order="sequential")):
+        scene = ik.Scene(robot, contacts=[contact], law=law)
+        batch = ik.solve_batch(scene, q, v, outputs=("dv",))
+        assert batch.valid.all()
+        for k in range(ROWS):
+            row = normal @ point_jacobian(robot, q[k], "link_5", AT)
+            moved = np.linalg.solve(dense_masses(robot, q[k]), row)
+            impulse = max(-1.3 * (row @ v[k]) / (row @ moved), 0.0)
+            _close(batch.dv[k], impulse * moved, 1e-11)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_pin_to_the_world_stops_its_point_with_the_least_energy(seed):
+    _, robot, q, v = _robot(20 + seed)
+    scene = ik.Scene(robot, constraints=[ik.PointAnchor("link_5", "world", at=AT)])
+    batch = ik.solve_batch(scene, q, v, outputs=("dv",))
+    for k in np.flatnonzero(batch.valid):
+        masses = dense_masses(robot, q[k])
+        rows = point_jacobian(robot, q[k], "link_5", AT)
+        kkt = np.block([[masses, -rows.T], [rows, np.zeros((3, 3))]])
+        if np.linalg.cond(kkt) < 1e6:
+            right = np.linalg.solve(kkt, np.r_[np.zeros(robot.nv), -rows @ v[k]])[: robot.nv]
+            _close(batch.dv[k], right, 1e-10)
+
+
+def test_armature_stays_when_masses_vary_by_row():
+    _, robot, q, _ = _robot(31)
+    scene = ik.Scene(robot, [ik.AppliedImpulse("link_5", linear=[0, 0, 1], at=AT)])
+    factors = np.array([0.5, 1.0, 3.0])
+    batch = ik.solve_batch(scene, q, masses={"link_2": factors}, outputs=("dv",))
+    for k in range(ROWS):
+        heavier = scaled_robot(robot, {"link_2": factors[k]})
+        row = point_jacobian(robot, q[k], "link_5", AT)[2]
+        _close(batch.dv[k], np.linalg.solve(dense_masses(heavier, q[k]), row))
+
+
+def test_single_precision_knows_armature():
+    _, robot, q, _ = _robot(32)
+    scene = ik.Scene(robot, [ik.AppliedImpulse("link_5", linear=[0, 0, 1], at=AT)])
+    batch = ik.solve_batch(scene, q, outputs=("dv",), dtype=np.float32)
+    for k in range(ROWS):
+        row = point_jacobian(robot, q[k], "link_5", AT)[2]
+        right = np.linalg.solve(dense_masses(robot, q[k]), row)
+        np.testing.assert_allclose(batch.dv[k], right, rtol=0, atol=1e-4 * np.abs(right).max())
+
+
+def test_a_body_all_but_a_point_is_refined_with_its_armature():
+    rng = np.random.default_rng(5)
+    robot = random_robot(rng, ["continuous", "revolute", "revolute about any axis"])
+    model = robot.model
+    model.inertias[3] = pin.Inertia(0.3, np.array([0.4, 0.1, 0.0]), 1e-9 * np.eye(3))
+    model.armature = np.array([0.0, 0.2, 0.01])
+    scene = ik.Scene(robot, [ik.AppliedImpulse("link_2", linear=[0, 1, 1], at=AT)])
+    q = np.array([random_configuration(robot, rng) for _ in range(ROWS)])
+    batch = ik.solve_batch(scene, q, outputs=("dv",))
+    for k in range(ROWS):
+        blow = point_jacobian(robot, q[k], "link_2", AT).T @ [0, 1, 1]
+        _close(batch.dv[k], np.linalg.solve(dense_masses(robot, q[k]), blow))
+
+
+def test_a_long_tree_of_a_robot_has_its_armature():
+    from impulsekit.batch.long import long_tree
+
+    _, robot, q, _ = _robot(33)
+    impact = long_tree(robot).solve(
+        [ik.AppliedImpulse("link_5", linear=[0.4, -1.0, 0.7], at=AT)], q[0]
+    )
+    jacobian = point_jacobian(robot, q[0], "link_5", AT)
+    _close(impact.dv, np.linalg.solve(dense_masses(robot, q[0]), jacobian.T @ [0.4, -1.0, 0.7]))
+
+
+def test_the_armature_of_a_leader_is_not_that_of_who_mimics_it():
+    robot = ik.Robot.from_example("panda", mimic=True)
+    robot.model.armature = np.linspace(0.1, 0.9, robot.nv)
+    scene = ik.Scene(robot, [ik.AppliedImpulse("panda_rightfinger", linear=[1, 2, 0], at=AT)])
+    rng = np.random.default_rng(0)
+    q = np.array([random_configuration(robot, rng) for _ in range(ROWS)])
+    batch = ik.solve_batch(scene, q, outputs=("dv",))
+    assert batch.plan.kernel
+    for k in range(ROWS):
+        blow = point_jacobian(robot, q[k], "panda_rightfinger", AT).T @ [1, 2, 0]
+        _close(batch.dv[k], np.linalg.solve(dense_masses(robot, q[k]), blow), 1e-11)
+
+
+def test_what_is_combined_keeps_its_armature():
+    _, robot, q, v = _robot(34)
+    both = ik.combine(first=robot, second=robot)
+    np.testing.assert_array_equal(both.model.armature, np.tile(robot.model.armature, 2))
+    scene = ik.Scene(both, [ik.AppliedImpulse("second/link_5", linear=[0, 0, 1], at=AT)])
+    dv = ik.solve(scene, np.r_[q[1], q[0]], np.r_[v[1], v[0]]).dv
+    row = point_jacobian(robot, q[0], "link_5", AT)[2]
+    _close(dv[robot.nv :], np.linalg.solve(dense_masses(robot, q[0]), row))
+    _close(ik.solve_batch(scene, np.r_[q[1], q[0]], outputs=("dv",)).dv[0], dv)
+
+
+def test_a_branch_that_nothing_strikes_may_have_joints_without_frames():
+    model = pin.Model()
+    for k in range(4):
+        parent = 0 if k % 2 == 0 else k
+        joint_id = model.addJoint(parent, pin.JointModelRX(), pin.SE3.Identity(), f"joint_{k}")
+        place = pin.SE3(np.eye(3), np.array([0.0, 0.3, 0.0]))
+        model.appendBodyToJoint(joint_id, pin.Inertia.FromSphere(1.0, 0.1), place)
+        model.addBodyFrame(f"link_{k}", joint_id, pin.SE3.Identity(), 0)
+    model.armature = np.array([0.1, 0.2, 0.3, 0.4])
+    robot = ik.Robot.from_model(model)
+    scene = ik.Scene(robot, [ik.AppliedImpulse("link_3", linear=[0, 0, 1], at=AT)])
+    row = point_jacobian(robot, robot.neutral(), "link_3", AT)[2]
+    right = np.linalg.solve(dense_masses(robot, robot.neutral()), row)
+    _close(ik.solve(scene, robot.neutral(), robot.velocity()).dv, right)
+
+
+def test_damping_friction_and_limits_of_joints_do_not_enter_an_impact():
+    _, robot, q, v = _robot(35)
+    plain = ik.Scene(robot, [ik.AppliedImpulse("link_5", linear=[0, 0, 1], at=AT)])
+    other = pin.Model(robot.model)
+    for field in ("damping", "friction", "rotorInertia", "rotorGearRatio", "effortLimit"):
+        setattr(other, field, np.full(other.nv, 3.0))
+    other.velocityLimit = np.full(other.nv, 1e-3)
+    other.gravity.linear = np.array([1.0, 2.0, 3.0])
+    scene = ik.Scene(ik.Robot.from_model(other), plain.impulses)
+    np.testing.assert_array_equal(ik.solve(scene, q[0], v[0]).dv, ik.solve(plain, q[0], v[0]).dv)
+    np.testing.assert_array_equal(
+        ik.solve_batch(scene, q, v).v_after, ik.solve_batch(plain, q, v).v_after
+    )
