@@ -5,8 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from numba import cfunc, types
+from numba import types
+from numba.core import sigutils
+from numba.core.ccallback import CFunc
 from numba.extending import typeof_impl
+
+from ...laws.store import Store
+from .jit import CODE_OF_LANES
 
 __all__ = ["Handed", "handed"]
 
@@ -38,4 +43,7 @@ def _typeof_handed(value: Handed, context: Any) -> Any:
 
 def handed(signature: Any, function: Callable[..., None]) -> Handed:
     """The function compiled for a signature."""
-    return Handed(cfunc(signature, cache=True, error_model="numpy")(function), signature)
+    made = CFunc(function, sigutils.normalize_signature(signature), {}, {"error_model": "numpy"})
+    made._cache = Store(function, CODE_OF_LANES)
+    made.compile()
+    return Handed(made, signature)

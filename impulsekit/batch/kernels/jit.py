@@ -7,19 +7,29 @@ registers is put down first. They can make no arrays of their own.
 
 from __future__ import annotations
 
-from numba import njit
+import pathlib
+from collections.abc import Callable
+from typing import Any
 
-__all__ = ["built_in", "inlined", "kernel"]
+from ...laws.compiled import OPTIONS, WITHIN, dispatcher, use_numba
 
-# What is divided by zero is no number: an error could not leave a function that is called by
-# its address, and states would be left as they were.
-_PLAIN = {"cache": True, "nogil": True, "error_model": "numpy"}
-# Called by kernels alone: no doors for Python, which cost more to compile than some bodies.
-_WITHIN = {**_PLAIN, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+__all__ = ["CODE_OF_LANES", "built_in", "inlined", "kernel"]
+
+use_numba()
+
+# What compiled code is made of where lanes occur; no function that calls it shows that.
+CODE_OF_LANES = "".join(
+    pathlib.Path(__file__).with_name(name).read_text() for name in ("lanes.py", "memory.py")
+)
+
+
+def _with(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    return lambda function: dispatcher(function, options, CODE_OF_LANES)
+
 
 # Called from Python, without its lock.
-kernel = njit(**_PLAIN, _nrt=False)
+kernel = _with(**OPTIONS, _nrt=False)
 # On lanes: part of the kernel, so that values stay in registers from one to the next.
-inlined = njit(**_WITHIN, _nrt=False, forceinline=True)
+inlined = _with(**WITHIN, _nrt=False, forceinline=True)
 # On numbers, one state after the other; these may make arrays.
-built_in = njit(**_WITHIN)
+built_in = _with(**WITHIN)

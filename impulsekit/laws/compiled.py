@@ -1,0 +1,240 @@
+"""Functions that run as Python until compiled code is there.
+
+``compiled`` marks a function that compiled code may call; Python calls it as it is. What
+Python calls in compiled form is an ``entry``: its first calls run interpreted, at once. It is
+compiled when that was asked for, or when the interpreted calls have taken longer than
+compiling (or loading what was compiled before) takes.
+
+numba divides by zero without an error, Python does not: a law must look before it divides.
+"""
+
+from __future__ import annotations
+
+import functools
+import sys
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, Generic, ParamSpec, TypeVar
+
+import numpy as np
+
+from .store import Store, is_stored
+
+__all__ = ["ENTRIES", "Entry", "compiled", "dispatcher", "entry", "use_numba"]
+
+P = ParamSpec("P")
+R = TypeVar("R")
+F = TypeVar("F", bound=Callable[..., Any])
+
+# What loading compiled code takes [s]: from disk, and where numba is not imported yet.
+LOADING = 0.02
+IMPORTING = 0.5
+# A compilation longer than this is announced [s].
+LONG = 1.0
+# An error could not leave a function that is called by its address, and states would be left
+# as they were: what is divided by zero is no number.
+OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
+# Called by compiled code alone: wrappers for Python cost more to compile than some bodies.
+WITHIN: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+# All entries of the modules that are imported, by the names of their functions.
+ENTRIES: dict[str, Entry[..., Any]] = {}
+
+_lock = threading.RLock()
+_waiting: list[tuple[Any, Callable[[], Any]]] = []
+# numba holds its dispatchers by weak references.
+_held: list[Any] = []
+_ready = False
+
+
+def compiled(function: F) -> F:
+    """Let compiled code call this function. To Python it stays what it is.
+
+    Example:
+        >>> @compiled
+        ... def work(impulse: float, before: float, after: float) -> float:
+        ...     return 0.5 * impulse * (before + after)
+        >>> work(2.0, -1.0, 0.5)
+        -0.5
+    """
+    _tell_numba(function, lambda: dispatcher(function, WITHIN))
+    return function
+
+
+class Entry(Generic[P, R]):
+    """A function that Python calls, compiled when it pays.
+
+    Attributes:
+        py_func: the function as Python runs it.
+    """
+
+    def __init__(
+        self, function: Callable[P, R], examples: Callable[[], tuple[Any, ...]], seconds: float
+    ) -> None:
+        functools.update_wrapper(self, function)
+        self.py_func = function
+        self._examples, self._seconds = examples, seconds
+        self._spent, self._limit = 0.0, LOADING
+        self._code: Callable[P, R] | None = None
+        self._made: Any = None
+        self._arrays: bool | None = None
+        _tell_numba(self, self._dispatcher)
+        ENTRIES[f"{function.__module__}.{function.__name__}"] = self
+
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
+        """Call the compiled code if it is there, else the Python function."""
+        code = self._code
+        return code(*args, **kwargs) if code is not None else self._interpret(*args, **kwargs)
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether calls run compiled code."""
+        return self._code is not None
+
+    @property
+    def is_stored(self) -> bool:
+        """Whether compiled code of these sources is on disk."""
+        return is_stored(self.py_func, repr(OPTIONS))
+
+    def compile(self) -> Callable[P, R]:
+        """The compiled code, compiled now or loaded from disk."""
+        with _lock:
+            if self._code is None:
+                use_numba()
+                from numba import typeof
+
+                made = self._dispatcher()
+                made.compile(tuple(typeof(example) for example in self._examples()))
+                # For arguments of other types it would be compiled anew without a word.
+                made.disable_compile()
+                self._code = made
+            return self._code
+
+    def _dispatcher(self) -> Any:
+        with _lock:
+            if self._made is None:
+                self._made = dispatcher(self.py_func, OPTIONS)
+            return self._made
+
+    def _interpret(self, *args: Any, **kwargs: Any) -> R:
+        begin = time.perf_counter()
+        if self._arrays is None:
+            self._arrays = not all(isinstance(example, int | float) for example in self._examples())
+        try:
+            if self._arrays:
+                with np.errstate(all="ignore"):
+                    result = self.py_func(*args, **kwargs)
+            else:
+                result = self.py_func(*args, **kwargs)
+        except (ArithmeticError, ValueError):
+            # Beyond what doubles hold: compiled code goes on with infinities.
+            return self.compile()(*args, **kwargs)
+        self._spent += time.perf_counter() - begin
+        if self._spent > self._limit:
+            self._weigh()
+        return result
+
+    def _weigh(self) -> None:
+        """Compile if the interpreted calls have cost as much by now."""
+        cost = LOADING if _ready else IMPORTING
+        if not self.is_stored:
+            cost += self._seconds
+        if self._spent > cost:
+            self.compile()
+        else:
+            self._limit = min(cost, 2.0 * self._spent)
+
+
+def entry(
+    examples: Callable[[], tuple[Any, ...]], *, seconds: float
+) -> Callable[[Callable[P, R]], Entry[P, R]]:
+    """Make a function an ``Entry``.
+
+    Args:
+        examples: gives arguments of the types that it is compiled for.
+        seconds: what compiling takes, about.
+
+    Example:
+        >>> @entry(lambda: (1.0, 1.0), seconds=0.1)
+        ... def energy(mass: float, speed: float) -> float:
+        ...     return 0.5 * mass * speed * speed
+        >>> energy(2.0, 3.0), energy.is_compiled
+        (9.0, False)
+    """
+    return lambda function: Entry(function, examples, seconds)
+
+
+def dispatcher(function: Callable[..., Any], options: dict[str, Any], *more: str) -> Any:
+    """What numba's ``njit`` makes of a function, its code kept by ``Store``.
+
+    Args:
+        function: to be compiled, once per types of arguments.
+        options: of ``njit``.
+        more: other text that the code depends on.
+    """
+    from numba import njit
+
+    made = njit(**options)(function)
+    made._cache = Store(function, repr(options), *more)
+    return made
+
+
+def use_numba() -> None:
+    """Import numba, and let it know the marked functions."""
+    global _ready
+    with _lock:
+        if _ready:
+            return
+        import numba  # noqa: F401
+
+        _ready = True
+        _announce_long_ones()
+        while _waiting:
+            _tell_numba(*_waiting.pop())
+
+
+def _tell_numba(name: Any, make: Callable[[], Any]) -> None:
+    """Where compiled code reads this global, it shall find a dispatcher."""
+    with _lock:
+        if not _ready:
+            _waiting.append((name, make))
+            return
+        from numba import types
+        from numba.core.registry import cpu_target
+
+        _held.append(make())
+        cpu_target.typing_context.insert_global(name, types.Dispatcher(_held[-1]))
+
+
+def _announce_long_ones() -> None:
+    """Say in one line, once, that something is compiled if that takes long."""
+    from numba.core import event
+
+    class Listener(event.Listener):
+        depth = 0
+        timer = threading.Timer(LONG, _say)
+
+        def on_start(self, event: Any) -> None:
+            # numba compiles one thing at a time, and what that calls within.
+            self.depth += 1
+            module = str(event.data["dispatcher"].py_func.__module__)
+            if self.depth == 1 and module.startswith(__name__.partition(".")[0]):
+                self.timer = threading.Timer(LONG, _say)
+                self.timer.daemon = True
+                self.timer.start()
+
+        def on_end(self, event: Any) -> None:
+            self.depth -= 1
+            if self.depth == 0:
+                self.timer.cancel()
+
+    event.register("numba:compile", Listener())
+
+
+@functools.cache
+def _say() -> None:
+    sys.stderr.write(
+        "impulsekit: compiling for this machine, once per installation "
+        "(`impulsekit warm-up` does it beforehand)\n"
+    )

@@ -1,0 +1,140 @@
+"""Functions run as Python at first; compiled code is kept apart by all that it is made of."""
+
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+from impulsekit.laws.compiled import compiled, entry
+from impulsekit.laws.fingerprint import fingerprint
+
+_MODULE = """
+import math
+from impulsekit.laws.compiled import compiled, entry
+
+FACTOR = {factor}
+
+@compiled
+def length(x, y):
+    return FACTOR * math.sqrt(x * x + y * y)
+
+@entry(lambda: (1.0, 1.0), seconds={seconds})
+def twice(x, y):
+    return 2.0 * length(x, y) / x
+"""
+
+
+def run(folder: pathlib.Path, script: str, *, factor: float = 1.0, seconds: float = 9.0) -> str:
+    """What a fresh process prints that has the module above as ``impulsekit.made``."""
+    (folder / "made.py").write_text(_MODULE.format(factor=factor, seconds=seconds))
+    begin = """
+        import importlib.util, sys, impulsekit
+        spec = importlib.util.spec_from_file_location("impulsekit.made", {path!r})
+        made = sys.modules["impulsekit.made"] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(made)
+    """
+    code = textwrap.dedent(begin.format(path=str(folder / "made.py"))) + textwrap.dedent(script)
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(folder / "kept")},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    return done.stdout.strip()
+
+
+def test_the_first_answer_needs_no_numba(tmp_path):
+    shown = run(tmp_path, "print(made.twice(3.0, 4.0), 'numba' in sys.modules)")
+    assert shown == f"{2.0 * 5.0 / 3.0} False"
+
+
+def test_compiled_code_of_other_sources_is_not_used(tmp_path):
+    script = "made.twice.compile(); print(made.twice(3.0, 4.0), made.twice.is_compiled)"
+    assert run(tmp_path, script) == f"{10.0 / 3.0} True"
+    # The file that calls is the same; a constant of a function within has changed.
+    assert run(tmp_path, script, factor=3.0) == f"{30.0 / 3.0} True"
+
+
+def test_what_is_compiled_is_kept(tmp_path):
+    run(tmp_path, "made.twice.compile()")
+    loads = """
+        from numba.core import event
+        with event.install_recorder("numba:compile") as seen:
+            made.twice.compile()
+        ours = [e.data["dispatcher"].__name__ for _, e in seen.buffer]
+        print(made.twice(3.0, 4.0), ours.count("twice") + ours.count("length"))
+    """
+    assert run(tmp_path, loads) == f"{10.0 / 3.0} 0"
+
+
+@pytest.mark.parametrize(
+    "damage", [lambda data: data[:1000], lambda data: b"", lambda data: b"?" * 99]
+)
+def test_a_damaged_file_is_compiled_anew(tmp_path, damage):
+    run(tmp_path, "made.twice.compile()")
+    for path in (tmp_path / "kept").rglob("*.code"):
+        path.write_bytes(damage(path.read_bytes()))
+    assert run(tmp_path, "made.twice.compile(); print(made.twice(3.0, 4.0))") == f"{10.0 / 3.0}"
+
+
+def test_without_a_folder_to_write_code_is_compiled_all_the_same(tmp_path):
+    (tmp_path / "kept").write_text("a file stands where the folder would be")
+    assert run(tmp_path, "made.twice.compile(); print(made.twice(3.0, 4.0))") == f"{10.0 / 3.0}"
+
+
+def test_it_is_compiled_once_interpreting_has_cost_as_much(tmp_path):
+    script = """
+        import time
+        begin = time.perf_counter()
+        while not made.twice.is_compiled and time.perf_counter() - begin < 60.0:
+            made.twice(3.0, 4.0)
+        print(made.twice.is_compiled, made.twice(3.0, 4.0))
+    """
+    assert run(tmp_path, script, seconds=0.1) == f"True {10.0 / 3.0}"
+
+
+def test_what_python_cannot_divide_compiled_code_does(tmp_path):
+    assert run(tmp_path, "print(made.twice(0.0, 4.0))") == "inf"
+
+
+def test_arguments_of_other_types_are_not_compiled_for(tmp_path):
+    script = """
+        import numpy as np
+        code = made.twice.compile()
+        try:
+            code(np.ones(2), np.ones(2))
+        except TypeError:
+            print("refused")
+    """
+    assert run(tmp_path, script) == "refused"
+
+
+def test_a_fingerprint_sees_all_that_is_called():
+    def of(factor, root):
+        def inner(x):
+            return factor * root(x)
+
+        def outer(x):
+            return inner(x) + 1.0
+
+        inner.__module__ = outer.__module__ = "impulsekit.made"
+        return fingerprint(outer)
+
+    assert of(2.0, math.sqrt) == of(2.0, math.sqrt)
+    assert len({of(2.0, math.sqrt), of(3.0, math.sqrt), of(2.0, math.sin)}) == 3
+
+
+def test_what_is_marked_stays_the_function_that_it_is():
+    def work(impulse, speed):
+        return impulse * speed
+
+    assert compiled(work) is work
+    made = entry(lambda: (1.0, 1.0), seconds=1.0)(work)
+    assert made.py_func is work
+    assert made(2.0, 3.0) == 6.0
