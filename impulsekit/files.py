@@ -1,15 +1,30 @@
-"""Files of a user: what cannot be read or written is told with the path and the reason."""
+"""Files of users: read where they are plain files, written atomically.
+
+A file is written beside its place under a name of its own and renamed into place once all of
+it is on the disk. Whatever goes wrong on the way, a full disk, an interrupt, a kill, the file
+that stood there stays as it was.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import os
+import secrets
 import stat
 from collections.abc import Iterator
+from typing import BinaryIO
 
 from .errors import FileError, shown
 
-__all__ = ["file_told", "reason_of", "refuse_device"]
+__all__ = [
+    "check_writable",
+    "file_told",
+    "flush_to_disk",
+    "open_plain_file",
+    "reason_of",
+    "replaced_file",
+    "write_file",
+]
 
 _REASONS: dict[type[OSError], str] = {
     FileNotFoundError: "there is no such file",
@@ -17,6 +32,15 @@ _REASONS: dict[type[OSError], str] = {
     IsADirectoryError: "that is a folder, not a file",
     PermissionError: "that is not permitted",
 }
+_KINDS = (
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+)
+# Characters of a file's name that its temporary name keeps: names end at 255 bytes.
+_KEPT_OF_NAME = 40
 
 
 def reason_of(error: OSError) -> str:
@@ -24,23 +48,12 @@ def reason_of(error: OSError) -> str:
     return _REASONS.get(type(error)) or error.strerror or str(error)
 
 
-def refuse_device(path: str | os.PathLike[str]) -> None:
-    """Prove that a path is no device: one such as /dev/zero never ends.
-
-    Raises:
-        OSError: it is, or there is nothing.
-    """
-    mode = os.stat(path).st_mode
-    if stat.S_ISCHR(mode) or stat.S_ISBLK(mode):
-        raise OSError(None, "that is a device, not a file")
-
-
 @contextlib.contextmanager
 def file_told(path: str | os.PathLike[str], *, writing: bool = False) -> Iterator[None]:
     """Turn an ``OSError`` on a path into a ``FileError`` that tells it.
 
     Raises:
-        FileError: what is within raised an ``OSError``.
+        FileError: what is within raised an ``OSError``, or the path cannot be one.
     """
     try:
         yield
@@ -53,3 +66,114 @@ def file_told(path: str | os.PathLike[str], *, writing: bool = False) -> Iterato
         told = FileError(f"{shown(os.fspath(path), 200)}: {reason}", path=os.fspath(path))
         told.errno = error.errno
         raise told from error
+
+
+def open_plain_file(path: str | os.PathLike[str]) -> BinaryIO:
+    """Open a file for reading; a pipe might never answer, and a device never end.
+
+    Raises:
+        OSError: it is no plain file, or cannot be read.
+    """
+    _refuse_special(os.stat(path).st_mode)
+    # Without waiting, should a pipe have taken its place meanwhile.
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+    try:
+        _refuse_special(os.fstat(descriptor).st_mode)
+        return os.fdopen(descriptor, "rb")
+    except BaseException:
+        os.close(descriptor)
+        raise
+
+
+def _refuse_special(mode: int) -> None:
+    for is_kind, kind in _KINDS:
+        if is_kind(mode):
+            raise OSError(None, f"that is {kind}, not a file")
+
+
+def check_writable(path: str | os.PathLike[str]) -> None:
+    """Prove that a file can be written, as far as that is known without writing it.
+
+    Raises:
+        FileError: it is a folder, a pipe or a device, its folder does not exist, or writing is
+            not permitted.
+    """
+    with file_told(path, writing=True):
+        _check_target(_target(path))
+
+
+def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:
+    """Write a whole file, or leave what is there; text as UTF-8.
+
+    Raises:
+        FileError: it cannot be written.
+    """
+    with replaced_file(path) as file:
+        file.write(content.encode("utf-8") if isinstance(content, str) else content)
+
+
+@contextlib.contextmanager
+def replaced_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """A file to write to, which takes the place of ``path`` if nothing is raised within.
+
+    What a symbolic link leads to is replaced, and the link stays.
+
+    Raises:
+        FileError: it cannot be written; what was there stays as it was.
+    """
+    with file_told(path, writing=True):
+        target = _target(path)
+        mode = _check_target(target)
+        folder, name = os.path.split(target)
+        temporary = os.path.join(folder, f".{name[:_KEPT_OF_NAME]}.{secrets.token_hex(8)}.partial")
+        descriptor = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+        try:
+            with os.fdopen(descriptor, "w+b") as file:
+                if mode is not None:
+                    os.fchmod(file.fileno(), stat.S_IMODE(mode))
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(temporary, target)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.unlink(temporary)
+            raise
+
+
+def _target(path: str | os.PathLike[str]) -> str:
+    """The file that is written: where symbolic links lead."""
+    try:
+        return os.path.realpath(os.fspath(path))
+    except ValueError:
+        raise OSError(None, "a path has no NUL character in it") from None
+
+
+def _check_target(target: str) -> int | None:
+    """The mode of a file that is there and may be replaced; None where there is none.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    mode = None
+    with contextlib.suppress(FileNotFoundError):
+        mode = os.stat(target).st_mode
+    if mode is not None:
+        _refuse_special(mode)
+        if not os.access(target, os.W_OK):
+            raise PermissionError
+    folder = os.path.dirname(target)
+    if not os.path.isdir(folder):
+        raise FileNotFoundError
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError
+    return mode
+
+
+def flush_to_disk(path: str | os.PathLike[str]) -> None:
+    """Wait until a file that is closed already is on the disk."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import pathlib
 
 import click
 
@@ -29,9 +28,11 @@ def design(file: str, json_to: str | None, plot_to: str | None, plane: str) -> N
     """
     from ..design.summary import design_as_dict, design_as_text
     from ..errors import InputError
-    from ..files import file_told
+    from ..files import write_file
     from ..scenefile import load_scene
+    from .outputs import check_outputs
 
+    check_outputs(json_to, picture=plot_to)
     scene_file = load_scene(file)
     if not scene_file.design:
         raise InputError(f"{file}: there are no [[design.points]] in it")
@@ -41,8 +42,7 @@ def design(file: str, json_to: str | None, plot_to: str | None, plane: str) -> N
         if json_to == "-":
             click.echo(text)
         else:
-            with file_told(json_to, writing=True):
-                pathlib.Path(json_to).write_text(text + "\n", encoding="utf-8")
+            write_file(json_to, text + "\n")
     if json_to != "-":
         click.echo(design_as_text(told), nl=False)
     if plot_to is not None:
@@ -53,7 +53,6 @@ def _draw(scene_file: object, plane: str, path: str) -> None:
     from ..design.ellipsoid import impact_ellipsoid
     from ..design.pictures import plot_effective_mass
     from ..errors import MissingExtraError
-    from ..files import file_told
     from ..scenefile import SceneFile
 
     if not isinstance(scene_file, SceneFile):
@@ -62,12 +61,11 @@ def _draw(scene_file: object, plane: str, path: str) -> None:
         from matplotlib.figure import Figure
     except ImportError:
         raise MissingExtraError.of("matplotlib", "plot", "--plot") from None
-    from ..view.plots.canvas import plain
+    from ..view.plots.canvas import plain, save_figure
 
     points = scene_file.design
     figure = Figure(figsize=(4.5 * len(points), 4.5), layout="constrained")
     for ax, point in zip(figure.subplots(1, len(points), squeeze=False)[0], points, strict=True):
         found = impact_ellipsoid(scene_file.scene, scene_file.q, point.frame, point.at)
         plot_effective_mass(found, plane, ax).set_title(plain(point.title))
-    with file_told(path, writing=True):
-        figure.savefig(path)
+    save_figure(figure, path)

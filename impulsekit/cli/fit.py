@@ -52,9 +52,11 @@ def fit(
     from ..design.fit import fit_impacts
     from ..design.measured import load_measurements
     from ..errors import RangeError
-    from ..files import file_told
+    from ..files import write_file
     from ..scenefile import load_scene
+    from .outputs import check_outputs
 
+    check_outputs(json_to)
     scene_file = load_scene(file)
     if not 0.0 < level < 1.0:
         raise RangeError.of("--level", level, "between 0 and 1")
@@ -69,8 +71,7 @@ def fit(
         if json_to == "-":
             click.echo(text)
         else:
-            with file_told(json_to, writing=True):
-                pathlib.Path(json_to).write_text(text + "\n", encoding="utf-8")
+            write_file(json_to, text + "\n")
     if json_to != "-":
         click.echo(_as_text(found, len(seen), level), nl=False)
     if not found.converged:

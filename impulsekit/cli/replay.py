@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import zipfile
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from .outputs import check_outputs
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,6 +39,7 @@ def replay(
     speed: float | None,
 ) -> None:
     """Show the impact of a scene in FILE (TOML), or a motion saved by simulate (npz)."""
+    check_outputs(html)
     motion, points = _motion(file)
     drawn = write_page(
         motion,
@@ -69,7 +73,7 @@ def write_page(
 
 def _motion(file: str) -> tuple[Any, Sequence[ReportPoint]]:
     """What a file holds, and the points that its scene reports."""
-    if zipfile.is_zipfile(file):
+    if os.path.isfile(file) and zipfile.is_zipfile(file):
         from ..motion import Trajectory
 
         return Trajectory.load(file), ()

@@ -40,7 +40,9 @@ def simulate(
     from ..motion import simulate as simulate_motion
     from ..scene.motion import MotionSettings
     from ..scenefile import load_scene
+    from .outputs import check_outputs
 
+    check_outputs(output, html, picture=plot)
     scene_file = load_scene(file)
     given = {"duration": duration, "samples": samples}
     settings = scene_file.motion or MotionSettings()

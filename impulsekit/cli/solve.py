@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import pathlib
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -45,10 +44,12 @@ def solve(
     checked: bool,
 ) -> None:
     """Solve the scene in FILE (TOML) and print what happens, an instant later."""
-    from ..files import file_told
+    from ..files import write_file
     from ..impact import solve as solve_impact
     from ..scenefile import load_scene
+    from .outputs import check_outputs
 
+    check_outputs(json_to, html, picture=plot)
     scene_file = load_scene(file)
     impact = solve_impact(scene_file.scene, scene_file.q, scene_file.v)
     if json_to is not None:
@@ -56,8 +57,7 @@ def solve(
         if json_to == "-":
             click.echo(text)
         else:
-            with file_told(json_to, writing=True):
-                pathlib.Path(json_to).write_text(text + "\n", encoding="utf-8")
+            write_file(json_to, text + "\n")
     if json_to != "-":
         show_report(impact, scene_file.points, form)
     if plot is not None:

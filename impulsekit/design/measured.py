@@ -12,7 +12,6 @@ import csv
 import json
 import math
 import os
-import pathlib
 import re
 from collections.abc import Mapping
 from typing import Any
@@ -21,7 +20,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, ShapeError, UnknownNameError, quoted, shown
-from ..files import file_told
+from ..files import file_told, open_plain_file
 from ..scene import Scene
 from .fit import Measurement
 
@@ -48,11 +47,11 @@ def load_measurements(
         UnknownNameError, ShapeError: joints that the robot does not have, or their sizes.
     """
     label = shown(os.fspath(path), 200)
-    with file_told(path):
-        size = os.stat(path).st_size
+    with file_told(path), open_plain_file(path) as file:
+        size = os.fstat(file.fileno()).st_size
         if size > LARGEST:
             raise InputError(f"{label}: {size} bytes are too many for a list of impacts")
-        data = pathlib.Path(path).read_bytes()
+        data = file.read()
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

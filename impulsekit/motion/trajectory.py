@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import ImpulsekitError, InputError, MissingExtraError, RangeError
-from ..files import file_told
+from ..files import replaced_file
 from ..impact.algorithms import symmetric
 from ..scene.numbers import number
 from .force_field import ForceField
@@ -211,7 +211,7 @@ class Trajectory:
             "numbers": numbers,
             **self._path.arrays(),
         }
-        with file_told(path, writing=True), open(path, "wb") as file:
+        with replaced_file(path) as file:
             np.savez_compressed(file, **arrays)
 
     @classmethod

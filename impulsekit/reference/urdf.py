@@ -122,6 +122,8 @@ def _text(urdf: str | os.PathLike[str]) -> tuple[bytes, str]:
     if isinstance(urdf, str) and urdf.lstrip().startswith("<"):
         return urdf.strip().encode(), "the URDF given as a string"
     path = Path(urdf)
+    if path.exists() and not path.is_file():
+        raise _error(str(path), "file", "it is no plain file")
     try:
         return path.read_bytes(), str(path)
     except OSError as fault:

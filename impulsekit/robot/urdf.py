@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..errors import UrdfError, a_thing, shown
-from ..files import reason_of, refuse_device
+from ..files import open_plain_file, reason_of
 from .urdf_elements import LinkInertial, UrdfJoint, read_joints, read_links
 from .urdf_numbers import checked_name
 from .urdf_repairs import repair_text, repair_tree, uses_xacro
@@ -107,11 +107,15 @@ def _text_of(path_or_xml: str | os.PathLike[str]) -> tuple[str, str | None]:
         )
     path = os.fspath(path_or_xml)
     try:
-        refuse_device(path)
-        with open(path, encoding="utf-8-sig") as file:
-            return file.read().lstrip(), path
+        with open_plain_file(path) as file:
+            return _lines_of(file.read()).lstrip(), path
     except (OSError, ValueError) as error:
         raise UrdfError(f"{shown(path, 200)}: {_reason(error)}", source=path, element="") from None
+
+
+def _lines_of(content: bytes) -> str:
+    """Text whose lines all end in a line feed."""
+    return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _reason(error: OSError | ValueError) -> str:

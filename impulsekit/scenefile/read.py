@@ -12,7 +12,7 @@ import numpy as np
 import pydantic
 
 from ..errors import ImpulsekitError, SceneFileError, quoted
-from ..files import reason_of, refuse_device
+from ..files import open_plain_file, reason_of
 from ..robot import Robot
 from ..robot import state as states
 from ..scene import Scene
@@ -128,8 +128,7 @@ def _error(path: str, faults: Faults) -> SceneFileError:
 
 def _read_toml(path: str) -> dict[str, Any]:
     def text() -> str:
-        refuse_device(path)
-        with open(path, "rb") as file:
+        with open_plain_file(path) as file:
             return file.read().decode("utf-8-sig").replace("\r\n", "\n")
 
     return _parsed(text, path)

@@ -12,7 +12,7 @@ import numpy as np
 import tomli_w
 
 from ..errors import InputError, quoted
-from ..files import file_told
+from ..files import write_file
 from ..robot import Robot
 from ..robot import state as states
 from ..scene import Scene
@@ -95,7 +95,7 @@ def save_scene(
     """Write a scene file; paths in it are relative to it. See ``dump_scene``.
 
     Raises:
-        InputError and others of ``dump_scene``; OSError where nothing can be written.
+        InputError and others of ``dump_scene``; FileError where it cannot be written.
 
     Example:
         >>> from impulsekit import load_scene
@@ -105,8 +105,7 @@ def save_scene(
     path = pathlib.Path(path)
     folder = path.absolute().parent
     text = dump_scene(scene, q, v, points=points, motion=motion, design=design, folder=folder)
-    with file_told(path, writing=True):
-        path.write_text(text, encoding="utf-8", newline="\n")
+    write_file(path, text)
 
 
 def _check_writable(scene: Scene) -> None:

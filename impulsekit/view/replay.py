@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import RangeError
-from ..files import file_told
+from ..files import check_writable, write_file
 from .actors import Actors
 from .browser import send_to, show_page
 from .drawing import Drawing
@@ -110,7 +110,7 @@ def replay(
         InputError: a motion without an instant, or something that is none.
         RangeError: a rate, window or ghost outside its range.
         UnknownNameError: a joint or frame that the robot does not have.
-        OSError: the page cannot be written.
+        FileError: the page cannot be written.
         MissingExtraError: meshcat is not installed.
 
     Example:
@@ -121,6 +121,8 @@ def replay(
         >>> len(shown.times) > 100, shown.arrows["blow"]
         (True, ('/impulsekit/impacts/0/0 impulse blow',))
     """
+    if html is not None:
+        check_writable(html)
     shown = shown_motion(motion, span)
     if speed is None:
         speed = 1.0 if shown.impact_alone is None else _stretched(shown)
@@ -208,8 +210,7 @@ def _written(text: str, html: str | os.PathLike[str] | None, show: bool) -> str 
     else:
         name = os.fspath(html)
     path = pathlib.Path(name)
-    with file_told(path, writing=True):
-        path.write_text(text, encoding="utf-8")
+    write_file(path, text)
     if show and not show_page(path):
         warnings.warn(f"no browser could be opened; the page is {path}", stacklevel=3)
     return str(path)

@@ -30,6 +30,7 @@ from typing import Any
 import pydantic
 
 from ...errors import ImpulsekitError, SceneFileError
+from ...files import file_told, open_plain_file
 from ...scenefile import load_scene
 from ...scenefile.faults import Faults
 from ...scenefile.vocabulary import STRICT, model_of
@@ -55,7 +56,7 @@ def load_study(path: str | os.PathLike[str]) -> Study:
         SceneFileError: it holds all faults of the scene, or all of the table.
     """
     file = load_scene(path)
-    with open(path, "rb") as stream:
+    with file_told(path), open_plain_file(path) as stream:
         raw = tomllib.loads(stream.read().decode("utf-8-sig").replace("\r\n", "\n")).get("batch")
     if raw is None:
         raise _fault(file.path, ["there is no table [batch]: how many samples, and what varies?"])

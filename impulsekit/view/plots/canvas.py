@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+import io
+import os
 from typing import TYPE_CHECKING, Any
 
-from ...errors import MissingExtraError
+from ...errors import InputError, MissingExtraError
+from ...files import check_writable, write_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["AFTER", "BEFORE", "BLOW", "INK", "QUIET", "axes_or_new", "new_figure", "tidy"]
+__all__ = [
+    "AFTER",
+    "BEFORE",
+    "BLOW",
+    "INK",
+    "QUIET",
+    "axes_or_new",
+    "check_picture",
+    "new_figure",
+    "save_figure",
+    "tidy",
+]
 
 INK = "#22303c"
 QUIET = "#8a96a1"
@@ -47,6 +61,38 @@ def new_figure(width: float, height: float) -> Any:
     except ImportError:
         raise MissingExtraError.of("matplotlib", "plot", "a plot") from None
     return Figure(figsize=(width, height), layout="constrained")
+
+
+def check_picture(path: str | os.PathLike[str]) -> str:
+    """The format of a picture by its ending, once it is known that it can be written.
+
+    Raises:
+        InputError: an ending that matplotlib does not know.
+        FileError: the file cannot be written.
+        MissingExtraError: matplotlib is not installed.
+    """
+    known = new_figure(1.0, 1.0).canvas.get_supported_filetypes()
+    ending = os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
+    if ending not in known:
+        raise InputError(
+            f'plot: "{os.fspath(path)}" ends in "{ending}"; known are {", ".join(sorted(known))}'
+        )
+    check_writable(path)
+    return ending
+
+
+def save_figure(figure: Any, path: str | os.PathLike[str], **options: Any) -> None:
+    """Draw a figure into a file, in the format that its ending says.
+
+    Args:
+        options: of matplotlib's ``savefig``.
+
+    Raises:
+        InputError, FileError: as ``check_picture``.
+    """
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format=check_picture(path), **options)
+    write_file(path, drawn.getvalue())
 
 
 def tidy(ax: Axes) -> Axes:

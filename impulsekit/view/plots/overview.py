@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Any
 
-from .canvas import new_figure
+from .canvas import new_figure, save_figure
 from .cones import contact_cones
 from .energy_books import energy_books
 from .histories import energy_history, momentum_history
@@ -28,7 +28,7 @@ def overview(subject: Any, path: str | os.PathLike[str] | None = None) -> Figure
     Raises:
         InputError: an ending that matplotlib does not know.
         MissingExtraError: matplotlib is not installed.
-        OSError: the file cannot be written.
+        FileError: the file cannot be written.
 
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene, solve
@@ -41,7 +41,7 @@ def overview(subject: Any, path: str | os.PathLike[str] | None = None) -> Figure
 
     figure = _of_impact(subject) if isinstance(subject, Impact) else _of_motion(subject)
     if path is not None:
-        _save(figure, path)
+        save_figure(figure, path, dpi=130)
     return figure
 
 
@@ -72,15 +72,3 @@ def _of_motion(motion: Any) -> Figure:
         ax.set_xlabel("")
     figure.suptitle(motion.scene.robot.name.replace("$", r"\$"))
     return figure
-
-
-def _save(figure: Figure, path: str | os.PathLike[str]) -> None:
-    from ...errors import InputError
-
-    known = figure.canvas.get_supported_filetypes()
-    ending = os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
-    if ending not in known:
-        raise InputError(
-            f'plot: "{os.fspath(path)}" ends in "{ending}"; known are {", ".join(sorted(known))}'
-        )
-    figure.savefig(path, dpi=130)
