@@ -7,7 +7,7 @@ First all contacts are held still: an answer in which nothing slips is near that
 on the modes of the contacts goes to it. Where contacts slip and are redundant, Pinocchio's ADMM
 comes near and Newton goes on from there to rounding level. Where that fails, Newton goes there
 through regular problems nearby, and at last contact after contact is solved in closed form
-until all agree.
+until all agree. Redundant contacts whose targets contradict each other are unloaded one by one.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from .modes import Modes
 from .single import NEGLIGIBLE
 from .sticking import held_still
 from .uniqueness import unique_contacts
+from .unload import unload
 
 __all__ = ["Frictional", "solve_frictional"]
 
@@ -103,13 +104,13 @@ def solve_frictional(
         from .admm import admm
 
         rough, count = admm(delassus, shifted, friction, NEAR * modes.scale, ENOUGH)
-        impulse, residual = modes.polish(rough)
+        impulse, residual = unload(modes, *modes.polish(rough))
         if residual <= BAR:
             return _told(modes, impulse, residual, count)
         # The modes were not the right ones yet: nearer, and again.
         closer, more = admm(delassus, shifted, friction, NEARER * modes.scale, MORE)
         count += more
-        impulse, residual = modes.polish(closer)
+        impulse, residual = unload(modes, *modes.polish(closer))
         if residual <= BAR:
             return _told(modes, impulse, residual, count)
         residual = modes.residual(closer)
@@ -118,6 +119,8 @@ def solve_frictional(
         rough = closer
     last, residual, steps = approach(modes, rough, BAR)
     count += steps
+    if floor is None:
+        last, residual = unload(modes, last, residual)
     if residual <= BAR:
         return _told(modes, last, residual, count)
     from .gauss_seidel import sweep
