@@ -1,5 +1,4 @@
 from . import errors as errors
-from .batch.codes import RowStatus as RowStatus
 from .batch.long import LongTree as LongTree
 from .batch.long import long_chain as long_chain
 from .batch.long import long_tree as long_tree
@@ -35,7 +34,6 @@ from .design.sparing import spare_joint as spare_joint
 from .design.sparing import worst_blow as worst_blow
 from .impact import Impact as Impact
 from .impact import ImpactSolver as ImpactSolver
-from .impact import Status as Status
 from .impact import solve as solve
 from .impact.derivatives import Derivatives as Derivatives
 from .impact.derivatives import DerivativeStatus as DerivativeStatus
@@ -46,6 +44,7 @@ from .impact.freed import freed_joint as freed_joint
 from .impact.saltation import Saltation as Saltation
 from .impact.saltation import saltation as saltation
 from .impact.saltation import saltation_matrix as saltation_matrix
+from .laws.status import Status as Status
 from .motion import MotionStatus as MotionStatus
 from .motion import Trajectory as Trajectory
 from .motion import simulate as simulate

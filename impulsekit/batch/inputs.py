@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, UnknownNameError
+from ..laws.status import Status
 from ..robot import state
 from ..scene import AppliedImpulse, Scene
-from .codes import RowStatus
 
 __all__ = ["BatchInputs", "batch_inputs"]
 
@@ -135,8 +135,8 @@ def _mark(
     if len(array) == 1:
         raise RangeError.of(name, float(array[~fine][0]), allowed)
     bad = ~fine.all(axis=1)
-    codes[bad] = int(RowStatus.OUT_OF_RANGE)
-    codes[bad & ~np.isfinite(array).all(axis=1)] = int(RowStatus.NOT_FINITE)
+    codes[bad] = int(Status.OUT_OF_RANGE)
+    codes[bad & ~np.isfinite(array).all(axis=1)] = int(Status.NOT_FINITE)
     # The kernels compute every lane; a coefficient that is out of range must not make them fail.
     array[bad] = harmless
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InputError
-from .codes import RowStatus
+from ..laws.status import Status
 
 if TYPE_CHECKING:
     from .program import BatchPlan
@@ -31,7 +31,7 @@ class ImpactBatch:
     """What an impact does at B states. Arrays are read-only; rows that failed hold NaN.
 
     Attributes:
-        status: (B,) the ``RowStatus`` of each row, as a small whole number.
+        status: (B,) the ``Status`` of each row, as a small whole number.
         plan: what was computed, and how.
         arrays: the outputs that were asked for, by name.
         single: (B,) whether each row was left to ``solve``: all of them where there are no
@@ -81,12 +81,12 @@ class ImpactBatch:
     @property
     def valid(self) -> np.ndarray:
         """(B,) whether each row may be used."""
-        good = [code.value for code in RowStatus if code.valid]
+        good = [code.code for code in Status if code.valid]
         return np.isin(self.status, good)
 
-    def count(self) -> dict[RowStatus, int]:
+    def count(self) -> dict[Status, int]:
         """How many rows have each status."""
-        return {RowStatus(k): n for k, n in sorted(Counter(self.status.tolist()).items())}
+        return {Status(k): n for k, n in sorted(Counter(self.status.tolist()).items())}
 
     def _asked(self, name: str) -> np.ndarray:
         if name not in self.arrays:

@@ -18,8 +18,8 @@ from ..errors import (
 )
 from ..impact import solve
 from ..impact.result import Impact
+from ..laws.status import Status
 from ..scene import AppliedImpulse, Scene
-from .codes import RowStatus
 from .inputs import BatchInputs
 from .masses import scaled_robot
 
@@ -36,7 +36,7 @@ def solve_rows(
     """Solve those rows and write their answers and codes."""
     varies = _varies(scene, inputs)
     for row in rows:
-        if inputs.codes[row] != RowStatus.SOLVED:
+        if inputs.codes[row] != Status.SOLVED:
             codes[row] = inputs.codes[row]
             continue
         q = inputs.q[row if len(inputs.q) > 1 else 0]
@@ -44,22 +44,22 @@ def solve_rows(
         try:
             impact = solve(_scene_of(scene, inputs, row) if varies else scene, q, v)
             _write(impact, row, arrays)
-            codes[row] = RowStatus.of(impact.status)
+            codes[row] = impact.status
         except ImpulsekitError as error:
             codes[row] = _code(error)
 
 
-def _code(error: ImpulsekitError) -> RowStatus:
+def _code(error: ImpulsekitError) -> Status:
     for kind, code in (
-        (NotFiniteError, RowStatus.NOT_FINITE),
-        (StateError, RowStatus.OFF_MANIFOLD),
-        (RangeError, RowStatus.OUT_OF_RANGE),
-        (SingularMassError, RowStatus.SINGULAR_MASS),
-        (ContradictionError, RowStatus.CONTRADICTION),
+        (NotFiniteError, Status.NOT_FINITE),
+        (StateError, Status.OFF_MANIFOLD),
+        (RangeError, Status.OUT_OF_RANGE),
+        (SingularMassError, Status.SINGULAR_MASS),
+        (ContradictionError, Status.CONTRADICTION),
     ):
         if isinstance(error, kind):
             return code
-    return RowStatus.REFUSED
+    return Status.REFUSED
 
 
 def _varies(scene: Scene, inputs: BatchInputs) -> bool:

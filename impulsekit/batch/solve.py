@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, MissingExtraError, RangeError, UnknownNameError, a_thing, quoted
+from ..laws.status import Status
 from ..scene import FrameAnchor, JointLock, PointAnchor, Scene
-from .codes import AGAIN, RowStatus
+from .codes import AGAIN
 from .inputs import BatchInputs, batch_inputs
 from .remote import is_lazy, solve_lazily, solve_remotely
 from .result import OUTPUTS, ImpactBatch
@@ -125,7 +126,7 @@ def solve_batch(
                 again = _in_double(program, inputs, again, arrays, codes, _threads(threads))
             solve_rows(scene, inputs, again.tolist(), arrays, codes)
             single[again] = True
-    failed = (codes >= int(RowStatus.NOT_FINITE)) & (codes != int(RowStatus.NEARLY_DEPENDENT))
+    failed = (codes >= int(Status.NOT_FINITE)) & (codes != int(Status.NEARLY_DEPENDENT))
     for array in arrays.values():
         if failed.any():
             array[failed] = np.nan
@@ -180,7 +181,7 @@ def warm_up(scene: Scene, *, dtype: Any = np.float64) -> BatchPlan:
     if program is not None:
         inputs = batch_inputs(scene, scene.robot.neutral(), None, None, None, None, None)
         # A row that is known to be bad passes through all kernels but the laws of contact.
-        inputs.codes[:] = int(RowStatus.OUT_OF_RANGE)
+        inputs.codes[:] = int(Status.OUT_OF_RANGE)
         _run(program, inputs, {}, np.zeros(1, dtype=np.int8), _number(dtype), 1, lambda _: None)
     return plan
 

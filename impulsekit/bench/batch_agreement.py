@@ -18,10 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from ..batch.codes import RowStatus
 from ..batch.solve import solve_batch
 from ..errors import SingularMassError, UrdfError
 from ..impact import solve
+from ..laws.status import Status
 from ..robot import Robot
 from ..robot.examples import example_names
 from ..robot.robot import WORLD
@@ -117,9 +117,9 @@ def agreement(scene: Scene, q: np.ndarray, v: np.ndarray) -> Agreement:
         try:
             impact = solve(scene, pose, speed)
         except SingularMassError:
-            statuses += batch.status[i] != RowStatus.SINGULAR_MASS
+            statuses += batch.status[i] != Status.SINGULAR_MASS
             continue
-        if RowStatus.of(impact.status) != batch.status[i]:
+        if impact.status != batch.status[i]:
             statuses += 1
             continue
         if not impact.status.valid:

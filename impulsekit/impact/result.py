@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..laws.status import RESIDUAL_LIMIT, Status, judged
 from .constraint_results import ConstraintResult, constraint_results
 from .contact_results import ContactResult, contact_results
 from .energy import Energy, energy_books
@@ -17,7 +18,6 @@ from .links import LinkJump, link_jumps
 from .mechanics import Mechanics
 from .reactions import joint_reactions
 from .residuals import Residuals, residuals_of
-from .status import RESIDUAL_LIMIT, Status, judged
 
 if TYPE_CHECKING:
     from ..scene import Scene

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..laws.status import Status
 from ..scene import Scene
 from ..scene.restitution import restitution_at
 from .algorithms import has_uneven_masses
 from .reach import ReachedModel
-from .status import Status
 from .touching import ContactRows, Touch
 
 if TYPE_CHECKING:

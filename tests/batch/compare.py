@@ -6,9 +6,9 @@ import numpy as np
 import pinocchio as pin
 
 import impulsekit as ik
-from impulsekit.batch.codes import RowStatus
 from impulsekit.batch.result import OUTPUTS
 from impulsekit.batch.solve import solve_batch
+from impulsekit.laws.status import Status
 
 
 def random_states(robot, count, seed=0, spread=1.5):
@@ -26,11 +26,11 @@ def worst_difference(scene, q, v, rows=None, **varying):
         try:
             impact = ik.solve(scene, q[i], v[i])
         except ik.errors.SingularMassError:
-            assert batch.status[i] == RowStatus.SINGULAR_MASS
+            assert batch.status[i] == Status.SINGULAR_MASS
             continue
         if impact.status is ik.Status.INACCURATE:
             continue
-        assert RowStatus.of(impact.status) == batch.status[i], (i, impact.status)
+        assert impact.status == batch.status[i], (i, impact.status)
         if not impact.status.valid:
             continue
         pairs = [

@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.batch.codes import RowStatus
+from impulsekit.laws.status import Status
 from tests.batch.compare import worst_difference
 
 pytest.importorskip("numba")
@@ -142,7 +142,7 @@ def test_single_precision_leaves_the_touching_to_double(robots):
     q, v = meetings(robots["box"], "box", 40)
     double = ik.solve_batch(scene, q, v)
     single = ik.solve_batch(scene, q, v, dtype=np.float32)
-    assert (single.status == RowStatus.SOLVED).all()
+    assert (single.status == Status.SOLVED).all()
     assert np.abs(single.v_after - double.v_after).max() < 1e-4
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.batch.codes import RowStatus
 from impulsekit.batch.solve import solve_batch
+from impulsekit.laws.status import Status
 
 from .compare import random_states, worst_difference
 
@@ -86,7 +86,7 @@ def test_redundant_rows_that_contradict_each_other_are_told(solo):
     ]
     q, v = random_states(solo, 5)
     batch = solve_batch(ik.Scene(solo, constraints=apart), q, v)
-    assert (batch.status == RowStatus.CONTRADICTION).all()
+    assert (batch.status == Status.CONTRADICTION).all()
     assert np.isnan(batch.v_after).all()
 
 
@@ -130,6 +130,6 @@ def test_an_arm_all_but_stretched_out_is_as_solve_has_it(angle):
     batch = solve_batch(scene, q, np.zeros((8, arm.nv)))
     for i, pose in enumerate(q):
         impact = ik.solve(scene, pose, np.zeros(arm.nv))
-        assert RowStatus.of(impact.status) == batch.status[i]
+        assert impact.status == batch.status[i]
         size = np.abs(impact.dv).max()
         assert np.abs(batch.v_after[i] - impact.v_after).max() < 1e-15 / angle * size + 1e-13

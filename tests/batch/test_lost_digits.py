@@ -5,10 +5,10 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.batch.codes import RowStatus
 from impulsekit.batch.result import OUTPUTS
 from impulsekit.batch.solve import solve_batch
 from impulsekit.bench.problems.digits import velocity_after
+from impulsekit.laws.status import Status
 from tests.batch.compare import random_states
 
 pytest.importorskip("numba")
@@ -45,8 +45,8 @@ def farthest(scene, q, v, batch, count):
     lost = np.abs(free).max(axis=1) / held
     alone = np.array([ik.solve(scene, *row).v_after for row in zip(q, v, strict=True)])
     apart = np.abs(alone - batch.v_after).max(axis=1) / held
-    lost[batch.status != RowStatus.SOLVED] = 0.0
-    apart[batch.status != RowStatus.SOLVED] = 0.0
+    lost[batch.status != Status.SOLVED] = 0.0
+    apart[batch.status != Status.SOLVED] = 0.0
     return {*np.argsort(lost)[-count:], *np.argsort(apart)[-count:]}
 
 
@@ -70,7 +70,7 @@ def test_speeds_are_right_to_the_condition_of_the_masses(bolt, states, friction,
     for row in farthest(scene, q, v, batch, 5):
         exact = np.array([float(x) for x in velocity_after(scene, q[row], v[row])])
         off = np.abs(batch.v_after[row] - exact).max() / np.abs(exact).max()
-        assert batch.plan.kernel and batch.status[row] == RowStatus.SOLVED
+        assert batch.plan.kernel and batch.status[row] == Status.SOLVED
         assert off < min(1e-12, 10.0 * condition(bolt, q[row]) * EPS)
 
 

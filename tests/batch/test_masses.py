@@ -70,7 +70,7 @@ def test_rows_out_of_range_and_links_that_cannot_be_scaled():
     scene = ik.Scene(panda, [ik.AppliedImpulse("panda_hand", [0, 0, 1])])
     q, _ = random_states(panda, 5)
     batch = ik.solve_batch(scene, q, masses={"panda_hand": [1, 2, 0, np.nan, -1]})
-    assert [code.name for code in map(ik.RowStatus, batch.status)] == [
+    assert [code.name for code in map(ik.Status, batch.status)] == [
         "SOLVED", "SOLVED", "OUT_OF_RANGE", "NOT_FINITE", "OUT_OF_RANGE",
     ]  # fmt: skip
     with pytest.raises(ik.errors.UnknownNameError, match="panda_hand"):

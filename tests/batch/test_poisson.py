@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.batch.codes import RowStatus
+from impulsekit.laws.status import Status
 from tests.batch.compare import random_states, worst_difference
 
 pytest.importorskip("numba")
@@ -93,4 +93,4 @@ def test_tangential_restitution_is_refused_as_alone(solo):
     contact = ik.Contact("FR_FOOT", friction=0.5, tangential_restitution=0.5)
     q, v = random_states(solo, 3)
     batch = ik.solve_batch(ik.Scene(solo, contacts=[contact], law=POISSON), q, v)
-    assert (batch.status == RowStatus.REFUSED).all()
+    assert (batch.status == Status.REFUSED).all()

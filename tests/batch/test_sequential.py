@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.batch.codes import RowStatus
+from impulsekit.laws.status import Status
 from tests.batch.compare import random_states, worst_difference
 
 pytest.importorskip("numba")
@@ -63,8 +63,8 @@ def test_superballs_grip(solo):
     assert worst < 1e-12
     refused = ik.Scene(solo, contacts=contacts, law=LAWS["poisson"])
     approaching = ik.solve_batch(refused, q, v).status
-    assert set(approaching.tolist()) <= {RowStatus.REFUSED, RowStatus.SOLVED}
-    assert (approaching == RowStatus.REFUSED).any()
+    assert set(approaching.tolist()) <= {Status.REFUSED, Status.SOLVED}
+    assert (approaching == Status.REFUSED).any()
 
 
 def test_even_approaches_are_left_to_the_single_path(solo):
@@ -86,5 +86,5 @@ def test_a_sequence_without_end_is_told():
     scene = ik.Scene(robot, contacts=walls, law=LAWS["newton"])
     batch = ik.solve_batch(scene, robot.neutral(), np.array([[1.0, 0, 0, 0, 0, 0]]))
     assert batch.plan.kernel
-    assert batch.status[0] == RowStatus.SEQUENCE_TOO_LONG
+    assert batch.status[0] == Status.SEQUENCE_TOO_LONG
     assert not batch.single.any()

@@ -82,7 +82,7 @@ def test_bad_rows_and_few_rows():
     q[3, 9], v[11, 0], q[20, 3:7] = np.nan, np.inf, q[20, 3:7] * 1.01
     v[21, 3] = 1e39
     batch = ik.solve_batch(scene, q, v, dtype="float32")
-    names = [ik.RowStatus(code).name for code in batch.status[[3, 11, 20, 21]]]
+    names = [ik.Status(code).name for code in batch.status[[3, 11, 20, 21]]]
     assert names == ["NOT_FINITE", "NOT_FINITE", "OFF_MANIFOLD", "NOT_FINITE"]
     good = np.setdiff1d(np.arange(40), [3, 11, 20, 21])
     assert np.array_equal(batch.v_after[good], whole[good])

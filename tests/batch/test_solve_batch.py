@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.batch.codes import RowStatus
 from impulsekit.batch.solve import solve_batch
+from impulsekit.laws.status import Status
 from tests.batch.compare import random_states, worst_difference
 
 pytest.importorskip("numba")
@@ -200,9 +200,9 @@ def test_a_bad_row_is_marked_and_stops_nothing(solo):
     mu = np.full((40, 1), 0.5)
     mu[30] = -1.0
     batch = solve_batch(scene, q, v, friction=mu)
-    assert batch.status[3] == batch.status[11] == RowStatus.NOT_FINITE
-    assert batch.status[20] == RowStatus.OFF_MANIFOLD
-    assert batch.status[30] == RowStatus.OUT_OF_RANGE
+    assert batch.status[3] == batch.status[11] == Status.NOT_FINITE
+    assert batch.status[20] == Status.OFF_MANIFOLD
+    assert batch.status[30] == Status.OUT_OF_RANGE
     bad = [3, 11, 20, 30]
     assert np.isnan(batch.v_after[bad]).all()
     good = np.setdiff1d(np.arange(40), bad)

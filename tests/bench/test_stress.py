@@ -22,7 +22,7 @@ from impulsekit.bench.stress.planar import planar_impulses
 from impulsekit.bench.stress.report import read_points, write_report
 from impulsekit.bench.stress.run import ALL, jobs_of, run, solved_case, sweep_named
 from impulsekit.bench.stress.summary import count_scenes, lines_of, whole_of
-from impulsekit.impact.status import Status
+from impulsekit.laws.status import Status
 from impulsekit.reference.whittaker import struck_chain
 
 NUMBERS = truth_numbers()

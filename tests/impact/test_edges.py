@@ -155,7 +155,7 @@ def test_rows_of_a_batch_that_are_all_but_dependent_keep_their_numbers():
     q = np.array([[0.4, 0.3, -0.2], [0.4, 1e-10, -0.7e-10]])
     batch = ik.solve_batch(scene, q)
     assert batch.valid.all()
-    assert ik.RowStatus(batch.status[1]).name == "NEARLY_DEPENDENT"
+    assert ik.Status(batch.status[1]).name == "NEARLY_DEPENDENT"
     for row in range(2):
         alone = ik.solve(scene, q[row], robot.velocity()).v_after
         assert np.allclose(batch.v_after[row], alone, rtol=0, atol=1e-12)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..codes import RowStatus
+from ...laws.status import Status
 from .articulated import collected, press, respond, twists
 from .blows import strike, work_of_blows
 from .doubt import doubted
@@ -35,8 +35,8 @@ from .written import write_contacts
 
 __all__ = ["solve_blocks"]
 
-_SOLVED, _NOT_FINITE = int(RowStatus.SOLVED), int(RowStatus.NOT_FINITE)
-_OFF = int(RowStatus.OFF_MANIFOLD)
+_SOLVED, _NOT_FINITE = int(Status.SOLVED), int(Status.NOT_FINITE)
+_OFF = int(Status.OFF_MANIFOLD)
 
 
 @kernel

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 
-from ..codes import AGAIN, RowStatus
+from ...laws.status import Status
+from ..codes import AGAIN
 from .jit import built_in
 from .slip import slips
 
@@ -18,7 +19,7 @@ ON_CONE = 1e-13
 GAIN = 1e-10
 # Nearer than this to no answer or to many, digits are lost that the other way may keep.
 NEAR = 1e-4
-_SOLVED, _JAM = int(RowStatus.SOLVED), int(RowStatus.PAINLEVE_JAM)
+_SOLVED, _JAM = int(Status.SOLVED), int(Status.PAINLEVE_JAM)
 
 
 @built_in

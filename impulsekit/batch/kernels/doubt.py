@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ..codes import AGAIN, RowStatus
+from ...laws.status import Status
+from ..codes import AGAIN
 from .algebra import triple
 from .jit import inlined
 from .lanes import absolute, where_less, width
@@ -16,8 +17,8 @@ __all__ = ["doubted", "size_of_terms"]
 # to the terms that J Δv is the sum of: with contacts, which are redundant in fours, and with
 # constraints alone.
 DOUBT, DOUBT_HELD = 1e-13, 2e-14
-_SOLVED = int(RowStatus.SOLVED)
-_NOT_UNIQUE, _JAM = int(RowStatus.NOT_UNIQUE), int(RowStatus.PAINLEVE_JAM)
+_SOLVED = int(Status.SOLVED)
+_NOT_UNIQUE, _JAM = int(Status.NOT_UNIQUE), int(Status.PAINLEVE_JAM)
 
 
 @inlined

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from ..codes import AGAIN, RowStatus
+from ...laws.status import Status
+from ..codes import AGAIN
 from .coulomb import GAIN, coulomb
 from .jit import built_in
 from .release import released
@@ -14,7 +15,7 @@ __all__ = ["hit_at_end", "judged"]
 
 # A contact that approaches this slowly beside its slip grazes.
 GRAZING = 1e-4
-_SOLVED, _GAIN = int(RowStatus.SOLVED), int(RowStatus.ENERGY_GAIN)
+_SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
 
 
 @built_in

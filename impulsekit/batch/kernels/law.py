@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ..codes import AGAIN, RowStatus
+from ...laws.status import Status
+from ..codes import AGAIN
 from .coulomb import coulomb, gain
 from .jit import built_in
 from .layout import CONTACT_INTS
@@ -11,7 +12,7 @@ from .several import several
 
 __all__ = ["newton_lanes"]
 
-_GAIN = int(RowStatus.ENERGY_GAIN)
+_GAIN = int(Status.ENERGY_GAIN)
 
 
 def newton_lanes(

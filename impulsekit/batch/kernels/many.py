@@ -11,7 +11,8 @@ import math
 
 import numpy as np
 
-from ..codes import AGAIN, RowStatus
+from ...laws.status import Status
+from ..codes import AGAIN
 from .coulomb import coulomb
 from .dense import rank_by_pivots
 from .jit import built_in
@@ -31,7 +32,7 @@ SWEEPS = (3, 10, 30, -100, -200, -400, -800, 200)
 ROUNDS = len(SWEEPS)
 # Share of the largest load, or of the velocities, that is none.
 EDGE = 1e-9
-_SOLVED, _NOT_UNIQUE = int(RowStatus.SOLVED), int(RowStatus.NOT_UNIQUE)
+_SOLVED, _NOT_UNIQUE = int(Status.SOLVED), int(Status.NOT_UNIQUE)
 
 
 @built_in

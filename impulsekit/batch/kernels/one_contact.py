@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from ..codes import AGAIN, RowStatus
+from ...laws.status import Status
+from ..codes import AGAIN
 from .coulomb import GAIN, coulomb
 from .jit import built_in
 
 __all__ = ["solve_alone"]
 
-_SOLVED, _GAIN = int(RowStatus.SOLVED), int(RowStatus.ENERGY_GAIN)
+_SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
 
 
 @built_in

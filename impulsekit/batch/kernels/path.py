@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 
-from ..codes import AGAIN, RowStatus
+from ...laws.status import Status
+from ..codes import AGAIN
 from .jit import built_in
 from .progress import (
     COMPRESSING,
@@ -45,8 +46,8 @@ MOST_SHARES = 1e4
 TINY, HUGE = 1e-120, 1e120
 # Of rank one for all that rounding tells, and far from it; in between digits are lost.
 NULL, NEAR = 1e-13, 1e-4
-_SOLVED, _GAIN = int(RowStatus.SOLVED), int(RowStatus.ENERGY_GAIN)
-_JAM, _NONE = int(RowStatus.PAINLEVE_JAM), int(RowStatus.NO_SOLUTION)
+_SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
+_JAM, _NONE = int(Status.PAINLEVE_JAM), int(Status.NO_SOLUTION)
 # What goes on: nothing that is sure, slip that turns, slip that keeps, rest.
 _DOUBT, _TURNS, _SLIPS, _RESTS = -1, 0, 1, 2
 

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..codes import AGAIN, RowStatus
+from ...laws.status import Status
+from ..codes import AGAIN
 from .jit import built_in
 from .layout import CONTACT_INTS
 from .path import follow
@@ -23,8 +24,8 @@ AT_REST = 1e-12
 NEGLIGIBLE = 1e-150
 # So many times smaller or larger, rounding may decide; and the same in single precision.
 SURE, COARSE = 1e2, 1e8
-_SOLVED, _JAM = int(RowStatus.SOLVED), int(RowStatus.PAINLEVE_JAM)
-_REFUSED = int(RowStatus.REFUSED)
+_SOLVED, _JAM = int(Status.SOLVED), int(Status.PAINLEVE_JAM)
+_REFUSED = int(Status.REFUSED)
 
 
 def path_lanes(

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..codes import AGAIN, RowStatus
+from ...laws.status import Status
+from ..codes import AGAIN
 from .jit import built_in
 from .layout import CONTACT_INTS
 from .path_law import strike_along
@@ -15,9 +16,9 @@ from .turning import ORDER, SERIES
 
 __all__ = ["path_sequence_lanes"]
 
-_SOLVED, _GAIN = int(RowStatus.SOLVED), int(RowStatus.ENERGY_GAIN)
-_JAM, _TOO_LONG = int(RowStatus.PAINLEVE_JAM), int(RowStatus.SEQUENCE_TOO_LONG)
-_REFUSED = int(RowStatus.REFUSED)
+_SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
+_JAM, _TOO_LONG = int(Status.PAINLEVE_JAM), int(Status.SEQUENCE_TOO_LONG)
+_REFUSED = int(Status.REFUSED)
 
 
 def path_sequence_lanes(

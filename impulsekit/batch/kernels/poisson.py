@@ -5,7 +5,8 @@ For one contact or several at once, as ``impact.laws.simultaneous`` has it.
 
 from __future__ import annotations
 
-from ..codes import AGAIN, RowStatus
+from ...laws.status import Status
+from ..codes import AGAIN
 from .coulomb import GAIN
 from .hit import hit_at_end, judged
 from .jit import built_in
@@ -20,8 +21,8 @@ from .words import POISSON
 __all__ = ["poisson_lanes"]
 
 NULL = 1e-14
-_SOLVED, _GAIN = int(RowStatus.SOLVED), int(RowStatus.ENERGY_GAIN)
-_NOT_UNIQUE = int(RowStatus.NOT_UNIQUE)
+_SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
+_NOT_UNIQUE = int(Status.NOT_UNIQUE)
 
 
 def poisson_lanes(

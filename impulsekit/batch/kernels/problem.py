@@ -10,7 +10,8 @@ import math
 
 import numpy as np
 
-from ..codes import AGAIN, RowStatus
+from ...laws.status import Status
+from ..codes import AGAIN
 from .held import COARSE, bear, half_solved, hold
 from .jit import built_in
 from .layout import CONTACT_FLOATS, CONTACT_INTS
@@ -25,7 +26,7 @@ NEAR_MARGIN, NEAR_MARGIN32 = 1e-11, 1e-5
 NEGLIGIBLE = 1e-150
 # Share of its W that a contact row keeps beside bilateral ones; below, digits are lost.
 HELD_STILL = 1e-6
-_SOLVED = int(RowStatus.SOLVED)
+_SOLVED = int(Status.SOLVED)
 
 
 @built_in

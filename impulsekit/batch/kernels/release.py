@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 
-from ..codes import AGAIN, RowStatus
+from ...laws.status import Status
+from ..codes import AGAIN
 from .coulomb import coulomb
 from .jit import built_in
 
@@ -17,7 +18,7 @@ __all__ = ["released"]
 NULL = 1e-12
 # Nearer to parting than this, digits decide.
 NEAR = 1e-13
-_SOLVED = int(RowStatus.SOLVED)
+_SOLVED = int(Status.SOLVED)
 
 
 @built_in

@@ -7,7 +7,8 @@ which comes first, the state is left to the solver of single states.
 from __future__ import annotations
 
 from ...impact.laws import order
-from ..codes import AGAIN, RowStatus
+from ...laws.status import Status
+from ..codes import AGAIN
 from .coulomb import GAIN
 from .hit import hit_at_end
 from .jit import built_in
@@ -28,8 +29,8 @@ EVEN, EVEN_AT_FIRST, SLOW = 1e-12, 4e-15, 1e-14
 # limit.
 FASTER, SHRUNK = 1e6, 0.5
 fastest, pace_of = built_in(order.fastest), built_in(order.pace_of)
-_SOLVED, _GAIN = int(RowStatus.SOLVED), int(RowStatus.ENERGY_GAIN)
-_TOO_LONG = int(RowStatus.SEQUENCE_TOO_LONG)
+_SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
+_TOO_LONG = int(Status.SEQUENCE_TOO_LONG)
 
 
 def sequential_lanes(

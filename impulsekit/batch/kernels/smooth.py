@@ -10,7 +10,8 @@ import math
 
 import numpy as np
 
-from ..codes import AGAIN, RowStatus
+from ...laws.status import Status
+from ..codes import AGAIN
 from .dense import cholesky, eliminate
 from .jit import built_in
 
@@ -21,7 +22,7 @@ FINE = 4e-15
 # So are contacts of which one is this much more mobile than another.
 ALIKE = 1e-3
 AT_REST = 1e-12
-_SOLVED = int(RowStatus.SOLVED)
+_SOLVED = int(Status.SOLVED)
 
 
 @built_in

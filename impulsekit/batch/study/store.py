@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import ImpulsekitError, InputError, MissingExtraError
-from ..codes import RowStatus
+from ...laws.status import Status
 from .study import Study
 
 __all__ = ["StudyStore", "open_study"]
@@ -133,7 +133,7 @@ class StudyStore:
             attrs={
                 "title": f"impulsekit study of {robot.name}",
                 "study": json.dumps(study.describe(), sort_keys=True),
-                "status": json.dumps({code.name: code.value for code in RowStatus}),
+                "status": json.dumps({code.name: code.code for code in Status}),
             },
         )
         with _full_disk_told(self.path):

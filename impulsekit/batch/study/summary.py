@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError, MissingExtraError
-from ..codes import RowStatus
+from ...laws.status import Status
 from .store import open_study
 
 __all__ = ["QuantityLine", "StudySummary", "plot_study", "summarize"]
@@ -45,7 +45,7 @@ class StudySummary:
     """
 
     rows: int
-    statuses: dict[RowStatus, int]
+    statuses: dict[Status, int]
     quantities: tuple[QuantityLine, ...]
 
     def __str__(self) -> str:
@@ -75,7 +75,7 @@ def summarize(path: str | os.PathLike[str], *, worst: int = 3) -> StudySummary:
     dataset = open_study(path)
     status = dataset["status"].values
     codes, counts = np.unique(status, return_counts=True)
-    valid = np.isin(status, [code.value for code in RowStatus if code.valid])
+    valid = np.isin(status, [code.code for code in Status if code.valid])
     lines = []
     for name in sorted(dataset.data_vars):
         if name == "status" or not valid.any():
@@ -85,7 +85,7 @@ def summarize(path: str | os.PathLike[str], *, worst: int = 3) -> StudySummary:
         quantiles = tuple(float(x) for x in np.nanquantile(sizes, QUANTILES))
         order = np.argsort(-np.nan_to_num(np.abs(sizes), nan=-1.0), kind="stable")
         lines.append(QuantityLine(label, quantiles, tuple(order[:worst].tolist())))
-    found = {RowStatus(int(c)): int(n) for c, n in zip(codes, counts, strict=True)}
+    found = {Status(int(c)): int(n) for c, n in zip(codes, counts, strict=True)}
     return StudySummary(len(status), found, tuple(lines))
 
 
@@ -101,7 +101,7 @@ def plot_study(path: str | os.PathLike[str], picture: str | os.PathLike[str]) ->
     except ImportError:
         raise MissingExtraError.of("matplotlib", "plot", "histograms") from None
     dataset = open_study(path)
-    valid = np.isin(dataset["status"].values, [code.value for code in RowStatus if code.valid])
+    valid = np.isin(dataset["status"].values, [code.code for code in Status if code.valid])
     names = [name for name in sorted(dataset.data_vars) if name != "status"]
     if not valid.any() or not names:
         raise InputError(f'"{path}" holds no valid row')

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from ...batch.codes import RowStatus
 from ...batch.solve import solve_batch
 from ...errors import ImpulsekitError
 from ...impact import solve
@@ -18,7 +17,7 @@ from ...impact.known import KnownImpulses
 from ...impact.plan import is_always_regular
 from ...impact.reach import reached_model, touched_joints
 from ...impact.result import Impact
-from ...impact.status import Status
+from ...laws.status import Status
 from ...scene import Collision, Scene
 from .found import Found
 from .sweep import Case
@@ -126,7 +125,7 @@ def _by_batch(case: Case) -> list[Found]:
     seconds = (time.perf_counter() - start) / len(case.q)
     founds = []
     for i, code in enumerate(batch.status.tolist()):
-        status = RowStatus(code)
+        status = Status(code)
         contacts = None
         if scene.contacts:
             contacts = tuple(batch.contact_impulses[i])
@@ -134,11 +133,11 @@ def _by_batch(case: Case) -> list[Found]:
             Found(
                 np.array(batch.dv[i]),
                 status.name,
-                status.valid and status is not RowStatus.NEARLY_DEPENDENT,
+                status.valid and status is not Status.NEARLY_DEPENDENT,
                 seconds,
                 np.array(batch.constraint_impulses[i]) if scene.constraints else None,
                 contacts,
-                (status is not RowStatus.NOT_UNIQUE,),
+                (status is not Status.NOT_UNIQUE,),
             )
         )
     return founds

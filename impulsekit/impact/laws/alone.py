@@ -7,8 +7,8 @@ import dataclasses
 import numpy as np
 
 from ...errors import InputError
+from ...laws.status import Status
 from ...scene.law import Law
-from ..status import Status
 from .problem import ContactProblem, ContactSolution
 from .single import block_of, strike
 

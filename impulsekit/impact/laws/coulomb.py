@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from ..status import Status
+from ...laws.status import Status
 from .slide import Block, slides
 
 __all__ = ["Impulse", "bounded_friction", "coulomb", "coulomb_impulse", "is_jammed", "residual_of"]

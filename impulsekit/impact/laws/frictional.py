@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..status import Status
+from ...laws.status import Status
 from .modes import Modes
 from .single import NEGLIGIBLE
 from .sticking import held_still

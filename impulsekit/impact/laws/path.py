@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ..status import Status
+from ...laws.status import Status
 from .coulomb import NOTHING
 from .single import Hit, Triple, gained, moved
 from .slide import Block

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import NotFiniteError, RangeError, ShapeError
-from ..status import Status
+from ...laws.status import Status
 
 __all__ = ["ContactProblem", "ContactSolution", "check_problem"]
 

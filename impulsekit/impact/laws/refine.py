@@ -15,8 +15,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ...laws.status import Status
 from ...scene.law import Law
-from ..status import Status
 from .modes import DEEP, DEPENDENT, Modes, System
 from .problem import RESTS, THROWN, ContactProblem, ContactSolution
 

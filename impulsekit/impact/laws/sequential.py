@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ...laws.status import Status
 from ...scene.law import Law
-from ..status import Status
 from .limit import Jump, find_limit
 from .order import fastest, pace_of
 from .problem import ContactProblem, ContactSolution

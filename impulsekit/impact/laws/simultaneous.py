@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...laws.status import Status
 from ...scene.law import Law
-from ..status import Status
 from .frictionless import solve_frictionless
 from .problem import ContactProblem, ContactSolution
 from .single import GAIN, refuse_tangential

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import InputError
+from ...laws.status import Status
 from ...scene.law import Law
-from ..status import Status
 from .coulomb import NOTHING, Impulse, bounded_friction, coulomb, residual_of
 from .slide import Block
 

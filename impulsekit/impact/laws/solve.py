@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import RangeError
+from ...laws.status import Status
 from ...scene.law import Law
-from ..status import Status
 from .problem import ContactProblem, ContactSolution, check_problem
 from .single import is_finite, strike
 

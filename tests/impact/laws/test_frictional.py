@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from impulsekit.errors import InputError
 from impulsekit.impact.laws.gauss_seidel import sweep
-from impulsekit.impact.status import Status
+from impulsekit.laws.status import Status
 from impulsekit.scene.law import Law
 
 from .problems import box, rod, solved

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from impulsekit.impact.laws.frictionless import solve_frictionless
-from impulsekit.impact.status import Status
+from impulsekit.laws.status import Status
 from impulsekit.scene.law import Law
 
 from .problems import box, normals, rod, solved

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from impulsekit.impact.status import Status
+from impulsekit.laws.status import Status
 from impulsekit.scene.law import Law
 
 from .fine_steps import fine_path

@@ -9,7 +9,7 @@ from impulsekit.errors import InputError, NotFiniteError, RangeError, ShapeError
 from impulsekit.impact.laws import solve_contacts
 from impulsekit.impact.laws.coulomb import coulomb, coulomb_impulse
 from impulsekit.impact.laws.slide import slides
-from impulsekit.impact.status import Status
+from impulsekit.laws.status import Status
 from impulsekit.scene.law import Law
 
 from .problems import block, problem, rod, solved, sphere

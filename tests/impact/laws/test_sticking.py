@@ -6,7 +6,7 @@ import pytest
 from impulsekit.impact.laws import frictional
 from impulsekit.impact.laws.modes import Modes
 from impulsekit.impact.laws.sticking import held_still
-from impulsekit.impact.status import Status
+from impulsekit.laws.status import Status
 
 from .problems import box, rod, solved, sphere
 

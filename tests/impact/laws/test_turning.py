@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from impulsekit.impact.status import Status
+from impulsekit.laws.status import Status
 from impulsekit.scene.law import Law
 
 from .problems import block, solved

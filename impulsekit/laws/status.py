@@ -1,0 +1,158 @@
+"""How an answer is to be taken: one enum, for single states and for rows of batches."""
+
+from __future__ import annotations
+
+import enum
+from typing import Any
+
+__all__ = ["RESIDUAL_LIMIT", "Status", "judged"]
+
+# Relative residuals above this are no rounding: 1e5 times the 1e-14 that a solve may leave.
+RESIDUAL_LIMIT = 1e-9
+
+
+class Status(int, enum.Enum):
+    """The state of an answer: a sentence with advice as its value, and an integer code.
+
+    It is its code wherever an integer is asked for, so that it compares with the ``status``
+    of a batch, and ``Status(code)`` gives it back.
+
+    Example:
+        >>> int(Status.NOT_UNIQUE), Status(2).name, Status.NOT_FINITE.valid
+        (2, 'NOT_UNIQUE', False)
+    """
+
+    def __new__(cls, code: int, sentence: str) -> Status:
+        """A member of this code, whose value is the sentence."""
+        member = int.__new__(cls, code)
+        member._value_ = sentence
+        return member
+
+    SOLVED = (
+        0,
+        "The answer holds: its residuals are at rounding level.",
+    )
+    INACCURATE = (
+        1,
+        "The residuals are above rounding level. Masses or lengths in this scene span too many "
+        "orders of magnitude for double precision; look at impact.residuals and rescale the model.",
+    )
+    NOT_UNIQUE = (
+        2,
+        "The answer holds. Contacts are redundant: velocities and resultants are determined, the "
+        "split among those contacts is not (the one of least norm is given); read the resultant.",
+    )
+    PAINLEVE_JAM = (
+        3,
+        "The answer holds. While it slips, friction presses a contact further in (W_nn ≤ µ W_nt·s, "
+        "Painlevé's case): it jams until the slip stops, so small changes of the state or of µ "
+        "change the answer much. Check the friction coefficient.",
+    )
+    ENERGY_GAIN = (
+        4,
+        "The contacts raise the kinetic energy: with friction, Newton's and Poisson's laws can "
+        '(Kane & Levinson 1985). Use Law(restitution="stronge", slip="path"), or lower e.',
+    )
+    MANY_SOLUTIONS = (
+        5,
+        "More than one impulse satisfies the law at this state (Painlevé); the one shown is only "
+        'one of them. Lower the friction, or let the impact run with Law(slip="path").',
+    )
+    NO_SOLUTION = (
+        6,
+        "No impulse satisfies the law at this state: friction jams the contact (Painlevé), or the "
+        "restitutions of opposing contacts contradict each other. Lower friction or restitution, "
+        'or use Law(restitution="poisson").',
+    )
+    NOT_CONVERGED = (
+        7,
+        "The contact solver found no impulse that meets the residual bar; the numbers shown are "
+        "its last iterate, not an answer. Lower the friction, or leave out redundant contacts.",
+    )
+    SEQUENCE_TOO_LONG = (
+        8,
+        "One contact after the other kept approaching, without end. Use "
+        'Law(order="simultaneous"), or lower the restitution.',
+    )
+    NOT_FINITE = (
+        9,
+        "The row holds a NaN or an infinity; nothing was solved.",
+    )
+    OFF_MANIFOLD = (
+        10,
+        "A quaternion or (cosine, sine) pair of the row is off unit length by more "
+        "than 1e-6; nothing was solved. Normalize the configuration.",
+    )
+    OUT_OF_RANGE = (
+        11,
+        "A coefficient of the row is out of range: restitution is 0 to 1, friction "
+        "0 or more; nothing was solved.",
+    )
+    SINGULAR_MASS = (
+        12,
+        "The mass matrix is singular at this state: a joint moves nothing that has "
+        "mass or inertia.",
+    )
+    CONTRADICTION = (
+        13,
+        "Bilateral rows are dependent at this state and demand different things.",
+    )
+    REFUSED = (
+        14,
+        "The contact law refuses this state; solve it alone to read why.",
+    )
+    NEARLY_DEPENDENT = (
+        15,
+        "The answer holds for rows that are taken as dependent. Some rows of constraints or "
+        "contacts here are all but dependent: what sets them apart, less than 1e-7 of them, is "
+        "taken for inaccuracy of the model and not imposed. If it is meant, as with an arm not "
+        "quite stretched, this is no answer: move away from there, or leave rows out.",
+    )
+
+    @classmethod
+    def _missing_(cls, value: object) -> Any:
+        # numpy's integers are none of Python's.
+        return next((status for status in cls if int(status) == value), None)
+
+    def __bool__(self) -> bool:
+        """Always true, the first code too."""
+        return True
+
+    @property
+    def code(self) -> int:
+        """The integer that stands for it in arrays."""
+        return int(self)
+
+    @property
+    def sentence(self) -> str:
+        """What it means, with advice."""
+        return str(self.value)
+
+    @property
+    def valid(self) -> bool:
+        """Whether the numbers may be used."""
+        return self in _VALID
+
+    @property
+    def obeys_law(self) -> bool:
+        """Whether the numbers satisfy the law of contact, valid or not."""
+        return self in _VALID or self in (Status.ENERGY_GAIN, Status.MANY_SOLUTIONS)
+
+
+_VALID = frozenset({Status.SOLVED, Status.NOT_UNIQUE, Status.NEARLY_DEPENDENT, Status.PAINLEVE_JAM})
+_EXACT = frozenset({Status.SOLVED, Status.NOT_UNIQUE})
+
+
+def judged(found: Status, residual: float, *, nearly_dependent: bool = False) -> Status:
+    """The one judgement of an answer, from what its law says and what the answer leaves.
+
+    Args:
+        found: the status that the law of contact gave; SOLVED where no contact took part.
+        residual: the largest relative residual of the finished answer; NaN counts as large.
+        nearly_dependent: whether rows were taken for dependent that are so only nearly.
+    """
+    if found.valid and not residual <= RESIDUAL_LIMIT:
+        return Status.INACCURATE
+    if found in _EXACT and nearly_dependent:
+        return Status.NEARLY_DEPENDENT
+    return found
