@@ -37,7 +37,8 @@ def begin(now: Present, striking: Striking) -> None:
         _refuse_penetration(now, gap)
         now.base = np.minimum(gap, 0.0)
         touching = np.flatnonzero(gap <= TOUCHING).tolist()
-        meets |= any(now.closing(i) < 0.0 for i in touching)
+        # Rounding of what lies still or slides is no approach.
+        meets |= any(now.closing(i) < -now.slow for i in touching)
     held = now.held
     if held is not None and not meets:
         meets = _has_to_move(held, now.q, now.v)

@@ -54,7 +54,7 @@ class Run:
         status, detail = MotionStatus.FINISHED, ""
         penetration = Penetration(now)
         try:
-            begin(now, self._striking)
+            self._unless_jammed(lambda: begin(now, self._striking))
             self._follow(penetration)
         except Stopped as stop:
             status, detail = stop.status, stop.detail
@@ -90,7 +90,8 @@ class Run:
             if self._flight.steps >= settings.max_steps:
                 raise Stopped(MotionStatus.TOO_MANY_STEPS)
             before, pieces = now.mark(), len(self._flight.path)
-            self._step()
+            if self._unless_jammed(self._step):
+                self._flight.restart()
             try:
                 penetration.refuse()
             except Stopped:
@@ -103,6 +104,26 @@ class Run:
                 raise Stopped(MotionStatus.STEP_TOO_SMALL, "events follow each other at one time")
             if self._progress is not None:
                 self._progress(now.t)
+
+    def _unless_jammed(self, proceed: Callable[[], None]) -> bool:
+        """Proceed; where no forces hold what rests for friction jams it, it is struck instead.
+
+        Returns:
+            Whether it was.
+        """
+        now = self._now
+        try:
+            proceed()
+        except Stopped as stop:
+            if stop.status is not MotionStatus.REST_NOT_SOLVED:
+                raise
+            taking_part = [c.gap for c in now.resting.contacts]
+            self._refuse_storm()
+            if not self._striking.without_collision():
+                raise
+            come_to_rest(now, taking_part)
+            return True
+        return False
 
     def _step(self) -> None:
         now, flight = self._now, self._flight
@@ -169,8 +190,7 @@ class Run:
     def _meet(self, closing: tuple[int, ...]) -> None:
         """An impact of what closes, with all that rests taking part."""
         now = self._now
-        if len(now.impacts) >= self._settings.max_impacts:
-            raise Stopped(MotionStatus.EVENT_STORM)
+        self._refuse_storm()
         if now.gaps is not None and self._only_wavers(closing):
             for i in closing:
                 now.base[i] -= now.gaps.waver(i)
@@ -179,6 +199,10 @@ class Run:
             self._striking.on_the_way(closing, taking_part)
             come_to_rest(now, taking_part)
         self._flight.restart(self._first_step(closing))
+
+    def _refuse_storm(self) -> None:
+        if len(self._now.impacts) >= self._settings.max_impacts:
+            raise Stopped(MotionStatus.EVENT_STORM)
 
     def _lies_down(self, resting: Iterable[int]) -> bool:
         """Whether bodies that touch elsewhere than before do so without a blow."""

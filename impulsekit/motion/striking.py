@@ -16,6 +16,12 @@ from .status import MotionStatus
 
 __all__ = ["Striking"]
 
+# Where friction jams a sliding contact it is pressed in by this part of the slip, or of what its
+# velocity is the sum of, whichever is more: beyond rounding, and without weight in the answer.
+PRESSED, PRESSED_OF_SUM = 1e-12, 1e-14
+# Changes of velocity so many times the pressing are an impact's, and not the pressing's own.
+AN_IMPACT = 1e3
+
 # Points that touch and move more slowly against each other lie still [m/s].
 STILL = 1e-8
 
@@ -55,6 +61,46 @@ class Striking:
         except ImpulsekitError as error:
             raise Stopped(MotionStatus.IMPACT_NOT_VALID, str(error)) from None
         self._accept(impact)
+
+    def without_collision(self) -> bool:
+        """Friction jams what slides at rest, so that no finite force holds it: it is struck.
+
+        Where W_nn ≤ µ W_nt·s no force keeps a sliding contact from being pressed in
+        (Painlevé 1895). It stops by an impact without collision (Lecornu 1905; Génot &
+        Brogliato 1999): the limit of impacts whose approach goes to zero, without restitution.
+
+        Returns:
+            Whether there is such an impact; if not, nothing has changed.
+
+        Raises:
+            Stopped: no valid answer.
+        """
+        now, gaps = self._present, self._present.gaps
+        contacts = now.resting.contacts
+        if gaps is None or not contacts:
+            return False
+        jacobian = gaps.rows(contacts, now.q)
+        slip = np.delete(jacobian.dot(now.v), np.s_[2::3])
+        normals = jacobian[2::3]
+        sums = np.abs(normals).dot(np.abs(now.v))
+        pressed = max(
+            PRESSED * float(np.abs(slip).max(initial=0.0)),
+            PRESSED_OF_SUM * float(sums.max(initial=0.0)),
+        )
+        if not pressed > 0.0:
+            return False
+        approach = normals.dot(now.v) + pressed
+        v = now.v + now.dynamics.moved(now.q, normals, -approach)
+        try:
+            impact = self._soft_solver.solve_touching(
+                now.q, v, now.entries_of(c.gap for c in contacts)
+            )
+        except ImpulsekitError:
+            return False
+        if not np.abs(jacobian.dot(impact.dv)).max() > AN_IMPACT * pressed:
+            return False
+        self._accept(impact)
+        return True
 
     def _lie_still(self, impact: Impact) -> bool:
         """Let points that lie still but for rounding lie still; whether there were any.

@@ -1,0 +1,106 @@
+"""Painlevé's rod: friction jams a sliding end, which an impact without collision stops."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+
+from .models import GRAVITY, MODELS
+
+# Of a slender rod of 1 kg and 1 m: where its mass is, and its inertia there.
+HALF, INERTIA = 0.5, 1.0 / 12.0
+MU = 5.0 / 3.0  # Glocker's: jams between 45 and 76 degrees, where tan²θ − 5 tan θ + 4 <= 0
+LAWS = [
+    ik.Law(),
+    ik.Law("poisson"),
+    ik.Law(slip="path"),
+    ik.Law("stronge", slip="path"),
+    ik.Law(order="sequential"),
+]
+
+
+@pytest.fixture(scope="module")
+def rod():
+    return ik.Robot.from_urdf(MODELS / "rod.urdf", root="freeflyer")
+
+
+def sliding(rod, angle, slip, spin, *, turn=None, shift=(0.0, 0.0, 0.0), **contact):
+    """Scene, q and v of a rod whose near end slides over a floor in a turned and moved world."""
+    turn = np.eye(3) if turn is None else turn
+    along = np.array([np.cos(angle), 0.0, np.sin(angle)])
+    attitude = turn @ np.column_stack([along, [0, 1, 0], np.cross(along, [0, 1, 0])])
+    q = rod.configuration(root_joint=pin.SE3ToXYZQUAT(pin.SE3(attitude, turn @ shift)))
+    velocity = attitude.T @ turn @ [slip, 0, 0]
+    v = rod.velocity(root_joint=[*velocity, *(attitude.T @ turn @ [0, -spin, 0])])
+    contact = {"friction": MU, **contact}
+    law = contact.pop("law", ik.Law())
+    floor = ik.Contact("rod", normal=turn @ [0, 0, 1], origin=turn @ shift, **contact)
+    return ik.Scene(rod, contacts=[floor], gravity=turn @ [0, 0, -GRAVITY], law=law), q, v
+
+
+def about_the_end(angle, slip, spin):
+    """ω when the sliding end is stopped: angular momentum about it is kept."""
+    r = HALF * np.array([np.cos(angle), np.sin(angle)])
+    x, y = slip - spin * r[1], spin * r[0]
+    return (INERTIA * spin + r[0] * y - r[1] * x) / (INERTIA + HALF**2)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: f"{law.restitution}-{law.slip}-{law.order}")
+@pytest.mark.parametrize("degrees", [45.0, 45.01, 50.0, 60.0, 75.9])
+def test_a_jammed_end_stops_at_once_and_the_motion_goes_on(rod, degrees, law):
+    angle = np.radians(degrees)
+    for slip, spin in ((-2.0, 0.0), (-0.3, 1.0), (-2.0, -1.0)):
+        scene, q, v = sliding(rod, angle, slip, spin, law=law, restitution=0.6)
+        motion = ik.simulate(scene, q, v, duration=0.1, samples=51)
+        assert motion.status.finished, motion.detail
+        time, jam = motion.impacts[0]
+        assert time == 0.0
+        assert jam.status is ik.Status.PAINLEVE_JAM
+        end = jam.velocity_at("rod")
+        np.testing.assert_allclose(end.before, [slip, 0, 0], atol=1e-10)
+        np.testing.assert_allclose(end.after, 0.0, atol=1e-12)
+        spin_after = -(pin.XYZQUATToSE3(q).rotation @ jam.v_after[3:])[1]
+        assert spin_after == pytest.approx(about_the_end(angle, slip, spin), abs=1e-12)
+        assert np.diff(motion.energy().total).max() < 1e-9
+
+
+@pytest.mark.parametrize("degrees", [30.0, 44.99, 75.98, 85.0])
+@pytest.mark.parametrize("slip", [-2.0, 2.0])
+def test_outside_these_angles_nothing_jams_at_the_start(rod, degrees, slip):
+    scene, q, v = sliding(rod, np.radians(degrees), slip, 0.0)
+    motion = ik.simulate(scene, q, v, duration=1e-3)
+    assert motion.status.finished
+    assert not motion.impacts
+
+
+@pytest.mark.parametrize("degrees", [50.0, 70.0])
+def test_the_other_way_nothing_jams(rod, degrees):
+    scene, q, v = sliding(rod, np.radians(degrees), 2.0, 0.0)
+    motion = ik.simulate(scene, q, v, duration=1e-3)
+    assert motion.status.finished
+    assert not motion.impacts
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_jam_is_the_same_wherever_the_world_is_and_however_it_is_turned(rod, seed):
+    rng = np.random.default_rng(seed)
+    turn = pin.Quaternion(*(q := rng.normal(size=4)) / np.linalg.norm(q)).matrix()
+    angle, slip, spin = np.radians(rng.uniform(46, 75)), -rng.uniform(0.01, 10), rng.normal()
+    scene, q, v = sliding(rod, angle, slip, spin)
+    plain = ik.simulate(scene, q, v, duration=0.05)
+    scene, q, v = sliding(rod, angle, slip, spin, turn=turn, shift=rng.normal(size=3) * 10.0)
+    moved = ik.simulate(scene, q, v, duration=0.05)
+    assert plain.status.finished
+    assert moved.status.finished
+    assert plain.impacts[0][1].status is moved.impacts[0][1].status is ik.Status.PAINLEVE_JAM
+    np.testing.assert_allclose(moved.v[-1], plain.v[-1], atol=1e-8 * (1.0 + abs(slip)))
+
+
+def test_a_rod_that_slides_into_the_angle_of_jams_goes_on(rod):
+    # At 40 degrees with spin enough to come to 45 while it slides.
+    for spin in (0.5, 2.0, 4.0):
+        scene, q, v = sliding(rod, np.radians(40.0), -6.0, spin)
+        motion = ik.simulate(scene, q, v, duration=0.5)
+        assert motion.status.finished, motion.detail
+        assert np.diff(motion.energy().total).max() < 1e-8
