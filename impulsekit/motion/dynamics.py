@@ -158,6 +158,8 @@ class Dynamics:
             held = self._multipliers(half_rows, start, wanted, q)
             free = free + (half_rows.dot(held)).dot(half_contacts)
             left = off_the_span(half_contacts, half_rows)
+        if np.abs(free).max(initial=0.0) <= resting.negligible:
+            free = np.zeros_like(free)
         slip = jacobian.dot(v)
         delassus = left.T.dot(left)
         last = resting.last_forces(len(friction))

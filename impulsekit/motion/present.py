@@ -24,6 +24,8 @@ __all__ = ["Present", "Stopped"]
 
 # Slip has grown when it is this many times as fast as slip that has no direction of its own.
 GROWN = 100.0
+# Accelerations that make no more than this [m/s], in a second or the whole of a motion, make none.
+NO_SPEED = 1e-10
 
 
 class Stopped(Exception):
@@ -68,6 +70,8 @@ class Present:
         self.resting = self.dynamics.resting
         self.resting.slow = max(NO_SLIP, settings.capture_speed)
         self.resting.grown = GROWN * self.resting.slow
+        # In the whole of the motion they would make less than what counts as no speed at all.
+        self.resting.negligible = NO_SPEED / max(settings.duration, 1.0)
         self.t, self.q, self.v = 0.0, q, v
         self.base = np.zeros(0 if self.gaps is None else len(self.gaps.items))
         self.impacts: list[tuple[float, Impact]] = []

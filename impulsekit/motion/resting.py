@@ -66,11 +66,13 @@ class Resting:
         grown: slip that began, and is slower than this [m/s], is opposed by friction along its
             acceleration: that is where it turns to, within a time of slip / (µ P_n / m). Steps
             are not held up by it. 0 where nobody watches for its end.
+        negligible: accelerations that are nowhere above this are zero [m/s²]. Where all stands
+            still without a force they are the squares of rounding, which contradict each other.
     """
 
     def __init__(self, scene: Scene) -> None:
         self.contacts: list[RestingContact] = []
-        self.slow, self.grown = NO_SLIP, 0.0
+        self.slow, self.grown, self.negligible = NO_SLIP, 0.0, 0.0
         self.forces = self.accelerations = self.slip = np.empty(0)
         self._last = np.empty(0)
 

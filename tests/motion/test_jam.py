@@ -7,6 +7,7 @@ import pytest
 import impulsekit as ik
 
 from .models import GRAVITY, MODELS
+from .test_judgement import planar_scene
 
 # Of a slender rod of 1 kg and 1 m: where its mass is, and its inertia there.
 HALF, INERTIA = 0.5, 1.0 / 12.0
@@ -104,3 +105,12 @@ def test_a_rod_that_slides_into_the_angle_of_jams_goes_on(rod):
         motion = ik.simulate(scene, q, v, duration=0.5)
         assert motion.status.finished, motion.detail
         assert np.diff(motion.energy().total).max() < 1e-8
+
+
+@pytest.mark.parametrize("seed", [25, 33, 319, 387])
+def test_what_is_wedged_without_any_force_stands_still(seed):
+    """Redundant contacts stop a body wholly: what rounding leaves asks for no forces."""
+    scene, q, v, _ = planar_scene(seed)
+    motion = ik.simulate(scene, q, v, duration=1.0)
+    assert motion.status.finished, motion.detail
+    assert np.abs(motion.v[-1]).max() < 1e-12
