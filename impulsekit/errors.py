@@ -10,6 +10,7 @@
     │   ├── RangeError                   .what .value .allowed
     │   ├── StateError                   .joint .value: a configuration off its manifold
     │   ├── UrdfError                    .source .element
+    │   ├── MjcfError                    .source .element
     │   └── SceneFileError               .path .faults: all faults of a file at once
     ├── SolveError                       the input is fine, the physics has no answer
     │   ├── SingularMassError            .joints: directions without inertia
@@ -36,6 +37,7 @@ __all__ = [
     "ImpulsekitError",
     "InputError",
     "MissingExtraError",
+    "MjcfError",
     "NotFiniteError",
     "RangeError",
     "SceneFileError",
@@ -168,6 +170,13 @@ class StateError(InputError):
 
 class UrdfError(InputError):
     """A URDF that cannot be read or used. Attributes: source, element."""
+
+    source: str
+    element: str
+
+
+class MjcfError(InputError):
+    """An MJCF or SDF file that cannot be read or used. Attributes: source, element."""
 
     source: str
     element: str

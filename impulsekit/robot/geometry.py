@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, UnknownNameError, UrdfError
+from .mjcf_shapes import coal_shape
 from .shapes import checked_shapes
 from .urdf import read_urdf
 from .urdf_plain import plain_urdf
@@ -37,6 +38,7 @@ def geometry_of(robot: Robot, kind: pin.GeometryType) -> pin.GeometryModel:
     tag = "collision" if kind == pin.GeometryType.COLLISION else "visual"
     for part in robot.parts:
         if part.urdf is None:
+            _add_plain(robot, part, kind, whole)
             continue
         urdf = replace(read_urdf(part.urdf), path=part.path)
         folders = mesh_folders(part)
@@ -52,6 +54,30 @@ def geometry_of(robot: Robot, kind: pin.GeometryType) -> pin.GeometryModel:
             _attach(robot, part.prefix, alone, item)
             whole.addGeometryObject(item)
     return whole
+
+
+def _add_plain(
+    robot: Robot, part: RobotPart, kind: pin.GeometryType, whole: pin.GeometryModel
+) -> None:
+    """The shapes of a part that is no URDF."""
+    drawn = kind != pin.GeometryType.COLLISION
+    for shape in part.shapes:
+        if not (shape.drawn if drawn else shape.collides):
+            continue
+        own = coal_shape(shape, drawn=drawn)
+        if own is None:
+            continue
+        frame_id = robot.frame_id(
+            shape.frame if shape.frame == "world" else part.prefix + shape.frame
+        )
+        frame = robot.model.frames[frame_id]
+        placement = frame.placement * pin.SE3(shape.rotation, shape.translation)
+        item = pin.GeometryObject(
+            part.prefix + shape.name, frame.parentJoint, frame_id, placement, own
+        )
+        item.meshColor = np.array(shape.rgba)
+        item.overrideMaterial = True
+        whole.addGeometryObject(item)
 
 
 def _unreadable(told: str, shapes: Mapping[str, Sequence[str]], source: str) -> UrdfError:

@@ -59,6 +59,7 @@ def links_of(model: pin.Model, parts: Sequence[RobotPart]) -> tuple[Link, ...]:
         if part.urdf is not None:
             own = read_urdf(part.urdf).inertials
             inertials.update({part.prefix + name: inertial for name, inertial in own.items()})
+    own_inertias = _joints_whose_frames_carry_inertia(model)
     links = []
     seen_joints: set[int] = set()
     for frame_id, frame in enumerate(model.frames):
@@ -70,6 +71,11 @@ def links_of(model: pin.Model, parts: Sequence[RobotPart]) -> tuple[Link, ...]:
             mass = inertial.mass
             com = frame.placement.act(np.array(inertial.com))
             inertia = _inertia_in_joint_axes(inertial, frame.placement.rotation)
+        elif joint_id in own_inertias:
+            mass = float(frame.inertia.mass)
+            com = frame.placement.act(np.array(frame.inertia.lever))
+            turn = frame.placement.rotation
+            inertia = turn @ np.array(frame.inertia.inertia) @ turn.T
         elif joint_id not in seen_joints and joint_id > 0:
             # A given model knows one inertia a joint; the joint's first link stands for it.
             mass = float(model.inertias[joint_id].mass)
@@ -84,6 +90,15 @@ def links_of(model: pin.Model, parts: Sequence[RobotPart]) -> tuple[Link, ...]:
         inertia.setflags(write=False)
         links.append(Link(frame.name, frame_id, joint_id, mass, com, inertia))
     return tuple(links)
+
+
+def _joints_whose_frames_carry_inertia(model: pin.Model) -> set[int]:
+    """The joints whose inertia is the sum of those that their frames hold."""
+    mass = np.zeros(model.njoints)
+    for frame in model.frames:
+        mass[frame.parentJoint] += frame.inertia.mass
+    whole = np.array([inertia.mass for inertia in model.inertias])
+    return set(np.flatnonzero((mass > 0.0) & (abs(mass - whole) <= 1e-12 * whole)).tolist())
 
 
 def _inertia_in_joint_axes(inertial: LinkInertial, link_rotation: np.ndarray) -> np.ndarray:

@@ -14,7 +14,10 @@ from ..errors import InputError, UnknownNameError, UrdfError, a_thing, warn_of_a
 from .source import RobotPart
 
 if TYPE_CHECKING:
+    from ..scene import Scene
     from .links import Link
+    from .loop import Loop
+    from .mjcf_pairs import TouchingPair
 
 __all__ = ["WORLD", "Robot"]
 
@@ -134,6 +137,48 @@ class Robot:
         )
 
     @classmethod
+    def from_mjcf(cls, source: Any, root: str | None = None) -> Robot:
+        """A robot from MJCF, compiled by MuJoCo (``pip install "impulsekit[mjcf]"``).
+
+        The configuration is MuJoCo's ``qpos`` with quaternions as x, y, z, w instead of
+        w, x, y, z; a free joint's linear velocity is in body axes instead of world axes.
+        Joint limits, armature, damping and dry friction come along. ``loops`` holds the
+        active equality constraints; ``robot.scene()`` makes constraints of them. What has
+        no place in the model (tendons, springs, actuators, ...) is in ``assumptions`` by name.
+
+        Args:
+            source: a path, MJCF text, a ``mujoco.MjSpec`` or a ``mujoco.MjModel``.
+            root: None keeps the joints of the file; "fixed", "planar" or "freeflyer" is what
+                joins each tree to the world instead of a free joint, or of none.
+
+        Raises:
+            MjcfError: MuJoCo refuses the file, or it holds what a rigid-body model cannot.
+            MissingExtraError: the package mujoco is not installed.
+
+        Example:
+            >>> ball = "<body><freejoint/><geom size='0.1'/></body>"
+            >>> Robot.from_mjcf(f"<mujoco><worldbody>{ball}</worldbody></mujoco>").nv
+            6
+        """
+        from .mjcf import MjcfRobot, read_mjcf
+
+        if root is not None and root not in _ROOTS:
+            raise UnknownNameError.among("root", str(root), _ROOTS)
+        mj, path = read_mjcf(source)
+        read = MjcfRobot(mj, root)
+        part = RobotPart(
+            None,
+            path,
+            root or "as in the file",
+            assumptions=tuple(read.assumptions),
+            loops=read.loops,
+            shapes=read.shapes,
+            pairs=read.pairs,
+        )
+        warn_of_assumptions(path or read.name, read.assumptions)
+        return cls(read.model, (part,), read.name)
+
+    @classmethod
     def from_model(cls, model: pin.Model) -> Robot:
         """A robot from a ``pin.Model``, which is copied and never changed.
 
@@ -157,6 +202,29 @@ class Robot:
     def assumptions(self) -> tuple[str, ...]:
         """What was assumed where the robot's file leaves something open, one sentence each."""
         return tuple(sentence for part in self.parts for sentence in part.assumptions)
+
+    @property
+    def loops(self) -> tuple[Loop, ...]:
+        """The equality constraints of the robot's file, names as in the robot."""
+        return tuple(loop.within(part.prefix) for part in self.parts for loop in part.loops)
+
+    @property
+    def touching_pairs(self) -> tuple[TouchingPair, ...]:
+        """The geoms that may touch by the robot's file: names, friction, second one fixed."""
+        return tuple(
+            (part.prefix + first, part.prefix + second, friction, fixed)
+            for part in self.parts
+            for first, second, friction, fixed in part.pairs
+        )
+
+    def scene(self, **entries: Any) -> Scene:
+        """A scene with the loops, and on request the contacts, of the robot's file.
+
+        The same as ``impulsekit.scene.of_robot.scene_of(robot, ...)``, which see.
+        """
+        from ..scene.of_robot import scene_of
+
+        return scene_of(self, **entries)
 
     @property
     def nq(self) -> int:

@@ -4,6 +4,12 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .loop import Loop
+    from .mjcf_pairs import TouchingPair
+    from .mjcf_shapes import PlainShape
 
 __all__ = ["RobotPart"]
 
@@ -21,6 +27,9 @@ class RobotPart:
         placement: the 4×4 placement of the root in the world, row by row; None at the origin.
         package_dirs: folders in which "package://" is looked up.
         assumptions: what was assumed where the file leaves something open.
+        loops: equality constraints of a file that is no URDF.
+        shapes: the geometry of such a file.
+        pairs: which of the shapes may touch, with their friction.
     """
 
     urdf: str | None
@@ -31,10 +40,15 @@ class RobotPart:
     placement: tuple[tuple[float, ...], ...] | None = None
     package_dirs: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
+    loops: tuple[Loop, ...] = ()
+    shapes: tuple[PlainShape, ...] = ()
+    pairs: tuple[TouchingPair, ...] = ()
 
     @property
     def label(self) -> str:
         """A name for messages: the file's path, or what else is known."""
         if self.path is not None:
             return os.fspath(self.path)
-        return "URDF text" if self.urdf is not None else "a given model"
+        if self.urdf is not None:
+            return "URDF text"
+        return "MJCF text" if self.shapes else "a given model"

@@ -1,0 +1,73 @@
+"""A scene with what the robot's own file says of loops and contacts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..errors import RangeError, quoted
+from ..robot import Robot
+from ..robot.loop import Loop
+from .constraints import Constraint, FrameAnchor, JointCoupling, JointLock, PointAnchor
+from .contacts import Collision
+from .scene import Scene
+
+__all__ = ["scene_of"]
+
+_CONTACTS = (False, "world", "all")
+
+
+def scene_of(
+    robot: Robot,
+    *,
+    file_loops: bool = True,
+    file_contacts: bool | str = False,
+    restitution: float = 0.0,
+    **entries: Any,
+) -> Scene:
+    """A scene of a robot with the loops, and on request the contacts, of its file.
+
+    Args:
+        robot: the robot, such as one of ``Robot.from_mjcf``.
+        file_loops: whether the equality constraints of the file become constraints.
+        file_contacts: False for none; "world" (or True) for collisions of the moving geoms with
+            those that are fixed; "all" for collisions among moving geoms too.
+        restitution: of those collisions. MJCF knows none; friction is the file's.
+        **entries: what ``Scene`` takes; ``constraints`` and ``contacts`` come after the
+            file's. Gravity is the file's unless it is given.
+
+    Raises:
+        RangeError: ``file_contacts`` is something else.
+        What ``Scene`` raises.
+
+    Example:
+        >>> text = '''<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+        ...   <body name="ball"><freejoint/><geom name="skin" size="0.1"/></body>
+        ... </worldbody></mujoco>'''
+        >>> scene_of(Robot.from_mjcf(text), file_contacts="world").contacts[0].other
+        'floor'
+    """
+    which = "world" if file_contacts is True else file_contacts
+    if which not in _CONTACTS:
+        raise RangeError.of("file_contacts", quoted(which), 'False, "world" or "all"')
+    constraints = [_constraint(loop) for loop in robot.loops] if file_loops else []
+    contacts = [
+        Collision(first, second, restitution=restitution, friction=friction)
+        for first, second, friction, fixed in (robot.touching_pairs if which else ())
+        if fixed or which == "all"
+    ]
+    own = {
+        "constraints": (*constraints, *entries.pop("constraints", ())),
+        "contacts": (*contacts, *entries.pop("contacts", ())),
+        "gravity": tuple(robot.model.gravity.linear),
+    }
+    return Scene(robot, **{**own, **entries})
+
+
+def _constraint(loop: Loop) -> Constraint:
+    if loop.kind == "point":
+        return PointAnchor(loop.first, loop.second, loop.at, loop.other_at, name=loop.name)
+    if loop.kind == "frame":
+        return FrameAnchor(loop.first, loop.second, loop.at, loop.other_at, name=loop.name)
+    if loop.kind == "lock":
+        return JointLock(loop.first, name=loop.name)
+    return JointCoupling(loop.first, loop.second, loop.ratio, name=loop.name)

@@ -1,0 +1,330 @@
+"""MJCF, compiled by MuJoCo: mass matrix, places and speeds of the model are MuJoCo's own."""
+
+from __future__ import annotations
+
+import pickle
+import warnings
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit.errors import AssumptionWarning, MjcfError, RangeError, UnknownNameError
+from impulsekit.robot.mjcf import state_from_mujoco
+
+mujoco = pytest.importorskip("mujoco")
+
+
+def mjcf(body, more=""):
+    return f"<mujoco>{more}<worldbody>{body}</worldbody></mujoco>"
+
+
+BALL = "<geom size='.1'/>"
+ROD = "<geom type='capsule' size='.03' fromto='0 0 0 .1 .2 .5'/>"
+TEXTS = {
+    "two trees": mjcf(
+        f"<body name='a'><joint axis='0 1 0'/>{ROD}</body>"
+        f"<body name='b' pos='1 0 0'><freejoint/>{ROD}</body>"
+    ),
+    "joints off the body's origin": mjcf(
+        f"<body pos='.1 .2 .3' euler='10 20 30'><joint axis='1 2 3' pos='.3 -.1 .2'/>{ROD}"
+        f"<body pos='0 0 .5'><joint type='slide' axis='1 1 0' pos='1 2 3'/>{ROD}</body></body>"
+    ),
+    "three joints on a body": mjcf(
+        "<body euler='30 0 50'><joint type='slide' axis='1 0 0'/>"
+        f"<joint axis='0 1 0' pos='0 .1 0'/><joint axis='1 0 1' pos='.2 0 0'/>{ROD}"
+        f"<body pos='0 0 1'><joint/>{BALL}</body></body>"
+    ),
+    "joints with a reference": mjcf(
+        f"<body><joint axis='0 1 0' ref='40' pos='.1 .2 .3'/>{ROD}"
+        f"<body pos='0 0 1'><joint type='slide' axis='0 1 1' ref='.7'/>{ROD}</body></body>"
+    ),
+    "ball and free joints": mjcf(
+        f"<body pos='1 2 3' euler='40 50 60'><freejoint/>{ROD}"
+        f"<body pos='0 0 .5' euler='10 0 70'><joint type='ball' pos='.1 .1 0'/>{ROD}</body></body>"
+    ),
+    "armature": mjcf(
+        f"<body><joint axis='0 1 0' armature='.3'/>{ROD}"
+        f"<body pos='0 0 1'><joint type='ball' armature='.2'/>{ROD}</body></body>"
+    ),
+    "axis off unit": mjcf(f"<body><joint axis='0 3 4'/>{ROD}</body>"),
+    "bodies in a <frame>": mjcf(
+        f"<frame pos='0 0 1' euler='0 90 0'><body><joint/>{ROD}</body></frame>"
+    ),
+    "mass given to a geom by its class": mjcf(
+        f"<body><joint axis='1 0 0'/>{ROD}</body>",
+        "<default><geom mass='2.5'/></default>",
+    ),
+    "total mass set": mjcf(
+        f"<body><joint axis='1 0 0'/>{ROD}<body pos='0 0 1'><joint axis='1 0 0'/>{ROD}</body>"
+        "</body>",
+        "<compiler settotalmass='14'/>",
+    ),
+    "inertia of some groups": mjcf(
+        f"<body><joint axis='1 0 0'/>{ROD}<geom size='.3' group='4'/></body>",
+        "<compiler inertiagrouprange='0 1'/>",
+    ),
+    "angles in radian, another Euler sequence": mjcf(
+        f"<body euler='.1 .2 .3'><joint axis='1 0 0'/>{ROD}</body>",
+        "<compiler angle='radian' eulerseq='zyx'/>",
+    ),
+    "inertia as it is written": mjcf(
+        "<body><freejoint/><inertial pos='.1 .2 .3' mass='3' "
+        "fullinertia='.5 .6 .7 .01 .02 .03'/></body>"
+    ),
+    "bodies fixed to each other": mjcf(
+        f"<body pos='0 0 1'>{BALL}<body pos='1 0 0'><joint/>{ROD}<body pos='0 1 0'>{BALL}</body>"
+        "</body></body>"
+    ),
+}
+
+
+def state(mj, rng):
+    """A random state of MuJoCo's, in its data."""
+    data = mujoco.MjData(mj)
+    data.qpos[:] = mj.qpos0
+    mujoco.mj_integratePos(mj, data.qpos, rng.normal(size=mj.nv), 1.0)
+    data.qvel[:] = rng.normal(size=mj.nv)
+    mujoco.mj_forward(mj, data)
+    return data
+
+
+def speeds_from_ours(mj, data):
+    """(nv, nv) MuJoCo's qvel out of our v at a state."""
+    columns = []
+    for unit in np.eye(mj.nv):
+        _, ours = state_from_mujoco(mj, data.qpos, unit)
+        columns.append(ours)
+    return np.linalg.inv(np.array(columns).T)
+
+
+def full_mass(mj, data):
+    mass = np.zeros((mj.nv, mj.nv))
+    try:
+        mujoco.mj_fullM(mj, data, mass)
+    except TypeError:  # before MuJoCo 4
+        mujoco.mj_fullM(mj, mass, data.qM)
+    return mass
+
+
+def whole(upper):
+    return np.triu(upper) + np.triu(upper, 1).T
+
+
+def quiet(text, **options):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AssumptionWarning)
+        return ik.Robot.from_mjcf(text, **options)
+
+
+@pytest.mark.parametrize("case", TEXTS)
+def test_mass_matrix_and_places_are_those_of_mujoco(case):
+    mj = mujoco.MjModel.from_xml_string(TEXTS[case])
+    robot = ik.Robot.from_mjcf(TEXTS[case])
+    assert (robot.nq, robot.nv) == (mj.nq, mj.nv)
+    rng = np.random.default_rng(1)
+    for _ in range(5):
+        data = state(mj, rng)
+        q, v = state_from_mujoco(mj, data.qpos, data.qvel)
+        turned = speeds_from_ours(mj, data)
+        expected = turned.T @ full_mass(mj, data) @ turned
+        ours = robot.model.createData()
+        mass = whole(pin.crba(robot.model, ours, q))
+        np.testing.assert_allclose(mass, expected, atol=1e-13 * abs(expected).max())
+        np.testing.assert_allclose(turned @ v, data.qvel, atol=1e-13)
+        pin.framesForwardKinematics(robot.model, ours, q)
+        for link, place in zip(robot.links, data.xpos[1:], strict=True):
+            np.testing.assert_allclose(ours.oMf[link.frame_id].translation, place, atol=1e-12)
+        assert robot.mass == pytest.approx(
+            sum(mj.body_mass[i] for i in range(mj.nbody) if mj.body_weldid[i] > 0), rel=1e-13
+        )
+
+
+@pytest.mark.parametrize("case", TEXTS)
+def test_a_blow_moves_it_as_mujocos_own_matrices_say(case):
+    mj = mujoco.MjModel.from_xml_string(TEXTS[case])
+    robot = ik.Robot.from_mjcf(TEXTS[case])
+    rng = np.random.default_rng(2)
+    body, blow, at = mj.nbody - 1, rng.normal(size=3), rng.normal(size=3)
+    link = robot.links[-1].name
+    scene = ik.Scene(robot, [ik.AppliedImpulse(link, linear=blow, at=at)])
+    data = state(mj, rng)
+    q, v = state_from_mujoco(mj, data.qpos, data.qvel)
+    impact = ik.solve(scene, q, v)
+    jacobian = np.zeros((3, mj.nv))
+    point = data.xpos[body] + data.xmat[body].reshape(3, 3) @ at
+    mujoco.mj_jac(mj, data, jacobian, None, point, body)
+    expected = np.linalg.solve(full_mass(mj, data), jacobian.T @ blow)
+    _, ours = state_from_mujoco(mj, data.qpos, expected)
+    np.testing.assert_allclose(impact.dv, ours, atol=1e-11 * abs(ours).max())
+    assert impact.is_valid()
+    batch = ik.solve_batch(scene, q[None], v[None])
+    np.testing.assert_allclose(batch.v_after[0], impact.v_after, atol=1e-11 * abs(ours).max())
+
+
+@pytest.mark.parametrize("root", ["fixed", "planar", "freeflyer"])
+def test_another_root_in_place_of_the_files(root):
+    free = mjcf(
+        f"<body pos='0 0 1'><freejoint/>{ROD}<body><joint axis='0 1 0'/>{ROD}</body></body>"
+    )
+    fixed = free.replace("<freejoint/>", "")
+    speeds = {"fixed": 0, "planar": 3, "freeflyer": 6}[root]
+    for text in (free, fixed):
+        assert quiet(text, root=root).nv == speeds + 1
+    with pytest.raises(UnknownNameError, match="freeflyer"):
+        ik.Robot.from_mjcf(free, root="floating")
+
+
+def test_limits_come_along_and_an_unlimited_hinge_has_none():
+    text = mjcf(
+        f"<body><joint name='a' range='-20 30' limited='true'/>{ROD}"
+        f"<body><joint name='b' type='slide'/>{ROD}</body></body>"
+    )
+    model = ik.Robot.from_mjcf(text).model
+    np.testing.assert_allclose(model.lowerPositionLimit, [np.deg2rad(-20), -np.inf])
+    np.testing.assert_allclose(model.upperPositionLimit, [np.deg2rad(30), np.inf])
+
+
+FOUR_BAR = mjcf(
+    "<body name='a'><joint name='j1' axis='0 1 0'/><geom type='capsule' size='.02' "
+    "fromto='0 0 0 0 0 1'/><body name='b' pos='0 0 1'><joint name='j2' axis='0 1 0'/>"
+    "<geom type='capsule' size='.02' fromto='0 0 0 2 0 .4'/></body></body>"
+    "<body name='c' pos='2 0 0'><joint name='j3' axis='0 1 0'/><geom type='capsule' size='.02' "
+    "fromto='0 0 0 0 0 1.4'/></body>"
+).replace("</mujoco>", "<equality>{}</equality></mujoco>")
+EQUALITIES = {
+    "connect": "<connect body1='b' body2='c' anchor='2 0 .4'/>",
+    "weld": "<weld body1='b' body2='c'/>",
+    "joint": "<joint joint1='j1' joint2='j3' polycoef='0 -.7 0 0 0'/>",
+    "lock": "<joint joint1='j2'/>",
+}
+
+
+@pytest.mark.parametrize("kind", EQUALITIES)
+def test_an_equality_becomes_a_constraint(kind):
+    """v⁺ against the dense KKT system with the constraint rows of MuJoCo."""
+    text = FOUR_BAR.format(EQUALITIES[kind])
+    mj = mujoco.MjModel.from_xml_string(text)
+    robot = ik.Robot.from_mjcf(text)
+    scene = robot.scene(impulses=[ik.AppliedImpulse("b", linear=[1, 0, 2], at=[0.5, 0, 0.1])])
+    assert len(scene.constraints) == 1
+    impact = ik.solve(scene, robot.neutral(), robot.velocity())
+    data = mujoco.MjData(mj)
+    mujoco.mj_forward(mj, data)
+    rows = np.array(data.efc_J).reshape(-1, mj.nv)[: data.ne]
+    mass = full_mass(mj, data)
+    jacobian = np.zeros((3, mj.nv))
+    body = mj.body("b").id
+    mujoco.mj_jac(mj, data, jacobian, None, data.xpos[body] + [0.5, 0, 0.1], body)
+    free = np.linalg.solve(mass, jacobian.T @ [1, 0, 2])
+    delassus = rows @ np.linalg.solve(mass, rows.T)
+    bearing = -np.linalg.pinv(delassus, rcond=1e-10) @ (rows @ free)
+    expected = free + np.linalg.solve(mass, rows.T @ bearing)
+    np.testing.assert_allclose(impact.dv, expected, atol=1e-10 * abs(free).max())
+
+
+def test_two_of_them_in_one_world_keep_their_loops_apart():
+    robot = ik.Robot.from_mjcf(FOUR_BAR.format(EQUALITIES["connect"]))
+    both = ik.combine(left=robot, right=robot, placements={"right": [0, 3, 0]})
+    blow = ik.AppliedImpulse("right/b", linear=[1, 0, 2])
+    impact = ik.solve(both.scene(impulses=[blow]), both.neutral(), both.velocity())
+    alone = robot.scene(impulses=[ik.AppliedImpulse("b", linear=[1, 0, 2])])
+    single = ik.solve(alone, robot.neutral(), robot.velocity())
+    np.testing.assert_allclose(impact.dv[:3], 0, atol=1e-15)
+    np.testing.assert_allclose(impact.dv[3:], single.dv, atol=1e-13)
+
+
+LEFT_OUT = {
+    "tendons": "<tendon><fixed name='wire'><joint joint='h' coef='1'/></fixed></tendon>",
+    "actuators": "<actuator><motor name='motor' joint='h'/></actuator>",
+    "equality": "<equality><joint name='cam' joint1='h' polycoef='0 0 1 0 0' active='false'/>"
+    "</equality>",
+}
+
+
+@pytest.mark.parametrize("what", LEFT_OUT)
+def test_what_is_left_out_is_said_by_name(what):
+    name = {"tendons": "wire", "actuators": "motor", "equality": "cam"}[what]
+    text = mjcf(f"<body><joint name='h'/>{ROD}</body>").replace(
+        "</mujoco>", LEFT_OUT[what] + "</mujoco>"
+    )
+    with pytest.warns(AssumptionWarning, match=f'"{name}"'):
+        robot = ik.Robot.from_mjcf(text)
+    assert any(what in sentence for sentence in robot.assumptions)
+
+
+def test_what_no_rigid_model_can_hold_is_refused():
+    tendon = "<tendon><fixed name='wire' armature='1'><joint joint='h' coef='1'/></fixed></tendon>"
+    text = mjcf(f"<body><joint name='h'/>{ROD}</body>").replace("</mujoco>", tendon + "</mujoco>")
+    with pytest.raises(MjcfError, match=r'"wire".*armature'):
+        ik.Robot.from_mjcf(text)
+
+
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [
+        ("<mujoco><worldbody><bdy/></worldbody></mujoco>", "bdy"),
+        ("nowhere.xml", "no such file"),
+        ("<scene/>", "MuJoCo refuses it"),
+        (3, "an int"),
+        ("/dev/zero", "device"),
+    ],
+)
+def test_a_broken_source_is_named(source, words):
+    with pytest.raises(MjcfError, match=words):
+        ik.Robot.from_mjcf(source)
+
+
+def test_a_file_a_compiled_model_and_an_editable_one_are_the_same_robot(tmp_path):
+    text = TEXTS["ball and free joints"]
+    (tmp_path / "robot.xml").write_text(text)
+    robots = [
+        ik.Robot.from_mjcf(source)
+        for source in (
+            text,
+            tmp_path / "robot.xml",
+            mujoco.MjModel.from_xml_string(text),
+            mujoco.MjSpec.from_string(text),
+        )
+    ]
+    for robot in robots[1:]:
+        assert robot.model == robots[0].model
+    copy = pickle.loads(pickle.dumps(robots[0]))
+    assert copy.model == robots[0].model
+    assert len(copy.collision_model.geometryObjects) == 2
+
+
+FLOOR = "<geom name='floor' type='plane' size='1 1 1' friction='.4'/>"
+
+
+@pytest.mark.parametrize("shape", ["sphere", "box", "capsule", "cylinder", "ellipsoid"])
+def test_geoms_meet_with_the_friction_of_the_file(shape):
+    text = mjcf(
+        FLOOR + "<body name='b' pos='0 0 1'><freejoint name='r'/>"
+        f"<geom name='g' type='{shape}' size='.1 .1 .1' friction='.3'/></body>"
+    )
+    robot = ik.Robot.from_mjcf(text)
+    scene = robot.scene(file_contacts="world", restitution=0.5)
+    (contact,) = scene.contacts
+    assert (contact.first, contact.other, contact.friction) == ("g", "floor", 0.4)
+    half = 0.2 if shape == "capsule" else 0.1
+    q = robot.configuration(r=[0, 0, half, 0, 0, 0, 1])
+    impact = ik.solve(scene, q, robot.velocity(r=[0, 0, -2, 0, 0, 0]))
+    np.testing.assert_allclose(impact.v_after, [0, 0, 1, 0, 0, 0], atol=1e-6)
+    assert robot.scene().contacts == ()
+    with pytest.raises(RangeError, match="file_contacts"):
+        robot.scene(file_contacts="floor")
+
+
+def test_parents_and_excluded_bodies_do_not_meet():
+    text = mjcf(
+        FLOOR + f"<body name='a'><freejoint/>{BALL}<body name='b'><joint/>{BALL}"
+        f"<body name='c'><joint axis='1 0 0'/>{BALL}</body></body></body>"
+    )
+    exclude = "<contact><exclude body1='c' body2='world'/></contact></mujoco>"
+    everything = quiet(text).scene(file_contacts="all")
+    # three with the floor, and the grandchild with its grandparent
+    assert len(everything.contacts) == 4
+    fewer = quiet(text.replace("</mujoco>", exclude)).scene(file_contacts="all")
+    assert len(fewer.contacts) == 3
