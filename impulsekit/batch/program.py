@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..impact.algorithms import has_uneven_masses
-from ..impact.plan import is_always_regular
 from ..impact.reach import branch_of, touched_joints
+from ..robot.massless import is_always_regular
 from ..scene import Law, Scene
 from .errors import NoKernelError
 from .followers import freed_model

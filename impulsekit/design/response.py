@@ -10,10 +10,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 
 from ..errors import InputError, RangeError, a_thing
 from ..impact import ImpactSolver
+from ..impact.algorithms import refuse_massless
 from ..impact.bilateral import RANK_TOLERANCE
+from ..impact.factor import FilledFactor
 from ..impact.mechanics import Mechanics
 from ..robot import Robot, state
 from ..scene import AppliedImpulse, Scene
@@ -42,21 +45,35 @@ class Response:
     @cached_property
     def mobility(self) -> np.ndarray:
         """(nv, nv) H [1/kg, 1/(kg m), 1/(kg m²)]."""
-        import scipy.linalg
-
-        masses = self.mechanics.mass_matrix
-        scale = 1.0 / np.sqrt(np.maximum(np.diagonal(masses), 1e-300))
-        try:
-            lower = np.linalg.cholesky(masses * scale * scale[:, None])
-        except np.linalg.LinAlgError:
-            raise InputError("a joint moves nothing that has mass or inertia") from None
-        # M⁻¹ = B Bᵀ.
-        root = (
-            scale[:, None] * scipy.linalg.solve_triangular(lower, np.eye(len(lower)), lower=True).T
+        rows = self.mechanics.constraint_matrix if self.scene.constraints else None
+        motions = self.robot.massless_motions
+        if rows is None:
+            refuse_massless(self.robot, self.robot.joint_names)
+            rows = np.empty((0, self.robot.nv))
+        elif not motions:
+            # M needs no rows to be whole, and they would cost its digits.
+            return self._held(FilledFactor(self._model, self._masses, rows[:0]), rows)
+        return self._held(
+            FilledFactor(self._model, self._masses, rows, singular=bool(motions)), rows
         )
-        if not self.scene.constraints:
+
+    @property
+    def _model(self) -> pin.Model:
+        return self.robot.model
+
+    @property
+    def _masses(self) -> np.ndarray:
+        return self.mechanics.mass_matrix
+
+    def _held(self, factor: FilledFactor, rows: np.ndarray) -> np.ndarray:
+        """(nv, nv) H from a factor of M, or of M filled up by the rows (m, nv), which hold still.
+
+        Where A Δv = 0 both have the same H.
+        """
+        root = factor.half(np.eye(self.robot.nv)).T
+        if not len(rows):
             return root @ root.T
-        half = root.T @ self.mechanics.constraint_matrix.T
+        half = factor.half(rows)
         sizes = np.sqrt((half**2).sum(axis=0))
         half = half[:, sizes > 1e-11 * sizes.max(initial=0.0)]
         left, values, _ = np.linalg.svd(half / np.sqrt((half**2).sum(axis=0)), full_matrices=False)

@@ -5,7 +5,8 @@ M is never inverted. Each class keeps one workspace and is used by one thread.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
@@ -13,10 +14,21 @@ import pinocchio as pin
 from ..errors import SingularMassError
 from .known import KnownImpulses
 
+if TYPE_CHECKING:
+    from ..robot import Robot
+
 # Bound once: on a small robot the look-up of a name counts.
 crba, decompose, cholesky_solve = pin.crba, pin.cholesky.decompose, pin.cholesky.solve
 
-__all__ = ["ByAba", "ByCrba", "ByDenseCholesky", "Rescaled", "has_uneven_masses", "symmetric"]
+__all__ = [
+    "ByAba",
+    "ByCrba",
+    "ByDenseCholesky",
+    "Rescaled",
+    "has_uneven_masses",
+    "refuse_massless",
+    "symmetric",
+]
 
 # A pivot of M this far below its diagonal is rounding, not inertia.
 SMALLEST_PIVOT = 1e-13
@@ -168,6 +180,21 @@ def check_pivots(model: pin.Model, data: pin.Data) -> None:
         raise singular_mass(model, sorted(set(joints.tolist())))
 
 
+def refuse_massless(robot: Robot, joints: Container[str]) -> None:
+    """Prove that no motion of these joints is without mass at every configuration.
+
+    Raises:
+        SingularMassError: the first that is, with its link.
+    """
+    found = [motion for motion in robot.massless_motions if motion.joint in joints]
+    if found:
+        names = tuple(dict.fromkeys(motion.joint for motion in found))
+        more = f" (and {len(names) - 1} more: robot.massless_joints)" if len(names) > 1 else ""
+        raise SingularMassError(
+            f"the mass matrix is singular at every configuration: {found[0]}{more}", joints=names
+        )
+
+
 def singular_mass(model: pin.Model, joint_ids: Iterable[int]) -> SingularMassError:
     """The error that names the joints which move no inertia."""
     joint_ids = tuple(joint_ids)
@@ -183,7 +210,7 @@ def singular_mass(model: pin.Model, joint_ids: Iterable[int]) -> SingularMassErr
             )
     named = ", ".join(f'"{name}"' for name in names[:4]) + (", …" if len(names) > 4 else "")
     return SingularMassError(
-        f"the mass matrix is singular here: joint {named} moves nothing that has mass or inertia; "
-        "give the links behind it an <inertial>, or fix the joint",
+        f"the mass matrix is singular at this configuration: joint {named} moves no mass there; "
+        "give its link an <inertial>, or lock the joint",
         joints=names,
     )

@@ -66,6 +66,9 @@ class ConstrainedJump:
         self._contacts = SceneContacts(scene, reached) if scene.contacts else None
         self._model, self._data = known.model, known.model.createData()
         self._always_regular = always_regular
+        # Rows have to make up for what M lacks at every configuration, whatever pivots say.
+        motions = () if always_regular else scene.robot.massless_motions
+        self._singular = any(motion.joint in reached.model.names for motion in motions)
         # A row may speak of speeds that are far smaller than others.
         self._row_by_row = has_uneven_masses(reached.model) or any(
             isinstance(entry, JointCoupling | JointLock) for entry in scene.constraints
@@ -98,12 +101,13 @@ class ConstrainedJump:
         touches = [] if self._contacts is None else self._contacts.rows.touching(data, q, touching)
         crba(model, data, q)
         factor: SparseFactor | FilledFactor | None = None
-        if not self._dense:
+        if not (self._dense or self._singular):
             decompose(model, data)
             if self._always_regular or pivots_are_safe(data):
                 factor = SparseFactor(model, data)
         if factor is None:
-            factor = FilledFactor(model, data.M, np.empty((0, model.nv)) if rows is None else rows)
+            own = np.empty((0, model.nv)) if rows is None else rows
+            factor = FilledFactor(model, data.M, own, singular=self._singular)
             if wanted is not None:
                 impulse = factor.filled_impulse(impulse, wanted)
         if not touches:

@@ -42,11 +42,18 @@ class FilledFactor:
     """A Cholesky factor of M + ρ AᵀA, for a singular M that bilateral rows make whole.
 
     With A Δv = c prescribed, M Δv = I + Aᵀλ and (M + ρ AᵀA) Δv = I + ρ Aᵀc + Aᵀλ have
-    the same solution. Also for what the sparse Cholesky does not take: mimic joints, or
-    a single degree of freedom.
+    the same solution; ``singular`` says that M is so at every configuration. Also for what
+    the sparse Cholesky does not take: mimic joints, or a single degree of freedom.
     """
 
-    def __init__(self, model: pin.Model, mass_matrix: np.ndarray, rows: np.ndarray) -> None:
+    def __init__(
+        self,
+        model: pin.Model,
+        mass_matrix: np.ndarray,
+        rows: np.ndarray,
+        *,
+        singular: bool = False,
+    ) -> None:
         import scipy.linalg
 
         self._model = model
@@ -64,7 +71,12 @@ class FilledFactor:
             )
         except np.linalg.LinAlgError:
             raise self._singular(filled) from None
-        if np.diagonal(self._lower).min() ** 2 < SMALLEST_PIVOT:
+        least = np.diagonal(self._lower).min() ** 2
+        if singular:
+            # Rounding grows from pivot to pivot: what the rows leave singular is told by all.
+            scaled = filled * self._scale * self._scale[:, None]
+            least = min(least, np.linalg.eigvalsh(scaled)[0])
+        if least < SMALLEST_PIVOT:
             raise self._singular(filled)
 
     def filled_impulse(self, impulse: np.ndarray, wanted: np.ndarray) -> np.ndarray:

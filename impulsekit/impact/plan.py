@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-__all__ = ["Plan", "cheaper_algorithm", "is_always_regular"]
+__all__ = ["Plan", "cheaper_algorithm"]
 
 # The error of CRBA with Cholesky grows with the depth of a chain, that of the
 # articulated-body algorithm does not: beyond this depth accuracy decides.
@@ -62,47 +62,3 @@ def _depths(model: pin.Model) -> np.ndarray:
         depths.extend(range(above + 1, above + size + 1))
         depth_of_joint[joint_id] = above + size
     return np.array(depths, dtype=float)
-
-
-def is_always_regular(model: pin.Model) -> bool:
-    """Whether every joint moves inertia of its own, so that M is regular everywhere.
-
-    A pivot of M is Sᵀ Yᴬ S with the articulated inertia Yᴬ, which is never below the
-    body's own inertia Y. Joints whose S depends on q are taken as undecided.
-    """
-    if any(joint.shortname() in _VARYING_SUBSPACE for joint in model.joints):
-        return False
-    # Numbers at the edge of the range overflow here, and are found undecided.
-    with np.errstate(all="ignore"):
-        return _moves_own_inertia(model)
-
-
-def _moves_own_inertia(model: pin.Model) -> bool:
-    q = pin.neutral(model)
-    behind = [inertia.matrix() for inertia in model.inertias]
-    for joint_id in range(model.njoints - 1, 0, -1):
-        joint = model.joints[joint_id]
-        data = joint.createData()
-        joint.calc(data, q)
-        subspace = np.asarray(data.S).reshape(6, joint.nv)
-        whole = np.diagonal(subspace.T @ behind[joint_id] @ subspace)
-        if not (np.isfinite(whole) & (whole > 0.0)).all():
-            return False
-        scale = 1.0 / np.sqrt(whole)
-        own = subspace.T @ model.inertias[joint_id].matrix() @ subspace
-        if np.linalg.eigvalsh(own * scale * scale[:, None])[0] < 1e-9:
-            return False
-        to_parent = (model.jointPlacements[joint_id] * data.M).toActionMatrixInverse()
-        behind[model.parents[joint_id]] += to_parent.T @ behind[joint_id] @ to_parent
-    return True
-
-
-_VARYING_SUBSPACE = frozenset(
-    {
-        "JointModelComposite",
-        "JointModelSphericalZYX",
-        "JointModelEllipsoid",
-        "JointModelUniversal",
-        "JointModelMimic",
-    }
-)

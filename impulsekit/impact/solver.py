@@ -15,11 +15,12 @@ import pinocchio as pin
 from ..errors import InputError, a_thing
 from ..robot import state
 from ..robot.capacity import check_capacity
+from ..robot.massless import is_always_regular
 from ..scene import Scene
-from .algorithms import ByAba, ByCrba, ByDenseCholesky, Rescaled
+from .algorithms import ByAba, ByCrba, ByDenseCholesky, Rescaled, refuse_massless
 from .constrained import ConstrainedJump, Outcome
 from .known import KnownImpulses
-from .plan import Plan, cheaper_algorithm, is_always_regular
+from .plan import Plan, cheaper_algorithm
 from .reach import ReachedModel, reached_model, touched_joints
 from .result import Impact
 from .rows import needs_places
@@ -243,6 +244,8 @@ def _planned(scene: Scene) -> tuple[Any, Plan, Any]:
     alone = not (scene.constraints or scene.contacts)
     known = KnownImpulses(scene, reached, alone=alone)
     regular = is_always_regular(reached.model)
+    if not (regular or scene.constraints):
+        refuse_massless(robot, reached.model.names)
     algorithm: Any
     if scene.contacts and _is_single_contact(scene):
         from .single_contact import SingleContactJump

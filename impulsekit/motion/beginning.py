@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import InputError, SingularMassError
+from ..impact.algorithms import refuse_massless
 from .held import HeldRows
 from .present import Present
 from .settling import come_to_rest
@@ -40,6 +41,9 @@ def begin(now: Present, striking: Striking) -> None:
         # Rounding of what lies still or slides is no approach.
         meets |= any(now.closing(i) < -now.slow for i in touching)
     held = now.held
+    if held is None:
+        robot = now.scene.robot
+        refuse_massless(robot, robot.joint_names)
     if held is not None and not meets:
         meets = _has_to_move(held, now.q, now.v)
     if meets:

@@ -52,6 +52,8 @@ class Dynamics:
         mimic = any(joint.shortname() == "JointModelMimic" for joint in self.model.joints)
         # Pinocchio's sparse Cholesky takes neither mimic joints nor a model with one row.
         self._dense = mimic or self.model.nv < 2
+        # Rows have to make up for what M lacks at every configuration, whatever pivots say.
+        self._singular = bool(robot.massless_motions)
         self._no_aba = mimic
         self.resting = Resting(scene)
         # Free flight under constant torques needs nothing but one call.
@@ -102,11 +104,11 @@ class Dynamics:
     def _factor(self, q: np.ndarray, rows: np.ndarray) -> SparseFactor | FilledFactor:
         model, data = self.model, self._data
         pin.crba(model, data, q)
-        if not self._dense:
+        if not (self._dense or self._singular):
             pin.cholesky.decompose(model, data)
             if pivots_are_safe(data):
                 return SparseFactor(model, data)
-        return FilledFactor(model, data.M, rows)
+        return FilledFactor(model, data.M, rows, singular=self._singular)
 
     def _with_rows(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         model, data, moving = self.model, self._data, self._moving

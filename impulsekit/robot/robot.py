@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ..scene import Scene
     from .links import Link
     from .loop import Loop
+    from .massless import Massless
     from .mjcf_pairs import TouchingPair
 
 __all__ = ["WORLD", "Robot"]
@@ -271,6 +272,30 @@ class Robot:
         from .geometry import geometry_of
 
         return geometry_of(self, pin.GeometryType.VISUAL)
+
+    @cached_property
+    def massless_motions(self) -> tuple[Massless, ...]:
+        """Each independent motion that moves no mass at any configuration: its joint and link."""
+        from .massless import massless_motions
+
+        return massless_motions(self.model)
+
+    @property
+    def massless_joints(self) -> tuple[str, ...]:
+        """Joints that move no mass, whatever the configuration; empty for most robots.
+
+        While they move freely the mass matrix is singular and no impact is determined: give
+        their links an inertia, or lock them with ``JointLock``.
+
+        Example:
+            >>> link = "<link name='{}'/>"
+            >>> hinge = "<joint name='hinge' type='continuous'><parent link='a'/><child link='b'/>"
+            >>> links = link.format("a") + link.format("b")
+            >>> text = f"<robot name='r'>{links}{hinge}</joint></robot>"
+            >>> Robot.from_urdf(text).massless_joints
+            ('hinge',)
+        """
+        return tuple(dict.fromkeys(motion.joint for motion in self.massless_motions))
 
     def neutral(self) -> np.ndarray:
         """(nq,) Pinocchio's neutral configuration."""

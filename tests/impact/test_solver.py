@@ -110,7 +110,9 @@ def test_a_joint_that_moves_no_inertia_is_named():
     )  # fmt: skip
     robot = ik.Robot.from_urdf(text)
     scene = ik.Scene(robot, [ik.AppliedImpulse("arm", angular=[0, 0, 1])])
-    with pytest.raises(errors.SingularMassError, match='joint "wrist" moves nothing') as caught:
+    with pytest.raises(
+        errors.SingularMassError, match='joint "wrist" moves no mass: give link "tip"'
+    ) as caught:
         ik.solve(scene, robot.neutral(), robot.velocity())
     assert caught.value.joints == ("wrist",)
 

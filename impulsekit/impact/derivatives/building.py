@@ -47,7 +47,8 @@ class Builder:
         if self._factor is None:
             rows = [rows.matrix for rows in self._bilateral]
             matrix = rows[0] if len(rows) == 1 else self.stacked(rows)
-            self._factor = Factor(self.masses, matrix, regular=self._workspace.always_regular)
+            regular, singular = self._workspace.always_regular, self._workspace.singular
+            self._factor = Factor(self.masses, matrix, regular=regular, singular=singular)
         return self._factor
 
     def stacked(self, matrices: Sequence[np.ndarray]) -> np.ndarray:

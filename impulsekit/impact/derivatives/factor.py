@@ -18,9 +18,15 @@ _NONE = np.ones(0)
 
 
 class Factor:
-    """M = L Lᵀ, or M filled up by rows A (m, nv); ``regular`` where M is so everywhere."""
+    """M = L Lᵀ, or M filled up by rows A (m, nv).
 
-    def __init__(self, mass_matrix: np.ndarray, rows: np.ndarray, *, regular: bool) -> None:
+    Args:
+        regular, singular: whether M is so at every configuration.
+    """
+
+    def __init__(
+        self, mass_matrix: np.ndarray, rows: np.ndarray, *, regular: bool, singular: bool = False
+    ) -> None:
         self._unit: np.ndarray | None = None
         self._lengths = _NONE
         if regular:
@@ -28,7 +34,7 @@ class Factor:
             if not failed:
                 self._inverse, _ = dtrtri(self._lower, lower=1)
                 return
-        if self._decompose(mass_matrix):
+        if not singular and self._decompose(mass_matrix):
             return
         diagonal = np.diagonal(mass_matrix)
         weights = np.maximum(diagonal, 1e-9 * diagonal.max(initial=0.0))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
+from ...robot.massless import is_always_regular
 from ...scene import (
     AppliedImpulse,
     Collision,
@@ -22,7 +23,6 @@ from ...scene import (
     Scene,
 )
 from ...scene.constraints import KEPT
-from ..plan import is_always_regular
 from ..reach import reached_model
 from ..rows import needs_places
 from ..solver import ImpactSolver
@@ -52,6 +52,7 @@ class Workspace:
             agree on them, while those of coefficients are told by NaN alone.
         is_newton: whether the law is Newton's, with slip at the end.
         always_regular: whether M is regular at every configuration.
+        singular: whether it is singular at every one, so that bilateral rows have to fill it.
         expanded: the model in which every axis stands still in its body.
     """
 
@@ -66,6 +67,7 @@ class Workspace:
         self.data = self.expanded.model.createData()
         self.is_newton = scene.law.restitution == "newton" and scene.law.slip == "end"
         self.always_regular = is_always_regular(self.model)
+        self.singular = bool(robot.massless_motions)
         self.identity = np.eye(self.model.nv)
         self.no_rows = np.zeros((0, self.model.nv))
         self.identity.setflags(write=False)

@@ -1,0 +1,178 @@
+"""Joints that move no mass at any configuration, decided from the structure of a model.
+
+M(q) is singular at every q where some motion leaves all bodies still that have inertia. That
+hangs on the null spaces of the bodies' inertias and on the joints alone, not on how heavy
+anything is. So every inertia is brought to the size of the robot, which leaves a matrix whose
+rank is plain at configurations taken at random: what is singular there is so everywhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+__all__ = ["Massless", "is_always_regular", "massless_motions"]
+
+# A principal moment this far below the largest is that of a line or a point: rounding of
+# three moments that differ is some 1e-16.
+NO_MOMENT = 1e-14
+# Eigenvalues of the matrix of sizes, on a unit diagonal: rounding is 1e-15, and what is
+# regular has 1e-6 or more at one of the configurations, long chains of point masses less.
+NO_MASS = 1e-11
+# Entries of a null vector at rounding level.
+NO_PART = 1e-5
+TRIALS = 3
+
+
+@dataclass(frozen=True)
+class Massless:
+    """A motion that moves no mass.
+
+    Attributes:
+        joint: the joint to lock, the outermost of those that take part.
+        link: the link without inertia that moves, by its frame's name or its joint's.
+    """
+
+    joint: str
+    link: str
+
+    def __str__(self) -> str:
+        return (
+            f'joint "{self.joint}" moves no mass: give link "{self.link}" an <inertial>, or lock '
+            "the joint"
+        )
+
+
+def massless_motions(model: pin.Model) -> tuple[Massless, ...]:
+    """Of each independent motion without inertia, its joint and link; empty where M is regular."""
+    if model.nv == 0 or is_always_regular(model):
+        return ()
+    sizes = _of_one_size(model)
+    data = sizes.createData()
+    rng = np.random.default_rng(0)
+    null = np.eye(model.nv)
+    there = neutral = pin.neutral(model)
+    for _ in range(TRIALS):
+        q = pin.integrate(model, neutral, rng.uniform(-1.0, 1.0, model.nv))
+        upper = np.triu(pin.crba(sizes, data, q).reshape(model.nv, -1))
+        found = _null_vectors(upper + np.triu(upper, 1).T)
+        if found.shape[1] < null.shape[1]:
+            null, there = found, q
+        if not found.shape[1]:
+            return ()
+    return tuple(_told(model, there, null, dof) for dof in _outermost(null))
+
+
+def _of_one_size(model: pin.Model) -> pin.Model:
+    """The model with inertias of the same null spaces, all of the size of the robot."""
+    sizes = pin.Model(model)
+    steps = [float(np.linalg.norm(place.translation)) for place in model.jointPlacements]
+    levers = [float(np.linalg.norm(body.lever)) for body in model.inertias if body.mass > 0.0]
+    length = max([*steps, *levers]) or 1.0
+    for joint_id in range(1, model.njoints):
+        own = model.inertias[joint_id]
+        body = pin.Inertia.Zero()
+        if own.mass > 0.0:
+            body.mass, body.lever = 1.0, own.lever
+        moments, axes = np.linalg.eigh(own.inertia)
+        live = np.abs(moments) > NO_MOMENT * np.abs(moments).max()
+        # Set, not given to the constructor, which refuses a moment of -1e-17.
+        body.inertia = length**2 * (axes * live) @ axes.T
+        sizes.inertias[joint_id] = body
+    sizes.armature = np.where(model.armature > 0.0, length**2, 0.0)
+    return sizes
+
+
+def _null_vectors(matrix: np.ndarray) -> np.ndarray:
+    """(nv, k) what a positive semidefinite matrix takes to zero, largest entries 1."""
+    scale = 1.0 / np.sqrt(np.where((diagonal := matrix.diagonal()) > 0.0, diagonal, 1.0))
+    values, vectors = np.linalg.eigh(matrix * scale * scale[:, None])
+    null = scale[:, None] * vectors[:, values < NO_MASS]
+    return null / np.abs(null).max(axis=0, initial=1e-300)
+
+
+def _outermost(null: np.ndarray) -> list[int]:
+    """Degrees of freedom whose locking leaves no null vector, from the tips inwards."""
+    left, found = null.copy(), []
+    for dof in range(len(null) - 1, -1, -1):
+        if left.shape[1] == 0:
+            break
+        column = int(np.abs(left[dof]).argmax())
+        if abs(left[dof, column]) > NO_PART:
+            found.append(dof)
+            taken = left[:, [column]]
+            left = np.delete(left - taken * (left[dof] / taken[dof]), column, axis=1)
+    return found
+
+
+def _told(model: pin.Model, q: np.ndarray, null: np.ndarray, dof: int) -> Massless:
+    """The joint of a degree of freedom and the link that moves in its motion."""
+    joint_id = int(np.searchsorted(model.idx_vs[1:], dof, side="right"))
+    while model.nvs[joint_id] == 0:
+        joint_id -= 1
+    # The motion that has this degree of freedom and as little of the others as there is.
+    v = null @ np.linalg.pinv(null[[dof]])[:, 0]
+    data = model.createData()
+    pin.forwardKinematics(model, data, q, v)
+    moving = [
+        i
+        for i in range(1, model.njoints)
+        if np.abs(data.v[i].vector).max() > NO_PART and model.inertias[i].mass == 0.0
+    ]
+    own = joint_id if joint_id in moving or not moving else moving[-1]
+    links = [
+        frame.name
+        for frame in model.frames
+        if frame.type == pin.FrameType.BODY and frame.parentJoint == own
+    ]
+    return Massless(model.names[joint_id], links[-1] if links else model.names[own])
+
+
+def is_always_regular(model: pin.Model) -> bool:
+    """Whether every joint moves inertia of its own, so that M is regular everywhere.
+
+    A pivot of M is Sᵀ Yᴬ S with the articulated inertia Yᴬ, which is never below the
+    body's own inertia Y, with the armature beside it. Joints whose S depends on q are taken
+    as undecided.
+    """
+    if any(joint.shortname() in _VARYING_SUBSPACE for joint in model.joints):
+        return False
+    # Numbers at the edge of the range overflow here, and are found undecided.
+    with np.errstate(all="ignore"):
+        return _moves_own_inertia(model)
+
+
+def _moves_own_inertia(model: pin.Model) -> bool:
+    q = pin.neutral(model)
+    behind = [inertia.matrix() for inertia in model.inertias]
+    for joint_id in range(model.njoints - 1, 0, -1):
+        joint = model.joints[joint_id]
+        data = joint.createData()
+        joint.calc(data, q)
+        subspace = np.asarray(data.S).reshape(6, joint.nv)
+        whole = np.diagonal(subspace.T @ behind[joint_id] @ subspace)
+        # An armature is inertia of the joint's own, whatever hangs on it.
+        armature = model.armature[joint.idx_v : joint.idx_v + joint.nv]
+        whole = whole + armature
+        if not (np.isfinite(whole) & (whole > 0.0)).all():
+            return False
+        scale = 1.0 / np.sqrt(whole)
+        own = subspace.T @ model.inertias[joint_id].matrix() @ subspace + np.diag(armature)
+        if np.linalg.eigvalsh(own * scale * scale[:, None])[0] < 1e-9:
+            return False
+        to_parent = (model.jointPlacements[joint_id] * data.M).toActionMatrixInverse()
+        behind[model.parents[joint_id]] += to_parent.T @ behind[joint_id] @ to_parent
+    return True
+
+
+_VARYING_SUBSPACE = frozenset(
+    {
+        "JointModelComposite",
+        "JointModelSphericalZYX",
+        "JointModelEllipsoid",
+        "JointModelUniversal",
+        "JointModelMimic",
+    }
+)

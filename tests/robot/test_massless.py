@@ -1,0 +1,141 @@
+"""Joints that move no mass are known from the structure, at every configuration."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit.batch.codes import RowStatus
+from impulsekit.errors import SingularMassError
+
+INERTIAL = (
+    '<inertial><origin xyz="0.01 0.02 0.1"/><mass value="{0}"/>'
+    '<inertia ixx="{1}" iyy="{1}" izz="{1}" ixy="0" ixz="0" iyz="0"/></inertial>'
+)
+
+
+def arm(masses, axes, root="freeflyer"):
+    """A chain of links of these masses under a base of the first; 0 for a link without mass."""
+    text = '<robot name="arm">'
+    for k, mass in enumerate(masses):
+        body = INERTIAL.format(mass, 1e-2 * mass) if mass else ""
+        text += f'<link name="link_{k}">{body}</link>'
+    for k, axis in enumerate(axes):
+        text += (
+            f'<joint name="joint_{k + 1}" type="continuous"><parent link="link_{k}"/>'
+            f'<child link="link_{k + 1}"/><origin xyz="0.1 0 0.3" rpy="0.2 0.3 {k}"/>'
+            f'<axis xyz="{axis}"/></joint>'
+        )
+    return ik.Robot.from_urdf(text + "</robot>", root=root)
+
+
+def poses(robot, count, seed=0):
+    rng = np.random.default_rng(seed)
+    return [
+        pin.integrate(robot.model, robot.neutral(), rng.normal(size=robot.nv)) for _ in range(count)
+    ]
+
+
+@pytest.mark.parametrize("masses", [(0, 1, 1, 1, 1, 1, 1), (0, 1e-3, 10, 1, 1, 1e-2, 1)])
+def test_a_massless_base_that_turns_on_a_joint_is_refused_at_every_pose(masses):
+    robot = arm(masses, ["0 0 1", "0 1 0", "0 0 1", "0 1 0", "0 0 1", "0 1 0"])
+    assert robot.massless_joints == ("joint_1",)
+    scene = ik.Scene(robot, [ik.AppliedImpulse("link_6", linear=[0, 0.5, 1])])
+    for q in poses(robot, 20):
+        with pytest.raises(SingularMassError, match=r'joint "joint_1".*link "link_0"') as caught:
+            ik.solve(scene, q, robot.velocity())
+        assert caught.value.joints == ("joint_1",)
+    batch = ik.solve_batch(scene, np.array(poses(robot, 4)))
+    assert (batch.status == RowStatus.SINGULAR_MASS).all()
+    with pytest.raises(SingularMassError, match="joint_1"):
+        ik.simulate(ik.Scene(robot), robot.neutral(), robot.velocity(), duration=0.1)
+    with pytest.raises(SingularMassError, match="joint_1"):
+        ik.effective_mass(robot, robot.neutral(), "link_6", [0, 0, 1])
+
+
+def test_locked_it_moves_as_the_robot_without_the_joint():
+    robot = arm((0, 1, 1, 1), ["0 0 1", "0 1 0", "1 0 0"])
+    blow = ik.AppliedImpulse("link_3", linear=[0, 0.5, 1], at=[0.1, 0, 0])
+    scene = ik.Scene(robot, [blow], constraints=[ik.JointLock("joint_1")])
+    for q in poses(robot, 5):
+        impact = ik.solve(scene, q, robot.velocity())
+        assert impact.is_valid()
+        reduced = pin.buildReducedModel(robot.model, [2], q)
+        own = ik.Robot.from_model(reduced)
+        left = np.delete(np.arange(robot.nq), [7, 8])
+        alone = ik.solve(ik.Scene(own, [blow]), q[left], own.velocity())
+        after = impact.velocity_at("link_3").after
+        np.testing.assert_allclose(after, alone.velocity_at("link_3").after, atol=1e-11)
+        # What a blow at a point moves is told alike.
+        both = [
+            ik.effective_mass(what, x, "link_3", [0, 1, 0])
+            for what, x in ((ik.Scene(robot, constraints=scene.constraints), q), (own, q[left]))
+        ]
+        assert both[0] == pytest.approx(both[1], rel=1e-9)
+
+
+def test_rows_that_do_not_hold_what_has_no_mass_leave_it_refused():
+    robot = arm((0, 1, 1, 1), ["0 0 1", "0 1 0", "1 0 0"])
+    blow = ik.AppliedImpulse("link_3", linear=[0, 0.5, 1], at=[0.1, 0, 0])
+    scene = ik.Scene(robot, [blow], constraints=[ik.JointLock("joint_3")])
+    for q in poses(robot, 10):
+        with pytest.raises(SingularMassError):
+            ik.solve(scene, q, robot.velocity())
+
+
+def test_a_tip_without_mass_and_a_link_between_two_in_line_are_told():
+    assert arm((1, 1, 0), ["0 0 1", "0 1 0"]).massless_joints == ("joint_2",)
+    assert arm((1, 0, 0), ["0 0 1", "0 1 0"], "fixed").massless_joints == ("joint_2", "joint_1")
+    # Across each other, two hinges with a massless link between move the mass behind both.
+    assert arm((1, 0, 1), ["0 0 1", "0 1 0"]).massless_joints == ()
+    in_line = (
+        '<robot name="r"><link name="a"/><link name="b"/>'
+        f'<link name="c">{INERTIAL.format(1, 1)}</link>'
+        + "".join(
+            f'<joint name="{name}" type="continuous"><parent link="{parent}"/>'
+            f'<child link="{child}"/><axis xyz="0 0 1"/></joint>'
+            for name, parent, child in (("first", "a", "b"), ("second", "b", "c"))
+        )
+        + "</robot>"
+    )
+    assert ik.Robot.from_urdf(in_line).massless_joints == ("second",)
+
+
+@pytest.mark.parametrize("scale", [1e-12, 1.0, 1e12])
+@pytest.mark.parametrize("length", [1e-4, 1e4])
+def test_how_light_or_long_a_link_is_does_not_matter(scale, length):
+    model = pin.Model()
+    joint = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "root_joint")
+    for k, kind in enumerate((pin.JointModelRX(), pin.JointModelRY(), pin.JointModelRZ())):
+        place = pin.SE3(pin.exp3(np.array([0.3, 0.2, k])), length * np.array([0.3, 0.1, 0.2]))
+        joint = model.addJoint(joint, kind, place, f"joint_{k}")
+        lever = length * np.array([0.1, 0.0, 0.2])
+        body = pin.Inertia(scale ** (k / 2), lever, scale ** (k / 2) * length**2 * np.eye(3))
+        model.appendBodyToJoint(joint, body, pin.SE3.Identity())
+    assert ik.Robot.from_model(model).massless_joints == ("joint_0",)
+    model.appendBodyToJoint(1, pin.Inertia.FromSphere(scale, length), pin.SE3.Identity())
+    assert ik.Robot.from_model(model).massless_joints == ()
+
+
+def test_a_point_mass_on_a_hinge_through_it_is_massless_and_off_it_is_not():
+    for offset, found in ((0.0, ("hinge",)), (0.1, ())):
+        model = pin.Model()
+        joint = model.addJoint(0, pin.JointModelRZ(), pin.SE3.Identity(), "hinge")
+        point = pin.Inertia(1.0, np.array([offset, 0.0, 0.3]), np.zeros((3, 3)))
+        model.appendBodyToJoint(joint, point, pin.SE3.Identity())
+        assert ik.Robot.from_model(model).massless_joints == found
+
+
+def test_an_armature_is_mass_enough():
+    robot = arm((1, 1, 0), ["0 0 1", "0 1 0"])
+    model = pin.Model(robot.model)
+    model.armature[-1] = 0.01
+    geared = ik.Robot.from_model(model)
+    assert geared.massless_joints == ()
+    scene = ik.Scene(geared, [ik.JointImpulse("joint_2", 0.3)])
+    impact = ik.solve(scene, geared.neutral(), geared.velocity())
+    assert impact.dv[-1] == pytest.approx(30.0)
+    batch = ik.solve_batch(scene, geared.neutral(), outputs=("dv",))
+    np.testing.assert_allclose(batch.dv[0], impact.dv, atol=1e-12)
