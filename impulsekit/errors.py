@@ -8,6 +8,7 @@
     │   ├── ShapeError                   .what .expected .got
     │   ├── NotFiniteError               .what .where
     │   ├── RangeError                   .what .value .allowed
+    │   ├── CallbackError                .entry: a function that a user gave
     │   ├── StateError                   .joint .value: a configuration off its manifold
     │   ├── UrdfError                    .source .element
     │   ├── MjcfError                    .source .element
@@ -62,11 +63,17 @@ class ImpulsekitError(Exception):
         message: the sentence for a person.
         **data: facts for a program, set as attributes.
 
+    Attributes:
+        from_function: whether a function that the user gave with an entry of a scene is at
+            fault: no row of a batch and no impact of a motion stands for it, it is raised.
+
     Example:
         >>> error = RangeError("friction is -1", what="friction", value=-1.0, allowed="0 or more")
         >>> error.allowed
         '0 or more'
     """
+
+    from_function: bool = False
 
     def __init__(self, message: str, **data: Any) -> None:
         # Only the message goes to Exception: pickling then restores the rest from __dict__.
@@ -159,6 +166,12 @@ class RangeError(InputError):
         return cls(
             f"{what} is {value}, allowed is {allowed}", what=what, value=value, allowed=allowed
         )
+
+
+class CallbackError(InputError):
+    """A user's function raised, or gave no real numbers. Attributes: entry."""
+
+    entry: str
 
 
 class StateError(InputError):

@@ -46,6 +46,9 @@ def solve_rows(
             _write(impact, row, arrays)
             codes[row] = impact.status
         except ImpulsekitError as error:
+            # A function that fails is no fault of this row alone.
+            if error.from_function:
+                raise
             codes[row] = _code(error)
 
 

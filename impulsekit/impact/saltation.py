@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError
+from ..scene.functions import call
 
 if TYPE_CHECKING:
     from .derivatives import Derivatives
@@ -168,7 +169,7 @@ def _normal_row(impact: Impact, contact: str) -> np.ndarray:
 def _acceleration(
     given: Any | Callable[[np.ndarray, np.ndarray], Any], q: np.ndarray, v: np.ndarray
 ) -> np.ndarray:
-    value = given(q, v) if callable(given) else given
+    value = call(given, "acceleration", q, v) if callable(given) else given
     return _array(value, "acceleration", v.shape)
 
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import NotFiniteError, ShapeError
 from ..robot import Robot
 from ..scene import Actuator, AppliedForce, JointSpring, Scene, Spring
 from ..scene.forces import PD
+from ..scene.functions import numbers_from
 
 __all__ = ["ForceField"]
 
@@ -36,7 +36,12 @@ class ForceField:
             if isinstance(force, Actuator):
                 self._add_actuator(robot, force, scene.entry_names("forces")[i])
         self._points = [_SpringBetweenPoints(robot, f) for f in scene.forces if type(f) is Spring]
-        self._applied = [_OnPoint(robot, f) for f in scene.forces if type(f) is AppliedForce]
+        names = scene.entry_names("forces")
+        self._applied = [
+            _OnPoint(robot, force, name)
+            for force, name in zip(scene.forces, names, strict=True)
+            if type(force) is AppliedForce
+        ]
         self.on_bodies = bool(self._points or self._applied)
         self._is_constant = not (self._springs or self._controlled)
         self._wrenches = pin.StdVec_Force()
@@ -115,12 +120,8 @@ def _function(torque: Callable, rows: slice, size: int, name: str) -> Callable:
     """A user's function, held to shape and finiteness at every call."""
 
     def controlled(t: float, q: np.ndarray, v: np.ndarray) -> tuple[slice, np.ndarray]:
-        given = np.atleast_1d(np.asarray(torque(t, q, v), dtype=float))
-        if given.shape != (size,):
-            raise ShapeError.of(f"{name}: torque at t = {t:g}", (size,), given.shape)
-        if np.isnan(given).any():
-            raise NotFiniteError.of(f"{name}: torque at t = {t:g}", "its value", given)
-        return rows, given
+        what = f"{name}: torque at t = {t:g}"
+        return rows, numbers_from(torque, what, size, t, q, v, infinite=True)
 
     return controlled
 
@@ -207,14 +208,16 @@ class _SpringBetweenPoints:
 class _OnPoint:
     """An applied force and couple."""
 
-    def __init__(self, robot: Robot, force: AppliedForce) -> None:
-        self._force = force
+    def __init__(self, robot: Robot, force: AppliedForce, name: str) -> None:
+        self._force, self._name = force, name
         self._point = _Point(robot, force.frame, force.at)
         self.joint_ids = (self._point.joint_id,)
         self._constant = force.force_at(0.0) if force.is_constant else None
 
     def add(self, wrenches: pin.StdVec_Force, t: float, data: pin.Data) -> None:
-        given = self._force.force_at(t) if self._constant is None else self._constant
+        given = self._constant
+        if given is None:
+            given = self._force.force_at(t, self._name)
         point = self._point
         if self._force.axes == "world":
             rotation = data.oMi[point.joint_id].rotation.dot(point.placement.rotation)

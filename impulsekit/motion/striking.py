@@ -59,6 +59,8 @@ class Striking:
             if not impact.is_valid() and self._lie_still(impact):
                 impact = solver.solve_touching(now.q, now.v, entries)
         except ImpulsekitError as error:
+            if error.from_function:
+                raise
             raise Stopped(MotionStatus.IMPACT_NOT_VALID, str(error)) from None
         self._accept(impact)
 
@@ -95,7 +97,9 @@ class Striking:
             impact = self._soft_solver.solve_touching(
                 now.q, v, now.entries_of(c.gap for c in contacts)
             )
-        except ImpulsekitError:
+        except ImpulsekitError as error:
+            if error.from_function:
+                raise
             return False
         if not np.abs(jacobian.dot(impact.dv)).max() > AN_IMPACT * pressed:
             return False

@@ -15,6 +15,7 @@ import numpy as np
 from ..errors import InputError, RangeError, ShapeError, a_thing
 from ..robot import Robot
 from ..robot.robot import WORLD
+from .functions import numbers_from
 from .numbers import Vector, axes_name, number, text, vector
 
 __all__ = ["PD", "Actuator", "AppliedForce", "Force", "JointSpring", "Spring", "check_force"]
@@ -141,9 +142,9 @@ class Actuator:
     Attributes:
         joint: the joint.
         torque: a number or one for each degree of freedom [N m, N]; a ``PD``, for a joint
-            with one; or a function of (t, q, v) with the whole robot's q and v that
-            gives the same. It has to be a function of these alone: an integrator calls it
-            at trial states, not in the order of time.
+            with one; or a function of (t, q, v), with read-only copies of the whole robot's q
+            and v, that gives the same. It has to be a function of these alone: an integrator
+            calls it at trial states, not in the order of time.
         name: how results call it; by default its place in the scene.
 
     Raises:
@@ -213,18 +214,24 @@ class AppliedForce:
         """Whether it is the same at all times, in its own axes."""
         return not callable(self.linear) and not callable(self.angular)
 
-    def force_at(self, t: float) -> np.ndarray:
+    def force_at(self, t: float, name: str | None = None) -> np.ndarray:
         """(6,) force [N] before couple [N m] at a time [s], in ``axes``.
 
+        Args:
+            t: time [s].
+            name: what errors call it; by default its own name or its frame's.
+
         Raises:
-            ShapeError, NotFiniteError: what a function gave.
+            ShapeError, NotFiniteError, CallbackError: what a function gave, or that it raised.
         """
-        what = f'AppliedForce on "{self.frame}" at t = {t:g}'
-        linear = vector(self.linear(t), f"{what}: linear") if callable(self.linear) else self.linear
-        angular = (
-            vector(self.angular(t), f"{what}: angular") if callable(self.angular) else self.angular
-        )
-        return np.array([*linear, *angular])
+        name = name or self.name or f'AppliedForce on "{self.frame}"'
+        halves = []
+        for field in ("linear", "angular"):
+            value = getattr(self, field)
+            if callable(value):
+                value = numbers_from(value, f"{name}: {field} at t = {t:g}", 3, t)
+            halves.append(value)
+        return np.array([*halves[0], *halves[1]])
 
 
 Force = JointSpring | Spring | Actuator | AppliedForce

@@ -27,11 +27,12 @@ def number(value: Any, what: str) -> float:
     """A finite float.
 
     Raises:
-        NotFiniteError: not a number, NaN or infinite.
+        NotFiniteError: not a number (text and truth values are none), NaN or infinite.
         RangeError: beyond ±1e100.
     """
     try:
-        result = float(value)
+        # Python would take "2" and True for numbers.
+        result = float(None if isinstance(value, str | bytes | bool | np.bool_) else value)
     except (TypeError, ValueError, OverflowError):
         raise NotFiniteError(
             f"{what} is {quoted(value)}, a number is wanted", what=what, where=what

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError, RangeError, ShapeError, quoted
+from .functions import numbers_from
 from .numbers import number
 
 __all__ = ["Restitution", "RestitutionTable", "checked_restitution", "restitution_at"]
@@ -108,11 +109,19 @@ def restitution_at(
     """e at an approach speed; what a user's own function gives is checked.
 
     Raises:
-        RangeError, NotFiniteError: the function gave something else than 0 to 1.
+        RangeError, NotFiniteError, ShapeError, CallbackError: the function raised, or gave
+            something else than 0 to 1.
     """
     if not callable(value):
         return value
-    return _coefficient(value(approach_speed), f"{what} at {approach_speed:g} m/s")
+    if type(value) in (Restitution, RestitutionTable):
+        return value(approach_speed)
+    where = f"{what} at {approach_speed:g} m/s"
+    try:
+        return _coefficient(numbers_from(value, where, 1, approach_speed)[0], where)
+    except RangeError as error:
+        error.from_function = True
+        raise
 
 
 def _coefficient(value: Any, what: str) -> float:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import InputError
+from ...scene.functions import call
 from ...scene.restitution import Restitution, RestitutionTable, restitution_at
 
 __all__ = ["EDGE", "PARTED", "Coefficients", "ContactMode", "coefficients_of", "found_mode"]
@@ -115,7 +116,7 @@ def _slope_of_function(
     """de/d(speed) of a function: its own ``derivative``, or differences; which of the two."""
     own = getattr(function, "derivative", None)
     if callable(own):
-        slope = own(speed)
+        slope = call(own, f"{name}: derivative", speed)
         if not isinstance(slope, int | float | np.floating) or not math.isfinite(slope):
             raise InputError(f"{name}: the derivative of its restitution is {slope!r}, no number")
         return float(slope), False

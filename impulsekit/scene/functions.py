@@ -1,0 +1,90 @@
+"""Functions that users give: called with copies; what they give is held to what is wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..errors import CallbackError, NotFiniteError, ShapeError, a_thing, shown
+
+__all__ = ["call", "numbers_from"]
+
+
+def call(function: Callable[..., Any], what: str, *arguments: Any) -> Any:
+    """What a user's function gives. Arrays among its arguments are read-only copies.
+
+    Raises:
+        CallbackError: the function raised an exception, which is the cause.
+    """
+    own = [_copy(x) if isinstance(x, np.ndarray) else x for x in arguments]
+    try:
+        return function(*own)
+    except Exception as error:
+        raise CallbackError(
+            f"{what}: its function raised {type(error).__name__}: {shown(str(error), 200)}",
+            entry=what,
+            from_function=True,
+        ) from error
+
+
+def numbers_from(
+    function: Callable[..., Any],
+    what: str,
+    size: int,
+    *arguments: Any,
+    infinite: bool = False,
+) -> np.ndarray:
+    """(size,) the numbers that a user's function gives; a single one stands for (1,).
+
+    Args:
+        function: the user's.
+        what: the entry and the field, for errors.
+        size: how many numbers are wanted.
+        *arguments: of the function.
+        infinite: whether infinite ones may pass.
+
+    Raises:
+        CallbackError: it raised an exception, or gave something else than real numbers.
+        ShapeError: it gave another number of them.
+        NotFiniteError: it gave NaN, or an infinity.
+    """
+    given = call(function, what, *arguments)
+    try:
+        array = np.asarray(given)
+        if array.dtype.kind == "O" and not _holds_no_numbers(array):
+            array = array.astype(float)
+    except Exception:
+        array = np.asarray(None)
+    if array.dtype.kind not in "iuf":
+        thing = "complex numbers" if array.dtype.kind == "c" else a_thing(given)
+        raise CallbackError(
+            f"{what}: its function gave {thing} ({shown(given)}), real numbers are wanted",
+            entry=what,
+            from_function=True,
+        )
+    array = np.array(array, dtype=float, ndmin=1)
+    if array.shape != (size,):
+        raise _of_function(ShapeError.of(what, (size,), array.shape), what)
+    bad = np.isnan(array) if infinite else ~np.isfinite(array)
+    if bad.any():
+        first = int(np.argmax(bad))
+        raise _of_function(NotFiniteError.of(what, f"entry {first}", array[first]), what)
+    return array
+
+
+def _copy(array: np.ndarray) -> np.ndarray:
+    own = array.copy()
+    own.setflags(write=False)
+    return own
+
+
+def _holds_no_numbers(array: np.ndarray) -> bool:
+    return any(isinstance(entry, str | bytes | bool | None) for entry in array.flat)
+
+
+def _of_function(error: Any, what: str) -> Any:
+    """The error, with the entry whose function it comes from."""
+    error.entry, error.from_function = what, True
+    return error
