@@ -9,12 +9,13 @@ import numpy as np
 
 from ..impact.algorithms import has_uneven_masses
 from ..impact.reach import branch_of, touched_joints
+from ..laws.words import END, NEWTON, SEQUENTIAL, STRONGE
 from ..robot.massless import is_always_regular
 from ..scene import Law, Scene
 from .errors import NoKernelError
 from .followers import freed_model
 from .kernels import layout
-from .kernels.words import END, NEWTON, SEQUENTIAL, STRONGE, words_of
+from .kernels.words import words_of
 from .rows import row_tables
 from .tables import in_world, known_tables, load_tables, path_mask, row_arrays, tree_tables
 from .tree import KINDS, Tree, tree_of
@@ -49,7 +50,7 @@ class Program:
         columns: of each known impulse by entry name: first column and how many.
         given: (columns,) the impulses of the scene itself.
         restitution, friction: (contacts,) those of the scene itself.
-        words: of the law, see ``kernels.words``.
+        words: of the law, see ``laws.words``.
     """
 
     tree: Tree

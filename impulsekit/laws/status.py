@@ -22,7 +22,7 @@ class Status(int, enum.Enum):
         (2, 'NOT_UNIQUE', False)
     """
 
-    def __new__(cls, code: int, sentence: str) -> Status:
+    def __new__(cls, code: int, sentence: str = "") -> Status:
         """A member of this code, whose value is the sentence."""
         member = int.__new__(cls, code)
         member._value_ = sentence

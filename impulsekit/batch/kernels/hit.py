@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from ...laws.status import Status
+from ...laws.words import NEWTON
 from ..codes import AGAIN
 from .coulomb import GAIN, coulomb
 from .jit import built_in
 from .release import released
-from .words import NEWTON
 
 __all__ = ["hit_at_end", "judged"]
 

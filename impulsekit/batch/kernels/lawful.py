@@ -13,8 +13,8 @@ from typing import Any
 
 from numba import types
 
+from ...laws.words import NEWTON, PATH, SEQUENTIAL
 from .handed import handed
-from .words import NEWTON, PATH, SEQUENTIAL
 
 __all__ = ["law_for"]
 

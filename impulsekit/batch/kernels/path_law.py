@@ -7,21 +7,22 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...laws.path import follow
+from ...laws.progress import P1, P2, P, path_memory
 from ...laws.status import Status
+from ...laws.words import NEWTON, STRONGE
 from ..codes import AGAIN
 from .jit import built_in
 from .layout import CONTACT_INTS
-from .path import follow
 from .problem import pose, problem_in, put_back, room
-from .progress import P1, P2, PROGRESS, P
-from .turning import ORDER, SERIES
-from .words import NEWTON, STRONGE
 
 __all__ = ["path_lanes", "strike_along"]
 
 # As in ``impact``: approaches this small against the velocities are none, and coefficients.
 AT_REST = 1e-12
 NEGLIGIBLE = 1e-150
+# Shares of an impulse so many times the velocities leave too few digits of their sum.
+MOST_SHARES = 1e4
 # So many times smaller or larger, rounding may decide; and the same in single precision.
 SURE, COARSE = 1e2, 1e8
 _SOLVED, _JAM = int(Status.SOLVED), int(Status.PAINLEVE_JAM)
@@ -37,19 +38,19 @@ def path_lanes(
     The arguments are those of ``problem.pose``.
     """
     space = room(rows, len(contact_ints) // CONTACT_INTS)
-    now, series = np.zeros(PROGRESS), np.zeros((SERIES, ORDER + 1))
+    memory = path_memory()
     for lane in range(w):
         count = pose(
             base + lane, lane, rows, target, keeps, contact_ints, contact_floats, given, digits,
             work, w_at, before_at, free_at, w, code, space,
         )  # fmt: skip
         if count > 0:
-            code[lane] = _solved(count, words[0], digits, space, now, series)
+            code[lane] = _solved(count, words[0], digits, space, memory)
         put_back(lane, count, rows, len(target), contact_ints, work, p_at, w, code, space)
 
 
 @built_in
-def _solved(count, law, digits, space, now, series):
+def _solved(count, law, digits, space, memory):
     """The code, with P of the contacts that touch in ``space``."""
     W, before, free, mus, es, ets, P_all = problem_in(space)
     sure = SURE if digits == 53 else COARSE
@@ -66,9 +67,10 @@ def _solved(count, law, digits, space, now, series):
         if acting == 0:
             return _SOLVED
     at = 3 * one
-    code = strike_along(W, at, before[at + 2], free, es[one], mus[one], ets[one], law, now, series)
+    code = strike_along(W, at, before[at + 2], free, es[one], mus[one], ets[one], law, memory)
     if code == _REFUSED:
         return _REFUSED
+    now = memory.now
     P_all[at], P_all[at + 1], P_all[at + 2] = now[P1], now[P2], now[P]
     if count > 1 and code in (_SOLVED, _JAM):
         lowest = 0.0
@@ -86,17 +88,23 @@ def _solved(count, law, digits, space, now, series):
 
 
 @built_in
-def strike_along(W, at, before, start, e, mu, e_t, law, now, series):
+def strike_along(W, at, before, start, e, mu, e_t, law, memory):
     """``path.follow`` for the contact whose rows of W and of ``start`` [m/s] begin at ``at``."""
     e = e if e > NEGLIGIBLE else 0.0
     mu = mu if mu > NEGLIGIBLE else 0.0
     if mu > 0.0 and e_t != 0.0:
         return _REFUSED
-    return follow(
-        W[at, at], W[at, at + 1], W[at + 1, at + 1], W[at, at + 2], W[at + 1, at + 2],
-        W[at + 2, at + 2], before, start[at], start[at + 1], start[at + 2],
-        e, mu, law, now, series,
-    )  # fmt: skip
+    t11, t22, nn = W[at, at], W[at + 1, at + 1], W[at + 2, at + 2]
+    block = (t11, W[at, at + 1], t22, W[at, at + 2], W[at + 1, at + 2], nn)
+    free = (start[at], start[at + 1], start[at + 2])
+    code = follow(block, before, free, e, mu, law, memory)
+    if mu > 0.0:
+        now = memory.now
+        shares = t11 * abs(now[P1]) + t22 * abs(now[P2]) + nn * now[P]
+        scale = max(abs(before), abs(free[0]), abs(free[1]), abs(free[2]))
+        if not shares <= MOST_SHARES * scale:
+            return AGAIN
+    return code
 
 
 @built_in

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
-
+from ...laws.progress import FRICTION, NORMAL, P1, P2, P, path_memory
 from ...laws.status import Status
 from ..codes import AGAIN
 from .jit import built_in
 from .layout import CONTACT_INTS
 from .path_law import strike_along
 from .problem import pose, problem_in, put_back, room
-from .progress import FRICTION, NORMAL, P1, P2, PROGRESS, P
 from .sequential import MOST_HITS, begin, book, next_hit, sequel
-from .turning import ORDER, SERIES
 
 __all__ = ["path_sequence_lanes"]
 
@@ -30,21 +27,22 @@ def path_sequence_lanes(
     The arguments are those of ``problem.pose``.
     """
     space = room(rows, len(contact_ints) // CONTACT_INTS)
-    now, series = np.zeros(PROGRESS), np.zeros((SERIES, ORDER + 1))
+    memory = path_memory()
     for lane in range(w):
         count = pose(
             base + lane, lane, rows, target, keeps, contact_ints, contact_floats, given, digits,
             work, w_at, before_at, free_at, w, code, space,
         )  # fmt: skip
         if count > 0:
-            code[lane] = _solved(count, words[0], digits, space, now, series)
+            code[lane] = _solved(count, words[0], digits, space, memory)
         put_back(lane, count, rows, len(target), contact_ints, work, p_at, w, code, space)
 
 
 @built_in
-def _solved(count, law, digits, space, now, series):
+def _solved(count, law, digits, space, memory):
     """The code, with P of the contacts that touch in ``space``."""
     W, _, _, mus, es, ets, _ = problem_in(space)
+    now = memory.now
     velocity, first = begin(count, space)
     code = _SOLVED
     works, spent = 0.0, 0.0
@@ -53,7 +51,7 @@ def _solved(count, law, digits, space, now, series):
         if i < 0:
             return sequel(i, code, works, spent)
         k = 3 * i
-        one = strike_along(W, k, velocity[k + 2], velocity, es[i], mus[i], ets[i], law, now, series)
+        one = strike_along(W, k, velocity[k + 2], velocity, es[i], mus[i], ets[i], law, memory)
         if one == _REFUSED:
             return _REFUSED
         if one not in (_SOLVED, _GAIN, _JAM):

@@ -6,6 +6,7 @@ For one contact or several at once, as ``impact.laws.simultaneous`` has it.
 from __future__ import annotations
 
 from ...laws.status import Status
+from ...laws.words import POISSON
 from ..codes import AGAIN
 from .coulomb import GAIN
 from .hit import hit_at_end, judged
@@ -16,7 +17,6 @@ from .modes import MOST_STEPS, RIDGE, polish
 from .problem import COARSE, pose, problem_in, put_back, room
 from .several import DEPENDENT, several
 from .smooth import ALIKE, FINE
-from .words import POISSON
 
 __all__ = ["poisson_lanes"]
 

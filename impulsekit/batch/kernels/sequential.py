@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from ...impact.laws import order
 from ...laws.status import Status
+from ...laws.words import NEWTON
 from ..codes import AGAIN
 from .coulomb import GAIN
 from .hit import hit_at_end
 from .jit import built_in
 from .layout import CONTACT_INTS
 from .problem import pose, problem_in, put_back, room
-from .words import NEWTON
 
 __all__ = ["MOST_HITS", "begin", "book", "next_hit", "sequel", "sequential_lanes"]
 

@@ -1,14 +1,10 @@
-"""The words of a ``Law`` as small numbers: restitution, slip, order."""
+"""The words of a ``Law`` as those of ``laws.words``."""
 
 from __future__ import annotations
 
 from ...scene.law import ORDERS, RESTITUTIONS, SLIPS, Law
 
-__all__ = ["END", "NEWTON", "PATH", "POISSON", "SEQUENTIAL", "SIMULTANEOUS", "STRONGE", "words_of"]
-
-NEWTON, POISSON, STRONGE = 0, 1, 2
-END, PATH = 0, 1
-SIMULTANEOUS, SEQUENTIAL = 0, 1
+__all__ = ["words_of"]
 
 
 def words_of(law: Law) -> tuple[int, int, int]:

@@ -1,6 +1,6 @@
 """How the impulse of one contact changes where slip is followed along the path.
 
-The path of ``impulsekit.impact.laws.path`` once more, with what twelve parameters do to
+The path of ``impulsekit.laws.path`` once more, with what twelve parameters do to
 it: on every stretch by the equation of variations, and at what ends a stretch by that the
 end itself moves, δτ = −δg/ġ for an event g = 0.
 """
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import InputError
-from ..laws.path import NULL, STOPPED, outgoing
+from ...laws.path import NULL, STOPPED, outgoing
 from ..laws.slide import Block
 from .modes import EDGE
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...laws.status import Status
-from ...scene.law import Law
+from ...scene.law import RESTITUTIONS, Law
 from .coulomb import NOTHING, Impulse, bounded_friction, coulomb, residual_of
 from .slide import Block
 
@@ -19,8 +19,6 @@ Triple = tuple[float, float, float]
 
 # Coefficients this small would only underflow.
 NEGLIGIBLE = 1e-150
-# Velocities whose squares are doubles in full.
-TINY, HUGE = 1e-120, 1e120
 # Work above this share of the energies in play is a gain.
 GAIN = 1e-10
 
@@ -68,20 +66,7 @@ def strike(
     if e_t and mu and (law.slip == "path" or law.restitution != "newton"):
         refuse_tangential(law)
     if law.slip == "path":
-        from .path import follow
-
-        if TINY < scale < HUGE or not scale:
-            return follow(block, before, free, e, mu, law.restitution, scale)
-        # Works are squares of velocities, and would leave the doubles.
-        unit = 2.0 ** -math.frexp(scale)[1]
-        hit = follow(
-            block, _times(unit, before), _times(unit, free), e, mu, law.restitution, unit * scale
-        )
-        hit.impulse, hit.after = _times(1.0 / unit, hit.impulse), _times(1.0 / unit, hit.after)
-        hit.normal_work, hit.friction_work = (
-            work / unit / unit for work in (hit.normal_work, hit.friction_work)
-        )
-        return hit
+        return _along_path(block, before, free, e, mu, law)
     if law.restitution == "poisson":
         return _poisson(block, free, e, mu, scale)
     target = e * before[2] if before[2] < 0.0 else 0.0
@@ -95,8 +80,15 @@ def strike(
     return booked(impulse, before if from_before else free, after, status, residual)
 
 
-def _times(factor: float, vector: Triple) -> Triple:
-    return factor * vector[0], factor * vector[1], factor * vector[2]
+def _along_path(block: Block, before: Triple, free: Triple, e: float, mu: float, law: Law) -> Hit:
+    """``laws.path.follow`` as a hit."""
+    from ...laws.path import follow
+    from ...laws.progress import path_memory
+
+    memory = path_memory()
+    code = follow(block, before[2], free, e, mu, RESTITUTIONS.index(law.restitution), memory)
+    u1, u2, un, p1, p2, p, friction, _, _, _, _, _, normal, residual = memory.now.tolist()
+    return Hit((p1, p2, p), (u1, u2, un), Status(code), residual, normal, friction)
 
 
 def block_of(delassus: np.ndarray, i: int) -> Block:

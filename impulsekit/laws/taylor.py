@@ -1,4 +1,15 @@
-"""Slip that turns, by the series of ``impact.laws.turning``, for kernels."""
+"""Slip that turns while the impact goes on, in 3-D.
+
+In τ with dp = r dτ, r = |u_t|, the equations are smooth down to r = 0, at τ → ∞, and linear
+but for r itself:
+
+    du_t/dτ = w r − µ W_tt u_t,   du_n/dτ = W_nn r − µ w·u_t,   r² = u_t·u_t
+
+So their Taylor coefficients follow one from the other, r's from those of its square (Jorba &
+Zou 2005, "A software package for the numerical integration of ODEs by means of high-order
+Taylor methods"). A step of such order is exact to rounding, and where in it a phase ends is
+a root of a polynomial.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +17,12 @@ import math
 
 import numpy as np
 
-from .jit import built_in
+from .compiled import compiled
 from .progress import (
     COMPRESSING,
     FALLS,
     FRICTION,
+    ORDER,
     P1,
     P2,
     PRESSED,
@@ -19,65 +31,74 @@ from .progress import (
     U1,
     U2,
     UN,
+    Block,
     P,
+    PathMemory,
     is_over,
     left_to_go,
 )
 from .words import STRONGE
 
-__all__ = ["ORDER", "SERIES", "STRAIGHT", "turn"]
+__all__ = ["STRAIGHT", "turn"]
 
-# As there.
+Array = np.ndarray[tuple[int], np.dtype[np.float64]]
+Matrix = np.ndarray[tuple[int, int], np.dtype[np.float64]]
+
+# A direction that turns slower than this against its decay keeps.
 STRAIGHT = 1e-13
+# Slip this slow against where the stretch began has ended.
 FAINT = 1e-14
-ORDER = 20
+# What the last terms of a series may add.
 CUT = 1e-17
 LONGEST = 1e12
 MOST_STEPS = 400
 # 1/(k + 1): quotients take as long as many products.
 INVERSE = np.array([1.0 / (k + 1) for k in range(ORDER + 1)])
 # The series of u_1, u_2, u_n, |u_t|, |u_t|², |u_t| u_n; du_n/dτ; of what ends the phase.
-_U1, _U2, _UN, _SPEED, _SQUARE, _POWER, _RISE, _END, SERIES = 0, 1, 2, 3, 4, 5, 6, 7, 8
+_U1, _U2, _UN, _SPEED, _SQUARE, _POWER, _RISE, _END = range(8)
 
 
-@built_in
-def turn(t11, t12, t22, n1, n2, nn, now, mu, law, e, target, scale, series):
+@compiled
+def turn(
+    block: Block, memory: PathMemory, mu: float, law: int, e: float, target: float, scale: float
+) -> bool:
     """Follow the slip to the end of the phase or of the slip, or until it keeps its direction.
 
-    Args:
-        series: room, (SERIES, ORDER + 1).
-
     Returns:
-        Whether the impact is over, and how many steps it took.
+        Whether the impact is over.
     """
+    t11, t12, t22, n1, n2, nn = block
+    now, series = memory.now, memory.series
     first = math.sqrt(now[U1] * now[U1] + now[U2] * now[U2])
     tangential = abs(n1) + abs(n2) + mu * (t11 + t22)
     # Per step: velocities in units of r, τ of 1/inertia, impulses of r/inertia.
     inertia = tangential + nn
     a11, a12, a22 = mu * t11 / inertia, mu * t12 / inertia, mu * t22 / inertia
     w1, w2, wn = n1 / inertia, n2 / inertia, nn / inertia
+    rates = (a11, a12, a22, w1, w2, wn)
     straight = STRAIGHT * tangential / inertia
     if wn * first <= mu * (w1 * now[U1] + w2 * now[U2]):
         now[FALLS] = 1.0
-    for step in range(MOST_STEPS):
+    for _ in range(MOST_STEPS):
         r = math.sqrt(now[U1] * now[U1] + now[U2] * now[U2])
         if r <= FAINT * first:
             now[U1], now[U2] = 0.0, 0.0
-            return False, step
+            return False
         s1, s2 = now[U1] / r, now[U2] / r
         turning = abs(s1 * (w2 - a12 * s1 - a22 * s2) - s2 * (w1 - a11 * s1 - a12 * s2))
         if turning <= straight and turning * r <= 1e-15 * first:
-            return False, step
-        _expand(a11, a12, a22, w1, w2, wn, now, mu, r, series)
-        reached = _step(w1, w2, wn, now, mu, law, e, target, r, inertia, series)
+            return False
+        _expand(rates, now, mu, r, series)
+        reached = _step(rates, memory, mu, law, e, target, r, inertia)
         if reached:
-            return is_over(now, law, e, target, scale), step
-    return False, MOST_STEPS
+            return is_over(now, law, e, target, scale)
+    return False
 
 
-@built_in
-def _expand(a11, a12, a22, w1, w2, wn, now, mu, r, series):
+@compiled
+def _expand(rates: Block, now: Array, mu: float, r: float, series: Matrix) -> None:
     """Write the Taylor coefficients in τ, in units of r."""
+    a11, a12, a22, w1, w2, wn = rates
     series[_U1, 0], series[_U2, 0], series[_UN, 0] = now[U1] / r, now[U2] / r, now[UN] / r
     series[_SPEED, 0], series[_SQUARE, 0] = 1.0, 1.0
     m1, m2 = mu * w1, mu * w2
@@ -102,8 +123,8 @@ def _expand(a11, a12, a22, w1, w2, wn, now, mu, r, series):
         series[_SPEED, k + 1] = square - own
 
 
-@built_in
-def _multiply(series):
+@compiled
+def _multiply(series: Matrix) -> None:
     """Write the series of |u_t| u_n."""
     for k in range(ORDER + 1):
         total = 0.0
@@ -112,9 +133,20 @@ def _multiply(series):
         series[_POWER, k] = total
 
 
-@built_in
-def _step(w1, w2, wn, now, mu, law, e, target, r, inertia, series):
+@compiled
+def _step(
+    rates: Block,
+    memory: PathMemory,
+    mu: float,
+    law: int,
+    e: float,
+    target: float,
+    r: float,
+    inertia: float,
+) -> bool:
     """One step, cut where the phase ends; whether it does."""
+    now, series = memory.now, memory.series
+    w1, w2, wn = rates[3], rates[4], rates[5]
     h = LONGEST
     for k in range(ORDER - 1, ORDER + 1):
         size = max(abs(series[_U1, k]), abs(series[_U2, k]), abs(series[_SPEED, k]))
@@ -183,16 +215,16 @@ def _step(w1, w2, wn, now, mu, law, e, target, r, inertia, series):
     return reached
 
 
-@built_in
-def _at(series, row, x):
+@compiled
+def _at(series: Matrix, row: int, x: float) -> float:
     total = 0.0
     for k in range(ORDER, -1, -1):
         total = total * x + series[row, k]
     return total
 
 
-@built_in
-def _gain(series, row, x):
+@compiled
+def _gain(series: Matrix, row: int, x: float) -> float:
     """By how much a series is more at x than at 0."""
     total = 0.0
     for k in range(ORDER, 0, -1):
@@ -200,8 +232,8 @@ def _gain(series, row, x):
     return x * total
 
 
-@built_in
-def _total(series, row, x):
+@compiled
+def _total(series: Matrix, row: int, x: float) -> float:
     """The integral of a series from 0 to x."""
     total = 0.0
     for k in range(ORDER - 1, -1, -1):
@@ -209,24 +241,24 @@ def _total(series, row, x):
     return x * total
 
 
-@built_in
-def _shift(series, row):
+@compiled
+def _shift(series: Matrix, row: int) -> None:
     """A series less where it begins, as that of the end."""
     series[_END, 0] = 0.0
     for k in range(1, ORDER + 1):
         series[_END, k] = series[row, k]
 
 
-@built_in
-def _integrate(series, row):
+@compiled
+def _integrate(series: Matrix, row: int) -> None:
     """The integral of a series, as that of the end."""
     series[_END, 0] = 0.0
     for k in range(ORDER):
         series[_END, k + 1] = series[row, k] * INVERSE[k]
 
 
-@built_in
-def _root(series, row, goal, high):
+@compiled
+def _root(series: Matrix, row: int, goal: float, high: float) -> float:
     """Where between 0 and ``high`` a series is ``goal``: Newton, kept in by bisection."""
     low, x = 0.0, high
     rising = _at(series, row, high) >= series[row, 0]
