@@ -131,6 +131,8 @@ def test_only_plain_files_are_read(tmp_path, what):
         ["design", "--json", "no/a.json"],
         ["fit", "--json", "no/a.json"],
         ["replay", "--html", "no/a.html"],
+        ["batch", "--plot", "no/a.png"],
+        ["batch", "--store", "no.toml/rows"],
     ],
 )
 def test_a_command_tells_before_its_work_what_it_cannot_write(tmp_path, monkeypatch, arguments):

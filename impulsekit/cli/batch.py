@@ -8,6 +8,9 @@ import click
 
 __all__ = ["batch"]
 
+# The exit status of a command that Ctrl-C has ended, as shells have it.
+INTERRUPTED = 130
+
 
 @click.command()
 @click.argument("file", type=click.Path())
@@ -38,21 +41,47 @@ def batch(
     import pathlib
 
     from ..batch.study import load_study, run_study, summarize
+    from ..batch.study.store import check_store
+    from .outputs import check_outputs
 
-    study = load_study(file)
     folder = store or str(pathlib.Path(file).with_suffix("")) + "_rows"
-    if scheduler or workers:
-        with _client(scheduler, workers, threads) as client:
-            run_study(study, folder, progress=not quiet, client=client)
-    else:
-        run_study(study, folder, progress=not quiet, threads=threads)
+    check_outputs(picture=plot)
+    check_store(folder)
+    study = load_study(file)
+    try:
+        if scheduler or workers:
+            with _client(scheduler, workers, threads) as client:
+                run_study(study, folder, progress=not quiet, client=client)
+        else:
+            run_study(study, folder, progress=not quiet, threads=threads)
+    except KeyboardInterrupt:
+        click.echo(_how_to_go_on(folder), err=True)
+        ctx.exit(INTERRUPTED)
     summary = summarize(folder)
     click.echo(f"{folder}: {summary}")
     if plot:
         from ..batch.study.summary import plot_study
 
         plot_study(folder, plot)
-    ctx.exit(0 if all(status.valid for status in summary.statuses) else 1)
+    ctx.exit(0 if summary.complete and all(status.valid for status in summary.statuses) else 1)
+
+
+def _how_to_go_on(folder: str) -> str:
+    """What a run that was stopped has left, and the command that goes on with it."""
+    import shlex
+    import sys
+
+    from ..batch.study import open_study
+    from ..batch.study.layout import UNWRITTEN
+    from ..errors import ImpulsekitError
+
+    try:
+        status = open_study(folder)["status"].values
+        done = f"{(status != UNWRITTEN).sum()} of {len(status)} rows are written to {folder}"
+    except ImpulsekitError:
+        done = f"nothing is written to {folder} yet"
+    command = shlex.join(["impulsekit", *sys.argv[1:]])
+    return f"interrupted: {done}; to go on, run the same command again:\n  {command}"
 
 
 def _client(scheduler: str | None, workers: int | None, threads: int | None) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -21,8 +21,10 @@ if TYPE_CHECKING:
     from .robot import Robot
     from .source import RobotPart
 
-__all__ = ["geometry_ids", "geometry_of"]
+__all__ = ["geometry_ids", "geometry_of", "shape_content"]
 
+# The attributes of coal's shapes that make them what they are.
+_NUMBERS_OF_SHAPES = {"d", "halfLength", "halfSide", "n", "radii", "radius"}
 # A mesh thinner than this times its length is flat. Meshes are read in single precision, whose
 # rounding is 6e-8 of the length.
 FLAT = 1e-6
@@ -119,6 +121,29 @@ def _corners(item: pin.GeometryObject) -> np.ndarray | None:
     if vertices is None or not item.meshPath:
         return None
     return np.asarray(vertices() if callable(vertices) else vertices)
+
+
+def shape_content(item: pin.GeometryObject) -> Iterator[bytes]:
+    """What a shape is, as bytes: its kind, its numbers, and of a mesh all corners and faces.
+
+    What coal works out on the way, such as bounding boxes and hulls, is left out: two objects of
+    one shape have one content whatever was asked of them before.
+    """
+    shape = item.geometry
+    yield type(shape).__name__.encode()
+    yield np.ascontiguousarray(item.meshScale, dtype=float).tobytes()
+    for name in sorted(set(dir(shape)) & _NUMBERS_OF_SHAPES):
+        yield name.encode()
+        yield np.ascontiguousarray(getattr(shape, name), dtype=float).tobytes()
+    for name in ("getSweptSphereRadius", "points", "vertices"):
+        if hasattr(shape, name):
+            value = getattr(shape, name)
+            value = value() if callable(value) else value
+            yield name.encode()
+            yield np.ascontiguousarray(value, dtype=float).tobytes()
+    if hasattr(shape, "tri_indices"):
+        faces = [shape.tri_indices(i) for i in range(shape.num_tris)]
+        yield np.array([[face[k] for k in range(3)] for face in faces], dtype=np.int64).tobytes()
 
 
 def _check_solid(item: pin.GeometryObject, where: str) -> None:

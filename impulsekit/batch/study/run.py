@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import pickle
+import socket
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from ...errors import MissingExtraError
+from ...errors import InputError, MissingExtraError
 from ..progress import shown
 from ..remote import warm_workers
 from ..solve import solve_batch
@@ -42,20 +43,22 @@ def run_study(
 
     Raises:
         InputError: the folder holds something else, or the store of another study.
+        StoreLockedError: another process writes to the store, or it was moved or deleted.
         StoreFullError: no space is left; what is done stays done.
+        FileError: the folder cannot be made or written to.
         MissingExtraError: numba, xarray or zarr is not installed.
     """
     place = StudyStore(store, study)
-    todo = place.prepare()
-    before = study.samples - sum(end - begin for begin, end in map(study.rows, todo))
-    done = before
-    with shown(progress, study.samples, before) as tell:
-        results = _here(study, todo, threads) if client is None else _there(study, todo, client)
-        for index, arrays in results:
-            place.write(index, arrays)
-            begin, end = study.rows(index)
-            done += end - begin
-            tell(done)
+    with place.opened() as todo:
+        before = study.samples - sum(end - begin for begin, end in map(study.rows, todo))
+        done = before
+        with shown(progress, study.samples, before) as tell:
+            results = _here(study, todo, threads) if client is None else _there(study, todo, client)
+            for index, arrays in results:
+                place.write(index, arrays)
+                begin, end = study.rows(index)
+                done += end - begin
+                tell(done)
     return place
 
 
@@ -113,7 +116,13 @@ def _sent_chunk(packed: bytes, fingerprint: str, index: int) -> dict[str, np.nda
     """``solved_chunk`` in a worker, which unpacks a study only once."""
     if fingerprint not in _received:
         _received.clear()
-        _received[fingerprint] = pickle.loads(packed)
+        study = pickle.loads(packed)
+        if study.fingerprint != fingerprint:
+            raise InputError(
+                f"the worker on {socket.gethostname()} reads other files, or has other versions "
+                "of packages, than the process that writes"
+            )
+        _received[fingerprint] = study
     return solved_chunk(_received[fingerprint], index, threads=1)
 
 

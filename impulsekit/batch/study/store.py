@@ -1,8 +1,11 @@
 """The store of a study: a Zarr group, written chunk by chunk through xarray.
 
-A chunk counts once its mark stands in the folder ``done`` beside the arrays; marks are
-renamed into place after the data. A run that was killed leaves chunks without marks:
-they are drawn and written again, bit for bit as they would have been.
+The store comes into being whole: its arrays are laid out in a folder of another name, which is
+renamed, and ``study.json`` is created last, by exclusive creation. Until a row is written its
+status is ``UNWRITTEN``, which is no status, and its numbers are NaN. Of each chunk the statuses
+are written last, after all else is on the disk: a row that has a status has its numbers too.
+Chunks that a killed run has left without statuses are drawn and written again, bit for bit as
+they would have been. Only one process writes at a time.
 """
 
 from __future__ import annotations
@@ -12,29 +15,26 @@ import errno
 import json
 import os
 import pathlib
+import re
+import shutil
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from ...errors import ImpulsekitError, InputError, MissingExtraError
-from ...laws.status import Status
+from ...errors import ImpulsekitError, InputError, MissingExtraError, a_thing
+from ...files import file_told, flush_to_disk, reason_of, write_file
+from .layout import arrays_of, unwritten_rows
+from .lock import NAME as LOCK
+from .lock import StoreLock, lock_store
 from .study import Study
 
-__all__ = ["StudyStore", "open_study"]
+__all__ = ["StudyStore", "check_store", "open_study"]
 
-MARKS = "done"
-FORMAT = 1
-UNITS = {
-    "v_after": "rad/s, m/s",
-    "dv": "rad/s, m/s",
-    "generalized_impulse": "N m s, N s",
-    "energy_change": "J",
-    "contact_impulses": "N s",
-    "constraint_impulses": "N s, N m s",
-    "q": "rad, m",
-    "v": "rad/s, m/s",
-}
+RECORD, ROWS = "study.json", "rows.zarr"
+# What a run that was stopped while it made the store may leave behind.
+UNFINISHED = re.compile(rf"{re.escape(LOCK)}|{re.escape(ROWS)}|rows\.partial|\..*\.partial")
+FORMAT = 2
 
 
 class StudyStore:
@@ -47,59 +47,92 @@ class StudyStore:
 
     def __init__(self, path: str | os.PathLike[str], study: Study) -> None:
         self.path, self.study = pathlib.Path(path), study
+        self._lock: StoreLock | None = None
+        self._rows = self.path / ROWS
 
-    def prepare(self) -> list[int]:
-        """Make the store, or open one of the same study; the chunks that are still to do.
+    @contextlib.contextmanager
+    def opened(self) -> Iterator[list[int]]:
+        """Make the store, or open one of the same study, as its only writer.
+
+        Yields:
+            The chunks that are still to do.
 
         Raises:
             InputError: the folder holds something else, or the store of another study.
+            StoreLockedError: another process writes to the store.
+            FileError: the folder cannot be made or written to.
+            StoreFullError: no space is left.
             MissingExtraError: xarray or zarr is not installed.
         """
-        mark = self.path / "study.json"
-        if mark.exists():
-            self._check_same(mark)
-        elif self.path.exists() and any(self.path.iterdir()):
-            if not (self.path / "unfinished").exists():
-                raise InputError(
-                    f'"{self.path}" is a folder that holds something else; name one that is '
-                    "empty or does not exist"
-                )
-            self._create(mark)
-        else:
-            self._create(mark)
-        for left in self.path.rglob("*.partial"):
-            left.unlink(missing_ok=True)
-        done = {int(name.name) for name in (self.path / MARKS).iterdir()}
-        return [i for i in range(self.study.chunks) if i not in done]
+        _xarray()
+        check_store(self.path)
+        with _full_disk_told(self.path), file_told(self.path, writing=True):
+            self.path.mkdir(parents=True, exist_ok=True)
+        with lock_store(self.path) as self._lock:
+            try:
+                if (self.path / RECORD).exists():
+                    self._check_same()
+                else:
+                    _check_folder(self.path)
+                    with _full_disk_told(self.path):
+                        self._create()
+                with _held_folder(self.path / ROWS) as self._rows:
+                    self._lock.check()
+                    for left in (*self.path.glob(".*.partial"), *self._rows.rglob("*.partial")):
+                        left.unlink(missing_ok=True)
+                    yield self._unwritten_chunks()
+            finally:
+                self._lock = None
 
     def write(self, index: int, arrays: dict[str, np.ndarray]) -> None:
-        """Write a chunk, then its mark.
+        """Write a chunk, its statuses last.
 
         Raises:
             StoreFullError: no space is left; what is done stays done.
+            StoreLockedError: the store was moved or deleted.
         """
+        if self._lock is None:
+            raise InputError("a store is written to only while it is opened")
+        numbers = {name: array for name, array in arrays.items() if name != "status"}
+        with _full_disk_told(self.path):
+            for part in (numbers, {"status": arrays["status"]}):
+                self._lock.check()
+                self._write_part(index, part)
+
+    def _write_part(self, index: int, arrays: dict[str, np.ndarray]) -> None:
+        """Write some arrays of a chunk, and wait until they are on the disk."""
         import xarray as xr
 
-        begin, end = self.study.rows(index)
-        shapes = self._layout()
-        data = {name: (shapes[name][0], array) for name, array in arrays.items()}
-        with _full_disk_told(self.path):
-            xr.Dataset(data).to_zarr(
-                self.path / "rows.zarr",
-                region={"row": slice(begin, end)},
-                consolidated=False,
-            )
-            mark = self.path / MARKS / f"{index:08d}"
-            partial = self.path / f"mark-{index:08d}.partial"
-            partial.write_text("")
-            os.replace(partial, mark)
+        layout = arrays_of(self.study)
+        data = {name: (layout[name][0], array) for name, array in arrays.items()}
+        region = {"row": slice(*self.study.rows(index))}
+        xr.Dataset(data).to_zarr(self._rows, region=region, consolidated=False)
+        for name, array in arrays.items():
+            file = self._rows / name / ".".join(map(str, (index, *[0] * (array.ndim - 1))))
+            # Zarr leaves a chunk out that is nothing but NaN, which is what is read without it.
+            if file.exists():
+                flush_to_disk(file)
 
-    def _check_same(self, mark: pathlib.Path) -> None:
+    def _unwritten_chunks(self) -> list[int]:
+        """The chunks without statuses; one file holds those of a chunk, a byte each."""
+        width = open_study(self.path)["status"].encoding["chunks"][0]
+        sizes = {entry.name: entry.stat().st_size for entry in os.scandir(self._rows / "status")}
+        return [i for i in range(self.study.chunks) if sizes.get(str(i)) != width]
+
+    def _check_same(self) -> None:
+        mark = self.path / RECORD
         try:
-            there = json.loads(mark.read_text())
+            there = json.loads(mark.read_bytes())
         except ValueError:
-            raise InputError(f'"{mark}" is damaged; it is no store of a study') from None
-        if there.get("fingerprint") != self.study.fingerprint:
+            there = None
+        if not isinstance(there, dict) or "fingerprint" not in there:
+            raise InputError(f'"{mark}" is damaged; it is no store of a study')
+        if there.get("format") != FORMAT:
+            raise InputError(
+                f'"{self.path}" is a store that another version of impulsekit has made. Name '
+                "another folder, or delete this one"
+            )
+        if there["fingerprint"] != self.study.fingerprint:
             ours, theirs = self.study.describe(), there.get("study", {})
             changed = [key for key in ours if ours[key] != theirs.get(key)]
             raise InputError(
@@ -107,105 +140,108 @@ class StudyStore:
                 "Name another folder, or delete this one"
             )
 
-    def _create(self, mark: pathlib.Path) -> None:
-        xr = _xarray()
-        (self.path / MARKS).mkdir(parents=True, exist_ok=True)
-        (self.path / "unfinished").write_text("")
-        import dask.array as da
-
-        study, robot = self.study, self.study.scene.robot
-        data = {}
-        for name, (dims, shape, dtype, attributes) in self._layout().items():
-            chunks = (study.chunk, *shape)
-            empty = da.zeros((study.samples, *shape), chunks=chunks, dtype=dtype)
-            data[name] = (dims, empty, attributes)
-        coordinates = {
-            "dof": _dof_names(robot),
-            "axis": ["x", "y", "z"],
-            "contact": list(study.scene.entry_names("contacts")),
-            "link": list(study.scaled_links),
-        }
-        used = {dim for dims, *_ in data.values() for dim in dims}
-        kept = {name: values for name, values in coordinates.items() if name in used}
-        dataset = xr.Dataset(
-            data,
-            coords=kept,
-            attrs={
-                "title": f"impulsekit study of {robot.name}",
-                "study": json.dumps(study.describe(), sort_keys=True),
-                "status": json.dumps({code.name: code.code for code in Status}),
-            },
+    def _create(self) -> None:
+        """Lay out the arrays, all rows unwritten; the study's record comes last."""
+        dataset, encoding = unwritten_rows(self.study)
+        partial, rows = self.path / "rows.partial", self.path / ROWS
+        for left in (partial, rows):
+            # Without its record a store has no row.
+            shutil.rmtree(left, ignore_errors=True)
+        dataset.to_zarr(
+            partial,
+            mode="w-",
+            compute=False,
+            consolidated=False,
+            zarr_format=2,
+            encoding=encoding,
         )
-        with _full_disk_told(self.path):
-            dataset.to_zarr(
-                self.path / "rows.zarr",
-                mode="w",
-                compute=False,
-                consolidated=False,
-                zarr_format=2,
-                # Digits of floats are noise to a compressor.
-                encoding={name: {"compressors": None} for name in data},
-            )
-            record = {
-                "format": FORMAT,
-                "fingerprint": study.fingerprint,
-                "study": study.describe(),
-            }
-            partial = mark.with_suffix(".partial")
-            partial.write_text(json.dumps(record, indent=1, sort_keys=True))
-            os.replace(partial, mark)
-            (self.path / "unfinished").unlink()
-
-    def _layout(self) -> dict[str, tuple]:
-        """By array: dimensions, shape of a row, type, attributes."""
-        from ..solve import _shape
-
-        study, robot = self.study, self.study.scene.robot
-        dims = {
-            "energy_change": (),
-            "contact_impulses": ("contact", "axis"),
-            "constraint_impulses": ("constraint_row",),
-            "q": ("q_entry",),
-            "v": ("dof",),
+        partial.rename(rows)
+        record = {
+            "format": FORMAT,
+            "fingerprint": self.study.fingerprint,
+            "study": self.study.describe(),
         }
-        found: dict[str, tuple] = {
-            "status": (("row",), (), np.int8, {"meaning": "see the attribute status"})
-        }
-        for name in study.outputs:
-            own = ("row", *dims.get(name, ("dof",)))
-            found[name] = (own, _shape(study.scene, name), float, {"units": UNITS[name]})
-        whats = {one.what for one in study.vary}
-        if "configuration" in whats:
-            found["q"] = (("row", "q_entry"), (robot.nq,), float, {"units": UNITS["q"]})
-        if "velocity" in whats:
-            found["v"] = (("row", "dof"), (robot.nv,), float, {"units": UNITS["v"]})
-        if whats & {"impulse", "direction"}:
-            width = sum(
-                6 if hasattr(one, "linear") else len(one.impulse) for one in study.scene.impulses
-            )
-            units = {"units": "N s, N m s", "order": "as in the scene, entry after entry"}
-            found["impulses"] = (("row", "impulse_entry"), (width,), float, units)
-        count = (len(study.scene.contacts),)
-        if "mass" in whats:
-            units = {"units": "1", "meaning": "factors on mass and inertia of links"}
-            found["masses"] = (("row", "link"), (len(study.scaled_links),), float, units)
-        for name in ("restitution", "friction"):
-            if name in whats:
-                found[name] = (("row", "contact"), count, float, {"units": "1"})
-        return found
+        write_file(self.path / RECORD, json.dumps(record, indent=1, sort_keys=True))
+
+
+def check_store(path: str | os.PathLike[str]) -> None:
+    """Prove that a folder can be the store of a study, as far as that is known at once.
+
+    Raises:
+        InputError: it is no folder, or holds something else.
+        FileError: it cannot be made or written to.
+    """
+    folder = pathlib.Path(path)
+    _check_folder(folder)
+    with file_told(folder, writing=True):
+        there = folder.absolute()
+        while not there.exists() and there != there.parent:
+            there = there.parent
+        if not there.is_dir():
+            raise NotADirectoryError
+        if not os.access(there, os.W_OK | os.X_OK):
+            raise PermissionError
+
+
+def _check_folder(folder: pathlib.Path) -> None:
+    """Prove that a folder without a study in it holds nothing of anybody else's."""
+    if (folder / RECORD).exists():
+        return
+    try:
+        there = {entry.name for entry in os.scandir(folder)}
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        reason = "it is no folder" if isinstance(error, NotADirectoryError) else reason_of(error)
+        raise InputError(f'"{folder}" cannot hold a study: {reason}') from None
+    if there and not (LOCK in there and all(map(UNFINISHED.fullmatch, there))):
+        raise InputError(
+            f'"{folder}" is a folder that holds something else; name one that is '
+            "empty or does not exist"
+        )
 
 
 def open_study(path: str | os.PathLike[str]) -> Any:
     """The rows of a store as an ``xarray.Dataset``, read when they are needed.
 
+    Rows that are not written yet have the status ``UNWRITTEN`` (-128), which no row that was
+    solved has, and NaN everywhere else.
+
     Raises:
         InputError: there is no store of a study.
         MissingExtraError: xarray or zarr is not installed.
     """
-    folder = pathlib.Path(path)
-    if not (folder / "study.json").exists():
+    xarray = _xarray()
+    try:
+        folder = pathlib.Path(path)
+    except TypeError:
+        raise InputError(f"the store of a study is a folder, not {a_thing(path)}") from None
+    if not (folder / RECORD).is_file():
         raise InputError(f'"{folder}" is no store of a study')
-    return _xarray().open_zarr(folder / "rows.zarr", consolidated=False)
+    try:
+        # Masked, statuses would be floats.
+        return xarray.open_zarr(folder / ROWS, consolidated=False, mask_and_scale=False)
+    except Exception as error:  # whatever zarr raises on a damaged group
+        raise _damaged(folder, error) from None
+
+
+@contextlib.contextmanager
+def _held_folder(folder: pathlib.Path) -> Iterator[pathlib.Path]:
+    """A path to a folder that leads there, or nowhere, whatever becomes of its name.
+
+    Where the system has no such paths, the folder itself.
+    """
+    with file_told(folder):
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        held = pathlib.Path(f"/proc/self/fd/{descriptor}")
+        yield held if held.is_dir() else folder
+    finally:
+        os.close(descriptor)
+
+
+def _damaged(folder: pathlib.Path, error: Exception) -> InputError:
+    return InputError(f'"{folder}" is damaged: {type(error).__name__}: {error}')
 
 
 def _xarray() -> Any:
@@ -217,13 +253,6 @@ def _xarray() -> Any:
         package = str(error.name).partition(".")[0]
         raise MissingExtraError.of(package, "batch", "the store of a study") from None
     return xarray
-
-
-def _dof_names(robot: Any) -> list[str]:
-    names = []
-    for name, joint in zip(list(robot.model.names)[1:], list(robot.model.joints)[1:], strict=True):
-        names.extend([name] if joint.nv == 1 else [f"{name}[{k}]" for k in range(joint.nv)])
-    return names
 
 
 @contextlib.contextmanager

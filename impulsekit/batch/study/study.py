@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from ...errors import InputError, RangeError, UnknownNameError
 from ...scene import AppliedImpulse, Scene
 from ..masses import heavy_links, link_inertia
 from ..result import OUTPUTS
+from .fingerprint import described, geometry_digest, robot_digest, versions
 from .variation import Variation
 
 __all__ = ["Study"]
@@ -61,6 +63,8 @@ class Study:
             value = getattr(self, name)
             if not isinstance(value, int) or isinstance(value, bool) or value < least:
                 raise RangeError.of(f"study: {name}", value, f"a whole number, {least} or more")
+        if self.seed >= 2**64:
+            raise RangeError.of("study: seed", self.seed, "less than 2**64")
         for name in self.outputs:
             if name not in OUTPUTS:
                 raise UnknownNameError.among("output", str(name), OUTPUTS)
@@ -178,19 +182,32 @@ class Study:
                     raise InputError(f'Variation of direction: "{name}" is inside a joint')
 
     def describe(self) -> dict[str, Any]:
-        """What tells this study from others, ready for JSON."""
-        scene, robot = self.scene, self.scene.robot
-        parts = (scene.impulses, scene.constraints, scene.contacts, scene.law)
+        """All that a row depends on, ready for JSON: what tells this study from others."""
+        return self._described
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Another process finds anew what its rows depend on, from its own files and packages.
+        return {name: value for name, value in self.__dict__.items() if name != "_described"}
+
+    @cached_property
+    def _described(self) -> dict[str, Any]:
+        scene = self.scene
         return {
             "samples": self.samples,
             "seed": self.seed,
             "chunk": self.chunk,
             "outputs": list(self.outputs),
-            "vary": [asdict(one) for one in self.vary],
+            "vary": [described(one, "vary") for one in self.vary],
             "q": self.q.tolist(),
             "v": self.v.tolist(),
-            "robot": hashlib.sha256(robot.model.saveToString().encode()).hexdigest(),
-            "scene": [repr(part) for part in parts],
+            "robot": robot_digest(scene.robot),
+            "geometry": geometry_digest(scene),
+            **{
+                field.name: described(getattr(scene, field.name), field.name)
+                for field in fields(scene)
+                if field.name != "robot"
+            },
+            "versions": versions(),
         }
 
     @property

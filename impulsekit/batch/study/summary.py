@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError, MissingExtraError
+from ...errors import InputError
 from ...laws.status import Status
-from .store import open_study
+from .layout import UNWRITTEN
+from .store import StudyStore, open_study
 
 __all__ = ["QuantityLine", "StudySummary", "plot_study", "summarize"]
 
@@ -39,8 +40,8 @@ class StudySummary:
     """A study in a few lines.
 
     Attributes:
-        rows: how many.
-        statuses: how many of each status.
+        rows: how many there will be.
+        statuses: how many of each status, of those that are written.
         quantities: one line each.
     """
 
@@ -48,8 +49,23 @@ class StudySummary:
     statuses: dict[Status, int]
     quantities: tuple[QuantityLine, ...]
 
+    @property
+    def written(self) -> int:
+        """How many rows are written; fewer than ``rows`` while a study is not done."""
+        return sum(self.statuses.values())
+
+    @property
+    def complete(self) -> bool:
+        """Whether every row is written."""
+        return self.written == self.rows
+
     def __str__(self) -> str:
         lines = [f"{self.rows} rows"]
+        if not self.complete:
+            lines = [
+                f"not complete: {self.written} of {self.rows} rows are written; run the study "
+                "again to go on"
+            ]
         for status, count in self.statuses.items():
             lines.append(f"  {count:>10d}  {status.name}")
         head = "".join(f"{f'{100 * p:g} %':>12s}" for p in QUANTILES)
@@ -61,20 +77,22 @@ class StudySummary:
         return "\n".join(lines)
 
 
-def summarize(path: str | os.PathLike[str], *, worst: int = 3) -> StudySummary:
+def summarize(store: Any, *, worst: int = 3) -> StudySummary:
     """Quantiles and worst cases of a store, one number a row in memory at a time.
 
+    Rows that are not written yet are counted apart and enter nothing else.
+
     Args:
-        path: the store.
+        store: its folder, the ``StudyStore`` of ``run_study``, or what ``open_study`` gave.
         worst: how many rows to name for each quantity.
 
     Raises:
         InputError: there is no store of a study.
         MissingExtraError: xarray or zarr is not installed.
     """
-    dataset = open_study(path)
+    dataset = _opened(store)
     status = dataset["status"].values
-    codes, counts = np.unique(status, return_counts=True)
+    codes, counts = np.unique(status[status != UNWRITTEN], return_counts=True)
     valid = np.isin(status, [code.code for code in Status if code.valid])
     lines = []
     for name in sorted(dataset.data_vars):
@@ -89,6 +107,21 @@ def summarize(path: str | os.PathLike[str], *, worst: int = 3) -> StudySummary:
     return StudySummary(len(status), found, tuple(lines))
 
 
+def _opened(store: Any) -> Any:
+    """The rows of whatever names a store.
+
+    Raises:
+        InputError: nothing of a study.
+    """
+    if isinstance(store, StudyStore):
+        return open_study(store.path)
+    if not hasattr(store, "data_vars"):
+        return open_study(store)
+    if "status" not in store.data_vars or store["status"].dtype.kind not in "iu":
+        raise InputError("summarize takes the rows of a study, as open_study gives them")
+    return store
+
+
 def plot_study(path: str | os.PathLike[str], picture: str | os.PathLike[str]) -> None:
     """Histograms of all quantities of a store, as a picture (by its ending: svg, png, pdf).
 
@@ -96,22 +129,20 @@ def plot_study(path: str | os.PathLike[str], picture: str | os.PathLike[str]) ->
         InputError: there is no store of a study, or nothing in it is valid.
         MissingExtraError: matplotlib is not installed.
     """
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise MissingExtraError.of("matplotlib", "plot", "histograms") from None
+    from ...view.plots.canvas import new_figure, save_figure
+
     dataset = open_study(path)
     valid = np.isin(dataset["status"].values, [code.code for code in Status if code.valid])
     names = [name for name in sorted(dataset.data_vars) if name != "status"]
     if not valid.any() or not names:
-        raise InputError(f'"{path}" holds no valid row')
-    figure = Figure(figsize=(6.0, 2.2 * len(names)), layout="constrained")
+        raise InputError(f'"{path}" holds no valid row to plot')
+    figure = new_figure(6.0, 2.2 * len(names))
     for axes, name in zip(np.atleast_1d(figure.subplots(len(names))), names, strict=True):
         label, sizes = _size(dataset[name])
         axes.hist(sizes[valid], bins=80, color="#4477aa")
         axes.set_xlabel(f"{label} [{dataset[name].attrs.get('units', '1')}]")
         axes.set_ylabel("rows")
-    figure.savefig(picture)
+    save_figure(figure, picture)
 
 
 def _size(variable: Any) -> tuple[str, np.ndarray]:

@@ -1,0 +1,129 @@
+"""What a row of a study depends on, as plain data that is the same in every process."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import importlib.metadata
+import pickle
+import platform
+import types
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...errors import InputError, a_thing
+from ...robot import Robot
+from ...robot.geometry import geometry_ids, shape_content
+from ...scene import Collision, Scene
+
+__all__ = ["described", "geometry_digest", "robot_digest", "versions"]
+
+# Distributions whose numbers are in the rows.
+_PACKAGES = ("numpy", "pin", "coal", "numba")
+
+
+def versions() -> dict[str, str]:
+    """The versions of all that computes rows."""
+    from ... import __version__
+
+    found = {"impulsekit": __version__, "python": platform.python_version()}
+    for name in _PACKAGES:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def robot_digest(robot: Robot) -> str:
+    """Of every field of the model, and of the links, whose masses may vary."""
+    digest = hashlib.sha256(robot.model.saveToString().encode())
+    for link in robot.links:
+        digest.update(f"{link.name} {link.frame_id} {link.joint_id} {link.mass.hex()}".encode())
+        digest.update(np.ascontiguousarray(link.com_in_joint, dtype=float).tobytes())
+        digest.update(np.ascontiguousarray(link.inertia_in_joint_axes, dtype=float).tobytes())
+    return digest.hexdigest()
+
+
+def geometry_digest(scene: Scene) -> str:
+    """Of the shapes that collide, meshes with their corners; "" where none can.
+
+    Geometry is read only where the scene asks for it.
+    """
+    names = [
+        name
+        for entry in scene.contacts
+        if isinstance(entry, Collision)
+        for name in (entry.first, entry.other)
+    ]
+    if not names:
+        return ""
+    robot = scene.robot
+    digest = hashlib.sha256()
+    for name in names:
+        for index in geometry_ids(robot, name)[0]:
+            item = robot.collision_model.geometryObjects[index]
+            digest.update(f"{name}\0{item.name}\0{item.parentFrame}\0{item.parentJoint}\0".encode())
+            digest.update(item.placement.homogeneous.tobytes())
+            for part in shape_content(item):
+                digest.update(part + b"\0")
+    return digest.hexdigest()
+
+
+def described(value: Any, what: str) -> Any:
+    """A value as JSON-ready data that tells it from every other.
+
+    Floats keep all their digits. Of a function its code is told, with defaults and what it closes
+    over; globals that it reads are not seen.
+
+    Raises:
+        InputError: it cannot be told from others, such as an object that does not pickle.
+    """
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    if isinstance(value, float):
+        return float(value).hex()
+    if isinstance(value, np.ndarray):
+        return {"array": list(value.shape), "values": described(value.ravel().tolist(), what)}
+    if isinstance(value, np.generic):
+        return described(value.item(), what)
+    if isinstance(value, list | tuple):
+        return [described(item, what) for item in value]
+    if isinstance(value, Mapping):
+        return {str(key): described(item, what) for key, item in value.items()}
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
+        return {"kind": type(value).__qualname__, **described(fields, what)}
+    if isinstance(value, types.FunctionType):
+        return _function(value, what)
+    if isinstance(value, types.MethodType):
+        return {"method": _function(value.__func__, what), "of": described(value.__self__, what)}
+    try:
+        return {"pickle": hashlib.sha256(pickle.dumps(value, protocol=4)).hexdigest()}
+    except Exception:  # pickle raises what the object's own methods raise
+        raise InputError(
+            f"{what}: a study cannot tell {a_thing(value)} from another when it goes on; give a "
+            "function, or an object that pickles"
+        ) from None
+
+
+def _function(function: types.FunctionType, what: str) -> dict[str, Any]:
+    cells = [cell.cell_contents for cell in function.__closure__ or ()]
+    return {
+        "function": f"{function.__module__}.{function.__qualname__}",
+        "code": _code(function.__code__, what),
+        "defaults": described([function.__defaults__, function.__kwdefaults__], what),
+        "closure": described(cells, what),
+    }
+
+
+def _code(code: types.CodeType, what: str) -> dict[str, Any]:
+    constants = [
+        _code(one, what)
+        if isinstance(one, types.CodeType)
+        else described(sorted(map(repr, one)) if isinstance(one, frozenset) else repr(one), what)
+        for one in code.co_consts
+    ]
+    return {"code": code.co_code.hex(), "names": list(code.co_names), "constants": constants}
