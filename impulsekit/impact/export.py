@@ -23,6 +23,7 @@ def impact_to_dict(impact: Impact) -> dict[str, Any]:
         "status": impact.status.name,
         "advice": impact.status.value,
         "valid": impact.is_valid(),
+        "uniqueness": impact.uniqueness.to_dict(),
         "q": impact.q.tolist(),
         "v_before": impact.v_before.tolist(),
         "v_after": impact.v_after.tolist(),

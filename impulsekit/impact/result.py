@@ -18,6 +18,7 @@ from .links import LinkJump, link_jumps
 from .mechanics import Mechanics
 from .reactions import joint_reactions
 from .residuals import Residuals, residuals_of
+from .uniqueness import Uniqueness, uniqueness_of
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -172,7 +173,18 @@ class Impact:
             Status.SOLVED if contacts is None else contacts.status,
             self.residuals.largest,
             nearly_dependent=outcome is not None and outcome.nearly_dependent,
+            several=lambda: self.uniqueness.several and not self.uniqueness.split,
         )
+
+    @cached_property
+    def uniqueness(self) -> Uniqueness:
+        """Whether other v⁺ obey the law as well; computed on first access.
+
+        Without friction, with friction that is weak against the coupling of the contacts, at one
+        contact, and of up to four contacts in a plane it is proven or others are found; in space
+        up to three contacts are searched.
+        """
+        return uniqueness_of(self)
 
     def is_valid(self, tol: float = RESIDUAL_LIMIT) -> bool:
         """Whether the status is good and every residual is within ``tol``."""

@@ -30,10 +30,10 @@ class SceneContacts:
     """The contacts of a scene: rows, coefficients and law."""
 
     def __init__(self, scene: Scene, reached: ReachedModel) -> None:
-        from .laws import ContactProblem, solve_contacts
+        from .laws import ContactProblem, find_impulses
         from .laws.problem import THROWN, is_thrown
 
-        self._problem, self._solve = ContactProblem, solve_contacts
+        self._problem, self._solve = ContactProblem, find_impulses
         self._thrown, self._is_thrown = THROWN**2, is_thrown
         self.rows = ContactRows(scene, reached)
         self._uneven = has_uneven_masses(reached.model)

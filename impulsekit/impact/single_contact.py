@@ -17,7 +17,7 @@ from ..scene.restitution import restitution_at
 from .algorithms import check_pivots, cholesky_solve, crba, decompose
 from .constrained import ConstrainedJump, Outcome
 from .known import KnownImpulses
-from .laws import ContactProblem, solve_contacts
+from .laws import ContactProblem, find_impulses
 from .laws.coulomb import coulomb_impulse
 from .laws.problem import THROWN, is_thrown
 from .reach import ReachedModel, reached_model, touched_joints
@@ -132,6 +132,6 @@ class SingleContactJump:
                 delassus, before, free, np.array([e]), np.array([mu]), np.array([e_t])
             )
             touch = self._rows.touch_of(jacobian)
-            return Outcome(np.empty(0), None, (touch,), solve_contacts(problem, self._law))
+            return Outcome(np.empty(0), None, (touch,), find_impulses(problem, self._law))
 
         return dv, outcome

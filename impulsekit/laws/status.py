@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Callable
 from typing import Any
 
 __all__ = ["RESIDUAL_LIMIT", "Status", "judged"]
@@ -40,7 +41,8 @@ class Status(int, enum.Enum):
     NOT_UNIQUE = (
         2,
         "The answer holds. Contacts are redundant: velocities and resultants are determined, the "
-        "split among those contacts is not (the one of least norm is given); read the resultant.",
+        "split among those contacts is not (the one of least norm is given); read the resultant. "
+        "Under Poisson's law what comes back may depend on the split: see impact.uniqueness.",
     )
     PAINLEVE_JAM = (
         3,
@@ -55,8 +57,9 @@ class Status(int, enum.Enum):
     )
     MANY_SOLUTIONS = (
         5,
-        "More than one impulse satisfies the law at this state (Painlevé); the one shown is only "
-        'one of them. Lower the friction, or let the impact run with Law(slip="path").',
+        "More than one v⁺ satisfies the law at this state and gains no energy; the one shown is "
+        "reached from sticking, the others are in impact.uniqueness. Lower the friction, or "
+        'strike one contact after the other with Law(order="sequential").',
     )
     NO_SOLUTION = (
         6,
@@ -143,16 +146,25 @@ _VALID = frozenset({Status.SOLVED, Status.NOT_UNIQUE, Status.NEARLY_DEPENDENT, S
 _EXACT = frozenset({Status.SOLVED, Status.NOT_UNIQUE})
 
 
-def judged(found: Status, residual: float, *, nearly_dependent: bool = False) -> Status:
+def judged(
+    found: Status,
+    residual: float,
+    *,
+    nearly_dependent: bool = False,
+    several: Callable[[], bool] | None = None,
+) -> Status:
     """The one judgement of an answer, from what its law says and what the answer leaves.
 
     Args:
         found: the status that the law of contact gave; SOLVED where no contact took part.
         residual: the largest relative residual of the finished answer; NaN counts as large.
+        several: tells whether other v⁺ obey the law as well; asked only of valid answers.
         nearly_dependent: whether rows were taken for dependent that are so only nearly.
     """
     if found.valid and not residual <= RESIDUAL_LIMIT:
         return Status.INACCURATE
+    if found.valid and several is not None and several():
+        return Status.MANY_SOLUTIONS
     if found in _EXACT and nearly_dependent:
         return Status.NEARLY_DEPENDENT
     return found

@@ -78,7 +78,19 @@ def _head(impact: Impact) -> list[str]:
     return [
         f"{scene.robot.name}: {', '.join(what)}",
         f"{impact.status.name.lower()}: {impact.status.value}",
+        *_uniqueness(impact),
     ]
+
+
+def _uniqueness(impact: Impact) -> list[str]:
+    """Whether v⁺ is the only one, where contacts leave that open."""
+    if not impact.scene.contacts:
+        return []
+    found = impact.uniqueness
+    lines = [f"uniqueness of v⁺: {found.verdict}; {found.reason}"]
+    if found.rule:
+        lines.append(f"shown is {found.rule}")
+    return lines
 
 
 def _points(impact: Impact, points: Sequence[ReportPoint]) -> list[str]:

@@ -1,6 +1,6 @@
 """Contact laws as pure functions in contact space: no robot, no scene, no Pinocchio model."""
 
 from .problem import ContactProblem, ContactSolution
-from .solve import solve_contacts
+from .solve import find_impulses, solve_contacts
 
-__all__ = ["ContactProblem", "ContactSolution", "solve_contacts"]
+__all__ = ["ContactProblem", "ContactSolution", "find_impulses", "solve_contacts"]

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...laws.status import Status
+from ...laws.uniqueness import search_phase
 from .modes import Modes
 from .single import NEGLIGIBLE
 from .sticking import held_still
@@ -46,7 +47,7 @@ class Frictional:
 
     Attributes:
         impulse: (3n,) P [N s].
-        status: SOLVED, NOT_UNIQUE or NOT_CONVERGED.
+        status: SOLVED, NOT_UNIQUE, NO_SOLUTION or NOT_CONVERGED.
         residual: relative to the velocities.
         unique: (n,) whether each impulse is determined; None where all are.
         iterations: of ADMM, and of what came after it; 0 where it was not needed.
@@ -65,6 +66,7 @@ def solve_frictional(
     friction: np.ndarray,
     floor: np.ndarray | None = None,
     start: np.ndarray | None = None,
+    scale: float = 0.0,
 ) -> Frictional:
     """P of all contacts.
 
@@ -74,6 +76,7 @@ def solve_frictional(
         friction: (n,) µ.
         floor: (n,) the least normal impulse [N s] of each; None for 0.
         start: (3n,) an impulse nearby, instead of ADMM's [N s].
+        scale: the size of the velocities where they were larger before [m/s].
     """
     if min(friction.tolist()) < NEGLIGIBLE:
         # Tangent rows without friction carry nothing, whatever stands in them.
@@ -85,7 +88,7 @@ def solve_frictional(
             shifted[3 * rows + offset] = 0.0
     if floor is not None and not floor.any():
         floor = None
-    modes = Modes(delassus, shifted, friction, floor)
+    modes = Modes(delassus, shifted, friction, floor, scale)
     if floor is None and min(shifted[2::3].tolist()) >= -1e-15 * modes.scale:
         return Frictional(np.zeros_like(shifted), Status.SOLVED, 0.0, None, 0)
     if floor is None and start is None:
@@ -97,6 +100,10 @@ def solve_frictional(
         impulse, residual = modes.polish(start)
         if residual <= BAR:
             return _told(modes, impulse, residual, 0)
+    if floor is not None:
+        by_modes = _by_modes(modes, count, all_of_them=True)
+        if by_modes is not None:
+            return by_modes
     from .proximal import approach
 
     rough = np.zeros_like(shifted)
@@ -107,6 +114,9 @@ def solve_frictional(
         impulse, residual = unload(modes, *modes.polish(rough))
         if residual <= BAR:
             return _told(modes, impulse, residual, count)
+        by_modes = _by_modes(modes, count, all_of_them=True)
+        if by_modes is not None:
+            return by_modes
         # The modes were not the right ones yet: nearer, and again.
         closer, more = admm(delassus, shifted, friction, NEARER * modes.scale, MORE)
         count += more
@@ -123,6 +133,9 @@ def solve_frictional(
         last, residual = unload(modes, last, residual)
     if residual <= BAR:
         return _told(modes, last, residual, count)
+    by_modes = _by_modes(modes, count, all_of_them=False)
+    if by_modes is not None:
+        return by_modes
     from .gauss_seidel import sweep
 
     for _ in range(MOST_ROUNDS):
@@ -152,6 +165,30 @@ def _tried(modes: Modes) -> Frictional | None:
     if residual > ROUNDING or any(s1 or s2 for _, _, s1, s2 in seen):
         return None
     return _told(modes, impulse, residual, 0, slips=False)
+
+
+def _by_modes(modes: Modes, count: int, *, all_of_them: bool) -> Frictional | None:
+    """The answer nearest to sticking, ½ PᵀWP + b·P being least, among those of the modes tried.
+
+    Args:
+        count: of iterations before.
+        all_of_them: only where all modes can be tried; then it is also known that none solves.
+    """
+    search = search_phase(
+        modes.delassus, modes.shifted, modes.friction, modes.floor, modes.scale, plane=all_of_them
+    )
+    best: tuple[float, np.ndarray, float] | None = None
+    for one in search.impulses:
+        impulse, residual = modes.polish(one)
+        height = float(impulse @ (0.5 * (modes.delassus @ impulse) + modes.shifted))
+        if residual <= BAR and (best is None or height < best[0]):
+            best = height, impulse, residual
+    if best is not None:
+        return _told(modes, best[1], best[2], count)
+    if search.complete and not len(search.impulses):
+        nothing = np.zeros_like(modes.shifted)
+        return Frictional(nothing, Status.NO_SOLUTION, modes.residual(nothing), None, count)
+    return None
 
 
 def _told(

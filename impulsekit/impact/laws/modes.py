@@ -23,6 +23,9 @@ MOST_STEPS = 12
 # Rounding level: further steps gain nothing.
 DEEP = 5e-16
 NULL = 1e-14
+# How many times the velocities W P may be before its rounding counts: beyond it an impulse that
+# solves nothing could be so large that what it leaves drowns in its own rounding.
+BALANCED = 1e3
 # Contacts whose masses differ by less than this are much alike.
 ALIKE = 1e-2
 # Pivots below this, the diagonal being 1, are of dependent rows.
@@ -57,7 +60,7 @@ class Modes:
 
     Attributes:
         delassus, shifted, friction, floor: W, b, µ and f, of the problem.
-        scale: the size of the velocities [m/s].
+        scale: the size of the velocities [m/s]; what is given counts where ξ begins smaller.
         diagonal, largest: of W.
         alike: whether no contact's mass is much larger than another's.
     """
@@ -68,10 +71,11 @@ class Modes:
         shifted: np.ndarray,
         friction: np.ndarray,
         floor: np.ndarray | None,
+        scale: float = 0.0,
     ) -> None:
         self.delassus, self.shifted, self.friction = delassus, shifted, friction
         self.floor = floor
-        self.scale = max(map(abs, shifted.tolist()))
+        self.scale = max(scale, *map(abs, shifted.tolist()))
         self.diagonal = diagonal = delassus.diagonal().tolist()
         self.largest = max(diagonal)
         least = NULL * self.largest
@@ -114,7 +118,7 @@ class Modes:
             velocity = self.delassus.dot(impulse) + self.shifted
         xi = velocity.tolist()
         P = impulse.tolist()
-        worst, scale = 0.0, self.scale
+        worst, scale, most = 0.0, self.scale, BALANCED * self.scale
         modes: list[Mode] = []
         for i, (mu, floor, normal_rate, rate) in enumerate(self._contacts):
             p1, p2, pn = P[3 * i : 3 * i + 3]
@@ -128,7 +132,7 @@ class Modes:
                 worst = error
             # Impulses in balance leave their own rounding where W P is formed.
             if formed and normal_rate * pn > scale:
-                scale = normal_rate * pn
+                scale = min(normal_rate * pn, most)
             if not pushing and not floor:
                 error = rate * (abs(p1) + abs(p2))
                 if error > worst:

@@ -38,7 +38,8 @@ def approach(modes: Modes, start: np.ndarray, bar: float) -> tuple[np.ndarray, f
         epsilon = share * rates
         regular = modes.delassus.copy()
         regular.ravel()[:: len(start) + 1] += epsilon
-        near = Modes(regular, modes.shifted - epsilon * impulse, modes.friction, modes.floor)
+        nearby = modes.shifted - epsilon * impulse
+        near = Modes(regular, nearby, modes.friction, modes.floor, modes.scale)
         found, left = near.polish(impulse)
         if left > STEP_BAR:
             share = min(4.0 * share, MOST)

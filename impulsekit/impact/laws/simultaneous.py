@@ -66,7 +66,7 @@ def _newton(problem: ContactProblem, frictional: bool) -> ContactSolution:
 def _poisson(problem: ContactProblem, frictional: bool) -> ContactSolution:
     """Compression with e = 0, then expansion with P_n ≥ e P_n^c (Glocker & Pfeiffer 1995)."""
     delassus, free = problem.delassus, problem.velocity_free
-    scale = _size(free)
+    scale, fastest = _size(free), max(map(abs, free.tolist()))
     floor = np.zeros_like(problem.friction)
     impulse = np.zeros_like(free)
     velocity = free
@@ -80,7 +80,9 @@ def _poisson(problem: ContactProblem, frictional: bool) -> ContactSolution:
         if frictional:
             from .frictional import solve_frictional
 
-            part = solve_frictional(delassus, velocity, problem.friction, floor, start)
+            part = solve_frictional(
+                delassus, velocity, problem.friction, floor, start, fastest
+            )
             share, found, error = part.impulse, part.status, part.residual
             alone, count = part.unique, part.iterations
         else:

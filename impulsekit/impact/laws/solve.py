@@ -10,7 +10,7 @@ from ...scene.law import Law
 from .problem import ContactProblem, ContactSolution, check_problem
 from .single import is_finite, strike
 
-__all__ = ["solve_contacts"]
+__all__ = ["find_impulses", "solve_contacts"]
 
 
 def solve_contacts(problem: ContactProblem, law: Law) -> ContactSolution:
@@ -19,7 +19,8 @@ def solve_contacts(problem: ContactProblem, law: Law) -> ContactSolution:
     With Newton's law and slip at the end, ξ = u⁺ + e∘min(u⁻, 0) for normals and
     ξ_t = u_t⁺ + e_t u_t⁻ for tangents obey 0 ≤ P_n ⊥ ξ_n ≥ 0, |P_t| ≤ µ P_n, and
     P_t = −µ P_n ξ_t/|ξ_t| where ξ_t ≠ 0 (Moreau 1988; Glocker 2001). The other laws are
-    told by ``Law``. A contact that parts gets no impulse, and none pulls.
+    told by ``Law``. A contact that parts gets no impulse, and none pulls. Where the law allows
+    other velocities as well, the status says so (MANY_SOLUTIONS), as far as that can be found.
 
     Args:
         problem: W, velocities and coefficients.
@@ -39,6 +40,18 @@ def solve_contacts(problem: ContactProblem, law: Law) -> ContactSolution:
         >>> ball = ContactProblem(W, drop, drop, 0.5 * one, 0.3 * one, 0 * one)
         >>> solve_contacts(ball, Law()).impulse.tolist()
         [0.0, 0.0, 1.5]
+    """
+    solution = find_impulses(problem, law)
+    from .others import told_if_several
+
+    return told_if_several(problem, law, solution)
+
+
+def find_impulses(problem: ContactProblem, law: Law) -> ContactSolution:
+    """The same, without a search for other solutions where several contacts act.
+
+    Raises:
+        As ``solve_contacts``.
     """
     if len(problem.friction) == 1 and law.order == "simultaneous":
         return _one(problem, law)

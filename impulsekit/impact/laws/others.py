@@ -1,0 +1,175 @@
+"""Whether a contact problem has other velocities that obey the law, and which are shown."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import NamedTuple
+
+import numpy as np
+
+from ...laws.uniqueness import ALL_TRIED, SEARCHED, SMOOTH, WEAK, Search, search_answers
+from ...scene.law import Law
+from ...laws.status import Status
+from .problem import ContactProblem, ContactSolution
+
+__all__ = ["NOT_PROVEN", "PROVEN", "SEVERAL", "Finding", "find_others", "told_if_several"]
+
+PROVEN, NOT_PROVEN, SEVERAL = "proven", "not proven", "several"
+# Velocities that differ by less than this share of the largest are the same.
+SAME = 1e-6
+# Work above this share of the energies in play is a gain.
+GAIN = 1e-10
+
+RULE = (
+    "the one reached from sticking: all contacts are held still first, and what cannot hold is "
+    "let go; an answer in which nothing slips is shown wherever there is one"
+)
+RULE_OF_SPLIT = (
+    "the compression with the least friction impulse; what is given back is e times its load"
+)
+_NO_ANSWER = (Status.NO_SOLUTION, Status.NOT_CONVERGED, Status.SEQUENCE_TOO_LONG)
+
+
+class Finding(NamedTuple):
+    """What is known of the answers of a contact problem beside the one shown.
+
+    Attributes:
+        verdict: "proven", "not proven" or "several".
+        reason: why.
+        impulses: (3n,) each, P of the others that gain no energy, each with other velocities.
+        rule: by which the one shown is chosen, "" unless there are several.
+        split: whether all differ by the shares of the compression of Poisson's law alone.
+    """
+
+    verdict: str
+    reason: str
+    impulses: tuple[np.ndarray, ...] = ()
+    rule: str = ""
+    split: bool = False
+
+
+def told_if_several(
+    problem: ContactProblem, law: Law, solution: ContactSolution
+) -> ContactSolution:
+    """The solution; MANY_SOLUTIONS where others obey the law as well."""
+    if not solution.status.valid:
+        return solution
+    found = find_others(problem, law, solution)
+    if found.verdict is SEVERAL and not found.split:
+        return dataclasses.replace(solution, status=Status.MANY_SOLUTIONS)
+    return solution
+
+
+def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) -> Finding:
+    """What else obeys the law, where that can be known.
+
+    Args:
+        problem: what was solved.
+        law: by which.
+        solution: the answer that is shown.
+    """
+    if solution.status in _NO_ANSWER:
+        return Finding(NOT_PROVEN, "the law gave no answer")
+    n = len(problem.friction)
+    if law.order == "sequential" and n > 1:
+        return _of_hits(solution, "contacts are struck one after the other, each in closed form")
+    if law.slip == "path":
+        return _of_hits(solution, "slip is followed along the impact, step by step")
+    scale = max(
+        float(np.abs(problem.velocity_before).max()), float(np.abs(solution.velocity_after).max())
+    )
+    if not scale:
+        return Finding(PROVEN, "nothing moves")
+    if n == 1 and _is_closed_form(problem, solution):
+        return Finding(PROVEN, "one contact, solved in closed form")
+    newton = law.restitution == "newton"
+    search = _search(problem, scale, newton=newton)
+    others: list[np.ndarray] = []
+    for P in search.impulses:
+        shown = (solution.impulse, *others)
+        if all(_apart(problem, P, other, scale) for other in shown) and not _gains(
+            problem, P, newton=newton
+        ):
+            P.setflags(write=False)
+            others.append(P)
+    if not others:
+        return _alone(problem, solution, search, newton=newton)
+    if _is_split(problem, search, scale):
+        reason = "the compression's load may be shared in many ways, and e times it comes back"
+        return Finding(SEVERAL, reason, tuple(others), RULE_OF_SPLIT, split=True)
+    reason = f"{len(others) + 1} v⁺ obey the law and gain no energy"
+    return Finding(SEVERAL, reason, tuple(others), RULE)
+
+
+def _of_hits(solution: ContactSolution, reason: str) -> Finding:
+    if solution.status is Status.MANY_SOLUTIONS:
+        return Finding(SEVERAL, "a hit has several solutions", rule=RULE)
+    return Finding(PROVEN, reason)
+
+
+def _is_closed_form(problem: ContactProblem, solution: ContactSolution) -> bool:
+    """Whether the closed form of one contact knows all solutions."""
+    mu = problem.friction.item()
+    if solution.status is Status.MANY_SOLUTIONS or solution.unique is not None:
+        return not mu
+    n1, n2, nn = problem.delassus[2].tolist()
+    # What parts gets no impulse; where friction can press it in by itself, it could.
+    return bool(solution.impulse[2] > 0.0 or nn >= mu * np.hypot(n1, n2))
+
+
+def _search(problem: ContactProblem, scale: float, *, newton: bool) -> Search:
+    aim, before, release = problem.velocity_free, problem.velocity_before, None
+    if newton:
+        aim = aim.copy()
+        aim[2::3] += problem.restitution * np.minimum(before[2::3], 0.0)
+        aim[0::3] += problem.tangential_restitution * before[0::3]
+        aim[1::3] += problem.tangential_restitution * before[1::3]
+    elif problem.restitution.any():
+        release = problem.restitution
+    return search_answers(problem.delassus, aim, problem.friction, scale, release)
+
+
+def _alone(
+    problem: ContactProblem, solution: ContactSolution, search: Search, *, newton: bool
+) -> Finding:
+    """What is to be said where no other was found."""
+    if search.how == SMOOTH:
+        return Finding(PROVEN, "nothing rubs: the problem is convex")
+    if search.how == WEAK:
+        weak = f"friction feeds back weakly on the normal impulses: L = {search.feedback:.2g} < 1"
+        return Finding(PROVEN, weak)
+    if search.how == ALL_TRIED and len(search.impulses):
+        return Finding(PROVEN, "all modes of the contacts in the plane were tried")
+    shares = solution.unique is not None and not newton and problem.restitution.any()
+    if search.how == SEARCHED and not shares:
+        searched = "all modes were searched for directions of slip; no other v⁺ was found"
+        return Finding(NOT_PROVEN, searched)
+    return Finding(NOT_PROVEN, f"the modes of {len(problem.friction)} contacts were not searched")
+
+
+def _apart(problem: ContactProblem, P: np.ndarray, other: np.ndarray, scale: float) -> bool:
+    """Whether two impulses make different velocities."""
+    return bool(np.abs(problem.delassus @ (P - other)).max() > SAME * scale)
+
+
+def _gains(problem: ContactProblem, P: np.ndarray, *, newton: bool) -> bool:
+    """Whether an impulse adds energy."""
+    start = problem.velocity_before if newton else problem.velocity_free
+    terms = P * (start + problem.delassus @ P + problem.velocity_free) / 2.0
+    return bool(terms.sum() > GAIN * (np.abs(terms).sum() + np.abs(P * start).sum()))
+
+
+def _is_split(problem: ContactProblem, search: Search, scale: float) -> bool:
+    """Whether the solutions have one velocity at the end of compression, and one v⁺ each."""
+    pressed = search.compressions
+    if pressed is None:
+        return False
+    W = problem.delassus
+    if np.abs((pressed - pressed[0]) @ W).max() > SAME * scale:
+        return False
+    for i, one in enumerate(pressed):
+        for j in range(i):
+            alike = np.abs(W.diagonal() * (one - pressed[j])).max() <= SAME * scale
+            if alike and _apart(problem, search.impulses[i], search.impulses[j], scale):
+                return False
+    return True

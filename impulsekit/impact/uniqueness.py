@@ -1,0 +1,127 @@
+"""Whether the law of contact leaves other velocities open, and which are shown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..scene.restitution import restitution_at
+
+if TYPE_CHECKING:
+    from .laws import ContactProblem
+    from .result import Impact
+
+__all__ = ["Uniqueness", "uniqueness_of"]
+
+# Singular values of bilateral rows below this share of the largest are those of dependent rows.
+DEPENDENT = 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class Uniqueness:
+    """Whether v⁺ is the only one that the law allows.
+
+    Attributes:
+        verdict: "proven", "not proven" (none was found, or not looked for), or "several".
+        reason: what proves it, what was tried, or what leaves it open.
+        others: (nv,) each, further v⁺ that obey the law and gain no energy; of a continuum
+            its extremes. Empty unless there are several.
+        rule: by which the one shown is chosen among several; it knows no axes, units or order
+            of entries. "" unless there are several.
+        split: whether all differ by how redundant impulses are shared in the compression of
+            Poisson's law alone. The status then stays NOT_UNIQUE, and v⁺ is that of the rule;
+            other answers make it MANY_SOLUTIONS.
+
+    Example:
+        >>> Uniqueness("proven", "nothing rubs").several
+        False
+    """
+
+    verdict: str
+    reason: str
+    others: tuple[np.ndarray, ...] = ()
+    rule: str = ""
+    split: bool = False
+
+    @property
+    def proven(self) -> bool:
+        """Whether no other v⁺ obeys the law."""
+        return self.verdict == "proven"
+
+    @property
+    def several(self) -> bool:
+        """Whether other v⁺ were found."""
+        return self.verdict == "several"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Ready for JSON."""
+        return {
+            "verdict": self.verdict,
+            "reason": self.reason,
+            "others": [other.tolist() for other in self.others],
+            "rule": self.rule,
+        }
+
+
+def uniqueness_of(impact: Impact) -> Uniqueness:
+    """The uniqueness of an impact's v⁺ under the scene's law."""
+    outcome = impact.outcome
+    if outcome is None or outcome.contacts is None:
+        return Uniqueness("proven", "no contact took part")
+    from .laws.others import find_others
+
+    solution = outcome.contacts
+    jacobian = np.vstack([touch.jacobian for touch in outcome.touches])
+    moved = _half_solved(impact, jacobian)
+    problem = _problem_of(impact, jacobian, jacobian @ moved)
+    found = find_others(problem, impact.scene.law, solution)
+    others = []
+    for P in found.impulses:
+        v = impact.v_after + moved @ (P - solution.impulse)
+        v.setflags(write=False)
+        others.append(v)
+    return Uniqueness(found.verdict, found.reason, tuple(others), found.rule, found.split)
+
+
+def _problem_of(impact: Impact, jacobian: np.ndarray, delassus: np.ndarray) -> ContactProblem:
+    """The contact problem of an impact, from the rows that it keeps."""
+    from .laws import ContactProblem
+
+    outcome, scene = impact.outcome, impact.scene
+    if outcome is None or outcome.contacts is None:
+        raise ValueError("no contact touched")
+    entries = [scene.contacts[touch.entry] for touch in outcome.touches]
+    names = scene.entry_names("contacts")
+    before, after = jacobian @ impact.v_before, jacobian @ impact.v_after
+    approach = np.maximum(-before[2::3], 0.0).tolist()
+    restitution = [
+        restitution_at(entry.restitution, speed, f"{names[touch.entry]}: restitution")
+        for entry, speed, touch in zip(entries, approach, outcome.touches, strict=True)
+    ]
+    symmetric = 0.5 * (delassus + delassus.T)
+    return ContactProblem(
+        symmetric,
+        before,
+        after - symmetric @ outcome.contacts.impulse,
+        np.array(restitution, dtype=float),
+        np.array([getattr(entry, "friction", 0.0) for entry in entries]),
+        np.array([getattr(entry, "tangential_restitution", 0.0) for entry in entries]),
+    )
+
+
+def _half_solved(impact: Impact, jacobian: np.ndarray) -> np.ndarray:
+    """(nv, 3n) Δv of unit impulses at the contacts, the bilateral constraints being kept."""
+    masses = impact.mechanics.mass_matrix
+    if not impact.constraints:
+        return np.linalg.solve(masses, jacobian.T)
+    rows = impact.mechanics.constraint_matrix
+    # In units of each speed's own inertia, so that no unit decides on ranks.
+    units = 1.0 / np.sqrt(np.maximum(masses.diagonal(), 1e-300))
+    _, values, axes = np.linalg.svd(rows * units)
+    rank = int(np.count_nonzero(values > DEPENDENT * values.max(initial=0.0)))
+    kept = units[:, None] * axes[rank:].T
+    if not kept.shape[1]:
+        return np.zeros_like(jacobian.T)
+    return kept @ np.linalg.solve(kept.T @ masses @ kept, (jacobian @ kept).T)

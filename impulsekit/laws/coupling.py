@@ -1,0 +1,82 @@
+"""How strongly friction feeds back on the normal impulses that bound it.
+
+With the bound µ N on friction given, Coulomb's law is a convex problem (Tresca's) with one P_n.
+N ↦ P_n(N) has in each mode the derivative dP_n = Ŵ⁻¹ C y, where C = W_nt, Ŵ = W_nn − C W_tt⁺ Cᵀ
+(or more, where contacts slide), and y is made of dN along the slip and what sticking answers, so
+that yᵀ W_tt y ≤ Σ (µ dN s)ᵀ W_tt (µ dN s). In the norm of Ŵ therefore |dP_n| ≤ L |dN| with
+
+    L² = λ_max(C W_tt⁺ Cᵀ, Ŵ) · λ_max(µ W_tt µ) / λ_min(Ŵ).
+
+Where L < 1 the map contracts and P_n = N has one solution (Banach), in the plane and in space.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .compiled import entry
+
+__all__ = ["friction_feedback"]
+
+# Eigenvalues below this share of the largest are those of rows that move nothing.
+NULL = 1e-11
+
+
+@entry(lambda: (np.eye(6), np.ones(2)), seconds=3.0)
+def friction_feedback(W, mu):
+    """L; infinite where normals are redundant beside the tangents.
+
+    Args:
+        W: (3n, 3n) Delassus matrix [1/kg].
+        mu: (n,) friction.
+    """
+    n = len(mu)
+    rubbing = 0
+    for i in range(n):
+        if mu[i] > 0.0:
+            rubbing += 1
+    normal, tangent, bound = np.empty((n, n)), np.zeros((2 * rubbing, 2 * rubbing)), 0.0
+    cross = np.zeros((n, 2 * rubbing))
+    unit, rows, own = np.ones(n), np.empty(2 * rubbing, np.int64), np.empty(2 * rubbing, np.int64)
+    m = 0
+    for i in range(n):
+        if not W[3 * i + 2, 3 * i + 2] > 0.0:
+            return np.inf
+        unit[i] = 1.0 / np.sqrt(W[3 * i + 2, 3 * i + 2])
+        if mu[i] > 0.0:
+            rows[m], rows[m + 1], own[m], own[m + 1] = 3 * i, 3 * i + 1, i, i
+            m += 2
+    for i in range(n):
+        for j in range(n):
+            normal[i, j] = W[3 * i + 2, 3 * j + 2] * unit[i] * unit[j]
+        for c in range(m):
+            cross[i, c] = W[3 * i + 2, rows[c]] * unit[i] * unit[own[c]]
+    for r in range(m):
+        for c in range(m):
+            tangent[r, c] = W[rows[r], rows[c]] * unit[own[r]] * unit[own[c]]
+    if m == 0:
+        return 0.0
+    values, vectors = np.linalg.eigh(tangent)
+    half = np.zeros((n, m))
+    for k in range(m):
+        if values[k] > NULL * values[m - 1]:
+            for i in range(n):
+                total = 0.0
+                for c in range(m):
+                    total += cross[i, c] * vectors[c, k]
+                half[i, k] = total / np.sqrt(values[k])
+    coupled = np.dot(half, half.T)
+    sizes, axes = np.linalg.eigh(normal - coupled)
+    if not sizes[0] > NULL * max(sizes[n - 1], 1.0):
+        return np.inf
+    # λ_max(C W_tt⁺ Cᵀ, Ŵ), in the eigenvectors of Ŵ.
+    turned = np.dot(axes.T.copy(), half)
+    for i in range(n):
+        for k in range(m):
+            turned[i, k] /= np.sqrt(sizes[i])
+    feedback = np.linalg.eigvalsh(np.dot(turned, turned.T))[n - 1]
+    for r in range(m):
+        for c in range(m):
+            tangent[r, c] *= mu[own[r]] * mu[own[c]]
+    bound = np.linalg.eigvalsh(tangent)[m - 1]
+    return np.sqrt(max(feedback, 0.0) * bound / sizes[0])

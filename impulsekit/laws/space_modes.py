@@ -1,0 +1,303 @@
+"""Modes of contacts in space: who parts, sticks and slides, and which way.
+
+In a mode the contacts that stick are eliminated, and those that slide leave two equations each,
+ξ_n = 0 and s⊥·ξ_t = 0, for P_n and the angle of slip: P = P_n (−µ s, 1). Newton's method solves
+these from directions all around at once. What it finds are solutions; that there are no others
+is not proven by it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .compiled import compiled, entry
+
+__all__ = ["space_modes"]
+
+PARTED, STICKS, SLIDES = 0, 1, 2
+# Directions to start from, by the number of contacts that slide.
+STARTS = (0, 16, 8, 6)
+MOST_STEPS = 16
+# The largest turn of a step [rad].
+TURN = 0.6
+# As in the plane: shares of velocities and of the terms of a sum, and of what is the same.
+EDGE, ROUNDING, SAME = 1e-9, 1e-13, 1e-6
+# Newton has arrived, relative to the velocities.
+ARRIVED = 1e-11
+# Eigenvalues of contacts that stick, below which their impulses are redundant.
+NULL = 1e-10
+TINY = 1e-14
+
+
+def _examples():
+    return np.eye(6), np.ones(6), np.ones(2), 1.0, np.eye(6)
+
+
+@entry(_examples, seconds=10.0)
+def space_modes(W, b, mu, scale, found):
+    """How many solutions were found; their P (most, 3n) are written to ``found`` [N s].
+
+    Args:
+        W: (3n, 3n) Delassus matrix [1/kg]; n up to 3.
+        b: (3n,) ξ without impulse [m/s].
+        mu: (n,) friction.
+        scale: the size of the velocities [m/s].
+    """
+    n = len(mu)
+    unit = np.ones(n)
+    for i in range(n):
+        most = max(W[3 * i, 3 * i], W[3 * i + 1, 3 * i + 1], W[3 * i + 2, 3 * i + 2])
+        unit[i] = math.sqrt(most) if most > 0.0 else 1.0
+    own, start, P = np.empty((3 * n, 3 * n)), np.empty(3 * n), np.zeros(3 * n)
+    for r in range(3 * n):
+        start[r] = b[r] / unit[r // 3]
+        for c in range(3 * n):
+            own[r, c] = W[r, c] / (unit[r // 3] * unit[c // 3])
+    modes = np.zeros(n, dtype=np.int64)
+    count = 0
+    for number in range(3**n):
+        rest = number
+        slow = False
+        for i in range(n):
+            modes[i] = rest % 3
+            rest //= 3
+            # Without friction a contact that is pressed "slides" in no direction: see below.
+            slow = slow or (modes[i] == STICKS and mu[i] == 0.0)
+        if slow:
+            continue
+        candidates = _in_modes(own, start, mu, modes)
+        for k in range(len(candidates)):
+            for r in range(3 * n):
+                P[r] = candidates[k, r]
+            if _obeys(own, start, mu, unit, modes, P, scale):
+                for r in range(3 * n):
+                    P[r] /= unit[r // 3]
+                count = _kept(W, P, scale, found, count)
+    return count
+
+
+@compiled
+def _in_modes(W, b, mu, modes):
+    """(k, 3n) the impulses that Newton finds in given modes, in units of the contacts."""
+    n = len(mu)
+    size = 3 * n
+    stuck, sliding = 0, 0
+    for i in range(n):
+        stuck += modes[i] == STICKS
+        sliding += modes[i] == SLIDES
+    still, moving = np.empty(3 * stuck, np.int64), np.empty(sliding, np.int64)
+    s, m = 0, 0
+    for i in range(n):
+        if modes[i] == STICKS:
+            still[s], still[s + 1], still[s + 2] = 3 * i, 3 * i + 1, 3 * i + 2
+            s += 3
+        elif modes[i] == SLIDES:
+            moving[m] = i
+            m += 1
+    # W and b of what slides, with what sticks eliminated; P of that = held − share P of this.
+    near, right = np.empty((3 * m, 3 * m)), np.empty(3 * m)
+    share, held = np.zeros((s, 3 * m)), np.zeros(s)
+    if s > 0:
+        block = np.empty((s, s))
+        for r in range(s):
+            for c in range(s):
+                block[r, c] = W[still[r], still[c]]
+        inverse = _pseudo_inverse(block)
+        for r in range(s):
+            for k in range(s):
+                held[r] -= inverse[r, k] * b[still[k]]
+                for c in range(3 * m):
+                    share[r, c] += inverse[r, k] * W[still[k], 3 * moving[c // 3] + c % 3]
+    for r in range(3 * m):
+        row = 3 * moving[r // 3] + r % 3
+        right[r] = b[row]
+        for k in range(s):
+            right[r] += W[row, still[k]] * held[k]
+        for c in range(3 * m):
+            near[r, c] = W[row, 3 * moving[c // 3] + c % 3]
+            for k in range(s):
+                near[r, c] -= W[row, still[k]] * share[k, c]
+    if m == 0:
+        alone = np.zeros((1, size))
+        for k in range(s):
+            alone[0, still[k]] = held[k]
+        return alone
+    rubs = np.empty(m)
+    for i in range(m):
+        rubs[i] = mu[moving[i]]
+    slid = _slides(near, right, rubs)
+    found = np.zeros((len(slid), size))
+    for k in range(len(slid)):
+        for c in range(3 * m):
+            found[k, 3 * moving[c // 3] + c % 3] = slid[k, c]
+        for r in range(s):
+            total = held[r]
+            for c in range(3 * m):
+                total -= share[r, c] * slid[k, c]
+            found[k, still[r]] = total
+    return found
+
+
+@compiled
+def _pseudo_inverse(block):
+    """Of a symmetric matrix, without the directions that move nothing."""
+    size = len(block)
+    values, vectors = np.linalg.eigh(block)
+    inverse = np.zeros((size, size))
+    for k in range(size):
+        if values[k] > NULL * values[size - 1]:
+            for r in range(size):
+                for c in range(size):
+                    inverse[r, c] += vectors[r, k] * vectors[c, k] / values[k]
+    return inverse
+
+
+@compiled
+def _slides(W, b, mu):
+    """(k, 3m) impulses with ξ_n = 0 and slip along −P_t, of m contacts that all slide."""
+    m = len(mu)
+    each = STARTS[m]
+    lanes = each**m
+    angle, load = np.empty((m, lanes)), np.zeros((m, lanes))
+    number = np.arange(lanes)
+    for i in range(m):
+        # Off the axes of the contacts, along which solutions like to lie.
+        angle[i] = (number % each + 0.381966) * (2.0 * math.pi / each)
+        number = number // each
+    scale = np.abs(b).max()
+    system, miss = np.empty((2 * m, 2 * m, lanes)), np.empty((2 * m, lanes))
+    xi, by_load, by_angle = (
+        np.empty((3 * m, lanes)),
+        np.empty((3 * m, m, lanes)),
+        np.empty((3 * m, m, lanes)),
+    )
+    for step in range(MOST_STEPS):
+        for r in range(3 * m):
+            xi[r] = b[r]
+        for j in range(m):
+            c, s = mu[j] * np.cos(angle[j]), mu[j] * np.sin(angle[j])
+            for r in range(3 * m):
+                by_load[r, j] = W[r, 3 * j + 2] - W[r, 3 * j] * c - W[r, 3 * j + 1] * s
+                by_angle[r, j] = (W[r, 3 * j] * s - W[r, 3 * j + 1] * c) * load[j]
+                xi[r] += by_load[r, j] * load[j]
+        for i in range(m):
+            c, s = np.cos(angle[i]), np.sin(angle[i])
+            miss[i] = -xi[3 * i + 2]
+            miss[m + i] = s * xi[3 * i] - c * xi[3 * i + 1]
+            for j in range(m):
+                system[i, j], system[i, m + j] = by_load[3 * i + 2, j], by_angle[3 * i + 2, j]
+                system[m + i, j] = c * by_load[3 * i + 1, j] - s * by_load[3 * i, j]
+                system[m + i, m + j] = c * by_angle[3 * i + 1, j] - s * by_angle[3 * i, j]
+            system[m + i, m + i] -= c * xi[3 * i] + s * xi[3 * i + 1]
+            if mu[i] == 0.0:
+                # No friction, no direction.
+                miss[m + i] = 0.0
+                for j in range(2 * m):
+                    system[m + i, j] = 0.0
+                    system[j, m + i] = 0.0
+                system[m + i, m + i] = 1.0
+        if step == 0:
+            # Loads first, for the angles as they are.
+            for i in range(m):
+                miss[m + i] = 0.0
+                for j in range(m):
+                    system[i, m + j] = 0.0
+        _eliminate(system, miss)
+        for i in range(m):
+            load[i] = load[i] + miss[i]
+            angle[i] = angle[i] + np.minimum(np.maximum(miss[m + i], -TURN), TURN)
+    found = np.empty((lanes, 3 * m))
+    count = 0
+    for lane in range(lanes):
+        rest = 0.0
+        for i in range(m):
+            rest = max(rest, abs(miss[m + i, lane]), abs(miss[i, lane]) / max(scale, 1e-300))
+        # NaN is nowhere.
+        if not rest < 1e-6:
+            continue
+        for i in range(m):
+            k, a = load[i, lane], angle[i, lane]
+            found[count, 3 * i] = -mu[i] * k * math.cos(a)
+            found[count, 3 * i + 1] = -mu[i] * k * math.sin(a)
+            found[count, 3 * i + 2] = k
+        fresh = True
+        for other in range(count):
+            apart = np.abs(found[other] - found[count]).max()
+            if apart <= SAME * np.abs(found[count]).max():
+                fresh = False
+        if fresh:
+            count += 1
+    return found[:count]
+
+
+@compiled
+def _eliminate(matrix, right):
+    """Solve systems (m, m, lanes) with right sides (m, lanes), which hold the answer after it."""
+    m = len(right)
+    for k in range(m):
+        pivot = matrix[k, k]
+        safe = np.where(np.abs(pivot) > TINY, pivot, TINY)
+        for i in range(k + 1, m):
+            share = matrix[i, k] / safe
+            for j in range(k + 1, m):
+                matrix[i, j] = matrix[i, j] - share * matrix[k, j]
+            right[i] = right[i] - share * right[k]
+    for k in range(m - 1, -1, -1):
+        pivot = matrix[k, k]
+        safe = np.where(np.abs(pivot) > TINY, pivot, TINY)
+        for j in range(k + 1, m):
+            right[k] = right[k] - matrix[k, j] * right[j]
+        right[k] = right[k] / safe
+
+
+@compiled
+def _obeys(W, b, mu, unit, modes, P, scale):
+    """Whether P obeys Coulomb's law in its modes, in units of the contacts."""
+    size = len(b)
+    for i in range(len(mu)):
+        k = 3 * i
+        u1, u2, un = b[k], b[k + 1], b[k + 2]
+        terms = 0.0
+        for c in range(size):
+            if P[c] != 0.0:
+                u1 += W[k, c] * P[c]
+                u2 += W[k + 1, c] * P[c]
+                un += W[k + 2, c] * P[c]
+                terms += abs(P[c])
+        near = EDGE * scale / unit[i] + ROUNDING * terms
+        if modes[i] == PARTED:
+            if un < -near:
+                return False
+            continue
+        if not abs(un) <= near or P[k + 2] < -near:
+            return False
+        if mu[i] == 0.0:
+            continue
+        friction = math.sqrt(P[k] * P[k] + P[k + 1] * P[k + 1])
+        if friction > mu[i] * P[k + 2] + near:
+            return False
+        speed = math.sqrt(u1 * u1 + u2 * u2)
+        if modes[i] == STICKS:
+            if speed > near:
+                return False
+        elif P[k] * u1 + P[k + 1] * u2 > friction * (near - (1.0 - SAME) * speed):
+            return False
+    return True
+
+
+@compiled
+def _kept(W, P, scale, found, count):
+    """How many solutions there are with P, which is written if there is none like it."""
+    size = len(P)
+    for s in range(count):
+        apart = 0.0
+        for r in range(size):
+            apart = max(apart, W[r, r] * abs(P[r] - found[s, r]))
+        if apart <= SAME * scale:
+            return count
+    if count < len(found):
+        found[count] = P
+        return count + 1
+    return count

@@ -1,0 +1,156 @@
+"""Whether other velocities obey the law of contact as well: all modes, or a proof without them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .coupling import friction_feedback
+from .plane_modes import plane_modes, plane_of
+from .space_modes import space_modes
+
+__all__ = ["MOST_IN_PLANE", "MOST_IN_SPACE", "Search", "search_answers", "search_phase"]
+
+# Contacts of which all modes are tried: 4⁴ linear systems in the plane (6⁴ at release), and 3³
+# modes with directions of slip in space; one more takes six to ten times as long.
+MOST_IN_PLANE, MOST_IN_SPACE = 4, 3
+# Friction below this counts as none: it would only underflow.
+NEGLIGIBLE = 1e-150
+# Of a feedback below 1 by less than this, rounding decides.
+SURE = 1e-6
+# How many solutions are kept at most.
+MOST_FOUND = 16
+# [N s], relative: releases of less than this share of the load are none.
+LEAST_RELEASE = 1e-290
+
+SMOOTH, WEAK, ALL_TRIED, SEARCHED, TOO_MANY = "smooth", "weak", "all tried", "searched", "too many"
+
+
+class Search(NamedTuple):
+    """What is known of the solutions of a contact problem.
+
+    Attributes:
+        how: "smooth" (no friction), "weak" (friction feeds back with L < 1) and "all tried" prove
+            how many there are; "searched" and "too many" do not.
+        feedback: L, where it was worked out.
+        impulses: (k, 3n) the impulses found [N s]; none where a proof needs no search.
+        compressions: (k, 3n) under Poisson's law the impulses of their compression.
+    """
+
+    how: str
+    feedback: float
+    impulses: np.ndarray
+    compressions: np.ndarray | None = None
+
+    @property
+    def complete(self) -> bool:
+        """Whether there are no others."""
+        return self.how in (SMOOTH, WEAK, ALL_TRIED)
+
+
+def search_answers(
+    delassus: np.ndarray,
+    aim: np.ndarray,
+    friction: np.ndarray,
+    scale: float,
+    release: np.ndarray | None = None,
+    *,
+    always: bool = False,
+) -> Search:
+    """The solutions of 0 ≤ P_n ⊥ ξ_n ≥ 0 with Coulomb friction, ξ = W P + b.
+
+    Args:
+        delassus: (3n, 3n) W [1/kg].
+        aim: (3n,) b: u_free, and under Newton's law what restitution adds [m/s].
+        friction: (n,) µ.
+        scale: the size of the velocities [m/s].
+        release: (n,) e of Poisson's expansion; None under Newton's law.
+        always: search even where a proof says that there is one at most.
+    """
+    n = len(friction)
+    none = np.empty((0, 3 * n))
+    mu = np.where(friction > NEGLIGIBLE, friction, 0.0)
+    if not mu.any() and not always:
+        return Search(SMOOTH, 0.0, none)
+    rubbed = _without_idle_tangents(delassus, mu)
+    b = aim.copy()
+    b[0::3][mu == 0.0] = 0.0
+    b[1::3][mu == 0.0] = 0.0
+    feedback = float(friction_feedback(rubbed, mu))
+    if feedback < 1.0 - SURE and not always:
+        return Search(WEAK, feedback, none)
+    how, pressed = _phase(rubbed, b, mu, np.zeros(n), scale)
+    if release is None or not release.any() or how != ALL_TRIED:
+        # Of Poisson's law in space only what friction proves is known.
+        return Search(how if release is None or how == ALL_TRIED else TOO_MANY, feedback, pressed)
+    impulses, compressions = [none], [none]
+    for one in pressed:
+        floor = release * one[2::3]
+        floor[floor < LEAST_RELEASE] = 0.0
+        _, back = _phase(rubbed, b + rubbed @ one, mu, floor, scale)
+        impulses.append(one + back)
+        compressions.append(np.broadcast_to(one, back.shape))
+    return Search(ALL_TRIED, feedback, np.concatenate(impulses), np.concatenate(compressions))
+
+
+def search_phase(
+    delassus: np.ndarray,
+    aim: np.ndarray,
+    friction: np.ndarray,
+    floor: np.ndarray | None,
+    scale: float,
+    *,
+    plane: bool,
+) -> Search:
+    """The solutions of one phase, 0 ≤ P_n − f ⊥ ξ_n ≥ 0; tangents without friction are cleared.
+
+    Args:
+        delassus, aim, friction, scale: as in ``search_answers``.
+        floor: (n,) f [N s]; None for 0.
+        plane: only where all modes can be tried.
+    """
+    floor = np.zeros_like(friction) if floor is None else floor
+    how, impulses = _phase(delassus, aim, friction, floor, scale, plane=plane)
+    return Search(how, np.nan, impulses)
+
+
+def _phase(
+    W: np.ndarray,
+    b: np.ndarray,
+    mu: np.ndarray,
+    floor: np.ndarray,
+    scale: float,
+    *,
+    plane: bool = False,
+) -> tuple[str, np.ndarray]:
+    """What was tried, and (k, 3n) the impulses found."""
+    n = len(mu)
+    direction = np.empty((n, 2))
+    if n <= MOST_IN_PLANE and plane_of(W, b, mu, direction):
+        basis = np.zeros((2 * n, 3 * n))
+        for i in range(n):
+            basis[2 * i, 3 * i : 3 * i + 2] = direction[i]
+            basis[2 * i + 1, 3 * i + 2] = 1.0
+        found = np.empty((MOST_FOUND, 2 * n))
+        count = plane_modes(basis @ W @ basis.T, basis @ b, mu, floor, scale, found)
+        return ALL_TRIED, found[:count] @ basis
+    if plane or n > MOST_IN_SPACE or floor.any():
+        return TOO_MANY, np.empty((0, 3 * n))
+    found = np.empty((MOST_FOUND, 3 * n))
+    with np.errstate(all="ignore"):
+        count = space_modes(W, b, mu, scale, found)
+    return SEARCHED, found[:count].copy()
+
+
+def _without_idle_tangents(delassus: np.ndarray, mu: np.ndarray) -> np.ndarray:
+    """W with the tangents of contacts without friction cleared."""
+    if mu.all():
+        return delassus
+    cleared = delassus.copy()
+    for i in np.flatnonzero(mu == 0.0).tolist():
+        cleared[3 * i : 3 * i + 2] = 0.0
+        cleared[:, 3 * i : 3 * i + 2] = 0.0
+    return cleared
+
+

@@ -1,0 +1,130 @@
+"""Whether other v⁺ obey the law is told: proven, not proven, or the others."""
+
+import json
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+from impulsekit.bench.stress.enumerated import PlaneProblem, all_after
+
+
+def body(mass, inertia):
+    text = (
+        f'<robot name="b"><link name="b"><inertial><mass value="{mass!r}"/>'
+        f'<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="{inertia!r}"/>'
+        "</inertial></link></robot>"
+    )
+    return ik.Robot.from_urdf(text, root="planar")
+
+
+def bodies_in_a_plane(seed, frictions=(0.0, 0.3, 1.0, 3.0), most=3):
+    """A scene of one or two bodies with two or more contacts, v⁻, and the same in fractions."""
+    rng = np.random.default_rng(seed)
+    n, count = int(rng.integers(2, most + 1)), int(rng.integers(1, 3))
+    masses = 10.0 ** rng.uniform(-1, 0, count)
+    inertias = masses * rng.uniform(0.05, 1, count)
+    friction, e = rng.choice(frictions, n).tolist(), rng.choice([0.0, 0.5, 1.0], n).tolist()
+    rows, contacts = np.zeros((2 * n, 3 * count)), []
+    for i in range(n):
+        a, other = int(rng.integers(count)), int(rng.integers(count))
+        angle = rng.uniform(0, 2 * np.pi) if rng.random() < 0.7 else 0.0
+        c, s = float(np.cos(angle)), float(np.sin(angle))
+        x, y = rng.uniform(-1, 1, 2)
+        own = np.array([[c, s, x * s - y * c], [-s, c, x * c + y * s]])
+        rows[2 * i : 2 * i + 2, 3 * a : 3 * a + 3] = own
+        against = "world"
+        if other != a and rng.random() < 0.5:
+            rows[2 * i : 2 * i + 2, 3 * other : 3 * other + 3] = -own
+            against = f"b{other}/b"
+        contacts.append(
+            ik.Contact(
+                f"b{a}/b", at=[x, y, 0], normal=[-s, c, 0], against=against,
+                restitution=e[i], friction=friction[i],
+            )
+        )  # fmt: skip
+    robot = ik.combine(
+        **{f"b{k}": body(float(masses[k]), float(inertias[k])) for k in range(count)}
+    )
+    v = rng.normal(size=3 * count)
+    inverse = [1 / x for m, j in zip(masses, inertias, strict=True) for x in (m, m, j)]
+    return ik.Scene(robot, contacts=contacts), v, PlaneProblem(rows, inverse, v, friction, e)
+
+
+def test_no_answer_is_called_solved_where_fractions_find_another():
+    told = proven = 0
+    for seed in range(150):
+        scene, v, problem = bodies_in_a_plane(seed)
+        impact = ik.solve(scene, scene.robot.neutral(), v)
+        lawful = [after for after, gains in all_after(problem) if not gains]
+        if impact.status is ik.Status.ENERGY_GAIN:
+            continue
+        size = np.abs(v).max()
+        if not lawful:
+            assert not impact.is_valid()
+            continue
+        assert min(np.abs(impact.v_after - after).max() for after in lawful) < 1e-7 * size
+        several = len(lawful) > 1
+        assert (impact.status is ik.Status.MANY_SOLUTIONS) == several
+        assert impact.uniqueness.several == several and impact.uniqueness.proven == (not several)
+        assert impact.is_valid() == (not several)
+        told, proven = told + several, proven + (not several)
+        for other in impact.uniqueness.others:
+            assert min(np.abs(other - after).max() for after in lawful) < 1e-7 * size
+        assert len(impact.uniqueness.others) == len(lawful) - 1
+    assert told >= 5 and proven >= 80
+
+
+def test_the_one_answer_is_found_wherever_fractions_find_one():
+    for seed in range(1000, 1250):
+        scene, v, problem = bodies_in_a_plane(seed, frictions=(0.0, 1.0, 3.0, 10.0))
+        exact = all_after(problem)
+        if len(exact) != 1:
+            continue
+        impact = ik.solve(scene, scene.robot.neutral(), v)
+        assert np.abs(impact.v_after - exact[0][0]).max() < 1e-7 * np.abs(v).max()
+
+
+def test_no_answer_is_told_as_such_and_shows_no_huge_impulse():
+    seen = 0
+    for seed in range(1000, 1250):
+        scene, v, problem = bodies_in_a_plane(seed, frictions=(0.0, 1.0, 3.0, 10.0))
+        if all_after(problem):
+            continue
+        impact = ik.solve(scene, scene.robot.neutral(), v)
+        assert impact.status is ik.Status.NO_SOLUTION
+        assert np.abs(impact.dv).max() < 1e3
+        seen += 1
+    assert seen > 5
+
+
+@pytest.mark.parametrize(
+    ("friction", "reason"), [(0.0, "nothing rubs"), (0.02, "feeds back weakly")]
+)
+def test_small_friction_is_proven_without_a_search(friction, reason):
+    arms = ik.combine(left=body(1.0, 0.5), right=body(2.0, 0.3))
+    contacts = [
+        ik.Contact(f"{side}/b", at=[0.4, -0.3, 0], normal=[0, 1, 0], friction=friction)
+        for side in ("left", "right")
+    ]
+    contacts.append(
+        ik.Contact("left/b", against="right/b", at=[0.1, 0.2, 0], normal=[1, 0, 0])
+    )
+    scene = ik.Scene(arms, contacts=contacts)
+    impact = ik.solve(scene, arms.neutral(), [-0.3, -1, 0.2, 0.4, -1, 0.1])
+    assert impact.uniqueness.proven and reason in impact.uniqueness.reason
+    assert json.loads(json.dumps(impact.to_dict()))["uniqueness"]["verdict"] == "proven"
+
+
+def test_what_was_found_survives_a_pickle():
+    import pickle
+
+    for seed in range(150):
+        scene, v, _ = bodies_in_a_plane(seed)
+        impact = ik.solve(scene, scene.robot.neutral(), v)
+        if impact.status is ik.Status.MANY_SOLUTIONS:
+            again = pickle.loads(pickle.dumps(impact))
+            assert again.status is ik.Status.MANY_SOLUTIONS and again.uniqueness.several
+            assert "several" in ik.report(impact) or "v⁺" in ik.report(impact)
+            return
+    raise AssertionError("no scene with several answers")

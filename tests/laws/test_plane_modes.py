@@ -1,0 +1,80 @@
+"""All modes in a plane and the proof without them, against exact fractions."""
+
+import numpy as np
+import pytest
+
+from impulsekit.bench.stress.enumerated import PlaneProblem, all_after
+from impulsekit.laws.uniqueness import search_answers
+
+
+def plane_problem(rng, n, frictions):
+    """Contacts of one or two bodies with each other and the ground, tangents turned at random."""
+    bodies = int(rng.integers(1, 3))
+    masses = np.repeat(10 ** rng.uniform(-2, 0, bodies), 3)
+    masses[2::3] *= rng.uniform(0.05, 1, bodies)
+    rows = np.zeros((2 * n, 3 * bodies))
+    for i in range(n):
+        a = int(rng.integers(bodies))
+        angle = rng.uniform(0, 2 * np.pi) if rng.random() < 0.6 else 0.0
+        c, s = np.cos(angle), np.sin(angle)
+        other = int(rng.integers(bodies)) if rng.random() < 0.5 else a
+        for body, sign in ((a, 1.0), (other, -1.0)):
+            if body == a and sign < 0:
+                continue
+            x, y = rng.uniform(-1, 1, 2)
+            own = np.array([[c, s, x * s - y * c], [-s, c, x * c + y * s]])
+            rows[2 * i : 2 * i + 2, 3 * body : 3 * body + 3] += sign * own
+    friction, e = rng.choice(frictions, n), rng.choice([0.0, 0.5, 1.0], n)
+    return PlaneProblem(rows, 1 / masses, rng.normal(size=3 * bodies), friction, e)
+
+
+def in_space(problem, rng):
+    """W, b (3n,) with a tangent out of the plane, both turned, and the turned (3n, 2n) basis."""
+    rows, mu = np.array(problem.rows), np.array(problem.friction)
+    n = len(mu)
+    W = rows @ np.diag(problem.inverse_masses) @ rows.T
+    b = rows @ problem.before
+    b[1::2] += problem.restitution * np.minimum(b[1::2], 0.0)
+    basis = np.zeros((3 * n, 2 * n))
+    across = np.zeros((3 * n, n))
+    for i in range(n):
+        c, s = np.cos(turn := rng.uniform(0, 7)), np.sin(turn)
+        basis[3 * i : 3 * i + 2, 2 * i], across[3 * i : 3 * i + 2, i] = (c, s), (-s, c)
+        basis[3 * i + 2, 2 * i + 1] = 1.0
+    # What moves out of the plane has nothing to do with what moves in it.
+    beside = rng.uniform(0, 1) * np.eye(n)
+    return basis @ W @ basis.T + across @ beside @ across.T, basis @ b, basis
+
+
+@pytest.mark.parametrize(("n", "count"), [(1, 60), (2, 60), (3, 25), (4, 3)])
+def test_all_solutions_in_a_plane_are_found_and_no_other(n, count):
+    rng = np.random.default_rng(n)
+    several = 0
+    for _ in range(count):
+        problem = plane_problem(rng, n, [0.0, 0.3, 1.0, 3.0])
+        exact = all_after(problem)
+        W, b, basis = in_space(problem, rng)
+        scale = np.abs(b).max()
+        found = search_answers(W, b, np.array(problem.friction), scale, always=True)
+        rows = np.array(problem.rows)
+        target = b @ basis - rows @ problem.before
+        velocities = [rows @ after + target for after, _ in exact]
+        seen = [(W @ P + b) @ basis for P in found.impulses]
+        for one in seen:
+            assert any(np.abs(one - other).max() < 1e-7 * scale for other in velocities)
+        for one in velocities:
+            assert any(np.abs(one - other).max() < 1e-7 * scale for other in seen)
+        several += len(exact) > 1
+    assert several or n in (1, 4)
+
+
+def test_where_friction_feeds_back_weakly_there_is_one_solution_for_every_velocity():
+    rng = np.random.default_rng(5)
+    proven = 0
+    for _ in range(300):
+        problem = plane_problem(rng, int(rng.integers(2, 4)), [0.1, 0.3, 1.0])
+        W, b, _ = in_space(problem, rng)
+        if search_answers(W, b, np.array(problem.friction), 1.0).how == "weak":
+            proven += 1
+            assert len(all_after(problem)) == 1
+    assert proven > 30
