@@ -30,6 +30,9 @@ SINGULAR = 1e-11
 EDGE = 1e-9
 # And by this share of the terms of a sum, for its rounding.
 ROUNDING = 1e-13
+# Impulses this many times those that make the velocities are of systems that are all but singular:
+# what they leave of the law is rounding of their own.
+LARGEST = 1e8
 # Solutions that differ by less than this share of the velocities are one.
 SAME = 1e-6
 
@@ -195,14 +198,14 @@ def _solved(W, b, mu, floor, unit, modes, P):
         P[t], P[k] = 0.0, 0.0
         if mode >= HELD_STICKS:
             P[k] = floor[i] * unit[i]
-            if mode == HELD_UP or mode == HELD_DOWN:
+            if mode in (HELD_UP, HELD_DOWN):
                 P[t] = mu[i] * P[k] * (-1.0 if mode == HELD_UP else 1.0)
         elif mode != PARTED:
             columns[m], rows[m] = k, k
-            if mode == SLIDES_UP or mode == SLIDES_DOWN:
+            if mode in (SLIDES_UP, SLIDES_DOWN):
                 ratio[m] = -mu[i] if mode == SLIDES_UP else mu[i]
             m += 1
-        if mode == STICKS or mode == HELD_STICKS:
+        if mode in (STICKS, HELD_STICKS):
             columns[m], rows[m] = t, t
             m += 1
     matrix, right = np.empty((m, m)), np.empty(m)
@@ -263,6 +266,8 @@ def eliminated(matrix, right):
 def _obeys(W, b, mu, floor, unit, modes, P, scale):
     """Whether P obeys the inequalities of its modes, in units of the contacts."""
     size = len(b)
+    if not np.abs(P).max() <= LARGEST * scale / unit.min():
+        return False
     for i in range(len(mu)):
         t, k = 2 * i, 2 * i + 1
         mode = modes[i]
@@ -279,13 +284,13 @@ def _obeys(W, b, mu, floor, unit, modes, P, scale):
                 return False
         elif P[k] - floor[i] * unit[i] < -near:
             return False
-        if mode == STICKS or mode == HELD_STICKS:
+        if mode in (STICKS, HELD_STICKS):
             if abs(P[t]) > mu[i] * P[k] + near:
                 return False
-        elif mode == SLIDES_UP or mode == HELD_UP:
+        elif mode in (SLIDES_UP, HELD_UP):
             if along < -near:
                 return False
-        elif (mode == SLIDES_DOWN or mode == HELD_DOWN) and along > near:
+        elif (mode in (SLIDES_DOWN, HELD_DOWN)) and along > near:
             return False
     return True
 

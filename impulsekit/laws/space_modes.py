@@ -22,8 +22,9 @@ STARTS = (0, 16, 8, 6)
 MOST_STEPS = 16
 # The largest turn of a step [rad].
 TURN = 0.6
-# As in the plane: shares of velocities and of the terms of a sum, and of what is the same.
-EDGE, ROUNDING, SAME = 1e-9, 1e-13, 1e-6
+# As in the plane: shares of velocities and of the terms of a sum, of what is the same, and what
+# is too large to tell.
+EDGE, ROUNDING, SAME, LARGEST = 1e-9, 1e-13, 1e-6, 1e8
 # Newton has arrived, relative to the velocities.
 ARRIVED = 1e-11
 # Eigenvalues of contacts that stick, below which their impulses are redundant.
@@ -256,6 +257,8 @@ def _eliminate(matrix, right):
 def _obeys(W, b, mu, unit, modes, P, scale):
     """Whether P obeys Coulomb's law in its modes, in units of the contacts."""
     size = len(b)
+    if not np.abs(P).max() <= LARGEST * scale / unit.min():
+        return False
     for i in range(len(mu)):
         k = 3 * i
         u1, u2, un = b[k], b[k + 1], b[k + 2]

@@ -81,9 +81,11 @@ def search_answers(
     if feedback < 1.0 - SURE and not always:
         return Search(WEAK, feedback, none)
     how, pressed = _phase(rubbed, b, mu, np.zeros(n), scale)
-    if release is None or not release.any() or how != ALL_TRIED:
+    if release is None or not release.any():
+        return Search(how, feedback, pressed)
+    if how != ALL_TRIED:
         # Of Poisson's law in space only what friction proves is known.
-        return Search(how if release is None or how == ALL_TRIED else TOO_MANY, feedback, pressed)
+        return Search(TOO_MANY, feedback, none)
     impulses, compressions = [none], [none]
     for one in pressed:
         floor = release * one[2::3]
@@ -126,6 +128,8 @@ def _phase(
 ) -> tuple[str, np.ndarray]:
     """What was tried, and (k, 3n) the impulses found."""
     n = len(mu)
+    # Compiled code takes arrays in order that may be written to.
+    W, b, mu, floor = (np.array(array, dtype=float, order="C") for array in (W, b, mu, floor))
     direction = np.empty((n, 2))
     if n <= MOST_IN_PLANE and plane_of(W, b, mu, direction):
         basis = np.zeros((2 * n, 3 * n))
@@ -133,24 +137,21 @@ def _phase(
             basis[2 * i, 3 * i : 3 * i + 2] = direction[i]
             basis[2 * i + 1, 3 * i + 2] = 1.0
         found = np.empty((MOST_FOUND, 2 * n))
-        count = plane_modes(basis @ W @ basis.T, basis @ b, mu, floor, scale, found)
+        count = plane_modes(
+            np.ascontiguousarray(basis @ W @ basis.T), basis @ b, mu, floor, float(scale), found
+        )
         return ALL_TRIED, found[:count] @ basis
     if plane or n > MOST_IN_SPACE or floor.any():
         return TOO_MANY, np.empty((0, 3 * n))
     found = np.empty((MOST_FOUND, 3 * n))
-    with np.errstate(all="ignore"):
-        count = space_modes(W, b, mu, scale, found)
+    count = space_modes(W, b, mu, float(scale), found)
     return SEARCHED, found[:count].copy()
 
 
 def _without_idle_tangents(delassus: np.ndarray, mu: np.ndarray) -> np.ndarray:
     """W with the tangents of contacts without friction cleared."""
-    if mu.all():
-        return delassus
-    cleared = delassus.copy()
+    cleared = np.array(delassus, dtype=float, order="C")
     for i in np.flatnonzero(mu == 0.0).tolist():
         cleared[3 * i : 3 * i + 2] = 0.0
         cleared[:, 3 * i : 3 * i + 2] = 0.0
     return cleared
-
-

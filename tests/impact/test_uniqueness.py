@@ -107,9 +107,7 @@ def test_small_friction_is_proven_without_a_search(friction, reason):
         ik.Contact(f"{side}/b", at=[0.4, -0.3, 0], normal=[0, 1, 0], friction=friction)
         for side in ("left", "right")
     ]
-    contacts.append(
-        ik.Contact("left/b", against="right/b", at=[0.1, 0.2, 0], normal=[1, 0, 0])
-    )
+    contacts.append(ik.Contact("left/b", against="right/b", at=[0.1, 0.2, 0], normal=[1, 0, 0]))
     scene = ik.Scene(arms, contacts=contacts)
     impact = ik.solve(scene, arms.neutral(), [-0.3, -1, 0.2, 0.4, -1, 0.1])
     assert impact.uniqueness.proven and reason in impact.uniqueness.reason

@@ -71,9 +71,7 @@ def all_after(problem: PlaneProblem) -> list[tuple[np.ndarray, bool]]:
     return [(np.array([float(x) for x in after]), gains) for after, gains in found]
 
 
-def _impulse(
-    W: list[Row], b: Row, mu: Row, modes: Sequence[int]
-) -> Row | None:
+def _impulse(W: list[Row], b: Row, mu: Row, modes: Sequence[int]) -> Row | None:
     """P of these modes; None where the equations are singular."""
     size = len(b)
     matrix: list[Row] = []

@@ -80,9 +80,7 @@ def _poisson(problem: ContactProblem, frictional: bool) -> ContactSolution:
         if frictional:
             from .frictional import solve_frictional
 
-            part = solve_frictional(
-                delassus, velocity, problem.friction, floor, start, fastest
-            )
+            part = solve_frictional(delassus, velocity, problem.friction, floor, start, fastest)
             share, found, error = part.impulse, part.status, part.residual
             alone, count = part.unique, part.iterations
         else:

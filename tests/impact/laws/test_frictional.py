@@ -153,7 +153,8 @@ def test_what_holds_for_many(seed, n, poisson):
     W = J @ J.T
     answer = solved(W, u, e, mu, law=law)
     assert np.isfinite(answer.impulse).all()
-    assert answer.status.valid or answer.status is Status.ENERGY_GAIN
+    # Of such rows the law may gain energy, or leave several v⁺; the answer obeys it all the same.
+    assert answer.status.obeys_law
     assert answer.residual <= 1e-10
     P, after = answer.impulse.reshape(n, 3), answer.velocity_after.reshape(n, 3)
     size = np.abs(u).max() + (np.diag(W) * np.abs(answer.impulse)).max()
