@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...laws.status import Status
 from ...laws.uniqueness import ALL_TRIED, SEARCHED, SMOOTH, WEAK, Search, search_answers
 from ...scene.law import Law
-from ...laws.status import Status
 from .problem import ContactProblem, ContactSolution
 
 __all__ = ["NOT_PROVEN", "PROVEN", "SEVERAL", "Finding", "find_others", "told_if_several"]
