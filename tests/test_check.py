@@ -317,14 +317,11 @@ def test_the_command_exits_with_1_where_it_disagrees(monkeypatch):
 def test_what_cannot_be_checked_says_so():
     panda = ik.Robot.from_example("panda")
     blow = random_blow("panda_hand", 1)
-    given = ik.Robot.from_model(panda.model)
-    with pytest.raises(InputError, match=r"cannot be checked.*pin\.Model"):
-        ik.check(solved(given, [blow]))
-    round_joint = ik.Robot.from_example("panda", root=pin.JointModelSpherical())
-    with pytest.raises(InputError, match=r"cannot be checked.*Spherical.*freeflyer"):
-        ik.check(solved(round_joint, [blow]))
-    mixed = ik.combine(a=panda, b=given)
-    with pytest.raises(InputError, match='cannot be checked: the part "b/"'):
+    screw = ik.Robot.from_example("panda", root=pin.JointModelHX())
+    with pytest.raises(InputError, match=r'cannot be checked.*"root_joint".*HX'):
+        ik.check(solved(screw, [blow]))
+    mixed = ik.combine(a=panda, b=screw)
+    with pytest.raises(InputError, match=r'cannot be checked.*"b/root_joint"'):
         ik.check(solved(mixed, [random_blow("a/panda_hand", 1)]))
     flying = ik.Robot.from_example("panda", root="freeflyer")
     q, v = random_state(flying, 1)
@@ -377,3 +374,95 @@ def test_a_robot_far_away_agrees_as_one_at_the_origin(distance):
     far = ik.check(impact, digits=30)
     assert far.agrees
     assert far.tolerance <= 1e-12
+
+
+# -- robots that are no URDF ------------------------------------------------------------------
+
+
+def random_model(kinds, rng, armature=0.0):
+    """A chain of a link for each kind of joint, with a link fixed to it and one without mass."""
+    model = pin.Model()
+    above = 0
+    for k, kind in enumerate(kinds):
+        above = model.addJoint(above, kind, pin.SE3.Random(), f"joint_{k}")
+        model.addJointFrame(above)
+        model.appendBodyToJoint(above, pin.Inertia.Random(), pin.SE3.Identity())
+        model.addBodyFrame(f"link_{k}", above, pin.SE3.Random(), -1)
+    model.armature = armature * rng.uniform(size=model.nv)
+    return model
+
+
+def composite():
+    joint = pin.JointModelComposite(pin.JointModelRX(), pin.SE3.Random())
+    joint.addJoint(pin.JointModelPY(), pin.SE3.Random())
+    joint.addJoint(pin.JointModelSphericalZYX(), pin.SE3.Random())
+    return joint
+
+
+AXIS = np.array([0.6, 0.0, 0.8])
+KINDS = {
+    "hinges": [pin.JointModelRX(), pin.JointModelRevoluteUnaligned(AXIS), pin.JointModelRZ()],
+    "slides": [pin.JointModelPX(), pin.JointModelPrismaticUnaligned(AXIS), pin.JointModelPY()],
+    "without end": [pin.JointModelRUBX(), pin.JointModelRUBY()],
+    "free": [pin.JointModelFreeFlyer(), pin.JointModelSpherical(), pin.JointModelRY()],
+    "planar": [pin.JointModelPlanar(), pin.JointModelTranslation()],
+    "Euler angles": [pin.JointModelSphericalZYX(), pin.JointModelRZ()],
+    "universal": [
+        pin.JointModelUniversal(np.array([1.0, 0, 0]), np.array([0, 1.0, 0])),
+        pin.JointModelRX(),
+    ],
+    "composite": [composite(), pin.JointModelRX()],
+}
+
+
+@pytest.mark.parametrize("armature", [0.0, 3.0])
+@pytest.mark.parametrize("kinds", KINDS)
+def test_a_given_model_is_checked_with_its_armature(kinds, armature):
+    pin.seed(1)
+    rng = np.random.default_rng(3)
+    robot = ik.Robot.from_model(random_model(KINDS[kinds], rng, armature))
+    last = robot.links[-1].name
+    q = pin.integrate(robot.model, robot.neutral(), rng.normal(size=robot.nv))
+    scene = ik.Scene(
+        robot,
+        [random_blow(last, 1)],
+        constraints=[ik.PointAnchor(last, at=[0.1, 0.2, 0.3])] if robot.nv > 5 else (),
+    )
+    impact = ik.solve(scene, q, rng.normal(size=robot.nv))
+    result = ik.check(impact)
+    assert result.agrees, result.report()
+    assert {"Δv", "energy", "joint impulses"} <= {row.name for row in result.rows}
+    assert not ik.check(spoilt(impact, 1.000001)).agrees
+
+
+def test_a_rotor_that_the_check_overlooked_would_show():
+    rng = np.random.default_rng(3)
+    model = random_model(KINDS["hinges"], rng, 3.0)
+    robot = ik.Robot.from_model(model)
+    impact = ik.solve(
+        ik.Scene(robot, [random_blow("link_2", 1)]), robot.neutral(), robot.velocity()
+    )
+    robot.model.armature = np.zeros(robot.nv)
+    assert not ik.check(impact).agrees
+
+
+def test_given_models_are_checked_beside_urdfs_and_where_they_are_placed():
+    rng = np.random.default_rng(5)
+    panda = ik.Robot.from_example("panda")
+    given = ik.Robot.from_model(random_model(KINDS["free"], rng, 1.0))
+    both = ik.combine(a=panda, b=given, c=given, placements={"c": [1, 2, 3]})
+    weld = ik.FrameAnchor("a/panda_hand", "c/link_1")
+    scene = ik.Scene(both, [random_blow("b/link_2", 2)], constraints=[weld])
+    q = pin.integrate(both.model, both.neutral(), 0.3 * rng.normal(size=both.nv))
+    result = ik.check(ik.solve(scene, q, rng.normal(size=both.nv)))
+    assert result.agrees, result.report()
+
+
+def test_a_given_model_is_checked_in_fifty_digits():
+    pytest.importorskip("mpmath")
+    rng = np.random.default_rng(7)
+    robot = ik.Robot.from_model(random_model(KINDS["free"], rng, 1.0))
+    impact = ik.solve(
+        ik.Scene(robot, [random_blow("link_2", 1)]), robot.neutral(), robot.velocity()
+    )
+    assert ik.check(impact, digits=50).agrees

@@ -45,10 +45,10 @@ def check(impact: Impact, digits: int | None = None) -> Check:
         digits: decimal digits of the reference (16 or more), by mpmath; doubles unless given.
 
     Raises:
-        InputError: the impact cannot be checked: its robot came from a ``pin.Model``, has a
-            root other than "fixed", "planar" and "freeflyer", or cannot be read by the
-            reference; a quaternion of q is off unit length by more than 1e-9; or nothing but
-            constraints resists some motion.
+        InputError: the impact cannot be checked: its robot has a joint that the reference
+            does not know (helical, ellipsoid, mimic in a given model), or its URDF cannot be
+            read by the reference; a quaternion of q is off unit length by more than 1e-9; or
+            nothing but constraints resists some motion.
         MissingExtraError: ``digits`` are asked for and mpmath is not installed.
 
     Example:

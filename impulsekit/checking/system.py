@@ -1,7 +1,8 @@
-"""A robot as the reference sees it: made anew from the same URDF."""
+"""A robot as the reference sees it: made anew from its URDF, or from the numbers of its model."""
 
 from __future__ import annotations
 
+import re
 import weakref
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 from ..errors import InputError, UrdfError
 from ..reference import Arithmetic, KaneSystem
 from ..reference.tree import ROOTS
+from .model_bodies import system_of_model
 
 if TYPE_CHECKING:
     from ..robot import Robot
@@ -19,6 +21,8 @@ __all__ = ["ReferenceRobot", "read_reference", "reference_robot"]
 
 # A robot by itself gets a prefix too, so that its links never meet the fixed "world".
 _ALONE = "robot/"
+# The joints before the last that stand for one joint of several simple ones.
+_FIRST_OF_SEVERAL = re.compile(r" \(\d+\)$")
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +90,10 @@ def read_reference(robot: Robot, numbers: Arithmetic) -> ReferenceRobot:
     alone = [part.prefix for part in robot.parts] == [""]
     for part in robot.parts:
         name = (_ALONE if alone else part.prefix).removesuffix("/")
+        if part.urdf is None or part.root not in ROOTS:
+            # Read out of the whole model, where it is placed already.
+            parts[name] = system_of_model(robot, part, numbers)
+            continue
         parts[name] = _system_of(part, numbers)
         if part.placement is not None:
             rows = [row[:3] for row in part.placement[:3]]
@@ -96,16 +104,8 @@ def read_reference(robot: Robot, numbers: Arithmetic) -> ReferenceRobot:
 
 
 def _system_of(part: RobotPart, numbers: Arithmetic) -> KaneSystem:
-    what = f'the part "{part.prefix}"' if part.prefix else "the robot"
-    if part.urdf is None:
-        raise _impossible(f"{what} was made from a pin.Model, and the reference reads URDF only")
-    if part.root not in ROOTS:
-        raise _impossible(
-            f"{what} hangs on the world by a {part.root}; the reference knows the roots "
-            + ", ".join(f'"{root}"' for root in ROOTS)
-        )
     try:
-        return KaneSystem.from_urdf(part.urdf, part.root, part.mimic, numbers)
+        return KaneSystem.from_urdf(str(part.urdf), part.root, part.mimic, numbers)
     except UrdfError as error:
         raise _impossible(str(error)) from error
 
@@ -113,11 +113,12 @@ def _system_of(part: RobotPart, numbers: Arithmetic) -> KaneSystem:
 def _same_order(robot: Robot, reference: ReferenceRobot) -> None:
     """Prove that both programs number the degrees of freedom alike."""
     tree = reference.system.tree
-    theirs = [
-        body.joint.name.removeprefix(reference.prefix)
+    named = (
+        _FIRST_OF_SEVERAL.sub("", body.joint.name.removeprefix(reference.prefix))
         for body in tree.bodies
         if len(body.joint.linear) and not body.joint.mimics
-    ]
+    )
+    theirs = list(dict.fromkeys(named))
     ours = [
         name
         for name, joint in zip(robot.joint_names, list(robot.model.joints)[1:], strict=True)
@@ -127,7 +128,7 @@ def _same_order(robot: Robot, reference: ReferenceRobot) -> None:
     if theirs != ours or not sizes:
         astray = next((name for name in ours if name not in theirs), None)
         reason = f'joint "{astray}" is another to it' if astray else "it orders joints otherwise"
-        raise _impossible(f"the reference reads another robot from this URDF: {reason}")
+        raise _impossible(f"the reference reads another robot: {reason}")
 
 
 def _impossible(reason: str) -> InputError:

@@ -72,7 +72,7 @@ def reaction(
     Returns:
         (6,) at the origin of the body's link frame, world axes, linear before angular.
     """
-    own = joint_directions(at, tree, body)
+    own, speeds = joint_directions(at, tree, body), tree.bodies[body].joint.speeds
     gear = bool(tree.bodies[body].joint.mimics) or _is_followed(tree, body)
     if gear:
         # Joints that move together hold each other along their own motion too: there the
@@ -83,6 +83,9 @@ def reaction(
     over = ([0, 2], [0, 1])
     outside = np.tensordot(linear, impulses, axes=over) + np.tensordot(angular, couples, axes=over)
     constraint = kane.generalized_masses(at, linear, angular) @ dy - outside
+    if len(own) and tree.bodies[body].joint.armature is not None:
+        # The rotor takes its part of what acts along the joint's own speeds.
+        own_impulse = own_impulse - tree.bodies[body].joint.armature * dy[speeds]
     return freed.T @ constraint + own.T @ own_impulse
 
 

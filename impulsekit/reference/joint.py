@@ -10,6 +10,7 @@ revolute          angle                        angular rate about the axis
 continuous        cosine, sine of the angle    angular rate about the axis
 prismatic         displacement                 rate along the axis
 planar            x, y, cosine, sine           vx, vy, wz
+spherical         qx, qy, qz, qw               wx, wy, wz
 floating          x, y, z, qx, qy, qz, qw      vx, vy, vz, wx, wy, wz
 ================  ===========================  =====================================
 
@@ -33,6 +34,7 @@ COORDINATES = {
     "continuous": (".cos", ".sin"),
     "prismatic": ("",),
     "planar": (".x", ".y", ".cos", ".sin"),
+    "spherical": (".qx", ".qy", ".qz", ".qw"),
     "floating": (".x", ".y", ".z", ".qx", ".qy", ".qz", ".qw"),
 }
 """What a joint's name is followed by in the names of its coordinates, by kind."""
@@ -43,6 +45,7 @@ SPEEDS = {
     "continuous": ("",),
     "prismatic": ("",),
     "planar": (".vx", ".vy", ".wz"),
+    "spherical": (".wx", ".wy", ".wz"),
     "floating": (".vx", ".vy", ".vz", ".wx", ".wy", ".wz"),
 }
 """What a joint's name is followed by in the names of its generalized speeds, by kind."""
@@ -67,6 +70,8 @@ class Joint:
         coordinate_kind: the kind of joint whose coordinates they are.
         mimics: the name of the joint followed, "" if none; its coordinate is
             ``multiplier`` times the other's plus ``offset``.
+        armature: (d,) what a rotor adds to the generalized mass of each own speed [kg m²,
+            kg]; None for nothing.
     """
 
     name: str
@@ -81,6 +86,7 @@ class Joint:
     mimics: str
     multiplier: Any
     offset: Any
+    armature: Array | None = None
 
     def __post_init__(self) -> None:
         read_only(*self.placement, self.linear, self.angular, self.axis)
@@ -117,6 +123,8 @@ def joint_pose(joint: Joint, q: Array, arithmetic: Arithmetic) -> tuple[Array, A
     still, here = arithmetic.eye(3), arithmetic.zeros(3)
     if joint.kind == "fixed":
         return still, here
+    if joint.kind == "spherical":
+        return rotation.of_quaternion(own, arithmetic), here
     if joint.kind == "floating":
         return rotation.of_quaternion(own[3:], arithmetic), own[:3].copy()
     if joint.kind == "planar":

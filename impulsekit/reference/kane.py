@@ -67,7 +67,8 @@ def generalized_inertia_force(
     inertia_force = -at.masses[:, None] * linear
     gyroscopic = cross(spin, _turned(at.inertias, spin))
     inertia_couple = -_turned(at.inertias, angular) - gyroscopic
-    return generalized_active_force(at, inertia_force, inertia_couple)
+    on_bodies = generalized_active_force(at, inertia_force, inertia_couple)
+    return on_bodies - at.armature * acceleration
 
 
 def accelerations(
@@ -110,11 +111,15 @@ def generalized_impulse(at: Kinematics, impulses: Array, couples: Array) -> Arra
 
 
 def generalized_momentum(at: Kinematics, y: Array) -> Array:
-    """P_l = Σ_k ( m_k v_k^l·v_k + ω_k^l·I_k·ω_k ), (n,) (Chang & Huston 1995, eq. 19)."""
+    """P_l = Σ_k ( m_k v_k^l·v_k + ω_k^l·I_k·ω_k ), (n,) (Chang & Huston 1995, eq. 19).
+
+    A rotor in a joint adds its armature times the joint's speed.
+    """
     linear, spin = at.velocities(y)
-    return _on_speeds(at.linear, at.masses[:, None] * linear) + _on_speeds(
+    of_bodies = _on_speeds(at.linear, at.masses[:, None] * linear) + _on_speeds(
         at.angular, _turned(at.inertias, spin)
     )
+    return of_bodies + at.armature * y
 
 
 def generalized_masses(
@@ -122,9 +127,11 @@ def generalized_masses(
 ) -> Array:
     """a_lp = Σ_k ( m_k v_klm v_kpm + I_kmn ω_klm ω_kpn ) (Chang & Huston 1995, eq. 30).
 
+    Rotors in joints add their armature to the diagonal.
+
     Args:
         linear, angular: (N, d, 3) partial velocities of other speeds l, such as those of a
-            freed joint; the system's own unless given.
+            freed joint, which move no rotor; the system's own unless given.
 
     Returns:
         (d, n), or (n, n) and symmetric.
@@ -133,7 +140,11 @@ def generalized_masses(
     first_angular = at.angular if angular is None else angular
     over = ([0, 2], [0, 2])
     masses = np.tensordot(first_linear, at.masses[:, None, None] * at.linear, axes=over)
-    return masses + np.tensordot(first_angular, at.angular @ at.inertias, axes=over)
+    masses = masses + np.tensordot(first_angular, at.angular @ at.inertias, axes=over)
+    if linear is None and angular is None:
+        own = range(len(masses))
+        masses[own, own] = masses[own, own] + at.armature
+    return masses
 
 
 def solve_for_speeds(

@@ -39,6 +39,7 @@ class Kinematics:
         masses: (N,) kg.
         angular: (N, n, 3) partial angular velocities ω_klm.
         linear: (N, n, 3) partial velocities v_klm of the mass centres.
+        armature: (n,) what rotors add to the generalized mass of each speed.
     """
 
     rotations: Array
@@ -48,6 +49,7 @@ class Kinematics:
     masses: Array
     angular: Array
     linear: Array
+    armature: Array
 
     def __post_init__(self) -> None:
         read_only(*vars(self).values())
@@ -83,7 +85,7 @@ def kinematics(tree: Tree, q: Array) -> Kinematics:
     numbers, count = tree.arithmetic, len(tree.bodies)
     rotations, origins = numbers.zeros(count, 3, 3), numbers.zeros(count, 3)
     centres, inertias = numbers.zeros(count, 3), numbers.zeros(count, 3, 3)
-    masses = numbers.zeros(count)
+    masses, armature = numbers.zeros(count), numbers.zeros(tree.n)
     angular = numbers.zeros(count, tree.n, 3)
     of_origin = numbers.zeros(count, tree.n, 3)
     of_centre = numbers.zeros(count, tree.n, 3)
@@ -103,12 +105,14 @@ def kinematics(tree: Tree, q: Array) -> Kinematics:
         if len(joint.linear):
             of_origin[k, joint.speeds] += joint.multiplier * (joint.linear @ rotations[k].T)
             angular[k, joint.speeds] += joint.multiplier * (joint.angular @ rotations[k].T)
+        if joint.armature is not None:
+            armature[joint.speeds] += joint.multiplier**2 * joint.armature
         arm = rotations[k] @ body.mass_centre
         centres[k] = origins[k] + arm
         of_centre[k] = of_origin[k] + angular[k] @ rotation.skew(arm, numbers)
         inertias[k] = rotations[k] @ body.inertia @ rotations[k].T
         masses[k] = body.mass
-    return Kinematics(rotations, origins, centres, inertias, masses, angular, of_centre)
+    return Kinematics(rotations, origins, centres, inertias, masses, angular, of_centre, armature)
 
 
 def partial_rates(tree: Tree, at: Kinematics, y: Array) -> PartialRates:

@@ -173,13 +173,14 @@ class Tree:
         checked = self._vector(q, "q", len(self.coordinate_names))
         for body in self.bodies:
             joint = body.joint
-            if joint.mimics or joint.kind not in ("continuous", "planar", "floating"):
+            turns = joint.kind in ("spherical", "floating")
+            if joint.mimics or not (turns or joint.kind in ("continuous", "planar")):
                 continue
             stop = joint.coordinates.stop
-            start = stop - (4 if joint.kind == "floating" else 2)
+            start = stop - (4 if turns else 2)
             length = self.arithmetic.norm(checked[start:stop])
             if abs(length - 1) > UNIT_TOLERANCE:
-                what = "quaternion" if joint.kind == "floating" else "cosine and sine"
+                what = "quaternion" if turns else "cosine and sine"
                 raise StateError(
                     f'q: the {what} of joint "{joint.name}" (entries {start} to {stop - 1}) '
                     f"has length {float(length):.12g}, wanted is 1",

@@ -235,10 +235,10 @@ def test_what_is_wrong_is_said_with_the_name_of_the_element(fault):
     assert message in str(caught.value)
 
 
-def test_the_name_of_the_root_joint_is_kept():
+def test_a_joint_called_root_joint_keeps_its_name():
     taken = robot(*TWO, joint("root_joint", "a", "b"))
-    with pytest.raises(UrdfError, match='joint "root_joint": this name is kept'):
-        Tree.from_urdf(taken, "freeflyer")
+    names = Tree.from_urdf(taken, "freeflyer").speed_names
+    assert names[5:] == ("world_root_joint.wz", "root_joint")
     assert Tree.from_urdf(taken).speed_names == ("root_joint",)
 
 

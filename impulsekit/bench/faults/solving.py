@@ -87,9 +87,9 @@ def _penetrated() -> None:
     simulate(resting(), q, ball().velocity(), duration=0.1)
 
 
-def _checked_model() -> None:
-    robot = Robot.from_model(pin.buildSampleModelManipulator())
-    scene = Scene(robot, [AppliedImpulse(robot.frame_names[-1], linear=[0, 0, 1])])
+def _checked_screw() -> None:
+    robot = Robot.from_example("panda", root=pin.JointModelHX())
+    scene = Scene(robot, [AppliedImpulse("panda_hand", linear=[0, 0, 1])])
     check(solve(scene, robot.neutral(), robot.velocity()))
 
 
@@ -198,7 +198,7 @@ _BATCHES = (
 _AFTER = (
     Fault("checks a scene instead of an impact", lambda: check(struck())),
     Fault("checks to 3 digits", lambda: check(_impact(), digits=3)),
-    Fault("checks a robot that came as a pin.Model", _checked_model),
+    Fault("checks a robot with a screw joint", _checked_screw),
     Fault("asks a check for an unknown row", lambda: check(_impact()).row("speed")),
     Fault("derives a motion", lambda: derivatives(_motion())),
     Fault("carries deviations through an impact by an unknown contact", lambda: saltation(_landing(), "flor", acceleration_before=np.zeros(6), acceleration_after=np.zeros(6))),
