@@ -13,7 +13,15 @@ from .capsules import capsule_points
 from .features import CornerOnFace, EdgesCross, touching_features
 from .polyhedron import Polyhedron, can_be_separated, polyhedron_of, separation
 
-__all__ = ["MeetingPoint", "Solid", "Solids", "meeting_points", "smallest_gap", "solid_of"]
+__all__ = [
+    "MeetingPoint",
+    "Solid",
+    "Solids",
+    "gap_and_normal",
+    "meeting_points",
+    "smallest_gap",
+    "solid_of",
+]
 
 # Where two shapes just touch, the direction between them is lost in rounding. The first
 # is moved apart by this much [m] along the direction found, and the two are asked again.
@@ -102,13 +110,21 @@ def smallest_gap(first: Solids, other: Solids) -> float:
     distance is, and no larger elsewhere.
     """
     gaps = [
-        _gap(one.geometry, placement_a, two.geometry, placement_b)
-        if (pair := _polyhedra(one, two)) is None
-        else separation(pair[0].at(placement_a), pair[1].at(placement_b))[0]
+        gap_and_normal(one, placement_a, two, placement_b)[0]
         for one, placement_a in first
         for two, placement_b in other
     ]
     return min(gaps, default=np.inf)
+
+
+def gap_and_normal(
+    one: Solid, placement_a: pin.SE3, two: Solid, placement_b: pin.SE3
+) -> tuple[float, np.ndarray]:
+    """The gap of two pieces [m], as ``smallest_gap``, and its normal (3,) from the second."""
+    if (pair := _polyhedra(one, two)) is not None:
+        return separation(pair[0].at(placement_a), pair[1].at(placement_b))
+    gap, towards_b = _gap(one.geometry, placement_a, two.geometry, placement_b)
+    return gap, -towards_b
 
 
 def _polyhedra(one: Solid, two: Solid) -> tuple[Polyhedron, Polyhedron] | None:
@@ -122,8 +138,8 @@ def _gap(
     placement_a: pin.SE3,
     shape_b: coal.CollisionGeometry,
     placement_b: pin.SE3,
-) -> float:
-    """The distance of two convex shapes [m].
+) -> tuple[float, np.ndarray]:
+    """The distance of two convex shapes [m], and its direction (3,) from the first.
 
     Whatever the tolerance, coal is off by up to 4e-7 m where flat shapes all but touch.
     Moved apart along the normal n by a known way d the gap is D − d n·n', D and n' those
@@ -132,7 +148,7 @@ def _gap(
     b = _transform(placement_b)
     gap, normal = _distance(shape_a, _transform(placement_a), shape_b, b)
     if abs(gap) > WELL_APART / 2 or not abs(normal.dot(normal) - 1.0) < 1e-6:
-        return gap
+        return gap, normal
     for _ in range(2):
         shifted = placement_a.translation - WELL_APART * normal
         away = coal.Transform3s(placement_a.rotation, shifted)
@@ -141,7 +157,7 @@ def _gap(
         if np.abs(turned - normal).max() < 1e-6:
             break
         normal = turned
-    return gap
+    return gap, normal
 
 
 def _distance(

@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pinocchio as pin
 
-from ..geometry.axes import contact_axes, cross
-from ..geometry.collision import MeetingPoint, Solids, meeting_points, smallest_gap, solid_of
+from ..geometry.axes import contact_axes
+from ..geometry.collision import (
+    MeetingPoint,
+    Solid,
+    Solids,
+    gap_and_normal,
+    meeting_points,
+    smallest_gap,
+    solid_of,
+)
 from ..geometry.held_points import HeldPoint, held_point
 from ..geometry.polyhedron import Polyhedron, can_be_separated
+from ..geometry.support import support_of
 from ..impact.reach import ReachedModel
 from ..robot import Robot
 from ..robot.geometry import geometry_ids
 from ..scene import Collision
+from .advancing import PairOfPieces
 from .wandering import bias_by_differences, rows_at
 
 __all__ = ["CollidingGap"]
@@ -42,6 +52,8 @@ class CollidingGap:
         capture_speed: slower approaches are met without restitution [m/s].
         rest_speed: slower points rest [m/s].
         waver: how far the distance may be off [m].
+        joint_ids: of both bodies.
+        pairs: of their convex pieces, each of the first with each of the other.
     """
 
     has_rate = False
@@ -58,7 +70,8 @@ class CollidingGap:
                 [(solid_of(objects[i].geometry), objects[i].placement) for i in ids]
             )
             joint_ids.append(reached.joint_id(joint_id))
-        self._joint_ids = (joint_ids[0], joint_ids[1])
+        self.joint_ids = (joint_ids[0], joint_ids[1])
+        self.pairs = tuple(_pair(a, b) for a in self._pieces[0] for b in self._pieces[1])
         self._reaches = [_reach(pieces) for pieces in self._pieces]
         self._shifted: pin.Data | None = None
         self._polyhedra = [_in_joint(pieces) for pieces in self._pieces]
@@ -90,16 +103,6 @@ class CollidingGap:
         if apart > 0.1 * min(reach_a, reach_b):
             return apart
         return smallest_gap(*self._placed(places))
-
-    def speed_bound(self, data: pin.Data) -> float:
-        """No gap of these two closes faster [m/s]; ``data`` with placements and velocities."""
-        middles, turning = [], 0.0
-        for joint_id, (centre, radius) in zip(self._joint_ids, self._reaches, strict=True):
-            motion = data.v[joint_id]
-            local = motion.linear + cross(motion.angular, centre)
-            middles.append(data.oMi[joint_id].rotation.dot(local))
-            turning += float(np.linalg.norm(motion.angular)) * radius
-        return float(np.linalg.norm(middles[0] - middles[1])) + turning
 
     def hold(self, data: pin.Data | None) -> None:
         """Follow the points that touch now from here on, or with None let go of them.
@@ -138,7 +141,7 @@ class CollidingGap:
         if not points:
             return np.empty((0, self._model.nv))
         return np.vstack(
-            [rows_at(self._model, data, self._joint_ids, *point.place(places)) for point in points]
+            [rows_at(self._model, data, self.joint_ids, *point.place(places)) for point in points]
         )
 
     def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -152,12 +155,12 @@ class CollidingGap:
             here = self._wandering(data)[1]
             return bias_by_differences(self._model, self._shifted, self._wandering, here, q, v)
         places = self._places(data)
-        motions = [[of[joint_id] for joint_id in self._joint_ids] for of in (data.v, data.a)]
+        motions = [[of[joint_id] for joint_id in self.joint_ids] for of in (data.v, data.a)]
         points = self._touching(places) if self._held is None else self._held
         return np.array([point.bias(places, *motions) for point in points]).ravel()
 
     def _places(self, data: pin.Data) -> list[pin.SE3]:
-        return [data.oMi[joint_id] for joint_id in self._joint_ids]
+        return [data.oMi[joint_id] for joint_id in self.joint_ids]
 
     def _placed(self, places: list[pin.SE3]) -> list[Solids]:
         return [
@@ -184,11 +187,27 @@ class CollidingGap:
         rows, points = [], []
         for point in self._meeting(self._places(data)):
             axes = contact_axes(point.normal)
-            rows.append(rows_at(self._model, data, self._joint_ids, point.position, axes))
+            rows.append(rows_at(self._model, data, self.joint_ids, point.position, axes))
             points.append(point.position)
         if not rows:
             return np.empty((0, self._model.nv)), np.empty((0, 3))
         return np.vstack(rows), np.array(points)
+
+
+def _pair(first: tuple[Solid, pin.SE3], other: tuple[Solid, pin.SE3]) -> PairOfPieces:
+    """Two pieces, each with its placement in the frame of its joint."""
+    (one, at_one), (two, at_two) = first, other
+
+    def gap(places: Sequence[pin.SE3]) -> tuple[float, np.ndarray]:
+        a, b = places[0] * at_one, places[1] * at_two
+        value, normal = gap_and_normal(one, a, two, b)
+        if not abs(normal.dot(normal) - 1.0) < 1e-6:
+            # Where bodies touch, coal may lose the direction.
+            normal = a.translation - b.translation
+            normal = normal / max(float(np.linalg.norm(normal)), 1e-300)
+        return value, normal
+
+    return PairOfPieces(gap, (support_of(one.geometry, at_one), support_of(two.geometry, at_two)))
 
 
 def _in_joint(pieces: Solids) -> list[Polyhedron | None]:

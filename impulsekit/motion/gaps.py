@@ -13,6 +13,7 @@ from ..impact.reach import ReachedModel
 from ..robot import Robot
 from ..scene import Collision, Contact, JointStop, Scene
 from .points import Pair
+from .windows import Turning
 
 if TYPE_CHECKING:
     from .resting import RestingContact
@@ -108,7 +109,8 @@ class Gaps:
     Attributes:
         items: one by one.
         entries: (m,) the contact each belongs to.
-        rated: (m,) whether a gap comes with its rate; where not, only with a bound on it.
+        rated: (m,) whether a gap comes with its rate.
+        turning: how fast bodies turn.
     """
 
     def __init__(self, scene: Scene, reached: ReachedModel) -> None:
@@ -131,6 +133,7 @@ class Gaps:
                 self.items.append(CollidingGap(scene.robot, reached, entry, i))
         self.entries = np.array([item.entry for item in self.items], dtype=int)
         self.rated = np.array([item.has_rate for item in self.items], dtype=bool)
+        self.turning = Turning(reached.model)
         self._data: pin.Data | None = None
 
     @property
@@ -160,6 +163,21 @@ class Gaps:
             elif which is not None:
                 gaps[i] = item.distance(data)
         return gaps, rates
+
+    def move(self, q: np.ndarray, v: np.ndarray) -> None:
+        """Let ``data`` have the placements and velocities of a state."""
+        pin.forwardKinematics(self._model, self.data, q, v)
+
+    def pose(self, joint_id: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Of a joint's frame in ``data``, in world axes.
+
+        Returns:
+            (3, 3) its rotation, (3,) its origin [m], (3,) that one's velocity [m/s] and (3,) its
+            angular velocity [1/s].
+        """
+        place, motion = self.data.oMi[joint_id], self.data.v[joint_id]
+        turn = place.rotation.copy()
+        return turn, place.translation.copy(), turn.dot(motion.linear), turn.dot(motion.angular)
 
     def everything(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """As ``measure``, with the distances of colliding bodies."""

@@ -11,7 +11,7 @@ import numpy as np
 from ..geometry.features import BESIDE
 from .gaps import Gaps
 from .resting import Resting
-from .roots import PIECES, States, falling_root
+from .roots import States, falling_root
 
 __all__ = ["first_stop"]
 
@@ -64,7 +64,7 @@ def first_stop(
         below, inside = gaps.beyond_held(contacts, q, v)
         return np.concatenate([along, LIFTED - u[2::3], grows, inside + LEFT, [below - lowest]])
 
-    times = np.linspace(start, end, PIECES + 1).tolist()
+    times = gaps.turning.nodes(states, start, end)
     before = signs(times[0])
     for left, right in pairwise(times):
         after = signs(right)

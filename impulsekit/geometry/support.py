@@ -1,0 +1,104 @@
+"""How far convex shapes reach: their support functions h(m) = max of m·x over all x of the shape.
+
+Every shape is summed up (in Minkowski's sense) of corners that may carry discs, an ellipsoid and
+a ball, of which each has h in closed form (Ericson, Real-Time Collision Detection, 2005, ch. 9):
+
+    h(m) = max_k (p_k·m + r_k |m − (u·m) u|) + |E m| + ρ |m|
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+__all__ = ["Support", "support_of"]
+
+
+@dataclass(frozen=True, eq=False)
+class Support:
+    """The support function of a shape, in the frame of the body that it belongs to.
+
+    Attributes:
+        centre: (3,) a point about which ``h`` is measured [m].
+        points: (k, 3) corners, beside the centre [m].
+        discs: (k,) radius of the disc that each of them carries [m]; None without any.
+        axis: (3,) unit, of the discs.
+        ellipsoid: (3, 3) E; None without one.
+        ball: ρ [m].
+        reach: how far what turns with the body lies from its centre [m]; a ball about it doesn't.
+        radius: of a ball about the centre that holds the shape [m].
+    """
+
+    centre: np.ndarray
+    points: np.ndarray
+    ball: float
+    discs: np.ndarray | None = None
+    axis: np.ndarray | None = None
+    ellipsoid: np.ndarray | None = None
+    reach: float = field(init=False)
+    radius: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        far = np.sqrt(np.einsum("ij,ij->i", self.points, self.points))
+        if self.discs is not None:
+            far = far + self.discs
+        reach = float(far.max())
+        if self.ellipsoid is not None:
+            reach += float(np.linalg.norm(self.ellipsoid, 2))
+        object.__setattr__(self, "reach", reach)
+        object.__setattr__(self, "radius", reach + self.ball)
+
+    def about_centre(self, direction: np.ndarray) -> float:
+        """h [m] beside the centre, in a direction of any length in the frame of the body."""
+        far = self.points.dot(direction)
+        if self.discs is not None and self.axis is not None:
+            across = direction - self.axis.dot(direction) * self.axis
+            far = far + self.discs * np.sqrt(across.dot(across))
+        h = float(far.max())
+        if self.ellipsoid is not None:
+            turned = self.ellipsoid.dot(direction)
+            h += float(np.sqrt(turned.dot(turned)))
+        return h + self.ball * float(np.sqrt(direction.dot(direction))) if self.ball else h
+
+
+def support_of(shape: coal.CollisionGeometry, placement: pin.SE3) -> Support:
+    """The support function of a shape that stands somewhere on a body.
+
+    Of what is neither a polyhedron nor round in a known way it is that of the box about it.
+    """
+    turn, at = placement.rotation, placement.translation
+    round_by = float(shape.getSweptSphereRadius())
+    up = turn[:, 2].copy()
+    if isinstance(shape, coal.Sphere):
+        return Support(at.copy(), np.zeros((1, 3)), shape.radius + round_by)
+    if isinstance(shape, coal.Capsule):
+        return Support(
+            at.copy(), np.outer((-1.0, 1.0), shape.halfLength * up), shape.radius + round_by
+        )
+    if isinstance(shape, coal.Cylinder):
+        ends = np.outer((-1.0, 1.0), shape.halfLength * up)
+        return Support(at.copy(), ends, round_by, np.full(2, shape.radius), up)
+    if isinstance(shape, coal.Cone):
+        ends = np.outer((-1.0, 1.0), shape.halfLength * up)
+        return Support(at.copy(), ends, round_by, np.array([shape.radius, 0.0]), up)
+    if isinstance(shape, coal.Ellipsoid):
+        radii = np.array(shape.radii).reshape(3)
+        return Support(at.copy(), np.zeros((1, 3)), round_by, ellipsoid=radii[:, None] * turn.T)
+    if isinstance(shape, coal.ConvexBase):
+        corners = np.array([shape.point(i) for i in range(shape.num_points)]).reshape(-1, 3)
+    else:
+        if isinstance(shape, coal.Box):
+            half, middle = np.array(shape.halfSide).reshape(3), np.zeros(3)
+        else:
+            shape.computeLocalAABB()
+            low = np.array(shape.aabb_local.min_).reshape(3)
+            high = np.array(shape.aabb_local.max_).reshape(3)
+            half, middle = 0.5 * (high - low), 0.5 * (high + low)
+        signs = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+        corners = middle + np.array(signs) * half
+    centre = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+    points = (corners - centre).dot(turn.T)
+    return Support(turn.dot(centre) + at, points, round_by)

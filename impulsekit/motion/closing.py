@@ -1,0 +1,126 @@
+"""The first downward zero of a smooth gap: cubics between nodes, halved until they are sure.
+
+Between two nodes a gap is the cubic with its values and rates there, but for an error that
+shrinks by 16 as the piece is halved. A piece is left out where the cubic's Bernstein
+coefficients keep it above zero; where the gap surely falls, or bends one way only, its sign
+changes are known; else it is halved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .roots import falling_root
+
+__all__ = ["Node", "errors_of", "first_zero", "may_close"]
+
+# A gap that only dips this far below zero [m] was grazed.
+GRAZED = 1e-12
+# Of how much a cubic spans: so far it is off besides what its neighbours tell.
+MARGIN = 1e-3
+# The slope of a cubic is off by up to 3.2, its bend by 32 of its own error (Birkhoff & Priver
+# 1967), by piece. What neighbours tell is rounded up.
+OF_SLOPE, OF_BEND = 4.0, 32.0
+# Pieces are halved so often.
+HALVES = 40
+
+
+@dataclass(frozen=True)
+class Node:
+    """A gap [m] and its rate [m/s] at a time [s]."""
+
+    t: float
+    gap: float
+    rate: float
+
+
+def errors_of(times: np.ndarray, values: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """(k - 1, m) by how much cubics between even nodes may be off [m]; an even number of pieces.
+
+    The cubic over two pieces is held against the node in the middle; the error of one piece is a
+    sixteenth of what is seen there, and is taken four times as large.
+    """
+    double = times[2::2] - times[:-2:2]
+    middle = 0.5 * (values[:-2:2] + values[2::2])
+    middle += double[:, None] / 8.0 * (rates[:-2:2] - rates[2::2])
+    return np.repeat(0.25 * np.abs(values[1::2] - middle), 2, axis=0)
+
+
+def may_close(
+    times: np.ndarray, values: np.ndarray, rates: np.ndarray, errors: np.ndarray
+) -> np.ndarray:
+    """(k - 1, m) whether cubics between nodes may come to zero."""
+    step = np.diff(times)[:, None] / 3.0
+    left, right = values[:-1], values[1:]
+    bounds = np.array([left, left + step * rates[:-1], right - step * rates[1:], right])
+    lowest, highest = bounds.min(axis=0), bounds.max(axis=0)
+    return lowest <= MARGIN * (highest - lowest) + errors
+
+
+def first_zero(node: Callable[[float], Node], left: Node, right: Node, error: float) -> float:
+    """The first time at which a gap falls to zero in a piece; infinity where it does not.
+
+    Args:
+        node: the gap at a time.
+        left, right: at both ends.
+        error: of the cubic between them [m].
+    """
+    if left.gap <= 0.0 and (left.rate < 0.0 or (left.rate == 0.0 and right.gap < left.gap)):
+        return left.t
+    pieces = [(left, right, error, 0)]
+    while pieces:
+        a, b, error, halved = pieces.pop()
+        h = b.t - a.t
+        change = b.gap - a.gap
+        lowest = min(a.gap, a.gap + h * a.rate / 3.0, b.gap - h * b.rate / 3.0, b.gap)
+        if lowest > error or (lowest - error >= -GRAZED and b.gap >= 0.0):
+            continue
+        slopes = (h * a.rate, 3.0 * change - h * (a.rate + b.rate), h * b.rate)
+        bends = (
+            6.0 * change - h * (4.0 * a.rate + 2.0 * b.rate),
+            h * (2.0 * a.rate + 4.0 * b.rate) - 6.0 * change,
+        )
+        if halved < HALVES:
+            if min(slopes) >= OF_SLOPE * error:
+                continue
+            sure = (
+                max(slopes) <= -OF_SLOPE * error
+                or min(bends) >= OF_BEND * error
+                or max(bends) <= -OF_BEND * error
+            )
+            if not sure:
+                middle = node(0.5 * (a.t + b.t))
+                pieces.append((middle, b, error / 16.0, halved + 1))
+                pieces.append((a, middle, error / 16.0, halved + 1))
+                continue
+        t = _where(node, a, b)
+        if t < np.inf:
+            return t
+    return np.inf
+
+
+def _where(node: Callable[[float], Node], a: Node, b: Node) -> float:
+    """The zero in a piece in which the gap falls, or bends one way only."""
+
+    def gap(t: float) -> float:
+        return node(t).gap
+
+    if a.gap > 0.0 >= b.gap and b.gap < 0.0:
+        return falling_root(gap, a.t, b.t)
+    if a.rate < 0.0 < b.rate:
+        # It may have been below in between.
+        lowest = node(falling_root(lambda t: -node(t).rate, a.t, b.t))
+        if lowest.gap < -GRAZED:
+            return falling_root(gap, a.t, lowest.t) if a.gap > 0.0 else a.t
+        return np.inf
+    if a.rate > 0.0 > b.rate and b.gap < min(a.gap, 0.0):
+        # It starts at zero, or below it by rounding, and comes back.
+        highest = node(falling_root(lambda t: node(t).rate, a.t, b.t))
+        level = min(0.0, a.gap) if highest.gap <= 0.0 else 0.0
+        return falling_root(lambda t: gap(t) - level, highest.t, b.t)
+    if b.gap < min(a.gap, -GRAZED) and a.gap <= 0.0:
+        return a.t
+    return np.inf

@@ -1,0 +1,52 @@
+"""Pieces of a step in which nothing turns far: there motions are smooth between few nodes.
+
+Every point of a tree of bodies is a sum of arms that turn with their bodies, so what is seen of
+it in time has no part faster than the fastest body turns. Nodes at a quarter of a radian, or
+closer, tell all of it (Whittaker's and Shannon's sampling theorem asks for a turn and a half).
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pinocchio as pin
+
+from .roots import PIECES, States
+
+__all__ = ["Turning"]
+
+# No body turns further than this in a window [rad].
+TURN = 1.0
+
+
+class Turning:
+    """How fast the bodies of a tree turn at most."""
+
+    def __init__(self, model: pin.Model) -> None:
+        # The angular part of every entry of v keeps its size wherever the bodies are.
+        data = model.createData()
+        pin.computeJointJacobians(model, data, pin.neutral(model))
+        own = [np.zeros(model.nv)]
+        for i in range(1, model.njoints):
+            jacobian = pin.getJointJacobian(model, data, i, pin.LOCAL).reshape(6, -1)[3:]
+            own.append(np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian)))
+        self._speeds = np.unique(own, axis=0)
+
+    def windows(self, states: States, start: float, end: float) -> list[float]:
+        """The times at which windows of a step begin and end."""
+        middle = 0.5 * (start + end)
+        speeds = np.abs([states(t)[1] for t in (start, middle, end)])
+        turned = float(self._speeds.dot(speeds.max(axis=0)).max(initial=0.0)) * (end - start)
+        count = max(1, math.ceil(turned / TURN)) if math.isfinite(turned) else 1
+        return [*np.linspace(start, end, count + 1)[:-1].tolist(), end]
+
+    def nodes(self, states: States, start: float, end: float) -> list[float]:
+        """The times at which to look at a step."""
+        found = [_nodes(a, b) for a, b in pairwise(self.windows(states, start, end))]
+        return [t for nodes in found for t in nodes[:-1]] + [end]
+
+
+def _nodes(start: float, end: float) -> list[float]:
+    return [*np.linspace(start, end, PIECES + 1)[:-1].tolist(), end]
