@@ -30,6 +30,8 @@ APART = 1e-3
 TOLERANCE = 1e-12
 # For gaps alone a longer way [m] tells them better.
 WELL_APART = 1e-2
+# No distance is so large [m]: coal gives the largest number where it fails.
+NONSENSE = 1e100
 # How many points stand for the rim of a curved face.
 RIM_POINTS = 8
 
@@ -147,17 +149,27 @@ def _gap(
     """
     b = _transform(placement_b)
     gap, normal = _distance(shape_a, _transform(placement_a), shape_b, b)
-    if abs(gap) > WELL_APART / 2 or not abs(normal.dot(normal) - 1.0) < 1e-6:
+    if not _is_told(gap, normal):
+        # coal lost its way, as it does where shapes touch: from some way off it sees more.
+        normal = placement_b.translation - placement_a.translation
+        normal /= max(float(np.linalg.norm(normal)), 1e-300)
+    elif abs(gap) > WELL_APART / 2:
         return gap, normal
     for _ in range(2):
         shifted = placement_a.translation - WELL_APART * normal
         away = coal.Transform3s(placement_a.rotation, shifted)
         further, turned = _distance(shape_a, away, shape_b, b)
+        if not _is_told(further, turned):
+            break
         gap = further - WELL_APART * float(normal.dot(turned))
         if np.abs(turned - normal).max() < 1e-6:
             break
         normal = turned
     return gap, normal
+
+
+def _is_told(gap: float, normal: np.ndarray) -> bool:
+    return abs(gap) < NONSENSE and abs(normal.dot(normal) - 1.0) < 1e-6
 
 
 def _distance(
@@ -188,8 +200,11 @@ def _pair(
     if hits is None:
         return
     towards_b = np.array(hits.getContact(0).normal)
-    apart = coal.Transform3s(placement_a.rotation, placement_a.translation - APART * towards_b)
     depth = max(0.0, -float(hits.getContact(0).penetration_depth))
+    if not _is_told(depth, towards_b):
+        gap, towards_b = _gap(shape_a, placement_a, shape_b, placement_b)
+        depth = max(0.0, -gap)
+    apart = coal.Transform3s(placement_a.rotation, placement_a.translation - APART * towards_b)
     # Deep overlaps have a clear direction of their own, and would not come apart.
     if depth < APART / 2:
         again = _collide(shape_a, apart, shape_b, b, margin + 2.0 * APART)

@@ -1,28 +1,34 @@
 """When two bodies touch: conservative advancement with bounds of second order.
 
-While some plane keeps two convex bodies apart they do not touch. Take the plane across their
-shortest distance at a time t, with its normal n from the second to the first fixed in the world.
+While some plane keeps two convex bodies apart they do not touch. At a time t it lies across their
+shortest distance, its normal n from the second to the first; from there on it may turn, n + τ m.
 A point x of a body that moves with its centre c at u, and turns with ω, is after a time τ
 
-    x + τ (u + ω × (x − c)) + ∫∫ ẍ,    n·(x − c) + τ n·ω × (x − c) = (n + τ n × ω)·(x − c),
+    x + τ (u + ω × (x − c)) + ∫∫ ẍ,
 
-so the gap along n is, with the support functions h of both bodies and a bound on accelerations,
+so the gap along n + τ m is, with h the support functions of both bodies about their centres, d
+and w from the second centre to the first and how fast that grows, and bounds r on |x − c|,
 
-    s(τ) ≥ gap + τ n·(u₁ − u₂) − [h₁(−n − τ n × ω₁) − h₁(−n)] − [h₂(n + τ n × ω₂) − h₂(n)] − ½ a τ².
+    s(τ) ≥ gap + τ (n·w + m·d) − [h₁(−n − τ (m + n × ω₁)) − h₁(−n)]
+               − [h₂(n + τ (m + n × ω₂)) − h₂(n)] − τ² (½ a + |m| (|ω₁| r₁ + |ω₂| r₂) − m·w).
 
 The right side is concave: where it is not negative nothing has touched on the way. Time goes on
 by that much, and again from there (Mirtich & Canny 1995, who bound speeds only and so need very
-many steps where bodies move past each other).
+many steps where bodies move past each other). Of some m the one with the longest time is taken:
+a plane that stays, one that turns with either body, and one on which the edges or faces in it
+stay; with the last s falls as the gap itself does, be it of a corner over a face or of two edges.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
 
+from ..geometry.axes import cross
 from ..geometry.support import Support
 
 __all__ = ["BodyMotion", "PairOfPieces", "Sight", "first_touch", "may_meet"]
@@ -34,7 +40,14 @@ BETWEEN, MORE = 0.5, 0.05
 SURE = 0.01
 # A rate is told by a step that turns bodies so far [rad].
 TURN = 1e-7
+# Planes turn no further before the bodies are looked at again [rad].
+TURN_OF_PLANE = 0.2
+# Corners this near to a plane lie in it, as a part of how far they are from the centre.
+IN_PLANE = 1e-7
+# Edges that differ by less are one.
+FLAT = 1e-9
 EPS = float(np.finfo(float).eps)
+_NOT_AT_ALL = np.zeros(3)
 
 
 class BodyMotion:
@@ -171,6 +184,12 @@ class _Bound:
             for support, motion in zip(pair.supports, motions, strict=True)
             if support.reach and motion.angular.any()
         ]
+        # Of any point in any direction; and of what |ω| r both have together.
+        self.any_way = _largest(self._acceleration)
+        self.turning = 0.0
+        for reach, _, spin_up, fastest in self._turns:
+            self.turning += (1.0 + BETWEEN) * reach * fastest
+            self.any_way += (1.0 + BETWEEN) * reach * (fastest**2 + _largest(spin_up))
 
     def look(self, sight: Sight) -> _Look:
         """Both pieces at a time."""
@@ -188,60 +207,79 @@ class _Bound:
         return (1.0 + MORE) * total
 
 
-class _Look:
-    """Two pieces at one time, and a bound on their gap from then on."""
+class _Side:
+    """One of two pieces: how far it reaches towards the plane between them."""
 
-    def __init__(self, bound: _Bound, sight: Sight) -> None:
-        self.gap, normal = bound.pair.gap(sight.places)
-        self._speed = 0.0
-        self._turns = []
-        sides = zip(
-            (1.0, -1.0),
-            bound.pair.supports,
-            sight.places,
-            sight.linear,
-            sight.angular,
-            strict=True,
-        )
-        for sign, support, place, linear, angular in sides:
-            turn = place.rotation
-            arm = turn.dot(support.centre)
-            self._speed += sign * float(normal.dot(linear + np.cross(angular, arm)))
-            if support.reach and angular.any():
-                way = -sign * turn.T.dot(normal)
-                turning = -sign * turn.T.dot(np.cross(normal, angular))
-                if turning.any():
-                    self._turns.append((support, way, turning, support.about_centre(way)))
-        self._curve = 0.5 * bound.along(normal)
+    def __init__(
+        self,
+        sign: float,
+        support: Support,
+        place: pin.SE3,
+        linear: np.ndarray,
+        angular: np.ndarray,
+        normal: np.ndarray,
+    ) -> None:
+        self.sign, self.support, self.turn, self.angular = sign, support, place.rotation, angular
+        arm = self.turn.dot(support.centre)
+        self.centre = place.translation + arm
+        self.velocity = linear + cross(angular, arm)
+        self.way = -sign * self.turn.T.dot(normal)
+        self.before = support.about_centre(self.way)
+        # How the body turns beneath the plane.
+        self.slip = cross(normal, angular)
+
+    def edges(self) -> np.ndarray:
+        """(k, 3) of what lies in the plane: from one of its corners to the others, in the world."""
+        points = self.support.points
+        heights = points.dot(self.way)
+        there = points[heights >= heights.max() - IN_PLANE * self.support.reach]
+        return (there[1:] - there[0]).dot(self.turn.T)
+
+    def further(self, time: float, turning: np.ndarray) -> float:
+        """By how much it reaches further after a time when the plane turns by m + n × ω [m]."""
+        way = self.way - self.sign * time * turning
+        return self.support.about_centre(way) - self.before
+
+
+class _Plane:
+    """A plane between two pieces that turns; how wide the gap along its normal surely stays."""
+
+    def __init__(self, look: _Look, m: np.ndarray) -> None:
+        size = float(np.sqrt(m.dot(m)))
+        one, two = look.sides
+        w = one.velocity - two.velocity
+        self.speed = float(look.normal.dot(w) + m.dot(one.centre - two.centre))
+        self.longest = TURN_OF_PLANE / size if size > 0.0 else np.inf
+        self._curve = 0.5 * look.acceleration
+        if size > 0.0:
+            bound = look.bound
+            self._curve += 0.5 * TURN_OF_PLANE * bound.any_way + size * bound.turning
+            self._curve += max(0.0, -float(m.dot(w)))
+        turns = [(side, side.turn.T.dot(m + side.slip)) for side in look.sides]
+        self._turns = [(side, turning) for side, turning in turns if turning.any()]
 
     def rate(self) -> float:
         """How fast the gap opens [m/s]."""
         if not self._turns:
-            return self._speed
-        fastest = max(float(np.abs(turning).max()) for _, _, turning, _ in self._turns)
-        step = TURN / fastest
-        return self._speed - self._turned(step) / step
+            return self.speed
+        step = TURN / max(float(np.abs(turning).max()) for _, turning in self._turns)
+        return self.speed - self._turned(step) / step
 
     def sure(self, gap: float, longest: float) -> float:
         """A time [s], of at most ``longest``, for which the gap surely stays open."""
+        longest = min(longest, self.longest)
         if gap <= 0.0 or longest <= 0.0:
             return 0.0
-        if self._after(gap, longest) >= 0.0:
+        low, value_low, high, value_high = 0.0, gap, longest, self._after(gap, longest)
+        if value_high >= 0.0:
             return longest
-        low, value_low, high = 0.0, gap, longest
-        value_high = self._after(gap, high)
-        for _ in range(60):
+        for k in range(120):
             # Of a concave function the chord lies below it, so its zero is sure;
             # halves let the other end follow.
-            t = low + (high - low) * value_low / (value_low - value_high)
-            value = self._after(gap, t)
-            if value >= 0.0:
-                low, value_low = t, value
+            if k % 2 == 0:
+                t = low + (high - low) * value_low / (value_low - value_high)
             else:
-                high, value_high = t, value
-            if high - low <= SURE * low:
-                break
-            t = min(0.5 * (low + high), 4.0 * low) if low > 0.0 else 0.5 * high
+                t = min(0.5 * (low + high), 4.0 * low) if low > 0.0 else 0.5 * high
             value = self._after(gap, t)
             if value >= 0.0:
                 low, value_low = t, value
@@ -252,14 +290,58 @@ class _Look:
         return low
 
     def _turned(self, time: float) -> float:
-        """By how much the bodies reach further along the normal as they turn [m]."""
-        return sum(
-            support.about_centre(way + time * turning) - before
-            for support, way, turning, before in self._turns
-        )
+        """By how much both reach further along the normal [m]."""
+        return sum(side.further(time, turning) for side, turning in self._turns)
 
     def _after(self, gap: float, time: float) -> float:
-        return gap + time * self._speed - self._turned(time) - self._curve * time * time
+        return gap + time * self.speed - self._turned(time) - self._curve * time * time
+
+
+class _Look:
+    """Two pieces at one time, and a bound on their gap from then on."""
+
+    def __init__(self, bound: _Bound, sight: Sight) -> None:
+        self.bound = bound
+        self.gap, self.normal = bound.pair.gap(sight.places)
+        self.acceleration = bound.along(self.normal)
+        supports = bound.pair.supports
+        seen = zip(supports, sight.places, sight.linear, sight.angular, strict=True)
+        self.sides = [
+            _Side(sign, *own, self.normal) for sign, own in zip((1.0, -1.0), seen, strict=True)
+        ]
+
+    def rate(self) -> float:
+        """How fast the gap opens [m/s]."""
+        return max(plane.rate() for plane in self._planes)
+
+    def sure(self, gap: float, longest: float) -> float:
+        """A time [s], of at most ``longest``, for which the gap surely stays open."""
+        best = 0.0
+        for plane in self._planes:
+            best = max(best, plane.sure(gap, longest))
+            if best >= longest:
+                break
+        return best
+
+    @cached_property
+    def _planes(self) -> list[_Plane]:
+        """Planes that stay or turn; the first does not."""
+        still = _Plane(self, _NOT_AT_ALL)
+        slips = [side.slip for side in self.sides if side.support.reach]
+        if not any(slip.any() for slip in slips):
+            return [still]
+        return [still, _Plane(self, self._following()), *(_Plane(self, -slip) for slip in slips)]
+
+    def _following(self) -> np.ndarray:
+        """(3,) m of a plane on which the edges in it stay: m·e = −(n × ω)·e of each."""
+        edges = [side.edges() for side in self.sides]
+        rows = np.concatenate(edges)
+        if not len(rows):
+            return _NOT_AT_ALL
+        wanted = [-own.dot(side.slip) for own, side in zip(edges, self.sides, strict=True)]
+        # Across the normal only.
+        rows = rows - np.outer(rows.dot(self.normal), self.normal)
+        return np.linalg.lstsq(rows, np.concatenate(wanted), rcond=FLAT)[0]
 
 
 def _largest(vectors: np.ndarray) -> float:
