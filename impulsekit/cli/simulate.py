@@ -20,6 +20,14 @@ __all__ = ["simulate"]
 @click.option("--output", "-o", type=click.Path(), help="Write the motion to an npz file.")
 @click.option("--duration", "-t", type=float, help="Seconds, instead of the file's.")
 @click.option("--samples", "-n", type=int, help="How many states are kept, instead of the file's.")
+@click.option("--max-step", type=float, help="No step is longer [s], instead of the file's.")
+@click.option(
+    "--stop-time",
+    "stop_times",
+    type=float,
+    multiple=True,
+    help="A time at which a step ends [s], where a force jumps or begins; may be repeated.",
+)
 @click.option(
     "--plot", type=click.Path(), help="Draw energy and momentum over time (PNG, SVG, PDF)."
 )
@@ -32,6 +40,8 @@ def simulate(
     output: str | None,
     duration: float | None,
     samples: int | None,
+    max_step: float | None,
+    stop_times: tuple[float, ...],
     plot: str | None,
     html: str | None,
     quiet: bool,
@@ -44,7 +54,12 @@ def simulate(
 
     check_outputs(output, html, picture=plot)
     scene_file = load_scene(file)
-    given = {"duration": duration, "samples": samples}
+    given = {
+        "duration": duration,
+        "samples": samples,
+        "max_step": max_step,
+        "stop_times": stop_times or None,
+    }
     settings = scene_file.motion or MotionSettings()
     settings = settings.changed(**{k: x for k, x in given.items() if x is not None})
     with _Bar(settings.duration, quiet=quiet) as progress:

@@ -32,6 +32,7 @@ class Dynamics:
 
     Attributes:
         model: the robot's, with the scene's gravity and frames of its own.
+        forces: what acts besides weight, constraints and contacts.
         held: the bilateral constraints; None without any.
         gaps: the distances of the contacts; None without any.
         resting: the contacts that rest now.
@@ -43,7 +44,7 @@ class Dynamics:
         reached = reached_model(robot.model, range(1, robot.model.njoints), keep_places=True)
         self.model = reached.model
         self.model.gravity.linear = np.array(scene.gravity)
-        self._forces = ForceField(scene)
+        self.forces = ForceField(scene)
         self.held = HeldRows(scene, reached) if scene.constraints else None
         self.gaps = Gaps(scene, reached) if scene.contacts else None
         # Frames for points are there now: from here on data may be made.
@@ -58,7 +59,7 @@ class Dynamics:
         self.resting = Resting(scene)
         # Free flight under constant torques needs nothing but one call.
         free = self.held is None and not mimic
-        self._torque = self._forces.constant_torque if free else None
+        self._torque = self.forces.constant_torque if free else None
         self.evaluations = 0
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -73,10 +74,10 @@ class Dynamics:
             return _aba(self.model, self._data, q, v, self._torque)
         if self.held is not None or self.resting.contacts or self._no_aba:
             return self._with_rows(t, q, v)
-        torque = self._forces.torque(t, q, v)
-        if self._forces.on_bodies:
+        torque = self.forces.torque(t, q, v)
+        if self.forces.on_bodies:
             pin.forwardKinematics(self.model, self._moving, q, v)
-            wrenches = self._forces.wrenches(t, self._moving)
+            wrenches = self.forces.wrenches(t, self._moving)
             return _aba(self.model, self._data, q, v, torque, wrenches)
         return _aba(self.model, self._data, q, v, torque)
 
@@ -113,9 +114,9 @@ class Dynamics:
     def _with_rows(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         model, data, moving = self.model, self._data, self._moving
         pin.forwardKinematics(model, moving, q, v, self._zero)
-        load = self._forces.torque(t, q, v)
-        if self._forces.on_bodies:
-            load = load - pin.rnea(model, data, q, v, self._zero, self._forces.wrenches(t, moving))
+        load = self.forces.torque(t, q, v)
+        if self.forces.on_bodies:
+            load = load - pin.rnea(model, data, q, v, self._zero, self.forces.wrenches(t, moving))
         else:
             load = load - pin.rnea(model, data, q, v, self._zero)
         if not np.isfinite(load).all():

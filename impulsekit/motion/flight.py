@@ -14,6 +14,7 @@ from .present import Present, Stopped
 from .rest_law import RestNotSolved
 from .status import MotionStatus
 from .steppers import Dense, stepper_of
+from .watching import ForceWatch
 
 __all__ = ["Flight", "Step"]
 
@@ -54,12 +55,13 @@ class Flight:
         settings = present.settings
         self._present = present
         self._chart = Chart(present.model)
+        self._watch = ForceWatch(present.dynamics.forces, settings)
+        self._until = settings.duration
         self.path = Path(present.model)
         self.steps = 0
         self._stepper = stepper_of(
             settings.method,
             self._rates,
-            settings.duration,
             settings.rtol,
             settings.atol,
             settings.step,
@@ -73,8 +75,14 @@ class Flight:
         """
         now = self._present
         x = self._chart.centred(now.q)
+        self._until = self._watch.begin(now.t)
         with now.told():
-            self._stepper.reset(now.t, np.concatenate([x, now.v]), first)
+            self._stepper.reset(now.t, np.concatenate([x, now.v]), first, self._until)
+
+    @property
+    def is_at_stop(self) -> bool:
+        """Whether the present time is one at which a step had to end."""
+        return self._watch.is_stop(self._present.t)
 
     def drifted(self) -> None:
         """Go on from the present state, from which drift was taken out."""
@@ -102,18 +110,27 @@ class Flight:
         """
         now, chart, stepper = self._present, self._chart, self._stepper
         speed = chart.turning_speed(now.v)
-        longest = LONGEST_TURN / speed if speed > 0.0 else math.inf
-        with now.told():
-            dense = self._tried(longest)
+        longest = math.inf if now.settings.max_step is None else now.settings.max_step
+        if speed > 0.0:
+            longest = min(longest, LONGEST_TURN / speed)
+        nv, y = now.model.nv, stepper.y.copy()
+        while True:
+            with now.told():
+                dense = self._tried(longest)
+            if not np.isfinite(stepper.y).all():
+                raise Stopped(MotionStatus.NOT_FINITE)
+
+            def states(t: float, dense: Dense = dense) -> tuple[np.ndarray, np.ndarray]:
+                y = dense(t)
+                return chart.configuration(y[:nv]), y[nv:]
+
+            shorter = self._watch.shorter(now.t, stepper.t, states)
+            if shorter is None:
+                break
+            longest = shorter
+            with now.told():
+                stepper.reset(now.t, y, longest, self._until)
         self.steps += 1
-        if not np.isfinite(stepper.y).all():
-            raise Stopped(MotionStatus.NOT_FINITE)
-        nv = now.model.nv
-
-        def states(t: float) -> tuple[np.ndarray, np.ndarray]:
-            y = dense(t)
-            return chart.configuration(y[:nv]), y[nv:]
-
         return Step(now.t, stepper.t, chart.reference, dense, states)
 
     def _tried(self, longest: float) -> Dense:
@@ -128,7 +145,7 @@ class Flight:
                 return stepper.step(longest)
             except RestNotSolved:
                 longest = SHORTER * min(longest, LONG)
-                stepper.reset(t, y, longest)
+                stepper.reset(t, y, longest, self._until)
         return stepper.step(longest)
 
     def take(self, step: Step) -> None:
@@ -162,5 +179,5 @@ class Flight:
         q = self._chart.configuration(x)
         rates = np.empty(2 * nv)
         rates[:nv] = self._chart.rate(x, q, v)
-        rates[nv:] = self._present.dynamics.acceleration(t, q, v)
+        rates[nv:] = self._present.dynamics.acceleration(self._watch.within(t), q, v)
         return rates

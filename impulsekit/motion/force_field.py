@@ -32,6 +32,7 @@ class ForceField:
         self._constant = np.zeros(self._model.nv)
         self._springs = [_SpringInJoint(robot, f) for f in scene.forces if type(f) is JointSpring]
         self._controlled: list[Callable[[float, np.ndarray, np.ndarray], tuple[slice, Any]]] = []
+        self._functions: list[Callable[[float, np.ndarray, np.ndarray], tuple[slice, Any]]] = []
         for i, force in enumerate(scene.forces):
             if isinstance(force, Actuator):
                 self._add_actuator(robot, force, scene.entry_names("forces")[i])
@@ -87,6 +88,20 @@ class ForceField:
         return sum(energies) + sum(spring.energy(data) for spring in self._points)
 
     @property
+    def has_functions(self) -> bool:
+        """Whether some force is a function that a user gave."""
+        return bool(self._functions) or any(not force.is_constant for force in self._applied)
+
+    def given(self, t: float, q: np.ndarray, v: np.ndarray) -> list[np.ndarray]:
+        """What the users' functions give: torques, forces and couples, each by itself."""
+        values = [np.asarray(function(t, q, v)[1]) for function in self._functions]
+        for force in self._applied:
+            if not force.is_constant:
+                both = force.force_at(t)
+                values += [both[:3], both[3:]]
+        return values
+
+    @property
     def has_springs(self) -> bool:
         """Whether some force stores energy."""
         return bool(self._springs or self._points)
@@ -103,7 +118,8 @@ class ForceField:
             )
             self._controlled.append(_pd(spring, rows, torque))
         elif callable(torque):
-            self._controlled.append(_function(torque, rows, joint.nv, name))
+            self._functions.append(_function(torque, rows, joint.nv, name))
+            self._controlled.append(self._functions[-1])
 
 
 def _pd(spring: _SpringInJoint, rows: slice, law: PD) -> Callable:
@@ -212,12 +228,17 @@ class _OnPoint:
         self._force, self._name = force, name
         self._point = _Point(robot, force.frame, force.at)
         self.joint_ids = (self._point.joint_id,)
+        self.is_constant = force.is_constant
         self._constant = force.force_at(0.0) if force.is_constant else None
 
+    def force_at(self, t: float) -> np.ndarray:
+        """(6,) force before couple at a time [s], in the axes of the entry."""
+        if self._constant is not None:
+            return self._constant
+        return self._force.force_at(t, self._name)
+
     def add(self, wrenches: pin.StdVec_Force, t: float, data: pin.Data) -> None:
-        given = self._constant
-        if given is None:
-            given = self._force.force_at(t, self._name)
+        given = self.force_at(t)
         point = self._point
         if self._force.axes == "world":
             rotation = data.oMi[point.joint_id].rotation.dot(point.placement.rotation)

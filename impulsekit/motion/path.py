@@ -11,11 +11,23 @@ import pinocchio as pin
 
 from .chart import Chart
 
-__all__ = ["Path"]
+__all__ = ["NODES", "Path", "interpolated"]
 
 # DOP853's dense output has degree 7, the others less: eight values hold each of them.
 NODES = 0.5 * (1.0 - np.cos(np.pi * np.arange(8) / 7.0))
 _WEIGHTS = np.array([0.5, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -0.5])
+
+
+def interpolated(parts: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """(m, k) the polynomial through values (8, k) at ``NODES``, at other parts (m,) of a step.
+
+    Barycentric (Berrut & Trefethen 2004).
+    """
+    differences = parts[:, None] - NODES
+    hits = np.abs(differences) < 1e-14
+    weights = _WEIGHTS / np.where(hits, 1.0, differences)
+    weights = np.where(hits.any(axis=1)[:, None], hits.astype(float), weights)
+    return weights.dot(values) / weights.sum(axis=1)[:, None]
 
 
 @dataclass(frozen=True, eq=False)

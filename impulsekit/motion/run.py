@@ -131,7 +131,14 @@ class Run:
         if self._happens(step):
             return
         flight.take(step)
-        if now.resting.contacts:
+        if flight.is_at_stop:
+            # What acts may jump here: nothing of the step before is of use.
+            if now.resting.contacts:
+                settle(now)
+            elif now.held is not None:
+                take_out_drift(now, [])
+            flight.restart()
+        elif now.resting.contacts:
             if settle(now):
                 flight.restart()
             else:

@@ -44,6 +44,14 @@ def simulate(
     small ones, a thousandth of their radius), or points into planes and stops by 1e-4 m or
     rad, ends the motion with the status ``PENETRATION``.
 
+    Functions of time among the forces are looked at 2000 times in a motion, so that a pulse
+    that lasts a thousandth of it is not stepped over. For shorter ones, and where a force jumps,
+    give ``stop_times``, at which a step ends and the next begins, or ``max_step``.
+
+    Where friction jams what slides at rest (Painlevé), no finite force holds it: an impact
+    without collision stops it, ``impacts`` lists it with ``PAINLEVE_JAM``. An impact that is not
+    valid (``Impact.is_valid``) ends the motion with ``IMPACT_NOT_VALID``; ``detail`` says more.
+
     Args:
         scene: what strikes, holds, touches and moves the robot.
         q: (nq,) configuration at the start.
@@ -60,7 +68,8 @@ def simulate(
 
     Raises:
         ShapeError, NotFiniteError, StateError: what is wrong with q or v.
-        RangeError: a duration or setting outside its range.
+        RangeError, NotFiniteError: a duration or setting outside its range.
+        CallbackError, ShapeError, NotFiniteError, RangeError: what a function of an entry gave.
         InputError: a contact that is penetrated at the start.
         SingularMassError: a joint moves no inertia at the start.
         ContradictionError: constraints that cannot hold together at the start.

@@ -43,31 +43,32 @@ class Stepper(Protocol):
     def step(self, longest: float) -> Dense:
         """One step of at most ``longest`` [s]; its dense output, on [t before, t after]."""
 
-    def reset(self, t: float, y: np.ndarray, first: float | None) -> None:
-        """Go on from elsewhere. ``first``: the length to try first [s], None to choose."""
+    def reset(self, t: float, y: np.ndarray, first: float | None, end: float) -> None:
+        """Go on from elsewhere, to ``end`` [s] at most.
+
+        ``first`` is the length to try first [s], None to choose.
+        """
 
     def moved(self, y: np.ndarray, f: np.ndarray) -> None:
         """Go on from the same time, with y and f put into another chart or slightly moved."""
 
 
-def stepper_of(
-    method: str, rhs: Rhs, end: float, rtol: float, atol: float, step: float | None
-) -> Stepper:
+def stepper_of(method: str, rhs: Rhs, rtol: float, atol: float, step: float | None) -> Stepper:
     """The stepper for a method's name; ``step`` for those with a fixed one [s]."""
     if method in ("rk4", "semi-implicit"):
-        return FixedStepper(rhs, end, method, 1e-3 if step is None else step)
-    return ScipyStepper(rhs, end, method, rtol, atol)
+        return FixedStepper(rhs, method, 1e-3 if step is None else step)
+    return ScipyStepper(rhs, method, rtol, atol)
 
 
 class ScipyStepper:
     """DOP853 (Dormand & Prince, order 8) or Radau IIA (order 5), as scipy has them."""
 
-    def __init__(self, rhs: Rhs, end: float, method: str, rtol: float, atol: float) -> None:
+    def __init__(self, rhs: Rhs, method: str, rtol: float, atol: float) -> None:
         from scipy.integrate import DOP853, Radau
 
         self._explicit = method == "dop853"
         self._kind: Any = DOP853 if self._explicit else Radau
-        self._rhs, self._end = rhs, end
+        self._rhs, self._end = rhs, 0.0
         self._options: dict[str, Any] = {"rtol": rtol, "atol": atol}
         if not self._explicit:
             self._options["jac"] = self._slope
@@ -91,9 +92,9 @@ class ScipyStepper:
         """(2 nv,) the rates there."""
         return self._solver.f
 
-    def reset(self, t: float, y: np.ndarray, first: float | None) -> None:
+    def reset(self, t: float, y: np.ndarray, first: float | None, end: float) -> None:
         """Go on from elsewhere."""
-        self._last_slope = None
+        self._last_slope, self._end = None, end
         self._start(t, y, first)
 
     def moved(self, y: np.ndarray, f: np.ndarray) -> None:
@@ -139,13 +140,14 @@ class ScipyStepper:
 class FixedStepper:
     """Baselines: the classical fourth-order method, and semi-implicit Euler of first order."""
 
-    def __init__(self, rhs: Rhs, end: float, method: str, step: float) -> None:
-        self._rhs, self._end, self._step = rhs, end, step
+    def __init__(self, rhs: Rhs, method: str, step: float) -> None:
+        self._rhs, self._end, self._step = rhs, 0.0, step
         self._advance = _rk4 if method == "rk4" else _semi_implicit
         self.t, self.y, self.f = 0.0, np.empty(0), np.empty(0)
 
-    def reset(self, t: float, y: np.ndarray, first: float | None) -> None:
+    def reset(self, t: float, y: np.ndarray, first: float | None, end: float) -> None:
         """Go on from elsewhere."""
+        self._end = end
         self.t, self.y, self.f = t, y, self._rhs(t, y)
 
     def moved(self, y: np.ndarray, f: np.ndarray) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +12,8 @@ from .numbers import number
 
 __all__ = ["MotionSettings"]
 
+# Of all motions [s].
+LONGEST = 1e9
 METHODS = ("dop853", "radau", "rk4", "semi-implicit")
 
 
@@ -29,6 +32,10 @@ class MotionSettings:
             the default a ball with e = 0.9 comes to rest within 1e-6 s of its true time.
             Slip slower than this keeps the direction in which it began; where slip begins,
             friction opposes its acceleration until it is 100 times as fast.
+        max_step: no step is longer than this [s]; None for no limit but accuracy. Short forces
+            need it where they act for less than a thousandth of ``duration``.
+        stop_times: times at which a step ends and a new one begins [s], such as those at which
+            a force jumps or begins to act; those past ``duration`` are of no matter.
         together: contacts that close within this of the first close with it [s].
         max_impacts, max_steps: after so many the motion is stopped with a status.
 
@@ -46,6 +53,8 @@ class MotionSettings:
     rtol: float = 1e-10
     atol: float = 1e-12
     step: float = 1e-3
+    max_step: float | None = None
+    stop_times: tuple[float, ...] = ()
     capture_speed: float = 1e-7
     together: float = 1e-9
     max_impacts: int = 10_000
@@ -54,10 +63,11 @@ class MotionSettings:
     def __post_init__(self) -> None:
         set_field = object.__setattr__
         for name, least, most, allowed in (
-            ("duration", 0.0, 1e9, "0 to 1e9 s"),
+            ("duration", 0.0, LONGEST, "0 to 1e9 s"),
             ("rtol", 1e-13, 0.1, "1e-13 to 0.1"),
             ("atol", 1e-300, 1.0, "above 0, up to 1"),
             ("step", 1e-9, 1e3, "1e-9 to 1e3 s"),
+            ("max_step", 1e-9, 1e9, "1e-9 to 1e9 s, or None"),
             ("capture_speed", 0.0, 1e3, "0 to 1e3 m/s"),
             ("together", 0.0, 1e-3, "0 to 1e-3 s"),
             ("samples", 1, 10_000_000, "1 to 10 million"),
@@ -66,6 +76,8 @@ class MotionSettings:
         ):
             what = f"motion: {name}"
             given = getattr(self, name)
+            if name == "max_step" and given is None:
+                continue
             value = number(given, what)
             if not least <= value <= most:
                 raise RangeError.of(what, given, allowed)
@@ -75,7 +87,8 @@ class MotionSettings:
                 set_field(self, name, int(value))
             else:
                 set_field(self, name, value)
-        if self.method not in METHODS:
+        set_field(self, "stop_times", _times(self.stop_times))
+        if not isinstance(self.method, str) or self.method not in METHODS:
             wanted = ", ".join(f'"{method}"' for method in METHODS)
             raise RangeError.of("motion: method", quoted(self.method), wanted)
 
@@ -93,3 +106,15 @@ class MotionSettings:
             return dataclasses.replace(self, **changes)
         except TypeError as error:
             raise InputError(str(error)) from None
+
+
+def _times(given: Any) -> tuple[float, ...]:
+    """Times as numbers, in order."""
+    what = "motion: stop_times"
+    if isinstance(given, str | bytes | dict) or not isinstance(given, Iterable):
+        raise InputError(f"{what} is {quoted(given)}, a list of times is wanted", what=what)
+    times = sorted({number(t, f"{what}[{i}]") for i, t in enumerate(given)})
+    for t in times:
+        if not 0.0 <= t <= LONGEST:
+            raise RangeError.of(what, t, "0 to 1e9 s")
+    return tuple(times)
