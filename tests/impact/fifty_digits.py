@@ -118,7 +118,7 @@ class PreciseImpact:
         rows = np.concatenate(rows)
         e, mu, e_t = self._coefficients(rows, v, len(bilateral), de, dmu)
         law = self.scene.law
-        if law.order == "sequential" and len(self.touching) > 1:
+        if law.order == "sequential":
             start = (masses, bilateral, impulse, v, demands.target)
             p, after = self._sequence(*start, rows[len(bilateral) :], e, mu, e_t)
         elif law.restitution == "newton":
@@ -264,7 +264,7 @@ class PreciseImpact:
         return shift
 
     def _sequence(self, masses, bilateral, impulse, v, target, rows, e, mu, e_t):
-        """p (r,) and v after of single hits, the fastest approach first."""
+        """p (r,) and v after of single hits, the largest |u_n|/√W_nn first."""
         numbers, count = self.numbers, len(bilateral)
         p = numbers.zeros(count + len(rows))
         still = numbers.zeros(0)
@@ -273,11 +273,15 @@ class PreciseImpact:
         )
         p[:count] += share
         scale = float(max(abs(x) for x in rows @ v))
+        both = np.concatenate([bilateral, rows[2::3]])
+        W = (both @ numbers.solve_symmetric(masses, both.T.copy(), _fail)).astype(float)
+        A, B = W[:count, :count], W[:count, count:]
+        weights = np.diag(W[count:, count:] - (B.T @ np.linalg.solve(A, B) if count else 0.0))
         for _ in range(1000):
             normals = (rows[2::3] @ v).astype(float)
-            i = int(normals.argmin())
-            if normals[i] > -1e-10 * scale:
+            if normals.min() > -1e-10 * scale:
                 return p, v
+            i = int((normals / np.sqrt(weights)).argmin())
             own = rows[3 * i : 3 * i + 3]
             both = np.concatenate([bilateral, own])
             for part, change in self._single(masses, both, own, v, count, e[i], mu[i], e_t[i]):

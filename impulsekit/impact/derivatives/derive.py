@@ -76,7 +76,7 @@ def derivatives(impact: Impact) -> Derivatives:
     outcome = impact.outcome
     if outcome is None or not (outcome.touches or len(outcome.constraint_impulses)):
         return of_known_blows(impact, workspace)
-    if len(outcome.touches) == 1 and workspace.is_newton and not workspace.bilateral:
+    if len(outcome.touches) == 1 and workspace.is_newton and not _acts_before(impact):
         found = of_one_contact(
             impact,
             workspace,
@@ -86,6 +86,17 @@ def derivatives(impact: Impact) -> Derivatives:
         if found is not None:
             return found
     return _Derivation(impact, workspace, outcome).result()
+
+
+def _acts_before(impact: Impact) -> bool:
+    """Whether something changes the velocity before a sequence of hits begins.
+
+    Then even one contact has two laws: e of its approach before the impact where all acts
+    together, and of its approach behind the blow where it is hit after it.
+    """
+    scene = impact.scene
+    struck = scene.law.order == "sequential" and bool(scene.impulses)
+    return struck or bool(scene.constraints)
 
 
 class _Derivation:
@@ -154,12 +165,12 @@ class _Derivation:
 
     def _stages(self) -> list[LinearStage]:
         v, after, law = self.v, self.after, self.scene.law
-        several = len(self.touching) > 1
+        in_turn = len(self.touching) > 1 or _acts_before(self.impact)
         # Without friction the path of slip is of no matter, but for the work on the way.
         along = law.slip == "path" and (
             law.restitution == "stronge" or any(point.coefficients.mu for point in self.touching)
         )
-        if self.touching and (along or (law.order == "sequential" and several)):
+        if self.touching and (along or (law.order == "sequential" and in_turn)):
             return self._hit_stages(along)
         if not self.touching or law.restitution == "newton":
             return [self._stage(v, after, self.multipliers, self.impulses)]
