@@ -14,8 +14,9 @@ from .response import Response, unit_vector
 
 __all__ = ["ImpactEllipsoid", "effective_mass", "impact_ellipsoid"]
 
-# Mobility this far below the largest is rounding: nothing moves there.
-IMMOBILE = 1e-13
+# Mobility this far below that of the robot when nothing holds it is rounding of what cancels:
+# a point held fast leaves some 1e-16 times its condition, what moves at all rarely below 1e-9.
+IMMOBILE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +32,7 @@ class ImpactEllipsoid:
         mobility: (3, 3) G, world axes [1/kg], read-only.
         axes: (3, 3) unit columns, the heaviest direction first, read-only.
         masses: (3,) the effective mass along each [kg], infinite where nothing moves.
+        immobile: the mobility up to which nothing moves [1/kg].
     """
 
     frame: str
@@ -39,6 +41,7 @@ class ImpactEllipsoid:
     mobility: np.ndarray
     axes: np.ndarray
     masses: np.ndarray
+    immobile: float = 0.0
 
     def effective_mass(self, direction: Any) -> float:
         """1/(n·G n) along a direction in world axes [kg].
@@ -48,9 +51,7 @@ class ImpactEllipsoid:
         """
         n = unit_vector(direction, "direction")
         mobility = float(n @ self.mobility @ n)
-        if mobility <= IMMOBILE * max(float(np.trace(self.mobility)), 1e-300):
-            return math.inf
-        return 1.0 / mobility
+        return math.inf if mobility <= self.immobile else 1.0 / mobility
 
 
 def impact_ellipsoid(
@@ -76,17 +77,18 @@ def impact_ellipsoid(
     """
     response = Response(scene, q)
     jacobian = response.point_jacobian(frame, at)
-    mobility = jacobian @ response.mobility @ jacobian.T
+    mobility, loose = response.point_mobility(jacobian)
     mobility = 0.5 * (mobility + mobility.T)
     values, axes = np.linalg.eigh(mobility)
-    live = values > IMMOBILE * max(values[-1], 1e-300)
+    immobile = IMMOBILE * float(np.trace(loose))
+    live = values > immobile
     masses = np.where(live, 1.0 / np.where(live, values, 1.0), math.inf)
     place = response.mechanics.frame_placement(frame).act(np.array(at, dtype=float))
     arrays = place, mobility, axes, masses
     for array in arrays:
         array.setflags(write=False)
     x, y, z = (float(entry) for entry in at)
-    return ImpactEllipsoid(frame, (x, y, z), *arrays)
+    return ImpactEllipsoid(frame, (x, y, z), *arrays, immobile)
 
 
 def effective_mass(

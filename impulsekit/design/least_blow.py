@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import NotFiniteError, ShapeError
+from ..errors import InputError, NotFiniteError, ShapeError
 from ..robot import Robot
 from ..scene import AppliedImpulse, Scene
+from .ellipsoid import IMMOBILE
 from .response import Response
 
 __all__ = ["LeastBlow", "least_blow"]
@@ -42,10 +43,11 @@ class LeastBlow:
 def least_blow(
     scene: Scene | Robot,
     q: Any,
-    wanted: Any,
-    frame: str,
+    wanted_velocity: Any = None,
+    frame: str = "",
     at: Any = (0.0, 0.0, 0.0),
     *,
+    wanted_dv: Any = None,
     of: str | None = None,
     of_at: Any = (0.0, 0.0, 0.0),
 ) -> LeastBlow:
@@ -53,12 +55,15 @@ def least_blow(
 
     Args:
         scene, q: the robot, or a scene whose constraints hold it, at a configuration.
-        wanted: (3,) Δ of a point's velocity in world axes [m/s], or (nv,) Δv.
+        wanted_velocity: (3,) change of a point's velocity in world axes [m/s].
         frame, at: the point that is struck [m].
+        wanted_dv: (nv,) Δv, in place of ``wanted_velocity``.
         of, of_at: the point whose velocity is meant; the struck one unless given.
 
     Raises:
-        ShapeError, NotFiniteError, UnknownNameError, StateError, InputError.
+        ShapeError, NotFiniteError, UnknownNameError, StateError.
+        InputError: both or none of the two are wanted; or the struck point, or the point
+            whose velocity is meant, cannot move.
 
     Example:
         >>> from impulsekit import Robot
@@ -69,19 +74,32 @@ def least_blow(
         True
     """
     response = Response(scene, q)
-    target = np.array(wanted, dtype=float)
-    nv = response.robot.nv
-    if target.shape not in ((3,), (nv,)):
-        raise ShapeError.of("wanted", (3,), target.shape)
+    by_point = wanted_velocity is not None
+    if by_point == (wanted_dv is not None):
+        raise InputError(
+            "least_blow needs wanted_velocity=, the change of a point's velocity, or wanted_dv=, "
+            "that of all generalized velocities, and not both"
+        )
+    if of is not None and not by_point:
+        raise InputError("least_blow: of= names the point of a wanted_velocity=, not of wanted_dv=")
+    name = "wanted_velocity" if by_point else "wanted_dv"
+    target = _numbers(name, wanted_velocity if by_point else wanted_dv)
+    shape = (3,) if by_point else (response.robot.nv,)
+    if target.shape != shape:
+        raise ShapeError.of(name, shape, target.shape)
     if not np.isfinite(target).all():
-        raise NotFiniteError.of("wanted", "an entry", "not finite")
+        raise NotFiniteError.of(name, "an entry", "not finite")
     struck = response.point_jacobian(frame, at)
+    _refuse_immobile(response, struck, frame, at)
     by_blow = response.mobility @ struck.T
-    if target.shape == (nv,) and (nv != 3 or of is None):
+    if not by_point:
         effect = by_blow
         weights = np.sqrt(np.diagonal(response.mechanics.mass_matrix))
     else:
-        rows = struck if of is None else response.point_jacobian(of, of_at)
+        rows = struck
+        if of is not None:
+            rows = response.point_jacobian(of, of_at)
+            _refuse_immobile(response, rows, of, of_at)
         effect = rows @ by_blow
         weights = np.ones(3)
     impulse = np.linalg.lstsq(weights[:, None] * effect, weights * target, rcond=RANK)[0]
@@ -91,3 +109,21 @@ def least_blow(
     reached.setflags(write=False)
     blow = AppliedImpulse(frame, linear=tuple(impulse), at=tuple(at))
     return LeastBlow(blow, dv, reached, shortfall)
+
+
+def _numbers(name: str, given: Any) -> np.ndarray:
+    try:
+        return np.array(given, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise NotFiniteError(f"{name} does not hold numbers", what=name, where=name) from None
+
+
+def _refuse_immobile(response: Response, jacobian: np.ndarray, frame: str, at: Any) -> None:
+    """Prove that some blow moves a point, by the scale of the robot that nothing holds."""
+    held, loose = response.point_mobility(jacobian)
+    if not np.trace(held) > IMMOBILE * np.trace(loose):
+        place = ", ".join(f"{float(x):g}" for x in at)
+        raise InputError(
+            f'least_blow: the point ({place}) of "{frame}" cannot move: the robot or the scene\'s '
+            "constraints hold it fast; choose another point or take a constraint away"
+        )

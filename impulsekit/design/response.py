@@ -10,7 +10,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 
 from ..errors import InputError, RangeError, a_thing
 from ..impact import ImpactSolver
@@ -45,41 +44,41 @@ class Response:
     @cached_property
     def mobility(self) -> np.ndarray:
         """(nv, nv) H [1/kg, 1/(kg m), 1/(kg m²)]."""
-        rows = self.mechanics.constraint_matrix if self.scene.constraints else None
-        motions = self.robot.massless_motions
-        if rows is None:
-            refuse_massless(self.robot, self.robot.joint_names)
-            rows = np.empty((0, self.robot.nv))
-        elif not motions:
-            # M needs no rows to be whole, and they would cost its digits.
-            return self._held(FilledFactor(self._model, self._masses, rows[:0]), rows)
-        return self._held(
-            FilledFactor(self._model, self._masses, rows, singular=bool(motions)), rows
-        )
-
-    @property
-    def _model(self) -> pin.Model:
-        return self.robot.model
-
-    @property
-    def _masses(self) -> np.ndarray:
-        return self.mechanics.mass_matrix
-
-    def _held(self, factor: FilledFactor, rows: np.ndarray) -> np.ndarray:
-        """(nv, nv) H from a factor of M, or of M filled up by the rows (m, nv), which hold still.
-
-        Where A Δv = 0 both have the same H.
-        """
-        root = factor.half(np.eye(self.robot.nv)).T
-        if not len(rows):
+        root = self._factor.half(np.eye(self.robot.nv)).T
+        if not self.scene.constraints:
             return root @ root.T
-        half = factor.half(rows)
+        # Where A Δv = 0, M and M filled up by the rows have the same H.
+        half = self._factor.half(self.mechanics.constraint_matrix)
         sizes = np.sqrt((half**2).sum(axis=0))
         half = half[:, sizes > 1e-11 * sizes.max(initial=0.0)]
         left, values, _ = np.linalg.svd(half / np.sqrt((half**2).sum(axis=0)), full_matrices=False)
         basis = left[:, values > RANK_TOLERANCE]
         free = root - (root @ basis) @ basis.T
         return free @ free.T
+
+    @cached_property
+    def _factor(self) -> FilledFactor:
+        """Of M, or where joints move no mass, of M filled up by the rows that hold them."""
+        masses, model = self.mechanics.mass_matrix, self.robot.model
+        singular = bool(self.robot.massless_motions)
+        if singular and not self.scene.constraints:
+            refuse_massless(self.robot, self.robot.joint_names)
+        rows = self.mechanics.constraint_matrix if singular else np.empty((0, self.robot.nv))
+        return FilledFactor(model, masses, rows, singular=singular)
+
+    def point_mobility(self, jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(3, 3) G = J H Jᵀ, and (3, 3) the same of the robot that nothing holds.
+
+        G is told from rounding by the second, which is of the size |J|²/m of what cancels.
+        """
+        held = jacobian @ self.mobility @ jacobian.T
+        return held, jacobian @ self._loose @ jacobian.T
+
+    @cached_property
+    def _loose(self) -> np.ndarray:
+        """(nv, nv) of the size of H, where no rows take anything away."""
+        root = self._factor.half(np.eye(self.robot.nv)).T
+        return root @ root.T
 
     def point_jacobian(self, frame: str, at: Any) -> np.ndarray:
         """(3, nv) of a point of a frame, world axes."""

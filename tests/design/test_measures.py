@@ -104,9 +104,12 @@ def test_the_least_blow_gives_what_is_wanted():
     assert impact.dv == pytest.approx(found.dv, abs=1e-10)
     assert found.shortfall < 1e-9
     # A generalized velocity is out of the reach of one blow but for its own image.
-    whole = ik.least_blow(robot, q, found.dv, "panda_hand")
+    whole = ik.least_blow(robot, q, frame="panda_hand", wanted_dv=found.dv)
     assert whole.blow.linear == pytest.approx(found.blow.linear, rel=1e-6, abs=1e-9)
-    assert ik.least_blow(robot, q, robot.velocity() + 1.0, "panda_hand").shortfall > 0.1
+    assert (
+        ik.least_blow(robot, q, frame="panda_hand", wanted_dv=robot.velocity() + 1.0).shortfall
+        > 0.1
+    )
 
 
 def test_pictures_take_and_return_axes():
@@ -135,3 +138,49 @@ def test_what_cannot_be_done_is_said():
         ik.spare_joint(rod, [0.0], "joint_1", "link_1", [0, 0, 0], [0, 0, 0])
     with pytest.raises(ik.errors.ShapeError):
         ik.least_blow(rod, [0.0], [1, 2], "link_1")
+
+
+HOLDS = {
+    "every joint locked": [ik.JointLock(f"joint_{k}") for k in (1, 2, 3)],
+    "welded to the world": [ik.FrameAnchor("link_3")],
+    "pinned and locked": [ik.PointAnchor("link_1", at=[0, 0, -1]), ik.FrameAnchor("link_3")],
+}
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("holds", HOLDS.values(), ids=HOLDS)
+def test_what_a_scene_holds_fast_has_infinite_mass_and_no_least_blow(holds, scale):
+    rods = ik.Robot.from_urdf(ik.pendulum_urdf(3, mass=scale))
+    scene = ik.Scene(rods, constraints=holds)
+    for q in ([0, 0, 0], [0.3, -0.5, 0.8]):
+        for direction in ([1, 0, 0], [0, 0, 1], [1, 2, 3]):
+            assert ik.effective_mass(scene, q, "link_3", direction, at=[0, 0, -1]) == np.inf
+        assert (ik.impact_ellipsoid(scene, q, "link_3").masses == np.inf).all()
+        with pytest.raises(ik.errors.InputError, match="cannot move"):
+            ik.least_blow(scene, q, [1, 0, 0], "link_3", at=[0, 0, -1])
+
+
+def test_a_point_that_one_lock_leaves_free_moves_as_a_shorter_chain():
+    rods = ik.Robot.from_urdf(ik.pendulum_urdf(2))
+    scene = ik.Scene(rods, constraints=[ik.JointLock("joint_2")])
+    # One rod of length 2 and mass 2 about its end: m L²/3 / L² = 2/3 kg at its tip.
+    mass = ik.effective_mass(scene, [0.0, 0.0], "link_2", [1, 0, 0], at=[0, 0, -1])
+    assert mass == pytest.approx(2.0 / 3.0, rel=1e-12)
+    assert ik.effective_mass(scene, [0.0, 0.0], "link_2", [0, 0, 1], at=[0, 0, -1]) == np.inf
+    found = ik.least_blow(scene, [0.0, 0.0], [3.0, 0, 0], "link_2", at=[0, 0, -1])
+    assert found.impulse == pytest.approx(2.0, rel=1e-12)
+
+
+def test_with_three_joints_the_name_says_what_is_wanted():
+    rods, q = ik.Robot.from_urdf(ik.pendulum_urdf(3)), [0.3, -0.5, 0.8]
+    velocity = ik.least_blow(rods, q, wanted_velocity=[0.5, 0, 0], frame="link_3", at=[0, 0, -1])
+    change = ik.least_blow(rods, q, wanted_dv=[0.5, 0, 0], frame="link_3", at=[0, 0, -1])
+    after = [ik.solve(ik.Scene(rods, [found.blow]), q, np.zeros(3)) for found in (velocity, change)]
+    tip = after[0].velocity_at("link_3", (0, 0, -1)).after
+    assert tip[0] == pytest.approx(0.5, abs=1e-12)
+    np.testing.assert_allclose(after[1].dv, change.reached, atol=1e-12)
+    assert np.abs(velocity.dv - change.dv).max() > 0.1
+    with pytest.raises(ik.errors.InputError, match="not both"):
+        ik.least_blow(rods, q, [0, 0, 1], "link_3", wanted_dv=[0, 0, 1])
+    with pytest.raises(ik.errors.InputError, match="wanted_velocity="):
+        ik.least_blow(rods, q, frame="link_3")
