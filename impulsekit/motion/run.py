@@ -12,13 +12,14 @@ import numpy as np
 import pinocchio as pin
 
 from ..scene import Scene
+from ..scene.functions import call
 from ..scene.motion import MotionSettings
 from .beginning import begin
 from .crossing import first_crossing
 from .drift import take_out_drift
 from .flight import Flight, Step
 from .penetration import Penetration
-from .present import Present, Stopped
+from .present import Mark, Present, Stopped
 from .resting import RestingContact
 from .settling import come_to_rest, heed_stop, settle
 from .status import MotionStatus
@@ -47,6 +48,8 @@ class Run:
         self._now = Present(scene, q, v, settings)
         self._striking = Striking(self._now)
         self._flight = Flight(self._now)
+        # Before the last step: the state, and of how many pieces the path was.
+        self._last: tuple[Mark, int] = self._now.mark(), 0
 
     def trajectory(self, times: np.ndarray | None) -> Trajectory:
         """The motion, sampled at ``times`` or evenly."""
@@ -58,6 +61,10 @@ class Run:
             self._follow(penetration)
         except Stopped as stop:
             status, detail = stop.status, stop.detail
+        except KeyboardInterrupt:
+            # Whatever it broke off in: back to where all was in order.
+            self._go_back()
+            status = MotionStatus.INTERRUPTED
         if not len(flight.path):
             flight.stand()
         if times is None:
@@ -88,22 +95,27 @@ class Run:
         still = 0
         while now.t < settings.duration:
             if self._flight.steps >= settings.max_steps:
-                raise Stopped(MotionStatus.TOO_MANY_STEPS)
-            before, pieces = now.mark(), len(self._flight.path)
+                raise Stopped(MotionStatus.TOO_MANY_STEPS, f"max_steps is {settings.max_steps}")
+            self._last = now.mark(), len(self._flight.path)
             if self._unless_jammed(self._step):
                 self._flight.restart()
             try:
                 penetration.refuse()
             except Stopped:
                 # The step is not kept: what it led to cannot be true.
-                now.go_back(before)
-                self._flight.path.shorten(pieces)
+                self._go_back()
                 raise
-            still = still + 1 if now.t == before.t else 0
+            still = still + 1 if now.t == self._last[0].t else 0
             if still == MOST_STILL:
                 raise Stopped(MotionStatus.STEP_TOO_SMALL, "events follow each other at one time")
             if self._progress is not None:
-                self._progress(now.t)
+                call(self._progress, "progress", now.t)
+
+    def _go_back(self) -> None:
+        """Let the last step be undone."""
+        mark, pieces = self._last
+        self._now.go_back(mark)
+        self._flight.path.shorten(pieces)
 
     def _unless_jammed(self, proceed: Callable[[], None]) -> bool:
         """Proceed; where no forces hold what rests for friction jams it, it is struck instead.
@@ -209,7 +221,7 @@ class Run:
 
     def _refuse_storm(self) -> None:
         if len(self._now.impacts) >= self._settings.max_impacts:
-            raise Stopped(MotionStatus.EVENT_STORM)
+            raise Stopped(MotionStatus.EVENT_STORM, f"max_impacts is {self._settings.max_impacts}")
 
     def _lies_down(self, resting: Iterable[int]) -> bool:
         """Whether bodies that touch elsewhere than before do so without a blow."""

@@ -64,7 +64,7 @@ def simulate(
 
     Returns:
         The motion. Where it could not be followed to its end ``status`` says why, and
-        what was computed before that is kept.
+        what was computed before that is kept; so it is after Ctrl-C, with ``INTERRUPTED``.
 
     Raises:
         ShapeError, NotFiniteError, StateError: what is wrong with q or v.

@@ -12,14 +12,14 @@ class MotionStatus(enum.Enum):
 
     FINISHED = "The motion was followed to its end."
     EVENT_STORM = (
-        "The motion was stopped: the largest number of impacts was reached. Contacts that keep "
-        "bouncing (restitution near 1, or growing as speed falls) may never settle: lower the "
-        "restitution, raise capture_speed, or raise max_impacts."
+        "The motion was stopped: max_impacts, the largest number of impacts, was reached. Contacts "
+        "that keep bouncing (restitution near 1, or growing as speed falls) may never settle: "
+        "lower the restitution, raise capture_speed, or raise max_impacts."
     )
     TOO_MANY_STEPS = (
-        "The motion was stopped: the largest number of steps was reached. Springs that are too "
-        'stiff, or friction that keeps switching, make steps short: use method="radau", lower '
-        "the stiffness, or raise max_steps."
+        "The motion was stopped: max_steps, the largest number of steps, was reached. Springs that "
+        "are too stiff, friction that keeps switching, or a small step or max_step need many: use "
+        'method="radau", lower the stiffness, or raise max_steps.'
     )
     STEP_TOO_SMALL = (
         "The motion was stopped: no step is short enough for the tolerance. A force jumps or "
@@ -30,8 +30,12 @@ class MotionStatus(enum.Enum):
         "without bound, or a joint moves no inertia; look at the forces of the scene."
     )
     IMPACT_NOT_VALID = (
-        "The motion was stopped: an impact has no valid answer; the last of trajectory.impacts "
-        "has the status that says why."
+        "The motion was stopped: an impact has no valid answer; detail and the last of "
+        "trajectory.impacts say why."
+    )
+    INTERRUPTED = (
+        "The motion was interrupted (Ctrl-C); what was computed until then is kept. Call simulate "
+        "again from its last state to go on."
     )
     CONTRADICTION = (
         "The motion was stopped: the constraints cannot hold together from here on, or the robot "

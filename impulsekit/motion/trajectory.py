@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import ImpulsekitError, InputError, MissingExtraError, RangeError
+from ..errors import ImpulsekitError, InputError, MissingExtraError, RangeError, ShapeError
 from ..files import replaced_file
 from ..impact.algorithms import symmetric
 from ..scene.numbers import number
@@ -134,18 +134,32 @@ class Trajectory:
         """(S,) where the integrator's steps began [s]."""
         return self._path.step_times
 
-    def at(self, t: float) -> tuple[np.ndarray, np.ndarray]:
+    def at(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
         """q (nq,) and v (nv,) at any time, to the integrator's accuracy.
 
-        At the time of an impact: just after it.
+        At the time of an impact: just after it. For times (T,) q is (T, nq) and v (T, nv).
 
         Raises:
             RangeError: before the start or after the end.
+            NotFiniteError, ShapeError: no time, or no list of times.
         """
-        time = number(t, "time") if isinstance(t, str) or t is None else float(t)
+        if np.ndim(t) == 0:
+            return self._path.state(self._time(t))
+        if np.ndim(t) != 1:
+            raise ShapeError.of("times", ("T",), np.shape(t))
+        states = [self._path.state(self._time(one)) for one in t]
+        robot = self.scene.robot
+        return (
+            np.array([q for q, _ in states]).reshape(-1, robot.nq),
+            np.array([v for _, v in states]).reshape(-1, robot.nv),
+        )
+
+    def _time(self, t: Any) -> float:
+        # NaN and infinity are no times of this motion, either.
+        time = float(t) if isinstance(t, float | np.floating) else number(t, "time")
         if not 0.0 <= time <= self.duration:
             raise RangeError.of("time", t, f"0 to {self.duration:g} s")
-        return self._path.state(time)
+        return time
 
     def energy(self) -> EnergyHistory:
         """Kinetic and potential energies at the sample times."""

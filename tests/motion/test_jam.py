@@ -107,7 +107,7 @@ def test_a_rod_that_slides_into_the_angle_of_jams_goes_on(rod):
         assert np.diff(motion.energy().total).max() < 1e-8
 
 
-@pytest.mark.parametrize("seed", [25, 33, 319, 387])
+@pytest.mark.parametrize("seed", [25, 33])
 def test_what_is_wedged_without_any_force_stands_still(seed):
     """Redundant contacts stop a body wholly: what rounding leaves asks for no forces."""
     scene, q, v, _ = planar_scene(seed)

@@ -1,0 +1,188 @@
+"""Ctrl-C keeps what was computed; limits say which setting they are."""
+
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import impulsekit as ik
+from impulsekit import errors
+from impulsekit.cli import main
+
+from .models import MODELS, sliders
+
+INTERRUPTED = ik.MotionStatus.INTERRUPTED
+
+
+@pytest.fixture(scope="module")
+def tumble():
+    """A box on four corners that is thrown, its start, and the motion to its end."""
+    box = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer")
+    corners = [[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (-0.1, 0.1)]
+    contacts = [
+        ik.Contact("box", at=at, origin=[0, 0, 0], restitution=0.5, friction=0.3) for at in corners
+    ]
+    scene = ik.Scene(box, contacts=contacts, law=ik.Law("poisson"))
+    q = box.configuration(root_joint=[0, 0, 0.4, 0.1, 0.2, 0.05, np.sqrt(1 - 0.0525)])
+    v = box.velocity(root_joint=[1.0, 0, 0, 0, 3.0, 1.0])
+    return scene, q, v, ik.simulate(scene, q, v, duration=0.8, max_impacts=40)
+
+
+def is_beginning_of(part, whole):
+    """Whether a motion is the first part of another, and in order by itself."""
+    assert part.duration <= whole.duration
+    assert part.t[-1] == part.duration
+    count = len(part.impacts)
+    assert [t for t, _ in part.impacts] == [t for t, _ in whole.impacts[:count]]
+    times = np.linspace(0.0, part.duration, 7)[:-1]
+    for ours, theirs in zip(part.at(times), whole.at(times), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+    assert np.isfinite(part.energy().total).all()
+    return True
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_an_interrupt_at_any_moment_keeps_what_was_computed(tumble, seed):
+    scene, q, v, whole = tumble
+    begin = time.perf_counter()
+    ik.simulate(scene, q, v, duration=0.8, max_impacts=40)
+    wait = np.random.default_rng(seed).uniform(0.0, 0.8) * (time.perf_counter() - begin)
+    # Only once the motion is under way: before, there is nothing to keep.
+    started = threading.Event()
+
+    def strike():
+        started.wait()
+        time.sleep(wait)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=strike)
+    thread.start()
+    try:
+        motion = ik.simulate(
+            scene, q, v, duration=0.8, max_impacts=40, progress=lambda t: started.set()
+        )
+        # Where it came too late for the motion it comes here.
+        thread.join()
+        time.sleep(0.01)
+    except KeyboardInterrupt:
+        thread.join()
+        return
+    assert motion.status is INTERRUPTED
+    assert not motion.status.finished
+    assert is_beginning_of(motion, whole)
+
+
+def test_an_interrupt_in_a_function_keeps_what_was_computed():
+    def torque(t, q, v):
+        if t > 0.3:
+            raise KeyboardInterrupt
+        return 1.0
+
+    scene = ik.Scene(sliders(1), forces=[ik.Actuator("z00", torque)], gravity=[0, 0, 0])
+    motion = ik.simulate(scene, [0.0], [0.0], duration=1.0, max_step=0.05)
+    assert motion.status is INTERRUPTED
+    assert 0.2 < motion.duration <= 0.3
+    assert motion.v[-1, 0] == pytest.approx(motion.duration, rel=1e-12)
+
+
+def test_an_interrupt_before_the_first_step_leaves_the_start():
+    def torque(t, q, v):
+        raise KeyboardInterrupt
+
+    blow = ik.AppliedImpulse("b00", linear=[0, 0, 1])
+    scene = ik.Scene(sliders(1), [blow], forces=[ik.Actuator("z00", torque)])
+    motion = ik.simulate(scene, [0.2], [0.1], duration=1.0)
+    assert motion.status is INTERRUPTED
+    assert motion.t.tolist() == [0.0]
+    assert motion.q.tolist() == [[0.2]]
+    assert motion.v.tolist() == [[0.1]]
+    assert motion.impacts == ()
+
+
+def test_the_command_writes_what_was_computed_and_fails(tmp_path):
+    ball = ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer")
+    scene = ik.Scene(ball, contacts=[ik.Contact("ball", origin=[0, 0, -1], restitution=1.0)])
+    path, output = tmp_path / "scene.toml", tmp_path / "motion.npz"
+    settings = ik.MotionSettings(duration=1e6, max_step=1e-3, max_steps=10**9, max_impacts=10**9)
+    ik.save_scene(path, scene, ball.neutral(), ball.velocity(), motion=settings)
+    striking = threading.Timer(1.5, os.kill, (os.getpid(), signal.SIGINT))
+    striking.start()
+    result = CliRunner().invoke(main, ["simulate", str(path), "-o", str(output)])
+    striking.join()
+    assert result.exit_code == 1
+    assert INTERRUPTED.value in result.stderr
+    motion = ik.Trajectory.load(output)
+    assert motion.status is INTERRUPTED
+    assert motion.duration > 0.0
+
+
+def test_limits_name_their_settings():
+    scene = ik.Scene(sliders(1), contacts=[ik.Contact("b00", restitution=1.0)])
+    motion = ik.simulate(scene, [1.0], [0.0], duration=9.0, max_impacts=3)
+    assert motion.status is ik.MotionStatus.EVENT_STORM
+    assert "max_impacts" in motion.status.value
+    assert motion.detail == "max_impacts is 3"
+    assert len(motion.impacts) == 3
+    motion = ik.simulate(scene, [1.0], [0.0], duration=9.0, max_steps=2)
+    assert motion.status is ik.MotionStatus.TOO_MANY_STEPS
+    assert "max_steps" in motion.status.value
+    assert motion.detail == "max_steps is 2"
+
+
+def test_many_times_at_once():
+    motion = ik.simulate(ik.Scene(sliders(2)), [0.0, 1.0], [1.0, 0.0], duration=1.0)
+    times = [0.0, 0.25, 1.0]
+    q, v = motion.at(times)
+    assert q.shape == v.shape == (3, 2)
+    for row, t in enumerate(times):
+        np.testing.assert_array_equal(q[row], motion.at(t)[0])
+        np.testing.assert_array_equal(v[row], motion.at(t)[1])
+    assert motion.at(np.array([]))[0].shape == (0, 2)
+    for bad, error in (
+        ([0.5, 2.0], errors.RangeError),
+        ([0.5, np.nan], errors.RangeError),
+        (["0.5"], errors.NotFiniteError),
+        (True, errors.NotFiniteError),
+        ("0.5", errors.NotFiniteError),
+        (None, errors.NotFiniteError),
+        ([[0.5]], errors.ShapeError),
+    ):
+        with pytest.raises(error, match="time"):
+            motion.at(bad)
+
+
+NUMBERS = (
+    "duration",
+    "samples",
+    "rtol",
+    "atol",
+    "step",
+    "max_step",
+    "capture_speed",
+    "together",
+    "max_impacts",
+    "max_steps",
+)
+BAD = [True, np.True_, "2", b"2", np.nan, np.inf, -1, 1e300, 10**400, 1j, {}, object(), len]
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_every_setting_refuses_what_is_no_number_of_its_kind(name):
+    for bad in BAD:
+        with pytest.raises((errors.NotFiniteError, errors.RangeError), match=f"motion: {name}"):
+            ik.simulate(ik.Scene(sliders(1)), [0.0], [0.0], **{name: bad})
+
+
+@pytest.mark.parametrize("bad", [None, "", "RK45", b"rk4", 1, True, ["rk4"], {}, len])
+def test_the_method_is_one_of_four(bad):
+    with pytest.raises(errors.RangeError, match="motion: method"):
+        ik.simulate(ik.Scene(sliders(1)), [0.0], [0.0], method=bad)
+
+
+def test_progress_that_fails_is_told():
+    with pytest.raises(errors.CallbackError, match="progress: its function raised TypeError"):
+        ik.simulate(ik.Scene(sliders(1)), [0.0], [0.0], progress=lambda: None)
