@@ -133,6 +133,24 @@ class Mechanics:
         data = self.scratch()
         return symmetric(pin.crba(self.model, data, self._q).reshape(self.model.nv, -1))
 
+    def carried_energy(self, v: np.ndarray) -> np.ndarray:
+        """(nv,) twice the kinetic energy of what hangs on each degree of freedom's joint [J].
+
+        By the Cauchy-Schwarz inequality row i of M v is at most √(M_ii 2T_i) of it.
+        """
+        model, data = self.model, self.scratch()
+        # Pinocchio takes no arrays that are read-only.
+        pin.forwardKinematics(model, data, self._q, v.copy())
+        twice = np.zeros(model.njoints)
+        for i in range(model.njoints - 1, 0, -1):
+            own = slice(model.idx_vs[i], model.idx_vs[i] + model.nvs[i])
+            twice[i] += model.inertias[i].vtiv(data.v[i]) + model.armature[own] @ v[own] ** 2
+            twice[model.parents[i]] += twice[i]
+        if len(model.mimicking_joints):
+            twice[:] = twice[0]
+        of_joint = np.repeat(np.arange(model.njoints), model.nvs)
+        return twice[of_joint]
+
     def frame_placement(self, frame: str) -> pin.SE3:
         """The placement of a frame in the world."""
         item = self.model.frames[self.scene.robot.frame_id(frame)]
