@@ -83,7 +83,8 @@ def parameters(scene, rng):
 def largest_error(scene, q, v, rng):
     """Of the derivatives that exist, relative to their size; None where they do not."""
     impact = ik.solve(scene, q, v)
-    if not impact.is_valid(1e-12):
+    # Where impulses are not unique, what v⁺ follows is not told by differences either.
+    if impact.status is not ik.Status.SOLVED or not impact.is_valid(1e-12):
         return None
     try:
         found = ik.derivatives(impact)

@@ -26,8 +26,6 @@ def body(rng, *, in_one):
         for k, kind in enumerate((*SLIDES, *TURNS)):
             own_place = pin.SE3.Identity() if k else place
             parent = model.addJoint(parent, kind(), own_place, f"joint_{k}")
-                parent, kind(), pin.SE3.Identity() if k else place, f"joint_{k}"
-            )
     centre = rng.normal(size=3)
     inertia = pin.Inertia(2.0, centre, np.diag([0.1, 0.2, 0.25]))
     model.appendBodyToJoint(parent, inertia, pin.SE3.Identity())
