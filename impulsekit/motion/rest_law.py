@@ -12,6 +12,10 @@ of W, as if it stood on a stiff spring: that has one solution, which changes smo
 the state. The springs are taken out again by moving them towards the body: with
 b − ε D P of the last round for b (Rockafellar 1976, the proximal point method) from P = 0
 what remains is their load split, the accelerations are those of rigid points.
+
+Two points that stick to a floor are rigid to each other only if the line between them does not
+turn. Speeds that count as zero leave it turning a little, and what b asks at the two contradicts
+itself by the square of that. Such a part of b, off the span of W, is left out.
 """
 
 from __future__ import annotations
@@ -34,6 +38,15 @@ GIVE = 1e-5
 MOST_ROUNDS = 12
 # The accelerations that springs may leave, relative to those without contact forces.
 GIVEN = 1e-13
+# What b may contradict itself by, relative: speeds of at most the capture speed, squared, over
+# the size of a body and gravity. 1e-2 m/s at 0.1 m is 1e-4 of it.
+CONTRADICTION = 1e-4
+# Eigenvalues of W this small beside the largest are zero where else there is no answer: of rows
+# that differ by the root of it, as the stages of a step turn an edge against another.
+NULL = 1e-10
+# Rounds that shrink what springs leave by less than this meet a contradiction, or points at the
+# edge of their cones, which take up a load slowly.
+STUCK = 0.5
 # A row whose part across those before it is smaller, in squares, depends on them.
 DEPENDENT = 1e-3
 
@@ -86,8 +99,16 @@ def _solve(
 ) -> np.ndarray:
     """(m,) forces: of points with friction two tangents and the normal, of others the normal."""
     if _depend(delassus):
-        found = _shared(coupled, delassus.diagonal(), free, friction, start, scale)
-        if found is not None:
+        sizes = delassus.diagonal()
+        found, settled = _shared(coupled, sizes, free, friction, start, scale)
+        if not settled and (spanned := _spanned(delassus, coupled, free, scale)) is not None:
+            start = start if found is None else found
+            found, settled = _shared(spanned[0], sizes, spanned[1], friction, start, scale)
+            if found is not None and not settled:
+                # Near enough: from here to rigid points.
+                found, residual = _found(spanned[0], sizes, spanned[1], friction, found, scale)
+                settled = residual <= BAR
+        if found is not None and settled:
             return found
     best, residual = _found(coupled, delassus.diagonal(), free, friction, start, scale)
     if not residual <= BAR:
@@ -104,6 +125,18 @@ def _depend(delassus: np.ndarray) -> bool:
     return bool(failed or (own < DEPENDENT * delassus.diagonal()).any())
 
 
+def _spanned(
+    delassus: np.ndarray, coupled: np.ndarray, free: np.ndarray, scale: float
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """W and b without what lies off the span of W; None where that is no small part of b."""
+    values, vectors = np.linalg.eigh(delassus)
+    null = vectors[:, values <= NULL * values[-1]]
+    off = null.dot(null.T.dot(free))
+    if not np.abs(off).max() <= CONTRADICTION * scale:
+        return None
+    return coupled - null.dot(null.T.dot(coupled)), free - off
+
+
 def _shared(
     delassus: np.ndarray,
     sizes: np.ndarray,
@@ -111,22 +144,24 @@ def _shared(
     friction: np.ndarray,
     start: np.ndarray,
     scale: float,
-) -> np.ndarray | None:
-    """(m,) forces shared as by stiff springs; None where rounds do not get there."""
+) -> tuple[np.ndarray | None, bool]:
+    """(m,) forces shared as by stiff springs, None where there are none; whether they settled."""
     give = GIVE * np.maximum(sizes, TINY * sizes.max(initial=0.0))
     soft = delassus + np.diag(give)
-    forces = np.zeros_like(free)
+    forces, left = np.zeros_like(free), math.inf
     for _ in range(MOST_ROUNDS):
-        before = forces
+        before, last = forces, left
         # A residual that counts for rigid points as well.
         forces, residual = _found(soft, sizes, free - give * before, friction, start, scale)
         if not residual <= BAR:
-            return None
+            return None, False
         left = float(np.abs(give * (forces - before)).max())
         if left <= GIVEN * scale:
-            return forces
+            return forces, True
+        if left > STUCK * last:
+            break
         start = forces
-    return forces if left <= BAR * scale else None
+    return forces, left <= BAR * scale
 
 
 def _found(

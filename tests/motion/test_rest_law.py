@@ -78,3 +78,35 @@ def test_a_point_that_jams_has_no_force():
     ways[:, 2] = [-2.0, 0.0, 1.0]
     with pytest.raises(RestNotSolved):
         solve_rest(delassus, np.array([0.0, 0.0, -1.0]), np.zeros(1), np.zeros(3), ways)
+
+
+def test_points_that_stick_to_a_plate_that_hardly_turns_do_not_contradict_each_other():
+    """ω = 5 mrad/s asks points 2 m apart to come nearer at ω² 2 m: a rigid plate cannot."""
+    delassus, rows = plate(SQUARE)
+    omega = 5e-3
+    bias = np.zeros((4, 3))
+    bias[:, :2] = -(omega**2) * np.array(SQUARE)
+    free = at_rest(rows) + bias.ravel()
+    forces = solve_rest(delassus, free, np.full(4, 0.5), np.zeros(12)).reshape(4, 3)
+    np.testing.assert_allclose(forces.sum(axis=0), [0, 0, 2 * WEIGHT], atol=1e-9)
+    assert (np.hypot(forces[:, 0], forces[:, 1]) <= 0.5 * forces[:, 2] + 1e-9).all()
+    # What is left of the accelerations is what the plate cannot do.
+    left = delassus @ forces.ravel() + free
+    np.testing.assert_allclose(left, bias.ravel(), atol=1e-9)
+
+
+def test_points_that_contradict_each_other_by_more_than_slow_speeds_do_are_refused_or_slide():
+    """At 2 rad/s it is no small part: then no forces hold all four, and none are made up."""
+    delassus, rows = plate(SQUARE)
+    bias = np.zeros((4, 3))
+    bias[:, :2] = -4.0 * np.array(SQUARE)
+    free = at_rest(rows) + bias.ravel()
+    friction = np.full(4, 0.5)
+    try:
+        forces = solve_rest(delassus, free, friction, np.zeros(12))
+    except RestNotSolved:
+        return
+    left = (delassus @ forces + free).reshape(4, 3)
+    for acceleration, force in zip(left, forces.reshape(4, 3), strict=True):
+        if np.hypot(*acceleration[:2]) > 1e-6:
+            assert np.hypot(*force[:2]) == pytest.approx(0.5 * force[2], rel=1e-6)
