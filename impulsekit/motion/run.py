@@ -18,6 +18,7 @@ from .beginning import begin
 from .crossing import first_crossing
 from .drift import take_out_drift
 from .flight import Flight, Step
+from .interrupts import Interrupts
 from .penetration import Penetration
 from .present import Mark, Present, Stopped
 from .resting import RestingContact
@@ -48,6 +49,7 @@ class Run:
         self._now = Present(scene, q, v, settings)
         self._striking = Striking(self._now)
         self._flight = Flight(self._now)
+        self._interrupts = Interrupts()
         # Before the last step: the state, and of how many pieces the path was.
         self._last: tuple[Mark, int] = self._now.mark(), 0
 
@@ -57,8 +59,9 @@ class Run:
         status, detail = MotionStatus.FINISHED, ""
         penetration = Penetration(now)
         try:
-            self._unless_jammed(lambda: begin(now, self._striking))
-            self._follow(penetration)
+            with self._interrupts:
+                self._unless_jammed(lambda: begin(now, self._striking))
+                self._follow(penetration)
         except Stopped as stop:
             status, detail = stop.status, stop.detail
         except KeyboardInterrupt:
@@ -97,6 +100,7 @@ class Run:
             if self._flight.steps >= settings.max_steps:
                 raise Stopped(MotionStatus.TOO_MANY_STEPS, f"max_steps is {settings.max_steps}")
             self._last = now.mark(), len(self._flight.path)
+            self._interrupts.heed()
             if self._unless_jammed(self._step):
                 self._flight.restart()
             try:

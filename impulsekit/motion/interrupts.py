@@ -1,0 +1,41 @@
+"""Ctrl-C while a motion is followed: never lost, wherever it comes."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from types import FrameType
+
+__all__ = ["Interrupts"]
+
+
+class Interrupts:
+    """Keeps in mind that Ctrl-C was pressed: what Python raises in a finalizer, it drops.
+
+    Only in the main thread, and only where nobody else handles the signal.
+    """
+
+    def __init__(self) -> None:
+        self._struck = self._installed = False
+
+    def __enter__(self) -> Interrupts:
+        if (
+            threading.current_thread() is threading.main_thread()
+            and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        ):
+            signal.signal(signal.SIGINT, self._strike)
+            self._installed = True
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._installed:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    def heed(self) -> None:
+        """Raise the KeyboardInterrupt that came and was dropped."""
+        if self._struck:
+            raise KeyboardInterrupt
+
+    def _strike(self, number: int, frame: FrameType | None) -> None:
+        self._struck = True
+        signal.default_int_handler(number, frame)
