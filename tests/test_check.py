@@ -143,6 +143,56 @@ def test_impulses_of_contacts_are_given_to_the_reference(world):
     assert not ik.check(spoilt(impact, 1 + 1e-6)).agrees
 
 
+HINGE = """<robot name="a"><link name="base"/><link name="l"><inertial>
+<origin xyz="0.1 0 0"/><mass value="{size}"/><inertia ixx="{size}" ixy="0" ixz="0" iyy="{size}"
+iyz="0" izz="{size}"/></inertial></link><joint name="j" type="continuous"><parent link="base"/>
+<child link="l"/><origin xyz="0.3 0.1 0.7" rpy="0.1 0.2 0.3"/><axis xyz="0 0 1"/></joint></robot>"""
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-3, 1e-9, 1e-12])
+@pytest.mark.parametrize("at", [(0, 0, 0), (0, 0, 0.4), (-0.3, -0.4, 0)])
+def test_a_blow_through_the_axis_moves_nothing_and_agrees(size, at):
+    """Its moments cancel; what is left of them is rounding."""
+    one = ik.Robot.from_urdf(HINGE.format(size=size))
+    for angle in (0.0, 0.37, 2.0):
+        towards = (0.3, 0.4, 0.0) if any(at[:2]) else (1.0, 2.0, 3.0)
+        blow = ik.AppliedImpulse("l", linear=towards, at=at, axes="local")
+        impact = ik.solve(ik.Scene(one, [blow]), one.configuration(j=angle), one.velocity())
+        assert abs(impact.dv[0]) < 1e-15 / size
+        assert ik.check(impact), ik.check(impact).report()
+        assert ik.check(impact, digits=30)
+        # A velocity that a small lever would give is no rounding.
+        assert not ik.check(spoilt(impact, dv=np.array([1e-9 / size])))
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-9])
+@pytest.mark.parametrize("anchor", [
+    ik.PointAnchor("l"), ik.PointAnchor("l", at=(0, 0, 0.3)), ik.FrameAnchor("l"),
+    ik.PointAnchor("l", at=(0.1, 0, 0)),
+])  # fmt: skip
+def test_an_anchor_on_the_axis_agrees(size, anchor):
+    one = ik.Robot.from_urdf(HINGE.format(size=size))
+    blow = ik.AppliedImpulse("l", linear=[0.3, 0.4, 0], at=[-0.1, 0.1, 0])
+    scene = ik.Scene(one, [blow], [anchor])
+    impact = ik.solve(scene, one.configuration(j=0.3), one.velocity(j=1.0))
+    assert ik.check(impact), ik.check(impact).report()
+
+
+def test_a_root_link_called_world_agrees():
+    """It moves with its free-flyer, and "world" in a scene is still the fixed one."""
+    ur5 = ik.Robot.from_example("ur5", root="freeflyer")
+    assert ur5.links[0].name == "world"
+    q, v = random_state(ur5, 0)
+    blows = [random_blow("tool0", 1), random_blow("root_joint", 2)]
+    impact = ik.solve(ik.Scene(ur5, blows, [ik.PointAnchor("wrist_1_link", "world")]), q, v)
+    assert np.abs(impact.bodies["world"].domega).max() > 0.01
+    assert ik.check(impact), ik.check(impact).report()
+    pair = ik.combine(a=ur5, b=ur5, placements={"b": [0, 1, 0]})
+    q, v = random_state(pair, 0)
+    scene = ik.Scene(pair, [random_blow("a/world", 1)], [ik.FrameAnchor("a/world", "b/world")])
+    assert ik.check(ik.solve(scene, q, v))
+
+
 def test_nothing_happens_and_that_agrees():
     robot = ik.Robot.from_example("panda")
     at_rest = ik.solve(ik.Scene(robot), robot.neutral(), robot.velocity())

@@ -145,7 +145,7 @@ def _matrix(values: Any, width: int, what: str) -> np.ndarray:
     array = _floats(values, what)
     if array.ndim not in (1, 2) or array.shape[-1] != width:
         raise _misshapen(what, width, array, f"or ({width},) for all rows")
-    return _rows_of(array.reshape(-1, width), what)
+    return _rows_of(np.atleast_2d(array), what)
 
 
 def _misshapen(what: str, width: int, array: np.ndarray, hint: str = "") -> ShapeError:

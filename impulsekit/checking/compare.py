@@ -123,7 +123,7 @@ def _of_speeds(
 def _of_links(
     make: _Maker, impact: Impact, reference: ReferenceRobot, truth: KaneImpact, sizes: Sizes
 ) -> list[CheckRow]:
-    bodies = {name: truth.body(reference.link(name)) for name in impact.bodies}
+    bodies = {name: truth.body(reference.own_link(name)) for name in impact.bodies}
     jumps = impact.bodies.values()
     linear = "the fastest mass centre, or rotation times the robot's reach"
     angular = "the fastest mass centre over the robot's reach, or rotation"

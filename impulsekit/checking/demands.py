@@ -40,7 +40,7 @@ class KnownImpulses:
         """A wrench on a body, as the solver found it; ``frames`` are those of the model."""
         frame = frames[item.frame_id]
         wrench = frame.placement.actInv(item.wrench_in_joint)
-        link = self.reference.link(frame.name)
+        link = self.reference.own_link(frame.name)
         self.loads.append(Load(link, wrench.linear, wrench.angular, axes="local"))
 
     def add_of_joint_constraint(self, entry: Constraint, impulse: np.ndarray) -> None:

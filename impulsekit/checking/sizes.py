@@ -10,6 +10,7 @@ import numpy as np
 
 from ..reference import KaneImpact, Load
 from ..reference.kinematics import Kinematics
+from ..reference.tree import WORLD, Tree
 from .conditions import Conditions
 from .reach import reach_of
 
@@ -25,7 +26,9 @@ class Sizes:
 
     A quantity may be small because large ones cancel, such as Δv of a robot that is held.
     So each size covers the motions on the way as well: what every entry of the scene would
-    do alone, and under constraints and contacts the motion before.
+    do alone, and under constraints and contacts the motion before. Within one entry the parts of
+    a moment cancel, too, where a blow goes through an axis: each size covers what a load would do
+    to every speed with the robot's reach as its lever.
 
     Attributes:
         speed: largest √a_ll |y_l| [√J].
@@ -74,12 +77,44 @@ def sizes_of(
     for wrench in (*wrenches, *reactions.values()):
         parts = np.linalg.norm(wrench[:3]), np.linalg.norm(wrench[3:]) / reach
         impulse = max(impulse, *map(float, parts))
+    by_speed = _without_cancelling(loads, truth.system.tree, at, reach)
+    far = by_speed / root
+    norms.append(float(far.max(initial=0.0)))
+    moved = np.maximum(
+        np.linalg.norm(at.linear.astype(float), axis=2),
+        reach * np.linalg.norm(at.angular.astype(float), axis=2),
+    ).max(axis=0, initial=0.0)
+    velocity = max(velocity, float((moved * far / root).max(initial=0.0)))
     energies = (truth.energy_before, truth.energy_after, 0.5 * max(norms) ** 2)
+    speeds = [float(np.max(root * np.abs(y), initial=0.0)) for y in motions]
     return Sizes(
-        speed=max(float(np.max(root * np.abs(y), initial=0.0)) for y in motions),
+        speed=max(*speeds, float(far.max(initial=0.0))),
         energy_norm=max(norms),
         energy=max(map(float, energies)),
         velocity=float(velocity),
         impulse=float(impulse),
         reach=reach,
     )
+
+
+def _without_cancelling(
+    loads: Iterable[Load], tree: Tree, at: Kinematics, reach: float
+) -> np.ndarray:
+    """(n,) how large the generalized impulses of loads are if nothing in them cancels.
+
+    |f| (|v_l| + |ω_l| r) + |c| |ω_l|, by the partial velocities of the body that bears the force f
+    and the couple c; r is the robot's reach and the distance of the point from the link's origin.
+    """
+    sizes = np.zeros(tree.n)
+    for load in loads:
+        body = tree.body_of_link(load.link)
+        if body == WORLD:
+            continue
+        linear = np.linalg.norm(at.linear[body].astype(float), axis=1)
+        angular = np.linalg.norm(at.angular[body].astype(float), axis=1)
+        force, couple, point = (
+            float(np.linalg.norm(np.array(part, dtype=float)))
+            for part in (load.linear, load.angular, load.at)
+        )
+        sizes += force * (linear + angular * (reach + point)) + couple * angular
+    return sizes

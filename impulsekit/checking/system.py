@@ -42,8 +42,10 @@ class ReferenceRobot:
 
         A URDF joint's frame is that of the link below it.
         """
-        if frame == "world":
-            return frame
+        return frame if frame == "world" else self.own_link(frame)
+
+    def own_link(self, frame: str) -> str:
+        """The same for a frame that moves with the robot: a URDF may call a link "world", too."""
         name = self.prefix + frame
         tree = self.system.tree
         if name not in tree.link_names:

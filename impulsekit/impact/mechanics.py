@@ -131,7 +131,7 @@ class Mechanics:
     def mass_matrix(self) -> np.ndarray:
         """(nv, nv) the generalized masses a_lp (Chang & Huston 1995, eq. (30)), symmetric."""
         data = self.scratch()
-        return symmetric(pin.crba(self.model, data, self._q).reshape(self.model.nv, -1))
+        return symmetric(pin.crba(self.model, data, self._q).reshape(self.model.nv, self.model.nv))
 
     def carried_energy(self, v: np.ndarray) -> np.ndarray:
         """(nv,) twice the kinetic energy of what hangs on each degree of freedom's joint [J].

@@ -29,6 +29,10 @@ class Status(int, enum.Enum):
         member._value_ = sentence
         return member
 
+    def __repr__(self) -> str:
+        """As an enum has it; an integer's own would not take the sentence."""
+        return f"<{type(self).__name__}.{self.name}: {self.value!r}>"
+
     SOLVED = (
         0,
         "The answer holds: its residuals are at rounding level.",

@@ -168,7 +168,7 @@ class Trajectory:
         rows = np.empty((len(self.t), 3))
         for row, q, v in zip(rows, self.q, self.v, strict=True):
             # By M itself: Pinocchio's own function takes no mimic joints.
-            mass_matrix = np.array(pin.crba(model, data, q)).reshape(model.nv, -1)
+            mass_matrix = np.array(pin.crba(model, data, q)).reshape(model.nv, model.nv)
             row[0] = 0.5 * v.dot(symmetric(mass_matrix)).dot(v)
             pin.forwardKinematics(model, data, q)
             row[1] = -sum(

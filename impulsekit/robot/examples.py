@@ -41,7 +41,10 @@ _LOADER_NAMES = {
 }
 # Loader names that stand for a file with everything behind one joint taken away.
 _CUT_AT = {"talos_legs": "torso_1_joint"}
-_NO_URDF = {"cassie": "the package has it as SDF only"}
+_NO_URDF = {
+    "cassie": "the package has it as SDF only",
+    "ur_description/ur3": 'its file holds macros and no link; the robot is "ur3"',
+}
 
 
 @functools.cache
@@ -77,7 +80,7 @@ def _paths() -> dict[str, pathlib.Path]:
     # Files that a shorter name hides keep their place as a name.
     reached = set(names.values())
     names.update({place: path for place, path in by_place.items() if path not in reached})
-    return names
+    return {name: path for name, path in names.items() if name not in _NO_URDF}
 
 
 def example_names() -> tuple[str, ...]:

@@ -56,7 +56,7 @@ def massless_motions(model: pin.Model) -> tuple[Massless, ...]:
     there = neutral = pin.neutral(model)
     for _ in range(TRIALS):
         q = pin.integrate(model, neutral, rng.uniform(-1.0, 1.0, model.nv))
-        upper = np.triu(pin.crba(sizes, data, q).reshape(model.nv, -1))
+        upper = np.triu(pin.crba(sizes, data, q).reshape(model.nv, model.nv))
         found = _null_vectors(upper + np.triu(upper, 1).T)
         if found.shape[1] < null.shape[1]:
             null, there = found, q

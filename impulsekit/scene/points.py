@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
+from ..errors import InputError, a_thing
 from .numbers import Vector, text, vector
 
-__all__ = ["ReportPoint"]
+__all__ = ["ReportPoint", "report_points"]
 
 
 @dataclass(frozen=True)
@@ -43,3 +46,26 @@ class ReportPoint:
         if self.label is not None:
             return self.label
         return self.frame + (f" {self.at}" if any(self.at) else "")
+
+
+def report_points(value: Any, what: str) -> tuple[ReportPoint, ...]:
+    """Points as they are given: ``ReportPoint``, or the name of a frame for its origin.
+
+    Raises:
+        InputError: something else.
+
+    Example:
+        >>> report_points(["hand"], "replay: traces")[0].title
+        'hand'
+    """
+    given = (value,) if isinstance(value, str | ReportPoint) else value
+    if not isinstance(given, Iterable):
+        raise InputError(f"{what} is {a_thing(value)}, expected a list of ReportPoint or names")
+    points = []
+    for i, one in enumerate(given):
+        if not isinstance(one, str | ReportPoint):
+            raise InputError(
+                f"{what}[{i}] is {a_thing(one)}, expected a ReportPoint or the name of a frame"
+            )
+        points.append(one if isinstance(one, ReportPoint) else ReportPoint(one))
+    return tuple(points)

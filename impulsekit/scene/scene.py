@@ -41,7 +41,7 @@ class Scene:
         UnknownNameError: a frame or joint that the robot does not have.
         ShapeError: a joint impulse or velocity of the wrong length.
         InputError: an impulse on the world, an anchor within one body, two entries of
-            one name.
+            one name, tangential restitution under a law without it.
 
     Example:
         >>> from impulsekit import AppliedImpulse
@@ -71,7 +71,19 @@ class Scene:
         self._check_entries()
         if not isinstance(self.law, Law):
             raise InputError(f"Scene: law is {a_thing(self.law)}, not a Law")
+        self._check_law()
         self._check_names()
+
+    def _check_law(self) -> None:
+        if self.law.slip == "end" and self.law.restitution == "newton":
+            return
+        for i, contact in enumerate(self.contacts):
+            if getattr(contact, "tangential_restitution", 0.0):
+                raise InputError(
+                    f"contacts[{i}]: tangential restitution has no meaning with "
+                    f'restitution="{self.law.restitution}", slip="{self.law.slip}"; it belongs to '
+                    'Law(restitution="newton", slip="end"), or is 0'
+                )
 
     def _check_entries(self) -> None:
         # The module of a kind is loaded only where the scene has entries of that kind.

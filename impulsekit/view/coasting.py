@@ -55,7 +55,7 @@ def _fitting_span(impact: Impact) -> float:
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, impact.q)
     places = np.array([data.oMi[i].translation for i in range(1, robot.model.njoints)])
-    size = max(float(np.ptp(places, axis=0).max()), 0.3)
+    size = max(float(np.ptp(places, axis=0).max()) if len(places) else 0.0, 0.3)
     limits = [LONGEST]
     for v in (impact.v_before, impact.v_after):
         pin.forwardKinematics(robot.model, data, impact.q, np.array(v))

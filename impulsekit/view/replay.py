@@ -15,6 +15,7 @@ import numpy as np
 
 from ..errors import RangeError
 from ..files import check_writable, write_file
+from ..scene.points import report_points
 from .actors import Actors
 from .browser import send_to, show_page
 from .drawing import Drawing
@@ -65,10 +66,10 @@ def replay(
     *,
     open: bool = False,
     viewer: Any = None,
-    points: Sequence[ReportPoint] = (),
+    points: Sequence[ReportPoint | str] = (),
     velocities: bool = True,
     reactions: bool | Iterable[str] = False,
-    traces: Sequence[ReportPoint] = (),
+    traces: Sequence[ReportPoint | str] = (),
     ghosts: Iterable[float] = (),
     fps: float = 60.0,
     speed: float | None = None,
@@ -93,7 +94,7 @@ def replay(
         points: points whose velocities are drawn at impacts; by default some mass centres.
         velocities: whether velocity arrows are drawn at all.
         reactions: True for the reaction impulses of all joints, or joints by name.
-        traces: points whose paths are drawn.
+        traces: points whose paths are drawn; the name of a frame stands for its origin.
         ghosts: instants of the motion whose poses stay in the picture [s].
         fps: frames for each second of playback.
         speed: motion seconds for each second of playback; by default 1, and for an impact
@@ -147,10 +148,10 @@ def replay(
         shown,
         actors,
         timeline,
-        points=points,
+        points=report_points(points, "replay: points"),
         velocities=velocities,
         reactions=reactions if isinstance(reactions, bool) else list(reactions),
-        traces=traces,
+        traces=report_points(traces, "replay: traces"),
         hold=None if shown.impact_alone is not None else hold,
     )
     seen = np.concatenate([actors.corners, effects.corners])

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import InputError, RangeError, a_thing, quoted
 from ..scene import AppliedImpulse
+from ..scene.points import report_points
 from .contacts import contacts_section
 from .forms import FORMS
 from .speeds import speeds_of
@@ -63,7 +64,11 @@ def report_blocks(
     impact: Impact, points: Iterable[ReportPoint] = (), *, rows: int = 40
 ) -> list[list[str]]:
     """The lines of a report, section by section; the first of each is its title."""
-    blocks = [_head(impact), _points(impact, tuple(points)), _speeds(impact, rows)]
+    blocks = [
+        _head(impact),
+        _points(impact, report_points(points, "report: points")),
+        _speeds(impact, rows),
+    ]
     blocks += [section(impact) for section in SECTIONS]
     return [block for block in blocks if block]
 

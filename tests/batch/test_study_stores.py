@@ -425,7 +425,8 @@ def test_killed_and_paused_at_fifty_random_moments_two_at_once(files, tmp_path):
                 refused += process.returncode == 2
         assert_own_rows(folder, truth)
         turn += 1
-        if not paused and folder.exists() and ik.summarize(folder).complete:
+        made = (folder / "study.json").exists()
+        if made and not paused and ik.summarize(folder).complete:
             folder.rename(tmp_path / f"done{turn}")
     for process in paused:
         process.kill()

@@ -219,8 +219,6 @@ def _set(array, index, value):
 @pytest.mark.parametrize("name", ik.example_names())
 def test_a_blow_on_any_branch_of_any_robot_is_solved(name):
     """On a fixed base, with all other branches left out."""
-    if name == "ur_description/ur3":
-        pytest.skip("the package's file of this name holds no link")
     robot = ik.Robot.from_example(name)
     if robot.nv == 0:
         pytest.skip("nothing moves on a fixed base")

@@ -96,3 +96,22 @@ def test_scenes_with_contacts_travel_by_pickle(robot):
     twin = pickle.loads(pickle.dumps(scene))
     assert twin.contacts == scene.contacts
     assert twin.law == scene.law
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        ik.Law("poisson"),
+        ik.Law("newton", "path"),
+        ik.Law("stronge", "path"),
+        ik.Law("poisson", order="sequential"),
+    ],
+)
+def test_tangential_restitution_goes_with_newton_and_slip_at_the_end(robot, law):
+    """Refused when the scene is made, whether or not that contact ever approaches."""
+    plain = ik.Contact("panda_hand", friction=0.3)
+    skid = ik.Contact("panda_hand", friction=0.3, tangential_restitution=0.5)
+    with pytest.raises(errors.InputError, match=r"contacts\[1\]: tangential restitution"):
+        ik.Scene(robot, contacts=[plain, skid], law=law)
+    assert ik.Scene(robot, contacts=[plain], law=law)
+    assert ik.Scene(robot, contacts=[plain, skid], law=ik.Law(order="sequential"))

@@ -292,3 +292,18 @@ def test_filters_of_warnings_are_left_alone(chain):
     before = list(warnings.filters)
     ik.replay(chain)
     assert warnings.filters == before
+
+
+def test_a_name_stands_for_the_origin_of_its_frame(chain):
+    named = ik.replay(chain, traces=["link_2"], points=["link_2"])
+    given = ik.ReportPoint("link_2")
+    pointed = ik.replay(chain, traces=[given], points=[given])
+    paths = [[command["path"] for command in page.commands] for page in (named, pointed)]
+    assert paths[0] == paths[1]
+    assert any("traces" in path and "link_2" in path for path in paths[0])
+    assert named.arrows == pointed.arrows
+    for wrong in (3, [3], [None], {"link_2": 1.0}.values()):
+        with pytest.raises(InputError, match="traces"):
+            ik.replay(chain, traces=wrong)
+    with pytest.raises(UnknownNameError, match="link_2"):
+        ik.replay(chain, traces=["lnik_2"])

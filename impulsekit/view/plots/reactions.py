@@ -53,7 +53,7 @@ def joint_reactions(
     names = impact.scene.robot.joint_names
     sizes = np.array([np.linalg.norm(impact.reactions[name][where]) for name in names])
     # Beside the largest reaction of either part this is rounding.
-    scale = max(float(np.abs(impact.reactions[name]).max()) for name in names)
+    scale = max((float(np.abs(impact.reactions[name]).max()) for name in names), default=0.0)
     sizes[sizes < ROUNDING * scale] = 0.0
     chosen = np.sort(np.argsort(-sizes, kind="stable")[: max(rows, 1)])
     ax = axes_or_new(ax, 1.2 + 0.28 * len(chosen))
