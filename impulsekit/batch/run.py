@@ -144,7 +144,7 @@ class BatchRun:
             self._inputs,
             self._outputs,
             work[shift:],
-            (np.empty((4, 2)), np.empty(4), np.empty(lanes.width, np.int8)),
+            np.empty(lanes.width, np.int8),
             lanes,
         )
         with self._lock:

@@ -12,13 +12,13 @@ from functools import cached_property
 
 import numpy as np
 
+from ..laws.coulomb import coulomb_impulse
 from ..scene import Contact, Scene
 from ..scene.restitution import restitution_at
 from .algorithms import check_pivots, cholesky_solve, crba, decompose
 from .constrained import ConstrainedJump, Outcome
 from .known import KnownImpulses
 from .laws import ContactProblem, find_impulses
-from .laws.coulomb import coulomb_impulse
 from .laws.problem import THROWN, is_thrown
 from .reach import ReachedModel, reached_model, touched_joints
 from .rows import needs_places

@@ -292,8 +292,7 @@ class PreciseImpact:
 
     def _single(self, masses, both, own, v, count, e, mu, e_t):
         """(p, Δv) of one contact, for Poisson's law of compression and of expansion."""
-        from impulsekit.impact.laws.coulomb import coulomb
-        from impulsekit.impact.laws.single import released
+        from impulsekit.laws.coulomb import coulomb, released
 
         numbers, impulse = self.numbers, self.numbers.zeros(self.nv)
         newton = self.scene.law.restitution == "newton"

@@ -42,7 +42,7 @@ _OFF = int(Status.OFF_MANIFOLD)
 @kernel
 def solve_blocks(
     begin, end, states, tree, sizes, places, sets, known, loads, rows, meetings, balls,
-    meet, held, contacts, law, words, inputs, outputs, work, room, witness,
+    meet, held, contacts, law, words, inputs, outputs, work, code, witness,
 ):  # fmt: skip
     """Solve the blocks ``begin`` to ``end``; the last one may reach back over the one before.
 
@@ -73,7 +73,7 @@ def solve_blocks(
         outputs: dv, v_after, generalized impulse, contact impulses, row impulses, energy
             change (each empty where it is not wanted), codes.
         work: see ``layout``.
-        room: (4, 2) and (4,) for the law of one contact, codes of a block.
+        code: (lanes,) those of a block, while it is solved.
     """
     (
         ints, floats, dofs, armature,
@@ -100,7 +100,6 @@ def solve_blocks(
     w = width(witness)
     has_known = len(blow_ints) + len(kicks) > 0
     restitution, slip, order, alone = words
-    found, roots, code = room
     zero = np.int64(0)
     for block in range(begin, end):
         base = min(block * w, states - w)
@@ -168,7 +167,7 @@ def solve_blocks(
                     code[lane] = solve_alone(
                         count, contact_floats[12], contact_floats[11], e[state * e_step],
                         mu[state * mu_step], work, w_at, before_at, free_at, p_at, w, lane,
-                        found, roots,
+                        digits(witness),
                     )  # fmt: skip
                 elif alone == 1:
                     for r in range(count):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from ...laws.single import strike_at_end
 from ...laws.status import Status
+from ...laws.words import NEWTON
 from ..codes import AGAIN
-from .coulomb import coulomb, gain
+from .coulomb import block_at, gain, is_close_call
 from .jit import built_in
 from .layout import CONTACT_INTS
 from .problem import pose, problem_in, put_back, room
@@ -37,8 +39,15 @@ def newton_lanes(
 @built_in
 def _solved(count, digits, space):
     """The code, with P of the contacts that touch in ``space``."""
-    _, line, (_, found, roots), _ = space
+    line = space[1]
     W, before, free, mus, es, ets, P = problem_in(space)
+    if count == 1:
+        block = block_at(W, 0)
+        u, start = (before[0], before[1], before[2]), (free[0], free[1], free[2])
+        hit = strike_at_end(block, u, start, es[0], mus[0], ets[0], NEWTON)
+        P[0], P[1], P[2] = hit.impulse
+        close = is_close_call(block, mus[0], hit.impulse, hit.code, digits)
+        return AGAIN if close else hit.code
     b, after = line[10], line[15]
     size = 3 * count
     smooth = True
@@ -56,14 +65,7 @@ def _solved(count, digits, space):
             for j in (3 * k, 3 * k + 1):
                 scale = max(scale, abs(free[j]), abs(ets[k] * before[j]))
         scale = max(scale, abs(un), abs(free[3 * k + 2]))
-    if count == 1:
-        p1, p2, pn, code = coulomb(
-            W[0, 0], W[0, 1], W[1, 1], W[0, 2], W[1, 2], W[2, 2],
-            b[0], b[1], b[2], mus[0], scale, found, roots,
-        )  # fmt: skip
-        P[0], P[1], P[2] = p1, p2, pn
-    else:
-        code = several(b, count, smooth, scale, digits, space)
+    code = several(b, count, smooth, scale, digits, space)
     if code == AGAIN:
         return AGAIN
     for i in range(size):

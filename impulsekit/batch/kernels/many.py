@@ -11,9 +11,10 @@ import math
 
 import numpy as np
 
+from ...laws.coulomb import coulomb
 from ...laws.status import Status
 from ..codes import AGAIN
-from .coulomb import coulomb
+from .coulomb import block_at
 from .dense import rank_by_pivots
 from .jit import built_in
 from .modes import BAR, MOST_STEPS, RIDGE, SLIDES, polish, residual_of
@@ -33,6 +34,7 @@ ROUNDS = len(SWEEPS)
 # Share of the largest load, or of the velocities, that is none.
 EDGE = 1e-9
 _SOLVED, _NOT_UNIQUE = int(Status.SOLVED), int(Status.NOT_UNIQUE)
+_MANY, _NONE = int(Status.MANY_SOLUTIONS), int(Status.NO_SOLUTION)
 
 
 @built_in
@@ -49,11 +51,8 @@ def _swept(W, b, mu, n, scale, P, sweeps, found, roots):
                     u1 += W[k, j] * P[j]
                     u2 += W[k + 1, j] * P[j]
                     un += W[k + 2, j] * P[j]
-            p1, p2, pn, code = coulomb(
-                W[k, k], W[k, k + 1], W[k + 1, k + 1], W[k, k + 2], W[k + 1, k + 2],
-                W[k + 2, k + 2], u1, u2, un, mu[i], scale, found, roots,
-            )  # fmt: skip
-            if code == AGAIN and not pn > 0.0:
+            (p1, p2, pn), code = coulomb(block_at(W, k), u1, u2, un, mu[i], scale)
+            if code in (_MANY, _NONE) and not pn > 0.0:
                 continue
             largest = max(largest, W[k + 2, k + 2] * abs(pn - P[k + 2]))
             P[k], P[k + 1], P[k + 2] = p1, p2, pn

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from ...laws.single import GAIN, strike_at_end
 from ...laws.status import Status
+from ...laws.words import NEWTON
 from ..codes import AGAIN
-from .coulomb import GAIN, coulomb
+from .coulomb import is_close_call
 from .jit import built_in
 
 __all__ = ["solve_alone"]
 
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
+_NONE = int(Status.NO_SOLUTION)
 
 
 @built_in
-def solve_alone(
-    rows, capture, e_t, e, mu, work, w_at, before_at, free_at, p_at, w, lane, found, roots
-):
+def solve_alone(rows, capture, e_t, e, mu, work, w_at, before_at, free_at, p_at, w, lane, digits):
     """``law.solve_state`` for such a one: no arrays on the way.
 
     Args:
@@ -38,7 +39,7 @@ def solve_alone(
         if b >= -1e-15 * max(abs(before), abs(free)):
             return _SOLVED
         if not nn > 0.0:
-            return AGAIN
+            return _NONE
         pn = -b / nn
         work[n] = pn
         normal = 0.5 * pn * (before + free + nn * pn)
@@ -49,15 +50,9 @@ def solve_alone(
     t11, t12 = float(work[w_at * w + lane]), float(work[(w_at + 1) * w + lane])
     n1, t22 = float(work[(w_at + 2) * w + lane]), float(work[(w_at + 4) * w + lane])
     n2 = float(work[(w_at + 5) * w + lane])
-    scale = max(abs(before), abs(free), abs(f1), abs(f2), abs(e_t * a1), abs(e_t * a2))
-    p1, p2, pn, code = coulomb(
-        t11, t12, t22, n1, n2, nn, f1 + e_t * a1, f2 + e_t * a2, b, mu, scale, found, roots
-    )
-    work[n - 2 * w], work[n - w], work[n] = p1, p2, pn
-    if code == AGAIN or pn == 0.0:
-        return code
-    normal = 0.5 * pn * (before + free + n1 * p1 + n2 * p2 + nn * pn)
-    friction = 0.5 * p1 * (a1 + f1 + t11 * p1 + t12 * p2 + n1 * pn)
-    friction += 0.5 * p2 * (a2 + f2 + t12 * p1 + t22 * p2 + n2 * pn)
-    size = abs(p1 * a1) + abs(p2 * a2) + abs(pn * before) + abs(normal) + abs(friction)
-    return _GAIN if normal + friction > GAIN * size else code
+    if not (before < 0.0 and -before >= capture):
+        e = 0.0
+    block = (t11, t12, t22, n1, n2, nn)
+    hit = strike_at_end(block, (a1, a2, before), (f1, f2, free), e, mu, e_t, NEWTON)
+    work[n - 2 * w], work[n - w], work[n] = hit.impulse
+    return AGAIN if is_close_call(block, mu, hit.impulse, hit.code, digits) else hit.code

@@ -5,11 +5,11 @@ For one contact or several at once, as ``impact.laws.simultaneous`` has it.
 
 from __future__ import annotations
 
+from ...laws.single import GAIN, strike_at_end
 from ...laws.status import Status
 from ...laws.words import POISSON
 from ..codes import AGAIN
-from .coulomb import GAIN
-from .hit import hit_at_end, judged
+from .coulomb import block_at, is_close_call
 from .jit import built_in
 from .layout import CONTACT_INTS
 from .many import is_redundant
@@ -47,7 +47,7 @@ def poisson_lanes(
 @built_in
 def _solved(count, digits, space):
     """The code, with P of the contacts that touch in ``space``."""
-    _, line, (_, found, roots), _ = space
+    line = space[1]
     W, _, free, mus, es, ets, P = problem_in(space)
     smooth = True
     for i in range(count):
@@ -57,12 +57,11 @@ def _solved(count, digits, space):
                 # Which is refused.
                 return AGAIN
     if count == 1:
-        p1, p2, pn, normal, friction, code = hit_at_end(
-            W, 0, free[0], free[1], free[2], es[0], mus[0], 0.0, POISSON, found, roots
-        )
-        P[0], P[1], P[2] = p1, p2, pn
-        size = abs(p1 * free[0]) + abs(p2 * free[1]) + abs(pn * free[2])
-        return code if code == AGAIN else judged(code, size, normal, friction)
+        block, u = block_at(W, 0), (free[0], free[1], free[2])
+        hit = strike_at_end(block, u, u, es[0], mus[0], 0.0, POISSON)
+        P[0], P[1], P[2] = hit.impulse
+        close = is_close_call(block, mus[0], hit.impulse, hit.code, digits)
+        return AGAIN if close else hit.code
     b = line[10]
     total, velocity, normal, friction, floor = line[19:24]
     scale = 0.0

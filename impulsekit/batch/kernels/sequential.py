@@ -7,11 +7,11 @@ which comes first, the state is left to the solver of single states.
 from __future__ import annotations
 
 from ...impact.laws import order
+from ...laws.single import GAIN
 from ...laws.status import Status
 from ...laws.words import NEWTON
 from ..codes import AGAIN
-from .coulomb import GAIN
-from .hit import hit_at_end
+from .hit import hit_contact
 from .jit import built_in
 from .layout import CONTACT_INTS
 from .problem import pose, problem_in, put_back, room
@@ -55,7 +55,6 @@ def sequential_lanes(
 @built_in
 def _solved(count, restitution, digits, space):
     """The code, with P of the contacts that touch in ``space``."""
-    _, _, (_, found, roots), _ = space
     W, _, _, mus, es, ets, _ = problem_in(space)
     velocity, first = begin(count, space)
     code = _SOLVED
@@ -68,10 +67,9 @@ def _solved(count, restitution, digits, space):
             # Which is refused.
             return AGAIN
         k = 3 * i
-        p1, p2, pn, normal, friction, one = hit_at_end(
-            W, i, velocity[k], velocity[k + 1], velocity[k + 2], es[i], mus[i], ets[i],
-            restitution, found, roots,
-        )  # fmt: skip
+        p1, p2, pn, normal, friction, one = hit_contact(
+            W, i, velocity, es[i], mus[i], ets[i], restitution, digits
+        )
         if one == AGAIN:
             return AGAIN
         if code == _SOLVED:

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
+from ...laws.coulomb import coulomb
 from ...scene import Collision, Contact
 from ..constrained import Outcome
 from ..laws import ContactSolution
-from ..laws.coulomb import coulomb
 from ..result import Impact
 from .building import Builder
 from .hits import HitFound, follow_hits

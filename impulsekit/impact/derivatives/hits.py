@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import InputError
+from ...laws.progress import Block, Triple
 from ...scene import Law
 from ..laws import ContactProblem
 from ..laws.sequential import hits_of
-from ..laws.single import Triple, block_of, strike
-from ..laws.slide import Block
+from ..laws.single import block_of, strike
 from .factor import Factor
 from .linear import Touching
 from .modes import EDGE

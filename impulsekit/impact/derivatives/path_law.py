@@ -15,7 +15,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...laws.path import NULL, STOPPED, outgoing
-from ..laws.slide import Block
+from ...laws.progress import Block
 from .modes import EDGE
 
 __all__ = ["PARAMETERS", "PathDerivative", "path_derivative"]

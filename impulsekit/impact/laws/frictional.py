@@ -16,10 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...laws.single import NEGLIGIBLE
 from ...laws.status import Status
 from ...laws.uniqueness import search_phase
 from .modes import Modes
-from .single import NEGLIGIBLE
 from .sticking import held_still
 from .uniqueness import unique_contacts
 from .unload import unload

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .single import block_of, released
+from ...laws.coulomb import released
+from .single import block_of
 
 __all__ = ["sweep"]
 

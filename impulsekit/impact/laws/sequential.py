@@ -6,12 +6,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ...laws.progress import Triple
+from ...laws.single import GAIN, Hit
 from ...laws.status import Status
 from ...scene.law import Law
 from .limit import Jump, find_limit
 from .order import fastest, pace_of
 from .problem import ContactProblem, ContactSolution
-from .single import GAIN, Hit, Triple, block_of, strike
+from .single import block_of, strike
 
 __all__ = ["hits_of", "solve_sequential"]
 

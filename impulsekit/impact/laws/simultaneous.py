@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...laws.single import GAIN
 from ...laws.status import Status
 from ...scene.law import Law
 from .frictionless import solve_frictionless
 from .problem import ContactProblem, ContactSolution
-from .single import GAIN, refuse_tangential
+from .single import refuse_tangential
 
 __all__ = ["solve_simultaneous"]
 

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from impulsekit.errors import InputError, NotFiniteError, RangeError, ShapeError
 from impulsekit.impact.laws import solve_contacts
-from impulsekit.impact.laws.coulomb import coulomb, coulomb_impulse
-from impulsekit.impact.laws.slide import slides
+from impulsekit.laws.coulomb import coulomb, coulomb_impulse
+from impulsekit.laws.quartic import slides
 from impulsekit.laws.status import Status
 from impulsekit.scene.law import Law
 
@@ -99,7 +99,8 @@ def test_every_direction_of_slip_is_found(seed):
     mu, b = rng.uniform(0.05, 3), rng.normal(size=3)
     b[2] = -abs(b[2])
     upper = (W[0, 0], W[0, 1], W[1, 1], W[0, 2], W[1, 2], W[2, 2])
-    found = np.array(slides(upper, *b, mu)).reshape(-1, 2)
+    count, *directions = slides(upper, *b, mu)
+    found = np.array(directions[:count]).reshape(-1, 2)
     angle = np.linspace(0, 2 * np.pi, 20001)
     s = np.array([np.cos(angle), np.sin(angle)])
     pn = -b[2] / (W[2, 2] - mu * W[2, :2] @ s)

@@ -1,0 +1,247 @@
+"""Coulomb's law at one contact, in closed form.
+
+ξ = W P + b with 0 ≤ P_n ⊥ ξ_n ≥ 0, |P_t| ≤ µ P_n, P_t = −µ P_n ξ_t/|ξ_t| where ξ_t ≠ 0.
+"""
+
+from __future__ import annotations
+
+import math
+
+from .compiled import compiled, entry
+from .progress import Block, Triple
+from .quartic import Pair, slides
+from .status import Status
+
+__all__ = ["bounded_friction", "coulomb", "coulomb_impulse", "is_jammed", "released", "residual_of"]
+
+_NOTHING = (0.0, 0.0, 0.0)
+_SOLVED, _JAM, _NONE = int(Status.SOLVED), int(Status.PAINLEVE_JAM), int(Status.NO_SOLUTION)
+_MANY, _NOT_UNIQUE = int(Status.MANY_SOLUTIONS), int(Status.NOT_UNIQUE)
+
+# A tangential inertia this much smaller than its terms is a zero; of a plane, its determinant.
+NULL, REGULAR = 1e-12, 1e-10
+# Excess over the cone that is rounding.
+ON_CONE = 1e-13
+# Against the velocities: an approach that is none, and a slip that is none.
+AT_REST, STILL = 1e-15, 1e-13
+# Of both normal impulses: what sets two answers apart.
+APART = 1e-7
+
+
+@compiled
+def coulomb(
+    block: Block, b1: float, b2: float, bn: float, mu: float, scale: float
+) -> tuple[Triple, int]:
+    """The impulse of one contact [N s], and the code of its ``Status``.
+
+    Args:
+        block: W [1/kg].
+        b1, b2, bn: ξ without contact impulse [m/s].
+        mu: the friction.
+        scale: the size of the velocities, for what counts as zero [m/s].
+    """
+    nn = block[5]
+    if bn >= -AT_REST * scale:
+        # It parts, or lies still: there is no impulse, whatever else would be possible.
+        if mu > 0.0 and bn <= STILL * scale and is_jammed(block, b1, b2, mu, scale):
+            return _NOTHING, _MANY
+        return _NOTHING, _SOLVED
+    if not nn > 0.0:
+        return _NOTHING, _NONE
+    if mu == 0.0:
+        return (0.0, 0.0, -bn / nn), _SOLVED
+    stick, sticks, determined = _stick(block, b1, b2, bn, mu, scale)
+    if sticks and not determined:
+        return stick, _NOT_UNIQUE
+    code = _JAM if is_jammed(block, b1, b2, mu, scale) else _SOLVED
+    # Even far below Painlevé's friction it may slide as well, where W_tt is anisotropic; the
+    # signs in the quartic mostly tell at once that it cannot.
+    count, one, two, three, four = slides(block, b1, b2, bn, mu)
+    if count == 0:
+        return (stick, code) if sticks else (_NOTHING, _NONE)
+    first = _sliding(block, bn, mu, one)
+    chosen = stick if sticks else first
+    if (
+        _apart(first, chosen)
+        or (count > 1 and _apart(_sliding(block, bn, mu, two), chosen))
+        or (count > 2 and _apart(_sliding(block, bn, mu, three), chosen))
+        or (count > 3 and _apart(_sliding(block, bn, mu, four), chosen))
+    ):
+        return chosen, _MANY
+    return chosen, code
+
+
+@entry(lambda: ((1.0,) * 6, 1.0, 1.0, -1.0, 0.5, 1.0), seconds=1.5)
+def coulomb_impulse(
+    block: Block, b1: float, b2: float, bn: float, mu: float, scale: float
+) -> Triple:
+    """The impulse of ``coulomb`` by itself: what else would be possible is not looked for."""
+    nn = block[5]
+    if bn >= -AT_REST * scale or not nn > 0.0:
+        return 0.0, 0.0, 0.0
+    if mu == 0.0:
+        return 0.0, 0.0, -bn / nn
+    stick, sticks, _ = _stick(block, b1, b2, bn, mu, scale)
+    if sticks:
+        return stick
+    count, one, _, _, _ = slides(block, b1, b2, bn, mu)
+    if count == 0:
+        return 0.0, 0.0, 0.0
+    return _sliding(block, bn, mu, one)
+
+
+@compiled
+def is_jammed(block: Block, u1: float, u2: float, mu: float, scale: float) -> bool:
+    """Whether slip at u presses the contact further in: W_nn ≤ µ W_nt·s."""
+    speed = math.sqrt(u1 * u1 + u2 * u2)
+    if speed <= STILL * scale:
+        return False
+    return block[5] * speed <= mu * (block[3] * u1 + block[4] * u2)
+
+
+@compiled
+def released(block: Block, b: Triple, mu: float, floor: float, scale: float) -> tuple[Triple, int]:
+    """Coulomb's law with P_n ≥ floor instead of 0, as ``coulomb``."""
+    if floor > 0.0:
+        p1, p2 = bounded_friction(block, b[0], b[1], floor, mu)
+        velocity = b[2] + block[3] * p1 + block[4] * p2 + block[5] * floor
+        if velocity >= -AT_REST * scale:
+            return (p1, p2, floor), _SOLVED
+    impulse, code = coulomb(block, b[0], b[1], b[2], mu, scale)
+    if impulse[2] < floor * (1.0 - 1e-12):
+        return impulse, _NONE
+    return impulse, code
+
+
+@compiled
+def bounded_friction(block: Block, b1: float, b2: float, pn: float, mu: float) -> Pair:
+    """P_t of least ½ P_tᵀ W_tt P_t + P_t·b_t' within |P_t| ≤ µ P_n, P_n being given.
+
+    Args:
+        b1, b2: ξ_t without contact impulse [m/s].
+        pn: the normal impulse [N s].
+    """
+    t11, t12, t22, n1, n2, _ = block
+    r1, r2 = -(b1 + n1 * pn), -(b2 + n2 * pn)
+    bound = mu * pn
+    trace, regular = t11 + t22, max(t11 * t22 - t12 * t12, 0.0)
+    if bound <= 0.0 or not trace > 0.0:
+        return 0.0, 0.0
+    if regular > NULL * t11 * t22:
+        p1, p2 = (t22 * r1 - t12 * r2) / regular, (t11 * r2 - t12 * r1) / regular
+    else:
+        # Of rank one, and r in its range.
+        p1, p2 = r1 / trace, r2 / trace
+    length = math.sqrt(r1 * r1 + r2 * r2)
+    if math.sqrt(p1 * p1 + p2 * p2) <= bound or length == 0.0:
+        return p1, p2
+    # On the edge: |(W_tt + k)⁻¹ r| = bound. Its inverse is concave in k, so that Newton
+    # from a k that is too small climbs to the root and never passes it.
+    mean, half = 0.5 * trace, 0.5 * (t11 - t22)
+    spread = math.sqrt(half * half + t12 * t12)
+    k = max(length / bound - mean - spread, 1e-15 * (mean + spread))
+    for _ in range(100):
+        k1, k2 = t11 + k, t22 + k
+        det = k * (k + trace) + regular
+        p1, p2 = (k2 * r1 - t12 * r2) / det, (k1 * r2 - t12 * r1) / det
+        size = math.sqrt(p1 * p1 + p2 * p2)
+        if size <= bound * (1.0 + 1e-15):
+            break
+        slope = (k2 * p1 * p1 - 2.0 * t12 * p1 * p2 + k1 * p2 * p2) / det
+        step = size * size * (size - bound) / (bound * slope)
+        if step <= 1e-16 * k:
+            break
+        k += step
+    return p1, p2
+
+
+@compiled
+def residual_of(
+    block: Block, b: Triple, impulse: Triple, mu: float, floor: float, scale: float
+) -> float:
+    """How far P is from Coulomb's law, relative to the velocities at hand; P_n ≥ floor."""
+    t11, t12, t22, n1, n2, nn = block
+    p1, p2, pn = impulse
+    worst = 0.0
+    scale = max(scale, nn * pn)
+    if nn > 0.0:
+        xn = b[2] + n1 * p1 + n2 * p2 + nn * pn
+        worst = abs(min(xn, nn * (pn - floor)))
+    elif b[2] < 0.0:
+        worst = -b[2]
+    rate = t11 + t22
+    if mu > 0.0 and pn > 0.0 and rate > 0.0:
+        x1 = b[0] + t11 * p1 + t12 * p2 + n1 * pn
+        x2 = b[1] + t12 * p1 + t22 * p2 + n2 * pn
+        q1, q2 = p1 - x1 / rate, p2 - x2 / rate
+        size = math.sqrt(q1 * q1 + q2 * q2)
+        if size > mu * pn:
+            q1, q2 = q1 * mu * pn / size, q2 * mu * pn / size
+        q1, q2 = p1 - q1, p2 - q2
+        worst = max(worst, rate * math.sqrt(q1 * q1 + q2 * q2))
+    return worst / scale if worst > 0.0 else 0.0
+
+
+@compiled
+def _stick(
+    block: Block, b1: float, b2: float, bn: float, mu: float, scale: float
+) -> tuple[Triple, bool, bool]:
+    """P with W P = −b, the normal eliminated first; whether friction holds it, and it is one."""
+    t11, t12, t22, n1, n2, nn = block
+    s11, s12, s22 = t11 - n1 * n1 / nn, t12 - n1 * n2 / nn, t22 - n2 * n2 / nn
+    r1, r2 = n1 * bn / nn - b1, n2 * bn / nn - b2
+    det = s11 * s22 - s12 * s12
+    exists = determined = True
+    if det > REGULAR * t11 * t22 and det > 0.0:
+        p1, p2 = (s22 * r1 - s12 * r2) / det, (s11 * r2 - s12 * r1) / det
+    else:
+        p1, p2, exists, determined = _stick_in_a_line(block, s11, s12, s22, r1, r2, scale)
+    pn = -(bn + n1 * p1 + n2 * p2) / nn
+    holds = pn > 0.0 and math.sqrt(p1 * p1 + p2 * p2) <= mu * pn * (1.0 + ON_CONE)
+    return (p1, p2, pn), exists and holds, determined
+
+
+@compiled
+def _stick_in_a_line(
+    block: Block, s11: float, s12: float, s22: float, r1: float, r2: float, scale: float
+) -> tuple[float, float, bool, bool]:
+    """P_t where some tangential direction, together with the normal, moves no inertia of its own.
+
+    Whether there is one, and whether it is determined.
+    """
+    t11, t12, t22, _, _, _ = block
+    mean, half = 0.5 * (s11 + s22), 0.5 * (s11 - s22)
+    spread = math.sqrt(half * half + s12 * s12)
+    angle = 0.5 * math.atan2(2.0 * s12, s11 - s22)
+    p1 = p2 = 0.0
+    exists = determined = True
+    value, e1, e2 = mean + spread, math.cos(angle), math.sin(angle)
+    for _ in range(2):
+        right = r1 * e1 + r2 * e2
+        inertia = t11 * e1 * e1 + 2.0 * t12 * e1 * e2 + t22 * e2 * e2
+        if value > NULL * (t11 + t22):
+            p1, p2 = p1 + right / value * e1, p2 + right / value * e2
+        elif abs(right) > 1e-10 * scale:
+            exists = False
+        elif inertia > NULL * (t11 + t22):
+            determined = False
+        value, e1, e2 = mean - spread, -e2, e1
+    return p1, p2, exists, determined
+
+
+@compiled
+def _sliding(block: Block, bn: float, mu: float, s: Pair) -> Triple:
+    """P = P_n (−µ s, 1) with ξ_n = 0."""
+    pn = -bn / (block[5] - mu * (block[3] * s[0] + block[4] * s[1]))
+    return -mu * s[0] * pn, -mu * s[1] * pn, pn
+
+
+@compiled
+def _apart(one: Triple, other: Triple) -> bool:
+    """Whether two impulses differ by more than rounding."""
+    size = APART * (abs(one[2]) + abs(other[2]))
+    return (
+        abs(one[0] - other[0]) > size
+        or abs(one[1] - other[1]) > size
+        or abs(one[2] - other[2]) > size
+    )

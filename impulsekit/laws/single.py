@@ -1,0 +1,139 @@
+"""One contact, struck once, with slip at the end: Newton's and Poisson's restitution."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from .compiled import compiled, entry
+from .coulomb import coulomb, released, residual_of
+from .progress import Block, Triple
+from .status import Status
+from .words import NEWTON
+
+__all__ = ["GAIN", "NEGLIGIBLE", "Hit", "gained", "hit_at_end", "moved", "strike_at_end"]
+
+# Coefficients this small would only underflow.
+NEGLIGIBLE = 1e-150
+# Work above this share of the energies in play is a gain.
+GAIN = 1e-10
+_SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
+_JAM, _NOT_UNIQUE = int(Status.PAINLEVE_JAM), int(Status.NOT_UNIQUE)
+_STATUS = tuple(sorted(Status))
+
+
+class Hit(NamedTuple):
+    """What one contact did.
+
+    Attributes:
+        impulse: [N s].
+        after: u⁺ [m/s].
+        code: of its ``Status``.
+        residual: how far it is from the law, relative.
+        normal_work, friction_work: [J].
+    """
+
+    impulse: Triple
+    after: Triple
+    code: int
+    residual: float
+    normal_work: float
+    friction_work: float
+
+    @property
+    def status(self) -> Status:
+        """How it is to be taken."""
+        return _STATUS[self.code]
+
+
+@entry(lambda: ((1.0,) * 6, (1.0,) * 3, (1.0,) * 3, 0.5, 0.5, 0.0, NEWTON), seconds=2.5)
+def strike_at_end(
+    block: Block, before: Triple, free: Triple, e: float, mu: float, e_t: float, restitution: int
+) -> Hit:
+    """The impulse of one contact.
+
+    Args:
+        block: W [1/kg].
+        before: u⁻ [m/s].
+        free: u_free [m/s].
+        e, mu, e_t: restitution, friction, tangential restitution (0 but under Newton's).
+        restitution: NEWTON or POISSON.
+    """
+    hit = hit_at_end(block, before, free, e, mu, e_t, restitution)
+    impulse, after, code, residual, normal, friction = hit
+    start = before if restitution == NEWTON else free
+    if gained(code, normal, friction, impulse, start):
+        return Hit(impulse, after, _GAIN, residual, normal, friction)
+    return hit
+
+
+@compiled
+def hit_at_end(
+    block: Block, before: Triple, free: Triple, e: float, mu: float, e_t: float, restitution: int
+) -> Hit:
+    """``strike_at_end`` without a look at the energy, which one hit of many may raise."""
+    mu = mu if mu > NEGLIGIBLE else 0.0
+    e = e if e > NEGLIGIBLE else 0.0
+    scale = max(abs(before[2]), abs(free[2]))
+    if mu > 0.0:
+        scale = max(scale, abs(free[0]), abs(free[1]), abs(e_t * before[0]), abs(e_t * before[1]))
+    if restitution == NEWTON:
+        b = (0.0, 0.0, free[2] + (e * before[2] if before[2] < 0.0 else 0.0))
+        if mu > 0.0:
+            b = (free[0] + e_t * before[0], free[1] + e_t * before[1], b[2])
+        impulse, code = coulomb(block, b[0], b[1], b[2], mu, scale)
+        residual = residual_of(block, b, impulse, mu, 0.0, scale)
+        after = moved(block, free, impulse, mu)
+        normal, friction = _works(impulse, before, after)
+        return Hit(impulse, after, code, residual, normal, friction)
+    return _poisson(block, free, e, mu, scale)
+
+
+@compiled
+def _poisson(block: Block, free: Triple, e: float, mu: float, scale: float) -> Hit:
+    """Compression to u_n = 0, then P_n ≥ e P_n^c (Glocker & Pfeiffer 1995)."""
+    pressed, code = coulomb(block, free[0], free[1], free[2], mu, scale)
+    residual = residual_of(block, free, pressed, mu, 0.0, scale)
+    middle = moved(block, free, pressed, mu)
+    normal, friction = _works(pressed, free, middle)
+    if pressed[2] == 0.0 or e == 0.0:
+        return Hit(pressed, middle, code, residual, normal, friction)
+    floor = e * pressed[2]
+    back, second = released(block, middle, mu, floor, scale)
+    residual = max(residual, residual_of(block, middle, back, mu, floor, scale))
+    after = moved(block, middle, back, mu)
+    if code in (_SOLVED, _JAM, _NOT_UNIQUE) and second != _SOLVED:
+        code = second
+    more, rubbed = _works(back, middle, after)
+    impulse = (pressed[0] + back[0], pressed[1] + back[1], pressed[2] + back[2])
+    return Hit(impulse, after, code, residual, normal + more, friction + rubbed)
+
+
+@compiled
+def moved(block: Block, velocity: Triple, impulse: Triple, mu: float) -> Triple:
+    """u + W P; without friction the tangents are left out of it."""
+    p1, p2, pn = impulse
+    t11, t12, t22, n1, n2, nn = block
+    u1, u2, un = velocity[0] + n1 * pn, velocity[1] + n2 * pn, velocity[2] + nn * pn
+    if mu > 0.0:
+        u1, u2 = u1 + t11 * p1 + t12 * p2, u2 + t12 * p1 + t22 * p2
+        un += n1 * p1 + n2 * p2
+    return u1, u2, un
+
+
+@compiled
+def _works(impulse: Triple, start: Triple, after: Triple) -> tuple[float, float]:
+    """P·(u_start + u⁺)/2 along the normal and along the tangents."""
+    p1, p2, pn = impulse
+    normal = 0.5 * pn * (start[2] + after[2])
+    return normal, 0.5 * (p1 * (start[0] + after[0]) + p2 * (start[1] + after[1]))
+
+
+@compiled
+def gained(code: int, normal: float, friction: float, impulse: Triple, start: Triple) -> bool:
+    """Whether an impulse that obeys the law raised the energy by more than rounding."""
+    total = normal + friction
+    if not total > 0.0 or code not in (_SOLVED, _JAM, _NOT_UNIQUE):
+        return False
+    p1, p2, pn = impulse
+    size = abs(p1 * start[0]) + abs(p2 * start[1]) + abs(pn * start[2])
+    return total > GAIN * (size + abs(normal) + abs(friction))

@@ -1,0 +1,116 @@
+"""One contact in closed form, interpreted and compiled, against all answers in 50 digits."""
+
+import mpmath
+import numpy as np
+import pytest
+
+from impulsekit.laws.quartic import slides
+from impulsekit.laws.single import strike_at_end
+from impulsekit.laws.status import Status
+from impulsekit.laws.words import NEWTON, POISSON
+
+pytestmark = pytest.mark.filterwarnings("ignore:Descending:DeprecationWarning")
+BOTH = [strike_at_end.py_func, lambda *args: strike_at_end.compile()(*args)]
+both = pytest.mark.parametrize("run", BOTH, ids=["interpreted", "compiled"])
+
+
+def block_of(W):
+    (t11, t12, n1), (_, t22, n2), (_, _, nn) = np.asarray(W).tolist()
+    return t11, t12, t22, n1, n2, nn
+
+
+def all_answers(W, b, mu):
+    """Every P of Coulomb's law for b_n < 0: what holds still, and slip from Bonnefon's quartic."""
+    W, b, mu = mpmath.matrix(W.tolist()), mpmath.matrix(list(b)), mpmath.mpf(mu)
+    found = []
+    stick = -mpmath.lu_solve(W, b)
+    if stick[2] > 0 and mpmath.hypot(stick[0], stick[1]) <= mu * stick[2]:
+        found.append([float(p) for p in stick])
+    T, w, nn = W[0:2, 0:2], W[0:2, 2], W[2, 2]
+    A = mu * (b[2] * T - b[0:2] * w.T)
+    c = b[0:2] * nn - b[2] * w
+    trace, det = A[0, 0] + A[1, 1], A[0, 0] * A[1, 1] - A[0, 1] * A[1, 0]
+    m = mpmath.matrix([A[0, 1] * c[1] - A[1, 1] * c[0], A[1, 0] * c[0] - A[0, 0] * c[1]])
+    quartic = [
+        1,
+        -2 * trace,
+        trace**2 + 2 * det - (c.T * c)[0],
+        -2 * (trace * det + (c.T * m)[0]),
+        det**2 - (m.T * m)[0],
+    ]
+    for root in mpmath.polyroots(quartic, maxsteps=300, extraprec=200):
+        if abs(mpmath.im(root)) > mpmath.mpf(10) ** -30 * abs(root) or mpmath.re(root) <= 0:
+            continue
+        root = mpmath.re(root)
+        s = (root * c + m) / ((root - A[0, 0]) * (root - A[1, 1]) - A[0, 1] * A[1, 0])
+        left = nn - mu * (w.T * s)[0]
+        if left > 0:
+            load = -b[2] / left
+            found.append([float(-mu * load * s[0]), float(-mu * load * s[1]), float(load)])
+    return found
+
+
+def random_problem(rng):
+    """W of rank three, stretched along its axes, and u that approaches."""
+    rows = rng.normal(size=(3, rng.integers(3, 7))) * np.exp(rng.normal(size=(3, 1)))
+    u = rng.normal(size=3) * rng.choice([0.1, 1.0, 10.0], size=3)
+    u[2] = -abs(u[2])
+    return rows @ rows.T, u, float(10 ** rng.uniform(-1.5, 0.7))
+
+
+@both
+def test_newton_with_one_answer_or_many(run):
+    rng = np.random.default_rng(11)
+    seen = set()
+    for _ in range(120):
+        W, u, mu = random_problem(rng)
+        e = float(rng.uniform())
+        with mpmath.workdps(50):
+            every = np.array(all_answers(W, [u[0], u[1], (1.0 + e) * u[2]], mu)).reshape(-1, 3)
+        hit = run(block_of(W), tuple(u), tuple(u), e, mu, 0.0, NEWTON)
+        seen.add(len(every))
+        assert (hit.status is Status.NO_SOLUTION) == (len(every) == 0)
+        assert (hit.status is Status.MANY_SOLUTIONS) == (len(every) > 1)
+        if len(every):
+            rounding = 1e-13 * np.linalg.cond(W) * np.abs(every).max()
+            assert np.abs(every - hit.impulse).max(axis=1).min() <= rounding
+            np.testing.assert_allclose(hit.after, u + W @ hit.impulse, atol=1e-12)
+            assert hit.residual < 1e-14 + 1e-15 * np.linalg.cond(W)
+    assert {1, 3} <= seen
+
+
+@both
+def test_poisson_gives_back_e_times_the_compression_at_least(run):
+    rng = np.random.default_rng(12)
+    for _ in range(60):
+        W, u, mu = random_problem(rng)
+        e = float(rng.uniform())
+        with mpmath.workdps(50):
+            first = np.array(all_answers(W, u, mu)).reshape(-1, 3)
+        hit = run(block_of(W), tuple(u), tuple(u), e, mu, 0.0, POISSON)
+        if len(first) != 1 or not hit.status.valid:
+            continue
+        pressed = first[0]
+        back = hit.impulse - pressed
+        assert back[2] >= e * pressed[2] * (1.0 - 1e-9)
+        assert np.hypot(*back[:2]) <= mu * back[2] * (1.0 + 1e-9)
+        after = u + W @ hit.impulse
+        slip = np.hypot(*after[:2])
+        if slip > 1e-9 * np.abs(u).max():
+            np.testing.assert_allclose(
+                back[:2], -mu * back[2] * after[:2] / slip, atol=1e-8 * np.abs(hit.impulse).max()
+            )
+        assert after[2] >= -1e-12 * np.abs(u).max()
+        lifted = after[2] > 1e-9 * np.abs(u).max()
+        assert not lifted or back[2] == pytest.approx(e * pressed[2], rel=1e-9)
+
+
+def test_a_root_at_the_end_of_its_range_is_found():
+    """In the plane and with isotropic inertia, the direction of slip is known beforehand."""
+    for mu in (0.1, 0.5):
+        count, first, *_ = slides((2.0, 0.0, 2.0, 0.0, 0.0, 1.0), 3.0, 4.0, -1.0, mu)
+        assert count == 1
+        np.testing.assert_allclose(first, (0.6, 0.8), atol=1e-15)
+        count, first, *_ = slides((1e5, 0.0, 0.0, -1e3, 0.0, 50.0), 1e4, 0.0, -1.0, mu)
+        assert count == 1
+        np.testing.assert_allclose(first, (1.0, 0.0), atol=1e-12)
