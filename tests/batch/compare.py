@@ -30,7 +30,7 @@ def worst_difference(scene, q, v, rows=None, **varying):
             continue
         if impact.status is ik.Status.INACCURATE:
             continue
-        assert impact.status == batch.status[i], (i, impact.status)
+        assert impact.status == batch.status[i], (i, impact.status.name, int(batch.status[i]))
         if not impact.status.valid:
             continue
         pairs = [
