@@ -75,7 +75,8 @@ def fit(
     if json_to != "-":
         click.echo(_as_text(found, len(seen), level), nl=False)
     if not found.converged:
-        click.echo(f"not valid: {found.message}", err=True)
+        reason = found.notes[0] if found.notes else found.message
+        click.echo(f"not valid: {reason}", err=True)
         ctx.exit(1)
 
 
@@ -140,9 +141,10 @@ def _as_dict(file: str, found: Fit, count: int, level: float) -> dict[str, Any]:
         "parameters": parameters,
         "noise": found.noise,
         "freedom": found.freedom,
-        "sigma_given": not found.estimated,
+        "sigma_given": found.sigma_given,
         "converged": found.converged,
         "message": found.message,
+        "notes": list(found.notes),
     }
 
 
@@ -162,8 +164,9 @@ def _as_text(found: Fit, count: int, level: float) -> str:
             told = "not seen"
         lines.append(f"{name:{width}}   {value:10.5g}   {told:>23}")
     lines.append("")
-    if found.estimated:
+    if not found.sigma_given:
         lines.append(f"noise of a speed, from what is left over: {found.noise:.3g} (m/s, rad/s)")
     else:
         lines.append(f"what is left over is {found.noise:.3g} times the noise that was given")
+    lines += [f"note: {note}" for note in found.notes]
     return "\n".join(lines) + "\n"

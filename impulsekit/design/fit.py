@@ -16,12 +16,15 @@ from ..errors import InputError, NotFiniteError, RangeError, ShapeError, Unknown
 from ..impact import solve
 from ..impact.derivatives import derivatives
 from ..scene import Scene
+from .doubts import bounds_reached, is_misfit, not_seen, outliers
 from .parameters import INERTIA_PARAMETERS, changed_scene, parameters_of
 
 __all__ = ["INERTIA_PARAMETERS", "Fit", "Measurement", "fit_impacts"]
 
 # A parameter on which v⁺ depends less than this, relative to the most telling one, is not seen.
 UNSEEN = 1e-9
+# Frictions from which a fit starts as well: dry contacts have 0.1 to 1.
+FRICTIONS = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +58,14 @@ class Fit:
             where that was given.
         freedom: measured numbers less parameters.
         residuals: measured less fitted, over sigma where that was given.
-        converged: whether scipy's least squares came to its end.
+        converged: whether scipy's least squares came to its end where every friction is seen.
         message: scipy's words.
-        estimated: whether the covariance rests on ``noise``, not on a given sigma.
+        estimated: whether the covariance rests on ``noise``, not on a given sigma; so it
+            does too where the residuals are far above the given sigma.
+        sigma_given: whether the measurements came with a sigma.
+        bounds: (P, 2) between which each parameter lies.
+        notes: sentences on what to doubt: a misfit, parameters that no measurement sees, bounds
+            reached, measurements far off the others. Empty for a fit without reproach.
     """
 
     names: tuple[str, ...]
@@ -69,6 +77,9 @@ class Fit:
     converged: bool
     message: str
     estimated: bool
+    sigma_given: bool
+    bounds: np.ndarray = field(repr=False)
+    notes: tuple[str, ...] = ()
 
     @property
     def sigma(self) -> np.ndarray:
@@ -86,7 +97,7 @@ class Fit:
         return float(self.values[self.names.index(name)])
 
     def intervals(self, level: float = 0.95) -> np.ndarray:
-        """(P, 2) confidence intervals: Student's where the noise was estimated.
+        """(P, 2) confidence intervals within the bounds: Student's where the noise was estimated.
 
         Raises:
             RangeError: the level is not between 0 and 1.
@@ -97,7 +108,8 @@ class Fit:
             raise RangeError.of("level", level, "between 0 and 1")
         tail = 0.5 + 0.5 * level
         reach = stats.t.ppf(tail, self.freedom) if self.estimated else stats.norm.ppf(tail)
-        return np.stack([self.values - reach * self.sigma, self.values + reach * self.sigma], 1)
+        ends = np.stack([self.values - reach * self.sigma, self.values + reach * self.sigma], 1)
+        return np.clip(ends, self.bounds[:, :1], self.bounds[:, 1:])
 
 
 def fit_impacts(
@@ -110,7 +122,9 @@ def fit_impacts(
     """Fit coefficients and inertias to measured impacts.
 
     All measurements share the parameters: contacts and joints are the same by name. The
-    fit starts from the values in the first measurement's scene.
+    fit starts from the values in the first measurement's scene, and where a
+    friction is not seen at the end, once more from one that fits better: a contact that sticks
+    says nothing of µ.
 
     Args:
         measurements: the impacts, in one scene or in several with one robot.
@@ -202,23 +216,44 @@ class _Problem:
             np.where(np.isfinite(self._high), self._high - 1e-6, np.inf),
         )
         self._last: tuple[bytes, np.ndarray, np.ndarray] | None = None
-        found = least_squares(
-            lambda x: self._both(x)[0],
-            inside,
-            lambda x: self._both(x)[1],
-            bounds=(self._low, self._high),
-            x_scale=size,
-            xtol=1e-12,
-            ftol=1e-12,
-            gtol=1e-12,
-        )
+
+        def from_start(start: np.ndarray) -> Any:
+            return least_squares(
+                lambda x: self._both(x)[0],
+                start,
+                lambda x: self._both(x)[1],
+                bounds=(self._low, self._high),
+                x_scale=size,
+                xtol=1e-12,
+                ftol=1e-12,
+                gtol=1e-12,
+            )
+
+        found = from_start(inside)
+        other = self._other_start(found.x)
+        if other is not None:
+            found = min(found, from_start(other), key=lambda fit: fit.cost)
         residual, jacobian = self._both(found.x)
         noise = float(np.sqrt(residual @ residual / max(self._freedom, 1)))
         covariance = _covariance(jacobian * size) * np.outer(size, size)
-        if self._estimated:
+        notes = not_seen(self.names, covariance)
+        # Another friction may be seen, and fit better: unlike with inertias, that is no end.
+        unseen = any(
+            parameter.kind == "friction" and not np.isfinite(covariance[i, i])
+            for i, parameter in enumerate(self._parameters)
+        )
+        notes += bounds_reached(self.names, found.x, self._low, self._high)
+        misfit = not self._estimated and is_misfit(residual, self._freedom)
+        if misfit:
+            notes.append(
+                f"the residuals are {noise:.3g} times the given sigma: the law, the contacts or "
+                "sigma do not fit the measurements; the intervals rest on the residuals"
+            )
+        notes += outliers(residual, [len(after) for after in self._after])
+        if self._estimated or misfit:
             covariance = covariance * noise**2
-        values, covariance = found.x.copy(), covariance
-        for array in (values, covariance, residual):
+        values, bounds = found.x.copy(), np.stack([self._low, self._high], 1)
+        for array in (values, covariance, residual, bounds):
             array.setflags(write=False)
         return Fit(
             self.names,
@@ -227,10 +262,27 @@ class _Problem:
             noise,
             self._freedom,
             residual,
-            bool(found.success),
+            bool(found.success) and not unseen,
             str(found.message),
-            self._estimated,
+            self._estimated or misfit,
+            not self._estimated,
+            bounds,
+            tuple(notes),
         )
+
+    def _other_start(self, x: np.ndarray) -> np.ndarray | None:
+        """Where no measurement sees a friction, that of a ladder which fits better, if one does."""
+        jacobian = self._both(x)[1]
+        better = x.copy()
+        for i, parameter in enumerate(self._parameters):
+            if parameter.kind == "friction" and not jacobian[:, i].any():
+                costs = []
+                for mu in (x[i], *FRICTIONS):
+                    better[i] = mu
+                    residual = self._both(better)[0]
+                    costs.append((float(residual @ residual), mu))
+                better[i] = min(costs)[1]
+        return None if np.array_equal(better, x) else better
 
     def _both(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (N,), fitted less measured, over sigma, and their Jacobian (N, P)."""

@@ -121,3 +121,57 @@ def test_what_cannot_be_fitted_is_said():
         ik.fit_impacts(
             [ik.Measurement(scene, *throws[0], [*[np.nan] * 5, 1.0])], friction=["floor"]
         )
+
+
+def test_a_fit_that_starts_where_every_contact_sticks_finds_the_friction():
+    scene, throws = thrown(0.5, 5.0)
+    truth, _ = thrown(0.7, 0.15)
+    found = fit(measured(truth, scene, throws, 1e-6, np.random.default_rng(3)))
+    assert found.values == pytest.approx([0.7, 0.15], abs=1e-4)
+    assert found.converged and not found.notes
+
+
+def test_what_no_contact_tells_is_said_and_is_not_converged():
+    scene, throws = thrown(0.5, 9.0)
+    found = fit(measured(scene, scene, throws, 1e-3, np.random.default_rng(1)))
+    assert not found.converged
+    assert any("floor: friction is not determined" in note for note in found.notes)
+
+
+def test_noise_far_above_the_given_sigma_is_a_misfit_and_widens_the_intervals():
+    truth, throws = thrown(0.6, 0.25, count=12)
+    rng = np.random.default_rng(5)
+    seen = [
+        ik.Measurement(truth, m.q, m.v_before, m.v_after, 1e-6)
+        for m in measured(truth, truth, throws, 1e-2, rng)
+    ]
+    found = fit(seen)
+    assert any("times the given sigma" in note for note in found.notes)
+    assert found.noise == pytest.approx(1e4, rel=0.4)
+    low, high = found.intervals().T
+    assert (low < [0.6, 0.25]).all() and (high > [0.6, 0.25]).all()
+    assert (high - low > 1e-4).all()
+    fair = fit([ik.Measurement(m.scene, m.q, m.v_before, m.v_after, 1e-2) for m in seen])
+    assert not fair.notes and not fair.estimated
+
+
+def test_intervals_stay_where_coefficients_may_lie_and_reached_bounds_are_said():
+    truth, throws = thrown(0.99, 0.2)
+    found = fit(measured(truth, truth, throws, 0.3, np.random.default_rng(2), told=False))
+    (low, high), (least, _) = found.intervals()
+    assert 0.0 <= low <= high <= 1.0 and least >= 0.0
+    # Speeds that no restitution up to 1 explains.
+    faster = [
+        ik.Measurement(truth, q, v, ik.solve(truth, q, v).v_after - 0.6 * np.eye(6)[2] * v[2])
+        for q, v in throws
+    ]
+    assert any("reaches its bound 1" in note for note in fit(faster).notes)
+
+
+def test_one_measurement_off_the_others_is_named():
+    truth, throws = thrown(0.6, 0.25, count=12)
+    seen = measured(truth, truth, throws, 1e-3, np.random.default_rng(7), told=False)
+    wrong = np.array(seen[4].v_after)
+    wrong[2] += 0.5
+    seen[4] = ik.Measurement(truth, seen[4].q, seen[4].v_before, wrong)
+    assert any(note.startswith("measurements[4] is off") for note in fit(seen).notes)

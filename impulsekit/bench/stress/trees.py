@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 
 from ...robot import Robot
 from ...scene import AppliedImpulse, JointImpulse, Scene
@@ -156,6 +157,21 @@ def example_robot(index: float, rng: np.random.Generator) -> Case:
     return Case(scene, q, v, Impacts(scene), algorithms=True)
 
 
+def geared_tree(spread: float, rng: np.random.Generator) -> Case:
+    """A struck tree whose joints have armature, as every MJCF gives them."""
+    case = struck(random_links(rng, int(rng.integers(2, 9))), rng)
+    robot = case.scene.robot
+    model = pin.Model(robot.model)
+    moved = np.diagonal(
+        pin.crba(model, model.createData(), pin.neutral(model)).reshape(model.nv, -1)
+    )
+    geared = np.arange(model.nv) >= (0 if model.names[1] != "root_joint" else model.nvs[1])
+    shares = spread ** rng.uniform(0.0, 1.0, model.nv) * geared * (rng.random(model.nv) < 0.8)
+    model.armature = shares * moved
+    scene = Scene(Robot(model, robot.parts, robot.name), case.scene.impulses)
+    return Case(scene, case.q, case.v, Impacts(scene), algorithms=True)
+
+
 SWEEPS = (
     Sweep(
         "mass-ratio",
@@ -198,6 +214,13 @@ SWEEPS = (
         (*decades(-320, -300, 4), *decades(-250, 250, 50), 1e290, 1e300),
         impulse_size,
         40,
+    ),
+    Sweep(
+        "armature",
+        "armature of joints over the inertia that they move, from 1 to",
+        decades(-6, 6, 2),
+        geared_tree,
+        30,
     ),
     Sweep(
         "random-trees",
