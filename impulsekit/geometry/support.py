@@ -16,6 +16,9 @@ import pinocchio as pin
 
 __all__ = ["Support", "support_of"]
 
+# Directions this near to the normal of a half-space are along it.
+SAME_WAY = 1e-6
+
 
 @dataclass(frozen=True, eq=False)
 class Support:
@@ -27,6 +30,7 @@ class Support:
         discs: (k,) radius of the disc that each of them carries [m]; None without any.
         axis: (3,) unit, of the discs.
         ellipsoid: (3, 3) E; None without one.
+        normal: (3,) unit, of a half-space, which reaches without end in all other directions.
         ball: ρ [m].
         reach: how far what turns with the body lies from its centre [m]; a ball about it doesn't.
         radius: of a ball about the centre that holds the shape [m].
@@ -38,6 +42,7 @@ class Support:
     discs: np.ndarray | None = None
     axis: np.ndarray | None = None
     ellipsoid: np.ndarray | None = None
+    normal: np.ndarray | None = None
     reach: float = field(init=False)
     radius: float = field(init=False)
 
@@ -49,10 +54,15 @@ class Support:
         if self.ellipsoid is not None:
             reach += float(np.linalg.norm(self.ellipsoid, 2))
         object.__setattr__(self, "reach", reach)
-        object.__setattr__(self, "radius", reach + self.ball)
+        endless = self.normal is not None
+        object.__setattr__(self, "radius", np.inf if endless else reach + self.ball)
 
     def about_centre(self, direction: np.ndarray) -> float:
         """h [m] beside the centre, in a direction of any length in the frame of the body."""
+        if self.normal is not None:
+            up = float(self.normal.dot(direction))
+            beside = np.abs(direction - up * self.normal).max()
+            return 0.0 if beside <= SAME_WAY * up else np.inf
         far = self.points.dot(direction)
         if self.discs is not None and self.axis is not None:
             across = direction - self.axis.dot(direction) * self.axis
@@ -72,6 +82,10 @@ def support_of(shape: coal.CollisionGeometry, placement: pin.SE3) -> Support:
     turn, at = placement.rotation, placement.translation
     round_by = float(shape.getSweptSphereRadius())
     up = turn[:, 2].copy()
+    if isinstance(shape, coal.Halfspace):
+        normal = turn.dot(np.array(shape.n).reshape(3))
+        on_it = at + (float(shape.d) + round_by) * normal
+        return Support(on_it, np.zeros((1, 3)), 0.0, normal=normal)
     if isinstance(shape, coal.Sphere):
         return Support(at.copy(), np.zeros((1, 3)), shape.radius + round_by)
     if isinstance(shape, coal.Capsule):

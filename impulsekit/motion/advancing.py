@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 import pinocchio as pin
@@ -48,6 +48,7 @@ IN_PLANE = 1e-7
 FLAT = 1e-9
 EPS = float(np.finfo(float).eps)
 _NOT_AT_ALL = np.zeros(3)
+_NEXT, _LAST = [1, 2, 0], [2, 0, 1]
 
 
 class BodyMotion:
@@ -56,19 +57,22 @@ class BodyMotion:
     Attributes:
         times: (k,) [s].
         turn: (k, 3, 3). at: (k, 3) [m]. linear: (k, 3) of its origin [m/s]. angular: (k, 3) [1/s].
-        spin_up: (k, 3) the angular acceleration [1/s²].
     """
 
     def __init__(self, times: np.ndarray, poses: Sequence[tuple[np.ndarray, ...]]) -> None:
         self.times = times
         self.turn, self.at, self.linear, self.angular = map(np.array, zip(*poses, strict=True))
         self._slope = _slope(len(times)) / (times[-1] - times[0])
-        self.spin_up = self._slope.dot(self.angular)
+
+    @cached_property
+    def spin_up(self) -> np.ndarray:
+        """(k, 3) the angular acceleration [1/s²]."""
+        return self._slope.dot(self.angular)
 
     def centre(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(k, 3) places [m] and velocities [m/s] of a point of the body."""
         arm = self.turn.dot(point)
-        return self.at + arm, self.linear + np.cross(self.angular, arm)
+        return self.at + arm, self.linear + _crosses(self.angular, arm)
 
     def rate(self, values: np.ndarray) -> np.ndarray:
         """(k, 3) the rates of what is known at the nodes."""
@@ -114,7 +118,7 @@ def may_meet(pair: PairOfPieces, motions: tuple[BodyMotion, BodyMotion]) -> tupl
         support.reach * float(np.sqrt(np.einsum("ij,ij->i", m.angular, m.angular).max()))
         for support, m in zip(pair.supports, motions, strict=True)
     )
-    return near - way <= a.radius + b.radius, fastest + turning
+    return not near - way > a.radius + b.radius, fastest + turning
 
 
 def first_touch(
@@ -354,6 +358,12 @@ def _largest_across(vectors: np.ndarray, normal: np.ndarray) -> float:
     return _largest(across)
 
 
+def _crosses(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(k, 3) a × b, row by row."""
+    return a[:, _NEXT] * b[:, _LAST] - a[:, _LAST] * b[:, _NEXT]
+
+
+@cache
 def _slope(count: int) -> np.ndarray:
     """(k, k) from values at even nodes in [0, 1] to the slopes of their polynomial there."""
     nodes = np.linspace(0.0, 1.0, count)

@@ -16,7 +16,8 @@ import numpy as np
 from .advancing import BodyMotion, Sight, first_touch, may_meet
 from .closing import Node, errors_of, first_zero, may_close
 from .gaps import Gaps
-from .roots import PIECES, States
+from .roots import States
+from .windows import nodes_between
 
 __all__ = ["Crossing", "first_crossing"]
 
@@ -61,9 +62,14 @@ def first_crossing(
     if not watched.any():
         return None
     search = _Search(gaps, states, base, watched)
-    times = gaps.turning.windows(states, start, end)
-    for left, right in pairwise(times):
-        t, found = search.first(left, right)
+    nodes = nodes_between(start, end)
+    seen = [states(t) for t in nodes]
+    windows = gaps.turning.windows([v for _, v in seen], start, end)
+    for left, right in pairwise(windows):
+        if len(windows) > 2:
+            nodes = nodes_between(left, right)
+            seen = [states(t) for t in nodes]
+        t, found = search.first(nodes, seen)
         if found >= 0:
             return Crossing(t, search.together(t, found, window))
     return None
@@ -80,15 +86,19 @@ class _Search:
         self._joints = {j for i in self._others for j in gaps.items[i].joint_ids}
         self._speeds: dict[int, float] = {}
 
-    def first(self, start: float, end: float) -> tuple[float, int]:
-        """The time and the gap; infinity and -1 where none closes."""
-        times = np.linspace(start, end, PIECES + 1)
-        times[-1] = end
+    def first(
+        self, nodes: Sequence[float], seen: Sequence[tuple[np.ndarray, np.ndarray]]
+    ) -> tuple[float, int]:
+        """The time and the gap, from the states at the nodes of a window.
+
+        Infinity and -1 where none closes.
+        """
+        times, (start, end) = np.array(nodes), (nodes[0], nodes[-1])
         rated = self._rated.tolist()
         values, rates = np.empty((2, len(times), len(self._base)))
         poses: dict[int, list] = {j: [] for j in self._joints}
-        for row, t in enumerate(times.tolist()):
-            values[row], rates[row] = self._gaps.measure(*self._states(t), rated)
+        for row, state in enumerate(seen):
+            values[row], rates[row] = self._gaps.measure(*state, rated)
             for joint_id, known in poses.items():
                 known.append(self._gaps.pose(joint_id))
         first, found = np.inf, -1

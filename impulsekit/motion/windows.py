@@ -8,6 +8,7 @@ closer, tell all of it (Whittaker's and Shannon's sampling theorem asks for a tu
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -15,7 +16,7 @@ import pinocchio as pin
 
 from .roots import PIECES, States
 
-__all__ = ["Turning"]
+__all__ = ["Turning", "nodes_between"]
 
 # No body turns further than this in a window [rad].
 TURN = 1.0
@@ -34,19 +35,23 @@ class Turning:
             own.append(np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian)))
         self._speeds = np.unique(own, axis=0)
 
-    def windows(self, states: States, start: float, end: float) -> list[float]:
-        """The times at which windows of a step begin and end."""
-        middle = 0.5 * (start + end)
-        speeds = np.abs([states(t)[1] for t in (start, middle, end)])
-        turned = float(self._speeds.dot(speeds.max(axis=0)).max(initial=0.0)) * (end - start)
+    def windows(self, velocities: Sequence[np.ndarray], start: float, end: float) -> list[float]:
+        """The times at which windows of a step begin and end; ``velocities`` at some of it."""
+        fastest = np.abs(velocities).max(axis=0)
+        turned = float(self._speeds.dot(fastest).max(initial=0.0)) * (end - start)
         count = max(1, math.ceil(turned / TURN)) if math.isfinite(turned) else 1
         return [*np.linspace(start, end, count + 1)[:-1].tolist(), end]
 
     def nodes(self, states: States, start: float, end: float) -> list[float]:
         """The times at which to look at a step."""
-        found = [_nodes(a, b) for a, b in pairwise(self.windows(states, start, end))]
+        once = nodes_between(start, end)
+        windows = self.windows([states(t)[1] for t in once], start, end)
+        if len(windows) == 2:
+            return once
+        found = [nodes_between(a, b) for a, b in pairwise(windows)]
         return [t for nodes in found for t in nodes[:-1]] + [end]
 
 
-def _nodes(start: float, end: float) -> list[float]:
+def nodes_between(start: float, end: float) -> list[float]:
+    """The times at which a window is looked at, its ends included."""
     return [*np.linspace(start, end, PIECES + 1)[:-1].tolist(), end]

@@ -5,5 +5,7 @@
     numbers ─► mechanics ─► equations ─► truth: impacts, planar, slip ─► strikes, chains        ▼
                                                                                       run ─► report
 
+Flights (``flights``, ``flown``) are motions, held against exact ones; their errors are times [s].
+
 The truth comes from ``impulsekit.reference`` and closed forms in 50 digits, never from doubles.
 """

@@ -7,6 +7,7 @@ import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
 
 from ...errors import ImpulsekitError
 from .found import Exact, Found
@@ -18,7 +19,7 @@ __all__ = ["ALL", "jobs_of", "run", "solved_case", "sweep_named"]
 
 
 def _all() -> tuple[Sweep, ...]:
-    from . import chains, collisions, held, laws, sequences, touched, trees
+    from . import chains, collisions, flights, held, laws, sequences, touched, trees
 
     return (
         *trees.SWEEPS,
@@ -28,6 +29,7 @@ def _all() -> tuple[Sweep, ...]:
         *laws.SWEEPS,
         *sequences.SWEEPS,
         *collisions.SWEEPS,
+        *flights.SWEEPS,
     )
 
 
@@ -62,7 +64,7 @@ def solved_case(job: Job) -> list[Point]:
         # Already the scene is refused.
         return [_point(job, value, 0, "scene", Found(None, type(error).__name__, False, 0.0))]
     if not isinstance(case, Case):
-        return list(case)
+        return [replace(point, sweep=name, value=value, repeat=repeat) for point in case]
     states = [case.truth.at(q, v) for q, v in zip(case.q, case.v, strict=True)]
     exacts: list[Exact | None] = [None] * len(states)
     points = []
