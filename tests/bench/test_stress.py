@@ -44,6 +44,8 @@ QUICK = [
     ("singularity", 2),
     ("far-base", 3),
     ("impulse", 0),
+    ("armature", 0),
+    ("armature", 6),
     ("random-trees", 2),
     ("chain", 3),
     ("long-chain", 1),
