@@ -78,15 +78,12 @@ class _Builder:
         name = model.names[joint_id].removeprefix(self.prefix)
         above = self.body_of_joint[model.parents[joint_id]]
         simple = list(_simple_joints(model.joints[joint_id], model.names[joint_id]))
-        armature, first = np.array(model.armature), model.joints[joint_id].idx_v
         shift = model.jointPlacements[joint_id]
         for k, (kind, axis, rotation, translation) in enumerate(simple):
             placement = shift.rotation @ rotation, shift.translation + shift.rotation @ translation
             shift = type(shift).Identity()
             own_name = name if k == len(simple) - 1 else f"{name} ({k + 1})"
-            speeds = len(SPEEDS[kind])
-            joint = self._joint(own_name, kind, axis, placement, armature[first : first + speeds])
-            first += speeds
+            joint = self._joint(own_name, kind, axis, placement)
             inertia = model.inertias[joint_id] if with_inertia and own_name == name else None
             above = self._add_body(f"joint {own_name}", above, joint, inertia)
         self.body_of_joint[joint_id] = above
@@ -103,9 +100,7 @@ class _Builder:
                 continue
             place = frame.placement
             name = frame.name.removeprefix(self.prefix)
-            joint = self._joint(
-                f"frame {name}", "fixed", Z, (place.rotation, place.translation), np.zeros(0)
-            )
+            joint = self._joint(f"frame {name}", "fixed", Z, (place.rotation, place.translation))
             link = by_frame.get(frame_id)
             inertia = None if link is None else _in_frame(link, place)
             if not any(body.name == name for body in self.bodies):
@@ -123,9 +118,7 @@ class _Builder:
         )
         return len(self.bodies) - 1
 
-    def _joint(
-        self, name: str, kind: str, axis: Any, placement: tuple[Any, Any], armature: Any
-    ) -> Joint:
+    def _joint(self, name: str, kind: str, axis: Any, placement: tuple[Any, Any]) -> Joint:
         one, none = self.numbers.eye(3), self.numbers.zeros(3, 3)
         along = self._array(axis)
         along = along / self.numbers.norm(along)
@@ -154,7 +147,6 @@ class _Builder:
             "",
             self.numbers.number(1),
             self.numbers.number(0),
-            self._array(armature),
         )
 
     def _array(self, values: Any) -> Any:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import re
 import weakref
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from ..errors import InputError, UrdfError
 from ..reference import Arithmetic, KaneSystem
@@ -102,7 +104,7 @@ def read_reference(robot: Robot, numbers: Arithmetic) -> ReferenceRobot:
             placements[name] = ([row[3] for row in part.placement[:3]], rows)
     reference = ReferenceRobot(KaneSystem.combine(placements, **parts), _ALONE if alone else "")
     _same_order(robot, reference)
-    return reference
+    return _with_rotors(reference, robot)
 
 
 def _system_of(part: RobotPart, numbers: Arithmetic) -> KaneSystem:
@@ -131,6 +133,23 @@ def _same_order(robot: Robot, reference: ReferenceRobot) -> None:
         astray = next((name for name in ours if name not in theirs), None)
         reason = f'joint "{astray}" is another to it' if astray else "it orders joints otherwise"
         raise _impossible(f"the reference reads another robot: {reason}")
+
+
+def _with_rotors(reference: ReferenceRobot, robot: Robot) -> ReferenceRobot:
+    """The same system with the armature of the robot's joints."""
+    armature = np.array(robot.model.armature)
+    if not armature.any():
+        return reference
+    tree = reference.system.tree
+    bodies = []
+    for body in tree.bodies:
+        own = armature[body.joint.speeds]
+        if len(own) and not body.joint.mimics and own.any():
+            numbers = [tree.arithmetic.number(float(value)) for value in own]
+            rotor = np.array(numbers, dtype=tree.arithmetic.dtype)
+            body = replace(body, joint=replace(body.joint, armature=rotor))
+        bodies.append(body)
+    return ReferenceRobot(KaneSystem(replace(tree, bodies=tuple(bodies))), reference.prefix)
 
 
 def _impossible(reason: str) -> InputError:

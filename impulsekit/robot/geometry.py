@@ -39,8 +39,10 @@ def geometry_of(robot: Robot, kind: pin.GeometryType) -> pin.GeometryModel:
     whole = pin.GeometryModel()
     tag = "collision" if kind == pin.GeometryType.COLLISION else "visual"
     for part in robot.parts:
+        _add_plain(robot, part, kind, whole)
+        if kind == pin.GeometryType.COLLISION:
+            _add_grounds(robot, part, whole)
         if part.urdf is None:
-            _add_plain(robot, part, kind, whole)
             continue
         urdf = replace(read_urdf(part.urdf), path=part.path)
         folders = mesh_folders(part)
@@ -80,6 +82,16 @@ def _add_plain(
         item.meshColor = np.array(shape.rgba)
         item.overrideMaterial = True
         whole.addGeometryObject(item)
+
+
+def _add_grounds(robot: Robot, part: RobotPart, whole: pin.GeometryModel) -> None:
+    import coal
+
+    for ground in part.changes.grounds:
+        shape = coal.Halfspace(np.array(ground.normal), ground.height)
+        placed = np.eye(4) if part.placement is None else np.array(part.placement)
+        name = part.prefix + ground.name
+        whole.addGeometryObject(pin.GeometryObject(name, 0, 0, pin.SE3(placed), shape))
 
 
 def _unreadable(told: str, shapes: Mapping[str, Sequence[str]], source: str) -> UrdfError:

@@ -6,6 +6,8 @@ import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from .added import NONE, Changes
+
 if TYPE_CHECKING:
     from .loop import Loop
     from .mjcf_pairs import TouchingPair
@@ -30,6 +32,7 @@ class RobotPart:
         loops: equality constraints of a file that is no URDF.
         shapes: the geometry of such a file.
         pairs: which of the shapes may touch, with their friction.
+        changes: what was added to the part after it was read.
     """
 
     urdf: str | None
@@ -43,6 +46,7 @@ class RobotPart:
     loops: tuple[Loop, ...] = ()
     shapes: tuple[PlainShape, ...] = ()
     pairs: tuple[TouchingPair, ...] = ()
+    changes: Changes = NONE
 
     @property
     def label(self) -> str:

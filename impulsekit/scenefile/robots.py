@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -11,6 +12,7 @@ import pydantic
 
 from ..errors import ImpulsekitError, InputError, UrdfError
 from ..robot import Robot, RobotPart
+from ..robot.added import Changes
 from ..robot.combine import combine
 from ..robot.examples import example_names, example_path, example_urdf
 from ..scene.numbers import Vector
@@ -23,6 +25,26 @@ Row = tuple[float, float, float, float]
 ROOTS = ("fixed", "planar", "freeflyer")
 
 
+class BodyTable(pydantic.BaseModel):
+    """[[robot.bodies]]: a body welded to a link."""
+
+    model_config = STRICT
+    frame: str
+    name: str | None = None
+    mass: float
+    com: Vector = (0.0, 0.0, 0.0)
+    inertia: tuple[float, ...] | None = None
+
+
+class GroundTable(pydantic.BaseModel):
+    """[[robot.grounds]]: a plane of the world."""
+
+    model_config = STRICT
+    name: str = "ground"
+    height: float = 0.0
+    normal: Vector = (0.0, 0.0, 1.0)
+
+
 class RobotTable(pydantic.BaseModel):
     """[robot]"""
 
@@ -32,6 +54,11 @@ class RobotTable(pydantic.BaseModel):
     root: Literal["fixed", "planar", "freeflyer"] = "fixed"
     mimic: bool = False
     package_dirs: tuple[str, ...] = ()
+    armature: dict[str, float | tuple[float, ...]] = {}
+    gear: dict[str, float] = {}
+    bodies: tuple[BodyTable, ...] = ()
+    lock: dict[str, float] = {}
+    grounds: tuple[GroundTable, ...] = ()
 
 
 class PlacementTable(pydantic.BaseModel):
@@ -93,6 +120,31 @@ def _built(table: RobotTable, folder: str, place: str, faults: Faults) -> Robot 
         has = "neither is there" if table.urdf is None else "both are there"
         faults.add(f'{place}: wanted is either urdf = "FILE" or example = "NAME", {has}')
         return None
+    robot = _read(table, folder, place, faults)
+    if robot is None:
+        return None
+    step = ""
+    try:
+        step = "armature"
+        if table.armature or table.gear:
+            robot = robot.with_armature(table.armature, gear=table.gear)
+        step = "bodies"
+        for body in table.bodies:
+            robot = robot.with_body(**body.model_dump())
+        step = "lock"
+        if table.lock:
+            robot = robot.with_lock(table.lock)
+        step = "grounds"
+        for ground in table.grounds:
+            robot = robot.with_ground(**ground.model_dump())
+    except ImpulsekitError as error:
+        faults.add(f"{place}.{step}: {error}")
+        return None
+    return robot
+
+
+def _read(table: RobotTable, folder: str, place: str, faults: Faults) -> Robot | None:
+    """The robot of a file or of an example, as it is there."""
     try:
         if table.example is not None:
             return Robot.from_example(table.example, table.root, mimic=table.mimic)
@@ -133,6 +185,8 @@ def part_as_table(part: RobotPart, folder: str | None) -> dict[str, Any]:
         InputError: the part was made from a ``pin.Model`` or on a root without a name.
         UrdfError: its file is gone, or has changed since it was read.
     """
+    if part.changes.text is not None:
+        part = replace(part, urdf=part.changes.text)
     if part.urdf is None:
         raise InputError(
             "a robot made from a pin.Model cannot be written to a scene file; load it from a "
@@ -158,12 +212,42 @@ def part_as_table(part: RobotPart, folder: str | None) -> dict[str, Any]:
         table["root"] = root
     if part.mimic:
         table["mimic"] = True
+    table.update(_changes_as_table(part.changes))
     if part.placement is not None:
         matrix = np.array(part.placement)
         if not np.array_equal(matrix[:3, :3], np.eye(3)):
             table["placement"] = {"matrix": matrix.tolist()}
         elif matrix[:3, 3].any():
             table["placement"] = {"xyz": matrix[:3, 3].tolist()}
+    return table
+
+
+def _changes_as_table(changes: Changes) -> dict[str, Any]:
+    """Armature, bodies, locks and grounds as they stand in a file."""
+    table: dict[str, Any] = {}
+    if changes.armature:
+        table["armature"] = {
+            name: values[0] if len(values) == 1 else list(values)
+            for name, values in changes.armature
+        }
+    if changes.bodies:
+        table["bodies"] = [
+            {
+                "frame": body.frame,
+                "name": body.name,
+                "mass": body.mass,
+                "com": list(body.com),
+                "inertia": list(body.inertia),
+            }
+            for body in changes.bodies
+        ]
+    if changes.locks:
+        table["lock"] = dict(changes.locks)
+    if changes.grounds:
+        table["grounds"] = [
+            {"name": each.name, "height": each.height, "normal": list(each.normal)}
+            for each in changes.grounds
+        ]
     return table
 
 

@@ -1,0 +1,299 @@
+"""Building on a robot: payloads, locked joints, rotors and a ground, each a new robot.
+
+The model is changed, and so is the URDF that the robot's geometry, its links and the
+reference are read from; what was changed is kept, so that a scene file can hold it.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import InputError, NotFiniteError, RangeError, ShapeError, quoted
+from .added import AddedBody, Changes, Ground
+from .source import RobotPart
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+    from .robot import Robot
+
+__all__ = ["with_armature", "with_body", "with_ground", "with_lock"]
+
+# A principal moment may exceed the sum of the others by so much of it: rounding.
+TRIANGLE = 1e-9
+
+
+def with_body(
+    robot: Robot,
+    frame: str,
+    *,
+    mass: float,
+    com: Any = (0.0, 0.0, 0.0),
+    inertia: Any = None,
+    name: str | None = None,
+) -> Robot:
+    """See ``Robot.with_body``."""
+    part, own = _part_of_link(robot, frame, "with_body")
+    mass = _number(mass, "with_body: mass", 0.0)
+    centre = _vector(com, 3, "with_body: com")
+    moments = _moments(inertia)
+    given = f"{own}_payload" if name is None else name
+    if not isinstance(given, str) or not given or not given.isprintable():
+        raise InputError(f"with_body: name must be printable text, got {quoted(given)}")
+    whole_name = part.prefix + given
+    if whole_name in robot.frame_names:
+        raise InputError(f'with_body: the robot has a frame "{whole_name}" already; name another')
+    body = AddedBody(own, given, mass, centre, moments)
+    model = pin.Model(robot.model)
+    carrier = robot.frame_id(frame)
+    at = model.frames[carrier]
+    ixx, ixy, ixz, iyy, iyz, izz = moments
+    tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+    added = pin.Inertia(mass, np.array(centre), tensor)
+    weld = pin.Frame(
+        f"{whole_name}_weld", at.parentJoint, carrier, at.placement, pin.FrameType.FIXED_JOINT
+    )
+    weld_id = model.addFrame(weld, False)
+    kind = pin.FrameType.BODY
+    # Behind the world's own frame no inertia counts.
+    new = pin.Frame(whole_name, at.parentJoint, weld_id, at.placement, kind, added)
+    model.addFrame(new, at.parentJoint > 0)
+    changes = replace(part.changes, bodies=(*part.changes.bodies, body))
+    return _changed(robot, model, part, changes, lambda root: _write_body(root, body))
+
+
+def with_lock(robot: Robot, joints: Any) -> Robot:
+    """See ``Robot.with_lock``."""
+    if isinstance(joints, str):
+        joints = [joints]
+    values = dict(joints) if isinstance(joints, Mapping) else dict.fromkeys(joints, 0.0)
+    ids = []
+    for name, value in values.items():
+        joint_id = robot.joint_id(name, "with_lock")
+        joint = robot.model.joints[joint_id]
+        if joint.nv != 1 or joint.shortname() == "JointModelMimic":
+            raise InputError(
+                f'with_lock: joint "{name}" has {joint.nv} degrees of freedom of its own; one '
+                "that turns or slides can be locked"
+            )
+        values[name] = _number(value, f'with_lock: joint "{name}"')
+        ids.append(joint_id)
+    if any(joint.shortname() == "JointModelMimic" for joint in robot.model.joints):
+        raise InputError(
+            "with_lock: lock joints before their followers follow: read the robot with mimic=False"
+        )
+    model = _reduced(robot.model, ids, robot.configuration(values))
+    for name, value in values.items():
+        part = _part_of(robot, name)
+        own = name.removeprefix(part.prefix)
+        changes = replace(part.changes, locks=(*part.changes.locks, (own, value)))
+        robot = _changed(
+            robot, model, part, changes, functools.partial(_write_lock, name=own, value=value)
+        )
+    return robot
+
+
+def _reduced(model: pin.Model, joints: list[int], q: np.ndarray) -> pin.Model:
+    """A model without some joints, whose frames hang on each other as before.
+
+    ``buildReducedModel`` leaves parents of frames that belong to no frame of the new model.
+    """
+    reduced = pin.buildReducedModel(model, joints, q) if joints else pin.Model(model)
+    new = {_key(frame): i for i, frame in enumerate(reduced.frames)}
+    for frame in model.frames:
+        parent = new[_key(model.frames[frame.parentFrame])]
+        reduced.frames[new[_key(frame)]].parentFrame = parent
+    return reduced
+
+
+def _key(frame: pin.Frame) -> tuple[str, bool]:
+    """What tells frames of one name apart: a link and the joint above it may share theirs."""
+    return frame.name, frame.type in (pin.FrameType.BODY, pin.FrameType.OP_FRAME)
+
+
+def with_armature(robot: Robot, armature: Mapping[str, Any], gear: Mapping[str, float]) -> Robot:
+    """See ``Robot.with_armature``."""
+    if not isinstance(armature, Mapping):
+        raise InputError("with_armature: expected a mapping from joint names to numbers")
+    for name in gear:
+        if name not in armature:
+            raise InputError(f'with_armature: gear names joint "{name}", which armature does not')
+    model = pin.Model(robot.model)
+    whole = np.array(model.armature)
+    for name, value in armature.items():
+        joint = model.joints[robot.joint_id(name, "with_armature")]
+        ratio = _number(gear.get(name, 1.0), f'with_armature: gear of "{name}"')
+        what = f'with_armature: "{name}"'
+        each = [value] * joint.nv if np.ndim(value) == 0 else value
+        values = np.array(_vector(each, joint.nv, what))
+        if (values < 0.0).any():
+            raise RangeError.of(what, float(values.min()), "0 or more")
+        whole[joint.idx_v : joint.idx_v + joint.nv] = ratio * ratio * values
+        part = _part_of(robot, name)
+        kept = dict(part.changes.armature)
+        kept[name.removeprefix(part.prefix)] = tuple(map(float, ratio * ratio * values))
+        changes = replace(part.changes, armature=tuple(kept.items()))
+        robot = _changed(robot, model, part, changes, None)
+    model.armature = whole
+    return type(robot)(model, robot.parts, robot.name)
+
+
+def with_ground(robot: Robot, height: float, normal: Any, name: str) -> Robot:
+    """See ``Robot.with_ground``."""
+    along = np.array(_vector(normal, 3, "with_ground: normal"))
+    length = float(np.linalg.norm(along))
+    if length == 0.0:
+        raise RangeError.of("with_ground: normal", normal, "a direction")
+    if not isinstance(name, str) or not name or not name.isprintable():
+        raise InputError(f"with_ground: name must be printable text, got {quoted(name)}")
+    part = robot.parts[0]
+    own = name.removeprefix(part.prefix)
+    if any(ground.name == own for ground in part.changes.grounds):
+        raise InputError(f'with_ground: there is a ground "{name}" already; name another')
+    height = _number(height, "with_ground: height")
+    unit = along / length
+    if part.placement is not None:
+        # The plane is kept in the coordinates of the part, which moves it along.
+        placed = pin.SE3(np.array(part.placement))
+        height -= float(unit @ placed.translation)
+        unit = placed.rotation.T @ unit
+    x, y, z = unit.tolist()
+    ground = Ground(own, (x, y, z), height)
+    changes = replace(part.changes, grounds=(*part.changes.grounds, ground))
+    return _changed(robot, pin.Model(robot.model), part, changes, None)
+
+
+def _changed(
+    robot: Robot,
+    model: pin.Model,
+    part: RobotPart,
+    changes: Changes,
+    write: Callable[[Element], None] | None,
+) -> Robot:
+    """The robot with another model, and one part of it rewritten."""
+    text = part.urdf
+    if text is not None and write is not None:
+        from xml.etree import ElementTree
+
+        root = ElementTree.fromstring(text)
+        write(root)
+        changes = replace(changes, text=changes.text or text)
+        text = ElementTree.tostring(root, encoding="unicode")
+    new = replace(part, urdf=text, changes=changes)
+    parts = [new if each is part else each for each in robot.parts]
+    return type(robot)(model, parts, robot.name)
+
+
+def _write_body(root: Element, body: AddedBody) -> None:
+    from xml.etree.ElementTree import SubElement
+
+    link = SubElement(root, "link", name=body.name)
+    inertial = SubElement(link, "inertial")
+    SubElement(inertial, "origin", xyz=" ".join(map(repr, body.com)), rpy="0 0 0")
+    SubElement(inertial, "mass", value=repr(body.mass))
+    keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    values = {key: repr(value) for key, value in zip(keys, body.inertia, strict=True)}
+    SubElement(inertial, "inertia", values)
+    joint = SubElement(root, "joint", name=f"{body.name}_weld", type="fixed")
+    SubElement(joint, "parent", link=body.frame)
+    SubElement(joint, "child", link=body.name)
+
+
+def _write_lock(root: Element, name: str, value: float) -> None:
+    from xml.etree.ElementTree import SubElement
+
+    joint = next(each for each in root.findall("joint") if each.get("name") == name)
+    axis = joint.find("axis")
+    words = "1 0 0" if axis is None else axis.get("xyz", "1 0 0")
+    along = np.array([float(word) for word in words.split()])
+    along = along / np.linalg.norm(along)
+    origin = joint.find("origin")
+    if origin is None:
+        origin = SubElement(joint, "origin", xyz="0 0 0", rpy="0 0 0")
+    xyz = np.array([float(word) for word in origin.get("xyz", "0 0 0").split()])
+    rpy = np.array([float(word) for word in origin.get("rpy", "0 0 0").split()])
+    turn = pin.rpy.rpyToMatrix(rpy)
+    if value and joint.get("type") == "prismatic":
+        origin.set("xyz", " ".join(map(repr, (xyz + turn @ along * value).tolist())))
+    elif value:
+        turned = turn @ pin.exp3(value * along)
+        origin.set("rpy", " ".join(map(repr, pin.rpy.matrixToRpy(turned).tolist())))
+    joint.set("type", "fixed")
+    for tag in ("axis", "limit", "dynamics", "mimic"):
+        for child in joint.findall(tag):
+            joint.remove(child)
+
+
+def _part_of(robot: Robot, name: str) -> RobotPart:
+    """The part of a combined robot that a name belongs to."""
+    return max(
+        (part for part in robot.parts if name.startswith(part.prefix)),
+        key=lambda part: len(part.prefix),
+    )
+
+
+def _part_of_link(robot: Robot, frame: str, where: str) -> tuple[RobotPart, str]:
+    frame_id = robot.frame_id(frame, where)
+    if frame_id == 0 or robot.model.frames[frame_id].type != pin.FrameType.BODY:
+        links = ", ".join(f'"{link.name}"' for link in robot.links[:6])
+        raise InputError(f'{where}: "{frame}" is no link; the links are {links}, ...')
+    part = _part_of(robot, frame)
+    return part, frame.removeprefix(part.prefix)
+
+
+def _number(value: Any, what: str, least: float = -math.inf) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise InputError(f"{what} must be a number, got {quoted(value)}")
+    if not math.isfinite(value):
+        raise NotFiniteError.of(what, "it", value)
+    if value < least:
+        raise RangeError.of(what, value, f"{least:g} or more")
+    return float(value)
+
+
+def _vector(value: Any, size: int, what: str) -> Any:
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{what} must be {size} numbers, got {quoted(value)}") from None
+    if array.shape != (size,):
+        raise ShapeError.of(what, (size,), array.shape)
+    if not np.isfinite(array).all():
+        raise NotFiniteError.of(what, int(np.argmin(np.isfinite(array))), "not finite")
+    return tuple(array.tolist())
+
+
+def _moments(inertia: Any) -> tuple[float, ...]:
+    """ixx, ixy, ixz, iyy, iyz, izz of a (3, 3) tensor, of six or of three principal moments."""
+    what = "with_body: inertia"
+    if inertia is None:
+        return (0.0,) * 6
+    try:
+        array = np.array(inertia, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{what} must be numbers, got {quoted(inertia)}") from None
+    if array.shape == (3,):
+        array = np.diag(array)
+    elif array.shape == (6,):
+        ixx, ixy, ixz, iyy, iyz, izz = array
+        array = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+    if array.shape != (3, 3):
+        raise ShapeError.of(what, (3, 3), array.shape, "or (6,) or (3,)")
+    if not np.isfinite(array).all():
+        raise NotFiniteError.of(what, "an entry", "not finite")
+    if abs(array - array.T).max() > TRIANGLE * abs(array).max():
+        raise InputError(f"{what} is not symmetric")
+    first, second, third = np.linalg.eigvalsh(0.5 * (array + array.T))
+    if first < -TRIANGLE * third or third > (first + second) * (1.0 + TRIANGLE):
+        raise InputError(
+            f"{what} has principal moments {first:g}, {second:g}, {third:g} kg m²; no body has "
+            "one below zero or above the sum of the others"
+        )
+    return tuple(float(array[i, j]) for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)))
