@@ -1,0 +1,53 @@
+"""Bodies that tumble on a floor come to rest under every law that takes several contacts."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+
+from .models import GRAVITY, MODELS
+
+LAWS = {
+    "newton in sequence": ik.Law(order="sequential"),
+    "stronge along the path, in sequence": ik.Law("stronge", "path", "sequential"),
+}
+CORNERS = np.array([(x, y, z) for x in (-0.15, 0.15) for y in (-0.1, 0.1) for z in (-0.05, 0.05)])
+
+
+def dropped(law, seed, place=None):
+    """The motion of a box that is dropped, and the heights of its corners at the end [m].
+
+    ``place``: where the floor lies; its third axis is up.
+    """
+    rng = np.random.default_rng(seed)
+    place = pin.SE3.Identity() if place is None else place
+    up = place.rotation[:, 2]
+    given = {"restitution": rng.uniform(0, 0.6), "friction": rng.uniform(0.05, 0.9)}
+    box = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer")
+    contacts = [
+        ik.Contact("box", at=corner, normal=up, origin=place.translation, **given)
+        for corner in CORNERS
+    ]
+    scene = ik.Scene(box, contacts=contacts, law=LAWS[law], gravity=-GRAVITY * up)
+    turn = rng.normal(size=4)
+    here = place * pin.XYZQUATToSE3(np.r_[0, 0, 0.25, turn / np.linalg.norm(turn)])
+    v = np.r_[rng.uniform(-1, 1, 3), rng.uniform(-6, 6, 3)]
+    motion = ik.simulate(scene, pin.SE3ToXYZQUAT(here), v, duration=3.0, samples=3)
+    there = place.actInv(pin.XYZQUATToSE3(motion.q[-1]))
+    return motion, np.array([there.act(corner)[2] for corner in CORNERS])
+
+
+def check(law, seed, place=None):
+    motion, heights = dropped(law, seed, place)
+    assert motion.status.finished, motion.detail
+    assert all(impact.is_valid() for _, impact in motion.impacts)
+    assert np.abs(motion.v[-1]).max() < 1e-8
+    # It lies on one of its faces.
+    lowest = np.sort(heights)[:4]
+    assert np.abs(lowest).max() < 1e-7
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_box_that_tumbles_comes_to_lie_on_a_face(law):
+    check(law, 0)
