@@ -12,7 +12,15 @@ from .progress import Block, Triple
 from .quartic import Pair, slides
 from .status import Status
 
-__all__ = ["bounded_friction", "coulomb", "coulomb_impulse", "is_jammed", "released", "residual_of"]
+__all__ = [
+    "bounded_friction",
+    "can_press",
+    "coulomb",
+    "coulomb_impulse",
+    "is_jammed",
+    "released",
+    "residual_of",
+]
 
 _NOTHING = (0.0, 0.0, 0.0)
 _SOLVED, _JAM, _NONE = int(Status.SOLVED), int(Status.PAINLEVE_JAM), int(Status.NO_SOLUTION)
@@ -97,6 +105,16 @@ def is_jammed(block: Block, u1: float, u2: float, mu: float, scale: float) -> bo
     if speed <= STILL * scale:
         return False
     return block[5] * speed <= mu * (block[3] * u1 + block[4] * u2)
+
+
+@compiled
+def can_press(block: Block, b1: float, b2: float, bn: float, mu: float, scale: float) -> bool:
+    """Whether a contact that parts, b_n > 0, could bear load all the same: friction draws it in."""
+    _, _, _, n1, n2, nn = block
+    if not 0.0 < nn < mu * math.sqrt(n1 * n1 + n2 * n2):
+        return False
+    _, sticks, _ = _stick(block, b1, b2, bn, mu, scale)
+    return sticks or slides(block, b1, b2, bn, mu)[0] > 0
 
 
 @compiled

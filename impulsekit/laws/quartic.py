@@ -37,7 +37,10 @@ _NONE = (0.0, 0.0)
 
 @compiled
 def slides(block: Block, b1: float, b2: float, bn: float, mu: float) -> Directions:
-    """All directions of slip (s_1, s_2) for b_n < 0, each with P_n > 0.
+    """All directions of slip (s_1, s_2), each with P_n > 0.
+
+    A contact that parts, b_n > 0, slips under load where friction draws it in more than its
+    load presses it out: W_nn < µ w·s, with λ' ≤ 0.
 
     Args:
         block: W [1/kg].
@@ -55,6 +58,8 @@ def slides(block: Block, b1: float, b2: float, bn: float, mu: float) -> Directio
     size = math.sqrt(c1 * c1 + c2 * c2) + abs(a11) + abs(a12) + abs(a21) + abs(a22)
     if not 0.0 < size < math.inf:
         return found
+    if bn > 0.0:
+        size = -size
     matrix = (a11 / size, a12 / size, a21 / size, a22 / size, c1 / size, c2 / size)
     a11, a12, a21, a22, c1, c2 = matrix
     m1, m2 = a12 * c2 - a22 * c1, a21 * c1 - a11 * c2
@@ -78,14 +83,21 @@ def slides(block: Block, b1: float, b2: float, bn: float, mu: float) -> Directio
         if not good:
             # λ' is an eigenvalue of A, whose direction is not in the quartic, or roots are too
             # close together.
-            return _scanned(matrix, block, b1, b2, mu)
-        found = _with(found, block, b1, b2, mu, s1, s2)
+            return _scanned(matrix, block, b1, b2, bn, mu)
+        found = _with(found, block, b1, b2, bn, mu, s1, s2)
     return found
 
 
 @compiled
 def _with(
-    found: Directions, block: Block, b1: float, b2: float, mu: float, s1: float, s2: float
+    found: Directions,
+    block: Block,
+    b1: float,
+    b2: float,
+    bn: float,
+    mu: float,
+    s1: float,
+    s2: float,
 ) -> Directions:
     """The directions with one more, if it is new, has P_n > 0 and ξ_t = λ s with λ ≥ 0.
 
@@ -94,7 +106,7 @@ def _with(
     """
     t11, t12, t22, n1, n2, nn = block
     left = nn - mu * (n1 * s1 + n2 * s2)
-    if left <= 0.0:
+    if left * bn >= 0.0:
         return found
     count, one, two, three, four = found
     # Entries without a direction are (0, 0), which is far from all.
@@ -105,7 +117,7 @@ def _with(
     )
     if nearest <= SAME:
         return found
-    if left <= GRAZING * nn:
+    if abs(left) <= GRAZING * nn:
         a1, a2 = mu * (t11 * s1 + t12 * s2) - n1, mu * (t12 * s1 + t22 * s2) - n2
         across = s1 * a2 - s2 * a1
         told = abs(across) > 1e-9 * math.sqrt(a1 * a1 + a2 * a2)
@@ -272,7 +284,9 @@ def _across(matrix: _Matrix, angle: float) -> float:
 
 
 @compiled
-def _scanned(matrix: _Matrix, block: Block, b1: float, b2: float, mu: float) -> Directions:
+def _scanned(
+    matrix: _Matrix, block: Block, b1: float, b2: float, bn: float, mu: float
+) -> Directions:
     """The same by walking around the circle, for quartics with roots too close together."""
     a11, a12, a21, a22, c1, c2 = matrix
     found = (0, _NONE, _NONE, _NONE, _NONE)
@@ -293,6 +307,6 @@ def _scanned(matrix: _Matrix, block: Block, b1: float, b2: float, mu: float) -> 
             s1, s2 = math.cos(low), math.sin(low)
             along = s1 * (a11 * s1 + a12 * s2 + c1) + s2 * (a21 * s1 + a22 * s2 + c2)
             if along > -1e-12:
-                found = _with(found, block, b1, b2, mu, s1, s2)
+                found = _with(found, block, b1, b2, bn, mu, s1, s2)
         before = behind
     return found

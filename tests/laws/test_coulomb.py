@@ -4,6 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from impulsekit.laws.coulomb import can_press
 from impulsekit.laws.quartic import slides
 from impulsekit.laws.single import strike_at_end
 from impulsekit.laws.status import Status
@@ -20,7 +21,7 @@ def block_of(W):
 
 
 def all_answers(W, b, mu):
-    """Every P of Coulomb's law for b_n < 0: what holds still, and slip from Bonnefon's quartic."""
+    """Every P > 0 of Coulomb's law: what holds still, and slip from Bonnefon's quartic."""
     W, b, mu = mpmath.matrix(W.tolist()), mpmath.matrix(list(b)), mpmath.mpf(mu)
     found = []
     stick = -mpmath.lu_solve(W, b)
@@ -39,13 +40,13 @@ def all_answers(W, b, mu):
         det**2 - (m.T * m)[0],
     ]
     for root in mpmath.polyroots(quartic, maxsteps=300, extraprec=200):
-        if abs(mpmath.im(root)) > mpmath.mpf(10) ** -30 * abs(root) or mpmath.re(root) <= 0:
+        if abs(mpmath.im(root)) > mpmath.mpf(10) ** -30 * abs(root) or mpmath.re(root) * b[2] >= 0:
             continue
         root = mpmath.re(root)
         s = (root * c + m) / ((root - A[0, 0]) * (root - A[1, 1]) - A[0, 1] * A[1, 0])
         left = nn - mu * (w.T * s)[0]
-        if left > 0:
-            load = -b[2] / left
+        load = -b[2] / left
+        if load > 0:
             found.append([float(-mu * load * s[0]), float(-mu * load * s[1]), float(load)])
     return found
 
@@ -103,6 +104,20 @@ def test_poisson_gives_back_e_times_the_compression_at_least(run):
         assert after[2] >= -1e-12 * np.abs(u).max()
         lifted = after[2] > 1e-9 * np.abs(u).max()
         assert not lifted or back[2] == pytest.approx(e * pressed[2], rel=1e-9)
+
+
+def test_a_contact_that_parts_may_be_drawn_in():
+    """All answers with P_n > 0 of a contact that moves away, in 50 digits."""
+    rng = np.random.default_rng(13)
+    seen = set()
+    for _ in range(150):
+        W, b, mu = random_problem(rng)
+        b, mu = np.array([b[0], b[1], -b[2]]), 4.0 * mu
+        with mpmath.workdps(50):
+            every = all_answers(W, b, mu)
+        seen.add(len(every) > 0)
+        assert can_press(block_of(W), *b.tolist(), mu, float(np.abs(b).max())) == (len(every) > 0)
+    assert seen == {True, False}
 
 
 def test_a_root_at_the_end_of_its_range_is_found():

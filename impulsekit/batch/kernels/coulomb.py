@@ -1,12 +1,14 @@
-"""What single precision cannot tell of one contact, and whether contacts raise the energy."""
+"""What kernels leave to ``solve`` of one contact, and whether contacts raise the energy."""
 
 from __future__ import annotations
 
+from ...laws.coulomb import can_press
 from ...laws.single import GAIN
 from ...laws.status import Status
+from ...laws.words import NEWTON
 from .jit import built_in
 
-__all__ = ["block_at", "gain", "is_close_call"]
+__all__ = ["block_at", "gain", "is_close_call", "is_left"]
 
 # Nearer than this to no answer or to many, single precision has lost the digits that decide.
 NEAR = 1e-4
@@ -20,16 +22,30 @@ def block_at(W, k):
 
 
 @built_in
+def is_left(block, before, free, e, mu, e_t, restitution, hit, digits):
+    """Whether ``solve`` is to decide what one contact does: see ``is_close_call``.
+
+    Or it parts and could be pressed in as well: ``solve`` looks whether that gains energy.
+    """
+    if hit.impulse[2] == 0.0 and mu > 0.0:
+        b1, b2, bn = free
+        if restitution == NEWTON:
+            b1, b2 = b1 + e_t * before[0], b2 + e_t * before[1]
+            bn += e * min(before[2], 0.0)
+        if can_press(block, b1, b2, bn, mu, abs(b1) + abs(b2) + abs(bn)):
+            return True
+    return is_close_call(block, mu, hit.impulse, hit.code, digits)
+
+
+@built_in
 def is_close_call(block, mu, impulse, code, digits):
     """Whether an answer from numbers of so many digits is to be found anew with more."""
-    if digits == 53 or mu == 0.0:
+    t11, t12, t22, n1, n2, nn = block
+    p1, p2, pn = impulse
+    if digits == 53 or mu == 0.0 or pn == 0.0:
         return False
     if code not in (_SOLVED, _JAM):
         return True
-    t11, t12, t22, n1, n2, nn = block
-    p1, p2, pn = impulse
-    if pn == 0.0:
-        return False
     s11, s12, s22 = t11 - n1 * n1 / nn, t12 - n1 * n2 / nn, t22 - n2 * n2 / nn
     if not s11 * s22 - s12 * s12 > NEAR * t11 * t22:
         return True

@@ -6,7 +6,7 @@ from ...laws.single import strike_at_end
 from ...laws.status import Status
 from ...laws.words import NEWTON
 from ..codes import AGAIN
-from .coulomb import block_at, gain, is_close_call
+from .coulomb import block_at, gain, is_left
 from .jit import built_in
 from .layout import CONTACT_INTS
 from .problem import pose, problem_in, put_back, room
@@ -46,7 +46,7 @@ def _solved(count, digits, space):
         u, start = (before[0], before[1], before[2]), (free[0], free[1], free[2])
         hit = strike_at_end(block, u, start, es[0], mus[0], ets[0], NEWTON)
         P[0], P[1], P[2] = hit.impulse
-        close = is_close_call(block, mus[0], hit.impulse, hit.code, digits)
+        close = is_left(block, u, start, es[0], mus[0], ets[0], NEWTON, hit, digits)
         return AGAIN if close else hit.code
     b, after = line[10], line[15]
     size = 3 * count

@@ -6,7 +6,7 @@ from ...laws.single import GAIN, strike_at_end
 from ...laws.status import Status
 from ...laws.words import NEWTON
 from ..codes import AGAIN
-from .coulomb import is_close_call
+from .coulomb import is_left
 from .jit import built_in
 
 __all__ = ["solve_alone"]
@@ -53,6 +53,8 @@ def solve_alone(rows, capture, e_t, e, mu, work, w_at, before_at, free_at, p_at,
     if not (before < 0.0 and -before >= capture):
         e = 0.0
     block = (t11, t12, t22, n1, n2, nn)
-    hit = strike_at_end(block, (a1, a2, before), (f1, f2, free), e, mu, e_t, NEWTON)
+    u, start = (a1, a2, before), (f1, f2, free)
+    hit = strike_at_end(block, u, start, e, mu, e_t, NEWTON)
     work[n - 2 * w], work[n - w], work[n] = hit.impulse
-    return AGAIN if is_close_call(block, mu, hit.impulse, hit.code, digits) else hit.code
+    left = is_left(block, u, start, e, mu, e_t, NEWTON, hit, digits)
+    return AGAIN if left else hit.code

@@ -9,7 +9,7 @@ from ...laws.single import GAIN, strike_at_end
 from ...laws.status import Status
 from ...laws.words import POISSON
 from ..codes import AGAIN
-from .coulomb import block_at, is_close_call
+from .coulomb import block_at, is_left
 from .jit import built_in
 from .layout import CONTACT_INTS
 from .many import is_redundant
@@ -60,7 +60,7 @@ def _solved(count, digits, space):
         block, u = block_at(W, 0), (free[0], free[1], free[2])
         hit = strike_at_end(block, u, u, es[0], mus[0], 0.0, POISSON)
         P[0], P[1], P[2] = hit.impulse
-        close = is_close_call(block, mus[0], hit.impulse, hit.code, digits)
+        close = is_left(block, u, u, es[0], mus[0], 0.0, POISSON, hit, digits)
         return AGAIN if close else hit.code
     b = line[10]
     total, velocity, normal, friction, floor = line[19:24]
