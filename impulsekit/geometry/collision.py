@@ -1,4 +1,15 @@
-"""Points, normals and gaps of two bodies: in closed form of polyhedra, of others from coal."""
+"""Points, normals and gaps of two bodies, piece by piece.
+
+| pieces | found by |
+|---|---|
+| two polyhedra (boxes, convex hulls of meshes) | ``features``: separating axes, corners, edges |
+| ball, capsule, cylinder or cone with one of these or a polyhedron | ``separate``, ``patch`` |
+| a half-space with any of these five | its normal, ``patch`` |
+| others: ellipsoids, thickened boxes, planes, hulls of very many corners | coal |
+
+The first three are right to rounding, the same whichever piece comes first and wherever and
+however the pieces are in the world.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +20,9 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from .capsules import capsule_points
+from .convex import Convex, HalfSpace, convex_of
 from .features import CornerOnFace, EdgesCross, touching_features
+from .pairs import ConvexPair, has_closed_form
 from .polyhedron import Polyhedron, can_be_separated, polyhedron_of, separation
 
 __all__ = [
@@ -18,6 +30,7 @@ __all__ = [
     "Solid",
     "Solids",
     "gap_and_normal",
+    "is_exact",
     "meeting_points",
     "smallest_gap",
     "solid_of",
@@ -62,10 +75,12 @@ class Solid:
     Attributes:
         geometry: as coal knows it.
         polyhedron: its corners, edges and faces; None where it is curved.
+        convex: as a hull of points and circles; None where it is none.
     """
 
     geometry: coal.CollisionGeometry
     polyhedron: Polyhedron | None
+    convex: Convex | HalfSpace | None
 
 
 # Pieces of a body, each with its placement.
@@ -77,7 +92,13 @@ def solid_of(geometry: coal.CollisionGeometry) -> Solid:
     if isinstance(geometry, coal.BVHModelBase):
         geometry.buildConvexHull(True, "Qt")
         geometry = geometry.convex
-    return Solid(geometry, polyhedron_of(geometry))
+    polyhedron = polyhedron_of(geometry)
+    return Solid(geometry, polyhedron, convex_of(geometry, polyhedron))
+
+
+def is_exact(one: Solid, two: Solid) -> bool:
+    """Whether gaps and points of two solids are told in closed form, to rounding."""
+    return _polyhedra(one, two) is not None or has_closed_form(one.convex, two.convex)
 
 
 def meeting_points(first: Solids, other: Solids, margin: float) -> Iterator[MeetingPoint]:
@@ -87,22 +108,16 @@ def meeting_points(first: Solids, other: Solids, margin: float) -> Iterator[Meet
     """
     for i, (one, placement_a) in enumerate(first):
         for j, (two, placement_b) in enumerate(other):
-            found = False
+            numbers = (i, j)
             if (pair := _polyhedra(one, two)) is not None:
-                a, b = pair[0].at(placement_a), pair[1].at(placement_b)
-                normal, points = touching_features(a, b, margin)
-                for point in points:
-                    yield MeetingPoint(point.position, normal, point.gap, point.feature, (i, j))
-                found = bool(points) or separation(a, b)[0] > 0.0
-            elif isinstance(one.geometry, coal.Capsule) and isinstance(two.geometry, coal.Capsule):
-                met = capsule_points(one.geometry, placement_a, two.geometry, placement_b, margin)
-                if met is not None:
-                    found = True
-                    for position, gap in met[1]:
-                        yield MeetingPoint(position, met[0], gap, pieces=(i, j))
-            if not found:
+                yield from _features(*pair, placement_a, placement_b, margin, numbers)
+            elif (curved := _convex(one, placement_a, two, placement_b)) is not None:
+                normal, touching = curved.points(margin)
+                for position, gap in touching:
+                    yield MeetingPoint(position, normal, gap, pieces=numbers)
+            else:
                 pieces = one.geometry, placement_a, two.geometry, placement_b
-                yield from _pair(*pieces, margin)
+                yield from _pair(*pieces, margin, numbers)
 
 
 def smallest_gap(first: Solids, other: Solids) -> float:
@@ -124,7 +139,10 @@ def gap_and_normal(
 ) -> tuple[float, np.ndarray]:
     """The gap of two pieces [m], as ``smallest_gap``, and its normal (3,) from the second."""
     if (pair := _polyhedra(one, two)) is not None:
-        return separation(pair[0].at(placement_a), pair[1].at(placement_b))
+        a, b, _ = _near_origin(*pair, placement_a, placement_b)
+        return separation(a, b)
+    if (curved := _convex(one, placement_a, two, placement_b)) is not None:
+        return curved.separate()
     gap, towards_b = _gap(one.geometry, placement_a, two.geometry, placement_b)
     return gap, -towards_b
 
@@ -133,6 +151,40 @@ def _polyhedra(one: Solid, two: Solid) -> tuple[Polyhedron, Polyhedron] | None:
     """Both as polyhedra; None where one is curved, or has too many edges."""
     a, b = one.polyhedron, two.polyhedron
     return None if a is None or b is None or not can_be_separated(a, b) else (a, b)
+
+
+def _near_origin(
+    a: Polyhedron, b: Polyhedron, placement_a: pin.SE3, placement_b: pin.SE3
+) -> tuple[Polyhedron, Polyhedron, np.ndarray]:
+    """Both placed about an origin at the second one, which is (3,) in the world [m]."""
+    origin = placement_b.translation.copy()
+    here = pin.SE3(placement_a.rotation, placement_a.translation - origin)
+    return a.at(here), b.at(pin.SE3(placement_b.rotation, np.zeros(3))), origin
+
+
+def _features(
+    one: Polyhedron,
+    two: Polyhedron,
+    placement_a: pin.SE3,
+    placement_b: pin.SE3,
+    margin: float,
+    numbers: tuple[int, int],
+) -> Iterator[MeetingPoint]:
+    a, b, origin = _near_origin(one, two, placement_a, placement_b)
+    normal, points = touching_features(a, b, margin)
+    for point in points:
+        place = point.position + origin
+        yield MeetingPoint(place, normal, point.gap, point.feature, numbers)
+
+
+def _convex(
+    one: Solid, placement_a: pin.SE3, two: Solid, placement_b: pin.SE3
+) -> ConvexPair | None:
+    """Both as hulls of points and circles; None where one is none, or has too many corners."""
+    a, b = one.convex, two.convex
+    if a is None or b is None or not has_closed_form(a, b):
+        return None
+    return ConvexPair(a, placement_a, b, placement_b)
 
 
 def _gap(
@@ -193,6 +245,7 @@ def _pair(
     shape_b: coal.CollisionGeometry,
     placement_b: pin.SE3,
     margin: float,
+    numbers: tuple[int, int],
 ) -> Iterator[MeetingPoint]:
     b = _transform(placement_b)
     a = _transform(placement_a)
@@ -227,7 +280,7 @@ def _pair(
     if len(corners) < 2:
         corners = [np.array(contact.pos)]
     for corner in corners:
-        yield MeetingPoint(corner + 0.5 * shift * towards_b, -towards_b, gap)
+        yield MeetingPoint(corner + 0.5 * shift * towards_b, -towards_b, gap, pieces=numbers)
 
 
 def _transform(placement: pin.SE3) -> coal.Transform3s:

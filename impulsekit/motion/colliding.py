@@ -13,6 +13,7 @@ from ..geometry.collision import (
     Solid,
     Solids,
     gap_and_normal,
+    is_exact,
     meeting_points,
     smallest_gap,
     solid_of,
@@ -35,7 +36,8 @@ RESTING = 1e-5
 TOUCHING = 1e-8
 # Bodies with corners that approach more slowly stay [m/s]: they would hop some 1e-9 m high.
 SLOW = 2e-4
-# Corners that rise more slowly rest: they would hop some 5e-12 m high.
+# Points that rise more slowly rest: they would hop some 5e-12 m high, and round bodies that
+# approach more slowly stay [m/s]. Far from the origin gaps are rounded to some 1e-14 m.
 RISING = 1e-5
 # How far the distance of colliding bodies may be off where they have just parted [m].
 WAVER_OF_COAL = 1e-8
@@ -49,6 +51,7 @@ class CollidingGap:
         entry: which contact of the scene it is.
         friction: µ.
         has_corners: whether both are polyhedra, whose points can be held.
+        exact: whether the gap is told to rounding.
         capture_speed: slower approaches are met without restitution [m/s].
         rest_speed: slower points rest [m/s].
         waver: how far the distance may be off [m].
@@ -82,9 +85,10 @@ class CollidingGap:
         )
         self._margin = TOUCHING if self.has_corners else max(entry.margin, RESTING)
         # Hops lower than what can be told are none.
-        self.capture_speed = SLOW if self.has_corners else 0.0
-        self.rest_speed = RISING if self.has_corners else 0.0
-        self.waver = WAVER if self.has_corners else WAVER_OF_COAL
+        self.exact = all(is_exact(a, b) for a, _ in self._pieces[0] for b, _ in self._pieces[1])
+        self.rest_speed = RISING if self.exact else 0.0
+        self.capture_speed = SLOW if self.has_corners else self.rest_speed
+        self.waver = WAVER if self.exact else WAVER_OF_COAL
         self._held: list[HeldPoint] | None = None
 
     @property

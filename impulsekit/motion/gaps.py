@@ -213,7 +213,7 @@ class Gaps:
 
     def exact(self, i: int) -> bool:
         """Whether a gap is told to rounding."""
-        return bool(self.rated[i]) or self.items[i].has_corners
+        return bool(self.rated[i]) or self.items[i].exact
 
     def waver(self, i: int) -> float:
         """How far a gap may be off where bodies have just parted [m]."""
