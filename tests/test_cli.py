@@ -275,3 +275,14 @@ def test_a_report_of_a_robot_at_rest_has_no_noise(solve):
     result = solve(PANDA)
     assert result.exit_code == 0 and "all stay zero" in result.stdout
     assert np.isfinite(float(re.search(r"after +(\S+)", result.stdout)[1]))
+
+
+# warm-up
+
+
+def test_a_warm_up_compiles_all_laws_and_kernels_once():
+    result = run("warm-up")
+    assert result.exit_code == 0, result.stderr
+    lines = result.stdout.splitlines()
+    assert lines[0].startswith("contact laws: ") and lines[-1].startswith("collisions, float64: ")
+    assert any(line.startswith("stronge path sequential") for line in lines)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, MissingExtraError, RangeError, UnknownNameError, a_thing, quoted
+from ..impact.warm import compile_laws
 from ..laws.status import Status
 from ..scene import FrameAnchor, JointLock, PointAnchor, Scene
 from .codes import AGAIN
@@ -156,10 +157,11 @@ def _on_dask(
 
 
 def warm_up(scene: Scene, *, dtype: Any = np.float64) -> BatchPlan:
-    """Load the kernels that batches of a scene need, or compile them, before the first batch.
+    """Compile what a scene needs, for single states, motions and batches, or load it from disk.
 
     The first call of an installation compiles, for some ten seconds; later ones load what
-    was kept on disk, within half a second. Batches do the same by themselves when they must.
+    was kept on disk, within half a second. Batches do the same by themselves when they must;
+    ``solve`` and ``simulate`` run as Python until it pays.
 
     Args:
         scene: the scene.
@@ -177,6 +179,7 @@ def warm_up(scene: Scene, *, dtype: Any = np.float64) -> BatchPlan:
         >>> warm_up(Scene(robot, [AppliedImpulse("panda_hand", linear=[0, 0, 1])])).kernel
         True
     """
+    compile_laws(scene)
     program, plan = plan_batch(scene)
     if program is not None:
         inputs = batch_inputs(scene, scene.robot.neutral(), None, None, None, None, None)

@@ -20,6 +20,7 @@ from .robots import robots
 from .simulate import simulate
 from .solve import solve
 from .stress import stress
+from .warm_up import warm_up
 
 __all__ = ["main"]
 
@@ -63,5 +64,17 @@ def main(debug: bool) -> None:
     """What happens when a multibody system is hit."""
 
 
-for command in (solve, simulate, replay, batch, design, fit, bench, stress, robots, doctor):
+for command in (
+    solve,
+    simulate,
+    replay,
+    batch,
+    design,
+    fit,
+    bench,
+    stress,
+    robots,
+    doctor,
+    warm_up,
+):
     main.add_command(command)

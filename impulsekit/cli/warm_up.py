@@ -1,0 +1,63 @@
+"""``impulsekit warm-up``: compile everything once, so that nobody waits for it later."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from ..scene import Scene
+
+__all__ = ["warm_up"]
+
+_BALL = """<robot name="ball"><link name="ball">
+<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+<collision><geometry><sphere radius="1"/></geometry></collision></link></robot>"""
+
+
+@click.command(name="warm-up")
+@click.option("--single", is_flag=True, help="Also the kernels of batches in single precision.")
+def warm_up(single: bool) -> None:
+    """Compile all contact laws and the kernels of batches; prints the processor time of each.
+
+    What is compiled is kept on disk. Without this command things are compiled when first needed.
+    """
+    import numpy as np
+
+    from ..batch.solve import warm_up as warm_up_scene
+    from ..impact.warm import compile_all_laws
+
+    begin = time.process_time()
+    compile_all_laws()
+    click.echo(f"contact laws: {time.process_time() - begin:.1f} s")
+    for dtype in (np.float64, np.float32) if single else (np.float64,):
+        for name, scene in _scenes():
+            begin = time.process_time()
+            warm_up_scene(scene, dtype=dtype)
+            click.echo(f"{name}, {np.dtype(dtype)}: {time.process_time() - begin:.1f} s")
+
+
+def _scenes() -> Iterator[tuple[str, Scene]]:
+    """Scenes that take all kernels together."""
+    from ..errors import ImpulsekitError
+    from ..robot import Robot
+    from ..robot.combine import combine
+    from ..scene import AppliedImpulse, Collision, Contact, Law, Scene
+    from ..scene.law import ORDERS, RESTITUTIONS, SLIPS
+
+    ball = Robot.from_urdf(_BALL, root="freeflyer")
+    yield "blows", Scene(ball, impulses=[AppliedImpulse("ball", linear=[0, 0, 1])])
+    rough, smooth = Contact("ball", friction=0.5), Contact("ball", at=[0, 0, -1])
+    for words in itertools.product(RESTITUTIONS, SLIPS, ORDERS):
+        try:
+            scene = Scene(ball, contacts=[rough, smooth], law=Law(*words))
+        except ImpulsekitError:
+            # Words that cannot go together.
+            continue
+        yield " ".join(words), scene
+    balls = combine(a=ball, b=ball)
+    yield "collisions", Scene(balls, contacts=[Collision("a/ball", "b/ball", friction=0.5)])

@@ -1,0 +1,44 @@
+"""Which compiled laws a scene needs, so that they can be compiled beforehand."""
+
+from __future__ import annotations
+
+import importlib
+
+from ..laws.compiled import ENTRIES
+from ..scene import Scene
+
+__all__ = ["compile_all_laws", "compile_laws", "laws_of"]
+
+_ALONG_THE_PATH = ("path",)
+_AT_THE_END = ("single", "coulomb")
+# Whether there are other solutions.
+_RUBBING = ("coupling", "plane_modes", "space_modes")
+
+
+def laws_of(scene: Scene) -> tuple[str, ...]:
+    """Modules of ``laws`` whose entries ``solve`` and ``simulate`` call for a scene."""
+    if not scene.contacts:
+        return ()
+    if scene.law.slip == "path":
+        return _ALONG_THE_PATH
+    rubs = any(getattr(contact, "friction", 0.0) for contact in scene.contacts)
+    return _AT_THE_END + (_RUBBING if rubs else ())
+
+
+def compile_laws(scene: Scene) -> None:
+    """Compile what ``solve`` and ``simulate`` call for a scene, or load it from disk."""
+    _compile(laws_of(scene))
+
+
+def compile_all_laws() -> None:
+    """Compile the laws of all scenes."""
+    _compile(_ALONG_THE_PATH + _AT_THE_END + _RUBBING)
+
+
+def _compile(modules: tuple[str, ...]) -> None:
+    for module in modules:
+        name = f"{__package__.rpartition('.')[0]}.laws.{module}"
+        importlib.import_module(name)
+        for key, entry in ENTRIES.items():
+            if key.startswith(f"{name}."):
+                entry.compile()
