@@ -13,6 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .axes import cross
+from .lines import nearest_of_lines
 from .polyhedron import Polyhedron, separation
 
 __all__ = ["BESIDE", "CornerOnFace", "EdgesCross", "FeaturePoint", "beside", "touching_features"]
@@ -158,7 +160,7 @@ def _crossings(
             across = b.vertices[m] - there
             reach = float(np.sqrt(across.dot(across)))
             across = across / reach
-            turn = _cross(way, across)
+            turn = cross(way, across)
             sine = float(np.sqrt(turn.dot(turn)))
             if sine < LEAST_SINE:
                 continue
@@ -166,18 +168,9 @@ def _crossings(
             n = n if n.dot(normal) >= 0.0 else -n
             if n.dot(normal) < FACES_NORMAL:
                 continue
-            apart = there - start
-            s = float(_cross(apart, across).dot(turn)) / sine**2
-            u = float(_cross(apart, way).dot(turn)) / sine**2
+            s, u, _, _ = nearest_of_lines(start, way, there, across)
             if min(s, length - s, u, reach - u) < -BESIDE:
                 continue
             here, below = start + s * way, there + u * across
             gap = float(n.dot(here - below))
             yield sine, FeaturePoint(EdgesCross((i, j), (k, m)), 0.5 * (here + below), gap)
-
-
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(3,) a × b; numpy's own is slow for one pair."""
-    a0, a1, a2 = a.tolist()
-    b0, b1, b2 = b.tolist()
-    return np.array((a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0))

@@ -23,6 +23,7 @@ import pinocchio as pin
 
 from .axes import contact_axes, cross
 from .features import CornerOnFace, EdgesCross, beside
+from .lines import nearest_of_lines
 from .polyhedron import Polyhedron
 
 __all__ = ["HeldCorner", "HeldCrossing", "HeldPoint", "held_point"]
@@ -122,12 +123,8 @@ class HeldCrossing:
         """Directions, e × f with the sign of n, its square, the points, and the ways there."""
         e, f = (place.rotation.dot(way) for place, way in zip(places, self._ways, strict=True))
         start, there = (place.act(ends[0]) for place, ends in zip(places, self._ends, strict=True))
-        turn = self._sign * cross(e, f)
-        square = float(turn.dot(turn))
-        apart = there - start
-        s = self._sign * float(cross(apart, f).dot(turn)) / square
-        u = self._sign * float(cross(apart, e).dot(turn)) / square
-        return e, f, turn, square, start + s * e, there + u * f, s, u
+        s, u, turn, square = nearest_of_lines(start, e, there, f)
+        return e, f, self._sign * turn, square, start + s * e, there + u * f, s, u
 
     def gap(self, places: Places) -> float:
         """[m]; negative inside."""

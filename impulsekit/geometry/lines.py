@@ -1,4 +1,4 @@
-"""Nearest points of points, lines and segments."""
+"""Nearest points of two lines."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from .axes import cross
 
-__all__ = ["nearest_of_lines", "share_along"]
+__all__ = ["nearest_of_lines"]
 
 
 def nearest_of_lines(
@@ -36,11 +36,3 @@ def nearest_of_lines(
     s = float(cross(apart, other_way).dot(turn)) / square
     u = float(cross(apart, way).dot(turn)) / square
     return s, u, turn, square
-
-
-def share_along(point: np.ndarray, start: np.ndarray, end: np.ndarray) -> float:
-    """The share of the way from start to end at which a segment is nearest to a point, 0 to 1."""
-    way = end - start
-    square = float(way.dot(way))
-    share = float((point - start).dot(way)) / square if square > 0.0 else 0.0
-    return min(max(share, 0.0), 1.0)
