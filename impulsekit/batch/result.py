@@ -14,8 +14,14 @@ from ..laws.status import Status
 if TYPE_CHECKING:
     from .program import BatchPlan
 
-__all__ = ["OUTPUTS", "ImpactBatch"]
+__all__ = ["NO_ANSWER", "OUTPUTS", "VERDICTS", "ImpactBatch"]
 
+# What ``ImpactBatch.uniqueness`` counts, in order.
+VERDICTS = ("proven", "not proven", "several")
+# Rows of which nothing is known.
+NO_ANSWER = tuple(
+    int(status) for status in (Status.NO_SOLUTION, Status.NOT_CONVERGED, Status.SEQUENCE_TOO_LONG)
+)
 OUTPUTS = (
     "v_after",
     "dv",
@@ -36,6 +42,9 @@ class ImpactBatch:
         arrays: the outputs that were asked for, by name.
         single: (B,) whether each row was left to ``solve``: all of them where there are no
             kernels, else what is redundant, ambiguous or close to it. None on Dask.
+        uniqueness: (B,) the place of each row's verdict in ``VERDICTS``: 0 where it is proven
+            that no other v⁺ obeys the law, 1 where it is not, 2 where others were found. None on
+            Dask. ``solve`` of the row gives the others, in ``impact.uniqueness``.
 
     Example:
         >>> import numpy as np
@@ -47,6 +56,7 @@ class ImpactBatch:
     plan: BatchPlan | None
     arrays: dict[str, np.ndarray] = field(repr=False)
     single: np.ndarray | None = field(default=None, repr=False)
+    uniqueness: np.ndarray | None = field(default=None, repr=False)
 
     @property
     def v_after(self) -> np.ndarray:

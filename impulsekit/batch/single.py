@@ -22,6 +22,7 @@ from ..laws.status import Status
 from ..scene import AppliedImpulse, Scene
 from .inputs import BatchInputs
 from .masses import scaled_robot
+from .result import VERDICTS
 
 __all__ = ["solve_rows"]
 
@@ -32,8 +33,9 @@ def solve_rows(
     rows: Iterable[int],
     arrays: dict[str, np.ndarray],
     codes: np.ndarray,
+    verdicts: np.ndarray,
 ) -> None:
-    """Solve those rows and write their answers and codes."""
+    """Solve those rows and write their answers, codes and verdicts on their uniqueness."""
     varies = _varies(scene, inputs)
     for row in rows:
         if inputs.codes[row] != Status.SOLVED:
@@ -45,6 +47,8 @@ def solve_rows(
             impact = solve(_scene_of(scene, inputs, row) if varies else scene, q, v)
             _write(impact, row, arrays)
             codes[row] = impact.status
+            if impact.status.valid:
+                verdicts[row] = VERDICTS.index(impact.uniqueness.verdict)
         except ImpulsekitError as error:
             # A function that fails is no fault of this row alone.
             if error.from_function:

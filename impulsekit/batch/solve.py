@@ -14,10 +14,10 @@ from ..errors import InputError, MissingExtraError, RangeError, UnknownNameError
 from ..impact.warm import compile_laws
 from ..laws.status import Status
 from ..scene import FrameAnchor, JointLock, PointAnchor, Scene
-from .codes import AGAIN
+from .codes import AGAIN, OPEN
 from .inputs import BatchInputs, batch_inputs
 from .remote import is_lazy, solve_lazily, solve_remotely
-from .result import OUTPUTS, ImpactBatch
+from .result import NO_ANSWER, OUTPUTS, VERDICTS, ImpactBatch
 from .single import solve_rows
 
 if TYPE_CHECKING:
@@ -113,11 +113,12 @@ def solve_batch(
     from .progress import shown
 
     single = np.full(inputs.size, program is None)
+    verdicts = np.zeros(inputs.size, dtype=np.int8)
     with shown(progress, inputs.size) as tell:
         if program is None:
             for begin in range(0, inputs.size, 256):
                 end = min(begin + 256, inputs.size)
-                solve_rows(scene, inputs, range(begin, end), arrays, codes)
+                solve_rows(scene, inputs, range(begin, end), arrays, codes, verdicts)
                 tell(end)
         else:
             _run(program, inputs, arrays, codes, number, _threads(threads), tell)
@@ -125,8 +126,11 @@ def solve_batch(
             again = np.flatnonzero(codes == AGAIN)
             if len(again) and number == np.float32:
                 again = _in_double(program, inputs, again, arrays, codes, _threads(threads))
-            solve_rows(scene, inputs, again.tolist(), arrays, codes)
+            verdicts[codes >= OPEN] = VERDICTS.index("not proven")
+            codes[codes >= OPEN] -= OPEN
+            solve_rows(scene, inputs, again.tolist(), arrays, codes, verdicts)
             single[again] = True
+    verdicts[codes == int(Status.MANY_SOLUTIONS)] = VERDICTS.index("several")
     failed = (codes >= int(Status.NOT_FINITE)) & (codes != int(Status.NEARLY_DEPENDENT))
     for array in arrays.values():
         if failed.any():
@@ -134,7 +138,9 @@ def solve_batch(
         array.setflags(write=False)
     codes.setflags(write=False)
     single.setflags(write=False)
-    return ImpactBatch(codes, plan, arrays, single)
+    verdicts[failed | np.isin(codes, NO_ANSWER)] = VERDICTS.index("not proven")
+    verdicts.setflags(write=False)
+    return ImpactBatch(codes, plan, arrays, single, verdicts)
 
 
 def _on_dask(

@@ -32,6 +32,8 @@ NULL, REGULAR = 1e-12, 1e-10
 ON_CONE = 1e-13
 # Against the velocities: an approach that is none, and a slip that is none.
 AT_REST, STILL = 1e-15, 1e-13
+# Of a sum of velocities, relative to its terms.
+ROUNDING = 1e-14
 # Of both normal impulses: what sets two answers apart.
 APART = 1e-7
 
@@ -122,9 +124,16 @@ def released(block: Block, b: Triple, mu: float, floor: float, scale: float) -> 
     """Coulomb's law with P_n ≥ floor instead of 0, as ``coulomb``."""
     if floor > 0.0:
         p1, p2 = bounded_friction(block, b[0], b[1], floor, mu)
-        velocity = b[2] + block[3] * p1 + block[4] * p2 + block[5] * floor
-        if velocity >= -AT_REST * scale:
+        across, along = block[3] * p1 + block[4] * p2, block[5] * floor
+        # Where the release sticks, shares cancel, and what is left is their rounding.
+        if b[2] + across + along >= -ROUNDING * max(scale, abs(across), along):
             return (p1, p2, floor), _SOLVED
+        if abs(b[2]) <= STILL * scale:
+            # Slip loads a contact that neither parts nor approaches by nothing: it sticks.
+            stick, sticks, determined = _stick(block, b[0], b[1], 0.0, mu, scale)
+            if not sticks or not stick[2] > floor:
+                return _NOTHING, _NONE
+            return stick, _SOLVED if determined else _NOT_UNIQUE
     impulse, code = coulomb(block, b[0], b[1], b[2], mu, scale)
     if impulse[2] < floor * (1.0 - 1e-12):
         return impulse, _NONE

@@ -30,6 +30,11 @@ GRAZING = 1e-6
 TOUCHES, BELOW = 1e-10, 1e-7
 # No root is above 1 as the coefficients are scaled; beyond that by rounding.
 TOP = 1.01
+# W_nn − µ w·s below this share of W_nn is rounding, and P_n would have no digits.
+SINGULAR = 1e-11
+# What moves, couples or slips out of a plane by less than this share does so by rounding, and
+# slip that goes back by less than this does not.
+FLAT, AHEAD = 1e-12, 1e-12
 # Directions nearer than this are one.
 SAME = 1e-7
 _NONE = (0.0, 0.0)
@@ -62,6 +67,16 @@ def slides(block: Block, b1: float, b2: float, bn: float, mu: float) -> Directio
         size = -size
     matrix = (a11 / size, a12 / size, a21 / size, a22 / size, c1 / size, c2 / size)
     a11, a12, a21, a22, c1, c2 = matrix
+    flat, d1, d2 = _line(block, b1, b2, bn)
+    if flat:
+        # One way or the other: roots of the quartic would be eigenvalues of A.
+        along = d1 * (a11 * d1 + a12 * d2) + d2 * (a21 * d1 + a22 * d2)
+        shift = d1 * c1 + d2 * c2
+        if along + shift > -AHEAD:
+            found = _with(found, block, b1, b2, bn, mu, d1, d2)
+        if along - shift > -AHEAD:
+            found = _with(found, block, b1, b2, bn, mu, -d1, -d2)
+        return found
     m1, m2 = a12 * c2 - a22 * c1, a21 * c1 - a11 * c2
     trace, det = a11 + a22, a11 * a22 - a12 * a21
     q3 = -2.0 * trace
@@ -89,6 +104,26 @@ def slides(block: Block, b1: float, b2: float, bn: float, mu: float) -> Directio
 
 
 @compiled
+def _line(block: Block, b1: float, b2: float, bn: float) -> tuple[bool, float, float]:
+    """Whether one tangent alone moves anything, as of bodies in a plane, and that tangent."""
+    t11, t12, t22, n1, n2, nn = block
+    size, speed = max(t11 + t22, nn), max(abs(b1), abs(b2), abs(bn))
+    # Of three that have to lie along it the longest tells it best.
+    half = 0.5 * (t11 - t22)
+    most, angle = math.sqrt(half * half + t12 * t12) / size, 0.5 * math.atan2(t12, half)
+    d1, d2 = math.cos(angle), math.sin(angle)
+    length = math.sqrt(n1 * n1 + n2 * n2)
+    if length / size > most:
+        most, d1, d2 = length / size, n1 / length, n2 / length
+    length = math.sqrt(b1 * b1 + b2 * b2)
+    if length / speed > most:
+        d1, d2 = b1 / length, b2 / length
+    off = t11 * d2 * d2 - 2.0 * t12 * d1 * d2 + t22 * d1 * d1
+    flat = off <= FLAT * size and abs(n2 * d1 - n1 * d2) <= FLAT * size
+    return flat and abs(b2 * d1 - b1 * d2) <= FLAT * speed, d1, d2
+
+
+@compiled
 def _with(
     found: Directions,
     block: Block,
@@ -106,7 +141,7 @@ def _with(
     """
     t11, t12, t22, n1, n2, nn = block
     left = nn - mu * (n1 * s1 + n2 * s2)
-    if left * bn >= 0.0:
+    if left * bn >= 0.0 or abs(left) <= SINGULAR * nn:
         return found
     count, one, two, three, four = found
     # Entries without a direction are (0, 0), which is far from all.

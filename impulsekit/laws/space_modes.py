@@ -164,8 +164,9 @@ def _slides(W, b, mu):
     angle, load = np.empty((m, lanes)), np.zeros((m, lanes))
     number = np.arange(lanes)
     for i in range(m):
-        # Off the axes of the contacts, along which solutions like to lie.
-        angle[i] = (number % each + 0.381966) * (2.0 * math.pi / each)
+        # From the slip without impulse, to both sides alike: no axes decide what is found.
+        first = math.atan2(b[3 * i + 1], b[3 * i])
+        angle[i] = first + (number % each + 0.5) * (2.0 * math.pi / each)
         number = number // each
     scale = np.abs(b).max()
     system, miss = np.empty((2 * m, 2 * m, lanes)), np.empty((2 * m, lanes))

@@ -6,11 +6,23 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .compiled import compiled, entry
 from .coupling import friction_feedback
 from .plane_modes import plane_modes, plane_of
 from .space_modes import space_modes
 
-__all__ = ["MOST_IN_PLANE", "MOST_IN_SPACE", "Search", "search_answers", "search_phase"]
+__all__ = [
+    "MOST_IN_PLANE",
+    "MOST_IN_SPACE",
+    "SAME",
+    "SURE",
+    "TRIED_ALL",
+    "Search",
+    "is_another",
+    "search_answers",
+    "search_modes",
+    "search_phase",
+]
 
 # Contacts of which all modes are tried: 4⁴ linear systems in the plane (6⁴ at release), and 3³
 # modes with directions of slip in space; one more takes six to ten times as long.
@@ -19,12 +31,79 @@ MOST_IN_PLANE, MOST_IN_SPACE = 4, 3
 NEGLIGIBLE = 1e-150
 # Of a feedback below 1 by less than this, rounding decides.
 SURE = 1e-6
+# Velocities that differ by less than this share of the largest are the same.
+SAME = 1e-6
+# Work above this share of the energies in play is a gain.
+GAIN = 1e-10
 # How many solutions are kept at most.
 MOST_FOUND = 16
 # [N s], relative: releases of less than this share of the load are none.
 LEAST_RELEASE = 1e-290
 
 SMOOTH, WEAK, ALL_TRIED, SEARCHED, TOO_MANY = "smooth", "weak", "all tried", "searched", "too many"
+
+
+# What ``search_modes`` did.
+NOTHING_TRIED, TRIED_SOME, TRIED_ALL = 0, 1, 2
+
+
+def _examples() -> tuple:
+    line, few = np.ones(6), np.ones(2)
+    return np.eye(6), line, few, few, 1.0, True, np.eye(6)
+
+
+@entry(_examples, seconds=25.0)
+def search_modes(W, b, mu, floor, scale, plane, found):  # type: ignore[no-untyped-def]
+    """What was tried, and how many solutions of one phase were written to ``found``.
+
+    Args:
+        W: (3n, 3n), tangents without friction cleared [1/kg].
+        b: (3n,) likewise [m/s].
+        mu, floor: (n,) friction, and the least normal impulses [N s].
+        scale: the size of the velocities [m/s].
+        plane: only where all modes can be tried.
+        found: (most, 3n), written: P of the solutions [N s].
+    """
+    n = len(mu)
+    direction = np.empty((n, 2))
+    if n <= MOST_IN_PLANE and plane_of(W, b, mu, direction):
+        basis = np.zeros((2 * n, 3 * n))
+        for i in range(n):
+            basis[2 * i, 3 * i], basis[2 * i, 3 * i + 1] = direction[i, 0], direction[i, 1]
+            basis[2 * i + 1, 3 * i + 2] = 1.0
+        flat = np.empty((len(found), 2 * n))
+        own = np.dot(np.dot(basis, W), basis.T.copy())
+        count = plane_modes(own, np.dot(basis, b), mu, floor, scale, flat)
+        for k in range(count):
+            found[k] = np.dot(flat[k], basis)
+        return TRIED_ALL, count
+    if plane or n > MOST_IN_SPACE or floor.max() > 0.0:
+        return NOTHING_TRIED, 0
+    return TRIED_SOME, space_modes(W, b, mu, scale, found)
+
+
+@compiled
+def is_another(W, P, shown, start, free, scale):  # type: ignore[no-untyped-def]
+    """Whether P makes other velocities than ``shown``, and adds no energy.
+
+    Args:
+        W: (3n, 3n) Delassus matrix [1/kg].
+        P, shown: (3n,) impulses [N s].
+        start: (3n,) the velocity from which works count [m/s].
+        free: (3n,) u_free [m/s].
+        scale: the size of the velocities [m/s].
+    """
+    apart, work, size = 0.0, 0.0, 0.0
+    for r in range(len(P)):
+        after, change = free[r], 0.0
+        for c in range(len(P)):
+            after += W[r, c] * P[c]
+            change += W[r, c] * (P[c] - shown[c])
+        apart = max(apart, abs(change))
+        own = 0.5 * P[r] * (start[r] + after)
+        work += own
+        size += abs(own) + abs(P[r] * start[r])
+    return apart > SAME * scale and work <= GAIN * size
 
 
 class Search(NamedTuple):
@@ -127,25 +206,11 @@ def _phase(
     plane: bool = False,
 ) -> tuple[str, np.ndarray]:
     """What was tried, and (k, 3n) the impulses found."""
-    n = len(mu)
     # Compiled code takes arrays in order that may be written to.
     W, b, mu, floor = (np.array(array, dtype=float, order="C") for array in (W, b, mu, floor))
-    direction = np.empty((n, 2))
-    if n <= MOST_IN_PLANE and plane_of(W, b, mu, direction):
-        basis = np.zeros((2 * n, 3 * n))
-        for i in range(n):
-            basis[2 * i, 3 * i : 3 * i + 2] = direction[i]
-            basis[2 * i + 1, 3 * i + 2] = 1.0
-        found = np.empty((MOST_FOUND, 2 * n))
-        count = plane_modes(
-            np.ascontiguousarray(basis @ W @ basis.T), basis @ b, mu, floor, float(scale), found
-        )
-        return ALL_TRIED, found[:count] @ basis
-    if plane or n > MOST_IN_SPACE or floor.any():
-        return TOO_MANY, np.empty((0, 3 * n))
-    found = np.empty((MOST_FOUND, 3 * n))
-    count = space_modes(W, b, mu, float(scale), found)
-    return SEARCHED, found[:count].copy()
+    found = np.empty((MOST_FOUND, len(b)))
+    how, count = search_modes(W, b, mu, floor, float(scale), plane, found)
+    return (TOO_MANY, SEARCHED, ALL_TRIED)[how], found[:count].copy()
 
 
 def _without_idle_tangents(delassus: np.ndarray, mu: np.ndarray) -> np.ndarray:

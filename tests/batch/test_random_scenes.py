@@ -103,13 +103,13 @@ def test_the_answer_of_solve_or_another_that_obeys_the_law(monkeypatch, name, re
     rng = np.random.default_rng([list(ROBOTS).index(name), restitution == "poisson"])
     robot = ik.Robot.from_example(name, root="freeflyer" if name in FLYING else "fixed")
     problems = []
-    solve_contacts = laws.solve_contacts
+    find_impulses = laws.find_impulses
 
     def kept(problem, law):
         problems.append(problem)
-        return solve_contacts(problem, law)
+        return find_impulses(problem, law)
 
-    monkeypatch.setattr(laws, "solve_contacts", kept)
+    monkeypatch.setattr(laws, "find_impulses", kept)
     rows = regular = 0
     for _ in range(12):
         contacts = random_contacts(ROBOTS[name], rng)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...laws.status import Status
-from ..codes import AGAIN
+from ..codes import AGAIN, OPEN
 from .algebra import triple
 from .jit import inlined
 from .lanes import absolute, where_less, width
@@ -54,7 +54,7 @@ def doubted(
     store(work, (spare_at + 1) * w, scale)
     for lane in range(w):
         if work[spare_at * w + lane] > doubt * work[(spare_at + 1) * w + lane] and (
-            code[lane] == _SOLVED or code[lane] == _NOT_UNIQUE or code[lane] == _JAM
+            code[lane] % OPEN == _SOLVED or code[lane] % OPEN == _NOT_UNIQUE or code[lane] == _JAM
         ):
             code[lane] = AGAIN
 

@@ -11,6 +11,7 @@ from .jit import built_in
 from .layout import CONTACT_INTS
 from .problem import pose, problem_in, put_back, room
 from .several import several
+from .uniqueness import judge_others
 
 __all__ = ["newton_lanes"]
 
@@ -74,5 +75,7 @@ def _solved(count, digits, space):
             total += W[i, j] * P[j]
         after[i] = total
     if gain(P, before, after, count):
-        code = _GAIN
+        return _GAIN
+    if not smooth:
+        return judge_others(code, W, before, free, after, mus, es, ets, count, P)
     return code

@@ -17,6 +17,7 @@ from .modes import MOST_STEPS, RIDGE, polish
 from .problem import COARSE, pose, problem_in, put_back, room
 from .several import DEPENDENT, several
 from .smooth import ALIKE, FINE
+from .uniqueness import judge_feedback
 
 __all__ = ["poisson_lanes"]
 
@@ -102,7 +103,9 @@ def _solved(count, digits, space):
         all_friction += friction[i]
         size += abs(normal[i]) + abs(friction[i])
     gained = all_normal + all_friction
-    return _GAIN if gained > 0.0 and gained > GAIN * size else code
+    if gained > 0.0 and gained > GAIN * size:
+        return _GAIN
+    return code if smooth else judge_feedback(code, W, free, mus, count)
 
 
 @built_in

@@ -11,7 +11,7 @@ from .many import frictional
 from .problem import COARSE
 from .smooth import frictionless
 
-__all__ = ["DEPENDENT", "several"]
+__all__ = ["DEPENDENT", "is_dependent", "several"]
 
 # Two contacts with 1 − r² below this, r their correlation in W, all but coincide.
 COINCIDENT = 1e-6
@@ -39,7 +39,7 @@ def several(b, count, smooth, scale, digits, space):
         if code != AGAIN or digits < 53 or not _are_apart(W, count):
             return code
     # Redundant contacts share by splitting, with or without friction.
-    if digits < 53 and _is_dependent(W, size, own, aim):
+    if digits < 53 and is_dependent(W, size, own, aim, COARSE):
         return AGAIN
     if digits == 53 and not smooth and not _are_apart(W, count):
         return AGAIN
@@ -93,8 +93,8 @@ def _touches_idly(W, b, count, scale, P):
 
 
 @built_in
-def _is_dependent(W, size, matrix, scale):
-    """Whether rows of contacts may depend on each other, for all that few digits tell."""
+def is_dependent(W, size, matrix, scale, bar):
+    """Whether rows of contacts depend on each other, pivots below a bar being none."""
     for i in range(size):
         if not W[i, i] > 0.0:
             return True
@@ -102,4 +102,4 @@ def _is_dependent(W, size, matrix, scale):
     for i in range(size):
         for j in range(size):
             matrix[i, j] = W[i, j] * scale[0, i] * scale[0, j]
-    return rank_by_pivots(matrix, size, COARSE) < size
+    return rank_by_pivots(matrix, size, bar) < size

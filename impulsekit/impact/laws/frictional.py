@@ -12,14 +12,15 @@ until all agree. Redundant contacts whose targets contradict each other are unlo
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...laws.single import NEGLIGIBLE
 from ...laws.status import Status
 from ...laws.uniqueness import search_phase
-from .modes import Modes
+from .modes import DEPENDENT, Modes
+from .split import least_split
 from .sticking import held_still
 from .uniqueness import unique_contacts
 from .unload import unload
@@ -67,6 +68,8 @@ def solve_frictional(
     floor: np.ndarray | None = None,
     start: np.ndarray | None = None,
     scale: float = 0.0,
+    *,
+    least: bool = False,
 ) -> Frictional:
     """P of all contacts.
 
@@ -77,15 +80,50 @@ def solve_frictional(
         floor: (n,) the least normal impulse [N s] of each; None for 0.
         start: (3n,) an impulse nearby, instead of ADMM's [N s].
         scale: the size of the velocities where they were larger before [m/s].
+        least: of redundant impulses take the split that knows no axes.
     """
+    found = _solved(delassus, shifted, friction, floor, start, scale)
+    if least and found.status.valid and _is_redundant(delassus):
+        modes = Modes(*_rubbing(delassus, shifted, friction), friction, floor, scale)
+        impulse = least_split(modes, found.impulse)
+        residual = modes.residual(impulse)
+        if residual <= BAR:
+            return replace(found, impulse=impulse, residual=residual)
+    return found
+
+
+def _is_redundant(delassus: np.ndarray) -> bool:
+    """Whether rows that move anything depend on each other."""
+    diagonal = delassus.diagonal()
+    rows = np.flatnonzero(diagonal > DEPENDENT * diagonal.max())
+    units = 1.0 / np.sqrt(diagonal[rows])
+    values = np.linalg.eigvalsh(delassus[np.ix_(rows, rows)] * units * units[:, None])
+    return bool(values[0] <= DEPENDENT * values[-1])
+
+
+def _rubbing(
+    delassus: np.ndarray, shifted: np.ndarray, friction: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """W and b; tangent rows without friction carry nothing, whatever stands in them."""
     if min(friction.tolist()) < NEGLIGIBLE:
-        # Tangent rows without friction carry nothing, whatever stands in them.
         delassus, shifted = delassus.copy(), shifted.copy()
         rows = np.flatnonzero(friction < NEGLIGIBLE)
         for offset in (0, 1):
             delassus[3 * rows + offset] = 0.0
             delassus[:, 3 * rows + offset] = 0.0
             shifted[3 * rows + offset] = 0.0
+    return delassus, shifted
+
+
+def _solved(
+    delassus: np.ndarray,
+    shifted: np.ndarray,
+    friction: np.ndarray,
+    floor: np.ndarray | None,
+    start: np.ndarray | None,
+    scale: float,
+) -> Frictional:
+    delassus, shifted = _rubbing(delassus, shifted, friction)
     if floor is not None and not floor.any():
         floor = None
     modes = Modes(delassus, shifted, friction, floor, scale)

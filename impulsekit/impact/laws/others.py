@@ -8,24 +8,30 @@ from typing import NamedTuple
 import numpy as np
 
 from ...laws.status import Status
-from ...laws.uniqueness import ALL_TRIED, SEARCHED, SMOOTH, WEAK, Search, search_answers
+from ...laws.uniqueness import (
+    ALL_TRIED,
+    SAME,
+    SEARCHED,
+    SMOOTH,
+    WEAK,
+    Search,
+    is_another,
+    search_answers,
+)
 from ...scene.law import Law
 from .problem import ContactProblem, ContactSolution
 
 __all__ = ["NOT_PROVEN", "PROVEN", "SEVERAL", "Finding", "find_others", "told_if_several"]
 
 PROVEN, NOT_PROVEN, SEVERAL = "proven", "not proven", "several"
-# Velocities that differ by less than this share of the largest are the same.
-SAME = 1e-6
-# Work above this share of the energies in play is a gain.
-GAIN = 1e-10
 
 RULE = (
     "the one reached from sticking: all contacts are held still first, and what cannot hold is "
     "let go; an answer in which nothing slips is shown wherever there is one"
 )
 RULE_OF_SPLIT = (
-    "the compression with the least friction impulse; what is given back is e times its load"
+    "the compression of least Σ w |P|², w being the mobility of each contact (of one contact the "
+    "least friction impulse); what is given back is e times its load"
 )
 _NO_ANSWER = (Status.NO_SOLUTION, Status.NOT_CONVERGED, Status.SEQUENCE_TOO_LONG)
 
@@ -86,9 +92,10 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
     search = _search(problem, scale, newton=newton)
     others: list[np.ndarray] = []
     for P in search.impulses:
-        shown = (solution.impulse, *others)
-        if all(_apart(problem, P, other, scale) for other in shown) and not _gains(
-            problem, P, newton=newton
+        W, start = problem.delassus, problem.velocity_before if newton else problem.velocity_free
+        if all(
+            is_another(W, P, other, start, problem.velocity_free, scale)
+            for other in (solution.impulse, *others)
         ):
             P.setflags(write=False)
             others.append(P)
@@ -112,9 +119,8 @@ def _is_closed_form(problem: ContactProblem, solution: ContactSolution) -> bool:
     mu = problem.friction.item()
     if solution.status is Status.MANY_SOLUTIONS or solution.unique is not None:
         return not mu
-    n1, n2, nn = problem.delassus[2].tolist()
-    # What parts gets no impulse; where friction can press it in by itself, it could.
-    return bool(solution.impulse[2] > 0.0 or nn >= mu * np.hypot(n1, n2))
+    # A contact that parts gets no impulse, whatever else friction could press it to.
+    return True
 
 
 def _search(problem: ContactProblem, scale: float, *, newton: bool) -> Search:
@@ -150,13 +156,6 @@ def _alone(
 def _apart(problem: ContactProblem, P: np.ndarray, other: np.ndarray, scale: float) -> bool:
     """Whether two impulses make different velocities."""
     return bool(np.abs(problem.delassus @ (P - other)).max() > SAME * scale)
-
-
-def _gains(problem: ContactProblem, P: np.ndarray, *, newton: bool) -> bool:
-    """Whether an impulse adds energy."""
-    start = problem.velocity_before if newton else problem.velocity_free
-    terms = P * (start + problem.delassus @ P + problem.velocity_free) / 2.0
-    return bool(terms.sum() > GAIN * (np.abs(terms).sum() + np.abs(P * start).sum()))
 
 
 def _is_split(problem: ContactProblem, search: Search, scale: float) -> bool:

@@ -30,8 +30,8 @@ def approach(modes: Modes, start: np.ndarray, bar: float) -> tuple[np.ndarray, f
         bar: the residual to come down to.
     """
     share = FIRST
-    # Each contact by its own mass.
-    sizes = modes.delassus.diagonal().reshape(-1, 3).max(axis=1)
+    # Each contact by its own mass, whichever way its tangents point.
+    sizes = modes.delassus.diagonal().reshape(-1, 3).sum(axis=1)
     rates = np.repeat(np.maximum(sizes, LIGHTEST * modes.largest), 3)
     impulse, best, least = start, start, np.inf
     for count in range(1, MOST_STEPS + 1):

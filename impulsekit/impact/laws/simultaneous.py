@@ -75,13 +75,16 @@ def _poisson(problem: ContactProblem, frictional: bool) -> ContactSolution:
     status, residual, iterations = Status.SOLVED, 0.0, 0
     unique: np.ndarray | None = None
     start: np.ndarray | None = None
+    released = bool(problem.restitution.any())
     for phase in ("compression", "expansion"):
         given = np.zeros_like(free)
         given[2::3] = floor
         if frictional:
             from .frictional import solve_frictional
 
-            part = solve_frictional(delassus, velocity, problem.friction, floor, start, fastest)
+            part = solve_frictional(
+                delassus, velocity, problem.friction, floor, start, fastest, least=released
+            )
             share, found, error = part.impulse, part.status, part.residual
             alone, count = part.unique, part.iterations
         else:

@@ -1,0 +1,44 @@
+"""Batches tell of several v⁺ as ``solve`` does."""
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+from tests.impact.test_uniqueness import bodies_in_a_plane
+
+VERDICTS = ("proven", "not proven", "several")
+
+
+def agree(scene, q, V):
+    """How many rows of a batch have several v⁺; each row is as ``solve`` has it."""
+    batch = ik.solve_batch(scene, q, V)
+    for row, v in enumerate(V):
+        impact = ik.solve(scene, q, v)
+        assert impact.status == batch.status[row]
+        if impact.status.valid or impact.status is ik.Status.MANY_SOLUTIONS:
+            assert VERDICTS[batch.uniqueness[row]] == impact.uniqueness.verdict
+    assert batch.valid[batch.uniqueness == 2].sum() == 0
+    return int((batch.uniqueness == 2).sum())
+
+
+def test_rows_of_bodies_in_a_plane_are_told_as_by_solve():
+    several = 0
+    rng = np.random.default_rng(1)
+    for seed in range(6):
+        scene, v, _ = bodies_in_a_plane(seed)
+        V = rng.normal(size=(12, len(v)))
+        several += agree(scene, scene.robot.neutral(), V)
+    assert several > 0
+
+
+@pytest.mark.slow
+def test_rows_in_space_are_told_as_by_solve():
+    robot = ik.Robot.from_example("panda")
+    rng = np.random.default_rng(2)
+    contacts = [
+        ik.Contact(link, at=rng.normal(size=3) * 0.1, normal=rng.normal(size=3), friction=mu)
+        for link, mu in (("panda_hand", 0.9), ("panda_link5", 0.7))
+    ]
+    scene = ik.Scene(robot, contacts=contacts)
+    q = robot.configuration(panda_joint2=0.4, panda_joint4=-1.5, panda_joint6=1.0)
+    agree(scene, q, rng.normal(size=(40, robot.nv)))
