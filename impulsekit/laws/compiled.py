@@ -30,6 +30,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 # What loading compiled code takes [s]: from disk, and where numba is not imported yet.
 LOADING = 0.02
 IMPORTING = 0.5
+# Of calls on numbers alone, which take microseconds, one in so many is timed.
+EVERY = 16
 # A compilation longer than this is announced [s].
 LONG = 1.0
 # An error could not leave a function that is called by its address, and states would be left
@@ -75,7 +77,7 @@ class Entry(Generic[P, R]):
         functools.update_wrapper(self, function)
         self.py_func = function
         self._examples, self._seconds = examples, seconds
-        self._spent, self._limit = 0.0, LOADING
+        self._spent, self._limit, self._calls = 0.0, LOADING, 0
         self._code: Callable[P, R] | None = None
         self._made: Any = None
         self._arrays: bool | None = None
@@ -85,7 +87,15 @@ class Entry(Generic[P, R]):
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
         """Call the compiled code if it is there, else the Python function."""
         code = self._code
-        return code(*args, **kwargs) if code is not None else self._interpret(*args, **kwargs)
+        if code is not None:
+            return code(*args, **kwargs)
+        self._calls += 1
+        if self._calls % EVERY == 0 or self._arrays is not False:
+            return self._interpret(*args, **kwargs)
+        try:
+            return self.py_func(*args, **kwargs)
+        except (ArithmeticError, ValueError):
+            return self.compile()(*args, **kwargs)
 
     @property
     def is_compiled(self) -> bool:
@@ -120,7 +130,7 @@ class Entry(Generic[P, R]):
     def _interpret(self, *args: Any, **kwargs: Any) -> R:
         begin = time.perf_counter()
         if self._arrays is None:
-            self._arrays = not all(isinstance(example, int | float) for example in self._examples())
+            self._arrays = _has_arrays(self._examples())
         try:
             if self._arrays:
                 with np.errstate(all="ignore"):
@@ -130,7 +140,7 @@ class Entry(Generic[P, R]):
         except (ArithmeticError, ValueError):
             # Beyond what doubles hold: compiled code goes on with infinities.
             return self.compile()(*args, **kwargs)
-        self._spent += time.perf_counter() - begin
+        self._spent += (1 if self._arrays else EVERY) * (time.perf_counter() - begin)
         if self._spent > self._limit:
             self._weigh()
         return result
@@ -144,6 +154,12 @@ class Entry(Generic[P, R]):
             self.compile()
         else:
             self._limit = min(cost, 2.0 * self._spent)
+
+
+def _has_arrays(value: Any) -> bool:
+    if isinstance(value, tuple):
+        return any(map(_has_arrays, value))
+    return isinstance(value, np.ndarray)
 
 
 def entry(
