@@ -28,7 +28,7 @@ class Conditions:
     Attributes:
         masses: (n, n) a_lp.
         rows: (r, n) the constraint rows on the speeds.
-        mobilities: (r,) the diagonal of W = A a⁻¹ Aᵀ.
+        mobilities: (r,) the diagonal of W = A a⁻¹ Aᵀ, zero where it is rounding.
         independent: indices of rows that are independent and span the others.
         of_masses: condition of a_lp scaled to unit diagonal.
         of_rows: the same of W of the independent rows; 1 without any.
@@ -78,14 +78,32 @@ def conditions_of(tree: Tree, at: Kinematics, demands: Rows) -> Conditions | Non
     lower = np.linalg.cholesky(scaled)
     half = scipy.linalg.solve_triangular(lower, (rows / root).T, lower=True)
     mobilities = np.einsum("ij,ij->j", half, half)
-    moving = mobilities > 0.0
-    half = half / np.where(moving, np.sqrt(mobilities), 1.0)
+    moving = mobilities > _rounding_of_mobility(mobilities, demands)
+    half = half * np.where(moving, 1.0 / np.sqrt(np.where(moving, mobilities, 1.0)), 0.0)
+    mobilities = np.where(moving, mobilities, 0.0)
     triangle, order = scipy.linalg.qr(half, mode="r", pivoting=True)
     rank = int((np.abs(np.diagonal(triangle)) > RANK_TOLERANCE).sum())
     chosen = tuple(sorted(order[:rank].tolist()))
     singular = np.linalg.svd(half[:, chosen], compute_uv=False) if chosen else np.ones(1)
     of_rows = float((singular[0] / singular[-1]) ** 2)
     return Conditions(masses, rows, mobilities, chosen, of_masses, of_rows, away)
+
+
+def _rounding_of_mobility(mobilities: np.ndarray, demands: Rows) -> np.ndarray:
+    """(r,) up to where a row moves nothing: of two ends that move alike rounding is left.
+
+    A row is measured by those of its own entry and unit, and by all rows for what is rounding
+    of the whole.
+    """
+    whole = np.finfo(float).eps ** 2 * mobilities.max(initial=0.0)
+    largest: dict[tuple[str, bool], float] = {}
+    keys = [
+        (name.rpartition(".")[0], bool(np.abs(linear.astype(float)).max(initial=0.0) > 0.0))
+        for name, linear in zip(demands.names, demands.linear, strict=True)
+    ]
+    for key, mobility in zip(keys, mobilities.tolist(), strict=True):
+        largest[key] = max(largest.get(key, 0.0), mobility)
+    return np.maximum(whole, RANK_TOLERANCE**2 * np.array([largest[key] for key in keys]))
 
 
 def take(demands: Rows, indices: tuple[int, ...]) -> Rows:

@@ -14,8 +14,9 @@ class Loop:
     """An equality constraint of a file.
 
     Attributes:
-        kind: "point" (a ``PointAnchor``), "frame" (a ``FrameAnchor``), "lock" (a
-            ``JointLock``) or "coupling" (a ``JointCoupling``).
+        kind: "point" (a ``PointAnchor``), "frame" (a ``FrameAnchor``), "hinge" (a
+            ``FrameAnchor`` free about z of ``first``), "slide" (one free along z of
+            ``first``), "lock" (a ``JointLock``) or "coupling" (a ``JointCoupling``).
         name: as in the file.
         first, second: the frames, or the joints.
         at, other_at: the points in the frames [m].

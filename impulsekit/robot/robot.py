@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError, UnknownNameError, UrdfError, a_thing, warn_of_assumptions
+from ..errors import (
+    AssumptionWarning,
+    InputError,
+    UnknownNameError,
+    UrdfError,
+    a_thing,
+    warn_of_assumptions,
+)
 from .source import RobotPart
 
 if TYPE_CHECKING:
@@ -178,6 +187,50 @@ class Robot:
         )
         warn_of_assumptions(path or read.name, read.assumptions)
         return cls(read.model, (part,), read.name)
+
+    @classmethod
+    def from_sdf(
+        cls,
+        source: str | os.PathLike[str],
+        root: str | pin.JointModel = "fixed",
+        *,
+        model: str | None = None,
+        package_dirs: Iterable[str | os.PathLike[str]] = (),
+    ) -> Robot:
+        """A robot from a <model> of SDF, the format of Gazebo.
+
+        The model is written anew as a URDF. Joints to a link that another joint carries, and
+        gearboxes, are in ``loops``; ``robot.scene()`` makes constraints of them.
+
+        Args:
+            source: a path, or SDF text.
+            root: as in ``from_urdf``; "fixed" holds the model's first link where it is.
+            model: which model, where the file holds several.
+            package_dirs: where "model://" is looked up, as in ``from_urdf``.
+
+        Raises:
+            MjcfError: the file cannot be read or used; it names the element and the fault.
+            UrdfError: links and joints form no tree.
+
+        Example:
+            >>> spin = ("<joint name='spin' type='revolute'><parent>world</parent>"
+            ...     "<child>body</child><axis><xyz>0 0 1</xyz></axis></joint>")
+            >>> body = "<link name='body'><inertial><mass>1</mass></inertial></link>"
+            >>> top = f"<sdf version='1.9'><model name='top'>{body}{spin}</model></sdf>"
+            >>> Robot.from_sdf(top).joint_names
+            ('spin',)
+        """
+        from .sdf import read_sdf
+
+        read = read_sdf(source, model)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AssumptionWarning)
+            robot = cls.from_urdf(read.urdf, root, package_dirs=package_dirs)
+        part = robot.parts[0]
+        assumptions = (*read.assumptions, *part.assumptions)
+        warn_of_assumptions(read.path or part.label, assumptions)
+        new = replace(part, assumptions=assumptions, loops=read.loops)
+        return cls(robot.model, (new,), robot.name)
 
     @classmethod
     def from_model(cls, model: pin.Model) -> Robot:

@@ -11,7 +11,7 @@ import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..errors import UrdfError, a_thing, shown
+from ..errors import MjcfError, UrdfError, a_thing, shown
 from ..files import open_plain_file, reason_of
 from .urdf_elements import LinkInertial, UrdfJoint, read_joints, read_links
 from .urdf_numbers import checked_name
@@ -22,7 +22,7 @@ from .xacro_files import expanded
 if TYPE_CHECKING:
     from xml.etree import ElementTree
 
-__all__ = ["LinkInertial", "UrdfText", "read_urdf"]
+__all__ = ["LinkInertial", "UrdfText", "parsed_xml", "read_urdf"]
 
 # Elements within elements: a URDF has five levels.
 DEEPEST_ELEMENT = 200
@@ -82,7 +82,7 @@ def read_urdf(path_or_xml: str | os.PathLike[str], *, mimic: bool = False) -> Ur
         text = expanded(text, path)
         assumed.append("the macros of xacro are expanded")
     text, repairs = repair_text(text)
-    robot = _parse(text, source)
+    robot = parsed_xml(text, source)
     assumed += repairs + repair_tree(robot, mimic=mimic)
     _check_outermost(robot, source)
     name = checked_name(robot.get("name") or "robot", source, "<robot>")
@@ -126,28 +126,34 @@ def _reason(error: OSError | ValueError) -> str:
     return "a path has no NUL character in it"
 
 
-def _parse(text: str, source: str) -> ElementTree.Element:
-    # A URDF has no use for a document type; with it go all tricks with entities.
+def parsed_xml(
+    text: str, source: str, kind: type[UrdfError | MjcfError] = UrdfError
+) -> ElementTree.Element:
+    """The outermost element of a robot file.
+
+    Raises:
+        UrdfError, or another ``kind``: it is no XML, or holds what no robot file needs.
+    """
+
+    def fault(sentence: str, element: str = "") -> UrdfError | MjcfError:
+        return kind(f"{source}: {sentence}", source=source, element=element)
+
+    # A robot has no use for a document type; with it go all tricks with entities.
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise UrdfError(
-            f"{source}: a document type or entity declaration has no place in a URDF; take it out",
-            source=source,
-            element="<!DOCTYPE>",
+        raise fault(
+            "a document type or entity declaration has no place in a robot file; take it out",
+            "<!DOCTYPE>",
         )
     from xml.etree import ElementTree
 
     if not text.strip():
-        raise UrdfError(f"{source}: it is empty, a URDF has <robot>", source=source, element="")
+        raise fault("it is empty")
     if not text.startswith("<"):
-        raise UrdfError(
-            f"{source}: it does not begin with <, so it is no XML", source=source, element=""
-        )
+        raise fault("it does not begin with <, so it is no XML")
     try:
-        robot = _parsed(text)
+        return _parsed(text)
     except (ElementTree.ParseError, ValueError) as error:
-        sentence = f"{source}: not well-formed XML: {_in_words(str(error))}"
-        raise UrdfError(sentence, source=source, element="") from None
-    return robot
+        raise fault(f"not well-formed XML: {_in_words(str(error))}") from None
 
 
 def _check_outermost(robot: ElementTree.Element, source: str) -> None:

@@ -7,12 +7,14 @@ from typing import Any
 from ..errors import RangeError, quoted
 from ..robot import Robot
 from ..robot.loop import Loop
-from .constraints import Constraint, FrameAnchor, JointCoupling, JointLock, PointAnchor
+from .constraints import DIRECTIONS, Constraint, FrameAnchor, JointCoupling, JointLock, PointAnchor
 from .contacts import Collision
 from .scene import Scene
 
 __all__ = ["scene_of"]
 
+# The direction that a closing joint leaves free, z along its axis.
+_FREE = {"hinge": "rz", "slide": "z"}
 _CONTACTS = (False, "world", "all")
 
 
@@ -68,6 +70,10 @@ def _constraint(loop: Loop) -> Constraint:
         return PointAnchor(loop.first, loop.second, loop.at, loop.other_at, name=loop.name)
     if loop.kind == "frame":
         return FrameAnchor(loop.first, loop.second, loop.at, loop.other_at, name=loop.name)
+    if loop.kind in _FREE:
+        ends = loop.first, loop.second, loop.at, loop.other_at
+        held = tuple(each for each in DIRECTIONS if each != _FREE[loop.kind])
+        return FrameAnchor(*ends, held, "local", name=loop.name)
     if loop.kind == "lock":
         return JointLock(loop.first, name=loop.name)
     return JointCoupling(loop.first, loop.second, loop.ratio, name=loop.name)
