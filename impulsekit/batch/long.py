@@ -9,7 +9,6 @@ import numpy as np
 
 from ..errors import (
     InputError,
-    MissingExtraError,
     NotFiniteError,
     RangeError,
     ShapeError,
@@ -46,10 +45,6 @@ class LongTree:
     """
 
     def __init__(self, tree: Tree, robot: Robot | None = None) -> None:
-        try:
-            import numba  # noqa: F401
-        except ImportError:
-            raise MissingExtraError.of("numba", "batch", "a long tree") from None
         self._tree, self._robot = tree, robot
         self.bodies, self.nq, self.nv = tree.bodies, tree.nq, tree.nv
 
@@ -168,7 +163,6 @@ def long_chain(
 
     Raises:
         RangeError, NotFiniteError, InputError: as for ``chain_urdf``.
-        MissingExtraError: numba is not installed.
 
     Example:
         >>> from impulsekit import AppliedImpulse
@@ -225,7 +219,6 @@ def long_tree(
 
     Raises:
         ShapeError, NotFiniteError, RangeError, UnknownNameError, InputError.
-        MissingExtraError: numba is not installed.
     """
     if isinstance(parents, Robot):
         model = parents.model

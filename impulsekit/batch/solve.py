@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, MissingExtraError, RangeError, UnknownNameError, a_thing, quoted
+from ..errors import InputError, RangeError, UnknownNameError, a_thing, quoted
 from ..impact.warm import compile_laws
 from ..laws.status import Status
 from ..scene import FrameAnchor, JointLock, PointAnchor, Scene
@@ -83,7 +83,6 @@ def solve_batch(
         ShapeError, NotFiniteError, StateError, RangeError, UnknownNameError, InputError:
             what is wrong with arguments that all rows share. A row that is wrong is
             marked in ``status`` and stops nothing.
-        MissingExtraError: numba is not installed.
 
     Example:
         >>> import numpy as np
@@ -176,9 +175,6 @@ def warm_up(scene: Scene, *, dtype: Any = np.float64) -> BatchPlan:
     Returns:
         How batches of this scene will be solved.
 
-    Raises:
-        MissingExtraError: numba is not installed.
-
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene
         >>> robot = Robot.from_example("panda")
@@ -216,16 +212,9 @@ def plan_batch(
     Args:
         frictional: give contacts tangent rows even where their own friction is 0.
         links: those whose masses vary.
-
-    Raises:
-        MissingExtraError: numba is not installed.
     """
     key = (id(scene), frictional, links)
     if key not in _programs:
-        try:
-            import numba  # noqa: F401
-        except ImportError:
-            raise MissingExtraError.of("numba", "batch", "solve_batch") from None
         from .program import compiled
 
         _programs[key] = compiled(scene, frictional=frictional, links=links)

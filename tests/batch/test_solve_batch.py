@@ -1,7 +1,5 @@
 """The same answers as ``solve``, one row at a time."""
 
-import sys
-
 import numpy as np
 import pytest
 
@@ -253,10 +251,3 @@ def test_progress_counts_all_rows(panda):
     told = []
     solve_batch(scene, np.zeros((10_000, 9)), progress=lambda done, total: told.append(done))
     assert told[-1] == 10_000
-
-
-def test_without_numba_the_error_names_the_extra(monkeypatch, panda):
-    scene = ik.Scene(panda, [ik.AppliedImpulse("panda_hand", [0, 0, 1])])
-    monkeypatch.setitem(sys.modules, "numba", None)
-    with pytest.raises(ik.errors.MissingExtraError, match=r"impulsekit\[batch\]"):
-        solve_batch(scene, panda.neutral())
