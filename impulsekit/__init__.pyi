@@ -53,6 +53,7 @@ from .motion.sensitivity import sensitivity as sensitivity
 from .robot import Robot as Robot
 from .robot.combine import combine as combine
 from .robot.examples import example_names as example_names
+from .robot.placing import place as place
 from .scene import PD as PD
 from .scene import Actuator as Actuator
 from .scene import AppliedForce as AppliedForce

@@ -4,7 +4,7 @@
 
     ImpulsekitError
     ├── InputError (ValueError)          something given cannot be used
-    │   ├── UnknownNameError             .kind .name .nearest .known
+    │   ├── UnknownNameError (KeyError)  .kind .name .nearest .known
     │   ├── ShapeError                   .what .expected .got
     │   ├── NotFiniteError               .what .where
     │   ├── RangeError                   .what .value .allowed
@@ -20,6 +20,7 @@
     └── MissingExtraError (ImportError)  .package .extra: an optional library is absent
 
     AssumptionWarning (UserWarning)      .source .assumptions: a file that leaves things open
+    SetupWarning (UserWarning)           .doubts: a scene or state that is likely not meant
 
 The message says what, where and what would be right; the same facts are
 attributes, for programs.
@@ -42,6 +43,7 @@ __all__ = [
     "NotFiniteError",
     "RangeError",
     "SceneFileError",
+    "SetupWarning",
     "ShapeError",
     "SingularMassError",
     "SolveError",
@@ -53,6 +55,7 @@ __all__ = [
     "quoted",
     "shown",
     "warn_of_assumptions",
+    "warn_of_setup",
 ]
 
 
@@ -89,13 +92,20 @@ class InputError(ImpulsekitError, ValueError):
     """Something given cannot be used."""
 
 
-class UnknownNameError(InputError):
-    """A name that does not exist. Attributes: kind, name, nearest, known."""
+class UnknownNameError(InputError, KeyError):
+    """A name that does not exist. Attributes: kind, name, nearest, known.
+
+    A ``KeyError`` as well, so that mappings of results behave as any other.
+    """
 
     kind: str
     name: str
     nearest: tuple[str, ...]
     known: tuple[str, ...]
+
+    def __str__(self) -> str:
+        # A KeyError would put its sentence in quotes.
+        return Exception.__str__(self)
 
     @classmethod
     def among(cls, kind: str, name: str, known: Iterable[str], where: str = "") -> UnknownNameError:
@@ -258,6 +268,23 @@ def warn_of_assumptions(source: str, assumptions: Sequence[str], *, above: int =
     """
     if assumptions:
         warnings.warn(AssumptionWarning(source, assumptions), stacklevel=1 + above)
+
+
+class SetupWarning(UserWarning):
+    """A scene or a state that is solved as given, and likely is not what was meant.
+
+    Attributes: doubts (one sentence each).
+    """
+
+    def __init__(self, doubts: Sequence[str]) -> None:
+        self.doubts = tuple(doubts)
+        super().__init__(_escaped("; ".join(doubts)))
+
+
+def warn_of_setup(doubts: Sequence[str], *, above: int = 2) -> None:
+    """One ``SetupWarning`` if there is any doubt; ``above`` as for ``warn_of_assumptions``."""
+    if doubts:
+        warnings.warn(SetupWarning(doubts), stacklevel=1 + above)
 
 
 def shown(value: object, most: int = 60) -> str:

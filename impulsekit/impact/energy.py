@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..scene import AppliedImpulse
+from .named import ByName
 
 if TYPE_CHECKING:
     from .result import Impact
@@ -63,5 +63,5 @@ def energy_books(impact: Impact) -> Energy:
         after=0.5 * float(impact.v_after @ impact.momentum_after),
         change=float(mean @ momentum_jump),
         of_lost_velocities=0.5 * float(impact.dv @ momentum_jump),
-        work=MappingProxyType(work),
+        work=ByName(work, "entry"),
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from .energy import Energy, energy_books
 from .kinematics import PointVelocity, point_velocity
 from .links import LinkJump, link_jumps
 from .mechanics import Mechanics
+from .named import ByName, Named
 from .reactions import joint_reactions
 from .residuals import Residuals, residuals_of
 from .uniqueness import Uniqueness, uniqueness_of
@@ -100,7 +100,7 @@ class Impact:
             for result, where in zip(self.constraints, rows.slices, strict=True):
                 shares[result.name] = result.impulse @ matrix[where]
         shares.update(self._contact_shares())
-        return MappingProxyType({name: _read_only(share) for name, share in shares.items()})
+        return ByName({n: _read_only(share) for n, share in shares.items()}, "entry")
 
     def _contact_shares(self) -> dict[str, np.ndarray]:
         shares = {n: np.zeros(len(self._v)) for n in self.scene.entry_names("contacts")}
@@ -113,14 +113,14 @@ class Impact:
         return shares
 
     @cached_property
-    def constraints(self) -> tuple[ConstraintResult, ...]:
-        """What each constraint of the scene carried, in their order."""
-        return constraint_results(self)
+    def constraints(self) -> Named[ConstraintResult]:
+        """What each constraint of the scene carried, in their order; by name, too."""
+        return Named(constraint_results(self), "constraint")
 
     @cached_property
-    def contacts(self) -> tuple[ContactResult, ...]:
-        """What happened at each contact of the scene, in their order."""
-        return contact_results(self)
+    def contacts(self) -> Named[ContactResult]:
+        """What happened at each contact of the scene, in their order; by name, too."""
+        return Named(contact_results(self), "contact")
 
     @property
     def outcome(self) -> Outcome | None:
@@ -142,7 +142,7 @@ class Impact:
     @cached_property
     def bodies(self) -> Mapping[str, LinkJump]:
         """Velocity change of every link of the URDF, links behind fixed joints too."""
-        return MappingProxyType(link_jumps(self))
+        return ByName(link_jumps(self), "link")
 
     @cached_property
     def reactions(self) -> Mapping[str, np.ndarray]:
@@ -152,7 +152,7 @@ class Impact:
         joints of the URDF are there too, and "root_joint" is what the ground gives a
         robot on a fixed base.
         """
-        return MappingProxyType(joint_reactions(self))
+        return ByName(joint_reactions(self), "joint")
 
     @cached_property
     def energy(self) -> Energy:

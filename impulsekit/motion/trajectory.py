@@ -14,6 +14,7 @@ import pinocchio as pin
 from ..errors import ImpulsekitError, InputError, MissingExtraError, RangeError, ShapeError
 from ..files import replaced_file
 from ..impact.algorithms import symmetric
+from ..impact.named import ByName
 from ..scene.numbers import number
 from .force_field import ForceField
 from .path import Path
@@ -21,6 +22,7 @@ from .status import MotionStatus
 
 if TYPE_CHECKING:
     from ..impact import Impact
+    from ..impact.contact_results import ContactResult
     from ..scene import Scene
 
 __all__ = ["EnergyHistory", "MomentumHistory", "Rest", "Trajectory"]
@@ -128,6 +130,20 @@ class Trajectory:
     def duration(self) -> float:
         """The time up to which the motion was followed [s]."""
         return float(self._path.end)
+
+    @cached_property
+    def contacts(self) -> ByName[tuple[tuple[float, ContactResult], ...]]:
+        """By the name of a contact, (time [s], result) of each impact in which it touched.
+
+        Raises:
+            UnknownNameError: on a name that no contact of the scene has.
+        """
+        hits: dict[str, list] = {name: [] for name in self.scene.entry_names("contacts")}
+        for time, impact in self.impacts:
+            for result in impact.contacts:
+                if result.touching:
+                    hits[result.name].append((time, result))
+        return ByName({name: tuple(own) for name, own in hits.items()}, "contact")
 
     @property
     def step_times(self) -> np.ndarray:
@@ -269,10 +285,10 @@ class Trajectory:
             # Between the samples the steps count, at them the very numbers that were saved.
             motion.q, motion.v = _read_only(arrays["q"]), _read_only(arrays["v"])
             return motion
-        except KeyError as error:
-            raise InputError(f"{name} holds no trajectory: {error} is missing in it") from None
         except ImpulsekitError:
             raise
+        except KeyError as error:
+            raise InputError(f"{name} holds no trajectory: {error} is missing in it") from None
         except (ValueError, TypeError, AttributeError, RecursionError) as error:
             raise InputError(f"{name} holds no trajectory: {error}") from None
 
@@ -320,6 +336,7 @@ class Trajectory:
     def __getstate__(self) -> dict[str, Any]:
         state = dict(vars(self))
         state.pop("_model_with_gravity", None)
+        state.pop("contacts", None)
         state["_path"] = self._path.arrays()
         return state
 

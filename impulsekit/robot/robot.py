@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from .loop import Loop
     from .massless import Massless
     from .mjcf_pairs import TouchingPair
+    from .placing import FrameVelocity, Placement
 
 __all__ = ["WORLD", "Robot"]
 
@@ -483,6 +485,49 @@ class Robot:
 
         return state.velocity(self.model, {**(by_name or {}), **joints})
 
+    def placement(self, q: Any, frame: str) -> Placement:
+        """Where a frame is at q: ``matrix`` (4, 4), ``position`` (3,), ``rotation`` (3, 3).
+
+        In the world; ``point(at)`` of it is where a point of the frame is.
+
+        Raises:
+            UnknownNameError, ShapeError, NotFiniteError, StateError.
+
+        Example:
+            >>> panda = Robot.from_example("panda")
+            >>> panda.placement(panda.neutral(), "panda_hand").position.round(3)[2]
+            np.float64(0.926)
+        """
+        from .placing import Posture
+
+        return Posture(self, q).placement(frame)
+
+    def velocity_of(self, q: Any, v: Any, frame: str, at: Any = (0.0, 0.0, 0.0)) -> FrameVelocity:
+        """How fast a frame moves at q with v, world axes.
+
+        Args:
+            q: (nq,) configuration. v: (nv,) velocity.
+            frame: the frame.
+            at: (3,) the point in it [m] whose velocity ``linear`` is.
+
+        Returns:
+            ``linear`` (3,) of the point [m/s] and ``angular`` (3,) of the frame [rad/s].
+
+        Raises:
+            UnknownNameError, ShapeError, NotFiniteError, StateError.
+
+        Example:
+            >>> panda = Robot.from_example("panda")
+            >>> v = panda.velocity(panda_joint1=2.0)
+            >>> hand = panda.velocity_of(panda.neutral(), v, "panda_hand")
+            >>> hand.linear.round(3).tolist(), hand.angular.round(3).tolist()
+            ([0.0, 0.176, 0.0], [0.0, 0.0, 2.0])
+        """
+        from .placing import Posture
+
+        posture = Posture(self, q, v)
+        return posture.velocity(frame, posture.placement(frame).point(at))
+
     def frame_id(self, name: str, where: str = "") -> int:
         """The index of a frame by name: a link, an extra frame or a joint, in this order.
 
@@ -513,6 +558,10 @@ class Robot:
         """Whether a joint of this name holds two links together without any motion."""
         frame_id = self._frame_ids.get(name, 0)
         return frame_id > 0 and self.model.frames[frame_id].type == pin.FrameType.FIXED_JOINT
+
+    @cached_property
+    def _posture_data(self) -> threading.local:
+        return threading.local()
 
     @cached_property
     def _frame_ids(self) -> dict[str, int]:

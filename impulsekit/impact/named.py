@@ -1,0 +1,86 @@
+"""Results by name and by place; a name that is not there is told with the nearest ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, Generic, TypeVar
+
+from ..errors import UnknownNameError
+
+__all__ = ["ByName", "Named"]
+
+T = TypeVar("T")
+
+
+class Named(tuple, Generic[T]):
+    """A tuple of results, each with a ``name``, that can be indexed by name as well.
+
+    Raises:
+        UnknownNameError: on a name that no result has; a ``KeyError``, too.
+
+    Example:
+        >>> from types import SimpleNamespace
+        >>> feet = Named([SimpleNamespace(name="left"), SimpleNamespace(name="right")], "contact")
+        >>> feet["right"] is feet[1], "left" in feet, feet.names
+        (True, True, ('left', 'right'))
+    """
+
+    kind: str
+
+    def __new__(cls, items: Iterable[T] = (), kind: str = "entry") -> Named[T]:
+        """The results, and what one of them is called in an error."""
+        self = super().__new__(cls, items)
+        self.kind = kind
+        return self
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names, in order."""
+        return tuple(item.name for item in self)
+
+    def __getitem__(self, key: Any) -> Any:
+        if isinstance(key, str):
+            found = self.get(key)
+            if found is None:
+                raise UnknownNameError.among(self.kind, key, self.names)
+            return found
+        found = super().__getitem__(key)
+        return Named(found, self.kind) if isinstance(key, slice) else found
+
+    def __contains__(self, key: object) -> bool:
+        return key in self.names if isinstance(key, str) else super().__contains__(key)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """The result of a name, or ``default``."""
+        return next((item for item in self if item.name == name), default)
+
+
+class ByName(Mapping[str, T]):
+    """A mapping by name that cannot be changed.
+
+    Raises:
+        UnknownNameError: on a name that is not there; a ``KeyError``, too.
+
+    Example:
+        >>> ByName({"elbow": 1.0}, "joint")["elbow"]
+        1.0
+    """
+
+    def __init__(self, items: Mapping[str, T], kind: str) -> None:
+        self._items = dict(items)
+        self._kind = kind
+
+    def __getitem__(self, name: str) -> T:
+        try:
+            return self._items[name]
+        except (KeyError, TypeError):
+            raise UnknownNameError.among(self._kind, str(name), self._items) from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __repr__(self) -> str:
+        return repr(self._items)

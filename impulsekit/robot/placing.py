@@ -1,0 +1,270 @@
+"""Where frames are, how fast they move, and how a part is put in place."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import InputError, NotFiniteError, RangeError, ShapeError, quoted
+from .capacity import check_capacity
+from .state import checked_configuration, checked_velocity
+
+if TYPE_CHECKING:
+    from .robot import Robot
+
+__all__ = ["FrameVelocity", "Placement", "Posture", "place"]
+
+# How far a planar part may be asked out of its plane [m; as a turn, rad]: frames of robots are
+# placed to some 1e-12, positions measured by hand to no better than 1e-6.
+OUT_OF_PLANE = 1e-6
+# How far a rotation matrix or a quaternion may be off; it is made exact.
+OFF_ROTATION = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Where a frame is in the world.
+
+    Attributes:
+        matrix: (4, 4) homogeneous: ``matrix @ [x, y, z, 1]`` takes the frame's coordinates to
+            the world's, read-only.
+    """
+
+    matrix: np.ndarray
+
+    @property
+    def position(self) -> np.ndarray:
+        """(3,) the frame's origin in the world [m]."""
+        return self.matrix[:3, 3]
+
+    @property
+    def rotation(self) -> np.ndarray:
+        """(3, 3) columns: the frame's axes in the world."""
+        return self.matrix[:3, :3]
+
+    def point(self, at: Any) -> np.ndarray:
+        """(3,) the point ``at`` of the frame in the world [m]."""
+        return self.rotation @ _numbers(at, (3,), "point") + self.position
+
+
+@dataclass(frozen=True, eq=False)
+class FrameVelocity:
+    """How fast a frame moves, world axes.
+
+    Attributes:
+        linear: (3,) velocity of the point that was asked for [m/s], read-only.
+        angular: (3,) angular velocity [rad/s], read-only.
+    """
+
+    linear: np.ndarray
+    angular: np.ndarray
+
+
+class Posture:
+    """A robot at q with v: placements and velocities of frames, from one forward pass.
+
+    Args:
+        robot: the robot.
+        q: (nq,) configuration.
+        v: (nv,) velocity; None for a robot at rest.
+
+    Raises:
+        ShapeError, NotFiniteError, StateError: what is wrong with q or v.
+
+    Example:
+        >>> from impulsekit import Robot
+        >>> panda = Robot.from_example("panda")
+        >>> Posture(panda, panda.neutral()).placement("panda_link1").position[2]
+        np.float64(0.333)
+    """
+
+    def __init__(self, robot: Robot, q: Any, v: Any = None) -> None:
+        model = robot.model
+        self.robot = robot
+        self.q = checked_configuration(model, q)
+        self.v = np.zeros(model.nv) if v is None else checked_velocity(model, v)
+        data = _data_of(robot)
+        pin.forwardKinematics(model, data, self.q, self.v)
+        # The data is shared by all postures of the robot in this thread: copies outlive it.
+        self._places = [pin.SE3(place) for place in data.oMi]
+        self._motions = [pin.Motion(motion) for motion in data.v]
+
+    def frame(self, name: str) -> pin.SE3:
+        """The placement of a frame, as Pinocchio's type."""
+        item = self.robot.model.frames[self.robot.frame_id(name)]
+        return self._places[item.parentJoint] * item.placement
+
+    def joint(self, joint_id: int) -> pin.SE3:
+        """The placement of a joint's frame."""
+        return self._places[joint_id]
+
+    def placement(self, frame: str) -> Placement:
+        """Where a frame is."""
+        matrix = self.frame(frame).homogeneous
+        matrix.setflags(write=False)
+        return Placement(matrix)
+
+    def velocity(self, frame: str, point: np.ndarray) -> FrameVelocity:
+        """How fast a frame moves at a point (3,) of the world."""
+        joint_id = self.robot.model.frames[self.robot.frame_id(frame)].parentJoint
+        place, motion = self._places[joint_id], self._motions[joint_id]
+        angular = place.rotation @ motion.angular
+        linear = place.rotation @ motion.linear + np.cross(angular, point - place.translation)
+        linear.setflags(write=False)
+        angular.setflags(write=False)
+        return FrameVelocity(linear, angular)
+
+
+def place(
+    robot: Robot,
+    q: Any,
+    frame: str,
+    *,
+    at_frame: str = "world",
+    at: Any = (0.0, 0.0, 0.0),
+    point: Any = (0.0, 0.0, 0.0),
+    rotation: Any = None,
+) -> np.ndarray:
+    """A configuration in which a free part of the world lies at a point of another frame.
+
+    Only the root joint of the part that carries ``frame`` is changed.
+
+    Args:
+        robot: two or more parts in one world, as ``impulsekit.combine`` makes them, or one that
+            is placed in the world.
+        q: (nq,) the configuration to start from.
+        frame: of the part to be moved, which hangs on a free-flyer, a planar root or a
+            translation.
+        at_frame: of another part, or "world".
+        at: (3,) where in ``at_frame`` the point is to lie [m].
+        point: (3,) in ``frame``, which comes to lie there [m].
+        rotation: the axes of ``frame`` in those of ``at_frame``, as (3, 3) or a quaternion
+            x, y, z, w; None keeps the turn of the part in the world as it is in ``q``.
+
+    Returns:
+        (nq,) the configuration.
+
+    Raises:
+        InputError: the part hangs on another joint, or carries ``at_frame`` too.
+        RangeError: a planar part is asked out of its plane.
+        UnknownNameError, ShapeError, NotFiniteError, StateError.
+
+    Example:
+        >>> import impulsekit as ik
+        >>> ball = ik.Robot.from_urdf("<robot name='b'><link name='ball'/></robot>", "freeflyer")
+        >>> robot = ik.combine(arm=ik.Robot.from_example("panda"), ball=ball)
+        >>> q = robot.configuration({"arm/panda_joint2": 0.3})
+        >>> q = place(robot, q, "ball/ball", at_frame="arm/panda_hand", at=[0, 0, 0.1])
+        >>> hand = robot.placement(q, "arm/panda_hand")
+        >>> np.allclose(robot.placement(q, "ball/ball").position, hand.point([0, 0, 0.1]))
+        True
+    """
+    at, point = _numbers(at, (3,), "place: at"), _numbers(point, (3,), "place: point")
+    q = checked_configuration(robot.model, q)
+    root_id, other_id = (_root_of(robot, name) for name in (frame, at_frame))
+    if root_id == 0:
+        raise InputError(f'place: "{frame}" is fixed in the world and cannot be moved')
+    if root_id == other_id:
+        raise InputError(
+            f'place: "{frame}" and "{at_frame}" belong to one part, which moves as a whole'
+        )
+    root = robot.model.joints[root_id]
+    kind = root.shortname()
+    if kind not in _PLACED:
+        raise InputError(
+            f'place: "{frame}" hangs on joint "{robot.model.names[root_id]}" ({kind}); place moves '
+            "free-flyers, planar roots and translations, other joints are set by "
+            "robot.configuration"
+        )
+    axes = robot.model.jointPlacements[root_id].rotation
+    posture = Posture(robot, q)
+    target = posture.frame(at_frame)
+    if rotation is not None:
+        turn = target.rotation @ _rotation(rotation) @ posture.frame(frame).rotation.T
+        _turn_root(q, root, axes.T @ turn @ posture.joint(root_id).rotation, frame)
+        posture = Posture(robot, q)
+    shift = axes.T @ (target.act(at) - posture.frame(frame).act(point))
+    if kind == "JointModelPlanar" and abs(shift[2]) > OUT_OF_PLANE:
+        raise RangeError.of(
+            f'place: the way of "{frame}" out of the plane that its root moves in',
+            f"{shift[2]:.6g} m",
+            f"within {OUT_OF_PLANE:g} m",
+        )
+    count = 2 if kind == "JointModelPlanar" else 3
+    q[root.idx_q : root.idx_q + count] += shift[:count]
+    return q
+
+
+_PLACED = ("JointModelFreeFlyer", "JointModelPlanar", "JointModelTranslation")
+
+
+def _root_of(robot: Robot, frame: str) -> int:
+    """The joint on the world that a frame hangs on; 0 where it is fixed in the world."""
+    joint_id = robot.model.frames[robot.frame_id(frame, "place")].parentJoint
+    while joint_id > 0 and robot.model.parents[joint_id] > 0:
+        joint_id = robot.model.parents[joint_id]
+    return joint_id
+
+
+def _turn_root(q: np.ndarray, root: pin.JointModel, turn: np.ndarray, frame: str) -> None:
+    """Write a rotation (3, 3) of a root, in the axes of its joint, into q."""
+    kind, start = root.shortname(), root.idx_q
+    if kind == "JointModelFreeFlyer":
+        q[start + 3 : start + 7] = pin.Quaternion(turn).normalized().coeffs()
+        return
+    tilt = float(np.linalg.norm(turn[:, 2] - [0.0, 0.0, 1.0]))
+    if kind == "JointModelTranslation":
+        tilt = float(np.linalg.norm(turn - np.eye(3)))
+    if tilt > OUT_OF_PLANE:
+        raise RangeError.of(
+            f'place: the turn of "{frame}" that its root cannot make',
+            f"{tilt:.6g} rad",
+            f"within {OUT_OF_PLANE:g} rad",
+        )
+    if kind == "JointModelPlanar":
+        angle = np.arctan2(turn[1, 0], turn[0, 0])
+        q[start + 2 : start + 4] = np.cos(angle), np.sin(angle)
+
+
+def _rotation(value: Any) -> np.ndarray:
+    """(3, 3) of a rotation matrix or of a quaternion x, y, z, w."""
+    what = "place: rotation"
+    if np.shape(value) == (4,):
+        x, y, z, w = _numbers(value, (4,), what).tolist()
+        length = float(np.linalg.norm([x, y, z, w]))
+        if abs(length - 1.0) > OFF_ROTATION:
+            raise RangeError.of(f"{what}: length of the quaternion", length, "1")
+        return pin.Quaternion(w, x, y, z).normalized().toRotationMatrix()
+    turn = _numbers(value, (3, 3), what)
+    off = float(np.abs(turn @ turn.T - np.eye(3)).max())
+    if off > OFF_ROTATION or np.linalg.det(turn) < 0.0:
+        raise InputError(
+            f"{what} is no rotation matrix (R Rᵀ is off 1 by {off:.3g}, or it mirrors)"
+        )
+    return turn
+
+
+def _numbers(value: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{what} must be numbers, got {quoted(value)}") from None
+    if array.shape != shape:
+        raise ShapeError.of(what, shape, array.shape)
+    if not np.isfinite(array).all():
+        where = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
+        raise NotFiniteError.of(what, f"entry {where}", array[where])
+    return array
+
+
+def _data_of(robot: Robot) -> pin.Data:
+    """Pinocchio's data that the robot keeps for postures in this thread."""
+    kept: threading.local = robot._posture_data
+    if not hasattr(kept, "data"):
+        check_capacity(robot.model)
+        kept.data = robot.model.createData()
+    return kept.data

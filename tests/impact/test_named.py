@@ -1,0 +1,79 @@
+"""Results are found by name, by place and in order; unknown names are told with the nearest."""
+
+import json
+import pickle
+
+import pytest
+
+import impulsekit as ik
+from impulsekit.errors import ImpulsekitError, UnknownNameError
+
+
+def landed_quadruped():
+    robot = ik.Robot.from_example("solo12", root="freeflyer")
+    feet = [ik.Contact(f"{leg}_FOOT", name=f"{leg} foot", friction=0.5) for leg in ("FL", "HR")]
+    lock = ik.JointLock("FL_KFE", name="knee")
+    scene = ik.Scene(robot, constraints=[lock], contacts=feet)
+    return ik.solve(scene, robot.neutral(), robot.velocity(root_joint=[0, 0, -1, 0, 0, 0]))
+
+
+def test_contacts_and_constraints_are_found_by_name_and_by_place():
+    impact = landed_quadruped()
+    assert impact.contacts["HR foot"] is impact.contacts[1]
+    assert impact.contacts.names == ("FL foot", "HR foot")
+    assert impact.constraints["knee"] is impact.constraints[0]
+    assert [result.name for result in impact.contacts] == ["FL foot", "HR foot"]
+    assert impact.contacts[-1:].names == ("HR foot",)
+    assert len(impact.contacts) == 2 and isinstance(impact.contacts, tuple)
+    assert "FL foot" in impact.contacts and "FR foot" not in impact.contacts
+    assert impact.contacts.get("FR foot") is None
+
+
+@pytest.mark.parametrize(
+    ("results", "name", "nearest"),
+    [
+        ("contacts", "FL fot", "FL foot"),
+        ("constraints", "kne", "knee"),
+        ("bodies", "FL_FOOTT", "FL_FOOT"),
+        ("reactions", "FL_KFEE", "FL_KFE"),
+        ("impulse_shares", "FL fooot", "FL foot"),
+    ],
+)
+def test_an_unknown_name_is_told_with_the_nearest(results, name, nearest):
+    found = getattr(landed_quadruped(), results)
+    with pytest.raises(UnknownNameError, match=f'"{name}"; did you mean "{nearest}"') as caught:
+        found[name]
+    assert isinstance(caught.value, KeyError) and isinstance(caught.value, ImpulsekitError)
+    assert caught.value.nearest[0] == nearest
+    assert found.get(name) is None
+    assert name not in found
+
+
+def test_results_by_name_cannot_be_changed_and_are_pickled():
+    impact = landed_quadruped()
+    with pytest.raises(TypeError):
+        impact.reactions["FL_KFE"] = None
+    with pytest.raises(TypeError):
+        impact.contacts["FL foot"] = None
+    again = pickle.loads(pickle.dumps(impact.contacts))
+    assert again["HR foot"].impulse == pytest.approx(impact.contacts["HR foot"].impulse, abs=0)
+    assert pickle.loads(pickle.dumps(impact.bodies)).keys() == impact.bodies.keys()
+    json.dumps(impact.to_dict(), allow_nan=False)
+
+
+def test_the_hits_of_a_motion_are_found_by_contact():
+    robot = ik.Robot.from_urdf(BALL, root="freeflyer")
+    floor = ik.Contact("ball", at=[0, 0, -0.1], restitution=0.5, name="floor")
+    roof = ik.Contact("ball", origin=[0, 0, 9], normal=[0, 0, -1], name="roof")
+    q = robot.configuration(root_joint=[0, 0, 0.1 + 0.5 * 9.81, 0, 0, 0, 1])
+    motion = ik.simulate(ik.Scene(robot, contacts=[floor, roof]), q, robot.velocity(), duration=1.5)
+    (time, hit), *_ = motion.contacts["floor"]
+    assert time == pytest.approx(1.0, abs=1e-9)
+    assert hit.velocity_before[2] == pytest.approx(-9.81, rel=1e-9)
+    assert motion.contacts["roof"] == ()
+    with pytest.raises(KeyError, match="did you mean"):
+        motion.contacts["flor"]
+
+
+BALL = """<robot name="ball"><link name="ball"><inertial><mass value="1"/>
+<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
