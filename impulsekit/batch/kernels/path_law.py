@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...laws.alone import AT_REST, find_acting
 from ...laws.path import follow
 from ...laws.progress import P1, P2, P, path_memory
+from ...laws.single import NEGLIGIBLE
 from ...laws.status import Status
-from ...laws.words import NEWTON, STRONGE
+from ...laws.words import STRONGE
 from ..codes import AGAIN
 from .jit import built_in
 from .layout import CONTACT_INTS
@@ -18,9 +20,7 @@ from .problem import pose, problem_in, put_back, room
 
 __all__ = ["path_lanes", "strike_along"]
 
-# As in ``impact``: approaches this small against the velocities are none, and coefficients.
-AT_REST = 1e-12
-NEGLIGIBLE = 1e-150
+
 # Shares of an impulse so many times the velocities leave too few digits of their sum.
 MOST_SHARES = 1e4
 # So many times smaller or larger, rounding may decide; and the same in single precision.
@@ -59,7 +59,7 @@ def _solved(count, law, digits, space, memory):
     one = np.int64(0)
     scale = 0.0
     if count > 1:
-        acting, one, scale = _acting(before, free, es, count, law, sure)
+        acting, one, scale = find_acting(before, free, es, count, law, sure)
         if acting < 0:
             return AGAIN
         if acting > 1:
@@ -105,31 +105,6 @@ def strike_along(W, at, before, start, e, mu, e_t, law, memory):
         if not shares <= MOST_SHARES * scale:
             return AGAIN
     return code
-
-
-@built_in
-def _acting(before, free, es, count, law, sure):
-    """How many contacts act (-1: unsure), which, and the size of the approaches."""
-    scale = 0.0
-    for k in range(count):
-        scale = max(scale, abs(_approach(before, free, es, k, law)))
-    acting, one = np.int64(0), np.int64(0)
-    for k in range(count):
-        approach = _approach(before, free, es, k, law)
-        if approach < -AT_REST * scale * sure:
-            acting += 1
-            one = np.int64(k)
-        elif approach < -AT_REST * scale / sure:
-            return np.int64(-1), one, scale
-    return acting, one, scale
-
-
-@built_in
-def _approach(before, free, es, k, law):
-    approach = free[3 * k + 2]
-    if law == NEWTON:
-        approach += es[k] * min(before[3 * k + 2], 0.0)
-    return approach
 
 
 @built_in

@@ -7,15 +7,13 @@ import dataclasses
 import numpy as np
 
 from ...errors import InputError
+from ...laws.alone import AT_REST, find_acting
 from ...laws.status import Status
-from ...scene.law import Law
+from ...scene.law import RESTITUTIONS, Law
 from .problem import ContactProblem, ContactSolution
 from .single import block_of, strike
 
 __all__ = ["solve_alone"]
-
-# Approaches this small against the velocities are none.
-AT_REST = 1e-12
 
 
 def solve_alone(problem: ContactProblem, law: Law) -> ContactSolution:
@@ -29,13 +27,15 @@ def solve_alone(problem: ContactProblem, law: Law) -> ContactSolution:
     """
     n = len(problem.friction)
     free = problem.velocity_free
-    approach = free[2::3].copy()
-    if law.restitution == "newton":
-        approach += problem.restitution * np.minimum(problem.velocity_before[2::3], 0.0)
-    scale = float(np.abs(approach).max())
-    acting = np.flatnonzero(approach < -AT_REST * scale)
-    if len(acting) == 1:
-        i = int(acting[0])
+    acting, i, scale = find_acting(
+        problem.velocity_before,
+        free,
+        problem.restitution,
+        n,
+        RESTITUTIONS.index(law.restitution),
+        1.0,
+    )
+    if acting == 1:
         own = slice(3 * i, 3 * i + 3)
         hit = strike(
             block_of(problem.delassus, i),
@@ -60,7 +60,7 @@ def solve_alone(problem: ContactProblem, law: Law) -> ContactSolution:
             return ContactSolution(
                 impulse, after, hit.status, hit.residual, unique, free, normal, friction
             )
-    if len(acting) == 0 or (not problem.friction.any() and law.restitution != "stronge"):
+    if acting == 0 or (not problem.friction.any() and law.restitution != "stronge"):
         from .simultaneous import solve_simultaneous
 
         # Nothing acts or nothing rubs: both slips are the same.
