@@ -134,12 +134,12 @@ class ShapeError(InputError):
     """An array of the wrong shape. Attributes: what, expected, got."""
 
     what: str
-    expected: tuple[int, ...]
+    expected: tuple[int | str, ...]
     got: tuple[int, ...]
 
     @classmethod
     def of(
-        cls, what: str, expected: Sequence[int], got: Sequence[int], hint: str = ""
+        cls, what: str, expected: Sequence[int | str], got: Sequence[int], hint: str = ""
     ) -> ShapeError:
         """The error for an array called ``what``."""
         tail = f" ({hint})" if hint else ""

@@ -23,7 +23,7 @@ NULL = 1e-11
 
 
 @entry(lambda: (np.eye(6), np.ones(2)), seconds=3.0)
-def friction_feedback(W, mu):
+def friction_feedback(W: np.ndarray, mu: np.ndarray) -> float:
     """L; infinite where normals are redundant beside the tangents.
 
     Args:
@@ -79,4 +79,4 @@ def friction_feedback(W, mu):
         for c in range(m):
             tangent[r, c] *= mu[own[r]] * mu[own[c]]
     bound = np.linalg.eigvalsh(tangent)[m - 1]
-    return np.sqrt(max(feedback, 0.0) * bound / sizes[0])
+    return float(np.sqrt(max(feedback, 0.0) * bound / sizes[0]))

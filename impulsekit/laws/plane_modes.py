@@ -9,6 +9,7 @@ edge of its cone or without load, so that other modes find them: the inequalitie
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -38,7 +39,7 @@ SAME = 1e-6
 
 
 @entry(lambda: (np.eye(6), np.ones(6), np.ones(2), np.ones((2, 2))), seconds=1.5)
-def plane_of(W, b, mu, direction):
+def plane_of(W: np.ndarray, b: np.ndarray, mu: np.ndarray, direction: np.ndarray) -> bool:
     """Whether each contact with friction has a tangent that has nothing to do with all else.
 
     Such tangents t⊥ move by themselves alone: b = 0 there and W couples them to each other at
@@ -78,7 +79,9 @@ def plane_of(W, b, mu, direction):
 
 
 @compiled
-def _main_direction(W, b, mu, speed, i, direction):
+def _main_direction(
+    W: np.ndarray, b: np.ndarray, mu: np.ndarray, speed: float, i: int, direction: np.ndarray
+) -> None:
     """The tangent along which contact i slips, is coupled to a normal, or moves most."""
     k = 3 * i
     direction[i, 0], direction[i, 1] = 1.0, 0.0
@@ -98,7 +101,7 @@ def _main_direction(W, b, mu, speed, i, direction):
 
 
 @compiled
-def _longer(x, y, most, i, direction):
+def _longer(x: float, y: float, most: float, i: int, direction: np.ndarray) -> float:
     """The length of (x, y) where it is larger than all before; then it is the direction."""
     length = math.sqrt(x * x + y * y)
     if length > most:
@@ -108,7 +111,7 @@ def _longer(x, y, most, i, direction):
 
 
 @compiled
-def most_modes(mu, floor):
+def most_modes(mu: np.ndarray, floor: np.ndarray) -> int:
     """How many combinations of modes there are."""
     count = 1
     for i in range(len(mu)):
@@ -116,13 +119,15 @@ def most_modes(mu, floor):
     return count
 
 
-def _examples():
+def _examples() -> tuple[Any, ...]:
     square, line, few = np.eye(4), np.ones(4), np.ones(2)
     return square, line, few, few, 1.0, square
 
 
 @entry(_examples, seconds=4.0)
-def plane_modes(W, b, mu, floor, scale, found):
+def plane_modes(
+    W: np.ndarray, b: np.ndarray, mu: np.ndarray, floor: np.ndarray, scale: float, found: np.ndarray
+) -> int:
     """How many solutions there are in a plane; those that fit are written to ``found``.
 
     0 ≤ P_n − f ⊥ ξ_n ≥ 0, |P_t| ≤ µ P_n, P_t = −µ P_n sign ξ_t where ξ_t ≠ 0, ξ = W P + b
@@ -166,14 +171,14 @@ def plane_modes(W, b, mu, floor, scale, found):
 
 
 @compiled
-def _modes_of(mu, floor):
+def _modes_of(mu: float, floor: float) -> int:
     if mu > 0.0:
         return 6 if floor > 0.0 else 4
     return 2
 
 
 @compiled
-def _mode(choice, mu, floor):
+def _mode(choice: int, mu: float, floor: float) -> int:
     """The mode behind the number of a choice."""
     if mu > 0.0:
         if choice > 0 and choice < 4:
@@ -187,7 +192,15 @@ def _mode(choice, mu, floor):
 
 
 @compiled
-def _solved(W, b, mu, floor, unit, modes, P):
+def _solved(
+    W: np.ndarray,
+    b: np.ndarray,
+    mu: np.ndarray,
+    floor: np.ndarray,
+    unit: np.ndarray,
+    modes: np.ndarray,
+    P: np.ndarray,
+) -> bool:
     """Whether the modes determine P, which is written, in units of the contacts."""
     size = len(b)
     columns, rows, ratio = np.empty(size, np.int64), np.empty(size, np.int64), np.zeros(size)
@@ -232,7 +245,7 @@ def _solved(W, b, mu, floor, unit, modes, P):
 
 
 @compiled
-def eliminated(matrix, right):
+def eliminated(matrix: np.ndarray, right: np.ndarray) -> bool:
     """Whether a system is regular; then its solution stands in ``right``, by elimination."""
     m = len(right)
     for k in range(m):
@@ -263,7 +276,16 @@ def eliminated(matrix, right):
 
 
 @compiled
-def _obeys(W, b, mu, floor, unit, modes, P, scale):
+def _obeys(
+    W: np.ndarray,
+    b: np.ndarray,
+    mu: np.ndarray,
+    floor: np.ndarray,
+    unit: np.ndarray,
+    modes: np.ndarray,
+    P: np.ndarray,
+    scale: float,
+) -> bool:
     """Whether P obeys the inequalities of its modes, in units of the contacts."""
     size = len(b)
     if not np.abs(P).max() <= LARGEST * scale / unit.min():
@@ -296,7 +318,7 @@ def _obeys(W, b, mu, floor, unit, modes, P, scale):
 
 
 @compiled
-def _kept(W, P, scale, found, count):
+def _kept(W: np.ndarray, P: np.ndarray, scale: float, found: np.ndarray, count: int) -> int:
     """How many solutions there are with P, which is written if there is none like it."""
     size = len(P)
     for s in range(count):

@@ -9,6 +9,7 @@ is not proven by it.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -32,12 +33,14 @@ NULL = 1e-10
 TINY = 1e-14
 
 
-def _examples():
+def _examples() -> tuple[Any, ...]:
     return np.eye(6), np.ones(6), np.ones(2), 1.0, np.eye(6)
 
 
 @entry(_examples, seconds=10.0)
-def space_modes(W, b, mu, scale, found):
+def space_modes(
+    W: np.ndarray, b: np.ndarray, mu: np.ndarray, scale: float, found: np.ndarray
+) -> int:
     """How many solutions were found; their P (most, 3n) are written to ``found`` [N s].
 
     Args:
@@ -80,7 +83,7 @@ def space_modes(W, b, mu, scale, found):
 
 
 @compiled
-def _in_modes(W, b, mu, modes):
+def _in_modes(W: np.ndarray, b: np.ndarray, mu: np.ndarray, modes: np.ndarray) -> np.ndarray:
     """(k, 3n) the impulses that Newton finds in given modes, in units of the contacts."""
     n = len(mu)
     size = 3 * n
@@ -142,7 +145,7 @@ def _in_modes(W, b, mu, modes):
 
 
 @compiled
-def _pseudo_inverse(block):
+def _pseudo_inverse(block: np.ndarray) -> np.ndarray:
     """Of a symmetric matrix, without the directions that move nothing."""
     size = len(block)
     values, vectors = np.linalg.eigh(block)
@@ -156,7 +159,7 @@ def _pseudo_inverse(block):
 
 
 @compiled
-def _slides(W, b, mu):
+def _slides(W: np.ndarray, b: np.ndarray, mu: np.ndarray) -> np.ndarray:
     """(k, 3m) impulses with ξ_n = 0 and slip along −P_t, of m contacts that all slide."""
     m = len(mu)
     each = STARTS[m]
@@ -235,7 +238,7 @@ def _slides(W, b, mu):
 
 
 @compiled
-def _eliminate(matrix, right):
+def _eliminate(matrix: np.ndarray, right: np.ndarray) -> None:
     """Solve systems (m, m, lanes) with right sides (m, lanes), which hold the answer after it."""
     m = len(right)
     for k in range(m):
@@ -255,7 +258,15 @@ def _eliminate(matrix, right):
 
 
 @compiled
-def _obeys(W, b, mu, unit, modes, P, scale):
+def _obeys(
+    W: np.ndarray,
+    b: np.ndarray,
+    mu: np.ndarray,
+    unit: np.ndarray,
+    modes: np.ndarray,
+    P: np.ndarray,
+    scale: float,
+) -> bool:
     """Whether P obeys Coulomb's law in its modes, in units of the contacts."""
     size = len(b)
     if not np.abs(P).max() <= LARGEST * scale / unit.min():
@@ -292,7 +303,7 @@ def _obeys(W, b, mu, unit, modes, P, scale):
 
 
 @compiled
-def _kept(W, P, scale, found, count):
+def _kept(W: np.ndarray, P: np.ndarray, scale: float, found: np.ndarray, count: int) -> int:
     """How many solutions there are with P, which is written if there is none like it."""
     size = len(P)
     for s in range(count):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -47,13 +47,21 @@ SMOOTH, WEAK, ALL_TRIED, SEARCHED, TOO_MANY = "smooth", "weak", "all tried", "se
 NOTHING_TRIED, TRIED_SOME, TRIED_ALL = 0, 1, 2
 
 
-def _examples() -> tuple:
+def _examples() -> tuple[Any, ...]:
     line, few = np.ones(6), np.ones(2)
     return np.eye(6), line, few, few, 1.0, True, np.eye(6)
 
 
 @entry(_examples, seconds=25.0)
-def search_modes(W, b, mu, floor, scale, plane, found):  # type: ignore[no-untyped-def]
+def search_modes(
+    W: np.ndarray,
+    b: np.ndarray,
+    mu: np.ndarray,
+    floor: np.ndarray,
+    scale: float,
+    plane: bool,
+    found: np.ndarray,
+) -> tuple[int, int]:
     """What was tried, and how many solutions of one phase were written to ``found``.
 
     Args:

@@ -131,12 +131,12 @@ class _Search:
         for k in np.flatnonzero(near.any(axis=1)).tolist():
             best, found = np.inf, -1
             for j in np.flatnonzero(near[k]).tolist():
-                ends = [
+                left, right = (
                     Node(float(times[n]), float(values[n, j]), float(rates[n, j]))
                     for n in (k, k + 1)
-                ]
+                )
                 i = int(self._rated[j])
-                t = first_zero(self._nodes_of(i), *ends, float(errors[k, j]))
+                t = first_zero(self._nodes_of(i), left, right, float(errors[k, j]))
                 if t < best:
                     best, found = t, i
             if found >= 0:

@@ -35,12 +35,12 @@ class Loop:
         """The loop of a part of a combined world, whose names begin with ``prefix``."""
         if not prefix:
             return self
-        names = {
-            "name": prefix + self.name,
-            "first": _within(self.first, prefix),
-            "second": _within(self.second, prefix),
-        }
-        return replace(self, **names)
+        return replace(
+            self,
+            name=prefix + self.name,
+            first=_within(self.first, prefix),
+            second=_within(self.second, prefix),
+        )
 
 
 def _within(name: str, prefix: str) -> str:

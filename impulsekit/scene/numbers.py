@@ -32,7 +32,9 @@ def number(value: Any, what: str) -> float:
     """
     try:
         # Python would take "2" and True for numbers.
-        result = float(None if isinstance(value, str | bytes | bool | np.bool_) else value)
+        if isinstance(value, str | bytes | bool | np.bool_):
+            raise TypeError
+        result = float(value)
     except (TypeError, ValueError, OverflowError):
         raise NotFiniteError(
             f"{what} is {quoted(value)}, a number is wanted", what=what, where=what

@@ -98,7 +98,7 @@ def described(value: Any, what: str) -> Any:
         return {"kind": type(value).__qualname__, **described(fields, what)}
     if isinstance(value, types.FunctionType):
         return _function(value, what)
-    if isinstance(value, types.MethodType):
+    if isinstance(value, types.MethodType) and isinstance(value.__func__, types.FunctionType):
         return {"method": _function(value.__func__, what), "of": described(value.__self__, what)}
     try:
         return {"pickle": hashlib.sha256(pickle.dumps(value, protocol=4)).hexdigest()}

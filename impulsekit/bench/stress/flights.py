@@ -351,13 +351,12 @@ def stop(speed: float, rng: np.random.Generator) -> Flight:
     robot = Robot.from_urdf(text)
     far = _power(rng, -3, 3)
     sign = float(rng.choice([-1, 1]))
-    limits = {"upper": far} if sign > 0 else {"lower": -far}
     weight = 9.81 if kind == "prismatic" and rng.random() < 0.5 else 0.0
     # Weight that works against it must not turn it back.
     weight = min(weight, 0.4 * speed * speed / far)
-    scene = Scene(
-        robot, contacts=[JointStop("j", restitution=0.5, **limits)], gravity=[0, 0, -weight]
-    )
+    upper, lower = (far, None) if sign > 0 else (None, -far)
+    struck = JointStop("j", upper=upper, lower=lower, restitution=0.5)
+    scene = Scene(robot, contacts=[struck], gravity=[0, 0, -weight])
     slowed = sign * weight
     meets = 2.0 * far / (speed + math.sqrt(speed * speed - 2.0 * slowed * far))
     return Flight(

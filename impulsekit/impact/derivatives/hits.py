@@ -133,7 +133,7 @@ def follow_hits(
     edges: list[str] = []
     steps = _in_sequence if law.order == "sequential" else _alone
     velocity = free
-    found = []
+    found: list[HitFound] = []
     for i, share in steps(problem, law, names, scale, edges):
         own = slice(3 * i, 3 * i + 3)
         response, borne = system.response[:, own], system.borne[:, own]
