@@ -61,6 +61,29 @@ class Actors:
             {name: "/" + "/".join((ROOT, *_node(i + 1, name))) for i, name in enumerate(names)}
         )
 
+    @property
+    def names(self) -> list[tuple[str, str]]:
+        """The node of every shape, with what the page calls it: its link and its joint."""
+        joints = ("world", *self.shown.robot.joint_names)
+        found = []
+        for joint_id, joint in enumerate(joints):
+            own = [shape for shape in self.shapes if shape.joint_id == joint_id]
+            for i, shape in enumerate(own):
+                path = "/".join((ROOT, *_node(joint_id, joint), node_name(i, shape.name)))
+                behind = f", joint {joint}" if joint_id > 0 else ", fixed"
+                found.append((f"/{path}", f"{shape.body or shape.name}{behind}"))
+        return found
+
+    @property
+    def followed(self) -> list[tuple[str, float, list[float]]]:
+        """Of every moving joint its node, its mass [kg] and its mass centre in it [m]."""
+        model = self.shown.robot.model
+        return [
+            (path, float(body.mass), np.asarray(body.lever).tolist())
+            for path, body in zip(self.nodes.values(), list(model.inertias)[1:], strict=True)
+            if body.mass > 0.0
+        ]
+
     def draw(self, drawing: Drawing, times: np.ndarray) -> None:
         """Draw the bodies and let them move at (F,) playback ``times`` [s]."""
         names = ("world", *self.shown.robot.joint_names)

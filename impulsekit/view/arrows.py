@@ -24,8 +24,8 @@ KINDS = {
     "couple": ("couple impulse", "N m s", (0.86, 0.50, 0.10)),
     "reaction": ("joint reaction", "N s", (0.46, 0.26, 0.62)),
     "reaction couple": ("couple in a joint", "N m s", (0.70, 0.45, 0.78)),
-    "before": ("velocity before", "m/s", (0.42, 0.52, 0.62)),
-    "after": ("velocity after", "m/s", (0.10, 0.42, 0.75)),
+    "before": ("velocity before", "m/s", (0.27, 0.27, 0.29)),
+    "after": ("velocity after", "m/s", (0.08, 0.44, 0.90)),
 }
 COLORS = {
     "sticking": (0.16, 0.58, 0.34),

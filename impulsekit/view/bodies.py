@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
@@ -19,13 +19,24 @@ from .surfaces import Surface
 if TYPE_CHECKING:
     from ..robot import RobotPart
 
-__all__ = ["BodyShape", "body_shapes"]
+__all__ = ["BodyShape", "body_shapes", "robot_colors"]
 
 # Links without a colour of their own take these in turn, so that neighbours differ.
 PALETTE: tuple[tuple[float, float, float, float], ...] = (
     (0.36, 0.47, 0.58, 1.0),
     (0.66, 0.71, 0.76, 1.0),
 )
+# Where there are several robots, the first one takes the first of these, and so on.
+ROBOTS: tuple[tuple[float, float, float], ...] = (
+    (0.36, 0.47, 0.58),
+    (0.80, 0.47, 0.22),
+    (0.35, 0.60, 0.38),
+    (0.58, 0.40, 0.66),
+    (0.80, 0.66, 0.24),
+    (0.25, 0.60, 0.64),
+)
+# Of several robots, this share of every colour is the robot's own.
+OWN_SHARE = 0.6
 # What Pinocchio paints a visual that has no material.
 _NO_MATERIAL = (0.9, 0.9, 0.9, 1.0)
 
@@ -41,6 +52,7 @@ class BodyShape:
         placement: in the joint's frame.
         color: red, green, blue and opacity.
         simple: whether it stands for a link that has no picture.
+        body: the link's name.
     """
 
     name: str
@@ -49,6 +61,7 @@ class BodyShape:
     placement: pin.SE3
     color: tuple[float, float, float, float]
     simple: bool = False
+    body: str = ""
 
 
 def body_shapes(robot: Robot) -> tuple[tuple[BodyShape, ...], tuple[str, ...]]:
@@ -66,8 +79,29 @@ def body_shapes(robot: Robot) -> tuple[tuple[BodyShape, ...], tuple[str, ...]]:
         body = simple_body(link)
         if body is not None:
             color = PALETTE[i % len(PALETTE)]
-            shapes.append(BodyShape(link.name, link.joint_id, *body, color, simple=True))
+            shapes.append(BodyShape(link.name, link.joint_id, *body, color, True, link.name))
+    if len(robot.parts) > 1:
+        colors = robot_colors(robot)
+        shapes = [_tinted(shape, colors) for shape in shapes]
     return tuple(shapes), tuple(notes)
+
+
+def robot_colors(robot: Robot) -> dict[str, tuple[float, float, float]]:
+    """By prefix, such as "arm/", the colour of each robot of several; the same at every look."""
+    return {part.prefix: ROBOTS[i % len(ROBOTS)] for i, part in enumerate(robot.parts)}
+
+
+def _tinted(shape: BodyShape, colors: Mapping[str, tuple[float, float, float]]) -> BodyShape:
+    """A shape in its robot's colour, with a part of its own so that links are told apart."""
+    own = next((c for prefix, c in colors.items() if shape.body.startswith(prefix)), None)
+    if own is None:
+        return shape
+    share = OWN_SHARE * np.array(own)
+    mixed = (share + (1.0 - OWN_SHARE) * np.array(shape.color[:3])).tolist()
+    surface = shape.surface
+    if surface.colors is not None:
+        surface = replace(surface, colors=share + (1.0 - OWN_SHARE) * surface.colors)
+    return replace(shape, surface=surface, color=(*mixed, shape.color[3]))
 
 
 def _visuals(robot: Robot, notes: list[str]) -> list[BodyShape]:
@@ -83,7 +117,8 @@ def _visuals(robot: Robot, notes: list[str]) -> list[BodyShape]:
         if not item.overrideMaterial and np.allclose(color, _NO_MATERIAL):
             color = PALETTE[item.parentJoint % len(PALETTE)]
         placement = pin.SE3(item.placement)
-        shapes.append(BodyShape(item.name, item.parentJoint, surface, placement, color))
+        body = robot.model.frames[item.parentFrame].name
+        shapes.append(BodyShape(item.name, item.parentJoint, surface, placement, color, body=body))
     return shapes
 
 

@@ -51,6 +51,7 @@ class Drawing:
         *,
         glow: float = 0.0,
         through: bool = False,
+        one_sided: bool = False,
     ) -> None:
         """Draw a surface once, or once at each of several ``placements``.
 
@@ -61,6 +62,7 @@ class Drawing:
             placements: copies share one set of triangles.
             glow: how much of its colour shines without light, for arrows.
             through: whether it is seen through everything that stands before it.
+            one_sided: whether it is not seen from behind, as nothing translucent is.
         """
         geometry = meshcat().geometry
         rgb = _hex(color)
@@ -75,7 +77,7 @@ class Drawing:
             shininess=20,
             specular=0x222222,
             emissive=_hex([glow * c for c in color[:3]]),
-            side=2 if opacity == 1.0 else 0,
+            side=2 if opacity == 1.0 and not one_sided else 0,
             depthWrite=opacity == 1.0,
             depthTest=not through,
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import colorsys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -20,11 +21,12 @@ from .timeline import Timeline
 if TYPE_CHECKING:
     from ..scene.points import ReportPoint
 
-__all__ = ["Effects", "draw_effects"]
+__all__ = ["Effects", "draw_effects", "legend_row", "trace_color"]
 
 # Against the reach of the picture.
 LONGEST_ARROW = 0.5
 ARROW_WIDTH = 0.022
+THIN = 0.55
 MARK_RADIUS = 0.03
 TRACE_RADIUS = 0.005
 SLIGHT = 3e-3
@@ -44,12 +46,14 @@ class Effects:
         arrows: by entry, joint or point, the nodes of its arrows.
         corners: (n, 3) the arrows' ends and the traces' points, for the camera [m].
         rows: of the legend, with the units of every kind of arrow.
+        groups: by the group that a row names, the nodes that it switches.
         notes: what was left out.
     """
 
     arrows: Mapping[str, tuple[str, ...]]
     corners: np.ndarray
     rows: list[dict[str, str]]
+    groups: Mapping[str, list[str]]
     notes: tuple[str, ...]
 
 
@@ -91,30 +95,36 @@ def draw_effects(
         notes.append(f"{len(marks) - MOST_ARROWS} later contact marks are left out")
         marks = marks[:MOST_ARROWS]
     nodes: dict[str, list[str]] = {}
+    groups: dict[str, list[str]] = {}
     ends = [np.zeros((0, 3))]
     for i, (time, number, item) in enumerate(found):
         length = LONGEST_ARROW * actors.reach * item.size / largest[item.kind]
         path = ("impacts", str(number), node_name(i, f"{item.kind} {item.name}"))
         ends.append(_draw_arrow(drawing, path, item, length, actors.reach))
         _time(drawing, path, timeline, time, hold, before=item.kind == "before")
-        nodes.setdefault(item.name, []).append("/" + "/".join((ROOT, *path)))
+        nodes.setdefault(item.name, []).append(_node(path))
+        groups.setdefault(item.kind, []).append(_node(path))
     for i, (time, number, mark) in enumerate(marks):
         path = ("impacts", str(number), node_name(i, f"contact {mark.name}"))
         _draw_mark(drawing, path, mark, actors.reach)
+        groups.setdefault(f"contact {mark.mode}", []).append(_node(path))
         _time(drawing, path, timeline, time, hold, before=False)
     rows = _rows(largest, [mark for _, _, mark in marks])
     for i, point in enumerate(traces):
         line = _trace(shown, point)
-        color = TRACES[i % len(TRACES)]
+        color = trace_color(i)
+        node = ("traces", node_name(i, point.title))
         ends.append(line)
         if np.ptp(line, axis=0).max() > 0.0:
             surface = tube(line, TRACE_RADIUS * actors.reach)
-            drawing.add(("traces", node_name(i, point.title)), surface, color, glow=0.25)
-        rows.append({"text": f"path of {point.title}", "color": _css(color)})
+            drawing.add(node, surface, color, glow=0.25)
+        groups[node[-1]] = [_node(node)]
+        rows.append(legend_row(f"path of {point.title}", color, group=node[-1]))
     return Effects(
         {name: tuple(paths) for name, paths in nodes.items()},
         np.concatenate(ends),
         rows,
+        groups,
         tuple(notes),
     )
 
@@ -150,13 +160,15 @@ def _draw_arrow(
 ) -> np.ndarray:
     """Draw an arrow; gives its two ends, (2, 3)."""
     color = KINDS[item.kind][2]
+    # Thin before and thick after: the two are told apart without colours too.
+    width = ARROW_WIDTH * (THIN if item.kind == "before" else 1.0)
     direction = item.vector / item.size
     couple = "couple" in item.kind
     start = item.origin
     if item.from_outside:
         # What strikes ends at the point that it strikes.
         start = item.origin - length * direction
-    surface = arrow_surface(length, ARROW_WIDTH * size, heads=2 if couple else 1)
+    surface = arrow_surface(length, width * size, heads=2 if couple else 1)
     drawing.add((*path, "solid"), surface, color, glow=0.25)
     # A shade of it where it is inside a body or behind one.
     drawing.add((*path, "shade"), surface, (*color, HIDDEN_OPACITY), glow=0.5, through=True)
@@ -207,15 +219,40 @@ def _rows(largest: Mapping[str, float], marks: Sequence[Mark]) -> list[dict[str,
     rows = []
     for kind, (words, unit, color) in KINDS.items():
         if largest.get(kind, 0.0) > 0.0:
-            text = f"{words}, the longest arrow {largest[kind]:.4g} {unit}"
-            rows.append({"text": text, "color": _css(color)})
+            size = f"{largest[kind]:.4g} {unit}"
+            text = f"{words}, the longest arrow {size}"
+            rows.append(legend_row(text, color, group=kind, short=f"{words} ≤ {size}"))
     modes = {mark.mode for mark in marks}
     rows += [
-        {"text": f"contact, {mode}", "color": _css(color)}
+        legend_row(f"contact, {mode}", color, group=f"contact {mode}")
         for mode, color in COLORS.items()
         if mode in modes
     ]
     return rows
+
+
+def legend_row(
+    text: str, color: Sequence[float], *, group: str = "", short: str = ""
+) -> dict[str, str]:
+    """A row of the legend: what it says, in short too, its colour, and what it switches."""
+    return {"text": text, "short": short or text, "color": _css(color), "group": group}
+
+
+def trace_color(i: int) -> tuple[float, float, float]:
+    """A colour for the i-th path, each its own: the first few picked, then by the golden angle.
+
+    Example:
+        >>> len({trace_color(i) for i in range(50)})
+        50
+    """
+    if i < len(TRACES):
+        return TRACES[i]
+    hue = (0.10 + 0.618034 * (i - len(TRACES))) % 1.0
+    return colorsys.hsv_to_rgb(hue, 0.55 + 0.35 * (i % 2), 0.45 + 0.15 * (i % 3))
+
+
+def _node(path: Sequence[str]) -> str:
+    return "/" + "/".join((ROOT, *path))
 
 
 def _css(color: Sequence[float]) -> str:

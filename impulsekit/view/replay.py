@@ -17,14 +17,17 @@ from ..errors import RangeError
 from ..files import check_writable, write_file
 from ..scene.points import report_points
 from .actors import Actors
+from .bodies import robot_colors
 from .browser import send_to, show_page
 from .drawing import Drawing
-from .effects import draw_effects
+from .effects import draw_effects, legend_row
 from .motions import Shown, shown_motion
-from .stage import Camera, draw_stage, fitting_camera
+from .page import page_of
+from .stage import draw_stage, fitting_camera
 from .timeline import Timeline
 
 if TYPE_CHECKING:
+    from ..robot import Robot
     from ..scene.points import ReportPoint
 
 __all__ = ["Replay", "replay"]
@@ -156,12 +159,26 @@ def replay(
     )
     seen = np.concatenate([actors.corners, effects.corners])
     camera = fitting_camera(seen, shown.planes)
-    draw_stage(drawing, seen, shown.planes, camera)
+    draw_stage(drawing, seen, shown.planes, camera, actors.corners)
     animation = drawing.animation(timeline.duration, loop=loop)
     commands = [*drawing.commands, *([animation] if animation else [])]
     notes = (*actors.notes, *effects.notes)
     name = shown.robot.name if title is None else title
-    text = _page(name, commands, camera, timeline, effects.rows, notes, play)
+    text = page_of(
+        name,
+        commands,
+        camera=camera,
+        clock=_clock(timeline),
+        rows=[*_robot_rows(shown.robot), *effects.rows],
+        notes=list(notes),
+        play=play,
+        loop=loop,
+        impacts=sorted({float(timeline.to_playback(t)) for t in instants}),
+        groups=effects.groups,
+        arrows=bool(effects.arrows),
+        bodies=actors.names,
+        followed=actors.followed,
+    )
     page = _written(text, html, open)
     if viewer is not None:
         send_to(viewer, commands, camera)
@@ -174,32 +191,28 @@ def _stretched(shown: Shown) -> float:
     return max(shown.end - shown.start, 1e-9) / 4.0
 
 
-def _page(
-    title: str,
-    commands: list[dict[str, Any]],
-    camera: Camera,
-    timeline: Timeline,
-    rows: list[dict[str, str]],
-    notes: Sequence[str],
-    play: bool,
-) -> str:
-    from .page import page_of
+def _clock(timeline: Timeline) -> dict[str, Any] | None:
+    """What the page's clock goes by; None for a still picture."""
+    if timeline.duration <= 0.0:
+        return None
+    span = float(timeline.moved[-1] - timeline.moved[0])
+    unit, scale = ("ms", 1e3) if span < 0.5 else ("s", 1.0)
+    return {
+        "played": timeline.played.tolist(),
+        "moved": timeline.moved.tolist(),
+        "unit": unit,
+        "scale": scale,
+        # Three digits of the whole span are what the eye can follow.
+        "digits": max(0, 2 - math.floor(math.log10(span * scale))),
+    }
 
-    clock: dict[str, Any] | None = None
-    if timeline.duration > 0.0:
-        span = float(timeline.moved[-1] - timeline.moved[0])
-        unit, scale = ("ms", 1e3) if span < 0.5 else ("s", 1.0)
-        clock = {
-            "played": timeline.played.tolist(),
-            "moved": timeline.moved.tolist(),
-            "unit": unit,
-            "scale": scale,
-            # Three digits of the whole span are what the eye can follow.
-            "digits": max(0, 2 - math.floor(math.log10(span * scale))),
-        }
-    return page_of(
-        title, commands, camera=camera, clock=clock, rows=rows, notes=list(notes), play=play
-    )
+
+def _robot_rows(robot: Robot) -> list[dict[str, str]]:
+    """The colours of several robots, for the legend; nothing for a robot alone."""
+    if len(robot.parts) < 2:
+        return []
+    colors = robot_colors(robot).items()
+    return [legend_row(prefix.rstrip("/"), color) for prefix, color in colors]
 
 
 def _written(text: str, html: str | os.PathLike[str] | None, show: bool) -> str | None:

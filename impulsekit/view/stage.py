@@ -19,6 +19,10 @@ SKY = (0.90, 0.93, 0.96)
 HORIZON = (0.97, 0.98, 0.99)
 GROUND = (0.80, 0.82, 0.84, 1.0)
 WALL = (0.80, 0.85, 0.90, 0.45)
+# A body deeper under a plane than this share of the picture is not to be hidden by it.
+DEEP = 0.1
+# From below the ground hides nothing.
+GROUND_FROM_BELOW = (0.80, 0.82, 0.84, 0.25)
 # Name, direction from which it shines, intensity; the first one casts shadows.
 SUNS = {
     "impulsekit key": ((0.45, -0.6, 1.3), 0.5),
@@ -93,7 +97,11 @@ def fitting_camera(points: np.ndarray, planes: Sequence[Plane] = ()) -> Camera:
 
 
 def draw_stage(
-    drawing: Drawing, points: np.ndarray, planes: Sequence[Plane], camera: Camera
+    drawing: Drawing,
+    points: np.ndarray,
+    planes: Sequence[Plane],
+    camera: Camera,
+    bodies: np.ndarray | None = None,
 ) -> None:
     """Draw light, ground, grid and background for what the (n, 3) points span.
 
@@ -102,6 +110,7 @@ def draw_stage(
         points: the corners of all that moves [m].
         planes: those that contacts name; the ground is laid under everything if none is level.
         camera: its view.
+        bodies: (n, 3) the corners of the bodies; ground above some of them is translucent.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     middle = 0.5 * (low + high)
@@ -115,12 +124,19 @@ def draw_stage(
     size = 6.0 * radius
     for i, plane in enumerate(planes):
         solid = i == 0 or float(plane.normal @ camera.up) > 0.5
+        if bodies is not None and len(bodies):
+            depth = float(((plane.origin - bodies) @ plane.normal).max())
+            solid = solid and depth < DEEP * radius
         # Just under the plane itself, or what lies on it would flicker.
         placement = plane.placement(middle) * pin.SE3(
             np.eye(3), np.array([0.0, 0.0, -2e-3 * radius])
         )
         path = ("stage", node_name(i, "plane"))
-        drawing.add((*path, "surface"), _square(size), GROUND if solid else WALL)
+        square = _square(size)
+        drawing.add((*path, "surface"), square, GROUND if solid else WALL, one_sided=solid)
+        if solid:
+            below = Surface(square.vertices, square.faces[:, ::-1])
+            drawing.add((*path, "from below"), below, GROUND_FROM_BELOW)
         drawing.add_lines((*path, "grid"), _grid(size, radius, placement), LINES)
         drawing.place(path, placement)
 
