@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from impulsekit import Robot
-from impulsekit.bench.batch_agreement import agreement, all_robots, random_scene, random_states
+from tests.agreement.agreement import agreement, all_robots, random_scene, random_states
 
 pytest.importorskip("numba")
 
@@ -21,7 +21,7 @@ def test_some_robots(name, kind):
     assert found.harder == found.statuses == 0
 
 
-# The benchmark of the same name takes 10 000 rows each.
+# The command, python -m tests.agreement, takes 10 000 rows each.
 @pytest.mark.slow
 def test_all_robots():
     rng = np.random.default_rng(2)

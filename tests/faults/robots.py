@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from ...chain import chain_urdf, pendulum_urdf
-from ...impact import solve
-from ...robot import Robot
-from ...robot.combine import combine
-from ...scene import AppliedImpulse, Scene
+from impulsekit.chain import chain_urdf, pendulum_urdf
+from impulsekit.impact import solve
+from impulsekit.robot import Robot
+from impulsekit.robot.combine import combine
+from impulsekit.scene import AppliedImpulse, Scene
+
 from .fault import Fault
 from .things import ARM, arm, arm_text, ball, joint, link, struck
 
@@ -55,7 +56,7 @@ def _too_large() -> None:
     robot = Robot.from_urdf(chain_urdf(1000))
     scene = Scene(robot, [AppliedImpulse("link_1000", linear=[0, 1, 0])])
     # As on a machine with a gigabyte: what is free varies, and the words with it.
-    from ...robot import capacity
+    from impulsekit.robot import capacity
 
     free = capacity.free_memory
     capacity.free_memory = lambda: 1e9

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import functools
 
-from ...robot import Robot
-from ...robot.combine import combine
-from ...scene import AppliedImpulse, Contact, Scene
+from impulsekit.robot import Robot
+from impulsekit.robot.combine import combine
+from impulsekit.scene import AppliedImpulse, Contact, Scene
 
 __all__ = ["ARM", "arm", "arm_text", "ball", "joint", "link", "resting", "struck"]
 

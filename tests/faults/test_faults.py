@@ -7,8 +7,8 @@ import re
 
 import pytest
 
-from impulsekit.bench.faults.__main__ import TABLE
-from impulsekit.bench.faults.table import faults_by_room, told_by_room, written
+from tests.faults.__main__ import TABLE
+from tests.faults.table import faults_by_room, told_by_room, written
 
 ALL = [fault for faults in faults_by_room().values() for fault in faults]
 INTERNALS = (
@@ -52,6 +52,4 @@ def test_each_is_a_short_sentence_without_what_lies_beneath(every):
 
 
 def test_the_table_holds_todays_words(told):
-    assert TABLE.read_text(encoding="utf-8") == written(told), (
-        "run python -m impulsekit.bench.faults"
-    )
+    assert TABLE.read_text(encoding="utf-8") == written(told), "run python -m tests.faults"

@@ -1,4 +1,4 @@
-"""``python -m impulsekit.bench.fuzz``: fuzz, and keep the files that were found wanting."""
+"""``python -m tests.fuzz``: fuzz, and keep the files that were found wanting."""
 
 from __future__ import annotations
 

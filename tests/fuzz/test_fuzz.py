@@ -10,11 +10,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from impulsekit.bench.fuzz import pool, target
-from impulsekit.bench.fuzz.mutations import mutated
-from impulsekit.bench.fuzz.scene_grammar import random_scene
-from impulsekit.bench.fuzz.target import KINDS, SECRET, Fault, file_of, prepare, try_file
-from impulsekit.bench.fuzz.urdf_grammar import random_urdf
+from tests.fuzz import pool, target
+from tests.fuzz.mutations import mutated
+from tests.fuzz.scene_grammar import random_scene
+from tests.fuzz.target import KINDS, SECRET, Fault, file_of, prepare, try_file
+from tests.fuzz.urdf_grammar import random_urdf
 
 QUIET = settings(
     max_examples=60,
@@ -124,7 +124,7 @@ class _Forking:
 def test_the_quick_form_of_the_command(tmp_path):
     from click.testing import CliRunner
 
-    from impulsekit.bench.fuzz.__main__ import main
+    from tests.fuzz.__main__ import main
 
     result = CliRunner().invoke(
         main, ["--files", "40", "--jobs", "1", "--keep", str(tmp_path / "kept")]

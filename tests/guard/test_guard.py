@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from impulsekit.bench.guard import MOST, counted_solves, counts
+from tests.guard.counts import MOST, counted_solves, counts
 
 SOLVES = counted_solves()
 
@@ -40,4 +40,4 @@ def test_what_is_done_twice_counts_twice():
 
 def test_the_gate_measures_the_ratios():
     lines = (Path(__file__).parents[2] / ".ci/run").read_text(encoding="utf-8").splitlines()
-    assert ".venv/bin/python -m impulsekit.bench.guard" in lines
+    assert ".venv/bin/python -m tests.guard" in lines

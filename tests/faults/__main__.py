@@ -1,4 +1,4 @@
-"""``python -m impulsekit.bench.faults``: the table of faults and the words they get."""
+"""``python -m tests.faults``: the table of faults and the words they get."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .table import faults_by_room, told_by_room, written
 
 __all__ = ["main"]
 
-TABLE = pathlib.Path(__file__).parents[1] / "results" / "faults.md"
+TABLE = pathlib.Path(__file__).with_name("faults.md")
 
 
 @click.command()

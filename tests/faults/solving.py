@@ -15,29 +15,30 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ...batch.long import LongTree, long_chain, long_tree
-from ...batch.solve import solve_batch
-from ...checking import check
-from ...design.ellipsoid import effective_mass, impact_ellipsoid
-from ...design.fit import Measurement, fit_impacts
-from ...design.least_blow import least_blow
-from ...design.sparing import centre_of_percussion, reaction_map, spare_joint, worst_blow
-from ...impact import Impact, ImpactSolver, solve
-from ...impact.derivatives import derivatives
-from ...impact.freed import freed_joint
-from ...impact.saltation import saltation, saltation_matrix
-from ...motion import Trajectory, simulate
-from ...motion.sensitivity import sensitivity
-from ...robot import Robot
-from ...scene import (
+from impulsekit.batch.long import LongTree, long_chain, long_tree
+from impulsekit.batch.solve import solve_batch
+from impulsekit.checking import check
+from impulsekit.design.ellipsoid import effective_mass, impact_ellipsoid
+from impulsekit.design.fit import Measurement, fit_impacts
+from impulsekit.design.least_blow import least_blow
+from impulsekit.design.sparing import centre_of_percussion, reaction_map, spare_joint, worst_blow
+from impulsekit.impact import Impact, ImpactSolver, solve
+from impulsekit.impact.derivatives import derivatives
+from impulsekit.impact.freed import freed_joint
+from impulsekit.impact.saltation import saltation, saltation_matrix
+from impulsekit.motion import Trajectory, simulate
+from impulsekit.motion.sensitivity import sensitivity
+from impulsekit.robot import Robot
+from impulsekit.scene import (
     AppliedImpulse,
     Contact,
     JointLock,
     Scene,
 )
-from ...view.recording import Recording
-from ...view.replay import replay
-from ...view.report import report
+from impulsekit.view.recording import Recording
+from impulsekit.view.replay import replay
+from impulsekit.view.report import report
+
 from .fault import Fault
 from .things import arm, ball, resting, struck
 
@@ -88,7 +89,7 @@ def _penetrated() -> None:
 
 
 def _checked_screw() -> None:
-    robot = Robot.from_example("panda", root=pin.JointModelHX())
+    robot = Robot.from_example("panda", root=pin.JointModelHX(0.1))
     scene = Scene(robot, [AppliedImpulse("panda_hand", linear=[0, 0, 1])])
     check(solve(scene, robot.neutral(), robot.velocity()))
 
@@ -116,7 +117,7 @@ def _changed(what: str, name: str, **arrays: Any) -> Fault:
 
 
 def _function_saved() -> None:
-    from ...scene import Actuator
+    from impulsekit.scene import Actuator
 
     scene = Scene(arm(), forces=[Actuator("elbow", lambda t, q, v: 1.0)])
     simulate(scene, Q, V, duration=0.001, samples=2).save("driven.npz")
@@ -245,7 +246,7 @@ _DESIGN = (
 
 
 def _report_point() -> Any:
-    from ...scene.points import ReportPoint
+    from impulsekit.scene.points import ReportPoint
 
     return ReportPoint("hnad")
 

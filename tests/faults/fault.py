@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from ...errors import ImpulsekitError
+from impulsekit.errors import ImpulsekitError
 
 __all__ = ["Fault", "Told", "commit", "workshop"]
 

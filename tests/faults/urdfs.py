@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import pathlib
 
-from ...robot import Robot
+from impulsekit.robot import Robot
+
 from .fault import Fault
 from .things import ARM, arm_text, joint, link
 

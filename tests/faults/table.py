@@ -11,7 +11,7 @@ __all__ = ["faults_by_room", "told_by_room", "written"]
 
 _HEAD = """# What users get wrong, and the words they get
 
-{count} faults, each committed and its error written down by `python -m impulsekit.bench.faults`.
+{count} faults, each committed and its error written down by `python -m tests.faults`.
 A line break in an error is shown as ` / `.
 """
 

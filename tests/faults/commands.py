@@ -19,7 +19,7 @@ def _command(what: str, *words: str) -> Fault:
     def act() -> None:
         from click.testing import CliRunner
 
-        from ...cli import main
+        from impulsekit.cli import main
 
         pathlib.Path("arm.urdf").write_text(ARM)
         pathlib.Path("good.toml").write_text(SCENE)

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ...impact import solve
-from ...scene import (
+from impulsekit.impact import solve
+from impulsekit.scene import (
     PD,
     Actuator,
     AppliedForce,
@@ -30,9 +30,10 @@ from ...scene import (
     Scene,
     Spring,
 )
-from ...scene.design import DesignPoint
-from ...scene.motion import MotionSettings
-from ...scene.points import ReportPoint
+from impulsekit.scene.design import DesignPoint
+from impulsekit.scene.motion import MotionSettings
+from impulsekit.scene.points import ReportPoint
+
 from .fault import Fault
 from .things import arm, ball, both
 

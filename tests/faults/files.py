@@ -10,13 +10,14 @@ import pathlib
 
 import pinocchio as pin
 
-from ...batch.study.load import load_study
-from ...batch.study.run import run_study
-from ...batch.study.store import open_study
-from ...batch.study.variation import Variation
-from ...robot import Robot
-from ...scene import Actuator, Scene
-from ...scenefile import dump_scene, load_scene, save_scene
+from impulsekit.batch.study.load import load_study
+from impulsekit.batch.study.run import run_study
+from impulsekit.batch.study.store import open_study
+from impulsekit.batch.study.variation import Variation
+from impulsekit.robot import Robot
+from impulsekit.scene import Actuator, Scene
+from impulsekit.scenefile import dump_scene, load_scene, save_scene
+
 from .fault import Fault
 from .things import ARM, arm, struck
 

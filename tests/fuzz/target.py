@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from ...chain import chain_urdf, pendulum_urdf
-from ...errors import ImpulsekitError
-from ...impact import Impact, solve
-from ...robot import Robot
-from ...scene import AppliedImpulse, Contact, Scene
+from impulsekit.chain import chain_urdf, pendulum_urdf
+from impulsekit.errors import ImpulsekitError
+from impulsekit.impact import Impact, solve
+from impulsekit.robot import Robot
+from impulsekit.scene import AppliedImpulse, Contact, Scene
+
 from .mutations import mutated
 from .scene_grammar import random_scene
 from .urdf_grammar import random_urdf
@@ -56,8 +57,8 @@ def prepare(folder: pathlib.Path) -> None:
 
 
 def _shipped(folder: str, pattern: str) -> list[pathlib.Path]:
-    """Files of the checkout; none where the package is installed without it."""
-    return sorted((pathlib.Path(__file__).parents[3] / folder).glob(pattern))
+    """Files of the checkout."""
+    return sorted((pathlib.Path(__file__).parents[2] / folder).glob(pattern))
 
 
 def _originals(kind: str) -> list[bytes]:
@@ -163,7 +164,7 @@ def _urdf_struck(path: pathlib.Path, rng: Random) -> Impact | None:
 
 
 def _scene_struck(path: pathlib.Path) -> Impact:
-    from ...scenefile import load_scene
+    from impulsekit.scenefile import load_scene
 
     file = load_scene(path)
     return solve(file.scene, file.q, file.v)
@@ -174,13 +175,13 @@ def _examine(impact: Impact, rng: Random) -> None:
     if impact.is_valid() and not np.isfinite(impact.v_after).all():
         raise Fault(f"{impact.status.name}, and v_after is {impact.v_after}")
     if rng.random() < 0.1:
-        from ...view.report import report
+        from impulsekit.view.report import report
 
         for form in _FORMS:
             _examine_words(report(impact, form=form), longest=10**7)
         json.dumps(impact.to_dict())
     if rng.random() < 0.01:
-        from ...view.replay import replay
+        from impulsekit.view.replay import replay
 
         page = replay(impact).html
         body = page[: page.index("<script>")]

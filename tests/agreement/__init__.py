@@ -1,0 +1,1 @@
+"""Batches agree with ``solve`` row by row; where they do not, 50 digits decide."""

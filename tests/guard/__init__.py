@@ -1,0 +1,1 @@
+"""Solves are guarded against getting slower: counts, which are exact, and ratios."""
