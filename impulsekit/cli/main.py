@@ -15,6 +15,7 @@ from .bench import bench
 from .design import design
 from .doctor import doctor
 from .fit import fit
+from .inspect import inspect
 from .replay import replay
 from .robots import robots
 from .simulate import simulate
@@ -74,6 +75,7 @@ for command in (
     bench,
     stress,
     robots,
+    inspect,
     doctor,
     warm_up,
 ):

@@ -235,6 +235,49 @@ class Robot:
         return cls(robot.model, (new,), robot.name)
 
     @classmethod
+    def from_file(
+        cls,
+        path: str | os.PathLike[str],
+        root: str | None = None,
+        *,
+        package_dirs: Iterable[str | os.PathLike[str]] = (),
+    ) -> Robot:
+        """A robot from a URDF, xacro, MJCF or SDF file, told apart by the outermost element.
+
+        Args:
+            path: the file.
+            root: "fixed", "planar" or "freeflyer"; None for "fixed", or of MJCF for the
+                joints of the file.
+            package_dirs: as in ``from_urdf``.
+
+        Raises:
+            UrdfError, MjcfError: it names the file, the element and the fault.
+
+        Example:
+            >>> Robot.from_file("models/four_bar.urdf").nv
+            3
+        """
+        from .any_file import robot_from_file
+
+        return robot_from_file(path, root, package_dirs=package_dirs)
+
+    @classmethod
+    def from_description(cls, name: str, root: str | None = None) -> Robot:
+        """A robot of the package robot_descriptions, such as "panda_description".
+
+        The package fetches the files by git on first use, and keeps them
+        (``pip install "impulsekit[descriptions]"``).
+
+        Raises:
+            UnknownNameError: it carries the nearest names.
+            MissingExtraError: the package is not installed.
+            InputError: its files cannot be fetched.
+        """
+        from .descriptions import robot_from_description
+
+        return robot_from_description(name, root)
+
+    @classmethod
     def from_model(cls, model: pin.Model) -> Robot:
         """A robot from a ``pin.Model``, which is copied and never changed.
 

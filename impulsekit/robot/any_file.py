@@ -1,0 +1,50 @@
+"""A robot from a file of any format that is read here, told by its outermost element."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from ..errors import UrdfError, shown
+from ..files import open_plain_file, reason_of
+
+if TYPE_CHECKING:
+    from .robot import Robot
+
+__all__ = ["SUFFIXES", "robot_from_file"]
+
+SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf", ".sdf")
+# The outermost element stands behind comments and the XML declaration.
+_ASIDE = re.compile(rb"\s*(<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>]*>)", re.DOTALL)
+_ELEMENT = re.compile(rb"\s*<([A-Za-z_][\w.-]*)")
+
+
+def robot_from_file(
+    path: str | os.PathLike[str], root: str | None = None, *, package_dirs: Iterable[Any] = ()
+) -> Robot:
+    """See ``Robot.from_file``."""
+    from .robot import Robot
+
+    try:
+        with open_plain_file(path) as file:
+            text = file.read()
+    except (OSError, ValueError) as error:
+        reason = reason_of(error) if isinstance(error, OSError) else "the path holds a NUL"
+        named = os.fspath(path)
+        raise UrdfError(f"{shown(named, 200)}: {reason}", source=named, element="") from None
+    outermost = _outermost(text)
+    if outermost == "mujoco":
+        return Robot.from_mjcf(path, root)
+    if outermost in ("sdf", "model", "world"):
+        return Robot.from_sdf(path, root or "fixed", package_dirs=package_dirs)
+    return Robot.from_urdf(path, root or "fixed", package_dirs=package_dirs)
+
+
+def _outermost(text: bytes) -> str:
+    text = text.removeprefix(b"\xef\xbb\xbf")
+    while aside := _ASIDE.match(text):
+        text = text[aside.end() :]
+    found = _ELEMENT.match(text)
+    return found.group(1).decode() if found else ""
