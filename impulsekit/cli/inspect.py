@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pathlib
 import warnings
+from collections import Counter
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -12,9 +13,10 @@ import click
 if TYPE_CHECKING:
     from ..robot import Robot
 
-__all__ = ["inspect"]
+__all__ = ["inspect", "try_robot"]
 
 ROOTS = ("fixed", "planar", "freeflyer")
+FOREIGN, DISAGREES = "with an error that is not ours", "that the check contradicts"
 # Limits as large as this are written where a joint has none [rad, m].
 UNLIMITED = 1e15
 
@@ -48,8 +50,8 @@ def inspect(path: str, root: str | None, replay: bool) -> None:
 def _described(robot: Robot) -> Iterator[str]:
     from ..view.table import table
 
-    yield f"{robot.name}: {len(robot.links)} links, {robot.nv} degrees of freedom, "
-    yield f"{robot.mass:.6g} kg in motion"
+    sizes = f"{len(robot.links)} links, {robot.nv} degrees of freedom"
+    yield f"{robot.name}: {sizes}, {robot.mass:.6g} kg in motion"
     yield ""
     if robot.links:
         names = list(robot.model.names)
@@ -92,22 +94,31 @@ def _inspect_folder(folder: pathlib.Path, root: str | None, replay: bool) -> Non
     from ..view.table import table
 
     files = sorted(path for path in folder.rglob("*") if path.suffix.lower() in SUFFIXES)
-    rows, bad = [], 0
+    rows, kinds = [], Counter[str]()
     for path in files:
         for each in (root,) if root else ("fixed", "freeflyer"):
-            result = _tried(path, each, replay)
-            bad += result[-1] != "" and not result[-1].startswith("not a robot")
+            kind, *result = try_robot(path, each, replay)
+            kinds[kind] += 1
             rows.append([str(path.relative_to(folder)), each, *result])
     head = ["file", "root", "nv", "solve", "check", *(["replay"] if replay else []), "says"]
     if rows:
         click.echo("\n".join(table(head, rows)))
-    click.echo(f"{len(files)} files, {len(rows)} robots, {bad} with a fault")
+    counts = ", ".join(f"{count} {kind}" for kind, count in kinds.most_common())
+    click.echo(f"{len(files)} files, each under {1 if root else 2} roots: {counts}")
+    if kinds[FOREIGN] or kinds[DISAGREES]:
+        raise click.exceptions.Exit(1)
 
 
-def _tried(path: pathlib.Path, root: str, replay: bool) -> list[str]:
-    """What each step says, and the first fault."""
+def try_robot(path: pathlib.Path, root: str, replay: bool) -> list[str]:
+    """The kind of outcome, what each step says, and the first fault.
+
+    Args:
+        path: a robot file.
+        root: "fixed", "planar" or "freeflyer".
+        replay: whether a page is drawn, too.
+    """
     from .. import AppliedImpulse, check, solve
-    from ..errors import ImpulsekitError
+    from ..errors import ImpulsekitError, SingularMassError
     from ..robot import Robot
 
     steps = {"nv": "", "solve": "", "check": "", **({"replay": ""} if replay else {})}
@@ -119,7 +130,7 @@ def _tried(path: pathlib.Path, root: str, replay: bool) -> list[str]:
             steps["nv"] = str(robot.nv)
             moving = [link for link in robot.links if link.joint_id > 0]
             if not moving:
-                return [*steps.values(), "nothing in it can move"]
+                return ["that cannot move", *steps.values(), "nothing in it can move"]
             heaviest = max(moving, key=lambda link: link.mass).name
             scene = robot.scene(impulses=[AppliedImpulse(heaviest, linear=[1, 2, 3])])
             impact = solve(scene, robot.neutral(), robot.velocity())
@@ -127,11 +138,14 @@ def _tried(path: pathlib.Path, root: str, replay: bool) -> list[str]:
             steps["check"] = "agrees" if check(impact).agrees else "NO"
             if replay:
                 steps["replay"] = _drawn(impact)
+    except SingularMassError as error:
+        return ["with a joint that moves no mass", *steps.values(), _one_line(error)]
     except ImpulsekitError as error:
-        says = _one_line(error)
+        kind = "not solved or checked" if steps["nv"] else "refused"
+        return [kind, *steps.values(), _one_line(error)]
     except Exception as error:  # what must not happen is what the table is for
-        says = f"FOREIGN {type(error).__name__}: {_one_line(error)}"
-    return [*steps.values(), says]
+        return [FOREIGN, *steps.values(), f"{type(error).__name__}: {_one_line(error)}"]
+    return ["checked" if steps["check"] == "agrees" else DISAGREES, *steps.values(), says]
 
 
 def _drawn(impact: Any) -> str:

@@ -16,6 +16,7 @@ import pinocchio as pin
 from ..errors import (
     AssumptionWarning,
     InputError,
+    MjcfError,
     UnknownNameError,
     UrdfError,
     a_thing,
@@ -212,7 +213,6 @@ class Robot:
 
         Raises:
             MjcfError: the file cannot be read or used; it names the element and the fault.
-            UrdfError: links and joints form no tree.
 
         Example:
             >>> spin = ("<joint name='spin' type='revolute'><parent>world</parent>"
@@ -227,7 +227,12 @@ class Robot:
         read = read_sdf(source, model)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", AssumptionWarning)
-            robot = cls.from_urdf(read.urdf, root, package_dirs=package_dirs)
+            try:
+                robot = cls.from_urdf(read.urdf, root, package_dirs=package_dirs)
+            except UrdfError as error:
+                source = read.path or "SDF text"
+                words = str(error).replace("URDF text", source).replace("a URDF", "a robot")
+                raise MjcfError(words, source=source, element=error.element) from None
         part = robot.parts[0]
         assumptions = (*read.assumptions, *part.assumptions)
         warn_of_assumptions(read.path or part.label, assumptions)
@@ -421,7 +426,7 @@ class Robot:
 
         Example:
             >>> robot = Robot.from_example("solo12", root="freeflyer").with_ground(-0.3)
-            >>> robot.collision_model.geometryObjects[-1].name
+            >>> robot.collision_model.geometryObjects[0].name
             'ground'
         """
         from .changes import with_ground

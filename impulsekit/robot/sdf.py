@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import quoteattr
 
@@ -18,6 +18,7 @@ import pinocchio as pin
 from ..errors import MjcfError, a_thing, shown
 from ..files import open_plain_file, reason_of
 from .loop import Loop
+from .urdf_repairs import repair_text
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -61,6 +62,7 @@ def read_sdf(source: Any, model: str | None = None) -> SdfModel:
 
     text, path = _text_of(source)
     label = path or "SDF text"
+    text, repairs = repair_text(text, "sdf")
     root = parsed_xml(text, label, MjcfError)
     models = [root] if root.tag == "model" else list(root.iter("model"))
     if root.tag not in ("sdf", "model", "world") or not models:
@@ -73,7 +75,8 @@ def read_sdf(source: Any, model: str | None = None) -> SdfModel:
         listed = ", ".join(f'"{name}"' for name in names)
         raise _error(label, "<sdf>", f"it holds {len(models)} models ({listed}); name one: model=")
     chosen = models[0] if model is None else models[names.index(model)]
-    return _Writer(chosen, label).written(path)
+    written = _Writer(chosen, label).written(path)
+    return replace(written, assumptions=(*repairs, *written.assumptions))
 
 
 class _Writer:

@@ -43,16 +43,16 @@ def uses_xacro(text: str) -> bool:
     return "${" in bare or "$(" in bare
 
 
-def repair_text(text: str) -> tuple[str, list[str]]:
+def repair_text(text: str, outermost: str = "robot") -> tuple[str, list[str]]:
     """The text as XML that a parser takes, and a sentence for each repair.
 
     Repairs: NUL characters at the end, comments before the XML declaration, prefixes that
-    no xmlns declares.
+    no xmlns declares. They are declared at the ``outermost`` element.
     """
     told = []
     if text.endswith("\0"):
         text = text.rstrip("\0 \t\r\n")
-        told.append("NUL characters after </robot> are ignored")
+        told.append(f"NUL characters after </{outermost}> are ignored")
     if found := _COMMENTS_FIRST.match(text):
         text = text[found.end() :]
         told.append("a comment before <?xml is ignored")
@@ -60,7 +60,7 @@ def repair_text(text: str) -> tuple[str, list[str]]:
     used = {a or b for a, b in _PREFIX_OF_NAME.findall(bare)} - {"xml", "xmlns"}
     if unknown := sorted(used - set(_DECLARED.findall(bare))):
         declared = "".join(f' xmlns:{prefix}="urn:undeclared:{prefix}"' for prefix in unknown)
-        text = re.sub(r"<robot\b", "<robot" + declared, text, count=1)
+        text = re.sub(rf"<{outermost}\b", f"<{outermost}{declared}", text, count=1)
         told.append(f"the prefix {_listed(unknown)} without xmlns is declared")
     return text, told
 

@@ -98,6 +98,12 @@ def test_an_axis_lies_in_the_frame_that_it_names(frame, turn):
     assert found.isApprox(expected, 1e-13), turn
 
 
+def test_a_prefix_without_xmlns_is_declared():
+    with pytest.warns(AssumptionWarning, match='"drake"'):
+        robot = ik.Robot.from_sdf(sdf(A, "<drake:joint name='x'/>"), "freeflyer")
+    assert robot.nv == 6
+
+
 def test_inertias_turn_with_their_pose():
     robot = ik.Robot.from_sdf(sdf(A), root="freeflyer")
     (a,) = robot.links
@@ -197,6 +203,7 @@ def test_cassie_with_its_rods_and_springs(file, root):
 MISTAKES = [
     (sdf(), "no link"),
     ("<sdf><world/></sdf>", "<model>"),
+    (sdf(A, B), 'SDF text: 2 links have no parent ("a", "b"); a robot has one root'),
     (sdf(A, B, joint("j", "a", "x")), '"x" is no link'),
     (sdf(A, B, joint("j", "a", "b", "screw")), '"screw", known are'),
     (sdf(A, B, joint("j", "a", "b", inside="")), "no <axis>"),
