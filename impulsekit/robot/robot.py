@@ -89,6 +89,7 @@ class Robot:
                 only when geometry is. Meshes are read from these, the URDF's own folder and
                 ROS_PACKAGE_PATH, and from nowhere else.
 
+        Rotor inertia and gear ratio in a <transmission> become the armature of its joint.
         Files as exporters write them are taken where their meaning is clear: an
         ``AssumptionWarning`` lists what was assumed, and so does ``assumptions``.
 
@@ -124,6 +125,11 @@ class Robot:
             model = pin.buildModelFromXML(*arguments, mimic=mimic)
         except (RuntimeError, ValueError) as error:
             raise UrdfError(f"{part.label}: {error}", source=part.label, element="") from None
+        if urdf.rotors:
+            armature = np.array(model.armature)
+            for name, value in urdf.rotors.items():
+                armature[model.joints[model.getJointId(name)].idx_v] += value
+            model.armature = armature
         return cls(model, (part,), urdf.name)
 
     @classmethod

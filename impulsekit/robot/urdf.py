@@ -8,7 +8,8 @@ only what has passed it.
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from ..errors import MjcfError, UrdfError, a_thing, shown
@@ -16,6 +17,7 @@ from ..files import open_plain_file, reason_of
 from .urdf_elements import LinkInertial, UrdfJoint, read_joints, read_links
 from .urdf_numbers import checked_name
 from .urdf_repairs import repair_text, repair_tree, uses_xacro
+from .urdf_rotors import read_rotors
 from .urdf_tree import check_tree
 from .xacro_files import expanded
 
@@ -45,6 +47,7 @@ class UrdfText:
         joints: the joints, in the order of the file.
         root: the parsed <robot>.
         assumptions: what was assumed where the file leaves something open, one sentence each.
+        rotors: by joint, what the rotor of its <transmission> adds to the diagonal of M.
     """
 
     text: str
@@ -54,6 +57,7 @@ class UrdfText:
     joints: tuple[UrdfJoint, ...]
     root: ElementTree.Element
     assumptions: tuple[str, ...] = ()
+    rotors: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def plain(self) -> str:
@@ -93,7 +97,8 @@ def read_urdf(path_or_xml: str | os.PathLike[str], *, mimic: bool = False) -> Ur
         from xml.etree import ElementTree
 
         text = ElementTree.tostring(robot, encoding="unicode")
-    return UrdfText(text, path, name, inertials, joints, robot, tuple(assumed))
+    rotors = read_rotors(robot, joints, source)
+    return UrdfText(text, path, name, inertials, joints, robot, tuple(assumed), rotors)
 
 
 def _text_of(path_or_xml: str | os.PathLike[str]) -> tuple[str, str | None]:
