@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..impact.algorithms import has_uneven_masses
-from ..impact.reach import branch_of, touched_joints
 from ..laws.words import END, NEWTON, SEQUENTIAL, STRONGE
 from ..robot.massless import is_always_regular
+from ..rows.reach import branch_of, touched_joints
 from ..scene import Law, Scene
 from .errors import NoKernelError
 from .followers import freed_model

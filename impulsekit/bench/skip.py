@@ -18,9 +18,9 @@ from ..impact.algorithms import ByCrba, cholesky_solve, crba, decompose
 from ..impact.constrained import ConstrainedJump
 from ..impact.factor import SparseFactor
 from ..impact.known import KnownImpulses
-from ..impact.reach import reached_model, touched_joints
 from ..robot import Robot
 from ..robot.combine import combine
+from ..rows.reach import reached_model, touched_joints
 from ..scene import AppliedImpulse, Contact, Scene
 from .claim import Claim
 from .known_blow import AT, LINEAR

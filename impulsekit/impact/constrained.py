@@ -14,17 +14,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InputError
+from ..rows.constraints import ConstraintRows
+from ..rows.contacts import Touch
+from ..rows.reach import ReachedModel
 from ..scene import JointCoupling, JointLock, Scene
 from .algorithms import crba, decompose, has_uneven_masses, symmetric
 from .bilateral import BilateralSolution, solve_bilateral
 from .elimination import off_the_span, still_what_is_held
 from .factor import FilledFactor, SparseFactor, pivots_are_safe
 from .known import KnownImpulses
-from .reach import ReachedModel
-from .rows import ConstraintRows
 from .scene_contacts import SceneContacts
 from .steps import steps_of
-from .touching import Touch
 
 if TYPE_CHECKING:
     from .laws import ContactSolution

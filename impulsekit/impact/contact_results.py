@@ -10,9 +10,9 @@ import numpy as np
 from ..scene import Contact, JointStop
 
 if TYPE_CHECKING:
+    from ..rows.contacts import Touch
     from .laws import ContactSolution
     from .result import Impact
-    from .touching import Touch
 
 __all__ = ["ContactPoint", "ContactResult", "contact_results"]
 

@@ -9,9 +9,9 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import computeFrameJacobian
 
+from ..rows.points import jacobian_in_world_axes
+from ..rows.reach import ReachedModel
 from ..scene import AppliedImpulse, Scene
-from .points import jacobian_in_world_axes
-from .reach import ReachedModel
 
 __all__ = ["Blow", "KnownImpulses"]
 

@@ -11,10 +11,10 @@ import numpy as np
 import pinocchio as pin
 
 from ..robot.capacity import check_capacity
+from ..rows.constraints import ConstraintRows, needs_places
+from ..rows.reach import reached_model
 from ..scene import AppliedImpulse
 from .algorithms import symmetric
-from .reach import reached_model
-from .rows import ConstraintRows, needs_places
 
 if TYPE_CHECKING:
     from ..scene import Scene

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..laws.status import Status
+from ..rows.contacts import ContactRows, Touch
+from ..rows.reach import ReachedModel
 from ..scene import Scene
 from ..scene.restitution import restitution_at
 from .algorithms import has_uneven_masses
-from .reach import ReachedModel
-from .touching import ContactRows, Touch
 
 if TYPE_CHECKING:
     from .laws import ContactProblem, ContactSolution

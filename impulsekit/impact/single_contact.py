@@ -13,6 +13,9 @@ from functools import cached_property
 import numpy as np
 
 from ..laws.coulomb import coulomb_impulse
+from ..rows.constraints import needs_places
+from ..rows.contacts import PairContact
+from ..rows.reach import ReachedModel, reached_model, touched_joints
 from ..scene import Contact, Scene
 from ..scene.restitution import restitution_at
 from .algorithms import check_pivots, cholesky_solve, crba, decompose
@@ -20,9 +23,6 @@ from .constrained import ConstrainedJump, Outcome
 from .known import KnownImpulses
 from .laws import ContactProblem, find_impulses
 from .laws.problem import THROWN, is_thrown
-from .reach import ReachedModel, reached_model, touched_joints
-from .rows import needs_places
-from .touching import PointOnWorldPlane
 
 __all__ = ["SingleContactJump"]
 
@@ -42,7 +42,7 @@ class SingleContactJump:
         self._scene = scene
         self._known = known if scene.impulses else None
         # The rows add a frame to the model, and data has to be made after that.
-        self._rows = PointOnWorldPlane(scene.robot, reached, entry, 0)
+        self._rows = PairContact(scene.robot, reached, entry, 0)
         self._model, self._data = known.model, known.model.createData()
         self._always_regular = always_regular
         self._law = scene.law
@@ -75,7 +75,7 @@ class SingleContactJump:
             RangeError: a restitution function gave something else than 0 to 1.
         """
         model, data = self._model, self._data
-        jacobian = self._rows.jacobian(model, data, q)
+        jacobian = self._rows.jacobian(data, q)
         impulse = None
         if self._known is not None:
             impulse = self._known.generalized_impulse(data, q)
@@ -131,7 +131,7 @@ class SingleContactJump:
             problem = ContactProblem(
                 delassus, before, free, np.array([e]), np.array([mu]), np.array([e_t])
             )
-            touch = self._rows.touch_of(jacobian)
+            touch = self._rows.touch_of(data, jacobian)
             return Outcome(np.empty(0), None, (touch,), find_impulses(problem, self._law))
 
         return dv, outcome

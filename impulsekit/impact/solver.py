@@ -16,14 +16,14 @@ from ..errors import InputError, a_thing
 from ..robot import state
 from ..robot.capacity import check_capacity
 from ..robot.massless import is_always_regular
+from ..rows.constraints import needs_places
+from ..rows.reach import ReachedModel, reached_model, touched_joints
 from ..scene import Scene
 from .algorithms import ByAba, ByCrba, ByDenseCholesky, Rescaled, refuse_massless
 from .constrained import ConstrainedJump, Outcome
 from .known import KnownImpulses
 from .plan import Plan, cheaper_algorithm
-from .reach import ReachedModel, reached_model, touched_joints
 from .result import Impact
-from .rows import needs_places
 
 __all__ = ["ImpactSolver", "solve"]
 

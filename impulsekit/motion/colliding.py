@@ -21,12 +21,13 @@ from ..geometry.collision import (
 from ..geometry.held_points import HeldPoint, held_point
 from ..geometry.polyhedron import Polyhedron, can_be_separated
 from ..geometry.support import support_of
-from ..impact.reach import ReachedModel
 from ..robot import Robot
 from ..robot.geometry import geometry_ids
+from ..rows.pair import rows_at
+from ..rows.reach import ReachedModel
 from ..scene import Collision
 from .advancing import PairOfPieces
-from .wandering import bias_by_differences, rows_at
+from .wandering import bias_by_differences
 
 __all__ = ["CollidingGap"]
 

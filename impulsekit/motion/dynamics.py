@@ -13,7 +13,7 @@ from ..impact.algorithms import symmetric
 from ..impact.bilateral import RANK_TOLERANCE, solve_bilateral
 from ..impact.elimination import off_the_span
 from ..impact.factor import FilledFactor, SparseFactor, pivots_are_safe
-from ..impact.reach import reached_model
+from ..rows.reach import reached_model
 from ..scene import Scene
 from .force_field import ForceField
 from .gaps import Gaps

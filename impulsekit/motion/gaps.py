@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from ..geometry.axes import contact_axes, cross
-from ..impact.reach import ReachedModel
+from ..geometry.axes import cross
 from ..robot import Robot
+from ..rows.entries import frame_pair, joint_rows
+from ..rows.pair import Pair
+from ..rows.reach import ReachedModel
 from ..scene import Collision, Contact, JointStop, Scene
-from .points import Pair
 from .windows import Turning
 
 if TYPE_CHECKING:
@@ -29,22 +30,12 @@ class _PlaneGap:
     def __init__(self, robot: Robot, reached: ReachedModel, entry: Contact, index: int) -> None:
         self.entry, self.friction = index, entry.friction
         self._model = reached.model
-        frame = robot.model.frames[robot.frame_id(entry.against)]
-        self._fixed = frame.parentJoint == 0
-        self._normal, self._origin = np.array(entry.normal), np.array(entry.origin)
-        if self._fixed:
-            self._normal = frame.placement.rotation.dot(self._normal)
-            self._origin = frame.placement.act(self._origin)
-            axes = contact_axes(self._normal)
-            turn = None if np.array_equal(axes, np.eye(3)) else axes
-            self._pair = Pair(robot, reached, entry.frame, entry.at, "world", (0, 0, 0), turn=turn)
-        else:
-            # Axes that turn with the plane, so that their rates are smooth.
-            turn = contact_axes(self._normal)
-            self._pair = Pair(
-                robot, reached, entry.frame, entry.at, entry.against, None, "other", turn
-            )
-        self._height = float(self._normal.dot(self._origin))
+        said = frame_pair(robot, entry)
+        self._pair = Pair(reached, said)
+        self._fixed = not said.other.moves
+        # In the world, or in the axes of the plane's frame.
+        self._normal = said.axes[:, 2]
+        self._height = float(self._normal.dot(said.other.placement.translation))
 
     def measure(self, data: pin.Data) -> tuple[float, float]:
         """The gap [m] and its rate [m/s]; ``data`` with placements and velocities."""
@@ -56,19 +47,17 @@ class _PlaneGap:
         plane_id = self._pair.other.frame_id
         plane = pin.updateFramePlacement(model, data, plane_id)
         motion = pin.getFrameVelocity(model, data, plane_id, pin.LOCAL_WORLD_ALIGNED)
-        normal = plane.rotation.dot(self._normal)
-        gap = normal.dot(point - plane.act(self._origin))
-        arm = point - plane.translation
+        normal, arm = plane.rotation.dot(self._normal), point - plane.translation
         rate = normal.dot(velocity - motion.linear - cross(motion.angular, arm))
-        return float(gap), float(rate)
+        return float(normal.dot(arm)), float(rate)
 
     def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(3, nv); ``data`` with joint Jacobians."""
-        return self._pair.rows(data)[:3]
+        return self._pair.rows(data)
 
     def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """(3,) the rows' rates at zero joint acceleration."""
-        return self._pair.bias(data)[:3]
+        return self._pair.bias(data)
 
 
 class _StopGap:
@@ -80,14 +69,15 @@ class _StopGap:
     def __init__(
         self, robot: Robot, reached: ReachedModel, entry: JointStop, index: int, side: int
     ) -> None:
-        joint = reached.model.joints[reached.joint_id(robot.joint_id(entry.joint))]
+        said = joint_rows(robot, entry)
+        (((joint_id, _, _),),) = said.terms
+        joint = reached.model.joints[reached.joint_id(joint_id)]
         self.entry = index
-        self._joint_id = joint.id
         self._row, self._entry_in_q = joint.idx_v, joint.idx_q
         self._sign = 1.0 if side == 0 else -1.0
         self._limit = entry.limits(robot)[side]
         self._rows = np.zeros((3, reached.model.nv))
-        self._rows[2, self._row] = self._sign
+        self._rows[2] = self._sign * said.matrix(reached.model, reached.joint_id)[0]
 
     def measure_at(self, q: np.ndarray, v: np.ndarray) -> tuple[float, float]:
         """The gap [rad, m] and its rate."""

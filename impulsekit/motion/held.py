@@ -21,12 +21,11 @@ from collections.abc import Callable
 import numpy as np
 import pinocchio as pin
 
-from ..impact.reach import ReachedModel
-from ..impact.rows import ConstraintRows
-from ..robot import Robot
-from ..scene import FrameAnchor, JointCoupling, JointLock, PointAnchor, Scene
-from ..scene.constraints import DIRECTIONS
-from .points import Pair
+from ..rows.constraints import ConstraintRows
+from ..rows.entries import JointRows
+from ..rows.pair import Pair
+from ..rows.reach import ReachedModel
+from ..scene import Scene
 
 __all__ = ["CLOSED", "HeldRows"]
 
@@ -48,17 +47,10 @@ class HeldRows:
 
     def __init__(self, scene: Scene, reached: ReachedModel) -> None:
         self._model = reached.model
-        self._constraints = scene.constraints
         self._rows = ConstraintRows.of(scene, reached)
         self.names = self._rows.names
         self.velocity = self._rows.velocity.copy()
         self.kept = self._rows.kept
-        self._pairs = [
-            _pair(scene.robot, reached, entry)
-            if isinstance(entry, PointAnchor | FrameAnchor)
-            else None
-            for entry in scene.constraints
-        ]
         self._drifts: list[Drift] = []
         # Drift is looked at with a workspace of its own.
         self._data: pin.Data | None = None
@@ -70,16 +62,14 @@ class HeldRows:
         self.velocity = self._rows.target(before).copy()
         pin.forwardKinematics(self._model, self._data, q)
         self._drifts = []
-        for entry, where, pair in zip(
-            self._constraints, self._rows.slices, self._pairs, strict=True
-        ):
-            speed = self.velocity[where]
-            if pair is not None and isinstance(entry, PointAnchor | FrameAnchor):
-                self._drifts += _anchor_drifts(self, entry, pair, where.start, speed)
-            elif isinstance(entry, JointLock):
-                self._drifts.append((where, self._lock_drift(entry, q, speed)))
-            elif isinstance(entry, JointCoupling):
-                self._drifts += self._coupling_drift(entry, q, speed[0], where)
+        for block, where in zip(self._rows.blocks, self._rows.slices, strict=True):
+            speed, said = self.velocity[where], block.said
+            if block.pair is not None:
+                self._drifts += _drifts_of_pair(self, block.pair, where.start, speed)
+            elif isinstance(said, JointRows) and said.whole_joint:
+                self._drifts.append((where, self._drift_of_joint(said, q, speed)))
+            elif isinstance(said, JointRows):
+                self._drifts += self._drift_of_joints(said, q, speed, where)
 
     def matrix(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(m, nv) A at q."""
@@ -91,13 +81,7 @@ class HeldRows:
 
     def bias(self, data: pin.Data) -> np.ndarray:
         """(m,) Ȧ v; ``data`` with accelerations at zero joint acceleration."""
-        bias = np.zeros(len(self.names))
-        for entry, where, pair in zip(
-            self._constraints, self._rows.slices, self._pairs, strict=True
-        ):
-            if pair is not None and isinstance(entry, PointAnchor | FrameAnchor):
-                bias[where] = pair.bias(data)[_chosen(entry)]
-        return bias
+        return self._rows.bias(data)
 
     def drift(self, q: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
         """(k,) how far coordinates are off at a time, and (k,) the rows they belong to."""
@@ -119,10 +103,10 @@ class HeldRows:
             self._data = self._model.createData()
         return self._data
 
-    def _lock_drift(self, lock: JointLock, q: np.ndarray, speed: np.ndarray) -> Callable:
+    def _drift_of_joint(self, said: JointRows, q: np.ndarray, speed: np.ndarray) -> Callable:
         model, start = self._model, q.copy()
-        joint = model.joints[model.getJointId(lock.joint)]
-        rows = slice(joint.idx_v, joint.idx_v + joint.nv)
+        first = model.joints[said.terms[0][0][0]].idx_v
+        rows = slice(first, first + len(said.terms))
         move = np.zeros(model.nv)
         move[rows] = speed
 
@@ -132,50 +116,29 @@ class HeldRows:
 
         return drift
 
-    def _coupling_drift(
-        self, coupling: JointCoupling, q: np.ndarray, speed: float, where: slice
+    def _drift_of_joints(
+        self, said: JointRows, q: np.ndarray, speed: np.ndarray, where: slice
     ) -> list[Drift]:
         model = self._model
-        names = (coupling.joint, *coupling.other)
-        joints = [model.joints[model.getJointId(name)] for name in names]
-        if any(joint.nq != 1 for joint in joints):
+        if any(model.nqs[joint_id] != 1 for row in said.terms for joint_id, _, _ in row):
             return []
-        entries = [joint.idx_q for joint in joints]
-        ratios = np.array([1.0, *(-r for r in coupling.ratio)])
-        start = ratios.dot(q[entries])
-        return [(where, lambda q, t: np.array([ratios.dot(q[entries]) - start - speed * t]))]
+        factors = np.zeros((len(said.terms), model.nq))
+        for row, terms in zip(factors, said.terms, strict=True):
+            for joint_id, _, factor in terms:
+                row[model.idx_qs[joint_id]] += factor
+        start = factors.dot(q)
+        return [(where, lambda q, t: factors.dot(q) - start - speed * t)]
 
 
-def _chosen(anchor: PointAnchor | FrameAnchor) -> slice | list[int]:
-    """Which of the six rows of a pair an anchor has."""
-    if isinstance(anchor, PointAnchor):
-        return slice(0, 3)
-    return [DIRECTIONS.index(d) for d in anchor.directions]
-
-
-def _pair(robot: Robot, reached: ReachedModel, anchor: PointAnchor | FrameAnchor) -> Pair:
-    axes = "first" if isinstance(anchor, FrameAnchor) and anchor.axes == "local" else "world"
-    other_at = anchor.other_at
-    if other_at is None and robot.model.frames[robot.frame_id(anchor.other)].parentJoint == 0:
-        # The world stands still: any of its points will do.
-        other_at = (0.0, 0.0, 0.0)
-    return Pair(robot, reached, anchor.frame, anchor.at, anchor.other, other_at, axes)
-
-
-def _anchor_drifts(
-    held: HeldRows, anchor: PointAnchor | FrameAnchor, pair: Pair, first_row: int, speed: np.ndarray
-) -> list[Drift]:
-    """What the rows of an anchor determine of its coordinates; placements are in ``held.data``."""
-    directions = DIRECTIONS[:3] if isinstance(anchor, PointAnchor) else anchor.directions
-    linear = [DIRECTIONS.index(d) for d in directions if d in DIRECTIONS[:3]]
-    angular = [DIRECTIONS.index(d) - 3 for d in directions if d in DIRECTIONS[3:]]
+def _drifts_of_pair(held: HeldRows, pair: Pair, first_row: int, speed: np.ndarray) -> list[Drift]:
+    """What the rows of two frames determine of their places, which are in ``held.data``."""
+    linear, angular = pair.said.linear, pair.said.angular
     first, other = (placement.copy() for placement in pair.placements(held.data))
     drifts: list[Drift] = []
-    rows = [first_row + i for i in range(len(directions))]
+    rows = [first_row + i for i in range(len(speed))]
     if linear:
-        found = _linear_drift(
-            held, anchor, pair, linear, len(angular) == 3, first, other, speed[: len(linear)]
-        )
+        turns_with = len(angular) == 3
+        found = _linear_drift(held, pair, linear, turns_with, first, other, speed[: len(linear)])
         if found is not None:
             drifts.append((rows[: len(linear)], found))
     if angular and not speed[len(linear) :].any():
@@ -187,7 +150,6 @@ def _anchor_drifts(
 
 def _linear_drift(
     held: HeldRows,
-    anchor: PointAnchor | FrameAnchor,
     pair: Pair,
     linear: list[int],
     turns_with: bool,
@@ -197,7 +159,8 @@ def _linear_drift(
 ) -> Callable | None:
     moves = bool(speed.any())
     whole = len(linear) == 3 and not moves
-    if anchor.other_at is None and (whole or turns_with):
+    coincides = pair.said.coincides
+    if coincides and (whole or turns_with):
         # The point of the other body stays the one that was met at the start.
         if moves:
             return None
@@ -206,15 +169,15 @@ def _linear_drift(
         def by_other(q: np.ndarray, t: float) -> np.ndarray:
             one, two = pair.placements(held.data)
             gap = one.translation - two.act(met)
-            return pair.rotation(one, two).T.dot(gap)[linear]
+            return pair.axes_of(one, two).T.dot(gap)[linear]
 
         return by_other
-    if not (pair.in_world_axes or whole):
+    if not (pair.said.carrier == "world" or whole):
         return None
-    if anchor.other_at is None and other_moves(pair):
+    if coincides and pair.said.other.moves:
         return None
     start = first.translation - other.translation
-    if anchor.other_at is not None and np.abs(start).max() < CLOSED:
+    if not coincides and np.abs(start).max() < CLOSED:
         start = np.zeros(3)
     velocity = np.zeros(3)
     velocity[linear] = speed
@@ -222,14 +185,9 @@ def _linear_drift(
     def between(q: np.ndarray, t: float) -> np.ndarray:
         one, two = pair.placements(held.data)
         gap = one.translation - two.translation - start - t * velocity
-        return pair.rotation(one, two).T.dot(gap)[linear]
+        return pair.axes_of(one, two).T.dot(gap)[linear]
 
     return between
-
-
-def other_moves(pair: Pair) -> bool:
-    """Whether the second of two points is carried by a joint."""
-    return pair.other.joint_id > 0
 
 
 def _angular_drift(
@@ -242,11 +200,11 @@ def _angular_drift(
         def all_three(q: np.ndarray, t: float) -> np.ndarray:
             one, two = pair.placements(held.data)
             turn = pin.log3(one.rotation.dot(two.rotation.dot(relative).T))
-            return pair.rotation(one, two).T.dot(turn)
+            return pair.axes_of(one, two).T.dot(turn)
 
         return all_three
-    local = not pair.in_world_axes
-    if len(angular) != 2 or not (local or not other_moves(pair)):
+    local = pair.said.carrier != "world"
+    if len(angular) != 2 or not (local or not pair.said.other.moves):
         return None
     (free,) = {0, 1, 2} - set(angular)
 

@@ -11,8 +11,8 @@ import numpy as np
 from ..impact.constrained import Outcome
 from ..impact.laws.problem import ContactSolution
 from ..impact.result import Impact
-from ..impact.touching import Touch
 from ..laws.status import Status
+from ..rows.contacts import Touch
 
 if TYPE_CHECKING:
     from ..scene import Scene

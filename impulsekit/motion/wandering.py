@@ -7,30 +7,13 @@ from collections.abc import Callable
 import numpy as np
 import pinocchio as pin
 
-__all__ = ["bias_by_differences", "rows_at"]
+__all__ = ["bias_by_differences"]
 
 # How far the bodies move for the rates of their rows [m, rad].
 MOVE = 1e-4
 
 # (3k, nv) rows and (k, 3) points; of data with joint Jacobians.
 Rows = Callable[[pin.Data], tuple[np.ndarray, np.ndarray]]
-
-
-def rows_at(
-    model: pin.Model,
-    data: pin.Data,
-    joint_ids: tuple[int, int],
-    point: np.ndarray,
-    axes: np.ndarray,
-) -> np.ndarray:
-    """(3, nv) Rᵀ (J_first − J_other) at a point of the world; ``data`` with joint Jacobians."""
-    difference = np.zeros((3, model.nv))
-    for sign, joint_id in zip((1.0, -1.0), joint_ids, strict=True):
-        if joint_id > 0:
-            at = pin.SE3(np.eye(3), data.oMi[joint_id].actInv(point))
-            jacobian = pin.getFrameJacobian(model, data, joint_id, at, pin.LOCAL_WORLD_ALIGNED)
-            difference += sign * jacobian.reshape(6, -1)[:3]
-    return axes.T.dot(difference)
 
 
 def bias_by_differences(

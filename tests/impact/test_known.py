@@ -72,7 +72,7 @@ def test_a_joint_impulse_acts_along_its_own_generalized_speed():
 def test_both_algorithms_give_the_same_jump(axes):
     from impulsekit.impact.algorithms import ByAba, ByCrba
     from impulsekit.impact.known import KnownImpulses
-    from impulsekit.impact.reach import reached_model
+    from impulsekit.rows.reach import reached_model
 
     robot = ik.Robot.from_example("talos", root="freeflyer")
     entries = [

@@ -17,9 +17,9 @@ from ...impact.known import KnownImpulses
 from ...impact.laws.admm import admm
 from ...impact.laws.frictionless import solve_frictionless
 from ...impact.laws.gauss_seidel import sweep
-from ...impact.reach import reached_model, touched_joints
-from ...impact.rows import needs_places
-from ...impact.touching import ContactRows
+from ...rows.constraints import needs_places
+from ...rows.contacts import ContactRows
+from ...rows.reach import reached_model, touched_joints
 from ...scene import Contact, Law
 from ..problems.problem import Problem
 from .method import Answer, Method

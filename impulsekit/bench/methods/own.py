@@ -18,10 +18,10 @@ from ...impact import ImpactSolver, solve
 from ...impact.algorithms import ByAba, ByCrba, ByDenseCholesky
 from ...impact.constrained import ConstrainedJump
 from ...impact.known import KnownImpulses
-from ...impact.reach import ReachedModel, reached_model, touched_joints
-from ...impact.rows import needs_places
 from ...motion import simulate
 from ...robot.massless import is_always_regular
+from ...rows.constraints import needs_places
+from ...rows.reach import ReachedModel, reached_model, touched_joints
 from ..problems.problem import Problem
 from . import contact_laws
 from .method import Answer, Method

@@ -14,10 +14,10 @@ from ...errors import ImpulsekitError
 from ...impact import solve
 from ...impact.algorithms import ByAba, ByCrba, ByDenseCholesky
 from ...impact.known import KnownImpulses
-from ...impact.reach import reached_model, touched_joints
 from ...impact.result import Impact
 from ...laws.status import Status
 from ...robot.massless import is_always_regular
+from ...rows.reach import reached_model, touched_joints
 from ...scene import Collision, Scene
 from .found import Found
 from .sweep import Case

@@ -16,8 +16,8 @@ import pinocchio as pin
 from ...errors import InputError
 from ...robot import Robot
 from ...robot.geometry import geometry_ids
+from ...rows.contacts import Touch
 from ...scene import Collision
-from ..touching import Touch
 from .expanded import ExpandedModel
 from .motion import Motion
 from .pairs import PlacedPair, Side

@@ -12,6 +12,9 @@ import numpy as np
 import pinocchio as pin
 
 from ...robot.massless import is_always_regular
+from ...rows.constraints import needs_places
+from ...rows.contacts import Touch
+from ...rows.reach import reached_model
 from ...scene import (
     AppliedImpulse,
     Collision,
@@ -23,10 +26,7 @@ from ...scene import (
     Scene,
 )
 from ...scene.constraints import KEPT
-from ..reach import reached_model
-from ..rows import needs_places
 from ..solver import ImpactSolver
-from ..touching import Touch
 from .expanded import expanded_model
 from .linear import Columns
 from .motion import Motion

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import computeFrameJacobian
 
-from ..robot import Robot
+from .entries import Site
 from .reach import ReachedModel
 
 __all__ = ["PointOnFrame", "jacobian_in_world_axes"]
@@ -16,15 +16,15 @@ class PointOnFrame:
     """A point of a frame, with a frame of its own in the model.
 
     Attributes:
-        joint_id: the joint that carries it.
+        joint_id: the joint that carries it; 0 for the world.
+        moves: whether one does.
         frame_id: the frame at the point, with the axes of the frame it belongs to.
         placement: of that frame in the joint's.
     """
 
-    def __init__(self, robot: Robot, reached: ReachedModel, frame: str, at: object) -> None:
-        source = robot.model.frames[robot.frame_id(frame)]
-        self.joint_id = reached.joint_id(source.parentJoint)
-        self.placement = source.placement * pin.SE3(np.eye(3), np.array(at, dtype=float))
+    def __init__(self, reached: ReachedModel, site: Site) -> None:
+        self.joint_id = reached.joint_id(site.joint_id)
+        self.moves, self.placement = site.moves, site.placement
         name = f"point {reached.model.nframes}"
         self.frame_id = reached.model.addFrame(
             pin.Frame(name, self.joint_id, 0, self.placement, pin.FrameType.OP_FRAME), False

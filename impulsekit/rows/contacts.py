@@ -11,15 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
-from pinocchio import getFrameJacobian
 
 from ..geometry.axes import contact_axes
 from ..robot import Robot
 from ..scene import Collision, Contact, JointStop, Scene
-from .points import PointOnFrame
+from .entries import frame_pair, joint_rows
+from .pair import Pair, rows_at
 from .reach import ReachedModel
 
-__all__ = ["ContactRows", "PointOnWorldPlane", "Touch"]
+__all__ = ["ContactRows", "PairContact", "Touch"]
 
 # A joint this near its limit, relative to the limit's size, is at its stop.
 AT_STOP = 1e-9
@@ -80,91 +80,29 @@ class ContactRows:
         return touches
 
 
-class PointOnWorldPlane:
-    """A point against a plane in the world: the commonest contact, and the quickest."""
-
-    needs_places = False
+class PairContact:
+    """A point against a plane, which may move."""
 
     def __init__(self, robot: Robot, reached: ReachedModel, entry: Contact, index: int) -> None:
-        self._point = PointOnFrame(robot, reached, entry.frame, entry.at)
-        frame_ids = (robot.frame_id(entry.frame), robot.frame_id(entry.against))
-        frames = robot.model.frames
-        axes = contact_axes(frames[frame_ids[1]].placement.rotation @ np.array(entry.normal))
-        # On level ground the world's axes are the contact's own.
-        self._turn = None if np.array_equal(axes, np.eye(3)) else axes.T.copy()
-        joint_ids = (frames[frame_ids[0]].parentJoint, frames[frame_ids[1]].parentJoint)
-        self._known = (index, axes, joint_ids, frame_ids)
-
-    def jacobian(self, model: pin.Model, data: pin.Data, q: np.ndarray) -> np.ndarray:
-        """(3, nv) the rows t₁, t₂, n."""
-        jacobian = self._point.jacobian(model, data, q, pin.LOCAL_WORLD_ALIGNED)[:3]
-        return jacobian if self._turn is None else self._turn.dot(jacobian)
-
-    def touch_of(self, jacobian: np.ndarray) -> Touch:
-        """The touching point with its rows."""
-        return Touch(*self._known, jacobian)
-
-    def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
-        touches.append(self.touch_of(self.jacobian(model, data, q)))
-
-
-class _Pair:
-    """Two bodies that meet at a point of the world, as rows."""
-
-    needs_places = True
-
-    def __init__(
-        self, robot: Robot, reached: ReachedModel, index: int, frame_ids: tuple[int, int]
-    ) -> None:
-        frames = robot.model.frames
+        said = frame_pair(robot, entry)
+        self._pair = Pair(reached, said)
         self._index = index
-        self._frame_ids = frame_ids
-        self._joint_ids = (frames[frame_ids[0]].parentJoint, frames[frame_ids[1]].parentJoint)
-        self._reached_ids = tuple(reached.joint_id(joint_id) for joint_id in self._joint_ids)
-        # The axes of the rows are the world's: of the placement only the place counts.
-        self._placement = pin.SE3.Identity()
+        self._bodies = (
+            (said.first.joint_id, said.other.joint_id),
+            (said.first.frame_id, said.other.frame_id),
+        )
+        # A point on a plane in the world is the commonest contact, and the quickest.
+        self.needs_places = not self._pair.is_alone
+        self.jacobian = self._pair.jacobian
 
-    def rows(
-        self, model: pin.Model, data: pin.Data, position: np.ndarray, axes: np.ndarray
-    ) -> np.ndarray:
-        """(3, nv) Rᵀ (J_first − J_other) at a point of the world."""
-        first, other = self._reached_ids
-        if not other > 0:
-            moves = self._linear(model, data, first, position)
-        elif not first > 0:
-            moves = -self._linear(model, data, other, position)
-        else:
-            moves = self._linear(model, data, first, position) - self._linear(
-                model, data, other, position
-            )
-        return axes.T.dot(moves)
-
-    def _linear(
-        self, model: pin.Model, data: pin.Data, joint_id: int, position: np.ndarray
-    ) -> np.ndarray:
-        """(3, nv) the rows of a point of the world that goes with a joint."""
-        self._placement.translation = data.oMi[joint_id].actInv(position)
-        jacobian = getFrameJacobian(model, data, joint_id, self._placement, pin.LOCAL_WORLD_ALIGNED)
-        # With one degree of freedom Pinocchio gives (6,) for (6, 1).
-        return jacobian[:3] if jacobian.ndim == 2 else jacobian.reshape(6, 1)[:3]
-
-
-class _OnMovingPlane(_Pair):
-    """A point against a plane, either of which may move."""
-
-    def __init__(self, robot: Robot, reached: ReachedModel, entry: Contact, index: int) -> None:
-        ids = (robot.frame_id(entry.frame), robot.frame_id(entry.against))
-        super().__init__(robot, reached, index, ids)
-        frames = robot.model.frames
-        self._at = frames[ids[0]].placement.act(np.array(entry.at))
-        self._normal = frames[ids[1]].placement.rotation @ np.array(entry.normal)
+    def touch_of(self, data: pin.Data, jacobian: np.ndarray) -> Touch:
+        """The touching point with its rows."""
+        return Touch(self._index, self._pair.axes(data), *self._bodies, jacobian)
 
     def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
-        first, other = self._reached_ids
-        position = data.oMi[first].act(self._at)
-        axes = contact_axes(data.oMi[other].rotation @ self._normal)
-        rows = self.rows(model, data, position, axes)
-        touches.append(Touch(self._index, axes, self._joint_ids, self._frame_ids, rows))
+        pair = self._pair
+        rows = pair.rows(data) if self.needs_places else pair.jacobian(data, q)
+        touches.append(self.touch_of(data, rows))
 
 
 class _AtStop:
@@ -173,14 +111,16 @@ class _AtStop:
     needs_places = False
 
     def __init__(self, robot: Robot, reached: ReachedModel, entry: JointStop, index: int) -> None:
-        joint = reached.model.joints[reached.joint_id(robot.joint_id(entry.joint))]
+        said = joint_rows(robot, entry)
+        (((joint_id, _, _),),) = said.terms
         self._index = index
-        self._entry_in_q = joint.idx_q
+        self._entry_in_q = reached.model.idx_qs[reached.joint_id(joint_id)]
+        (row,) = said.matrix(reached.model, reached.joint_id)
         lower, upper = entry.limits(robot)
         self._sides = []
         for limit, sign in ((lower, 1.0), (upper, -1.0)):
             jacobian = np.zeros((3, reached.model.nv))
-            jacobian[2, joint.idx_v] = sign
+            jacobian[2] = sign * row
             self._sides.append((limit, sign, jacobian))
 
     def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
@@ -197,8 +137,10 @@ class _AtStop:
         touches.append(Touch(self._index, None, (0, 0), (0, 0), jacobian, gap=gap))
 
 
-class _Colliding(_Pair):
+class _Colliding:
     """Two bodies whose geometry meets somewhere."""
+
+    needs_places = True
 
     def __init__(self, robot: Robot, reached: ReachedModel, entry: Collision, index: int) -> None:
         from ..geometry.collision import solid_of
@@ -207,7 +149,11 @@ class _Colliding(_Pair):
         objects = robot.collision_model.geometryObjects
         pieces = [geometry_ids(robot, name)[0] for name in (entry.first, entry.other)]
         frame_ids = (objects[pieces[0][0]].parentFrame, objects[pieces[1][0]].parentFrame)
-        super().__init__(robot, reached, index, frame_ids)
+        frames = robot.model.frames
+        self._index, self._frame_ids = index, frame_ids
+        self._joint_ids = (frames[frame_ids[0]].parentJoint, frames[frame_ids[1]].parentJoint)
+        first, other = self._joint_ids
+        self._reached_ids = (reached.joint_id(first), reached.joint_id(other))
         self._margin = entry.margin
         self._pieces = [
             [(solid_of(objects[i].geometry), objects[i].placement) for i in ids] for ids in pieces
@@ -222,7 +168,7 @@ class _Colliding(_Pair):
         )
         for point in meeting_points(first, other, self._margin):
             axes = contact_axes(point.normal)
-            rows = self.rows(model, data, point.position, axes)
+            rows = rows_at(model, data, self._reached_ids, point.position, axes)
             touches.append(
                 Touch(
                     self._index,
@@ -238,13 +184,11 @@ class _Colliding(_Pair):
 
 def _compiled(
     robot: Robot, reached: ReachedModel, entry: object, index: int
-) -> PointOnWorldPlane | _OnMovingPlane | _AtStop | _Colliding:
+) -> PairContact | _AtStop | _Colliding:
     if isinstance(entry, JointStop):
         return _AtStop(robot, reached, entry, index)
     if isinstance(entry, Collision):
         return _Colliding(robot, reached, entry, index)
     if not isinstance(entry, Contact):
         raise TypeError(type(entry).__name__)
-    if robot.model.frames[robot.frame_id(entry.against)].parentJoint == 0:
-        return PointOnWorldPlane(robot, reached, entry, index)
-    return _OnMovingPlane(robot, reached, entry, index)
+    return PairContact(robot, reached, entry, index)

@@ -1,0 +1,207 @@
+"""The rows of bilateral constraints: A v⁺ = b, one block of rows per constraint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from ..robot import Robot
+from ..scene import Collision, Scene
+from ..scene.constraints import KEPT
+from .entries import FramePair, JointRows, rows_of_entry
+from .origin import Places
+from .pair import Pair
+from .points import PointOnFrame
+from .reach import ReachedModel, branch_of
+
+__all__ = ["ConstraintRows", "needs_places"]
+
+
+# Rows this much smaller than the terms they are made of are zeros: rods in line, a loop
+# at its dead point. Loops closed by hand are off by about as much.
+NULL_ROW = 1e-7
+# What rounding leaves of them.
+EXACT_NULL_ROW = 1e-14
+
+
+class _OfPair:
+    """The rows of two frames.
+
+    Attributes:
+        said: what the entry says.
+        pair: it on the model; ``jacobian(data, q)`` and ``bias(data)`` are its own.
+        faintest: (k,) rows without an entry above this may be zeros but for rounding; 0
+            where they cannot be.
+    """
+
+    def __init__(self, reached: ReachedModel, said: FramePair) -> None:
+        self.said, self.pair = said, Pair(reached, said)
+        self.jacobian, self.bias = self.pair.jacobian, self.pair.bias
+        model = reached.model
+        ends = [end for end in (self.pair.first, self.pair.other) if end.moves]
+        self._reach = sum(_reach(model, end) for end in ends)
+        faintest = np.where(np.array(said.select) < 3, min(self._reach or 1.0, 1.0), 1.0)
+        # A free-flyer's own speeds move every point in every direction.
+        free = len(ends) == 1 and _root_kind(model, ends[0]) == "JointModelFreeFlyer"
+        self.faintest = np.zeros(len(said.select)) if free else 10.0 * NULL_ROW * faintest
+
+    def magnitude(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
+        """(k, nv) what the rows are differences of; tells a zero from rounding."""
+        first, other = self.pair.ends(data, q)
+        gross = np.abs(first) + np.abs(other)
+        # Axes mix within a triple, so its rows share their size.
+        gross[:3] = np.sqrt((gross[:3] ** 2).sum(axis=0))
+        gross[3:] = np.sqrt((gross[3:] ** 2).sum(axis=0))
+        # What turns the point moves it by differences of places.
+        gross[:3] += self._reach * gross[3:]
+        return gross[list(self.said.select)]
+
+
+class _OfJoints:
+    """Rows that do not depend on the configuration; attributes and methods as above."""
+
+    pair = None
+
+    def __init__(self, reached: ReachedModel, said: JointRows) -> None:
+        self.said = said
+        self._rows = said.matrix(reached.model, reached.joint_id)
+        self.faintest = np.zeros(len(self._rows))
+
+    def jacobian(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
+        return self._rows
+
+    def magnitude(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
+        return np.abs(self._rows)
+
+    def bias(self, data: pin.Data) -> np.ndarray:
+        return np.zeros(len(self._rows))
+
+
+@dataclass(frozen=True, eq=False)
+class ConstraintRows:
+    """All bilateral rows of a scene on a model.
+
+    Attributes:
+        blocks: the rows of each constraint.
+        slices: where each constraint's rows stand.
+        names: of each row, such as "constraints[0].x".
+        velocity: (m,) the prescribed velocity of each row after the impact.
+        kept: (m,) True where the row keeps its velocity instead; None where none does.
+        faintest: (m,) of its blocks; None where no row can vanish.
+    """
+
+    model: pin.Model
+    blocks: tuple[_OfPair | _OfJoints, ...]
+    slices: tuple[slice, ...]
+    names: tuple[str, ...]
+    velocity: np.ndarray
+    kept: np.ndarray | None
+    faintest: tuple[float, ...] | None
+
+    @classmethod
+    def of(cls, scene: Scene, reached: ReachedModel) -> ConstraintRows:
+        """The rows of a scene; frames for their points are added to the reached model."""
+        blocks: list[_OfPair | _OfJoints] = []
+        slices: list[slice] = []
+        names: list[str] = []
+        velocity: list[float] = []
+        kept: list[bool] = []
+        for name, entry in zip(scene.entry_names("constraints"), scene.constraints, strict=True):
+            said = rows_of_entry(scene.robot, entry)
+            is_pair = isinstance(said, FramePair)
+            block = _OfPair(reached, said) if is_pair else _OfJoints(reached, said)
+            count = len(said.labels)
+            blocks.append(block)
+            slices.append(slice(len(names), len(names) + count))
+            names.extend(f"{name}.{label}" for label in said.labels)
+            keeps = entry.velocity == KEPT
+            after = (
+                entry.velocity if isinstance(entry.velocity, tuple) else (entry.velocity,) * count
+            )
+            velocity.extend((0.0,) * count if keeps else after)
+            kept.extend([keeps] * count)
+        faintest = np.concatenate([np.zeros(0), *(block.faintest for block in blocks)])
+        return cls(
+            reached.model,
+            tuple(blocks),
+            tuple(slices),
+            tuple(names),
+            np.array(velocity),
+            np.array(kept) if any(kept) else None,
+            tuple(faintest.tolist()) if faintest.any() else None,
+        )
+
+    @property
+    def count(self) -> int:
+        """How many rows there are."""
+        return len(self.names)
+
+    def matrix(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
+        """(m, nv) A at q; rows that are zero but for rounding are zero."""
+        return self.matrix_and_doubt(data, q)[0]
+
+    def matrix_and_doubt(self, data: pin.Data, q: np.ndarray) -> tuple[np.ndarray, bool]:
+        """A at q, and whether a row was taken for zero that is more than rounding."""
+        doubt = False
+        rows = np.empty((len(self.names), self.model.nv))
+        for block, where in zip(self.blocks, self.slices, strict=True):
+            rows[where] = block.jacobian(data, q)
+        if self.faintest is not None:
+            largest = np.maximum.reduce(np.abs(rows), axis=1)
+            # By far most rows are none of these: told apart without arrays.
+            if any(0.0 < a <= b for a, b in zip(largest.tolist(), self.faintest, strict=True)):
+                faint = (largest <= np.array(self.faintest)) & (largest > 0.0)
+                gross = self.magnitude(data, q)
+                faint &= (np.abs(rows) <= NULL_ROW * gross).all(axis=1)
+                doubt = bool((np.abs(rows[faint]) > EXACT_NULL_ROW * gross[faint]).any())
+                rows[faint] = 0.0
+        return rows, doubt
+
+    def magnitude(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
+        """(m, nv) the size of the terms that make up A."""
+        return np.vstack([block.magnitude(data, q) for block in self.blocks])
+
+    def bias(self, data: pin.Data) -> np.ndarray:
+        """(m,) Ȧ v; ``data`` with accelerations at zero joint acceleration."""
+        return np.concatenate([block.bias(data) for block in self.blocks])
+
+    def target(self, velocity_before: np.ndarray) -> np.ndarray:
+        """(m,) b, given the rows' velocities A v⁻ before the impact."""
+        if self.kept is None:
+            return self.velocity
+        return np.where(self.kept, velocity_before, self.velocity)
+
+
+def _reach(model: pin.Model, end: PointOnFrame) -> float:
+    """The way from the root of its tree to a point at most [m], displacements left out."""
+    reach, joint_id = float(np.linalg.norm(end.placement.translation)), end.joint_id
+    while model.parents[joint_id] > 0:
+        reach += float(np.linalg.norm(model.jointPlacements[joint_id].translation))
+        joint_id = model.parents[joint_id]
+    return reach
+
+
+def _root_kind(model: pin.Model, end: PointOnFrame) -> str:
+    return model.joints[branch_of(model, end.joint_id)].shortname()
+
+
+def needs_places(robot: Robot, scene: Scene) -> Places:
+    """Which places in the world the constraints and contacts of a scene depend on."""
+    model = robot.model
+    needed = Places.NONE
+    for entry in (*scene.constraints, *scene.contacts):
+        if isinstance(entry, Collision):
+            return Places.IN_WORLD
+        said = rows_of_entry(robot, entry)
+        # A point of the first end is carried over to the other, if that moves.
+        if not isinstance(said, FramePair) or not said.coincides:
+            continue
+        first, other = (branch_of(model, site.joint_id) for site in (said.first, said.other))
+        if other == 0 or first == other:
+            continue
+        if first == 0:
+            return Places.IN_WORLD
+        needed = Places.TO_EACH_OTHER
+    return needed

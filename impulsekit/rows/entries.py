@@ -1,0 +1,216 @@
+"""What an entry of a scene says: rows between two frames, or rows of joints' own speeds.
+
+Between two frames, w = v_first − v_other − ω_other × d with d from the point of ``other`` to that
+of ``first`` (the last term only where the other's point is the one that coincides with the
+first's), and ω = ω_first − ω_other. The rows are some of Rᵀw and Rᵀω.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+import pinocchio as pin
+
+from ..geometry.axes import contact_axes
+from ..robot import Robot
+from ..scene import (
+    AppliedImpulse,
+    Contact,
+    FrameAnchor,
+    JointCoupling,
+    JointImpulse,
+    JointLock,
+    JointStop,
+    PointAnchor,
+)
+from ..scene.constraints import DIRECTIONS
+
+__all__ = ["FramePair", "JointRows", "Site", "frame_pair", "joint_rows", "rows_of_entry"]
+
+
+@dataclass(frozen=True, eq=False)
+class Site:
+    """A point of a frame.
+
+    Attributes:
+        joint_id: the joint of the whole model that carries it; 0 for the world.
+        frame_id: of the frame in the whole model.
+        placement: of the point, with the axes of its frame, in the joint.
+    """
+
+    joint_id: int
+    frame_id: int
+    placement: pin.SE3
+
+    @classmethod
+    def of(cls, robot: Robot, frame: str, at: Any = (0.0, 0.0, 0.0)) -> Site:
+        """The point ``at`` (3,) of a frame."""
+        frame_id = robot.frame_id(frame)
+        source = robot.model.frames[frame_id]
+        placement = source.placement * pin.SE3(np.eye(3), np.array(at, dtype=float))
+        return cls(source.parentJoint, frame_id, placement)
+
+    @property
+    def moves(self) -> bool:
+        """Whether a joint carries it."""
+        return self.joint_id > 0
+
+
+@dataclass(frozen=True, eq=False)
+class FramePair:
+    """Rows of the velocity of one frame relative to another.
+
+    Attributes:
+        first, other: the points.
+        coincides: whether the rows are of the point of ``other`` that coincides with that of
+            ``first``; where ``other`` stands still, its points are all alike.
+        carrier: what the axes R turn with: the world, or one of the frames.
+        axes: (3, 3) R in those of the carrier.
+        select: which of the six rows there are, linear before angular.
+        labels: of these rows.
+    """
+
+    first: Site
+    other: Site
+    coincides: bool
+    carrier: Literal["world", "first", "other"]
+    axes: np.ndarray
+    select: tuple[int, ...]
+    labels: tuple[str, ...]
+
+    @property
+    def carrying(self) -> tuple[int, np.ndarray]:
+        """The joint that R turns with, 0 for the world, and (3, 3) R in its frame."""
+        if self.carrier == "world":
+            return 0, self.axes
+        site = self.first if self.carrier == "first" else self.other
+        return site.joint_id, site.placement.rotation.dot(self.axes)
+
+    @property
+    def linear(self) -> list[int]:
+        """Which of x, y, z its rows are."""
+        return [row for row in self.select if row < 3]
+
+    @property
+    def angular(self) -> list[int]:
+        """About which of x, y, z its rows turn."""
+        return [row - 3 for row in self.select if row > 2]
+
+    @cached_property
+    def is_level(self) -> bool:
+        """Whether R is that of the carrier itself."""
+        return np.array_equal(self.axes, np.eye(3))
+
+
+@dataclass(frozen=True)
+class JointRows:
+    """Rows that do not depend on the configuration.
+
+    Attributes:
+        terms: by row, (joint of the whole model, which of its degrees of freedom, factor).
+        labels: of the rows.
+        whole_joint: whether the rows are one joint's own speeds, all of them.
+    """
+
+    terms: tuple[tuple[tuple[int, int, float], ...], ...]
+    labels: tuple[str, ...]
+    whole_joint: bool = False
+
+    def matrix(self, model: pin.Model, joint_id: Callable[[int], int] | None = None) -> np.ndarray:
+        """(k, nv) the rows on a model; ``joint_id`` finds its joints by those of the whole one."""
+        rows = np.zeros((len(self.terms), model.nv))
+        for row, terms in zip(rows, self.terms, strict=True):
+            for joint, degree, factor in terms:
+                own = joint if joint_id is None else joint_id(joint)
+                row[model.idx_vs[own] + degree] = factor
+        return rows
+
+
+def rows_of_entry(robot: Robot, entry: Any) -> FramePair | JointRows:
+    """What an impulse, constraint or contact says of bodies or joints.
+
+    A contact's rows are t₁, t₂, n; those of a joint stop its joint's speed. A ``Collision`` has no
+    frames of its own: its points are found state by state.
+    """
+    return _SAYS[type(entry)](robot, entry)
+
+
+def frame_pair(robot: Robot, entry: Any) -> FramePair:
+    """Of an entry that speaks of two frames: a blow, an anchor, a ``Contact``."""
+    said = rows_of_entry(robot, entry)
+    if not isinstance(said, FramePair):
+        raise TypeError(type(entry).__name__)
+    return said
+
+
+def joint_rows(robot: Robot, entry: Any) -> JointRows:
+    """Of an entry that speaks of joints: an impulse in one, a lock, a coupling, a stop."""
+    said = rows_of_entry(robot, entry)
+    if not isinstance(said, JointRows):
+        raise TypeError(type(entry).__name__)
+    return said
+
+
+def _blow(robot: Robot, entry: AppliedImpulse) -> FramePair:
+    carrier: Literal["world", "first"] = "first" if entry.axes == "local" else "world"
+    site, world = Site.of(robot, entry.frame, entry.at), Site.of(robot, "world")
+    return FramePair(site, world, True, carrier, np.eye(3), tuple(range(6)), DIRECTIONS)
+
+
+def _anchor(robot: Robot, entry: PointAnchor | FrameAnchor) -> FramePair:
+    labels = entry.directions if isinstance(entry, FrameAnchor) else DIRECTIONS[:3]
+    local = isinstance(entry, FrameAnchor) and entry.axes == "local"
+    return FramePair(
+        Site.of(robot, entry.frame, entry.at),
+        Site.of(robot, entry.other, entry.other_at or (0.0, 0.0, 0.0)),
+        entry.other_at is None,
+        "first" if local else "world",
+        np.eye(3),
+        tuple(DIRECTIONS.index(label) for label in labels),
+        tuple(labels),
+    )
+
+
+def _contact(robot: Robot, entry: Contact) -> FramePair:
+    plane = Site.of(robot, entry.against, entry.origin)
+    normal = np.array(entry.normal)
+    # Axes that turn with a plane that moves, so that their rates are smooth.
+    carrier: Literal["world", "other"] = "other" if plane.moves else "world"
+    axes = contact_axes(normal if plane.moves else plane.placement.rotation.dot(normal))
+    site = Site.of(robot, entry.frame, entry.at)
+    return FramePair(site, plane, True, carrier, axes, (0, 1, 2), ("t1", "t2", "n"))
+
+
+def _whole_joint(robot: Robot, entry: JointLock | JointImpulse) -> JointRows:
+    joint_id = robot.joint_id(entry.joint)
+    count = robot.model.nvs[joint_id]
+    labels = ("lock",) if count == 1 else tuple(f"lock{i}" for i in range(count))
+    return JointRows(tuple(((joint_id, i, 1.0),) for i in range(count)), labels, True)
+
+
+def _coupling(robot: Robot, entry: JointCoupling) -> JointRows:
+    names, factors = (entry.joint, *entry.other), (1.0, *(-ratio for ratio in entry.ratio))
+    terms = tuple(
+        (robot.joint_id(name), 0, factor) for name, factor in zip(names, factors, strict=True)
+    )
+    return JointRows((terms,), ("coupling",))
+
+
+def _stop(robot: Robot, entry: JointStop) -> JointRows:
+    return JointRows((((robot.joint_id(entry.joint), 0, 1.0),),), ("n",), True)
+
+
+_SAYS: dict[type, Callable[[Robot, Any], FramePair | JointRows]] = {
+    AppliedImpulse: _blow,
+    JointImpulse: _whole_joint,
+    PointAnchor: _anchor,
+    FrameAnchor: _anchor,
+    JointLock: _whole_joint,
+    JointCoupling: _coupling,
+    Contact: _contact,
+    JointStop: _stop,
+}
