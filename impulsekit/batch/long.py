@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..display import one_line
 from ..errors import (
     InputError,
     NotFiniteError,
@@ -47,6 +48,9 @@ class LongTree:
     def __init__(self, tree: Tree, robot: Robot | None = None) -> None:
         self._tree, self._robot = tree, robot
         self.bodies, self.nq, self.nv = tree.bodies, tree.nq, tree.nv
+
+    def __repr__(self) -> str:
+        return one_line("LongTree", f"{self.bodies} bodies", nq=self.nq, nv=self.nv)
 
     def neutral(self) -> np.ndarray:
         """(nq,) angles and lengths zero, rotations none."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..display import one_line
 from ..errors import InputError, ShapeError
 from ..scene import AppliedImpulse, JointImpulse
 from ..scene.numbers import vector
@@ -56,6 +57,10 @@ class LongImpact:
         self.v_after = v + self.dv
         for array in (self.q, self.v_before, self.dv, self.v_after):
             array.setflags(write=False)
+
+    def __repr__(self) -> str:
+        jump = f"|dv|={float(np.linalg.norm(self.dv)):.6g}"
+        return one_line("LongImpact", f"{self._tree.bodies} bodies", jump)
 
     @cached_property
     def reactions(self) -> np.ndarray:

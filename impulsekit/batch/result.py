@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..display import Displayed, one_line
 from ..errors import InputError
 from ..laws.status import Status
 
@@ -32,8 +33,8 @@ OUTPUTS = (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class ImpactBatch:
+@dataclass(frozen=True, eq=False, repr=False)
+class ImpactBatch(Displayed):
     """What an impact does at B states. Arrays are read-only; rows that failed hold NaN.
 
     Attributes:
@@ -57,6 +58,14 @@ class ImpactBatch:
     arrays: dict[str, np.ndarray] = field(repr=False)
     single: np.ndarray | None = field(default=None, repr=False)
     uniqueness: np.ndarray | None = field(default=None, repr=False)
+
+    def __repr__(self) -> str:
+        outputs = f"outputs {', '.join(self.arrays)}"
+        # On Dask nothing is computed to be shown.
+        if not isinstance(self.status, np.ndarray):
+            return one_line("ImpactBatch", "not computed yet", outputs)
+        counts = [f"{n} {status.name}" for status, n in self.count().items()]
+        return one_line("ImpactBatch", *(counts or ["no rows"]), f"{len(self)} rows", outputs)
 
     @property
     def v_after(self) -> np.ndarray:

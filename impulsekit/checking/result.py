@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..display import Displayed, one_line
+
 __all__ = ["Check", "CheckRow"]
 
 
@@ -45,8 +47,8 @@ class CheckRow:
         return f"CheckRow({self.name!r}, {self.difference:.1e} of {self.tolerance:.1e}: {verdict})"
 
 
-@dataclass(frozen=True, eq=False)
-class Check:
+@dataclass(frozen=True, eq=False, repr=False)
+class Check(Displayed):
     """An impact beside its reference.
 
     Attributes:
@@ -86,6 +88,10 @@ class Check:
 
     def report(self) -> str:
         """The comparison as a table: each quantity at the entry that is furthest apart."""
+        return "\n".join(self.lines()) + "\n"
+
+    def lines(self) -> list[str]:
+        """The lines of the report; those of the table know its cells."""
         from ..view.table import table
 
         lines = [
@@ -101,7 +107,14 @@ class Check:
         failed = [row.name for row in self.rows if not row.agrees]
         verdict = f"NO, in {_listed(failed)}" if failed else "yes"
         lines.append(f"Agrees: {verdict}")
-        return "\n".join(lines) + "\n"
+        return lines
+
+    def __repr__(self) -> str:
+        verdict = "AGREES" if self.agrees else "DISAGREES"
+        worst = max(self.rows, key=lambda row: row.difference / row.tolerance, default=None)
+        furthest = [] if worst is None else [f"furthest {worst.name}: {worst.difference:.1e}"]
+        count = f"{len(self.rows)} quantities to {self.tolerance:.1e}"
+        return one_line("Check", verdict, count, *furthest, numbers=self.numbers)
 
     def __str__(self) -> str:
         return self.report()

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..display import OneLine
 from ..robot import Robot
 from ..scene import Scene
 from .response import Response, unit_vector
@@ -19,8 +20,8 @@ __all__ = ["ImpactEllipsoid", "effective_mass", "impact_ellipsoid"]
 IMMOBILE = 1e-12
 
 
-@dataclass(frozen=True, eq=False)
-class ImpactEllipsoid:
+@dataclass(frozen=True, eq=False, repr=False)
+class ImpactEllipsoid(OneLine):
     """The mobility of a point, Δu = G p with G = J H Jᵀ, along its own axes.
 
     Unit blows in all directions give velocities on the ellipsoid with half-axes 1/m_i

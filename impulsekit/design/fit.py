@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..display import Displayed, OneLine, one_line
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, UnknownNameError
 from ..impact import solve
 from ..impact.derivatives import derivatives
@@ -27,8 +28,8 @@ UNSEEN = 1e-9
 FRICTIONS = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8)
 
 
-@dataclass(frozen=True, eq=False)
-class Measurement:
+@dataclass(frozen=True, eq=False, repr=False)
+class Measurement(OneLine):
     """One measured impact.
 
     Attributes:
@@ -46,8 +47,8 @@ class Measurement:
     sigma: Any = None
 
 
-@dataclass(frozen=True, eq=False)
-class Fit:
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Displayed):
     """What the measurements say. P parameters; arrays are read-only.
 
     Attributes:
@@ -85,6 +86,13 @@ class Fit:
     def sigma(self) -> np.ndarray:
         """(P,) standard deviations."""
         return np.sqrt(np.diagonal(self.covariance))
+
+    def __repr__(self) -> str:
+        state = "CONVERGED" if self.converged else "NOT CONVERGED"
+        doubts = [f"{len(self.notes)} note{'s' if len(self.notes) > 1 else ''}"] * bool(self.notes)
+        found = zip(self.names, self.values, self.sigma, strict=True)
+        values = [f"{name} = {value:.4g} ± {sigma:.1g}" for name, value, sigma in found]
+        return one_line("Fit", state, *doubts, *values)
 
     def __getitem__(self, name: str) -> float:
         """The value of one parameter by name.

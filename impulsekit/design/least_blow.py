@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..display import OneLine
 from ..errors import InputError, NotFiniteError, ShapeError
 from ..robot import Robot
 from ..scene import AppliedImpulse, Scene
@@ -18,8 +19,8 @@ __all__ = ["LeastBlow", "least_blow"]
 RANK = 1e-10
 
 
-@dataclass(frozen=True, eq=False)
-class LeastBlow:
+@dataclass(frozen=True, eq=False, repr=False)
+class LeastBlow(OneLine):
     """A blow at a point.
 
     Attributes:

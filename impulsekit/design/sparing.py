@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from ..display import OneLine
 from ..errors import InputError, quoted
 from ..robot import Robot
 from ..scene import Scene
@@ -29,8 +30,8 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, eq=False)
-class SparedJoint:
+@dataclass(frozen=True, eq=False, repr=False)
+class SparedJoint(OneLine):
     """Where a blow spares a joint.
 
     Attributes:
@@ -49,8 +50,8 @@ class SparedJoint:
     share: float
 
 
-@dataclass(frozen=True, eq=False)
-class WorstBlow:
+@dataclass(frozen=True, eq=False, repr=False)
+class WorstBlow(OneLine):
     """The direction of a blow at a point that a joint bears most of.
 
     Attributes:

@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..display import OneLine
+
 if TYPE_CHECKING:
     from .result import Impact
 
 __all__ = ["ConstraintResult", "constraint_results"]
 
 
-@dataclass(frozen=True, eq=False)
-class ConstraintResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class ConstraintResult(OneLine):
     """One constraint after the solve.
 
     Attributes:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..display import OneLine
 from ..scene import Contact, JointStop
 
 if TYPE_CHECKING:
@@ -20,8 +21,8 @@ __all__ = ["ContactPoint", "ContactResult", "contact_results"]
 ON_CONE = 1e-9
 
 
-@dataclass(frozen=True, eq=False)
-class ContactPoint:
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactPoint(OneLine):
     """One touching point after the solve, world axes.
 
     Attributes:
@@ -49,8 +50,8 @@ class ContactPoint:
     unique: bool
 
 
-@dataclass(frozen=True, eq=False)
-class ContactResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactResult(OneLine):
     """A contact of the scene after the solve: the sum over its touching points.
 
     Attributes:

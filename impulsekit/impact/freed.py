@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
+from ..display import OneLine
 from ..errors import InputError
 from ..scene.numbers import vector
 from .algorithms import symmetric
@@ -27,8 +28,8 @@ if TYPE_CHECKING:
 __all__ = ["FreedJoint", "freed_joint"]
 
 
-@dataclass(frozen=True, eq=False)
-class FreedJoint:
+@dataclass(frozen=True, eq=False, repr=False)
+class FreedJoint(OneLine):
     """What a joint carried.
 
     Attributes:

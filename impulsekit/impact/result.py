@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..display import Displayed, one_line
 from ..laws.status import RESIDUAL_LIMIT, Status, judged
 from .constraint_results import ConstraintResult, constraint_results
 from .contact_results import ContactResult, contact_results
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 __all__ = ["Impact"]
 
 
-class Impact:
+class Impact(Displayed):
     """What an impact does to a robot at one state.
 
     ``dv`` is there from the start; everything else is computed when first asked for.
@@ -219,7 +220,9 @@ class Impact:
         return {name: vars(self)[name] for name in ("scene", "_q", "_v", "_dv", "_outcome")}
 
     def __repr__(self) -> str:
-        return f"Impact({self.scene.robot.name!r}, |dv|={np.linalg.norm(self._dv):.6g})"
+        name, jump = self.scene.robot.name, f"|dv|={np.linalg.norm(self._dv):.6g}"
+        residual = f"largest residual {self.residuals.largest:.1e}"
+        return one_line("Impact", self.status.name, repr(name), jump, residual)
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..display import OneLine
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError
 from ..scene.functions import call
 
@@ -73,8 +74,8 @@ def saltation_matrix(
     return jump + np.outer(after - jump @ before - rate, gradient) / speed
 
 
-@dataclass(frozen=True, eq=False)
-class Saltation:
+@dataclass(frozen=True, eq=False, repr=False)
+class Saltation(OneLine):
     """An impact as a linear map of deviations (δq, δv); arrays are read-only.
 
     Attributes:

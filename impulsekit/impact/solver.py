@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from ..display import one_line
 from ..errors import InputError, a_thing
 from ..robot import state
 from ..robot.capacity import check_capacity
@@ -54,6 +55,9 @@ class ImpactSolver:
         self.scene = scene
         self._workspace = _Workspace(scene)
         self.plan = self._workspace.plan
+
+    def __repr__(self) -> str:
+        return one_line("ImpactSolver", repr(self.scene), algorithm=self.plan.algorithm)
 
     def solve(self, q: Any, v: Any) -> Impact:
         """The impact at configuration q (nq,) with velocity v (nv,) before it.

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
+from ..display import OneLine
 from ..errors import InputError, a_thing
 from ..impact.saltation import Saltation, saltation
 from ..impact.solver import ImpactSolver
@@ -33,8 +34,8 @@ SAME_ANSWER = 1e-8
 MOST_TOGETHER = 4
 
 
-@dataclass(frozen=True, eq=False)
-class Sensitivity:
+@dataclass(frozen=True, eq=False, repr=False)
+class Sensitivity(OneLine):
     """The linear map from deviations (δq, δv) at the start of a motion to those at its end.
 
     Attributes:

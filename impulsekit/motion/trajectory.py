@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
+from ..display import Displayed, OneLine, one_line
 from ..errors import ImpulsekitError, InputError, MissingExtraError, RangeError, ShapeError
 from ..files import replaced_file
 from ..impact.algorithms import symmetric
@@ -31,8 +32,8 @@ __all__ = ["EnergyHistory", "MomentumHistory", "Rest", "Trajectory"]
 FORMAT = 2
 
 
-@dataclass(frozen=True, eq=False)
-class EnergyHistory:
+@dataclass(frozen=True, eq=False, repr=False)
+class EnergyHistory(OneLine):
     """Energies at the times of a trajectory, (T,) each [J].
 
     Attributes:
@@ -51,8 +52,8 @@ class EnergyHistory:
         return self.kinetic + self.gravity + self.springs
 
 
-@dataclass(frozen=True, eq=False)
-class MomentumHistory:
+@dataclass(frozen=True, eq=False, repr=False)
+class MomentumHistory(OneLine):
     """Momenta of the whole robot at the times of a trajectory, world axes.
 
     Attributes:
@@ -78,7 +79,7 @@ class Rest:
     end: float
 
 
-class Trajectory:
+class Trajectory(Displayed):
     """The motion of a robot, as ``impulsekit.simulate`` gives it.
 
     Attributes:
@@ -345,10 +346,9 @@ class Trajectory:
         self._path = Path.of_arrays(self.scene.robot.model, state["_path"])
 
     def __repr__(self) -> str:
-        return (
-            f"Trajectory({self.scene.robot.name!r}, 0 to {self.duration:g} s, "
-            f"{len(self.impacts)} impacts, {self.status.name})"
-        )
+        name, span = self.scene.robot.name, f"0 to {self.duration:g} s"
+        count = f"{len(self.impacts)} impact{'s' if len(self.impacts) != 1 else ''}"
+        return one_line("Trajectory", self.status.name, repr(name), span, count)
 
 
 def _coordinate_names(model: pin.Model) -> tuple[list[str], list[str]]:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
+from ..display import Displayed, one_line
 from ..errors import (
     AssumptionWarning,
     InputError,
@@ -43,7 +44,7 @@ _ROOTS = {
 }
 
 
-class Robot:
+class Robot(Displayed):
     """A rigid multibody system: a Pinocchio model and what its names mean.
 
     Made by ``from_urdf``, ``from_example``, ``from_model`` or ``combine``. q and v
@@ -637,7 +638,7 @@ class Robot:
 
     def __repr__(self) -> str:
         roots = "/".join(dict.fromkeys(part.root for part in self.parts))
-        return f"Robot({self.name!r}, root={roots!r}, nq={self.nq}, nv={self.nv})"
+        return one_line("Robot", repr(self.name), root=roots, nq=self.nq, nv=self.nv)
 
 
 def _check_depth_first(model: pin.Model) -> None:

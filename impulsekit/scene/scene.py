@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from ..display import Displayed, one_line
 from ..errors import InputError, a_thing
 from ..robot import Robot
 from .law import Law
@@ -21,8 +22,8 @@ if TYPE_CHECKING:
 __all__ = ["Scene"]
 
 
-@dataclass(frozen=True, eq=False)
-class Scene:
+@dataclass(frozen=True, eq=False, repr=False)
+class Scene(Displayed):
     """A robot and what strikes it. Frozen, picklable, checked against the robot when made.
 
     Attributes:
@@ -117,6 +118,15 @@ class Scene:
                 f'Scene: {counts[twice[0]]} entries are called "{twice[0]}", each needs a name of '
                 "its own"
             )
+
+    def __repr__(self) -> str:
+        counts = [
+            f"{n} {kind[:-1] if n == 1 else kind}"
+            for kind in ("impulses", "constraints", "contacts", "forces")
+            if (n := len(getattr(self, kind)))
+        ]
+        law = f"{self.law.restitution}/{self.law.slip}/{self.law.order}"
+        return one_line("Scene", repr(self.robot.name), *(counts or ["nothing acts"]), law=law)
 
     def entry_names(self, kind: str) -> tuple[str, ...]:
         """What results call the entries of a ``kind`` such as "impulses": name or place."""

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pydantic
 
+from ..display import OneLine
 from ..errors import ImpulsekitError, SceneFileError, quoted
 from ..files import open_plain_file, reason_of
 from ..robot import Robot
@@ -33,8 +34,8 @@ _TOP = (*_OWN, *(section.name for section in SECTIONS))
 _Numbers = pydantic.TypeAdapter(tuple[float, ...], config=pydantic.ConfigDict(strict=True))
 
 
-@dataclass(frozen=True, eq=False)
-class SceneFile:
+@dataclass(frozen=True, eq=False, repr=False)
+class SceneFile(OneLine):
     """A scene file, read.
 
     Attributes:

@@ -38,7 +38,7 @@ def as_markdown(blocks: Blocks) -> str:
     """
     parts = []
     for number, block in enumerate(blocks):
-        for i, piece in enumerate(_pieces(block)):
+        for i, piece in enumerate(pieces_of(block)):
             if isinstance(piece, Table):
                 parts.append(_markdown_table(piece))
             elif i == 0:
@@ -57,7 +57,7 @@ def as_json(blocks: Blocks) -> str:
     """
     sections: list[dict[str, Any]] = []
     for block in blocks:
-        pieces = list(_pieces(block))
+        pieces = list(pieces_of(block))
         section: dict[str, Any] = {"title": pieces[0], "tables": [], "notes": []}
         for piece in pieces[1:]:
             if isinstance(piece, Table):
@@ -90,7 +90,7 @@ def as_rich(blocks: Blocks) -> Group:
     for number, block in enumerate(blocks):
         if number > 0:
             parts.append(Text())
-        for i, piece in enumerate(_pieces(block)):
+        for i, piece in enumerate(pieces_of(block)):
             if isinstance(piece, Table):
                 drawn = RichTable(box=box.SIMPLE_HEAD, pad_edge=False, header_style="dim")
                 for column, title in enumerate(piece.head):
@@ -112,7 +112,7 @@ FORMS: dict[str, Callable[[Blocks], str]] = {
 }
 
 
-def _pieces(block: list[str]) -> Iterator[str | Table]:
+def pieces_of(block: list[str]) -> Iterator[str | Table]:
     """The lines of a block, but each table once and whole."""
     last: Table | None = None
     for line in block:

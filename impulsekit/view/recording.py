@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
+from ..display import OneLine
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, a_thing, quoted
 from ..robot import Robot
 from ..robot.state import QUATERNION_TOLERANCE, checked_configuration
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
 __all__ = ["Recording"]
 
 
-@dataclass(frozen=True, eq=False)
-class Recording:
+@dataclass(frozen=True, eq=False, repr=False)
+class Recording(OneLine):
     """Configurations of a robot over time: a log, another simulator's answer, a drawn path.
 
     Attributes:

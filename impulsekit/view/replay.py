@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..display import Displayed, one_line
 from ..errors import RangeError
 from ..files import check_writable, write_file
 from ..scene.points import report_points
@@ -33,8 +34,8 @@ if TYPE_CHECKING:
 __all__ = ["Replay", "replay"]
 
 
-@dataclass(frozen=True, eq=False)
-class Replay:
+@dataclass(frozen=True, eq=False, repr=False)
+class Replay(Displayed):
     """A replay, drawn.
 
     Attributes:
@@ -56,6 +57,12 @@ class Replay:
     commands: tuple[dict[str, Any], ...]
     html: str
     page: str | None
+
+    def __repr__(self) -> str:
+        arrows = sum(map(len, self.arrows.values()))
+        told = [f"{self.duration:g} s", f"{len(self.times)} frames", f"{arrows} arrows"]
+        told += [f"{len(self.notes)} notes"] * bool(self.notes)
+        return one_line("Replay", *told, f"{len(self.html) / 1e6:.1f} MB", page=self.page)
 
     @property
     def duration(self) -> float:

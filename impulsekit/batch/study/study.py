@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ...display import OneLine
 from ...errors import InputError, RangeError, UnknownNameError
 from ...scene import AppliedImpulse, Scene
 from ..masses import heavy_links, link_inertia
@@ -21,8 +22,8 @@ from .variation import Variation
 __all__ = ["Study"]
 
 
-@dataclass(frozen=True, eq=False)
-class Study:
+@dataclass(frozen=True, eq=False, repr=False)
+class Study(OneLine):
     """Many rows of one scene, drawn at random, the same on every machine.
 
     Rows come in chunks. Each chunk has a random stream of its own (Philox, a counter-based

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...display import OneLine
 from .status import DerivativeStatus
 
 if TYPE_CHECKING:
@@ -16,8 +17,8 @@ if TYPE_CHECKING:
 __all__ = ["Derivatives", "ImpulseDerivatives"]
 
 
-@dataclass(frozen=True, eq=False)
-class ImpulseDerivatives:
+@dataclass(frozen=True, eq=False, repr=False)
+class ImpulseDerivatives(OneLine):
     """Derivatives of the impulse p (k,) of one constraint or contact; arrays are read-only.
 
     Rows and axes are those of the result: a constraint's own rows, a contact's world axes.
@@ -36,8 +37,8 @@ class ImpulseDerivatives:
     dfriction: Mapping[str, np.ndarray]
 
 
-@dataclass(frozen=True, eq=False)
-class Derivatives:
+@dataclass(frozen=True, eq=False, repr=False)
+class Derivatives(OneLine):
     """Derivatives of v⁺ and of all impulses of an impact; arrays are read-only.
 
     A change of the configuration is δ (nv,) on its tangent, q ⊕ δ as Pinocchio's
