@@ -72,9 +72,13 @@ class Claim:
         )
 
     @classmethod
-    def of_values(cls, label: str, values: list[float], bound: float, unit: str = "") -> Claim:
+    def of_values(
+        cls, label: str, values: list[float], bound: float, unit: str = "", at_least: bool = False
+    ) -> Claim:
         """A number by itself, measured several times."""
-        return cls(label, bound, statistics.median(values), min(values), max(values), unit=unit)
+        low, high = min(values), max(values)
+        value = statistics.median(values)
+        return cls(label, bound, value, low, high, unit=unit, at_least=at_least)
 
     @property
     def met(self) -> bool:
@@ -93,4 +97,4 @@ class Claim:
         verdict = bound if self.met else f"NOT {bound}"
         note = f"   {self.note}" if self.note else ""
         value = f"{self.value:.3g}{' ' + self.unit if self.unit else ''}"
-        return f"{self.label:50s} {times:27s} {value:>9s} {spread:18s} {verdict}{note}\n"
+        return f"{self.label:66s} {times:27s} {value:>9s} {spread:18s} {verdict}{note}\n"

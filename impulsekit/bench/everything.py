@@ -12,12 +12,9 @@ from ..errors import InputError
 from .about import about
 from .claim import Claim
 from .methods.method import Method
-from .rows import Row, read_table, write_csv, write_table
+from .rows import Row, plain, read_table, write_csv, write_table
 
 __all__ = ["Wish", "whole"]
-
-# Sections of claims that take a minute or more.
-LONG_SECTIONS = ("batch", "motion", "whole jobs")
 
 
 @dataclass(frozen=True)
@@ -92,7 +89,7 @@ def _rows(wish: Wish, kept: Path, tell: Callable[[str], object]) -> list[Row]:
 
 
 def _claims(wish: Wish, tell: Callable[[str], object]) -> list[tuple[str, Claim]]:
-    from .claims import SECTIONS, claims
+    from .claims import LONG_SECTIONS, SECTIONS, claims
 
     found: list[tuple[str, Claim]] = []
     for section in SECTIONS:
@@ -103,7 +100,9 @@ def _claims(wish: Wish, tell: Callable[[str], object]) -> list[tuple[str, Claim]
 
 
 def _write_claims(stem: Path, claims: list[tuple[str, Claim]]) -> None:
-    items = [{"section": section, **asdict(claim), "met": claim.met} for section, claim in claims]
+    items = [
+        plain({"section": section, **asdict(claim), "met": claim.met}) for section, claim in claims
+    ]
     text = json.dumps(items, indent=1, ensure_ascii=False) + "\n"
     stem.with_suffix(".json").write_text(text, encoding="utf-8")
     write_csv(stem.with_suffix(".csv"), items)

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
-__all__ = ["Row", "append_rows", "read_rows", "read_table", "write_csv", "write_table"]
+__all__ = ["Row", "append_rows", "plain", "read_rows", "read_table", "write_csv", "write_table"]
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def append_rows(path: Path, rows: Iterable[Row]) -> None:
     """Add rows to a file of JSON lines; what is on the disk is whole after every call."""
     with path.open("a", encoding="utf-8") as file:
         for row in rows:
-            file.write(json.dumps(_plain(asdict(row)), ensure_ascii=False) + "\n")
+            file.write(json.dumps(plain(asdict(row)), ensure_ascii=False) + "\n")
 
 
 def read_rows(path: Path) -> list[Row]:
@@ -85,7 +85,7 @@ def read_rows(path: Path) -> list[Row]:
 
 def write_table(stem: Path, records: Iterable[Any]) -> None:
     """The same rows of any one dataclass as ``stem``.json and ``stem``.csv."""
-    items = [_plain(asdict(record)) for record in records]
+    items = [plain(asdict(record)) for record in records]
     text = json.dumps(items, indent=1, ensure_ascii=False) + "\n"
     stem.with_suffix(".json").write_text(text, encoding="utf-8")
     write_csv(stem.with_suffix(".csv"), items)
@@ -121,7 +121,7 @@ def write_csv(path: Path, items: list[dict[str, Any]]) -> None:
             writer.writerow({name: _short(value) for name, value in item.items()})
 
 
-def _plain(item: dict[str, Any]) -> dict[str, Any]:
+def plain(item: dict[str, Any]) -> dict[str, Any]:
     """JSON knows neither infinity nor NaN."""
     return {
         name: None if isinstance(value, float) and not math.isfinite(value) else value

@@ -23,8 +23,8 @@ from ..robot.combine import combine
 from ..rows.reach import reached_model, touched_joints
 from ..scene import AppliedImpulse, Contact, Scene
 from .claim import Claim
-from .known_blow import AT, LINEAR
 from .problems.feet import CORNERS, SOLES
+from .problems.robots import AT, LINEAR
 from .problems.states import drawn_state
 from .timing import Timing, import_times, time_in_turn
 

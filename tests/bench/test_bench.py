@@ -12,11 +12,12 @@ from click.testing import CliRunner
 
 from impulsekit.bench.about import about
 from impulsekit.bench.claim import Claim
+from impulsekit.bench.claims import LONG_SECTIONS, SECTIONS, TABLE, OfProblem, claims
 from impulsekit.bench.diagrams import draw
 from impulsekit.bench.methods.method import Method
 from impulsekit.bench.methods.registry import few, methods
 from impulsekit.bench.problems.chains import chain_problem
-from impulsekit.bench.problems.registry import problems
+from impulsekit.bench.problems.registry import problem_named, problems
 from impulsekit.bench.report import main_table
 from impulsekit.bench.rows import append_rows, read_rows, read_table, write_table
 from impulsekit.bench.run import Effort, measure, run
@@ -215,3 +216,29 @@ def test_the_command_lists_problems_and_methods():
 def test_the_command_names_what_it_does_not_know(tmp_path):
     done = command("-p", "struck chains", "-o", tmp_path / "out")
     assert done.exit_code == 2 and "struck chain" in done.stderr
+
+
+# -- claims -------------------------------------------------------------------------------------
+
+
+def test_the_table_of_claims_names_problems_and_methods_that_there_are():
+    known = {m.label: m for m in methods()}
+    for row in TABLE:
+        assert row.bound > 0.0
+        if isinstance(row, OfProblem):
+            problem = problem_named(row.family, row.problem)
+            assert known[row.ours].suits(problem) and not known[row.ours].peer
+            assert known[row.theirs].suits(problem) and known[row.theirs].peer
+    assert set(LONG_SECTIONS) < set(SECTIONS)
+    with pytest.raises(UnknownNameError, match="known blow"):
+        next(claims(["known blows"]))
+
+
+def test_what_misses_the_answer_is_not_quick(monkeypatch):
+    ways = {"off": WRONG, "right": RIGHT}
+    monkeypatch.setattr("impulsekit.bench.claims.method_labelled", ways.__getitem__)
+    monkeypatch.setattr("impulsekit.bench.claims.ROUNDS", 3)
+    row = OfProblem("blows", "struck chain", "struck chain 3", "right", "off", 1e6)
+    (right,) = row.claims()
+    (off,) = replace(row, ours="off", theirs="right").claims()
+    assert right.met and not off.met

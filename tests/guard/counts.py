@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from types import FrameType
 from typing import Any
 
-from impulsekit.bench import constrained, contacts, known_blow
+from impulsekit.bench.problems.feet import CORNERS, SOLES
+from impulsekit.bench.problems.robots import AT, LINEAR
 from impulsekit.bench.problems.states import drawn_state
 from impulsekit.chain import pendulum_urdf
 from impulsekit.impact import solve
@@ -75,16 +76,16 @@ def counted_solves() -> dict[str, Callable[[], object]]:
     """Solves whose way does not depend on rounding, by name."""
     panda = Robot.from_example("panda")
     talos = Robot.from_example("talos", root="freeflyer")
-    blow = AppliedImpulse("gripper_left_base_link", known_blow.LINEAR, at=known_blow.AT)
-    feet = [FrameAnchor(name) for name in constrained.FEET]
-    point = Contact(contacts.SOLES[0], at=contacts.CORNERS[0], friction=0.5)
-    corners = [Contact(contacts.SOLES[0], at=corner) for corner in contacts.CORNERS[:2]]
+    blow = AppliedImpulse("gripper_left_base_link", LINEAR, at=AT)
+    feet = [FrameAnchor(name) for name in ("leg_left_6_link", "leg_right_6_link")]
+    point = Contact(SOLES[0], at=CORNERS[0], friction=0.5)
+    corners = [Contact(SOLES[0], at=corner) for corner in CORNERS[:2]]
     rods = Robot.from_urdf(pendulum_urdf(3))
     pushed = AppliedImpulse("link_2", [1.0, 0.0, 0.5], at=[0, 0, -0.5])
     # Across their plane the pin's row moves nothing.
     loop = Scene(rods, [pushed], [PointAnchor("link_3", at=[0, 0, -1])])
     scenes = {
-        "Panda, known blow": Scene(panda, [AppliedImpulse("panda_hand", known_blow.LINEAR)]),
+        "Panda, known blow": Scene(panda, [AppliedImpulse("panda_hand", LINEAR)]),
         "Talos, known blow": Scene(talos, [blow]),
         "Talos, both feet held": Scene(talos, [blow], feet),
         "Three rods, pinned at both ends": loop,

@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...batch.long import long_tree
-from ...batch.solve import plan_batch, solve_batch
+from ...batch.solve import plan_batch, solve_batch, warm_up
 from ...checking.demands import constraint_rows, known_impulses
 from ...checking.system import reference_robot
 from ...errors import ImpulsekitError
@@ -18,6 +18,7 @@ from ...impact import ImpactSolver, solve
 from ...impact.algorithms import ByAba, ByCrba, ByDenseCholesky
 from ...impact.constrained import ConstrainedJump
 from ...impact.known import KnownImpulses
+from ...impact.warm import compile_laws
 from ...motion import simulate
 from ...robot.massless import is_always_regular
 from ...rows.constraints import needs_places
@@ -31,6 +32,8 @@ __all__ = ["METHODS", "is_known_blow"]
 NUMBA = ("numba",)
 # Of a batch.
 STATES = 1024
+# Of one that is large enough for all threads.
+MANY_STATES = 16384
 # Of Kane's equations in Python; beyond, a call takes seconds.
 MOST_SPEEDS_FOR_KANE = 60
 # From loose to tight.
@@ -59,11 +62,13 @@ def _has_rows(problem: Problem) -> bool:
 
 def _once(problem: Problem) -> Answer:
     scene, q, v = problem.scene, problem.q, problem.v
+    compile_laws(scene)
     return lambda: solve(scene, q, v).v_after
 
 
 def _solver(problem: Problem) -> Answer:
     solver, q, v = ImpactSolver(problem.scene), problem.q, problem.v
+    compile_laws(problem.scene)
     return lambda: solver.solve(q, v).v_after
 
 
@@ -112,17 +117,26 @@ def _is_batched(problem: Problem) -> bool:
 
 
 def _batch(
-    problem: Problem, threads: int | None = None, number: type[np.floating] = np.float64
+    problem: Problem,
+    threads: int | None = None,
+    number: type[np.floating] = np.float64,
+    states: int = STATES,
 ) -> Answer:
     """The problem's state first, and as many others around it, so that no branch repeats."""
     robot, rng = problem.scene.robot, np.random.default_rng(0)
-    steps = 0.05 * rng.uniform(-1.0, 1.0, (STATES, robot.nv))
+    steps = 0.05 * rng.uniform(-1.0, 1.0, (states, robot.nv))
     steps[0] = 0.0
     q = np.array([pin.integrate(robot.model, problem.q, step) for step in steps])
     q[0] = problem.q
-    v = problem.v * (1.0 + 0.1 * rng.uniform(-1.0, 1.0, (STATES, robot.nv)))
+    v = problem.v * (1.0 + 0.1 * rng.uniform(-1.0, 1.0, (states, robot.nv)))
     v[0] = problem.v
+    warm_up(problem.scene, dtype=number)
     return lambda: solve_batch(problem.scene, q, v, threads=threads, dtype=number).v_after[0]
+
+
+def _is_quick_batch(problem: Problem) -> bool:
+    """Whether a large batch takes milliseconds, not seconds."""
+    return len(problem.scene.contacts) <= 1 and _is_batched(problem)
 
 
 def _is_long_tree(problem: Problem) -> bool:
@@ -205,6 +219,13 @@ METHODS: tuple[Method, ...] = (
         needs=NUMBA,
         precision="float32",
         states=STATES,
+    ),
+    Method(
+        "impulsekit, large batch",
+        _is_quick_batch,
+        partial(_batch, states=MANY_STATES),
+        needs=NUMBA,
+        states=MANY_STATES,
     ),
     Method("impulsekit, long tree", _is_long_tree, _long, needs=NUMBA),
     Method("impulsekit, Kane in numpy", _is_for_kane, _kane),

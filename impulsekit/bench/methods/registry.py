@@ -8,12 +8,16 @@ from collections.abc import Iterable
 from ...errors import UnknownNameError
 from .method import Method
 
-__all__ = ["ROOMS", "few", "methods"]
+__all__ = ["ROOMS", "few", "method_labelled", "methods"]
 
 # Each file has a tuple METHODS.
 ROOMS = ("own", "bare", "mujoco", "crocoddyl", "exudyn", "penalty")
 # Ways of the batch that a quick run does without.
-VARIANTS = ("impulsekit, batch on one thread", "impulsekit, batch in float32")
+VARIANTS = (
+    "impulsekit, batch on one thread",
+    "impulsekit, batch in float32",
+    "impulsekit, large batch",
+)
 
 
 def few(chosen: Iterable[Method]) -> list[Method]:
@@ -50,3 +54,15 @@ def methods(names: Iterable[str] = (), peers: bool = True) -> list[Method]:
     if not chosen:
         return known
     return [method for method in known if any(method.label.startswith(n) for n in chosen)]
+
+
+def method_labelled(label: str) -> Method:
+    """One method, by its label.
+
+    Raises:
+        UnknownNameError: no method is so called.
+    """
+    for method in methods():
+        if method.label == label:
+            return method
+    raise UnknownNameError.among("method", label, [method.label for method in methods()])

@@ -13,7 +13,7 @@ from .kept import exact_or_kept
 from .problem import Problem
 from .states import drawn_state
 
-__all__ = ["CORNERS", "SOLES", "feet", "single_feet", "smooth_feet"]
+__all__ = ["CORNERS", "FEET", "SOLES", "feet", "single_feet", "smooth_feet"]
 
 # Four corners of each sole of Talos, in the sole's frame [m].
 SOLES = ("left_sole_link", "right_sole_link")

@@ -8,7 +8,7 @@ from ...errors import UnknownNameError
 from . import balls, blocks, chains, feet, linkages, motions, robots, rods, trees
 from .problem import Problem
 
-__all__ = ["FAMILIES", "problems"]
+__all__ = ["FAMILIES", "problem_named", "problems"]
 
 FAMILIES: dict[str, Callable[[bool], Iterator[Problem]]] = {
     "struck chain": chains.struck_chains,
@@ -47,3 +47,17 @@ def problems(quick: bool = False, families: Iterable[str] = ()) -> Iterator[Prob
             raise UnknownNameError.among("family of problems", name, FAMILIES)
     for name in chosen:
         yield from FAMILIES[name](quick)
+
+
+def problem_named(family: str, name: str) -> Problem:
+    """One problem, by the key of its family and its name.
+
+    Raises:
+        UnknownNameError: it carries the nearest names.
+    """
+    names = []
+    for problem in problems(families=[family]):
+        if problem.name == name:
+            return problem
+        names.append(problem.name)
+    raise UnknownNameError.among("problem", name, names)

@@ -11,7 +11,7 @@ from .kept import exact_or_kept
 from .problem import Problem
 from .states import drawn_state
 
-__all__ = ["held_robots", "struck_robots"]
+__all__ = ["AT", "LINEAR", "held_robots", "struck_robots"]
 
 # Robot, root, where it is struck, and what holds it.
 PANDA = ("panda", "fixed", "panda_hand")
