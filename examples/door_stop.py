@@ -19,7 +19,8 @@ v = door.velocity(hinge=-2.0)  # swings towards -y
 
 print("stop at [m]   of the stop [N s]   of the hinges [N s]")
 for share in (1 / 3, 1 / 2, 2 / 3, 5 / 6, 1):
-    stop = ik.Contact("leaf", at=[share * WIDTH, -0.02, HEIGHT], normal=[0, 1, 0], restitution=0.3)
+    at = [share * WIDTH, -0.02, HEIGHT]  # the door is shut, so this is in the world, too
+    stop = ik.Contact("leaf", at=at, origin=at, normal=[0, 1, 0], restitution=0.3)
     impact = ik.solve(ik.Scene(door, contacts=[stop]), door.neutral(), v)
     on_stop = impact.contacts[0].impulse[1]
     # The reaction is what the jamb gives the leaf; x is along the leaf, y across.

@@ -20,7 +20,8 @@ HEIGHT = 0.25  # [m] of the hips above the feet
 SPEED = 1.0  # [m/s]
 
 solo = ik.Robot.from_example("solo12", root="freeflyer")
-floor = [ik.Contact(f"{leg}_FOOT", friction=0.8, name=leg) for leg in LEGS]
+# In each pose the hips are at the same height, and the floor is where the feet are.
+floor = [ik.Contact(f"{leg}_FOOT", origin=[0, 0, -HEIGHT], friction=0.8, name=leg) for leg in LEGS]
 scene = ik.Scene(solo, contacts=floor)
 
 

@@ -18,7 +18,8 @@ robot = ik.Robot.from_urdf(MODELS / "double_pendulum.urdf")
 # The rods lean by 20 and 30 degrees and turn at -0.1 and -0.2 rad/s.
 q = robot.configuration(joint_1=np.radians(20), joint_2=np.radians(10))
 v = robot.velocity(joint_1=-0.1, joint_2=-0.1)
-floor = ik.Contact("link_2", at=[0, 0, -1], restitution=0.7, friction=0.5)
+end = robot.placement(q, "link_2").point([0, 0, -1])
+floor = ik.Contact("link_2", at=[0, 0, -1], origin=end, restitution=0.7, friction=0.5)
 
 print("restitution  slip  energy after/before  end's velocity x, z [m/s]  status")
 for restitution, slip in [

@@ -84,5 +84,6 @@ from .view.recording import Recording as Recording
 from .view.replay import Replay as Replay
 from .view.replay import replay as replay
 from .view.report import report as report
+from .view.touching import touching as touching
 
 __version__: str

@@ -19,6 +19,9 @@ SCRIPTS = sorted(EXAMPLES.glob("*.py"))
 # Scripts that integrate for long or write a page.
 LONG = ("draw_figure_2", "draw_figure_3", "replay_thrown_ball", "struck_four_bar")
 
+# Made for the motion that follows; at its start nothing strikes yet, and solve says so.
+STARTS_APART = ("dropped_ball", "dropped_solo12")
+
 # What is there to show an answer that is not one, and the status that says so.
 NOT_VALID = {"rough_floor": ik.Status.ENERGY_GAIN}
 
@@ -38,7 +41,8 @@ def test_scene_files_solve(path):
         assert sentence in result.stdout
     else:
         assert result.exit_code == 0, result.output
-        assert result.stderr == ""
+        warned = "warning: nothing strikes: no impulse acts" in result.stderr
+        assert warned if path.stem in STARTS_APART else result.stderr == ""
 
 
 @pytest.mark.parametrize(

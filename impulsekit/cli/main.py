@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import errno
+import warnings
 from typing import Any
 
 import click
 
 from .. import __version__
-from ..errors import ImpulsekitError, shown
+from ..errors import AssumptionWarning, ImpulsekitError, SetupWarning, shown
 from ..files import reason_of
 from .batch import batch
 from .bench import bench
@@ -34,7 +35,9 @@ class _Group(click.Group):
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
-            return super().invoke(ctx)
+            with warnings.catch_warnings():
+                _show_warnings_once()
+                return super().invoke(ctx)
         except (click.ClickException, click.exceptions.Exit, click.Abort):
             raise
         except Exception as error:
@@ -49,6 +52,26 @@ class _Group(click.Group):
                 err=True,
             )
             ctx.exit(OWN_FAULT)
+
+
+def _show_warnings_once() -> None:
+    """Warnings of impulsekit as a line each on stderr, and each of their sentences once."""
+    otherwise = warnings.showwarning
+    seen: set[str] = set()
+
+    def show(message: Any, category: Any, *place: Any, **more: Any) -> None:
+        if not isinstance(message, AssumptionWarning | SetupWarning):
+            otherwise(message, category, *place, **more)
+            return
+        sentences = message.doubts if isinstance(message, SetupWarning) else (str(message),)
+        for sentence in sentences:
+            if sentence not in seen:
+                seen.add(sentence)
+                click.echo(f"warning: {sentence}", err=True)
+
+    warnings.showwarning = show
+    warnings.simplefilter("always", SetupWarning)
+    warnings.simplefilter("always", AssumptionWarning)
 
 
 def _told(error: ImpulsekitError | OSError) -> str:

@@ -14,8 +14,8 @@ import numpy as np
 
 from ..display import Displayed, OneLine, one_line
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, UnknownNameError
-from ..impact import solve
 from ..impact.derivatives import derivatives
+from ..impact.solver import solve_without_warnings
 from ..scene import Scene
 from .doubts import bounds_reached, is_misfit, not_seen, outliers
 from .parameters import INERTIA_PARAMETERS, changed_scene, parameters_of
@@ -305,7 +305,7 @@ class _Problem:
             scene = scenes.get(id(m.scene))
             if scene is None:
                 scene = scenes[id(m.scene)] = changed_scene(m.scene, self._parameters, x)
-            impact = solve(scene, m.q, m.v_before)
+            impact = solve_without_warnings(scene, m.q, m.v_before)
             found = derivatives(impact)
             columns = []
             for parameter in self._parameters:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..display import OneLine
+from ..robot.placing import Posture
+from ..scene import Scene
 
 if TYPE_CHECKING:
     from .result import Impact
@@ -29,6 +33,7 @@ class ConstraintResult(OneLine):
         velocity_before, velocity_after: (rows,) of the first frame relative to the
             other, or of the joint [m/s, rad/s].
         work: impulse · (velocity_before + velocity_after)/2 [J].
+        measure: gives the gap; called when it is first asked for.
     """
 
     name: str
@@ -39,6 +44,22 @@ class ConstraintResult(OneLine):
     velocity_before: np.ndarray
     velocity_after: np.ndarray
     work: float
+    measure: Callable[[], float] = field(repr=False)
+
+    @cached_property
+    def gap(self) -> float:
+        """How far the two points of an anchor are apart in the directions that it holds [m].
+
+        0 where there is nothing to be open: a lock, a coupling, an anchor at whatever point of
+        the other frame coincides.
+        """
+        return self.measure()
+
+
+def _gap(scene: Scene, q: np.ndarray, index: int) -> float:
+    from .gaps import anchor_openings
+
+    return anchor_openings(scene, Posture(scene.robot, q), (index,))[0].gap
 
 
 def constraint_results(impact: Impact) -> tuple[ConstraintResult, ...]:
@@ -52,7 +73,7 @@ def constraint_results(impact: Impact) -> tuple[ConstraintResult, ...]:
     results = []
     names = impact.scene.entry_names("constraints")
     unique = outcome.unique if outcome.unique is not None else np.ones(rows.count, dtype=bool)
-    for name, where in zip(names, rows.slices, strict=True):
+    for i, (name, where) in enumerate(zip(names, rows.slices, strict=True)):
         impulse = outcome.constraint_impulses[where].copy()
         arrays = (impulse, before[where].copy(), after[where].copy())
         for array in arrays:
@@ -67,6 +88,7 @@ def constraint_results(impact: Impact) -> tuple[ConstraintResult, ...]:
                 velocity_before=arrays[1],
                 velocity_after=arrays[2],
                 work=float(impulse @ (0.5 * (arrays[1] + arrays[2]))),
+                measure=partial(_gap, impact.scene, impact.q, i),
             )
         )
     return tuple(results)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..display import OneLine
-from ..scene import Contact, JointStop
+from ..robot.placing import Posture
+from ..scene import Contact, JointStop, Scene
 
 if TYPE_CHECKING:
     from ..rows.contacts import Touch
@@ -63,6 +66,7 @@ class ContactResult(OneLine):
         mode: "separated", "sliding" or "sticking": of the point that holds most.
         work: of normal and friction impulses [J].
         unique: False where only the resultant over redundant points counts.
+        measure: gives the gap; called when it is first asked for.
     """
 
     name: str
@@ -73,6 +77,16 @@ class ContactResult(OneLine):
     mode: str
     work: float
     unique: bool
+    measure: Callable[[], float] = field(repr=False)
+
+    @cached_property
+    def gap(self) -> float:
+        """How far it is from touching [m], of a stop to the nearer limit [rad, m].
+
+        Negative where bodies overlap, a point is below its plane or a joint past its limit. A
+        ``Contact`` counts as touching whatever its gap.
+        """
+        return self.measure()
 
     @property
     def touching(self) -> bool:
@@ -89,11 +103,22 @@ def contact_results(impact: Impact) -> tuple[ContactResult, ...]:
         for i, touch in enumerate(outcome.touches):
             points[touch.entry].append(_point(impact, touch, i))
     return tuple(
-        _result(name, tuple(own), 1 if isinstance(entry, JointStop) else 3)
-        for name, own, entry in zip(
-            scene.entry_names("contacts"), points, scene.contacts, strict=True
+        _result(
+            name,
+            tuple(own),
+            1 if isinstance(entry, JointStop) else 3,
+            partial(_gap, scene, impact.q, i),
+        )
+        for i, (name, own, entry) in enumerate(
+            zip(scene.entry_names("contacts"), points, scene.contacts, strict=True)
         )
     )
+
+
+def _gap(scene: Scene, q: np.ndarray, index: int) -> float:
+    from .gaps import contact_gaps
+
+    return contact_gaps(scene, Posture(scene.robot, q), (index,))[0].gap
 
 
 def _point(impact: Impact, touch: Touch, i: int) -> ContactPoint:
@@ -160,7 +185,9 @@ def _mode(impulse: np.ndarray, friction: float) -> str:
     return "sticking" if tangential < friction * impulse[2] * (1.0 - ON_CONE) else "sliding"
 
 
-def _result(name: str, points: tuple[ContactPoint, ...], size: int) -> ContactResult:
+def _result(
+    name: str, points: tuple[ContactPoint, ...], size: int, measure: Callable[[], float]
+) -> ContactResult:
     if points:
         impulse = np.sum([point.impulse for point in points], axis=0)
         before = np.mean([point.velocity_before for point in points], axis=0)
@@ -179,4 +206,5 @@ def _result(name: str, points: tuple[ContactPoint, ...], size: int) -> ContactRe
         mode=next((m for m in ("sticking", "sliding") if m in modes), "separated"),
         work=sum(point.normal_work + point.friction_work for point in points),
         unique=all(point.unique for point in points),
+        measure=measure,
     )

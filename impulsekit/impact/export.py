@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +24,7 @@ def impact_to_dict(impact: Impact) -> dict[str, Any]:
         "status": impact.status.name,
         "advice": impact.status.value,
         "valid": impact.is_valid(),
+        "doubts": list(impact.doubts),
         "uniqueness": impact.uniqueness.to_dict(),
         "q": impact.q.tolist(),
         "v_before": impact.v_before.tolist(),
@@ -42,6 +44,7 @@ def impact_to_dict(impact: Impact) -> dict[str, Any]:
                 "rows": list(result.rows),
                 "impulse": result.impulse.tolist(),
                 "unique": result.unique,
+                "gap": result.gap,
                 "velocity_before": result.velocity_before.tolist(),
                 "velocity_after": result.velocity_after.tolist(),
                 "work": result.work,
@@ -52,6 +55,7 @@ def impact_to_dict(impact: Impact) -> dict[str, Any]:
             {
                 "name": result.name,
                 "mode": result.mode,
+                "gap": result.gap if math.isfinite(result.gap) else None,
                 "impulse": result.impulse.tolist(),
                 "velocity_before": _numbers_or_none(result.velocity_before),
                 "velocity_after": _numbers_or_none(result.velocity_after),

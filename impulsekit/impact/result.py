@@ -12,6 +12,7 @@ from ..display import Displayed, one_line
 from ..laws.status import RESIDUAL_LIMIT, Status, judged
 from .constraint_results import ConstraintResult, constraint_results
 from .contact_results import ContactResult, contact_results
+from .doubts import doubts_of
 from .energy import Energy, energy_books
 from .kinematics import PointVelocity, point_velocity
 from .links import LinkJump, link_jumps
@@ -186,6 +187,17 @@ class Impact(Displayed):
         up to three contacts are searched.
         """
         return uniqueness_of(self)
+
+    @cached_property
+    def doubts(self) -> tuple[str, ...]:
+        """What of the scene and its state is likely not meant, one sentence each.
+
+        Contacts and anchors that are open, or overlap, by more than ``Scene.gap_bound``; a
+        robot under its floor; joints outside their limits; a scene in which nothing strikes.
+        The answer is right all the same for what was given. ``solve`` warns of them the first
+        time that a scene is solved, with a ``SetupWarning``.
+        """
+        return doubts_of(self)
 
     def is_valid(self, tol: float = RESIDUAL_LIMIT) -> bool:
         """Whether the status is good and every residual is within ``tol``."""

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..display import one_line
-from ..errors import InputError, a_thing
+from ..errors import InputError, a_thing, warn_of_setup
 from ..robot import state
 from ..robot.capacity import check_capacity
 from ..robot.massless import is_always_regular
@@ -22,11 +22,12 @@ from ..rows.reach import ReachedModel, reached_model, touched_joints
 from ..scene import Scene
 from .algorithms import ByAba, ByCrba, ByDenseCholesky, Rescaled, refuse_massless
 from .constrained import ConstrainedJump, Outcome
+from .doubts import doubts_of
 from .known import KnownImpulses
 from .plan import Plan, cheaper_algorithm
 from .result import Impact
 
-__all__ = ["ImpactSolver", "solve"]
+__all__ = ["ImpactSolver", "solve", "solve_without_warnings"]
 
 
 class ImpactSolver:
@@ -195,6 +196,9 @@ def solve(scene: Scene, q: Any, v: Any) -> Impact:
         ShapeError, NotFiniteError, StateError: what is wrong with q or v.
         SingularMassError: a joint moves no inertia at q.
 
+    Warns:
+        SetupWarning: the first time that a scene is solved, of its ``Impact.doubts``.
+
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene
         >>> robot = Robot.from_example("panda")
@@ -205,7 +209,15 @@ def solve(scene: Scene, q: Any, v: Any) -> Impact:
     """
     workspace = _workspaces.by_scene.get(id(scene))
     if workspace is None:
-        workspace = _workspace_of(scene)
+        impact = _workspace_of(scene).solve(scene, q, v)
+        warn_of_setup(doubts_of(impact))
+        return impact
+    return workspace.solve(scene, q, v)
+
+
+def solve_without_warnings(scene: Scene, q: Any, v: Any) -> Impact:
+    """The same for a state out of many: none of them warns."""
+    workspace = _workspaces.by_scene.get(id(scene)) or _workspace_of(scene)
     return workspace.solve(scene, q, v)
 
 

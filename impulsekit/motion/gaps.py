@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..geometry.axes import cross
+from ..geometry.gaps import before_limit, over_plane
 from ..robot import Robot
 from ..rows.entries import frame_pair, joint_rows
 from ..rows.pair import Pair
@@ -35,7 +36,7 @@ class _PlaneGap:
         self._fixed = not said.other.moves
         # In the world, or in the axes of the plane's frame.
         self._normal = said.axes[:, 2]
-        self._height = float(self._normal.dot(said.other.placement.translation))
+        self._origin = said.other.placement.translation
 
     def measure(self, data: pin.Data) -> tuple[float, float]:
         """The gap [m] and its rate [m/s]; ``data`` with placements and velocities."""
@@ -43,13 +44,14 @@ class _PlaneGap:
         point = pin.updateFramePlacement(model, data, first_id).translation
         velocity = pin.getFrameVelocity(model, data, first_id, pin.LOCAL_WORLD_ALIGNED).linear
         if self._fixed:
-            return float(self._normal.dot(point)) - self._height, float(self._normal.dot(velocity))
+            gap = over_plane(point, self._normal, self._origin)
+            return gap, float(self._normal.dot(velocity))
         plane_id = self._pair.other.frame_id
         plane = pin.updateFramePlacement(model, data, plane_id)
         motion = pin.getFrameVelocity(model, data, plane_id, pin.LOCAL_WORLD_ALIGNED)
         normal, arm = plane.rotation.dot(self._normal), point - plane.translation
         rate = normal.dot(velocity - motion.linear - cross(motion.angular, arm))
-        return float(normal.dot(arm)), float(rate)
+        return over_plane(point, normal, plane.translation), float(rate)
 
     def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(3, nv); ``data`` with joint Jacobians."""
@@ -81,8 +83,8 @@ class _StopGap:
 
     def measure_at(self, q: np.ndarray, v: np.ndarray) -> tuple[float, float]:
         """The gap [rad, m] and its rate."""
-        gap = self._sign * (q[self._entry_in_q] - self._limit)
-        return float(gap), float(self._sign * v[self._row])
+        gap = before_limit(q[self._entry_in_q], self._limit, self._sign)
+        return gap, float(self._sign * v[self._row])
 
     def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(3, nv), of which only the normal row is used."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +9,6 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, quoted
-from .capacity import check_capacity
 from .state import checked_configuration, checked_velocity
 
 if TYPE_CHECKING:
@@ -65,7 +63,7 @@ class FrameVelocity:
 
 
 class Posture:
-    """A robot at q with v: placements and velocities of frames, from one forward pass.
+    """A robot at q with v: placements and velocities of frames.
 
     Args:
         robot: the robot.
@@ -87,20 +85,40 @@ class Posture:
         self.robot = robot
         self.q = checked_configuration(model, q)
         self.v = np.zeros(model.nv) if v is None else checked_velocity(model, v)
-        data = _data_of(robot)
-        pin.forwardKinematics(model, data, self.q, self.v)
-        # The data is shared by all postures of the robot in this thread: copies outlive it.
-        self._places = [pin.SE3(place) for place in data.oMi]
-        self._motions = [pin.Motion(motion) for motion in data.v]
+        # By joint: the placement of its frame, and its velocity in that frame.
+        self._found: dict[int, tuple[pin.SE3, pin.Motion]] = {
+            0: (pin.SE3.Identity(), pin.Motion.Zero())
+        }
+
+    def _at(self, joint_id: int) -> tuple[pin.SE3, pin.Motion]:
+        """Only what carries a frame is computed, and no ``pin.Data`` is made."""
+        found = self._found.get(joint_id)
+        if found is None:
+            model = self.robot.model
+            place, motion = self._at(model.parents[joint_id])
+            own = self._joint_data(joint_id)
+            here = model.jointPlacements[joint_id] * own.M
+            found = self._found[joint_id] = place * here, here.actInv(motion) + own.v
+        return found
+
+    def _joint_data(self, joint_id: int) -> Any:
+        joint = self.robot.model.joints[joint_id]
+        own = joint.createData()
+        joint.calc(own, self.q, self.v)
+        return own
+
+    def joint_of(self, frame: str) -> int:
+        """The index of the joint that carries a frame; 0 where it is fixed in the world."""
+        return self.robot.model.frames[self.robot.frame_id(frame)].parentJoint
+
+    def joint(self, joint_id: int) -> pin.SE3:
+        """The placement of a joint's frame."""
+        return self._at(joint_id)[0]
 
     def frame(self, name: str) -> pin.SE3:
         """The placement of a frame, as Pinocchio's type."""
         item = self.robot.model.frames[self.robot.frame_id(name)]
-        return self._places[item.parentJoint] * item.placement
-
-    def joint(self, joint_id: int) -> pin.SE3:
-        """The placement of a joint's frame."""
-        return self._places[joint_id]
+        return self._at(item.parentJoint)[0] * item.placement
 
     def placement(self, frame: str) -> Placement:
         """Where a frame is."""
@@ -108,12 +126,25 @@ class Posture:
         matrix.setflags(write=False)
         return Placement(matrix)
 
+    def motion_subspace(self, joint_id: int) -> np.ndarray:
+        """(6, nv of the joint) its directions of motion in its own axes, linear before angular."""
+        return np.array(self._joint_data(joint_id).S).reshape(6, -1)
+
+    def angular_velocity(self, joint_id: int) -> np.ndarray:
+        """(3,) of a joint's child, world axes [rad/s]."""
+        place, motion = self._at(joint_id)
+        return place.rotation @ motion.angular
+
+    def velocity_at(self, joint_id: int, point: np.ndarray) -> np.ndarray:
+        """(3,) of the point of a joint's child that is at ``point`` (3,) of the world [m/s]."""
+        place, motion = self._at(joint_id)
+        turning = np.cross(self.angular_velocity(joint_id), point - place.translation)
+        return place.rotation @ motion.linear + turning
+
     def velocity(self, frame: str, point: np.ndarray) -> FrameVelocity:
-        """How fast a frame moves at a point (3,) of the world."""
-        joint_id = self.robot.model.frames[self.robot.frame_id(frame)].parentJoint
-        place, motion = self._places[joint_id], self._motions[joint_id]
-        angular = place.rotation @ motion.angular
-        linear = place.rotation @ motion.linear + np.cross(angular, point - place.translation)
+        """How fast a frame moves, and its point that is at ``point`` (3,) of the world."""
+        joint_id = self.joint_of(frame)
+        linear, angular = self.velocity_at(joint_id, point), self.angular_velocity(joint_id)
         linear.setflags(write=False)
         angular.setflags(write=False)
         return FrameVelocity(linear, angular)
@@ -259,12 +290,3 @@ def _numbers(value: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
         where = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
         raise NotFiniteError.of(what, f"entry {where}", array[where])
     return array
-
-
-def _data_of(robot: Robot) -> pin.Data:
-    """Pinocchio's data that the robot keeps for postures in this thread."""
-    kept: threading.local = robot._posture_data
-    if not hasattr(kept, "data"):
-        check_capacity(robot.model)
-        kept.data = robot.model.createData()
-    return kept.data

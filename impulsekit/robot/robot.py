@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import threading
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -22,6 +21,7 @@ from ..errors import (
     UrdfError,
     a_thing,
     warn_of_assumptions,
+    warn_of_setup,
 )
 from .source import RobotPart
 
@@ -525,10 +525,17 @@ class Robot(Displayed):
 
         Raises:
             UnknownNameError, ShapeError, NotFiniteError, StateError.
+
+        Warns:
+            SetupWarning: a named joint is outside its limits.
         """
         from . import state
+        from .limits import outside_limits
 
-        return state.configuration(self.model, {**(by_name or {}), **joints})
+        values = {**(by_name or {}), **joints}
+        q = state.configuration(self.model, values)
+        warn_of_setup(outside_limits(self, q, values))
+        return q
 
     def velocity(self, by_name: Mapping[str, Any] | None = None, /, **joints: Any) -> np.ndarray:
         """(nv,) a velocity by joint name, zero elsewhere [rad/s, m/s].
@@ -613,10 +620,6 @@ class Robot(Displayed):
         """Whether a joint of this name holds two links together without any motion."""
         frame_id = self._frame_ids.get(name, 0)
         return frame_id > 0 and self.model.frames[frame_id].type == pin.FrameType.FIXED_JOINT
-
-    @cached_property
-    def _posture_data(self) -> threading.local:
-        return threading.local()
 
     @cached_property
     def _frame_ids(self) -> dict[str, int]:

@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..geometry.axes import contact_axes
+from ..geometry.gaps import before_limit
 from ..robot import Robot
 from ..scene import Collision, Contact, JointStop, Scene
 from .entries import frame_pair, joint_rows
@@ -125,15 +126,15 @@ class _AtStop:
 
     def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
         for limit, sign, jacobian in self._sides:
-            gap = sign * (q[self._entry_in_q] - limit)
+            gap = before_limit(q[self._entry_in_q], limit, sign)
             if gap <= AT_STOP * max(1.0, abs(limit)):
                 touches.append(Touch(self._index, None, (0, 0), (0, 0), jacobian, gap=gap))
 
     def touch_nearer(self, touches: list[Touch], q: np.ndarray) -> None:
         """Touch the limit that is nearer, however far it is."""
         at = q[self._entry_in_q]
-        limit, sign, jacobian = min(self._sides, key=lambda side: side[1] * (at - side[0]))
-        gap = sign * (at - limit)
+        limit, sign, jacobian = min(self._sides, key=lambda side: before_limit(at, *side[:2]))
+        gap = before_limit(at, limit, sign)
         touches.append(Touch(self._index, None, (0, 0), (0, 0), jacobian, gap=gap))
 
 

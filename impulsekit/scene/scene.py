@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from ..display import Displayed, one_line
-from ..errors import InputError, a_thing
+from ..errors import InputError, RangeError, a_thing
 from ..robot import Robot
 from .law import Law
-from .numbers import Vector, vector
+from .numbers import Vector, number, vector
 
 if TYPE_CHECKING:
     from .constraints import Constraint
@@ -37,6 +38,8 @@ class Scene(Displayed):
         law: of restitution, slip and order, for all contacts.
         gravity: [m/s²] in world axes; it moves the robot in the motion after an
             impact. An impact is instantaneous and does not know it.
+        gap_bound: a contact or anchor that is open, or overlaps, by more than this at the
+            impact is doubted (``Impact.doubts``) [m, of stops rad]; infinite for never.
 
     Raises:
         UnknownNameError: a frame or joint that the robot does not have.
@@ -59,6 +62,7 @@ class Scene(Displayed):
     forces: Sequence[Force] = ()
     law: Law = field(default_factory=Law)
     gravity: Vector = (0.0, 0.0, -9.81)
+    gap_bound: float = 1e-3
 
     def __post_init__(self) -> None:
         if not isinstance(self.robot, Robot):
@@ -69,6 +73,10 @@ class Scene(Displayed):
         set_field(self, "contacts", _entries(self.contacts, "contacts"))
         set_field(self, "forces", _entries(self.forces, "forces"))
         set_field(self, "gravity", vector(self.gravity, "Scene: gravity"))
+        if self.gap_bound != math.inf:
+            set_field(self, "gap_bound", number(self.gap_bound, "Scene: gap_bound"))
+            if self.gap_bound < 0.0:
+                raise RangeError.of("Scene: gap_bound", self.gap_bound, "0 or more")
         self._check_entries()
         if not isinstance(self.law, Law):
             raise InputError(f"Scene: law is {a_thing(self.law)}, not a Law")

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pydantic
 
 from ..display import OneLine
-from ..errors import ImpulsekitError, SceneFileError, quoted
+from ..errors import ImpulsekitError, SceneFileError, quoted, warn_of_setup
 from ..files import open_plain_file, reason_of
 from ..robot import Robot
 from ..robot import state as states
+from ..robot.limits import outside_limits
 from ..scene import Scene
 from ..scene.design import DesignPoint
 from ..scene.motion import MotionSettings
@@ -28,10 +30,13 @@ from .vocabulary import DESIGN, MOTION, POINTS, SECTIONS, STRICT, Section
 
 __all__ = ["SceneFile", "load_scene", "read_scene"]
 
-_OWN = ("robot", "robots", "state", "gravity", "motion", "design", "report", "batch")
+_OWN = ("robot", "robots", "state", *MOVED, "motion", "design", "report", "batch")
 _TOP = (*_OWN, *(section.name for section in SECTIONS))
 
 _Numbers = pydantic.TypeAdapter(tuple[float, ...], config=pydantic.ConfigDict(strict=True))
+
+
+_defaults = {field.name: field.default for field in dataclasses.fields(Scene)}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -58,9 +63,12 @@ class SceneFile(OneLine):
     design: tuple[DesignPoint, ...] = ()
 
 
-class _Gravity(pydantic.BaseModel):
+class _Settings(pydantic.BaseModel):
+    """What a file says of the whole scene, above its first table."""
+
     model_config = STRICT
-    gravity: Vector = (0.0, 0.0, -9.81)
+    gravity: Vector = _defaults["gravity"]
+    gap_bound: Annotated[float, pydantic.AllowInfNan(True)] = _defaults["gap_bound"]
 
 
 def load_scene(path: str | os.PathLike[str]) -> SceneFile:
@@ -70,13 +78,18 @@ def load_scene(path: str | os.PathLike[str]) -> SceneFile:
         SceneFileError: it holds all faults of the file, each with its place in it and,
             for a name, the nearest that exist.
 
+    Warns:
+        SetupWarning: a joint of the state is outside its limits.
+
     Example:
         >>> file = load_scene("examples/whittaker_chain.toml")
         >>> file.scene.impulses[0].linear
         (0.0, 5.0, 0.0)
     """
     path = os.fspath(path)
-    return _scene_file(_read_toml(path), path, os.path.dirname(os.path.abspath(path)))
+    file = _scene_file(_read_toml(path), path, os.path.dirname(os.path.abspath(path)))
+    warn_of_setup(outside_limits(file.scene.robot, file.q))
+    return file
 
 
 def read_scene(text: str, source: str) -> SceneFile:
@@ -99,7 +112,7 @@ def _scene_file(data: dict[str, Any], path: str, folder: str) -> SceneFile:
             faults.add(no_such_key(key, key, _TOP))
     robot = read_robots(data, folder, faults, MOVED)
     q, v = _read_state(data.get("state", {}), robot, faults)
-    settings = faults.validated(_Gravity, {k: data[k] for k in ("gravity",) if k in data}, "")
+    settings = faults.validated(_Settings, {k: data[k] for k in MOVED if k in data}, "")
     parts: dict[str, Any] = {}
     for section in SECTIONS:
         if section.name in data:
@@ -111,7 +124,7 @@ def _scene_file(data: dict[str, Any], path: str, folder: str) -> SceneFile:
         motion = read_entries(MOTION, (data["motion"],), lambda entry, place: None, faults)
     if not faults and robot is not None and settings is not None:
         try:
-            scene = Scene(robot, **parts, gravity=settings.gravity)
+            scene = Scene(robot, **parts, **dict(settings))
             return SceneFile(path, scene, q, v, points, next(iter(motion), None), design)
         except ImpulsekitError as error:
             # What is wrong with no entry alone, such as two of one name.
@@ -170,7 +183,8 @@ def _read_state(raw: Any, robot: Robot | None, faults: Faults) -> tuple[np.ndarr
         model = robot.model
         whole_q: Callable = lambda x: states.checked_configuration(model, x)  # noqa: E731
         whole_v: Callable = lambda x: states.checked_velocity(model, x)  # noqa: E731
-        q = _read_vector(raw.get("q", {}), "state.q", whole_q, robot.configuration, faults, q)
+        named_q: Callable = lambda x: states.configuration(model, x)  # noqa: E731
+        q = _read_vector(raw.get("q", {}), "state.q", whole_q, named_q, faults, q)
         v = _read_vector(raw.get("v", {}), "state.v", whole_v, robot.velocity, faults, v)
     q.setflags(write=False)
     v.setflags(write=False)

@@ -19,6 +19,7 @@ from ..scene import Scene
 from ..scene.design import DesignPoint
 from ..scene.motion import MotionSettings
 from ..scene.points import ReportPoint
+from .entries import MOVED
 from .robots import part_as_table
 from .vocabulary import DESIGN, MOTION, NESTED, POINTS, SECTIONS, Section, default_of
 
@@ -64,9 +65,10 @@ def dump_scene(
     q = robot.neutral() if q is None else states.checked_configuration(model, q)
     v = robot.velocity() if v is None else states.checked_velocity(model, v)
     blocks: list[str] = []
-    gravity = next(f for f in dataclasses.fields(Scene) if f.name == "gravity")
-    if repr(scene.gravity) != repr(gravity.default):
-        blocks.append(_line("gravity", scene.gravity))
+    for field in dataclasses.fields(Scene):
+        value = getattr(scene, field.name)
+        if field.name in MOVED and repr(value) != repr(field.default):
+            blocks.append(_line(field.name, value))
     blocks += _robot_blocks(robot, None if folder is None else os.path.abspath(folder))
     entries = _by_joint(robot, q, robot.neutral(), "q"), _by_joint(robot, v, robot.velocity(), "v")
     blocks += [
@@ -110,7 +112,7 @@ def save_scene(
 
 def _check_writable(scene: Scene) -> None:
     """Nothing of a scene is left out in silence."""
-    known = {"robot", "gravity", *(section.name for section in SECTIONS)}
+    known = {"robot", *MOVED, *(section.name for section in SECTIONS)}
     for item in dataclasses.fields(scene):
         if item.name not in known and repr(getattr(scene, item.name)) != repr(default_of(item)):
             raise InputError(f"a scene file cannot hold {item.name}")

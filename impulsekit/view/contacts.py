@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import textwrap
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,9 +13,15 @@ from .table import decimals, table
 
 if TYPE_CHECKING:
     from ..impact import Impact
+    from ..impact.constraint_results import ConstraintResult
     from ..impact.contact_results import ContactPoint, ContactResult
 
-__all__ = ["contacts_section"]
+__all__ = ["contacts_section", "gap_lines"]
+
+# Gaps below rounding of this [m] are shown as 0: places of robots are no better than 1e-13 of it.
+GAP_SCALE = 1e4
+# Of a line of names [characters].
+WIDTH = 80
 
 
 def contacts_section(impact: Impact) -> list[str]:
@@ -29,10 +37,26 @@ def contacts_section(impact: Impact) -> list[str]:
         lines.append(f"  not touching: {', '.join(apart)}")
     if shared:
         lines.append(f"  redundant, only the resultant counts: {', '.join(shared)}")
+    has_stops = any(len(result.impulse) == 1 for result in results)
+    lines += gap_lines("gaps [m, rad]" if has_stops else "gaps [m]", results)
     return [
         "Contacts: impulses [N s] in world axes, speeds [m/s] along the normal and across",
         *lines,
     ]
+
+
+def gap_lines(title: str, results: Sequence[ContactResult | ConstraintResult]) -> list[str]:
+    """How far entries are from touching or closed [m, rad]; below a nanometre they are."""
+    if not results:
+        return []
+    shown = [f"{each.name} {decimals(each.gap, GAP_SCALE)}" for each in results]
+    return textwrap.wrap(
+        f"{title}: {', '.join(shown)}",
+        WIDTH,
+        initial_indent="  ",
+        subsequent_indent="    ",
+        break_long_words=False,
+    )
 
 
 def _points(impact: Impact, results: list[ContactResult]) -> list[str]:

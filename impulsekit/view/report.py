@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import InputError, RangeError, a_thing, quoted
 from ..scene import AppliedImpulse
 from ..scene.points import report_points
-from .contacts import contacts_section
+from .contacts import contacts_section, gap_lines
 from .forms import FORMS
 from .speeds import speeds_of
 from .table import ROUNDING, decimals, paper_decimals, table
@@ -84,6 +84,7 @@ def _head(impact: Impact) -> list[str]:
         f"{scene.robot.name}: {', '.join(what)}",
         f"{impact.status.name.lower()}: {impact.status.value}",
         *_uniqueness(impact),
+        *(f"mind: {doubt}" for doubt in impact.doubts),
     ]
 
 
@@ -199,7 +200,12 @@ def _constraints(impact: Impact) -> list[str]:
                 f"  {result.name}: {', '.join(free)} redundant, the resultant alone counts"
             )
     head = ["name", "row", "impulse", "velocity before", "after", "units"]
-    return ["Constraints", *table(head, rows), *notes]
+    anchors = [
+        result
+        for entry, result in zip(impact.scene.constraints, impact.constraints, strict=True)
+        if getattr(entry, "other_at", None) is not None
+    ]
+    return ["Constraints", *table(head, rows), *notes, *gap_lines("open by [m]", anchors)]
 
 
 def _energy(impact: Impact) -> list[str]:

@@ -1,8 +1,6 @@
 """Placements, velocities and placing, against closed forms and finite differences."""
 
 import math
-import pickle
-import threading
 
 import numpy as np
 import pinocchio as pin
@@ -54,18 +52,17 @@ def test_results_are_read_only_and_agree_with_each_other():
             array[0] = 1.0
 
 
-def test_threads_and_pickles_have_their_own_workspace():
-    robot = ik.Robot.from_example("panda")
-    robot.placement(robot.neutral(), "panda_hand")
-    again = pickle.loads(pickle.dumps(robot))
-    wanted = robot.placement(robot.neutral(), "panda_hand").matrix
-    found = []
-    work = threading.Thread(
-        target=lambda: found.append(again.placement(again.neutral(), "panda_hand").matrix)
-    )
-    work.start()
-    work.join()
-    close(found[0], wanted, 0.0)
+@pytest.mark.parametrize("mimic", [False, True])
+def test_placements_are_those_of_a_whole_pass(mimic):
+    for name, root in (("panda", "planar"), ("talos", "freeflyer"), ("iris", "fixed")):
+        robot = ik.Robot.from_example(name, root=root, mimic=mimic and name != "iris")
+        model = robot.model
+        q = pin.integrate(model, robot.neutral(), np.linspace(-1, 1, robot.nv))
+        data = model.createData()
+        pin.framesForwardKinematics(model, data, q)
+        for frame in robot.frame_names:
+            wanted = data.oMf[robot.frame_id(frame)].homogeneous
+            close(robot.placement(q, frame).matrix, wanted, 1e-14)
 
 
 def arm_and_ball(root="freeflyer", **ball):

@@ -1,0 +1,128 @@
+"""What of a scene and its state is likely not meant, though it can be solved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..robot.limits import outside_limits
+from ..robot.placing import Posture
+from ..scene import AppliedImpulse, Collision, Contact, JointImpulse, Scene
+
+if TYPE_CHECKING:
+    from .gaps import ContactGap
+    from .result import Impact
+
+__all__ = ["doubts_of"]
+
+# Velocities that change by less than this part are unchanged but for rounding.
+UNCHANGED = 1e-12
+# A plane whose normal is this near the way up (cosine) is a floor.
+UPWARDS = 0.7
+
+
+def doubts_of(impact: Impact) -> tuple[str, ...]:
+    """One sentence for each doubt; see ``Impact.doubts``."""
+    scene = impact.scene
+    found = outside_limits(scene.robot, impact.q)
+    gaps: tuple[ContactGap, ...] = ()
+    grounds = any(part.changes.grounds for part in scene.robot.parts)
+    if scene.contacts or scene.constraints or grounds:
+        from .gaps import anchor_openings, contact_gaps
+
+        posture = Posture(scene.robot, impact.q, impact.v_before)
+        gaps = contact_gaps(scene, posture)
+        found += _of_contacts(scene, gaps)
+        for opening in anchor_openings(scene, posture):
+            if opening.gap > scene.gap_bound:
+                found.append(f"{opening.name} is open by {opening.gap:.3g} m")
+        if scene.gap_bound < np.inf:
+            found += _under_grounds(scene, posture)
+    found += _nothing_strikes(impact, gaps)
+    return tuple(found)
+
+
+def _of_contacts(scene: Scene, gaps: tuple[ContactGap, ...]) -> Iterator[str]:
+    for entry, item in zip(scene.contacts, gaps, strict=True):
+        if not item.touching or abs(item.gap) <= scene.gap_bound:
+            continue
+        size = f"{abs(item.gap):.3g} {'rad' if item.angular else 'm'}"
+        if isinstance(entry, Contact):
+            ends = f'"{entry.frame}" is {size}'
+            if item.gap > 0.0:
+                yield f'{item.name}: {ends} away from the plane of "{entry.against}"'
+            elif _is_floor(scene, entry):
+                yield f"{item.name}: {ends} under its floor"
+            else:
+                yield f'{item.name}: {ends} inside the plane of "{entry.against}"'
+        elif isinstance(entry, Collision):
+            yield f'{item.name}: "{entry.first}" and "{entry.other}" overlap by {size}'
+        else:
+            yield f'{item.name}: joint "{entry.joint}" is {size} past its limit'
+
+
+def _up(scene: Scene) -> np.ndarray:
+    """(3,) against gravity; along z where nothing falls."""
+    gravity = np.array(scene.gravity)
+    size = float(np.linalg.norm(gravity))
+    return -gravity / size if size else np.array([0.0, 0.0, 1.0])
+
+
+def _is_floor(scene: Scene, entry: Contact) -> bool:
+    """Whether a contact's plane is fixed in the world and looks upwards."""
+    frame = scene.robot.model.frames[scene.robot.frame_id(entry.against)]
+    normal = frame.placement.rotation @ np.array(entry.normal)
+    return frame.parentJoint == 0 and float(normal @ _up(scene)) > UPWARDS
+
+
+def _under_grounds(scene: Scene, posture: Posture) -> Iterator[str]:
+    """Links whose mass centres are below a ground of the robot: the lowest of each ground."""
+    robot = scene.robot
+    moving = [link for link in robot.links if link.joint_id > 0 and link.mass > 0.0]
+    if not moving:
+        return
+    centres = np.array([posture.joint(link.joint_id).act(link.com_in_joint) for link in moving])
+    for part in robot.parts:
+        at = np.eye(4) if part.placement is None else np.array(part.placement)
+        for ground in part.changes.grounds:
+            # The plane is kept in the coordinates of the part.
+            normal = at[:3, :3] @ np.array(ground.normal)
+            heights = (centres - at[:3, 3]) @ normal - ground.height
+            lowest = int(np.argmin(heights))
+            if heights[lowest] < -scene.gap_bound:
+                yield (
+                    f'the robot is under its floor "{part.prefix}{ground.name}": the mass centre '
+                    f'of "{moving[lowest].name}" by {-heights[lowest]:.3g} m'
+                )
+
+
+def _nothing_strikes(impact: Impact, gaps: tuple[ContactGap, ...]) -> list[str]:
+    """Why no velocity changes, where none does."""
+    scene = impact.scene
+    size = float(np.abs(impact.v_before).max(initial=0.0))
+    if not np.isfinite(impact.dv).all() or np.abs(impact.dv).max(initial=0.0) > UNCHANGED * size:
+        return []
+    if not (scene.impulses or scene.constraints or scene.contacts):
+        return ["nothing strikes: the scene has no impulses, constraints or contacts"]
+    if any(map(_acts, scene.impulses)):
+        return []
+    if size == 0.0:
+        return ["nothing strikes: no impulse acts and the robot is at rest"]
+    if gaps and not any(item.touching for item in gaps):
+        nearest = min(gaps, key=lambda item: item.gap)
+        unit = "rad" if nearest.angular else "m"
+        return [
+            f"nothing strikes: no contact touches; the nearest, {nearest.name}, is "
+            f"{nearest.gap:.3g} {unit} away"
+        ]
+    if gaps and not scene.constraints:
+        return ["nothing strikes: no contact that touches is approached"]
+    return ["nothing strikes: no velocity changes"]
+
+
+def _acts(entry: AppliedImpulse | JointImpulse) -> bool:
+    if isinstance(entry, AppliedImpulse):
+        return any(entry.linear) or any(entry.angular)
+    return bool(np.any(entry.impulse))

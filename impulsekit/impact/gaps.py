@@ -1,0 +1,148 @@
+"""How far the contacts of a scene are from touching, and its anchors from being closed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..geometry.gaps import before_limit, nearest_points, over_plane
+from ..robot.placing import Posture
+from ..rows.contacts import AT_STOP
+from ..rows.entries import FramePair, Site, frame_pair
+from ..scene import Collision, Contact, FrameAnchor, JointStop, PointAnchor, Scene
+
+__all__ = ["AnchorOpening", "ContactGap", "anchor_openings", "contact_gaps"]
+
+
+@dataclass(frozen=True)
+class ContactGap:
+    """How far a contact of a scene is from touching, before anything is solved.
+
+    Attributes:
+        name: the entry's name.
+        gap: [m], of a joint stop to the nearer limit [rad, m]; negative where bodies overlap,
+            a point is below its plane or a joint past its limit.
+        closing_speed: how fast the gap gets smaller [m/s, rad/s].
+        touching: whether ``solve`` counts it as touching: a ``Contact`` whatever its gap.
+        angular: whether it is an angle.
+    """
+
+    name: str
+    gap: float
+    closing_speed: float
+    touching: bool
+    angular: bool = False
+
+
+@dataclass(frozen=True)
+class AnchorOpening:
+    """How far the two points of an anchor are apart in the directions that it holds.
+
+    Attributes:
+        name: the entry's name.
+        gap: [m]; 0 where there is nothing to be open: a lock, a coupling, an anchor at
+            whatever point of the other frame coincides (``other_at=None``).
+    """
+
+    name: str
+    gap: float
+
+
+def contact_gaps(
+    scene: Scene, posture: Posture, which: Sequence[int] | None = None
+) -> tuple[ContactGap, ...]:
+    """The gaps of a scene's contacts in their order, or of those with the indices ``which``."""
+    names = scene.entry_names("contacts")
+    chosen = range(len(names)) if which is None else which
+    return tuple(_contact_gap(posture, scene.contacts[i], names[i]) for i in chosen)
+
+
+def _contact_gap(posture: Posture, entry: Any, name: str) -> ContactGap:
+    if isinstance(entry, JointStop):
+        return _before_stop(posture, entry, name)
+    if isinstance(entry, Collision):
+        return _between_bodies(posture, entry, name)
+    return _over_plane(posture, entry, name)
+
+
+def anchor_openings(
+    scene: Scene, posture: Posture, which: Sequence[int] | None = None
+) -> tuple[AnchorOpening, ...]:
+    """The openings of a scene's constraints, likewise."""
+    names = scene.entry_names("constraints")
+    chosen = range(len(names)) if which is None else which
+    return tuple(AnchorOpening(names[i], _opening(posture, scene.constraints[i])) for i in chosen)
+
+
+def _over_plane(posture: Posture, entry: Contact, name: str) -> ContactGap:
+    pair = frame_pair(posture.robot, entry)
+    point, origin = (_place(posture, site) for site in (pair.first, pair.other))
+    normal = _axes(posture, pair)[:, 2]
+    way = [(point, normal)]
+    speed = _closing_speed(posture, way, pair.first.joint_id, pair.other.joint_id)
+    return ContactGap(name, over_plane(point, normal, origin), speed, touching=True)
+
+
+def _place(posture: Posture, site: Site) -> np.ndarray:
+    """(3,) where a point is in the world."""
+    return posture.joint(site.joint_id).act(site.placement.translation)
+
+
+def _axes(posture: Posture, pair: FramePair) -> np.ndarray:
+    """(3, 3) the axes of a pair's rows in the world."""
+    joint_id, axes = pair.carrying
+    return posture.joint(joint_id).rotation @ axes
+
+
+def _before_stop(posture: Posture, entry: JointStop, name: str) -> ContactGap:
+    robot = posture.robot
+    joint = robot.model.joints[robot.joint_id(entry.joint)]
+    turns = bool(posture.motion_subspace(joint.id)[3:].any())
+    value, speed = posture.q[joint.idx_q], posture.v[joint.idx_v]
+    sides = [
+        (before_limit(value, limit, sign), sign, limit)
+        for limit, sign in zip(entry.limits(robot), (1.0, -1.0), strict=True)
+    ]
+    gap, sign, limit = min(sides)
+    touching = gap <= AT_STOP * max(1.0, abs(limit))
+    return ContactGap(name, gap, float(-sign * speed), touching, angular=turns)
+
+
+def _between_bodies(posture: Posture, entry: Collision, name: str) -> ContactGap:
+    from ..geometry.collision import solid_of
+    from ..robot.geometry import geometry_ids
+
+    robot = posture.robot
+    objects = robot.collision_model.geometryObjects
+    bodies, joint_ids = [], []
+    for body in (entry.first, entry.other):
+        ids, joint_id = geometry_ids(robot, body)
+        place = posture.joint(joint_id)
+        bodies.append([(solid_of(objects[i].geometry), place * objects[i].placement) for i in ids])
+        joint_ids.append(joint_id)
+    gap, points = nearest_points(bodies[0], bodies[1], entry.margin)
+    speed = _closing_speed(posture, points, joint_ids[0], joint_ids[1])
+    return ContactGap(name, gap, speed, touching=gap <= entry.margin)
+
+
+def _closing_speed(posture: Posture, points: Any, first: int, other: int) -> float:
+    """−n·(v_first − v_other) at the points of the world that are nearest; the largest."""
+    return max(
+        (
+            float(-normal @ (posture.velocity_at(first, at) - posture.velocity_at(other, at)))
+            for at, normal in points
+        ),
+        default=0.0,
+    )
+
+
+def _opening(posture: Posture, entry: Any) -> float:
+    if not isinstance(entry, PointAnchor | FrameAnchor) or entry.other_at is None:
+        return 0.0
+    pair = frame_pair(posture.robot, entry)
+    way = _place(posture, pair.first) - _place(posture, pair.other)
+    held = [i for i in pair.select if i < 3]
+    return float(np.linalg.norm((_axes(posture, pair).T @ way)[held]))

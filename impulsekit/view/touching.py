@@ -1,0 +1,82 @@
+"""``touching``: what is near what, before anything is solved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import InputError, a_thing
+from ..impact.gaps import AnchorOpening, ContactGap, anchor_openings, contact_gaps
+from ..impact.named import Named
+from ..robot.placing import Posture
+from ..scene import Scene
+from .table import decimals, table
+
+__all__ = ["Touching", "touching"]
+
+
+@dataclass(frozen=True, eq=False)
+class Touching:
+    """Gaps and closing speeds of a scene at a state; printed, it is a table.
+
+    Attributes:
+        contacts: a ``ContactGap`` for each contact, by place or by name: ``gap`` [m, rad],
+            ``closing_speed`` [m/s, rad/s], ``touching``.
+        constraints: an ``AnchorOpening`` for each constraint: ``gap`` [m].
+    """
+
+    contacts: Named[ContactGap]
+    constraints: Named[AnchorOpening]
+
+    def __str__(self) -> str:
+        lines: list[str] = []
+        if self.contacts:
+            rows = [
+                [
+                    item.name,
+                    "yes" if item.touching else "no",
+                    decimals(item.gap),
+                    decimals(item.closing_speed),
+                    "rad, rad/s" if item.angular else "m, m/s",
+                ]
+                for item in self.contacts
+            ]
+            head = ["contact", "touching", "gap", "closing speed", "units"]
+            lines += ["Contacts", *table(head, rows)]
+        if self.constraints:
+            rows = [[item.name, decimals(item.gap)] for item in self.constraints]
+            lines += ["Constraints", *table(["constraint", "open by, m"], rows)]
+        return "\n".join(lines) or "The scene has no contacts and no constraints"
+
+    __repr__ = __str__
+
+
+def touching(scene: Scene, q: Any, v: Any = None) -> Touching:
+    """The gaps of all contacts and the openings of all anchors, before anything is solved.
+
+    Args:
+        scene: the scene.
+        q: (nq,) configuration.
+        v: (nv,) velocity; None for a robot at rest.
+
+    Raises:
+        ShapeError, NotFiniteError, StateError: what is wrong with q or v.
+
+    Example:
+        >>> from impulsekit import Contact, Robot, Scene
+        >>> robot = Robot.from_example("panda")
+        >>> floor = Contact("panda_hand", at=[0, 0, 0.1], name="floor")
+        >>> v = robot.velocity(panda_joint2=1.0)
+        >>> print(touching(Scene(robot, contacts=[floor]), robot.neutral(), v))
+        Contacts
+          contact   touching     gap   closing speed   units
+          -------   --------   -----   -------------   ------
+          floor     yes        0.826           0.088   m, m/s
+    """
+    if not isinstance(scene, Scene):
+        raise InputError(f"touching takes a Scene, not {a_thing(scene)}")
+    posture = Posture(scene.robot, q, v)
+    return Touching(
+        Named(contact_gaps(scene, posture), "contact"),
+        Named(anchor_openings(scene, posture), "constraint"),
+    )
