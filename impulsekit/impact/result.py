@@ -14,6 +14,7 @@ from .constraint_results import ConstraintResult, constraint_results
 from .contact_results import ContactResult, contact_results
 from .doubts import doubts_of
 from .energy import Energy, energy_books
+from .joint_loads import JointLoad, joint_loads
 from .kinematics import PointVelocity, point_velocity
 from .links import LinkJump, link_jumps
 from .mechanics import Mechanics
@@ -155,6 +156,24 @@ class Impact(Displayed):
         robot on a fixed base.
         """
         return ByName(joint_reactions(self), "joint")
+
+    @cached_property
+    def joint_loads(self) -> Mapping[str, JointLoad]:
+        """By joint name, its reaction in the joint's own axes.
+
+        ``axial`` and ``shear`` force [N s], ``torque`` about the joint's axis and ``bending``
+        moment [N m s]; ``force`` and ``moment`` (3,) in the axes of the joint's frame.
+
+        Example:
+            >>> from impulsekit import AppliedImpulse, Robot, Scene, pendulum_urdf, solve
+            >>> rod = Robot.from_urdf(pendulum_urdf(1))
+            >>> blow = AppliedImpulse("link_1", linear=[3, 0, 0], at=[0, 0, -1])
+            >>> impact = solve(Scene(rod, [blow]), rod.neutral(), rod.velocity())
+            >>> load = impact.joint_loads["joint_1"]
+            >>> round(load.shear, 12), round(load.axial, 12), round(load.torque, 12)
+            (1.5, 0.0, 0.0)
+        """
+        return ByName(joint_loads(self), "joint")
 
     @cached_property
     def energy(self) -> Energy:
