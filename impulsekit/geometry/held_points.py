@@ -17,6 +17,7 @@ accelerations of the material points with ω × e σ' of the way along the edge.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -119,7 +120,7 @@ class HeldCrossing:
         self._sign = 1.0 if turn.dot(normal) >= 0.0 else -1.0
         self._least = STILL_CROSS * float(np.sqrt(turn.dot(turn)))
 
-    def _met(self, places: Places) -> tuple:
+    def _met(self, places: Places) -> tuple[Any, ...]:
         """Directions, e × f with the sign of n, its square, the points, and the ways there."""
         e, f = (place.rotation.dot(way) for place, way in zip(places, self._ways, strict=True))
         start, there = (place.act(ends[0]) for place, ends in zip(places, self._ends, strict=True))

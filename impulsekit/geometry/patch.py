@@ -167,7 +167,15 @@ def _part(
     return _Part(spots, 0.0, float(levels[0] - slope.dot(spots[0])), slope, around, across)
 
 
-def _polygon(shape, spots, levels, way, normal, frame, around) -> _Part:
+def _polygon(
+    shape: Convex,
+    spots: np.ndarray,
+    levels: np.ndarray,
+    way: np.ndarray,
+    normal: np.ndarray,
+    frame: np.ndarray,
+    around: float,
+) -> _Part:
     middle = spots.mean(axis=0)
     angles = np.arctan2(*(spots - middle).T[::-1])
     order = np.argsort(angles, kind="stable")

@@ -19,6 +19,8 @@ apart there is one such n only, and Newton's method on the sphere finds it from 
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 __all__ = ["along_circles", "cone_sides", "of_circle_and_points", "of_circles_and_lines"]
@@ -33,7 +35,9 @@ THICK = 0.25
 TINY = 1e-9
 
 
-def of_circle_and_points(centre: np.ndarray, axis: np.ndarray, r: float, points: np.ndarray):
+def of_circle_and_points(
+    centre: np.ndarray, axis: np.ndarray, r: float, points: np.ndarray
+) -> np.ndarray:
     """(k, 3) from the nearest point of a circle to each point; not of unit length."""
     away = points - centre
     out = away - np.outer(away.dot(axis), axis)
@@ -190,7 +194,7 @@ def _uphill(
     return step * np.minimum(1.0, 0.5 / np.maximum(length, 1e-300))
 
 
-def cone_sides(apex: np.ndarray, axis: np.ndarray, slant: float, other) -> np.ndarray:
+def cone_sides(apex: np.ndarray, axis: np.ndarray, slant: float, other: Any) -> np.ndarray:
     """(k, 3) normals of a cone's side, outwards, that may be where another shape is nearest."""
     flat = float(np.sqrt(1.0 - slant * slant))
     found = []
@@ -223,7 +227,9 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
     return vectors[size > 0.0] / size[size > 0.0, None]
 
 
-def _both_slants(axis, slant, other_axis, other_slant) -> np.ndarray:
+def _both_slants(
+    axis: np.ndarray, slant: float, other_axis: np.ndarray, other_slant: float
+) -> np.ndarray:
     """(k, 3) across the first axis: where n = d on one cone's side and −d on the other's."""
     cosine = float(axis.dot(other_axis))
     square = 1.0 - cosine * cosine
@@ -241,7 +247,15 @@ def _both_slants(axis, slant, other_axis, other_slant) -> np.ndarray:
     return _unit(d - np.outer(d.dot(axis), axis))
 
 
-def _around(axis, slant, flat, across, between, other_axis, r) -> np.ndarray:
+def _around(
+    axis: np.ndarray,
+    slant: float,
+    flat: float,
+    across: tuple[np.ndarray, np.ndarray],
+    between: np.ndarray,
+    other_axis: np.ndarray,
+    r: float,
+) -> np.ndarray:
     """(k, 3) across the axis: the best normals of a cone's side against a circle.
 
     d goes from the cone to the circle: the separation is −d·(apex − c) − r |d × b|.
@@ -249,7 +263,7 @@ def _around(axis, slant, flat, across, between, other_axis, r) -> np.ndarray:
     e, f = across
     angle = np.arange(96) * (2.0 * np.pi / 96)
 
-    def slope(psi):
+    def slope(psi: np.ndarray) -> np.ndarray:
         u = np.outer(np.cos(psi), e) + np.outer(np.sin(psi), f)
         turned = flat * (np.outer(np.cos(psi), f) - np.outer(np.sin(psi), e))
         d = slant * axis + flat * u

@@ -110,8 +110,9 @@ class ConstraintRows:
         kept: list[bool] = []
         for name, entry in zip(scene.entry_names("constraints"), scene.constraints, strict=True):
             said = rows_of_entry(scene.robot, entry)
-            is_pair = isinstance(said, FramePair)
-            block = _OfPair(reached, said) if is_pair else _OfJoints(reached, said)
+            block = (
+                _OfPair(reached, said) if isinstance(said, FramePair) else _OfJoints(reached, said)
+            )
             count = len(said.labels)
             blocks.append(block)
             slices.append(slice(len(names), len(names) + count))
