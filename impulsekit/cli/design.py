@@ -16,11 +16,9 @@ __all__ = ["design"]
 @click.option(
     "--plane",
     type=click.Choice(["xy", "xz", "yz"]),
-    default="xz",
-    show_default=True,
-    help="Of the drawing.",
+    help="Of the drawing; by default where each point moves most easily.",
 )
-def design(file: str, json_to: str | None, plot_to: str | None, plane: str) -> None:
+def design(file: str, json_to: str | None, plot_to: str | None, plane: str | None) -> None:
     """Tell the design measures of the points in FILE (TOML, [[design.points]]).
 
     Effective masses and the axes of the impact ellipsoid; what a joint carries of a blow
@@ -49,7 +47,7 @@ def design(file: str, json_to: str | None, plot_to: str | None, plane: str) -> N
         _draw(scene_file, plane, plot_to)
 
 
-def _draw(scene_file: object, plane: str, path: str) -> None:
+def _draw(scene_file: object, plane: str | None, path: str) -> None:
     from ..design.ellipsoid import impact_ellipsoid
     from ..design.pictures import plot_effective_mass
     from ..errors import MissingExtraError

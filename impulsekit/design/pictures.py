@@ -18,33 +18,50 @@ if TYPE_CHECKING:
 
 __all__ = ["plot_effective_mass", "plot_sparing"]
 
+# Times the least effective mass of the plane: what is drawn of it.
+FAR = 5.0
 _PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
 
 def plot_effective_mass(
-    ellipsoid: ImpactEllipsoid, plane: str = "xz", ax: Axes | None = None
+    ellipsoid: ImpactEllipsoid, plane: str | None = None, ax: Axes | None = None
 ) -> Axes:
     """The effective mass of a point over the directions of a plane of the world.
 
+    Directions in which it is more than ``FAR`` times the least are off the picture: in some it
+    is infinite.
+
     Args:
-        plane: "xy", "xz" or "yz".
+        plane: "xy", "xz" or "yz"; by default the one in which the point moves most easily.
 
     Raises:
         InputError: another plane.
         MissingExtraError: matplotlib is not installed.
     """
+    if plane is None:
+        easy = np.argsort(-np.diagonal(ellipsoid.mobility), kind="stable")[:2]
+        plane = "".join("xyz"[i] for i in sorted(easy))
     if plane not in _PLANES:
         raise InputError(f'plane is {quoted(plane)}, wanted is "xy", "xz" or "yz"')
     ax = _axes(ax)
     first, second = _PLANES[plane]
-    angles = np.linspace(0.0, 2.0 * math.pi, 361)
+    angles = np.linspace(0.0, 2.0 * math.pi, 1441)
     ways = np.zeros((len(angles), 3))
     ways[:, first], ways[:, second] = np.cos(angles), np.sin(angles)
     masses = np.array([ellipsoid.effective_mass(way) for way in ways])
-    radius = np.where(np.isfinite(masses), masses, np.nan)
+    least = float(masses.min())
+    seen = FAR * least if math.isfinite(least) else 1.0
+    # Somewhat past the rim, where the axes cut the curve off.
+    radius = np.where(masses < 2.0 * seen, masses, np.nan)
     ax.plot(radius * ways[:, first], radius * ways[:, second], color="#1a6bbf")
     ax.plot(0.0, 0.0, "+", color="#22303c")
     ax.set_aspect("equal")
+    reach = 1.1 * min(seen, float(np.nanmax(np.append(radius, 0.0)))) or 1.0
+    ax.set_xlim(-reach, reach)
+    ax.set_ylim(-reach, reach)
+    ax.locator_params(nbins=5)
+    if not math.isfinite(least):
+        ax.text(0.5, 0.4, "infinite", transform=ax.transAxes, ha="center")
     ax.set_xlabel(f"effective mass along {plane[0]} [kg]")
     ax.set_ylabel(f"effective mass along {plane[1]} [kg]")
     ax.set_title(_plain(ellipsoid.frame))

@@ -17,6 +17,8 @@ from impulsekit.errors import InputError, MissingExtraError, RangeError, ShapeEr
 from impulsekit.view import plots
 from impulsekit.view.plots.stroboscope import skeleton
 
+from .sheets import faults_of, words_of
+
 EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
 
 
@@ -52,16 +54,14 @@ def test_axes_are_taken_and_returned(draw, ax):
 def test_the_velocity_jump(ax):
     impact = solved("whittaker_chain")
     plots.velocity_jump(impact, ax, rows=3)
-    before, after = (line.get_xdata() for line in ax.lines[1:3])
-    assert before.tolist() == [0.0] * 3
     largest = np.sort(np.argsort(-np.abs(impact.dv))[:3])
-    assert after == pytest.approx(impact.v_after[largest])
-    assert [t.get_text().split("[")[1] for t in ax.get_yticklabels()] == [
-        "m/s]",
-        "rad/s]",
-        "rad/s]",
-    ]
-    assert "9 more jump less" in ax.get_title(loc="left")
+    panels = ax.figure.axes
+    drawn = [[line.get_xdata() for line in panel.lines[1:3]] for panel in panels]
+    assert np.concatenate([before for before, _ in drawn]).tolist() == [0.0] * 3
+    assert np.concatenate([after for _, after in drawn]) == pytest.approx(impact.v_after[largest])
+    labels = [t.get_text().split("[")[1] for panel in panels for t in panel.get_yticklabels()]
+    assert labels == ["m/s]", "rad/s]", "rad/s]"]
+    assert "9 smaller not shown" in ax.get_title(loc="left")
 
 
 def test_impulses_lie_in_their_cones(ax):
@@ -159,7 +159,8 @@ def test_histories_of_a_motion():
 def test_a_sheet_is_written(ending, tmp_path):
     path = tmp_path / f"sheet.{ending}"
     figure = plots.overview(solved("solo12_landing"), path)
-    assert len(figure.axes) == 4
+    # Speeds in m/s and in rad/s stand apart.
+    assert len(figure.axes) == 5
     assert path.stat().st_size > 5000
 
 
@@ -189,3 +190,96 @@ def test_without_matplotlib_the_line_to_install_it_is_told(monkeypatch):
     for draw in (plots.velocity_jump, plots.overview):
         with pytest.raises(MissingExtraError, match=r"impulsekit\[plot\]"):
             draw(impact)
+
+
+SCENES = ("whittaker_chain", "solo12_landing", "talos_heel_strike", "billiard", "hammer_nail")
+
+
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("name", SCENES)
+def test_no_word_leaves_the_sheet_or_lies_over_another(name, dark):
+    impact = solved(name)
+    with plt.style.context("dark_background" if dark else []):
+        for draw in (
+            plots.velocity_jump,
+            plots.contact_cones,
+            plots.joint_reactions,
+            plots.energy_books,
+            lambda impact: plots.stroboscope(impact, [0.0], ends=("A", "B")),
+        ):
+            assert faults_of(draw(impact).figure) == []
+    assert faults_of(plots.overview(impact, dark=dark)) == []
+
+
+def test_words_are_read_on_a_dark_sheet_too():
+    impact = solved("rocking_block")
+    for dark in (False, True):
+        figure = plots.overview(impact, dark=dark)
+        paper = luminance(figure.get_facecolor())
+        assert (paper < 0.2) == dark
+        for text, _ in words_of(figure):
+            assert abs(luminance(text.get_color()) - paper) > 0.4, text
+        # The lines of the cones and the marks in them.
+        for ax in figure.axes:
+            for line in ax.lines:
+                if line.get_marker() in ("s", "x"):
+                    assert abs(luminance(line.get_color()) - paper) > 0.4
+
+
+def luminance(color):
+    red, green, blue = matplotlib.colors.to_rgb(color)
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
+@pytest.mark.parametrize("free", [True, False])
+def test_turning_and_shifting_have_axes_of_their_own(free):
+    impact = solved("solo12_landing")
+    figure = plt.figure(figsize=(7, 7), layout="constrained" if free else None)
+    ax = figure.add_subplot() if free else figure.add_axes([0.3, 0.1, 0.6, 0.8])
+    assert plots.velocity_jump(impact, ax, rows=30) is ax
+    labels = [panel.get_xlabel() for panel in figure.axes]
+    assert sorted(labels) == ["speed [m/s]", "speed [rad/s]"]
+    for panel, unit in zip(figure.axes, ("m/s", "rad/s"), strict=True):
+        rows = [t.get_text() for t in panel.get_yticklabels()]
+        assert rows and all(row.endswith(f"[{unit}]") for row in rows)
+    # Every speed is drawn once, with its own value.
+    after = np.concatenate([panel.lines[2].get_xdata() for panel in figure.axes])
+    assert np.sort(after) == pytest.approx(np.sort(impact.v_after))
+    # One part of the place below the other.
+    upper, lower = (panel.get_position() for panel in figure.axes)
+    assert upper.y0 > lower.y1
+
+
+@pytest.mark.parametrize(
+    ("axis", "turn", "plane"), [("x", 0, "yz"), ("y", 1, "xz"), ("z", 2, "xy")]
+)
+def test_a_stroboscope_looks_along_the_axis_about_which_it_turns(axis, turn, plane):
+    xyz = " ".join("1" if i == turn else "0" for i in range(3))
+    far = " ".join("1" if i == (turn + 1) % 3 else "0" for i in range(3))
+    text = f"""<robot name="r"><link name="a"/><link name="b"><inertial><origin xyz="{far}"/>
+      <mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <joint name="j" type="continuous"><parent link="a"/><child link="b"/>
+      <axis xyz="{xyz}"/></joint></robot>"""
+    robot = ik.Robot.from_urdf(text)
+    q = [robot.configuration(j=angle) for angle in (0.0, 1.0, 2.0)]
+    motion = ik.Recording(robot, [0.0, 1.0, 2.0], q)
+    ax = plots.stroboscope(motion, [0.0, 1.0, 2.0])
+    assert (ax.get_xlabel()[0], ax.get_ylabel()[0]) == tuple(plane)
+    assert plots.stroboscope(motion, [0.0], plane="zx").get_xlabel() == "z [m]"
+
+
+def test_effective_masses_are_readable_where_most_are_infinite(tmp_path):
+    scene_file = ik.load_scene(EXAMPLES / "spared_hinges.toml")
+    for point in scene_file.design:
+        found = ik.impact_ellipsoid(scene_file.scene, scene_file.q, point.frame, point.at)
+        ax = ik.plot_effective_mass(found)
+        # A door moves in the level plane alone.
+        assert ax.get_xlabel() == "effective mass along x [kg]"
+        assert ax.get_ylabel() == "effective mass along y [kg]"
+        high = ax.get_xlim()[1]
+        least = 1.0 / np.linalg.eigvalsh(found.mobility)[-1]
+        assert least < high < 10.0 * least
+        x, y = ax.lines[0].get_data()
+        seen = np.isfinite(x) & (np.abs(x) < high) & (np.abs(y) < high)
+        assert seen.sum() > 100
+        assert faults_of(ax.figure) == []

@@ -20,7 +20,11 @@ __all__ = [
     "QUIET",
     "axes_or_new",
     "check_picture",
+    "ink_of",
+    "is_dark",
     "new_figure",
+    "on_sheet",
+    "plain",
     "save_figure",
     "tidy",
 ]
@@ -30,6 +34,9 @@ QUIET = "#8a96a1"
 BEFORE = "#8a96a1"
 AFTER = "#1a6bbf"
 BLOW = "#c8412b"
+# The same on a dark sheet, such as that of matplotlib's "dark_background".
+LIGHT_INK = "#e8edf2"
+LIGHT_QUIET = "#98a4af"
 # Colours for things without an order of their own.
 CYCLE = ("#1a6bbf", "#c8412b", "#2a9457", "#8a56a8", "#d9821a", "#4d8f9c", "#7a6a58")
 
@@ -95,13 +102,94 @@ def save_figure(figure: Any, path: str | os.PathLike[str], **options: Any) -> No
     write_file(path, drawn.getvalue())
 
 
+def is_dark(ax: Axes) -> bool:
+    """Whether light words are read better on these axes."""
+    from matplotlib.colors import to_rgb
+
+    red, green, blue = to_rgb(ax.get_facecolor())
+    return 0.3 * red + 0.59 * green + 0.11 * blue < 0.5
+
+
+def ink_of(ax: Axes) -> str:
+    """The colour of lines and words on these axes."""
+    return LIGHT_INK if is_dark(ax) else INK
+
+
+def on_sheet(ax: Axes, words: list[tuple[float, float, str]]) -> None:
+    """Write words beside points of the axes, on the side where they lie on nothing else.
+
+    Words that find no place are left out: a picture with fewer names is read, one with names
+    over one another is not.
+
+    Args:
+        words: x and y of each point in data coordinates, and what is written there; between
+            dollars it is a formula.
+    """
+    figure = ax.get_figure()
+    if figure is None or not words:
+        return
+    figure = figure.figure if hasattr(figure, "figure") else figure
+    figure.draw_without_rendering()
+    renderer = figure._get_renderer()
+    taken = _boxes(ax, renderer)
+    sheet = ax.get_window_extent(renderer)
+    for x, y, text in words:
+        for right, above in _SIDES:
+            note = ax.annotate(
+                text,
+                (x, y),
+                xytext=(7 * right, 9 * above),
+                textcoords="offset points",
+                ha={1: "left", 0: "center", -1: "right"}[right],
+                va="center",
+                fontsize=8,
+                color=ink_of(ax),
+            )
+            box = note.get_window_extent(renderer)
+            # An annotation is no part of the layout, which would make room for it.
+            note.set_in_layout(False)
+            inside = (
+                box.x0 >= sheet.x0 and box.x1 <= sheet.x1
+                and box.y0 >= sheet.y0 and box.y1 <= sheet.y1
+            )  # fmt: skip
+            if inside and not any(box.overlaps(other) for other in taken):
+                taken.append(box)
+                break
+            note.remove()
+
+
+# Where words may stand beside a point: right, left, above, below, and on the diagonals.
+_SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1),
+          (1, 2), (1, -2), (-1, 2), (-1, -2))  # fmt: skip
+
+
+def _boxes(ax: Axes, renderer: Any) -> list[Any]:
+    """What words must not cover: other words of these axes and their legend."""
+    found = [text.get_window_extent(renderer) for text in ax.texts if text.get_visible()]
+    legend = ax.get_legend()
+    return [*found, *([legend.get_window_extent(renderer)] if legend else [])]
+
+
 def tidy(ax: Axes) -> Axes:
-    """Take away what carries no number."""
+    """Take away what carries no number; words and lines in a colour that the sheet shows."""
+    if is_dark(ax):
+        _lighten(ax)
     ax.set_title(ax.get_title(loc="left"), loc="left", fontsize=10)
     ax.spines[["top", "right"]].set_visible(False)
     ax.grid(color=QUIET, alpha=0.2, linewidth=0.7)
     ax.set_axisbelow(True)
     return ax
+
+
+def _lighten(ax: Axes) -> None:
+    """Lines and words in ink become light ones; colours with a meaning stay."""
+    from matplotlib.colors import same_color
+
+    swaps = ((INK, LIGHT_INK), (QUIET, LIGHT_QUIET))
+    for artist in [*ax.lines, *ax.texts]:
+        for old, new in swaps:
+            if same_color(artist.get_color(), old):
+                artist.set_color(new)
 
 
 def plain(text: str) -> str:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .canvas import BEFORE, CYCLE, INK, axes_or_new, plain, tidy
+from .canvas import BEFORE, CYCLE, axes_or_new, ink_of, on_sheet, plain, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,7 +23,8 @@ MOST_NAMES = 12
 def contact_cones(impact: Impact, ax: Axes | None = None) -> Axes:
     """The impulse of every contact point, tangential against normal, in its cone [N s].
 
-    A point on the edge of the shaded wedge slides, one within it sticks.
+    A point on the edge of the shaded wedge slides, one within it sticks. It is drawn to the
+    right where friction points along the axis in which it is largest, else to the left.
 
     Args:
         impact: the impact.
@@ -64,27 +65,27 @@ def contact_cones(impact: Impact, ax: Axes | None = None) -> Axes:
         tangential = float(np.copysign(np.linalg.norm(across), lead))
         label = point.mode if point.mode not in used else None
         used.add(point.mode)
-        ax.plot(tangential, normal, MARKERS[point.mode], color=INK, label=label, zorder=3)
+        ax.plot(tangential, normal, MARKERS[point.mode], color=ink_of(ax), label=label, zorder=3)
         # Points that fall on one another share a label.
         place = (round(tangential / top, 3) * top, round(normal / top, 3) * top)
         names.setdefault(place, []).append(name)
-    for place, group in names.items():
-        if len(names) <= MOST_NAMES:
-            ax.annotate(
-                plain(", ".join(dict.fromkeys(group))),
-                place,
-                xytext=(7, 0),
-                textcoords="offset points",
-                va="center",
-                fontsize=8,
-                color=INK,
-            )
     if not found:
         ax.text(0.5, 0.5, "nothing touches", transform=ax.transAxes, ha="center", color=BEFORE)
-    ax.set_xlabel("tangential impulse, with its sign along the main axis [N s]")
+    ax.set_xlabel("tangential impulse [N s]")
     ax.set_ylabel("normal impulse [N s]")
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
     ax.set_title("Contact impulses in their cones", loc="left")
+    # Beside the cones there is room for names.
+    ax.margins(x=0.25)
     if found:
-        ax.legend(frameon=False, fontsize=8)
-    return tidy(ax)
+        ax.legend(frameon=False, fontsize=8, loc="best")
+    tidy(ax)
+    if len(names) <= MOST_NAMES:
+        on_sheet(ax, [(x, y, plain(_listed(group))) for (x, y), group in names.items()])
+    return ax
+
+
+def _listed(names: list[str]) -> str:
+    """A few names that share a place; of more, how many."""
+    names = list(dict.fromkeys(names))
+    return ", ".join(names[:2]) + (f" and {len(names) - 2} more" if len(names) > 2 else "")

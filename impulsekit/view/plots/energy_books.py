@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .canvas import AFTER, BEFORE, BLOW, CYCLE, QUIET, axes_or_new, plain, tidy
+from .canvas import AFTER, BEFORE, BLOW, CYCLE, QUIET, axes_or_new, ink_of, plain, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,6 +53,7 @@ def energy_books(impact: Impact, ax: Axes | None = None) -> Axes:
             textcoords="offset points",
             va="center",
             fontsize=8,
+            color=ink_of(ax),
         )
     ax.set_yticks(y, ["before", *(plain(f"work of {name}") for name in energy.work), "after"])
     ax.invert_yaxis()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import RangeError
-from .canvas import BLOW, CYCLE, INK, axes_or_new, tidy
+from .canvas import BLOW, CYCLE, axes_or_new, ink_of, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,7 +42,7 @@ def energy_history(motion: Any, ax: Axes | None = None) -> Axes:
         values = getattr(energy, name, None)
         if values is not None and np.any(values):
             ax.plot(motion.t, values, color=CYCLE[i], linewidth=1.2, label=name)
-    ax.plot(motion.t, energy.total, color=INK, linewidth=1.8, label="total")
+    ax.plot(motion.t, energy.total, color=ink_of(ax), linewidth=1.8, label="total")
     ax.set_ylabel("energy [J]")
     ax.set_title("Energy", loc="left")
     _no_closer_than(ax, float(np.abs(energy.total).max()))

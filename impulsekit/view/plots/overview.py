@@ -18,11 +18,14 @@ if TYPE_CHECKING:
 __all__ = ["overview"]
 
 
-def overview(subject: Any, path: str | os.PathLike[str] | None = None) -> Figure:
+def overview(
+    subject: Any, path: str | os.PathLike[str] | None = None, *, dark: bool = False
+) -> Figure:
     """The plots of an ``Impact`` or a ``Trajectory`` on one sheet.
 
     Args:
         subject: an ``Impact``, or a ``Trajectory`` with its energy and momentum histories.
+        dark: light words on a dark sheet.
         path: where the sheet is written, as PNG, SVG or PDF by its ending; None for nowhere.
 
     Raises:
@@ -39,9 +42,13 @@ def overview(subject: Any, path: str | os.PathLike[str] | None = None) -> Figure
     """
     from ...impact import Impact
 
-    figure = _of_impact(subject) if isinstance(subject, Impact) else _of_motion(subject)
-    if path is not None:
-        save_figure(figure, path, dpi=130)
+    new_figure(1.0, 1.0)
+    from matplotlib import style
+
+    with style.context("dark_background" if dark else []):
+        figure = _of_impact(subject) if isinstance(subject, Impact) else _of_motion(subject)
+        if path is not None:
+            save_figure(figure, path, dpi=130)
     return figure
 
 
@@ -49,8 +56,8 @@ def _of_impact(impact: Any) -> Figure:
     rows = min(impact.scene.robot.nv, 20)
     contacts = any(point.normal is not None for c in impact.contacts for point in c.points)
     lower = max(3.6, 1.4 + 0.3 * (2 + len(impact.energy.work)), 1.2 + 0.24 * min(rows, 14))
-    figure = new_figure(11.0, 1.6 + 0.26 * rows + lower)
-    grid = figure.add_gridspec(2, 2, height_ratios=[1.4 + 0.26 * rows, lower])
+    figure = new_figure(11.0, 2.3 + 0.26 * rows + lower)
+    grid = figure.add_gridspec(2, 2, height_ratios=[2.1 + 0.26 * rows, lower])
     velocity_jump(impact, figure.add_subplot(grid[0, 0]), rows=20)
     joint_reactions(impact, figure.add_subplot(grid[0, 1]), rows=20)
     energy_books(impact, figure.add_subplot(grid[1, 0]))

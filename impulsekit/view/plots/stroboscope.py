@@ -9,8 +9,8 @@ import numpy as np
 import pinocchio as pin
 
 from ...errors import RangeError
-from ..motions import shown_motion
-from .canvas import INK, axes_or_new, tidy
+from ..motions import Shown, shown_motion
+from .canvas import axes_or_new, ink_of, on_sheet, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,6 +22,10 @@ __all__ = ["skeleton", "stroboscope"]
 # Metres in a unit of length.
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
 AXES = {"x": 0, "y": 1, "z": 2}
+# A motion is looked at in so many poses to choose its plane.
+LOOKS = 40
+# What moves less than this share of the picture's width counts as still for that.
+STILL = 0.02
 
 
 def stroboscope(
@@ -29,11 +33,11 @@ def stroboscope(
     times: Sequence[float],
     ax: Axes | None = None,
     *,
-    plane: str = "xy",
+    plane: str | None = None,
     unit: str = "m",
     origin: Sequence[float] = (0.0, 0.0),
     ends: Sequence[str] = (),
-    color: str = INK,
+    color: str | None = None,
 ) -> Axes:
     """A mechanism as lines from joint to joint at several instants.
 
@@ -44,12 +48,13 @@ def stroboscope(
         motion: a ``Trajectory``, a ``Recording`` or an ``Impact``.
         times: the instants [s].
         ax: where to draw; a new figure if None.
-        plane: two axes of the world, the first one to the right.
+        plane: two axes of the world, the first one to the right, such as "xz"; by default
+            those along which most moves.
         unit: of the axes: "m", "cm", "mm", "ft" or "in".
         origin: where the world's origin is drawn, in that unit.
         ends: names for the first and the last end, which are marked with the number of
             the instant, such as ("A", "B").
-        color: of the lines; earlier instants are paler.
+        color: of the lines, by default one that the sheet shows; earlier instants are paler.
 
     Raises:
         InputError: what is no motion.
@@ -65,7 +70,9 @@ def stroboscope(
         >>> ax.get_xlabel()
         'x [ft]'
     """
-    if len(plane) != 2 or not set(plane) <= set(AXES) or plane[0] == plane[1]:
+    if plane is not None and (
+        len(plane) != 2 or not set(plane) <= set(AXES) or plane[0] == plane[1]
+    ):
         raise RangeError.of("stroboscope: plane", repr(plane), 'two of x, y, z such as "xz"')
     if unit not in UNITS:
         raise RangeError.of("stroboscope: unit", repr(unit), ", ".join(UNITS))
@@ -73,8 +80,12 @@ def stroboscope(
     for time in times:
         if not shown.start <= time <= shown.end:
             raise RangeError.of("stroboscope: time", time, f"{shown.start:g} to {shown.end:g} s")
+    if plane is None:
+        plane = _plane_of(shown)
     ax = axes_or_new(ax, 5.0)
+    color = ink_of(ax) if color is None else color
     pick = [AXES[axis] for axis in plane]
+    marks: list[tuple[float, float, str]] = []
     for number, time in enumerate(times):
         strokes = skeleton(shown.robot, shown.at(np.array([float(time)]))[0])
         flat = strokes[:, :, pick] / UNITS[unit] + np.asarray(origin, dtype=float)
@@ -84,13 +95,30 @@ def stroboscope(
             ax.plot(*stroke.T, color=color, alpha=shade, linewidth=1.6, marker="o",
                     markersize=2.6, label=label)  # fmt: skip
         for name, point in zip(ends, (flat[0, 0], flat[-1, -1]), strict=False):
-            ax.annotate(f"${name}_{{{number}}}$", point, xytext=(4, 4), textcoords="offset points")
+            marks.append((*point, f"${name}_{{{number}}}$"))
     if len(times) > 0:
         ax.legend(frameon=False, fontsize=8)
     ax.set_aspect("equal", adjustable="datalim")
     ax.set_xlabel(f"{plane[0]} [{unit}]")
     ax.set_ylabel(f"{plane[1]} [{unit}]")
-    return tidy(ax)
+    tidy(ax)
+    on_sheet(ax, marks)
+    return ax
+
+
+def _plane_of(shown: Shown) -> str:
+    """The two axes of the world along which the skeleton moves most, then is widest."""
+    instants = np.linspace(shown.start, shown.end, LOOKS)
+    poses = np.array([skeleton(shown.robot, q) for q in shown.at(instants)]).reshape(LOOKS, -1, 3)
+    if not poses.size:
+        return "xy"
+    moved = np.ptp(poses, axis=0).max(axis=0)
+    wide = np.ptp(poses.reshape(-1, 3), axis=0)
+    scale = max(float(wide.max()), 1e-300)
+    # Of a pure shift along one axis the other one is that in which the robot is seen best.
+    score = np.where(moved > STILL * scale, moved, 0.0) + STILL * wide
+    first, second = sorted(np.argsort(-score, kind="stable")[:2])
+    return "xyz"[first] + "xyz"[second]
 
 
 def skeleton(robot: Robot, q: np.ndarray) -> np.ndarray:

@@ -18,11 +18,12 @@ __all__ = ["velocity_jump"]
 
 
 def velocity_jump(impact: Impact, ax: Axes | None = None, *, rows: int = 30) -> Axes:
-    """Every joint speed before and after, each with its unit.
+    """Every joint speed before and after; rad/s and m/s on axes of their own.
 
     Args:
         impact: the impact.
-        ax: where to draw; a new figure if None.
+        ax: where to draw; a new figure if None. Where there are both units, further axes
+            take a part of its place, below it.
         rows: how many speeds are drawn at most, those that jump most.
 
     Raises:
@@ -38,17 +39,46 @@ def velocity_jump(impact: Impact, ax: Axes | None = None, *, rows: int = 30) -> 
     """
     speeds = speeds_of(impact.scene.robot, impact.q)
     chosen = np.sort(np.argsort(-np.abs(impact.dv), kind="stable")[: max(rows, 1)])
-    ax = axes_or_new(ax, 1.2 + 0.28 * len(chosen))
-    y = np.arange(len(chosen))
-    before, after = impact.v_before[chosen], impact.v_after[chosen]
-    ax.axvline(0.0, color=QUIET, linewidth=0.8)
-    ax.hlines(y, before, after, color=AFTER, alpha=0.45, linewidth=3)
-    ax.plot(before, y, "o", color=BEFORE, markersize=5, label="before")
-    ax.plot(after, y, "o", color=AFTER, markersize=6, label="after")
-    ax.set_yticks(y, [plain(f"{speeds[i].title} [{speeds[i].unit}]") for i in chosen])
-    ax.invert_yaxis()
-    ax.set_xlabel("speed, in the unit of its joint")
+    units = list(dict.fromkeys(speeds[i].unit for i in chosen))
+    groups = [[i for i in chosen if speeds[i].unit == unit] for unit in units]
+    ax = axes_or_new(ax, 1.2 + 0.7 * len(units) + 0.28 * len(chosen))
+    panels = _stacked(ax, [len(group) + 1.5 for group in groups])
+    for panel, unit, group in zip(panels, units, groups, strict=True):
+        y = np.arange(len(group))
+        before, after = impact.v_before[group], impact.v_after[group]
+        panel.axvline(0.0, color=QUIET, linewidth=0.8)
+        panel.hlines(y, before, after, color=AFTER, alpha=0.45, linewidth=3)
+        panel.plot(before, y, "o", color=BEFORE, markersize=5, label="before")
+        panel.plot(after, y, "o", color=AFTER, markersize=6, label="after")
+        panel.set_yticks(y, [plain(f"{speeds[i].title} [{unit}]") for i in group])
+        panel.set_ylim(len(group) - 0.4, -0.6)
+        panel.set_xlabel(f"speed [{unit}]")
+        tidy(panel)
     left = len(speeds) - len(chosen)
-    ax.set_title("Joint speeds" + (f" ({left} more jump less)" if left else ""), loc="left")
+    ax.set_title("Joint speeds" + (f" ({left} smaller not shown)" if left else ""), loc="left")
     ax.legend(frameon=False)
     return tidy(ax)
+
+
+def _stacked(ax: Axes, shares: list[float]) -> list[Axes]:
+    """``ax`` and further axes below it that share its place, as high as ``shares`` say."""
+    if len(shares) < 2:
+        return [ax]
+    figure = ax.figure
+    spec = ax.get_subplotspec()
+    if spec is not None:
+        cells = spec.subgridspec(len(shares), 1, height_ratios=shares)
+        ax.set_subplotspec(cells[0])
+        return [ax, *(figure.add_subplot(cells[i]) for i in range(1, len(shares)))]
+    # Axes that stand where they were put: each gets its part of that place.
+    place = ax.get_position()
+    gap = 0.16 * place.height
+    height = place.height - gap * (len(shares) - 1)
+    panels, top = [], place.y1
+    for i, share in enumerate(shares):
+        size = height * share / sum(shares)
+        bounds = (place.x0, top - size, place.width, size)
+        panels.append(ax if i == 0 else figure.add_axes(bounds))
+        panels[-1].set_position(bounds)
+        top -= size + gap
+    return panels
