@@ -19,6 +19,8 @@ SCRIPTS = sorted(EXAMPLES.glob("*.py"))
 # Scripts that integrate for long or write a page.
 LONG = ("draw_figure_2", "draw_figure_3", "replay_thrown_ball", "struck_four_bar")
 
+# Print a report, whose tables are wider than a line of a script's own.
+REPORTS = ("car_crash",)
 # Made for the motion that follows; at its start nothing strikes yet, and solve says so.
 STARTS_APART = ("dropped_ball", "dropped_solo12")
 
@@ -64,7 +66,7 @@ def test_scripts_run(path, tmp_path):
     assert done.stderr == ""
     for name in output:
         assert pathlib.Path(name).stat().st_size > 1000
-    if not output:
+    if not output and path.stem not in REPORTS:
         assert all(len(line) <= 80 for line in done.stdout.splitlines())
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ..impact.constraint_results import ConstraintResult
     from ..impact.contact_results import ContactPoint, ContactResult
 
-__all__ = ["contacts_section", "gap_lines"]
+__all__ = ["GAP_SCALE", "contacts_section", "gap_lines"]
 
 # Gaps below rounding of this [m] are shown as 0: places of robots are no better than 1e-13 of it.
 GAP_SCALE = 1e4

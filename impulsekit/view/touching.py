@@ -10,6 +10,7 @@ from ..impact.gaps import AnchorOpening, ContactGap, anchor_openings, contact_ga
 from ..impact.named import Named
 from ..robot.placing import Posture
 from ..scene import Scene
+from .contacts import GAP_SCALE
 from .table import decimals, table
 
 __all__ = ["Touching", "touching"]
@@ -35,7 +36,7 @@ class Touching:
                 [
                     item.name,
                     "yes" if item.touching else "no",
-                    decimals(item.gap),
+                    decimals(item.gap, GAP_SCALE),
                     decimals(item.closing_speed),
                     "rad, rad/s" if item.angular else "m, m/s",
                 ]
@@ -44,7 +45,7 @@ class Touching:
             head = ["contact", "touching", "gap", "closing speed", "units"]
             lines += ["Contacts", *table(head, rows)]
         if self.constraints:
-            rows = [[item.name, decimals(item.gap)] for item in self.constraints]
+            rows = [[item.name, decimals(item.gap, GAP_SCALE)] for item in self.constraints]
             lines += ["Constraints", *table(["constraint", "open by, m"], rows)]
         return "\n".join(lines) or "The scene has no contacts and no constraints"
 
