@@ -6,6 +6,8 @@
                                                                                       run ─► report
 
 Flights (``flights``, ``flown``) are motions, held against exact ones; their errors are times [s].
+Contacts in a plane (``in_plane``, ``enumerated``) are held against all modes of their law, scenes
+written in other ways (``rewritten``, ``mechanisms``) against themselves.
 
 The truth comes from ``impulsekit.reference`` and closed forms in 50 digits, never from doubles.
 """

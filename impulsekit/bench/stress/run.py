@@ -19,7 +19,18 @@ __all__ = ["ALL", "jobs_of", "run", "solved_case", "sweep_named"]
 
 
 def _all() -> tuple[Sweep, ...]:
-    from . import chains, collisions, flights, held, laws, sequences, touched, trees
+    from . import (
+        chains,
+        collisions,
+        flights,
+        held,
+        in_plane,
+        laws,
+        rewritten,
+        sequences,
+        touched,
+        trees,
+    )
 
     return (
         *trees.SWEEPS,
@@ -30,6 +41,8 @@ def _all() -> tuple[Sweep, ...]:
         *sequences.SWEEPS,
         *collisions.SWEEPS,
         *flights.SWEEPS,
+        *in_plane.SWEEPS,
+        *rewritten.SWEEPS,
     )
 
 

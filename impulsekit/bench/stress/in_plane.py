@@ -1,0 +1,303 @@
+"""Bodies in a plane with up to four contacts, against all modes that the law allows.
+
+An answer that is called valid has to be one of those that fractions find (``enumerated``), and
+where they find another v⁺ that gains no energy either, the answer has to say that there are
+several. Bodies are free, slide along a line, or turn about a point: pairs with one relative
+motion are among them.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from scipy.optimize import linprog
+
+from ...batch.solve import solve_batch
+from ...errors import ImpulsekitError
+from ...impact import solve
+from ...laws.status import Status
+from ...robot import Robot
+from ...robot.combine import combine
+from ...scene import Contact, Law, Scene
+from .enumerated import After, PlaneProblem, whole_answers
+from .judge import BOUND
+from .numbers import EPS
+from .sweep import STATES, Point, Sweep
+
+__all__ = ["SWEEPS", "PlaneScene", "judged", "plane_scene"]
+
+FRICTIONS, RESTITUTIONS = (0.0, 0.3, 0.6, 1.0, 3.0, 10.0), (0.0, 0.3, 0.5, 1.0)
+# v⁺ that are closer than this, of all speeds, are not told apart.
+APART = 1e-6
+# Answers of larger condition hang on the rounding of rows that are dependent.
+UNDETERMINED = 1e9
+# [relative] Speeds below this count as none.
+LEFT = 1e-9
+# [relative] To which a linear programme is solved.
+SHARED = 1e-6
+SEVERAL = 2
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneScene:
+    """A scene in a plane, and what its contacts are made of.
+
+    Attributes:
+        scene: of the bodies at their neutral pose, where their axes are those of the world.
+        rows: (2n, nv) tangent and normal of each contact.
+        inverse_masses: (nv,).
+        friction, restitution: (n,).
+    """
+
+    scene: Scene
+    rows: np.ndarray
+    inverse_masses: list[float]
+    friction: list[float]
+    restitution: list[float]
+
+    def after(self, v: np.ndarray) -> list[After]:
+        """All v⁺ that the law allows."""
+        problem = PlaneProblem(
+            self.rows.tolist(), self.inverse_masses, v.tolist(), self.friction, self.restitution
+        )
+        return whole_answers(problem, self.scene.law.restitution)
+
+
+@dataclass(frozen=True, eq=False)
+class _Body:
+    """A body and what its speeds do to a point of it: (3, nv) of vx, vy and turning."""
+
+    robot: Robot
+    moves: np.ndarray
+    inverse_masses: list[float] = field(default_factory=list)
+
+
+def _body(rng: np.random.Generator, decades: float) -> _Body:
+    mass = float(10.0 ** rng.uniform(-decades, 0.0))
+    inertia = mass * float(rng.uniform(0.02, 1.0))
+    link = (
+        f'<link name="b"><inertial><mass value="{mass!r}"/><inertia ixx="1" ixy="0" ixz="0" '
+        f'iyy="1" iyz="0" izz="{inertia!r}"/></inertial></link>'
+    )
+    kind = str(rng.choice(["free", "free", "slide", "hinge"]))
+    if kind == "free":
+        robot = Robot.from_urdf(f'<robot name="b">{link}</robot>', root="planar")
+        return _Body(robot, np.eye(3), [1 / mass, 1 / mass, 1 / inertia])
+    angle = float(rng.uniform(0.0, 2.0 * np.pi))
+    way = np.array([math.cos(angle), math.sin(angle), 0.0])
+    axis, joint = ("0 0 1", "continuous")
+    if kind == "slide":
+        axis, joint = " ".join(repr(float(x)) for x in way), "prismatic"
+    robot = Robot.from_urdf(
+        f'<robot name="b"><link name="base"/>{link}<joint name="j" type="{joint}">'
+        f'<parent link="base"/><child link="b"/><axis xyz="{axis}"/>'
+        + ('<limit lower="-9" upper="9" effort="1" velocity="1"/>' if kind == "slide" else "")
+        + "</joint></robot>"
+    )
+    if kind == "slide":
+        return _Body(robot, way[:, None], [1 / mass])
+    return _Body(robot, np.array([[0.0], [0.0], [1.0]]), [1 / inertia])
+
+
+def plane_scene(count: int, law: Law, rng: np.random.Generator) -> PlaneScene:
+    """One or two bodies in a plane with that many contacts."""
+    bodies = [_body(rng, float(rng.integers(0, 4))) for _ in range(int(rng.integers(1, 3)))]
+    firsts = np.cumsum([0] + [body.moves.shape[1] for body in bodies])
+    rows, contacts = np.zeros((2 * count, firsts[-1])), []
+    friction = rng.choice(FRICTIONS, count).tolist()
+    restitution = rng.choice(RESTITUTIONS, count).tolist()
+    for i in range(count):
+        a, other = rng.integers(len(bodies), size=2).tolist()
+        angle = float(rng.uniform(0.0, 2.0 * np.pi)) if rng.random() < 0.7 else 0.0
+        c, s = math.cos(angle), math.sin(angle)
+        x, y = rng.uniform(-1.0, 1.0, 2).tolist()
+        own = np.array([[c, s, x * s - y * c], [-s, c, x * c + y * s]])
+        against = "world"
+        rows[2 * i : 2 * i + 2, firsts[a] : firsts[a + 1]] = own @ bodies[a].moves
+        if other != a and rng.random() < 0.7:
+            rows[2 * i : 2 * i + 2, firsts[other] : firsts[other + 1]] = -own @ bodies[other].moves
+            against = f"b{other}/b"
+        contacts.append(
+            Contact(
+                f"b{a}/b",
+                at=[x, y, 0.0],
+                normal=[-s, c, 0.0],
+                origin=[x, y, 0.0],
+                against=against,
+                restitution=restitution[i],
+                friction=friction[i],
+            )
+        )
+    world = combine({f"b{k}": body.robot for k, body in enumerate(bodies)})
+    inverse = [x for body in bodies for x in body.inverse_masses]
+    scene = Scene(world, contacts=contacts, law=law)
+    return PlaneScene(scene, rows, inverse, friction, restitution)
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What a method says of a state: status, whether several are told, v⁺, seconds."""
+
+    status: str
+    valid: bool
+    several: bool
+    after: np.ndarray
+    seconds: float
+
+
+def judged(
+    case: PlaneScene, lawful: Sequence[After], v: np.ndarray, told: _Told
+) -> tuple[str, str, float, float, float]:
+    """Status, verdict, error and condition of an answer, and the error over 1 condition eps."""
+    scale = max(float(np.abs(v).max()), float(np.abs(told.after).max()))
+    quiet = [one for one in lawful if not one.gains and one.slack.max() < UNDETERMINED * scale]
+    different: list[After] = []
+    for one in quiet:
+        if all(np.abs(one.velocity - x.velocity).max() > APART * scale for x in different):
+            different.append(one)
+    if not told.valid:
+        status = told.status
+        if len(different) == 1 and status not in ("ENERGY_GAIN",):
+            status += " though one exists"
+        return status, "said so", math.nan, 1.0, math.nan
+    nearest = min(
+        lawful, key=lambda one: float(np.abs(one.velocity - told.after).max()), default=None
+    )
+    error = condition = share = math.inf
+    if nearest is not None:
+        error = float(np.abs(nearest.velocity - told.after).max()) / scale
+        condition = max(1.0, float(nearest.slack.max()) / scale)
+        share = error / (condition * EPS)
+    if nearest is None or (share > BOUND and error > EPS):
+        if _is_shared(case, v, told.after):
+            return told.status, "right", math.nan, 1.0, math.nan
+        why = " off the law" if lawful else " though none exists"
+        return told.status + why, "wrong", error, condition, share
+    if nearest.gains:
+        return told.status + " gains energy", "wrong", error, condition, share
+    if len(different) > 1 and not told.several:
+        return told.status + " of several", "wrong", error, condition, share
+    return told.status, "right", error, condition, share
+
+
+def _is_shared(case: PlaneScene, v: np.ndarray, after: np.ndarray) -> bool:
+    """Whether Poisson's law allows a v⁺ by some share of the load of its compression.
+
+    With the velocities at the end of compression known (those of the impact with e = 0), all that
+    the law says of the impulses of both phases is linear in them: a linear programme tells.
+    """
+    law = case.scene.law
+    if law.restitution != "poisson":
+        return False
+    still = [replace(contact, restitution=0.0) for contact in case.scene.contacts]
+    scene = Scene(case.scene.robot, contacts=still, law=law)
+    impact = solve(scene, scene.robot.neutral(), v)
+    W = case.rows * np.array(case.inverse_masses) @ case.rows.T
+    unit = 1.0 / np.sqrt(W.diagonal())
+    W = W * unit * unit[:, None]
+    speeds = [unit * (case.rows @ one) for one in (v, impact.v_after, after)]
+    scale = max(float(np.abs(one).max()) for one in speeds)
+    size = len(W)
+    # Unknown: the impulses of compression and release, and the largest misfit s.
+    rows: list[np.ndarray] = []
+    bounds: list[float] = []
+
+    def at_most(terms: dict[int, float], bound: float = 0.0) -> None:
+        row = np.zeros(2 * size + 1)
+        for place, factor in terms.items():
+            row[place] += factor
+        rows.append(row)
+        bounds.append(bound)
+
+    for phase in range(2):
+        first = phase * size
+        for r, given in enumerate((speeds[phase + 1] - speeds[phase]).tolist()):
+            for sign in (1.0, -1.0):
+                terms = {first + c: sign * float(W[r, c]) for c in range(size)}
+                at_most({**terms, 2 * size: -1.0}, sign * given)
+        for i, (mu, e) in enumerate(zip(case.friction, case.restitution, strict=True)):
+            t, n = first + 2 * i, first + 2 * i + 1
+            own_mu = mu * float(unit[2 * i + 1] / unit[2 * i])
+            # P_n above its floor, and no more than that where the contact parts.
+            floor = {2 * i + 1: e} if phase else {}
+            at_most({**floor, n: -1.0})
+            slip, parts = (float(speeds[phase + 1][2 * i + k]) for k in (0, 1))
+            if parts > LEFT * scale:
+                at_most({**dict.fromkeys(floor, -e), n: 1.0})
+            for sign in (1.0, -1.0):
+                at_most({t: sign, n: -own_mu})
+                # Where it slips, friction is all of it, against the slip.
+                if own_mu and sign * slip > LEFT * scale:
+                    at_most({t: sign, n: own_mu})
+    goal = np.zeros(2 * size + 1)
+    goal[-1] = 1.0
+    free = [(None, None)] * (2 * size) + [(0.0, None)]
+    found = linprog(goal, np.array(rows), np.array(bounds), bounds=free)
+    return bool(found.success) and found.fun <= SHARED * scale
+
+
+def _by_solve(case: PlaneScene, v: np.ndarray) -> _Told:
+    start = time.perf_counter()
+    try:
+        impact = solve(case.scene, case.scene.robot.neutral(), v)
+        seconds = time.perf_counter() - start
+        status, valid = impact.status, impact.is_valid()
+        several = status.obeys_law and impact.uniqueness.several
+        return _Told(status.name, valid, several, np.array(impact.v_after), seconds)
+    except ImpulsekitError as error:
+        seconds = time.perf_counter() - start
+        return _Told(type(error).__name__, False, False, v, seconds)
+
+
+def _by_batch(case: PlaneScene, speeds: np.ndarray) -> list[_Told]:
+    q = np.tile(case.scene.robot.neutral(), (len(speeds), 1))
+    start = time.perf_counter()
+    batch = solve_batch(case.scene, q, speeds, outputs=["dv", "contact_impulses"], threads=1)
+    seconds = (time.perf_counter() - start) / len(speeds)
+    return [
+        _Told(
+            Status(code).name,
+            Status(code).valid,
+            int(batch.uniqueness[i]) == SEVERAL,
+            speeds[i] + batch.dv[i],
+            seconds,
+        )
+        for i, code in enumerate(batch.status.tolist())
+    ]
+
+
+def _points(restitution: str) -> Any:
+    law = Law(restitution=restitution)
+
+    def points(value: float, rng: np.random.Generator) -> list[Point]:
+        case = plane_scene(int(value), law, rng)
+        speeds = rng.normal(size=(STATES, case.rows.shape[1]))
+        batch = _by_batch(case, speeds)
+        found = []
+        for i, v in enumerate(speeds):
+            lawful = case.after(v)
+            for method, told in (("solve", _by_solve(case, v)), ("batch", batch[i])):
+                status, verdict, error, condition, share = judged(case, lawful, v, told)
+                numbers = (error, condition, share, math.nan, math.nan, math.nan)
+                found.append(
+                    Point("", value, 0, i, method, status, verdict, *numbers, told.seconds)
+                )
+        return found
+
+    points.__doc__ = (
+        f"One or two bodies in a plane that strike at so many points, {restitution.capitalize()}'s "
+        "law, µ up to 10: against all modes, in fractions."
+    )
+    return points
+
+
+CONTACTS = (1.0, 2.0, 3.0, 4.0)
+SWEEPS = tuple(
+    Sweep(f"plane-{law}", "contacts", CONTACTS, _points(law), 500, logarithmic=False)
+    for law in ("newton", "poisson")
+)

@@ -1,0 +1,324 @@
+"""The same scene written in other ways: the answer is the same, and so is what it is called.
+
+Worlds moved and turned, mirrored, boosted, in other units, entries in another order, a link split
+by a fixed joint, ``frame`` and ``against`` swapped; and one scene solved by ``solve``, by
+``solve_batch`` and by a solver that has solved before.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pinocchio as pin
+
+from ...batch.solve import solve_batch
+from ...errors import ImpulsekitError
+from ...impact import ImpactSolver, solve
+from ...laws.status import Status
+from .mechanisms import Chain, Link, Place, Touch, World, built, chain_sizes, random_turn
+from .mechanisms import random_world as random_world
+from .mechanisms import split as split_link
+from .numbers import EPS
+from .sweep import Point, Sweep
+
+__all__ = ["REWRITTEN", "SWEEPS", "Rewritten"]
+
+# [of all speeds] Velocities nearer than this are the same, whatever the condition.
+SAME = 1e-9
+# Changes of the state by which an answer's own condition is found, and how often it may grow:
+# masses and places are rewritten, too, and are not among the changes.
+NUDGE, ALLOWED = 1e-8, 1e4
+
+
+@dataclass(frozen=True, eq=False)
+class Rewritten:
+    """A world in other words, and v' = ratio · v + shift, speed by speed."""
+
+    world: World
+    ratio: np.ndarray
+    shift: np.ndarray
+
+
+def _per_speed(world: World, linear: np.ndarray, angular: np.ndarray, slide: float, turn: float):
+    """(nv,) of factors: of the base's speeds, and of joints."""
+    parts = []
+    for chain in world.chains:
+        if chain.free:
+            parts += [*linear, *angular]
+        joints = chain.links[1:] if chain.free else chain.links
+        parts += [slide if link.slides else turn for link in joints]
+    return np.array(parts)
+
+
+def moved(world: World, rng: np.random.Generator) -> Rewritten:
+    """The world elsewhere, and turned."""
+    Q, t = random_turn(rng), rng.normal(size=3) * 10.0 ** rng.uniform(-1, 1)
+    there = lambda x: Q @ x + t  # noqa: E731
+    chains = tuple(replace(c, turn=Q @ c.turn, at=there(c.at)) for c in world.chains)
+    blows = tuple(replace(b, linear=Q @ b.linear, angular=Q @ b.angular) for b in world.blows)
+    pins = tuple(
+        p if p.other is not None else replace(p, other_at=there(p.other_at)) for p in world.pins
+    )
+    touches = tuple(
+        x if x.other is not None else replace(x, normal=Q @ x.normal, origin=there(x.origin))
+        for x in world.touches
+    )
+    n = sum(chain_sizes(world))
+    changed = replace(world, chains=chains, blows=blows, pins=pins, touches=touches)
+    return Rewritten(changed, np.ones(n), np.zeros(n))
+
+
+def mirrored(world: World, rng: np.random.Generator) -> Rewritten:
+    """Its image in a mirror."""
+    signs = np.where(np.arange(3) == rng.integers(3), -1.0, 1.0)
+    S = np.diag(signs)
+
+    def link_of(link: Link) -> Link:
+        axis = signs * link.axis if link.slides else -signs * link.axis
+        return replace(
+            link, com=signs * link.com, inertia=S @ link.inertia @ S, turn=S @ link.turn @ S,
+            at=signs * link.at, axis=axis,
+        )  # fmt: skip
+
+    def chain_of(chain: Chain) -> Chain:
+        twice = np.concatenate([signs, -signs])
+        return Chain(
+            tuple(map(link_of, chain.links)), chain.free, S @ chain.turn @ S, signs * chain.at,
+            S @ chain.base_turn @ S, signs * chain.base_at, twice * chain.base_velocity,
+        )  # fmt: skip
+
+    changed = replace(
+        world,
+        chains=tuple(map(chain_of, world.chains)),
+        blows=tuple(
+            replace(b, at=signs * b.at, linear=signs * b.linear, angular=-signs * b.angular)
+            for b in world.blows
+        ),
+        pins=tuple(replace(p, at=signs * p.at, other_at=signs * p.other_at) for p in world.pins),
+        touches=tuple(
+            replace(x, at=signs * x.at, normal=signs * x.normal, origin=signs * x.origin)
+            for x in world.touches
+        ),
+    )
+    ratio = _per_speed(world, signs, -signs, 1.0, 1.0)
+    return Rewritten(changed, ratio, np.zeros(len(ratio)))
+
+
+def boosted(world: World, rng: np.random.Generator) -> Rewritten | None:
+    """All of it at another speed; None where something stands on the ground."""
+    grounded = [x.other for x in world.touches] + [p.other for p in world.pins]
+    if None in grounded or not all(chain.free for chain in world.chains):
+        return None
+    V = rng.normal(size=3)
+    shift, chains = [], []
+    for chain in world.chains:
+        own = (chain.turn @ chain.base_turn).T @ V
+        shift += [*own, 0.0, 0.0, 0.0, *[0.0] * (len(chain.links) - 1)]
+        base = chain.base_velocity + np.concatenate([own, np.zeros(3)])
+        chains.append(replace(chain, base_velocity=base))
+    return Rewritten(replace(world, chains=tuple(chains)), np.ones(len(shift)), np.array(shift))
+
+
+def in_other_units(world: World, rng: np.random.Generator) -> Rewritten:
+    """Lengths, masses and times in other units."""
+    L, M, T = 10.0 ** rng.uniform(-3, 3, 3)
+
+    def link_of(link: Link) -> Link:
+        slide = L if link.slides else 1.0
+        return replace(
+            link, mass=M * link.mass, com=L * link.com, inertia=M * L * L * link.inertia,
+            at=L * link.at, angle=slide * link.angle, rate=slide / T * link.rate,
+        )  # fmt: skip
+
+    speeds = np.array([L / T] * 3 + [1.0 / T] * 3)
+    changed = replace(
+        world,
+        chains=tuple(
+            replace(
+                c, links=tuple(map(link_of, c.links)), at=L * c.at, base_at=L * c.base_at,
+                base_velocity=speeds * c.base_velocity,
+            )
+            for c in world.chains
+        ),
+        blows=tuple(
+            replace(b, at=L * b.at, linear=M * L / T * b.linear, angular=M * L * L / T * b.angular)
+            for b in world.blows
+        ),
+        pins=tuple(replace(p, at=L * p.at, other_at=L * p.other_at) for p in world.pins),
+        touches=tuple(replace(x, at=L * x.at, origin=L * x.origin) for x in world.touches),
+    )  # fmt: skip
+    ratio = _per_speed(world, speeds[:3], speeds[3:], L / T, 1.0 / T)
+    return Rewritten(changed, ratio, np.zeros(len(ratio)))
+
+
+def shuffled(world: World, rng: np.random.Generator) -> Rewritten:
+    """Its entries in another order."""
+    n = sum(chain_sizes(world))
+    orders = {
+        name: tuple(entries[i] for i in rng.permutation(len(entries)))
+        for name in ("blows", "pins", "locks", "touches")
+        if (entries := getattr(world, name)) is not None
+    }
+    return Rewritten(replace(world, **orders), np.ones(n), np.zeros(n))
+
+
+def with_split_links(world: World, rng: np.random.Generator) -> Rewritten:
+    """Each link in two parts, held together by a fixed joint."""
+    chains = tuple(
+        replace(c, links=tuple(split_link(link, rng) for link in c.links)) for c in world.chains
+    )
+    n = sum(chain_sizes(world))
+    return Rewritten(replace(world, chains=chains), np.ones(n), np.zeros(n))
+
+
+def swapped(world: World, rng: np.random.Generator) -> Rewritten | None:
+    """Contacts seen from the other body; None where there is none between two."""
+    if not any(touch.other is not None for touch in world.touches):
+        return None
+    scene, q, _ = built(world)
+    robot = scene.robot
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, q)
+
+    def pose(place: Place) -> pin.SE3:
+        return data.oMf[robot.frame_id(f"c{place[0]}/l{place[1]}")]
+
+    def touch_of(touch: Touch) -> Touch:
+        if touch.other is None:
+            return touch
+        own, other = pose(touch.link), pose(touch.other)
+        return replace(
+            touch, link=touch.other, other=touch.link, at=other.actInv(own.act(touch.at)),
+            normal=-own.rotation.T @ (other.rotation @ touch.normal), origin=touch.at,
+        )  # fmt: skip
+
+    n = sum(chain_sizes(world))
+    changed = replace(world, touches=tuple(map(touch_of, world.touches)))
+    return Rewritten(changed, np.ones(n), np.zeros(n))
+
+
+REWRITTEN: dict[str, Callable[[World, np.random.Generator], Rewritten | None]] = {
+    "moved": moved,
+    "mirrored": mirrored,
+    "boosted": boosted,
+    "units": in_other_units,
+    "order": shuffled,
+    "split": with_split_links,
+    "swapped": swapped,
+}
+
+
+@dataclass(frozen=True)
+class _Told:
+    """Name of a status or error, whether it is valid, whether the law is obeyed, and v⁺."""
+
+    status: str
+    valid: bool
+    lawful: bool
+    after: np.ndarray | None
+    seconds: float = 0.0
+
+
+def _told(call: Callable[[], object]) -> _Told:
+    start = time.perf_counter()
+    try:
+        impact = call()
+        status = impact.status  # type: ignore[attr-defined]
+        after = np.array(impact.v_after)  # type: ignore[attr-defined]
+        seconds = time.perf_counter() - start
+        return _Told(status.name, status.valid, status.obeys_law, after, seconds)
+    except ImpulsekitError as error:
+        return _Told(type(error).__name__, False, False, None, time.perf_counter() - start)
+
+
+def _by_batch(world: World) -> _Told:
+    scene, q, v = built(world)
+    start = time.perf_counter()
+    batch = solve_batch(scene, q[None], v[None], outputs=["dv"], threads=1)
+    status = Status(int(batch.status[0]))
+    seconds = time.perf_counter() - start
+    return _Told(status.name, status.valid, status.obeys_law, v + batch.dv[0], seconds)
+
+
+def _by_solver(world: World) -> _Told:
+    scene, q, v = built(world)
+    solver = ImpactSolver(scene)
+    solver.solve(q, -v)
+    return _told(lambda: solver.solve(q, v))
+
+
+def judged(
+    first: _Told, other: _Told, back: np.ndarray | None, scale: float, bar: float
+) -> tuple[str, str, float]:
+    """Status, verdict and error of another way, whose v⁺ is ``back`` in the first one's words."""
+    alike = {"SOLVED", "NOT_UNIQUE", "PAINLEVE_JAM", "NEARLY_DEPENDENT"}
+    refusals = {"ContradictionError": "CONTRADICTION", "SingularMassError": "SINGULAR_MASS"}
+    names = [refusals.get(one.status, one.status) for one in (first, other)]
+    error = math.nan
+    if first.lawful and other.lawful and first.after is not None and back is not None:
+        error = float(np.abs(back - first.after).max()) / scale
+    if names[0] != names[1] and not set(names) <= alike:
+        flips = first.valid or other.valid
+        return " or ".join(sorted(names)), "wrong" if flips else "said so", error
+    if not error > bar:
+        return names[1], "right" if first.valid else "said so", error
+    return names[1] + " moved", "wrong" if first.valid else "said so", error
+
+
+def _condition(world: World, first: _Told, rng: np.random.Generator) -> float:
+    """By how much small changes of the state are amplified."""
+    if first.after is None:
+        return 1.0
+    scene, q, v = built(world)
+    model = scene.robot.model
+    largest = 1.0
+    scale = max(float(np.abs(v).max()), float(np.abs(first.after).max()))
+    for _ in range(3):
+        near = pin.integrate(model, q, NUDGE * rng.normal(size=model.nv))
+        speeds = v + NUDGE * scale * rng.normal(size=model.nv)
+        told = _told(lambda q=near, v=speeds: solve(scene, q, v))  # type: ignore[misc]
+        if told.after is None or told.status != first.status:
+            return math.inf
+        largest = max(largest, float(np.abs(told.after - first.after).max()) / (NUDGE * scale))
+    return largest
+
+
+def rewritten_points(value: float, rng: np.random.Generator) -> list[Point]:
+    """Chains with so many contacts, all laws: however it is written, v⁺ is the same."""
+    world = random_world(int(value), rng)
+    scene, q, v = built(world)
+    first = _told(lambda: solve(scene, q, v))
+    found: list[tuple[str, _Told, np.ndarray | None]] = []
+    for name, rewrite in REWRITTEN.items():
+        other = rewrite(world, rng)
+        if other is None:
+            continue
+        told = _told(lambda other=other: _solved(other.world))  # type: ignore[misc]
+        back = None if told.after is None else (told.after - other.shift) / other.ratio
+        found.append((name, told, back))
+    for name, way in (("batch", _by_batch), ("solver", _by_solver)):
+        told = way(world)
+        found.append((name, told, told.after))
+    condition = _condition(world, first, rng)
+    bar = max(SAME, ALLOWED * condition * EPS)
+    scale = max(float(np.abs(one).max()) for one in (v, first.after) if one is not None)
+    points = []
+    for name, told, back in found:
+        status, verdict, error = judged(first, told, back, scale, bar)
+        numbers = (error, min(condition, 1e300), error / (condition * EPS), *[math.nan] * 3)
+        points.append(Point("", value, 0, 0, name, status, verdict, *numbers, told.seconds))
+    return points
+
+
+def _solved(world: World) -> object:
+    scene, q, v = built(world)
+    return solve(scene, q, v)
+
+
+SWEEPS = (
+    Sweep("rewritten", "contacts", (1.0, 2.0, 3.0, 4.0), rewritten_points, 2500, logarithmic=False),
+)

@@ -1,0 +1,74 @@
+"""Contacts in a plane and scenes written in other ways: small shares of both sweeps."""
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+from impulsekit.bench.stress.enumerated import PlaneProblem, whole_answers
+from impulsekit.bench.stress.in_plane import SWEEPS
+from impulsekit.bench.stress.rewritten import SWEEPS as REWRITTEN_SWEEPS
+from impulsekit.bench.stress.run import jobs_of, solved_case
+
+
+@pytest.mark.parametrize("sweep", SWEEPS, ids=lambda sweep: sweep.name)
+def test_every_answer_in_a_plane_is_one_of_all_modes_and_several_are_told(sweep):
+    points = [p for job in jobs_of([sweep], seed=1, share=4 / 500) for p in solved_case(job)]
+    assert len(points) == 4 * 4 * 6 * 2
+    assert [p for p in points if p.verdict == "wrong"] == []
+    assert sum(p.verdict == "right" for p in points) > len(points) // 3
+
+
+def test_scenes_written_in_other_ways_have_the_same_answer():
+    jobs = jobs_of(REWRITTEN_SWEEPS, seed=1, share=6 / 2500)
+    points = [p for job in jobs for p in solved_case(job)]
+    assert {p.method for p in points} >= {"moved", "mirrored", "units", "order", "split", "batch"}
+    assert [p for p in points if p.verdict == "wrong"] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sweep", (*SWEEPS, *REWRITTEN_SWEEPS), ids=lambda sweep: sweep.name)
+def test_of_many_scenes_none_is_silently_wrong(sweep):
+    points = [p for job in jobs_of([sweep], seed=2, share=0.05) for p in solved_case(job)]
+    assert [p for p in points if p.verdict == "wrong"] == []
+
+
+def test_the_truth_knows_poissons_law_of_a_ball_on_a_floor():
+    # Compression with friction µ = 0.2 at slip 1: P = (−0.2, 1); release adds e of it.
+    rows, inverse = [[1.0, 0.0], [0.0, 1.0]], [1.0, 1.0]
+    problem = PlaneProblem(rows, inverse, [1.0, -1.0], [0.2], [0.5])
+    (only,) = whole_answers(problem, "poisson")
+    np.testing.assert_allclose(only.velocity, [1.0 - 0.2 * 1.5, 0.5], atol=1e-15)
+    assert not only.gains
+
+
+def test_the_truth_finds_both_ways_of_a_contact_that_friction_could_press_in():
+    # One motion, (t, n) = (4, 1) of it: it parts, or sticks by friction.
+    problem = PlaneProblem([[4.0], [1.0]], [1.0], [1.0], [2.0], [0.0])
+    found = sorted(one.velocity.item() for one in whole_answers(problem, "newton"))
+    assert found == [0.0, 1.0]
+
+
+def slider_on_a_slope(friction):
+    """A block that slides along (4, 1, 0) and touches the floor."""
+    text = (
+        '<robot name="r"><link name="base"/><link name="b"><inertial><mass value="1"/>'
+        '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>'
+        '<joint name="j" type="prismatic"><parent link="base"/><child link="b"/>'
+        '<axis xyz="4 1 0"/><limit lower="-9" upper="9" effort="1" velocity="1"/></joint></robot>'
+    )
+    robot = ik.Robot.from_urdf(text)
+    contact = ik.Contact("b", normal=[0, 1, 0], friction=friction)
+    return ik.Scene(robot, contacts=[contact])
+
+
+def test_a_lone_contact_that_parts_gets_no_impulse_and_the_other_answer_is_told():
+    # µ > 1/4 wedges the block, and then v⁺ = 0 obeys Coulomb's law as well.
+    for friction, wedges in ((0.2, False), (0.3, True), (2.0, True)):
+        scene = slider_on_a_slope(friction)
+        impact = ik.solve(scene, [0.0], [1.0])
+        assert impact.is_valid() and impact.v_after[0] == 1.0
+        assert impact.uniqueness.several == wedges and impact.uniqueness.proven != wedges
+        for other in impact.uniqueness.others:
+            np.testing.assert_allclose(other, 0.0, atol=1e-12)
+        batch = ik.solve_batch(scene, [[0.0]], [[1.0]])
+        assert batch.uniqueness[0] == (2 if wedges else 0) and batch.status[0] == impact.status
