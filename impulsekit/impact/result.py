@@ -194,7 +194,7 @@ class Impact(Displayed):
             Status.SOLVED if contacts is None else contacts.status,
             self.residuals.largest,
             nearly_dependent=outcome is not None and outcome.nearly_dependent,
-            several=lambda: self.uniqueness.several and not self.uniqueness.split,
+            several=lambda: self.uniqueness.several and not self.uniqueness.settled,
         )
 
     @cached_property

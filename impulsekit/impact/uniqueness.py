@@ -30,9 +30,10 @@ class Uniqueness:
             its extremes. Empty unless there are several.
         rule: by which the one shown is chosen among several; it knows no axes, units or order
             of entries. "" unless there are several.
-        split: whether all differ by how redundant impulses are shared in the compression of
-            Poisson's law alone. The status then stays NOT_UNIQUE, and v⁺ is that of the rule;
-            other answers make it MANY_SOLUTIONS.
+        settled: whether the rule is one of the law itself: all differ by how redundant impulses
+            are shared in the compression of Poisson's law alone, or friction could press in a
+            lone contact that parts. The status then stays what it is, and v⁺ is that of the
+            rule; other answers make it MANY_SOLUTIONS.
 
     Example:
         >>> Uniqueness("proven", "nothing rubs").several
@@ -43,7 +44,7 @@ class Uniqueness:
     reason: str
     others: tuple[np.ndarray, ...] = ()
     rule: str = ""
-    split: bool = False
+    settled: bool = False
 
     @property
     def proven(self) -> bool:
@@ -82,7 +83,7 @@ def uniqueness_of(impact: Impact) -> Uniqueness:
         v = impact.v_after + moved @ (P - solution.impulse)
         v.setflags(write=False)
         others.append(v)
-    return Uniqueness(found.verdict, found.reason, tuple(others), found.rule, found.split)
+    return Uniqueness(found.verdict, found.reason, tuple(others), found.rule, found.settled)
 
 
 def _problem_of(impact: Impact, jacobian: np.ndarray, delassus: np.ndarray) -> ContactProblem:

@@ -115,8 +115,9 @@ def can_press(block: Block, b1: float, b2: float, bn: float, mu: float, scale: f
     _, _, _, n1, n2, nn = block
     if not 0.0 < nn < mu * math.sqrt(n1 * n1 + n2 * n2):
         return False
-    _, sticks, _ = _stick(block, b1, b2, bn, mu, scale)
-    return sticks or slides(block, b1, b2, bn, mu)[0] > 0
+    _, sticks, determined = _stick(block, b1, b2, bn, mu, scale)
+    # Of loads that may be shared in many ways some press, whichever is looked at.
+    return sticks or not determined or slides(block, b1, b2, bn, mu)[0] > 0
 
 
 @compiled

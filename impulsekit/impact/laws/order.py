@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-__all__ = ["fastest", "pace_of"]
+__all__ = ["NOISE", "fastest", "pace_of"]
 
 Numbers = Sequence[float]
 
@@ -18,6 +18,10 @@ Numbers = Sequence[float]
 AT_REST = 1e-15
 # The same against the terms of u_free + W P, whose rounding it is.
 ROUNDING = 4.5e-16
+# Paces that differ by less than the first share of themselves, or the second of their terms, are
+# one: contacts of a pair with one relative motion all have the same, and rounding is not to say
+# which is hit. The entry that stands first is.
+TIE, TIE_ROUNDING = 1e-12, 1e-14
 # Where W_nn is this small against W of the contact's own tangents, or against the largest W,
 # it is the square of a rounding error: no normal impulse moves that contact.
 IMMOVABLE, IMMOVABLE_BESIDE = 1e-26, 1e-24
@@ -44,7 +48,8 @@ def fastest(
 ) -> int:
     """The contact that approaches fastest by |u_n|/√W_nn; −1 where none approaches.
 
-    A contact that no impulse moves comes first where it approaches by more than rounding.
+    Of several that are equally fast it is the first. A contact that no impulse moves comes
+    before all others where it approaches by more than rounding.
 
     Args:
         W: Delassus matrix [1/kg], flat; its rows are ``stride`` apart.
@@ -72,15 +77,14 @@ def fastest(
             if approach > NOISE * size:
                 return i
             continue
-        # |u_n|/√W_nn, see pace_of.
-        pace = approach / math.sqrt(nn)
-        if not pace > most:
-            continue
         if mu[i] > 0.0 and approach <= AT_REST * max(abs(velocity[n - 2]), abs(velocity[n - 1])):
             continue
         terms = abs(free[n])
         for k in range(3 * count):
             terms += abs(W[n * stride + k] * impulse[k])
-        if approach > ROUNDING * terms:
+        # |u_n|/√W_nn, see pace_of.
+        pace = approach / math.sqrt(nn)
+        tied = TIE * most + TIE_ROUNDING * terms / math.sqrt(nn)
+        if approach > ROUNDING * terms and (found < 0 or pace > most + tied):
             found, most = i, pace
     return found

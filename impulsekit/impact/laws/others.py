@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from ...laws.uniqueness import (
     SAME,
     SEARCHED,
     SMOOTH,
+    SURE,
     WEAK,
     Search,
     is_another,
@@ -29,6 +31,7 @@ RULE = (
     "the one reached from sticking: all contacts are held still first, and what cannot hold is "
     "let go; an answer in which nothing slips is shown wherever there is one"
 )
+RULE_OF_PARTING = "a contact that parts gets no impulse"
 RULE_OF_SPLIT = (
     "the compression of least Σ w |P|², w being the mobility of each contact (of one contact the "
     "least friction impulse); what is given back is e times its load"
@@ -44,14 +47,16 @@ class Finding(NamedTuple):
         reason: why.
         impulses: (3n,) each, P of the others that gain no energy, each with other velocities.
         rule: by which the one shown is chosen, "" unless there are several.
-        split: whether all differ by the shares of the compression of Poisson's law alone.
+        settled: whether the rule is one of the law itself, so that the status stays what it is:
+            all differ by the shares of the compression of Poisson's law alone, or friction could
+            press in a lone contact that parts.
     """
 
     verdict: str
     reason: str
     impulses: tuple[np.ndarray, ...] = ()
     rule: str = ""
-    split: bool = False
+    settled: bool = False
 
 
 def told_if_several(
@@ -61,7 +66,7 @@ def told_if_several(
     if not solution.status.valid:
         return solution
     found = find_others(problem, law, solution)
-    if found.verdict is SEVERAL and not found.split:
+    if found.verdict is SEVERAL and not found.settled:
         return dataclasses.replace(solution, status=Status.MANY_SOLUTIONS)
     return solution
 
@@ -103,7 +108,10 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
         return _alone(problem, solution, search, newton=newton)
     if _is_split(problem, search, scale):
         reason = "the compression's load may be shared in many ways, and e times it comes back"
-        return Finding(SEVERAL, reason, tuple(others), RULE_OF_SPLIT, split=True)
+        return Finding(SEVERAL, reason, tuple(others), RULE_OF_SPLIT, settled=True)
+    if n == 1 and not solution.impulse.any():
+        reason = "the contact parts, and friction could press it in as well"
+        return Finding(SEVERAL, reason, tuple(others), RULE_OF_PARTING, settled=True)
     reason = f"{len(others) + 1} v⁺ obey the law and gain no energy"
     return Finding(SEVERAL, reason, tuple(others), RULE)
 
@@ -119,8 +127,10 @@ def _is_closed_form(problem: ContactProblem, solution: ContactSolution) -> bool:
     mu = problem.friction.item()
     if solution.status is Status.MANY_SOLUTIONS or solution.unique is not None:
         return not mu
-    # A contact that parts gets no impulse, whatever else friction could press it to.
-    return True
+    W = problem.delassus
+    # Where it parts and friction cannot press it in, W_nn ≥ µ |W_nt|, there is no other.
+    parts = not solution.impulse.any()
+    return not (parts and W[2, 2] < mu * math.hypot(W[2, 0], W[2, 1]) * (1.0 + SURE))
 
 
 def _search(problem: ContactProblem, scale: float, *, newton: bool) -> Search:

@@ -11,7 +11,7 @@ from ...laws.single import GAIN, Hit
 from ...laws.status import Status
 from ...scene.law import Law
 from .limit import Jump, find_limit
-from .order import fastest, pace_of
+from .order import NOISE, fastest, pace_of
 from .problem import ContactProblem, ContactSolution
 from .single import block_of, strike
 
@@ -28,6 +28,9 @@ MOST_SHRINKING_HITS = 40_000
 LONG, LATER = 100, 1.5
 # Where contacts gain from each other, speeds would leave the doubles in time.
 FASTER = 1e30
+# Eigenvalues of a contact's W below this share of the largest are those of motions that the
+# bodies do not have against each other.
+NO_MOTION = 1e-13
 
 
 class _Sequence:
@@ -47,6 +50,7 @@ class _Sequence:
         self.hits: list[tuple[int, tuple[float, float, float]]] = []
         self._flat, self._free = delassus.ravel().tolist(), problem.velocity_free.tolist()
         self._blocks = [block_of(delassus, i) for i in range(n)]
+        self._motions = [_motions_of(problem, i) for i in range(n)]
         self._columns = [np.ascontiguousarray(delassus[:, 3 * i : 3 * i + 3]) for i in range(n)]
         self._coefficients = (
             problem.restitution.tolist(),
@@ -64,7 +68,16 @@ class _Sequence:
     def strike(self, i: int) -> Hit:
         """What the next hit of contact i would do."""
         e, mu, e_t = (values[i] for values in self._coefficients)
-        now: Triple = tuple(self.velocity[3 * i : 3 * i + 3].tolist())
+        velocity, motions = self.velocity[3 * i : 3 * i + 3], self._motions[i]
+        if motions is not None:
+            # What faster hits have left along motions that the bodies do not have is rounding.
+            possible = motions @ velocity
+            size = max(np.abs(self.velocity).max(), np.abs(self.problem.velocity_free).max())
+            if np.abs(possible - velocity).max() <= NOISE * size:
+                velocity = possible
+                self.velocity = self.velocity.copy()
+                self.velocity[3 * i : 3 * i + 3] = possible
+        now: Triple = tuple(velocity.tolist())
         return strike(self._blocks[i], now, now, e, mu, e_t, self._law)
 
     def take(self, i: int, hit: Hit) -> None:
@@ -82,6 +95,17 @@ class _Sequence:
             self.impulse += jump.impulse
             self.hits.clear()
         return jump
+
+
+def _motions_of(problem: ContactProblem, i: int) -> np.ndarray | None:
+    """(3, 3) the projection on the relative velocities that contact i can have; None for all."""
+    if not problem.friction[i]:
+        return None
+    values, axes = np.linalg.eigh(problem.delassus[3 * i : 3 * i + 3, 3 * i : 3 * i + 3])
+    if values[0] > NO_MOTION * values[2]:
+        return None
+    kept = axes[:, values > NO_MOTION * values[2]]
+    return kept @ kept.T
 
 
 def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
