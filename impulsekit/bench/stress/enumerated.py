@@ -136,10 +136,9 @@ def _that_differ(data: _Data, answers: list[_Answer]) -> list[After]:
         )
         slack = data.moved.T @ (answer.slack + 3.0 * np.abs(_doubles(P)))
         slack += np.abs(_doubles(data.v))
-        if after in found:
-            # Two modes meet here: the one of least slack tells how well it is determined.
-            if slack.max() >= found[after].slack.max():
-                continue
+        # Where two modes meet, the one of least slack tells how well it is determined.
+        if after in found and slack.max() >= found[after].slack.max():
+            continue
         gain = sum(p * (2 * u + _dot(row, P)) for p, u, row in zip(P, data.u, data.W, strict=True))
         found[after] = After(_doubles(after), gain > 0, slack)
     return list(found.values())
