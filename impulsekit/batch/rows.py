@@ -8,19 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.axes import contact_axes
 from ..robot import Robot
-from ..scene import (
-    Collision,
-    Contact,
-    FrameAnchor,
-    JointCoupling,
-    JointLock,
-    JointStop,
-    PointAnchor,
-    Scene,
-)
-from ..scene.constraints import DIRECTIONS, KEPT
+from ..rows.entries import FramePair, Site, frame_pair, rows_of_entry
+from ..scene import Collision, Contact, JointStop, Scene
+from ..scene.constraints import KEPT
 from ..scene.restitution import Restitution, RestitutionTable
 from .balls import ball_of
 from .errors import NoKernelError
@@ -123,13 +114,11 @@ class RowMaker:
     def __init__(self, robot: Robot, tree: Tree, tables: RowTables) -> None:
         self._robot, self._tree, self._tables = robot, tree, tables
 
-    def site(self, frame: str, at: Any) -> tuple[int, np.ndarray, np.ndarray]:
-        """The body of a frame, a point of the frame in the body's axes, the frame's axes."""
-        item = self._robot.model.frames[self._robot.frame_id(frame)]
-        body = self._tree.body(item.parentJoint) if item.parentJoint > 0 else 0
+    def site(self, site: Site) -> tuple[int, np.ndarray, np.ndarray]:
+        """The body of a point, it in the body's axes, and the axes of its frame there."""
+        body = self._tree.body(site.joint_id) if site.moves else 0
         turn = self._tree.turns[body]
-        point = item.placement.act(np.array(at, dtype=float))
-        return body, turn.T @ point, turn.T @ item.placement.rotation
+        return body, turn.T @ site.placement.translation, turn.T @ site.placement.rotation
 
     def dof(self, joint: str) -> tuple[int, int]:
         """The first degree of freedom of a joint, and how many it has."""
@@ -139,33 +128,29 @@ class RowMaker:
         return self._tree.first_dof(self._robot.joint_id(joint)), item.nv
 
     def constraint(self, entry: Any) -> list:
-        if isinstance(entry, PointAnchor | FrameAnchor):
-            return self._anchor(entry)
-        if isinstance(entry, JointLock):
-            first, size = self.dof(entry.joint)
-            return [[_along(first + k, 1.0)] for k in range(size)]
-        if isinstance(entry, JointCoupling):
-            terms = [_along(self.dof(entry.joint)[0], 1.0)]
-            for name, ratio in zip(entry.other, entry.ratio, strict=True):
-                terms.append(_along(self.dof(name)[0], -ratio))
-            return [terms]
-        raise NoKernelError(f"a {type(entry).__name__}")
+        """Rows, each a list of terms."""
+        said = rows_of_entry(self._robot, entry)
+        if isinstance(said, FramePair):
+            return self._pair(said)
+        for name in entry.joint_names:
+            self.dof(name)
+        first_dof = self._tree.first_dof
+        return [
+            [_along(first_dof(joint_id) + degree, factor) for joint_id, degree, factor in terms]
+            for terms in said.terms
+        ]
 
-    def _anchor(self, entry: PointAnchor | FrameAnchor) -> list:
-        body, point, axes = self.site(entry.frame, entry.at)
-        other, other_point, _ = self.site(entry.other, entry.other_at or (0.0, 0.0, 0.0))
+    def _pair(self, said: FramePair) -> list:
+        (body, point, axes), (other, other_point, _) = map(self.site, (said.first, said.other))
         meeting = -1
-        if other > 0 and entry.other_at is None:
+        if other > 0 and said.coincides:
             meeting = self._meeting(body, other, point, None)
-        names = entry.directions if isinstance(entry, FrameAnchor) else DIRECTIONS[:3]
-        local = isinstance(entry, FrameAnchor) and entry.axes == "local"
+        turns = said.carrier == "first"
+        around = body if turns else 0
+        axes = axes @ said.axes if turns else said.axes
         rows = []
-        for name in names:
-            direction = np.eye(3)[DIRECTIONS.index(name) % 3]
-            if local:
-                direction = axes @ direction
-            kind = FORCE_AT if DIRECTIONS.index(name) < 3 else COUPLE
-            around = body if local else 0
+        for row in said.select:
+            kind, direction = FORCE_AT if row < 3 else COUPLE, axes[:, row % 3]
             terms = []
             if body > 0:
                 terms.append(_at((kind, body, around), point, direction))
@@ -195,26 +180,21 @@ class RowMaker:
         numbers = np.zeros(13)
         if isinstance(entry, JointStop):
             numbers[9:11] = entry.limits(self._robot)
-            joint = self._robot.model.joints[self._robot.joint_id(entry.joint)]
-            return [[_along(self.dof(entry.joint)[0], 1.0)]], joint.idx_q, -1, numbers
+            rows = self.constraint(entry)
+            return rows, self._robot.model.idx_qs[self._robot.joint_id(entry.joint)], -1, numbers
         if isinstance(entry, Collision):
             return self._ball(entry)
         if not isinstance(entry, Contact):
             raise NoKernelError(f"a {type(entry).__name__}")
-        body, point, _ = self.site(entry.frame, entry.at)
-        plane = self._robot.model.frames[self._robot.frame_id(entry.against)]
-        if plane.parentJoint > 0:
-            return self._on_moving_plane(entry, body, point)
-        axes = contact_axes(plane.placement.rotation @ np.array(entry.normal))
-        numbers[:9] = axes.ravel()
-        rows = [[_at((FORCE_AT, body, 0), point, axes[:, k])] for k in range(3)]
-        return rows, -1, -1, numbers
+        said = frame_pair(self._robot, entry)
+        if said.other.moves:
+            return self._on_moving_plane(said)
+        numbers[:9] = said.axes.ravel()
+        return self._pair(said), -1, -1, numbers
 
-    def _on_moving_plane(
-        self, entry: Contact, body: int, point: np.ndarray
-    ) -> tuple[list, int, int, np.ndarray]:
-        other, _, axes = self.site(entry.against, (0.0, 0.0, 0.0))
-        meeting = self._meeting(body, other, point, axes @ np.array(entry.normal))
+    def _on_moving_plane(self, said: FramePair) -> tuple[list, int, int, np.ndarray]:
+        (body, point, _), (other, _, axes) = map(self.site, (said.first, said.other))
+        meeting = self._meeting(body, other, point, axes @ said.axes[:, 2])
         rows = []
         for k in range(3):
             along = np.eye(3)[k]

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..rows.entries import frame_pair
 from ..scene import AppliedImpulse, Scene
 from .followers import Follower
 from .kernels import layout
@@ -81,7 +82,7 @@ def known_tables(
     for name, entry in zip(scene.entry_names("impulses"), scene.impulses, strict=True):
         first = len(given)
         if isinstance(entry, AppliedImpulse):
-            body, point, axes = maker.site(entry.frame, entry.at)
+            body, point, axes = maker.site(frame_pair(scene.robot, entry).first)
             ints.extend((body, int(entry.axes == "local"), first))
             floats.extend((point, axes.ravel()))
             given.extend((*entry.linear, *entry.angular))

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
-from ..scene import AppliedImpulse, FrameAnchor, PointAnchor
-from ..scene.constraints import DIRECTIONS
+from ..rows.entries import FramePair, Site, frame_pair, rows_of_entry
+from ..scene import AppliedImpulse
 
 if TYPE_CHECKING:
     from .result import Impact
@@ -42,29 +42,34 @@ def body_impulses(impact: Impact) -> Iterator[BodyImpulse]:
     for name, entry in zip(scene.entry_names("impulses"), scene.impulses, strict=True):
         if isinstance(entry, AppliedImpulse):
             wrench = np.array([*entry.linear, *entry.angular])
-            yield _at_point(impact, entry.frame, entry.at, wrench, entry.axes, name)
+            site = frame_pair(scene.robot, entry).first
+            yield _at_point(impact, site, wrench, entry.axes, name)
     for constraint, result in zip(scene.constraints, impact.constraints, strict=True):
-        if isinstance(constraint, PointAnchor | FrameAnchor):
-            yield from _both_ends(impact, constraint, result.impulse, result.name)
+        said = rows_of_entry(scene.robot, constraint)
+        if isinstance(said, FramePair):
+            yield from _both_ends(impact, said, result.impulse, result.name)
     yield from _contact_impulses(impact)
 
 
 def _both_ends(
-    impact: Impact, anchor: PointAnchor | FrameAnchor, impulse: np.ndarray, name: str
+    impact: Impact, said: FramePair, impulse: np.ndarray, name: str
 ) -> Iterator[BodyImpulse]:
-    directions = anchor.directions if isinstance(anchor, FrameAnchor) else DIRECTIONS[:3]
     wrench = np.zeros(6)
-    wrench[[DIRECTIONS.index(d) for d in directions]] = impulse
+    wrench[list(said.select)] = impulse
     mechanics = impact.mechanics
-    first = mechanics.frame_placement(anchor.frame)
-    if isinstance(anchor, FrameAnchor) and anchor.axes == "local":
-        wrench = np.concatenate([first.rotation @ wrench[:3], first.rotation @ wrench[3:]])
-    yield _at_point(impact, anchor.frame, anchor.at, wrench, "world", name)
-    other_at = anchor.other_at
-    if other_at is None:
-        point = first.act(np.array(anchor.at))
-        other_at = mechanics.frame_placement(anchor.other).actInv(point)
-    yield _at_point(impact, anchor.other, other_at, -wrench, "world", name)
+    carrier, axes = said.carrying
+    axes = axes if carrier == 0 else mechanics.joint_placement(carrier).rotation @ axes
+    wrench = np.concatenate([axes @ wrench[:3], axes @ wrench[3:]])
+    yield _at_point(impact, said.first, wrench, "world", name)
+    other = said.other
+    if said.coincides:
+        first, at_other = (
+            mechanics.joint_placement(site.joint_id) * site.placement
+            for site in (said.first, said.other)
+        )
+        own = at_other.actInv(first.translation)
+        other = replace(other, placement=other.placement * pin.SE3(np.eye(3), own))
+    yield _at_point(impact, other, -wrench, "world", name)
 
 
 def _contact_impulses(impact: Impact) -> Iterator[BodyImpulse]:
@@ -87,17 +92,14 @@ def _contact_impulses(impact: Impact) -> Iterator[BodyImpulse]:
 
 
 def _at_point(
-    impact: Impact, frame: str, at: object, wrench: np.ndarray, axes: str, entry: str = ""
+    impact: Impact, site: Site, wrench: np.ndarray, axes: str, entry: str = ""
 ) -> BodyImpulse:
     """A wrench at a point of a frame, brought to the frame's joint.
 
     Only rotations and distances within the body enter, so no place in the world costs digits.
     """
-    robot = impact.scene.robot
-    frame_id = robot.frame_id(frame)
-    item = robot.model.frames[frame_id]
-    placement = item.placement * pin.SE3(np.eye(3), np.array(at, dtype=float))
     if axes == "world":
-        rotation = impact.mechanics.frame_placement(frame).rotation
+        rotation = impact.mechanics.joint_placement(site.joint_id).rotation
+        rotation = rotation @ site.placement.rotation
         wrench = np.concatenate([wrench[:3] @ rotation, wrench[3:] @ rotation])
-    return BodyImpulse(frame_id, item.parentJoint, placement.act(pin.Force(wrench)), entry)
+    return BodyImpulse(site.frame_id, site.joint_id, site.placement.act(pin.Force(wrench)), entry)

@@ -7,6 +7,10 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
+from impulsekit.impact.derivatives.expanded import expanded_model
+from impulsekit.impact.derivatives.motion import Motion
+from impulsekit.impact.derivatives.pairs import pair_rows
+from impulsekit.impact.derivatives.pulls import Pulls
 from impulsekit.rows.constraints import ConstraintRows
 from impulsekit.rows.contacts import ContactRows
 from impulsekit.rows.entries import FramePair, rows_of_entry
@@ -208,3 +212,34 @@ def test_the_rows_of_a_contact_on_a_moving_plane_are_those_of_its_point(seed: in
     rates = _rates(robot, contact, q, v)
     scale = 1.0 + np.abs(rates).max()
     assert np.abs(touch.jacobian @ v - touch.axes.T @ rates[:3]).max() < 1e-8 * scale
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_derivatives_of_rows_are_differences(seed: int) -> None:
+    random, robot = np.random.default_rng(400 + seed), _robot(seed)
+    model = reached_model(robot.model, range(1, robot.model.njoints), keep_places=True).model
+    expanded = expanded_model(model)
+    for entry in _entries(robot, random)[seed::3]:
+        said = rows_of_entry(robot, entry)
+        assert isinstance(said, FramePair)
+        rows = pair_rows(expanded, said)
+        reached = reached_model(robot.model, range(1, robot.model.njoints), keep_places=True)
+        pair = Pair(reached, said)
+        data = reached.model.createData()
+        q, v = _state(robot, random)
+        impulse = random.normal(size=len(said.select))
+        placed = rows.placed(Motion(expanded, expanded.model.createData(), q, v))
+        assert np.abs(placed.matrix - pair.jacobian(data, q)).max() < 1e-12
+        change, pulls = placed.change_of_velocity(), Pulls(expanded)
+        placed.pull(pulls, impulse)
+        pulled = pulls.total()
+        assert change is not None and pulled is not None
+        for j in range(robot.nv):
+            step = STEP * np.eye(robot.nv)[j]
+            ahead, back = (
+                pair.jacobian(data, pin.integrate(model, q, sign * step)) for sign in (1, -1)
+            )
+            rate = (ahead - back) / (2.0 * STEP)
+            scale = 1.0 + np.abs(rate).max()
+            assert np.abs(change[:, j] - rate @ v).max() < 1e-7 * scale * np.abs(v).sum()
+            assert np.abs(pulled[:, j] - rate.T @ impulse).max() < 1e-7 * scale * 6.0

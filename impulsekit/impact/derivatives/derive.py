@@ -135,7 +135,7 @@ class _Derivation:
         for touch in outcome.touches:
             entry = self.scene.contacts[touch.entry]
             if isinstance(entry, Contact):
-                placed.append(self.workspace.touching_rows(entry, touch, motion).placed(motion))
+                placed.append(self.workspace.touching_rows(touch.entry).placed(motion))
             elif isinstance(entry, Collision):
                 placed.append(self.workspace.meetings(touch.entry).placed(touch, motion))
             else:

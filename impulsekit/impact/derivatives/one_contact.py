@@ -52,7 +52,7 @@ def of_one_contact(
     # Pinocchio takes no arrays that are read-only.
     v, after = impact.v_before.copy(), impact.v_after.copy()
     motion = Motion(workspace.expanded, workspace.data, q, after)
-    pair = workspace.touching_rows(entry, touch, motion).placed(motion)
+    pair = workspace.touching_rows(touch.entry).placed(motion)
     rows = pair.matrix
     u, shifted = rows.dot(v), rows.dot(after)
     u1, u2, normal = u.tolist()

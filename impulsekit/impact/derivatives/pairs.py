@@ -7,31 +7,20 @@ turn with the world, a or b; the point c_b is one of b or the one that coincides
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
-from ...scene import AppliedImpulse, Contact, FrameAnchor, JointCoupling, PointAnchor
-from ...scene.constraints import DIRECTIONS
+from ...rows.entries import FramePair, rows_of_entry
 from .motion import Motion
 from .pulls import Pulls, skew
 
 if TYPE_CHECKING:
     from ...robot import Robot
-    from ...scene.constraints import Constraint
     from .expanded import ExpandedModel
 
-__all__ = [
-    "FixedRows",
-    "PairRows",
-    "PlacedPair",
-    "Side",
-    "anchor_rows",
-    "blow_rows",
-    "contact_rows",
-    "joint_rows",
-]
+__all__ = ["FixedRows", "PairRows", "PlacedPair", "Side", "entry_rows", "pair_rows"]
 
 _EYE = np.eye(3)
 
@@ -40,7 +29,7 @@ class FixedRows:
     """Rows (k, nv) that do not depend on the configuration: locks, couplings, stops."""
 
     def __init__(self, matrix: np.ndarray) -> None:
-        self.matrix = matrix
+        self.matrix, self.count = matrix, len(matrix)
 
     def placed(self, motion: Motion) -> FixedRows:
         """Itself: it stands everywhere alike."""
@@ -73,6 +62,7 @@ class PairRows:
 
     Attributes:
         angular: whether any of the rows is one of ω.
+        count: how many rows there are.
     """
 
     def __init__(
@@ -89,7 +79,7 @@ class PairRows:
         self.at = at
         self.point = pin.SE3(_EYE, at)
         self.other_point = None if other_at is None else pin.SE3(_EYE, other_at)
-        self.angular = any(row > 2 for row in select)
+        self.angular, self.count = any(row > 2 for row in select), len(select)
         # (k, 6): the rows, of the velocity of the point and of ω in the joint of the axes.
         self.selector = np.kron(np.eye(2), axes.T)[list(select)]
         # In the world's own axes nothing has to be turned.
@@ -244,65 +234,25 @@ def _crossing(wrench: np.ndarray) -> np.ndarray:
     )
 
 
-def blow_rows(robot: Robot, expanded: ExpandedModel, entry: AppliedImpulse) -> PairRows:
-    """The six rows at a struck point, in the axes of the impulse."""
-    joint, placement = _frame(robot, expanded, entry.frame)
-    local = entry.axes == "local"
+def pair_rows(expanded: ExpandedModel, said: FramePair) -> PairRows:
+    """The rows of what an entry says of two frames."""
+    first, other = said.first, said.other
+    carrier, axes = said.carrying
     return PairRows(
-        joint,
-        0,
-        placement.act(np.array(entry.at)),
-        None,
-        joint if local else 0,
-        placement.rotation if local else _EYE,
-        tuple(range(6)),
+        expanded.joint_ids[first.joint_id],
+        expanded.joint_ids[other.joint_id],
+        np.array(first.placement.translation),
+        # The world stands still: any of its points will do.
+        None if said.coincides or not other.moves else np.array(other.placement.translation),
+        expanded.joint_ids[carrier],
+        axes,
+        said.select,
     )
 
 
-def anchor_rows(
-    robot: Robot, expanded: ExpandedModel, entry: PointAnchor | FrameAnchor
-) -> PairRows:
-    """The rows of an anchor."""
-    joint, placement = _frame(robot, expanded, entry.frame)
-    other, other_placement = _frame(robot, expanded, entry.other)
-    directions = entry.directions if isinstance(entry, FrameAnchor) else DIRECTIONS[:3]
-    local = isinstance(entry, FrameAnchor) and entry.axes == "local"
-    coincides = entry.other_at is None or other == 0
-    return PairRows(
-        joint,
-        other,
-        placement.act(np.array(entry.at)),
-        None if coincides else other_placement.act(np.array(entry.other_at)),
-        joint if local else 0,
-        placement.rotation if local else _EYE,
-        tuple(DIRECTIONS.index(direction) for direction in directions),
-    )
-
-
-def contact_rows(
-    robot: Robot, expanded: ExpandedModel, entry: Contact, axes: np.ndarray, motion: Motion
-) -> PairRows:
-    """The rows t₁, t₂, n of a contact, its axes (3, 3) in the world as they were found."""
-    joint, frame = _frame(robot, expanded, entry.frame)
-    other, _ = _frame(robot, expanded, entry.against)
-    own = motion.placements[other].rotation.T @ axes if other > 0 else axes
-    return PairRows(joint, other, frame.act(np.array(entry.at)), None, other, own, (0, 1, 2))
-
-
-def joint_rows(robot: Robot, entry: Constraint) -> FixedRows:
-    """The rows of a lock or a coupling."""
-    model = robot.model
-    if isinstance(entry, JointCoupling):
-        row = np.zeros((1, model.nv))
-        names, ratios = (entry.joint, *entry.other), (1.0, *(-r for r in entry.ratio))
-        for name, ratio in zip(names, ratios, strict=True):
-            row[0, model.joints[robot.joint_id(name)].idx_v] = ratio
-        return FixedRows(row)
-    joint = model.joints[robot.joint_id(entry.joint_names[0])]
-    return FixedRows(np.eye(model.nv)[joint.idx_v : joint.idx_v + joint.nv])
-
-
-def _frame(robot: Robot, expanded: ExpandedModel, name: str) -> tuple[int, pin.SE3]:
-    """The joint that carries a frame and the frame's placement there."""
-    frame = robot.model.frames[robot.frame_id(name)]
-    return expanded.joint_ids[frame.parentJoint], pin.SE3(frame.placement)
+def entry_rows(robot: Robot, expanded: ExpandedModel, entry: Any) -> PairRows | FixedRows:
+    """The rows of an impulse, a constraint or a contact between two frames."""
+    said = rows_of_entry(robot, entry)
+    if isinstance(said, FramePair):
+        return pair_rows(expanded, said)
+    return FixedRows(said.matrix(robot.model))

@@ -13,24 +13,20 @@ import pinocchio as pin
 
 from ...robot.massless import is_always_regular
 from ...rows.constraints import needs_places
-from ...rows.contacts import Touch
+from ...rows.entries import frame_pair
 from ...rows.reach import reached_model
 from ...scene import (
     AppliedImpulse,
     Collision,
-    Contact,
-    FrameAnchor,
     JointStop,
     Law,
-    PointAnchor,
     Scene,
 )
 from ...scene.constraints import KEPT
 from ..solver import ImpactSolver
 from .expanded import expanded_model
 from .linear import Columns
-from .motion import Motion
-from .pairs import FixedRows, PairRows, anchor_rows, blow_rows, contact_rows, joint_rows
+from .pairs import FixedRows, PairRows, entry_rows, pair_rows
 
 if TYPE_CHECKING:
     from .meeting import Meetings
@@ -78,14 +74,13 @@ class Workspace:
         self.blows: list[PairRows | FixedRows] = []
         self.impulses: list[np.ndarray] = []
         for entry in scene.impulses:
-            if isinstance(entry, AppliedImpulse):
-                self.blows.append(blow_rows(robot, self.expanded, entry))
-                self.impulses.append(np.array([*entry.linear, *entry.angular]))
-            else:
-                joint = self.model.joints[robot.joint_id(entry.joint)]
-                unit = np.eye(self.model.nv)[joint.idx_v : joint.idx_v + joint.nv]
-                self.blows.append(FixedRows(unit))
-                self.impulses.append(np.atleast_1d(np.array(entry.impulse, dtype=float)))
+            self.blows.append(entry_rows(robot, self.expanded, entry))
+            own = (
+                np.array([*entry.linear, *entry.angular])
+                if isinstance(entry, AppliedImpulse)
+                else np.atleast_1d(np.array(entry.impulse, dtype=float))
+            )
+            self.impulses.append(own)
         self.blow_names = scene.entry_names("impulses")
         self.constraint_names = scene.entry_names("constraints")
         self.contact_names = scene.entry_names("contacts")
@@ -95,21 +90,15 @@ class Workspace:
             self.blow_columns[name] = slice(at, at + len(impulse))
             at += len(impulse)
         self.width_of_state = at
-        self._flat: dict[int, PairRows] = {}
+        self._contacts: dict[int, PairRows] = {}
         self._meetings: dict[int, Meetings] = {}
         self._columns: dict[tuple[int, ...], Columns] = {}
         self.bilateral: list[PairRows | FixedRows] = []
         kept: list[bool] = []
         for constraint in scene.constraints:
-            if isinstance(constraint, PointAnchor | FrameAnchor):
-                anchor = anchor_rows(robot, self.expanded, constraint)
-                self.bilateral.append(anchor)
-                count = len(anchor.selector)
-            else:
-                fixed = joint_rows(robot, constraint)
-                self.bilateral.append(fixed)
-                count = len(fixed.matrix)
-            kept += [constraint.velocity == KEPT] * count
+            rows = entry_rows(robot, self.expanded, constraint)
+            self.bilateral.append(rows)
+            kept += [constraint.velocity == KEPT] * rows.count
         self.kept = np.array(kept, dtype=bool)
         self.any_kept = any(kept)
         self._robot, self._parts = robot, (scene.impulses, scene.constraints, scene.contacts)
@@ -149,17 +138,12 @@ class Workspace:
             self._meetings[entry] = found
         return found
 
-    def touching_rows(self, entry: Contact, touch: Touch, motion: Motion) -> PairRows:
-        """The rows of a contact as it was found touching."""
-        if touch.axes is None:
-            raise TypeError("a joint stop has no axes")
-        if touch.joint_ids[1] > 0:
-            return contact_rows(self._robot, self.expanded, entry, touch.axes, motion)
-        # A plane in the world stands still: its rows are those of the last time.
-        rows = self._flat.get(touch.entry)
+    def touching_rows(self, index: int) -> PairRows:
+        """The rows of a ``Contact`` of the scene."""
+        rows = self._contacts.get(index)
         if rows is None:
-            rows = contact_rows(self._robot, self.expanded, entry, touch.axes, motion)
-            self._flat[touch.entry] = rows
+            said = frame_pair(self._robot, self._parts[2][index])
+            rows = self._contacts[index] = pair_rows(self.expanded, said)
         return rows
 
     @cached_property
