@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import InputError, RangeError, a_thing
 from ..impact import ImpactSolver
 from ..impact.algorithms import refuse_massless
-from ..impact.bilateral import RANK_TOLERANCE
+from ..impact.elimination import RANK_TOLERANCE
 from ..impact.factor import FilledFactor
 from ..impact.mechanics import Mechanics
 from ..robot import Robot, state

@@ -7,7 +7,7 @@ of the rows J projected off the span of A in the metric of M⁻¹.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container
+from collections.abc import Container
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -19,8 +19,12 @@ from ..rows.contacts import Touch
 from ..rows.reach import ReachedModel
 from ..scene import JointCoupling, JointLock, Scene
 from .algorithms import crba, decompose, has_uneven_masses, symmetric
-from .bilateral import BilateralSolution, solve_bilateral
-from .elimination import off_the_span, still_what_is_held
+from .elimination import (
+    BilateralSolution,
+    Elimination,
+    still_what_is_held,
+    without_cancellation,
+)
 from .factor import FilledFactor, SparseFactor, pivots_are_safe
 from .known import KnownImpulses
 from .scene_contacts import SceneContacts
@@ -127,14 +131,14 @@ class ConstrainedJump:
         if rows is None or wanted is None:
             return factor.solve(impulse), Outcome(np.empty(0), None)
         half = factor.half(rows, impulse[None])
-        half_rows = half[:, :-1]
-        solution = self._multipliers(half_rows, half[:, -1], wanted, q, v)
+        eliminated = self._eliminated(half[:, :-1], q)
+        solution = self._multipliers(eliminated, half[:, -1], wanted, q, v)
         multipliers = solution.impulse
         dv = factor.solve(impulse + multipliers.dot(rows))
         units = self._lacks(wanted - rows.dot(dv), rows, dv, v, wanted)
         if units is not None:
             found = dv, multipliers
-            dv, multipliers = self._refined(factor, half_rows, rows, wanted, *found, q, units)
+            dv, multipliers = self._refined(factor, eliminated, rows, wanted, *found, units)
         return dv, Outcome(multipliers, solution.unique, nearly_dependent=doubt or solution.nearly)
 
     def _lacks(
@@ -158,12 +162,11 @@ class ConstrainedJump:
     def _refined(
         self,
         factor: SparseFactor | FilledFactor,
-        half_rows: np.ndarray,
+        eliminated: Elimination,
         rows: np.ndarray,
         wanted: np.ndarray,
         dv: np.ndarray,
         multipliers: np.ndarray,
-        q: np.ndarray,
         units: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Δv and λ once more from what A Δv still lacks.
@@ -173,12 +176,11 @@ class ConstrainedJump:
         """
         missing = wanted - rows.dot(dv)
         for _ in range(MOST_REFINEMENTS):
-            filled, start = np.zeros_like(dv), np.zeros(len(half_rows))
+            filled, start = np.zeros_like(dv), np.zeros(len(dv))
             if isinstance(factor, FilledFactor):
                 filled = factor.filled_impulse(filled, missing)
                 start = factor.half(filled[None])[:, 0]
-            right = missing - start.dot(half_rows)
-            change = self._change(half_rows, right, q).impulse
+            change = eliminated.solve(missing - start.dot(eliminated.half)).impulse
             nearer = dv + factor.solve(filled + change.dot(rows))
             left = wanted - rows.dot(nearer)
             if not np.abs(left / units).max() < 0.5 * np.abs(missing / units).max():
@@ -225,10 +227,11 @@ class ConstrainedJump:
         count = len(rows)
         half = factor.half(rows, jacobian, impulse[None])
         half_rows, half_contacts, start = half[:, :count], half[:, count:-1], half[:, -1]
-        held = self._multipliers(half_rows, start, wanted, q, v)
+        eliminated = self._eliminated(half_rows, q)
+        held = self._multipliers(eliminated, start, wanted, q, v)
         # Rows that are imposed move the contact points, too.
         free = before + (start + half_rows.dot(held.impulse)).dot(half_contacts)
-        left = off_the_span(half_contacts, half_rows)
+        left = eliminated.off_the_span(half_contacts)
         still_what_is_held(left, half_contacts, free, before, start)
         problem = contacts.problem(left, before, free, touches)
         solution = contacts.solve(problem)
@@ -236,14 +239,14 @@ class ConstrainedJump:
         def borne(contact_impulse: np.ndarray) -> np.ndarray:
             """What the bilateral rows bear of the contacts' impulses."""
             across = left.dot(contact_impulse) - half_contacts.dot(contact_impulse)
-            return self._change(half_rows, half_rows.T.dot(across), q).impulse
+            return eliminated.solve(half_rows.T.dot(across)).impulse
 
         multipliers = held.impulse + borne(solution.impulse)
         dv = factor.solve(impulse + multipliers.dot(rows) + solution.impulse.dot(jacobian))
         units = self._lacks(wanted - rows.dot(dv), rows, dv, v, wanted)
         if units is not None:
             found = dv, multipliers
-            dv, multipliers = self._refined(factor, half_rows, rows, wanted, *found, q, units)
+            dv, multipliers = self._refined(factor, eliminated, rows, wanted, *found, units)
 
         def moved_by(change: np.ndarray) -> np.ndarray:
             return factor.solve(borne(change).dot(rows) + change.dot(jacobian))
@@ -262,38 +265,29 @@ class ConstrainedJump:
             multipliers = at(solution.impulse)
         return dv, Outcome(multipliers, held.unique, tuple(touches), solution, doubt or held.nearly)
 
+    def _eliminated(self, half_rows: np.ndarray, q: np.ndarray) -> Elimination:
+        def magnitude() -> np.ndarray:
+            return without_cancellation(rows.magnitude(self._data, q), self._data.M)
+
+        rows = self._rows_there
+        return Elimination(half_rows, magnitude, rows.names)
+
     def _multipliers(
         self,
-        half_rows: np.ndarray,
+        eliminated: Elimination,
         start: np.ndarray,
         wanted: np.ndarray,
         q: np.ndarray,
         v: np.ndarray,
     ) -> BilateralSolution:
         """λ that brings the rows from where ``start`` (half-solved impulse) leaves them."""
+        half_rows = eliminated.half
 
         def velocity_scale() -> np.ndarray:
             gross = self._rows_there.magnitude(self._data, q)
             return gross @ np.abs(v) + np.abs(half_rows.T @ start)
 
-        return self._change(half_rows, wanted - start.dot(half_rows), q, velocity_scale)
-
-    def _change(
-        self,
-        half_rows: np.ndarray,
-        right: np.ndarray,
-        q: np.ndarray,
-        velocity_scale: Callable[[], np.ndarray] | None = None,
-    ) -> BilateralSolution:
-        """λ with W λ = r; without ``velocity_scale`` whatever dependent rows disagree by."""
-
-        def magnitude() -> np.ndarray:
-            gross = self._rows_there.magnitude(self._data, q)
-            masses = np.diagonal(np.atleast_2d(self._data.M))
-            return (gross**2) @ (1.0 / np.maximum(masses, 1e-12 * masses.max()))
-
-        names = self._rows_there.names
-        return solve_bilateral(half_rows, right, magnitude, velocity_scale, names)
+        return eliminated.solve(wanted - start.dot(half_rows), velocity_scale)
 
     @property
     def _mass_matrix(self) -> np.ndarray:

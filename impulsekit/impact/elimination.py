@@ -1,29 +1,201 @@
-"""Contact rows in a system from which the bilateral rows are eliminated.
+"""Bilateral rows eliminated: W λ = r, and contacts in the system that is left without them.
 
-All rows are half-solved: C = L⁻¹ Jᵀ with M = L Lᵀ, so that W = Cᵀ C.
+All rows are half-solved: C = L⁻¹ Aᵀ with M = L Lᵀ, so that W = A M⁻¹ Aᵀ = Cᵀ C. The rank of W is
+judged as if its rows were scaled to unit diagonal, so that neither units nor the scale a row was
+written in decide. Velocities and accelerations are brought to what rows want alike.
 """
 
 from __future__ import annotations
 
+import operator
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
 import numpy as np
 
-from .bilateral import RANK_TOLERANCE
+from ..errors import ContradictionError
+from . import lapack
 
-__all__ = ["DEPENDENT", "off_the_span", "still_what_is_held"]
+__all__ = [
+    "DEPENDENT",
+    "NULL_ROW",
+    "RANK_TOLERANCE",
+    "BilateralSolution",
+    "Elimination",
+    "still_what_is_held",
+    "without_cancellation",
+]
 
-# Singular values this small beside the largest are taken for zero.
+# A row is dependent if, scaled to unit length in the metric of M⁻¹, it stands less than
+# this (rad) out of the span of the others. Loops closed by hand are off by about as much.
+RANK_TOLERANCE = 1e-7
+# Dependent rows leave this much of singular values by rounding; more is not rounding.
+EXACT_RANK = 1e-14
+# Pivots of the scaled W above this need no closer look.
+SAFE_PIVOT = 1e-6
+# Rows whose squares differ by less than this are no rounding of each other.
+COMPARABLE = 1e-9
+# What dependent rows may disagree by, relative to the velocities they speak of.
+CONTRADICTION_TOLERANCE = 1e-6
+# A row whose square is this much smaller than that of its terms is a zero.
+NULL_ROW = 1e-22
+EXACT_NULL_ROW = 1e-27
+# What the bilateral rows leave of a contact row is rounding below this share of it.
 DEPENDENT = 1e-13
-# Bilateral rows this small beside the largest move nothing.
-NULL_ROW = 1e-11
+# A generalized mass this small beside the largest is none.
+LIGHTEST = 1e-12
 
 
-def off_the_span(half_contacts: np.ndarray, half_rows: np.ndarray) -> np.ndarray:
-    """(nv, 3n) the contact rows less what lies in the span of the bilateral rows (nv, m)."""
-    sizes = np.sqrt(np.einsum("ij,ij->j", half_rows, half_rows))
-    live = sizes > NULL_ROW * sizes.max(initial=0.0)
-    vectors, values, _ = np.linalg.svd(half_rows[:, live] / sizes[live], full_matrices=False)
-    basis = vectors[:, values > RANK_TOLERANCE]
-    return half_contacts - basis.dot(basis.T.dot(half_contacts))
+@dataclass(frozen=True, eq=False)
+class BilateralSolution:
+    """The impulses of bilateral rows.
+
+    Attributes:
+        impulse: (m,) λ; the one of least scaled norm where rows are redundant.
+        rank: how many rows are independent.
+        unique: (m,) whether a row's impulse is determined; None where all are.
+        nearly: whether rows were taken for dependent that are so only within the tolerance.
+    """
+
+    impulse: np.ndarray
+    rank: int
+    unique: np.ndarray | None
+    nearly: bool = False
+
+
+class _Span(NamedTuple):
+    """What rows span, scaled to unit length: the one decision of rank.
+
+    Attributes:
+        live: (m,) False for rows of no effect.
+        sizes: of the live ones.
+        basis: (nv, rank) orthonormal.
+        values, rows: (rank,) singular values and (rank, live) the vectors of the rows' space.
+        nearly: whether anything was left out that is more than rounding.
+    """
+
+    live: np.ndarray
+    sizes: np.ndarray
+    basis: np.ndarray
+    values: np.ndarray
+    rows: np.ndarray
+    nearly: bool
+
+
+class Elimination:
+    """Bilateral rows at one configuration; factored once for all that is asked of them.
+
+    Args:
+        half: (nv, m) C, the half-solved rows.
+        magnitude: called only if rows look dependent; (m,) the diagonal that W would
+            have without cancellation. None: rows far smaller than the largest are zeros.
+        names: of the rows, for errors.
+    """
+
+    def __init__(
+        self,
+        half: np.ndarray,
+        magnitude: Callable[[], np.ndarray] | None,
+        names: Sequence[str],
+    ) -> None:
+        self.half, self._magnitude, self._names = half, magnitude, names
+        self._delassus = half.T.dot(half)
+        self._factor = _regular_factor(self._delassus)
+
+    def solve(
+        self, right: np.ndarray, velocity_scale: Callable[[], np.ndarray] | None = None
+    ) -> BilateralSolution:
+        """λ with W λ = r.
+
+        Args:
+            right: (m,) r, the wanted change of the rows' velocities or accelerations.
+            velocity_scale: called only if rows look dependent; (m,) the size of what each row
+                adds up. None: what dependent rows disagree by is rounding, and left.
+
+        Raises:
+            ContradictionError: dependent rows demand different things.
+        """
+        if self._factor is not None:
+            impulse = lapack.dpotrs(self._factor, right, lower=1)[0]
+            return BilateralSolution(impulse, len(right), None)
+        solution = self._without_still_rows(right)
+        return self._of_dependent(right, velocity_scale) if solution is None else solution
+
+    def off_the_span(self, half_contacts: np.ndarray) -> np.ndarray:
+        """(nv, 3n) contact rows, half-solved, less what lies in the span of the bilateral rows."""
+        basis = self._span.basis
+        return half_contacts - basis.dot(basis.T.dot(half_contacts))
+
+    @cached_property
+    def _span(self) -> _Span:
+        diagonal = self._delassus.diagonal()
+        live, nearly = diagonal > 0.0, False
+        if self._factor is None and self._moving is None:
+            gross = np.full(len(diagonal), diagonal.max(initial=0.0))
+            if self._magnitude is not None:
+                gross = self._magnitude()
+            live = diagonal > NULL_ROW * gross
+            nearly = bool((diagonal[~live] > EXACT_NULL_ROW * gross[~live]).any())
+        sizes = np.sqrt(diagonal[live])
+        vectors, values, rows = _singular_values(self.half[:, live] / sizes)
+        rank = int(np.count_nonzero(values > RANK_TOLERANCE))
+        nearly = nearly or bool((values[rank:] > EXACT_RANK * len(values)).any())
+        return _Span(live, sizes, vectors[:, :rank], values[:rank], rows[:rank], nearly)
+
+    @cached_property
+    def _moving(self) -> tuple[list[int], np.ndarray] | None:
+        """The rows but those of zeros, as they are across a plane, where the others are regular.
+
+        With the factor of their W; None where it takes a closer look.
+        """
+        squares = self._delassus.diagonal().tolist()
+        moving = [i for i, square in enumerate(squares) if square]
+        least = COMPARABLE * max(squares, default=0.0)
+        if len(moving) in (0, len(squares)) or any(squares[i] < least for i in moving):
+            return None
+        factor = _regular_factor(self._delassus[moving][:, moving])
+        return None if factor is None else (moving, factor)
+
+    def _without_still_rows(self, right: np.ndarray) -> BilateralSolution | None:
+        """λ where some rows are zeros and the others regular; None for all other cases."""
+        if self._moving is None:
+            return None
+        moving, factor = self._moving
+        unique = np.zeros(len(right), dtype=bool)
+        unique[moving] = True
+        # A row of no effect cannot change its velocity.
+        if right[~unique].any():
+            return None
+        impulse = np.zeros(len(right))
+        impulse[moving] = lapack.dpotrs(factor, right[moving], lower=1)[0]
+        return BilateralSolution(impulse, len(moving), unique)
+
+    def _of_dependent(
+        self, right: np.ndarray, velocity_scale: Callable[[], np.ndarray] | None
+    ) -> BilateralSolution:
+        """λ by singular values, with rows of no effect set aside."""
+        live, sizes, _, values, basis, nearly = self._span
+        # A row of no effect cannot change its velocity.
+        unmet = np.where(live, 0.0, np.abs(right))
+        _refuse(unmet, right, velocity_scale, self._names)
+        wanted = right[live] / sizes
+        share = basis.dot(wanted)
+        unmet[live] = np.abs(wanted - share.dot(basis)) * sizes
+        _refuse(unmet, right, velocity_scale, self._names)
+        impulse = np.zeros_like(right)
+        impulse[live] = (share / values**2).dot(basis) / sizes
+        unique = np.zeros(len(right), dtype=bool)
+        # A row is determined if no direction of the null space moves it.
+        unique[live] = np.einsum("ij,ij->j", basis, basis) > 1.0 - 1e-9
+        return BilateralSolution(impulse, len(values), unique, nearly)
+
+
+def without_cancellation(gross: np.ndarray, mass_matrix: np.ndarray) -> np.ndarray:
+    """(m,) the diagonal of W without cancellation, out of the sizes (m, nv) of its rows' terms."""
+    masses = np.diagonal(np.atleast_2d(mass_matrix))
+    return (gross**2) @ (1.0 / np.maximum(masses, LIGHTEST * masses.max()))
 
 
 def still_what_is_held(
@@ -40,3 +212,58 @@ def still_what_is_held(
         left[:, held] = 0.0
         noise = DEPENDENT * (np.abs(before) + np.sqrt(sizes * start.dot(start)))
         free[held & (np.abs(free) <= noise)] = 0.0
+
+
+def _regular_factor(delassus: np.ndarray) -> np.ndarray | None:
+    """(m, m) the Cholesky factor of W, or None where rows may be dependent."""
+    # Cholesky does not feel how rows are scaled, so only its pivots are compared scaled.
+    factor, failed = lapack.dpotrf(delassus, lower=1)
+    if failed:
+        return None
+    roots, least = factor.diagonal(), SAFE_PIVOT * delassus.diagonal()
+    # Without an array of truths, which costs more than its few entries.
+    if not all(map(operator.gt, (roots * roots).tolist(), least.tolist())):
+        return None
+    return factor
+
+
+def _singular_values(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(nv, k) the vectors of the span, (k,) singular values, largest first, (k, m) of the rows."""
+    if not matrix.size:
+        return np.empty((len(matrix), 0)), np.empty(0), np.empty((0, matrix.shape[1]))
+    # By LAPACK itself: on matrices as small as these, numpy's way to it takes as long again.
+    vectors, values, rows, failed = lapack.dgesdd(matrix, full_matrices=0)
+    if failed:
+        vectors, values, rows = np.linalg.svd(matrix, full_matrices=False)
+    return vectors, values, rows
+
+
+def _refuse(
+    unmet: np.ndarray,
+    right: np.ndarray,
+    velocity_scale: Callable[[], np.ndarray] | None,
+    names: Sequence[str],
+) -> None:
+    """Tell of rows that lack more than rounding of the velocities they speak of.
+
+    Raises:
+        ContradictionError: it names them.
+    """
+    gross = np.abs(right)
+    # Most are met to rounding of what they want alone.
+    if velocity_scale is None or unmet.max(initial=0.0) <= (
+        CONTRADICTION_TOLERANCE * gross.max(initial=0.0)
+    ):
+        return
+    size = (velocity_scale() + gross).max()
+    wrong = unmet > CONTRADICTION_TOLERANCE * size
+    if not wrong.any():
+        return
+    worst = [names[i] for i in np.flatnonzero(unmet > 0.1 * unmet.max()).tolist()]
+    named = ", ".join(worst[:6]) + (", …" if len(worst) > 6 else "")
+    raise ContradictionError(
+        f"these rows cannot hold together: {named}; they are dependent and their velocities "
+        f"after the impact are {unmet.max():.3g} apart. Leave one out, or prescribe velocities "
+        "that agree",
+        rows=tuple(worst),
+    )

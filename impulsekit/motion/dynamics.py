@@ -10,8 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..impact.algorithms import symmetric
-from ..impact.bilateral import RANK_TOLERANCE, solve_bilateral
-from ..impact.elimination import off_the_span
+from ..impact.elimination import Elimination, without_cancellation
 from ..impact.factor import FilledFactor, SparseFactor, pivots_are_safe
 from ..rows.reach import reached_model
 from ..scene import Scene
@@ -84,15 +83,7 @@ class Dynamics:
     def moved(self, q: np.ndarray, rows: np.ndarray, change: np.ndarray) -> np.ndarray:
         """(nv,) the velocity change, least in the metric of M, that changes rows' velocities."""
         factor = self._factor(q, rows)
-        half = factor.half(rows)
-        sizes = np.sqrt(np.einsum("ij,ij->j", half, half))
-        live = sizes > 1e-11 * sizes.max(initial=0.0)
-        scaled = half[:, live] / sizes[live]
-        _, values, right = np.linalg.svd(scaled, full_matrices=False)
-        rank = values > RANK_TOLERANCE
-        wanted = right[rank].dot(change[live] / sizes[live]) / values[rank] ** 2
-        impulse = np.zeros(len(rows))
-        impulse[live] = right[rank].T.dot(wanted) / sizes[live]
+        impulse = Elimination(factor.half(rows), None, ()).solve(change).impulse
         if isinstance(factor, FilledFactor):
             return factor.solve(factor.filled_impulse(impulse.dot(rows), change))
         return factor.solve(impulse.dot(rows))
@@ -129,7 +120,8 @@ class Dynamics:
             load = factor.filled_impulse(load, wanted)
         if not self.resting.contacts:
             half = factor.half(rows, load[None])
-            multipliers = self._multipliers(half[:, :-1], half[:, -1], wanted, q)
+            eliminated = self._eliminated(half[:, :-1], q)
+            multipliers = self._multipliers(eliminated, half[:, -1], wanted)
             return factor.solve(load + multipliers.dot(rows))
         return self._with_contacts(factor, load, rows, wanted, q, v)
 
@@ -158,9 +150,10 @@ class Dynamics:
         free = bias + start.dot(half_contacts)
         left = half_contacts
         if count:
-            held = self._multipliers(half_rows, start, wanted, q)
+            eliminated = self._eliminated(half_rows, q)
+            held = self._multipliers(eliminated, start, wanted)
             free = free + (half_rows.dot(held)).dot(half_contacts)
-            left = off_the_span(half_contacts, half_rows)
+            left = eliminated.off_the_span(half_contacts)
         if np.abs(free).max(initial=0.0) <= resting.negligible:
             free = np.zeros_like(free)
         slip = jacobian.dot(v)
@@ -176,23 +169,25 @@ class Dynamics:
         total = load + contact_forces.dot(jacobian)
         if count:
             start = start + half_contacts.dot(contact_forces)
-            total = total + self._multipliers(half_rows, start, wanted, q).dot(rows)
+            total = total + self._multipliers(eliminated, start, wanted).dot(rows)
         return factor.solve(total)
 
-    def _multipliers(
-        self, half_rows: np.ndarray, start: np.ndarray, wanted: np.ndarray, q: np.ndarray
-    ) -> np.ndarray:
-        """λ that brings the rows' accelerations to what is wanted."""
+    def _eliminated(self, half_rows: np.ndarray, q: np.ndarray) -> Elimination:
         held, data = self.held, self._data
         if held is None:
-            return np.empty(0)
+            return Elimination(half_rows, None, ())
 
         def magnitude() -> np.ndarray:
-            masses = np.diagonal(np.atleast_2d(data.M))
-            return (held.magnitude(data, q) ** 2) @ (1.0 / np.maximum(masses, 1e-12 * masses.max()))
+            return without_cancellation(held.magnitude(data, q), data.M)
+
+        return Elimination(half_rows, magnitude, held.names)
+
+    @staticmethod
+    def _multipliers(eliminated: Elimination, start: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+        """λ that brings the rows' accelerations to what is wanted."""
+        half_rows = eliminated.half
 
         def scale() -> np.ndarray:
             return np.abs(half_rows.T @ start) + np.abs(half_rows).T @ np.abs(start)
 
-        right = wanted - start.dot(half_rows)
-        return solve_bilateral(half_rows, right, magnitude, scale, held.names).impulse
+        return eliminated.solve(wanted - start.dot(half_rows), scale).impulse

@@ -4,19 +4,13 @@ import numpy as np
 import pytest
 
 from impulsekit.errors import ContradictionError
-from impulsekit.impact import bilateral
-from impulsekit.impact.bilateral import solve_bilateral
+from impulsekit.impact.elimination import Elimination
 
 
 def solution(half, right, speeds=1.0):
     m = half.shape[1]
-    return solve_bilateral(
-        half,
-        right,
-        lambda: np.full(m, 1.0),
-        lambda: np.full(m, speeds),
-        [f"row {i}" for i in range(m)],
-    )
+    rows = Elimination(half, lambda: np.full(m, 1.0), [f"row {i}" for i in range(m)])
+    return rows.solve(right, lambda: np.full(m, speeds))
 
 
 def rows(seed, nv=6, m=3):
@@ -29,7 +23,7 @@ def test_rows_of_zeros_bear_nothing_and_leave_the_others_as_they_are(monkeypatch
     half, rng = rows(0)
     right = rng.normal(size=3)
     alone = solution(half, right)
-    monkeypatch.setattr(bilateral, "_solve_dependent", None)
+    monkeypatch.setattr(Elimination, "_of_dependent", None)
     m = 3 + len(still)
     moving = np.setdiff1d(np.arange(m), still)
     wide, wanted = np.zeros((6, m)), np.zeros(m)
@@ -72,3 +66,27 @@ def test_rows_all_but_dependent_are_told():
     close = half[:, 0] + 1e-9 * rng.normal(size=6)
     found = solution(np.column_stack([half, np.zeros(6), close]), np.zeros(5))
     assert found.nearly and found.rank == 3
+
+
+def test_a_row_s_scale_does_not_decide_what_contacts_see():
+    """A row written a billion times as small as another holds contacts off all the same."""
+    half, rng = rows(3)
+    contacts = rng.normal(size=(6, 4))
+    basis, _ = np.linalg.qr(half)
+    expected = contacts - basis @ (basis.T @ contacts)
+    for factors in ([1.0, 1.0, 1.0], [1.0, 1e-12, 1e9]):
+        scaled = half * np.array(factors)
+        eliminated = Elimination(scaled, lambda s=scaled: (s**2).sum(axis=0), list("abc"))
+        np.testing.assert_allclose(eliminated.off_the_span(contacts), expected, atol=1e-13)
+
+
+def test_contacts_and_impulses_share_one_decision_of_rank():
+    """A row within the tolerance of others' span is dependent for λ and for contacts alike."""
+    half, rng = rows(4)
+    off = np.linalg.qr(np.column_stack([half, rng.normal(size=6)]))[0][:, 3]
+    for slant, rank in ((1e-9, 3), (1e-5, 4)):
+        near = half @ [1.0, 1.0, 0.0] + slant * off
+        eliminated = Elimination(np.column_stack([half, near]), lambda: np.ones(4), list("abcd"))
+        assert eliminated.solve(np.zeros(4)).rank == rank
+        left = np.linalg.norm(eliminated.off_the_span(off[:, None]))
+        assert (left > 0.9) == (rank == 3)

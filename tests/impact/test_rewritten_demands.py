@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.impact.bilateral import solve_bilateral
+from impulsekit.impact.elimination import Elimination
 from impulsekit.impact.forces import body_impulses
 
 from ..robots import STRUCK, random_blow, random_state, relative
@@ -111,7 +111,7 @@ def rows():
         def scale():
             return np.abs(changed) @ np.abs(free)
 
-        found = solve_bilateral(half, right, magnitude, scale, names)
+        found = Elimination(half, magnitude, names).solve(right, scale)
         total = found.impulse @ changed
         return free + np.linalg.solve(masses, total), total, found
 
@@ -158,13 +158,8 @@ def test_the_share_of_repeated_rows_is_the_least():
     half = np.array([[1.0, 1, 0], [0, 0, 2]])
 
     def share(factors):
-        found = solve_bilateral(
-            half * factors,
-            np.array([3.0, 3, 4]) * factors,
-            lambda: (half**2).sum(axis=0) * factors**2,
-            lambda: np.ones(3) * factors,
-            list("abc"),
-        )
+        rows = Elimination(half * factors, lambda: (half**2).sum(axis=0) * factors**2, list("abc"))
+        found = rows.solve(np.array([3.0, 3, 4]) * factors, lambda: np.ones(3) * factors)
         assert found.unique.tolist() == [False, False, True]
         return found.impulse * factors
 

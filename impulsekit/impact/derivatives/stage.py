@@ -19,15 +19,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg.lapack import dgesv
 
+from ..elimination import NULL_ROW, RANK_TOLERANCE
 from .factor import Factor
 from .modes import ContactMode
 
 __all__ = ["NULL_ROW", "Direct", "Loads", "Response", "Stage", "equations_of"]
 
-# As for the rows of a solve: what stands less than this out of the others' span is dependent.
-RANK_TOLERANCE = 1e-7
 CONSISTENT = 1e-6
-NULL_ROW = 1e-22
 
 # What M d is given, by the columns that it belongs to.
 Loads = Sequence[tuple[slice, np.ndarray]]
