@@ -52,7 +52,7 @@ def solve_lazily(
         import dask
         import dask.array as da
     except ImportError:
-        raise MissingExtraError.of("dask", "batch", "a batch of dask arrays") from None
+        raise MissingExtraError.of("dask", "study", "a batch of dask arrays") from None
     from .solve import _shape
 
     rows, chunks = _chunks(given)

@@ -10,7 +10,7 @@ from .rows import Row
 
 __all__ = ["claim_table", "detail_table", "main_table", "report", "short_table", "time_text"]
 
-# Of the README.
+# Of the documentation's page.
 CHOSEN = (
     "struck chain 40",
     "random tree 40",

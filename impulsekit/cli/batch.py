@@ -90,7 +90,7 @@ def _client(scheduler: str | None, workers: int | None, threads: int | None) -> 
     try:
         from distributed import Client, LocalCluster
     except ImportError:
-        raise MissingExtraError.of("distributed", "batch", "a study on a cluster") from None
+        raise MissingExtraError.of("distributed", "study", "a study on a cluster") from None
     if scheduler:
         return Client(scheduler)
     return Client(

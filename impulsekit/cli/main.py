@@ -16,6 +16,7 @@ from .bench import bench
 from .design import design
 from .doctor import doctor
 from .fit import fit
+from .init import init
 from .inspect import inspect
 from .replay import replay
 from .robots import robots
@@ -30,8 +31,25 @@ BAD_INPUT = 2
 OWN_FAULT = 3
 
 
+# The commands of the help text, by purpose; each command is in one of the groups.
+SECTIONS = {
+    "Start": ("init", "robots", "inspect", "doctor", "warm-up"),
+    "Solve": ("solve", "simulate", "replay"),
+    "Many states": ("batch",),
+    "Design and fit": ("design", "fit"),
+    "Measure impulsekit": ("bench", "stress"),
+}
+
+
 class _Group(click.Group):
     """A group that turns exceptions into one line and an exit status."""
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The commands by purpose, instead of one list by the alphabet."""
+        for title, names in SECTIONS.items():
+            with formatter.section(title):
+                helps = [self.commands[name].get_short_help_str(limit=200) for name in names]
+                formatter.write_dl(list(zip(names, helps, strict=True)))
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -85,10 +103,16 @@ def _told(error: ImpulsekitError | OSError) -> str:
 @click.version_option(__version__, message="%(prog)s %(version)s")
 @click.option("--debug", is_flag=True, help="Show the traceback of an error.")
 def main(debug: bool) -> None:
-    """What happens when a multibody system is hit."""
+    """Rigid-body impact dynamics for URDF robots.
+
+    A scene file (TOML) holds a robot, its state, and what strikes, holds or touches it.
+    "impulsekit init first.toml" writes one to start from, "impulsekit solve first.toml"
+    solves it. "impulsekit COMMAND --help" describes a command.
+    """
 
 
 for command in (
+    init,
     solve,
     simulate,
     replay,

@@ -1,4 +1,4 @@
-"""``impulsekit robots``: the robots that example-robot-data brings along."""
+"""``impulsekit robots``: the robots of example-robot-data."""
 
 from __future__ import annotations
 
@@ -8,13 +8,25 @@ __all__ = ["robots"]
 
 
 @click.command()
+@click.argument("pattern", default="")
 @click.option("--long", "-l", is_flag=True, help="With nq, nv (on a fixed root) and the file.")
-def robots(long: bool) -> None:
-    """List the robots that a scene file may name, one a line."""
+def robots(pattern: str, long: bool) -> None:
+    """List the robots that need no file; with PATTERN those whose name matches.
+
+    PATTERN is a part of the name, or a shell pattern such as "ur*".
+    """
+    import fnmatch
+
+    from ..errors import InputError, shown
     from ..robot.examples import data_folder, example_names, example_path
 
+    wild = any(character in pattern for character in "*?[")
+    sought = pattern.lower() if wild else f"*{pattern.lower()}*"
+    names = [name for name in example_names() if fnmatch.fnmatchcase(name.lower(), sought)]
+    if not names:
+        raise InputError(f'no example robot matches "{shown(pattern, 80)}"')
     if not long:
-        click.echo("\n".join(example_names()))
+        click.echo("\n".join(names))
         return
     from ..errors import ImpulsekitError
     from ..robot import Robot
@@ -22,7 +34,7 @@ def robots(long: bool) -> None:
 
     folder = data_folder() / "robots"
     rows = []
-    for name in example_names():
+    for name in names:
         try:
             robot = Robot.from_example(name)
         except ImpulsekitError as error:

@@ -1,4 +1,4 @@
-"""How an answer is to be taken: one enum, for single states and for rows of batches."""
+"""The status of a result: one enum, for single states and for rows of batches."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ RESIDUAL_LIMIT = 1e-9
 
 
 class Status(int, enum.Enum):
-    """The state of an answer: a sentence with advice as its value, and an integer code.
+    """The status of a result: a sentence with advice as its value, and an integer code.
 
     It is its code wherever an integer is asked for, so that it compares with the ``status``
     of a batch, and ``Status(code)`` gives it back.
@@ -35,85 +35,86 @@ class Status(int, enum.Enum):
 
     SOLVED = (
         0,
-        "The answer holds: its residuals are at rounding level.",
+        "Solved; residuals are at machine precision.",
     )
     INACCURATE = (
         1,
-        "The residuals are above rounding level. Masses or lengths in this scene span too many "
-        "orders of magnitude for double precision; look at impact.residuals and rescale the model.",
+        "Residuals are above machine precision: masses or lengths in this scene span too many "
+        "orders of magnitude for double precision. See impact.residuals and rescale the model.",
     )
     NOT_UNIQUE = (
         2,
-        "The answer holds. Contacts are redundant: velocities and resultants are determined, the "
-        "split among those contacts is not (the one of least norm is given); read the resultant. "
-        "Under Poisson's law what comes back may depend on the split: see impact.uniqueness.",
+        "Valid. Contacts are redundant: velocities and resultants are unique, the split of the "
+        "impulse among those contacts is not (the one of least norm is given); use the resultant. "
+        "Under Poisson's law velocities may depend on the split: see impact.uniqueness.",
     )
     PAINLEVE_JAM = (
         3,
-        "The answer holds. While it slips, friction presses a contact further in (W_nn ≤ µ W_nt·s, "
-        "Painlevé's case): it jams until the slip stops, so small changes of the state or of µ "
-        "change the answer much. Check the friction coefficient.",
+        "Valid. Friction presses a sliding contact further in (W_nn ≤ µ W_nt·s, Painlevé's case): "
+        "it jams until the slip stops, so small changes of the state or of µ change the result "
+        "much. Check the friction coefficient.",
     )
     ENERGY_GAIN = (
         4,
-        "The contacts raise the kinetic energy: with friction, Newton's and Poisson's laws can "
-        '(Kane & Levinson 1985). Use Law(restitution="stronge", slip="path"), or lower e.',
+        "The contacts increase the kinetic energy, as Newton's and Poisson's laws can "
+        "with friction (Kane & Levinson 1985). Use "
+        'Law(restitution="stronge", slip="path"), or lower e.',
     )
     MANY_SOLUTIONS = (
         5,
-        "More than one v⁺ satisfies the law at this state and gains no energy; the one shown is "
-        "reached from sticking, the others are in impact.uniqueness. Lower the friction, or "
-        'strike one contact after the other with Law(order="sequential").',
+        "Several v⁺ satisfy the contact law at this state without an energy gain. The "
+        "one shown is reached from sticking, the others are in impact.uniqueness. Lower the "
+        'friction, or treat contacts one by one with Law(order="sequential").',
     )
     NO_SOLUTION = (
         6,
-        "No impulse satisfies the law at this state: friction jams the contact (Painlevé), or the "
-        "restitutions of opposing contacts contradict each other. Lower friction or restitution, "
-        'or use Law(restitution="poisson").',
+        "No impulse satisfies the contact law at this state: friction jams the contact (Painlevé), "
+        "or the restitutions of opposing contacts contradict each other. Lower friction or "
+        'restitution, or use Law(restitution="poisson").',
     )
     NOT_CONVERGED = (
         7,
-        "The contact solver found no impulse that meets the residual bar; the numbers shown are "
-        "its last iterate, not an answer. Lower the friction, or leave out redundant contacts.",
+        "The contact solver did not converge to the residual limit; the numbers shown are its last "
+        "iterate, do not use them. Lower the friction, or leave out redundant contacts.",
     )
     SEQUENCE_TOO_LONG = (
         8,
-        "One contact after the other kept approaching, without end. Use "
+        "The sequence of single impacts did not end: some contact kept approaching. Use "
         'Law(order="simultaneous"), or lower the restitution.',
     )
     NOT_FINITE = (
         9,
-        "The row holds a NaN or an infinity; nothing was solved.",
+        "The row contains NaN or infinity; it was not solved.",
     )
     OFF_MANIFOLD = (
         10,
         "A quaternion or (cosine, sine) pair of the row is off unit length by more "
-        "than 1e-6; nothing was solved. Normalize the configuration.",
+        "than 1e-6; it was not solved. Normalize the configuration.",
     )
     OUT_OF_RANGE = (
         11,
-        "A coefficient of the row is out of range: restitution is 0 to 1, friction "
-        "0 or more; nothing was solved.",
+        "A coefficient of the row is out of range: restitution must be 0 to 1, friction >= 0; "
+        "it was not solved.",
     )
     SINGULAR_MASS = (
         12,
-        "The mass matrix is singular at this state: a joint moves nothing that has "
-        "mass or inertia.",
+        "The mass matrix is singular at this state: a joint moves no mass and no inertia.",
     )
     CONTRADICTION = (
         13,
-        "Bilateral rows are dependent at this state and demand different things.",
+        "Contradictory constraints: their rows are linearly dependent at this state, with "
+        "different target velocities.",
     )
     REFUSED = (
         14,
-        "The contact law refuses this state; solve it alone to read why.",
+        "The contact law does not accept this state; solve it alone for the error message.",
     )
     NEARLY_DEPENDENT = (
         15,
-        "The answer holds for rows that are taken as dependent. Some rows of constraints or "
-        "contacts here are all but dependent: what sets them apart, less than 1e-7 of them, is "
-        "taken for inaccuracy of the model and not imposed. If it is meant, as with an arm not "
-        "quite stretched, this is no answer: move away from there, or leave rows out.",
+        "Valid if these rows are meant to be dependent. Some rows of constraints or contacts are "
+        "linearly dependent within 1e-7; the difference is treated as an inaccuracy of the model "
+        "and not imposed. Do not use this result near a singular pose, such as an almost straight "
+        "arm: move away from it, or leave rows out.",
     )
 
     @classmethod

@@ -302,7 +302,7 @@ class Trajectory(Displayed):
         try:
             import xarray
         except ImportError:
-            raise MissingExtraError.of("xarray", "batch", "Trajectory.to_xarray") from None
+            raise MissingExtraError.of("xarray", "study", "Trajectory.to_xarray") from None
         energy, momentum = self.energy(), self.momentum()
         robot = self.scene.robot
         names_q, names_v = _coordinate_names(robot.model)

@@ -133,7 +133,7 @@ def _there(
     try:
         from distributed import as_completed
     except ImportError:
-        raise MissingExtraError.of("distributed", "batch", "a study on a cluster") from None
+        raise MissingExtraError.of("distributed", "study", "a study on a cluster") from None
     packed = pickle.dumps(study)
     workers = max(1, len(client.scheduler_info()["workers"]))
     waiting = iter(todo)

@@ -251,7 +251,7 @@ def _xarray() -> Any:
         import zarr  # noqa: F401
     except ImportError as error:
         package = str(error.name).partition(".")[0]
-        raise MissingExtraError.of(package, "batch", "the store of a study") from None
+        raise MissingExtraError.of(package, "study", "the store of a study") from None
     return xarray
 
 

@@ -1,0 +1,223 @@
+"""A Sphinx extension: the reference out of docstrings, the gallery out of the examples, MathML."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import re
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from docutils import nodes
+from docutils.utils.math import latex2mathml
+
+HERE = Path(__file__).parent
+ROOT = HERE.parent
+EXAMPLES = ROOT / "examples"
+GENERATED = HERE / "_generated"
+# Examples that integrate for long or write a picture: their text is shown, not their output.
+NOT_RUN = (
+    "draw_figure_2",
+    "draw_figure_3",
+    "replay_thrown_ball",
+    "struck_four_bar",
+    "compass_gait",
+)
+RUN_SECONDS = 240
+
+# Reference pages: file, title, and the modules whose names belong there, by the longest prefix.
+PAGES = (
+    ("robot", "Robots", ("robot", "chain")),
+    ("scene", "Scenes", ("scene",)),
+    ("scenefile", "Scene files", ("scenefile",)),
+    ("impact", "Impacts", ("impact", "laws")),
+    ("derivatives", "Derivatives", ("impact.derivatives", "impact.saltation", "derivatives")),
+    ("motion", "Motion", ("motion",)),
+    ("batch", "Batches and long chains", ("batch",)),
+    ("study", "Studies", ("batch.study",)),
+    ("design", "Design and fits", ("design",)),
+    ("checking", "Checks", ("checking",)),
+    ("view", "Pages, plots and reports", ("view",)),
+    ("errors", "Errors", ("errors",)),
+)
+# Modules whose own public names belong to the reference, besides those of the package.
+MODULES = (
+    "design",
+    "batch.study",
+    "batch.long",
+    "view.plots",
+    "errors",
+    "robot",
+    "scene",
+    "motion",
+)
+
+
+def public_names() -> dict[int, tuple[str, Any]]:
+    """Every public object by its id: the name to call it by, and the object."""
+    import importlib
+
+    package = importlib.import_module("impulsekit")
+    found: dict[int, tuple[str, Any]] = {}
+    for name in package.__all__:
+        value = getattr(package, name)
+        if not isinstance(value, ModuleType | str):
+            found[id(value)] = (f"impulsekit.{name}", value)
+    for room in MODULES:
+        module = importlib.import_module(f"impulsekit.{room}")
+        names = getattr(module, "__all__", None) or [n for n in dir(module) if n[0] != "_"]
+        for name in names:
+            value = getattr(module, name)
+            ours = getattr(value, "__module__", "").startswith("impulsekit")
+            if ours and (inspect.isclass(value) or inspect.isroutine(value)):
+                found.setdefault(id(value), (f"impulsekit.{room}.{name}", value))
+    return found
+
+
+def page_of(value: Any) -> str:
+    """The reference page of an object, by the module that it is written in."""
+    module = value.__module__.removeprefix("impulsekit.")
+    fitting = [
+        (len(prefix), page)
+        for page, _, prefixes in PAGES
+        for prefix in prefixes
+        if module == prefix or module.startswith(prefix + ".")
+    ]
+    return max(fitting)[1]
+
+
+def write_reference() -> None:
+    """One page a room, each name by autodoc."""
+    pages: dict[str, list[str]] = {page: [] for page, _, _ in PAGES}
+    for name, value in sorted(public_names().values(), key=lambda entry: entry[0].lower()):
+        kind = "autoclass" if inspect.isclass(value) else "autofunction"
+        if inspect.isclass(value) and issubclass(value, Exception):
+            kind = "autoexception"
+        pages[page_of(value)].append(f".. {kind}:: {name}\n")
+    for page, title, _ in PAGES:
+        body = "\n".join(pages[page])
+        _write(
+            GENERATED / "reference" / f"{page}.md", f"# {title}\n\n```{{eval-rst}}\n{body}\n```\n"
+        )
+
+
+def first_words(path: Path) -> str:
+    """The sentence that an example begins with."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".py":
+        return re.match(r'"""(.*?)(?:\n\n|""")', text, re.S)[1].replace("\n", " ").strip()
+    lines = []
+    for line in text.splitlines():
+        if not line.startswith("#"):
+            break
+        lines.append(line.removeprefix("#").strip())
+    return " ".join(lines)
+
+
+def write_example(path: Path) -> str:
+    """The page of one example, with its output, picture and moving page; its name."""
+    name = path.stem + ("" if path.suffix == ".toml" else "_py")
+    target = GENERATED / "gallery" / f"{name}.md"
+    made = [f"# {path.name}\n", first_words(path), ""]
+    if path.suffix == ".toml":
+        made += _scene_parts(path, name)
+    elif path.stem not in NOT_RUN:
+        made += ["## Output\n", "```text", _output([sys.executable, str(path)]), "```\n"]
+    language = "toml" if path.suffix == ".toml" else "python"
+    relative = os.path.relpath(path, target.parent)
+    made += ["## Source\n", f"```{{literalinclude}} {relative}", f":language: {language}", "```\n"]
+    _write(target, "\n".join(made))
+    return name
+
+
+def _scene_parts(path: Path, name: str) -> list[str]:
+    page = GENERATED / "extra/moving" / f"{name}.html"
+    picture = GENERATED / "gallery" / f"{name}.png"
+    main = "from impulsekit.cli import main; main()"
+    command = [sys.executable, "-c", main, "solve", str(path)]
+    text = _output([*command, "--plot", str(picture), "--html", str(page)])
+    return [
+        f'<a class="reference external" href="../../moving/{name}.html">Open the moving page</a>\n',
+        f"```{{image}} {name}.png",
+        f":alt: Velocities, impulses and energies of {path.name}",
+        "```\n",
+        "## Report\n",
+        "```text",
+        text,
+        "```\n",
+    ]
+
+
+def _output(command: list[str]) -> str:
+    environment = {**os.environ, "MPLBACKEND": "Agg"}
+    done = subprocess.run(
+        command,
+        cwd=GENERATED / "work",
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=RUN_SECONDS,
+        check=False,
+    )
+    # A status that is not valid is part of what an example shows.
+    if done.returncode not in (0, 1) or "Traceback" in done.stderr:
+        raise RuntimeError(f"{' '.join(command)}: {done.stderr}")
+    return done.stdout.rstrip("\n")
+
+
+def write_gallery() -> None:
+    """A page for each example, and the list of them."""
+    (GENERATED / "gallery").mkdir(parents=True, exist_ok=True)
+    paths = sorted([*EXAMPLES.glob("*.toml"), *EXAMPLES.glob("*.py")])
+    with ThreadPoolExecutor(2) as pool:
+        names = list(pool.map(write_example, paths))
+    rows = ["# All examples\n"]
+    for path, name in zip(paths, names, strict=True):
+        rows.append(f"- [{path.name}]({name}.md): {first_words(path).split('. ')[0].rstrip('.')}")
+    rows += ["\n```{toctree}", ":hidden:", *names, "```\n"]
+    _write(GENERATED / "gallery" / "list.md", "\n".join(rows))
+
+
+def _write(path: Path, text: str) -> None:
+    """Write a page if it changed, so that Sphinx reads again only what is new."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if not path.exists() or path.read_text(encoding="utf-8") != text:
+        path.write_text(text, encoding="utf-8")
+
+
+def _math(translator: Any, node: nodes.Node) -> None:
+    markup = latex2mathml.tex2mathml(node.astext(), as_block=isinstance(node, nodes.math_block))
+    translator.body.append(markup)
+    raise nodes.SkipNode
+
+
+def _plain_bars(
+    _app: Any, _what: str, _name: str, _object: Any, _options: Any, lines: list[str]
+) -> None:
+    """Keep |x| and * of formulas as they are: docstrings use them for sizes, not for markup."""
+    in_example = False
+    for i, line in enumerate(lines):
+        in_example = line.strip().startswith(">>>") or (in_example and bool(line.strip()))
+        if in_example or line.strip().startswith("*"):
+            continue
+        parts = re.split(r"(``.*?``)", line)
+        parts[::2] = [re.sub(r"([|*])", r"\\\1", part) for part in parts[::2]]
+        lines[i] = "".join(parts)
+
+
+def _make(_app: Any) -> None:
+    write_reference()
+    write_gallery()
+
+
+def setup(app: Any) -> dict[str, bool]:
+    """Sphinx's door."""
+    app.add_html_math_renderer("mathml", (_math, None), (_math, None))
+    app.connect("builder-inited", _make)
+    # Before napoleon, whose own markup stays.
+    app.connect("autodoc-process-docstring", _plain_bars, priority=400)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
