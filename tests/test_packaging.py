@@ -1,0 +1,64 @@
+"""What is published: its metadata agree, and the wheel holds what the program reads."""
+
+import pathlib
+import subprocess
+import sys
+import tomllib
+import zipfile
+
+import pytest
+
+import impulsekit
+
+ROOT = pathlib.Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+LARGEST_WHEEL = 2_000_000  # bytes
+
+
+def test_the_version_is_the_same_everywhere():
+    assert PROJECT["version"] == impulsekit.__version__
+    citation = (ROOT / "CITATION.cff").read_text()
+    assert f"version: {PROJECT['version']}" in citation.splitlines()
+    assert f"license: {PROJECT['license']}" in citation.splitlines()
+    assert f"## {PROJECT['version']}" in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_links_are_there():
+    assert {"Homepage", "Source", "Documentation", "Changelog", "Issues"} <= set(PROJECT["urls"])
+    assert all(url.startswith("https://") for url in PROJECT["urls"].values())
+
+
+def test_the_conda_recipe_needs_what_the_wheel_needs():
+    recipe = (ROOT / ".ci/conda/meta.yaml").read_text()
+    run = recipe.split("  run:\n")[1].split("\n\n")[0]
+    listed = {line.strip("- ").split(" ", 1)[0]: line for line in run.splitlines()}
+    renamed = {"pin": "pinocchio", "meshcat": "meshcat-python"}
+    for need in PROJECT["dependencies"]:
+        name, bound = need.split(">=")
+        line = listed.pop(renamed.get(name, name))
+        assert line.endswith(f">={bound}"), line
+    assert set(listed) == {"python"}
+
+
+def test_the_release_workflow_runs_what_it_names():
+    workflow = (ROOT / ".github/workflows/release.yml").read_text()
+    for word in (".ci/run", "python -m build", "twine check", "pip install -q dist/*.whl"):
+        assert word in workflow
+    assert (ROOT / ".ci/run").exists()
+    assert f"{LARGEST_WHEEL}" in workflow
+
+
+@pytest.mark.slow
+def test_the_wheel_is_small_and_whole(tmp_path):
+    pytest.importorskip("hatchling")
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)]
+    subprocess.run(build, cwd=ROOT, check=True, capture_output=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    assert wheel.stat().st_size < LARGEST_WHEEL
+    names = set(zipfile.ZipFile(wheel).namelist())
+    tracked = subprocess.run(
+        ["git", "ls-files", "impulsekit"], cwd=ROOT, check=True, capture_output=True, text=True
+    ).stdout.split("\n")
+    wanted = {name for name in tracked if name and "/bench/results/" not in name}
+    assert wanted <= names
+    assert not any("tests/" in name or name.endswith((".svg", ".png")) for name in names)
