@@ -270,6 +270,10 @@ def warn_of_assumptions(source: str, assumptions: Sequence[str], *, above: int =
         warnings.warn(AssumptionWarning(source, assumptions), stacklevel=1 + above)
 
 
+# More sentences than this are a page, not a warning.
+MOST_DOUBTS = 4
+
+
 class SetupWarning(UserWarning):
     """A scene or a state that is solved as given, and likely is not what was meant.
 
@@ -278,7 +282,9 @@ class SetupWarning(UserWarning):
 
     def __init__(self, doubts: Sequence[str]) -> None:
         self.doubts = tuple(doubts)
-        super().__init__(_escaped("; ".join(doubts)))
+        more = len(self.doubts) - MOST_DOUBTS
+        tail = [f"and {more} more, see Impact.doubts"] if more > 0 else []
+        super().__init__(_escaped("; ".join([*self.doubts[:MOST_DOUBTS], *tail])))
 
 
 def warn_of_setup(doubts: Sequence[str], *, above: int = 2) -> None:

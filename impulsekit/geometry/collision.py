@@ -13,13 +13,14 @@ however the pieces are in the world.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import coal
 import numpy as np
 import pinocchio as pin
 
+from ..robot import Robot
 from .convex import Convex, HalfSpace, convex_of
 from .features import CornerOnFace, EdgesCross, touching_features
 from .pairs import ConvexPair, has_closed_form
@@ -34,6 +35,7 @@ __all__ = [
     "meeting_points",
     "smallest_gap",
     "solid_of",
+    "solids_of",
 ]
 
 # Where two shapes just touch, the direction between them is lost in rounding. The first
@@ -94,6 +96,26 @@ def solid_of(geometry: coal.CollisionGeometry) -> Solid:
         geometry = geometry.convex
     polyhedron = polyhedron_of(geometry)
     return Solid(geometry, polyhedron, convex_of(geometry, polyhedron))
+
+
+def solids_of(robot: Robot, ids: Iterable[int]) -> list[tuple[Solid, pin.SE3]]:
+    """Pieces of collision geometry by index, each with its placement in its joint.
+
+    The hull of a mesh takes longer than an impact: a robot keeps those of its meshes.
+    """
+    objects = robot.collision_model.geometryObjects
+    return [(_kept_solid(robot, i, objects[i].geometry), objects[i].placement) for i in ids]
+
+
+def _kept_solid(robot: Robot, index: int, geometry: coal.CollisionGeometry) -> Solid:
+    if not isinstance(geometry, coal.BVHModelBase):
+        return solid_of(geometry)
+    corners = np.array(geometry.vertices())
+    kept = robot.kept_hulls.get(index)
+    # A mesh that was changed since then is another one.
+    if kept is None or not np.array_equal(kept[0], corners):
+        kept = robot.kept_hulls[index] = corners, solid_of(geometry)
+    return kept[1]
 
 
 def is_exact(one: Solid, two: Solid) -> bool:

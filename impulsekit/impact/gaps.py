@@ -112,16 +112,15 @@ def _before_stop(posture: Posture, entry: JointStop, name: str) -> ContactGap:
 
 
 def _between_bodies(posture: Posture, entry: Collision, name: str) -> ContactGap:
-    from ..geometry.collision import solid_of
+    from ..geometry.collision import solids_of
     from ..robot.geometry import geometry_ids
 
     robot = posture.robot
-    objects = robot.collision_model.geometryObjects
     bodies, joint_ids = [], []
     for body in (entry.first, entry.other):
         ids, joint_id = geometry_ids(robot, body)
         place = posture.joint(joint_id)
-        bodies.append([(solid_of(objects[i].geometry), place * objects[i].placement) for i in ids])
+        bodies.append([(solid, place * own) for solid, own in solids_of(robot, ids)])
         joint_ids.append(joint_id)
     gap, points = nearest_points(bodies[0], bodies[1], entry.margin)
     speed = _closing_speed(posture, points, joint_ids[0], joint_ids[1])

@@ -16,7 +16,7 @@ from ..geometry.collision import (
     is_exact,
     meeting_points,
     smallest_gap,
-    solid_of,
+    solids_of,
 )
 from ..geometry.held_points import HeldPoint, held_point
 from ..geometry.polyhedron import Polyhedron, can_be_separated
@@ -63,16 +63,13 @@ class CollidingGap:
     has_rate = False
 
     def __init__(self, robot: Robot, reached: ReachedModel, entry: Collision, index: int) -> None:
-        objects = robot.collision_model.geometryObjects
         self.entry, self.friction = index, entry.friction
         self._model = reached.model
         self._pieces: list[Solids] = []
         joint_ids = []
         for name in (entry.first, entry.other):
             ids, joint_id = geometry_ids(robot, name)
-            self._pieces.append(
-                [(solid_of(objects[i].geometry), objects[i].placement) for i in ids]
-            )
+            self._pieces.append(solids_of(robot, ids))
             joint_ids.append(reached.joint_id(joint_id))
         self.joint_ids = (joint_ids[0], joint_ids[1])
         self.pairs = tuple(_pair(a, b) for a in self._pieces[0] for b in self._pieces[1])

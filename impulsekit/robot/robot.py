@@ -480,6 +480,11 @@ class Robot(Displayed):
         return geometry_of(self, pin.GeometryType.COLLISION)
 
     @cached_property
+    def kept_hulls(self) -> dict[int, Any]:
+        """By index in ``collision_model``, corners and hulls of the meshes asked for so far."""
+        return {}
+
+    @cached_property
     def visual_model(self) -> pin.GeometryModel:
         """The visual geometry, read when first asked for."""
         from .geometry import geometry_of

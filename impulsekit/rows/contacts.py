@@ -144,7 +144,7 @@ class _Colliding:
     needs_places = True
 
     def __init__(self, robot: Robot, reached: ReachedModel, entry: Collision, index: int) -> None:
-        from ..geometry.collision import solid_of
+        from ..geometry.collision import solids_of
         from ..robot.geometry import geometry_ids
 
         objects = robot.collision_model.geometryObjects
@@ -156,9 +156,7 @@ class _Colliding:
         first, other = self._joint_ids
         self._reached_ids = (reached.joint_id(first), reached.joint_id(other))
         self._margin = entry.margin
-        self._pieces = [
-            [(solid_of(objects[i].geometry), objects[i].placement) for i in ids] for ids in pieces
-        ]
+        self._pieces = [solids_of(robot, ids) for ids in pieces]
 
     def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
         from ..geometry.collision import meeting_points

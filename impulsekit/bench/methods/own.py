@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -13,7 +14,7 @@ from ...batch.long import long_tree
 from ...batch.solve import plan_batch, solve_batch, warm_up
 from ...checking.demands import constraint_rows, known_impulses
 from ...checking.system import reference_robot
-from ...errors import ImpulsekitError
+from ...errors import ImpulsekitError, SetupWarning
 from ...impact import ImpactSolver, solve
 from ...impact.algorithms import ByAba, ByCrba, ByDenseCholesky
 from ...impact.constrained import ConstrainedJump
@@ -63,6 +64,10 @@ def _has_rows(problem: Problem) -> bool:
 def _once(problem: Problem) -> Answer:
     scene, q, v = problem.scene, problem.q, problem.v
     compile_laws(scene)
+    # Problems are drawn at random: what their first solve warns of is meant.
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SetupWarning)
+        solve(scene, q, v)
     return lambda: solve(scene, q, v).v_after
 
 
