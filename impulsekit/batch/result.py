@@ -30,6 +30,8 @@ OUTPUTS = (
     "energy_change",
     "contact_impulses",
     "constraint_impulses",
+    "reactions",
+    "bodies",
 )
 
 
@@ -96,6 +98,23 @@ class ImpactBatch(Displayed):
     def constraint_impulses(self) -> np.ndarray:
         """(B, rows) of the bilateral constraints, row after row as in ``Impact``."""
         return self._asked("constraint_impulses")
+
+    @property
+    def reactions(self) -> np.ndarray:
+        """(B, joints, 6) what the parent gives the child at each joint's origin, world axes.
+
+        Force impulse [N s] before moment impulse [N m s]; the moving joints in the order of
+        ``robot.joint_names``.
+        """
+        return self._asked("reactions")
+
+    @property
+    def bodies(self) -> np.ndarray:
+        """(B, links, 6) Δ of each link's mass centre [m/s] and angular velocity [rad/s].
+
+        World axes, the links in the order of ``robot.links``.
+        """
+        return self._asked("bodies")
 
     @property
     def valid(self) -> np.ndarray:

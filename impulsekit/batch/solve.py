@@ -6,6 +6,7 @@ import functools
 import os
 import weakref
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,6 +28,9 @@ __all__ = ["plan_batch", "solve_batch", "warm_up"]
 
 # Blows of other sizes are brought near 1 by the solver of single states.
 SMALLEST_BLOW, LARGEST_BLOW = 1e-150, 1e150
+
+# Outputs that follow from Δv and the impulses.
+_FROM_LOADS = frozenset({"reactions", "bodies"})
 
 Progress = Callable[[int, int], object]
 
@@ -67,7 +71,8 @@ def solve_batch(
         masses: factors on the mass of links, and on their inertia with it, above 0: a
             mapping from names of links to numbers or (B,).
         outputs: what to compute: "v_after", "dv", "generalized_impulse", "energy_change",
-            "contact_impulses", "constraint_impulses". The status is always there.
+            "contact_impulses", "constraint_impulses", "reactions" (what each moving joint
+            carries), "bodies" (how each link moves). The status is always there.
         dtype: numpy.float64, or numpy.float32 for answers in single precision, two to three
             times as fast where rows are many: good to 1e-5 of the largest speed, and to some
             1e-7 of it times the condition number where bodies are light at the end of heavy
@@ -104,6 +109,8 @@ def solve_batch(
     if client is not None or is_lazy(*given.values()):
         names = tuple(dict.fromkeys(outputs))
         return _on_dask(scene, given, names, number, threads, client)
+    if _FROM_LOADS.intersection(outputs):
+        return _with_joint_loads(scene, given, outputs, number, progress, threads)
     inputs = batch_inputs(scene, q, v, impulses, restitution, friction, masses)
     program, plan = plan_batch(scene, frictional=_frictional(inputs), links=inputs.links)
     shapes = {name: (inputs.size, *_shape(scene, name)) for name in outputs}
@@ -140,6 +147,45 @@ def solve_batch(
     verdicts[failed | np.isin(codes, NO_ANSWER)] = VERDICTS.index("not proven")
     verdicts.setflags(write=False)
     return ImpactBatch(codes, plan, arrays, single, verdicts)
+
+
+def _with_joint_loads(
+    scene: Scene,
+    given: dict[str, Any],
+    outputs: Sequence[str],
+    number: np.dtype,
+    progress: bool | Progress | None,
+    threads: int | None,
+) -> ImpactBatch:
+    """The batch with reactions and link velocities worked out of Δv and all impulses."""
+    from .joint_loads import JointLoads
+
+    if given["masses"] is not None:
+        raise InputError("outputs: reactions and bodies are not there for masses that vary")
+    loads = JointLoads(scene)
+    needed = ("dv", "contact_impulses", "constraint_impulses")
+    plain = [name for name in outputs if name not in _FROM_LOADS]
+    batch = solve_batch(
+        scene, **given, outputs=(*plain, *needed), dtype=number, progress=progress,
+        threads=threads,
+    )  # fmt: skip
+    size, robot = len(batch), scene.robot
+    shapes = {"reactions": (robot.model.njoints - 1, 6), "bodies": (len(robot.links), 6)}
+    own: dict[str, np.ndarray | None] = {
+        name: np.empty((size, *shape), number) if name in outputs else None
+        for name, shape in shapes.items()
+    }
+    inputs = batch_inputs(scene, *given.values())
+    loads.write(
+        inputs.q, batch.dv, inputs.given, batch.contact_impulses, batch.constraint_impulses,
+        own["reactions"], own["bodies"],
+    )  # fmt: skip
+    arrays = {name: batch.arrays[name] for name in plain}
+    for name, array in own.items():
+        if array is not None:
+            array.setflags(write=False)
+            arrays[name] = array
+    return replace(batch, arrays=arrays)
 
 
 def _on_dask(

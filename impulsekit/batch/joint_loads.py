@@ -1,0 +1,264 @@
+"""Tables for joint reactions and link velocities of a batch, out of a scene."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import InputError
+from ..scene import (
+    AppliedImpulse,
+    Collision,
+    Contact,
+    FrameAnchor,
+    JointImpulse,
+    PointAnchor,
+    Scene,
+)
+from ..scene.constraints import DIRECTIONS
+
+__all__ = ["JointLoads"]
+
+
+class Tree(NamedTuple):
+    """Joints of a model, the world first. Placements are in the parent joint's frame."""
+
+    parent: np.ndarray
+    kind: np.ndarray
+    first_q: np.ndarray
+    first_v: np.ndarray
+    axis: np.ndarray
+    rotation: np.ndarray
+    shift: np.ndarray
+    mass: np.ndarray
+    lever: np.ndarray
+    inertia: np.ndarray
+
+
+class Loads(NamedTuple):
+    """Impulses from outside, each one number along a direction.
+
+    joint: on whose body it acts. column: of the number. sign: 1, or -1 for the other end.
+    axes_of: in whose axes the direction is (0: the world's). point_on: in whose frame the point
+    is. is_moment: a couple, which has no point.
+    """
+
+    joint: np.ndarray
+    column: np.ndarray
+    sign: np.ndarray
+    axes_of: np.ndarray
+    direction: np.ndarray
+    point_on: np.ndarray
+    point: np.ndarray
+    is_moment: np.ndarray
+
+
+class Links(NamedTuple):
+    """The joint that carries each link, and its mass centre there [m]."""
+
+    joint: np.ndarray
+    com: np.ndarray
+
+
+class JointLoads:
+    """Reactions and link velocities of a scene's batches.
+
+    Raises:
+        InputError: the robot has a joint, or the scene an entry, that only ``solve`` knows.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._rows: list[tuple[Any, ...]] = []
+        self._columns = 0
+        model = scene.robot.model
+        self._tree = _tree(model)
+        for impulse in scene.impulses:
+            self._known(impulse)
+        for contact in scene.contacts:
+            self._contact(contact)
+        for constraint in scene.constraints:
+            self._constraint(constraint)
+        columns = list(zip(*self._rows, strict=True)) or [()] * 8
+        kinds = (np.int64, np.int64, float, np.int64, float, np.int64, float, np.bool_)
+        shapes = ((), (), (), (), (3,), (), (3,), ())
+        self._loads = Loads(
+            *(
+                np.array(column, dtype=kind).reshape(-1, *shape)
+                for column, kind, shape in zip(columns, kinds, shapes, strict=True)
+            )
+        )
+        links = scene.robot.links
+        self._links = Links(
+            np.array([link.joint_id for link in links], dtype=np.int64),
+            np.array([link.com_in_joint for link in links], dtype=float).reshape(-1, 3),
+        )
+
+    def write(
+        self,
+        q: np.ndarray,
+        dv: np.ndarray,
+        given: np.ndarray,
+        contacts: np.ndarray,
+        constraints: np.ndarray,
+        reactions: np.ndarray | None,
+        bodies: np.ndarray | None,
+    ) -> None:
+        """Fill the arrays that were asked for.
+
+        Args:
+            q: (B, nq) or (1, nq). dv: (B, nv). given: (B or 1, columns) known impulses.
+            contacts: (B, contacts, 3). constraints: (B, rows).
+            reactions: (B, joints, 6) or None. bodies: (B, links, 6) or None.
+        """
+        from .kernels.joint_loads import joint_loads
+
+        size = len(dv)
+        numbers = np.concatenate(
+            [
+                np.broadcast_to(given, (size, given.shape[1])),
+                contacts.reshape(size, -1),
+                constraints,
+            ],
+            axis=1,
+        )
+        joints, links = len(self._tree.parent) - 1, len(self._links.joint)
+        told = np.empty((0, joints, 6)) if reactions is None else np.empty((size, joints, 6))
+        moved = np.empty((size, 0 if bodies is None else links, 6))
+        joint_loads(
+            self._tree,
+            self._loads,
+            self._links,
+            np.ascontiguousarray(np.broadcast_to(q, (size, q.shape[1])), dtype=float),
+            np.ascontiguousarray(dv, dtype=float),
+            np.ascontiguousarray(numbers, dtype=float),
+            told,
+            moved,
+        )
+        if reactions is not None:
+            reactions[:] = told
+        if bodies is not None:
+            bodies[:] = moved
+
+    def _add(
+        self, joint: int, column: int, sign: float, axes_of: int, direction: Any, point: Any,
+        is_moment: bool,
+    ) -> None:  # fmt: skip
+        point_on, at = point
+        if joint > 0:
+            self._rows.append((joint, column, sign, axes_of, direction, point_on, at, is_moment))
+
+    def _wrench(
+        self, frame: Any, sign: float, axes: tuple[int, np.ndarray], point: Any, words: Any
+    ) -> None:
+        """One number for each of the directions ``words`` on a frame's body."""
+        axes_of, rotation = axes
+        for k, word in enumerate(words):
+            which = DIRECTIONS.index(word)
+            direction = rotation[:, which % 3]
+            column = self._columns + k
+            self._add(frame.parentJoint, column, sign, axes_of, direction, point, which > 2)
+
+    def _known(self, entry: Any) -> None:
+        if isinstance(entry, JointImpulse):
+            robot = self._scene.robot
+            self._columns += robot.model.joints[robot.joint_id(entry.joint)].nv
+            return
+        if not isinstance(entry, AppliedImpulse):
+            raise _unknown(entry)
+        frame = self._frame(entry.frame)
+        axes = self._axes(frame, entry.axes)
+        self._wrench(frame, 1.0, axes, self._point(frame, entry.at), DIRECTIONS)
+        self._columns += 6
+
+    def _contact(self, entry: Any) -> None:
+        if isinstance(entry, Contact):
+            frame, against = self._frame(entry.frame), self._frame(entry.against)
+            point = self._point(frame, entry.at)
+            for end, sign in ((frame, 1.0), (against, -1.0)):
+                self._wrench(end, sign, (0, np.eye(3)), point, DIRECTIONS[:3])
+        elif isinstance(entry, Collision):
+            raise _unknown(entry)
+        self._columns += 3
+
+    def _constraint(self, entry: Any) -> None:
+        robot = self._scene.robot
+        if isinstance(entry, PointAnchor | FrameAnchor):
+            frame, other = self._frame(entry.frame), self._frame(entry.other)
+            words = entry.directions if isinstance(entry, FrameAnchor) else DIRECTIONS[:3]
+            axes = self._axes(frame, getattr(entry, "axes", "world"))
+            point = self._point(frame, entry.at)
+            self._wrench(frame, 1.0, axes, point, words)
+            far = point if entry.other_at is None else self._point(other, entry.other_at)
+            self._wrench(other, -1.0, axes, far, words)
+            self._columns += len(words)
+        elif hasattr(entry, "ratio"):
+            self._columns += 1
+        else:
+            self._columns += robot.model.joints[robot.joint_id(entry.joint)].nv
+
+    def _frame(self, name: str) -> Any:
+        return self._scene.robot.model.frames[self._scene.robot.frame_id(name)]
+
+    def _axes(self, frame: Any, axes: str) -> tuple[int, np.ndarray]:
+        """In which joint's axes the three directions are constant, and what they are there."""
+        if axes == "world":
+            return 0, np.eye(3)
+        return frame.parentJoint, np.array(frame.placement.rotation)
+
+    def _point(self, frame: Any, at: Any) -> tuple[int, np.ndarray]:
+        return frame.parentJoint, frame.placement.act(np.array(at, dtype=float))
+
+
+def _tree(model: pin.Model) -> Tree:
+    from .kernels import joint_loads as kinds
+
+    by_name = {
+        "FreeFlyer": (kinds.FREE, None), "Planar": (kinds.PLANE, None),
+        "Spherical": (kinds.SPHERE, None),
+        **{f"R{n}": (kinds.HINGE, i) for i, n in enumerate("XYZ")},
+        **{f"RUB{n}": (kinds.CIRCLE, i) for i, n in enumerate("XYZ")},
+        **{f"P{n}": (kinds.SLIDER, i) for i, n in enumerate("XYZ")},
+        "RevoluteUnaligned": (kinds.HINGE, -1),
+        "RevoluteUnboundedUnaligned": (kinds.CIRCLE, -1),
+        "PrismaticUnaligned": (kinds.SLIDER, -1),
+    }  # fmt: skip
+    count = model.njoints
+    kind, first_q, first_v = (np.zeros(count, dtype=np.int64) for _ in range(3))
+    axis = np.zeros((count, 3))
+    for i in range(1, count):
+        joint = model.joints[i]
+        word = joint.shortname().removeprefix("JointModel")
+        if word not in by_name:
+            raise InputError(
+                f"outputs: reactions and bodies of batches know no joint of the kind {word} "
+                f'("{model.names[i]}"); solve gives them row by row'
+            )
+        kind[i], along = by_name[word]
+        axis[i] = np.array(joint.extract().axis) if along == -1 else np.eye(3)[along or 0]
+        if along is None:
+            axis[i] = [0.0, 0.0, 1.0]
+        first_q[i], first_v[i] = joint.idx_q, joint.idx_v
+    placements = list(model.jointPlacements)
+    inertias = list(model.inertias)
+    return Tree(
+        np.array(list(model.parents), dtype=np.int64),
+        kind,
+        first_q,
+        first_v,
+        axis,
+        np.array([np.array(place.rotation) for place in placements]),
+        np.array([np.array(place.translation) for place in placements]),
+        np.array([inertia.mass for inertia in inertias], dtype=float),
+        np.array([np.array(inertia.lever) for inertia in inertias]),
+        np.array([np.array(inertia.inertia) for inertia in inertias]),
+    )
+
+
+def _unknown(entry: Any) -> InputError:
+    return InputError(
+        f"outputs: reactions of batches do not know where a {type(entry).__name__} acts in each "
+        "row; solve gives them row by row"
+    )

@@ -1,0 +1,132 @@
+"""Joint reactions and link velocities of many states at once."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit.errors import InputError
+
+TALOS = ik.Robot.from_example("talos", root="freeflyer")
+
+
+def states(robot, count, seed=0):
+    rng = np.random.default_rng(seed)
+    q = np.array(
+        [pin.integrate(robot.model, robot.neutral(), rng.normal(size=robot.nv))
+         for _ in range(count)]
+    )  # fmt: skip
+    return q, rng.normal(size=(count, robot.nv))
+
+
+def scenes():
+    yield (
+        "talos on its hands",
+        ik.Scene(
+            TALOS,
+            [ik.AppliedImpulse("torso_2_link", [1, 2, 3], [0.1, 0.2, 0.3], [0.1, 0, 0])],
+            contacts=[
+                ik.Contact(f"gripper_{side}_base_link", at=[0, 0, -0.1], friction=0.4)
+                for side in ("left", "right")
+            ],
+        ),
+    )
+    arm = ik.Robot.from_example("panda")
+    yield (
+        "blows in own axes, a joint impulse",
+        ik.Scene(
+            arm,
+            [
+                ik.AppliedImpulse("panda_link5", [1, 2, 3], [4, 5, 6], [0.1, 0.2, 0], axes="local"),
+                ik.JointImpulse("panda_joint3", 0.7),
+            ],
+            constraints=[ik.JointLock("panda_joint2")],
+        ),
+    )
+    both = ik.combine(a=arm, b=arm, placements={"b": [0.5, 0, 0]})
+    yield "two arms held together", ik.Scene(
+        both,
+        [ik.AppliedImpulse("a/panda_link4", [1, 2, 3])],
+        constraints=[
+            ik.FrameAnchor("a/panda_hand", "b/panda_hand", directions=("x", "rz"), axes="local"),
+            ik.PointAnchor("a/panda_link6", "b/panda_link5", at=[0.1, 0, 0], other_at=[0, 0.2, 0]),
+            ik.JointCoupling("a/panda_joint1", "b/panda_joint1", 0.5),
+        ],
+        contacts=[ik.Contact("a/panda_link7", against="b/panda_link7", at=[0, 0, 0.1],
+                             friction=0.3), ik.JointStop("b/panda_joint2", lower=-9.0, upper=-8.0)],
+    )  # fmt: skip
+    yield (
+        "planar, continuous and sliding",
+        ik.Scene(
+            ik.Robot.from_urdf(ik.chain_urdf(4), root="planar"),
+            [ik.AppliedImpulse("link_4", [0, 5, 0], at=[1, 0, 0])],
+        ),
+    )
+
+
+@pytest.mark.parametrize(("name", "scene"), list(scenes()), ids=lambda value: str(value)[:30])
+def test_they_are_those_of_single_states(name, scene):
+    """``solve`` finds them by Pinocchio's RNEA, which is held against Kane's equations."""
+    q, v = states(scene.robot, 6)
+    batch = ik.solve_batch(scene, q, v, outputs=("reactions", "bodies", "v_after"))
+    assert batch.reactions.shape == (6, len(scene.robot.joint_names), 6)
+    compared = 0
+    for row in range(len(q)):
+        impact = ik.solve(scene, q[row], v[row])
+        if not (impact.is_valid() and batch.valid[row]):
+            continue
+        if np.abs(impact.v_after - batch.v_after[row]).max() > 1e-12 * np.abs(impact.dv).max():
+            continue
+        compared += 1
+        size = max(np.abs(wrench).max() for wrench in impact.reactions.values())
+        for k, joint in enumerate(scene.robot.joint_names):
+            np.testing.assert_allclose(
+                batch.reactions[row, k], impact.reactions[joint], atol=1e-11 * size
+            )
+        for k, link in enumerate(scene.robot.links):
+            body = impact.bodies[link.name]
+            expected = np.concatenate([body.dv_com, body.domega])
+            np.testing.assert_allclose(
+                batch.bodies[row, k], expected, atol=1e-11 * np.abs(impact.dv).max()
+            )
+    assert compared >= 3
+
+
+def test_blows_that_vary_row_by_row():
+    robot = ik.Robot.from_example("panda")
+    scene = ik.Scene(robot, [ik.AppliedImpulse("panda_hand", linear=[0, 0, 1])])
+    blows = np.random.default_rng(1).normal(size=(5, 6))
+    batch = ik.solve_batch(scene, robot.neutral(), impulses=blows, outputs=("reactions",))
+    for blow, told in zip(blows, batch.reactions, strict=True):
+        own = ik.Scene(robot, [ik.AppliedImpulse("panda_hand", blow[:3], blow[3:])])
+        impact = ik.solve(own, robot.neutral(), robot.velocity())
+        expected = [impact.reactions[name] for name in robot.joint_names]
+        np.testing.assert_allclose(told, expected, atol=1e-11 * np.abs(expected).max())
+
+
+def test_whittakers_pins_carry_what_the_fractions_say():
+    from impulsekit.reference.whittaker import struck_chain
+
+    robot = ik.Robot.from_urdf(ik.chain_urdf(10), root="planar")
+    scene = ik.Scene(robot, [ik.AppliedImpulse("link_10", [0, 5, 0], at=[1, 0, 0])])
+    batch = ik.solve_batch(scene, np.array([robot.neutral()] * 3), outputs=("reactions",))
+    exact = [float(s) for s in struck_chain(10, impulse=5).pin_impulses]
+    pins = np.abs(batch.reactions[0, 1:, 1])
+    # The first is the blow itself; nine pins follow.
+    np.testing.assert_allclose(pins[::-1], np.abs(exact[1:10]), atol=1e-12)
+
+
+def test_single_precision_and_what_cannot_be():
+    scene = next(iter(scenes()))[1]
+    q, v = states(TALOS, 4)
+    exact = ik.solve_batch(scene, q, v, outputs=("reactions",)).reactions
+    rough = ik.solve_batch(scene, q, v, outputs=("reactions",), dtype=np.float32).reactions
+    assert rough.dtype == np.float32
+    np.testing.assert_allclose(rough, exact, atol=1e-3 * np.nanmax(np.abs(exact)))
+    with pytest.raises(InputError, match="masses"):
+        ik.solve_batch(scene, q, v, outputs=("reactions",), masses={"torso_2_link": 2.0})
+    screw = ik.Robot.from_example("panda", root=pin.JointModelHX())
+    with pytest.raises(InputError, match=r"kind HX .*root_joint"):
+        ik.solve_batch(ik.Scene(screw), screw.neutral(), outputs=("bodies",))
