@@ -22,7 +22,8 @@ def laws_of(scene: Scene) -> tuple[str, ...]:
     if scene.law.slip == "path":
         return _ALONG_THE_PATH
     rubs = any(getattr(contact, "friction", 0.0) for contact in scene.contacts)
-    return _AT_THE_END + (_RUBBING if rubs else ())
+    several = ("several",) if len(scene.contacts) > 1 else ()
+    return _AT_THE_END + several + (_RUBBING if rubs else ())
 
 
 def compile_laws(scene: Scene) -> None:
@@ -32,7 +33,7 @@ def compile_laws(scene: Scene) -> None:
 
 def compile_all_laws() -> None:
     """Compile the laws of all scenes."""
-    _compile(_ALONG_THE_PATH + _AT_THE_END + _RUBBING)
+    _compile((*_ALONG_THE_PATH, *_AT_THE_END, "several", *_RUBBING))
 
 
 def _compile(modules: tuple[str, ...]) -> None:

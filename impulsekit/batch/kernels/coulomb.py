@@ -1,24 +1,34 @@
-"""What kernels leave to ``solve`` of one contact, and whether contacts raise the energy."""
+"""What kernels leave to ``solve``."""
 
 from __future__ import annotations
 
 from ...laws.coulomb import can_press
-from ...laws.single import GAIN
+from ...laws.frictional import block_at
+from ...laws.modes import DEPENDENT
+from ...laws.several import Care
 from ...laws.status import Status
 from ...laws.words import NEWTON
+from .held import COARSE
 from .jit import built_in
 
-__all__ = ["block_at", "gain", "is_close_call", "is_left"]
+__all__ = ["block_at", "care_for", "is_close_call", "is_left"]
 
 # Nearer than this to no answer or to many, single precision has lost the digits that decide.
 NEAR = 1e-4
+# Contacts of which one is this much more mobile than another are left to ``solve``, which refines.
+ALIKE = 1e-3
 _SOLVED, _JAM = int(Status.SOLVED), int(Status.PAINLEVE_JAM)
 
 
 @built_in
-def block_at(W, k):
-    """W of the contact whose rows begin at k with itself, as the laws take it."""
-    return W[k, k], W[k, k + 1], W[k + 1, k + 1], W[k, k + 2], W[k + 1, k + 2], W[k + 2, k + 2]
+def care_for(digits):
+    """What the law of several contacts is to leave, its numbers having so many binary digits.
+
+    In single precision what is left in doubt is solved again in double precision.
+    """
+    if digits == 53:
+        return Care(DEPENDENT, ALIKE, False, True)
+    return Care(COARSE, ALIKE, True, True)
 
 
 @built_in
@@ -51,23 +61,3 @@ def is_close_call(block, mu, impulse, code, digits):
         return True
     # W_nn − µ w·s where it slides, and no less than that where it sticks.
     return nn * pn + n1 * p1 + n2 * p2 <= NEAR * nn * pn
-
-
-@built_in
-def gain(impulse, before, after, count):
-    """Whether contacts raise the energy by more than rounding."""
-    total = 0.0
-    size = 0.0
-    for i in range(count):
-        normal = 0.0
-        friction = 0.0
-        for k in range(3 * i, 3 * i + 3):
-            work = 0.5 * impulse[k] * (before[k] + after[k])
-            size += abs(impulse[k] * before[k])
-            if k == 3 * i + 2:
-                normal = work
-            else:
-                friction += work
-        total += normal + friction
-        size += abs(normal) + abs(friction)
-    return total > 0.0 and total > GAIN * size

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from .dense import cholesky, lower_solve
+from ...laws.dense import cholesky, lower_solve
 from .jit import built_in
 from .layout import DOF, INVERSE
 

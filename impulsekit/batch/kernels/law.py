@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from ...laws.several import newton
 from ...laws.single import strike_at_end
 from ...laws.status import Status
 from ...laws.words import NEWTON
 from ..codes import AGAIN
-from .coulomb import block_at, gain, is_left
+from .coulomb import block_at, care_for, is_left
 from .jit import built_in
 from .layout import CONTACT_INTS
 from .problem import pose, problem_in, put_back, room
-from .several import several
 from .uniqueness import judge_others
 
 __all__ = ["newton_lanes"]
@@ -40,7 +40,6 @@ def newton_lanes(
 @built_in
 def _solved(count, digits, space):
     """The code, with P of the contacts that touch in ``space``."""
-    line = space[1]
     W, before, free, mus, es, ets, P = problem_in(space)
     if count == 1:
         block = block_at(W, 0)
@@ -49,33 +48,17 @@ def _solved(count, digits, space):
         P[0], P[1], P[2] = hit.impulse
         close = is_left(block, u, start, es[0], mus[0], ets[0], NEWTON, hit, digits)
         return AGAIN if close else hit.code
-    b, after = line[10], line[15]
-    size = 3 * count
+    work = space[3]
+    care = care_for(digits)
     smooth = True
-    scale = 0.0
-    for i in range(size):
-        b[i] = free[i]
-    for k in range(count):
-        un = before[3 * k + 2]
-        if un < 0.0:
-            b[3 * k + 2] += es[k] * un
-        if mus[k] > 0.0:
-            smooth = False
-            b[3 * k] += ets[k] * before[3 * k]
-            b[3 * k + 1] += ets[k] * before[3 * k + 1]
-            for j in (3 * k, 3 * k + 1):
-                scale = max(scale, abs(free[j]), abs(ets[k] * before[j]))
-        scale = max(scale, abs(un), abs(free[3 * k + 2]))
-    code = several(b, count, smooth, scale, digits, space)
+    for i in range(count):
+        work.mu[i] = mus[i]
+        smooth = smooth and mus[i] == 0.0
+    code, _ = newton(work, W, before, free, es, ets, count, care)
     if code == AGAIN:
         return AGAIN
-    for i in range(size):
-        total = free[i]
-        for j in range(size):
-            total += W[i, j] * P[j]
-        after[i] = total
-    if gain(P, before, after, count):
-        return _GAIN
-    if not smooth:
-        return judge_others(code, W, before, free, after, mus, es, ets, count, P)
-    return code
+    for k in range(3 * count):
+        P[k] = work.P[k]
+    if code == _GAIN or smooth:
+        return code
+    return judge_others(code, W, before, free, work.velocity, mus, es, ets, count, P)

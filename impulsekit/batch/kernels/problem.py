@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from ...laws.status import Status
+from ...laws.workspace import workspace
 from ..codes import AGAIN
 from .held import COARSE, bear, half_solved, hold
 from .jit import built_in
@@ -38,26 +39,22 @@ def problem_in(space):
 
 @built_in
 def room(rows, contacts):
-    """The arrays that the laws work in: square, lines, and what is counted by contact."""
+    """The arrays that the laws work in: square, lines, what is counted by contact, a workspace."""
     size = max(3 * contacts, rows, 1)
     few = max(contacts, 1)
     # One array each: a slice of a larger one would be counted at every use.
     square = (
         np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size)),
-        np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size)),
-        np.zeros((size, size)), np.zeros((size, size)),
+        np.zeros((size, size)),
     )  # fmt: skip
     line = (
         np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
         np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
-        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
-        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
-        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
+        np.zeros(size),
     )  # fmt: skip
-    short = (np.zeros((few, 2)), np.zeros((4, 2)), np.zeros(4))
     # The contacts, then the bilateral rows in their order, how many are not null, the rank.
     row_of = np.zeros(few + rows + 2, dtype=np.int64)
-    return square, line, short, (row_of, np.zeros(few, dtype=np.int64))
+    return square, line, (row_of, np.zeros(few, dtype=np.int64)), workspace(few)
 
 
 @built_in
@@ -129,8 +126,8 @@ def pose(
         return np.int64(-1)
     (q, q_step), (e, e_step), (mu, mu_step) = given
     q_row, e_row, mu_row, held = state * q_step, state * e_step, state * mu_step, len(target)
-    square, line, _, (row_of, mode) = space
-    W, lower, cross_held, matrix = square[:4]
+    square, line, (row_of, mode), _ = space
+    W, lower, cross_held, matrix = square
     before, free, mus, es, ets, sign, known, rest, scale_of = line[:9]
     # np.int64(0), for with a 0 numba would compile all that takes it once more.
     count = np.int64(0)
@@ -216,8 +213,8 @@ def put_back(lane, count, rows, held, contact_ints, work, p_at, w, code, space):
         for r in range(rows):
             work[(p_at + r) * w + lane] = math.nan if count < 0 else 0.0
         return
-    square, line, _, (row_of, mode) = space
-    lower, cross_held, matrix = square[1:4]
+    square, line, (row_of, mode), _ = space
+    _, lower, cross_held, matrix = square
     sign, known, rest, scale_of, P = line[5:10]
     size = 3 * count
     for r in range(held, rows):

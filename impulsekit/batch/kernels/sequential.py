@@ -85,7 +85,7 @@ def _solved(count, restitution, digits, space):
 def begin(count, space):
     """(3n,) the velocities, which hits change, and the pace of the fastest at first."""
     W, line = space[0][0], space[1]
-    free, P, velocity = line[1], line[9], line[20]
+    free, P, velocity = line[1], line[9], line[10]
     first = 0.0
     for k in range(3 * count):
         P[k] = 0.0
@@ -128,7 +128,7 @@ def next_hit(hits, velocity, count, first, digits, space):
 def book(i, p1, p2, pn, count, space):
     """Add what a hit of contact i does."""
     W, line = space[0][0], space[1]
-    P, velocity = line[9], line[20]
+    P, velocity = line[9], line[10]
     k = 3 * i
     P[k] += p1
     P[k + 1] += p2

@@ -84,7 +84,7 @@ def solve_frictional(
     """
     found = _solved(delassus, shifted, friction, floor, start, scale)
     if least and found.status.valid and _is_redundant(delassus):
-        modes = Modes(*_rubbing(delassus, shifted, friction), friction, floor, scale)
+        modes = Modes(*rubbing(delassus, shifted, friction), friction, floor, scale)
         impulse = least_split(modes, found.impulse)
         residual = modes.residual(impulse)
         if residual <= BAR:
@@ -101,7 +101,7 @@ def _is_redundant(delassus: np.ndarray) -> bool:
     return bool(values[0] <= DEPENDENT * values[-1])
 
 
-def _rubbing(
+def rubbing(
     delassus: np.ndarray, shifted: np.ndarray, friction: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """W and b; tangent rows without friction carry nothing, whatever stands in them."""
@@ -123,7 +123,7 @@ def _solved(
     start: np.ndarray | None,
     scale: float,
 ) -> Frictional:
-    delassus, shifted = _rubbing(delassus, shifted, friction)
+    delassus, shifted = rubbing(delassus, shifted, friction)
     if floor is not None and not floor.any():
         floor = None
     modes = Modes(delassus, shifted, friction, floor, scale)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...laws.several import strike_together
 from ...laws.single import GAIN
 from ...laws.status import Status
+from ...laws.words import AGAIN, NEWTON, POISSON
 from ...scene.law import Law
 from .frictionless import solve_frictionless
 from .problem import ContactProblem, ContactSolution
@@ -24,11 +26,57 @@ def solve_simultaneous(problem: ContactProblem, law: Law) -> ContactSolution:
         InputError: tangential restitution under Poisson's law.
     """
     frictional = any(problem.friction.tolist())
-    if law.restitution == "newton":
-        return _newton(problem, frictional)
-    if frictional and problem.tangential_restitution[problem.friction > 0.0].any():
+    newton = law.restitution == "newton"
+    if not newton and frictional and problem.tangential_restitution[problem.friction > 0.0].any():
         refuse_tangential(law)
-    return _poisson(problem, frictional)
+    found = _by_law(problem, NEWTON if newton else POISSON)
+    if found is not None:
+        return found
+    return _newton(problem, frictional) if newton else _poisson(problem, frictional)
+
+
+def _by_law(problem: ContactProblem, restitution: int) -> ContactSolution | None:
+    """The answer of ``laws.several``; None where it leaves the problem."""
+    before, free = problem.velocity_before, problem.velocity_free
+    # Compiled code takes arrays in order that may be written to.
+    code, residual, impulse, after, normal, friction = strike_together(
+        _in_order(problem.delassus),
+        _in_order(before),
+        _in_order(free),
+        _in_order(problem.friction),
+        _in_order(problem.restitution),
+        _in_order(problem.tangential_restitution),
+        restitution,
+    )
+    if code == AGAIN:
+        return None
+    status = Status(code)
+    unique = None
+    if status is Status.NOT_UNIQUE:
+        from .frictional import rubbing
+        from .modes import Modes
+        from .uniqueness import unique_contacts
+
+        modes = Modes(*rubbing(problem.delassus, free, problem.friction), problem.friction, None)
+        # The law tells of redundant loads only where nothing slips.
+        unique = unique_contacts(modes, impulse, slips=False)
+        if unique is None:
+            status = Status.SOLVED
+    return ContactSolution(
+        impulse,
+        after,
+        status,
+        residual,
+        unique,
+        before if restitution == NEWTON else free,
+        normal,
+        friction,
+    )
+
+
+def _in_order(array: np.ndarray) -> np.ndarray:
+    flags = array.flags
+    return array if flags.c_contiguous and flags.writeable else array.copy()
 
 
 def _newton(problem: ContactProblem, frictional: bool) -> ContactSolution:

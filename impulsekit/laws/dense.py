@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 
-from .jit import built_in
+import numpy as np
+
+from .compiled import compiled
 
 __all__ = [
     "cholesky",
@@ -16,8 +18,8 @@ __all__ = [
 ]
 
 
-@built_in
-def cholesky(a, n, lower):
+@compiled
+def cholesky(a: np.ndarray, n: int, lower: np.ndarray) -> float:
     """L of the leading n rows of a symmetric matrix; the least pivot over its diagonal."""
     least = math.inf
     for i in range(n):
@@ -35,8 +37,8 @@ def cholesky(a, n, lower):
     return least
 
 
-@built_in
-def lower_solve(lower, n, x):
+@compiled
+def lower_solve(lower: np.ndarray, n: int, x: np.ndarray) -> None:
     """x ← L⁻¹ x."""
     for i in range(n):
         total = x[i]
@@ -45,8 +47,8 @@ def lower_solve(lower, n, x):
         x[i] = total / lower[i, i]
 
 
-@built_in
-def eliminate(lower, n, x):
+@compiled
+def eliminate(lower: np.ndarray, n: int, x: np.ndarray) -> None:
     """x ← (L Lᵀ)⁻¹ x."""
     lower_solve(lower, n, x)
     for i in range(n - 1, -1, -1):
@@ -56,8 +58,8 @@ def eliminate(lower, n, x):
         x[i] = total / lower[i, i]
 
 
-@built_in
-def gauss(a, n, x):
+@compiled
+def gauss(a: np.ndarray, n: int, x: np.ndarray) -> bool:
     """x ← A⁻¹ x with row pivoting, A being used up; False where it is singular."""
     for j in range(n):
         best = j
@@ -85,8 +87,10 @@ def gauss(a, n, x):
     return True
 
 
-@built_in
-def gauss_of_rank(a, n, x, tolerance, order, y):
+@compiled
+def gauss_of_rank(
+    a: np.ndarray, n: int, x: np.ndarray, tolerance: float, order: np.ndarray, y: np.ndarray
+) -> None:
     """Some x with A x = r where r is in the range, A being used up: 0 for what is redundant.
 
     Args:
@@ -132,8 +136,8 @@ def gauss_of_rank(a, n, x, tolerance, order, y):
         x[int(order[j])] = y[j] if j < rank else 0.0
 
 
-@built_in
-def rank_by_pivots(a, n, tolerance):
+@compiled
+def rank_by_pivots(a: np.ndarray, n: int, tolerance: float) -> int:
     """The rank of a positive semidefinite matrix, which is used up (pivoted Cholesky)."""
     for j in range(n):
         best = j

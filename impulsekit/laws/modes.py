@@ -1,6 +1,10 @@
-"""Newton on the modes of several contacts: parts, sticks or slides (``impact.laws.modes``).
+"""Newton on the modes of several contacts: parts, sticks or slides.
 
-0 ≤ P_n − f ⊥ ξ_n ≥ 0 with Coulomb's friction; f is 0, or what an expansion asks for at least.
+The natural map of 0 ≤ P_n − f ⊥ ξ_n ≥ 0 with Coulomb's friction (Alart & Curnier 1991) is
+P_n − f = max(0, P_n − f − ρ ξ_n), P_t = proj(P_t − ρ ξ_t) onto |P_t| ≤ µ P_n; f is 0, or what an
+expansion asks for at least. Its branches are the modes. A sticking contact has three unknowns,
+a sliding one two, P_n and the direction s of slip: P_t = −µ P_n s, s⊥·ξ_t = 0. Newton on these,
+modes seen anew at each step, until none changes.
 """
 
 from __future__ import annotations
@@ -9,48 +13,79 @@ import math
 
 import numpy as np
 
+from .compiled import compiled
 from .dense import gauss, gauss_of_rank
-from .jit import built_in
+from .workspace import Sizes, Workspace
 
-__all__ = ["BAR", "MOST_STEPS", "RIDGE", "SLIDES", "polish", "residual_of"]
+__all__ = [
+    "BAR", "DEPENDENT", "FINE", "MOST_STEPS", "NULL", "RIDGE", "SLIDES", "polish", "residual_of",
+    "sizes_of",
+]  # fmt: skip
 
-# As in ``impact.laws.modes``.
+# Steps from nearby at most.
 MOST_STEPS = 12
+# Against singular W, relative: moves only what the velocities do not notice.
 RIDGE = 1e-9
 # Nearer than this the ridge is left out: what is redundant would drift by rounding over it, out
 # of its cones and back. Pivots below this share are then none.
 NEAR = 1e-3
 DEPENDENT = 1e-10
-BAR = 1e-10
+# What the residual must come down to; and where it is rounding, so that further steps gain
+# nothing.
+BAR, FINE = 1e-10, 4e-15
+# From here on one step more is for the last digits.
 DEEP = 1e-13
+# How often the residual may rise, where contacts on the edge of their cones change modes.
 RISES = 3
+# A row of W with this share of the largest on its diagonal moves nothing.
+NULL = 1e-14
+# Contacts whose masses differ by less than this are much alike.
+ALIKE = 1e-2
+# How many times the velocities W P may be before its rounding counts: beyond it an impulse that
+# solves nothing could be so large that what it leaves drowns in its own rounding.
+BALANCED = 1e3
 # Parts; sticks; slides; the same two with P_n held at f.
 PARTS, STICKS, SLIDES, STICKS_AT_FLOOR, SLIDES_AT_FLOOR = 0, 1, 2, 3, 4
 
 
-@built_in
-def polish(
-    W, b, mu, floor, n, scale, largest, least, fine, most, ridge, P, best, xi, mode, slip, way,
-    aim, matrix, x, moved,
-):  # fmt: skip
+@compiled
+def sizes_of(work: Workspace, n: int, scale: float) -> Sizes:
+    """What counts as nothing.
+
+    Args:
+        work: W and b.
+        n: how many contacts.
+        scale: the size of the velocities where they were larger before [m/s].
+    """
+    largest, heaviest = 0.0, math.inf
+    for i in range(n):
+        own = 0.0
+        for k in range(3 * i, 3 * i + 3):
+            scale = max(scale, abs(work.b[k]))
+            own = max(own, work.W[k, k])
+        largest, heaviest = max(largest, own), min(heaviest, own)
+    return Sizes(scale, largest, NULL * largest, heaviest > ALIKE * largest)
+
+
+@compiled
+def polish(work: Workspace, n: int, sizes: Sizes, most: int, ridge: float) -> float:
     """Bring P (3n,) from nearby to rounding level; the residual.
 
     Args:
-        floor: (n,) f [N s].
-        scale: the size of the velocities.
-        largest: the largest entry on the diagonal of W.
-        least: what counts as a diagonal of nothing.
-        fine: the residual below which nothing is to be gained.
+        work: the problem, with P to begin with.
+        n: how many contacts.
+        sizes: what counts as nothing.
         most: steps.
         ridge: relative; 0 where W is known to be regular and every row to move something.
     """
+    P, best = work.P, work.best
     size = 3 * n
     for j in range(size):
         best[j] = P[j]
     bar = math.inf
     risen = 0
     for step in range(most + 1):
-        residual = residual_of(W, b, mu, floor, n, scale, least, P, xi, mode, slip)
+        residual = residual_of(work, n, sizes)
         if not residual < math.inf:
             break
         if residual < bar:
@@ -60,41 +95,43 @@ def polish(
                 for j in range(size):
                     best[j] = P[j]
             # Deep enough; one step more is only for the last digits.
-            if last and bar <= fine:
+            if last and bar <= FINE:
                 break
         elif bar < 1e-11:
-            # It may rise for a step, where contacts on the edge of their cones change modes.
             risen += 1
-            if bar <= fine or risen > RISES:
+            if bar <= FINE or risen > RISES:
                 break
-        if step < most and not _stepped(
-            W, b, mu, floor, n, ridge * largest, P, xi, mode, slip, way, aim, matrix, x, moved,
-            ridge > 0.0 and residual < NEAR,
-        ):  # fmt: skip
+        if step < most and not _stepped(work, n, sizes, ridge, ridge > 0.0 and residual < NEAR):
             break
     for j in range(size):
         P[j] = best[j]
     return bar
 
 
-@built_in
-def residual_of(W, b, mu, floor, n, scale, least, P, xi, mode, slip):
-    """The residual of the natural map; mode and slip of each contact."""
+@compiled
+def residual_of(work: Workspace, n: int, sizes: Sizes) -> float:
+    """The natural map's distance from its fixed point, relative; writes ξ, modes and slips."""
+    W, b, mu, floor, P, xi = work.W, work.b, work.mu, work.floor, work.P, work.xi
+    mode, slip = work.mode, work.slip
     worst = 0.0
-    size = scale
+    size = sizes.scale
+    largest_load = BALANCED * sizes.scale
     for k in range(3 * n):
         total = b[k]
         for j in range(3 * n):
             total += W[k, j] * P[j]
+        if not abs(total) < math.inf:
+            return math.inf
         xi[k] = total
     for i in range(n):
         k = 3 * i
-        normal_rate = max(W[k + 2, k + 2], least)
-        rate = max(W[k, k] + W[k + 1, k + 1], least)
+        normal_rate = max(W[k + 2, k + 2], sizes.least)
+        rate = max(W[k, k] + W[k + 1, k + 1], sizes.least)
         load = normal_rate * (P[k + 2] - floor[i])
         pushing = load > xi[k + 2]
         worst = max(worst, abs(xi[k + 2] if pushing else load))
-        size = max(size, normal_rate * P[k + 2])
+        # Impulses in balance leave their own rounding where W P is formed.
+        size = max(size, min(normal_rate * P[k + 2], largest_load))
         if not pushing and floor[i] == 0.0:
             mode[i] = PARTS
             worst = max(worst, rate * (abs(P[k]) + abs(P[k + 1])))
@@ -111,18 +148,39 @@ def residual_of(W, b, mu, floor, n, scale, least, P, xi, mode, slip):
         else:
             mode[i] = STICKS if pushing else STICKS_AT_FLOOR
             worst = max(worst, math.sqrt(xi[k] * xi[k] + xi[k + 1] * xi[k + 1]))
-        if worst != worst:
-            return math.inf
     return worst / size if size > 0.0 else 0.0
 
 
-@built_in
-def _stepped(
-    W, b, mu, floor, n, ridge, P, xi, mode, slip, way, aim, matrix, x, moved, near
-):  # fmt: skip
+@compiled
+def _stepped(work: Workspace, n: int, sizes: Sizes, ridge: float, near: bool) -> bool:
     """One Newton step on the modes; False where the system is singular."""
+    m = _system(work, n)
+    if m == 0:
+        return True
+    matrix, x = work.matrix, work.x
+    if not near and ridge > 0.0:
+        for r in range(m):
+            # Each unknown its own: beside a gram's contact a tonne's must not drown.
+            size = abs(matrix[r, r])
+            own = size if size > sizes.least and not sizes.alike else sizes.largest
+            matrix[r, r] += ridge * own
+    _add_stiffness(work, n)
+    if near:
+        gauss_of_rank(matrix, m, x, DEPENDENT, work.moved, work.xi)
+    elif not gauss(matrix, m, x):
+        return False
+    _move(work, n, m)
+    return True
+
+
+@compiled
+def _system(work: Workspace, n: int) -> int:
+    """Write P onto its modes, and Aimᵀ W Way x = Aimᵀ ξ for its change; the number of unknowns."""
+    W, b, mu, floor, P, xi = work.W, work.b, work.mu, work.floor, work.P, work.xi
+    mode, slip, way, aim, matrix = work.mode, work.slip, work.way, work.aim, work.matrix
+    x, moved = work.x, work.moved
     size = 3 * n
-    m = np.int64(0)
+    m = int(np.int64(0))
     for k in range(size):
         for j in range(size):
             way[k, j] = 0.0
@@ -157,7 +215,7 @@ def _stepped(
                 aim[m, k + j] = 1.0
                 m += 1
     if m == 0:
-        return True
+        return m
     for k in range(size):
         total = b[k]
         for j in range(size):
@@ -183,8 +241,13 @@ def _stepped(
             if aim[r, k] != 0.0:
                 total += aim[r, k] * xi[k]
         x[r] = total
-        if not near:
-            matrix[r, r] += ridge
+    return m
+
+
+@compiled
+def _add_stiffness(work: Workspace, n: int) -> None:
+    """As slip turns, so does what is across it."""
+    mu, P, xi, mode, slip, matrix = work.mu, work.P, work.xi, work.mode, work.slip, work.matrix
     c = 0
     for i in range(n):
         if mode[i] == PARTS:
@@ -201,11 +264,14 @@ def _stepped(
             c += 1
         else:
             c += 3 if pushing else 2
-    if near:
-        gauss_of_rank(matrix, m, x, DEPENDENT, moved, xi)
-    elif not gauss(matrix, m, x):
-        return False
-    bounds = moved
+
+
+@compiled
+def _move(work: Workspace, n: int, m: int) -> None:
+    """P by the step, slip back on the edge of its cone in the direction that it has turned to."""
+    mu, floor, P, mode, slip = work.mu, work.floor, work.P, work.mode, work.slip
+    way, x, bounds = work.way, work.x, work.moved
+    size = 3 * n
     for i in range(n):
         bounds[i] = mu[i] * P[3 * i + 2]
     for c in range(m):
@@ -222,4 +288,3 @@ def _stepped(
             pn = max(floor[i], P[k + 2])
             P[k] = pn * (sine * s2 - cosine * s1)
             P[k + 1] = -pn * (cosine * s2 + sine * s1)
-    return True

@@ -9,15 +9,20 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from .compiled import compiled
 from .dense import cholesky, eliminate
-from .jit import built_in
+from .workspace import Workspace
 
 __all__ = ["split"]
 
 
-@built_in
-def split(W, b, mu, n, y, z, steps, rate, matrix, lower, x, last):
+@compiled
+def split(work: Workspace, n: int, steps: int, rate: float) -> float:
     """Improve y (3n,) in the cones by some steps, z (3n,) being kept; the rate to go on with."""
+    W, b, mu, y, z = work.W, work.b, work.mu, work.y, work.z
+    matrix, lower, x, last = work.matrix, work.way, work.x, work.moved
     size = 3 * n
     fresh = True
     for step in range(steps):
@@ -58,8 +63,8 @@ def split(W, b, mu, n, y, z, steps, rate, matrix, lower, x, last):
     return rate
 
 
-@built_in
-def _project(y, k, mu):
+@compiled
+def _project(y: np.ndarray, k: int, mu: float) -> None:
     """The nearest point of the cone |y_t| ≤ µ y_n."""
     size = math.sqrt(y[k] * y[k] + y[k + 1] * y[k + 1])
     if size <= mu * y[k + 2]:

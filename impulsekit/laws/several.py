@@ -1,0 +1,335 @@
+"""Several contacts of one instant at once, friction looking at the end of the impact.
+
+Newton's restitution asks for u_n⁺ ≥ −e u_n⁻; Poisson's is a compression with e = 0, then an
+expansion with P_n ≥ e P_n^c (Glocker & Pfeiffer 1995).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .compiled import compiled, entry
+from .dense import rank_by_pivots
+from .frictional import clear_smooth, frictional, is_redundant
+from .frictionless import frictionless, residual_of_normals
+from .modes import DEPENDENT, FINE, MOST_STEPS, RIDGE, polish, sizes_of
+from .single import GAIN, NEGLIGIBLE
+from .status import Status
+from .words import AGAIN, NEWTON
+from .workspace import Workspace, workspace
+
+__all__ = ["Care", "newton", "poisson", "strike_together"]
+
+# Two contacts with 1 − r² below this, r their correlation in W, all but coincide.
+COINCIDENT = 1e-6
+# What a contact without friction bears and approaches with, relative, if it just touches.
+IDLE = 1e-9
+# Pivots of normals below this are of redundant contacts, whose shares are another matter.
+DEPENDENT_NORMALS = 1e-9
+# [N s] Of smaller impulses a solution would leave the normal doubles, and none of it would count.
+LEAST_RELEASE = 1e-290
+# What contacts without friction may leave of their law, relative.
+BAR_OF_NORMALS = 1e-9
+_SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
+_NOT_UNIQUE = int(Status.NOT_UNIQUE)
+
+
+class Care(NamedTuple):
+    """What is left to a slower way.
+
+    Attributes:
+        dependent: pivots of W, its diagonal being 1, below which rows depend on each other.
+        spread: contacts that move by less than this share of what others do.
+        regular: whether redundant rows are left.
+        shares: whether loads that contacts without friction may share are found; else they are
+            left.
+    """
+
+    dependent: float
+    spread: float
+    regular: bool
+    shares: bool
+
+
+def _examples() -> tuple[object, ...]:
+    line, few = np.ones(6), np.ones(2)
+    return np.eye(6), line, line, few, few, few, NEWTON
+
+
+@entry(_examples, seconds=15.0)
+def strike_together(
+    W: np.ndarray,
+    before: np.ndarray,
+    free: np.ndarray,
+    mu: np.ndarray,
+    e: np.ndarray,
+    e_t: np.ndarray,
+    restitution: int,
+) -> tuple[int, float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The code, or AGAIN, the residual, P, u⁺ (3n,), the works of normals and of friction (n,).
+
+    Args:
+        W: (3n, 3n) Delassus matrix [1/kg].
+        before, free: (3n,) u⁻ and u_free [m/s].
+        mu, e, e_t: (n,) friction, restitution, tangential restitution (0 but under Newton's).
+        restitution: NEWTON or POISSON.
+    """
+    n = len(mu)
+    work = workspace(n)
+    for i in range(n):
+        work.mu[i] = mu[i] if mu[i] > NEGLIGIBLE else 0.0
+    care = Care(DEPENDENT, 0.0, False, False)
+    if restitution == NEWTON:
+        code, residual = newton(work, W, before, free, e, e_t, n, care)
+    else:
+        code, residual = poisson(work, W, free, e, n, care)
+    return code, residual, work.P, work.velocity, work.normal, work.friction
+
+
+@compiled
+def newton(
+    work: Workspace,
+    W: np.ndarray,
+    before: np.ndarray,
+    free: np.ndarray,
+    e: np.ndarray,
+    e_t: np.ndarray,
+    n: int,
+    care: Care,
+) -> tuple[int, float]:
+    """Newton's restitution; the code, or AGAIN, and the residual.
+
+    Args:
+        work: with µ; P, u⁺ (``velocity``) and the works are written.
+        W, before, free, e, e_t: as in ``strike_together``.
+        n: how many contacts.
+        care: what is left.
+    """
+    b = work.b
+    scale = 0.0
+    for k in range(3 * n):
+        b[k] = free[k]
+    for i in range(n):
+        un = before[3 * i + 2]
+        if un < 0.0:
+            b[3 * i + 2] += e[i] * un
+        if work.mu[i] > 0.0:
+            b[3 * i] += e_t[i] * before[3 * i]
+            b[3 * i + 1] += e_t[i] * before[3 * i + 1]
+        scale = max(scale, abs(un), abs(free[3 * i + 2]))
+    code, residual, _ = _solved(work, W, n, scale, 0.0, care)
+    if code == AGAIN:
+        return code, residual
+    for k in range(3 * n):
+        work.velocity[k] = before[k]
+        work.total[k] = 0.0
+    for i in range(n):
+        work.normal[i], work.friction[i] = 0.0, 0.0
+    size = 0.0
+    works = 0.0
+    for i in range(n):
+        for k in range(3 * i, 3 * i + 3):
+            after = free[k]
+            for j in range(3 * n):
+                after += W[k, j] * work.P[j]
+            own = 0.5 * work.P[k] * (before[k] + after)
+            size += abs(work.P[k] * before[k])
+            work.velocity[k] = after
+            if k == 3 * i + 2:
+                work.normal[i] = own
+            else:
+                work.friction[i] += own
+        size += abs(work.normal[i]) + abs(work.friction[i])
+        works += work.normal[i] + work.friction[i]
+    if works > 0.0 and works > GAIN * size:
+        return _GAIN, residual
+    return code, residual
+
+
+@compiled
+def poisson(
+    work: Workspace, W: np.ndarray, free: np.ndarray, e: np.ndarray, n: int, care: Care
+) -> tuple[int, float]:
+    """Poisson's restitution; the code, or AGAIN, and the residual. Arguments as ``newton``'s."""
+    P, b, floor = work.P, work.b, work.floor
+    size = 3 * n
+    scale, fastest = 0.0, 0.0
+    smooth, releases = True, False
+    for k in range(size):
+        b[k], work.total[k], work.velocity[k] = free[k], 0.0, free[k]
+        fastest = max(fastest, abs(free[k]))
+    for i in range(n):
+        work.normal[i], work.friction[i] = 0.0, 0.0
+        scale = max(scale, abs(free[3 * i + 2]))
+        smooth = smooth and work.mu[i] == 0.0
+        releases = releases or e[i] > 0.0
+    code, residual, regular = _solved(work, W, n, scale, 0.0, care)
+    if code == AGAIN:
+        return code, residual
+    if releases and not smooth and not regular:
+        # What comes back depends on how the load was shared.
+        return AGAIN, residual
+    _book(work, W, n)
+    released = False
+    for i in range(n):
+        floor[i] = e[i] * P[3 * i + 2]
+        if floor[i] < LEAST_RELEASE:
+            floor[i] = 0.0
+        released = released or floor[i] > 0.0
+        if code == _NOT_UNIQUE and e[i] != e[0]:
+            return AGAIN, residual
+    if released:
+        second, more = _expand(work, W, e, n, smooth, scale, fastest, care)
+        residual = max(residual, more)
+        if second == AGAIN:
+            return AGAIN, residual
+        if code == _SOLVED:
+            code = second
+        _book(work, W, n)
+    energies, works = 0.0, 0.0
+    for k in range(size):
+        P[k] = work.total[k]
+        energies += abs(P[k] * free[k])
+    for i in range(n):
+        works += work.normal[i] + work.friction[i]
+        energies += abs(work.normal[i]) + abs(work.friction[i])
+    if works > 0.0 and works > GAIN * energies:
+        return _GAIN, residual
+    return code, residual
+
+
+@compiled
+def _expand(
+    work: Workspace,
+    W: np.ndarray,
+    e: np.ndarray,
+    n: int,
+    smooth: bool,
+    scale: float,
+    fastest: float,
+    care: Care,
+) -> tuple[int, float]:
+    """P of the expansion, from that of the compression; the code, or AGAIN, and the residual."""
+    P, b, floor = work.P, work.b, work.floor
+    for k in range(3 * n):
+        b[k] = work.velocity[k]
+    if smooth:
+        for k in range(3 * n):
+            for j in range(n):
+                b[k] += W[k, 3 * j + 2] * floor[j]
+        code, residual, _ = _solved(work, W, n, scale, 0.0, care)
+        for i in range(n):
+            P[3 * i + 2] += e[i] * work.total[3 * i + 2]
+        return code, residual
+    clear_smooth(work, n)
+    for i in range(n):
+        for k in range(3 * i, 3 * i + 3):
+            P[k] *= e[i]
+    sizes = sizes_of(work, n, fastest)
+    residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
+    if not residual <= 10.0 * FINE:
+        return AGAIN, residual
+    redundant = is_redundant(work, n, sizes, care.dependent, True)
+    return (_NOT_UNIQUE if redundant else _SOLVED), residual
+
+
+@compiled
+def _book(work: Workspace, W: np.ndarray, n: int) -> None:
+    """Add the impulses P of one part, with what they do and their works."""
+    P, velocity = work.P, work.velocity
+    for i in range(n):
+        for k in range(3 * i, 3 * i + 3):
+            change = 0.0
+            for j in range(3 * n):
+                change += W[k, j] * P[j]
+            own = P[k] * (velocity[k] + 0.5 * change)
+            velocity[k] += change
+            work.total[k] += P[k]
+            if k == 3 * i + 2:
+                work.normal[i] += own
+            else:
+                work.friction[i] += own
+
+
+@compiled
+def _solved(
+    work: Workspace, W: np.ndarray, n: int, scale: float, fastest: float, care: Care
+) -> tuple[int, float, bool]:
+    """P of one part, 0 ≤ P_n ⊥ ξ_n ≥ 0 with friction; the code, or AGAIN, residual, regular."""
+    size = 3 * n
+    smooth = True
+    for i in range(n):
+        smooth = smooth and work.mu[i] == 0.0
+    if smooth:
+        bar = max(care.dependent, DEPENDENT_NORMALS)
+        code = frictionless(work, W, work.b, n, scale, care.spread, bar)
+        residual = residual_of_normals(work, W, work.b, n)
+        if code != AGAIN:
+            if residual > BAR_OF_NORMALS * scale:
+                return AGAIN, residual, False
+            return code, residual / scale if scale > 0.0 else 0.0, True
+        if not care.shares or care.regular or not _are_apart(W, n):
+            return AGAIN, 0.0, False
+    elif not care.regular and not _are_apart(W, n):
+        return AGAIN, 0.0, False
+    for r in range(size):
+        for c in range(size):
+            work.W[r, c] = W[r, c]
+    if care.regular and _is_dependent(work, W, n, care.dependent):
+        return AGAIN, 0.0, False
+    code, residual, regular = frictional(work, n, fastest, care.spread, care.dependent)
+    if smooth and code != AGAIN and _touches_idly(W, work.b, work.P, n, scale):
+        return AGAIN, residual, False
+    return code, residual, regular
+
+
+@compiled
+def _are_apart(W: np.ndarray, n: int) -> bool:
+    """Whether no two contacts all but coincide: rounding, or a hair, would share their load."""
+    for i in range(n):
+        for j in range(i):
+            if not _is_along(W, 3 * i + 2, 3 * j + 2):
+                continue
+            # The tangents of planes that differ by a hair may stand in another order.
+            for other in (3 * j, 3 * j + 1):
+                if _is_along(W, 3 * i, other) and _is_along(W, 3 * i + 1, 6 * j + 1 - other):
+                    return False
+    return True
+
+
+@compiled
+def _is_along(W: np.ndarray, a: int, b: int) -> bool:
+    """Whether two rows all but coincide."""
+    own = W[a, a] * W[b, b]
+    return not own - W[a, b] ** 2 > COINCIDENT * own
+
+
+@compiled
+def _touches_idly(W: np.ndarray, b: np.ndarray, P: np.ndarray, n: int, scale: float) -> bool:
+    """Whether a contact that just touches bears nothing: it may share what others bear."""
+    most = 0.0
+    for k in range(2, 3 * n, 3):
+        most = max(most, P[k])
+    for k in range(2, 3 * n, 3):
+        speed = b[k]
+        for j in range(2, 3 * n, 3):
+            speed += W[k, j] * P[j]
+        if P[k] <= IDLE * most and speed <= IDLE * scale:
+            return True
+    return False
+
+
+@compiled
+def _is_dependent(work: Workspace, W: np.ndarray, n: int, bar: float) -> bool:
+    """Whether rows of contacts depend on each other, pivots below a bar being none."""
+    matrix, unit = work.matrix, work.x
+    for r in range(3 * n):
+        if not W[r, r] > 0.0:
+            return True
+        unit[r] = W[r, r] ** -0.5
+    for r in range(3 * n):
+        for c in range(3 * n):
+            matrix[r, c] = W[r, c] * unit[r] * unit[c]
+    return rank_by_pivots(matrix, 3 * n, bar) < 3 * n
