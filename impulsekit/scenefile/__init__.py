@@ -3,6 +3,7 @@
 A file names a robot, the state it is in, and what happens to it::
 
     gravity = [0, 0, -9.81]          # [m/s²]; keys of the whole file stand before the first table
+    gap_bound = 1e-3                 # [m]; contacts and anchors open by more are warned of
 
     [robot]                          # or [robots.arm], [robots.ball]: several in one world
     urdf = "../models/whittaker_chain_10.urdf"    # relative to this file; or example = "talos"
