@@ -125,10 +125,12 @@ def on_sheet(ax: Axes, words: list[tuple[float, float, str]]) -> None:
         words: x and y of each point in data coordinates, and what is written there; between
             dollars it is a formula.
     """
-    figure = ax.get_figure()
-    if figure is None or not words:
+    if not words:
         return
-    figure = figure.figure if hasattr(figure, "figure") else figure
+    # Of a subfigure, the figure that it is a part of; a figure is its own.
+    figure: Any = ax.figure
+    while figure.figure is not figure:
+        figure = figure.figure
     figure.draw_without_rendering()
     renderer = figure._get_renderer()
     taken = _boxes(ax, renderer)
@@ -158,6 +160,8 @@ def on_sheet(ax: Axes, words: list[tuple[float, float, str]]) -> None:
             note.remove()
 
 
+# Letters of a name on a picture.
+LONGEST_NAME = 40
 # Where words may stand beside a point: right, left, above, below, and on the diagonals.
 _SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1),
           (1, 2), (1, -2), (-1, 2), (-1, -2))  # fmt: skip
@@ -186,12 +190,23 @@ def _lighten(ax: Axes) -> None:
     from matplotlib.colors import same_color
 
     swaps = ((INK, LIGHT_INK), (QUIET, LIGHT_QUIET))
-    for artist in [*ax.lines, *ax.texts]:
+    artists: list[Any] = [*ax.lines, *ax.texts]
+    for artist in artists:
         for old, new in swaps:
             if same_color(artist.get_color(), old):
                 artist.set_color(new)
 
 
 def plain(text: str) -> str:
-    """A name as it is: matplotlib would take what stands between dollars for a formula."""
+    """A name as it is: matplotlib would take what stands between dollars for a formula.
+
+    A long one loses its middle, or the names would leave no room for the picture.
+
+    Example:
+        >>> plain("left_hand_" * 6 + "joint")
+        'left_hand_left_hand_ ... _left_hand_joint'
+    """
+    if len(text) > LONGEST_NAME:
+        half = LONGEST_NAME // 2
+        text = f"{text[:half]} ... {text[-(half - 4) :]}"
     return text.replace("$", r"\$")

@@ -65,6 +65,9 @@ def _of_impact(impact: Any) -> Figure:
         contact_cones(impact, figure.add_subplot(grid[1, 1]))
     else:
         joint_reactions(impact, figure.add_subplot(grid[1, 1]), part="couple", rows=14)
+    for ax in figure.axes:
+        # Long names at the side leave little room for numbers below.
+        ax.locator_params(axis="x", nbins=5)
     figure.suptitle(impact.scene.robot.name.replace("$", r"\$"))
     return figure
 

@@ -63,5 +63,5 @@ def joint_reactions(
     ax.invert_yaxis()
     ax.set_xlabel(f"size [{unit}]")
     left = len(names) - len(chosen)
-    ax.set_title(title + (f" ({left} smaller not shown)" if left else ""), loc="left")
+    ax.set_title(title + (f"\n({left} smaller not shown)" if left else ""), loc="left")
     return tidy(ax)

@@ -55,7 +55,7 @@ def velocity_jump(impact: Impact, ax: Axes | None = None, *, rows: int = 30) -> 
         panel.set_xlabel(f"speed [{unit}]")
         tidy(panel)
     left = len(speeds) - len(chosen)
-    ax.set_title("Joint speeds" + (f" ({left} smaller not shown)" if left else ""), loc="left")
+    ax.set_title("Joint speeds" + (f"\n({left} smaller not shown)" if left else ""), loc="left")
     ax.legend(frameon=False)
     return tidy(ax)
 
