@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import os
-import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -15,6 +14,7 @@ from ..errors import InputError, RangeError, UnknownNameError, a_thing, quoted
 from ..impact.warm import compile_laws
 from ..laws.status import Status
 from ..scene import FrameAnchor, JointLock, PointAnchor, Scene
+from ..scene.kept import KeptByScene
 from .codes import AGAIN, OPEN
 from .inputs import BatchInputs, batch_inputs
 from .remote import is_lazy, solve_lazily, solve_remotely
@@ -247,7 +247,9 @@ def _number(dtype: Any) -> np.dtype:
     return number
 
 
-_programs: dict[tuple[int, bool, tuple[str, ...]], tuple[Any, Any]] = {}
+# By whether contacts get tangent rows whatever their friction, and the links whose masses vary.
+_Programs = dict[tuple[bool, tuple[str, ...]], tuple[Any, Any]]
+_programs: KeptByScene[_Programs] = KeptByScene(lambda scene: {})
 
 
 def plan_batch(
@@ -259,13 +261,12 @@ def plan_batch(
         frictional: give contacts tangent rows even where their own friction is 0.
         links: those whose masses vary.
     """
-    key = (id(scene), frictional, links)
-    if key not in _programs:
+    own, key = _programs.of(scene), (frictional, links)
+    if key not in own:
         from .program import compiled
 
-        _programs[key] = compiled(scene, frictional=frictional, links=links)
-        weakref.finalize(scene, _programs.pop, key, None)
-    return _programs[key]
+        own[key] = compiled(scene, frictional=frictional, links=links)
+    return own[key]
 
 
 def _beyond_products(inputs: BatchInputs) -> np.ndarray:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-import weakref
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -14,6 +12,7 @@ from ..robot.capacity import check_capacity
 from ..rows.constraints import ConstraintRows, needs_places
 from ..rows.reach import reached_model
 from ..scene import AppliedImpulse
+from ..scene.kept import KeptByThread
 from .algorithms import symmetric
 
 if TYPE_CHECKING:
@@ -56,23 +55,7 @@ class _Workspace:
         return model
 
 
-class _Workspaces(threading.local):
-    """The workspaces of this thread, by the identity of their scene."""
-
-    def __init__(self) -> None:
-        self.by_scene: dict[int, _Workspace] = {}
-
-
-_workspaces = _Workspaces()
-
-
-def _workspace_of(scene: Scene) -> _Workspace:
-    """The workspace that this thread keeps for a scene, made when first asked for."""
-    workspace = _workspaces.by_scene.get(id(scene))
-    if workspace is None:
-        workspace = _workspaces.by_scene[id(scene)] = _Workspace(scene)
-        weakref.finalize(scene, _workspaces.by_scene.pop, id(scene), None)
-    return workspace
+_workspaces = KeptByThread(_Workspace)
 
 
 class Mechanics:
@@ -91,19 +74,19 @@ class Mechanics:
 
     def scratch(self) -> pin.Data:
         """Pinocchio's data, to be overwritten by whoever asks."""
-        workspace = _workspace_of(self.scene)
+        workspace = _workspaces.of(self.scene)
         workspace.jacobians_of = None
         return workspace.data
 
     @property
     def constraint_rows(self) -> ConstraintRows:
         """The bilateral rows of the scene on the whole robot."""
-        return _workspace_of(self.scene).constraint_rows
+        return _workspaces.of(self.scene).constraint_rows
 
     @cached_property
     def constraint_matrix(self) -> np.ndarray:
         """(m, nv) A at q."""
-        q = _workspace_of(self.scene).whole.configuration(self._q)
+        q = _workspaces.of(self.scene).whole.configuration(self._q)
         return self.constraint_rows.matrix(self.scratch(), q)
 
     @cached_property
@@ -125,7 +108,7 @@ class Mechanics:
     @property
     def model_without_gravity(self) -> pin.Model:
         """A copy of the robot's model in which nothing falls; not to be changed."""
-        return _workspace_of(self.scene).model_without_gravity
+        return _workspaces.of(self.scene).model_without_gravity
 
     @cached_property
     def mass_matrix(self) -> np.ndarray:
@@ -160,7 +143,7 @@ class Mechanics:
         """(6, nv) Jacobian of a point of a frame, linear before angular, in ``axes``."""
         item = self.model.frames[self.scene.robot.frame_id(frame)]
         placement = item.placement * pin.SE3(np.eye(3), np.asarray(at, dtype=float))
-        workspace = _workspace_of(self.scene)
+        workspace = _workspaces.of(self.scene)
         model, data = workspace.whole.model, workspace.data
         if workspace.jacobians_of is not self._token:
             pin.computeJointJacobians(model, data, workspace.whole.configuration(self._q))

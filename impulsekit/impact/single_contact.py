@@ -7,11 +7,13 @@ from the same numbers when somebody asks.
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
 
+from ..errors import InputError
 from ..laws.coulomb import coulomb_impulse
 from ..rows.constraints import needs_places
 from ..rows.contacts import PairContact
@@ -39,7 +41,8 @@ class SingleContactJump:
         (entry,) = scene.contacts
         if not isinstance(entry, Contact):
             raise TypeError(type(entry).__name__)
-        self._scene = scene
+        # Whoever keeps this for a scene may not keep the scene by it.
+        self._scene = weakref.ref(scene)
         self._known = known if scene.impulses else None
         # The rows add a frame to the model, and data has to be made after that.
         self._rows = PairContact(scene.robot, reached, entry, 0)
@@ -55,7 +58,10 @@ class SingleContactJump:
     @cached_property
     def _refining(self) -> ConstrainedJump:
         """The general way, on a model of its own."""
-        scene, robot = self._scene, self._scene.robot
+        scene = self._scene()
+        if scene is None:
+            raise InputError("the scene of this solver is gone")
+        robot = scene.robot
         reached = reached_model(
             robot.model, touched_joints(scene), keep_places=needs_places(robot, scene)
         )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-import weakref
 from collections.abc import Callable, Container
 from dataclasses import replace
 from math import isfinite
@@ -20,6 +18,7 @@ from ..robot.massless import is_always_regular
 from ..rows.constraints import needs_places
 from ..rows.reach import ReachedModel, reached_model, touched_joints
 from ..scene import Scene
+from ..scene.kept import KeptByThread
 from .algorithms import ByAba, ByCrba, ByDenseCholesky, Rescaled, refuse_massless
 from .constrained import ConstrainedJump, Outcome
 from .doubts import doubts_of
@@ -209,7 +208,7 @@ def solve(scene: Scene, q: Any, v: Any) -> Impact:
     """
     workspace = _workspaces.by_scene.get(id(scene))
     if workspace is None:
-        impact = _workspace_of(scene).solve(scene, q, v)
+        impact = _workspaces.of(scene).solve(scene, q, v)
         warn_of_setup(doubts_of(impact))
         return impact
     return workspace.solve(scene, q, v)
@@ -217,26 +216,10 @@ def solve(scene: Scene, q: Any, v: Any) -> Impact:
 
 def solve_without_warnings(scene: Scene, q: Any, v: Any) -> Impact:
     """The same for a state out of many: none of them warns."""
-    workspace = _workspaces.by_scene.get(id(scene)) or _workspace_of(scene)
-    return workspace.solve(scene, q, v)
+    return _workspaces.of(scene).solve(scene, q, v)
 
 
-class _Workspaces(threading.local):
-    """The workspaces of this thread, by the identity of their scene."""
-
-    def __init__(self) -> None:
-        self.by_scene: dict[int, _Workspace] = {}
-
-
-_workspaces = _Workspaces()
-
-
-def _workspace_of(scene: Scene) -> _Workspace:
-    """The workspace that this thread keeps for a scene, from now on."""
-    workspace = ImpactSolver(scene)._workspace
-    _workspaces.by_scene[id(scene)] = workspace
-    weakref.finalize(scene, _workspaces.by_scene.pop, id(scene), None)
-    return workspace
+_workspaces: KeptByThread[_Workspace] = KeptByThread(lambda scene: ImpactSolver(scene)._workspace)
 
 
 def _reached(scene: Scene) -> ReachedModel:

@@ -185,9 +185,17 @@ def test_threads_do_not_meet(talos):
     assert not wrong
 
 
-def test_a_scene_takes_its_solver_along_when_it_goes():
+@pytest.mark.parametrize("holds", ["blow", "contact", "contacts", "anchor"])
+def test_a_scene_takes_its_solver_along_when_it_goes(holds):
     robot = ik.Robot.from_example("panda")
-    scene = ik.Scene(robot, [random_blow("panda_hand", 0)])
+    contact = ik.Contact("panda_hand", normal=[0, 0, 1])
+    entries = {
+        "blow": {"impulses": [random_blow("panda_hand", 0)]},
+        "contact": {"contacts": [contact]},
+        "contacts": {"contacts": [contact, contact]},
+        "anchor": {"constraints": [ik.PointAnchor("panda_hand", "world")]},
+    }
+    scene = ik.Scene(robot, **entries[holds])
     gc.collect()
     before = len(_workspaces.by_scene)
     ik.solve(scene, robot.neutral(), robot.velocity())

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-import weakref
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -23,6 +21,7 @@ from ...scene import (
     Scene,
 )
 from ...scene.constraints import KEPT
+from ...scene.kept import KeptByThread
 from ..solver import ImpactSolver
 from .expanded import expanded_model
 from .linear import Columns
@@ -159,14 +158,7 @@ class Workspace:
         return ImpactSolver(Scene(self._robot, impulses, constraints, plastic, law=Law()))
 
 
-class _Kept(threading.local):
-    """The workspaces of this thread, by the identity of their scene."""
-
-    def __init__(self) -> None:
-        self.by_scene: dict[int, Workspace] = {}
-
-
-_kept = _Kept()
+_kept = KeptByThread(Workspace)
 
 
 def workspace_of(scene: Scene) -> Workspace:
@@ -175,9 +167,4 @@ def workspace_of(scene: Scene) -> Workspace:
     Raises:
         InputError: the robot has joints that derivatives do not take.
     """
-    workspace = _kept.by_scene.get(id(scene))
-    if workspace is None:
-        workspace = Workspace(scene)
-        _kept.by_scene[id(scene)] = workspace
-        weakref.finalize(scene, _kept.by_scene.pop, id(scene), None)
-    return workspace
+    return _kept.of(scene)
