@@ -35,8 +35,8 @@ def overview(
 
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene, solve
-        >>> robot = Robot.from_example("panda")
-        >>> scene = Scene(robot, [AppliedImpulse("panda_hand", linear=[0, 0, 1])])
+        >>> robot = Robot.from_example("ur5")
+        >>> scene = Scene(robot, [AppliedImpulse("wrist_3_link", linear=[0, 0, 1])])
         >>> len(overview(solve(scene, robot.neutral(), robot.velocity())).axes)
         4
     """
