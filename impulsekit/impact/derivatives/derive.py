@@ -99,6 +99,29 @@ def _acts_before(impact: Impact) -> bool:
     return struck or bool(scene.constraints)
 
 
+def _is_split_open(impact: Impact) -> bool:
+    """Whether v⁺ may depend on how redundant contacts share the load of a compression.
+
+    Under Poisson's law e times each share comes back. Without friction, and with one e for all,
+    that is e times the resultant; otherwise the share is that of a rule, which is not linear.
+    """
+    outcome, scene = impact.outcome, impact.scene
+    if outcome is None or outcome.contacts is None or outcome.contacts.unique is None:
+        return False
+    if scene.law.restitution != "poisson":
+        return False
+    shared = [
+        scene.contacts[touch.entry]
+        for touch, unique in zip(outcome.touches, outcome.contacts.unique, strict=True)
+        if not unique
+    ]
+    names = ("restitution", "friction")
+    e, mu = ([getattr(entry, name, 0.0) for entry in shared] for name in names)
+    if (not any(mu) and all(one == e[0] for one in e)) or all(one == 0.0 for one in e):
+        return False
+    return scene.law.order == "sequential" or not impact.uniqueness.proven
+
+
 class _Derivation:
     """One call of ``derivatives``."""
 
@@ -378,6 +401,8 @@ class _Derivation:
             self.workspace.columns(tuple(point.entry for point in self.touching)),
             len(self.multipliers),
         )
+        if _is_split_open(self.impact):
+            passed.consistent = np.zeros(passed.columns.width, dtype=bool)
         return told(
             self.impact,
             self.workspace,

@@ -22,8 +22,9 @@ class DerivativeStatus(enum.Enum):
     )
     RANK_CHANGES = (
         "Redundant rows contradict each other when the state changes, or the modes of the contacts "
-        "leave v⁺ open: it jumps there and has no derivative, and what is not there is NaN. Leave "
-        "out the rows that repeat others, or lower the friction."
+        "leave v⁺ open: it jumps there and has no derivative, and what is not there is NaN. So it "
+        "is where Poisson's law gives back a load that may be shared in many ways. Leave out the "
+        "rows that repeat others, or lower the friction."
     )
 
     @property
