@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -60,7 +60,7 @@ def nearest_points(first: Solids, other: Solids, margin: float) -> tuple[float, 
     return best
 
 
-def _by_coal(one: tuple, two: tuple) -> tuple[float, np.ndarray, np.ndarray]:
+def _by_coal(one: tuple[Any, ...], two: tuple[Any, ...]) -> tuple[float, np.ndarray, np.ndarray]:
     """coal's distance [m], the middle of the nearest points, and the normal from the second."""
     import coal
 

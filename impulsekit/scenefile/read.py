@@ -36,7 +36,7 @@ _TOP = (*_OWN, *(section.name for section in SECTIONS))
 _Numbers = pydantic.TypeAdapter(tuple[float, ...], config=pydantic.ConfigDict(strict=True))
 
 
-_defaults = {field.name: field.default for field in dataclasses.fields(Scene)}
+_defaults: dict[str, Any] = {field.name: field.default for field in dataclasses.fields(Scene)}
 
 
 @dataclass(frozen=True, eq=False, repr=False)

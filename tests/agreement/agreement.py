@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from impulsekit.batch.solve import solve_batch
-from impulsekit.bench.problems.digits import velocity_after
+from impulsekit.bench.truths.digits import velocity_after
 from impulsekit.errors import SingularMassError, UrdfError
 from impulsekit.impact import solve
 from impulsekit.laws.status import Status

@@ -7,7 +7,7 @@ import pytest
 import impulsekit as ik
 from impulsekit.batch.result import OUTPUTS
 from impulsekit.batch.solve import solve_batch
-from impulsekit.bench.problems.digits import velocity_after
+from impulsekit.bench.truths.digits import velocity_after
 from impulsekit.laws.status import Status
 from tests.batch.compare import random_states
 

@@ -14,14 +14,14 @@ import impulsekit as ik
 from impulsekit.bench.stress import methods
 from impulsekit.bench.stress.bodies import random_links, random_state, robot_of
 from impulsekit.bench.stress.chains import pin_velocities
-from impulsekit.bench.stress.elimination import generalized_inverse
-from impulsekit.bench.stress.impacts import Impacts
 from impulsekit.bench.stress.judge import judge
-from impulsekit.bench.stress.numbers import truth_numbers
-from impulsekit.bench.stress.planar import planar_impulses
 from impulsekit.bench.stress.report import read_points, write_report
 from impulsekit.bench.stress.run import ALL, jobs_of, run, solved_case, sweep_named
 from impulsekit.bench.stress.summary import count_scenes, lines_of, whole_of
+from impulsekit.bench.truths.elimination import generalized_inverse
+from impulsekit.bench.truths.impacts import Impacts
+from impulsekit.bench.truths.numbers import truth_numbers
+from impulsekit.bench.truths.planar import planar_impulses
 from impulsekit.laws.status import Status
 from impulsekit.reference.whittaker import struck_chain
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.bench.stress.enumerated import PlaneProblem, all_after
+from impulsekit.bench.truths.enumerated import PlaneProblem, all_after
 
 
 def body(mass, inertia):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from impulsekit.bench.stress.enumerated import PlaneProblem, all_after
+from impulsekit.bench.truths.enumerated import PlaneProblem, all_after
 from impulsekit.laws.uniqueness import search_answers
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from impulsekit.bench.stress.flights import SWEEPS
-from impulsekit.bench.stress.flown import first_meeting, from_box, from_segment, turned
 from impulsekit.bench.stress.run import jobs_of, solved_case
+from impulsekit.bench.truths.flown import first_meeting, from_box, from_segment, turned
 
 
 @pytest.mark.parametrize("sweep", SWEEPS, ids=lambda sweep: sweep.name)

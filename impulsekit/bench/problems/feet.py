@@ -8,7 +8,7 @@ import numpy as np
 
 from ...robot import Robot
 from ...scene import Contact, Scene
-from .digits import velocity_after
+from ..truths.digits import velocity_after
 from .kept import exact_or_kept
 from .problem import Problem
 from .states import drawn_state

@@ -13,7 +13,7 @@ from ...checking.system import reference_robot
 from ...reference import impact_of_free_bodies
 from ...robot import Robot
 from ...scene import AppliedImpulse, PointAnchor, Scene
-from .digits import DIGITS
+from ..truths.digits import DIGITS
 from .kept import exact_or_kept
 from .problem import Problem
 from .states import drawn_state

@@ -9,7 +9,7 @@ import numpy as np
 from ...chain import pendulum_urdf
 from ...robot import Robot
 from ...scene import AppliedImpulse, Scene
-from .flight import state_after_flight
+from ..truths.flight import state_after_flight
 from .kept import exact_or_kept
 from .problem import Problem
 from .robots import AT, LINEAR

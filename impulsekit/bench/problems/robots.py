@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from ...robot import Robot
 from ...scene import AppliedImpulse, FrameAnchor, PointAnchor, Scene
-from .digits import velocity_after
+from ..truths.digits import velocity_after
 from .kept import exact_or_kept
 from .problem import Problem
 from .states import drawn_state

@@ -10,8 +10,9 @@ import numpy as np
 from ...robot import Robot
 from ...robot.combine import combine
 from ...scene import Contact, Law, Scene
+from ..truths.numbers import truth_numbers
+from ..truths.planar import planar_impulses
 from .problem import Problem
-from .routh import end_of_path
 
 __all__ = ["falling_rods", "rods_along_the_path", "smooth_rods"]
 
@@ -48,9 +49,7 @@ def rods_along_the_path(quick: bool) -> Iterator[Problem]:
 
     def exact() -> np.ndarray:
         state = _in_long_numbers(q[0], v[0])
-        w, u = _contact_space(state)
-        impulse = end_of_path(w, u, _number(FRICTION), _number(RESTITUTION))
-        return _after(state, impulse)
+        return _after(state, _only(state, FRICTION, law))
 
     source = "Routh's construction in 50 digits"
     yield Problem("rod along its path", 1, scene, q[0], v[0], exact, source, 1e-9)
@@ -65,7 +64,7 @@ def _falling(count: int, friction: float = FRICTION, family: str = "falling rod"
 
     def exact() -> np.ndarray:
         return np.concatenate(
-            [_after(s, _newton(*_contact_space(s), friction)) for s in map(_in_long_numbers, q, v)]
+            [_after(s, _only(s, friction, Law())) for s in map(_in_long_numbers, q, v)]
         )
 
     source = "closed form in 50 digits"
@@ -88,13 +87,7 @@ def _start(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _number(value: float) -> Any:
-    return _context().mpf(value)
-
-
-def _context() -> Any:
-    from ...reference import Arithmetic
-
-    return Arithmetic.mpmath(50)._context
+    return truth_numbers().number(value)
 
 
 def _in_long_numbers(q: np.ndarray, v: np.ndarray) -> tuple[Any, ...]:
@@ -103,35 +96,25 @@ def _in_long_numbers(q: np.ndarray, v: np.ndarray) -> tuple[Any, ...]:
     return c, s, c * a - s * b, s * a + c * b, rate
 
 
-def _contact_space(state: tuple[Any, ...]) -> tuple[tuple[Any, Any, Any], tuple[Any, Any]]:
-    """W as (tt, tn, nn), and the velocity (t, n) of the end that strikes."""
+def _contact_space(state: tuple[Any, ...]) -> tuple[Any, ...]:
+    """W as tt, tn, nn, and the velocity t, n of the end that strikes."""
     c, s, x, y, rate = state
     arm_x, arm_y = -c * _number(LENGTH / 2), -s * _number(LENGTH / 2)
     mass, inertia = _number(MASS), _number(MASS * LENGTH**2 / 12)
-    w = (
+    return (
         1 / mass + arm_y**2 / inertia,
         -arm_x * arm_y / inertia,
         1 / mass + arm_x**2 / inertia,
+        x - rate * arm_y,
+        y + rate * arm_x,
     )
-    return w, (x - rate * arm_y, y + rate * arm_x)
 
 
-def _newton(w: tuple[Any, Any, Any], u: tuple[Any, Any], friction: float) -> tuple[Any, Any]:
-    """P (t, n) that brings the end to rest along, and to −e u_n across; or that slides."""
-    tt, tn, nn = w
+def _only(state: tuple[Any, ...], friction: float, law: Law) -> Any:
+    """P (t, n), the only one that the law allows."""
     mu, e = _number(friction), _number(RESTITUTION)
-    wanted_t, wanted_n = -u[0], -(1 + e) * u[1]
-    determinant = tt * nn - tn * tn
-    p_t = (nn * wanted_t - tn * wanted_n) / determinant
-    p_n = (tt * wanted_n - tn * wanted_t) / determinant
-    if abs(p_t) <= mu * p_n:
-        return p_t, p_n
-    for way in (1, -1):
-        p_n = wanted_n / (nn - way * mu * tn)
-        p_t = -way * mu * p_n
-        if p_n > 0 and way * (u[0] + tt * p_t + tn * p_n) > 0:
-            return p_t, p_n
-    raise ArithmeticError("neither sticking nor sliding")
+    (impulse,) = planar_impulses(_contact_space(state), e, mu, law.restitution, law.slip)
+    return impulse
 
 
 def _after(state: tuple[Any, ...], impulse: tuple[Any, Any]) -> np.ndarray:

@@ -13,11 +13,11 @@ from ...chain import chain_urdf
 from ...reference.arithmetic import Array
 from ...robot import Robot
 from ...scene import AppliedImpulse, Scene
-from .found import Exact, Found
-from .impacts import Impacts
+from ..truths.found import Exact, Found
+from ..truths.impacts import Impacts
+from ..truths.numbers import truth_numbers
+from ..truths.residuals import Residuals
 from .judge import judge
-from .numbers import truth_numbers
-from .residuals import Residuals
 from .sweep import Case, Point, Sweep
 
 __all__ = ["SWEEPS", "pin_velocities"]

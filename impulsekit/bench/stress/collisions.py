@@ -12,9 +12,9 @@ import pinocchio as pin
 from ...robot import Robot
 from ...robot.combine import combine
 from ...scene import Collision, Contact, Scene
-from .found import Exact, Found
-from .impacts import Impacts
-from .residuals import Residuals
+from ..truths.found import Exact, Found
+from ..truths.impacts import Impacts
+from ..truths.residuals import Residuals
 from .sweep import STATES, Case, Sweep, decades
 
 __all__ = ["SWEEPS"]

@@ -19,7 +19,7 @@ from ...motion import simulate
 from ...robot import Robot
 from ...robot.combine import combine
 from ...scene import Collision, Contact, JointStop, Scene
-from .flown import Flown, Gap, first_meeting, from_box, from_segment, turned
+from ..truths.flown import Flown, Gap, first_meeting, from_box, from_segment, turned
 from .sweep import Point, Sweep, decades
 
 __all__ = ["SWEEPS", "Flight", "judged"]

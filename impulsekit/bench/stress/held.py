@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ...scene import AppliedImpulse, FrameAnchor, JointCoupling, JointLock, PointAnchor, Scene
+from ..truths.impacts import Impacts
 from .bodies import Link, random_links, random_state, robot_of, with_mass_ratio
-from .impacts import Impacts
 from .sweep import STATES, Case, Sweep, decades
 
 __all__ = ["SWEEPS"]

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from .found import Exact, Found
-from .numbers import EPS, SMALLEST
+from ..truths.found import Exact, Found
+from ..truths.numbers import EPS, SMALLEST
 from .sweep import StateTruth
 
 __all__ = ["BACKWARD", "BOUND", "ILL_POSED", "Judgement", "judge"]

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from ...scene import Contact, Law, Scene
+from ..truths.planar import PlanarImpacts
 from .bodies import Link, random_links, random_state, robot_of
-from .planar import PlanarImpacts
 from .sweep import STATES, Case, Sweep, decades
 
 __all__ = ["SWEEPS"]

@@ -19,7 +19,7 @@ from ...laws.status import Status
 from ...robot.massless import is_always_regular
 from ...rows.reach import reached_model, touched_joints
 from ...scene import Collision, Scene
-from .found import Found
+from ..truths.found import Found
 from .sweep import Case
 
 __all__ = ["answers"]

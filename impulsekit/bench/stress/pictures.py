@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from ...view.plots.canvas import AFTER, BLOW, INK, QUIET, new_figure, tidy
+from ..truths.numbers import EPS
 from .judge import BACKWARD, BOUND
-from .numbers import EPS
 from .run import sweep_named
 from .sweep import Point
 

@@ -10,7 +10,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 
 from ...errors import ImpulsekitError
-from .found import Exact, Found
+from ..truths.found import Exact, Found
 from .judge import Judgement, judge
 from .methods import answers
 from .sweep import Case, Point, Sweep

@@ -18,12 +18,12 @@ import numpy as np
 from ...reference import Arithmetic
 from ...reference.arithmetic import Array
 from ...scene import Scene
-from .elimination import generalized_inverse
-from .equations import Coefficients
-from .found import Exact, Found
-from .mechanics import Mechanics, SceneMechanics
-from .residuals import Residuals, share_of
-from .strike import Block, strikes
+from ..truths.elimination import generalized_inverse
+from ..truths.equations import Coefficients
+from ..truths.found import Exact, Found
+from ..truths.mechanics import Mechanics, SceneMechanics
+from ..truths.residuals import Residuals, share_of
+from ..truths.strike import Block, strikes
 
 __all__ = ["Strikes"]
 

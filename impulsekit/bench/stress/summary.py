@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 
+from ..truths.numbers import EPS, truth_numbers
 from .judge import BACKWARD, BOUND, ILL_POSED
-from .numbers import EPS, truth_numbers
 from .sweep import Point
 
 __all__ = ["Line", "count_scenes", "lines_of", "machine", "whole_of"]

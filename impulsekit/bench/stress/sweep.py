@@ -10,8 +10,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from ...scene import Scene
-from .found import Exact, Found
-from .residuals import Residuals
+from ..truths.found import Exact, Found
+from ..truths.residuals import Residuals
 
 __all__ = ["STATES", "Case", "Point", "Sweep", "Truth", "decades"]
 

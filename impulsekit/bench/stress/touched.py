@@ -10,8 +10,8 @@ import numpy as np
 from ...robot import Robot
 from ...robot.combine import combine
 from ...scene import AppliedImpulse, Contact, JointStop, Scene
+from ..truths.impacts import Impacts
 from .bodies import Link, random_links, random_state, robot_of, with_mass_ratio
-from .impacts import Impacts
 from .sweep import STATES, Case, Sweep, decades
 
 __all__ = ["SWEEPS"]

@@ -9,8 +9,8 @@ import pinocchio as pin
 
 from ...robot import Robot
 from ...scene import AppliedImpulse, JointImpulse, Scene
+from ..truths.impacts import Impacts
 from .bodies import Link, random_links, random_state, robot_of
-from .impacts import Impacts
 from .sweep import STATES, Case, Sweep, decades
 
 __all__ = ["SWEEPS"]
