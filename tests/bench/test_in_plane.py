@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.bench.stress.enumerated import PlaneProblem, whole_answers
 from impulsekit.bench.stress.in_plane import SWEEPS
 from impulsekit.bench.stress.rewritten import SWEEPS as REWRITTEN_SWEEPS
 from impulsekit.bench.stress.run import jobs_of, solved_case
+from impulsekit.bench.truths.enumerated import PlaneProblem, whole_answers
 
 
 @pytest.mark.parametrize("sweep", SWEEPS, ids=lambda sweep: sweep.name)

@@ -24,9 +24,9 @@ from ...laws.status import Status
 from ...robot import Robot
 from ...robot.combine import combine
 from ...scene import Contact, Law, Scene
-from .enumerated import After, PlaneProblem, whole_answers
+from ..truths.enumerated import After, PlaneProblem, whole_answers
+from ..truths.numbers import EPS
 from .judge import BOUND
-from .numbers import EPS
 from .sweep import STATES, Point, Sweep
 
 __all__ = ["SWEEPS", "PlaneScene", "judged", "plane_scene"]
@@ -259,11 +259,12 @@ def _by_batch(case: PlaneScene, speeds: np.ndarray) -> list[_Told]:
     start = time.perf_counter()
     batch = solve_batch(case.scene, q, speeds, outputs=["dv", "contact_impulses"], threads=1)
     seconds = (time.perf_counter() - start) / len(speeds)
+    told = batch.uniqueness if batch.uniqueness is not None else np.zeros(len(speeds))
     return [
         _Told(
             Status(code).name,
             Status(code).valid,
-            int(batch.uniqueness[i]) == SEVERAL,
+            int(told[i]) == SEVERAL,
             speeds[i] + batch.dv[i],
             seconds,
         )

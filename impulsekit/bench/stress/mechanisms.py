@@ -214,7 +214,7 @@ def _random_link(rng: np.random.Generator) -> Link:
     # Of some points, so that it is the inertia of a body.
     points = 0.3 * rng.normal(size=(5, 3))
     points -= points.mean(axis=0)
-    inertia = mass / 5 * sum(float(p @ p) * np.eye(3) - np.outer(p, p) for p in points)
+    inertia = mass / 5 * (np.sum(points**2) * np.eye(3) - points.T @ points)
     return Link(
         mass, 0.2 * rng.normal(size=3), inertia, random_turn(rng), 0.5 * rng.normal(size=3),
         unit(rng.normal(size=3)), bool(rng.random() < 0.25), float(rng.uniform(-1, 1)),

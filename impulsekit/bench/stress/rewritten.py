@@ -12,6 +12,7 @@ import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -20,10 +21,10 @@ from ...batch.solve import solve_batch
 from ...errors import ImpulsekitError, SetupWarning
 from ...impact import ImpactSolver, solve
 from ...laws.status import Status
+from ..truths.numbers import EPS
 from .mechanisms import Chain, Link, Place, Touch, World, built, chain_sizes, random_turn
 from .mechanisms import random_world as random_world
 from .mechanisms import split as split_link
-from .numbers import EPS
 from .sweep import Point, Sweep
 
 __all__ = ["REWRITTEN", "SWEEPS", "Rewritten"]
@@ -33,6 +34,8 @@ SAME = 1e-9
 # Changes of the state by which an answer's own condition is found, and how often it may grow:
 # masses and places are rewritten, too, and are not among the changes.
 NUDGE, ALLOWED = 1e-8, 1e4
+# The error speed by speed and the residuals, which are not told here.
+UNTOLD = (math.nan, math.nan, math.nan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +162,7 @@ def in_other_units(world: World, rng: np.random.Generator) -> Rewritten:
 def shuffled(world: World, rng: np.random.Generator) -> Rewritten:
     """Its entries in another order."""
     n = sum(chain_sizes(world))
-    orders = {
+    orders: dict[str, Any] = {
         name: tuple(entries[i] for i in rng.permutation(len(entries)))
         for name in ("blows", "pins", "locks", "touches")
         if (entries := getattr(world, name)) is not None
@@ -317,8 +320,8 @@ def _points(value: float, rng: np.random.Generator) -> list[Point]:
     points = []
     for name, told, back in found:
         status, verdict, error = judged(first, told, back, scale, bar)
-        numbers = (error, min(condition, 1e300), error / (condition * EPS), *[math.nan] * 3)
-        points.append(Point("", value, 0, 0, name, status, verdict, *numbers, told.seconds))
+        shares = (error, min(condition, 1e300), error / (condition * EPS))
+        points.append(Point("", value, 0, 0, name, status, verdict, *shares, *UNTOLD, told.seconds))
     return points
 
 
