@@ -3,13 +3,16 @@
 Between two nodes a gap is the cubic with its values and rates there, but for an error that
 shrinks by 16 as the piece is halved. A piece is left out where the cubic's Bernstein
 coefficients keep it above zero; where the gap surely falls, or bends one way only, its sign
-changes are known; else it is halved.
+changes are known; else it is halved. Where its error is below the rounding error of the gap, the
+cubic is all that can be known: its own turning points part it into pieces that fall or rise.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -24,8 +27,8 @@ MARGIN = 1e-3
 # The slope of a cubic is off by up to 3.2, its bend by 32 of its own error (Birkhoff & Priver
 # 1967), by piece. What neighbours tell is rounded up.
 OF_SLOPE, OF_BEND = 4.0, 32.0
-# Pieces are halved so often.
-HALVES = 40
+# Pieces are halved so often at most: of a window of 1 s the last are one step of a clock long.
+HALVES = 52
 
 
 @dataclass(frozen=True)
@@ -60,13 +63,16 @@ def may_close(
     return lowest <= MARGIN * (highest - lowest) + errors
 
 
-def first_zero(node: Callable[[float], Node], left: Node, right: Node, error: float) -> float:
+def first_zero(
+    node: Callable[[float], Node], left: Node, right: Node, error: float, rounding: float
+) -> float:
     """The first time at which a gap falls to zero in a piece; infinity where it does not.
 
     Args:
         node: the gap at a time.
         left, right: at both ends.
         error: of the cubic between them [m].
+        rounding: of the gap [m]: nothing is looked for in less.
     """
     if left.gap <= 0.0 and (left.rate < 0.0 or (left.rate == 0.0 and right.gap < left.gap)):
         return left.t
@@ -76,14 +82,17 @@ def first_zero(node: Callable[[float], Node], left: Node, right: Node, error: fl
         h = b.t - a.t
         change = b.gap - a.gap
         lowest = min(a.gap, a.gap + h * a.rate / 3.0, b.gap - h * b.rate / 3.0, b.gap)
-        if lowest > error or (lowest - error >= -GRAZED and b.gap >= 0.0):
+        if lowest > error or (lowest - error >= -GRAZED and b.gap >= -rounding):
             continue
-        slopes = (h * a.rate, 3.0 * change - h * (a.rate + b.rate), h * b.rate)
-        bends = (
-            6.0 * change - h * (4.0 * a.rate + 2.0 * b.rate),
-            h * (2.0 * a.rate + 4.0 * b.rate) - 6.0 * change,
-        )
-        if halved < HALVES:
+        parts = [a, b]
+        if error <= rounding or halved == HALVES:
+            parts[1:1] = [node(t) for t in _turning_points(a, b)]
+        else:
+            slopes = (h * a.rate, 3.0 * change - h * (a.rate + b.rate), h * b.rate)
+            bends = (
+                6.0 * change - h * (4.0 * a.rate + 2.0 * b.rate),
+                h * (2.0 * a.rate + 4.0 * b.rate) - 6.0 * change,
+            )
             if min(slopes) >= OF_SLOPE * error:
                 continue
             sure = (
@@ -96,10 +105,27 @@ def first_zero(node: Callable[[float], Node], left: Node, right: Node, error: fl
                 pieces.append((middle, b, error / 16.0, halved + 1))
                 pieces.append((a, middle, error / 16.0, halved + 1))
                 continue
-        t = _where(node, a, b)
-        if t < np.inf:
-            return t
+        for one, two in pairwise(parts):
+            t = _where(node, one, two)
+            if t < np.inf:
+                return t
     return np.inf
+
+
+def _turning_points(a: Node, b: Node) -> list[float]:
+    """Where the cubic between two nodes turns, in order."""
+    h = b.t - a.t
+    # Its slope over s from 0 to 1: c + 2 b s + a s².
+    c, change = h * a.rate, b.gap - a.gap
+    half = 3.0 * change - h * (2.0 * a.rate + b.rate)
+    top = 3.0 * (h * (a.rate + b.rate) - 2.0 * change)
+    inside = half * half - top * c
+    if inside <= 0.0:
+        return []
+    # Without cancellation (Numerical Recipes 5.6).
+    q = -(half + math.copysign(math.sqrt(inside), half))
+    found = [x / y for x, y in ((q, top), (c, q)) if y != 0.0]
+    return sorted(t for t in (a.t + s * h for s in found if 0.0 < s < 1.0) if a.t < t < b.t)
 
 
 def _where(node: Callable[[float], Node], a: Node, b: Node) -> float:

@@ -136,7 +136,8 @@ class _Search:
                     for n in (k, k + 1)
                 )
                 i = int(self._rated[j])
-                t = first_zero(self._nodes_of(i), left, right, float(errors[k, j]))
+                rounding = self._gaps.rounding(i, max(abs(left.gap), abs(right.gap)))
+                t = first_zero(self._nodes_of(i), left, right, float(errors[k, j]), rounding)
                 if t < best:
                     best, found = t, i
             if found >= 0:

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Gaps"]
 
+# Gaps are sums of some ten rounded terms, in units of the largest one's rounding error.
+ROUNDED = 8.0 * float(np.finfo(float).eps)
+
 
 class _PlaneGap:
     """A point over a plane: n·(p − o), and n·(v_p − v_plane there)."""
@@ -37,6 +40,15 @@ class _PlaneGap:
         # In the world, or in the axes of the plane's frame.
         self._normal = said.axes[:, 2]
         self._origin = said.other.placement.translation
+        self._arms = _arms(reached.model, self._pair.first.frame_id)
+        self._arms += float(np.abs(self._origin).max())
+        if not self._fixed:
+            self._arms += _arms(reached.model, self._pair.other.frame_id)
+
+    def size(self, data: pin.Data) -> float:
+        """Of the terms whose sum a gap near zero is [m]; ``data`` with placements."""
+        place = data.oMf[self._pair.first.frame_id].translation
+        return float(np.abs(place).max()) + self._arms
 
     def measure(self, data: pin.Data) -> tuple[float, float]:
         """The gap [m] and its rate [m/s]; ``data`` with placements and velocities."""
@@ -85,6 +97,10 @@ class _StopGap:
         """The gap [rad, m] and its rate."""
         gap = before_limit(q[self._entry_in_q], self._limit, self._sign)
         return gap, float(self._sign * v[self._row])
+
+    def size(self, data: pin.Data) -> float:
+        """Of the terms whose sum a gap near zero is [rad, m]."""
+        return abs(self._limit)
 
     def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(3, nv), of which only the normal row is used."""
@@ -203,6 +219,10 @@ class Gaps:
         """Points of a gap that open more slowly than this rest, whatever else is asked [m/s]."""
         return 0.0 if self.rated[i] else float(self.items[i].rest_speed)
 
+    def rounding(self, i: int, gap: float) -> float:
+        """By how much a gap of this size with a rate, measured last, is rounded [m, rad]."""
+        return ROUNDED * (gap + float(self.items[i].size(self.data)))
+
     def exact(self, i: int) -> bool:
         """Whether a gap is told to rounding."""
         return bool(self.rated[i]) or self.items[i].exact
@@ -290,3 +310,11 @@ class Gaps:
         for contact, own in zip(contacts, rows, strict=True):
             contact.count = len(own) // 3
         return np.vstack(rows) if rows else np.empty((0, self._model.nv))
+
+
+def _arms(model: pin.Model, frame_id: int) -> float:
+    """How far apart the joints that carry a frame, and it, are together [m]."""
+    frame = model.frames[frame_id]
+    joint_ids = [j for j in model.supports[frame.parentJoint] if j > 0]
+    arms = [model.jointPlacements[j].translation for j in joint_ids]
+    return sum(float(np.abs(arm).max()) for arm in [*arms, frame.placement.translation])
