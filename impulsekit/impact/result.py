@@ -187,14 +187,22 @@ class Impact(Displayed):
 
     @cached_property
     def status(self) -> Status:
-        """How the answer is to be taken; ``solve``, batches, motions and commands ask it."""
+        """How the answer is to be taken; ``solve``, batches and commands ask it."""
+        return self._judged(lambda: self.uniqueness.several and not self.uniqueness.settled)
+
+    @cached_property
+    def status_of_shown(self) -> Status:
+        """``status`` of the v⁺ shown, without a search for others that obey the law as well."""
+        return self._judged(None)
+
+    def _judged(self, several: Callable[[], bool] | None) -> Status:
         outcome = self.outcome
         contacts = None if outcome is None else outcome.contacts
         return judged(
             Status.SOLVED if contacts is None else contacts.status,
             self.residuals.largest,
             nearly_dependent=outcome is not None and outcome.nearly_dependent,
-            several=lambda: self.uniqueness.several and not self.uniqueness.settled,
+            several=several,
         )
 
     @cached_property

@@ -82,7 +82,8 @@ def first_zero(
         h = b.t - a.t
         change = b.gap - a.gap
         lowest = min(a.gap, a.gap + h * a.rate / 3.0, b.gap - h * b.rate / 3.0, b.gap)
-        if lowest > error or (lowest - error >= -GRAZED and b.gap >= -rounding):
+        ends_open = b.gap >= 0.0 or (b.gap >= -rounding and b.rate >= 0.0)
+        if lowest > error or (ends_open and lowest - error >= -GRAZED):
             continue
         parts = [a, b]
         if error <= rounding or halved == HALVES:

@@ -9,7 +9,6 @@ import math
 from collections.abc import Callable, Iterable
 
 import numpy as np
-import pinocchio as pin
 
 from ..scene import Scene
 from ..scene.functions import call
@@ -18,10 +17,10 @@ from .beginning import begin
 from .crossing import first_crossing
 from .drift import take_out_drift
 from .flight import Flight, Step
+from .hops import Hop, find_hops, low_hops
 from .interrupts import Interrupts
 from .penetration import Penetration
 from .present import Mark, Present, Stopped
-from .resting import RestingContact
 from .settling import come_to_rest, heed_stop, settle
 from .status import MotionStatus
 from .stops import first_stop
@@ -212,7 +211,7 @@ class Run:
 
     def _meet(self, closing: tuple[int, ...]) -> None:
         """An impact of what closes, with all that rests taking part."""
-        now = self._now
+        now, hops = self._now, list[Hop]()
         self._refuse_storm()
         if now.gaps is not None and self._only_wavers(closing):
             for i in closing:
@@ -221,7 +220,12 @@ class Run:
             taking_part = sorted({*closing, *(c.gap for c in now.resting.contacts)})
             self._striking.on_the_way(closing, taking_part)
             come_to_rest(now, taking_part)
-        self._flight.restart(self._first_step(closing))
+            hops = find_hops(now, taking_part)
+            low = low_hops(now, hops)
+            if low:
+                come_to_rest(now, [*(c.gap for c in now.resting.contacts), *low], low)
+                hops = find_hops(now, taking_part)
+        self._flight.restart(min((hop.duration for hop in hops), default=None))
 
     def _refuse_storm(self) -> None:
         if len(self._now.impacts) >= self._settings.max_impacts:
@@ -240,23 +244,3 @@ class Run:
         if gaps is None or any(gaps.rated[i] for i in closing):
             return False
         return all(self._now.closing(i) >= 0.0 for i in closing)
-
-    def _first_step(self, left: Iterable[int]) -> float | None:
-        """No longer than the shortest hop of what has just been struck [s]."""
-        now, gaps = self._now, self._now.gaps
-        if gaps is None:
-            return None
-        resting = {c.gap for c in now.resting.contacts}
-        contacts = [
-            RestingContact(i, int(gaps.entries[i]), 0.0, now.t) for i in left if i not in resting
-        ]
-        if not contacts:
-            return None
-        acceleration = now.acceleration()
-        moving = now.model.createData()
-        pin.forwardKinematics(now.model, moving, now.q, now.v, np.zeros(now.model.nv))
-        rows, bias = gaps.rows_and_bias(contacts, now.q, now.v, moving)
-        speed = rows.dot(now.v)[2::3]
-        rate = (rows.dot(acceleration) + bias)[2::3]
-        hops = [2.0 * u / -a for u, a in zip(speed, rate, strict=True) if a < 0.0 < u]
-        return min(hops) if hops else None

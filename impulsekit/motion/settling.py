@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 import numpy as np
 
@@ -18,16 +18,25 @@ STOPPED = 1e-8
 LIFTED = 0.5e-8
 
 
-def come_to_rest(now: Present, candidates: Iterable[int]) -> None:
-    """After an impact: what of the candidates (gaps) stays, and how."""
+def come_to_rest(now: Present, candidates: Iterable[int], low: Collection[int] = ()) -> None:
+    """After an impact: what of the candidates (gaps) stays, and how.
+
+    What parts no faster than the capture speed stays: its next approach would be slower still, and
+    captured. Were it not so, contacts that lift each other in turn would do so without end.
+
+    Args:
+        now: the motion.
+        candidates: gaps that have been struck.
+        low: those that stay however fast they open.
+    """
     gaps = now.gaps
     if gaps is None:
         return
-    slow = now.slow
+    slow = max(now.slow, now.settings.capture_speed)
     before = {c.gap: c for c in now.resting.contacts}
     stays: list[RestingContact] = []
     for i in candidates:
-        if now.closing(i) <= max(slow, gaps.rest_speed(i)):
+        if i in low or now.closing(i) <= max(slow, gaps.rest_speed(i)):
             entry, friction = int(gaps.entries[i]), gaps.items[i].friction
             stays.append(before.get(i) or RestingContact(i, entry, friction, now.t))
     kept = {c.gap for c in stays}

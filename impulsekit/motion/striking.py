@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import ImpulsekitError
 from ..impact import Impact, ImpactSolver
+from ..laws.status import RESIDUAL_LIMIT, Status
 from ..scene import Scene
 from .present import Present, Stopped
 from .status import MotionStatus
@@ -56,7 +57,7 @@ class Striking:
         entries = now.entries_of(taking_part)
         try:
             impact = solver.solve_touching(now.q, now.v, entries)
-            if not impact.is_valid() and self._lie_still(impact):
+            if not _can_be_followed(impact) and self._lie_still(impact):
                 impact = solver.solve_touching(now.q, now.v, entries)
         except ImpulsekitError as error:
             if error.from_function:
@@ -130,7 +131,7 @@ class Striking:
     def _accept(self, impact: Impact) -> None:
         now = self._present
         now.impacts.append((now.t, impact))
-        if not impact.is_valid():
+        if not _can_be_followed(impact):
             raise Stopped(
                 MotionStatus.IMPACT_NOT_VALID,
                 f"the impact at {now.t:.9g} s is {impact.describe_status()}",
@@ -151,3 +152,14 @@ class Striking:
         """For approaches below the capture speed: without restitution."""
         contacts = [replace(entry, restitution=0.0) for entry in self._later.contacts]
         return ImpactSolver(replace(self._later, contacts=contacts))
+
+
+def _can_be_followed(impact: Impact) -> bool:
+    """Whether a motion goes on from the v⁺ shown.
+
+    Where the law leaves several open it follows the one that the law's rule shows, without a
+    search for the others; the status of the impact tells of them.
+    """
+    status = impact.status_of_shown
+    several = status is Status.MANY_SOLUTIONS and impact.residuals.largest <= RESIDUAL_LIMIT
+    return status.valid or several

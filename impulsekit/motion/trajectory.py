@@ -16,6 +16,7 @@ from ..errors import ImpulsekitError, InputError, MissingExtraError, RangeError,
 from ..files import replaced_file
 from ..impact.algorithms import symmetric
 from ..impact.named import ByName
+from ..laws.status import Status
 from ..scene.numbers import number
 from .force_field import ForceField
 from .path import Path
@@ -126,6 +127,15 @@ class Trajectory(Displayed):
         states = [path.state(time) for time in t.tolist()]
         self.q = _read_only(np.array([q for q, _ in states]).reshape(len(t), scene.robot.nq))
         self.v = _read_only(np.array([v for _, v in states]).reshape(len(t), scene.robot.nv))
+
+    @cached_property
+    def several(self) -> tuple[tuple[float, Impact], ...]:
+        """(time [s], ``Impact``) of the impacts at which the law leaves several v⁺ open.
+
+        The motion is one of those that the law allows; computed on first access, from
+        ``Impact.uniqueness``.
+        """
+        return tuple(hit for hit in self.impacts if hit[1].status is Status.MANY_SOLUTIONS)
 
     @property
     def duration(self) -> float:

@@ -1,0 +1,81 @@
+"""How high and how long what has just been struck is about to hop."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from .present import Present
+from .resting import RestingContact
+
+__all__ = ["Hop", "find_hops", "low_hops"]
+
+
+@dataclass(frozen=True)
+class Hop:
+    """A gap that opens, and will close again if its acceleration stays.
+
+    Attributes:
+        gap: its index.
+        speed: at which it opens [m/s].
+        pull: its acceleration towards closing [m/s²].
+    """
+
+    gap: int
+    speed: float
+    pull: float
+
+    @property
+    def duration(self) -> float:
+        """[s]."""
+        return 2.0 * self.speed / self.pull
+
+    @property
+    def height(self) -> float:
+        """[m]."""
+        return 0.5 * self.speed**2 / self.pull
+
+
+def find_hops(now: Present, struck: Iterable[int]) -> list[Hop]:
+    """The hops of gaps that have been struck and do not rest, point by point."""
+    gaps = now.gaps
+    if gaps is None:
+        return []
+    resting = {c.gap for c in now.resting.contacts}
+    contacts = [
+        RestingContact(i, int(gaps.entries[i]), 0.0, now.t) for i in struck if i not in resting
+    ]
+    if not contacts:
+        return []
+    acceleration = now.acceleration()
+    moving = now.model.createData()
+    pin.forwardKinematics(now.model, moving, now.q, now.v, np.zeros(now.model.nv))
+    rows, bias = gaps.rows_and_bias(contacts, now.q, now.v, moving)
+    speeds = rows.dot(now.v)[2::3].tolist()
+    rates = (rows.dot(acceleration) + bias)[2::3].tolist()
+    owners = [c.gap for c in contacts for _ in range(c.count)]
+    seen = zip(owners, speeds, rates, strict=True)
+    return [Hop(i, u, -a) for i, u, a in seen if a < 0.0 < u]
+
+
+def low_hops(now: Present, hops: Sequence[Hop]) -> list[int]:
+    """The gaps whose hops are too low or too short to be told from rest.
+
+    A hop within the rounding error of its gap ends at another speed than it began with: it would
+    be followed by others without end. One no longer than ``together`` closes with what has just
+    closed.
+    """
+    gaps = now.gaps
+    if gaps is None or not hops:
+        return []
+    distances, _ = gaps.measure(now.q, now.v)
+    found = []
+    for hop in hops:
+        if gaps.rated[hop.gap]:
+            rounding = gaps.rounding(hop.gap, abs(float(distances[hop.gap])))
+            if hop.height <= rounding or hop.duration <= now.settings.together:
+                found.append(hop.gap)
+    return found
