@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..impact.algorithms import symmetric
-from ..impact.elimination import Elimination, without_cancellation
+from ..impact.elimination import CONTRADICTION_TOLERANCE, Elimination, without_cancellation
 from ..impact.factor import FilledFactor, SparseFactor, pivots_are_safe
 from ..rows.reach import reached_model
 from ..scene import Scene
@@ -21,6 +21,10 @@ from .rest_law import solve_rest
 from .resting import Resting
 
 __all__ = ["Dynamics"]
+
+# Dependent rows may differ by 1e-12 of what balances in them, by rounding: in units of what
+# ``Elimination.solve`` lets them differ by.
+ROUNDED = 1e-12 / CONTRADICTION_TOLERANCE
 
 # Bound once: this runs at every stage of every step.
 _aba = pin.aba
@@ -121,7 +125,7 @@ class Dynamics:
         if not self.resting.contacts:
             half = factor.half(rows, load[None])
             eliminated = self._eliminated(half[:, :-1], q)
-            multipliers = self._multipliers(eliminated, half[:, -1], wanted)
+            multipliers = self._multipliers(eliminated, half[:, -1], wanted, q, v)
             return factor.solve(load + multipliers.dot(rows))
         return self._with_contacts(factor, load, rows, wanted, q, v)
 
@@ -151,7 +155,7 @@ class Dynamics:
         left = half_contacts
         if count:
             eliminated = self._eliminated(half_rows, q)
-            held = self._multipliers(eliminated, start, wanted)
+            held = self._multipliers(eliminated, start, wanted, q, v)
             free = free + (half_rows.dot(held)).dot(half_contacts)
             left = eliminated.off_the_span(half_contacts)
         if np.abs(free).max(initial=0.0) <= resting.negligible:
@@ -169,7 +173,7 @@ class Dynamics:
         total = load + contact_forces.dot(jacobian)
         if count:
             start = start + half_contacts.dot(contact_forces)
-            total = total + self._multipliers(eliminated, start, wanted).dot(rows)
+            total = total + self._multipliers(eliminated, start, wanted, q, v).dot(rows)
         return factor.solve(total)
 
     def _eliminated(self, half_rows: np.ndarray, q: np.ndarray) -> Elimination:
@@ -182,12 +186,25 @@ class Dynamics:
 
         return Elimination(half_rows, magnitude, held.names)
 
-    @staticmethod
-    def _multipliers(eliminated: Elimination, start: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    def _multipliers(
+        self,
+        eliminated: Elimination,
+        start: np.ndarray,
+        wanted: np.ndarray,
+        q: np.ndarray,
+        v: np.ndarray,
+    ) -> np.ndarray:
         """λ that brings the rows' accelerations to what is wanted."""
-        half_rows = eliminated.half
+        half_rows, held, data = eliminated.half, self.held, self._data
 
         def scale() -> np.ndarray:
-            return np.abs(half_rows.T @ start) + np.abs(half_rows).T @ np.abs(start)
+            sums = np.abs(half_rows.T @ start) + np.abs(half_rows).T @ np.abs(start)
+            if held is None:
+                return sums
+            # What hangs or turns in balance has accelerations of rounding alone, which is small
+            # beside what balances: weights, and the turning of all that moves.
+            turning = held.magnitude(data, q).sum(axis=1) * float(np.abs(v).max()) ** 2
+            weight = float(np.linalg.norm(self.model.gravity.linear))
+            return sums + ROUNDED * (turning + weight)
 
         return eliminated.solve(wanted - start.dot(half_rows), scale).impulse

@@ -52,7 +52,7 @@ def simulate(
     without collision stops it, ``impacts`` lists it with ``PAINLEVE_JAM``. An impact that is not
     valid (``Impact.is_valid``) ends the motion with ``IMPACT_NOT_VALID``; ``detail`` says more.
     Only where the law leaves several v⁺ open (``MANY_SOLUTIONS``) does it go on, from the one that
-    ``solve`` shows by the rule of ``impact.uniqueness``; ``Trajectory.several`` lists these impacts.
+    ``solve`` shows by the rule of ``impact.uniqueness``; ``Trajectory.several`` lists them.
 
     Args:
         scene: what strikes, holds, touches and moves the robot.

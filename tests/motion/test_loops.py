@@ -1,5 +1,7 @@
 """What holds during the motion: loops, welds, hinges, sliders, locks and gears."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -157,3 +159,17 @@ def test_a_loop_meets_a_stop_and_stays_closed():
     assert motion.q[:, 2].min() > -0.5 - 1e-9
     assert gaps(motion, motion.t).max() < 1e-9
     assert np.diff(motion.energy().total).max() < 1e-9
+
+
+@pytest.mark.parametrize("gravity", [0.0, 9.81, 1e4])
+def test_a_straight_pendulum_caught_at_its_middle_pin_goes_on(gravity):
+    # Across the straight upper rod the pin is held twice, along it by a row of rounding alone.
+    given = ik.load_scene(MODELS.parent / "examples" / "pendulum_peg.toml")
+    scene = replace(given.scene, gravity=(0.0, 0.0, -gravity))
+    motion = ik.simulate(scene, given.q, given.v, duration=1.0, samples=50, rtol=1e-11)
+    assert motion.status.finished, motion.detail
+    assert np.abs(motion.q[:, 0]).max() < 1e-9
+    # The lower rod, of length 1, begins with 5/2 of the speed and swings about its end:
+    # θ̇²/2 − 3 g cos θ / 2 stays.
+    energy = 0.5 * motion.v[:, 1] ** 2 - 1.5 * gravity * np.cos(motion.q[:, 1])
+    np.testing.assert_allclose(energy, 0.5 * 2.5**2 - 1.5 * gravity, rtol=1e-8, atol=1e-8)
