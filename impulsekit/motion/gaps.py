@@ -8,13 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from ..geometry.axes import cross
-from ..geometry.gaps import before_limit, over_plane
-from ..robot import Robot
-from ..rows.entries import frame_pair, joint_rows
-from ..rows.pair import Pair
 from ..rows.reach import ReachedModel
 from ..scene import Collision, Contact, JointStop, Scene
+from .rated_gaps import PlaneGap, StopGap
 from .windows import Turning
 
 if TYPE_CHECKING:
@@ -24,91 +20,6 @@ __all__ = ["Gaps"]
 
 # Gaps are sums of some ten rounded terms, in units of the largest one's rounding error.
 ROUNDED = 8.0 * float(np.finfo(float).eps)
-
-
-class _PlaneGap:
-    """A point over a plane: n·(p − o), and n·(v_p − v_plane there)."""
-
-    has_rate = True
-
-    def __init__(self, robot: Robot, reached: ReachedModel, entry: Contact, index: int) -> None:
-        self.entry, self.friction = index, entry.friction
-        self._model = reached.model
-        said = frame_pair(robot, entry)
-        self._pair = Pair(reached, said)
-        self._fixed = not said.other.moves
-        # In the world, or in the axes of the plane's frame.
-        self._normal = said.axes[:, 2]
-        self._origin = said.other.placement.translation
-        self._arms = _arms(reached.model, self._pair.first.frame_id)
-        self._arms += float(np.abs(self._origin).max())
-        if not self._fixed:
-            self._arms += _arms(reached.model, self._pair.other.frame_id)
-
-    def size(self, data: pin.Data) -> float:
-        """Of the terms whose sum a gap near zero is [m]; ``data`` with placements."""
-        place = data.oMf[self._pair.first.frame_id].translation
-        return float(np.abs(place).max()) + self._arms
-
-    def measure(self, data: pin.Data) -> tuple[float, float]:
-        """The gap [m] and its rate [m/s]; ``data`` with placements and velocities."""
-        model, first_id = self._model, self._pair.first.frame_id
-        point = pin.updateFramePlacement(model, data, first_id).translation
-        velocity = pin.getFrameVelocity(model, data, first_id, pin.LOCAL_WORLD_ALIGNED).linear
-        if self._fixed:
-            gap = over_plane(point, self._normal, self._origin)
-            return gap, float(self._normal.dot(velocity))
-        plane_id = self._pair.other.frame_id
-        plane = pin.updateFramePlacement(model, data, plane_id)
-        motion = pin.getFrameVelocity(model, data, plane_id, pin.LOCAL_WORLD_ALIGNED)
-        normal, arm = plane.rotation.dot(self._normal), point - plane.translation
-        rate = normal.dot(velocity - motion.linear - cross(motion.angular, arm))
-        return over_plane(point, normal, plane.translation), float(rate)
-
-    def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
-        """(3, nv); ``data`` with joint Jacobians."""
-        return self._pair.rows(data)
-
-    def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """(3,) the rows' rates at zero joint acceleration."""
-        return self._pair.bias(data)
-
-
-class _StopGap:
-    """A joint before one of its limits."""
-
-    has_rate = True
-    friction = 0.0
-
-    def __init__(
-        self, robot: Robot, reached: ReachedModel, entry: JointStop, index: int, side: int
-    ) -> None:
-        said = joint_rows(robot, entry)
-        (((joint_id, _, _),),) = said.terms
-        joint = reached.model.joints[reached.joint_id(joint_id)]
-        self.entry = index
-        self._row, self._entry_in_q = joint.idx_v, joint.idx_q
-        self._sign = 1.0 if side == 0 else -1.0
-        self._limit = entry.limits(robot)[side]
-        self._rows = np.zeros((3, reached.model.nv))
-        self._rows[2] = self._sign * said.matrix(reached.model, reached.joint_id)[0]
-
-    def measure_at(self, q: np.ndarray, v: np.ndarray) -> tuple[float, float]:
-        """The gap [rad, m] and its rate."""
-        gap = before_limit(q[self._entry_in_q], self._limit, self._sign)
-        return gap, float(self._sign * v[self._row])
-
-    def size(self, data: pin.Data) -> float:
-        """Of the terms whose sum a gap near zero is [rad, m]."""
-        return abs(self._limit)
-
-    def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
-        """(3, nv), of which only the normal row is used."""
-        return self._rows
-
-    def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """(3,) zero."""
-        return np.zeros(3)
 
 
 class Gaps:
@@ -126,11 +37,11 @@ class Gaps:
         self.items: list = []
         for i, entry in enumerate(scene.contacts):
             if isinstance(entry, Contact):
-                self.items.append(_PlaneGap(scene.robot, reached, entry, i))
+                self.items.append(PlaneGap(scene.robot, reached, entry, i))
             elif isinstance(entry, JointStop):
                 limits = entry.limits(scene.robot)
                 self.items += [
-                    _StopGap(scene.robot, reached, entry, i, side)
+                    StopGap(scene.robot, reached, entry, i, side)
                     for side in (0, 1)
                     if np.isfinite(limits[side])
                 ]
@@ -164,7 +75,7 @@ class Gaps:
         gaps, rates = np.full(len(self.items), np.nan), np.full(len(self.items), np.nan)
         for i in range(len(self.items)) if which is None else which:
             item = self.items[i]
-            if isinstance(item, _StopGap):
+            if isinstance(item, StopGap):
                 gaps[i], rates[i] = item.measure_at(q, v)
             elif item.has_rate:
                 gaps[i], rates[i] = item.measure(data)
@@ -310,11 +221,3 @@ class Gaps:
         for contact, own in zip(contacts, rows, strict=True):
             contact.count = len(own) // 3
         return np.vstack(rows) if rows else np.empty((0, self._model.nv))
-
-
-def _arms(model: pin.Model, frame_id: int) -> float:
-    """How far apart the joints that carry a frame, and it, are together [m]."""
-    frame = model.frames[frame_id]
-    joint_ids = [j for j in model.supports[frame.parentJoint] if j > 0]
-    arms = [model.jointPlacements[j].translation for j in joint_ids]
-    return sum(float(np.abs(arm).max()) for arm in [*arms, frame.placement.translation])
