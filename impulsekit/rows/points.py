@@ -37,7 +37,7 @@ class PointOnFrame:
         """(6, nv) linear before angular."""
         if self._uneven and reference == pin.LOCAL_WORLD_ALIGNED:
             return jacobian_in_world_axes(model, data, q, self.frame_id)
-        jacobian = computeFrameJacobian(model, data, q, self.frame_id, reference)
+        jacobian: np.ndarray = computeFrameJacobian(model, data, q, self.frame_id, reference)
         # With one degree of freedom Pinocchio gives (6,) for (6, 1).
         return jacobian if jacobian.ndim == 2 else jacobian.reshape(6, 1)
 
@@ -52,5 +52,5 @@ def jacobian_in_world_axes(
     frame's own placement behind.
     """
     local = computeFrameJacobian(model, data, q, frame_id, pin.LOCAL)
-    rotation = data.iMf[0].rotation
+    rotation: np.ndarray = data.iMf[0].rotation
     return np.matmul(rotation, local.reshape(2, 3, -1)).reshape(6, -1)

@@ -2,7 +2,7 @@
 
 λ = W⁺ (u_wanted − u_free − W_bc P), W the Delassus matrix of the bilateral rows, scaled to
 unit diagonal. Rows that depend on others, or move nothing, are set aside by pivoted QR of the
-half-solved rows C, W = Cᵀ C, as ``impact.bilateral`` does by singular values; what these rows
+half-solved rows C, W = Cᵀ C, as ``impact.elimination`` does by singular values; what these rows
 bear is then the λ of least scaled norm. Where rounding could have a say in which rows these
 are, the state is left to the solver of single states.
 """
@@ -20,7 +20,7 @@ from .layout import DOF, INVERSE
 __all__ = ["COARSE", "bear", "half_solved", "hold"]
 
 # Pivots of W below the first lose digits that those of C keep, whose squares they are; below
-# the second rounding could have a say in the rank, as in ``impact.bilateral``.
+# the second rounding could have a say in the rank, as in ``impact.elimination``.
 GOOD_PIVOT, SAFE_PIVOT = 1e-2, 1e-6
 # The same in single precision, whose doubts are solved again in double.
 COARSE = 1e-4
