@@ -23,6 +23,11 @@ from ..scene.numbers import vector
 
 __all__ = ["Response", "unit_vector"]
 
+# Rows that move matter by less than this share of the others move nothing but for rounding.
+NULL_ROW = 1e-11
+# A vector shorter than this is a zero that was rounded, and tells no direction.
+NO_DIRECTION = 1e-9
+
 
 class Response:
     """A robot as blows find it: its mobility, and what reaches its joints.
@@ -50,7 +55,7 @@ class Response:
         # Where A Δv = 0, M and M filled up by the rows have the same H.
         half = self._factor.half(self.mechanics.constraint_matrix)
         sizes = np.sqrt((half**2).sum(axis=0))
-        half = half[:, sizes > 1e-11 * sizes.max(initial=0.0)]
+        half = half[:, sizes > NULL_ROW * sizes.max(initial=0.0)]
         left, values, _ = np.linalg.svd(half / np.sqrt((half**2).sum(axis=0)), full_matrices=False)
         basis = left[:, values > RANK_TOLERANCE]
         free = root - (root @ basis) @ basis.T
@@ -109,6 +114,6 @@ def unit_vector(given: Any, what: str) -> np.ndarray:
     """
     direction = np.array(vector(given, what))
     length = float(np.linalg.norm(direction))
-    if length < 1e-9:
+    if length < NO_DIRECTION:
         raise RangeError.of(f"length of {what}", length, "above zero")
     return direction / length

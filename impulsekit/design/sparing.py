@@ -29,6 +29,13 @@ __all__ = [
     "worst_blow",
 ]
 
+# [m] Points nearer than this are one: coordinates of robots are told to micrometres.
+ONE_POINT = 1e-12
+# What a joint bears changes along a line by less than this share of itself: by rounding alone.
+UNMOVED = 1e-12
+# Of the line: how well the least is placed; its value errs by the square of that.
+PLACED = 1e-10
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SparedJoint(OneLine):
@@ -113,7 +120,7 @@ def spare_joint(
     """
     response = Response(scene, q)
     first, last = np.array(vector(start, "start")), np.array(vector(end, "end"))
-    if np.linalg.norm(last - first) < 1e-12:
+    if np.linalg.norm(last - first) < ONE_POINT:
         raise InputError("spare_joint: start and end are one point, wanted is a line between two")
     at_start = response.reaction_map(joint, frame, first)
     rotation = response.mechanics.frame_placement(frame).rotation
@@ -168,7 +175,7 @@ def centre_of_percussion(
     axis = subspace[3:, 0]
     centre = model.inertias[joint_id].lever
     radius = centre - axis * (axis @ centre)
-    if np.linalg.norm(radius) < 1e-12:
+    if np.linalg.norm(radius) < ONE_POINT:
         raise InputError(f'the mass centre of the body behind joint "{joint}" is on its axis')
     placement = response.mechanics.joint_placement(joint_id)
     across = placement.rotation @ np.cross(axis, radius)
@@ -219,7 +226,7 @@ def worst_blow(
 def _nearest(base: np.ndarray, slope: np.ndarray) -> float:
     """The s at which |base + s slope| is least."""
     size = float(slope @ slope)
-    if size <= 1e-24 * float(base @ base) or size == 0.0:
+    if size <= UNMOVED**2 * float(base @ base) or size == 0.0:
         raise InputError("spare_joint: the joint bears the same wherever on the line it is struck")
     return float(-(base @ slope) / size)
 
@@ -234,7 +241,7 @@ def _best_place(base: np.ndarray, slope: np.ndarray) -> float:
     grid = np.linspace(0.0, 1.0, 41)
     best = float(grid[int(np.argmin([least(s) for s in grid]))])
     near = (max(0.0, best - 0.025), min(1.0, best + 0.025))
-    found = minimize_scalar(least, bounds=near, method="bounded", options={"xatol": 1e-10})
+    found = minimize_scalar(least, bounds=near, method="bounded", options={"xatol": PLACED})
     return float(found.x) if found.fun <= least(best) else best
 
 

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from ..impact import Impact
     from ..scene.points import ReportPoint
 
+from .speeds import TURNS
+
 __all__ = ["COLORS", "KINDS", "Arrow", "Mark", "impact_arrows", "impact_marks"]
 
 # Kind: what the legend calls it, its unit and its colour.
@@ -162,7 +164,7 @@ def _in_joint(impact: Impact, name: str, joint: str, impulse: np.ndarray) -> Ite
     place = impact.mechanics.joint_placement(joint_id)
     # Each speed's own direction; unlike Sᵀf = τ it needs no choice where S is not orthonormal.
     wrench = subspace @ np.asarray(impulse)
-    turns = np.abs(subspace[3:]).max(axis=0) > 1e-12
+    turns = np.abs(subspace[3:]).max(axis=0) > TURNS
     linear = subspace[:3, ~turns] @ np.asarray(impulse)[~turns]
     yield Arrow("impulse", name, place.translation, place.rotation @ linear)
     yield Arrow("couple", name, place.translation, place.rotation @ wrench[3:])

@@ -26,6 +26,12 @@ STEPS = 40
 LARGEST_TURN = 0.9
 LARGEST_SHARE = 0.3
 LONGEST = 2.0  # [s]
+# Rows that move by less than this share of the speeds are held after the impact, too.
+HELD = 1e-6
+# Singular values below this share of the largest are of rows that repeat others.
+REDUNDANT = 1e-9
+# In place of a scale of zero, where nothing moves.
+TINY = 1e-300
 
 
 def coasting(impact: Impact, span: float | None = None) -> Recording:
@@ -91,11 +97,11 @@ def _kept_shut(impact: Impact, v: np.ndarray) -> Callable[[np.ndarray], np.ndarr
     if not scene.constraints:
         return lambda q: v
     rates = impact.mechanics.constraint_matrix @ v
-    scale = max(float(np.abs(v).max()), 1e-300)
-    held = np.abs(rates) < 1e-6 * scale
+    scale = max(float(np.abs(v).max()), TINY)
+    held = np.abs(rates) < HELD * scale
 
     def speed(q: np.ndarray) -> np.ndarray:
         matrix = Mechanics(scene, q).constraint_matrix[held]
-        return v - np.linalg.pinv(matrix, rcond=1e-9) @ (matrix @ v)
+        return v - np.linalg.pinv(matrix, rcond=REDUNDANT) @ (matrix @ v)
 
     return speed if held.any() else lambda q: v

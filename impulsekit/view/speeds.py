@@ -9,7 +9,10 @@ import pinocchio as pin
 
 from ..robot import Robot
 
-__all__ = ["Speed", "speeds_of"]
+__all__ = ["TURNS", "Speed", "speeds_of"]
+
+# [rad] of a unit of speed: a joint whose axis turns by less slides; axes are unit vectors or zero.
+TURNS = 1e-12
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,7 @@ def speeds_of(robot: Robot, q: np.ndarray) -> tuple[Speed, ...]:
         joint = model.joints[joint_id]
         subspace = np.asarray(data.joints[joint_id].S).reshape(6, -1)[:, : joint.nv]
         for column in subspace.T:
-            turns = np.abs(column[3:]).max() > 1e-12
+            turns = np.abs(column[3:]).max() > TURNS
             axis = "xyz"[int(np.argmax(np.abs(column[3:] if turns else column[:3])))]
             component = "" if joint.nv == 1 else ("w" if turns else "v") + axis
             unit = "rad/s" if turns else "m/s"
