@@ -1,0 +1,115 @@
+"""Several contacts at once: every answer of the law is held against enumeration or fractions."""
+
+import itertools
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from impulsekit.laws.several import strike_together
+from impulsekit.laws.status import Status
+from impulsekit.laws.words import AGAIN, NEWTON, POISSON
+
+
+def strike(W, before, mu, e, restitution=NEWTON, e_t=0.0):
+    n = len(before) // 3
+    mu, e, e_t = (np.full(n, float(c)) for c in (mu, e, e_t))
+    return strike_together.py_func(W, before, before.copy(), mu, e, e_t, restitution)
+
+
+def problem(rng, n, spare=3):
+    """W of rows drawn at random, and velocities at which most contacts approach."""
+    J = rng.normal(size=(3 * n, 3 * n + spare))
+    before = rng.normal(size=3 * n)
+    before[2::3] -= 1.0
+    return J @ J.T, before
+
+
+def exact_velocity(W, P, free):
+    """W P + u in fractions, as floats."""
+    P = [Fraction(x) for x in P.tolist()]
+    return np.array(
+        [
+            float(sum(Fraction(w) * p for w, p in zip(row, P, strict=True)) + Fraction(u))
+            for row, u in zip(W.tolist(), free.tolist(), strict=True)
+        ]
+    )
+
+
+def enumerated_normals(W, b):
+    """P ≥ 0 of the one set of contacts that push, found by trying all."""
+    n = len(b)
+    for size in range(n + 1):
+        for chosen in map(list, itertools.combinations(range(n), size)):
+            P = np.zeros(n)
+            P[chosen] = np.linalg.solve(W[np.ix_(chosen, chosen)], -b[chosen])
+            if (P >= 0.0).all() and (W @ P + b >= -1e-12).all():
+                return P
+    raise AssertionError("a positive definite problem always has an answer")
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_contacts_without_friction_push_as_the_one_set_that_can(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 6))
+    W, before = problem(rng, n)
+    code, residual, P, after, *_ = strike(W, before, 0.0, 0.3)
+    assert residual < 1e-12
+    assert code == Status.SOLVED
+    b = before[2::3] + 0.3 * np.minimum(before[2::3], 0.0)
+    pushing = enumerated_normals(W[2::3, 2::3], b)
+    np.testing.assert_allclose(P[2::3], pushing, atol=1e-12 * (1.0 + pushing.max()))
+    np.testing.assert_allclose(after, exact_velocity(W, P, before), atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_what_the_law_answers_obeys_coulomb_in_fractions(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 5))
+    mu, e = rng.choice([0.05, 0.3, 1.0]), rng.choice([0.0, 0.5])
+    W, before = problem(rng, n)
+    code, _, P, after, normal, friction = strike(W, before, mu, e)
+    assert code in (Status.SOLVED, Status.ENERGY_GAIN)
+    xi = exact_velocity(W, P, before)
+    np.testing.assert_allclose(after, xi, atol=1e-12 * np.abs(W).max())
+    work = 0.5 * P * (before + xi)
+    np.testing.assert_allclose(normal, work[2::3], atol=1e-12)
+    np.testing.assert_allclose(friction, work[0::3] + work[1::3], atol=1e-12)
+    xi[2::3] += e * np.minimum(before[2::3], 0.0)
+    for (p1, p2, pn), (x1, x2, xn) in zip(P.reshape(n, 3), xi.reshape(n, 3), strict=True):
+        assert pn >= 0.0 and xn >= -1e-12
+        assert abs(pn * xn) <= 1e-12
+        assert np.hypot(p1, p2) <= mu * pn * (1.0 + 1e-12) + 1e-14
+        slip = np.hypot(x1, x2)
+        np.testing.assert_allclose(
+            [p1 * slip, p2 * slip], [-mu * pn * x1, -mu * pn * x2], atol=1e-11
+        )
+
+
+def test_regular_contacts_are_hardly_ever_left():
+    rng = np.random.default_rng(1)
+    codes = []
+    for _ in range(60):
+        W, before = problem(rng, 3)
+        codes.append(strike(W, before, 0.5, 0.5, POISSON)[0])
+        codes.append(strike(W, before, 0.5, 0.5)[0])
+    assert codes.count(AGAIN) <= 3
+
+
+def test_equal_balls_side_by_side_bounce_each_by_itself():
+    """Nothing couples them: P_n = (1 + e) m |u_n| under either restitution."""
+    W = np.kron(np.eye(2), np.diag([3.5, 3.5, 1.0]) / 2.0)
+    before = np.array([0.1, 0.0, -1.0, 0.0, 0.2, -3.0])
+    for restitution in (NEWTON, POISSON):
+        code, _, P, after, *_ = strike(W, before, 2.0, 0.5, restitution)
+        assert code == Status.SOLVED
+        np.testing.assert_allclose(P[2::3], [3.0, 9.0], rtol=1e-14)
+        np.testing.assert_allclose(after, [0, 0, 0.5, 0, 0, 1.5], atol=1e-14)
+
+
+def test_impulses_beyond_what_doubles_hold_are_no_answer():
+    """A W of all but nothing would need P that overflows."""
+    W = np.kron(np.array([[1.0, 1.0], [1.0, 1.0]]), np.diag([1.0, 1.0, 1.0])) * 1e-308
+    with np.errstate(all="ignore"):
+        code, _, P, *_ = strike(W, np.array([0.0, 0.0, -1e10, 1.0, 0.0, -2e10]), 0.5, 0.0)
+    assert code == AGAIN or np.isfinite(P).all()
