@@ -34,8 +34,9 @@ ON_CONE = 1e-13
 AT_REST, STILL = 1e-15, 1e-13
 # Of a sum of velocities, relative to its terms.
 ROUNDING = 1e-14
-# Of both normal impulses: what sets two answers apart.
-APART = 1e-7
+# Of both normal impulses: what sets two answers apart; of the velocities: slip that is not the
+# rounding of a quartic's double root.
+APART, SLIPS = 1e-7, 1e-6
 
 
 @compiled
@@ -62,6 +63,15 @@ def coulomb(
         return (0.0, 0.0, -bn / nn), _SOLVED
     stick, sticks, determined = _stick(block, b1, b2, bn, mu, scale)
     if sticks and not determined:
+        # What slides with velocities that vanish is one more split of what sticks.
+        count, one, two, three, four = slides(block, b1, b2, bn, mu)
+        if (
+            (count > 0 and _slips(block, b1, b2, _sliding(block, bn, mu, one), scale))
+            or (count > 1 and _slips(block, b1, b2, _sliding(block, bn, mu, two), scale))
+            or (count > 2 and _slips(block, b1, b2, _sliding(block, bn, mu, three), scale))
+            or (count > 3 and _slips(block, b1, b2, _sliding(block, bn, mu, four), scale))
+        ):
+            return stick, _MANY
         return stick, _NOT_UNIQUE
     code = _JAM if is_jammed(block, b1, b2, mu, scale) else _SOLVED
     # Even far below Painlevé's friction it may slide as well, where W_tt is anisotropic; the
@@ -79,6 +89,15 @@ def coulomb(
     ):
         return chosen, _MANY
     return chosen, code
+
+
+@compiled
+def _slips(block: Block, b1: float, b2: float, impulse: Triple, scale: float) -> bool:
+    """Whether an impulse leaves slip."""
+    t11, t12, t22, n1, n2, _ = block
+    p1, p2, pn = impulse
+    u1, u2 = b1 + t11 * p1 + t12 * p2 + n1 * pn, b2 + t12 * p1 + t22 * p2 + n2 * pn
+    return math.sqrt(u1 * u1 + u2 * u2) > SLIPS * scale
 
 
 @entry(lambda: ((1.0,) * 6, 1.0, 1.0, -1.0, 0.5, 1.0), seconds=1.5)
@@ -226,7 +245,49 @@ def _stick(
         p1, p2, exists, determined = _stick_in_a_line(block, s11, s12, s22, r1, r2, scale)
     pn = -(bn + n1 * p1 + n2 * p2) / nn
     holds = pn > 0.0 and math.sqrt(p1 * p1 + p2 * p2) <= mu * pn * (1.0 + ON_CONE)
+    if exists and not determined and not holds:
+        t, e1, e2, holds = _into_the_cone(block, (s11, s12, s22), p1, p2, pn, mu)
+        p1, p2 = p1 + t * e1, p2 + t * e2
+        pn = -(bn + n1 * p1 + n2 * p2) / nn
     return (p1, p2, pn), exists and holds, determined
+
+
+@compiled
+def _into_the_cone(
+    block: Block, reduced: Triple, p1: float, p2: float, pn: float, mu: float
+) -> tuple[float, float, float, bool]:
+    """The least t with P + t (e, −W_nt·e/W_nn) in the cone, e, and whether there is one.
+
+    That direction moves nothing; P_t is across it. With g = W_nt·e/W_nn the edge is at
+    (1 − µ²g²) t² + 2 µ² g P_n t + |P_t|² − µ² P_n² = 0.
+    """
+    _, _, _, n1, n2, nn = block
+    s11, s12, s22 = reduced
+    angle = 0.5 * math.atan2(2.0 * s12, s11 - s22)
+    # Of the reduced inertia's two axes the one without any.
+    e1, e2 = -math.sin(angle), math.cos(angle)
+    length = math.sqrt(n1 * n1 + n2 * n2)
+    if s11 + s22 <= NULL * (block[0] + block[2]) and length > 0.0:
+        # Neither axis has any: the one that the normal answers to is the shortest way.
+        e1, e2 = n1 / length, n2 / length
+    g = (n1 * e1 + n2 * e2) / nn
+    square, half = 1.0 - mu * mu * g * g, mu * mu * g * pn
+    rest = p1 * p1 + p2 * p2 - mu * mu * pn * pn
+    best, found = 0.0, False
+    inside = half * half - square * rest
+    if not inside >= 0.0:
+        return best, e1, e2, False
+    # The two roots without cancellation; where one is at infinity there is the other.
+    total = -half - math.copysign(math.sqrt(inside), half)
+    if total != 0.0:
+        t = rest / total
+        if pn - g * t > 0.0:
+            best, found = t, True
+    if square != 0.0:
+        t = total / square
+        if pn - g * t > 0.0 and (not found or abs(t) < abs(best)):
+            best, found = t, True
+    return best, e1, e2, found
 
 
 @compiled
