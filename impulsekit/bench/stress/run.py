@@ -27,6 +27,7 @@ def _all() -> tuple[Sweep, ...]:
         in_plane,
         laws,
         rewritten,
+        robots,
         sequences,
         touched,
         trees,
@@ -43,6 +44,7 @@ def _all() -> tuple[Sweep, ...]:
         *flights.SWEEPS,
         *in_plane.SWEEPS,
         *rewritten.SWEEPS,
+        *robots.SWEEPS,
     )
 
 

@@ -1,0 +1,126 @@
+"""Random scenes of one to three example robots, against Kane's equations and what laws say."""
+
+from __future__ import annotations
+
+import math
+import time
+import warnings
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ...checking import check
+from ...errors import ImpulsekitError, SetupWarning
+from ...impact import Impact, solve
+from ...robot import Robot
+from ...robot.combine import combine
+from ...scene import AppliedImpulse, Contact, JointLock, Law, PointAnchor, Scene
+from .sweep import Point, Sweep
+
+__all__ = ["EXACT", "LAWS", "SWEEPS", "breach_of_law", "random_scene"]
+
+ROBOTS = ("double_pendulum", "ur5", "panda", "solo12", "anymal", "allegro_right_hand")
+LAWS = [
+    Law(restitution=restitution, slip=slip, order=order)
+    for restitution in ("newton", "poisson")
+    for slip in ("end", "path")
+    for order in ("simultaneous", "sequential")
+    if not (slip == "path" and order == "simultaneous")
+]
+# Of velocities, over the largest of them.
+EXACT = 1e-9
+
+
+def random_scene(rng: np.random.Generator, law: Law) -> Scene:
+    """Blows, a pin, a lock and up to two contacts on robots side by side."""
+    names = rng.choice(ROBOTS, int(rng.integers(1, 4)))
+    robot = combine(
+        {
+            f"r{k}": Robot.from_example(
+                str(name), root="freeflyer" if rng.random() < 0.5 else "fixed"
+            )
+            for k, name in enumerate(names)
+        },
+        placements={f"r{k}": rng.normal(size=3) for k in range(len(names))},
+    )
+    links = [link.name for link in robot.links if link.joint_id > 0 and link.mass > 0.0]
+
+    def link() -> str:
+        return str(rng.choice(links))
+
+    blows = [
+        AppliedImpulse(link(), linear=rng.normal(size=3), at=0.1 * rng.normal(size=3))
+        for _ in range(int(rng.integers(0, 3)))
+    ]
+    holds: list[Any] = []
+    if rng.random() < 0.4:
+        holds.append(PointAnchor(link(), at=0.1 * rng.normal(size=3)))
+    if rng.random() < 0.4:
+        joint = str(rng.choice([n for n in robot.joint_names if "root" not in n]))
+        holds.append(JointLock(joint))
+    contacts = []
+    for k in range(int(rng.integers(0, 3))):
+        normal = rng.normal(size=3)
+        contacts.append(
+            Contact(
+                link(),
+                at=0.1 * rng.normal(size=3),
+                normal=normal / np.linalg.norm(normal),
+                restitution=float(rng.uniform(0.0, 1.0)),
+                friction=float(rng.choice([0.0, 0.3, 1.0])),
+                name=f"contact {k}",
+            )
+        )
+    return Scene(robot, blows, holds, contacts, law=law)
+
+
+def breach_of_law(impact: Impact) -> float:
+    """What an answer leaves of what every law says, out of velocities at the points; relative."""
+    speeds = [1e-3]
+    for found in impact.contacts:
+        speeds += [float(np.abs(x).max()) for x in (found.velocity_before, found.velocity_after)]
+    scale = max(speeds)
+    load = max([1e-12] + [float(np.abs(found.impulse).max()) for found in impact.contacts])
+    left = 0.0
+    for entry, found in zip(impact.scene.contacts, impact.contacts, strict=True):
+        normal, friction = np.array(entry.normal), entry.friction  # type: ignore[union-attr]
+        pressed = float(normal @ found.impulse)
+        rubbed = float(np.linalg.norm(found.impulse - pressed * normal))
+        closing = -float(normal @ found.velocity_after) / scale
+        left = max(left, -pressed / load, (rubbed - friction * pressed) / load, closing)
+    # Impulses work on the mean of the velocities before and after, and nothing else does.
+    energy = impact.energy
+    size = max(energy.before, energy.after, *map(abs, energy.work.values()), 1e-12)
+    return max(left, abs(energy.change - sum(energy.work.values())) / size)
+
+
+def robot_points(value: float, rng: np.random.Generator) -> list[Point]:
+    """One to three example robots with all entries: against Kane's equations and what laws say."""
+    with warnings.catch_warnings():
+        # Points of contacts are anywhere, also off the planes that they touch.
+        warnings.simplefilter("ignore", SetupWarning)
+        scene = random_scene(rng, LAWS[int(value)])
+        model = scene.robot.model
+        q = pin.integrate(model, scene.robot.neutral(), rng.uniform(-1.0, 1.0, model.nv))
+        v = rng.normal(size=model.nv)
+        start, left = time.perf_counter(), math.nan
+        try:
+            impact = solve(scene, q, v)
+            status, verdict = impact.status.name, "said so"
+            seconds = time.perf_counter() - start
+            if impact.is_valid():
+                left = breach_of_law(impact)
+                verdict = "right" if left <= EXACT and check(impact).agrees else "wrong"
+        except ImpulsekitError as error:
+            status, verdict = type(error).__name__, "said so"
+            seconds = time.perf_counter() - start
+    numbers = (left, 1.0, math.nan, math.nan, math.nan, math.nan)
+    return [Point("", value, 0, 0, "solve", status, verdict, *numbers, seconds)]
+
+
+SWEEPS = (
+    Sweep(
+        "robots", "law", tuple(map(float, range(len(LAWS)))), robot_points, 1700, logarithmic=False
+    ),
+)
