@@ -165,8 +165,8 @@ def _as_text(found: Fit, count: int, level: float) -> str:
         lines.append(f"{name:{width}}   {value:10.5g}   {told:>23}")
     lines.append("")
     if not found.sigma_given:
-        lines.append(f"noise of a speed, from what is left over: {found.noise:.3g} (m/s, rad/s)")
+        lines.append(f"noise of a speed, from the residuals: {found.noise:.3g} (m/s, rad/s)")
     else:
-        lines.append(f"what is left over is {found.noise:.3g} times the noise that was given")
+        lines.append(f"the residuals are {found.noise:.3g} times the noise that was given")
     lines += [f"note: {note}" for note in found.notes]
     return "\n".join(lines) + "\n"

@@ -23,7 +23,7 @@ __all__ = ["replay", "write_page"]
 @click.argument("file", type=click.Path())
 @click.option("--html", type=click.Path(), help="Where the page goes; without it, a browser opens.")
 @click.option("--open", "show", is_flag=True, help="Open the page in the browser.")
-@click.option("--reactions", is_flag=True, help="Draw what every joint had to bear.")
+@click.option("--reactions", is_flag=True, help="Draw the reaction impulse of every joint.")
 @click.option("--traces", is_flag=True, help="Draw the paths of the scene file's report points.")
 @click.option("--ghost", multiple=True, type=float, help="A time whose pose stays visible [s].")
 @click.option("--fps", type=float, default=60.0, show_default=True, help="Frames a second.")

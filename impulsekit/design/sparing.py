@@ -227,7 +227,9 @@ def _nearest(base: np.ndarray, slope: np.ndarray) -> float:
     """The s at which |base + s slope| is least."""
     size = float(slope @ slope)
     if size <= UNMOVED**2 * float(base @ base) or size == 0.0:
-        raise InputError("spare_joint: the joint bears the same wherever on the line it is struck")
+        raise InputError(
+            "spare_joint: the joint carries the same wherever on the line it is struck"
+        )
     return float(-(base @ slope) / size)
 
 

@@ -111,7 +111,7 @@ def _finite(value: float) -> float | None:
 
 
 def _mass(value: float | None) -> str:
-    return f"{'without end' if value is None else format(value, '.6g'):>19}"
+    return f"{'infinite' if value is None else format(value, '.6g'):>19}"
 
 
 def _vector(values: Any) -> str:

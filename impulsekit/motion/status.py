@@ -30,7 +30,7 @@ class MotionStatus(enum.Enum):
         "without bound, or a joint moves no inertia; look at the forces of the scene."
     )
     IMPACT_NOT_VALID = (
-        "The motion was stopped: an impact has no valid answer; detail and the last of "
+        "The motion was stopped: an impact has no valid solution; detail and the last of "
         "trajectory.impacts say why."
     )
     INTERRUPTED = (

@@ -224,7 +224,7 @@ def check_contact(robot: Robot, contact: Any, where: str) -> None:
         if joint.nq != 1 or joint.nv != 1:
             raise InputError(
                 f'{where}: joint "{contact.joint}" has no single coordinate that could reach '
-                "a stop (a continuous joint turns without end)"
+                "a stop (a continuous joint has no limits)"
             )
         lower, upper = contact.limits(robot)
         if not lower <= upper:

@@ -139,7 +139,7 @@ def _speeds(impact: Impact, most: int) -> list[str]:
     ]
     lines = ["Joint speeds", *table(["joint", "before", "after", "jump", "unit"], rows)]
     if len(moving) > len(shown):
-        lines.append(f"  {len(moving) - len(shown)} more jump less")
+        lines.append(f"  {len(moving) - len(shown)} smaller ones not shown")
     still = len(speeds) - len(moving)
     if still:
         lines.append(f"  {still} other{'s stay' if still > 1 else ' stays'} zero")
@@ -217,7 +217,7 @@ def _energy(impact: Impact) -> list[str]:
     return [
         "Kinetic energy",
         *table(["entry", "J"], rows),
-        f"  the books close to {energy.imbalance:.1e} of the largest entry",
+        f"  the energy balance closes to {energy.imbalance:.1e} of the largest entry",
     ]
 
 

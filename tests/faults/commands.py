@@ -57,5 +57,5 @@ FAULTS = (
     _command("no threads", "batch", "good.toml", "--threads", "0"),
     _command("a design without points", "design", "good.toml"),
     _command("a plane that does not exist", "design", "good.toml", "--plane", "zz"),
-    _command("an argument that robots does not take", "robots", "panda"),
+    _command("an argument that robots does not take", "robots", "panda", "ur5"),
 )  # fmt: skip

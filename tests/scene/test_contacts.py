@@ -67,7 +67,7 @@ def test_a_contact_that_does_not_fit_its_robot_is_refused(robot, contact, error,
 
 def test_a_stop_needs_a_joint_with_one_coordinate():
     model = ik.Robot.from_example("double_pendulum_continuous")
-    with pytest.raises(errors.InputError, match="turns without end"):
+    with pytest.raises(errors.InputError, match="has no limits"):
         ik.Scene(model, contacts=[ik.JointStop(model.joint_names[0])])
 
 

@@ -59,7 +59,9 @@ def load_study(path: str | os.PathLike[str]) -> Study:
     with file_told(path), open_plain_file(path) as stream:
         raw = tomllib.loads(stream.read().decode("utf-8-sig").replace("\r\n", "\n")).get("batch")
     if raw is None:
-        raise _fault(file.path, ["there is no table [batch]: how many samples, and what varies?"])
+        raise _fault(
+            file.path, ["the table [batch] is missing: how many samples, and what varies?"]
+        )
     faults = Faults()
     settings = faults.validated(_Batch, _tuples(raw), "batch")
     vary = []

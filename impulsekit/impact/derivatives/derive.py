@@ -201,7 +201,7 @@ class _Derivation:
         pressed = self.workspace.compression.solve_touching(self.impact.q, v, entries)
         outcome = pressed.outcome
         if outcome is None or outcome.contacts is None or not pressed.status.obeys_law:
-            raise InputError("derivatives: the compression of this impact has no answer")
+            raise InputError("derivatives: the compression of this impact has no solution")
         triples = list(outcome.contacts.impulse.reshape(-1, 3))
         held = outcome.constraint_impulses
         back = [all_of - share for all_of, share in zip(self.impulses, triples, strict=True)]

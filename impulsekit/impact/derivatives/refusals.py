@@ -18,4 +18,6 @@ def refuse_what_has_none(impact: Impact) -> None:
     if outcome is None or outcome.contacts is None:
         return
     if not impact.status.obeys_law:
-        raise InputError(f"derivatives: the impact has no answer. {impact.describe_status()}")
+        raise InputError(
+            f"derivatives: the impact has no valid solution. {impact.describe_status()}"
+        )

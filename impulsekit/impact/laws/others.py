@@ -80,7 +80,7 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
         solution: the answer that is shown.
     """
     if solution.status in _NO_ANSWER:
-        return Finding(NOT_PROVEN, "the law gave no answer")
+        return Finding(NOT_PROVEN, "the law gave no solution")
     n = len(problem.friction)
     if law.order == "sequential" and n > 1:
         return _of_hits(solution, "contacts are struck one after the other, each in closed form")
