@@ -75,18 +75,6 @@ class SceneMechanics:
     def _reference(self) -> ReferenceRobot:
         return read_reference(self.scene.robot, self.numbers)
 
-    @cached_property
-    def _armature(self) -> Array:
-        """(n, n) the inertias of motors [kg m², kg], which no URDF has but a model may."""
-        model, tree = self.scene.robot.model, self._reference.system.tree
-        found = self.numbers.zeros(tree.n, tree.n)
-        for joint_id, name in enumerate(model.names):
-            own = model.armature[model.idx_vs[joint_id] :][: model.nvs[joint_id]]
-            if joint_id and own.any():
-                speeds = tree.joint(self._reference.joint(name)).speeds
-                found[speeds, speeds] = np.diag(self.numbers.array(own))
-        return found
-
     def at(self, q: np.ndarray, v: np.ndarray) -> Mechanics:
         """Everything at q and v.
 
@@ -95,7 +83,7 @@ class SceneMechanics:
         """
         numbers, tree = self.numbers, self._reference.system.tree
         at = self._reference.system.kinematics(q)
-        masses = generalized_masses(at) + self._armature
+        masses = generalized_masses(at)
         reach = self._reach(at)
         forces, couples = at_mass_centres(tree, at, self._known.loads)
         known = generalized_impulse(at, forces, couples)
