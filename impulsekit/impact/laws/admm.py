@@ -43,7 +43,7 @@ def admm(
     settings.absolute_feasibility_tol = settings.absolute_complementarity_tol = tolerance
     settings.max_iterations = most
     # ADMM's tolerances are absolute: with the rows scaled they are velocities.
-    sizes = delassus.diagonal().reshape(n, 3).sum(axis=1)
+    sizes = delassus.diagonal().reshape(n, 3).max(axis=1)
     size = float(sizes.max())
     scale: float | np.ndarray = 1.0 / size
     scaled = delassus / size
