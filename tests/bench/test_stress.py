@@ -36,6 +36,9 @@ def _wrong(points):
     return [p for p in points if p.verdict == "wrong"]
 
 
+# Sweeps that tests of their own hold.
+_OF_THEIR_OWN = ("plane-", "rewritten", "robots")
+
 # Cheap cases of each sweep; the costly sizes are in the slow test.
 QUICK = [
     ("mass-ratio", 0),
@@ -106,7 +109,9 @@ def test_a_sweep_whose_answers_leave_more_than_rounding_is_named():
 
 @pytest.mark.slow
 def test_a_hundred_and_fiftieth_of_all_scenes_has_no_silently_wrong_answer():
-    points = _points(jobs_of(ALL, seed=7, share=1 / 150))
+    # Of planar scenes with much friction many have no answer or several, and say so.
+    usual = [sweep for sweep in ALL if not sweep.name.startswith(_OF_THEIR_OWN)]
+    points = _points(jobs_of(usual, seed=7, share=1 / 150))
     assert count_scenes(points) > 800
     assert not _wrong(points)
     # Yet most are answered: a program that says no to everything is of no use.
