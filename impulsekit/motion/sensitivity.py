@@ -90,6 +90,15 @@ def sensitivity(motion: Trajectory) -> Sensitivity:
         raise InputError(
             f"sensitivity: the motion was not followed to its end. {motion.status.value}"
         )
+    bounces = dict(zip(motion.scene.entry_names("contacts"), motion.scene.contacts, strict=True))
+    for rest in motion.rests:
+        entry = bounces.get(rest.contact)
+        # What bounces comes to rest in the limit only.
+        if rest.start > 0.0 and entry is not None and entry.restitution != 0.0:
+            raise InputError(
+                f"sensitivity: a contact comes to rest at {rest.start:g} s by ever smaller "
+                "bounces; no derivative passes their end"
+            )
     given = [entry.restitution for entry in motion.scene.contacts]
     for time, impact in motion.impacts:
         # A contact that approaches ever more slowly is caught without its restitution.
