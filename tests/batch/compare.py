@@ -6,9 +6,12 @@ import numpy as np
 import pinocchio as pin
 
 import impulsekit as ik
-from impulsekit.batch.result import OUTPUTS
+from impulsekit.batch.result import OUTPUTS as EVERY_OUTPUT
 from impulsekit.batch.solve import solve_batch
 from impulsekit.laws.status import Status
+
+# Reactions and bodies follow from these, and know no points of collisions.
+SOLVED_FOR = tuple(name for name in EVERY_OUTPUT if name not in ("reactions", "bodies"))
 
 
 def random_states(robot, count, seed=0, spread=1.5):
@@ -20,7 +23,7 @@ def random_states(robot, count, seed=0, spread=1.5):
 
 def worst_difference(scene, q, v, rows=None, **varying):
     """The largest relative difference of any output over the valid rows, and the batch."""
-    batch = solve_batch(scene, q, v, outputs=OUTPUTS, **varying)
+    batch = solve_batch(scene, q, v, outputs=SOLVED_FOR, **varying)
     worst = 0.0
     for i in range(len(q)) if rows is None else rows:
         try:
