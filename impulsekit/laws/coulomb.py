@@ -20,6 +20,7 @@ __all__ = [
     "is_jammed",
     "released",
     "residual_of",
+    "stopping",
 ]
 
 _NOTHING = (0.0, 0.0, 0.0)
@@ -233,9 +234,27 @@ def residual_of(
 def _stick(
     block: Block, b1: float, b2: float, bn: float, mu: float, scale: float
 ) -> tuple[Triple, bool, bool]:
-    """P with W P = −b, the normal eliminated first; whether friction holds it, and it is one."""
-    t11, t12, t22, n1, n2, nn = block
-    s11, s12, s22 = t11 - n1 * n1 / nn, t12 - n1 * n2 / nn, t22 - n2 * n2 / nn
+    """P with W P = −b; whether friction holds it, and whether it is one."""
+    (p1, p2, pn), exists, determined = stopping(block, b1, b2, bn, scale)
+    _, _, _, n1, n2, nn = block
+    holds = pn > 0.0 and math.sqrt(p1 * p1 + p2 * p2) <= mu * pn * (1.0 + ON_CONE)
+    if exists and not determined and not holds:
+        t, e1, e2, holds = _into_the_cone(block, _reduced(block), p1, p2, pn, mu)
+        p1, p2 = p1 + t * e1, p2 + t * e2
+        pn = -(bn + n1 * p1 + n2 * p2) / nn
+    return (p1, p2, pn), exists and holds, determined
+
+
+@compiled
+def stopping(
+    block: Block, b1: float, b2: float, bn: float, scale: float
+) -> tuple[Triple, bool, bool]:
+    """P with W P = −b, the normal eliminated first; whether there is one, and just one.
+
+    Of many it is the one without a share of P_t in the direction that moves nothing.
+    """
+    t11, _, t22, n1, n2, nn = block
+    s11, s12, s22 = _reduced(block)
     r1, r2 = n1 * bn / nn - b1, n2 * bn / nn - b2
     det = s11 * s22 - s12 * s12
     exists = determined = True
@@ -243,13 +262,14 @@ def _stick(
         p1, p2 = (s22 * r1 - s12 * r2) / det, (s11 * r2 - s12 * r1) / det
     else:
         p1, p2, exists, determined = _stick_in_a_line(block, s11, s12, s22, r1, r2, scale)
-    pn = -(bn + n1 * p1 + n2 * p2) / nn
-    holds = pn > 0.0 and math.sqrt(p1 * p1 + p2 * p2) <= mu * pn * (1.0 + ON_CONE)
-    if exists and not determined and not holds:
-        t, e1, e2, holds = _into_the_cone(block, (s11, s12, s22), p1, p2, pn, mu)
-        p1, p2 = p1 + t * e1, p2 + t * e2
-        pn = -(bn + n1 * p1 + n2 * p2) / nn
-    return (p1, p2, pn), exists and holds, determined
+    return (p1, p2, -(bn + n1 * p1 + n2 * p2) / nn), exists, determined
+
+
+@compiled
+def _reduced(block: Block) -> Triple:
+    """W_tt with the normal held at its velocity: s11, s12, s22 [1/kg]."""
+    t11, t12, t22, n1, n2, nn = block
+    return t11 - n1 * n1 / nn, t12 - n1 * n2 / nn, t22 - n2 * n2 / nn
 
 
 @compiled

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from impulsekit.chain import chain_urdf, pendulum_urdf
-from impulsekit.errors import ImpulsekitError, SetupWarning
+from impulsekit.errors import AssumptionWarning, ImpulsekitError, SetupWarning
 from impulsekit.impact import Impact, solve
 from impulsekit.robot import Robot
 from impulsekit.scene import AppliedImpulse, Contact, Scene
@@ -125,6 +125,8 @@ def try_file(folder: pathlib.Path, kind: str, content: bytes, number: int) -> st
         warnings.simplefilter("error")
         # Scenes made at random are seldom what anybody means.
         warnings.simplefilter("ignore", SetupWarning)
+        # What was assumed of a quirk is told, as it should be.
+        warnings.simplefilter("ignore", AssumptionWarning)
         # Numbers at the edge of the range overflow; what comes of it is the status's to tell.
         warnings.simplefilter("ignore", RuntimeWarning)
         try:

@@ -199,7 +199,7 @@ def solve_blocks(
             )  # fmt: skip
         more_at = BODY + FORCE
         if (
-            count > 0 and alone == 1 and has_known and lacking(
+            count > 0 and alone == 1 and lacking(
                 count, contact_floats[12], contact_floats[11], e, base * e_step, e_step,
                 mu, base * mu_step, mu_step, term_ints, term_floats, row_first,
                 work, w_at, before_at, free_at, p_at, dv_at, term_at, spare_at, more_at, w, code,

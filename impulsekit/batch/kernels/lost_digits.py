@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 
+from ...laws.coulomb import stopping
 from ..codes import AGAIN
 from .articulated import respond
 from .doubt import size_of_terms
@@ -22,8 +23,13 @@ __all__ = ["lacking", "press_more"]
 
 # How many times as fast as all that makes up the point's motion the blow alone would throw it.
 THROWN = 3.0
+# As much is lost where W is so near singular that impulses cancel: their terms, by this share.
+BALANCED = 2.0**-8
 # From which share of the bounds of friction on, and of the free speed, a contact slides.
 ON_CONE, SLIPS = 1e-12, 1e-13
+# What a step may leave of the contact's velocities, with the rounding of W itself, relative to
+# the speeds of the point: a tenth of what a batch may be off by.
+LEFT, EPS = 1e-13, 2.0**-52
 
 
 @inlined
@@ -46,6 +52,12 @@ def lacking(
         free = where_less(free, speed, speed, free)
         speed = absolute(load(work, (before_at + r) * w, witness))
         slow = where_less(slow, speed, speed, slow)
+    trace, impulses = zero, zero
+    for r in range(count):
+        trace = trace + load(work, (w_at + r * (count + 1)) * w, witness)
+        impulses = impulses + absolute(load(work, (p_at + r) * w, witness))
+    terms = BALANCED * trace * impulses
+    free = where_less(free, terms, terms, free)
     if not any_less(THROWN * slow, free):
         return False
     for r in range(count):
@@ -70,10 +82,13 @@ def lacking(
         thrown = float(work[(spare_at + 1) * w + lane])
         pn = float(work[(p_at + count - 1) * w + lane])
         if thrown > float(work[spare_at * w + lane]) and pn > 0.0 and code[lane] != AGAIN:
-            _lack(
+            mended = _lack(
                 count, capture, e_t, e[e_at + lane * e_step], mu[mu_at + lane * mu_step], thrown,
+                float(work[spare_at * w + lane]) / THROWN,
                 work, w_at, before_at, p_at, more_at, w, lane,
             )  # fmt: skip
+            if not mended:
+                code[lane] = AGAIN
             some = True
     return some
 
@@ -118,9 +133,9 @@ def press_more(
 
 @built_in
 def _lack(
-    rows, capture, e_t, e, mu, thrown, work, w_at, before_at, p_at, more_at, w, lane
+    rows, capture, e_t, e, mu, thrown, slow, work, w_at, before_at, p_at, more_at, w, lane
 ):  # fmt: skip
-    """Write ΔP of one lane by one Newton step in the mode that P tells.
+    """Write ΔP of one lane by one Newton step in the mode that P tells; whether that is enough.
 
     Sticking: ξ = 0. Sliding against s: ξ_n = 0 and ξ_t along s, with P_t = −μ P_n s.
     """
@@ -132,7 +147,7 @@ def _lack(
     nn = float(work[(w_at + rows * rows - 1) * w + lane])
     if rows == 1 or mu == 0.0:
         work[more_at * w + n] = -xn / nn
-        return
+        return True
     x1 = float(work[(more_at + 3) * w + lane]) + e_t * float(work[before_at * w + lane])
     x2 = float(work[(more_at + 4) * w + lane]) + e_t * float(work[(before_at + 1) * w + lane])
     t11, t12 = float(work[w_at * w + lane]), float(work[(w_at + 1) * w + lane])
@@ -142,7 +157,8 @@ def _lack(
     load = math.sqrt(p1 * p1 + p2 * p2)
     bound = mu * float(work[(p_at + 2) * w + lane])
     slip = -(p1 * x1 + p2 * x2) / load if load > 0.0 else 0.0
-    if load >= bound * (1.0 - ON_CONE) and slip > SLIPS * thrown:
+    sticks = load < bound * (1.0 - ON_CONE) or not slip > SLIPS * thrown
+    if not sticks:
         s1, s2 = -p1 / load, -p2 / load
         # Columns: more load along the cone, and a turn of s by an angle; rows: n, and across s.
         a11 = nn - mu * (n1 * s1 + n2 * s2)
@@ -157,10 +173,13 @@ def _lack(
         d1 = -mu * s1 * dn + bound * s2 * turn
         d2 = -mu * s2 * dn - bound * s1 * turn
     else:
-        s11, s12, s22 = t11 - n1 * n1 / nn, t12 - n1 * n2 / nn, t22 - n2 * n2 / nn
-        r1, r2 = n1 * xn / nn - x1, n2 * xn / nn - x2
-        det = s11 * s22 - s12 * s12
-        d1, d2 = (s22 * r1 - s12 * r2) / det, (s11 * r2 - s12 * r1) / det
-        dn = -(xn + n1 * d1 + n2 * d2) / nn
+        block = (t11, t12, t22, n1, n2, nn)
+        (d1, d2, dn), _, _ = stopping(block, x1, x2, xn, thrown)
     work[more_at * w + lane], work[(more_at + 1) * w + lane] = d1, d2
     work[(more_at + 2) * w + lane] = dn
+    if not sticks:
+        return True
+    left = abs(x1 + t11 * d1 + t12 * d2 + n1 * dn) + abs(x2 + t12 * d1 + t22 * d2 + n2 * dn)
+    left += abs(xn + n1 * d1 + n2 * d2 + nn * dn)
+    change = abs(d1) + abs(d2) + abs(dn)
+    return left + EPS * (t11 + t22 + nn) * change <= LEFT * slow

@@ -97,6 +97,11 @@ class _State:
         """All ways through, or the one in a given order."""
         scale = np.max(np.abs(u[2::3]))
         rest = scale * max(AT_REST, float(numbers.epsilon))
+        # The next is the fastest by |u_n|/√W_nn, whose square is the energy that stopping it takes.
+        roots = np.array(
+            [numbers.sqrt(W[k, k]) or numbers.number(1.0) for k in range(2, len(u), 3)]
+        )
+        most = np.max(np.abs(u[2::3] / roots))
         none = np.zeros((len(u) // 3, 3), dtype=u.dtype) + u[0] * 0
         pending: list[tuple[Array, Array, tuple[int, ...], bool]] = [(u, none, (), True)]
         orders = 1
@@ -107,15 +112,16 @@ class _State:
                     yield _Sequence(impulses, hits, only)
                     break
                 normal = velocity[2::3]
-                first = int(np.argmin(normal)) if order is None else order[len(hits)]
+                pace = np.where(normal < -rest, normal / roots, 0)
+                first = int(np.argmin(pace)) if order is None else order[len(hits)]
                 if order is None and not normal[first] < -rest:
                     yield _Sequence(impulses, hits, only)
                     break
                 if len(hits) == MOST_HITS:
                     break
                 if order is None:
-                    for other in range(len(normal)):
-                        alike = normal[other] <= normal[first] + scale * ALIKE
+                    for other in np.flatnonzero(normal < -rest).tolist():
+                        alike = pace[other] <= pace[first] + most * ALIKE
                         if other != first and alike and orders < MOST_ORDERS:
                             orders += 1
                             state = self._struck(numbers, W, velocity, impulses, other)

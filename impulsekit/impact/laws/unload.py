@@ -73,5 +73,7 @@ def _with(modes: Modes, loaded: np.ndarray, impulse: np.ndarray, find: Find) -> 
         None,
     )
     found = np.zeros_like(impulse)
-    found[rows] = find(few, impulse[rows])
+    # Contacts that no impulse moves bear none.
+    if few.largest > 0.0:
+        found[rows] = find(few, impulse[rows])
     return found
