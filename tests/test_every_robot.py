@@ -75,7 +75,6 @@ def test_every_robot(name, root):
     everything(name, root)
 
 
-@pytest.mark.xfail(reason="a robot without degrees of freedom is not named in its results")
 def test_a_robot_that_cannot_move_is_solved_all_the_same():
     hector = ik.Robot.from_example("hector")
     scene, q, v = ik.Scene(hector), hector.neutral(), hector.velocity()

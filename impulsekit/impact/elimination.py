@@ -117,6 +117,8 @@ class Elimination:
         Raises:
             ContradictionError: dependent rows demand different things.
         """
+        if not len(right):
+            return BilateralSolution(right, 0, None)
         if self._factor is not None:
             impulse = lapack.dpotrs(self._factor, right, lower=1)[0]
             return BilateralSolution(impulse, len(right), None)

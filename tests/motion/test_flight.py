@@ -155,7 +155,6 @@ def test_talos_in_flight_keeps_its_books():
     np.testing.assert_allclose(momentum[:, 2], momentum[0, 2] - weight, atol=1e-7)
 
 
-@pytest.mark.xfail(reason="motions with mimic joints fail in the joined elimination")
 def test_a_robot_with_mimic_joints_moves_too():
     robot = ik.Robot.from_urdf(MODELS / "gripper.urdf", mimic=True)
     scene = ik.Scene(robot, forces=[ik.Actuator("left_slide", 0.1)], gravity=[0, 0, 0])

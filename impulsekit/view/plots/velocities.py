@@ -56,14 +56,15 @@ def velocity_jump(impact: Impact, ax: Axes | None = None, *, rows: int = 30) -> 
         tidy(panel)
     left = len(speeds) - len(chosen)
     ax.set_title("Joint speeds" + (f"\n({left} smaller not shown)" if left else ""), loc="left")
-    ax.legend(frameon=False)
+    if groups:
+        ax.legend(frameon=False)
     return tidy(ax)
 
 
 def _stacked(ax: Axes, shares: list[float]) -> list[Axes]:
     """``ax`` and further axes below it that share its place, as high as ``shares`` say."""
     if len(shares) < 2:
-        return [ax]
+        return [ax][: len(shares)]
     figure = ax.figure
     spec = ax.get_subplotspec()
     if spec is not None:
