@@ -121,7 +121,7 @@ def _checked(
     try:
         n = operator.index(links)
     except TypeError:
-        raise InputError(f"links is {links!r}, a whole number is wanted") from None
+        raise InputError(f"links must be a whole number, got {links!r}") from None
     if n < 1:
         raise RangeError.of("links", n, "1 or more")
     m = _positive("mass", mass)
@@ -129,7 +129,7 @@ def _checked(
     r = span / 50 if radius is None else _positive("radius", radius)
     if r > span / 10:
         raise RangeError.of(
-            "radius", r, f"at most a tenth of the length {span!r}: rods are slender"
+            "radius", r, f"at most a tenth of the length {span!r} (rods are slender)"
         )
     # A product of tiny or huge numbers can leave the doubles although each factor is one.
     axial, transverse = _inertias(m, span, r)
@@ -142,7 +142,7 @@ def _positive(what: str, value: float) -> float:
     try:
         number = float(value)
     except (TypeError, ValueError, OverflowError):
-        raise InputError(f"{what} is {value!r}, a number is wanted") from None
+        raise InputError(f"{what} must be a number, got {value!r}") from None
     if not math.isfinite(number):
         raise NotFiniteError.of("the chain", what, number)
     if number <= 0:
@@ -197,7 +197,7 @@ def _pin(k: int, parent: str, at: str, *, axis: str) -> str:
 
 def _document(name: str, comment: list[str], body: list[str]) -> str:
     if not isinstance(name, str) or not name or not name.isprintable():
-        raise InputError(f"name is {name!r}, a printable text is wanted")
+        raise InputError(f"name must be printable text, got {name!r}")
     head = "\n".join(f"  {line}" for line in comment)
     inside = "\n".join(body)
     return (

@@ -13,7 +13,7 @@
     │   ├── UrdfError                    .source .element
     │   ├── MjcfError                    .source .element
     │   └── SceneFileError               .path .faults: all faults of a file at once
-    ├── SolveError                       the input is fine, the physics has no answer
+    ├── SolveError                       the input is fine, the physics has no solution
     │   ├── SingularMassError            .joints: directions without inertia
     │   └── ContradictionError           .rows: demands that cannot hold together
     ├── FileError (OSError)              .path: a file that cannot be read or written
@@ -71,7 +71,9 @@ class ImpulsekitError(Exception):
             fault: no row of a batch and no impact of a motion stands for it, it is raised.
 
     Example:
-        >>> error = RangeError("friction is -1", what="friction", value=-1.0, allowed="0 or more")
+        >>> error = RangeError.of("friction", -1.0, "0 or more")
+        >>> print(error)
+        friction must be 0 or more, got -1.0
         >>> error.allowed
         '0 or more'
     """
@@ -113,16 +115,16 @@ class UnknownNameError(InputError, KeyError):
         names = tuple(known)
         nearest = nearest_names(name, names)
         if nearest:
-            hint = "did you mean " + " or ".join(f'"{n}"' for n in nearest) + "?"
+            hint = "did you mean " + _one_of(nearest) + "?"
         elif not names:
-            hint = f"there is no {kind} at all."
+            hint = "there are none"
         elif len(names) <= 12:
-            hint = "there is " + ", ".join(f'"{n}"' for n in names) + "."
+            hint = "choose " + _one_of(names)
         else:
-            hint = f"none of the {len(names)} names is near it."
+            hint = f"none of the {len(names)} known names is similar"
         place = f"{where}: " if where else ""
         return cls(
-            f'{place}no {kind} is called "{shown(name)}"; {hint}',
+            f'{place}unknown {kind} "{shown(name)}"; {hint}',
             kind=kind,
             name=name,
             nearest=nearest,
@@ -144,7 +146,7 @@ class ShapeError(InputError):
         """The error for an array called ``what``."""
         tail = f" ({hint})" if hint else ""
         return cls(
-            f"{what} has shape {_shape(got)}, wanted is {_shape(expected)}{tail}",
+            f"{what}: expected shape {_shape(expected)}, got {_shape(got)}{tail}",
             what=what,
             expected=tuple(expected),
             got=tuple(got),
@@ -160,7 +162,7 @@ class NotFiniteError(InputError):
     @classmethod
     def of(cls, what: str, where: Any, value: Any) -> NotFiniteError:
         """The error for the entry ``where`` of ``what``."""
-        return cls(f"{what}: {where} is {value}, a finite number is wanted", what=what, where=where)
+        return cls(f"{what}: {where} must be finite, got {value}", what=what, where=where)
 
 
 class RangeError(InputError):
@@ -172,9 +174,9 @@ class RangeError(InputError):
 
     @classmethod
     def of(cls, what: str, value: Any, allowed: str) -> RangeError:
-        """The error for ``what`` with ``value`` where ``allowed`` is said in words."""
+        """The error for ``what`` with ``value`` that must be ``allowed``, in words."""
         return cls(
-            f"{what} is {value}, allowed is {allowed}", what=what, value=value, allowed=allowed
+            f"{what} must be {allowed}, got {value}", what=what, value=value, allowed=allowed
         )
 
 
@@ -213,7 +215,7 @@ class SceneFileError(InputError):
 
 
 class SolveError(ImpulsekitError):
-    """The input is fine, but the physics asked for has no answer."""
+    """The input is fine, but the physics asked for has no solution."""
 
 
 class SingularMassError(SolveError):
@@ -258,7 +260,11 @@ class AssumptionWarning(UserWarning):
 
     def __init__(self, source: str, assumptions: Sequence[str]) -> None:
         self.source, self.assumptions = source, tuple(assumptions)
-        super().__init__(_escaped(f"{source}: assumed: " + "; ".join(assumptions)))
+        # What another process makes a copy of: the arguments, not the sentence made of them.
+        super().__init__(source, self.assumptions)
+
+    def __str__(self) -> str:
+        return _escaped(f"{self.source}: assumed: " + "; ".join(self.assumptions))
 
 
 def warn_of_assumptions(source: str, assumptions: Sequence[str], *, above: int = 2) -> None:
@@ -282,9 +288,12 @@ class SetupWarning(UserWarning):
 
     def __init__(self, doubts: Sequence[str]) -> None:
         self.doubts = tuple(doubts)
+        super().__init__(self.doubts)
+
+    def __str__(self) -> str:
         more = len(self.doubts) - MOST_DOUBTS
         tail = [f"and {more} more, see Impact.doubts"] if more > 0 else []
-        super().__init__(_escaped("; ".join([*self.doubts[:MOST_DOUBTS], *tail])))
+        return _escaped("; ".join([*self.doubts[:MOST_DOUBTS], *tail]))
 
 
 def warn_of_setup(doubts: Sequence[str], *, above: int = 2) -> None:
@@ -348,6 +357,12 @@ def a_thing(value: object) -> str:
 def _shape(shape: Sequence[Any]) -> str:
     """A shape as numpy writes it; an axis without a number by its letter."""
     return "(" + ", ".join(map(str, shape)) + (",)" if len(shape) == 1 else ")")
+
+
+def _one_of(names: Sequence[str]) -> str:
+    """Names in quotes, the last after an "or"."""
+    *first, last = (f'"{name}"' for name in names)
+    return f"{', '.join(first)} or {last}" if first else last
 
 
 def nearest_names(name: str, known: Iterable[str], most: int = 3) -> tuple[str, ...]:

@@ -104,16 +104,16 @@ HAND = '\n[[impulses]]\nframe = "panda_hand"\n'
         (on("broken.urdf"), r"broken\.urdf: not well-formed XML: .*line 1"),
         (on("weightless.urdf") + BLOW, r"inertia"),
         (on("massless.urdf") + BLOW, r"inertia"),
-        ('[robot]\nexample = "pnada"', r'no example robot is called "pnada".*"panda"'),
-        (PANDA + '[[impulses]]\nframe = "panda_hnd"', r'no frame .* "panda_hand"'),
+        ('[robot]\nexample = "pnada"', r'unknown example robot "pnada".*"panda"'),
+        (PANDA + '[[impulses]]\nframe = "panda_hnd"', r'unknown frame .* "panda_hand"'),
         (
             PANDA + '[[impulses]]\njoint = "panda_joint11"\nimpulse = 1',
-            r'no joint is called "panda_joint11"; did you mean "panda_joint1"',
+            r'unknown joint "panda_joint11"; did you mean "panda_joint1"',
         ),
-        (PANDA + "[state]\nq = [0, 0]", r"shape \(2,\), wanted is \(9,\)"),
-        (PANDA + HAND + "linear = [0, 0]", r"linear has 2 entries, wanted are 3"),
-        (PANDA + HAND + "linear = [0, 0, nan]", r"linear\[2\] is nan, wanted is a finite"),
-        (PANDA + HAND + "linear = [0, 0, inf]", r"linear\[2\] is inf, wanted is a finite"),
+        (PANDA + "[state]\nq = [0, 0]", r"expected shape \(9,\), got \(2,\)"),
+        (PANDA + HAND + "linear = [0, 0]", r"linear must have 3 entries, got 2"),
+        (PANDA + HAND + "linear = [0, 0, nan]", r"linear\[2\] must be a finite number, got nan"),
+        (PANDA + HAND + "linear = [0, 0, inf]", r"linear\[2\] must be a finite number, got inf"),
         (PANDA + "[state.q]\npanda_joint1 = nan", r'"panda_joint1".* nan'),
         (
             on("rod.urdf", "freeflyer") + "[state.q]\nroot_joint = [0, 0, 0, 0, 0, 0.1, 1]",
@@ -224,7 +224,7 @@ def test_the_doctor_names_what_is_missing_and_the_line_for_it(monkeypatch):
     result = run("doctor")
     assert result.exit_code == 1
     assert 'pydantic: missing: pip install "pydantic>=2.7"' in result.stderr
-    assert re.search(r'pin: wanted \S+: pip install "pin\S+"', result.stderr)
+    assert re.search(r'pin: expected \S+: pip install "pin\S+"', result.stderr)
     assert re.search(
         r'matplotlib +- +plot +missing: pip install "impulsekit\[plot\]"', result.stdout
     )

@@ -98,7 +98,7 @@ def batch_inputs(
     if len(arrays["v"]) == 1:
         state.checked_velocity(robot.model, arrays["v"][0])
     if len(arrays["impulses"]) == 1 and not np.isfinite(arrays["impulses"]).all():
-        raise NotFiniteError.of("impulses", "an entry", "not finite")
+        raise NotFiniteError.of("impulses", "an entry", "a NaN or an infinity")
     codes = np.zeros(size, dtype=np.int8)
     for name, low, high, allowed, harmless in (
         ("restitution", 0.0, 1.0, "0 to 1", 0.0),

@@ -141,7 +141,7 @@ class LongTree:
             if wrong.size:
                 raise StateError(
                     f"configuration q: the unit vector of body {bodies[wrong[0]]} has length "
-                    f"{lengths[wrong[0]]:.9g}, wanted is 1 within 1e-06",
+                    f"{lengths[wrong[0]]:.9g}, expected 1 within 1e-06",
                     joint=f"joint_{bodies[wrong[0]]}",
                     value=float(lengths[wrong[0]]),
                 )
@@ -237,7 +237,7 @@ def long_tree(
     if (above >= np.arange(n)).any() or above.min() < -1:
         at = int(np.flatnonzero((above >= np.arange(n)) | (above < -1))[0])
         raise RangeError.of(
-            f"parents[{at}]", int(above[at]), f"-1 or a body that stands before, 0 to {at - 1}"
+            f"parents[{at}]", int(above[at]), f"-1 or an earlier body, 0 to {at - 1}"
         )
     names = [joints] * n if isinstance(joints, str) else list(joints)
     if len(names) != n:
@@ -246,7 +246,7 @@ def long_tree(
         if name not in _KINDS:
             raise UnknownNameError.among("kind of joint", str(name), _KINDS)
     if masses is None or centres is None or inertias is None:
-        raise InputError("long_tree: masses, centres and inertias are wanted")
+        raise InputError("long_tree: give masses, centres and inertias")
     turn = np.broadcast_to(np.eye(3), (n, 3, 3)) if rotations is None else rotations
     shift = np.zeros((n, 3)) if translations is None else translations
     tree = joined_tree(
@@ -267,7 +267,7 @@ def _array(values: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
     if array.shape != shape:
         raise ShapeError.of(what, shape, array.shape)
     if not np.isfinite(array).all():
-        raise NotFiniteError.of(what, "an entry", "not finite")
+        raise NotFiniteError.of(what, "an entry", "a NaN or an infinity")
     return array
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..display import one_line
-from ..errors import InputError, ShapeError
+from ..errors import InputError, ShapeError, a_thing
 from ..scene import AppliedImpulse, JointImpulse
 from ..scene.numbers import vector
 from .kernels import layout
@@ -161,7 +161,7 @@ class LongImpact:
                 given.extend(entry.impulse)
             else:
                 raise InputError(
-                    f"{type(entry).__name__}: wanted is an AppliedImpulse or a JointImpulse"
+                    f"an impulse must be an AppliedImpulse or a JointImpulse, got {a_thing(entry)}"
                 )
         return (
             np.array(ints, dtype=np.int64),

@@ -35,5 +35,5 @@ def shown(progress: Any, total: int, done: int = 0) -> Iterator[Callable[[int], 
         yield lambda rows: progress(rows, total)
     else:
         raise InputError(
-            f"progress is {quoted(progress)}, wanted is True, or a function of rows done and in all"
+            f"progress must be True, or a function of rows done and in all, got {quoted(progress)}"
         )

@@ -129,7 +129,7 @@ class ImpactBatch(Displayed):
     def _asked(self, name: str) -> np.ndarray:
         if name not in self.arrays:
             asked = ", ".join(f'"{one}"' for one in self.arrays)
-            raise InputError(f'"{name}" was not asked for; outputs were {asked}')
+            raise InputError(f'"{name}" was not requested; outputs were {asked}')
         return self.arrays[name]
 
     def __len__(self) -> int:

@@ -243,7 +243,7 @@ def _number(dtype: Any) -> np.dtype:
     except TypeError:
         number = np.dtype(object)
     if number not in (np.float64, np.float32):
-        raise InputError(f"dtype is {quoted(dtype)}, wanted is numpy.float64 or numpy.float32")
+        raise InputError(f"dtype must be numpy.float64 or numpy.float32, got {quoted(dtype)}")
     return number
 
 

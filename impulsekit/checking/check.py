@@ -78,7 +78,7 @@ def check(impact: Impact, digits: int | None = None) -> Check:
     if conditions is None:
         # The reference's own solver names the motion.
         _solved(impact, known, None)
-        raise _impossible("its generalized masses are all but singular", reference)
+        raise _impossible("its mass matrix is nearly singular", reference)
     truth = _solved(impact, known, take(demands, conditions.independent))
     carried = truth
     if not all(result.unique for result in impact.constraints):

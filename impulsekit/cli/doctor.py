@@ -46,7 +46,7 @@ class Requirement:
         version = self.installed
         if version is not None and within(version, self.bounds):
             return "ok"
-        fault = "missing" if version is None else f"wanted {self.bounds}"
+        fault = "missing" if version is None else f"expected {self.bounds}"
         line = f'"impulsekit[{self.extra}]"' if self.extra else f'"{self.name}{self.bounds}"'
         return f"{fault}: pip install {line}"
 

@@ -101,7 +101,7 @@ def _inertia(item: str) -> tuple[str, tuple[str, ...]]:
     joint, colon, parameters = item.rpartition(":")
     if not colon or not joint:
         raise InputError(
-            f"--inertia is {quoted(item)}; wanted is JOINT:PARAMETERS, such as elbow:mass,iyy"
+            f"--inertia must be JOINT:PARAMETERS, such as elbow:mass,iyy, got {quoted(item)}"
         )
     return joint, tuple(name.strip() for name in parameters.split(","))
 

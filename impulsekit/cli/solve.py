@@ -32,7 +32,7 @@ __all__ = ["solve"]
 )
 @click.option("--plot", type=click.Path(), help="Draw the results on one sheet (PNG, SVG, PDF).")
 @click.option("--html", type=click.Path(), help="Write a moving picture as one page.")
-@click.option("--check", "checked", is_flag=True, help="Hold it against Kane's equations, too.")
+@click.option("--check", "checked", is_flag=True, help="Also check against Kane's equations.")
 @click.pass_context
 def solve(
     ctx: click.Context,

@@ -170,7 +170,7 @@ class _Problem:
     ) -> None:
         self._measurements = tuple(measurements)
         if not self._measurements:
-            raise InputError("fit_impacts: there are no measurements, one or more are wanted")
+            raise InputError("fit_impacts: no measurements; give one or more")
         first = self._measurements[0].scene
         self._parameters = parameters_of(first, restitution, friction, inertias)
         if not self._parameters:
@@ -188,7 +188,7 @@ class _Problem:
         self._after, self._seen, self._weights = [], [], []
         given = [m.sigma is not None for m in self._measurements]
         if any(given) and not all(given):
-            raise InputError("fit_impacts: sigma is wanted for all measurements or for none")
+            raise InputError("fit_impacts: give sigma for all measurements or for none")
         self._estimated = not any(given)
         for i, m in enumerate(self._measurements):
             nv = m.scene.robot.nv
@@ -199,7 +199,7 @@ class _Problem:
             if not (sigma > 0.0).all() or not np.isfinite(sigma).all():
                 raise RangeError.of(f"measurements[{i}]: sigma", m.sigma, "above zero")
             if np.isinf(after).any():
-                raise NotFiniteError.of(f"measurements[{i}]: v_after", "an entry", "infinite")
+                raise NotFiniteError.of(f"measurements[{i}]: v_after", "an entry", "an infinity")
             seen = ~np.isnan(after)
             self._after.append(after[seen])
             self._seen.append(seen)

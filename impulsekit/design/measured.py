@@ -68,17 +68,17 @@ def _of_json(text: str, label: str) -> list[tuple[str, Mapping[str, Any]]]:
     except (ValueError, RecursionError) as error:
         raise InputError(f"{label}: {error}") from None
     if not isinstance(items, list):
-        raise InputError(f"{label}: a list of impacts is wanted")
+        raise InputError(f"{label} must be a list of impacts")
     rows: list[tuple[str, Mapping[str, Any]]] = []
     for i, item in enumerate(items):
         where = f"{label}: impact {i}"
         if not isinstance(item, dict):
-            raise InputError(f"{where}: a table with q, before and after is wanted")
+            raise InputError(f"{where} must be a table with q, before and after")
         for key, value in item.items():
             if key not in (*PARTS, "sigma"):
                 raise UnknownNameError.among("part", str(key), (*PARTS, "sigma"), where)
             if key in PARTS and not isinstance(value, dict):
-                raise InputError(f"{where}: {key} is {quoted(value)}, values by joint are wanted")
+                raise InputError(f"{where}: {key} must be values by joint, got {quoted(value)}")
         rows.append((where, item))
     return rows
 
@@ -129,7 +129,7 @@ def _number(cell: str, where: str, what: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise InputError(f"{where}: {what} is {quoted(cell)}, a number is wanted")
+        raise InputError(f"{where}: {what} must be a number, got {quoted(cell)}")
     return value
 
 
@@ -188,7 +188,7 @@ def _entries(value: Any, where: str, name: str) -> list[tuple[int, float]]:
         if number is None:
             found.append((index, math.nan))
         elif isinstance(number, bool) or not isinstance(number, int | float):
-            raise InputError(f"{where}: {name} is {quoted(number)}, a number is wanted")
+            raise InputError(f"{where}: {name} must be a number, got {quoted(number)}")
         else:
             found.append((index, float(number)))
     return found

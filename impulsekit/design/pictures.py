@@ -42,7 +42,7 @@ def plot_effective_mass(
         easy = np.argsort(-np.diagonal(ellipsoid.mobility), kind="stable")[:2]
         plane = "".join("xyz"[i] for i in sorted(easy))
     if plane not in _PLANES:
-        raise InputError(f'plane is {quoted(plane)}, wanted is "xy", "xz" or "yz"')
+        raise InputError(f'plane must be "xy", "xz" or "yz", got {quoted(plane)}')
     ax = _axes(ax)
     first, second = _PLANES[plane]
     angles = np.linspace(0.0, 2.0 * math.pi, 1441)

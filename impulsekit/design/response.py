@@ -39,7 +39,7 @@ class Response:
         if isinstance(what, Robot):
             what = Scene(what)
         if not isinstance(what, Scene):
-            raise InputError(f"a Scene or a Robot is wanted, not {a_thing(what)}")
+            raise InputError(f"expected a Scene or a Robot, got {a_thing(what)}")
         held = [replace(entry, velocity=0.0) for entry in what.constraints]
         self.robot = what.robot
         self.scene = Scene(what.robot, constraints=held, gravity=what.gravity)

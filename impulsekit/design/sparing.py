@@ -121,7 +121,7 @@ def spare_joint(
     response = Response(scene, q)
     first, last = np.array(vector(start, "start")), np.array(vector(end, "end"))
     if np.linalg.norm(last - first) < ONE_POINT:
-        raise InputError("spare_joint: start and end are one point, wanted is a line between two")
+        raise InputError("spare_joint: start and end are one point, expected a line between two")
     at_start = response.reaction_map(joint, frame, first)
     rotation = response.mechanics.frame_placement(frame).rotation
     # A blow n at c + s b is n at c and the couple s b × n.
@@ -213,7 +213,7 @@ def worst_blow(
         1.0
     """
     if kind not in ("force", "couple"):
-        raise InputError(f'worst_blow: kind is {quoted(kind)}, wanted is "force" or "couple"')
+        raise InputError(f'worst_blow: kind must be "force" or "couple", got {quoted(kind)}')
     rows = slice(0, 3) if kind == "force" else slice(3, 6)
     table = Response(scene, q).reaction_map(joint, frame, at)[rows, :3]
     _, values, ways = np.linalg.svd(table)

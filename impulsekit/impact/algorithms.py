@@ -205,7 +205,7 @@ def singular_mass(model: pin.Model, joint_ids: Iterable[int]) -> SingularMassErr
             return SingularMassError(
                 "the mass matrix is not positive definite here: the links on joint "
                 f'"{model.names[joint_id]}" have a principal moment of inertia of '
-                f"{moments[0]:.3g} kg m², wanted is 0 or more; put their <inertia> right",
+                f"{moments[0]:.3g} kg m², it must be 0 or more; correct their <inertia>",
                 joints=names,
             )
     named = ", ".join(f'"{name}"' for name in names[:4]) + (", …" if len(names) > 4 else "")

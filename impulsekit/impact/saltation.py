@@ -163,7 +163,7 @@ def _normal_row(impact: Impact, contact: str) -> np.ndarray:
             f'no contact "{contact}" touched in this impact; those that did: {touched}'
         )
     if len(rows) > 1:
-        raise InputError(f'contact "{contact}" touched at {len(rows)} points, one gap is wanted')
+        raise InputError(f'contact "{contact}" must touch at one point, got {len(rows)}')
     return rows[0]
 
 

@@ -158,7 +158,7 @@ def check_arrays(arrays: dict[str, np.ndarray], scene: Scene, source: str) -> No
         if array.shape != shape or array.dtype != np.float64 or not samples or not pieces:
             raise InputError(
                 f'{source}: "{key}" holds {array.dtype} of shape {array.shape}; for this '
-                f"robot, wanted is float64 of shape {shape}"
+                f"robot, expected float64 of shape {shape}"
             )
     starts, ends = arrays["path_start"], arrays["path_end"]
     if not (np.isfinite(arrays["t"]).all() and np.isfinite(ends).all()):

@@ -89,9 +89,9 @@ def simulate(
         raise InputError(f"simulate takes a Scene, not {a_thing(scene)}")
     base = MotionSettings() if settings is None else settings
     if not isinstance(base, MotionSettings):
-        raise InputError(f"settings is {a_thing(base)}, wanted is a MotionSettings")
+        raise InputError(f"settings must be a MotionSettings, got {a_thing(base)}")
     if progress is not None and not callable(progress):
-        raise InputError(f"progress is {quoted(progress)}, wanted is a function of the time")
+        raise InputError(f"progress must be a function of the time, got {quoted(progress)}")
     given: dict[str, Any] = dict(changes)
     if duration is not None:
         given["duration"] = duration

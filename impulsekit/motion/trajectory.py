@@ -274,7 +274,7 @@ class Trajectory(Displayed):
         try:
             record, text = record_of(arrays["record"]), text_of(arrays["scene"])
             if record["format"] != FORMAT:
-                raise InputError(f"{name} is of format {record['format']}, wanted is {FORMAT}")
+                raise InputError(f"{name}: expected format {FORMAT}, got {record['format']}")
             if scene is None and not text:
                 raise InputError(
                     f"{name} comes without its scene ({record['without_scene']}); give it: "

@@ -211,5 +211,5 @@ def _flat(linear: Array, angular: Array) -> Array:
 
 def _free_to_move(_: int) -> Exception:
     return SingularMassError(
-        "a body without inertia is free to move, so its velocity has no answer", joints=()
+        "a body without inertia is free to move, so its velocity is not determined", joints=()
     )

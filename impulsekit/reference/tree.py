@@ -183,7 +183,7 @@ class Tree:
                 what = "quaternion" if turns else "cosine and sine"
                 raise StateError(
                     f'q: the {what} of joint "{joint.name}" (entries {start} to {stop - 1}) '
-                    f"has length {float(length):.12g}, wanted is 1",
+                    f"has length {float(length):.12g}, expected 1",
                     joint=joint.name,
                     value=tuple(checked[start:stop]),
                 )

@@ -164,7 +164,7 @@ def _numbers(
         finite = False
     if not finite or len(words) != len(default):
         wanted = f"{len(default)} finite number{'s' if len(default) > 1 else ''}"
-        raise _error(source, owner, f'<{element.tag} {attribute}="{text}">: {wanted} wanted')
+        raise _error(source, owner, f'<{element.tag} {attribute}="{text}">: expected {wanted}')
     return words
 
 

@@ -168,7 +168,7 @@ def _count(links: SupportsIndex) -> int:
     try:
         n = operator.index(links)
     except TypeError:
-        raise InputError(f"links is {links!r}, a whole number is wanted") from None
+        raise InputError(f"links must be a whole number, got {links!r}") from None
     if n < 1:
         raise RangeError.of("links", n, "1 or more")
     return n
@@ -191,7 +191,7 @@ def _exact(what: str, value: Number) -> Fraction:
     try:
         return Fraction(*value.as_integer_ratio())
     except AttributeError:
-        raise InputError(f"{what} is {value!r}, a number is wanted") from None
+        raise InputError(f"{what} must be a number, got {value!r}") from None
     except (OverflowError, ValueError):
         raise NotFiniteError.of("the struck chain", what, value) from None
 
@@ -204,4 +204,4 @@ def _read(what: str, text: str) -> Fraction | float:
     try:
         return float(text)  # "nan" and "inf", which no Fraction can be
     except ValueError:
-        raise InputError(f"{what} is {text!r}, a number is wanted") from None
+        raise InputError(f"{what} must be a number, got {text!r}") from None

@@ -57,7 +57,7 @@ def combine(
             raise InputError(f'combine: "{name}" is {a_thing(robot)}, not a Robot')
         if not name or "/" in name or name == "world" or not name.isprintable():
             raise InputError(
-                f'combine: "{shown(name)}" cannot be a robot\'s name; wanted is printable text '
+                f'combine: "{shown(name)}" cannot be a robot\'s name; give printable text '
                 'without "/", and not "world"'
             )
         placement = _placement((placements or {}).get(name), name)
@@ -121,20 +121,18 @@ def _placement(value: Any, name: str) -> pin.SE3:
         array = np.array(value, dtype=float)
     except (TypeError, ValueError, OverflowError):
         raise InputError(
-            f'placement of "{name}" is {quoted(value)}, wanted is a point (3,) or a matrix (4, 4)'
+            f'placement of "{name}" must be a point (3,) or a matrix (4, 4), got {quoted(value)}'
         ) from None
     if array.shape not in ((3,), (4, 4)):
         raise ShapeError.of(f'placement of "{name}"', (4, 4), array.shape, "or a point (3,)")
     if not np.isfinite(array).all():
-        raise InputError(
-            f'placement of "{name}" holds a NaN or an infinity, wanted are finite numbers'
-        )
+        raise InputError(f'placement of "{name}" must be finite, got a NaN or an infinity')
     if array.shape == (3,):
         return pin.SE3(np.eye(3), array)
     rotation = array[:3, :3]
     if abs(rotation @ rotation.T - np.eye(3)).max() > 1e-9 or np.linalg.det(rotation) < 0:
         raise InputError(
-            f'placement of "{name}": its 3×3 part is not a rotation, wanted are columns of unit '
-            "length at right angles, right-handed"
+            f'placement of "{name}": its 3×3 part is not a rotation; its columns must be of '
+            "unit length, at right angles and right-handed"
         )
     return pin.SE3(array)

@@ -105,7 +105,7 @@ def example_path(name: str) -> pathlib.Path:
     except (KeyError, TypeError):
         if name in _NO_URDF:
             raise UrdfError(
-                f'example robot "{name}": {_NO_URDF[name]}, wanted is a URDF',
+                f'example robot "{name}": {_NO_URDF[name]}, expected a URDF',
                 source=str(name),
                 element="",
             ) from None

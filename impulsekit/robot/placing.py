@@ -207,8 +207,8 @@ def place(
     kind = root.shortname()
     if kind not in _PLACED:
         raise InputError(
-            f'place: "{frame}" hangs on joint "{robot.model.names[root_id]}" ({kind}); place moves '
-            "free-flyers, planar roots and translations, other joints are set by "
+            f'place: "{frame}" is moved by joint "{robot.model.names[root_id]}" ({kind}); '
+            "place moves free-flyers, planar roots and translations, other joints are set by "
             "robot.configuration"
         )
     axes = robot.model.jointPlacements[root_id].rotation

@@ -110,7 +110,7 @@ class Robot(Displayed):
         if joint is not None and any(own_root == each.name for each in urdf.joints):
             own_root = "world_root_joint"
             assumptions.append(
-                f'the robot has a joint "root_joint", so the root\'s joint is called "{own_root}"'
+                f'the robot has a joint "root_joint", so the root joint is named "{own_root}"'
             )
         part = RobotPart(
             urdf.text,
@@ -657,9 +657,9 @@ def _check_depth_first(model: pin.Model) -> None:
         if parent not in way:
             names = model.names
             raise InputError(
-                f'from_model: joint "{names[joint_id]}" hangs on "{names[parent]}" but comes after '
-                f'"{names[way[-1]]}", which does not; add joints depth first, all that hang on a '
-                "joint right behind it"
+                f'from_model: joint "{names[joint_id]}" is a child of "{names[parent]}" but comes '
+                f'after "{names[way[-1]]}", which is not; add joints depth first, each '
+                "followed by all its descendants"
             )
         del way[way.index(parent) + 1 :]
         way.append(joint_id)
@@ -675,6 +675,6 @@ def _root_joint(root: str | pin.JointModel) -> tuple[Any, str]:
     shortname = getattr(root, "shortname", None)
     if shortname is None:
         raise InputError(
-            f'root is {a_thing(root)}; wanted is "fixed", "planar", "freeflyer" or a pin.JointModel'
+            f'root must be "fixed", "planar", "freeflyer" or a pin.JointModel, got {a_thing(root)}'
         )
     return root, shortname()

@@ -70,7 +70,7 @@ def read_sdf(source: Any, model: str | None = None) -> SdfModel:
     names = [each.get("name", "") for each in models]
     if model is not None and model not in names:
         listed = ", ".join(f'"{name}"' for name in names)
-        raise _error(label, f'model "{shown(model)}"', f"there is no such model; there is {listed}")
+        raise _error(label, f'model "{shown(model)}"', f"no such model; choose {listed}")
     if model is None and len(models) > 1:
         listed = ", ".join(f'"{name}"' for name in names)
         raise _error(label, "<sdf>", f"it holds {len(models)} models ({listed}); name one: model=")
@@ -126,7 +126,8 @@ class _Writer:
             if kind not in _KINDS and kind != "gearbox":
                 known = ", ".join([*_KINDS, "gearbox"])
                 raise self.error(
-                    f'joint "{shown(name)}"', f'its type is "{shown(kind)}", known are {known}'
+                    f'joint "{shown(name)}"',
+                    f'its type is "{shown(kind)}", expected one of {known}',
                 )
         own = [name for name, kind in kinds.items() if kind != "gearbox"]
         return iter(sorted(own, key=lambda name: rank.get(kinds[name], 0)))

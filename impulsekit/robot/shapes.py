@@ -63,7 +63,9 @@ def _shape(
         raise fault(source, element, f"its <{tag}> has no <geometry> with a shape in it")
     if kind.tag not in _KINDS:
         known = ", ".join(f"<{one}>" for one in _KINDS)
-        raise fault(source, element, f"its <{tag}> is a <{shown(kind.tag)}>, known are {known}")
+        raise fault(
+            source, element, f"its <{tag}> is a <{shown(kind.tag)}>, expected one of {known}"
+        )
     origin = ""
     if (given := item.find("origin")) is not None:
         xyz, rpy = (
@@ -82,7 +84,7 @@ def _geometry(kind: Element, element: str, source: str, folders: Sequence[str]) 
     if kind.tag == "mesh":
         scale = numbers(kind.get("scale", "1 1 1"), 3, source, element, "<mesh scale>")
         if not all(scale):
-            raise fault(source, element, "its <mesh scale> has a zero, wanted are other numbers")
+            raise fault(source, element, "its <mesh scale> must not be zero")
         path = mesh_path(kind.get("filename") or "", folders, source, element)
         return f'<mesh filename={quoteattr(path)} scale="{" ".join(map(repr, scale))}"/>'
     if kind.tag == "box":
@@ -95,7 +97,7 @@ def _geometry(kind: Element, element: str, source: str, folders: Sequence[str]) 
     for key, size in sizes.items():
         if min(size) < 0.0:
             raise fault(
-                source, element, f"its <{kind.tag} {key}> is {min(size):g} m, wanted is 0 or more"
+                source, element, f"its <{kind.tag} {key}> must be 0 m or more, got {min(size):g} m"
             )
     written = " ".join(f'{key}="{" ".join(map(repr, size))}"' for key, size in sizes.items())
     return f"<{kind.tag} {written}/>"
@@ -133,7 +135,7 @@ def mesh_path(filename: str, folders: Sequence[str], source: str, element: str) 
         raise fault(
             source,
             element,
-            f'its mesh "{shown(filename)}" is no file; wanted is a path, package:// or file://',
+            f'its mesh "{shown(filename)}" is no file; give a path, package:// or file://',
         )
     rest = filename.removeprefix("package://").removeprefix("file://")
     if filename.startswith("package://"):

@@ -110,7 +110,7 @@ def _numbers(value: Any, what: str) -> np.ndarray:
         entries = np.atleast_1d(np.array(value, dtype=float))
     except (TypeError, ValueError, OverflowError):
         raise NotFiniteError(
-            f"{what} is {quoted(value)}, numbers are wanted", what=what, where=what
+            f"{what} must be numbers, got {quoted(value)}", what=what, where=what
         ) from None
     if entries.ndim != 1:
         raise ShapeError.of(what, (entries.size,), entries.shape)
@@ -134,7 +134,7 @@ def _vector(value: Any, size: int, what: str) -> np.ndarray:
 
 def _no_numbers(value: Any, size: int, what: str) -> NotFiniteError:
     return NotFiniteError(
-        f"{what} is {quoted(value)}, wanted are {size} numbers", what=what, where=what
+        f"{what} must be {size} numbers, got {quoted(value)}", what=what, where=what
     )
 
 
@@ -164,7 +164,7 @@ def _off_unit(model: pin.Model, q: np.ndarray) -> StateError:
         if abs(length - 1.0) > 0.4 * QUATERNION_TOLERANCE:
             return StateError(
                 f'configuration q: the {what} of joint "{name}" has length {length:.9g}, '
-                f"wanted is 1 within {QUATERNION_TOLERANCE:g}",
+                f"expected 1 within {QUATERNION_TOLERANCE:g}",
                 joint=name,
                 value=length,
             )

@@ -147,7 +147,7 @@ def _inertial(link: Element, element: str, source: str) -> LinkInertial:
         moment = number(inertia.get(key), source, element, f"<inertia {key}> [kg m²]")
         # CAD exports round a zero to -1e-20: only a moment that is truly negative is a fault.
         if key in ("ixx", "iyy", "izz") and moment < -1e-12:
-            raise fault(source, element, f"its {key} is {moment:g} kg m², wanted is 0 or more")
+            raise fault(source, element, f"its {key} must be 0 or more, got {moment:g} kg m²")
         moments.append(moment)
     return LinkInertial(mass, *_origin(inertial, element, source), tuple(moments))
 
@@ -174,7 +174,7 @@ def _joint(
     kind = joint.get("type")
     if kind not in JOINT_TYPES:
         given = "it has no type" if kind is None else f'its type is "{shown(kind)}"'
-        raise fault(source, element, f"{given}, known are {', '.join(JOINT_TYPES)}")
+        raise fault(source, element, f"{given}, expected one of {', '.join(JOINT_TYPES)}")
     xyz, rpy = _origin(joint, element, source)
     return UrdfJoint(
         name,
@@ -209,7 +209,7 @@ def _axis(joint: Element, kind: str, element: str, source: str) -> Triple | None
         return None
     xyz = numbers(axis.get("xyz", "1 0 0"), 3, source, element, "<axis xyz>")
     if math.hypot(*xyz) < 1e-12:
-        raise fault(source, element, "its <axis> has no length, wanted is a direction")
+        raise fault(source, element, "its <axis> has no length, expected a direction")
     return xyz
 
 

@@ -31,7 +31,7 @@ def checked_name(name: str, source: str, element: str) -> str:
         raise fault(
             source,
             element,
-            f"its name holds the character U+{ord(strange):04X}, wanted is printable text",
+            f"its name must be printable text, it holds the character U+{ord(strange):04X}",
         )
     return name
 
@@ -51,11 +51,11 @@ def numbers(text: str | None, count: int, source: str, element: str, what: str) 
         kind = f"number from -{LARGEST:g} to {LARGEST:g}"
     elif any(word.lower().lstrip("+-") in ("nan", "inf", "infinity") for word in words):
         kind = "finite number"
-    wanted = f"is a {kind}"
+    expected = f"a {kind}"
     if count > 1:
-        wanted = f"are {count} {kind.replace('number', 'numbers')} with spaces between"
-    given = "missing" if text is None else f'"{shown(text)}"'
-    raise fault(source, element, f"its {what} is {given}, wanted {wanted}")
+        expected = f"{count} {kind.replace('number', 'numbers')} with spaces between"
+    given = "nothing" if text is None else f'"{shown(text)}"'
+    raise fault(source, element, f"its {what} must be {expected}, got {given}")
 
 
 def number(text: str | None, source: str, element: str, what: str, least: float = -math.inf):
@@ -66,5 +66,5 @@ def number(text: str | None, source: str, element: str, what: str, least: float 
     """
     (value,) = numbers(text, 1, source, element, what)
     if value < least:
-        raise fault(source, element, f"its {what} is {value:g}, wanted is {least:g} or more")
+        raise fault(source, element, f"its {what} must be {least:g} or more, got {value:g}")
     return value

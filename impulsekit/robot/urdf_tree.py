@@ -107,13 +107,13 @@ def _check_mimics(joints: Sequence[UrdfJoint], source: str) -> None:
             unknown = UnknownNameError.among("joint", joint.mimic.leader, by_name)
             raise fault(source, element, f"its <mimic>: {unknown}")
         if leader is joint:
-            raise fault(source, element, "it mimics itself, wanted is another joint")
+            raise fault(source, element, "it mimics itself; name another joint")
         if leader.mimic is not None:
             raise fault(
                 source,
                 element,
                 f'it mimics "{leader.name}", which itself mimics "{leader.mimic.leader}"; '
-                "wanted is a joint that moves on its own",
+                "name a joint that mimics none",
             )
         if (joint.kind == "continuous") != (leader.kind == "continuous") or not {
             joint.kind,

@@ -207,7 +207,7 @@ class JointCoupling:
         for other in others:
             text(other, f"{what}: other")
         if not others or self.joint in others or len(set(others)) != len(others):
-            raise InputError(f"{what}: other is {others}, wanted are other joints, each once")
+            raise InputError(f"{what}: other must be other joints, each once, got {others}")
         ratios = self.ratio if isinstance(self.ratio, list | tuple | np.ndarray) else (self.ratio,)
         if len(ratios) != len(others):
             raise ShapeError.of(f"{what}: ratio", (len(others),), (len(ratios),))
@@ -264,8 +264,8 @@ def check_constraint(robot: Robot, constraint: Any, where: str) -> None:
                 )
     else:
         raise InputError(
-            f"{where} is {a_thing(constraint)}, wanted is a PointAnchor, FrameAnchor, "
-            "JointLock or JointCoupling"
+            f"{where} must be a PointAnchor, FrameAnchor, JointLock or JointCoupling, "
+            f"got {a_thing(constraint)}"
         )
 
 
@@ -295,7 +295,7 @@ def _directions(directions: tuple[Any, ...], what: str) -> tuple[str, ...]:
     wrong = [d for d in directions if d not in DIRECTIONS]
     if wrong or not directions or len(set(directions)) != len(directions):
         raise RangeError.of(
-            f"{what}: directions", directions, f"each of {', '.join(DIRECTIONS)} at most once"
+            f"{what}: directions", directions, f"some of {', '.join(DIRECTIONS)}, each at most once"
         )
     # In the order of a spatial vector, whatever the order given.
     return tuple(d for d in DIRECTIONS if d in directions)
@@ -306,7 +306,7 @@ def _several(value: Any, what: str) -> tuple[Any, ...]:
         return (value,) if isinstance(value, str) else tuple(value)
     except TypeError:
         raise InputError(
-            f"{what} is {quoted(value)}, a name or several are wanted", what=what
+            f"{what} must be a name or several, got {quoted(value)}", what=what
         ) from None
 
 

@@ -242,7 +242,7 @@ def check_contact(robot: Robot, contact: Any, where: str) -> None:
             )
     else:
         raise InputError(
-            f"{where} is {a_thing(contact)}, wanted is a Contact, JointStop or Collision"
+            f"{where} must be a Contact, JointStop or Collision, got {a_thing(contact)}"
         )
 
 

@@ -270,8 +270,7 @@ def check_force(robot: Robot, force: Any, where: str) -> None:
             raise InputError(f"{where}: a force on {whole} moves nothing")
     else:
         raise InputError(
-            f"{where} is {a_thing(force)}, wanted is a JointSpring, Spring, Actuator "
-            "or AppliedForce"
+            f"{where} must be a JointSpring, Spring, Actuator or AppliedForce, got {a_thing(force)}"
         )
 
 

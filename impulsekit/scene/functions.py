@@ -60,7 +60,7 @@ def numbers_from(
     if array.dtype.kind not in "iuf":
         thing = "complex numbers" if array.dtype.kind == "c" else a_thing(given)
         raise CallbackError(
-            f"{what}: its function gave {thing} ({shown(given)}), real numbers are wanted",
+            f"{what}: its function gave {thing} ({shown(given)}), expected real numbers",
             entry=what,
             from_function=True,
         )

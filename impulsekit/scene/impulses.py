@@ -138,5 +138,5 @@ def check_impulse(robot: Robot, impulse: Any, where: str) -> None:
             )
     else:
         raise InputError(
-            f"{where} is {a_thing(impulse)}, wanted is an AppliedImpulse or a JointImpulse"
+            f"{where} must be an AppliedImpulse or a JointImpulse, got {a_thing(impulse)}"
         )

@@ -112,7 +112,7 @@ def _times(given: Any) -> tuple[float, ...]:
     """Times as numbers, in order."""
     what = "motion: stop_times"
     if isinstance(given, str | bytes | dict) or not isinstance(given, Iterable):
-        raise InputError(f"{what} is {quoted(given)}, a list of times is wanted", what=what)
+        raise InputError(f"{what} must be a list of times, got {quoted(given)}", what=what)
     times = sorted({number(t, f"{what}[{i}]") for i, t in enumerate(given)})
     for t in times:
         if not 0.0 <= t <= LONGEST:

@@ -37,12 +37,10 @@ def number(value: Any, what: str) -> float:
         result = float(value)
     except (TypeError, ValueError, OverflowError):
         raise NotFiniteError(
-            f"{what} is {quoted(value)}, a number is wanted", what=what, where=what
+            f"{what} must be a number, got {quoted(value)}", what=what, where=what
         ) from None
     if not math.isfinite(result):
-        raise NotFiniteError(
-            f"{what} is {result}, a finite number is wanted", what=what, where=what
-        )
+        raise NotFiniteError(f"{what} must be a finite number, got {result}", what=what, where=what)
     if abs(result) > LARGEST:
         raise RangeError.of(what, result, f"-{LARGEST:g} to {LARGEST:g}")
     return result
@@ -77,7 +75,7 @@ def _entries(value: Any, what: str) -> Sequence[Any]:
         except TypeError:
             pass
     raise ShapeError(
-        f"{what} is {quoted(value)}, three numbers are wanted", what=what, expected=(3,), got=()
+        f"{what} must be three numbers, got {quoted(value)}", what=what, expected=(3,), got=()
     )
 
 
@@ -91,7 +89,7 @@ def axes_name(value: Any, what: str) -> str:
 def text(value: Any, what: str) -> str:
     """A name: text that is not empty, without what a terminal would obey."""
     if not isinstance(value, str) or not value:
-        raise InputError(f"{what} is {quoted(value)}, a name is wanted", what=what)
+        raise InputError(f"{what} must be a non-empty name, got {quoted(value)}", what=what)
     if not value.isprintable():
-        raise InputError(f"{what} is {quoted(value)}, a printable name is wanted", what=what)
+        raise InputError(f"{what} must be printable text, got {quoted(value)}", what=what)
     return value

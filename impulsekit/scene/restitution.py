@@ -97,8 +97,8 @@ def checked_restitution(value: Any, what: str) -> float | Callable[[float], floa
         return value
     if isinstance(value, str | bytes | dict | list | tuple):
         raise InputError(
-            f"{what} is {quoted(value)}; wanted is a number, a Restitution, a RestitutionTable "
-            "or a function of the approach speed"
+            f"{what} must be a number, a Restitution, a RestitutionTable or a function of the "
+            f"approach speed, got {quoted(value)}"
         )
     return _coefficient(value, what)
 

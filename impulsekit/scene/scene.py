@@ -123,8 +123,7 @@ class Scene(Displayed):
         twice = [name for name, count in counts.items() if count > 1]
         if twice:
             raise InputError(
-                f'Scene: {counts[twice[0]]} entries are called "{twice[0]}", each needs a name of '
-                "its own"
+                f'Scene: {counts[twice[0]]} entries have the name "{twice[0]}", each needs its own'
             )
 
     def __repr__(self) -> str:
@@ -145,4 +144,4 @@ def _entries(value: Any, what: str) -> tuple[Any, ...]:
     try:
         return tuple(value)
     except TypeError:
-        raise InputError(f"Scene: {what} is {a_thing(value)}, a list is wanted") from None
+        raise InputError(f"Scene: {what} must be a list, got {a_thing(value)}") from None

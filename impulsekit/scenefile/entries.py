@@ -36,13 +36,13 @@ def read_entries(
 ) -> tuple[Any, ...]:
     """The entries that could be made; ``check`` gets each of them with its place."""
     if not isinstance(raw, tuple):
-        faults.add(f"{section.name}: wanted is a list of tables, [[{section.name}]]")
+        faults.add(f"{section.name} must be a list of tables, [[{section.name}]]")
         return ()
     entries = []
     for i, table in enumerate(raw):
         place = f"{section.name}[{i}]" if section.many else section.name
         if not isinstance(table, dict):
-            faults.add(f"{place} is {quoted(table)}, wanted is a table")
+            faults.add(f"{place} must be a table, got {quoted(table)}")
             continue
         entry = _read_entry(section, table, place, faults)
         if entry is not None:
@@ -104,7 +104,7 @@ def _kind(section: Section, table: dict[str, Any], place: str, faults: Faults) -
         if len(best) == 1:
             return best[0]
     names = ", ".join(f'"{kind}"' for kind in kinds)
-    faults.add(f"{place}.kind is missing, wanted is one of {names}")
+    faults.add(f"{place}.kind is missing, expected one of {names}")
     return None
 
 

@@ -14,7 +14,7 @@ __all__ = ["Faults", "no_such_key"]
 
 Model = TypeVar("Model", bound=pydantic.BaseModel)
 
-# What pydantic calls a fault, in words that follow "wanted is".
+# What pydantic calls a fault, in words that follow "must be".
 _WANTED = {
     "bool_type": "true or false",
     "dict_type": "a table",
@@ -110,7 +110,7 @@ class Faults(list[str]):
                 self.add(f"{where}: {choice}")
             else:
                 wanted_words = _WANTED.get(kind, part["msg"])
-                self.add(f"{where} is {_shown(part['input'])}, wanted is {wanted_words}")
+                self.add(f"{where} must be {wanted_words}, got {_shown(part['input'])}")
 
 
 def no_such_key(where: str, key: str, known: Iterable[str], moved: Iterable[str] = ()) -> str:
@@ -121,7 +121,7 @@ def no_such_key(where: str, key: str, known: Iterable[str], moved: Iterable[str]
     nearest = nearest_names(key, names)
     if nearest:
         return f"{where}: no such key; did you mean " + " or ".join(f'"{n}"' for n in nearest) + "?"
-    return f"{where}: no such key; known are {', '.join(names)}"
+    return f"{where}: no such key; choose from {', '.join(names)}"
 
 
 def _joined(place: str, loc: Sequence[Any]) -> str:
@@ -147,7 +147,7 @@ def _choices(part: Any) -> tuple[str, ...]:
 
 
 def _wrong_length(where: str, value: Any, wanted: int) -> str:
-    return f"{where} has {len(value)} entries, wanted are {wanted}"
+    return f"{where} must have {wanted} entries, got {len(value)}"
 
 
 def _shown(value: Any) -> str:

@@ -174,7 +174,7 @@ def _read_state(raw: Any, robot: Robot | None, faults: Faults) -> tuple[np.ndarr
     q = np.zeros(0) if robot is None else robot.neutral()
     v = np.zeros(0) if robot is None else robot.velocity()
     if not isinstance(raw, dict):
-        faults.add("state: wanted is a table with q and v")
+        faults.add("state must be a table with q and v")
         return q, v
     for key in raw:
         if key not in ("q", "v"):
@@ -201,7 +201,7 @@ def _read_vector(
 ) -> np.ndarray:
     """A whole vector from a list, or from a table by joint name."""
     if not isinstance(raw, dict | tuple):
-        faults.add(f"{place} is {quoted(raw)}, wanted is a list, or a table by joint name")
+        faults.add(f"{place} must be a list, or a table by joint name, got {quoted(raw)}")
         return otherwise
     if isinstance(raw, tuple):
         return _tried(whole, _numbers(raw, place, faults), place, faults, otherwise)
@@ -221,7 +221,7 @@ def _numbers(raw: Any, place: str, faults: Faults) -> Any:
     except pydantic.ValidationError as error:
         for part in error.errors():
             where = place + "".join(f"[{i}]" for i in part["loc"] if len(raw) > 1)
-            faults.add(f"{where} is {quoted(part['input'])}, wanted is a number")
+            faults.add(f"{where} must be a number, got {quoted(part['input'])}")
         return None
 
 
@@ -239,7 +239,7 @@ def _read_points(section: Section, raw: Any, robot: Robot | None, faults: Faults
     """The points of a table such as [report], whose names are held against the robot."""
     table, _, key_of_points = section.name.partition(".")
     if not isinstance(raw, dict):
-        faults.add(f"{table}: wanted is a table with {key_of_points}")
+        faults.add(f"{table} must be a table with {key_of_points}")
         return ()
     for key in raw:
         if key != key_of_points:

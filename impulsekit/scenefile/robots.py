@@ -92,7 +92,7 @@ def read_robots(
         table = faults.validated(RobotTable, data["robot"], "robot", top)
         return None if table is None else _built(table, folder, "robot", faults)
     if not isinstance(data["robots"], dict) or not data["robots"]:
-        faults.add("robots: wanted is a table [robots.NAME] for each robot")
+        faults.add("robots must be a table [robots.NAME] for each robot")
         return None
     robots: dict[str, Robot] = {}
     placements = {}
@@ -118,7 +118,7 @@ def read_robots(
 def _built(table: RobotTable, folder: str, place: str, faults: Faults) -> Robot | None:
     if (table.urdf is None) == (table.example is None):
         has = "neither is there" if table.urdf is None else "both are there"
-        faults.add(f'{place}: wanted is either urdf = "FILE" or example = "NAME", {has}')
+        faults.add(f'{place}: give either urdf = "FILE" or example = "NAME"; {has}')
         return None
     robot = _read(table, folder, place, faults)
     if robot is None:

@@ -97,5 +97,5 @@ def _floats(values: Any, what: str) -> np.ndarray:
     try:
         return np.array(values, dtype=float)
     except (TypeError, ValueError, OverflowError):
-        sentence = f"Recording: {what} is {quoted(values)}, numbers are wanted"
+        sentence = f"Recording: {what} must be numbers, got {quoted(values)}"
         raise NotFiniteError(sentence, what=what, where=what) from None

@@ -84,7 +84,7 @@ def _head(impact: Impact) -> list[str]:
         f"{scene.robot.name}: {', '.join(what)}",
         f"{impact.status.name.lower()}: {impact.status.value}",
         *_uniqueness(impact),
-        *(f"mind: {doubt}" for doubt in impact.doubts),
+        *(f"warning: {doubt}" for doubt in impact.doubts),
     ]
 
 

@@ -104,7 +104,7 @@ class Timeline:
         count = int(np.floor(self.duration * fps * (1.0 + 1e-12)))
         if count > MOST_FRAMES:
             raise RangeError.of(
-                "replay: frames", count, f"at most {MOST_FRAMES}; raise speed or lower fps"
+                "replay: frames", count, f"at most {MOST_FRAMES} (raise speed or lower fps)"
             )
         regular = np.arange(count + 1) / fps
         extra = [self.duration, *self.to_playback(np.array(list(instants), dtype=float))]

@@ -50,7 +50,9 @@ def test_faults_are_told_with_their_place(tmp_path):
     path.write_text(text)
     answer = run(str(path))
     assert answer.exit_code == 2
-    assert "design.points[0].frame: no frame" in answer.stderr and '"panda_hand"' in answer.stderr
+    assert (
+        "design.points[0].frame: unknown frame" in answer.stderr and '"panda_hand"' in answer.stderr
+    )
     assert "design.points[0].joint" in answer.stderr
     path.write_text('[robot]\nexample = "panda"\n')
     assert "no [[design.points]]" in run(str(path)).stderr

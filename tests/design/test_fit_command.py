@@ -112,7 +112,7 @@ def test_tables_and_lists_say_the_same(tmp_path):
         ("", "no measured impacts"),
         ("after.root_joint[0]\n", "no measured impacts"),
         ("speed\n1\n", 'column "speed" is none of'),
-        ("after.root_joint[0]\nfast\n", 'line 2: after.root_joint is "fast"'),
+        ("after.root_joint[0]\nfast\n", 'line 2: after.root_joint must be a number, got "fast"'),
         ("after.root_joint[0]\n1,2\n", "2 cells, where the first line has 1"),
         ("after.root_joint[9]\n1\n", "root_joint"),
         ("after.rot_joint\n1\n", "root_joint"),
@@ -135,7 +135,7 @@ def test_a_table_that_cannot_be_used(tmp_path, text, reason):
         ('[{"befor": {}}]', "before"),
         ('[{"after": 3}]', "values by joint"),
         ('[{"after": {"root_joint": [1]}}]', "root_joint"),
-        ('[{"after": {"root_joint": [1, 2, 3, 4, 5, true]}}]', "a number is wanted"),
+        ('[{"after": {"root_joint": [1, 2, 3, 4, 5, true]}}]', "must be a number"),
     ],
 )
 def test_a_list_that_cannot_be_used(tmp_path, text, reason):

@@ -40,7 +40,7 @@ def test_a_gap_past_a_millimetre_warns_once_a_scene(height, words):
         impact = ik.solve(scene, q, v)
     assert caught[0].message.doubts == (words,)
     assert caught[0].filename == __file__
-    assert f"mind: {words}" in ik.report(impact)
+    assert f"warning: {words}" in ik.report(impact)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         again = ik.solve(scene, q, v)

@@ -45,8 +45,18 @@ def test_lists_and_whole_numbers_are_taken():
 @pytest.mark.parametrize(
     ("change_q", "change_v", "error", "words"),
     [
-        (lambda q: q[:-1], lambda v: v, errors.ShapeError, r"q has shape \(38,\)"),
-        (lambda q: q, lambda v: v[None], errors.ShapeError, r"v has shape \(1, 38\)"),
+        (
+            lambda q: q[:-1],
+            lambda v: v,
+            errors.ShapeError,
+            r"q: expected shape \(39,\), got \(38,\)",
+        ),
+        (
+            lambda q: q,
+            lambda v: v[None],
+            errors.ShapeError,
+            r"v: expected shape \(38,\), got \(1, 38\)",
+        ),
         (lambda q: _set(q, 10, math.nan), lambda v: v, errors.NotFiniteError, "leg_left_4_joint"),
         (lambda q: _set(q, 0, math.inf), lambda v: v, errors.NotFiniteError, "root_joint"),
         (lambda q: q, lambda v: _set(v, 6, math.nan), errors.NotFiniteError, "leg_left_1_joint"),
@@ -56,7 +66,7 @@ def test_lists_and_whole_numbers_are_taken():
             lambda q: "here",
             lambda v: v,
             errors.NotFiniteError,
-            'q is "here", wanted are 39 numbers',
+            'q must be 39 numbers, got "here"',
         ),
         (lambda q: q, lambda v: None, errors.ImpulsekitError, "v"),
     ],

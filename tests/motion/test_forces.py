@@ -132,7 +132,7 @@ def test_what_is_wrong_alone_is_told_when_made(make, error, words):
         (ik.Spring("base", "world"), errors.InputError, "one rigid body"),
         (ik.Actuator("z00", [1.0, 2.0]), errors.ShapeError, "torque"),
         (ik.AppliedForce("base"), errors.InputError, "moves nothing"),
-        (ik.Contact("b00"), errors.InputError, "wanted is a JointSpring"),
+        (ik.Contact("b00"), errors.InputError, "must be a JointSpring"),
     ],
 )
 def test_what_does_not_fit_the_robot_is_told_by_the_scene(force, error, words):

@@ -177,7 +177,7 @@ def test_parts_must_agree():
         KaneSystem.combine()
     with pytest.raises(RangeError, match='arithmetic of the part "two"'):
         KaneSystem.combine(one=ball, two=exact)
-    with pytest.raises(UnknownNameError, match='no part is called "bal"'):
+    with pytest.raises(UnknownNameError, match='unknown part "bal"'):
         KaneSystem.combine({"bal": ([0, 0, 0], np.eye(3))}, ball=ball)
     with pytest.raises(RangeError, match="an orthogonal matrix"):
         KaneSystem.combine({"ball": ([0, 0, 0], 2 * np.eye(3))}, ball=ball)
@@ -215,8 +215,8 @@ WRONG = {
         robot('<link name="a"><inertial><mass value="1"/><inertia ixx="1"/></inertial></link>'),
         'link "a"', "no ixy"),
     "negative mass": (robot(link("a", "-1")), 'link "a"', "its mass is -1 kg"),
-    "not a number": (robot(link("a", at="0 zero 0")), 'link "a"', "3 finite numbers wanted"),
-    "infinite": (robot(link("a", "inf")), 'link "a"', "1 finite number wanted"),
+    "not a number": (robot(link("a", at="0 zero 0")), 'link "a"', "expected 3 finite numbers"),
+    "infinite": (robot(link("a", "inf")), 'link "a"', "expected 1 finite number"),
     "an axis of no length": (
         robot(*TWO, joint("j", "a", "b", axis="0 0 0")), 'joint "j"', "its axis has no length"),
     "no masses": (
@@ -290,11 +290,11 @@ def test_shapes_colours_and_unknown_elements_are_none_of_our_business():
 def test_states_are_checked():
     system = KaneSystem.from_urdf(EVERY_KIND, "freeflyer")
     q, y = system.neutral(), np.zeros(system.n)
-    with pytest.raises(ShapeError, match=r"q has shape \(3,\)"):
+    with pytest.raises(ShapeError, match=r"q: expected shape .*got \(3,\)"):
         system.kinematics(q[:3])
-    with pytest.raises(ShapeError, match=r"y has shape"):
+    with pytest.raises(ShapeError, match=r"y: expected shape"):
         system.impact(q, y[:-1])
-    with pytest.raises(NotFiniteError, match="y: entry 2 is nan"):
+    with pytest.raises(NotFiniteError, match="y: entry 2 must be finite, got nan"):
         system.impact(q, np.where(np.arange(system.n) == 2, np.nan, y))
     with pytest.raises(NotFiniteError, match="y: an entry"):
         system.impact(q, [[1], 2])
@@ -316,7 +316,7 @@ def test_roots_and_names_are_checked():
     q, y = system.neutral(), np.zeros(system.n)
     with pytest.raises(UnknownNameError, match='did you mean "tool"'):
         system.impact(q, y, [Load("tol")])
-    with pytest.raises(UnknownNameError, match='no joint is called "elbo"'):
+    with pytest.raises(UnknownNameError, match='unknown joint "elbo"'):
         system.impact(q, y, joint_impulses={"elbo": 1})
     with pytest.raises(ShapeError, match='joint "_fly"'):
         system.impact(q, y, joint_impulses={"_fly": 1})

@@ -205,7 +205,7 @@ MISTAKES = [
     ("<sdf><world/></sdf>", "<model>"),
     (sdf(A, B), 'SDF text: 2 links have no parent ("a", "b"); a robot has one root'),
     (sdf(A, B, joint("j", "a", "x")), '"x" is no link'),
-    (sdf(A, B, joint("j", "a", "b", "screw")), '"screw", known are'),
+    (sdf(A, B, joint("j", "a", "b", "screw")), '"screw", expected one of'),
     (sdf(A, B, joint("j", "a", "b", inside="")), "no <axis>"),
     (sdf(A, B, joint("j", "a", "b", inside=axis("0 0 0"))), "no length"),
     (sdf(A, B, joint("j", "a", "b", inside=axis("1 0 0", "z"))), 'expressed_in "z"'),

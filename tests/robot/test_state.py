@@ -68,9 +68,9 @@ def test_names_that_are_no_identifiers_go_in_a_mapping():
     ("values", "error", "words"),
     [
         ({"hinje": 1.0}, errors.UnknownNameError, '"hinge"'),
-        ({"hinge": [1.0, 2.0]}, errors.ShapeError, r"\(2,\), wanted is \(1,\)"),
+        ({"hinge": [1.0, 2.0]}, errors.ShapeError, r"expected shape \(1,\), got \(2,\)"),
         ({"hinge": math.nan}, errors.NotFiniteError, "nan"),
-        ({"hinge": "much"}, errors.NotFiniteError, "numbers are wanted"),
+        ({"hinge": "much"}, errors.NotFiniteError, "must be numbers"),
         ({"ball": [0, 0, 0, 1.1]}, errors.StateError, 'quaternion of joint "ball" has length 1.1'),
         ({"base": [0] * 7}, errors.StateError, "length 0"),
         ({"base": [0] * 6}, errors.ShapeError, "x, y, z and the quaternion"),

@@ -21,5 +21,5 @@ def test_velocities_follow_their_directions_when_these_are_put_in_order():
     ],
 )
 def test_what_is_no_name_is_told(make):
-    with pytest.raises(InputError, match="a name or several are wanted"):
+    with pytest.raises(InputError, match="must be a name or several"):
         make()

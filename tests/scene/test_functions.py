@@ -23,11 +23,11 @@ def gives(value):
 BAD_FORCES = [
     (fails, errors.CallbackError, "raised KeyError: 'wind'"),
     (gives("strong"), errors.CallbackError, "gave a str"),
-    (gives(["1", "2", "3"]), errors.CallbackError, "real numbers are wanted"),
+    (gives(["1", "2", "3"]), errors.CallbackError, "expected real numbers"),
     (gives(None), errors.CallbackError, "gave None"),
     (gives([1j, 0, 0]), errors.CallbackError, "complex"),
     (gives(True), errors.CallbackError, "gave a bool"),
-    (gives([[1.0], [2.0, 3.0]]), errors.CallbackError, "real numbers are wanted"),
+    (gives([[1.0], [2.0, 3.0]]), errors.CallbackError, "expected real numbers"),
     (gives([1.0, 2.0]), errors.ShapeError, r"\(2,\)"),
     (gives(np.zeros((3, 1))), errors.ShapeError, r"\(3, 1\)"),
     (gives([0.0, np.nan, 0.0]), errors.NotFiniteError, "nan"),
@@ -55,7 +55,7 @@ def test_a_bad_torque_is_one_error_with_its_name(function, error, words):
     motor = ik.Actuator("panda_joint2", function, name="motor")
     if error is errors.NotFiniteError:
         # Three numbers for a joint with one degree of freedom.
-        error, words = errors.ShapeError, r"shape \(3,\)"
+        error, words = errors.ShapeError, r"expected shape \(1,\), got \(3,\)"
     with pytest.raises(error, match=f"motor: torque at t = 0.*{words}"):
         ik.simulate(ik.Scene(chain, forces=[motor]), chain.neutral(), chain.velocity())
 
@@ -147,5 +147,5 @@ def test_numbers_of_other_kinds_are_numbers(ball):
 
 @pytest.mark.parametrize("given", [True, "2", b"2", np.True_, None, 1j, [1.0]])
 def test_text_and_truth_values_are_no_numbers(given):
-    with pytest.raises(errors.NotFiniteError, match="a number is wanted"):
+    with pytest.raises(errors.NotFiniteError, match="must be a number"):
         ik.Contact("ball", friction=given)

@@ -48,13 +48,17 @@ def test_entries_are_called_by_name_or_place(robot):
 @pytest.mark.parametrize(
     ("make", "error", "words"),
     [
-        (lambda: ik.AppliedImpulse("a", [1, 2]), errors.ShapeError, r"linear has shape \(2,\)"),
+        (
+            lambda: ik.AppliedImpulse("a", [1, 2]),
+            errors.ShapeError,
+            r"linear: expected shape \(3,\), got \(2,\)",
+        ),
         (lambda: ik.AppliedImpulse("a", 3.0), errors.ShapeError, "three numbers"),
         (lambda: ik.AppliedImpulse("a", [0, math.nan, 0]), errors.NotFiniteError, r"linear\[1\]"),
         (lambda: ik.AppliedImpulse("a", at=[0, 0, math.inf]), errors.NotFiniteError, r"at\[2\]"),
         (lambda: ik.AppliedImpulse("a", [1e200, 0, 0]), errors.RangeError, "1e[+]100"),
         (lambda: ik.AppliedImpulse("a", axes="body"), errors.RangeError, '"world" or "local"'),
-        (lambda: ik.AppliedImpulse(""), errors.InputError, "a name is wanted"),
+        (lambda: ik.AppliedImpulse(""), errors.InputError, "must be a non-empty name"),
         (lambda: ik.AppliedImpulse("a", ["x", 0, 0]), errors.NotFiniteError, '"x"'),
         (lambda: ik.JointImpulse("a", math.nan), errors.NotFiniteError, r"impulse\[0\]"),
     ],
@@ -68,16 +72,20 @@ def test_a_wrong_entry_is_one_clear_error(make, error, words):
     ("impulses", "error", "words"),
     [
         ([ik.AppliedImpulse("panda_hnd")], errors.UnknownNameError, r'impulses\[0\].*"panda_hand"'),
-        ([ik.JointImpulse("elbow", 1.0)], errors.UnknownNameError, "no joint"),
+        ([ik.JointImpulse("elbow", 1.0)], errors.UnknownNameError, "unknown joint"),
         ([ik.AppliedImpulse("world", [1, 0, 0])], errors.InputError, "the world moves nothing"),
         ([ik.AppliedImpulse("panda_link0")], errors.InputError, "fixed to the world"),
-        ([ik.JointImpulse("panda_joint1", [1, 2])], errors.ShapeError, r"\(2,\), wanted is \(1,\)"),
-        (["a blow"], errors.InputError, r"impulses\[0\] is a str"),
-        (3, errors.InputError, "a list is wanted"),
+        (
+            [ik.JointImpulse("panda_joint1", [1, 2])],
+            errors.ShapeError,
+            r"expected shape \(1,\), got \(2,\)",
+        ),
+        (["a blow"], errors.InputError, r"impulses\[0\] must be .*got a str"),
+        (3, errors.InputError, "must be a list"),
         (
             [ik.JointImpulse("panda_joint1", 1.0, name="x")] * 2,
             errors.InputError,
-            '2 entries are called "x"',
+            '2 entries have the name "x"',
         ),
     ],
 )

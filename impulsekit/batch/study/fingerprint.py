@@ -104,8 +104,8 @@ def described(value: Any, what: str) -> Any:
         return {"pickle": hashlib.sha256(pickle.dumps(value, protocol=4)).hexdigest()}
     except Exception:  # pickle raises what the object's own methods raise
         raise InputError(
-            f"{what}: a study cannot tell {a_thing(value)} from another when it goes on; give a "
-            "function, or an object that pickles"
+            f"{what}: a study cannot compare {a_thing(value)} with another when it resumes; "
+            "give a function, or an object that pickles"
         ) from None
 
 

@@ -263,7 +263,7 @@ def _full_disk_told(path: pathlib.Path) -> Iterator[None]:
         if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
             raise StoreFullError(
                 f'no space left for "{path}" ({error.strerror}); make room and run the same '
-                "command again: what is done stays done",
+                "same command again: rows already written are kept",
                 path=str(path),
             ) from None
         raise

@@ -98,7 +98,7 @@ def _one(problem: ContactProblem, law: Law) -> ContactSolution:
         and is_finite((n1, n2, nn))
     ):
         check_problem(problem)
-        raise RangeError.of("contacts: delassus", "beyond what can be added up", "finite sums")
+        raise RangeError.of("contacts: delassus", "an overflow", "small enough to be added up")
     hit = strike((t11, t12, t22, n1, n2, nn), before, free, e, mu, e_t, law)
     unique = None
     if hit.status is Status.NOT_UNIQUE:

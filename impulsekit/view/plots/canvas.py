@@ -82,7 +82,7 @@ def check_picture(path: str | os.PathLike[str]) -> str:
     ending = os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
     if ending not in known:
         raise InputError(
-            f'plot: "{os.fspath(path)}" ends in "{ending}"; known are {", ".join(sorted(known))}'
+            f'plot: "{os.fspath(path)}" ends in "{ending}"; choose from {", ".join(sorted(known))}'
         )
     check_writable(path)
     return ending

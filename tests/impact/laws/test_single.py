@@ -214,7 +214,7 @@ def test_what_is_refused():
     for law in LAWS[1:]:
         with pytest.raises(InputError, match="tangential restitution"):
             solved(sphere(), [1, 0, -1], 0.5, 0.3, 0.5, law=law)
-    with pytest.raises(RangeError, match=r"restitution is 1\.5"):
+    with pytest.raises(RangeError, match=r"restitution must be 0 to 1, got 1\.5"):
         solved(sphere(), [1, 0, -1], 1.5)
     with pytest.raises(RangeError, match="friction"):
         solved(sphere(), [1, 0, -1], 0.5, -0.1)
