@@ -237,7 +237,7 @@ def long_tree(
     if (above >= np.arange(n)).any() or above.min() < -1:
         at = int(np.flatnonzero((above >= np.arange(n)) | (above < -1))[0])
         raise RangeError.of(
-            f"parents[{at}]", int(above[at]), f"-1 or an earlier body, 0 to {at - 1}"
+            f"parents[{at}]", int(above[at]), f"-1 or a body that stands before, 0 to {at - 1}"
         )
     names = [joints] * n if isinstance(joints, str) else list(joints)
     if len(names) != n:

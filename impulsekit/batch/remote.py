@@ -119,7 +119,7 @@ def _chunks(given: Mapping[str, Any]) -> tuple[int, tuple[int, ...]]:
                 if chunks is None and hasattr(array, "__dask_graph__"):
                     chunks = tuple(int(size) for size in array.chunks[0])
     if len(set(sizes.values())) != 1:
-        raise InputError(f"all dask arrays must have as many rows, got {sizes or 'none'}")
+        raise InputError(f"dask arrays must have one number of rows, got {sizes or 'none'}")
     rows = next(iter(sizes.values()))
     if chunks is None:
         chunks = tuple(min(ROWS, rows - begin) for begin in range(0, rows, ROWS))

@@ -46,8 +46,8 @@ def fit(
 ) -> None:
     """Fit the coefficients of the scene in FILE (TOML) to measured impacts.
 
-    The values in FILE are where the fit starts. Without --restitution, --friction and
-    --inertia all coefficients of its contacts are wanted that are numbers above zero.
+    The fit starts from the values in FILE. Without --restitution, --friction and
+    --inertia, fit all contact coefficients that are numbers above zero.
     """
     from ..design.fit import fit_impacts
     from ..design.measured import load_measurements

@@ -91,7 +91,7 @@ def impacts_of(
             type(n) is not int or n < 0 or (w is not None and n != w)
             for n, w in zip(shape, wanted, strict=True)
         ):
-            raise ValueError(f"an array of an impact has shape {shape}")
+            raise ValueError(f"an array of an impact is of shape {shape}")
         size = int(np.prod(shape, dtype=object))
         if place + size > len(numbers):
             raise ValueError("numbers of an impact are missing")

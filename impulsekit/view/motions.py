@@ -63,8 +63,8 @@ def shown_motion(motion: Any, span: float | None = None) -> Shown:
     robot = getattr(scene, "robot", None) or getattr(motion, "robot", None)
     if not isinstance(robot, Robot) or not hasattr(motion, "t") or not hasattr(motion, "q"):
         raise InputError(
-            f"replay: the motion must be a Trajectory, a Recording or an Impact, "
-            f"got {a_thing(motion)}"
+            f"replay: {a_thing(motion)} cannot be shown; expected a Trajectory, a "
+            "Recording or an Impact"
         )
     sampled = Recording(robot, motion.t, motion.q, getattr(motion, "impacts", ()))
     shown = _of_recording(sampled, () if scene is None else planes_of(scene))

@@ -135,7 +135,10 @@ def test_no_pickle_is_opened(motion, tmp_path, monkeypatch):
         ({"record": np.frombuffer(b"[1]", dtype=np.uint8)}, "no table"),
         ({"record": np.frombuffer(b"\xff", dtype=np.uint8)}, "no trajectory"),
         ({"record": np.zeros(3)}, "no array of bytes"),
-        ({"scene": np.frombuffer(b"[robot]\nurdf = 3", dtype=np.uint8)}, "urdf is 3"),
+        (
+            {"scene": np.frombuffer(b"[robot]\nurdf = 3", dtype=np.uint8)},
+            "urdf must be text, got 3",
+        ),
         ({"t": np.full(7, np.nan)}, "not finite"),
         ({"t": np.zeros(0)}, '"t" holds float64'),
         ({"path_values": np.zeros((1, 8, 3))}, '"path_values"'),

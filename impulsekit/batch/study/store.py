@@ -262,7 +262,7 @@ def _full_disk_told(path: pathlib.Path) -> Iterator[None]:
     except OSError as error:
         if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
             raise StoreFullError(
-                f'no space left for "{path}" ({error.strerror}); make room and run the same '
+                f'no space left for "{path}" ({error.strerror}); free some space and run the '
                 "same command again: rows already written are kept",
                 path=str(path),
             ) from None

@@ -10,21 +10,20 @@ __all__ = ["DerivativeStatus"]
 class DerivativeStatus(enum.Enum):
     """The state of derivatives, as a sentence with advice."""
 
-    EXISTS = "The derivatives hold: every contact stays in its mode for small changes."
+    EXISTS = "Valid: every contact keeps its mode under small changes."
     BY_DIFFERENCES = (
-        "The derivatives hold, but the slope of a restitution that is a function was found by "
-        "differences, good to about 1e-9; give the function a method ``derivative`` of its own "
-        "where more is wanted."
+        "Valid, but the slope of a restitution function was found by finite differences, accurate "
+        "to about 1e-9; give the function a method ``derivative`` for full accuracy."
     )
     MODE_EDGE = (
-        "A contact is on the edge between two modes (look at ``edges``), where v⁺ has a corner. "
-        "The numbers are those of the mode that was found, and hold on one side only."
+        "Valid on one side only: a contact is on the boundary between two modes (see ``edges``), "
+        "where v⁺ has a corner. The derivatives are those of the mode that was found."
     )
     RANK_CHANGES = (
-        "Redundant rows contradict each other when the state changes, or the modes of the contacts "
-        "leave v⁺ open: it jumps there and has no derivative, and what is not there is NaN. So it "
-        "is where Poisson's law gives back a load that may be shared in many ways. Leave out the "
-        "rows that repeat others, or lower the friction."
+        "Not valid: v⁺ jumps here and has no derivative, because redundant rows contradict each "
+        "other when the state changes, because the modes of the contacts do not determine v⁺, or "
+        "because Poisson's law returns an impulse that can be shared in many ways. Entries without "
+        "a derivative are NaN. Remove the rows that repeat others, or lower the friction."
     )
 
     @property
