@@ -110,8 +110,9 @@ def _give_what_solvers_found(impact: Impact, known: KnownImpulses) -> list[str]:
     """Hand on impulses that no entry of the scene gives or demands; a note on them."""
     from ..impact.forces import body_impulses
 
+    found = set(impact.scene.entry_names("contacts"))
     for item in body_impulses(impact):
-        if not item.entry and item.frame_id > 0:
+        if item.entry in found and item.frame_id > 0:
             known.add_on_body(item, impact.scene.robot.model.frames)
     touching = 0
     for entry, result in zip(impact.scene.contacts, impact.contacts, strict=True):

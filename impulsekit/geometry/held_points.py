@@ -43,22 +43,44 @@ class HeldCorner:
     Args:
         bodies: both, in the frames of their joints.
         feature: which corner and face.
-        places: of the joints now.
+        kept: (9,) the axes t₁, t₂, n in the frame of the plane's body, row by row.
+        pieces: the numbers of the two, of bodies that are several.
+
+    Attributes:
+        feature, kept, pieces: as given.
     """
 
     def __init__(
-        self, bodies: tuple[Polyhedron, Polyhedron], feature: CornerOnFace, places: Places
+        self,
+        bodies: tuple[Polyhedron, Polyhedron],
+        feature: CornerOnFace,
+        kept: Sequence[float],
+        pieces: tuple[int, int] = (0, 0),
     ) -> None:
+        self.feature, self.kept, self.pieces = feature, tuple(kept), pieces
         self._own, self._plane = feature.side, 1 - feature.side
         self._ground, self._face = bodies[self._plane], feature.face
         self._at = bodies[self._own].vertices[feature.corner]
         self._sign = 1.0 if feature.side == 0 else -1.0
         self._normal = self._ground.normals[self._face]
         self._height = float(self._ground.heights[self._face])
-        turn = places[self._plane].rotation
-        axes = contact_axes(self._sign * turn.dot(self._normal))
+        self._axes = np.array(self.kept).reshape(3, 3)
+
+    @classmethod
+    def now(
+        cls,
+        bodies: tuple[Polyhedron, Polyhedron],
+        feature: CornerOnFace,
+        places: Places,
+        pieces: tuple[int, int] = (0, 0),
+    ) -> HeldCorner:
+        """Taken hold of with the joints at ``places``."""
+        plane = 1 - feature.side
+        turn = places[plane].rotation
+        normal = turn.dot(bodies[plane].normals[feature.face])
+        axes = contact_axes(normal if feature.side == 0 else -normal)
         # Axes that turn with the plane.
-        self._axes = turn.T.dot(axes)
+        return cls(bodies, feature, turn.T.dot(axes).ravel().tolist(), pieces)
 
     def _over(self, places: Places) -> np.ndarray:
         """(3,) the corner in the axes of the plane's body."""
@@ -95,17 +117,23 @@ class HeldCrossing:
     Args:
         bodies: both, in the frames of their joints.
         feature: which edges.
-        normal: (3,) from the second body to the first.
-        places: of the joints now.
+        kept: the sign of e × f against the normal, and the sine of the angle at which they cross
+            below which they count as parallel.
+        pieces: the numbers of the two, of bodies that are several.
+
+    Attributes:
+        feature, kept, pieces: as given.
     """
 
     def __init__(
         self,
         bodies: tuple[Polyhedron, Polyhedron],
         feature: EdgesCross,
-        normal: np.ndarray,
-        places: Places,
+        kept: Sequence[float],
+        pieces: tuple[int, int] = (0, 0),
     ) -> None:
+        self.feature, self.kept, self.pieces = feature, tuple(kept), pieces
+        self._sign, self._least = self.kept
         self._ends = [
             body.vertices[list(edge)]
             for body, edge in zip(bodies, (feature.first, feature.other), strict=True)
@@ -115,14 +143,29 @@ class HeldCrossing:
             (ends[1] - ends[0]) / length
             for ends, length in zip(self._ends, self._lengths, strict=True)
         ]
-        e, f = (place.rotation.dot(way) for place, way in zip(places, self._ways, strict=True))
+
+    @classmethod
+    def now(
+        cls,
+        bodies: tuple[Polyhedron, Polyhedron],
+        feature: EdgesCross,
+        normal: np.ndarray,
+        places: Places,
+        pieces: tuple[int, int] = (0, 0),
+    ) -> HeldCrossing:
+        """Taken hold of with the joints at ``places``, (3,) normal from the second to the first."""
+        e, f = cls(bodies, feature, (1.0, 0.0))._directions(places)
         turn = cross(e, f)
-        self._sign = 1.0 if turn.dot(normal) >= 0.0 else -1.0
-        self._least = STILL_CROSS * float(np.sqrt(turn.dot(turn)))
+        sign = 1.0 if turn.dot(normal) >= 0.0 else -1.0
+        least = STILL_CROSS * float(np.sqrt(turn.dot(turn)))
+        return cls(bodies, feature, (sign, least), pieces)
+
+    def _directions(self, places: Places) -> list[np.ndarray]:
+        return [p.rotation.dot(way) for p, way in zip(places, self._ways, strict=True)]
 
     def _met(self, places: Places) -> tuple[Any, ...]:
         """Directions, e × f with the sign of n, its square, the points, and the ways there."""
-        e, f = (place.rotation.dot(way) for place, way in zip(places, self._ways, strict=True))
+        e, f = self._directions(places)
         start, there = (place.act(ends[0]) for place, ends in zip(places, self._ends, strict=True))
         s, u, turn, square = nearest_of_lines(start, e, there, f)
         return e, f, self._sign * turn, square, start + s * e, there + u * f, s, u
@@ -178,11 +221,12 @@ def held_point(
     feature: CornerOnFace | EdgesCross,
     normal: np.ndarray,
     places: Places,
+    pieces: tuple[int, int] = (0, 0),
 ) -> HeldPoint:
     """The point at which a feature touches, to be followed; arguments as above."""
     if isinstance(feature, CornerOnFace):
-        return HeldCorner(bodies, feature, places)
-    return HeldCrossing(bodies, feature, normal, places)
+        return HeldCorner.now(bodies, feature, places, pieces)
+    return HeldCrossing.now(bodies, feature, normal, places, pieces)
 
 
 def point_motion(

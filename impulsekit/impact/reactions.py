@@ -7,17 +7,20 @@ the root, gives the wrench through every joint: the impulsive form of Chang & Hu
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
+from ..robot import Robot
 from .forces import BodyImpulse, body_impulses
 
 if TYPE_CHECKING:
+    from ..robot.links import Link
     from .result import Impact
 
-__all__ = ["joint_reactions"]
+__all__ = ["joint_reactions", "transmitted"]
 
 
 def joint_reactions(impact: Impact) -> dict[str, np.ndarray]:
@@ -27,23 +30,46 @@ def joint_reactions(impact: Impact) -> dict[str, np.ndarray]:
     the joint's own impulse (a kick, a lock) as well. Fixed joints of the URDF are
     there too, and "root_joint" is what the ground gives a robot on a fixed base.
     """
-    model = impact.mechanics.model_without_gravity
-    data = impact.mechanics.scratch()
+    mechanics = impact.mechanics
+    model = mechanics.model_without_gravity
+    data = mechanics.scratch()
     impulses = list(body_impulses(impact))
+    placements = [mechanics.joint_placement(joint_id) for joint_id in range(model.njoints)]
+    motion = impact.q, np.zeros(model.nv), impact.dv
+    return transmitted(impact.scene.robot, model, data, motion, placements, impulses)
+
+
+def transmitted(
+    robot: Robot,
+    model: pin.Model,
+    data: pin.Data,
+    motion: tuple[np.ndarray, np.ndarray, np.ndarray],
+    placements: Sequence[pin.SE3],
+    impulses: Sequence[BodyImpulse],
+) -> dict[str, np.ndarray]:
+    """What every joint transmits, as ``joint_reactions`` has it; forces likewise.
+
+    Args:
+        robot: whose links and frames they are.
+        model: the robot's, with the gravity that counts.
+        data: of it, overwritten.
+        motion: q, v and the accelerations; of an impact q, zero and Δv.
+        placements: of the joints in the world.
+        impulses: all that acts on bodies from outside them.
+    """
     external = pin.StdVec_Force()
     for _ in range(model.njoints):
         external.append(pin.Force.Zero())
     for item in impulses:
         external[item.joint_id] = external[item.joint_id] + item.wrench_in_joint
-    pin.rnea(model, data, impact.q, np.zeros(model.nv), impact.dv, external)
-    rotations = impact.mechanics.joint_rotations
+    pin.rnea(model, data, *motion, external)
     reactions = {
-        name: _in_world_axes(data.f[joint_id], rotations[joint_id])
+        name: _in_world_axes(data.f[joint_id], placements[joint_id].rotation)
         for joint_id, name in enumerate(model.names)
         if joint_id > 0
     }
-    reactions.update(_fixed_joint_reactions(impact, data, impulses))
-    reactions.update(_base_reactions(impact, data, impulses))
+    reactions.update(_fixed_joint_reactions(robot, data, placements, impulses))
+    reactions.update(_base_reactions(robot, data, placements, impulses))
     for reaction in reactions.values():
         reaction.setflags(write=False)
     return reactions
@@ -53,11 +79,22 @@ def _in_world_axes(wrench: pin.Force, rotation: np.ndarray) -> np.ndarray:
     return np.concatenate([rotation @ wrench.linear, rotation @ wrench.angular])
 
 
+def _needed_by(link: Link, data: pin.Data) -> pin.Force:
+    """The wrench that moves a link as it moves, in the frame of its joint.
+
+    ``data`` after ``rnea``, which leaves accelerations less gravity there.
+    """
+    inertia, velocity = link.spatial_inertia(), data.v[link.joint_id]
+    return inertia * data.a_gf[link.joint_id] + velocity.cross(inertia * velocity)
+
+
 def _fixed_joint_reactions(
-    impact: Impact, data: pin.Data, impulses: list[BodyImpulse]
+    robot: Robot,
+    data: pin.Data,
+    placements: Sequence[pin.SE3],
+    impulses: Sequence[BodyImpulse],
 ) -> dict[str, np.ndarray]:
     """The same for fixed joints, which Pinocchio merges away: link by link behind each."""
-    robot = impact.scene.robot
     frames = robot.model.frames
     fixed = [
         frame_id
@@ -77,30 +114,29 @@ def _fixed_joint_reactions(
             frame_id = frames[frame_id].parentFrame
 
     for link in robot.links:
-        # Without gravity and speeds, rnea leaves Δ of the twist of each joint's body here.
-        change = data.a_gf[link.joint_id] if link.joint_id > 0 else pin.Motion.Zero()
-        add(link.frame_id, link.spatial_inertia() * change)
+        add(link.frame_id, _needed_by(link, data))
     for frame in frames:
         if frame.type == pin.FrameType.JOINT and frame.parentJoint > 0:
             through = data.liMi[frame.parentJoint].act(data.f[frame.parentJoint])
             add(frame.parentFrame, through)
     for item in impulses:
         add(item.frame_id, -item.wrench_in_joint)
-    rotations = impact.mechanics.joint_rotations
     return {
         frames[frame_id].name: _in_world_axes(
             pin.SE3(np.eye(3), frames[frame_id].placement.translation).actInv(wrench),
-            rotations[frames[frame_id].parentJoint],
+            placements[frames[frame_id].parentJoint].rotation,
         )
         for frame_id, wrench in wrenches.items()
     }
 
 
 def _base_reactions(
-    impact: Impact, data: pin.Data, impulses: list[BodyImpulse]
+    robot: Robot,
+    data: pin.Data,
+    placements: Sequence[pin.SE3],
+    impulses: Sequence[BodyImpulse],
 ) -> dict[str, np.ndarray]:
     """What the ground gives every robot on a fixed base, at its root link's origin."""
-    robot = impact.scene.robot
     model = robot.model
     taken = {frame.name for frame in model.frames}
     reactions = {}
@@ -113,8 +149,11 @@ def _base_reactions(
         total = pin.Force.Zero()
         for joint_id in range(1, model.njoints):
             if model.parents[joint_id] == 0 and model.names[joint_id].startswith(part.prefix):
-                placement = impact.mechanics.joint_placement(joint_id)
-                total = total + (from_base * placement).act(data.f[joint_id])
+                total = total + (from_base * placements[joint_id]).act(data.f[joint_id])
+        if data.a_gf[0].linear.any() and part.urdf is not None:
+            for link in robot.links:
+                if link.joint_id == 0 and link.name.startswith(part.prefix):
+                    total = total + from_base.act(_needed_by(link, data))
         for item in impulses:
             name = model.frames[item.frame_id].name
             if item.joint_id == 0 and item.frame_id > 0 and name.startswith(part.prefix):

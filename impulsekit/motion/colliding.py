@@ -18,7 +18,8 @@ from ..geometry.collision import (
     smallest_gap,
     solids_of,
 )
-from ..geometry.held_points import HeldPoint, held_point
+from ..geometry.features import CornerOnFace, EdgesCross
+from ..geometry.held_points import HeldCorner, HeldCrossing, HeldPoint, held_point
 from ..geometry.polyhedron import Polyhedron, can_be_separated
 from ..geometry.support import support_of
 from ..robot import Robot
@@ -134,6 +135,32 @@ class CollidingGap:
         places = self._places(data)
         return np.array([point.inside(places) for point in self._held or ()])
 
+    @property
+    def held(self) -> tuple[HeldPoint, ...] | None:
+        """The points that are held; None where none are."""
+        return None if self._held is None else tuple(self._held)
+
+    def hold_again(self, points: tuple[HeldPoint, ...] | None) -> None:
+        """Follow points that were held before."""
+        self._held = None if points is None else list(points)
+
+    def point_again(
+        self, pieces: tuple[int, int], feature: CornerOnFace | EdgesCross, kept: Sequence[float]
+    ) -> HeldPoint:
+        """A held point out of what there was of it."""
+        bodies = self._bodies(pieces)
+        if isinstance(feature, CornerOnFace):
+            return HeldCorner(bodies, feature, kept, pieces)
+        return HeldCrossing(bodies, feature, kept, pieces)
+
+    def spots(self, data: pin.Data) -> list[tuple[np.ndarray, np.ndarray]]:
+        """By point, (3,) where it is and (3, 3) its axes t₁, t₂, n; ``data`` with placements."""
+        places = self._places(data)
+        if not self.has_corners:
+            return [(p.position, contact_axes(p.normal)) for p in self._meeting(places)]
+        points = self._touching(places) if self._held is None else self._held
+        return [point.place(places) for point in points]
+
     def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(3k, nv) of all points that touch; ``data`` with joint Jacobians."""
         if not self.has_corners:
@@ -178,11 +205,16 @@ class CollidingGap:
         """The corners and edges that touch."""
         found = []
         for point in self._meeting(places):
-            bodies = [of[i] for of, i in zip(self._polyhedra, point.pieces, strict=True)]
-            if point.feature is not None and bodies[0] is not None and bodies[1] is not None:
-                held = held_point((bodies[0], bodies[1]), point.feature, point.normal, places)
-                found.append(held)
+            if point.feature is not None and self.has_corners:
+                bodies = self._bodies(point.pieces)
+                found.append(held_point(bodies, point.feature, point.normal, places, point.pieces))
         return found
+
+    def _bodies(self, pieces: tuple[int, int]) -> tuple[Polyhedron, Polyhedron]:
+        first, other = (of[i] for of, i in zip(self._polyhedra, pieces, strict=True))
+        if first is None or other is None:
+            raise ValueError("a curved body has no corners")
+        return first, other
 
     def _wandering(self, data: pin.Data) -> tuple[np.ndarray, np.ndarray]:
         """(3k, nv) rows and (k, 3) points; ``data`` with joint Jacobians."""

@@ -10,7 +10,12 @@ import numpy as np
 import pinocchio as pin
 
 from ..impact.algorithms import symmetric
-from ..impact.elimination import CONTRADICTION_TOLERANCE, Elimination, without_cancellation
+from ..impact.elimination import (
+    CONTRADICTION_TOLERANCE,
+    BilateralSolution,
+    Elimination,
+    without_cancellation,
+)
 from ..impact.factor import FilledFactor, SparseFactor, pivots_are_safe
 from ..rows.reach import reached_model
 from ..scene import Scene
@@ -40,6 +45,8 @@ class Dynamics:
         gaps: the distances of the contacts; None without any.
         resting: the contacts that rest now.
         evaluations: how often accelerations were worked out.
+        borne: what the constraints bore at the last evaluation; None without any.
+        pushed: (3n,) the forces at the points of the resting contacts then [N].
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -64,6 +71,8 @@ class Dynamics:
         free = self.held is None and not mimic
         self._torque = self.forces.constant_torque if free else None
         self.evaluations = 0
+        self.borne: BilateralSolution | None = None
+        self.pushed = np.empty(0)
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(nv,) v̇.
@@ -169,6 +178,7 @@ class Dynamics:
             contact_forces = ways.dot(forces)
         else:
             contact_forces = forces = solve_rest(delassus, free, friction, last)
+        self.pushed = contact_forces
         resting.note(forces, free + delassus.dot(contact_forces), slip)
         total = load + contact_forces.dot(jacobian)
         if count:
@@ -207,4 +217,5 @@ class Dynamics:
             weight = float(np.linalg.norm(self.model.gravity.linear))
             return sums + ROUNDED * (turning + weight)
 
-        return eliminated.solve(wanted - start.dot(half_rows), scale).impulse
+        self.borne = eliminated.solve(wanted - start.dot(half_rows), scale)
+        return self.borne.impulse

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .chart import Chart
+from .footing import Footing
 from .path import Path
 from .present import Present, Stopped
 from .rest_law import RestNotSolved
@@ -151,7 +152,7 @@ class Flight:
     def take(self, step: Step) -> None:
         """Go to the end of a step."""
         now, nv = self._present, self._present.model.nv
-        self.path.append(step.start, step.end, step.reference, step.dense)
+        self._keep(step, step.end)
         now.t = step.end
         now.q = np.array(self._chart.configuration(self._stepper.y[:nv]))
         now.v = self._stepper.y[nv:].copy()
@@ -160,10 +161,15 @@ class Flight:
         """Go to a time within a step; the integrator has to be told how to go on."""
         now = self._present
         if time > step.start:
-            self.path.append(step.start, time, step.reference, step.dense)
+            self._keep(step, time)
         now.t = time
         q, v = step.states(time)
         now.q, now.v = np.array(q), np.array(v)
+
+    def _keep(self, step: Step, end: float) -> None:
+        # What rested in the step still does, or only leaves off now.
+        footing = Footing.of(self._present.resting, self._present.gaps)
+        self.path.append(step.start, end, step.reference, step.dense, footing)
 
     def stand(self) -> None:
         """A path of no length, for motions that end where they begin."""

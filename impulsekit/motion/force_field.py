@@ -184,10 +184,9 @@ class _Point:
         return data.oMi[self.joint_id].rotation.dot(local)
 
     def add(self, wrenches: pin.StdVec_Force, data: pin.Data, force_world: np.ndarray) -> None:
-        """Add a force through the point, in world axes."""
-        if self.joint_id > 0:
-            local = force_world.dot(data.oMi[self.joint_id].rotation)
-            wrenches[self.joint_id] += pin.Force(local, np.cross(self._at, local))
+        """Add a force through the point, in world axes; what the world bears is told as well."""
+        local = force_world.dot(data.oMi[self.joint_id].rotation)
+        wrenches[self.joint_id] += pin.Force(local, np.cross(self._at, local))
 
 
 class _SpringBetweenPoints:
@@ -199,7 +198,7 @@ class _SpringBetweenPoints:
             _Point(robot, force.frame, force.at),
             _Point(robot, force.other, force.other_at),
         )
-        self.joint_ids = tuple(end.joint_id for end in self._ends if end.joint_id > 0)
+        self.joint_ids = tuple(end.joint_id for end in self._ends)
 
     def add(self, wrenches: pin.StdVec_Force, t: float, data: pin.Data) -> None:
         first, other = self._ends

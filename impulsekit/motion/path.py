@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 
 from .chart import Chart
+from .footing import NOTHING, Footing
 
 __all__ = ["NODES", "Path", "interpolated"]
 
@@ -38,6 +39,7 @@ class Piece:
     end: float
     reference: np.ndarray
     dense: Callable[[float], np.ndarray]
+    footing: Footing
 
 
 class _Interpolant:
@@ -65,11 +67,16 @@ class Path:
         self._pieces: list[Piece] = []
 
     def append(
-        self, start: float, end: float, reference: np.ndarray, dense: Callable[[float], np.ndarray]
+        self,
+        start: float,
+        end: float,
+        reference: np.ndarray,
+        dense: Callable[[float], np.ndarray],
+        footing: Footing = NOTHING,
     ) -> None:
         """Add the piece that follows."""
         self._starts.append(start)
-        self._pieces.append(Piece(start, end, reference, dense))
+        self._pieces.append(Piece(start, end, reference, dense, footing))
 
     def shorten(self, count: int) -> None:
         """Keep the first ``count`` pieces only."""
@@ -88,9 +95,25 @@ class Path:
         """(S,) where the pieces begin [s]."""
         return np.array(self._starts)
 
+    def piece(self, t: float) -> Piece:
+        """The one that counts at a time: the later one where two meet."""
+        return self._pieces[max(bisect_right(self._starts, t) - 1, 0)]
+
+    def between(self, start: float, end: float) -> Iterator[tuple[float, float]]:
+        """From when to when pieces reach, within a span of time [s]."""
+        for piece in self._pieces:
+            a, b = max(piece.start, start), min(piece.end, end)
+            if a < b:
+                yield a, b
+
+    @property
+    def footings(self) -> list[Footing]:
+        """Of every piece, what rested in it."""
+        return [piece.footing for piece in self._pieces]
+
     def state(self, t: float) -> tuple[np.ndarray, np.ndarray]:
         """q (nq,) and v (nv,) at a time; just after it where an impact happened."""
-        piece = self._pieces[max(bisect_right(self._starts, t) - 1, 0)]
+        piece = self.piece(t)
         y = piece.dense(min(max(t, piece.start), piece.end))
         nv = self._model.nv
         return np.array(self._chart.configuration(y[:nv], piece.reference)), y[nv:].copy()
@@ -111,15 +134,18 @@ class Path:
         }
 
     @classmethod
-    def of_arrays(cls, model: pin.Model, arrays: dict[str, np.ndarray]) -> Path:
-        """The path that ``arrays`` tells of."""
+    def of_arrays(
+        cls, model: pin.Model, arrays: dict[str, np.ndarray], footings: Sequence[Footing]
+    ) -> Path:
+        """The path that ``arrays`` tells of, with what rested in each of its pieces."""
         path = cls(model)
-        for start, end, reference, values in zip(
+        for start, end, reference, values, footing in zip(
             arrays["path_start"].tolist(),
             arrays["path_end"].tolist(),
             arrays["path_reference"],
             arrays["path_values"],
+            footings,
             strict=True,
         ):
-            path.append(start, end, reference, _Interpolant(start, end, values))
+            path.append(start, end, reference, _Interpolant(start, end, values), footing)
         return path

@@ -55,6 +55,11 @@ class PlaneGap:
         rate = normal.dot(velocity - motion.linear - cross(motion.angular, arm))
         return over_plane(point, normal, plane.translation), float(rate)
 
+    def spots(self, data: pin.Data) -> list[tuple[np.ndarray, np.ndarray]]:
+        """(3,) the point and (3, 3) its axes t₁, t₂, n, in a list; ``data`` with placements."""
+        point, _ = self._pair.placements(data)
+        return [(point.translation.copy(), self._pair.axes(data))]
+
     def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(3, nv); ``data`` with joint Jacobians."""
         return self._pair.rows(data)
@@ -65,7 +70,12 @@ class PlaneGap:
 
 
 class StopGap:
-    """A joint before one of its limits."""
+    """A joint before one of its limits.
+
+    Attributes:
+        entry: which contact of the scene it is.
+        sign: 1 for the lower limit, -1 for the upper one: which way it pushes.
+    """
 
     has_rate = True
     friction = 0.0
@@ -78,15 +88,15 @@ class StopGap:
         joint = reached.model.joints[reached.joint_id(joint_id)]
         self.entry = index
         self._row, self._entry_in_q = joint.idx_v, joint.idx_q
-        self._sign = 1.0 if side == 0 else -1.0
+        self.sign = 1.0 if side == 0 else -1.0
         self._limit = entry.limits(robot)[side]
         self._rows = np.zeros((3, reached.model.nv))
-        self._rows[2] = self._sign * said.matrix(reached.model, reached.joint_id)[0]
+        self._rows[2] = self.sign * said.matrix(reached.model, reached.joint_id)[0]
 
     def measure_at(self, q: np.ndarray, v: np.ndarray) -> tuple[float, float]:
         """The gap [rad, m] and its rate."""
-        gap = before_limit(q[self._entry_in_q], self._limit, self._sign)
-        return gap, float(self._sign * v[self._row])
+        gap = before_limit(q[self._entry_in_q], self._limit, self.sign)
+        return gap, float(self.sign * v[self._row])
 
     def size(self, data: pin.Data) -> float:
         """Of the terms whose sum a gap near zero is [rad, m]."""

@@ -18,19 +18,23 @@ from ..impact.algorithms import symmetric
 from ..impact.named import ByName
 from ..laws.status import Status
 from ..scene.numbers import number
+from . import histories
+from .footing import footings_of, packed_footings
 from .force_field import ForceField
 from .path import Path
 from .status import MotionStatus
 
 if TYPE_CHECKING:
     from ..impact import Impact
-    from ..impact.contact_results import ContactResult
     from ..scene import Scene
+    from .balance import MomentumBalance
+    from .histories import ConstraintHistory, ContactHistory, ForceHistory, JointHistory
+    from .loads import LoadsOfMotion
 
 __all__ = ["EnergyHistory", "MomentumHistory", "Rest", "Trajectory"]
 
-# Of the file that ``save`` writes; 1 held a pickle.
-FORMAT = 2
+# Of the file that ``save`` writes; 1 held a pickle, 2 nothing of what rested.
+FORMAT = 3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -143,18 +147,97 @@ class Trajectory(Displayed):
         return float(self._path.end)
 
     @cached_property
-    def contacts(self) -> ByName[tuple[tuple[float, ContactResult], ...]]:
-        """By the name of a contact, (time [s], result) of each impact in which it touched.
+    def contacts(self) -> ByName[ContactHistory]:
+        """By the name of a contact: its impacts, and its forces while it rested.
+
+        ``motion.contacts["floor"]`` is the tuple of (time [s], ``ContactResult``) of each impact
+        in which it touched, and has ``force(t)``, ``points(t)``, ``impulse``, ``work``.
 
         Raises:
             UnknownNameError: on a name that no contact of the scene has.
         """
-        hits: dict[str, list] = {name: [] for name in self.scene.entry_names("contacts")}
-        for time, impact in self.impacts:
-            for result in impact.contacts:
-                if result.touching:
-                    hits[result.name].append((time, result))
-        return ByName({name: tuple(own) for name, own in hits.items()}, "contact")
+        return ByName(histories.of_contacts(self), "contact")
+
+    @cached_property
+    def constraints(self) -> ByName[ConstraintHistory]:
+        """By the name of a constraint: its impacts, and its forces between them.
+
+        Raises:
+            UnknownNameError: on a name that no constraint of the scene has.
+        """
+        return ByName(histories.of_constraints(self), "constraint")
+
+    @cached_property
+    def forces(self) -> ByName[ForceHistory]:
+        """By the name of a spring, actuator or applied force: what it gave, and its work.
+
+        Raises:
+            UnknownNameError: on a name that no force of the scene has.
+        """
+        return ByName(histories.of_forces(self), "force")
+
+    @cached_property
+    def joints(self) -> ByName[JointHistory]:
+        """By the name of a joint: what it transmits, ``motion.joints["knee"].reaction(t)``.
+
+        Raises:
+            UnknownNameError: on a name that no joint of the robot has.
+        """
+        return ByName(histories.of_joints(self), "joint")
+
+    def balance(self, start: float | None = None, end: float | None = None) -> MomentumBalance:
+        """Where the momentum came from between two times: forces, and impulses of impacts.
+
+        Args:
+            start: after an impact at that time [s]; None for the beginning, before its impacts.
+            end: after an impact at that time [s]; None for the end of the motion.
+
+        Raises:
+            RangeError: times outside the motion.
+
+        Example:
+            >>> from impulsekit import Contact, Robot, Scene, simulate
+            >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+            >>> scene = Scene(ball, contacts=[Contact("ball", restitution=0.5, name="floor")])
+            >>> drop = ball.configuration(root_joint=[0, 0, 1, 0, 0, 0, 1])
+            >>> balance = simulate(scene, drop, ball.velocity(), duration=1).balance()
+            >>> round(float(balance.shares["weight"][2] / ball.mass), 9)
+            -9.81
+            >>> bool(abs(balance.residual).max() < 1e-8)
+            True
+        """
+        from .balance import momentum_balance
+
+        return momentum_balance(self, start, end)
+
+    @cached_property
+    def loads(self) -> LoadsOfMotion:
+        """All forces of the motion, worked out where they are asked for."""
+        from .loads import LoadsOfMotion
+
+        return LoadsOfMotion(self.scene, self._path)
+
+    def checked_times(self, t: Any) -> np.ndarray:
+        """Times of the motion [s], a number or (T,), as an array.
+
+        Raises:
+            RangeError, NotFiniteError, ShapeError: no times of this motion.
+        """
+        if np.ndim(t) > 1:
+            raise ShapeError.of("times", ("T",), np.shape(t))
+        return np.array([self.checked_time(one) for one in np.atleast_1d(t)])
+
+    def checked_span(self, start: float | None, end: float | None) -> tuple[float, float]:
+        """A span of time of the motion [s]; None for its beginning or its end.
+
+        Raises:
+            RangeError: it is none.
+        """
+        a = 0.0 if start is None else self.checked_time(start)
+        b = self.duration if end is None else self.checked_time(end)
+        if a > b:
+            raise RangeError.of("start", start, f"at most the end, {b:g} s")
+        return a, b
 
     @property
     def step_times(self) -> np.ndarray:
@@ -171,17 +254,22 @@ class Trajectory(Displayed):
             NotFiniteError, ShapeError: no time, or no list of times.
         """
         if np.ndim(t) == 0:
-            return self._path.state(self._time(t))
+            return self._path.state(self.checked_time(t))
         if np.ndim(t) != 1:
             raise ShapeError.of("times", ("T",), np.shape(t))
-        states = [self._path.state(self._time(one)) for one in t]
+        states = [self._path.state(self.checked_time(one)) for one in t]
         robot = self.scene.robot
         return (
             np.array([q for q, _ in states]).reshape(-1, robot.nq),
             np.array([v for _, v in states]).reshape(-1, robot.nv),
         )
 
-    def _time(self, t: Any) -> float:
+    def checked_time(self, t: Any) -> float:
+        """A time of the motion [s], as a number.
+
+        Raises:
+            RangeError, NotFiniteError: no time of this motion.
+        """
         # NaN and infinity are no times of this motion, either.
         time = float(t) if isinstance(t, float | np.floating) else number(t, "time")
         if not 0.0 <= time <= self.duration:
@@ -235,6 +323,7 @@ class Trajectory(Displayed):
             "format": FORMAT,
             "without_scene": reason,
             "impacts": impacts,
+            "footings": packed_footings(self._path.footings),
             "rests": [[rest.contact, rest.start, rest.end] for rest in self.rests],
             "status": self.status.name,
             "detail": self.detail,
@@ -285,7 +374,7 @@ class Trajectory(Displayed):
             motion = cls(
                 scene,
                 arrays["t"],
-                Path.of_arrays(scene.robot.model, arrays),
+                Path.of_arrays(scene.robot.model, arrays, footings_of(scene, record["footings"])),
                 impacts_of(scene, record["impacts"], arrays["numbers"]),
                 tuple(Rest(str(c), float(a), float(b)) for c, a, b in record["rests"]),
                 MotionStatus[record["status"]],
@@ -300,7 +389,7 @@ class Trajectory(Displayed):
             raise
         except KeyError as error:
             raise InputError(f"{name} holds no trajectory: {error} is missing in it") from None
-        except (ValueError, TypeError, AttributeError, RecursionError) as error:
+        except (ValueError, TypeError, IndexError, AttributeError, RecursionError) as error:
             raise InputError(f"{name} holds no trajectory: {error}") from None
 
     def to_xarray(self) -> Any:
@@ -338,6 +427,21 @@ class Trajectory(Displayed):
             },
         )
 
+    def events(self) -> Any:
+        """An ``xarray.Dataset`` of the impacts (by contact: impulse, mode) and of the rests.
+
+        Along "impact" stand the time, the status, the energy before and its change, and by
+        "contact" whether it touched, its mode, and its impulse on the first body in world axes
+        [N s]; a joint stop has its one number first, and NaN. Along "rest" stand what rested,
+        from when to when; an end that is infinite is after the motion.
+
+        Raises:
+            MissingExtraError: xarray is not installed.
+        """
+        from .events import event_table
+
+        return event_table(self)
+
     @cached_property
     def _model_with_gravity(self) -> tuple[pin.Model, pin.Data]:
         model = pin.Model(self.scene.robot.model)
@@ -346,14 +450,14 @@ class Trajectory(Displayed):
 
     def __getstate__(self) -> dict[str, Any]:
         state = dict(vars(self))
-        state.pop("_model_with_gravity", None)
-        state.pop("contacts", None)
-        state["_path"] = self._path.arrays()
+        for made in ("_model_with_gravity", "contacts", "constraints", "forces", "joints", "loads"):
+            state.pop(made, None)
+        state["_path"] = self._path.arrays(), self._path.footings
         return state
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
-        self._path = Path.of_arrays(self.scene.robot.model, state["_path"])
+        self._path = Path.of_arrays(self.scene.robot.model, *state["_path"])
 
     def __repr__(self) -> str:
         name, span = self.scene.robot.name, f"0 to {self.duration:g} s"

@@ -43,12 +43,14 @@ class Link:
         """Its inertia in the frame of the joint, mass and moments ``factor`` times as large.
 
         Turned into other axes, the moments of a thin or point-like link can have an eigenvalue
-        of -1e-22, which Pinocchio's constructor refuses and its attributes take.
+        of -1e-22, which Pinocchio's constructor refuses and its attributes take, and be symmetric
+        but for rounding.
         """
         inertia = pin.Inertia.Zero()
         inertia.mass = factor * self.mass
         inertia.lever = self.com_in_joint
-        inertia.inertia = factor * self.inertia_in_joint_axes
+        moments = self.inertia_in_joint_axes
+        inertia.inertia = 0.5 * factor * (moments + moments.T)
         return inertia
 
 

@@ -1,0 +1,154 @@
+"""What rested in a step of a motion, and how: the forces of the step follow from it again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..geometry.features import CornerOnFace, EdgesCross
+from ..rows.reach import reached_model
+from ..scene import Scene
+from .gaps import Gaps
+from .resting import Resting, RestingContact
+
+if TYPE_CHECKING:
+    from ..geometry.held_points import HeldPoint
+
+__all__ = ["NOTHING", "Footing", "footings_of", "packed_footings"]
+
+
+@dataclass(frozen=True, eq=False)
+class Footing:
+    """The contacts that rest in a step, as they were when it was made.
+
+    Attributes:
+        contacts: in the order of their rows; not to be changed.
+        held: by contact, the points of polyhedra that were followed; None where none were.
+        slow, negligible: as ``Resting`` has them.
+    """
+
+    contacts: tuple[RestingContact, ...] = ()
+    held: tuple[tuple[HeldPoint, ...] | None, ...] = ()
+    slow: float = 0.0
+    negligible: float = 0.0
+
+    @classmethod
+    def of(cls, resting: Resting, gaps: Gaps | None) -> Footing:
+        """What rests now."""
+        if gaps is None or not resting.contacts:
+            return NOTHING
+        return cls(
+            tuple(_copied(contact) for contact in resting.contacts),
+            tuple(
+                None if gaps.rated[contact.gap] else gaps.items[contact.gap].held
+                for contact in resting.contacts
+            ),
+            resting.slow,
+            resting.negligible,
+        )
+
+    def restored(self, scene: Scene, gaps: Gaps | None) -> Resting:
+        """What rests in the step, without anything of other times."""
+        resting = Resting(scene)
+        if gaps is not None and self.contacts:
+            resting.contacts = [_copied(contact) for contact in self.contacts]
+            resting.slow, resting.negligible = self.slow, self.negligible
+            for contact, held in zip(self.contacts, self.held, strict=True):
+                if not gaps.rated[contact.gap]:
+                    gaps.items[contact.gap].hold_again(held)
+        return resting
+
+
+def _copied(contact: RestingContact) -> RestingContact:
+    return replace(contact, slides=list(contact.slides), begins=list(contact.begins))
+
+
+NOTHING = Footing()
+
+
+def packed_footings(footings: Sequence[Footing]) -> list[Any]:
+    """The footings of a path, ready for JSON; where nothing rests, None."""
+    return [None if own is NOTHING else _packed(own) for own in footings]
+
+
+def footings_of(scene: Scene, packed: Sequence[Any]) -> list[Footing]:
+    """The footings that ``packed_footings`` packed.
+
+    Raises:
+        KeyError, IndexError, ValueError, TypeError: they are none of this scene.
+    """
+    if not any(packed):
+        return [NOTHING] * len(packed)
+    reached = reached_model(
+        scene.robot.model, range(1, scene.robot.model.njoints), keep_places=True
+    )
+    gaps = Gaps(scene, reached)
+    return [NOTHING if own is None else _unpacked(own, gaps) for own in packed]
+
+
+def _packed(footing: Footing) -> dict[str, Any]:
+    return {
+        "slow": footing.slow,
+        "negligible": footing.negligible,
+        "contacts": [
+            {
+                "gap": c.gap,
+                "entry": c.entry,
+                "friction": c.friction,
+                "since": c.since,
+                "count": c.count,
+                "slides": [None if way is None else way.tolist() for way in c.slides],
+                "begins": c.begins,
+                "held": None if held is None else [_packed_point(point) for point in held],
+            }
+            for c, held in zip(footing.contacts, footing.held, strict=True)
+        ],
+    }
+
+
+def _packed_point(point: HeldPoint) -> list[Any]:
+    feature = point.feature
+    if isinstance(feature, CornerOnFace):
+        where: list[Any] = [feature.side, feature.corner, feature.face]
+    else:
+        where = [list(map(int, feature.first)), list(map(int, feature.other))]
+    return [list(point.pieces), where, list(point.kept)]
+
+
+def _unpacked(packed: dict[str, Any], gaps: Gaps) -> Footing:
+    contacts, all_held = [], []
+    for own in packed["contacts"]:
+        contacts.append(
+            RestingContact(
+                int(own["gap"]),
+                int(own["entry"]),
+                float(own["friction"]),
+                float(own["since"]),
+                int(own["count"]),
+                [None if way is None else np.array(way, dtype=float) for way in own["slides"]],
+                [bool(begins) for begins in own["begins"]],
+            )
+        )
+        if gaps.entries[contacts[-1].gap] != contacts[-1].entry:
+            raise ValueError("a contact that rests is none of the scene's")
+        held = own["held"]
+        if held is not None:
+            item = gaps.items[contacts[-1].gap]
+            held = tuple(
+                item.point_again((int(pieces[0]), int(pieces[1])), _feature(where), kept)
+                for pieces, where, kept in held
+            )
+        all_held.append(held)
+    return Footing(
+        tuple(contacts), tuple(all_held), float(packed["slow"]), float(packed["negligible"])
+    )
+
+
+def _feature(where: list[Any]) -> CornerOnFace | EdgesCross:
+    if len(where) == 3:
+        return CornerOnFace(*map(int, where))
+    (a, b), (c, d) = where
+    return EdgesCross((int(a), int(b)), (int(c), int(d)))
