@@ -3,6 +3,8 @@ from .batch.long import LongTree as LongTree
 from .batch.long import long_chain as long_chain
 from .batch.long import long_tree as long_tree
 from .batch.long_impact import LongImpact as LongImpact
+from .batch.motions.result import MotionBatch as MotionBatch
+from .batch.motions.simulate import simulate_batch as simulate_batch
 from .batch.result import ImpactBatch as ImpactBatch
 from .batch.solve import solve_batch as solve_batch
 from .batch.solve import warm_up as warm_up

@@ -24,7 +24,7 @@ from .inputs import BatchInputs
 from .masses import scaled_robot
 from .result import VERDICTS
 
-__all__ = ["solve_rows"]
+__all__ = ["scene_of_row", "solve_rows", "varies"]
 
 
 def solve_rows(
@@ -36,7 +36,7 @@ def solve_rows(
     verdicts: np.ndarray,
 ) -> None:
     """Solve those rows and write their answers, codes and verdicts on their uniqueness."""
-    varies = _varies(scene, inputs)
+    rows_differ = varies(scene, inputs)
     for row in rows:
         if inputs.codes[row] != Status.SOLVED:
             codes[row] = inputs.codes[row]
@@ -45,7 +45,7 @@ def solve_rows(
         v = inputs.v[row if len(inputs.v) > 1 else 0]
         try:
             impact = solve_without_warnings(
-                _scene_of(scene, inputs, row) if varies else scene, q, v
+                scene_of_row(scene, inputs, row) if rows_differ else scene, q, v
             )
             _write(impact, row, arrays)
             codes[row] = impact.status
@@ -71,7 +71,7 @@ def _code(error: ImpulsekitError) -> Status:
     return Status.REFUSED
 
 
-def _varies(scene: Scene, inputs: BatchInputs) -> bool:
+def varies(scene: Scene, inputs: BatchInputs) -> bool:
     """Whether the rows are not all of the scene's own impulses and coefficients."""
     own: list[float] = []
     for entry in scene.impulses:
@@ -83,7 +83,7 @@ def _varies(scene: Scene, inputs: BatchInputs) -> bool:
     return not (inputs.restitution is inputs.friction is inputs.masses is None)
 
 
-def _scene_of(scene: Scene, inputs: BatchInputs, row: int) -> Scene:
+def scene_of_row(scene: Scene, inputs: BatchInputs, row: int) -> Scene:
     """The scene with the impulses, coefficients and masses of a row."""
     numbers = inputs.given[row if len(inputs.given) > 1 else 0].tolist()
     impulses: list = []

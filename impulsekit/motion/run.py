@@ -52,8 +52,8 @@ class Run:
         # Before the last step: the state, and of how many pieces the path was.
         self._last: tuple[Mark, int] = self._now.mark(), 0
 
-    def trajectory(self, times: np.ndarray | None) -> Trajectory:
-        """The motion, sampled at ``times`` or evenly."""
+    def trajectory(self, times: np.ndarray) -> Trajectory:
+        """The motion, sampled at ``times``."""
         settings, now, flight = self._settings, self._now, self._flight
         status, detail = MotionStatus.FINISHED, ""
         penetration = Penetration(now)
@@ -69,9 +69,6 @@ class Run:
             status = MotionStatus.INTERRUPTED
         if not len(flight.path):
             flight.stand()
-        if times is None:
-            count = settings.samples if settings.duration > 0.0 else 1
-            times = np.linspace(0.0, settings.duration, count)
         if now.t < settings.duration:
             times = np.append(times[times < now.t], now.t)
         rests = [*now.rests, *(now.rest(c, math.inf) for c in now.resting.contacts)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from ..scene.numbers import number
 from .run import Run
 from .trajectory import Trajectory
 
-__all__ = ["simulate"]
+__all__ = ["chosen_settings", "simulate"]
 
 
 def simulate(
@@ -87,26 +87,41 @@ def simulate(
     """
     if not isinstance(scene, Scene):
         raise InputError(f"simulate takes a Scene, not {a_thing(scene)}")
+    if progress is not None and not callable(progress):
+        raise InputError(f"progress must be a function of the time, got {quoted(progress)}")
+    chosen, times = chosen_settings(settings, duration, samples, changes)
+    model = scene.robot.model
+    check_capacity(model, copies=2)
+    q = state.checked_configuration(model, q)
+    v = state.checked_velocity(model, v)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        return Run(scene, q, v, chosen, progress).trajectory(times)
+
+
+def chosen_settings(
+    settings: MotionSettings | None,
+    duration: float | None,
+    samples: Any,
+    changes: Mapping[str, Any],
+) -> tuple[MotionSettings, np.ndarray]:
+    """The settings that hold, and the (T,) times of the samples [s]; arguments of ``simulate``.
+
+    Raises:
+        InputError, RangeError, NotFiniteError, UnknownNameError: what is wrong with them.
+    """
     base = MotionSettings() if settings is None else settings
     if not isinstance(base, MotionSettings):
         raise InputError(f"settings must be a MotionSettings, got {a_thing(base)}")
-    if progress is not None and not callable(progress):
-        raise InputError(f"progress must be a function of the time, got {quoted(progress)}")
     given: dict[str, Any] = dict(changes)
     if duration is not None:
         given["duration"] = duration
     if samples is not None and np.ndim(samples) == 0:
         given["samples"] = samples
     chosen = base.changed(**given)
-    model = scene.robot.model
-    check_capacity(model, copies=2)
-    q = state.checked_configuration(model, q)
-    v = state.checked_velocity(model, v)
-    times = None
     if samples is not None and np.ndim(samples) > 0:
-        times = _sample_times(samples, chosen.duration)
-    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        return Run(scene, q, v, chosen, progress).trajectory(times)
+        return chosen, _sample_times(samples, chosen.duration)
+    count = chosen.samples if chosen.duration > 0.0 else 1
+    return chosen, np.linspace(0.0, chosen.duration, count)
 
 
 def _sample_times(samples: Any, duration: float) -> np.ndarray:

@@ -53,6 +53,16 @@ class MotionStatus(enum.Enum):
         "planes of the other as Contacts."
     )
 
+    REFUSED = (
+        "The motion was refused before it began: its state, coefficients or masses cannot be used; "
+        "detail says why. Only rows of a batch have this, simulate raises the error."
+    )
+
+    @property
+    def code(self) -> int:
+        """A small whole number, for arrays: its place among all."""
+        return list(type(self)).index(self)
+
     @property
     def finished(self) -> bool:
         """Whether the motion was followed to its end."""

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from ...laws.status import Status
+from ...motion.simulate import chosen_settings
+from ...motion.status import MotionStatus
 from .study import Study
 
 __all__ = ["UNWRITTEN", "arrays_of", "unwritten_rows"]
@@ -23,6 +25,12 @@ UNITS = {
     "constraint_impulses": "N s, N m s",
     "q": "rad, m",
     "v": "rad/s, m/s",
+    "end": "s",
+    "q_end": "rad, m",
+    "v_end": "rad/s, m/s",
+    "impact_count": "1",
+    "q_samples": "rad, m",
+    "v_samples": "rad/s, m/s",
 }
 
 
@@ -39,7 +47,7 @@ def unwritten_rows(study: Study) -> tuple[Any, dict[str, Any]]:
         empty = da.full((study.samples, *shape), fill, chunks=-1, dtype=dtype)
         data[name] = (dims, empty, attributes)
         encoding[name] = {
-            "chunks": (min(study.chunk, study.samples), *shape),
+            "chunks": (min(study.rows_of_chunk, study.samples), *shape),
             # Digits of floats are noise to a compressor.
             "compressors": None,
             "_FillValue": dtype(fill),
@@ -52,7 +60,8 @@ def unwritten_rows(study: Study) -> tuple[Any, dict[str, Any]]:
     }
     used = {dim for dims, *_ in data.values() for dim in dims}
     kept = {name: values for name, values in coordinates.items() if name in used}
-    codes = {code.name: code.code for code in Status}
+    statuses = Status if study.motion is None else MotionStatus
+    codes = {code.name: code.code for code in statuses}
     dataset = xr.Dataset(
         data,
         coords=kept,
@@ -67,8 +76,6 @@ def unwritten_rows(study: Study) -> tuple[Any, dict[str, Any]]:
 
 def arrays_of(study: Study) -> dict[str, tuple]:
     """By array: dimensions, shape of a row, type, attributes."""
-    from ..solve import _shape
-
     robot = study.scene.robot
     dims = {
         "energy_change": (),
@@ -76,13 +83,18 @@ def arrays_of(study: Study) -> dict[str, tuple]:
         "constraint_impulses": ("constraint_row",),
         "q": ("q_entry",),
         "v": ("dof",),
+        "end": (),
+        "impact_count": (),
+        "q_end": ("q_entry",),
+        "q_samples": ("time", "q_entry"),
+        "v_samples": ("time", "dof"),
     }
     found: dict[str, tuple] = {
         "status": (("row",), (), np.int8, {"meaning": "see the attribute status"})
     }
-    for name in study.outputs:
+    for name in study.names:
         own = ("row", *dims.get(name, ("dof",)))
-        found[name] = (own, _shape(study.scene, name), float, {"units": UNITS[name]})
+        found[name] = (own, _shape_of(study, name), float, {"units": UNITS[name]})
     whats = {one.what for one in study.vary}
     if "configuration" in whats:
         found["q"] = (("row", "q_entry"), (robot.nq,), float, {"units": UNITS["q"]})
@@ -102,6 +114,22 @@ def arrays_of(study: Study) -> dict[str, tuple]:
         if name in whats:
             found[name] = (("row", "contact"), count, float, {"units": "1"})
     return found
+
+
+def _shape_of(study: Study, name: str) -> tuple[int, ...]:
+    """Of one row of an output."""
+    from ..solve import _shape
+
+    robot = study.scene.robot
+    samples = 0 if study.motion is None else len(chosen_settings(study.motion, None, None, {})[1])
+    own: dict[str, tuple[int, ...]] = {
+        "end": (),
+        "impact_count": (),
+        "q_end": (robot.nq,),
+        "q_samples": (samples, robot.nq),
+        "v_samples": (samples, robot.nv),
+    }
+    return own[name] if name in own else _shape(study.scene, name)
 
 
 def _dof_names(robot: Any) -> list[str]:

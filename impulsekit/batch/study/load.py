@@ -7,6 +7,7 @@
     seed = 7                       # 0 by default
     outputs = ["v_after", "energy_change", "contact_impulses"]
     chunk = 16384                  # rows that are drawn, solved and written together
+    motion = true                  # motions by the file's table [motion]; else impacts alone
 
     [[batch.vary]]                 # a Variation: its fields are the keys
     what = "configuration"
@@ -31,6 +32,7 @@ import pydantic
 
 from ...errors import ImpulsekitError, SceneFileError
 from ...files import file_told, open_plain_file
+from ...scene.motion import MotionSettings
 from ...scenefile import load_scene
 from ...scenefile.faults import Faults
 from ...scenefile.vocabulary import STRICT, model_of
@@ -44,8 +46,9 @@ class _Batch(pydantic.BaseModel):
     model_config = STRICT
     samples: int
     seed: int = 0
-    outputs: tuple[str, ...] = ("v_after",)
-    chunk: int = 16384
+    motion: bool = False
+    outputs: tuple[str, ...] | None = None
+    chunk: int | None = None
     vary: tuple[Any, ...] = ()
 
 
@@ -86,6 +89,7 @@ def load_study(path: str | os.PathLike[str]) -> Study:
                 vary,
                 settings.outputs,
                 settings.chunk,
+                (file.motion or MotionSettings()) if settings.motion else None,
             )
         except ImpulsekitError as error:
             faults.add_error("batch", error)

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError, MissingExtraError
+from ...motion.status import MotionStatus
+from ..motions.simulate import simulate_batch
 from ..progress import shown
 from ..remote import warm_workers
 from ..solve import solve_batch
@@ -28,7 +30,7 @@ def run_study(
     threads: int | None = None,
     client: Any = None,
 ) -> StudyStore:
-    """Draw, solve and write all rows that the store does not have yet.
+    """Draw, solve (or follow as motions) and write all rows that the store does not have yet.
 
     A run that is stopped, in whatever way, goes on where it was when it is called again;
     the store is then the same, bit for bit, as that of a run that was never stopped.
@@ -37,7 +39,7 @@ def run_study(
         study: what is drawn and solved.
         store: a folder for the rows; made if it does not exist.
         progress: True for a bar with its rate, or a function of rows done and rows in all.
-        threads: for each process; by default as many as it may use.
+        threads: for each process; by default as many as it may use. Of motions, processes.
         client: a ``distributed.Client``; its workers solve, this process writes. A chunk
             whose worker dies is solved by another one.
 
@@ -65,12 +67,12 @@ def run_study(
 def solved_chunk(study: Study, index: int, threads: int | None = None) -> dict[str, np.ndarray]:
     """All arrays of a chunk: what was drawn, what came out."""
     given = study.drawn(index)
-    batch = solve_batch(study.scene, **given, outputs=study.outputs, threads=threads)
     begin, end = study.rows(index)
-    arrays: dict[str, np.ndarray] = {"status": batch.status}
-    for name, array in batch.arrays.items():
-        arrays[name] = _of_all_rows(array, end - begin)
-    arrays["status"] = _of_all_rows(batch.status, end - begin)
+    found = _impacts if study.motion is None else _motions
+    arrays = {
+        name: _of_all_rows(array, end - begin)
+        for name, array in found(study, given, threads).items()
+    }
     whats = {one.what for one in study.vary}
     if "configuration" in whats:
         arrays["q"] = given["q"]
@@ -85,6 +87,31 @@ def solved_chunk(study: Study, index: int, threads: int | None = None) -> dict[s
         if what in given:
             arrays[what] = _coefficients(study, what, given[what], end - begin)
     return arrays
+
+
+def _impacts(study: Study, given: dict[str, Any], threads: int | None) -> dict[str, np.ndarray]:
+    batch = solve_batch(study.scene, **given, outputs=study.names, threads=threads)
+    return {**batch.arrays, "status": batch.status}
+
+
+def _motions(study: Study, given: dict[str, Any], threads: int | None) -> dict[str, np.ndarray]:
+    batch = simulate_batch(study.scene, **given, settings=study.motion, processes=threads)
+    if (batch.status == MotionStatus.INTERRUPTED.code).any():
+        # A row that was broken off is followed anew by the next run.
+        raise KeyboardInterrupt
+    impulses = np.zeros((len(batch), len(study.scene.contacts), 3))
+    np.add.at(impulses, batch.impacts.row, batch.impacts.impulse)
+    arrays = {
+        "status": batch.status,
+        "end": batch.end,
+        "q_end": batch.q_end,
+        "v_end": batch.v_end,
+        "impact_count": np.bincount(batch.impacts.row, minlength=len(batch)).astype(float),
+        "contact_impulses": impulses,
+        "q_samples": batch.q,
+        "v_samples": batch.v,
+    }
+    return {name: arrays[name] for name in ("status", *study.names)}
 
 
 def _of_all_rows(array: np.ndarray, rows: int) -> np.ndarray:
@@ -141,7 +168,8 @@ def _there(
     def submit(index: int) -> Any:
         return client.submit(_sent_chunk, packed, study.fingerprint, index, pure=False)
 
-    client.run(warm_workers, pickle.dumps(study.scene), np.dtype(float))
+    if study.motion is None:
+        client.run(warm_workers, pickle.dumps(study.scene), np.dtype(float))
     running = {}
     for _ in range(3 * workers):
         index = next(waiting, None)

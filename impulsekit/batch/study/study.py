@@ -14,17 +14,30 @@ import numpy as np
 from ...display import OneLine
 from ...errors import InputError, RangeError, UnknownNameError
 from ...scene import AppliedImpulse, Scene
+from ...scene.motion import MotionSettings
 from ..masses import heavy_links, link_inertia
 from ..result import OUTPUTS
 from .fingerprint import described, geometry_digest, robot_digest, versions
 from .variation import Variation
 
-__all__ = ["Study"]
+__all__ = ["MOTION_OUTPUTS", "Study"]
+
+MOTION_OUTPUTS = (
+    "end",
+    "q_end",
+    "v_end",
+    "impact_count",
+    "contact_impulses",
+    "q_samples",
+    "v_samples",
+)
+# Rows of a chunk: some 0.1 s of impacts, some tens of seconds of motions.
+IMPACTS, MOTIONS = 16384, 64
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Study(OneLine):
-    """Many rows of one scene, drawn at random, the same on every machine.
+    """Many rows of one scene, drawn at random, the same on every machine: impacts, or motions.
 
     Rows come in chunks. Each chunk has a random stream of its own (Philox, a counter-based
     generator, keyed by seed and chunk), so that any chunk can be drawn alone.
@@ -35,8 +48,11 @@ class Study(OneLine):
         samples: how many rows.
         seed: of the random numbers.
         vary: what varies, drawn in this order.
-        outputs: as for ``solve_batch``.
-        chunk: rows per chunk.
+        outputs: as for ``solve_batch``; of motions "end", "q_end", "v_end", "impact_count",
+            "contact_impulses" (all impacts of a motion together), "q_samples", "v_samples". None
+            for "v_after", of motions for the first four.
+        chunk: rows per chunk; None for 16384, of motions for 64.
+        motion: how motions are followed; None for impacts alone.
 
     Raises:
         RangeError, UnknownNameError, InputError, ShapeError, NotFiniteError, StateError.
@@ -48,8 +64,9 @@ class Study(OneLine):
     samples: int
     seed: int = 0
     vary: Sequence[Variation] = ()
-    outputs: Sequence[str] = ("v_after",)
-    chunk: int = 16384
+    outputs: Sequence[str] | None = None
+    chunk: int | None = None
+    motion: MotionSettings | None = None
 
     def __post_init__(self) -> None:
         from ...robot import state
@@ -59,27 +76,43 @@ class Study(OneLine):
         set_field(self, "q", state.checked_configuration(model, self.q))
         set_field(self, "v", state.checked_velocity(model, self.v))
         set_field(self, "vary", tuple(self.vary))
-        set_field(self, "outputs", tuple(self.outputs))
+        moves = self.motion is not None
+        if self.outputs is None:
+            set_field(self, "outputs", MOTION_OUTPUTS[:4] if moves else ("v_after",))
+        if self.chunk is None:
+            set_field(self, "chunk", MOTIONS if moves else IMPACTS)
+        set_field(self, "outputs", tuple(self.outputs or ()))
         for name, least in (("samples", 1), ("seed", 0), ("chunk", 8)):
             value = getattr(self, name)
             if not isinstance(value, int) or isinstance(value, bool) or value < least:
                 raise RangeError.of(f"study: {name}", value, f"a whole number, {least} or more")
         if self.seed >= 2**64:
             raise RangeError.of("study: seed", self.seed, "less than 2**64")
-        for name in self.outputs:
-            if name not in OUTPUTS:
-                raise UnknownNameError.among("output", str(name), OUTPUTS)
+        for name in self.names:
+            known = MOTION_OUTPUTS if moves else OUTPUTS
+            if name not in known:
+                raise UnknownNameError.among("output", str(name), known)
         for one in self.vary:
             self._check(one)
 
     @property
+    def rows_of_chunk(self) -> int:
+        """How many rows a chunk has."""
+        return self.chunk or IMPACTS
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The outputs by name."""
+        return tuple(self.outputs or ())
+
+    @property
     def chunks(self) -> int:
         """How many chunks there are."""
-        return -(-self.samples // self.chunk)
+        return -(-self.samples // self.rows_of_chunk)
 
     def rows(self, index: int) -> tuple[int, int]:
         """The first row of a chunk, and the one after its last."""
-        return index * self.chunk, min((index + 1) * self.chunk, self.samples)
+        return index * self.rows_of_chunk, min((index + 1) * self.rows_of_chunk, self.samples)
 
     def drawn(self, index: int) -> dict[str, Any]:
         """The arguments of ``solve_batch`` for a chunk: q, v, and what varies besides."""
@@ -197,7 +230,7 @@ class Study(OneLine):
             "samples": self.samples,
             "seed": self.seed,
             "chunk": self.chunk,
-            "outputs": list(self.outputs),
+            "outputs": list(self.names),
             "vary": [described(one, "vary") for one in self.vary],
             "q": self.q.tolist(),
             "v": self.v.tolist(),
@@ -209,6 +242,7 @@ class Study(OneLine):
                 if field.name != "robot"
             },
             "versions": versions(),
+            **({} if self.motion is None else {"motion": described(self.motion, "motion")}),
         }
 
     @property

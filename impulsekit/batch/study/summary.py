@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from dataclasses import dataclass
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...laws.status import Status
+from ...motion.status import MotionStatus
 from .layout import UNWRITTEN
 from .store import StudyStore, open_study
 
@@ -46,7 +48,7 @@ class StudySummary:
     """
 
     rows: int
-    statuses: dict[Status, int]
+    statuses: dict[Status | MotionStatus, int]
     quantities: tuple[QuantityLine, ...]
 
     @property
@@ -58,6 +60,11 @@ class StudySummary:
     def complete(self) -> bool:
         """Whether every row is written."""
         return self.written == self.rows
+
+    @property
+    def valid(self) -> bool:
+        """Whether every row is written and may be used."""
+        return self.complete and all(map(_is_valid, self.statuses))
 
     def __str__(self) -> str:
         lines = [f"{self.rows} rows"]
@@ -93,7 +100,8 @@ def summarize(store: Any, *, worst: int = 3) -> StudySummary:
     dataset = _opened(store)
     status = dataset["status"].values
     codes, counts = np.unique(status[status != UNWRITTEN], return_counts=True)
-    valid = np.isin(status, [code.code for code in Status if code.valid])
+    statuses = _statuses(dataset)
+    valid = np.isin(status, [code for code, one in statuses.items() if _is_valid(one)])
     lines = []
     for name in sorted(dataset.data_vars):
         if name == "status" or not valid.any():
@@ -103,8 +111,19 @@ def summarize(store: Any, *, worst: int = 3) -> StudySummary:
         quantiles = tuple(float(x) for x in np.nanquantile(sizes, QUANTILES))
         order = np.argsort(-np.nan_to_num(np.abs(sizes), nan=-1.0), kind="stable")
         lines.append(QuantityLine(label, quantiles, tuple(order[:worst].tolist())))
-    found = {Status(int(c)): int(n) for c, n in zip(codes, counts, strict=True)}
+    found = {statuses[int(c)]: int(n) for c, n in zip(codes, counts, strict=True)}
     return StudySummary(len(status), found, tuple(lines))
+
+
+def _statuses(dataset: Any) -> dict[int, Status | MotionStatus]:
+    """By code: of motions where the rows are motions."""
+    names = json.loads(dataset.attrs.get("status", "{}"))
+    kind: Any = MotionStatus if MotionStatus.FINISHED.name in names else Status
+    return {one.code: one for one in kind}
+
+
+def _is_valid(status: Status | MotionStatus) -> bool:
+    return status.finished if isinstance(status, MotionStatus) else status.valid
 
 
 def _opened(store: Any) -> Any:
@@ -132,7 +151,8 @@ def plot_study(path: str | os.PathLike[str], picture: str | os.PathLike[str]) ->
     from ...view.plots.canvas import new_figure, save_figure
 
     dataset = open_study(path)
-    valid = np.isin(dataset["status"].values, [code.code for code in Status if code.valid])
+    good = [code for code, one in _statuses(dataset).items() if _is_valid(one)]
+    valid = np.isin(dataset["status"].values, good)
     names = [name for name in sorted(dataset.data_vars) if name != "status"]
     if not valid.any() or not names:
         raise InputError(f'"{path}" holds no valid row to plot')

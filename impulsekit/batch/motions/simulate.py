@@ -1,0 +1,231 @@
+"""``simulate_batch``: the same call as ``simulate`` with a leading axis."""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ...errors import InputError, RangeError, a_thing
+from ...impact.warm import compile_laws
+from ...motion.simulate import chosen_settings
+from ...motion.status import MotionStatus
+from ...robot.capacity import free_memory
+from ...scene import Scene
+from ...scene.motion import MotionSettings
+from ..inputs import BatchInputs, batch_inputs
+from ..progress import shown
+from .pool import CannotSend, Lost, follow_rows, worker_count
+from .result import ImpactTable, MotionBatch, RestTable
+from .row import RowResult, followed_row, impact_columns, motion_of_row
+
+__all__ = ["simulate_batch"]
+
+# Of the states of the samples, what is free may be used up to this part.
+OF_FREE_MEMORY = 0.5
+
+
+def simulate_batch(
+    scene: Scene,
+    q: Any,
+    v: Any = None,
+    *,
+    duration: float | None = None,
+    samples: Any = None,
+    settings: MotionSettings | None = None,
+    impulses: Any = None,
+    restitution: Any = None,
+    friction: Any = None,
+    masses: Any = None,
+    processes: int | None = None,
+    progress: bool | Callable[[int, int], object] | None = None,
+    **changes: Any,
+) -> MotionBatch:
+    """The motions of one scene from many states, or with many coefficients, on all cores.
+
+    Whatever varies has a leading axis of B; what has none holds for all rows. Each row is bit
+    for bit the motion that ``simulate`` gives. Rows are followed by processes of their own, which
+    stay for the next batch and need no guard in the script that calls; a scene with functions
+    that cannot be pickled (lambdas, functions of the script itself) is followed in this one.
+
+    Args:
+        scene: what strikes, holds, touches and moves the robot.
+        q: (B, nq) or (nq,) configurations at the start.
+        v: (B, nv) or (nv,) velocities before the impulses strike; at rest by default.
+        duration, samples, settings, **changes: as for ``simulate``, the same for all rows.
+        impulses, restitution, friction, masses: in place of the scene's, as for ``solve_batch``.
+        processes: how many; by default as many as the process may use cores. 1 for this one.
+        progress: True for a bar on stderr, or a function of rows done and rows in all.
+
+    Returns:
+        The motions. A row that is wrong is ``REFUSED`` and stops nothing; ``detail`` says why.
+        After Ctrl-C what was computed is there, the other rows are ``INTERRUPTED``.
+
+    Raises:
+        ShapeError, NotFiniteError, StateError, RangeError, UnknownNameError, InputError:
+            what is wrong with arguments that all rows share.
+        CallbackError: what a function of an entry gave.
+
+    Example:
+        >>> from impulsekit import Contact, Robot, Scene
+        >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+        >>> scene = Scene(ball, contacts=[Contact("ball", normal=[0, 0, 1])])
+        >>> drop = ball.configuration(root_joint=[0, 0, 1, 0, 0, 0, 1])
+        >>> batch = simulate_batch(scene, drop, restitution=[[0.2], [0.6], [1.5]], duration=1.0,
+        ...                        samples=2, processes=1)
+        >>> {status.name: n for status, n in batch.count().items()}
+        {'FINISHED': 2, 'REFUSED': 1}
+    """
+    if not isinstance(scene, Scene):
+        raise InputError(f"simulate_batch takes a Scene, not {a_thing(scene)}")
+    if processes is not None and (
+        not isinstance(processes, int) or isinstance(processes, bool) or processes < 1
+    ):
+        raise RangeError.of("processes", processes, "a whole number, 1 or more")
+    chosen, times = chosen_settings(settings, duration, samples, changes)
+    inputs = batch_inputs(scene, q, v, impulses, restitution, friction, masses)
+    _check_memory(scene, inputs.size, len(times))
+    compile_laws(scene)
+    rows: list[RowResult | None] = [None] * inputs.size
+    with shown(progress, inputs.size) as tell:
+        count = worker_count(inputs.size, processes)
+        if count > 1:
+            count = _by_processes(scene, inputs, chosen, times, count, rows, tell)
+        if count == 1:
+            _here(scene, inputs, chosen, times, rows, tell)
+    again = partial(motion_of_row, scene, inputs, settings=chosen, times=times)
+    return _batch(scene, times, rows, count, again)
+
+
+def _here(
+    scene: Scene,
+    inputs: BatchInputs,
+    settings: MotionSettings,
+    times: np.ndarray,
+    rows: list[RowResult | None],
+    tell: Callable[[int], object],
+) -> None:
+    try:
+        for i in range(inputs.size):
+            found = followed_row(scene, inputs.rows(np.array([i])), settings, times)
+            rows[i] = found
+            if found.status is MotionStatus.INTERRUPTED:
+                return
+            tell(i + 1)
+    except KeyboardInterrupt:
+        return
+
+
+def _by_processes(
+    scene: Scene,
+    inputs: BatchInputs,
+    settings: MotionSettings,
+    times: np.ndarray,
+    count: int,
+    rows: list[RowResult | None],
+    tell: Callable[[int], object],
+) -> int:
+    """Have the rows followed; how many processes there were, 1 where that could not be."""
+    try:
+        packed = pickle.dumps(scene)
+    except Exception:  # whatever a user's function raises
+        return 1
+    done = 0
+
+    def take(index: int, answer: RowResult | Lost | None) -> None:
+        nonlocal done
+        if isinstance(answer, Lost):
+            detail = f"the process that followed it ended, twice (exit status {answer.code})"
+            answer = _without(scene, times, MotionStatus.REFUSED, detail)
+        rows[index] = answer
+        done += 1
+        tell(done)
+
+    sent = [(inputs.rows(np.array([i])), settings, times) for i in range(inputs.size)]
+    try:
+        follow_rows(packed, hashlib.sha256(packed).hexdigest(), sent, count, take)
+    except CannotSend:
+        return 1
+    return count
+
+
+def _without(scene: Scene, times: np.ndarray, status: MotionStatus, detail: str = "") -> RowResult:
+    """A row of which nothing is known."""
+    robot, count = scene.robot, len(times)
+    return RowResult(
+        status,
+        detail,
+        np.nan,
+        np.full((count, robot.nq), np.nan),
+        np.full((count, robot.nv), np.nan),
+        np.full(robot.nq, np.nan),
+        np.full(robot.nv, np.nan),
+        impact_columns(scene, ()),
+        (),
+        0,
+    )
+
+
+def _check_memory(scene: Scene, rows: int, samples: int) -> None:
+    size = 8.0 * rows * samples * (scene.robot.nq + scene.robot.nv)
+    if size > OF_FREE_MEMORY * free_memory():
+        raise InputError(
+            f"{rows} motions with {samples} samples each take {size / 1e9:.3g} GB of memory, "
+            "which is not free; ask for fewer samples, or for fewer rows at a time"
+        )
+
+
+def _batch(
+    scene: Scene,
+    times: np.ndarray,
+    found: Sequence[RowResult | None],
+    processes: int,
+    again: Callable[[int], Any],
+) -> MotionBatch:
+    missing = _without(scene, times, MotionStatus.INTERRUPTED)
+    rows = [missing if row is None else row for row in found]
+    counts = [len(row.impacts["time"]) for row in rows]
+    columns = {
+        name: np.concatenate([row.impacts[name] for row in rows]) for name in missing.impacts
+    }
+    rests = [(i, *rest) for i, row in enumerate(rows) for rest in row.rests]
+    of_row, contact, start, end = zip(*rests, strict=True) if rests else ((), (), (), ())
+    arrays: dict[str, np.ndarray] = {
+        "q": np.array([row.q for row in rows]),
+        "v": np.array([row.v for row in rows]),
+        "status": np.array([row.status.code for row in rows], dtype=np.int8),
+        "end": np.array([row.end for row in rows]),
+        "q_end": np.array([row.q_end for row in rows]),
+        "v_end": np.array([row.v_end for row in rows]),
+        "evaluations": np.array([row.evaluations for row in rows]),
+    }
+    impacts = ImpactTable(
+        scene.entry_names("contacts"), np.repeat(np.arange(len(rows)), counts), **columns
+    )
+    table = RestTable(
+        np.array(of_row, dtype=int),
+        np.array(contact, dtype=str),
+        np.array(start, dtype=float),
+        np.array(end, dtype=float),
+    )
+    times = times.copy()
+    for array in (
+        times,
+        *arrays.values(),
+        *(value for value in vars(impacts).values() if isinstance(value, np.ndarray)),
+        *vars(table).values(),
+    ):
+        array.setflags(write=False)
+    return MotionBatch(
+        t=times,
+        detail=tuple(row.detail for row in rows),
+        impacts=impacts,
+        rests=table,
+        processes=processes,
+        again=again,
+        **arrays,
+    )
