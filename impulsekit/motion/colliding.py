@@ -121,6 +121,15 @@ class CollidingGap:
         """Whether points are held."""
         return self._held is not None
 
+    @property
+    def held(self) -> list[HeldPoint] | None:
+        """The points that are held; another list whenever they are others."""
+        return self._held
+
+    def hold_again(self, points: list[HeldPoint] | None) -> None:
+        """Follow points that were held before."""
+        self._held = points
+
     def keep(self, points: np.ndarray) -> None:
         """Let go of held points but those told: (k,) True for what stays."""
         self._held = [p for p, stays in zip(self._held or (), points, strict=True) if stays]
@@ -134,15 +143,6 @@ class CollidingGap:
         """(k,) how far each held point is from the end of its face or edges [m]."""
         places = self._places(data)
         return np.array([point.inside(places) for point in self._held or ()])
-
-    @property
-    def held(self) -> tuple[HeldPoint, ...] | None:
-        """The points that are held; None where none are."""
-        return None if self._held is None else tuple(self._held)
-
-    def hold_again(self, points: tuple[HeldPoint, ...] | None) -> None:
-        """Follow points that were held before."""
-        self._held = None if points is None else list(points)
 
     def point_again(
         self, pieces: tuple[int, int], feature: CornerOnFace | EdgesCross, kept: Sequence[float]

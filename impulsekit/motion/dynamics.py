@@ -46,7 +46,6 @@ class Dynamics:
         resting: the contacts that rest now.
         evaluations: how often accelerations were worked out.
         borne: what the constraints bore at the last evaluation; None without any.
-        pushed: (3n,) the forces at the points of the resting contacts then [N].
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -72,7 +71,6 @@ class Dynamics:
         self._torque = self.forces.constant_torque if free else None
         self.evaluations = 0
         self.borne: BilateralSolution | None = None
-        self.pushed = np.empty(0)
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(nv,) v̇.
@@ -178,7 +176,6 @@ class Dynamics:
             contact_forces = ways.dot(forces)
         else:
             contact_forces = forces = solve_rest(delassus, free, friction, last)
-        self.pushed = contact_forces
         resting.note(forces, free + delassus.dot(contact_forces), slip)
         total = load + contact_forces.dot(jacobian)
         if count:

@@ -26,12 +26,13 @@ class Footing:
 
     Attributes:
         contacts: in the order of their rows; not to be changed.
-        held: by contact, the points of polyhedra that were followed; None where none were.
+        held: by contact, the points of polyhedra that were followed, not to be changed; None
+            where none were.
         slow, negligible: as ``Resting`` has them.
     """
 
     contacts: tuple[RestingContact, ...] = ()
-    held: tuple[tuple[HeldPoint, ...] | None, ...] = ()
+    held: tuple[list[HeldPoint] | None, ...] = ()
     slow: float = 0.0
     negligible: float = 0.0
 
@@ -137,10 +138,10 @@ def _unpacked(packed: dict[str, Any], gaps: Gaps) -> Footing:
         held = own["held"]
         if held is not None:
             item = gaps.items[contacts[-1].gap]
-            held = tuple(
+            held = [
                 item.point_again((int(pieces[0]), int(pieces[1])), _feature(where), kept)
                 for pieces, where, kept in held
-            )
+            ]
         all_held.append(held)
     return Footing(
         tuple(contacts), tuple(all_held), float(packed["slow"]), float(packed["negligible"])

@@ -102,7 +102,11 @@ class Loads:
         gaps, resting = dynamics.gaps, dynamics.resting
         if gaps is None or not resting.contacts:
             return
-        forces, slip = dynamics.pushed.reshape(-1, 3), resting.slip.reshape(-1, 3)
+        pushed = resting.forces
+        if resting.slide():
+            # Of what slides the law gives the normal force, which friction goes with.
+            pushed = resting.ways(resting.slip, resting.friction())[0].dot(pushed)
+        forces, slip = pushed.reshape(-1, 3), resting.slip.reshape(-1, 3)
         i = 0
         for contact in resting.contacts:
             item = gaps.items[contact.gap]
