@@ -180,7 +180,13 @@ def test_ctrl_c_keeps_what_was_computed_and_leaves_no_process(tmp_path):
     script = tmp_path / "run.py"
     # A script without a guard, as users write them.
     script.write_text(SCRIPT)
-    run = subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True)
+    run = subprocess.Popen(
+        [sys.executable, script],
+        stdout=subprocess.PIPE,
+        text=True,
+        # Jobs in the background ignore Ctrl-C, and so would this.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
     try:
         assert run.stdout.readline() == "go\n"
         children = []

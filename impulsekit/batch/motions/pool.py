@@ -18,6 +18,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+from ...motion.interrupts import Interrupts
 from .worker import receive, send
 
 __all__ = ["CannotSend", "Lost", "follow_rows", "worker_count"]
@@ -181,7 +182,8 @@ class _Run:
         for thread in self._threads:
             thread.start()
         try:
-            self._collect(done)
+            with Interrupts() as interrupts:
+                self._collect(done, interrupts)
             return True
         except KeyboardInterrupt:
             self._stop(signal.SIGINT)
@@ -201,10 +203,11 @@ class _Run:
                 worker.end()
                 thread.join(PATIENCE)
 
-    def _collect(self, done: Callable[[int, Any], object]) -> None:
+    def _collect(self, done: Callable[[int, Any], object], interrupts: Interrupts) -> None:
         while True:
             with self._change:
                 while not self._answers and self._left:
+                    interrupts.heed()
                     self._change.wait(0.2)
                 if not self._answers:
                     return
