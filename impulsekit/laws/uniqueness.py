@@ -16,6 +16,7 @@ __all__ = [
     "MOST_IN_SPACE",
     "SAME",
     "SURE",
+    "TOO_MANY",
     "TRIED_ALL",
     "Search",
     "is_another",

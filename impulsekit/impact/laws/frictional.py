@@ -20,7 +20,7 @@ from ...laws.single import NEGLIGIBLE
 from ...laws.status import Status
 from ...laws.uniqueness import search_phase
 from .modes import DEPENDENT, Modes
-from .split import least_split
+from .split import least_holding, least_split
 from .sticking import held_still
 from .uniqueness import unique_contacts
 from .unload import unload
@@ -32,6 +32,8 @@ BAR = 1e-10
 # Newton's steps from a first guess at most; what rounding leaves.
 FEW = 8
 ROUNDING = 2e-15
+# Of contacts that hold all still by one share of the load among many.
+HELD = 1e-13
 # Where Newton takes over from ADMM: its tolerance, relative, and its iterations at most.
 NEAR = 1e-3
 ENOUGH = 400
@@ -134,6 +136,10 @@ def _solved(
         if found is not None:
             return found
     count = 0
+    if floor is not None and _is_redundant(delassus):
+        found = _held(modes)
+        if found is not None:
+            return found
     if start is not None:
         impulse, residual = modes.polish(start)
         if residual <= BAR:
@@ -197,12 +203,24 @@ def _tried(modes: Modes) -> Frictional | None:
             return Frictional(impulse, Status.SOLVED, residual, None, 0)
         return None
     residual, seen = modes.seen(impulse)
+    if residual > ROUNDING or any(s1 or s2 for _, _, s1, s2 in seen):
+        # Another share of the same load may be within all cones.
+        held = _held(modes)
+        if held is not None:
+            return held
     if residual > ROUNDING and not any(s1 or s2 for _, _, s1, s2 in seen):
         impulse, residual = modes.polish(impulse, FEW)
         residual, seen = modes.seen(impulse)
     if residual > ROUNDING or any(s1 or s2 for _, _, s1, s2 in seen):
         return None
     return _told(modes, impulse, residual, 0, slips=False)
+
+
+def _held(modes: Modes) -> Frictional | None:
+    """The answer in which redundant contacts hold all still, where there is one."""
+    impulse = least_holding(modes)
+    residual = modes.residual(impulse)
+    return _told(modes, impulse, residual, 0, slips=False) if residual <= HELD else None
 
 
 def _by_modes(modes: Modes, count: int, *, all_of_them: bool) -> Frictional | None:

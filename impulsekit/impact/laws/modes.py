@@ -78,7 +78,8 @@ class Modes:
         self.scale = max(scale, *map(abs, shifted.tolist()))
         self.diagonal = diagonal = delassus.diagonal().tolist()
         self.largest = max(diagonal)
-        least = NULL * self.largest
+        # Where nothing moves at all, any will do.
+        least = NULL * self.largest or 1.0
         self.alike = min(map(max, zip(*[iter(diagonal)] * 3, strict=True))) > ALIKE * self.largest
         floors = [0.0] * len(friction) if floor is None else floor.tolist()
         # By contact: µ, f, 1/ρ of the normal and of the tangents [1/kg]; rows that move

@@ -15,6 +15,7 @@ from ...laws.uniqueness import (
     SEARCHED,
     SMOOTH,
     SURE,
+    TOO_MANY,
     WEAK,
     Search,
     is_another,
@@ -142,7 +143,33 @@ def _search(problem: ContactProblem, scale: float, *, newton: bool) -> Search:
         aim[1::3] += problem.tangential_restitution * before[1::3]
     elif problem.restitution.any():
         release = problem.restitution
-    return search_answers(problem.delassus, aim, problem.friction, scale, release)
+    search = search_answers(problem.delassus, aim, problem.friction, scale, release)
+    if release is None or search.how != TOO_MANY:
+        return search
+    # In space: all compressions that can be found, and of each the expansion from it.
+    pressed = search_answers(problem.delassus, aim, problem.friction, scale)
+    pairs = [pair for P in pressed.impulses if (pair := _with_expansion(problem, P)) is not None]
+    if not pairs:
+        return search
+    return pressed._replace(
+        impulses=np.array([P + back for P, back in pairs]),
+        compressions=np.array([P for P, _ in pairs]),
+    )
+
+
+def _with_expansion(
+    problem: ContactProblem, compression: np.ndarray
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """(3n,) P of a compression, shared as the law shares it, and of its expansion, if found."""
+    from .frictional import solve_frictional
+
+    W, free, mu = problem.delassus, problem.velocity_free, problem.friction
+    fastest = float(np.abs(free).max())
+    pressed = solve_frictional(W, free, mu, None, compression, least=True).impulse
+    floor = problem.restitution * pressed[2::3]
+    start = np.repeat(problem.restitution, 3) * pressed
+    back = solve_frictional(W, free + W @ pressed, mu, floor, start, fastest, least=True)
+    return (pressed, back.impulse) if back.status.valid else None
 
 
 def _alone(
