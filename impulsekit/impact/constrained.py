@@ -22,7 +22,6 @@ from .algorithms import crba, decompose, has_uneven_masses, symmetric
 from .elimination import (
     BilateralSolution,
     Elimination,
-    still_what_is_held,
     without_cancellation,
 )
 from .factor import FilledFactor, SparseFactor, pivots_are_safe
@@ -232,7 +231,9 @@ class ConstrainedJump:
         # Rows that are imposed move the contact points, too.
         free = before + (start + half_rows.dot(held.impulse)).dot(half_contacts)
         left = eliminated.off_the_span(half_contacts)
-        still_what_is_held(left, half_contacts, free, before, start)
+        eliminated.still_what_is_held(
+            left, half_contacts, free, lambda: self._rows_there.target(rows.dot(v))
+        )
         problem = contacts.problem(left, before, free, touches)
         solution = contacts.solve(problem)
 

@@ -24,7 +24,6 @@ __all__ = [
     "RANK_TOLERANCE",
     "BilateralSolution",
     "Elimination",
-    "still_what_is_held",
     "without_cancellation",
 ]
 
@@ -44,6 +43,8 @@ NULL_ROW = 1e-22
 EXACT_NULL_ROW = 1e-27
 # What the bilateral rows leave of a contact row is rounding below this share of it.
 DEPENDENT = 1e-13
+# The same where rows are nearly dependent: rounding over their least singular value.
+SPAN_ROUNDING = 5e-15
 # A generalized mass this small beside the largest is none.
 LIGHTEST = 1e-12
 
@@ -130,6 +131,39 @@ class Elimination:
         basis = self._span.basis
         return half_contacts - basis.dot(basis.T.dot(half_contacts))
 
+    def still_what_is_held(
+        self,
+        left: np.ndarray,
+        half_contacts: np.ndarray,
+        free: np.ndarray,
+        imposed: Callable[[], np.ndarray],
+    ) -> None:
+        """Clear, in place, what is rounding in contact rows that the bilateral rows hold.
+
+        Such a row moves as the bilateral rows want: a contact row in their span is so much of
+        each of them, and its velocity is as much of theirs.
+
+        Args:
+            left: (nv, 3n) from ``off_the_span``.
+            half_contacts: (nv, 3n) the contact rows, half-solved.
+            free: (3n,) their velocities with the bilateral rows kept.
+            imposed: gives (m,) the velocities that the bilateral rows are to have.
+        """
+        sizes = np.einsum("ij,ij->j", half_contacts, half_contacts)
+        # The span is known as well as its narrowest direction.
+        narrow = self._span.values.min(initial=1.0)
+        bar = max(DEPENDENT, SPAN_ROUNDING / narrow)
+        held = np.einsum("ij,ij->j", left, left) <= bar**2 * sizes
+        if not held.any():
+            return
+        left[:, held] = 0.0
+        wanted = imposed()
+        free[held] = 0.0
+        if wanted.any():
+            for row in np.flatnonzero(held).tolist():
+                shares = self.solve(self.half.T.dot(half_contacts[:, row])).impulse
+                free[row] = shares.dot(wanted)
+
     @cached_property
     def _span(self) -> _Span:
         diagonal = self._delassus.diagonal()
@@ -198,22 +232,6 @@ def without_cancellation(gross: np.ndarray, mass_matrix: np.ndarray) -> np.ndarr
     """(m,) the diagonal of W without cancellation, out of the sizes (m, nv) of its rows' terms."""
     masses = np.diagonal(np.atleast_2d(mass_matrix))
     return (gross**2) @ (1.0 / np.maximum(masses, LIGHTEST * masses.max()))
-
-
-def still_what_is_held(
-    left: np.ndarray,
-    half_contacts: np.ndarray,
-    free: np.ndarray,
-    before: np.ndarray,
-    start: np.ndarray,
-) -> None:
-    """Zero, in place, what is rounding in contact rows that the bilateral rows hold still."""
-    sizes = np.einsum("ij,ij->j", half_contacts, half_contacts)
-    held = np.einsum("ij,ij->j", left, left) <= DEPENDENT**2 * sizes
-    if held.any():
-        left[:, held] = 0.0
-        noise = DEPENDENT * (np.abs(before) + np.sqrt(sizes * start.dot(start)))
-        free[held & (np.abs(free) <= noise)] = 0.0
 
 
 def _regular_factor(delassus: np.ndarray) -> np.ndarray | None:

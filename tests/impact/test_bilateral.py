@@ -90,3 +90,33 @@ def test_contacts_and_impulses_share_one_decision_of_rank():
         assert eliminated.solve(np.zeros(4)).rank == rank
         left = np.linalg.norm(eliminated.off_the_span(off[:, None]))
         assert (left > 0.9) == (rank == 3)
+
+
+@pytest.mark.parametrize("narrow", [1.0, 1e-2, 1e-4])
+@pytest.mark.parametrize("imposed", [0.0, 1.0])
+def test_contacts_between_parts_that_are_held_move_as_they_are_held(narrow, imposed):
+    # A contact row Σ c_i a_i of bilateral rows a_i moves by Σ c_i times their velocities, and not
+    # at all where these stand still, however nearly the rows depend on each other.
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        held = np.linalg.qr(rng.normal(size=(6, 3)))[0]
+        held[:, 2] = held[:, 1] + narrow * held[:, 2]
+        shares = rng.normal(size=(3, 3))
+        contact = held @ shares
+        eliminated = Elimination(held, lambda: np.ones(3), list("abc"))
+        speeds = imposed * rng.normal(size=3)
+        left, free = eliminated.off_the_span(contact), rng.normal(size=3) * 1e-12
+        eliminated.still_what_is_held(left, contact, free, lambda speeds=speeds: speeds)
+        assert not left.any()
+        assert np.abs(free - shares.T @ speeds).max() <= 1e-14 * imposed / narrow**2
+
+
+def test_contacts_that_bilateral_rows_leave_free_stay_as_they_are():
+    rng = np.random.default_rng(4)
+    held, contact = rng.normal(size=(6, 2)), rng.normal(size=(6, 3))
+    eliminated = Elimination(held, lambda: np.ones(2), list("ab"))
+    left, free = eliminated.off_the_span(contact), rng.normal(size=3)
+    before = left.copy(), free.copy()
+    eliminated.still_what_is_held(left, contact, free, lambda: np.ones(2))
+    np.testing.assert_array_equal(left, before[0])
+    np.testing.assert_array_equal(free, before[1])

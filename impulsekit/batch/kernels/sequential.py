@@ -24,7 +24,7 @@ MOST_HITS = 10_000
 LONG = 100
 # Approaches this even, against themselves and against the first velocities, may come in
 # either order. Below SLOW the order is of no matter.
-EVEN, EVEN_AT_FIRST, SLOW = 1e-12, 4e-15, 1e-14
+EVEN, EVEN_AT_FIRST, SLOW = order.EVEN, 4e-14, 1e-14
 # A sequence that has gained this much is not followed; one that has shrunk this much may have a
 # limit.
 FASTER, SHRUNK = 1e6, 0.5
@@ -104,7 +104,10 @@ def next_hit(hits, velocity, count, first, digits, space):
     """
     W, line = space[0][0], space[1]
     free, mus, P = line[1], line[2], line[9]
-    found = fastest(W.reshape(-1), W.shape[0], velocity, free, P, mus, count)
+    before, scale = line[0], 0.0
+    for k in range(3 * count):
+        scale = max(scale, abs(before[k]))
+    found = fastest(W.reshape(-1), W.shape[0], velocity, free, P, mus, scale, count)
     if found < 0:
         return -1
     if not W[3 * found + 2, 3 * found + 2] > 0.0:

@@ -98,6 +98,8 @@ def _is_redundant(delassus: np.ndarray) -> bool:
     """Whether rows that move anything depend on each other."""
     diagonal = delassus.diagonal()
     rows = np.flatnonzero(diagonal > DEPENDENT * diagonal.max())
+    if not len(rows):
+        return True
     units = 1.0 / np.sqrt(diagonal[rows])
     values = np.linalg.eigvalsh(delassus[np.ix_(rows, rows)] * units * units[:, None])
     return bool(values[0] <= DEPENDENT * values[-1])

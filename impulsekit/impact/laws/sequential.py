@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -11,7 +12,7 @@ from ...laws.single import GAIN, Hit
 from ...laws.status import Status
 from ...scene.law import Law
 from .limit import Jump, find_limit
-from .order import NOISE, fastest, pace_of
+from .order import NOISE, fastest, foremost, pace_of
 from .problem import ContactProblem, ContactSolution
 from .single import block_of, strike
 
@@ -26,6 +27,8 @@ MOST_SHRINKING_HITS = 40_000
 # many times as many hits. Shorter series end by themselves, all but a few of those with ratios
 # below 0.7.
 LONG, LATER = 100, 1.5
+# Hits that do not come down to this share in LONG of them do not shrink.
+HANDED_ON = 0.5
 # Where contacts gain from each other, speeds would leave the doubles in time.
 FASTER = 1e30
 # Eigenvalues of a contact's W below this share of the largest are those of motions that the
@@ -40,6 +43,7 @@ class _Sequence:
         velocity: (3n,) of all contacts now [m/s].
         impulse: (3n,) P so far [N s].
         hits: contact and impulse of each hit so far.
+        pace: of the contact that is next; first: the fastest so.
     """
 
     def __init__(self, problem: ContactProblem, law: Law) -> None:
@@ -48,6 +52,9 @@ class _Sequence:
         self.velocity = problem.velocity_free
         self.impulse = np.zeros(3 * n)
         self.hits: list[tuple[int, tuple[float, float, float]]] = []
+        self.pace = self.first = 0.0
+        self._last, self._count = math.inf, 0
+        self._scale = float(np.abs(problem.velocity_before).max())
         self._flat, self._free = delassus.ravel().tolist(), problem.velocity_free.tolist()
         self._blocks = [block_of(delassus, i) for i in range(n)]
         self._motions = [_motions_of(problem, i) for i in range(n)]
@@ -62,8 +69,21 @@ class _Sequence:
         """Which is hit next; −1 where none approaches."""
         n = len(self._blocks)
         now, share = self.velocity.tolist(), self.impulse.tolist()
-        mu = self._coefficients[1]
-        return fastest(self._flat, 3 * n, now, self._free, share, mu, n)
+        e, mu, _ = self._coefficients
+        found = fastest(self._flat, 3 * n, now, self._free, share, mu, self._scale, n)
+        if found < 0:
+            return -1
+        found = foremost(found, self._flat, now, e, mu, n)
+        nn = self._flat[(3 * found + 2) * (3 * n + 1)]
+        self.pace = pace_of(now[3 * found + 2], nn) if nn > 0.0 else 0.0
+        if self._count < n:
+            self.first = max(self.first, self.pace)
+        # What does not shrink any more, that small, is the rounding that hits hand on.
+        if self._count and self._count % LONG == 0:
+            if HANDED_ON * self._last < self.pace <= NOISE * self.first:
+                return -1
+            self._last = self.pace
+        return found
 
     def strike(self, i: int) -> Hit:
         """What the next hit of contact i would do."""
@@ -73,6 +93,7 @@ class _Sequence:
             # What faster hits have left along motions that the bodies do not have is rounding.
             possible = motions @ velocity
             size = max(np.abs(self.velocity).max(), np.abs(self.problem.velocity_free).max())
+            size = max(size, self._scale)
             if np.abs(possible - velocity).max() <= NOISE * size:
                 velocity = possible
                 self.velocity = self.velocity.copy()
@@ -86,6 +107,7 @@ class _Sequence:
         self.velocity = self.velocity + self._columns[i] @ change
         self.impulse[3 * i : 3 * i + 3] += change
         self.hits.append((i, hit.impulse))
+        self._count += 1
 
     def jump(self) -> Jump | None:
         """To the limit of all hits that would follow, if it can be told."""
@@ -122,11 +144,8 @@ def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
     count, look_at = 0, LONG
     spent = 0.0
     sequence = _Sequence(problem, law)
-    first = 0.0
     while (i := sequence.next_contact()) >= 0:
-        nn = problem.delassus[3 * i + 2, 3 * i + 2]
-        pace = pace_of(sequence.velocity[3 * i + 2], nn) if nn > 0.0 else 0.0
-        first = max(first, pace) if count < n else first
+        pace, first = sequence.pace, sequence.first
         if count >= look_at:
             look_at = int(LATER * count)
             jump = sequence.jump()
@@ -142,6 +161,10 @@ def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
             break
         count += 1
         hit = sequence.strike(i)
+        jams = not hit.status.valid and hit.status is not Status.ENERGY_GAIN
+        if jams and 0.0 < pace <= NOISE * first:
+            # What is left is rounding, which has no impulse to answer it.
+            break
         now = sequence.velocity[3 * i : 3 * i + 3]
         normal[i] += hit.normal_work
         friction[i] += hit.friction_work
@@ -155,7 +178,7 @@ def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
             unique[i] = False
         elif hit.status not in (Status.SOLVED, Status.ENERGY_GAIN) and status.valid:
             status = hit.status
-        if not hit.status.valid and hit.status is not Status.ENERGY_GAIN:
+        if jams:
             break
     # One hit may gain what the others lose: the sum is what counts.
     if status.valid and float(normal.sum() + friction.sum()) > GAIN * spent:

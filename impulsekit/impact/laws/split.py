@@ -64,7 +64,9 @@ def least_holding(modes: Modes) -> np.ndarray:
 def _roots(modes: Modes) -> np.ndarray:
     """(3n,) √w."""
     mobility = modes.delassus.diagonal().reshape(-1, 3).sum(axis=1)
-    return np.repeat(np.sqrt(np.maximum(mobility, LIGHTEST * mobility.max())), 3)
+    # Where nothing moves at all, any will do.
+    least = LIGHTEST * mobility.max() or 1.0
+    return np.repeat(np.sqrt(np.maximum(mobility, least)), 3)
 
 
 def _range(modes: Modes, roots: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
