@@ -133,6 +133,13 @@ def _solved(
     modes = Modes(delassus, shifted, friction, floor, scale)
     if floor is None and min(shifted[2::3].tolist()) >= -1e-15 * modes.scale:
         return Frictional(np.zeros_like(shifted), Status.SOLVED, 0.0, None, 0)
+    if not modes.largest:
+        # Between parts that are held no impulse changes anything.
+        idle = np.zeros_like(shifted)
+        idle[2::3] = 0.0 if floor is None else floor
+        residual = modes.residual(idle)
+        stays = Status.SOLVED if residual <= BAR else Status.NO_SOLUTION
+        return Frictional(idle, stays, residual, None, 0)
     if floor is None and start is None:
         found = _tried(modes)
         if found is not None:

@@ -144,3 +144,6 @@ def test_redundant_contacts_hold_wherever_one_share_of_the_load_can():
 def test_contacts_that_nothing_moves_leave_nothing():
     modes = Modes(np.zeros((3, 3)), np.zeros(3), np.array([0.5]), None)
     assert modes.residual(np.array([0.1, 0.0, 1.0])) == 0.0
+    for speed, status in ((0.0, Status.SOLVED), (-1.0, Status.NO_SOLUTION)):
+        still = solve_frictional(np.zeros((6, 6)), np.array([0, 1, speed] * 2), np.ones(2))
+        assert still.status is status and not still.impulse.any()
