@@ -29,6 +29,8 @@ MOST_SHRINKING_HITS = 40_000
 LONG, LATER = 100, 1.5
 # Hits that do not come down to this share in LONG of them do not shrink.
 HANDED_ON = 0.5
+# What the closed form of a hit may leave in directions that it does not know of, relative.
+LEFT = 1e-10
 # Where contacts gain from each other, speeds would leave the doubles in time.
 FASTER = 1e30
 # Eigenvalues of a contact's W below this share of the largest are those of motions that the
@@ -162,8 +164,9 @@ def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
         count += 1
         hit = sequence.strike(i)
         jams = not hit.status.valid and hit.status is not Status.ENERGY_GAIN
-        if jams and 0.0 < pace <= NOISE * first:
-            # What is left is rounding, which has no impulse to answer it.
+        if jams and 0.0 < pace <= LEFT * first:
+            # What the hits before have left has no impulse to answer it.
+            residual = max(residual, pace / first)
             break
         now = sequence.velocity[3 * i : 3 * i + 3]
         normal[i] += hit.normal_work
