@@ -17,6 +17,8 @@ __all__ = ["Uniqueness", "uniqueness_of"]
 
 # Singular values of bilateral rows below this share of the largest are those of dependent rows.
 DEPENDENT = 1e-10
+# Contact rows of which the bilateral rows leave less than this share are held still by them.
+HELD = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +77,8 @@ def uniqueness_of(impact: Impact) -> Uniqueness:
 
     solution = outcome.contacts
     jacobian = np.vstack([touch.jacobian for touch in outcome.touches])
-    moved = _half_solved(impact, jacobian)
-    problem = _problem_of(impact, jacobian, jacobian @ moved)
+    moved, delassus = _half_solved(impact, jacobian)
+    problem = _problem_of(impact, jacobian, delassus)
     found = find_others(problem, impact.scene.law, solution)
     others = []
     for P in found.impulses:
@@ -112,11 +114,12 @@ def _problem_of(impact: Impact, jacobian: np.ndarray, delassus: np.ndarray) -> C
     )
 
 
-def _half_solved(impact: Impact, jacobian: np.ndarray) -> np.ndarray:
-    """(nv, 3n) Δv of unit impulses at the contacts, the bilateral constraints being kept."""
+def _half_solved(impact: Impact, jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(nv, 3n) Δv of unit impulses at the contacts, the bilateral constraints being kept, and W."""
     masses = impact.mechanics.mass_matrix
     if not impact.constraints:
-        return np.linalg.solve(masses, jacobian.T)
+        moved = np.linalg.solve(masses, jacobian.T)
+        return moved, jacobian @ moved
     rows = impact.mechanics.constraint_matrix
     # In units of each speed's own inertia, so that no unit decides on ranks.
     units = 1.0 / np.sqrt(np.maximum(masses.diagonal(), 1e-300))
@@ -124,5 +127,10 @@ def _half_solved(impact: Impact, jacobian: np.ndarray) -> np.ndarray:
     rank = int(np.count_nonzero(values > DEPENDENT * values.max(initial=0.0)))
     kept = units[:, None] * axes[rank:].T
     if not kept.shape[1]:
-        return np.zeros_like(jacobian.T)
-    return kept @ np.linalg.solve(kept.T @ masses @ kept, (jacobian @ kept).T)
+        return np.zeros_like(jacobian.T), np.zeros((len(jacobian), len(jacobian)))
+    left = jacobian @ kept
+    # What the constraints hold still is rounding of what they leave of it.
+    held = np.abs(left).max(axis=1) <= HELD * np.linalg.norm(jacobian * units, axis=1)
+    left[held] = 0.0
+    pressed = np.linalg.solve(kept.T @ masses @ kept, left.T)
+    return kept @ pressed, left @ pressed

@@ -25,7 +25,7 @@ from .sticking import held_still
 from .uniqueness import unique_contacts
 from .unload import unload
 
-__all__ = ["Frictional", "solve_frictional"]
+__all__ = ["Frictional", "is_redundant", "rubbing", "solve_frictional"]
 
 # What the residual must come down to.
 BAR = 1e-10
@@ -85,7 +85,7 @@ def solve_frictional(
         least: of redundant impulses take the split that knows no axes.
     """
     found = _solved(delassus, shifted, friction, floor, start, scale)
-    if least and found.status.valid and _is_redundant(delassus):
+    if least and found.status.valid and is_redundant(delassus):
         modes = Modes(*rubbing(delassus, shifted, friction), friction, floor, scale)
         impulse = least_split(modes, found.impulse)
         residual = modes.residual(impulse)
@@ -94,8 +94,8 @@ def solve_frictional(
     return found
 
 
-def _is_redundant(delassus: np.ndarray) -> bool:
-    """Whether rows that move anything depend on each other."""
+def is_redundant(delassus: np.ndarray) -> bool:
+    """Whether rows of W that move anything depend on each other."""
     diagonal = delassus.diagonal()
     rows = np.flatnonzero(diagonal > DEPENDENT * diagonal.max())
     if not len(rows):
@@ -145,7 +145,7 @@ def _solved(
         if found is not None:
             return found
     count = 0
-    if floor is not None and _is_redundant(delassus):
+    if floor is not None and is_redundant(delassus):
         found = _held(modes)
         if found is not None:
             return found

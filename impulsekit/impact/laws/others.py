@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -37,6 +39,8 @@ RULE_OF_SPLIT = (
     "the compression of least Σ w |P|², w being the mobility of each contact (of one contact the "
     "least friction impulse); what is given back is e times its load"
 )
+# What an answer that is told of may leave of the law, relative to the velocities.
+LAWFUL = 1e-10
 _NO_ANSWER = (Status.NO_SOLUTION, Status.NOT_CONVERGED, Status.SEQUENCE_TOO_LONG)
 
 
@@ -95,7 +99,7 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
     if n == 1 and _is_closed_form(problem, solution):
         return Finding(PROVEN, "one contact, solved in closed form")
     newton = law.restitution == "newton"
-    search = _search(problem, scale, newton=newton)
+    search = _search(problem, solution.impulse, scale, newton=newton)
     others: list[np.ndarray] = []
     for P in search.impulses:
         W, start = problem.delassus, problem.velocity_before if newton else problem.velocity_free
@@ -134,7 +138,7 @@ def _is_closed_form(problem: ContactProblem, solution: ContactSolution) -> bool:
     return not (parts and W[2, 2] < mu * math.hypot(W[2, 0], W[2, 1]) * (1.0 + SURE))
 
 
-def _search(problem: ContactProblem, scale: float, *, newton: bool) -> Search:
+def _search(problem: ContactProblem, shown: np.ndarray, scale: float, *, newton: bool) -> Search:
     aim, before, release = problem.velocity_free, problem.velocity_before, None
     if newton:
         aim = aim.copy()
@@ -144,10 +148,18 @@ def _search(problem: ContactProblem, scale: float, *, newton: bool) -> Search:
     elif problem.restitution.any():
         release = problem.restitution
     search = search_answers(problem.delassus, aim, problem.friction, scale, release)
-    if release is None or search.how != TOO_MANY:
+    if search.how not in (SEARCHED, TOO_MANY):
         return search
-    # In space: all compressions that can be found, and of each the expansion from it.
-    pressed = search_answers(problem.delassus, aim, problem.friction, scale)
+    pressed = search
+    if release is not None:
+        # In space: all compressions that can be found, and of each the expansion from it.
+        pressed = search_answers(problem.delassus, aim, problem.friction, scale)
+    if pressed.how == SEARCHED:
+        known = [np.zeros_like(aim), shown, *pressed.impulses]
+        held = _held(problem.delassus, aim, problem.friction, known)
+        pressed = pressed._replace(impulses=np.array([*pressed.impulses, *held]))
+    if release is None:
+        return pressed
     pairs = [pair for P in pressed.impulses if (pair := _with_expansion(problem, P)) is not None]
     if not pairs:
         return search
@@ -155,6 +167,35 @@ def _search(problem: ContactProblem, scale: float, *, newton: bool) -> Search:
         impulses=np.array([P + back for P, back in pairs]),
         compressions=np.array([P for P, _ in pairs]),
     )
+
+
+def _held(
+    W: np.ndarray, aim: np.ndarray, mu: np.ndarray, known: Sequence[np.ndarray]
+) -> list[np.ndarray]:
+    """(3n,) P that hold some redundant contacts still, the others being as in a known answer.
+
+    The modes take one share of a redundant load; the cones may ask for another.
+    """
+    from .frictional import is_redundant, rubbing
+    from .modes import Modes
+    from .split import least_holding
+
+    W, aim = rubbing(W, aim, mu)
+    modes = Modes(W, aim, mu, None)
+    found = []
+    for chosen in itertools.product((True, False), repeat=len(mu)):
+        rows = np.flatnonzero(np.repeat(chosen, 3))
+        block = np.ascontiguousarray(W[np.ix_(rows, rows)])
+        if not len(rows) or not is_redundant(block):
+            continue
+        for P in known:
+            P = P.copy()
+            P[rows] = 0.0
+            moved = aim[rows] + W[rows] @ P
+            P[rows] = least_holding(Modes(block, moved, mu[list(chosen)], None))
+            if P[rows].any() and modes.residual(P) <= LAWFUL:
+                found.append(P)
+    return found
 
 
 def _with_expansion(
