@@ -18,6 +18,7 @@ __all__ = [
     "SURE",
     "TOO_MANY",
     "TRIED_ALL",
+    "TRIED_SOME",
     "Search",
     "is_another",
     "search_answers",

@@ -42,3 +42,22 @@ def test_rows_in_space_are_told_as_by_solve():
     scene = ik.Scene(robot, contacts=contacts)
     q = robot.configuration(panda_joint2=0.4, panda_joint4=-1.5, panda_joint6=1.0)
     agree(scene, q, rng.normal(size=(40, robot.nv)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("restitution", ["newton", "poisson"])
+def test_rows_of_redundant_contacts_in_space_are_told_as_by_solve(restitution):
+    # An arm's second link has two motions, so that a contact may be held by many shares.
+    robot = ik.Robot.from_example("panda")
+    rng = np.random.default_rng(5)
+    for _ in range(4):
+        contacts = [
+            ik.Contact(
+                "panda_link2", at=rng.normal(size=3), normal=rng.normal(size=3), friction=mu,
+                restitution=e,
+            )
+            for mu, e in zip(rng.choice([0.6, 1.5], 2), rng.choice([0.0, 0.5], 2), strict=True)
+        ]  # fmt: skip
+        law = ik.Law(restitution=restitution)
+        scene = ik.Scene(robot, contacts=contacts, law=law)
+        agree(scene, robot.neutral(), rng.normal(size=(8, robot.nv)))

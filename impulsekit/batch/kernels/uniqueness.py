@@ -5,9 +5,20 @@ from __future__ import annotations
 import numpy as np
 
 from ...laws.coupling import friction_feedback
+from ...laws.dense import rank_by_pivots
+from ...laws.modes import DEPENDENT
 from ...laws.plane_modes import plane_of
 from ...laws.status import Status
-from ...laws.uniqueness import MOST_FOUND, MOST_IN_PLANE, SURE, TRIED_ALL, is_another, search_modes
+from ...laws.uniqueness import (
+    MOST_FOUND,
+    MOST_IN_PLANE,
+    MOST_IN_SPACE,
+    SURE,
+    TRIED_ALL,
+    TRIED_SOME,
+    is_another,
+    search_modes,
+)
 from ..codes import AGAIN, OPEN
 from .jit import built_in
 
@@ -57,14 +68,35 @@ def judge_others(code, W, before, free, after, mus, es, ets, count, P):
     for k in range(known):
         if is_another(whole, found[k], shown, start, blown, scale):
             return _MANY
-    return code if how == TRIED_ALL else code + OPEN
+    if how == TRIED_ALL:
+        return code
+    # Which loads redundant contacts can hold is for the solver of single states.
+    return AGAIN if how == TRIED_SOME and _is_redundant(own, size) else code + OPEN
+
+
+@built_in
+def _is_redundant(own, size):
+    """Whether rows that move anything depend on each other; ``own`` is used up."""
+    most, kept = 0.0, 0
+    for r in range(size):
+        most = max(most, own[r, r])
+    unit = np.empty(size)
+    for r in range(size):
+        moves = own[r, r] > DEPENDENT * most
+        unit[r] = own[r, r] ** -0.5 if moves else 0.0
+        kept += 1 if moves else 0
+    for r in range(size):
+        for c in range(size):
+            own[r, c] *= unit[r] * unit[c]
+    return rank_by_pivots(own, size, DEPENDENT) < kept
 
 
 @built_in
 def judge_feedback(code, W, aim, mus, count):
     """The code of an answer of Poisson's law: OPEN added where it is not proven the only one.
 
-    In a plane all modes of both parts are for the solver of single states: AGAIN.
+    In a plane all modes of both parts are for the solver of single states, and so are several
+    compressions, or redundant ones, in space: AGAIN.
     """
     size = 3 * count
     own, b = np.zeros((size, size)), np.zeros(size)
@@ -81,4 +113,12 @@ def judge_feedback(code, W, aim, mus, count):
         return code
     if count <= MOST_IN_PLANE and plane_of(own, b, mu, direction):
         return AGAIN
+    if count <= MOST_IN_SPACE:
+        scale = 0.0
+        for r in range(size):
+            scale = max(scale, abs(aim[r]))
+        found = np.empty((MOST_FOUND, size))
+        _, known = search_modes(own, b, mu, np.zeros(count), scale, False, found)
+        if known > 1 or _is_redundant(own, size):
+            return AGAIN
     return code + OPEN

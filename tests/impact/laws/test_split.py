@@ -7,6 +7,7 @@ from impulsekit import Status
 from impulsekit.impact.laws import ContactProblem, solve_contacts
 from impulsekit.impact.laws.frictional import solve_frictional
 from impulsekit.impact.laws.modes import Modes
+from impulsekit.impact.laws.others import find_others
 from impulsekit.impact.laws.split import least_holding, least_split
 from impulsekit.scene.law import Law
 
@@ -147,3 +148,26 @@ def test_contacts_that_nothing_moves_leave_nothing():
     for speed, status in ((0.0, Status.SOLVED), (-1.0, Status.NO_SOLUTION)):
         still = solve_frictional(np.zeros((6, 6)), np.array([0, 1, speed] * 2), np.ones(2))
         assert still.status is status and not still.impulse.any()
+
+
+@pytest.mark.parametrize("restitution", ["newton", "poisson"])
+def test_whether_there_are_other_answers_knows_no_axes_units_or_order(restitution):
+    # One or two contacts of two motions: some part and could be held by one share of many.
+    law = Law(restitution=restitution)
+    rng = np.random.default_rng(7)
+    several = 0
+    for _ in range(15):
+        n = int(rng.integers(1, 3))
+        J, v = rng.normal(size=(3 * n, 2)), rng.normal(size=2)
+        W, u, mu, e = J @ J.T, J @ v, rng.choice([0.6, 1.5], n), rng.choice([0.0, 0.5], n)
+        told = []
+        for unit in (1.0, 1e-3, 1e3):
+            basis = turned(rng, n)
+            owner = basis[2::3, 2::3]
+            one = ContactProblem(
+                basis @ W @ basis.T * unit, basis @ u, basis @ u, owner @ e, owner @ mu, 0 * mu
+            )
+            told.append(find_others(one, law, solve_contacts(one, law)).verdict)
+        assert len(set(told)) == 1
+        several += told[0] == "several"
+    assert several > 0
