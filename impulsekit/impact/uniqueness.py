@@ -33,13 +33,9 @@ class Uniqueness:
         rule: by which the one shown is chosen among several; it knows no axes, units or order
             of entries. "" unless there are several.
         settled: whether the rule is one of the law itself: all differ by how redundant impulses
-            are shared in the compression of Poisson's law alone, or friction could press in a
-            lone contact that parts. The status then stays what it is, and v⁺ is that of the
-            rule; other answers make it MANY_SOLUTIONS.
-
-    Example:
-        >>> Uniqueness("proven", "nothing rubs").several
-        False
+            are shared in the compression of Poisson's law alone, friction could press in a lone
+            contact that parts, or contacts of a sequence are alike. The status then stays what
+            it is, and v⁺ is that of the rule; other answers make it MANY_SOLUTIONS.
     """
 
     verdict: str

@@ -101,14 +101,14 @@ def foremost(found: int, W: Numbers, velocity: Numbers, e: Numbers, mu: Numbers,
     It is the one of most friction, then of most restitution, then the one that a normal impulse
     moves most sideways, then the one that moves most easily sideways, then the one that slips
     most: what no unit, axis or order of entries changes. Where they are alike in all of it, as
-    corners of a box that falls flat, it is the first. Arguments as of ``fastest``.
+    corners of a box that falls flat, it is the first entry. Arguments as of ``fastest``.
     """
     stride, n = 3 * count, 3 * found + 2
     nn = W[n * stride + n]
     if not nn > 0.0:
-        return found
+        return found, False
     pace = pace_of(velocity[n], nn)
-    best, traits = found, _traits(found, W, velocity, e, mu, stride)
+    best, tied, traits = found, False, _traits(found, W, velocity, e, mu, stride)
     for i in range(count):
         n = 3 * i + 2
         nn = W[n * stride + n]
@@ -118,9 +118,11 @@ def foremost(found: int, W: Numbers, velocity: Numbers, e: Numbers, mu: Numbers,
             continue
         own = _traits(i, W, velocity, e, mu, stride)
         apart = [a - b for a, b in zip(own, traits, strict=True) if abs(a - b) > ALIKE * (a + b)]
-        if apart and apart[0] > 0.0:
-            best, traits = i, own
-    return best
+        if not apart:
+            tied = True
+        elif apart[0] > 0.0:
+            best, tied, traits = i, False, own
+    return best, tied
 
 
 def _traits(

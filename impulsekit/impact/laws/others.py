@@ -35,6 +35,7 @@ RULE = (
     "let go; an answer in which nothing slips is shown wherever there is one"
 )
 RULE_OF_PARTING = "a contact that parts gets no impulse"
+RULE_OF_TIES = "of contacts that are alike in speed and all else, the first entry is hit first"
 RULE_OF_SPLIT = (
     "the compression of least Σ w |P|², w being the mobility of each contact (of one contact the "
     "least friction impulse); what is given back is e times its load"
@@ -53,8 +54,8 @@ class Finding(NamedTuple):
         impulses: (3n,) each, P of the others that gain no energy, each with other velocities.
         rule: by which the one shown is chosen, "" unless there are several.
         settled: whether the rule is one of the law itself, so that the status stays what it is:
-            all differ by the shares of the compression of Poisson's law alone, or friction could
-            press in a lone contact that parts.
+            all differ by the shares of the compression of Poisson's law alone, friction could
+            press in a lone contact that parts, or contacts of a sequence are alike.
     """
 
     verdict: str
@@ -88,6 +89,8 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
         return Finding(NOT_PROVEN, "the law gave no solution")
     n = len(problem.friction)
     if law.order == "sequential" and n > 1:
+        if solution.tied:
+            return _of_a_tie(problem, law, solution)
         return _of_hits(solution, "contacts are struck one after the other, each in closed form")
     if law.slip == "path":
         return _of_hits(solution, "slip is followed along the impact, step by step")
@@ -119,6 +122,32 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
         return Finding(SEVERAL, reason, tuple(others), RULE_OF_PARTING, settled=True)
     reason = f"{len(others) + 1} v⁺ obey the law and gain no energy"
     return Finding(SEVERAL, reason, tuple(others), RULE)
+
+
+def _of_a_tie(problem: ContactProblem, law: Law, solution: ContactSolution) -> Finding:
+    """What comes if of contacts that are alike the last entry is hit first."""
+    from .sequential import solve_sequential
+
+    back = np.arange(len(problem.friction))[::-1]
+    rows = (3 * back[:, None] + np.arange(3)).ravel()
+    turned = solve_sequential(
+        ContactProblem(
+            np.ascontiguousarray(problem.delassus[np.ix_(rows, rows)]),
+            problem.velocity_before[rows],
+            problem.velocity_free[rows],
+            problem.restitution[back],
+            problem.friction[back],
+            problem.tangential_restitution[back],
+        ),
+        law,
+    )
+    scale = float(np.abs(problem.velocity_before).max())
+    P = turned.impulse[np.argsort(rows)]
+    if not turned.status.valid or not _apart(problem, solution.impulse, P, scale):
+        return Finding(NOT_PROVEN, "contacts approach equally fast and are alike")
+    P.setflags(write=False)
+    reason = "contacts approach equally fast and are alike; another may be hit first"
+    return Finding(SEVERAL, reason, (P,), RULE_OF_TIES, settled=True)
 
 
 def _of_hits(solution: ContactSolution, reason: str) -> Finding:

@@ -61,6 +61,7 @@ class ContactSolution:
             P·(u_start + u⁺)/2, or its integral along the impact. Their sum is the
             kinetic energy that the contacts add.
         iterations: of the solver, 0 for a closed form; the hits of a sequence.
+        tied: whether the order of the entries said which of two contacts is hit first.
     """
 
     impulse: np.ndarray
@@ -72,6 +73,7 @@ class ContactSolution:
     normal_work: np.ndarray
     friction_work: np.ndarray
     iterations: int = 0
+    tied: bool = False
 
 
 def check_problem(problem: ContactProblem) -> None:

@@ -46,6 +46,7 @@ class _Sequence:
         impulse: (3n,) P so far [N s].
         hits: contact and impulse of each hit so far.
         pace: of the contact that is next; first: the fastest so.
+        tied: whether the order of the entries said which is hit first.
     """
 
     def __init__(self, problem: ContactProblem, law: Law) -> None:
@@ -55,6 +56,7 @@ class _Sequence:
         self.impulse = np.zeros(3 * n)
         self.hits: list[tuple[int, tuple[float, float, float]]] = []
         self.pace = self.first = 0.0
+        self.tied = False
         self._last, self._count = math.inf, 0
         self._scale = float(np.abs(problem.velocity_before).max())
         self._flat, self._free = delassus.ravel().tolist(), problem.velocity_free.tolist()
@@ -75,11 +77,12 @@ class _Sequence:
         found = fastest(self._flat, 3 * n, now, self._free, share, mu, self._scale, n)
         if found < 0:
             return -1
-        found = foremost(found, self._flat, now, e, mu, n)
+        found, tied = foremost(found, self._flat, now, e, mu, n)
         nn = self._flat[(3 * found + 2) * (3 * n + 1)]
         self.pace = pace_of(now[3 * found + 2], nn) if nn > 0.0 else 0.0
         if self._count < n:
             self.first = max(self.first, self.pace)
+        self.tied = self.tied or (tied and self.pace > NOISE * self.first)
         # What does not shrink any more, that small, is the rounding that hits hand on.
         if self._count and self._count % LONG == 0:
             if HANDED_ON * self._last < self.pace <= NOISE * self.first:
@@ -190,7 +193,9 @@ def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
         status = Status.NOT_UNIQUE
     impulse = sequence.impulse
     after = problem.delassus @ impulse + free
-    return ContactSolution(impulse, after, status, residual, unique, free, normal, friction, count)
+    return ContactSolution(
+        impulse, after, status, residual, unique, free, normal, friction, count, sequence.tied
+    )
 
 
 def hits_of(problem: ContactProblem, law: Law) -> Iterator[tuple[int, np.ndarray, Hit]]:

@@ -5,6 +5,7 @@ import pytest
 
 from impulsekit import Status
 from impulsekit.impact.laws import ContactProblem, solve_contacts
+from impulsekit.impact.laws.others import find_others
 from impulsekit.scene.law import Law
 
 from .test_split import turned
@@ -73,3 +74,32 @@ def test_a_sequence_ends_at_the_rounding_that_its_hits_hand_on(slip):
         if found.status.valid:
             assert np.abs(found.velocity_after).max() < 1e-11 * np.abs(u).max()
         assert found.status is not Status.SEQUENCE_TOO_LONG
+
+
+def test_contacts_that_are_alike_are_hit_by_their_order_and_the_other_answer_is_told():
+    # A rod of length 2 and inertia 1/3 falls flat on its ends; e = 1: one end, then the other.
+    law = Law(order="sequential")
+    W = np.zeros((6, 6))
+    W[np.ix_([2, 5], [2, 5])] = [[4.0, -2.0], [-2.0, 4.0]]
+    u = np.array([0, 0, -1.0, 0, 0, -1.0])
+    fair = ContactProblem(W, u, u, np.full(2, 0.5), np.zeros(2), np.zeros(2))
+    found = solve_contacts(fair, law)
+    told = find_others(fair, law, found)
+    assert found.status is Status.SOLVED and told.verdict == "several"
+    other = W @ told.impulses[0] + u
+    np.testing.assert_allclose(other[[2, 5]], found.velocity_after[[5, 2]], atol=1e-14)
+    # Where the ends differ the entries do not matter, and v⁺ is the only one.
+    for e in ([0.5, 0.4], [0.4, 0.5]):
+        one = ContactProblem(W, u, u, np.array(e), np.zeros(2), np.zeros(2))
+        answer = solve_contacts(one, law)
+        assert find_others(one, law, answer).verdict == "proven"
+        after = answer.velocity_after[[2, 5]] if e[0] > e[1] else answer.velocity_after[[5, 2]]
+        # 0.5 first: it leaves with 0.5, the other end at -1 - 0.75; that is hit next, and so on.
+        first = np.array([-1.0, -1.0])
+        for _ in range(200):
+            i = int(np.argmin(first))
+            if first[i] >= -1e-16:
+                break
+            p = (1.0 + (0.5, 0.4)[i]) * -first[i] / 4.0
+            first = first + p * np.array([[4.0, -2.0], [-2.0, 4.0]])[i]
+        np.testing.assert_allclose(after, first, atol=1e-13)
