@@ -259,7 +259,8 @@ class _Problem:
             )
         notes += outliers(residual, [len(after) for after in self._after])
         if self._estimated or misfit:
-            covariance = covariance * noise**2
+            # What is not seen stays so, however small the residuals are.
+            covariance[np.isfinite(covariance)] *= noise**2
         values, bounds = found.x.copy(), np.stack([self._low, self._high], 1)
         for array in (values, covariance, residual, bounds):
             array.setflags(write=False)

@@ -175,3 +175,10 @@ def test_one_measurement_off_the_others_is_named():
     wrong[2] += 0.5
     seen[4] = ik.Measurement(truth, seen[4].q, seen[4].v_before, wrong)
     assert any(note.startswith("measurements[4] is off") for note in fit(seen).notes)
+
+
+def test_what_no_contact_tells_has_no_interval_even_where_all_residuals_are_zero():
+    scene, throws = thrown(0.5, 9.0, count=3)
+    found = fit(measured(scene, scene, throws, 0.0, np.random.default_rng(1), told=False))
+    assert not found.residuals.any()
+    assert np.isinf(found.sigma[1]) and found.sigma[0] == 0.0
