@@ -1,4 +1,4 @@
-"""What to doubt in a fit: sentences on misfits, bounds, outliers and what nothing measures."""
+"""What to doubt in a fit: misfits, bounds, outliers, what nothing measures, shared noise."""
 
 from __future__ import annotations
 
@@ -6,7 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = ["bounds_reached", "is_misfit", "not_seen", "outliers"]
+__all__ = [
+    "bounds_reached",
+    "is_misfit",
+    "not_seen",
+    "outliers",
+    "spread_of_measurements",
+    "widened",
+]
 
 # Probability that noise of the given sigma leaves residuals as large: one fit in 10 000.
 MISFIT = 1e-4
@@ -15,6 +22,10 @@ MISFIT = 1e-4
 OFF = 6.0
 # So many measurements at least tell what is typical; below this [m/s, or sigmas] all is rounding.
 FEWEST, EXACT = 5, 1e-9
+# So many measurements more than parameters tell how far measurements differ.
+FEWEST_TO_SPREAD = 3
+# Squares of singular values below this share of the largest are of what is not seen.
+SINGULAR = 1e-18
 # A parameter this near to its bound [relative] has reached it.
 AT_BOUND = 1e-9
 
@@ -68,3 +79,33 @@ def outliers(residual: np.ndarray, counts: Sequence[int]) -> list[str]:
         "leave; fit without it and see"
         for i in np.flatnonzero(sizes > OFF * max(typical, EXACT)).tolist()
     ]
+
+
+def spread_of_measurements(
+    jacobian: np.ndarray, residual: np.ndarray, counts: Sequence[int]
+) -> np.ndarray:
+    """(P,) standard deviations by how much each measurement pulls: they hold whatever the noise.
+
+    The jackknife of least squares (MacKinnon & White 1985; Bell & McCaffrey 2002): noise of v⁻
+    goes through the impact, so that the numbers of one measurement are off together. 0 where
+    measurements are too few to tell.
+    """
+    count = len(counts)
+    if count < jacobian.shape[1] + FEWEST_TO_SPREAD:
+        return np.zeros(jacobian.shape[1])
+    inverse = np.linalg.pinv(jacobian.T @ jacobian, rcond=SINGULAR, hermitian=True)
+    ends = np.cumsum(counts)[:-1]
+    pulls = []
+    for rows, left in zip(np.split(jacobian, ends), np.split(residual, ends), strict=True):
+        own = np.eye(len(left)) - rows @ inverse @ rows.T
+        pulls.append(inverse @ rows.T @ np.linalg.pinv(own, hermitian=True) @ left)
+    return np.sqrt((count - 1) / count * np.square(pulls).sum(axis=0))
+
+
+def widened(covariance: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+    """The covariance with standard deviations of no less than these."""
+    own = np.sqrt(np.diagonal(covariance))
+    factor = np.ones_like(own)
+    wider = sigma > own
+    factor[wider & (own > 0.0)] = sigma[wider & (own > 0.0)] / own[wider & (own > 0.0)]
+    return covariance * np.outer(factor, factor)

@@ -1,7 +1,8 @@
 """Restitution, friction and inertias from measured velocity jumps, with their uncertainty.
 
 Least squares on v⁺ by scipy, with the analytic derivatives of the impacts. The covariance
-is that of the linear model at the fit, s² (JᵀJ)⁻¹ (Bates & Watts 1988).
+is that of the linear model at the fit, s² (JᵀJ)⁻¹ (Bates & Watts 1988); where the noise is not
+given or larger than given, no less than what the measurements differ by among themselves.
 """
 
 from __future__ import annotations
@@ -17,7 +18,14 @@ from ..errors import InputError, NotFiniteError, RangeError, ShapeError, Unknown
 from ..impact.derivatives import derivatives
 from ..impact.solver import solve_without_warnings
 from ..scene import Scene
-from .doubts import bounds_reached, is_misfit, not_seen, outliers
+from .doubts import (
+    bounds_reached,
+    is_misfit,
+    not_seen,
+    outliers,
+    spread_of_measurements,
+    widened,
+)
 from .parameters import INERTIA_PARAMETERS, changed_scene, parameters_of
 
 __all__ = ["INERTIA_PARAMETERS", "Fit", "Measurement", "fit_impacts"]
@@ -34,7 +42,8 @@ class Measurement(OneLine):
 
     Attributes:
         scene: what struck; its coefficients and inertias are where the fit starts.
-        q: (nq,) configuration. v_before: (nv,); both taken as exact.
+        q: (nq,) configuration. v_before: (nv,); both taken as exact. Noise in them widens the
+            intervals where sigma is None, or too small for it.
         v_after: (nv,) as measured; NaN where nothing was measured.
         sigma: standard deviation of the noise, one number or (nv,); None if unknown, then
             it is estimated from what is left over.
@@ -261,6 +270,10 @@ class _Problem:
         if self._estimated or misfit:
             # What is not seen stays so, however small the residuals are.
             covariance[np.isfinite(covariance)] *= noise**2
+            spread = spread_of_measurements(
+                jacobian * size, residual, [len(after) for after in self._after]
+            )
+            covariance = widened(covariance, spread * size)
         values, bounds = found.x.copy(), np.stack([self._low, self._high], 1)
         for array in (values, covariance, residual, bounds):
             array.setflags(write=False)

@@ -182,3 +182,20 @@ def test_what_no_contact_tells_has_no_interval_even_where_all_residuals_are_zero
     found = fit(measured(scene, scene, throws, 0.0, np.random.default_rng(1), told=False))
     assert not found.residuals.any()
     assert np.isinf(found.sigma[1]) and found.sigma[0] == 0.0
+
+
+@pytest.mark.parametrize("told", [True, False], ids=["sigma given", "sigma estimated"])
+def test_noise_in_the_velocities_before_is_in_the_intervals(told):
+    # It goes through the impact: all numbers of a measurement are off together.
+    covered, runs = np.zeros(2), 12
+    for seed in range(runs):
+        rng = np.random.default_rng(seed)
+        scene, throws = thrown(count=10, seed=seed)
+        truth, _ = thrown(0.73, 0.31)
+        noisy = [
+            ik.Measurement(scene, m.q, m.v_before + 1e-2 * rng.normal(size=6), m.v_after, m.sigma)
+            for m in measured(truth, scene, throws, 1e-3, rng, told=told)
+        ]
+        low, high = fit(noisy).intervals(0.95).T
+        covered += (low <= [0.73, 0.31]) & (high >= [0.73, 0.31])
+    assert (covered >= 0.8 * runs).all()
