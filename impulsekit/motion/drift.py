@@ -15,6 +15,10 @@ NO_DRIFT = 1e-14
 MOST_STEPS = 3
 
 
+# A resting contact's index, which of its points, and the row of that, 2 being the normal one.
+Place = tuple[int, int, int]
+
+
 def take_out_drift(now: Present, bound: list[tuple[int, int]]) -> None:
     """Bring constraints, and resting points where they are bound, back to where they belong.
 
@@ -22,8 +26,10 @@ def take_out_drift(now: Present, bound: list[tuple[int, int]]) -> None:
         now: the motion, whose q and v change, by as little as can be in the metric of M.
         bound: (point, row) of the resting points that keep still, the normal row being 2.
     """
-    _of_positions(now, [i for i, row in bound if row == 2])
-    _of_velocities(now, [3 * i + row for i, row in bound])
+    owners = [(c, k) for c, one in enumerate(now.resting.contacts) for k in range(one.count)]
+    places = [(*owners[point], row) for point, row in bound]
+    _of_positions(now, [place for place in places if place[2] == 2])
+    _of_velocities(now, places)
 
 
 def lay_down(now: Present) -> None:
@@ -34,41 +40,59 @@ def lay_down(now: Present) -> None:
     """
     resting = now.resting.contacts
     if now.gaps is not None and resting:
-        count = len(now.gaps.of_points(resting, now.q, now.v))
-        _of_positions(now, list(range(count)))
-        _of_velocities(now, [3 * i + 2 for i in range(count)])
+        now.gaps.of_points(resting, now.q, now.v)
+        places = [(c, k, 2) for c, one in enumerate(resting) for k in range(one.count)]
+        _of_positions(now, places)
+        _of_velocities(now, places)
 
 
-def _of_positions(now: Present, pressed: list[int]) -> None:
+def _there(now: Present, places: list[Place]) -> tuple[list[int], list[int]]:
+    """Points and rows of those places that are still there.
+
+    Points that are found anew at each place of the bodies come and go: a cylinder that is
+    turned by a hair touches in one point instead of two.
+    """
+    first, starts = 0, []
+    for contact in now.resting.contacts:
+        starts.append(first)
+        first += contact.count
+    kept = [place for place in places if place[1] < now.resting.contacts[place[0]].count]
+    points = [starts[c] + k for c, k, _ in kept]
+    return points, [3 * point + row for point, (_, _, row) in zip(points, kept, strict=True)]
+
+
+def _of_positions(now: Present, pressed: list[Place]) -> None:
     held, gaps = now.held, now.gaps
     resting = now.resting.contacts
     for _ in range(MOST_STEPS):
         off, of_rows = np.empty(0), np.empty(0, dtype=int)
+        rows = []
         if held is not None:
             off, of_rows = held.drift(now.q, now.t)
         if gaps is not None and pressed:
-            off = np.concatenate([off, gaps.of_points(resting, now.q, now.v)[pressed]])
+            matrix = gaps.rows(resting, now.q)
+            points, normals = _there(now, pressed)
+            rows.append(matrix[normals])
+            off = np.concatenate([off, gaps.of_points(resting, now.q, now.v)[points]])
         if not np.abs(off).max(initial=0.0) > NO_DRIFT:
             return
-        rows = []
         if held is not None:
-            rows.append(held.matrix(held.data, now.q)[of_rows])
-        if gaps is not None and pressed:
-            normals = [3 * i + 2 for i in pressed]
-            rows.append(gaps.rows(resting, now.q)[normals])
+            rows.insert(0, held.matrix(held.data, now.q)[of_rows])
         change = now.dynamics.moved(now.q, np.vstack(rows), -off)
         now.q = pin.integrate(now.model, now.q, change)
 
 
-def _of_velocities(now: Present, chosen: list[int]) -> None:
+def _of_velocities(now: Present, chosen: list[Place]) -> None:
     held, gaps = now.held, now.gaps
     rows, wanted = [], []
     if held is not None:
         rows.append(held.matrix(held.data, now.q))
         wanted.append(held.velocity)
     if gaps is not None and chosen:
-        rows.append(gaps.rows(now.resting.contacts, now.q)[chosen])
-        wanted.append(np.zeros(len(chosen)))
+        matrix = gaps.rows(now.resting.contacts, now.q)
+        _, kept = _there(now, chosen)
+        rows.append(matrix[kept])
+        wanted.append(np.zeros(len(kept)))
     if not rows:
         return
     matrix = np.vstack(rows)

@@ -130,7 +130,8 @@ def test_the_answer_of_solve_or_another_that_obeys_the_law(monkeypatch, name, re
                 assert same
             if not same:
                 assert of_the_law(scene, impact, problems[0]) < 1e-12
-    # Rows under Poisson's law whose redundant load is shared are left to solve.
-    assert rows > 90
+    # Rows under Poisson's law whose redundant load is shared, or that have several compressions,
+    # are left to solve.
+    assert rows > 80
     # The six joints of an arm leave most contacts dependent.
     assert regular > 10 or name not in FLYING
