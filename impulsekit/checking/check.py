@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
@@ -17,12 +17,25 @@ from .system import ReferenceRobot, reference_robot
 
 if TYPE_CHECKING:
     from ..impact import Impact
+    from ..motion.estimate import MotionCheck
+    from ..motion.trajectory import Trajectory
 
 __all__ = ["check"]
 
 
-def check(impact: Impact, digits: int | None = None) -> Check:
+@overload
+def check(impact: Impact, digits: int | None = None) -> Check: ...
+
+
+@overload
+def check(impact: Trajectory) -> MotionCheck: ...
+
+
+def check(impact: Impact | Trajectory, digits: int | None = None) -> Check | MotionCheck:
     """Hold an impact against Kane's equations, by a program that shares nothing with Pinocchio.
+
+    A motion is followed once more at a tenth of its tolerance: ``MotionCheck`` tells the
+    difference, an estimate of its error.
 
     The URDF is read anew, the impact equations are those of Chang & Huston 1995, eqs.
     (18)-(33), and each joint's impulse is found by freeing it. Compared are Δv, I_l, P_l,
@@ -41,7 +54,7 @@ def check(impact: Impact, digits: int | None = None) -> Check:
     found, and the rest is checked.
 
     Args:
-        impact: a solved impact.
+        impact: a solved impact; or a motion.
         digits: decimal digits of the reference (16 or more), by mpmath; doubles unless given.
 
     Raises:
@@ -61,6 +74,12 @@ def check(impact: Impact, digits: int | None = None) -> Check:
     from ..impact import Impact
 
     if not isinstance(impact, Impact):
+        from ..motion.trajectory import Trajectory as AMotion
+
+        if isinstance(impact, AMotion) and digits is None:
+            from ..motion.estimate import check_motion
+
+            return check_motion(impact)
         raise InputError(f"check takes an Impact, not {a_thing(impact)}")
     if digits is not None and not (isinstance(digits, int) and digits >= 16):
         raise RangeError.of("digits", digits, "a whole number from 16 up")

@@ -79,6 +79,7 @@ class Run:
             tuple(now.impacts),
             tuple(sorted(rests, key=lambda rest: rest.start)),
             status,
+            settings,
             detail=detail,
             steps=flight.steps,
             evaluations=now.dynamics.evaluations,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,9 @@ from .trajectory import Trajectory
 
 __all__ = ["chosen_settings", "simulate"]
 
+# Simulated time of the whole, and what is left to wait.
+BAR = "{l_bar}{bar}| {n:.4g} of {total:.4g} s [{elapsed}<{remaining}]"
+
 
 def simulate(
     scene: Scene,
@@ -28,7 +32,7 @@ def simulate(
     duration: float | None = None,
     samples: Any = None,
     settings: MotionSettings | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: bool | Callable[[float], None] | None = None,
     **changes: Any,
 ) -> Trajectory:
     """The motion of a scene's robot: impacts on the way are found and solved.
@@ -61,7 +65,8 @@ def simulate(
         duration: [s], 0 or more; 0 gives the state after the impulses alone.
         samples: how many, evenly from 0 to the end; or their times [s], rising.
         settings: method, tolerances and limits; see ``MotionSettings``.
-        progress: called with the time [s] after every step.
+        progress: True for a bar on stderr, or a function that is called with the time [s] after
+            every step.
         **changes: of single settings, such as ``rtol=1e-8`` or ``method="radau"``.
 
     Returns:
@@ -87,15 +92,36 @@ def simulate(
     """
     if not isinstance(scene, Scene):
         raise InputError(f"simulate takes a Scene, not {a_thing(scene)}")
-    if progress is not None and not callable(progress):
-        raise InputError(f"progress must be a function of the time, got {quoted(progress)}")
+    if not (progress is None or isinstance(progress, bool) or callable(progress)):
+        raise InputError(f"progress must be True or a function of the time, got {quoted(progress)}")
     chosen, times = chosen_settings(settings, duration, samples, changes)
     model = scene.robot.model
     check_capacity(model, copies=2)
     q = state.checked_configuration(model, q)
     v = state.checked_velocity(model, v)
-    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        return Run(scene, q, v, chosen, progress).trajectory(times)
+    with (
+        np.errstate(over="ignore", invalid="ignore", divide="ignore"),
+        _shown(progress, chosen.duration) as tell,
+    ):
+        return Run(scene, q, v, chosen, tell).trajectory(times)
+
+
+@contextmanager
+def _shown(
+    progress: bool | Callable[[float], None] | None, duration: float
+) -> Iterator[Callable[[float], None] | None]:
+    """What is told the time after every step; a bar for True."""
+    if progress is not True:
+        yield progress or None
+        return
+    from tqdm import tqdm
+
+    with tqdm(total=duration, bar_format=BAR, miniters=0) as bar:
+        yield lambda time: _tell(bar, time)
+
+
+def _tell(bar: Any, time: float) -> None:
+    bar.update(time - bar.n)
 
 
 def chosen_settings(

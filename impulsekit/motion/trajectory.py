@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from ..files import replaced_file
 from ..impact.algorithms import symmetric
 from ..impact.named import ByName
 from ..laws.status import Status
+from ..scene.motion import MotionSettings
 from ..scene.numbers import number
 from . import histories
 from .footing import footings_of, packed_footings
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from ..impact import Impact
     from ..scene import Scene
     from .balance import MomentumBalance
+    from .comparing import Comparison
     from .histories import ConstraintHistory, ContactHistory, ForceHistory, JointHistory
     from .loads import LoadsOfMotion
 
@@ -95,6 +98,7 @@ class Trajectory(Displayed):
         impacts: (time [s], ``Impact``) in order of time.
         rests: when which contact lay still.
         status: how it ended; what was computed before is there whatever it says.
+        settings: method, tolerances and limits with which it was followed.
         steps: how many steps the integrator took.
         evaluations: how many times the accelerations were worked out.
 
@@ -114,6 +118,7 @@ class Trajectory(Displayed):
         impacts: tuple[tuple[float, Impact], ...],
         rests: tuple[Rest, ...],
         status: MotionStatus,
+        settings: MotionSettings,
         *,
         detail: str = "",
         steps: int = 0,
@@ -123,7 +128,7 @@ class Trajectory(Displayed):
         self.t = _read_only(t)
         self.impacts = impacts
         self.rests = rests
-        self.status = status
+        self.status, self.settings = status, settings
         self.detail = detail
         self.steps = steps
         self.evaluations = evaluations
@@ -304,6 +309,23 @@ class Trajectory(Displayed):
             angular[i] = about_com.angular + np.cross(data.com[0], about_com.linear)
         return MomentumHistory(_read_only(linear), _read_only(angular))
 
+    def compare(self, recording: Any, frame: str | None = None) -> Comparison:
+        """How far a frame is from where a recording has it, and how far turned, over time.
+
+        Args:
+            recording: a ``Recording`` (times and configurations of a log, of a camera), or another
+                ``Trajectory``, of the same robot; what is outside the motion's time is left out.
+            frame: whose; by default the first link that moves.
+
+        Raises:
+            InputError: no recording of this robot.
+            RangeError: none of its times is within the motion.
+            UnknownNameError: no such frame.
+        """
+        from .comparing import compare
+
+        return compare(self, recording, frame)
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write everything to an npz file of plain arrays and text; see ``motion.archive``.
 
@@ -326,6 +348,7 @@ class Trajectory(Displayed):
             "footings": packed_footings(self._path.footings),
             "rests": [[rest.contact, rest.start, rest.end] for rest in self.rests],
             "status": self.status.name,
+            "settings": dataclasses.asdict(self.settings),
             "detail": self.detail,
             "steps": self.steps,
             "evaluations": self.evaluations,
@@ -378,6 +401,7 @@ class Trajectory(Displayed):
                 impacts_of(scene, record["impacts"], arrays["numbers"]),
                 tuple(Rest(str(c), float(a), float(b)) for c, a, b in record["rests"]),
                 MotionStatus[record["status"]],
+                MotionSettings(**record["settings"]),
                 detail=str(record["detail"]),
                 steps=int(record["steps"]),
                 evaluations=int(record["evaluations"]),

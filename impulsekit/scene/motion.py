@@ -10,10 +10,12 @@ from typing import Any
 from ..errors import InputError, RangeError, UnknownNameError, quoted
 from .numbers import number
 
-__all__ = ["MotionSettings"]
+__all__ = ["LEAST_RTOL", "MotionSettings"]
 
 # Of all motions [s].
 LONGEST = 1e9
+# Below it rounding is no smaller than the error of a step.
+LEAST_RTOL = 1e-13
 METHODS = ("dop853", "radau", "rk4", "semi-implicit")
 
 
@@ -64,7 +66,7 @@ class MotionSettings:
         set_field = object.__setattr__
         for name, least, most, allowed in (
             ("duration", 0.0, LONGEST, "0 to 1e9 s"),
-            ("rtol", 1e-13, 0.1, "1e-13 to 0.1"),
+            ("rtol", LEAST_RTOL, 0.1, "1e-13 to 0.1"),
             ("atol", 1e-300, 1.0, "above 0, up to 1"),
             ("step", 1e-9, 1e3, "1e-9 to 1e3 s"),
             ("max_step", 1e-9, 1e9, "1e-9 to 1e9 s, or None"),

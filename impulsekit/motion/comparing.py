@@ -1,0 +1,87 @@
+"""A motion beside a recording of it: how far apart bodies are, and how far turned."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..display import OneLine
+from ..errors import InputError, RangeError, a_thing
+
+if TYPE_CHECKING:
+    from .trajectory import Trajectory
+
+__all__ = ["Comparison", "compare"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(OneLine):
+    """How far a frame of a motion is from the same frame of a recording. Read-only.
+
+    Attributes:
+        frame: its name.
+        t: (T,) the recording's times within the motion [s].
+        position: (T,) the distance between its origins [m].
+        rotation: (T,) the angle between its axes [rad].
+    """
+
+    frame: str
+    t: np.ndarray
+    position: np.ndarray
+    rotation: np.ndarray
+
+    @property
+    def rms_position(self) -> float:
+        """The root of the mean square of the distances [m]."""
+        return float(np.sqrt(np.mean(self.position**2)))
+
+    @property
+    def rms_rotation(self) -> float:
+        """The root of the mean square of the angles [rad]."""
+        return float(np.sqrt(np.mean(self.rotation**2)))
+
+
+def compare(motion: Trajectory, recording: Any, frame: str | None) -> Comparison:
+    """See ``Trajectory.compare``."""
+    robot = motion.scene.robot
+    times, q = getattr(recording, "t", None), getattr(recording, "q", None)
+    if not isinstance(times, np.ndarray) or not isinstance(q, np.ndarray):
+        raise InputError(f"compare takes a Recording or a Trajectory, got {a_thing(recording)}")
+    if q.shape != (len(times), robot.nq):
+        raise InputError(
+            f"the recording has configurations of {q.shape[-1]} numbers, this robot has {robot.nq}"
+        )
+    inside = (times >= 0.0) & (times <= motion.duration)
+    if not inside.any():
+        raise RangeError.of(
+            "the recording's times", f"{times[0]:g} to {times[-1]:g} s",
+            f"some from 0 to {motion.duration:g} s",
+        )  # fmt: skip
+    name = _first_link(motion) if frame is None else frame
+    frame_id = robot.frame_id(name)
+    model, data = robot.model, robot.model.createData()
+    position, rotation = [], []
+    for time, there in zip(times[inside], q[inside], strict=True):
+        places = []
+        for configuration in (motion.at(time)[0], there):
+            pin.forwardKinematics(model, data, np.array(configuration))
+            places.append(pin.SE3(pin.updateFramePlacement(model, data, frame_id)))
+        ours, theirs = places
+        position.append(np.linalg.norm(ours.translation - theirs.translation))
+        rotation.append(np.linalg.norm(pin.log3(theirs.rotation.T @ ours.rotation)))
+    arrays = times[inside].copy(), np.array(position), np.array(rotation)
+    for array in arrays:
+        array.setflags(write=False)
+    return Comparison(name, *arrays)
+
+
+def _first_link(motion: Trajectory) -> str:
+    """The first body that moves."""
+    frames = motion.scene.robot.model.frames
+    for frame in frames:
+        if frame.type == pin.FrameType.BODY and frame.parentJoint > 0:
+            return str(frame.name)
+    raise InputError("this robot has no link that moves; name a frame")
