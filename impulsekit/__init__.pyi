@@ -74,6 +74,7 @@ from .scene import Restitution as Restitution
 from .scene import RestitutionTable as RestitutionTable
 from .scene import Scene as Scene
 from .scene import Spring as Spring
+from .scene import TorqueTable as TorqueTable
 from .scene.design import DesignPoint as DesignPoint
 from .scene.motion import MotionSettings as MotionSettings
 from .scene.points import ReportPoint as ReportPoint

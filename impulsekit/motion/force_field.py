@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from ..robot import Robot
 from ..scene import Actuator, AppliedForce, JointSpring, Scene, Spring
-from ..scene.forces import PD
+from ..scene.forces import PD, TorqueTable
 from ..scene.functions import numbers_from
 
 __all__ = ["ForceField"]
@@ -24,6 +24,7 @@ class ForceField:
 
     Attributes:
         on_bodies: whether some force acts on a body; its wrench needs kinematics.
+        corners: times at which a table has a corner [s].
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -38,6 +39,14 @@ class ForceField:
                 self._add_actuator(robot, force, scene.entry_names("forces")[i])
         self._points = [_SpringBetweenPoints(robot, f) for f in scene.forces if type(f) is Spring]
         names = scene.entry_names("forces")
+        self.corners = sorted(
+            {
+                time
+                for force in scene.forces
+                if isinstance(force, Actuator) and isinstance(force.torque, TorqueTable)
+                for time in force.torque.times
+            }
+        )
         self._applied = [
             _OnPoint(robot, force, name)
             for force, name in zip(scene.forces, names, strict=True)
@@ -117,6 +126,8 @@ class ForceField:
                 robot, JointSpring(force.joint, torque.stiffness, torque.damping, torque.target)
             )
             self._controlled.append(_pd(spring, rows, torque))
+        elif isinstance(torque, TorqueTable):
+            self._controlled.append(lambda t, q, v: (rows, torque(t, q, v)))
         elif callable(torque):
             self._functions.append(_function(torque, rows, joint.nv, name))
             self._controlled.append(self._functions[-1])
@@ -150,6 +161,8 @@ class _SpringInJoint:
         self.row, self._entry = joint.idx_v, joint.idx_q
         self._continuous = joint.nq == 2
         self._stiffness, self._damping, self._rest = force.stiffness, force.damping, force.rest
+        # Which side of the rest it acts on; 0 for both.
+        self._side = {"both": 0.0, "above": 1.0, "below": -1.0}[force.acts]
 
     def _strain(self, q: np.ndarray) -> float:
         if not self._continuous:
@@ -158,10 +171,15 @@ class _SpringInJoint:
         return (angle + np.pi) % (2.0 * np.pi) - np.pi
 
     def torque(self, q: np.ndarray, v: np.ndarray) -> float:
-        return -self._stiffness * self._strain(q) - self._damping * v[self.row]
+        strain, side = self._strain(q), self._side
+        torque = -self._stiffness * strain - self._damping * v[self.row]
+        if side and not (side * strain > 0.0 and side * torque < 0.0):
+            return 0.0
+        return torque
 
     def energy(self, q: np.ndarray) -> float:
-        return 0.5 * self._stiffness * float(self._strain(q)) ** 2
+        strain = float(self._strain(q))
+        return 0.5 * self._stiffness * strain**2 if self._side * strain >= 0.0 else 0.0
 
 
 class _Point:
@@ -194,6 +212,8 @@ class _SpringBetweenPoints:
 
     def __init__(self, robot: Robot, force: Spring) -> None:
         self._force = force
+        # 1 for what only pulls, −1 for what only pushes; 0 for both.
+        self._way = {"both": 0.0, "pull": 1.0, "push": -1.0}[force.acts]
         self._ends = (
             _Point(robot, force.frame, force.at),
             _Point(robot, force.other, force.other_at),
@@ -207,17 +227,23 @@ class _SpringBetweenPoints:
         if length < NO_LENGTH:
             return
         direction = between / length
-        tension = self._force.stiffness * (length - self._force.rest_length)
+        strain = length - self._force.rest_length
+        if self._way * strain < 0.0:
+            return
+        tension = self._force.stiffness * strain
         if self._force.damping:
             rate = direction.dot(first.velocity(data) - other.velocity(data))
             tension += self._force.damping * rate
+        if self._way * tension < 0.0:
+            return
         first.add(wrenches, data, -tension * direction)
         other.add(wrenches, data, tension * direction)
 
     def energy(self, data: pin.Data) -> float:
         first, other = self._ends
         length = np.linalg.norm(first.position(data) - other.position(data))
-        return 0.5 * self._force.stiffness * float(length - self._force.rest_length) ** 2
+        strain = float(length - self._force.rest_length)
+        return 0.5 * self._force.stiffness * strain**2 if self._way * strain >= 0.0 else 0.0
 
 
 class _OnPoint:

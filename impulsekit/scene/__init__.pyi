@@ -13,6 +13,7 @@ from .forces import AppliedForce as AppliedForce
 from .forces import Force as Force
 from .forces import JointSpring as JointSpring
 from .forces import Spring as Spring
+from .forces import TorqueTable as TorqueTable
 from .impulses import AppliedImpulse as AppliedImpulse
 from .impulses import JointImpulse as JointImpulse
 from .law import Law as Law

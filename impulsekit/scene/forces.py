@@ -8,17 +8,31 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, RangeError, ShapeError, a_thing
+from ..errors import InputError, RangeError, ShapeError, a_thing, quoted
 from ..robot import Robot
 from ..robot.robot import WORLD
 from .functions import numbers_from
 from .numbers import Vector, axes_name, number, text, vector
 
-__all__ = ["PD", "Actuator", "AppliedForce", "Force", "JointSpring", "Spring", "check_force"]
+__all__ = [
+    "PD",
+    "Actuator",
+    "AppliedForce",
+    "Force",
+    "JointSpring",
+    "Spring",
+    "TorqueTable",
+    "check_force",
+]
+
+# Which way springs act: in a joint on one side of the rest, between points by push or pull.
+_SIDES = ("both", "above", "below")
+_WAYS = ("both", "push", "pull")
 
 
 @dataclass(frozen=True)
@@ -33,6 +47,8 @@ class JointSpring:
         stiffness: [N m/rad, N/m], 0 or more.
         damping: [N m s/rad, N s/m], 0 or more.
         rest: the coordinate without force [rad, m].
+        acts: "both", or on one side of the rest alone, "above" or "below": a stop that gives
+            way. It only pushes back, however its damper pulls.
         name: how results call it; by default its place in the scene.
 
     Raises:
@@ -41,12 +57,15 @@ class JointSpring:
     Example:
         >>> JointSpring("hip", stiffness=50, damping=1).rest
         0.0
+        >>> JointSpring("hip", stiffness=1e4, rest=1.2, acts="above").acts
+        'above'
     """
 
     joint: str
     stiffness: float = 0.0
     damping: float = 0.0
     rest: float = 0.0
+    acts: str = "both"
     name: str | None = None
 
     def __post_init__(self) -> None:
@@ -54,6 +73,7 @@ class JointSpring:
         what = f'JointSpring in "{self.joint}"'
         _set_not_negative(self, what, "stiffness", "damping")
         object.__setattr__(self, "rest", number(self.rest, f"{what}: rest"))
+        _check_choice(self.acts, _SIDES, f"{what}: acts")
         _check_name(self.name, what)
 
 
@@ -71,6 +91,8 @@ class Spring:
         stiffness: [N/m], 0 or more.
         damping: [N s/m], 0 or more.
         rest_length: the length without force [m], 0 or more.
+        acts: "both"; "pull" for a rubber rope, which does nothing while it is shorter; "push"
+            for a buffer, which does nothing while it is longer.
         name: how results call it; by default its place in the scene.
 
     Raises:
@@ -88,6 +110,7 @@ class Spring:
     stiffness: float = 0.0
     damping: float = 0.0
     rest_length: float = 0.0
+    acts: str = "both"
     name: str | None = None
 
     def __post_init__(self) -> None:
@@ -99,6 +122,7 @@ class Spring:
         for field in ("at", "other_at"):
             object.__setattr__(self, field, vector(getattr(self, field), f"{what}: {field}"))
         _set_not_negative(self, what, "stiffness", "damping", "rest_length")
+        _check_choice(self.acts, _WAYS, f"{what}: acts")
         _check_name(self.name, what)
 
 
@@ -136,15 +160,55 @@ class PD:
 
 
 @dataclass(frozen=True)
+class TorqueTable:
+    """A torque over time from a table, linear between its times and constant beyond them.
+
+    Steps of a motion end at its times, so that nothing of it is stepped over.
+
+    Attributes:
+        times: rising [s]. values: at these times [N m, N].
+
+    Raises:
+        ShapeError, RangeError, NotFiniteError.
+
+    Example:
+        >>> TorqueTable([0.0, 0.5, 1.0], [0.0, 4.0, 0.0])(0.25, None, None)
+        2.0
+    """
+
+    times: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        for field in ("times", "values"):
+            what = f"TorqueTable: {field}"
+            try:
+                entries = tuple(getattr(self, field))
+            except TypeError:
+                raise InputError(f"{what} must be a list of numbers") from None
+            object.__setattr__(self, field, tuple(number(x, what) for x in entries))
+        if not self.times:
+            raise ShapeError.of("TorqueTable: times", (1,), (0,), "one or more")
+        if len(self.times) != len(self.values):
+            raise ShapeError.of("TorqueTable: values", (len(self.times),), (len(self.values),))
+        if any(b <= a for a, b in pairwise(self.times)):
+            raise RangeError.of("TorqueTable: times", self.times, "each above the last")
+
+    def __call__(self, t: float, q: Any, v: Any) -> float:
+        """The torque at a time [s]; of the state it knows nothing."""
+        return float(np.interp(t, self.times, self.values))
+
+
+@dataclass(frozen=True)
 class Actuator:
     """A torque or force in a joint, along its own generalized speeds.
 
     Attributes:
         joint: the joint.
-        torque: a number or one for each degree of freedom [N m, N]; a ``PD``, for a joint
-            with one; or a function of (t, q, v), with read-only copies of the whole robot's q
-            and v, that gives the same. It has to be a function of these alone: an integrator
-            calls it at trial states, not in the order of time.
+        torque: a number or one for each degree of freedom [N m, N]; a ``PD`` or a
+            ``TorqueTable``, for a joint with one; or a function of (t, q, v), with read-only
+            copies of the whole robot's q and v, that gives the same. It has to be a function of
+            these alone: an integrator calls it at trial states, not in the order of time.
         name: how results call it; by default its place in the scene.
 
     Raises:
@@ -156,7 +220,7 @@ class Actuator:
     """
 
     joint: str
-    torque: float | tuple[float, ...] | PD | Callable[[float, Any, Any], Any]
+    torque: float | tuple[float, ...] | PD | TorqueTable | Callable[[float, Any, Any], Any]
     name: str | None = None
 
     def __post_init__(self) -> None:
@@ -258,8 +322,8 @@ def check_force(robot: Robot, force: Any, where: str) -> None:
             )
     elif isinstance(force, Actuator):
         joint = robot.model.joints[robot.joint_id(force.joint, where)]
-        if isinstance(force.torque, PD):
-            _one_degree(robot, force.joint, where, "a PD")
+        if isinstance(force.torque, PD | TorqueTable):
+            _one_degree(robot, force.joint, where, f"a {type(force.torque).__name__}")
         elif isinstance(force.torque, tuple) and len(force.torque) != joint.nv:
             what = f'{where}: torque in joint "{force.joint}"'
             raise ShapeError.of(what, (joint.nv,), (len(force.torque),))
@@ -289,6 +353,11 @@ def _set_not_negative(entry: Any, what: str, *fields: str) -> None:
         if value < 0.0 or math.isnan(value):
             raise RangeError.of(f"{what}: {field}", value, "0 or more")
         object.__setattr__(entry, field, value)
+
+
+def _check_choice(value: Any, allowed: tuple[str, ...], what: str) -> None:
+    if not isinstance(value, str) or value not in allowed:
+        raise RangeError.of(what, quoted(value), ", ".join(f'"{one}"' for one in allowed))
 
 
 def _check_name(name: str | None, what: str) -> None:

@@ -9,6 +9,7 @@ from ..robot import Robot
 from ..robot.loop import Loop
 from .constraints import DIRECTIONS, Constraint, FrameAnchor, JointCoupling, JointLock, PointAnchor
 from .contacts import Collision
+from .forces import JointSpring
 from .scene import Scene
 
 __all__ = ["scene_of"]
@@ -23,6 +24,7 @@ def scene_of(
     *,
     file_loops: bool = True,
     file_contacts: bool | str = False,
+    joint_damping: bool = False,
     restitution: float = 0.0,
     **entries: Any,
 ) -> Scene:
@@ -33,9 +35,11 @@ def scene_of(
         file_loops: whether the equality constraints of the file become constraints.
         file_contacts: False for none; "world" (or True) for collisions of the moving geoms with
             those that are fixed; "all" for collisions among moving geoms too.
+        joint_damping: whether the damping of the file's joints (of a URDF, <dynamics damping>)
+            becomes forces, of joints with one degree of freedom; dry friction does not.
         restitution: of those collisions. MJCF knows none; friction is the file's.
-        **entries: what ``Scene`` takes; ``constraints`` and ``contacts`` come after the
-            file's. Gravity is the file's unless it is given.
+        **entries: what ``Scene`` takes; ``constraints``, ``contacts`` and ``forces`` come
+            after the file's. Gravity is the file's unless it is given.
 
     Raises:
         RangeError: ``file_contacts`` is something else.
@@ -57,12 +61,26 @@ def scene_of(
         for first, second, friction, fixed in (robot.touching_pairs if which else ())
         if fixed or which == "all"
     ]
+    dampers = _dampers(robot) if joint_damping else ()
     own = {
+        "forces": (*dampers, *entries.pop("forces", ())),
         "constraints": (*constraints, *entries.pop("constraints", ())),
         "contacts": (*contacts, *entries.pop("contacts", ())),
         "gravity": tuple(robot.model.gravity.linear),
     }
     return Scene(robot, **{**own, **entries})
+
+
+def _dampers(robot: Robot) -> list[JointSpring]:
+    """The damping of the robot's joints."""
+    model = robot.model
+    found = []
+    for name in robot.joint_names:
+        joint = model.joints[robot.joint_id(name)]
+        damping = float(model.damping[joint.idx_v]) if joint.nv == 1 else 0.0
+        if damping > 0.0:
+            found.append(JointSpring(name, damping=damping))
+    return found
 
 
 def _constraint(loop: Loop) -> Constraint:

@@ -27,7 +27,7 @@ from pydantic_core import PydanticCustomError
 from ..scene.constraints import FrameAnchor, JointCoupling, JointLock, PointAnchor
 from ..scene.contacts import Collision, Contact, JointStop
 from ..scene.design import DesignPoint
-from ..scene.forces import PD, Actuator, AppliedForce, JointSpring, Spring
+from ..scene.forces import PD, Actuator, AppliedForce, JointSpring, Spring, TorqueTable
 from ..scene.impulses import AppliedImpulse, JointImpulse
 from ..scene.law import Law
 from ..scene.motion import MotionSettings
@@ -101,7 +101,7 @@ DESIGN = Section("design.points", {"point": DesignPoint}, needs_kind=False)
 
 
 # Dataclasses that may stand as a table within an entry.
-NESTED: tuple[type, ...] = (Restitution, RestitutionTable, PD)
+NESTED: tuple[type, ...] = (Restitution, RestitutionTable, PD, TorqueTable)
 # Those of them that may stand for a coefficient of restitution.
 _RESTITUTIONS = (Restitution, RestitutionTable)
 
