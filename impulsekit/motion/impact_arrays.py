@@ -24,7 +24,7 @@ _TOUCH = ("axes", "jacobian", "position")
 _SOLUTION = tuple(
     item.name
     for item in fields(ContactSolution)
-    if item.name not in ("status", "residual", "iterations")
+    if item.name not in ("status", "residual", "iterations", "tied")
 )
 
 
@@ -65,6 +65,7 @@ def packed_impacts(
                     "status": solution.status.name,
                     "residual": float(solution.residual),
                     "iterations": int(solution.iterations),
+                    "tied": bool(solution.tied),
                     **{name: put(getattr(solution, name)) for name in _SOLUTION},
                 }
         packed.append(entry)
@@ -144,6 +145,7 @@ def impacts_of(
                     status=Status[own["status"]],
                     residual=float(own["residual"]),
                     iterations=int(own["iterations"]),
+                    tied=bool(own["tied"]),
                     **arrays,
                 )
             unique = None if unique is None else unique != 0.0
