@@ -80,3 +80,32 @@ def test_its_extras_are_those_of_the_package():
     assert set(re.findall(r"`(\w+)`", named)) == extras - {"test", "docs", "all"}
     for line in re.findall(r'pip install -?q? ?"\.\[([\w,]+)\]"', README):
         assert set(line.split(",")) <= extras
+
+
+def test_what_rotors_add_to_a_wall_hit_by_a_ur5():
+    """P = m_eff u, the effective mass from M⁻¹ with and without rotors on its diagonal."""
+    import numpy as np
+    import pinocchio as pin
+
+    import impulsekit as ik
+
+    arm = ik.Robot.from_example("ur5")
+    q = arm.configuration(shoulder_lift_joint=-1.05, elbow_joint=1.57, wrist_1_joint=-0.52)
+    data = arm.model.createData()
+    masses = np.triu(pin.crba(arm.model, data, q))
+    masses += np.triu(masses, 1).T
+    frame = arm.frame_id("tool0")
+    row = pin.computeFrameJacobian(arm.model, data, q, frame, pin.LOCAL_WORLD_ALIGNED)[0]
+    rotors = 101**2 * np.array([9e-5] * 3 + [2e-5] * 3)
+    bare, geared = (
+        f"{0.5 / (row @ np.linalg.solve(masses + np.diag(extra), row)):.2f}"
+        for extra in (0 * rotors, rotors)
+    )
+    page = (ROOT / "docs/howto/payloads_and_rotors.md").read_text(encoding="utf-8")
+    assert f"{bare} N s without them, {geared} N s with them" in README
+    assert f"from {bare} to {geared} N s" in page
+    names: dict = {}
+    for cell in re.findall(r"```{code-cell} python3\n(.*?)```", page, re.S)[:3]:
+        exec(compile(cell, "page", "exec"), names)
+    assert f"{names['impulses']['all joints free']:.2f}" == bare
+    assert f"{names['impulses']['with rotors']:.2f}" == geared

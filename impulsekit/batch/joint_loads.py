@@ -79,7 +79,7 @@ class JointLoads:
             self._known(impulse)
         for contact in scene.contacts:
             self._contact(contact)
-        for constraint in scene.constraints:
+        for constraint in scene.held:
             self._constraint(constraint)
         columns = list(zip(*self._rows, strict=True)) or [()] * 8
         kinds = (np.int64, np.int64, float, np.int64, float, np.int64, float, np.bool_)

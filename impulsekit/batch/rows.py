@@ -71,7 +71,7 @@ def row_tables(
         tables.terms.append([_along(own, 1.0), _along(leader, -one.ratio)])
         tables.target.append(0.0)
         tables.keeps.append(False)
-    for constraint in scene.constraints:
+    for constraint in scene.held:
         rows = maker.constraint(constraint)
         keeps = constraint.velocity == KEPT
         after = constraint.velocity

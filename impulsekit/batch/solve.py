@@ -287,7 +287,7 @@ def _shape(scene: Scene, name: str) -> tuple[int, ...]:
     if name == "contact_impulses":
         return (len(scene.contacts), 3)
     if name == "constraint_impulses":
-        return (sum(_row_count(scene, entry) for entry in scene.constraints),)
+        return (sum(_row_count(scene, entry) for entry in scene.held),)
     return (scene.robot.nv,)
 
 

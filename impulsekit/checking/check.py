@@ -92,7 +92,7 @@ def check(impact: Impact | Trajectory, digits: int | None = None) -> Check | Mot
         raise _impossible(error, reference) from error
     known = known_impulses(reference, scene.impulses)
     notes = _give_what_solvers_found(impact, known)
-    demands = constraint_rows(reference, at, impact.v_before, scene.constraints)
+    demands = constraint_rows(reference, at, impact.v_before, scene.held)
     conditions = conditions_of(system.tree, at, demands)
     if conditions is None:
         # The reference's own solver names the motion.
@@ -147,11 +147,11 @@ def _with_constraint_impulses(impact: Impact, known: KnownImpulses) -> KnownImpu
 
     scene = impact.scene
     everything = KnownImpulses(known.reference, list(known.loads), dict(known.in_joints))
-    names = set(scene.entry_names("constraints"))
+    names = set(scene.entry_names("held"))
     for item in body_impulses(impact):
         if item.entry in names and item.frame_id > 0:
             everything.add_on_body(item, scene.robot.model.frames)
-    for entry, result in zip(scene.constraints, impact.constraints, strict=True):
+    for entry, result in zip(scene.held, impact.constraints, strict=True):
         everything.add_of_joint_constraint(entry, np.asarray(result.impulse))
     return everything
 

@@ -40,7 +40,7 @@ class Response:
             what = Scene(what)
         if not isinstance(what, Scene):
             raise InputError(f"expected a Scene or a Robot, got {a_thing(what)}")
-        held = [replace(entry, velocity=0.0) for entry in what.constraints]
+        held = [replace(entry, velocity=0.0) for entry in what.held]
         self.robot = what.robot
         self.scene = Scene(what.robot, constraints=held, gravity=what.gravity)
         self.q = state.checked_configuration(self.robot.model, q)

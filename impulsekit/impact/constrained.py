@@ -65,7 +65,7 @@ class ConstrainedJump:
         self, scene: Scene, known: KnownImpulses, reached: ReachedModel, *, always_regular: bool
     ) -> None:
         self._known, self._struck = known, bool(scene.impulses)
-        self._rows = ConstraintRows.of(scene, reached) if scene.constraints else None
+        self._rows = ConstraintRows.of(scene, reached) if scene.held else None
         self._contacts = SceneContacts(scene, reached) if scene.contacts else None
         self._model, self._data = known.model, known.model.createData()
         self._always_regular = always_regular
@@ -74,7 +74,7 @@ class ConstrainedJump:
         self._singular = any(motion.joint in reached.model.names for motion in motions)
         # A row may speak of speeds that are far smaller than others.
         self._row_by_row = has_uneven_masses(reached.model) or any(
-            isinstance(entry, JointCoupling | JointLock) for entry in scene.constraints
+            isinstance(entry, JointCoupling | JointLock) for entry in scene.held
         )
         # Pinocchio's sparse Cholesky takes neither mimic joints nor a model with one row.
         self._dense = self._model.nv < 2 or any(

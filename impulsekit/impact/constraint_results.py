@@ -65,13 +65,13 @@ def _gap(scene: Scene, q: np.ndarray, index: int) -> float:
 def constraint_results(impact: Impact) -> tuple[ConstraintResult, ...]:
     """The results of a scene's constraints, in their order."""
     outcome = impact.outcome
-    if outcome is None or not impact.scene.constraints:
+    if outcome is None or not impact.scene.held:
         return ()
     rows = impact.mechanics.constraint_rows
     matrix = impact.mechanics.constraint_matrix
     before, after = matrix @ impact.v_before, matrix @ impact.v_after
     results = []
-    names = impact.scene.entry_names("constraints")
+    names = impact.scene.entry_names("held")
     unique = outcome.unique if outcome.unique is not None else np.ones(rows.count, dtype=bool)
     for i, (name, where) in enumerate(zip(names, rows.slices, strict=True)):
         impulse = outcome.constraint_impulses[where].copy()

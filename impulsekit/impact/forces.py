@@ -46,7 +46,7 @@ def body_impulses(impact: Impact) -> Iterator[BodyImpulse]:
             wrench = np.array([*entry.linear, *entry.angular])
             site = frame_pair(scene.robot, entry).first
             yield at_point(placement_of, site, wrench, entry.axes, name)
-    for constraint, result in zip(scene.constraints, impact.constraints, strict=True):
+    for constraint, result in zip(scene.held, impact.constraints, strict=True):
         said = rows_of_entry(scene.robot, constraint)
         if isinstance(said, FramePair):
             yield from on_both_ends(placement_of, said, result.impulse, result.name)

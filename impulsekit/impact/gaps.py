@@ -72,9 +72,9 @@ def anchor_openings(
     scene: Scene, posture: Posture, which: Sequence[int] | None = None
 ) -> tuple[AnchorOpening, ...]:
     """The openings of a scene's constraints, likewise."""
-    names = scene.entry_names("constraints")
-    chosen = range(len(names)) if which is None else which
-    return tuple(AnchorOpening(names[i], _opening(posture, scene.constraints[i])) for i in chosen)
+    names = scene.entry_names("held")
+    chosen = range(len(scene.constraints)) if which is None else which
+    return tuple(AnchorOpening(names[i], _opening(posture, scene.held[i])) for i in chosen)
 
 
 def _over_plane(posture: Posture, entry: Contact, name: str) -> ContactGap:

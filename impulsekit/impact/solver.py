@@ -93,7 +93,7 @@ class _Workspace:
         # Entries of q that lie on a circle or sphere exist only where nq > nv.
         self._has_unit_entries = model.nq > model.nv
         self._algorithm, self.plan, self._reached = _planned(scene)
-        self._has_rows = bool(scene.constraints or scene.contacts)
+        self._has_rows = bool(scene.held or scene.contacts)
         # The way that takes any choice of contacts; made when a choice is first given.
         self._general: ConstrainedJump | None = None
         # The commonest case, a robot alone on a fixed base, needs nothing in between.
@@ -240,10 +240,10 @@ def _planned(scene: Scene) -> tuple[Any, Plan, Any]:
     joints = reached.model.njoints - 1
     skipped = robot.model.njoints - 1 - joints
     why = [f"{skipped} joints hang on the world apart from the impact: left out"] if skipped else []
-    alone = not (scene.constraints or scene.contacts)
+    alone = not (scene.held or scene.contacts)
     known = KnownImpulses(scene, reached, alone=alone)
     regular = is_always_regular(reached.model)
-    if not (regular or scene.constraints):
+    if not (regular or scene.held):
         refuse_massless(robot, reached.model.names)
     algorithm: Any
     if scene.contacts and _is_single_contact(scene):
@@ -252,10 +252,10 @@ def _planned(scene: Scene) -> tuple[Any, Plan, Any]:
         name = "single contact"
         why.append("one contact in closed form, on CRBA with Cholesky")
         algorithm = SingleContactJump(scene, known, reached, always_regular=regular)
-    elif scene.constraints or scene.contacts:
+    elif scene.held or scene.contacts:
         name = "delassus"
         why.append(
-            f"Delassus matrix of {len(scene.constraints)} constraints and {len(scene.contacts)} "
+            f"Delassus matrix of {len(scene.held)} constraints and {len(scene.contacts)} "
             "contacts, on CRBA with Cholesky"
         )
         algorithm = ConstrainedJump(scene, known, reached, always_regular=regular)
@@ -282,7 +282,7 @@ def _is_single_contact(scene: Scene) -> bool:
     """Whether a scene is one contact against the world, under the law of this way."""
     from ..scene import Contact, Law
 
-    if scene.constraints or len(scene.contacts) != 1 or scene.law != Law():
+    if scene.held or len(scene.contacts) != 1 or scene.law != Law():
         return False
     (entry,) = scene.contacts
     frames = scene.robot.model.frames

@@ -47,7 +47,7 @@ class HeldRows:
 
     def __init__(self, scene: Scene, reached: ReachedModel) -> None:
         self._model = reached.model
-        self._rows = ConstraintRows.of(scene, reached)
+        self._rows = ConstraintRows.of(scene, reached, "constraints")
         self.names = self._rows.names
         self.velocity = self._rows.velocity.copy()
         self.kept = self._rows.kept

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import pinocchio as pin
@@ -101,14 +102,20 @@ class ConstraintRows:
     faintest: tuple[float, ...] | None
 
     @classmethod
-    def of(cls, scene: Scene, reached: ReachedModel) -> ConstraintRows:
-        """The rows of a scene; frames for their points are added to the reached model."""
+    def of(
+        cls, scene: Scene, reached: ReachedModel, kind: Literal["held", "constraints"] = "held"
+    ) -> ConstraintRows:
+        """The rows of a scene; frames for their points are added to the reached model.
+
+        Args:
+            kind: "held", all that holds in an impact, or "constraints", what holds in a motion.
+        """
         blocks: list[_OfPair | _OfJoints] = []
         slices: list[slice] = []
         names: list[str] = []
         velocity: list[float] = []
         kept: list[bool] = []
-        for name, entry in zip(scene.entry_names("constraints"), scene.constraints, strict=True):
+        for name, entry in zip(scene.entry_names(kind), getattr(scene, kind), strict=True):
             said = rows_of_entry(scene.robot, entry)
             block = (
                 _OfPair(reached, said) if isinstance(said, FramePair) else _OfJoints(reached, said)
@@ -192,7 +199,7 @@ def needs_places(robot: Robot, scene: Scene) -> Places:
     """Which places in the world the constraints and contacts of a scene depend on."""
     model = robot.model
     needed = Places.NONE
-    for entry in (*scene.constraints, *scene.contacts):
+    for entry in (*scene.held, *scene.contacts):
         if isinstance(entry, Collision):
             return Places.IN_WORLD
         said = rows_of_entry(robot, entry)

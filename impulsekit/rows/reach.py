@@ -88,7 +88,7 @@ def touched_joints(scene: Scene) -> set[int]:
     """The joints of the bodies that a scene strikes or holds, without the world."""
     robot = scene.robot
     touched = set()
-    for entry in (*scene.impulses, *scene.constraints, *scene.contacts):
+    for entry in (*scene.impulses, *scene.held, *scene.contacts):
         touched |= {robot.model.frames[robot.frame_id(n)].parentJoint for n in entry.frame_names}
         touched |= {robot.joint_id(name) for name in entry.joint_names}
     for contact in scene.contacts:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +21,8 @@ __all__ = [
     "JointLock",
     "PointAnchor",
     "check_constraint",
+    "check_controlled",
+    "velocity_keeping_lock",
 ]
 
 # The six directions of a frame, linear before angular.
@@ -267,6 +270,32 @@ def check_constraint(robot: Robot, constraint: Any, where: str) -> None:
             f"{where} must be a PointAnchor, FrameAnchor, JointLock or JointCoupling, "
             f"got {a_thing(constraint)}"
         )
+
+
+def velocity_keeping_lock(joint: str) -> JointLock:
+    """What stiff control does to a joint in an impact: its velocity stays what it was."""
+    return JointLock(joint, velocity=KEPT, name=f"controlled {joint}")
+
+
+def check_controlled(
+    robot: Robot, controlled: Sequence[str], constraints: Sequence[Constraint]
+) -> None:
+    """Prove that a robot has these joints, each named once and none of them locked as well.
+
+    Raises:
+        UnknownNameError: a joint that the robot does not have.
+        InputError: a fixed joint, one that is named twice, or locked by a constraint.
+    """
+    locked = [entry.joint for entry in constraints if isinstance(entry, JointLock)]
+    for i, name in enumerate(controlled):
+        _moving_joint(robot, name, f"controlled[{i}]")
+        if name in controlled[:i]:
+            raise InputError(f'controlled[{i}]: joint "{name}" is named twice')
+        if name in locked:
+            raise InputError(
+                f'controlled[{i}]: a JointLock holds joint "{name}" already; '
+                "leave one of the two out"
+            )
 
 
 def _moving_joint(robot: Robot, name: str, where: str) -> Any:

@@ -6,13 +6,14 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ..display import Displayed, one_line
 from ..errors import InputError, RangeError, a_thing
 from ..robot import Robot
 from .law import Law
-from .numbers import Vector, number, vector
+from .numbers import Vector, number, text, vector
 
 if TYPE_CHECKING:
     from .constraints import Constraint
@@ -40,12 +41,18 @@ class Scene(Displayed):
             impact. An impact is instantaneous and does not know it.
         gap_bound: a contact or anchor that is open, or overlaps, by more than this at the
             impact is doubted (``Impact.doubts``) [m, of stops rad]; infinite for never.
+        controlled: joints under stiff position or velocity control. In an impact each keeps
+            the velocity it has, Δq̇ = 0, so that the links between them strike as one composite
+            rigid body (Wang, Dehio & Kheddar 2022); its motor carries the impulse for that, a
+            result of ``Impact.constraints`` called "controlled" and the joint. Between impacts,
+            forces and actuators move the joint. A joint that is not named is free.
 
     Raises:
         UnknownNameError: a frame or joint that the robot does not have.
         ShapeError: a joint impulse or velocity of the wrong length.
         InputError: an impulse on the world, an anchor within one body, two entries of
-            one name, tangential restitution under a law without it.
+            one name, tangential restitution under a law without it, a controlled joint that
+            is locked as well.
 
     Example:
         >>> from impulsekit import AppliedImpulse
@@ -63,6 +70,7 @@ class Scene(Displayed):
     law: Law = field(default_factory=Law)
     gravity: Vector = (0.0, 0.0, -9.81)
     gap_bound: float = 1e-3
+    controlled: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.robot, Robot):
@@ -72,6 +80,7 @@ class Scene(Displayed):
         set_field(self, "constraints", _entries(self.constraints, "constraints"))
         set_field(self, "contacts", _entries(self.contacts, "contacts"))
         set_field(self, "forces", _entries(self.forces, "forces"))
+        set_field(self, "controlled", _names(self.controlled, "controlled"))
         set_field(self, "gravity", vector(self.gravity, "Scene: gravity"))
         if self.gap_bound != math.inf:
             set_field(self, "gap_bound", number(self.gap_bound, "Scene: gap_bound"))
@@ -106,6 +115,10 @@ class Scene(Displayed):
 
             for i, constraint in enumerate(self.constraints):
                 check_constraint(self.robot, constraint, f"constraints[{i}]")
+        if self.controlled:
+            from .constraints import check_controlled
+
+            check_controlled(self.robot, self.controlled, self.constraints)
         if self.contacts:
             from .contacts import check_contact
 
@@ -118,7 +131,7 @@ class Scene(Displayed):
                 check_force(self.robot, force, f"forces[{i}]")
 
     def _check_names(self) -> None:
-        kinds = ("impulses", "constraints", "contacts", "forces")
+        kinds = ("impulses", "held", "contacts", "forces")
         counts = Counter(name for kind in kinds for name in self.entry_names(kind))
         twice = [name for name, count in counts.items() if count > 1]
         if twice:
@@ -132,11 +145,26 @@ class Scene(Displayed):
             for kind in ("impulses", "constraints", "contacts", "forces")
             if (n := len(getattr(self, kind)))
         ]
+        if self.controlled:
+            counts.append(f"{len(self.controlled)} controlled")
         law = f"{self.law.restitution}/{self.law.slip}/{self.law.order}"
         return one_line("Scene", repr(self.robot.name), *(counts or ["nothing acts"]), law=law)
 
+    @cached_property
+    def held(self) -> tuple[Constraint, ...]:
+        """What holds in an impact: the constraints, then a lock at its own speed for each
+        controlled joint."""
+        if not self.controlled:
+            return tuple(self.constraints)
+        from .constraints import velocity_keeping_lock
+
+        return (*self.constraints, *map(velocity_keeping_lock, self.controlled))
+
     def entry_names(self, kind: str) -> tuple[str, ...]:
         """What results call the entries of a ``kind`` such as "impulses": name or place."""
+        if kind == "held":
+            locks = self.held[len(self.constraints) :]
+            return (*self.entry_names("constraints"), *(str(lock.name) for lock in locks))
         return tuple(entry.name or f"{kind}[{i}]" for i, entry in enumerate(getattr(self, kind)))
 
 
@@ -145,3 +173,8 @@ def _entries(value: Any, what: str) -> tuple[Any, ...]:
         return tuple(value)
     except TypeError:
         raise InputError(f"Scene: {what} must be a list, got {a_thing(value)}") from None
+
+
+def _names(value: Any, what: str) -> tuple[str, ...]:
+    names = (value,) if isinstance(value, str) else _entries(value, what)
+    return tuple(text(name, f"Scene: {what}[{i}]") for i, name in enumerate(names))

@@ -3,6 +3,7 @@
 A file names a robot, the state it is in, and what happens to it::
 
     gravity = [0, 0, -9.81]          # [m/s²]; keys of the whole file stand before the first table
+    controlled = ["elbow"]           # joints under stiff control keep their speed in an impact
     gap_bound = 1e-3                 # [m]; contacts and anchors open by more are warned of
 
     [robot]                          # or [robots.arm], [robots.ball]: several in one world

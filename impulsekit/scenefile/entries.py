@@ -17,7 +17,7 @@ from .vocabulary import NESTED, Section, model_of
 __all__ = ["MOVED", "read_entries", "read_section"]
 
 # Keys that a table cannot have by mistake but for standing below it.
-MOVED = ("gravity", "gap_bound")
+MOVED = ("gravity", "gap_bound", "controlled")
 
 
 def read_section(section: Section, raw: Any, robot: Robot | None, faults: Faults) -> Any:

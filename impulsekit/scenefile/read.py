@@ -69,6 +69,7 @@ class _Settings(pydantic.BaseModel):
     model_config = STRICT
     gravity: Vector = _defaults["gravity"]
     gap_bound: Annotated[float, pydantic.AllowInfNan(True)] = _defaults["gap_bound"]
+    controlled: tuple[str, ...] = _defaults["controlled"]
 
 
 def load_scene(path: str | os.PathLike[str]) -> SceneFile:
@@ -113,6 +114,8 @@ def _scene_file(data: dict[str, Any], path: str, folder: str) -> SceneFile:
     robot = read_robots(data, folder, faults, MOVED)
     q, v = _read_state(data.get("state", {}), robot, faults)
     settings = faults.validated(_Settings, {k: data[k] for k in MOVED if k in data}, "")
+    if robot is not None and settings is not None:
+        _tried(lambda names: Scene(robot, controlled=names), settings.controlled, "", faults, None)
     parts: dict[str, Any] = {}
     for section in SECTIONS:
         if section.name in data:
@@ -231,7 +234,7 @@ def _tried(make: Callable, value: Any, place: str, faults: Faults, otherwise: An
     try:
         return make(value)
     except ImpulsekitError as error:
-        faults.add(f"{place}: {error}")
+        faults.add(f"{place}: {error}" if place else str(error))
         return otherwise
 
 

@@ -130,7 +130,7 @@ def _known(impact: Impact) -> Iterator[Arrow]:
 
 
 def _constraints(impact: Impact) -> Iterator[Arrow]:
-    for entry, result in zip(impact.scene.constraints, impact.constraints, strict=True):
+    for entry, result in zip(impact.scene.held, impact.constraints, strict=True):
         if isinstance(entry, PointAnchor | FrameAnchor):
             wrench = np.zeros(6)
             names = entry.directions if isinstance(entry, FrameAnchor) else DIRECTIONS[:3]

@@ -94,7 +94,7 @@ def _kept_shut(impact: Impact, v: np.ndarray) -> Callable[[np.ndarray], np.ndarr
     """The velocity nearest to v at a configuration that keeps what v keeps at the impact."""
     v = np.array(v)
     scene = impact.scene
-    if not scene.constraints:
+    if not scene.held:
         return lambda q: v
     rates = impact.mechanics.constraint_matrix @ v
     scale = max(float(np.abs(v).max()), TINY)

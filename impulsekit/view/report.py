@@ -79,6 +79,8 @@ def _head(impact: Impact) -> list[str]:
     for kind in ("constraints", "contacts"):
         if count := len(getattr(scene, kind)):
             what.append(_counted(count, kind.removesuffix("s")))
+    if scene.controlled:
+        what.append(_counted(len(scene.controlled), "controlled joint"))
     what.append(f"{scene.robot.nv} degrees of freedom")
     return [
         f"{scene.robot.name}: {', '.join(what)}",
@@ -183,7 +185,7 @@ def _constraints(impact: Impact) -> list[str]:
     speed_scale = float(np.abs([impact.v_before, impact.v_after]).max())
     rows = []
     notes = []
-    for entry, result in zip(impact.scene.constraints, impact.constraints, strict=True):
+    for entry, result in zip(impact.scene.held, impact.constraints, strict=True):
         for i, row in enumerate(result.rows):
             if entry.joint_names:
                 turns = unit_of_joint[entry.joint_names[0]] == "rad/s"
@@ -202,7 +204,7 @@ def _constraints(impact: Impact) -> list[str]:
     head = ["name", "row", "impulse", "velocity before", "after", "units"]
     anchors = [
         result
-        for entry, result in zip(impact.scene.constraints, impact.constraints, strict=True)
+        for entry, result in zip(impact.scene.held, impact.constraints, strict=True)
         if getattr(entry, "other_at", None) is not None
     ]
     return ["Constraints", *table(head, rows), *notes, *gap_lines("open by [m]", anchors)]

@@ -96,7 +96,7 @@ def _acts_before(impact: Impact) -> bool:
     """
     scene = impact.scene
     struck = scene.law.order == "sequential" and bool(scene.impulses)
-    return struck or bool(scene.constraints)
+    return struck or bool(scene.held)
 
 
 def _is_split_open(impact: Impact) -> bool:

@@ -81,7 +81,7 @@ class Workspace:
             )
             self.impulses.append(own)
         self.blow_names = scene.entry_names("impulses")
-        self.constraint_names = scene.entry_names("constraints")
+        self.constraint_names = scene.entry_names("held")
         self.contact_names = scene.entry_names("contacts")
         at = 2 * self.model.nv
         self.blow_columns: dict[str, slice] = {}
@@ -94,13 +94,13 @@ class Workspace:
         self._columns: dict[tuple[int, ...], Columns] = {}
         self.bilateral: list[PairRows | FixedRows] = []
         kept: list[bool] = []
-        for constraint in scene.constraints:
+        for constraint in scene.held:
             rows = entry_rows(robot, self.expanded, constraint)
             self.bilateral.append(rows)
             kept += [constraint.velocity == KEPT] * rows.count
         self.kept = np.array(kept, dtype=bool)
         self.any_kept = any(kept)
-        self._robot, self._parts = robot, (scene.impulses, scene.constraints, scene.contacts)
+        self._robot, self._parts = robot, (scene.impulses, scene.held, scene.contacts)
 
     def configuration(self, q: np.ndarray) -> np.ndarray:
         """The configuration of the expanded model, with the roots where it has them."""

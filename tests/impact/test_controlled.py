@@ -1,0 +1,234 @@
+"""Joints under stiff control strike as one composite rigid body, at their own speeds."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit.design import effective_mass
+
+from ..close import close
+from ..reference.models import joint, link, robot
+
+MASSES, INERTIAS, LENGTH = (2.0, 0.5), (0.3, 0.02), 0.8
+ARM = [f"panda_joint{i}" for i in range(1, 8)]
+NORMALS = ([0, 0, 1], [1, 0, 0], [0.6, 0, 0.8])
+
+
+def cross(a, b):
+    """The z component of a x b, in the plane."""
+    return a[0] * b[1] - a[1] * b[0]
+
+
+def two_bodies(root="planar"):
+    """Two bodies on a hinge about z; each has its mass centre half way along its x axis."""
+    near, far = (
+        link(name, str(m), f"{LENGTH / 2} 0 0", inertia=f"1 0 0 1 0 {i}")
+        for name, m, i in zip(("near", "far"), MASSES, INERTIAS, strict=True)
+    )
+    hinge = joint("hinge", "near", "far", "continuous", at=f"{LENGTH} 0 0")
+    return ik.Robot.from_urdf(robot(near, far, hinge), root=root)
+
+
+def composite(angle):
+    """Mass, mass centre (2,) and inertia about it of the two bodies, locked at an angle."""
+    along = np.array([np.cos(angle), np.sin(angle)])
+    centres = np.array([[LENGTH / 2, 0], [LENGTH, 0] + LENGTH / 2 * along])
+    masses = np.array(MASSES)
+    centre = masses @ centres / masses.sum()
+    arms = centres - centre
+    return masses.sum(), centre, sum(INERTIAS) + masses @ (arms**2).sum(axis=1)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7, -2.1])
+def test_two_bodies_take_a_blow_as_one_and_the_hinge_keeps_its_speed(angle):
+    """Δv = p/m and Δω = r x p/I of the composite body, whatever the hinge does."""
+    body = two_bodies()
+    q, spin = body.configuration(hinge=[np.cos(angle), np.sin(angle)]), 3.0
+    v = body.velocity(root_joint=[0.2, -0.1, 0.5], hinge=spin)
+    impulse = np.array([0.4, -1.1])
+    blow = ik.AppliedImpulse("far", linear=[*impulse, 0], at=[LENGTH, 0, 0])
+    impact = ik.solve(ik.Scene(body, [blow], controlled=["hinge"]), q, v)
+    mass, centre, inertia = composite(angle)
+    struck = np.array([LENGTH + LENGTH * np.cos(angle), LENGTH * np.sin(angle)])
+    turn = cross(struck - centre, impulse) / inertia
+    # The root's frame lies at the origin: v = v_c + ω x (0 − c).
+    root = impulse / mass + turn * np.array([centre[1], -centre[0]])
+    close(impact.dv, [*root, turn, 0.0], 1e-13)
+    assert impact.v_after[3] == pytest.approx(spin, rel=1e-14)
+    # A lock, on the other hand, takes the hinge's speed away.
+    locked = ik.solve(ik.Scene(body, [blow], [ik.JointLock("hinge")]), q, v)
+    assert abs(locked.v_after[3]) < 1e-14
+    # The motor takes r x p of the far body, less what that body's own motion needs.
+    along = np.array([np.cos(angle), np.sin(angle)])
+    own = LENGTH / 2 * along
+    centre_dv = impulse / mass + turn * np.array(
+        [-(LENGTH * along[1] / 2 - centre[1]), LENGTH + own[0] - centre[0]]
+    )
+    needed = INERTIAS[1] * turn + MASSES[1] * cross(own, centre_dv)
+    motor = needed - cross(LENGTH * along, impulse)
+    assert impact.constraints["controlled hinge"].impulse[0] == pytest.approx(motor, rel=1e-12)
+    assert ik.check(impact).agrees
+    assert "controlled hinge" in ik.report(impact)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.6])
+def test_two_bodies_meet_a_wall_with_the_mass_of_one(restitution):
+    """P = (1 + e) m* u with 1/m* = 1/m + (r x n)²/I of the composite body."""
+    body, angle = two_bodies(), 0.9
+    q = body.configuration(hinge=[np.cos(angle), np.sin(angle)])
+    v = body.velocity(root_joint=[1.0, 0.3, -0.4], hinge=-0.8)
+    wall = ik.Contact(
+        "far", at=[LENGTH, 0, 0], normal=[-1, 0, 0], origin=[9, 0, 0], restitution=restitution
+    )
+    scene = ik.Scene(body, contacts=[wall], controlled=["hinge"], gap_bound=np.inf)
+    impact = ik.solve(scene, q, v)
+    mass, centre, inertia = composite(angle)
+    arm = [LENGTH + LENGTH * np.cos(angle), LENGTH * np.sin(angle)] - centre
+    approach = impact.contacts[0].velocity_before[0]
+    expected = (1 + restitution) * approach / (1 / mass + cross(arm, [-1, 0]) ** 2 / inertia)
+    assert approach > 0
+    assert impact.contacts[0].impulse @ [-1, 0, 0] == pytest.approx(expected, rel=1e-12)
+
+
+def panda_pose(root, seed=4):
+    body = ik.Robot.from_example("panda", root=root)
+    rng = np.random.default_rng(seed)
+    angles = rng.uniform([-1, -1, -1, -2.5, -1, 0.5, -1], [1, 1, 1, -0.5, 1, 3, 1])
+    return body, body.configuration(dict(zip(ARM, angles, strict=True)))
+
+
+def mass_met(body, q, normal, **held):
+    return effective_mass(ik.Scene(body, **held), q, "panda_hand", normal, at=[0, 0, 0.1])
+
+
+@pytest.mark.parametrize("normal", NORMALS)
+def test_a_panda_meets_more_mass_the_more_of_it_is_controlled(normal):
+    """Between all joints free and all held: each row of Δq̇ = 0 adds to what a blow meets."""
+    body, q = panda_pose("fixed")
+    masses = [mass_met(body, q, normal, controlled=ARM[7 - count :]) for count in range(8)]
+    locks = [ik.JointLock(name) for name in ARM]
+    assert all(a <= b * (1 + 1e-12) for a, b in itertools.pairwise(masses))
+    assert masses[0] == pytest.approx(mass_met(body, q, normal))
+    assert 1.2 * masses[0] < masses[4] < np.inf
+    assert mass_met(body, q, normal, constraints=locks) == masses[7] == np.inf
+
+
+@pytest.mark.parametrize("normal", NORMALS)
+def test_a_stiff_panda_that_does_not_feel_its_base_is_one_rigid_body(normal):
+    """1/m* = n·(1/m − [r] I⁻¹ [r]) n with the mass, centre and inertia of all its links."""
+    body, q = panda_pose("freeflyer")
+    controlled = [name for name in body.joint_names if name != "root_joint"]
+    data = body.model.createData()
+    pin.forwardKinematics(body.model, data, q)
+    places = [data.oMi[item.joint_id] for item in body.links]
+    masses = np.array([item.mass for item in body.links])
+    centres = np.array([p.act(i.com_in_joint) for p, i in zip(places, body.links, strict=True)])
+    centre = masses @ centres / masses.sum()
+    inertia = np.zeros((3, 3))
+    for place, item, arm in zip(places, body.links, centres - centre, strict=True):
+        inertia += place.rotation @ item.inertia_in_joint_axes @ place.rotation.T
+        inertia += item.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    arm = body.placement(q, "panda_hand").point([0, 0, 0.1]) - centre
+    turning = np.cross(arm, normal)
+    expected = 1 / (1 / masses.sum() + turning @ np.linalg.solve(inertia, turning))
+    found = mass_met(body, q, normal, controlled=controlled)
+    assert found == pytest.approx(expected, rel=1e-10)
+    fixed, same = panda_pose("fixed")
+    assert mass_met(fixed, same, normal) < found < np.inf
+
+
+def struck_panda(**more):
+    body, q = panda_pose("fixed")
+    v = np.random.default_rng(1).normal(size=body.nv)
+    blow = ik.AppliedImpulse("panda_link4", linear=[0.3, -0.2, 0.5], at=[0, 0.05, 0])
+    speed = body.velocity_of(q, v, "panda_hand", at=[0, 0, 0.1]).linear
+    wall = ik.Contact(
+        "panda_hand", [0, 0, 0.1], tuple(-speed), [9, 9, 9], restitution=0.3, friction=0.4
+    )
+    held = {"controlled": ["panda_joint2", "panda_joint5"], **more}
+    return ik.Scene(body, [blow], contacts=[wall], gap_bound=np.inf, **held), q, v
+
+
+@pytest.mark.parametrize("slip", ["end", "path"])
+def test_batches_say_the_same(slip):
+    scene, q, v = struck_panda(law=ik.Law(slip=slip))
+    states = np.array([q, q + 0.05, q - 0.1]), np.array([v, 0.5 * v, 2 * v])
+    outputs = ("v_after", "contact_impulses", "constraint_impulses", "reactions")
+    batch = ik.solve_batch(scene, *states, outputs=outputs)
+    assert batch.plan.kernel
+    for row, state in enumerate(zip(*states, strict=True)):
+        impact = ik.solve(scene, *state)
+        assert np.array_equal(impact.v_after[[1, 4]], state[1][[1, 4]])
+        close(batch.v_after[row], impact.v_after, 1e-10)
+        close(batch.contact_impulses[row, 0], impact.contacts[0].impulse, 1e-10)
+        motors = np.concatenate([result.impulse for result in impact.constraints])
+        close(batch.constraint_impulses[row], motors, 1e-10)
+        reactions = np.array([impact.reactions[name] for name in scene.robot.joint_names])
+        close(batch.reactions[row], reactions, 1e-10)
+
+
+def test_derivatives_are_those_of_differences():
+    scene, q, v = struck_panda()
+    found = ik.derivatives(ik.solve(scene, q, v))
+    step = 1e-6
+    for column, e in enumerate(np.eye(scene.robot.nv)):
+        for matrix, state in (
+            (found.dv_after_dq, lambda s, e=e: (q + s * e, v)),
+            (found.dv_after_dv, lambda s, e=e: (q, v + s * e)),
+        ):
+            ahead, behind = (ik.solve(scene, *state(s)).v_after for s in (step, -step))
+            close(matrix[:, column], (ahead - behind) / (2 * step), 2e-7)
+
+
+def test_in_a_motion_the_motor_holds_at_impacts_alone():
+    """The hinge swings freely before and after the floor is struck; there it keeps its speed."""
+    body = two_bodies("freeflyer")
+    q = body.configuration(root_joint=[0, 0, 0.4, 0.5, 0.5, 0.5, 0.5], hinge=[0.8, 0.6])
+    floor = [ik.Contact("far", at=[LENGTH, 0, 0], restitution=0.5, friction=0.0)]
+    v = body.velocity(root_joint=[0, 0, 0, 0, 0, 1.0], hinge=-2.0)
+    stiff, free = (
+        ik.simulate(ik.Scene(body, contacts=floor, controlled=held), q, v, duration=0.6)
+        for held in (["hinge"], [])
+    )
+    (time, impact), (other_time, loose) = stiff.impacts[0], free.impacts[0]
+    assert time == other_time
+    assert impact.dv[-1] == pytest.approx(0.0, abs=1e-13) != loose.dv[-1]
+    assert np.array_equal(impact.v_before, loose.v_before)
+    assert impact.contacts[0].impulse[2] > 1.01 * loose.contacts[0].impulse[2]
+    # Behind the impact the hinge goes on as forces and inertia have it.
+    assert abs(stiff.at(time + 0.05)[1][-1] - impact.v_after[-1]) > 1e-3
+
+
+def test_scene_files_keep_it(tmp_path):
+    scene, q, v = struck_panda()
+    path = tmp_path / "stiff.toml"
+    ik.save_scene(path, scene, q, v)
+    read = ik.load_scene(path)
+    assert read.scene.controlled == ("panda_joint2", "panda_joint5")
+    assert np.array_equal(ik.solve(read.scene, read.q, read.v).dv, ik.solve(scene, q, v).dv)
+    path.write_text(path.read_text().replace('"panda_joint5"]', '"panda_joint55"]'))
+    with pytest.raises(ik.errors.SceneFileError, match=r"controlled\[1\].*panda_joint5"):
+        ik.load_scene(path)
+
+
+@pytest.mark.parametrize(
+    ("held", "match"),
+    [
+        ({"controlled": ["hing"]}, "hinge"),
+        ({"controlled": ["hinge", "hinge"]}, "twice"),
+        ({"controlled": [3]}, "name"),
+        ({"controlled": 3}, "list"),
+        (
+            {"controlled": "hinge", "constraints": [ik.JointLock("hinge")]},
+            "leave one of the two out",
+        ),
+    ],
+)
+def test_what_cannot_be_controlled_is_told(held, match):
+    with pytest.raises(ik.errors.ImpulsekitError, match=match):
+        ik.Scene(two_bodies(), **held)
