@@ -136,6 +136,14 @@ TABLE: tuple[_Row, ...] = (
         OfJob("batch", f"Solo12, {what}: solve / batch", jobs.batch_of(feet, law), bound, "", True)
         for what, feet, law, bound in jobs.LAWS
     ),
+    OfJob(
+        "batch",
+        "joint reactions of Talos on its hands: solve / batch",
+        jobs.reactions_of_a_fall,
+        20.0,
+        "",
+        True,
+    ),
     OfJob("motion", "flight of Talos: share of Pinocchio and scipy", jobs.share, 0.75, "", True),
     OfJob("whole jobs", "second check of Talos against Kane", jobs.second_check, 0.2, "s"),
     OfJob("whole jobs", "page of 10 s of Talos at 60 Hz", jobs.page, 10.0, "s"),

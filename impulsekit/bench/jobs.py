@@ -38,10 +38,12 @@ __all__ = [
     "PINOCCHIO",
     "Times",
     "batch_of",
+    "falling_talos",
     "growth",
     "importing",
     "one_of_four",
     "page",
+    "reactions_of_a_fall",
     "second_check",
     "share",
 ]
@@ -149,6 +151,44 @@ def batch_of(feet: int, law: Law) -> Callable[[], Times]:
         return Times(times["batch"], times["single"], 4096, 64)
 
     return measured
+
+
+def falling_talos(count: int) -> tuple[Scene, np.ndarray, np.ndarray]:
+    """A scene, (count, nq) and (count, nv): Talos falls forward, both hands strike the floor."""
+    talos = Robot.from_example("talos", root="freeflyer")
+    hands = [
+        Contact(f"gripper_{side}_base_link", [0, 0, -0.1], restitution=0.1, friction=0.5)
+        for side in ("left", "right")
+    ]
+    # The poses are drawn at random: hands are near the floor, not on it.
+    scene = Scene(talos, contacts=hands, gap_bound=math.inf)
+    rng = np.random.default_rng(0)
+    step, v = (size * rng.normal(size=(count, talos.nv)) for size in (0.4, 0.3))
+    step[:, :6] *= [0, 0, 0, 0.5, 0.5, 0.5]
+    step[:, 4] += 1.2
+    q = np.array([pin.integrate(talos.model, talos.neutral(), one) for one in step])
+    for own, pose in zip(v, q, strict=True):
+        own[:3] += pin.Quaternion(pose[3:7]).toRotationMatrix().T @ [0.0, 0.0, -2.0]
+    return scene, q, v
+
+
+def reactions_of_a_fall() -> Times:
+    """What every joint of Talos carries when it falls on its hands: a batch against a loop."""
+    scene, q, v = falling_talos(1000)
+    warm_up(scene)
+    joints = scene.robot.joint_names
+
+    def one_by_one() -> None:
+        for state in zip(q[:50], v[:50], strict=True):
+            impact = solve(scene, *state)
+            _ = impact.status, [impact.reactions[joint] for joint in joints]
+
+    ways = {
+        "batch": lambda: solve_batch(scene, q, v, outputs=("reactions",)),
+        "single": one_by_one,
+    }
+    times = time_in_turn(ways, rounds=15)
+    return Times(times["batch"], times["single"], len(q), 50)
 
 
 def share(duration: float = 5.0) -> list[float]:

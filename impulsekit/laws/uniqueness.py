@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .compiled import compiled, entry
-from .coupling import friction_feedback
+from .coupling import SURE, friction_is_weak
 from .plane_modes import plane_modes, plane_of
 from .space_modes import space_modes
 
@@ -31,8 +31,6 @@ __all__ = [
 MOST_IN_PLANE, MOST_IN_SPACE = 4, 3
 # Friction below this counts as none: it would only underflow.
 NEGLIGIBLE = 1e-150
-# Of a feedback below 1 by less than this, rounding decides.
-SURE = 1e-6
 # Velocities that differ by less than this share of the largest are the same.
 SAME = 1e-6
 # Work above this share of the energies in play is a gain.
@@ -120,15 +118,13 @@ class Search(NamedTuple):
     """What is known of the solutions of a contact problem.
 
     Attributes:
-        how: "smooth" (no friction), "weak" (friction feeds back with L < 1) and "all tried" prove
-            how many there are; "searched" and "too many" do not.
-        feedback: L, where it was worked out.
+        how: "smooth" (no friction), "weak" (friction is too weak to leave a choice) and "all
+            tried" prove how many there are; "searched" and "too many" do not.
         impulses: (k, 3n) the impulses found [N s]; none where a proof needs no search.
         compressions: (k, 3n) under Poisson's law the impulses of their compression.
     """
 
     how: str
-    feedback: float
     impulses: np.ndarray
     compressions: np.ndarray | None = None
 
@@ -161,20 +157,19 @@ def search_answers(
     none = np.empty((0, 3 * n))
     mu = np.where(friction > NEGLIGIBLE, friction, 0.0)
     if not mu.any() and not always:
-        return Search(SMOOTH, 0.0, none)
+        return Search(SMOOTH, none)
     rubbed = _without_idle_tangents(delassus, mu)
     b = aim.copy()
     b[0::3][mu == 0.0] = 0.0
     b[1::3][mu == 0.0] = 0.0
-    feedback = float(friction_feedback(rubbed, mu))
-    if feedback < 1.0 - SURE and not always:
-        return Search(WEAK, feedback, none)
+    if not always and friction_is_weak(rubbed, mu):
+        return Search(WEAK, none)
     how, pressed = _phase(rubbed, b, mu, np.zeros(n), scale)
     if release is None or not release.any():
-        return Search(how, feedback, pressed)
+        return Search(how, pressed)
     if how != ALL_TRIED:
         # Of Poisson's law in space only what friction proves is known.
-        return Search(TOO_MANY, feedback, none)
+        return Search(TOO_MANY, none)
     impulses, compressions = [none], [none]
     for one in pressed:
         floor = release * one[2::3]
@@ -182,7 +177,7 @@ def search_answers(
         _, back = _phase(rubbed, b + rubbed @ one, mu, floor, scale)
         impulses.append(one + back)
         compressions.append(np.broadcast_to(one, back.shape))
-    return Search(ALL_TRIED, feedback, np.concatenate(impulses), np.concatenate(compressions))
+    return Search(ALL_TRIED, np.concatenate(impulses), np.concatenate(compressions))
 
 
 def search_phase(
@@ -203,7 +198,7 @@ def search_phase(
     """
     floor = np.zeros_like(friction) if floor is None else floor
     how, impulses = _phase(delassus, aim, friction, floor, scale, plane=plane)
-    return Search(how, np.nan, impulses)
+    return Search(how, impulses)
 
 
 def _phase(

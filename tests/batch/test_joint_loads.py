@@ -7,7 +7,10 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
+from impulsekit.bench.jobs import falling_talos
 from impulsekit.errors import InputError
+
+from ..robots import relative
 
 TALOS = ik.Robot.from_example("talos", root="freeflyer")
 
@@ -92,6 +95,22 @@ def test_they_are_those_of_single_states(name, scene):
                 batch.bodies[row, k], expected, atol=1e-11 * np.abs(impact.dv).max()
             )
     assert compared >= 3
+
+
+def test_a_thousand_falls_on_both_hands():
+    """All joints of Talos in one call, as ``solve`` has them row by row."""
+    scene, q, v = falling_talos(1000)
+    batch = ik.solve_batch(scene, q, v, outputs=("reactions",))
+    assert batch.plan.kernel
+    assert batch.valid.all()
+    assert not batch.single.any()
+    pressed = 0
+    for row in range(0, 1000, 4):
+        impact = ik.solve(scene, q[row], v[row])
+        expected = np.array([impact.reactions[name] for name in scene.robot.joint_names])
+        assert relative(batch.reactions[row] - expected, expected) < 1e-11
+        pressed += all(contact.impulse[2] > 0.0 for contact in impact.contacts)
+    assert pressed > 50
 
 
 def test_blows_that_vary_row_by_row():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from impulsekit.bench.truths.enumerated import PlaneProblem, all_after
+from impulsekit.laws.coupling import friction_feedback, is_monotone
 from impulsekit.laws.uniqueness import search_answers
 
 
@@ -68,13 +69,37 @@ def test_all_solutions_in_a_plane_are_found_and_no_other(n, count):
     assert several or n in (1, 4)
 
 
-def test_where_friction_feeds_back_weakly_there_is_one_solution_for_every_velocity():
+@pytest.mark.parametrize(
+    ("proof", "least"), [(is_monotone, 40), (lambda W, mu: friction_feedback(W, mu) < 1.0, 30)]
+)
+def test_where_friction_feeds_back_weakly_there_is_one_solution_for_every_velocity(proof, least):
     rng = np.random.default_rng(5)
     proven = 0
     for _ in range(300):
         problem = plane_problem(rng, int(rng.integers(2, 4)), [0.1, 0.3, 1.0])
         W, b, _ = in_space(problem, rng)
-        if search_answers(W, b, np.array(problem.friction), 1.0).how == "weak":
+        if proof(W, np.array(problem.friction)):
             proven += 1
             assert len(all_after(problem)) == 1
-    assert proven > 30
+            assert search_answers(W, b, np.array(problem.friction), 1.0).how == "weak"
+    assert proven > least
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_the_proof_holds_where_the_inequality_does(count):
+    """pᵀWp > Σ µ |(Wp)_t| |p_n| for all p: sampled, and not proven where a sample breaks it."""
+    rng = np.random.default_rng(count)
+    proven = broken = 0
+    for _ in range(60):
+        half = rng.normal(size=(3 * count + 3, 3 * count))
+        W, mu = half.T @ half, rng.uniform(0, 1.5, count)
+        p = rng.normal(size=(4000, count, 3))
+        u = (p.reshape(-1, 3 * count) @ W).reshape(p.shape)
+        rubbing = (mu * np.hypot(u[..., 0], u[..., 1]) * np.abs(p[..., 2])).sum(axis=1)
+        holds = bool(((u * p).sum(axis=(1, 2)) > rubbing).all())
+        proof = is_monotone(W, mu)
+        proven += proof
+        broken += not holds
+        assert holds or not proof
+    assert proven > 5
+    assert broken > 5

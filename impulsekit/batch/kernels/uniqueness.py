@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...laws.coupling import friction_feedback
+from ...laws.coupling import friction_is_weak
 from ...laws.dense import rank_by_pivots
 from ...laws.modes import DEPENDENT
 from ...laws.plane_modes import plane_of
@@ -13,7 +13,6 @@ from ...laws.uniqueness import (
     MOST_FOUND,
     MOST_IN_PLANE,
     MOST_IN_SPACE,
-    SURE,
     TRIED_ALL,
     TRIED_SOME,
     is_another,
@@ -61,7 +60,7 @@ def judge_others(code, W, before, free, after, mus, es, ets, count, P):
             whole[r, c] = W[r, c]
             if (mu[i] > 0.0 or r % 3 == 2) and (mu[c // 3] > 0.0 or c % 3 == 2):
                 own[r, c] = W[r, c]
-    if not scale > 0.0 or friction_feedback(own, mu) < 1.0 - SURE:
+    if not scale > 0.0 or friction_is_weak(own, mu):
         return code
     found = np.empty((MOST_FOUND, size))
     how, known = search_modes(own, aim, mu, np.zeros(count), scale, False, found)
@@ -109,7 +108,7 @@ def judge_feedback(code, W, aim, mus, count):
             for c in range(size):
                 if mu[c // 3] > 0.0 or c % 3 == 2:
                     own[r, c] = W[r, c]
-    if friction_feedback(own, mu) < 1.0 - SURE:
+    if friction_is_weak(own, mu):
         return code
     if count <= MOST_IN_PLANE and plane_of(own, b, mu, direction):
         return AGAIN

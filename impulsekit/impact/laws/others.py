@@ -249,8 +249,7 @@ def _alone(
     if search.how == SMOOTH:
         return Finding(PROVEN, "nothing rubs: the problem is convex")
     if search.how == WEAK:
-        weak = f"friction feeds back weakly on the normal impulses: L = {search.feedback:.2g} < 1"
-        return Finding(PROVEN, weak)
+        return Finding(PROVEN, "friction feeds back weakly on the normal impulses")
     if search.how == ALL_TRIED and len(search.impulses):
         return Finding(PROVEN, "all modes of the contacts in the plane were tried")
     shares = solution.unique is not None and not newton and problem.restitution.any()
