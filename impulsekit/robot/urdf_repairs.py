@@ -26,6 +26,9 @@ _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _COMMENTS_FIRST = re.compile(r"^(?:\s*<!--.*?-->)+\s*(?=<\?xml)", re.DOTALL)
 _PREFIX_OF_NAME = re.compile(r"</?([A-Za-z_][\w.-]*):|\s([A-Za-z_][\w.-]*):[\w.-]+\s*=")
 _DECLARED = re.compile(r"xmlns:([A-Za-z_][\w.-]*)\s*=")
+# A number with one point more behind it; numbers apart by blanks.
+_DOTTED = re.compile(r"(\d*\.\d+)\.(?=\s|$)")
+_NUMBERS = re.compile(r"\s*([+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?(\s+|$))+", re.ASCII)
 _STRINGS_AND_COMMENTS = re.compile(r"<!--.*?-->|\"[^\"]*\"|'[^']*'", re.DOTALL)
 
 
@@ -76,7 +79,9 @@ def repair_tree(robot: Element, *, mimic: bool) -> list[str]:
     links = {link.get("name") for link in robot.findall("link")}
     told += _world_link(robot, links)
     told += _products_of_inertia(robot)
+    told += _punctuation(robot)
     told += _limits(robot)
+    told += _shapeless(robot)
     if mimic:
         told += _mimics(robot)
     return told
@@ -130,9 +135,11 @@ def _limits(robot: Element) -> list[str]:
 
     endless, unsaid = [], []
     for joint in robot.findall("joint"):
-        if joint.get("type") not in _LIMITED:
-            continue
         name, limit = joint.get("name", ""), joint.find("limit")
+        if joint.get("type") not in _LIMITED:
+            if limit is not None and _without_negatives(limit):
+                unsaid.append(name)
+            continue
         if limit is None:
             limit = SubElement(joint, "limit", lower="1", upper="0")
         lower, upper = (_number(limit.get(key, "0")) for key in ("lower", "upper"))
@@ -140,13 +147,9 @@ def _limits(robot: Element) -> list[str]:
             limit.set("lower", "-" + UNLIMITED)
             limit.set("upper", UNLIMITED)
             endless.append(name)
-        unbounded = False
         for key in ("effort", "velocity"):
-            given = _number(limit.get(key)) if key in limit.attrib else -1.0
-            if given is not None and given < 0.0:
-                limit.set(key, UNLIMITED)
-                unbounded = True
-        if unbounded:
+            limit.attrib.setdefault(key, "-1")
+        if _without_negatives(limit):
             unsaid.append(name)
     told = []
     if endless:
@@ -159,6 +162,45 @@ def _limits(robot: Element) -> list[str]:
             f"effort or velocity limits left out or negative are unlimited ({_listed(unsaid)})"
         )
     return told
+
+
+def _without_negatives(limit: Element) -> bool:
+    """Take away bounds of effort and velocity below 0; whether there were any."""
+    negative = [key for key in ("effort", "velocity") if (_number(limit.get(key)) or 0.0) < 0.0]
+    for key in negative:
+        limit.set(key, UNLIMITED)
+    return bool(negative)
+
+
+def _punctuation(robot: Element) -> list[str]:
+    """Commas between numbers, and a second point behind one, in joints, inertias and shapes."""
+    changed = []
+    for element in (*robot.findall("joint"), *robot.findall("link")):
+        before = len(changed)
+        for item in element.iter():
+            for key, text in item.attrib.items():
+                plain = _DOTTED.sub(r"\1", text.replace(",", " "))
+                if plain != text and _NUMBERS.fullmatch(plain):
+                    item.set(key, plain)
+                    changed.append(element.get("name", ""))
+        del changed[before + 1 :]
+    if not changed:
+        return []
+    return [f"commas between numbers, and a point behind one, are ignored ({_listed(changed)})"]
+
+
+def _shapeless(robot: Element) -> list[str]:
+    """<visual> and <collision> in which no shape stands."""
+    names = []
+    for link in robot.findall("link"):
+        for item in (*link.findall("visual"), *link.findall("collision")):
+            geometry = item.find("geometry")
+            if geometry is None or not len(geometry):
+                link.remove(item)
+                names.append(link.get("name", ""))
+    if not names:
+        return []
+    return [f"<visual> or <collision> without a shape is ignored ({_listed(names)})"]
 
 
 def _mimics(robot: Element) -> list[str]:

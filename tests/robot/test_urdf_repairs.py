@@ -65,6 +65,12 @@ QUIRKS = {
         '"hinge"',
     ),
     "negative effort": (CLEAN.replace("effort='5'", "effort='-1'"), "unlimited"),
+    "commas between numbers": (CLEAN.replace("xyz='0 0 .5'", "xyz='0,0, .5'"), "commas"),
+    "a point behind a number": (CLEAN.replace("upper='1'", "upper='1.0.'"), "point"),
+    "a visual without a shape": (
+        CLEAN.replace("</link>", "<visual/><collision><geometry/></collision></link>", 1),
+        "without a shape",
+    ),
     "lower above upper": (CLEAN.replace("lower='-1' upper='1'", "lower='1' upper='0'"), "no limit"),
     "revolute without limit": (robot_text(BASE, ARM, hinge(inside="")), "no limit"),
     "default namespace": (
@@ -114,6 +120,16 @@ def test_a_joint_without_limit_may_turn_as_far_as_it_likes():
     assert robot.nq == 1
     assert robot.model.upperPositionLimit[0] > 1e300
     assert robot.model.lowerPositionLimit[0] < -1e300
+
+
+def test_a_continuous_joint_with_a_negative_effort_has_none():
+    limit = "<limit lower='0' upper='0' effort='-1' velocity='-1'/>"
+    robot, assumed = read_with_warning(
+        robot_text(BASE, ARM, hinge(type="continuous", inside=limit))
+    )
+    assert "unlimited" in assumed
+    assert robot.model.upperEffortLimit[0] > 1e300
+    assert solves_and_checks(robot)
 
 
 def test_the_world_as_a_parent_that_is_not_written_down():
