@@ -516,3 +516,19 @@ def test_a_given_model_is_checked_in_fifty_digits():
         ik.Scene(robot, [random_blow("link_2", 1)]), robot.neutral(), robot.velocity()
     )
     assert ik.check(impact, digits=50).agrees
+
+
+def test_a_root_link_that_is_called_world_moves_under_a_name_of_its_own():
+    """A free body: Δv = p/m and Δω = I⁻¹ (r x p), whatever its link is called."""
+    text = robot(link("world", "2", "0.1 0 0", inertia="0.3 0 0 0.4 0 0.5"))
+    body = ik.Robot.from_urdf(text, root="freeflyer")
+    impulse, at = np.array([1.0, 2.0, 3.0]), np.array([0.2, 0.3, -0.1])
+    blow = ik.AppliedImpulse("world_link", linear=impulse, at=at)
+    impact = ik.solve(ik.Scene(body, [blow]), body.neutral(), body.velocity())
+    moved = impact.bodies["world"]
+    np.testing.assert_allclose(moved.dv_com, impulse / 2, atol=1e-15)
+    turn = np.cross(at - [0.1, 0, 0], impulse) / [0.3, 0.4, 0.5]
+    np.testing.assert_allclose(moved.domega, turn, rtol=1e-14)
+    assert ik.check(impact).agrees
+    with pytest.raises(ik.errors.InputError, match='is "world_link" here'):
+        ik.Scene(body, [ik.AppliedImpulse("world", linear=impulse)])

@@ -13,6 +13,7 @@ import numpy as np
 from ..errors import InputError, UrdfError
 from ..reference import Arithmetic, KaneSystem
 from ..reference.tree import ROOTS
+from ..robot.robot import WORLD_LINK
 from .model_bodies import system_of_model
 
 if TYPE_CHECKING:
@@ -50,6 +51,8 @@ class ReferenceRobot:
         """The same for a frame that moves with the robot: a URDF may call a link "world", too."""
         name = self.prefix + frame
         tree = self.system.tree
+        if name not in tree.link_names and frame == WORLD_LINK:
+            name = f"{self.prefix}world"
         if name not in tree.link_names:
             name = tree.bodies[tree.body_of_joint(name)].name
         return name

@@ -120,6 +120,7 @@ def try_robot(path: pathlib.Path, root: str, replay: bool) -> list[str]:
     from .. import AppliedImpulse, check, solve
     from ..errors import ImpulsekitError, SingularMassError
     from ..robot import Robot
+    from ..robot.robot import WORLD, WORLD_LINK
 
     steps = {"nv": "", "solve": "", "check": "", **({"replay": ""} if replay else {})}
     says = ""
@@ -132,7 +133,8 @@ def try_robot(path: pathlib.Path, root: str, replay: bool) -> list[str]:
             if not moving:
                 return ["that cannot move", *steps.values(), "nothing in it can move"]
             heaviest = max(moving, key=lambda link: link.mass).name
-            scene = robot.scene(impulses=[AppliedImpulse(heaviest, linear=[1, 2, 3])])
+            struck = WORLD_LINK if heaviest == WORLD else heaviest
+            scene = robot.scene(impulses=[AppliedImpulse(struck, linear=[1, 2, 3])])
             impact = solve(scene, robot.neutral(), robot.velocity())
             steps["solve"] = impact.status.name
             steps["check"] = "agrees" if check(impact).agrees else "NO"

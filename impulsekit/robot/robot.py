@@ -33,9 +33,11 @@ if TYPE_CHECKING:
     from .mjcf_pairs import TouchingPair
     from .placing import FrameVelocity, Placement
 
-__all__ = ["WORLD", "Robot"]
+__all__ = ["WORLD", "WORLD_LINK", "Robot"]
 
 WORLD = "world"
+# What scenes call a moving link that its file calls "world", which is the fixed frame here.
+WORLD_LINK = "world_link"
 
 _ROOTS = {
     "fixed": None,
@@ -598,6 +600,8 @@ class Robot(Displayed):
     def frame_id(self, name: str, where: str = "") -> int:
         """The index of a frame by name: a link, an extra frame or a joint, in this order.
 
+        A link that moves and is called "world" in its file goes by "world_link".
+
         Raises:
             UnknownNameError: there is no such frame; ``where`` begins the sentence.
         """
@@ -634,6 +638,9 @@ class Robot(Displayed):
         for frame_id, frame in frames:
             if frame_id > 0:
                 ids.setdefault(frame.name, frame_id)
+        for frame_id, frame in frames:
+            if frame.name == WORLD and frame.parentJoint > 0:
+                ids.setdefault(WORLD_LINK, frame_id)
         return ids
 
     @cached_property

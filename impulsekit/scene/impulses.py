@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import InputError, ShapeError, a_thing
 from ..robot import Robot
-from ..robot.robot import WORLD
+from ..robot.robot import WORLD, WORLD_LINK
 from .numbers import Vector, axes_name, number, text, vector
 
 __all__ = ["AppliedImpulse", "JointImpulse", "check_impulse"]
@@ -126,10 +126,10 @@ def check_impulse(robot: Robot, impulse: Any, where: str) -> None:
             whole = (
                 "the world" if impulse.frame == WORLD else f'"{impulse.frame}", fixed to the world,'
             )
-            raise InputError(
-                f"{where}: an impulse on {whole} moves nothing; strike a link that can move, "
-                'or load the robot with root="freeflyer"'
-            )
+            way_out = 'strike a link that can move, or load the robot with root="freeflyer"'
+            if impulse.frame == WORLD and WORLD_LINK in robot.frame_names:
+                way_out = f'the link that its file calls "world" is "{WORLD_LINK}" here'
+            raise InputError(f"{where}: an impulse on {whole} moves nothing; {way_out}")
     elif isinstance(impulse, JointImpulse):
         joint = robot.model.joints[robot.joint_id(impulse.joint, where)]
         if len(impulse.impulse) != joint.nv:
