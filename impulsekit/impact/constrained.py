@@ -26,6 +26,7 @@ from .elimination import (
 )
 from .factor import FilledFactor, SparseFactor, pivots_are_safe
 from .known import KnownImpulses
+from .massless_locks import with_massless_locks
 from .scene_contacts import SceneContacts
 from .steps import steps_of
 
@@ -94,7 +95,7 @@ class ConstrainedJump:
             InputError, RangeError: what the contact law refuses.
         """
         model, data = self._model, self._data
-        impulse = self._known.generalized_impulse(data, q)
+        impulse = struck = self._known.generalized_impulse(data, q)
         rows = wanted = None
         doubt = False
         if self._rows is not None:
@@ -114,8 +115,12 @@ class ConstrainedJump:
             if wanted is not None:
                 impulse = factor.filled_impulse(impulse, wanted)
         if not touches:
-            return self._without_contacts(factor, impulse, rows, wanted, q, v, doubt)
-        return self._with_contacts(factor, impulse, rows, wanted, touches, q, v, doubt)
+            dv, outcome = self._without_contacts(factor, impulse, rows, wanted, q, v, doubt)
+        else:
+            dv, outcome = self._with_contacts(factor, impulse, rows, wanted, touches, q, v, doubt)
+        if self._singular and rows is not None:
+            outcome = with_massless_locks(outcome, self._rows_there, rows, struck, data.M)
+        return dv, outcome
 
     def _without_contacts(
         self,

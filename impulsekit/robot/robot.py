@@ -23,6 +23,7 @@ from ..errors import (
     warn_of_assumptions,
     warn_of_setup,
 )
+from .model_checks import ROOTS, check_depth_first, check_finite, root_joint
 from .source import RobotPart
 
 if TYPE_CHECKING:
@@ -38,12 +39,6 @@ __all__ = ["WORLD", "WORLD_LINK", "Robot"]
 WORLD = "world"
 # What scenes call a moving link that its file calls "world", which is the fixed frame here.
 WORLD_LINK = "world_link"
-
-_ROOTS = {
-    "fixed": None,
-    "planar": pin.JointModelPlanar,
-    "freeflyer": pin.JointModelFreeFlyer,
-}
 
 
 class Robot(Displayed):
@@ -107,7 +102,7 @@ class Robot(Displayed):
         from .urdf import read_urdf
 
         urdf = read_urdf(path_or_xml, mimic=mimic)
-        joint, root_name = _root_joint(root)
+        joint, root_name = root_joint(root)
         assumptions, own_root = list(urdf.assumptions), "root_joint"
         if joint is not None and any(own_root == each.name for each in urdf.joints):
             own_root = "world_root_joint"
@@ -184,8 +179,8 @@ class Robot(Displayed):
         """
         from .mjcf import MjcfRobot, read_mjcf
 
-        if root is not None and root not in _ROOTS:
-            raise UnknownNameError.among("root", str(root), _ROOTS)
+        if root is not None and root not in ROOTS:
+            raise UnknownNameError.among("root", str(root), ROOTS)
         mj, path = read_mjcf(source)
         read = MjcfRobot(mj, root)
         part = RobotPart(
@@ -302,12 +297,13 @@ class Robot(Displayed):
         gear ratios count only as far as ``armature`` holds them.
 
         Raises:
-            InputError: it is no ``pin.Model``, or its joints are not numbered depth first,
-                for which Pinocchio's mass matrix is wrong.
+            InputError: it is no ``pin.Model``, its joints are not numbered depth first, for
+                which Pinocchio's mass matrix is wrong, or an axis or pitch is not a number.
         """
         if not isinstance(model, pin.Model):
             raise InputError(f"from_model takes a pin.Model, not {a_thing(model)}")
-        _check_depth_first(model)
+        check_depth_first(model)
+        check_finite(model)
         root = model.joints[1].shortname() if model.njoints > 1 else "fixed"
         return cls(pin.Model(model), (RobotPart(None, root=root),), model.name or "robot")
 
@@ -654,34 +650,3 @@ class Robot(Displayed):
     def __repr__(self) -> str:
         roots = "/".join(dict.fromkeys(part.root for part in self.parts))
         return one_line("Robot", repr(self.name), root=roots, nq=self.nq, nv=self.nv)
-
-
-def _check_depth_first(model: pin.Model) -> None:
-    """Prove that every joint hangs on the one before it, or on one that that one hangs on."""
-    way = [0]
-    for joint_id in range(1, model.njoints):
-        parent = model.parents[joint_id]
-        if parent not in way:
-            names = model.names
-            raise InputError(
-                f'from_model: joint "{names[joint_id]}" is a child of "{names[parent]}" but comes '
-                f'after "{names[way[-1]]}", which is not; add joints depth first, each '
-                "followed by all its descendants"
-            )
-        del way[way.index(parent) + 1 :]
-        way.append(joint_id)
-
-
-def _root_joint(root: str | pin.JointModel) -> tuple[Any, str]:
-    """The joint that stands for ``root`` (None where it is fixed) and its name."""
-    if isinstance(root, str):
-        if root not in _ROOTS:
-            raise UnknownNameError.among("root", root, _ROOTS)
-        kind = _ROOTS[root]
-        return (None if kind is None else kind()), root
-    shortname = getattr(root, "shortname", None)
-    if shortname is None:
-        raise InputError(
-            f'root must be "fixed", "planar", "freeflyer" or a pin.JointModel, got {a_thing(root)}'
-        )
-    return root, shortname()

@@ -9,6 +9,8 @@ import pytest
 import impulsekit as ik
 from impulsekit.errors import SingularMassError
 
+from ..robots import random_state
+
 INERTIAL = (
     '<inertial><origin xyz="0.01 0.02 0.1"/><mass value="{0}"/>'
     '<inertia ixx="{1}" iyy="{1}" izz="{1}" ixy="0" ixz="0" iyz="0"/></inertial>'
@@ -73,6 +75,32 @@ def test_locked_it_moves_as_the_robot_without_the_joint():
             for what, x in ((ik.Scene(robot, constraints=scene.constraints), q), (own, q[left]))
         ]
         assert both[0] == pytest.approx(both[1], rel=1e-9)
+
+
+@pytest.mark.parametrize("root", ["fixed", "freeflyer"])
+def test_grippers_without_mass_are_locked_as_the_error_advises(root):
+    """Whatever they move at: a lock on what moves no mass carries what strikes it and no more."""
+    robot = ik.Robot.from_example("romeo_laas_small", root=root)
+    joints = robot.massless_joints
+    assert set(joints) == {"r_gripper_joint", "l_gripper_joint"}
+    locks = [ik.JointLock(joint) for joint in joints]
+    first = next(link.name for link in robot.links if link.joint_id > 0)
+    blow = ik.AppliedImpulse(first, linear=[1, 2, 3])
+    push = ik.JointImpulse("l_gripper_joint", 0.25)
+    q, v = random_state(robot, 0)
+    still = v.copy()
+    for joint in joints:
+        still[robot.model.joints[robot.joint_id(joint)].idx_v] = 0.0
+    for speed in (v, still):
+        impact = ik.solve(ik.Scene(robot, [blow, push], locks), q, speed)
+        assert impact.is_valid()
+        carried = [result.impulse[0] for result in impact.constraints]
+        assert carried == [-0.25 if joint == "l_gripper_joint" else 0.0 for joint in joints]
+    # Of M Δv = I without these joints.
+    masses, kept = impact.mechanics.mass_matrix, np.flatnonzero(impact.mechanics.mass_matrix.any(0))
+    struck = impact.impulse_shares["impulses[0]"][kept]
+    expected = np.linalg.solve(masses[np.ix_(kept, kept)], struck)
+    np.testing.assert_allclose(impact.dv[kept], expected, atol=1e-9 * np.abs(expected).max())
 
 
 def test_rows_that_do_not_hold_what_has_no_mass_leave_it_refused():

@@ -149,3 +149,26 @@ def test_a_model_whose_joints_are_not_numbered_depth_first_is_refused():
     assert abs(pin.computeKineticEnergy(model, data, q, v) - 0.5 * v @ masses @ v) > 1e-3
     with pytest.raises(errors.InputError, match=r'"joint_3" is a child of "joint_1".*depth first'):
         ik.Robot.from_model(model)
+
+
+@pytest.mark.parametrize(
+    "root",
+    [pin.JointModelHX(np.nan), pin.JointModelRevoluteUnaligned(np.array([np.inf, 0.0, 1.0]))],
+    ids=lambda joint: joint.shortname(),
+)
+def test_a_root_that_is_not_made_of_numbers_is_told(root):
+    with pytest.raises(ik.errors.InputError, match=r"root, a JointModel.* finite number"):
+        ik.Robot.from_example("panda", root=root)
+
+
+def test_numbers_of_a_given_model_are_looked_at():
+    model = pin.Model(ik.Robot.from_example("panda", mimic=True).model)
+    assert ik.Robot.from_model(model).nv == 8
+    placed = pin.Model(model)
+    placed.jointPlacements[3] = pin.SE3(np.eye(3), np.array([0.0, np.nan, 0.0]))
+    with pytest.raises(ik.errors.InputError, match='"panda_joint3": its placement'):
+        ik.Robot.from_model(placed)
+    heavy = pin.Model(model)
+    heavy.inertias[2] = pin.Inertia(np.inf, np.zeros(3), np.eye(3))
+    with pytest.raises(ik.errors.InputError, match='"panda_joint2": the inertia'):
+        ik.Robot.from_model(heavy)

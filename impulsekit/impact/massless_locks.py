@@ -1,0 +1,51 @@
+"""What locks carry of joints that move no mass."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..rows.entries import JointRows
+
+if TYPE_CHECKING:
+    from ..rows.constraints import ConstraintRows
+    from .constrained import Outcome
+
+__all__ = ["with_massless_locks"]
+
+
+def with_massless_locks(
+    outcome: Outcome,
+    of_scene: ConstraintRows,
+    rows: np.ndarray,
+    struck: np.ndarray,
+    mass_matrix: np.ndarray,
+) -> Outcome:
+    """The outcome with the impulses of locks on joints whose row of M is zero.
+
+    There 0 = I + Aᵀλ + JᵀP says what a lock carries: all else that acts in the joint. Out of the
+    Delassus matrix λ would be the rounding of what other rows carry.
+
+    Args:
+        of_scene: the rows by constraint.
+        rows: (m, nv) A.
+        struck: (nv,) I of the known impulses.
+        mass_matrix: (nv, nv) M, its upper triangle.
+    """
+    mass_matrix = np.atleast_2d(mass_matrix)
+    massless = ~(np.triu(mass_matrix).any(axis=0) | np.triu(mass_matrix).any(axis=1))
+    multipliers, acting = outcome.constraint_impulses.copy(), struck
+    if outcome.contacts is not None:
+        jacobian = np.concatenate([touch.jacobian for touch in outcome.touches])
+        acting = struck + outcome.contacts.impulse.dot(jacobian)
+    for block, where in zip(of_scene.blocks, of_scene.slices, strict=True):
+        if not (isinstance(block.said, JointRows) and block.said.whole_joint):
+            continue
+        for row in range(where.start, where.stop):
+            dof = int(np.abs(rows[row]).argmax())
+            if massless[dof] and (outcome.unique is None or outcome.unique[row]):
+                multipliers[row] = 0.0
+                multipliers[row] = -(acting + multipliers.dot(rows))[dof] / rows[row, dof]
+    return replace(outcome, constraint_impulses=multipliers)

@@ -1,0 +1,85 @@
+"""What a ``pin.Model`` or a joint of one's own must be for its dynamics to be right."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import InputError, UnknownNameError, a_thing
+
+__all__ = ["ROOTS", "check_depth_first", "check_finite", "root_joint"]
+
+ROOTS = {
+    "fixed": None,
+    "planar": pin.JointModelPlanar,
+    "freeflyer": pin.JointModelFreeFlyer,
+}
+
+
+def check_depth_first(model: pin.Model) -> None:
+    """Prove that every joint hangs on the one before it, or on one that that one hangs on."""
+    way = [0]
+    for joint_id in range(1, model.njoints):
+        parent = model.parents[joint_id]
+        if parent not in way:
+            names = model.names
+            raise InputError(
+                f'from_model: joint "{names[joint_id]}" is a child of "{names[parent]}" but comes '
+                f'after "{names[way[-1]]}", which is not; add joints depth first, each '
+                "followed by all its descendants"
+            )
+        del way[way.index(parent) + 1 :]
+        way.append(joint_id)
+
+
+def check_finite(model: pin.Model) -> None:
+    """Prove that joints, where they are and what they carry are finite numbers.
+
+    Raises:
+        InputError: it names the joint.
+    """
+    for joint_id in range(1, model.njoints):
+        what = f'joint "{model.names[joint_id]}"'
+        # A joint that mimics another moves as that one.
+        if model.joints[joint_id].shortname() != "JointModelMimic":
+            _check_motion(model.joints[joint_id], what)
+        if not np.isfinite(model.jointPlacements[joint_id].homogeneous).all():
+            raise InputError(f"{what}: its placement is not finite")
+        if not np.isfinite(model.inertias[joint_id].matrix()).all():
+            raise InputError(f"{what}: the inertia it carries is not finite")
+    if not np.isfinite(model.armature).all():
+        raise InputError("armature: not finite")
+
+
+def _check_motion(joint: Any, what: str) -> None:
+    """Prove that the way of a joint is made of finite numbers: its axis, its pitch."""
+    alone = pin.Model()
+    joint_id = alone.addJoint(0, joint, pin.SE3.Identity(), "joint")
+    own, data = alone.joints[joint_id], alone.joints[joint_id].createData()
+    own.calc(data, pin.neutral(alone))
+    if not (np.isfinite(data.S).all() and np.isfinite(data.M.homogeneous).all()):
+        raise InputError(
+            f"{what}, a {joint.shortname()}, has an axis or a pitch that is not a finite number"
+        )
+
+
+def root_joint(root: str | pin.JointModel) -> tuple[Any, str]:
+    """The joint that stands for ``root`` (None where it is fixed) and its name.
+
+    Raises:
+        UnknownNameError, InputError: it is none, or not made of finite numbers.
+    """
+    if isinstance(root, str):
+        if root not in ROOTS:
+            raise UnknownNameError.among("root", root, ROOTS)
+        kind = ROOTS[root]
+        return (None if kind is None else kind()), root
+    shortname = getattr(root, "shortname", None)
+    if shortname is None:
+        raise InputError(
+            f'root must be "fixed", "planar", "freeflyer" or a pin.JointModel, got {a_thing(root)}'
+        )
+    _check_motion(root, "root")
+    return root, shortname()
