@@ -7,7 +7,7 @@ import re
 
 from ..errors import UrdfError, shown
 
-__all__ = ["checked_name", "fault", "number", "numbers"]
+__all__ = ["are_numbers", "checked_name", "fault", "number", "numbers"]
 
 # Beyond this the squares of lengths and masses would overflow.
 LARGEST = 1e100
@@ -34,6 +34,12 @@ def checked_name(name: str, source: str, element: str) -> str:
             f"its name must be printable text, it holds the character U+{ord(strange):04X}",
         )
     return name
+
+
+def are_numbers(text: str) -> bool:
+    """Whether nothing but numbers stands in a text, with blanks between."""
+    words = text.split()
+    return bool(words) and all(map(_NUMBER.fullmatch, words))
 
 
 def numbers(text: str | None, count: int, source: str, element: str, what: str) -> tuple:

@@ -9,6 +9,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from .urdf_numbers import are_numbers
+
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
@@ -23,12 +25,12 @@ _PRODUCTS = ("ixy", "ixz", "iyz")
 _LISTED = 3
 
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
-_COMMENTS_FIRST = re.compile(r"^(?:\s*<!--.*?-->)+\s*(?=<\?xml)", re.DOTALL)
+# A comment that ends at its first "-->": with ".*?" many of them take exponential time.
+_COMMENTS_FIRST = re.compile(r"^(?:\s*<!--(?:(?!-->).)*-->)+\s*(?=<\?xml)", re.DOTALL)
 _PREFIX_OF_NAME = re.compile(r"</?([A-Za-z_][\w.-]*):|\s([A-Za-z_][\w.-]*):[\w.-]+\s*=")
 _DECLARED = re.compile(r"xmlns:([A-Za-z_][\w.-]*)\s*=")
-# A number with one point more behind it; numbers apart by blanks.
+# A number with one point more behind it.
 _DOTTED = re.compile(r"(\d*\.\d+)\.(?=\s|$)")
-_NUMBERS = re.compile(r"\s*([+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?(\s+|$))+", re.ASCII)
 _STRINGS_AND_COMMENTS = re.compile(r"<!--.*?-->|\"[^\"]*\"|'[^']*'", re.DOTALL)
 
 
@@ -180,7 +182,7 @@ def _punctuation(robot: Element) -> list[str]:
         for item in element.iter():
             for key, text in item.attrib.items():
                 plain = _DOTTED.sub(r"\1", text.replace(",", " "))
-                if plain != text and _NUMBERS.fullmatch(plain):
+                if plain != text and are_numbers(plain):
                     item.set(key, plain)
                     changed.append(element.get("name", ""))
         del changed[before + 1 :]

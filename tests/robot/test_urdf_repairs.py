@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 import warnings
 
 import numpy as np
@@ -120,6 +121,17 @@ def test_a_joint_without_limit_may_turn_as_far_as_it_likes():
     assert robot.nq == 1
     assert robot.model.upperPositionLimit[0] > 1e300
     assert robot.model.lowerPositionLimit[0] < -1e300
+
+
+def test_many_comments_at_the_head_take_no_time():
+    """Read in a fraction of a second: each comment once, whatever stands behind them."""
+    head = "".join(f"<!-- line {i} -->\n" for i in range(60))
+    started = time.process_time()
+    robot = ik.Robot.from_urdf(head + CLEAN)
+    repaired, assumed = read_with_warning(head + "<?xml version='1.0'?>" + CLEAN)
+    assert time.process_time() - started < 2.0
+    assert same_dynamics(robot, repaired)
+    assert "comment" in assumed
 
 
 def test_a_continuous_joint_with_a_negative_effort_has_none():
