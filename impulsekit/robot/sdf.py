@@ -108,7 +108,9 @@ class _Writer:
                 self.joint_to[child] = name
                 body += self._joint(name)
         links = [self._link(name) for name in self.links]
-        if any(self._end(name, "parent") == "world" for name in self.joint_to.values()):
+        on_world = any(self._end(name, "parent") == "world" for name in self.joint_to.values())
+        # A model may write the world down as a link of its own.
+        if on_world and "world" not in self.links:
             links.insert(0, '<link name="world"/>')
         for name in closing:
             body += self._loop(name)
@@ -265,7 +267,7 @@ class _Writer:
         """The URDF joints that carry the child of a joint of the tree."""
         joint, kind = self.joints[name], self.joints[name].get("type", "")
         parent, child = self._end(name, "parent"), self._end(name, "child")
-        above = pin.SE3.Identity() if parent == "world" else self.placed[parent]
+        above = self.placed.get(parent, pin.SE3.Identity())
         at = self._pose_of_joint(name)
         from_parent, to_child = above.actInv(at), at.actInv(self.placed[child])
         shifted = bool(abs(to_child.homogeneous - np.eye(4)).max() > _SAME)

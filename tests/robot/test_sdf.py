@@ -38,6 +38,7 @@ def sdf(*parts):
     return f"<sdf version='1.9'><model name='m'>{''.join(parts)}</model></sdf>"
 
 
+WORLD = '<link name="world"/>'
 A, B = link("a"), link("b", "0.3 0 1 0.5 0.2 0.1")
 
 
@@ -63,6 +64,15 @@ def test_links_stand_where_the_file_puts_them():
     q = robot.neutral()
     assert placement(robot, "b", q).isApprox(b, 1e-14)
     assert placement(robot, "c", q).isApprox(b * pose("0.1 0.2 0.3 0.4 0 0"), 1e-14)
+
+
+def test_a_model_may_write_the_world_down_as_a_link():
+    rail = joint("rail", "world", "a", "prismatic", inside=axis("0 0 1"))
+    written, implied = (ik.Robot.from_sdf(sdf(*world, A, rail)) for world in ([WORLD], []))
+    assert written.joint_names == implied.joint_names == ("rail",)
+    q = written.configuration(rail=0.3)
+    assert placement(written, "a", q).isApprox(placement(implied, "a", q), 1e-15)
+    assert written.mass == implied.mass
 
 
 @pytest.mark.parametrize(
