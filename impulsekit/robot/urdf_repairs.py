@@ -29,6 +29,8 @@ _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _COMMENTS_FIRST = re.compile(r"^(?:\s*<!--(?:(?!-->).)*-->)+\s*(?=<\?xml)", re.DOTALL)
 _PREFIX_OF_NAME = re.compile(r"</?([A-Za-z_][\w.-]*):|\s([A-Za-z_][\w.-]*):[\w.-]+\s*=")
 _DECLARED = re.compile(r"xmlns:([A-Za-z_][\w.-]*)\s*=")
+# A comma with a blank behind it; without one it could stand for a decimal point.
+_LISTING = re.compile(r",(?=\s)")
 # A number with one point more behind it.
 _DOTTED = re.compile(r"(\d*\.\d+)\.(?=\s|$)")
 _STRINGS_AND_COMMENTS = re.compile(r"<!--.*?-->|\"[^\"]*\"|'[^']*'", re.DOTALL)
@@ -181,7 +183,7 @@ def _punctuation(robot: Element) -> list[str]:
         before = len(changed)
         for item in element.iter():
             for key, text in item.attrib.items():
-                plain = _DOTTED.sub(r"\1", text.replace(",", " "))
+                plain = _DOTTED.sub(r"\1", _LISTING.sub(" ", text))
                 if plain != text and are_numbers(plain):
                     item.set(key, plain)
                     changed.append(element.get("name", ""))
@@ -192,17 +194,15 @@ def _punctuation(robot: Element) -> list[str]:
 
 
 def _shapeless(robot: Element) -> list[str]:
-    """<visual> and <collision> in which no shape stands."""
+    """<visual> in which no shape stands: there is nothing to be drawn."""
     names = []
     for link in robot.findall("link"):
-        for item in (*link.findall("visual"), *link.findall("collision")):
+        for item in link.findall("visual"):
             geometry = item.find("geometry")
             if geometry is None or not len(geometry):
                 link.remove(item)
                 names.append(link.get("name", ""))
-    if not names:
-        return []
-    return [f"<visual> or <collision> without a shape is ignored ({_listed(names)})"]
+    return [f"<visual> without a shape is ignored ({_listed(names)})"] if names else []
 
 
 def _mimics(robot: Element) -> list[str]:

@@ -146,6 +146,6 @@ def test_single_precision_and_what_cannot_be():
     np.testing.assert_allclose(rough, exact, atol=1e-3 * np.nanmax(np.abs(exact)))
     with pytest.raises(InputError, match="masses"):
         ik.solve_batch(scene, q, v, outputs=("reactions",), masses={"torso_2_link": 2.0})
-    screw = ik.Robot.from_example("panda", root=pin.JointModelHX())
+    screw = ik.Robot.from_example("panda", root=pin.JointModelHX(0.1))
     with pytest.raises(InputError, match=r"kind HX .*root_joint"):
         ik.solve_batch(ik.Scene(screw), screw.neutral(), outputs=("bodies",))

@@ -213,6 +213,7 @@ def test_a_mesh_beside_its_urdf_is_read_and_one_in_a_named_folder(tmp_path):
         ("<mesh filename=''/>", "no filename"),
         ("<mesh filename='http://example.org/a.stl'/>", "no file"),
         ("<cone/>", "<cone>"),
+        ("", "no <geometry>"),
     ],
 )
 def test_a_shape_that_is_wrong_is_named_when_geometry_is_asked(shape, words):

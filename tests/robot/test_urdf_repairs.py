@@ -66,10 +66,10 @@ QUIRKS = {
         '"hinge"',
     ),
     "negative effort": (CLEAN.replace("effort='5'", "effort='-1'"), "unlimited"),
-    "commas between numbers": (CLEAN.replace("xyz='0 0 .5'", "xyz='0,0, .5'"), "commas"),
+    "commas between numbers": (CLEAN.replace("xyz='0 0 .5'", "xyz='0, 0, .5'"), "commas"),
     "a point behind a number": (CLEAN.replace("upper='1'", "upper='1.0.'"), "point"),
     "a visual without a shape": (
-        CLEAN.replace("</link>", "<visual/><collision><geometry/></collision></link>", 1),
+        CLEAN.replace("</link>", "<visual/><visual><geometry/></visual></link>", 1),
         "without a shape",
     ),
     "lower above upper": (CLEAN.replace("lower='-1' upper='1'", "lower='1' upper='0'"), "no limit"),
