@@ -34,8 +34,8 @@ def with_massless_locks(
         struck: (nv,) I of the known impulses.
         mass_matrix: (nv, nv) M, its upper triangle.
     """
-    mass_matrix = np.atleast_2d(mass_matrix)
-    massless = ~(np.triu(mass_matrix).any(axis=0) | np.triu(mass_matrix).any(axis=1))
+    upper = np.triu(np.atleast_2d(mass_matrix)) != 0.0
+    moves = np.logical_or(np.logical_or.reduce(upper, axis=0), np.logical_or.reduce(upper, axis=1))
     multipliers, acting = outcome.constraint_impulses.copy(), struck
     if outcome.contacts is not None:
         jacobian = np.concatenate([touch.jacobian for touch in outcome.touches])
@@ -45,7 +45,7 @@ def with_massless_locks(
             continue
         for row in range(where.start, where.stop):
             dof = int(np.abs(rows[row]).argmax())
-            if massless[dof] and (outcome.unique is None or outcome.unique[row]):
+            if not moves[dof] and (outcome.unique is None or outcome.unique[row]):
                 multipliers[row] = 0.0
                 multipliers[row] = -(acting + multipliers.dot(rows))[dof] / rows[row, dof]
     return replace(outcome, constraint_impulses=multipliers)

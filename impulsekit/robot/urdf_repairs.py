@@ -178,7 +178,7 @@ def _without_negatives(limit: Element) -> bool:
 
 def _punctuation(robot: Element) -> list[str]:
     """Commas between numbers, and a second point behind one, in joints, inertias and shapes."""
-    changed = []
+    changed: list[str] = []
     for element in (*robot.findall("joint"), *robot.findall("link")):
         before = len(changed)
         for item in element.iter():
