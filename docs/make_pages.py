@@ -46,14 +46,23 @@ PAGES = (
 )
 # Modules whose own public names belong to the reference, besides those of the package.
 MODULES = (
+    "measured",
     "design",
-    "batch.study",
-    "batch.long",
+    "study",
+    "long",
+    "models",
+    "scene",
+    "scenefile",
+    "impact",
+    "impact.derivatives",
+    "impact.freed",
+    "impact.saltation",
+    "motion",
+    "checking",
+    "view",
     "view.plots",
     "errors",
     "robot",
-    "scene",
-    "motion",
 )
 
 

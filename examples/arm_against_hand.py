@@ -25,7 +25,7 @@ normal = robot.placement(q, "arm/tool0").rotation.T @ way  # in the axes of the 
 meet = ik.Contact("person/hand", against="arm/tool0", normal=normal, name="hand")
 impact = ik.solve(ik.Scene(robot, contacts=[meet]), q, v)
 
-masses = [ik.effective_mass(robot, q, frame, way) for frame in ("arm/tool0", "person/hand")]
+masses = [ik.design.effective_mass(robot, q, frame, way) for frame in ("arm/tool0", "person/hand")]
 reduced = masses[0] * masses[1] / sum(masses)
 lost = impact.energy.before - impact.energy.after
 print(f"the flange meets the hand at {np.linalg.norm(speed):.3f} m/s")

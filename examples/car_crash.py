@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import impulsekit as ik
+from impulsekit.scene import ReportPoint
 
 car = ik.Robot.from_urdf(Path(__file__).parents[1] / "models" / "car.urdf", root="planar")
 robot = ik.combine(a=car, b=car)
@@ -30,7 +31,7 @@ crash = ik.Contact(
     name="door",
 )
 impact = ik.solve(ik.Scene(robot, contacts=[crash]), q, v)
-points = [ik.ReportPoint("a/car", label="A"), ik.ReportPoint("b/car", label="B")]
+points = [ReportPoint("a/car", label="A"), ReportPoint("b/car", label="B")]
 print(ik.report(impact, points))
 lost = impact.energy.before - impact.energy.after
 print(f"{lost / 1e3:.0f} of {impact.energy.before / 1e3:.0f} kJ go into the sheet metal")

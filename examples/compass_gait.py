@@ -15,7 +15,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
-import impulsekit as ik
+from impulsekit.impact.saltation import saltation_matrix
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def gait(slope: float, guess: tuple[float, float] = (0.2, -0.2)) -> Gait:
     before, flow, period = step(start, slope)
     after, jump = strike(before)
     heel = [-2.0, 0.0, 1.0, 0.0]
-    monodromy = ik.saltation_matrix(jump, rates(before, slope), rates(after, slope), heel) @ flow
+    monodromy = saltation_matrix(jump, rates(before, slope), rates(after, slope), heel) @ flow
     return Gait(start, period, np.linalg.eigvals(monodromy))
 
 

@@ -11,13 +11,14 @@ from pathlib import Path
 import numpy as np
 
 import impulsekit as ik
+from impulsekit.impact import ImpactSolver
 
 MODELS = Path(__file__).parents[1] / "models"
 E, SPEED = 0.5, 1.0  # restitution; m/s
 
 rod = ik.Robot.from_urdf(MODELS / "rod.urdf", root="planar")
 scene = ik.Scene(rod, contacts=[ik.Contact("rod", normal=[0, 1, 0], restitution=E)])
-solver = ik.ImpactSolver(scene)
+solver = ImpactSolver(scene)
 
 print("angle [deg]   P [N s]   closed form   spin [rad/s]")
 for degrees in range(0, 91, 15):

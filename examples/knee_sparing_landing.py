@@ -53,7 +53,7 @@ if __name__ == "__main__":
     for out in np.linspace(-0.15, 0.15, 11).tolist():
         impact = landing(out)
         foot = max(float(np.linalg.norm(contact.impulse)) for contact in impact.contacts)
-        mass = ik.effective_mass(solo, pose(out), "FL_FOOT", [0, 0, 1])
+        mass = ik.design.effective_mass(solo, pose(out), "FL_FOOT", [0, 0, 1])
         print(f"{out:12.3f}   {foot:10.4f}   {knee_impulse(out):10.4f}   {mass:8.4f}")
     best = minimize_scalar(
         knee_impulse, bounds=(-0.15, 0.15), method="bounded", options={"xatol": 1e-7}

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 
-import impulsekit as ik
+from impulsekit.impact.saltation import saltation_matrix
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def gait(alpha: float, slope: float, gravity_over_length: float) -> Gait:
     end = step.y_events[0][0]
     before = end[1]
     # The next spoke takes over: θ goes back by 2α, ω is multiplied by cos 2α.
-    jump = ik.saltation_matrix(
+    jump = saltation_matrix(
         [[1.0, 0.0], [0.0, keep]],
         [before, gravity_over_length * math.sin(slope + alpha)],
         [keep * before, gravity_over_length * math.sin(slope - alpha)],

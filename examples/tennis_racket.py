@@ -29,7 +29,7 @@ def held_at(grip: float) -> ik.Robot:
 def sweet_spot(grip: float) -> float:
     """[m] from the butt, where a ball spares the hand."""
     robot = held_at(grip)
-    found = ik.centre_of_percussion(robot, robot.neutral(), "wrist", "racket")
+    found = ik.design.centre_of_percussion(robot, robot.neutral(), "wrist", "racket")
     return grip + float(found.at[0])
 
 
@@ -39,7 +39,7 @@ if __name__ == "__main__":
         grip = 0.01 * step
         robot = held_at(grip)
         at = [MIDDLE - grip, 0, 0]
-        table = ik.reaction_map(robot, robot.neutral(), "wrist", "racket", at)
+        table = ik.design.reaction_map(robot, robot.neutral(), "wrist", "racket", at)
         print(f"{grip:8.2f}   {sweet_spot(grip):14.4f}   {abs(table[2, 2]):8.4f}")
     # I = m (middle − centre)(centre − grip) makes the middle of the strings the sweet spot.
     ideal = CENTRE - SWING / (MASS * (MIDDLE - CENTRE))

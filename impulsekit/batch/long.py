@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from ..scene import AppliedImpulse, JointImpulse
 from .kernels import layout
 from .long_impact import LongImpact
 from .tree import Tree, joined_tree, tree_of
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 __all__ = ["LongTree", "long_chain", "long_tree"]
 
@@ -69,8 +72,8 @@ class LongTree:
     def solve(
         self,
         impulses: Sequence[AppliedImpulse | JointImpulse],
-        q: Any = None,
-        v: Any = None,
+        q: ArrayLike | None = None,
+        v: ArrayLike | None = None,
     ) -> LongImpact:
         """How fast everything moves an instant after known impulses.
 
@@ -88,7 +91,9 @@ class LongTree:
         self._check_units(q)
         return LongImpact(self, self._tree, tuple(impulses), q, v)
 
-    def site(self, frame: str, at: Any = (0.0, 0.0, 0.0)) -> tuple[int, np.ndarray, np.ndarray]:
+    def site(
+        self, frame: str, at: ArrayLike = (0.0, 0.0, 0.0)
+    ) -> tuple[int, np.ndarray, np.ndarray]:
         """The body of a frame, a point of the frame in the body's axes, the frame's axes.
 
         Raises:
@@ -197,15 +202,15 @@ def long_chain(
 
 
 def long_tree(
-    parents: Any,
+    parents: ArrayLike | Robot,
     *,
-    masses: Any = None,
-    centres: Any = None,
-    inertias: Any = None,
-    translations: Any = None,
-    rotations: Any = None,
+    masses: ArrayLike | None = None,
+    centres: ArrayLike | None = None,
+    inertias: ArrayLike | None = None,
+    translations: ArrayLike | None = None,
+    rotations: ArrayLike | None = None,
     joints: str | Sequence[str] = "revolute",
-    axes: Any = (0.0, 0.0, 1.0),
+    axes: ArrayLike = (0.0, 0.0, 1.0),
 ) -> LongTree:
     """A tree out of arrays, one line a body; or a ``Robot``, to strike it by the same code.
 

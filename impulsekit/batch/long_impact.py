@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +15,8 @@ from .kernels import layout
 from .tree import Tree
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from .long import LongTree
 
 __all__ = ["LongImpact"]
@@ -77,7 +79,7 @@ class LongImpact:
         found.setflags(write=False)
         return found
 
-    def velocity_at(self, link: str, at: Any = (0.0, 0.0, 0.0)) -> np.ndarray:
+    def velocity_at(self, link: str, at: ArrayLike = (0.0, 0.0, 0.0)) -> np.ndarray:
         """(3,) the velocity of a point of a link after the impact, world axes [m/s].
 
         Args:

@@ -22,6 +22,8 @@ from .result import NO_ANSWER, OUTPUTS, VERDICTS, ImpactBatch
 from .single import solve_rows
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from .program import BatchPlan, Program
 
 __all__ = ["plan_batch", "solve_batch", "warm_up"]
@@ -37,13 +39,13 @@ Progress = Callable[[int, int], object]
 
 def solve_batch(
     scene: Scene,
-    q: Any,
-    v: Any = None,
+    q: ArrayLike,
+    v: ArrayLike | None = None,
     *,
     impulses: Any = None,
-    restitution: Any = None,
-    friction: Any = None,
-    masses: Any = None,
+    restitution: ArrayLike | None = None,
+    friction: ArrayLike | None = None,
+    masses: ArrayLike | None = None,
     outputs: Sequence[str] = ("v_after",),
     dtype: Any = np.float64,
     progress: bool | Progress | None = None,

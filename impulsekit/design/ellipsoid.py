@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from ..display import OneLine
 from ..robot import Robot
 from ..scene import Scene
 from .response import Response, unit_vector
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 __all__ = ["ImpactEllipsoid", "effective_mass", "impact_ellipsoid"]
 
@@ -44,7 +47,7 @@ class ImpactEllipsoid(OneLine):
     masses: np.ndarray
     immobile: float = 0.0
 
-    def effective_mass(self, direction: Any) -> float:
+    def effective_mass(self, direction: ArrayLike) -> float:
         """1/(n·G n) along a direction in world axes [kg].
 
         Raises:
@@ -56,7 +59,7 @@ class ImpactEllipsoid(OneLine):
 
 
 def impact_ellipsoid(
-    scene: Scene | Robot, q: Any, frame: str, at: Any = (0.0, 0.0, 0.0)
+    scene: Scene | Robot, q: ArrayLike, frame: str, at: ArrayLike = (0.0, 0.0, 0.0)
 ) -> ImpactEllipsoid:
     """The impact ellipsoid of a point of a frame.
 
@@ -88,12 +91,16 @@ def impact_ellipsoid(
     arrays = place, mobility, axes, masses
     for array in arrays:
         array.setflags(write=False)
-    x, y, z = (float(entry) for entry in at)
+    x, y, z = (float(entry) for entry in np.asarray(at))
     return ImpactEllipsoid(frame, (x, y, z), *arrays, immobile)
 
 
 def effective_mass(
-    scene: Scene | Robot, q: Any, frame: str, direction: Any, at: Any = (0.0, 0.0, 0.0)
+    scene: Scene | Robot,
+    q: ArrayLike,
+    frame: str,
+    direction: ArrayLike,
+    at: ArrayLike = (0.0, 0.0, 0.0),
 ) -> float:
     """The effective (reflected) mass of a point along a direction in world axes [kg].
 
@@ -101,7 +108,8 @@ def effective_mass(
     nothing moves. Arguments and errors are those of ``impact_ellipsoid``.
 
     Example:
-        >>> from impulsekit import Robot, pendulum_urdf
+        >>> from impulsekit import Robot
+        >>> from impulsekit.models import pendulum_urdf
         >>> rod = Robot.from_urdf(pendulum_urdf(1))  # 1 kg, 1 m: 1/3 kg at the end
         >>> round(effective_mass(rod, [0.0], "link_1", [1, 0, 0], at=[0, 0, -1]), 12)
         0.333333333333

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from ..robot import Robot
 from ..scene import AppliedImpulse, Scene
 from .ellipsoid import IMMOBILE
 from .response import Response
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 __all__ = ["LeastBlow", "least_blow"]
 
@@ -43,14 +46,14 @@ class LeastBlow(OneLine):
 
 def least_blow(
     scene: Scene | Robot,
-    q: Any,
-    wanted_velocity: Any = None,
+    q: ArrayLike,
+    wanted_velocity: ArrayLike | None = None,
     frame: str = "",
-    at: Any = (0.0, 0.0, 0.0),
+    at: ArrayLike = (0.0, 0.0, 0.0),
     *,
-    wanted_dv: Any = None,
+    wanted_dv: ArrayLike | None = None,
     of: str | None = None,
-    of_at: Any = (0.0, 0.0, 0.0),
+    of_at: ArrayLike = (0.0, 0.0, 0.0),
 ) -> LeastBlow:
     """The least linear impulse at a point that comes nearest to a wanted velocity change.
 
@@ -108,7 +111,7 @@ def least_blow(
     shortfall = float(np.linalg.norm(target - reached))
     dv.setflags(write=False)
     reached.setflags(write=False)
-    blow = AppliedImpulse(frame, linear=tuple(impulse), at=tuple(at))
+    blow = AppliedImpulse(frame, linear=tuple(impulse), at=tuple(np.asarray(at)))
     return LeastBlow(blow, dv, reached, shortfall)
 
 

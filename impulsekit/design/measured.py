@@ -14,7 +14,7 @@ import math
 import os
 import re
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
@@ -24,6 +24,9 @@ from ..files import file_told, open_plain_file
 from ..scene import Scene
 from .fit import Measurement
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
 __all__ = ["load_measurements"]
 
 PARTS = ("q", "before", "after")
@@ -32,7 +35,7 @@ LARGEST = 100_000_000
 
 
 def load_measurements(
-    path: str | os.PathLike[str], scene: Scene, q: Any, v: Any
+    path: str | os.PathLike[str], scene: Scene, q: ArrayLike, v: ArrayLike
 ) -> list[Measurement]:
     """The measured impacts of a file.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from .response import Response, unit_vector
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from numpy.typing import ArrayLike
 
 __all__ = ["plot_effective_mass", "plot_sparing"]
 
@@ -70,12 +71,12 @@ def plot_effective_mass(
 
 def plot_sparing(
     scene: Scene | Robot,
-    q: Any,
+    q: ArrayLike,
     joint: str,
     frame: str,
-    start: Any,
-    end: Any,
-    direction: Any,
+    start: ArrayLike,
+    end: ArrayLike,
+    direction: ArrayLike,
     ax: Axes | None = None,
 ) -> Axes:
     """What a joint bears of a unit blow, over the place along a line; see ``spare_joint``.

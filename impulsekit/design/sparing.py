@@ -8,7 +8,7 @@ have closed forms.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
@@ -19,6 +19,9 @@ from ..robot import Robot
 from ..scene import Scene
 from ..scene.numbers import vector
 from .response import Response, unit_vector
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 __all__ = [
     "SparedJoint",
@@ -75,7 +78,7 @@ class WorstBlow(OneLine):
 
 
 def reaction_map(
-    scene: Scene | Robot, q: Any, joint: str, frame: str, at: Any = (0.0, 0.0, 0.0)
+    scene: Scene | Robot, q: ArrayLike, joint: str, frame: str, at: ArrayLike = (0.0, 0.0, 0.0)
 ) -> np.ndarray:
     """(6, 6) what a joint carries of unit wrenches at a point of a frame.
 
@@ -90,12 +93,12 @@ def reaction_map(
 
 def spare_joint(
     scene: Scene | Robot,
-    q: Any,
+    q: ArrayLike,
     joint: str,
     frame: str,
-    start: Any,
-    end: Any,
-    direction: Any = None,
+    start: ArrayLike,
+    end: ArrayLike,
+    direction: ArrayLike | None = None,
 ) -> SparedJoint:
     """The point of a line on a frame, and the direction, at which a blow spares a joint most.
 
@@ -112,7 +115,8 @@ def spare_joint(
         UnknownNameError, ShapeError, NotFiniteError, StateError.
 
     Example:
-        >>> from impulsekit import Robot, pendulum_urdf
+        >>> from impulsekit import Robot
+        >>> from impulsekit.models import pendulum_urdf
         >>> rod = Robot.from_urdf(pendulum_urdf(1))
         >>> found = spare_joint(rod, [0.0], "joint_1", "link_1", [0, 0, 0], [0, 0, -1], [1, 0, 0])
         >>> round(found.along, 12), round(found.share, 12)
@@ -140,7 +144,7 @@ def spare_joint(
 
 
 def centre_of_percussion(
-    scene: Scene | Robot, q: Any, joint: str, frame: str | None = None
+    scene: Scene | Robot, q: ArrayLike, joint: str, frame: str | None = None
 ) -> SparedJoint:
     """The centre of percussion of the link behind a joint that turns.
 
@@ -157,7 +161,8 @@ def centre_of_percussion(
         UnknownNameError, StateError.
 
     Example:
-        >>> from impulsekit import Robot, pendulum_urdf
+        >>> from impulsekit import Robot
+        >>> from impulsekit.models import pendulum_urdf
         >>> rod = Robot.from_urdf(pendulum_urdf(1))
         >>> centre_of_percussion(rod, [0.4], "joint_1").at.round(12).tolist()
         [0.0, 0.0, -0.666666666667]
@@ -190,10 +195,10 @@ def centre_of_percussion(
 
 def worst_blow(
     scene: Scene | Robot,
-    q: Any,
+    q: ArrayLike,
     joint: str,
     frame: str,
-    at: Any = (0.0, 0.0, 0.0),
+    at: ArrayLike = (0.0, 0.0, 0.0),
     *,
     kind: str = "force",
 ) -> WorstBlow:
@@ -207,7 +212,8 @@ def worst_blow(
         UnknownNameError, ShapeError, NotFiniteError, StateError.
 
     Example:
-        >>> from impulsekit import Robot, pendulum_urdf
+        >>> from impulsekit import Robot
+        >>> from impulsekit.models import pendulum_urdf
         >>> rod = Robot.from_urdf(pendulum_urdf(1))
         >>> round(worst_blow(rod, [0.0], "joint_1", "link_1", [0, 0, -2 / 3]).share, 12)
         1.0

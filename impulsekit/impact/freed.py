@@ -69,7 +69,8 @@ def freed_joint(impact: Impact, joint: str) -> FreedJoint:
         InputError: the robot has joints that mimic others.
 
     Example:
-        >>> from impulsekit import AppliedImpulse, Robot, Scene, pendulum_urdf, solve
+        >>> from impulsekit import AppliedImpulse, Robot, Scene, solve
+        >>> from impulsekit.models import pendulum_urdf
         >>> rod = Robot.from_urdf(pendulum_urdf(1))
         >>> blow = AppliedImpulse("link_1", linear=[3, 0, 0], at=[0, 0, -1])
         >>> impact = solve(Scene(rod, [blow]), rod.neutral(), rod.velocity())

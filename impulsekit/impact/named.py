@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, Generic, TypeVar
+from typing import Any, Protocol, SupportsIndex, TypeVar, overload
 
 from ..errors import UnknownNameError
 
 __all__ = ["ByName", "Named"]
 
+
+class HasName(Protocol):
+    """A result with a name."""
+
+    @property
+    def name(self) -> str: ...
+
+
 T = TypeVar("T")
+R = TypeVar("R", bound=HasName)
 
 
-class Named(tuple, Generic[T]):
+class Named(tuple[R, ...]):
     """A tuple of results, each with a ``name``, that can be indexed by name as well.
 
     Raises:
@@ -27,7 +36,7 @@ class Named(tuple, Generic[T]):
 
     kind: str
 
-    def __new__(cls, items: Iterable[T] = (), kind: str = "entry") -> Named[T]:
+    def __new__(cls, items: Iterable[R] = (), kind: str = "entry") -> Named[R]:
         """The results, and what one of them is called in an error."""
         self = super().__new__(cls, items)
         self.kind = kind
@@ -38,6 +47,10 @@ class Named(tuple, Generic[T]):
         """The names, in order."""
         return tuple(item.name for item in self)
 
+    @overload
+    def __getitem__(self, key: str | SupportsIndex) -> R: ...
+    @overload
+    def __getitem__(self, key: slice) -> Named[R]: ...
     def __getitem__(self, key: Any) -> Any:
         if isinstance(key, str):
             found = self.get(key)

@@ -24,6 +24,8 @@ from .residuals import Residuals, residuals_of
 from .uniqueness import Uniqueness, uniqueness_of
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from ..scene import Scene
     from .constrained import Outcome
 
@@ -165,7 +167,8 @@ class Impact(Displayed):
         moment [N m s]; ``force`` and ``moment`` (3,) in the axes of the joint's frame.
 
         Example:
-            >>> from impulsekit import AppliedImpulse, Robot, Scene, pendulum_urdf, solve
+            >>> from impulsekit import AppliedImpulse, Robot, Scene, solve
+            >>> from impulsekit.models import pendulum_urdf
             >>> rod = Robot.from_urdf(pendulum_urdf(1))
             >>> blow = AppliedImpulse("link_1", linear=[3, 0, 0], at=[0, 0, -1])
             >>> impact = solve(Scene(rod, [blow]), rod.neutral(), rod.velocity())
@@ -235,7 +238,7 @@ class Impact(Displayed):
         residual = f"largest residual {self.residuals.largest:.2g}"
         return f"{self.status.name}, {residual}: {self.status.value}"
 
-    def velocity_at(self, frame: str, at: Any = (0.0, 0.0, 0.0)) -> PointVelocity:
+    def velocity_at(self, frame: str, at: ArrayLike = (0.0, 0.0, 0.0)) -> PointVelocity:
         """The velocity of a point of a frame, before and after the impact, in world axes.
 
         Args:

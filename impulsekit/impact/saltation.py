@@ -21,6 +21,8 @@ from ..errors import InputError, NotFiniteError, RangeError, ShapeError
 from ..scene.functions import call
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from .derivatives import Derivatives
     from .result import Impact
 
@@ -97,8 +99,8 @@ def saltation(
     impact: Impact,
     contact: str | None = None,
     *,
-    acceleration_before: Any,
-    acceleration_after: Any,
+    acceleration_before: ArrayLike,
+    acceleration_after: ArrayLike,
 ) -> Saltation:
     """The saltation matrix of an impact that happens when a contact closes.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Container
 from dataclasses import replace
 from math import isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
@@ -25,6 +25,9 @@ from .doubts import doubts_of
 from .known import KnownImpulses
 from .plan import Plan, cheaper_algorithm
 from .result import Impact
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 __all__ = ["ImpactSolver", "solve", "solve_without_warnings"]
 
@@ -59,7 +62,7 @@ class ImpactSolver:
     def __repr__(self) -> str:
         return one_line("ImpactSolver", repr(self.scene), algorithm=self.plan.algorithm)
 
-    def solve(self, q: Any, v: Any) -> Impact:
+    def solve(self, q: ArrayLike, v: ArrayLike) -> Impact:
         """The impact at configuration q (nq,) with velocity v (nv,) before it.
 
         Raises:
@@ -68,7 +71,7 @@ class ImpactSolver:
         """
         return self._workspace.solve(self.scene, q, v)
 
-    def solve_touching(self, q: Any, v: Any, touching: Container[int]) -> Impact:
+    def solve_touching(self, q: ArrayLike, v: ArrayLike, touching: Container[int]) -> Impact:
         """The same where only some contacts take part: in a motion, those that meet now.
 
         Args:
@@ -102,7 +105,7 @@ class _Workspace:
             self._algorithm.velocity_jump if direct else self._velocity_jump_of_reached
         )
 
-    def solve(self, scene: Scene, q: Any, v: Any) -> Impact:
+    def solve(self, scene: Scene, q: ArrayLike, v: ArrayLike) -> Impact:
         """The impact at q and v, which are copied and checked."""
         try:
             q = np.array(q, dtype=float)
@@ -129,7 +132,9 @@ class _Workspace:
             return Impact(scene, q, v, *self._constrained_jump(q, v))
         return Impact(scene, q, v, self._velocity_jump(q))
 
-    def solve_touching(self, scene: Scene, q: Any, v: Any, touching: Container[int]) -> Impact:
+    def solve_touching(
+        self, scene: Scene, q: ArrayLike, v: ArrayLike, touching: Container[int]
+    ) -> Impact:
         """The impact of some of the contacts; q and v are copied and checked."""
         if not self._has_rows:
             return self.solve(scene, q, v)
@@ -181,7 +186,7 @@ class _Workspace:
         return dv
 
 
-def solve(scene: Scene, q: Any, v: Any) -> Impact:
+def solve(scene: Scene, q: ArrayLike, v: ArrayLike) -> Impact:
     """How fast everything moves an instant after the impact.
 
     M Δv = I with I = Jᵀp (Chang & Huston 1995, eqs. (18), (32)).

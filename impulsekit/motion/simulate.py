@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from ..scene.numbers import number
 from .run import Run
 from .trajectory import Trajectory
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
 __all__ = ["chosen_settings", "simulate"]
 
 # Simulated time of the whole, and what is left to wait.
@@ -26,11 +29,11 @@ BAR = "{l_bar}{bar}| {n:.4g} of {total:.4g} s [{elapsed}<{remaining}]"
 
 def simulate(
     scene: Scene,
-    q: Any,
-    v: Any,
+    q: ArrayLike,
+    v: ArrayLike,
     *,
     duration: float | None = None,
-    samples: Any = None,
+    samples: ArrayLike | None = None,
     settings: MotionSettings | None = None,
     progress: bool | Callable[[float], None] | None = None,
     **changes: Any,

@@ -27,6 +27,8 @@ from .path import Path
 from .status import MotionStatus
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from ..impact import Impact
     from ..scene import Scene
     from .balance import MomentumBalance
@@ -249,7 +251,7 @@ class Trajectory(Displayed):
         """(S,) where the integrator's steps began [s]."""
         return self._path.step_times
 
-    def at(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
+    def at(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """q (nq,) and v (nv,) at any time, to the integrator's accuracy.
 
         At the time of an impact: just after it. For times (T,) q is (T, nq) and v (T, nv).
@@ -262,7 +264,7 @@ class Trajectory(Displayed):
             return self._path.state(self.checked_time(t))
         if np.ndim(t) != 1:
             raise ShapeError.of("times", ("T",), np.shape(t))
-        states = [self._path.state(self.checked_time(one)) for one in t]
+        states = [self._path.state(self.checked_time(one)) for one in np.asarray(t)]
         robot = self.scene.robot
         return (
             np.array([q for q, _ in states]).reshape(-1, robot.nq),

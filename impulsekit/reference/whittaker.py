@@ -50,7 +50,7 @@ class StruckChain:
     """What a blow on the end of a chain does, every number an exact fraction.
 
     Links and points count from the struck end: ``link_rates[0]`` and
-    ``centre_velocities[0]`` belong to the struck link, which :func:`impulsekit.chain_urdf`
+    ``centre_velocities[0]`` belong to the struck link, which :func:`impulsekit.models.chain_urdf`
     calls ``link_n``.
 
     Attributes:

@@ -29,7 +29,7 @@ def check_capacity(model: pin.Model, copies: int = 1) -> None:
     if needed > free:
         raise RangeError(
             f"a robot of {model.nv} degrees of freedom needs {needed / 1e9:.1f} GB, and "
-            f"{free / 1e9:.1f} GB are free; impulsekit.long_tree and long_chain take large trees",
+            f"{free / 1e9:.1f} GB are free; impulsekit.long takes large trees",
             what="degrees of freedom",
             value=model.nv,
             allowed="what fits into memory",

@@ -12,6 +12,8 @@ from ..errors import InputError, NotFiniteError, RangeError, ShapeError, quoted
 from .state import checked_configuration, checked_velocity
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from .robot import Robot
 
 __all__ = ["FrameVelocity", "Placement", "Posture", "place"]
@@ -152,13 +154,13 @@ class Posture:
 
 def place(
     robot: Robot,
-    q: Any,
+    q: ArrayLike,
     frame: str,
     *,
     at_frame: str = "world",
-    at: Any = (0.0, 0.0, 0.0),
-    point: Any = (0.0, 0.0, 0.0),
-    rotation: Any = None,
+    at: ArrayLike = (0.0, 0.0, 0.0),
+    point: ArrayLike = (0.0, 0.0, 0.0),
+    rotation: ArrayLike | None = None,
 ) -> np.ndarray:
     """A configuration in which a free part of the world lies at a point of another frame.
 

@@ -27,6 +27,8 @@ from .model_checks import ROOTS, check_depth_first, check_finite, root_joint
 from .source import RobotPart
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from ..scene import Scene
     from .links import Link
     from .loop import Loop
@@ -95,7 +97,7 @@ class Robot(Displayed):
             UrdfError: it names the file, the element and the fault.
 
         Example:
-            >>> from impulsekit import chain_urdf
+            >>> from impulsekit.models import chain_urdf
             >>> Robot.from_urdf(chain_urdf(links=10), root="planar").nv
             12
         """
@@ -340,8 +342,8 @@ class Robot(Displayed):
         frame: str,
         *,
         mass: float,
-        com: Any = (0.0, 0.0, 0.0),
-        inertia: Any = None,
+        com: ArrayLike = (0.0, 0.0, 0.0),
+        inertia: ArrayLike | None = None,
         name: str | None = None,
     ) -> Robot:
         """A robot with a body welded to a link: a payload, a tool, a sensor.
@@ -416,7 +418,7 @@ class Robot(Displayed):
         return with_armature(self, armature, gear or {})
 
     def with_ground(
-        self, height: float = 0.0, *, normal: Any = (0.0, 0.0, 1.0), name: str = "ground"
+        self, height: float = 0.0, *, normal: ArrayLike = (0.0, 0.0, 1.0), name: str = "ground"
     ) -> Robot:
         """A robot with a plane in its world that ``Collision("ball", "ground")`` can name.
 
@@ -518,7 +520,7 @@ class Robot(Displayed):
         return pin.neutral(self.model)
 
     def configuration(
-        self, by_name: Mapping[str, Any] | None = None, /, **joints: Any
+        self, by_name: Mapping[str, ArrayLike] | None = None, /, **joints: ArrayLike
     ) -> np.ndarray:
         """(nq,) a configuration by joint name, neutral elsewhere.
 
@@ -540,7 +542,9 @@ class Robot(Displayed):
         warn_of_setup(outside_limits(self, q, values))
         return q
 
-    def velocity(self, by_name: Mapping[str, Any] | None = None, /, **joints: Any) -> np.ndarray:
+    def velocity(
+        self, by_name: Mapping[str, ArrayLike] | None = None, /, **joints: ArrayLike
+    ) -> np.ndarray:
         """(nv,) a velocity by joint name, zero elsewhere [rad/s, m/s].
 
         Raises:
@@ -550,7 +554,7 @@ class Robot(Displayed):
 
         return state.velocity(self.model, {**(by_name or {}), **joints})
 
-    def placement(self, q: Any, frame: str) -> Placement:
+    def placement(self, q: ArrayLike, frame: str) -> Placement:
         """Where a frame is at q: ``matrix`` (4, 4), ``position`` (3,), ``rotation`` (3, 3).
 
         In the world; ``point(at)`` of it is where a point of the frame is.
@@ -567,7 +571,9 @@ class Robot(Displayed):
 
         return Posture(self, q).placement(frame)
 
-    def velocity_of(self, q: Any, v: Any, frame: str, at: Any = (0.0, 0.0, 0.0)) -> FrameVelocity:
+    def velocity_of(
+        self, q: ArrayLike, v: ArrayLike, frame: str, at: ArrayLike = (0.0, 0.0, 0.0)
+    ) -> FrameVelocity:
         """How fast a frame moves at q with v, world axes.
 
         Args:

@@ -80,7 +80,7 @@ def _depths(joint_to: dict[str, UrdfJoint], roots: Sequence[str]) -> dict[str, i
 
 
 def _check_size(joint_to: dict[str, UrdfJoint], links: Collection[str], source: str) -> None:
-    hint = "impulsekit.long_tree and long_chain take larger trees"
+    hint = "impulsekit.long takes larger trees"
     if len(links) > MOST_LINKS:
         raise UrdfError(
             f"{source}: it has {len(links)} links, a Robot has {MOST_LINKS} or fewer; {hint}",

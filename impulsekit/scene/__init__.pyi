@@ -7,6 +7,7 @@ from .contacts import Collision as Collision
 from .contacts import Contact as Contact
 from .contacts import ContactEntry as ContactEntry
 from .contacts import JointStop as JointStop
+from .design import DesignPoint as DesignPoint
 from .forces import PD as PD
 from .forces import Actuator as Actuator
 from .forces import AppliedForce as AppliedForce
@@ -17,6 +18,7 @@ from .forces import TorqueTable as TorqueTable
 from .impulses import AppliedImpulse as AppliedImpulse
 from .impulses import JointImpulse as JointImpulse
 from .law import Law as Law
+from .motion import MotionSettings as MotionSettings
 from .points import ReportPoint as ReportPoint
 from .restitution import Restitution as Restitution
 from .restitution import RestitutionTable as RestitutionTable

@@ -6,7 +6,7 @@ import dataclasses
 import os
 import pathlib
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import tomli_w
@@ -23,13 +23,16 @@ from .entries import MOVED
 from .robots import part_as_table
 from .vocabulary import DESIGN, MOTION, NESTED, POINTS, SECTIONS, Section, default_of
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
 __all__ = ["dump_scene", "save_scene"]
 
 
 def dump_scene(
     scene: Scene,
-    q: Any = None,
-    v: Any = None,
+    q: ArrayLike | None = None,
+    v: ArrayLike | None = None,
     *,
     points: Iterable[ReportPoint] = (),
     motion: MotionSettings | None = None,
@@ -87,8 +90,8 @@ def dump_scene(
 def save_scene(
     path: str | os.PathLike[str],
     scene: Scene,
-    q: Any = None,
-    v: Any = None,
+    q: ArrayLike | None = None,
+    v: ArrayLike | None = None,
     *,
     points: Iterable[ReportPoint] = (),
     motion: MotionSettings | None = None,

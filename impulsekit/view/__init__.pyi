@@ -1,1 +1,2 @@
 from . import plots as plots
+from .replay import Replay as Replay

@@ -125,7 +125,8 @@ def replay(
         MissingExtraError: meshcat is not installed.
 
     Example:
-        >>> from impulsekit import AppliedImpulse, Robot, Scene, chain_urdf, solve
+        >>> from impulsekit import AppliedImpulse, Robot, Scene, solve
+        >>> from impulsekit.models import chain_urdf
         >>> robot = Robot.from_urdf(chain_urdf(3), root="planar")
         >>> scene = Scene(robot, [AppliedImpulse("link_1", linear=[0, 5, 0], name="blow")])
         >>> shown = replay(solve(scene, robot.neutral(), robot.velocity()))

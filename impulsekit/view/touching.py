@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..errors import InputError, a_thing
 from ..impact.gaps import AnchorOpening, ContactGap, anchor_openings, contact_gaps
@@ -12,6 +12,9 @@ from ..robot.placing import Posture
 from ..scene import Scene
 from .contacts import GAP_SCALE
 from .table import decimals, table
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 __all__ = ["Touching", "touching"]
 
@@ -52,7 +55,7 @@ class Touching:
     __repr__ = __str__
 
 
-def touching(scene: Scene, q: Any, v: Any = None) -> Touching:
+def touching(scene: Scene, q: ArrayLike, v: ArrayLike | None = None) -> Touching:
     """The gaps of all contacts and the openings of all anchors, before anything is solved.
 
     Args:

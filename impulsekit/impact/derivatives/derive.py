@@ -61,7 +61,8 @@ def derivatives(impact: Impact) -> Derivatives:
             faces; joints that are no chain of joints with fixed axes.
 
     Example:
-        >>> from impulsekit import AppliedImpulse, Robot, Scene, pendulum_urdf, solve
+        >>> from impulsekit import AppliedImpulse, Robot, Scene, solve
+        >>> from impulsekit.models import pendulum_urdf
         >>> rod = Robot.from_urdf(pendulum_urdf(1))
         >>> blow = AppliedImpulse("link_1", linear=[3, 0, 0], at=[0, 0, -1], name="blow")
         >>> impact = solve(Scene(rod, [blow]), rod.neutral(), rod.velocity())

@@ -63,7 +63,9 @@ def stroboscope(
 
     Example:
         >>> import numpy as np
-        >>> from impulsekit import Recording, Robot, chain_urdf
+        >>> from impulsekit import Robot
+        >>> from impulsekit.measured import Recording
+        >>> from impulsekit.models import chain_urdf
         >>> robot = Robot.from_urdf(chain_urdf(3))
         >>> q = np.array([robot.neutral(), robot.configuration(joint_2=0.5)])
         >>> ax = stroboscope(Recording(robot, [0, 1], q), [0.0, 0.5, 1.0], unit="ft")

@@ -1,0 +1,194 @@
+"""The names of the package: few at the top, the rest one module down, and what editors learn."""
+
+import importlib
+import inspect
+import re
+import subprocess
+import sys
+import types
+
+import pytest
+
+import impulsekit as ik
+
+VOCABULARY = [
+    "Actuator",
+    "AppliedForce",
+    "AppliedImpulse",
+    "Collision",
+    "Contact",
+    "FrameAnchor",
+    "JointCoupling",
+    "JointImpulse",
+    "JointLock",
+    "JointSpring",
+    "JointStop",
+    "Law",
+    "PD",
+    "PointAnchor",
+    "Restitution",
+    "RestitutionTable",
+    "Spring",
+]
+FIRST_HOUR = [
+    "Robot",
+    "combine",
+    "place",
+    "Scene",
+    "solve",
+    "solve_batch",
+    "simulate",
+    "check",
+    "replay",
+    "report",
+    "touching",
+    "derivatives",
+    "saltation",
+    "sensitivity",
+    "warm_up",
+    "load_scene",
+    "save_scene",
+    "Impact",
+    "ImpactBatch",
+    "Trajectory",
+    "Status",
+    "MotionStatus",
+]
+MODULES = ["design", "errors", "long", "measured", "models", "plots", "study"]
+FURTHER = {
+    "design": ["effective_mass", "impact_ellipsoid", "least_blow", "worst_blow", "spare_joint"],
+    "measured": ["fit_impacts", "Measurement", "Fit", "Recording", "load_measurements"],
+    "study": ["Study", "Variation", "run_study", "open_study", "load_study", "summarize"],
+    "long": ["long_chain", "long_tree", "LongTree", "LongImpact"],
+    "models": ["chain_urdf", "pendulum_urdf", "example_names"],
+    "impact": ["ImpactSolver"],
+    "scene": ["MotionSettings", "ReportPoint", "DesignPoint"],
+    "scenefile": ["SceneFile", "dump_scene"],
+    "checking": ["Check"],
+    "view": ["Replay"],
+}
+
+
+def test_names_of_the_first_hour_stand_at_the_top():
+    assert set(VOCABULARY + FIRST_HOUR + MODULES) <= set(ik.__all__)
+    assert set(dir(ik)) == set(ik.__all__)
+    functions_and_classes = [n for n in ik.__all__ if n not in MODULES]
+    # A list that is read in one look: what comes later belongs into a module.
+    assert len(functions_and_classes) <= 48, functions_and_classes
+
+
+@pytest.mark.parametrize(("room", "names"), FURTHER.items())
+def test_the_rest_stands_one_module_down(room, names):
+    module = importlib.import_module(f"impulsekit.{room}")
+    for name in names:
+        assert name in module.__all__ and name not in ik.__all__
+        assert getattr(module, name) is getattr(ik, name, getattr(module, name))
+    with pytest.raises(AttributeError, match="nothing"):
+        _ = module.nothing
+
+
+def test_an_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="simulat"):
+        _ = ik.simulat
+
+
+SOLVERS = [
+    ik.solve,
+    ik.solve_batch,
+    ik.simulate,
+    ik.touching,
+    ik.saltation,
+    ik.save_scene,
+    ik.place,
+]
+
+
+@pytest.mark.parametrize(
+    "function",
+    [*SOLVERS, *(getattr(ik.design, n) for n in FURTHER["design"]), ik.long.long_tree],
+    ids=lambda f: f.__name__,
+)
+def test_states_and_points_have_types(function):
+    """An editor says what a state or a point can be: anything numpy makes an array of."""
+    parameters = inspect.signature(function).parameters
+    for name in {"q", "v", "at", "direction", "samples", "masses", "restitution"} & set(parameters):
+        assert "Any" not in str(parameters[name].annotation), name
+    assert "Any" not in str(inspect.signature(function).return_annotation)
+
+
+PROGRAM = """
+import numpy as np
+
+import impulsekit as ik
+from impulsekit.measured import Measurement, fit_impacts
+
+robot = ik.combine(arm=ik.Robot.from_example("panda"))
+scene = ik.Scene(
+    robot,
+    impulses=[ik.AppliedImpulse("arm/panda_hand", linear=[0, 0, 1]), ik.JointImpulse("a", 0.4)],
+    constraints=[ik.JointLock("arm/panda_joint1"), ik.PointAnchor("b", at=(0, 0, 0.1))],
+    contacts=[ik.Contact("c", normal=np.array([0, 0, 1.0]), restitution=0.2, friction=0.6)],
+    forces=[ik.JointSpring("arm/panda_joint2", stiffness=5)],
+    law=ik.Law(restitution="poisson", slip="end"),
+    gravity=[0, 0, -9.81],
+)
+q, v = robot.configuration(elbow=0.3), robot.velocity({"elbow": -1.0})
+impact = ik.solve(scene, q, v)
+batch = ik.solve_batch(scene, np.tile(q, (4, 1)), [[0.0]], restitution=0.5)
+motion = ik.simulate(scene, q, v, duration=0.1)
+reveal_type(impact)  # Impact
+reveal_type(impact.v_after)  # ndarray
+reveal_type(impact.energy.change)  # float
+reveal_type(impact.energy.work)  # Mapping[str, float]
+reveal_type(impact.status)  # Status
+reveal_type(impact.residuals.momentum)  # float
+reveal_type(impact.is_valid())  # bool
+reveal_type(impact.contacts[0])  # ContactResult
+reveal_type(impact.contacts["floor"].impulse)  # ndarray
+reveal_type(impact.contacts[0].mode)  # str
+reveal_type(impact.contacts[:1][0].work)  # float
+reveal_type([each.name for each in impact.contacts])  # list[str]
+reveal_type(impact.constraints[0].unique)  # bool
+reveal_type(impact.bodies["hand"].dv_com)  # ndarray
+reveal_type(impact.reactions["elbow"])  # ndarray
+reveal_type(batch)  # ImpactBatch
+reveal_type(batch.v_after)  # ndarray
+reveal_type(batch.status)  # ndarray
+reveal_type(motion)  # Trajectory
+reveal_type(motion.q)  # ndarray
+reveal_type(motion.impacts[0])  # tuple[float, Impact]
+reveal_type(motion.at(0.05)[0])  # ndarray
+reveal_type(motion.energy().total)  # ndarray
+reveal_type(motion.status)  # MotionStatus
+reveal_type(ik.check(impact).agrees)  # bool
+reveal_type(ik.report(impact))  # str
+reveal_type(ik.derivatives(impact).dv_after_dq)  # ndarray
+reveal_type(ik.load_scene("a.toml").scene)  # Scene
+reveal_type(ik.design.effective_mass(robot, q, "hand", [0, 0, 1]))  # float
+reveal_type(fit_impacts([Measurement(scene, q, v, v)]))  # Fit
+"""
+
+
+@pytest.mark.slow
+def test_a_strict_checker_knows_the_type_of_every_result(tmp_path):
+    pytest.importorskip("mypy")
+    (tmp_path / "program.py").write_text(PROGRAM)
+    command = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache")]
+    done = subprocess.run(
+        [*command, "program.py"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    lines = PROGRAM.splitlines()
+    found = re.findall(r'program\.py:(\d+): note: Revealed type is "(.+)"', done.stdout)
+    assert len(found) == PROGRAM.count("reveal_type")
+    for number, revealed in found:
+        expected = lines[int(number) - 1].rpartition("# ")[2]
+        # numpy's own Any is the shape and, of a plain ndarray, the dtype.
+        short = re.sub(r"numpy\.ndarray\[.*?dtype\[.*?\]\]", "ndarray", revealed)
+        short = re.sub(r"\b(?:\w+\.)+", "", short)
+        assert short == expected, (expected, revealed)
+
+
+def test_modules_are_modules():
+    for name in MODULES:
+        assert isinstance(getattr(ik, name), types.ModuleType)
