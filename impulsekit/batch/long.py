@@ -37,13 +37,13 @@ _KINDS = {
 
 
 class LongTree:
-    """A tree of rigid bodies that known impulses strike, however many bodies it has.
+    """A tree of any number of rigid bodies under known impulses.
 
-    Made by ``long_chain`` or ``long_tree``. Time and memory grow with the number of bodies,
-    some 0.8 kB each; Pinocchio's own data grow with its cube and end near 600.
+    Created by ``long_chain`` or ``long_tree``. Time and memory are proportional to the number
+    of bodies, about 0.8 kB each; Pinocchio's data grow with its cube and end near 600 bodies.
 
     Attributes:
-        bodies: how many bodies there are; links are called link_1, link_2, ... and their
+        bodies: number of bodies; the links are link_1, link_2, ... and their
             joints joint_1, joint_2, ... (the root's "root_joint"), or as in the robot.
         nq, nv: of its configurations and velocities, in Pinocchio's layout.
     """
@@ -212,11 +212,11 @@ def long_tree(
     joints: str | Sequence[str] = "revolute",
     axes: ArrayLike = (0.0, 0.0, 1.0),
 ) -> LongTree:
-    """A tree out of arrays, one line a body; or a ``Robot``, to strike it by the same code.
+    """Create a tree from arrays with one row per body, or from a ``Robot``.
 
     Args:
-        parents: (n,) the body that each hangs on, counted from 0; -1 for the world. A
-            parent stands before its children. Or a ``Robot``, and nothing else.
+        parents: (n,) index of each body's parent, from 0; -1 for the world. A parent stands
+            before its children. Or a ``Robot``, without further arguments.
         masses: (n,) [kg].
         centres: (n, 3) mass centres in the body's frame, whose origin is its joint [m].
         inertias: (n, 3, 3) about the mass centre, in the body's axes [kg m²].

@@ -23,12 +23,12 @@ __all__ = ["LongImpact"]
 
 
 class LongImpact:
-    """The answer for a long tree. All arrays are read-only.
+    """The result of an impact on a long tree. All arrays are read-only.
 
     Attributes:
         dv: (nv,) the velocity jump.
         v_after: (nv,) the velocity after.
-        q, v_before: (nq,), (nv,) the state it happened at.
+        q, v_before: (nq,), (nv,) the state before.
     """
 
     def __init__(

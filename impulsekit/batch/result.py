@@ -37,17 +37,17 @@ OUTPUTS = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ImpactBatch(Displayed):
-    """What an impact does at B states. Arrays are read-only; rows that failed hold NaN.
+    """The results of an impact at B states. Arrays are read-only; rows that failed hold NaN.
 
     Attributes:
-        status: (B,) the ``Status`` of each row, as a small whole number.
-        plan: what was computed, and how.
-        arrays: the outputs that were asked for, by name.
-        single: (B,) whether each row was left to ``solve``: all of them where there are no
-            kernels, else what is redundant, ambiguous or close to it. None on Dask.
-        uniqueness: (B,) the place of each row's verdict in ``VERDICTS``: 0 where it is proven
-            that no other v⁺ obeys the law, 1 where it is not, 2 where others were found. None on
-            Dask. ``solve`` of the row gives the others, in ``impact.uniqueness``.
+        status: (B,) the ``Status`` of each row, as an integer code.
+        plan: which outputs were computed, and by which method.
+        arrays: the requested outputs, by name.
+        single: (B,) whether each row was solved by ``solve``: all rows if no kernel supports
+            the scene, else rows that are redundant, ambiguous or nearly so. None on Dask.
+        uniqueness: (B,) the index of each row's verdict in ``VERDICTS``: 0 if it is proven
+            that no other v⁺ obeys the law, 1 if it is not proven, 2 if others were found. None
+            on Dask. ``solve`` of the row gives the others, in ``impact.uniqueness``.
 
     Example:
         >>> import numpy as np

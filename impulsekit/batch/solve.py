@@ -52,16 +52,16 @@ def solve_batch(
     threads: int | None = None,
     client: Any = None,
 ) -> ImpactBatch:
-    """One scene at many states, blows or coefficients: compiled kernels, on all cores.
+    """Solve one scene at many states, impulses or coefficients: compiled kernels, on all cores.
 
-    Whatever varies has a leading axis of B; what has none holds for all rows. The answers
-    are those of ``solve``. What the kernels do not know is left to it, row by row; ``plan``
-    of the answer says so. Where several contacts rub, the law itself can have more than one
-    answer; ``solve`` and ``solve_batch`` may then give different ones, each within the bar
-    of the law.
+    Arguments that vary have a leading axis of length B; the others apply to all rows. The
+    results equal those of ``solve``. Rows that the kernels do not support are solved by it, one
+    by one; ``plan`` of the result reports this. With several frictional contacts the law itself
+    can have more than one solution; ``solve`` and ``solve_batch`` may then return different
+    ones, each within the tolerance of the law.
 
     Args:
-        scene: what strikes, holds and touches the robot.
+        scene: the robot, its impulses, constraints and contacts, and the law of contact.
         q: (B, nq) or (nq,) configurations.
         v: (B, nv) or (nv,) velocities before the impact; at rest by default.
         impulses: numbers in place of those of the scene's known impulses: a mapping from
@@ -72,24 +72,24 @@ def solve_batch(
             (B, contacts), or a mapping from entry names to numbers or (B,).
         masses: factors on the mass of links, and on their inertia with it, above 0: a
             mapping from names of links to numbers or (B,).
-        outputs: what to compute: "v_after", "dv", "generalized_impulse", "energy_change",
+        outputs: the results to compute: "v_after", "dv", "generalized_impulse", "energy_change",
             "contact_impulses", "constraint_impulses", "reactions" (what each moving joint
-            carries), "bodies" (how each link moves). The status is always there.
-        dtype: numpy.float64, or numpy.float32 for answers in single precision, two to three
-            times as fast where rows are many: good to 1e-5 of the largest speed, and to some
-            1e-7 of it times the condition number where bodies are light at the end of heavy
-            ones. What is given is read in double precision, the laws of contact are solved in
-            it, and rows with redundant contacts or constraints are computed in it.
-        progress: True for a bar on stderr, or a function of rows done and rows in all.
-        threads: how many; by default as many as the process may use.
-        client: a ``distributed.Client`` whose workers are to solve. Without it, where any of
-            the arrays is a dask array, all arrays of the answer are dask arrays too, and
-            nothing is computed before they are.
+            carries), "bodies" (how each link moves). The status is always computed.
+        dtype: numpy.float64, or numpy.float32 for results in single precision, two to three
+            times as fast for many rows. Their error is about 1e-5 of the largest speed, or 1e-7
+            of it times the condition number where light bodies follow heavy ones. Arguments are
+            read in double precision; the laws of contact, and rows with redundant contacts or
+            constraints, are computed in it.
+        progress: True for a progress bar on stderr, or a function of (rows done, rows in total).
+        threads: number of threads; by default all that the process may use.
+        client: a ``distributed.Client`` whose workers solve the rows. Without it, if any
+            argument is a dask array, all arrays of the result are dask arrays, computed when
+            they are evaluated.
 
     Raises:
         ShapeError, NotFiniteError, StateError, RangeError, UnknownNameError, InputError:
-            what is wrong with arguments that all rows share. A row that is wrong is
-            marked in ``status`` and stops nothing.
+            an argument shared by all rows is not valid. Invalid rows are flagged in
+            ``status``; the others continue.
 
     Example:
         >>> import numpy as np
@@ -210,18 +210,18 @@ def _on_dask(
 
 
 def warm_up(scene: Scene, *, dtype: Any = np.float64) -> BatchPlan:
-    """Compile what a scene needs, for single states, motions and batches, or load it from disk.
+    """Compile the code that a scene needs for single states, motions and batches.
 
-    The first call of an installation compiles, for some ten seconds; later ones load what
-    was kept on disk, within half a second. Batches do the same by themselves when they must;
-    ``solve`` and ``simulate`` run as Python until it pays.
+    The first call after installation compiles for about ten seconds; later calls load the
+    compiled code from disk within half a second. ``solve_batch`` does this itself when needed;
+    ``solve`` and ``simulate`` run as Python until compilation pays off.
 
     Args:
         scene: the scene.
         dtype: as for ``solve_batch``.
 
     Returns:
-        How batches of this scene will be solved.
+        The plan: how batches of this scene are solved.
 
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene

@@ -32,37 +32,37 @@ def check(impact: Trajectory) -> MotionCheck: ...
 
 
 def check(impact: Impact | Trajectory, digits: int | None = None) -> Check | MotionCheck:
-    """Hold an impact against Kane's equations, by a program that shares nothing with Pinocchio.
+    """Check an impact against Kane's equations, with code independent of Pinocchio.
 
-    A motion is followed once more at a tenth of its tolerance: ``MotionCheck`` tells the
+    A motion is simulated again with a tenth of its tolerance: ``MotionCheck`` reports the
     difference, an estimate of its error.
 
-    The URDF is read anew, the impact equations are those of Chang & Huston 1995, eqs.
-    (18)-(33), and each joint's impulse is found by freeing it. Compared are Δv, I_l, P_l,
-    the jumps of all links, the energies, what joints and constraints carry, and whether
-    the constraints hold. Each difference is relative to the size of its quantity in this
-    impact, which the row tells; speeds and generalized impulses are measured in the metric
-    of the generalized masses, so that metres and radians stand side by side.
+    The reference reads the URDF again and solves the impact equations of Chang & Huston 1995,
+    eqs. (18)-(33); it finds the impulse of each joint by freeing it. It compares Δv, I_l, P_l,
+    the velocity jumps of all links, the energies, the impulses of joints and constraints, and
+    the velocities that the constraints prescribe. Each difference is relative to the size of its
+    quantity in this impact, given in its row; velocities and generalized impulses are measured
+    in the metric of the mass matrix, so that metres and radians compare.
 
-    The tolerance is what rounding may do: 10 ε κ, at least 1e-12 and at most 1e-6. κ is
+    The tolerance is the possible rounding error: 10 ε κ, at least 1e-12 and at most 1e-6. κ is
     κ(M) where all impulses are known, and κ(M) √κ(W) + κ(W) under constraints; κ(M) and
-    κ(W) are the condition numbers of the generalized masses and of the Delassus matrix of
-    the independent rows, each scaled to unit diagonal. Without ``digits`` the reference's own
-    places round, too: κ is larger by the robot's distance from the origin over its reach.
+    κ(W) are the condition numbers of the mass matrix and of the Delassus matrix of the
+    independent rows, each scaled to unit diagonal. Without ``digits`` the reference rounds its
+    positions too: κ is larger by the robot's distance from the origin over its reach.
 
-    Impulses of contacts are the laws' affair: they are given to the reference as they were
-    found, and the rest is checked.
+    Contact impulses follow from the law of contact: the reference takes them as given and checks
+    everything else.
 
     Args:
-        impact: a solved impact; or a motion.
-        digits: decimal digits of the reference (16 or more), by mpmath; doubles unless given.
+        impact: a solved impact, or a motion.
+        digits: decimal digits of the reference (16 or more), by mpmath; by default doubles.
 
     Raises:
         InputError: the impact cannot be checked: its robot has a joint that the reference
             does not know (helical, ellipsoid, mimic in a given model), or its URDF cannot be
             read by the reference; a quaternion of q is off unit length by more than 1e-9; or
-            nothing but constraints resists some motion.
-        MissingExtraError: ``digits`` are asked for and mpmath is not installed.
+            some motion is resisted by constraints alone.
+        MissingExtraError: ``digits`` is given and mpmath is not installed.
 
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene, solve

@@ -27,7 +27,7 @@ IMMOBILE = 1e-12
 class ImpactEllipsoid(OneLine):
     """The mobility of a point, Δu = G p with G = J H Jᵀ, along its own axes.
 
-    Unit blows in all directions give velocities on the ellipsoid with half-axes 1/m_i
+    Unit impulses in all directions give velocities on the ellipsoid with half-axes 1/m_i
     (Asada 1983; Khatib 1995).
 
     Attributes:
@@ -35,8 +35,8 @@ class ImpactEllipsoid(OneLine):
         position: (3,) of it in the world [m], read-only.
         mobility: (3, 3) G, world axes [1/kg], read-only.
         axes: (3, 3) unit columns, the heaviest direction first, read-only.
-        masses: (3,) the effective mass along each [kg], infinite where nothing moves.
-        immobile: the mobility up to which nothing moves [1/kg].
+        masses: (3,) the effective mass along each [kg], infinite where the point cannot move.
+        immobile: the mobility below which a direction counts as immobile [1/kg].
     """
 
     frame: str
@@ -64,8 +64,8 @@ def impact_ellipsoid(
     """The impact ellipsoid of a point of a frame.
 
     Args:
-        scene: the robot, or a scene whose constraints hold it; its blows and contacts
-            do not count.
+        scene: the robot, or a scene whose constraints apply; its impulses and contacts are
+            ignored.
         q: (nq,) configuration.
         frame, at: the point, in the frame's coordinates [m].
 
@@ -104,8 +104,8 @@ def effective_mass(
 ) -> float:
     """The effective (reflected) mass of a point along a direction in world axes [kg].
 
-    1/(n·J M⁻¹Jᵀ n), of the constrained robot where the scene holds it; infinite where
-    nothing moves. Arguments and errors are those of ``impact_ellipsoid``.
+    1/(n·J M⁻¹Jᵀ n), with the constraints of the scene if one is given; infinite where the
+    point cannot move. Arguments and errors are those of ``impact_ellipsoid``.
 
     Example:
         >>> from impulsekit import Robot

@@ -41,12 +41,12 @@ class Measurement(OneLine):
     """One measured impact.
 
     Attributes:
-        scene: what struck; its coefficients and inertias are where the fit starts.
+        scene: the scene of the impact; the fit starts from its coefficients and inertias.
         q: (nq,) configuration. v_before: (nv,); both taken as exact. Noise in them widens the
-            intervals where sigma is None, or too small for it.
-        v_after: (nv,) as measured; NaN where nothing was measured.
-        sigma: standard deviation of the noise, one number or (nv,); None if unknown, then
-            it is estimated from what is left over.
+            intervals if sigma is None, or too small for it.
+        v_after: (nv,) as measured; NaN for missing entries.
+        sigma: standard deviation of the noise, one number or (nv,); None if unknown; it is
+            then estimated from the residuals.
     """
 
     scene: Scene
@@ -58,24 +58,24 @@ class Measurement(OneLine):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fit(Displayed):
-    """What the measurements say. P parameters; arrays are read-only.
+    """The result of a fit with P parameters; arrays are read-only.
 
     Attributes:
         names: (P,) such as "floor: restitution", "floor: friction", "elbow: mass".
-        values: (P,) the fit.
-        covariance: (P, P); infinite variance where v⁺ does not depend on the parameter.
+        values: (P,) the fitted values.
+        covariance: (P, P); infinite variance if v⁺ does not depend on the parameter.
         noise: estimated standard deviation of the measurements, in units of their sigma
-            where that was given.
-        freedom: measured numbers less parameters.
-        residuals: measured less fitted, over sigma where that was given.
-        converged: whether scipy's least squares came to its end where every friction is seen.
-        message: scipy's words.
-        estimated: whether the covariance rests on ``noise``, not on a given sigma; so it
-            does too where the residuals are far above the given sigma.
+            if that was given.
+        freedom: measured numbers minus parameters.
+        residuals: measured minus fitted, over sigma if that was given.
+        converged: whether scipy's least squares converged where every friction has an effect.
+        message: the message of scipy.
+        estimated: whether the covariance is based on ``noise``, not on a given sigma; also
+            true if the residuals are far above the given sigma.
         sigma_given: whether the measurements came with a sigma.
-        bounds: (P, 2) between which each parameter lies.
-        notes: sentences on what to doubt: a misfit, parameters that no measurement sees, bounds
-            reached, measurements far off the others. Empty for a fit without reproach.
+        bounds: (P, 2) of each parameter.
+        notes: warnings: a misfit, parameters without effect on any measurement, bounds
+            reached, outliers. Empty for a good fit.
     """
 
     names: tuple[str, ...]
@@ -139,19 +139,19 @@ def fit_impacts(
     """Fit coefficients and inertias to measured impacts.
 
     All measurements share the parameters: contacts and joints are the same by name. The
-    fit starts from the values in the first measurement's scene, and where a
-    friction is not seen at the end, once more from one that fits better: a contact that sticks
-    says nothing of µ.
+    fit starts from the values in the first measurement's scene. If a friction coefficient has
+    no effect at the end (a contact that sticks does not depend on µ), the fit is repeated from a
+    better start.
 
     Args:
         measurements: the impacts, in one scene or in several with one robot.
-        restitution, friction: names of contacts whose coefficient is wanted.
-        inertias: by joint, which of ``INERTIA_PARAMETERS`` of the body behind it are
-            wanted; about the joint's origin, in its frame.
+        restitution, friction: names of contacts whose coefficient is fitted.
+        inertias: by joint, the fitted ones of ``INERTIA_PARAMETERS`` of the body behind it,
+            about the joint's origin, in its frame.
 
     Raises:
         InputError: nothing to fit, too few numbers for the parameters, a restitution that
-            is no number, or as for ``derivatives``.
+            is not a number, or as for ``derivatives``.
         UnknownNameError, ShapeError, NotFiniteError, RangeError.
 
     Example:

@@ -1,4 +1,4 @@
-"""The blow that gives a wanted velocity change with the least impulse."""
+"""The least impulse that causes a desired velocity change."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ RANK = 1e-10
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LeastBlow(OneLine):
-    """A blow at a point.
+    """The smallest impulse at a point for a desired velocity change.
 
     Attributes:
-        blow: ready for a scene; linear, in world axes [N s].
-        dv: (nv,) the velocity change that it gives, read-only.
-        reached: (k,) of what was wanted, what it gives, read-only.
-        shortfall: |wanted − reached|; not 0 where a blow there cannot do it.
+        blow: the ``AppliedImpulse``, linear, in world axes [N s].
+        dv: (nv,) the velocity change that it causes, read-only.
+        reached: (k,) the part of the desired change that it causes, read-only.
+        shortfall: |desired − reached|; above 0 if no impulse at the point can cause it all.
     """
 
     blow: AppliedImpulse
@@ -55,19 +55,19 @@ def least_blow(
     of: str | None = None,
     of_at: ArrayLike = (0.0, 0.0, 0.0),
 ) -> LeastBlow:
-    """The least linear impulse at a point that comes nearest to a wanted velocity change.
+    """Find the least linear impulse at a point for a desired velocity change.
 
     Args:
-        scene, q: the robot, or a scene whose constraints hold it, at a configuration.
-        wanted_velocity: (3,) change of a point's velocity in world axes [m/s].
-        frame, at: the point that is struck [m].
-        wanted_dv: (nv,) Δv, in place of ``wanted_velocity``.
-        of, of_at: the point whose velocity is meant; the struck one unless given.
+        scene, q: the robot, or a scene whose constraints apply, at a configuration.
+        wanted_velocity: (3,) desired change of a point's velocity in world axes [m/s].
+        frame, at: the struck point [m].
+        wanted_dv: (nv,) desired Δv, in place of ``wanted_velocity``.
+        of, of_at: the point whose velocity changes; by default the struck one.
 
     Raises:
         ShapeError, NotFiniteError, UnknownNameError, StateError.
-        InputError: both or none of the two are wanted; or the struck point, or the point
-            whose velocity is meant, cannot move.
+        InputError: both or neither of the two is given; or the struck point, or the point
+            whose velocity changes, cannot move.
 
     Example:
         >>> from impulsekit import Robot

@@ -37,17 +37,24 @@ LARGEST = 100_000_000
 def load_measurements(
     path: str | os.PathLike[str], scene: Scene, q: ArrayLike, v: ArrayLike
 ) -> list[Measurement]:
-    """The measured impacts of a file.
+    """Load measured impacts from a file, CSV or JSON.
 
     Args:
-        path: of the file; ``.json`` is read as JSON, all else as CSV.
-        scene: what strikes in all of them.
-        q, v: (nq,) and (nv,) the state before, where a row does not say.
+        path: the file; ``.json`` is read as JSON, all else as CSV.
+        scene: the scene of all impacts.
+        q, v: (nq,) and (nv,) the state before, for rows without their own.
 
     Raises:
         FileError: the file cannot be read.
-        InputError: it holds no measurements; what is wrong is told with its place.
-        UnknownNameError, ShapeError: joints that the robot does not have, or their sizes.
+        InputError: the file holds no valid measurements; the error names the place.
+        UnknownNameError, ShapeError: a joint is unknown, or has another size.
+
+    Example:
+        >>> from impulsekit import load_scene
+        >>> file = load_scene("examples/bounced_ball.toml")
+        >>> seen = load_measurements("examples/bounced_ball.csv", file.scene, file.q, file.v)
+        >>> len(seen), seen[0].v_after.shape
+        (12, (6,))
     """
     label = shown(os.fspath(path), 200)
     with file_told(path), open_plain_file(path) as file:

@@ -29,14 +29,13 @@ def plot_effective_mass(
 ) -> Axes:
     """The effective mass of a point over the directions of a plane of the world.
 
-    Directions in which it is more than ``FAR`` times the least are off the picture: in some it
-    is infinite.
+    Directions in which it is more than ``FAR`` times the least, or infinite, are not drawn.
 
     Args:
-        plane: "xy", "xz" or "yz"; by default the one in which the point moves most easily.
+        plane: "xy", "xz" or "yz"; by default the plane in which the point moves most easily.
 
     Raises:
-        InputError: another plane.
+        InputError: an unknown plane.
         MissingExtraError: matplotlib is not installed.
     """
     if plane is None:
@@ -79,7 +78,7 @@ def plot_sparing(
     direction: ArrayLike,
     ax: Axes | None = None,
 ) -> Axes:
-    """What a joint bears of a unit blow, over the place along a line; see ``spare_joint``.
+    """Plot the load of a joint by a unit blow over the position on a line; see ``spare_joint``.
 
     Raises:
         As ``spare_joint``; MissingExtraError: matplotlib is not installed.

@@ -42,14 +42,14 @@ PLACED = 1e-10
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SparedJoint(OneLine):
-    """Where a blow spares a joint.
+    """The point and direction of a blow that loads a joint least.
 
     Attributes:
-        joint, frame: the joint, and the frame that is struck.
+        joint, frame: the joint, and the struck frame.
         at: (3,) the point in the frame's coordinates [m], read-only.
         direction: (3,) of the blow in world axes, unit, read-only.
-        along: where the point lies on the line that was searched, 0 at its start, 1 at its end.
-        share: size of the joint's linear impulse over that of the blow; 0 spares it wholly.
+        along: position of the point on the searched line, 0 at its start, 1 at its end.
+        share: magnitude of the joint's linear impulse over that of the blow; 0 for no load.
     """
 
     joint: str
@@ -62,13 +62,13 @@ class SparedJoint(OneLine):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class WorstBlow(OneLine):
-    """The direction of a blow at a point that a joint bears most of.
+    """The directions of a blow at a point that load a joint most and least.
 
     Attributes:
-        direction: (3,) unit, world axes, read-only.
+        direction: (3,) of the largest load, unit, world axes, read-only.
         share: the joint's impulse over that of the blow; for ``kind="couple"`` the couple
             [m].
-        kindest, kindest_share: the direction that it bears least of.
+        kindest, kindest_share: the direction of the smallest load.
     """
 
     direction: np.ndarray
@@ -80,13 +80,25 @@ class WorstBlow(OneLine):
 def reaction_map(
     scene: Scene | Robot, q: ArrayLike, joint: str, frame: str, at: ArrayLike = (0.0, 0.0, 0.0)
 ) -> np.ndarray:
-    """(6, 6) what a joint carries of unit wrenches at a point of a frame.
+    """The reaction impulse of a joint by an impulsive wrench at a point: a (6, 6) matrix.
 
     Both wrenches are linear before angular in world axes; that of the joint is the one
     that the parent gives the child, at the joint's origin.
 
+    Args:
+        scene, q, joint: as for ``spare_joint``.
+        frame, at: the struck point, in the frame's coordinates [m].
+
     Raises:
         UnknownNameError, ShapeError, NotFiniteError, StateError, InputError.
+
+    Example:
+        >>> from impulsekit import Robot
+        >>> from impulsekit.models import pendulum_urdf
+        >>> rod = Robot.from_urdf(pendulum_urdf(1))
+        >>> pin_load = reaction_map(rod, [0.0], "joint_1", "link_1", at=[0, 0, -1])
+        >>> float(round(pin_load[0, 0], 12))  # a blow at the end: half of it, the same way
+        0.5
     """
     return Response(scene, q).reaction_map(joint, frame, at)
 
@@ -100,18 +112,18 @@ def spare_joint(
     end: ArrayLike,
     direction: ArrayLike | None = None,
 ) -> SparedJoint:
-    """The point of a line on a frame, and the direction, at which a blow spares a joint most.
+    """Find the point on a line, and the direction, where a blow loads a joint least.
 
     Args:
-        scene, q: the robot, or a scene whose constraints hold it, at a configuration.
-        joint: the joint to be spared.
-        frame: the frame that is struck.
+        scene, q: the robot, or a scene whose constraints apply, at a configuration.
+        joint: the joint whose load is to be small.
+        frame: the struck frame.
         start, end: (3,) two points of the line in the frame [m].
-        direction: of the blow in world axes; the line goes on beyond both points then.
-            Without it the best direction of all, between the two points.
+        direction: of the blow in world axes; the line then extends beyond both points. By
+            default the best of all directions, between the two points.
 
     Raises:
-        InputError: start and end are one point, or every point of the line is as good.
+        InputError: start and end are one point, or all points of the line are equal.
         UnknownNameError, ShapeError, NotFiniteError, StateError.
 
     Example:
@@ -146,15 +158,15 @@ def spare_joint(
 def centre_of_percussion(
     scene: Scene | Robot, q: ArrayLike, joint: str, frame: str | None = None
 ) -> SparedJoint:
-    """The centre of percussion of the link behind a joint that turns.
+    """The centre of percussion of the link behind a revolute joint.
 
-    On the line from the joint to the mass centre of its body, struck across that line and
-    the axis. The bodies beyond move as they are joined.
+    It lies on the line from the joint to the mass centre of its body; the blow is normal to
+    that line and to the axis. The bodies further out move with their joints.
 
     Args:
         scene, q: as for ``spare_joint``.
         joint: a joint with one axis of rotation.
-        frame: the frame in whose coordinates the point is told; the joint's own unless given.
+        frame: the frame of the point's coordinates; by default the joint's own.
 
     Raises:
         InputError: the joint does not turn about one axis, or its mass centre is on it.
@@ -202,13 +214,13 @@ def worst_blow(
     *,
     kind: str = "force",
 ) -> WorstBlow:
-    """The worst and the kindest of all directions of a blow at a point, for a joint.
+    """Find the directions of a blow at a point that load a joint most and least.
 
     Args:
         kind: "force" for the joint's linear impulse, "couple" for its angular one.
 
     Raises:
-        InputError: another kind.
+        InputError: an unknown kind.
         UnknownNameError, ShapeError, NotFiniteError, StateError.
 
     Example:

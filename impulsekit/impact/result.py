@@ -33,10 +33,10 @@ __all__ = ["Impact"]
 
 
 class Impact(Displayed):
-    """What an impact does to a robot at one state.
+    """The result of an impact at one state.
 
-    ``dv`` is there from the start; everything else is computed when first asked for.
-    All arrays are read-only.
+    ``dv`` is computed by ``solve``; everything else is computed on first access. All arrays
+    are read-only.
 
     Attributes:
         scene: the scene that was solved.

@@ -102,20 +102,20 @@ def saltation(
     acceleration_before: ArrayLike,
     acceleration_after: ArrayLike,
 ) -> Saltation:
-    """The saltation matrix of an impact that happens when a contact closes.
+    """The saltation matrix of an impact that occurs when a contact closes.
 
-    The guard is the gap of the contact, whose gradient is its normal row. Without a
-    contact the impact happens at a fixed time, and Ξ is the reset's derivative alone.
+    The guard is the gap of the contact; its gradient is the normal row. Without a contact the
+    impact occurs at a fixed time, and Ξ is the derivative of the reset alone.
 
     Args:
         impact: a solved impact.
         contact: the name of the contact that closes; None for a blow at a fixed time.
-        acceleration_before, acceleration_after: (nv,) v̇ on both sides, or a function of
-            q and v that gives it.
+        acceleration_before, acceleration_after: (nv,) v̇ before and after, or a function of
+            q and v that returns it.
 
     Raises:
         InputError: the impact is not valid, no such contact touched, or as for ``derivatives``.
-        RangeError: the contact is grazed.
+        RangeError: the contact is only grazed.
 
     Example:
         >>> from impulsekit import Contact, Robot, Scene, solve

@@ -66,7 +66,7 @@ class ImpactSolver:
         """The impact at configuration q (nq,) with velocity v (nv,) before it.
 
         Raises:
-            ShapeError, NotFiniteError, StateError: what is wrong with q or v.
+            ShapeError, NotFiniteError, StateError: q or v is not valid.
             SingularMassError: a joint moves no inertia at q.
         """
         return self._workspace.solve(self.scene, q, v)
@@ -187,12 +187,13 @@ class _Workspace:
 
 
 def solve(scene: Scene, q: ArrayLike, v: ArrayLike) -> Impact:
-    """How fast everything moves an instant after the impact.
+    """Solve the impact of a scene at one state: the velocity jump and all that follows from it.
 
-    M Δv = I with I = Jᵀp (Chang & Huston 1995, eqs. (18), (32)).
+    M Δv = I, with I the generalized impulse of the given impulses, the constraints and the
+    contacts (Chang & Huston 1995, eqs. (18), (32)).
 
     Args:
-        scene: what strikes the robot.
+        scene: the robot, its impulses, constraints and contacts, and the law of contact.
         q: (nq,) configuration, in Pinocchio's layout.
         v: (nv,) velocity before the impact.
 
@@ -201,7 +202,7 @@ def solve(scene: Scene, q: ArrayLike, v: ArrayLike) -> Impact:
         SingularMassError: a joint moves no inertia at q.
 
     Warns:
-        SetupWarning: the first time that a scene is solved, of its ``Impact.doubts``.
+        SetupWarning: the first time a scene is solved, if ``Impact.doubts`` is not empty.
 
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene

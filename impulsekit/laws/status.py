@@ -15,8 +15,8 @@ RESIDUAL_LIMIT = 1e-9
 class Status(int, enum.Enum):
     """The status of a result: a sentence with advice as its value, and an integer code.
 
-    It is its code wherever an integer is asked for, so that it compares with the ``status``
-    of a batch, and ``Status(code)`` gives it back.
+    Where an integer is expected it acts as its code: it compares with the ``status`` of a
+    batch, and ``Status(code)`` returns the member.
 
     Example:
         >>> int(Status.NOT_UNIQUE), Status(2).name, Status.NOT_FINITE.valid
@@ -35,7 +35,7 @@ class Status(int, enum.Enum):
 
     SOLVED = (
         0,
-        "Solved; residuals are at machine precision.",
+        "Residuals are at machine precision.",
     )
     INACCURATE = (
         1,

@@ -59,19 +59,19 @@ class Sensitivity(OneLine):
 
 
 def sensitivity(motion: Trajectory) -> Sensitivity:
-    """The sensitivity of a motion to its start, impacts on the way included.
+    """The derivative of the final state of a motion by its initial state, across its impacts.
 
-    Impacts pass by their saltation matrices; flows between them, at rest or free, by
-    central differences of motions nearby (about 1e-8 of the largest entry). Impulses at
-    t = 0 strike at a fixed time; later impacts happen when their contact closes. Contacts
-    that close at one instant have a derivative where it does not matter which is first.
+    Impacts enter with their saltation matrices; the motion between them, free or with resting
+    contacts, by central differences (error about 1e-8 of the largest entry). Impulses at t = 0
+    act at a fixed time; later impacts occur when their contact closes. Contacts that close at
+    the same instant have a derivative if their order does not matter.
 
     Raises:
-        InputError: a contact that comes to rest by ever smaller bounces, or whose slip
-            begins or ends while it rests; contacts that close at one instant and whose
-            order matters; a motion that was not followed to its end; or as for
+        InputError: a contact comes to rest by ever smaller bounces, or its slip begins or ends
+            while it rests; the order of contacts that close at the same instant
+            matters; the motion ended early; or as for
             ``derivatives``.
-        RangeError: a contact is grazed.
+        RangeError: a contact is only grazed.
 
     Example:
         >>> from impulsekit import Contact, Robot, Scene, simulate

@@ -38,51 +38,52 @@ def simulate(
     progress: bool | Callable[[float], None] | None = None,
     **changes: Any,
 ) -> Trajectory:
-    """The motion of a scene's robot: impacts on the way are found and solved.
+    """Simulate the motion of a scene's robot; impacts on the way are detected and solved.
 
-    The scene's impulses strike at t = 0, together with whatever touches then. After that
-    gravity and the scene's forces move the robot, its constraints hold, and contacts are
-    met (an impact under the scene's law), rested on (Coulomb's law) and left again. Where
-    points that rest are redundant (four corners of a box) they share the load as stiff
-    springs would, each as stiff as its effective mass is large. Bodies of a ``Collision``
-    that are polyhedra (boxes, convex meshes without very many edges) touch at corners on
-    faces and where edges cross, known to rounding; they rest once slower than 2e-4 m/s, and
-    lie true to 1e-9 m. A step that would press bodies deeper into each other than 1e-5 m (of
-    small ones, a thousandth of their radius), or points into planes and stops by 1e-4 m or
-    rad, ends the motion with the status ``PENETRATION``.
+    The scene's impulses act at t = 0, together with the contacts that touch then. After that,
+    gravity and the scene's forces move the robot and its constraints hold. A contact that closes
+    is an impact under the scene's law; contacts then rest under Coulomb's law and open again.
+    Redundant resting points (four corners of a box) share the load like stiff springs, each with
+    a stiffness proportional to its effective mass. Polyhedra of a ``Collision`` (boxes, convex
+    meshes without very many edges) touch where corners meet faces and where edges cross, to
+    machine precision; below 2e-4 m/s they come to rest, placed to 1e-9 m. A step that would
+    press bodies into each other by more than 1e-5 m (small ones: a thousandth of their radius),
+    or points into planes and joint limits by 1e-4 m or rad, ends the motion with the status
+    ``PENETRATION``.
 
-    Functions of time among the forces are looked at 2000 times in a motion, so that a pulse
-    that lasts a thousandth of it is not stepped over. For shorter ones, and where a force jumps,
-    give ``stop_times``, at which a step ends and the next begins, or ``max_step``.
+    Forces that are functions of time are sampled 2000 times over the motion, so that a pulse of
+    a thousandth of its duration is not missed. For shorter pulses, and where a force jumps, give
+    ``stop_times``, at which a step ends and the next begins, or ``max_step``.
 
-    Where friction jams what slides at rest (Painlevé), no finite force holds it: an impact
-    without collision stops it, ``impacts`` lists it with ``PAINLEVE_JAM``. An impact that is not
-    valid (``Impact.is_valid``) ends the motion with ``IMPACT_NOT_VALID``; ``detail`` says more.
-    Only where the law leaves several v⁺ open (``MANY_SOLUTIONS``) does it go on, from the one that
-    ``solve`` shows by the rule of ``impact.uniqueness``; ``Trajectory.several`` lists them.
+    Where friction jams a sliding contact (Painlevé), no finite force satisfies Coulomb's law: an
+    impact without collision stops the slip, listed in ``impacts`` with ``PAINLEVE_JAM``. An
+    impact that is not valid (``Impact.is_valid``) ends the motion with ``IMPACT_NOT_VALID``;
+    ``detail`` gives the reason. If the law admits several v⁺ (``MANY_SOLUTIONS``), the motion
+    continues from the one that ``solve`` returns by the rule of ``impact.uniqueness``;
+    ``Trajectory.several`` lists these impacts.
 
     Args:
-        scene: what strikes, holds, touches and moves the robot.
+        scene: the robot, what acts on it, and the law of contact.
         q: (nq,) configuration at the start.
-        v: (nv,) velocity before the impulses strike.
+        v: (nv,) velocity at the start, before the impulses act.
         duration: [s], 0 or more; 0 gives the state after the impulses alone.
-        samples: how many, evenly from 0 to the end; or their times [s], rising.
+        samples: number of samples, evenly from 0 to the end; or increasing times [s].
         settings: method, tolerances and limits; see ``MotionSettings``.
-        progress: True for a bar on stderr, or a function that is called with the time [s] after
-            every step.
-        **changes: of single settings, such as ``rtol=1e-8`` or ``method="radau"``.
+        progress: True for a progress bar on stderr, or a function that is called with the time
+            [s] after every step.
+        **changes: single settings to change, such as ``rtol=1e-8`` or ``method="radau"``.
 
     Returns:
-        The motion. Where it could not be followed to its end ``status`` says why, and
-        what was computed before that is kept; so it is after Ctrl-C, with ``INTERRUPTED``.
+        The motion. If it ended early, ``status`` gives the reason, and the part computed until
+        then is kept; after Ctrl-C the status is ``INTERRUPTED``.
 
     Raises:
-        ShapeError, NotFiniteError, StateError: what is wrong with q or v.
+        ShapeError, NotFiniteError, StateError: q or v is not valid.
         RangeError, NotFiniteError: a duration or setting outside its range.
-        CallbackError, ShapeError, NotFiniteError, RangeError: what a function of an entry gave.
-        InputError: a contact that is penetrated at the start.
+        CallbackError, ShapeError, NotFiniteError, RangeError: a function of the scene failed.
+        InputError: a contact is penetrated at the start.
         SingularMassError: a joint moves no inertia at the start.
-        ContradictionError: constraints that cannot hold together at the start.
+        ContradictionError: the constraints contradict each other at the start.
 
     Example:
         >>> from impulsekit import Contact, Robot, Scene, simulate

@@ -8,7 +8,12 @@ __all__ = ["MotionStatus"]
 
 
 class MotionStatus(enum.Enum):
-    """The end of a motion, as a sentence with advice. What was computed before it is kept."""
+    """How a motion ended, as a sentence with advice. The part computed until then is kept.
+
+    Example:
+        >>> MotionStatus.FINISHED.value, MotionStatus.FINISHED.finished
+        ('The motion was followed to its end.', True)
+    """
 
     FINISHED = "The motion was followed to its end."
     EVENT_STORM = (

@@ -90,19 +90,19 @@ class Rest:
 
 
 class Trajectory(Displayed):
-    """The motion of a robot, as ``impulsekit.simulate`` gives it.
+    """The motion of a robot, as returned by ``impulsekit.simulate``.
 
     Attributes:
         scene: the scene.
         t: (T,) sample times [s].
         q: (T, nq) configurations; v: (T, nv) velocities. Where an impact happens at a
-            sample, they are those just after it.
+            sample, they are the values just after it.
         impacts: (time [s], ``Impact``) in order of time.
-        rests: when which contact lay still.
-        status: how it ended; what was computed before is there whatever it says.
-        settings: method, tolerances and limits with which it was followed.
-        steps: how many steps the integrator took.
-        evaluations: how many times the accelerations were worked out.
+        rests: the intervals in which contacts were at rest.
+        status: how the motion ended; the part computed until then is always kept.
+        settings: the method, tolerances and limits of the simulation.
+        steps: number of integrator steps.
+        evaluations: number of evaluations of the accelerations.
 
     Example:
         >>> from impulsekit import Robot, Scene, simulate

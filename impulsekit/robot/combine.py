@@ -22,20 +22,20 @@ def combine(
     placements: Mapping[str, Any] | None = None,
     **more: Robot,
 ) -> Robot:
-    """One robot out of several, side by side in one world.
+    """Combine several robots into one, side by side in one world.
 
-    Every name gets its robot's name in front: "arm/elbow", "ball/root_joint". The
+    Every name is prefixed with the name of its robot: "arm/elbow", "ball/root_joint". The
     states are stacked in the order given.
 
     Args:
         robots, **more: the robots by name.
-        placements: where a robot's root stands, by name: (3,) a point [m], (4, 4) a
-            homogeneous matrix, or a ``pin.SE3``; the world's origin where none is given.
+        placements: placement of each robot's root in the world: (3,) a point [m], (4, 4) a
+            homogeneous matrix, or a ``pin.SE3``; the origin by default.
 
     Raises:
-        InputError: fewer than one robot, or a name that is empty or holds a slash.
-        UnknownNameError: a placement for a robot that is not there.
-        ShapeError: a placement of another shape.
+        InputError: no robot, or a name that is empty or contains a slash.
+        UnknownNameError: a placement of an unknown robot.
+        ShapeError: a placement of the wrong shape.
 
     Example:
         >>> arm = Robot.from_example("panda")

@@ -162,7 +162,7 @@ def place(
     point: ArrayLike = (0.0, 0.0, 0.0),
     rotation: ArrayLike | None = None,
 ) -> np.ndarray:
-    """A configuration in which a free part of the world lies at a point of another frame.
+    """Place a free part of the world at a point of another frame: the configuration for it.
 
     Only the root joint of the part that carries ``frame`` is changed.
 
@@ -170,20 +170,19 @@ def place(
         robot: two or more parts in one world, as ``impulsekit.combine`` makes them, or one that
             is placed in the world.
         q: (nq,) the configuration to start from.
-        frame: of the part to be moved, which hangs on a free-flyer, a planar root or a
-            translation.
+        frame: of the part to be moved, whose root is a free-flyer, planar or a translation.
         at_frame: of another part, or "world".
         at: (3,) where in ``at_frame`` the point is to lie [m].
         point: (3,) in ``frame``, which comes to lie there [m].
         rotation: the axes of ``frame`` in those of ``at_frame``, as (3, 3) or a quaternion
-            x, y, z, w; None keeps the turn of the part in the world as it is in ``q``.
+            x, y, z, w; None keeps the orientation of the part in the world as in ``q``.
 
     Returns:
         (nq,) the configuration.
 
     Raises:
-        InputError: the part hangs on another joint, or carries ``at_frame`` too.
-        RangeError: a planar part is asked out of its plane.
+        InputError: the part has another root joint, or carries ``at_frame`` too.
+        RangeError: a planar part would leave its plane.
         UnknownNameError, ShapeError, NotFiniteError, StateError.
 
     Example:

@@ -44,16 +44,16 @@ WORLD_LINK = "world_link"
 
 
 class Robot(Displayed):
-    """A rigid multibody system: a Pinocchio model and what its names mean.
+    """A rigid multibody system: a Pinocchio model with the names of its joints, links and frames.
 
-    Made by ``from_urdf``, ``from_example``, ``from_model`` or ``combine``. q and v
+    Created by ``from_urdf``, ``from_example``, ``from_model`` or ``combine``. q and v
     follow Pinocchio: a free-flyer's velocity is in the body frame, linear before
     angular; quaternions are x, y, z, w; a continuous joint has two entries in q.
 
     Attributes:
-        model: the ``pin.Model``; a copy of its own, not to be changed.
+        model: the ``pin.Model``, a copy; do not change it.
         name: the robot's name.
-        parts: what the robot was made from.
+        parts: the sources that the robot was made from.
 
     Example:
         >>> robot = Robot.from_example("panda")

@@ -34,7 +34,7 @@ KEPT = "kept"
 
 @dataclass(frozen=True)
 class PointAnchor:
-    """A point of one frame goes with a point of another: a pin, a loop closed by a ball joint.
+    """Two points share one velocity: a pin, a loop closed by a ball joint.
 
     Three rows: the velocity of the point of ``frame`` relative to that of ``other``,
     in world axes. The impulse is the one that ``frame`` receives.
@@ -45,7 +45,7 @@ class PointAnchor:
         other_at: the point in ``other`` [m]; None for the one that coincides with ``at``.
         velocity: the relative velocity after the impact [m/s]: one number for all rows,
             three numbers, or "kept" for what it was before.
-        name: how results call it; by default its place in the scene.
+        name: its name in results; by default its index in the scene.
 
     Raises:
         InputError, ShapeError, NotFiniteError, RangeError.
@@ -79,7 +79,7 @@ class PointAnchor:
 
 @dataclass(frozen=True)
 class FrameAnchor:
-    """One frame goes with another in all directions or some: a weld, a grip, a hinge.
+    """Two frames share their velocity in all or some directions: a weld, a grip, a hinge.
 
     Up to six rows: the velocity of ``frame`` at the point ``at`` relative to ``other``,
     linear before angular. The impulse is the one that ``frame`` receives.
@@ -88,12 +88,12 @@ class FrameAnchor:
         frame, other: the frames; "world" is the fixed one.
         at: the point in ``frame`` [m] to which linear rows and impulses refer.
         other_at: the point in ``other`` [m]; None for the one that coincides with ``at``.
-        directions: which rows there are, out of "x", "y", "z", "rx", "ry", "rz". A hinge
+        directions: the constrained directions among "x", "y", "z", "rx", "ry", "rz". A hinge
             about the frame's own z axis leaves out "rz" and has ``axes="local"``.
         axes: "world" or "local" (those of ``frame``): in whose axes the directions lie.
         velocity: the relative velocity after the impact [m/s, rad/s]: one number for all
             rows, one for each, or "kept" for what it was before.
-        name: how results call it; by default its place in the scene.
+        name: its name in results; by default its index in the scene.
 
     Raises:
         InputError, ShapeError, NotFiniteError, RangeError.
@@ -138,13 +138,13 @@ class FrameAnchor:
 
 @dataclass(frozen=True)
 class JointLock:
-    """A joint stops, or goes at a given speed: a brake, an axle that locks.
+    """A joint stops, or moves at a given speed: a brake, an axle that locks.
 
     Attributes:
         joint: the joint.
         velocity: the joint's velocity after the impact [rad/s, m/s]: one number for all
             its degrees of freedom, one for each, or "kept" for what it was before.
-        name: how results call it; by default its place in the scene.
+        name: its name in results; by default its index in the scene.
 
     Raises:
         InputError, ShapeError, NotFiniteError, RangeError.
@@ -184,10 +184,10 @@ class JointCoupling:
 
     Attributes:
         joint: the joint that follows.
-        other: the joint that leads, or several.
+        other: the leading joint, or several.
         ratio: the speed of ``joint`` over that of ``other``; one for each leader.
-        velocity: what the row is after the impact: a number, or "kept".
-        name: how results call it; by default its place in the scene.
+        velocity: the value of the row after the impact: a number, or "kept".
+        name: its name in results; by default its index in the scene.
 
     Raises:
         InputError, ShapeError, NotFiniteError, RangeError.

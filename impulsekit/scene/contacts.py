@@ -20,11 +20,11 @@ SHORTEST_NORMAL = 1e-9
 
 @dataclass(frozen=True)
 class Contact:
-    """A point of a frame against a plane fixed in the world or in another frame.
+    """A contact of a point of a frame with a plane fixed in the world or in another frame.
 
     In ``solve`` it counts as touching whatever its gap. The impulse is the one that
-    ``frame`` receives. In ``simulate`` the point stays where it is on its body: for a body
-    that rolls, or meets the plane with other points too, a ``Collision`` finds them.
+    ``frame`` receives. In ``simulate`` the point is fixed on its body: for a body that rolls, or
+    touches the plane at other points too, use a ``Collision``.
 
     Attributes:
         frame: the frame that carries the point.
@@ -38,7 +38,7 @@ class Contact:
         friction: Coulomb's coefficient µ, 0 or more.
         tangential_restitution: of the tangential velocity where it sticks, -1 to 1;
             1 is a superball.
-        name: how results call it; by default its place in the scene.
+        name: its name in results; by default its index in the scene.
 
     Raises:
         InputError, ShapeError, NotFiniteError, RangeError.
@@ -89,7 +89,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class JointStop:
-    """A joint at the end of its travel.
+    """The limits of a joint as a contact.
 
     In ``solve`` a stop is touched when q is at the limit or past it. The impulse is the
     one the joint receives, along its own coordinate.
@@ -98,7 +98,7 @@ class JointStop:
         joint: a revolute or prismatic joint.
         lower, upper: the limits [rad, m]; None for those of the model.
         restitution: as for ``Contact``, of the joint's velocity [rad/s, m/s].
-        name: how results call it; by default its place in the scene.
+        name: its name in results; by default its index in the scene.
 
     Raises:
         InputError, NotFiniteError, RangeError.
@@ -149,7 +149,7 @@ class JointStop:
 
 @dataclass(frozen=True)
 class Collision:
-    """Two links, or two pieces of collision geometry, that may meet.
+    """A possible contact of two links, or of two pieces of collision geometry.
 
     Points, normals and gaps come from coal at the configuration of the impact; flat
     pairs touch in several points. A mesh counts as its convex hull. The normal points
@@ -159,7 +159,7 @@ class Collision:
         first, other: links (all their geometry) or single geometry objects by name.
         restitution, friction, tangential_restitution: as for ``Contact``, for every point.
         margin: gaps up to this count as touching [m].
-        name: how results call it; by default its place in the scene.
+        name: its name in results; by default its index in the scene.
 
     Raises:
         InputError, NotFiniteError, RangeError.

@@ -47,9 +47,9 @@ class JointSpring:
         stiffness: [N m/rad, N/m], 0 or more.
         damping: [N m s/rad, N s/m], 0 or more.
         rest: the coordinate without force [rad, m].
-        acts: "both", or on one side of the rest alone, "above" or "below": a stop that gives
-            way. It only pushes back, however its damper pulls.
-        name: how results call it; by default its place in the scene.
+        acts: "both", or on one side of the rest coordinate only, "above" or "below": a
+            compliant stop. It then only pushes, also with damping.
+        name: its name in results; by default its index in the scene.
 
     Raises:
         InputError, NotFiniteError, RangeError.
@@ -91,9 +91,9 @@ class Spring:
         stiffness: [N/m], 0 or more.
         damping: [N s/m], 0 or more.
         rest_length: the length without force [m], 0 or more.
-        acts: "both"; "pull" for a rubber rope, which does nothing while it is shorter; "push"
-            for a buffer, which does nothing while it is longer.
-        name: how results call it; by default its place in the scene.
+        acts: "both"; "pull" for an elastic rope, without force while it is shorter; "push"
+            for a bumper, without force while it is longer.
+        name: its name in results; by default its index in the scene.
 
     Raises:
         InputError, ShapeError, NotFiniteError, RangeError.
@@ -133,8 +133,8 @@ class PD:
     Attributes:
         stiffness: [N m/rad, N/m], 0 or more.
         damping: [N m s/rad, N s/m], 0 or more.
-        target: wanted coordinate [rad, m].
-        velocity: wanted velocity [rad/s, m/s].
+        target: desired coordinate [rad, m].
+        velocity: desired velocity [rad/s, m/s].
         limit: the largest torque or force, either way [N m, N]; None for no limit.
 
     Raises:
@@ -207,9 +207,9 @@ class Actuator:
         joint: the joint.
         torque: a number or one for each degree of freedom [N m, N]; a ``PD`` or a
             ``TorqueTable``, for a joint with one; or a function of (t, q, v), with read-only
-            copies of the whole robot's q and v, that gives the same. It has to be a function of
-            these alone: an integrator calls it at trial states, not in the order of time.
-        name: how results call it; by default its place in the scene.
+            copies of the whole robot's q and v, that returns the same. It must depend on these
+            alone: the integrator calls it at trial states, not in order of time.
+        name: its name in results; by default its index in the scene.
 
     Raises:
         InputError, NotFiniteError, RangeError.
@@ -237,15 +237,15 @@ class Actuator:
 
 @dataclass(frozen=True)
 class AppliedForce:
-    """A force and a couple from outside, on one point of one frame.
+    """An external force and couple at a point of a frame.
 
     Attributes:
         frame: the frame.
-        linear: force [N]: three numbers, or a function of time [s] that gives them.
-        angular: couple about the point [N m], likewise.
+        linear: force [N]: three numbers, or a function of time [s] that returns them.
+        angular: couple about the point [N m], given in the same way.
         at: the point, in the frame's coordinates [m].
         axes: "world" or "local": in whose axes ``linear`` and ``angular`` are given.
-        name: how results call it; by default its place in the scene.
+        name: its name in results; by default its index in the scene.
 
     Raises:
         ShapeError, NotFiniteError, RangeError, InputError.

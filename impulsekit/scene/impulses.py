@@ -17,17 +17,17 @@ __all__ = ["AppliedImpulse", "JointImpulse", "check_impulse"]
 
 @dataclass(frozen=True)
 class AppliedImpulse:
-    """A force impulse and a couple impulse from outside, on one point of one frame.
+    """An external force impulse and couple impulse at a point of a frame.
 
     In Chang & Huston 1995, eq. (18), these are the integrals of F_k and M_k.
 
     Attributes:
-        frame: the frame that is struck.
+        frame: the struck frame.
         linear: force impulse ∫F dt [N s].
         angular: couple impulse ∫M dt about the point [N m s].
         at: the point, in the frame's coordinates [m].
         axes: "world" or "local": in whose axes ``linear`` and ``angular`` are given.
-        name: how results call it; by default its place in the scene.
+        name: its name in results; by default its index in the scene.
 
     Raises:
         ShapeError, NotFiniteError, RangeError, InputError.
@@ -69,14 +69,14 @@ class AppliedImpulse:
 class JointImpulse:
     """An impulse inside a joint: a motor's kick, combustion in a cylinder.
 
-    It acts along the joint's own generalized speeds, on the child and, opposite, on
+    It acts along the joint's own generalized speeds, on the child, and with opposite sign on
     the parent.
 
     Attributes:
         joint: the joint's name.
         impulse: one number [N m s, or N s for a prismatic joint], or one for each
             degree of freedom of the joint, in Pinocchio's order; kept as a tuple.
-        name: how results call it; by default its place in the scene.
+        name: its name in results; by default its index in the scene.
 
     Raises:
         NotFiniteError, RangeError, InputError.

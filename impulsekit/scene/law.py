@@ -15,21 +15,22 @@ ORDERS = ("simultaneous", "sequential")
 
 @dataclass(frozen=True)
 class Law:
-    """The laws that contacts obey; the coefficients belong to each contact.
+    """The laws of contact: restitution, slip and order. Coefficients belong to each contact.
 
     u is the relative velocity at a contact, n its normal part, t its tangential one;
     P the impulse, µ the friction, e the restitution; − before, + after.
 
     Attributes:
-        restitution: what e says, for the normal of each contact alone.
+        restitution: the meaning of e, for the normal of each contact.
 
-            - "newton": u_n⁺ = −e·min(u_n⁻, 0), the velocities (Newton 1687).
+            - "newton": u_n⁺ = −e·min(u_n⁻, 0): the separation speed is e times the
+              approach speed (Newton 1687).
             - "poisson": P_n ≥ (1 + e) P_n^c, where P_n^c is the impulse of the
               compression, which ends with no approach left (Poisson 1817; for many
               contacts Glocker & Pfeiffer 1995).
             - "stronge": the normal impulse regains W_r = −e² W_c, where W_c is its
               work in compression (Stronge 1990). Needs slip="path".
-        slip: when friction looks at the direction of slip.
+        slip: the instant whose slip direction friction opposes.
 
             - "end": at the end of the impact. P_t = −µ P_n u_t⁺/|u_t⁺|, or
               |P_t| ≤ µ P_n and u_t⁺ = 0 (Moreau 1988; Glocker 2001). Any number
@@ -41,21 +42,21 @@ class Law:
 
             - "simultaneous": all at once.
             - "sequential": the fastest approach first, one at a time, until none
-              approaches; three equal balls with e = 1 pass the blow on. Fastest is
-              what has the largest |u_n|/√W_nn, which is one unit for contacts and
-              joint stops. A series of ever weaker hits counts with its limit.
+              approaches; three equal balls with e = 1 pass the blow on. The fastest
+              has the largest |u_n|/√W_nn, the same unit for contacts and joint
+              stops. An infinite series of ever weaker hits is taken to its limit.
 
             With one contact the two differ under Newton's restitution if something
             else acts at the same instant. Simultaneous impulses act together: u_n⁻
-            is the velocity before all of them. In a sequence known impulses act
-            first, and every hit, also the only one, has as u_n⁻ what they left. A
-            ball at rest, e = 0.5, that a blow drives down at 2 m/s stays at rest
-            in the one and rises at 1 m/s in the other, as it does under Poisson's
-            restitution, which counts the impulse of the compression.
+            is the velocity before all of them. In a sequence the known impulses act
+            first, and u_n⁻ of every hit is the velocity after them. A ball at rest,
+            e = 0.5, that a blow drives down at 2 m/s stays at rest in the first case
+            and rises at 1 m/s in the second, as it does under Poisson's restitution,
+            which uses the impulse of the compression.
 
     Raises:
         RangeError: an unknown name.
-        InputError: names that cannot go together.
+        InputError: names that cannot be combined.
 
     Example:
         >>> Law(restitution="stronge", slip="path")

@@ -26,33 +26,36 @@ __all__ = ["Scene"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Scene(Displayed):
-    """A robot and what strikes it. Frozen, picklable, checked against the robot when made.
+    """A robot with the impulses, constraints, contacts and forces that act on it.
+
+    A scene is frozen, can be pickled and is checked against its robot when created.
 
     Attributes:
         robot: the robot.
-        impulses: known impulses, from outside or inside joints.
-        constraints: what holds: loops that are closed already, or grips, locks and
+        impulses: known impulses, external or in joints.
+        constraints: bilateral constraints: loops that are closed already, or grips, locks and
             landings that close at the instant of the impact.
-        contacts: what can only push: points on planes, joint stops, colliding bodies.
+        contacts: unilateral contacts, which push and never pull: points on planes, joint
+            stops, colliding bodies.
         forces: springs, actuators and applied forces; like gravity they act in the motion
             after an impact.
-        law: of restitution, slip and order, for all contacts.
-        gravity: [m/s²] in world axes; it moves the robot in the motion after an
-            impact. An impact is instantaneous and does not know it.
-        gap_bound: a contact or anchor that is open, or overlaps, by more than this at the
-            impact is doubted (``Impact.doubts``) [m, of stops rad]; infinite for never.
+        law: law of restitution, slip and order for all contacts.
+        gravity: [m/s²] in world axes; it acts in the motion after an impact. An impact is
+            instantaneous and does not depend on it.
+        gap_bound: a contact or anchor that is open or overlaps by more than this at the impact
+            is reported in ``Impact.doubts`` [m, for joint stops rad]; infinite for none.
         controlled: joints under stiff position or velocity control. In an impact each keeps
-            the velocity it has, Δq̇ = 0, so that the links between them strike as one composite
-            rigid body (Wang, Dehio & Kheddar 2022); its motor carries the impulse for that, a
-            result of ``Impact.constraints`` called "controlled" and the joint. Between impacts,
-            forces and actuators move the joint. A joint that is not named is free.
+            its velocity, Δq̇ = 0, so that the links between them strike as one composite rigid
+            body (Wang, Dehio & Kheddar 2022). The impulse of its motor is the result
+            "controlled JOINT" in ``Impact.constraints``. Between impacts, forces and actuators
+            move the joint. Other joints are free.
 
     Raises:
         UnknownNameError: a frame or joint that the robot does not have.
-        ShapeError: a joint impulse or velocity of the wrong length.
-        InputError: an impulse on the world, an anchor within one body, two entries of
-            one name, tangential restitution under a law without it, a controlled joint that
-            is locked as well.
+        ShapeError: a joint impulse or velocity has the wrong length.
+        InputError: an impulse on the world, an anchor within one body, two entries with
+            the same name, tangential restitution under a law without it, a controlled joint
+            that is also locked.
 
     Example:
         >>> from impulsekit import AppliedImpulse

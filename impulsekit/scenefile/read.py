@@ -76,8 +76,8 @@ def load_scene(path: str | os.PathLike[str]) -> SceneFile:
     """Read a scene file.
 
     Raises:
-        SceneFileError: it holds all faults of the file, each with its place in it and,
-            for a name, the nearest that exist.
+        SceneFileError: the file has errors; all are reported at once, each with its place
+            and, for a name, the nearest that exist.
 
     Warns:
         SetupWarning: a joint of the state is outside its limits.

@@ -22,18 +22,18 @@ __all__ = ["Recording"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Recording(OneLine):
-    """Configurations of a robot over time: a log, another simulator's answer, a drawn path.
+    """Configurations of a robot over time: a log, the result of another simulator, a path.
 
     Attributes:
-        robot: whose configurations they are.
-        t: (T,) times [s], never falling; read-only.
+        robot: the robot.
+        t: (T,) times [s], not decreasing; read-only.
         q: (T, nq) configurations; read-only.
         impacts: pairs of a time [s] and an ``Impact``.
 
     Raises:
-        InputError: no instant at all, or an impact of another robot.
-        ShapeError, NotFiniteError, RangeError: arrays that do not fit together.
-        StateError: a configuration off its manifold.
+        InputError: no instant, or an impact of another robot.
+        ShapeError, NotFiniteError, RangeError: the arrays do not match.
+        StateError: a quaternion is not of unit length.
 
     Example:
         >>> robot = Robot.from_example("panda")

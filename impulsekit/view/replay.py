@@ -91,34 +91,33 @@ def replay(
     play: bool = True,
     title: str | None = None,
 ) -> Replay:
-    """Show a motion, or an impact with a moment of coasting before and after it.
+    """Write a moving page of a motion, or of an impact with a short coast before and after it.
 
-    The page is one file that needs nothing but a browser with WebGL: no server, no port,
-    no network, and nothing has to be open while it is made.
+    The page is one file and needs only a browser with WebGL: no server, no port, no network.
 
     Args:
         motion: a ``Trajectory`` of ``simulate``, a ``Recording``, or an ``Impact``.
-        html: where the page goes; None keeps it in the answer's ``html``.
-        open: show it in the browser; without ``html`` from a temporary file.
-        viewer: a ``meshcat.Visualizer`` whose window is drawn into as well.
+        html: path of the page; None returns it in ``Replay.html`` only.
+        open: open it in the browser; without ``html`` from a temporary file.
+        viewer: a ``meshcat.Visualizer`` that is drawn into as well.
         points: points whose velocities are drawn at impacts; by default some mass centres.
-        velocities: whether velocity arrows are drawn at all.
+        velocities: whether velocity arrows are drawn.
         reactions: True for the reaction impulses of all joints, or joints by name.
         traces: points whose paths are drawn; the name of a frame stands for its origin.
         ghosts: instants of the motion whose poses stay in the picture [s].
         fps: frames for each second of playback.
         speed: motion seconds for each second of playback; by default 1, and for an impact
             what stretches it to about four seconds.
-        slow_motion: what becomes of the speed around impacts, up to 1.
-        slow_window: how far from an impact that is so [s].
-        span: for an impact, how long is coasted after it, and half of it before [s].
-        hold: how long arrows stay after an impact of a motion, in playback time [s].
+        slow_motion: factor on the speed around impacts, up to 1.
+        slow_window: time before and after an impact with that factor [s].
+        span: for an impact, duration of the coast after it; half of it before [s].
+        hold: playback time for which arrows stay after an impact of a motion [s].
         loop: start again at the end.
-        play: start as soon as the page is open.
-        title: what the page is called; by default the robot's name.
+        play: start when the page opens.
+        title: title of the page; by default the robot's name.
 
     Raises:
-        InputError: a motion without an instant, or something that is none.
+        InputError: the motion has no instant, or is of another type.
         RangeError: a rate, window or ghost outside its range.
         UnknownNameError: a joint or frame that the robot does not have.
         FileError: the page cannot be written.

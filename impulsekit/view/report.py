@@ -31,17 +31,17 @@ def report(
     rows: int = 40,
     form: str = "text",
 ) -> str:
-    """An impact in words and tables. Numbers at rounding level are shown as 0.
+    """Report an impact in words and tables. Numbers at machine precision are shown as 0.
 
     Args:
-        impact: the answer.
-        points: points whose velocity is shown, in world axes.
-        rows: how many joint speeds are shown at most, those that jump most.
-        form: "text", "markdown" or "json". All say the same; ``Impact.to_dict`` has
+        impact: a solved impact.
+        points: points whose velocity is reported, in world axes.
+        rows: the largest number of joint speeds shown; those with the largest jumps.
+        form: "text", "markdown" or "json", with the same content; ``Impact.to_dict`` has
             every number in full.
 
     Raises:
-        RangeError: another form.
+        RangeError: an unknown form.
         UnknownNameError: a point on a frame that the robot does not have.
 
     Example:

@@ -56,7 +56,7 @@ class Touching:
 
 
 def touching(scene: Scene, q: ArrayLike, v: ArrayLike | None = None) -> Touching:
-    """The gaps of all contacts and the openings of all anchors, before anything is solved.
+    """Report the gaps of all contacts and anchors of a scene at one state, without solving it.
 
     Args:
         scene: the scene.
@@ -64,7 +64,7 @@ def touching(scene: Scene, q: ArrayLike, v: ArrayLike | None = None) -> Touching
         v: (nv,) velocity; None for a robot at rest.
 
     Raises:
-        ShapeError, NotFiniteError, StateError: what is wrong with q or v.
+        ShapeError, NotFiniteError, StateError: q or v is not valid.
 
     Example:
         >>> from impulsekit import Contact, Robot, Scene

@@ -53,10 +53,15 @@ class _Batch(pydantic.BaseModel):
 
 
 def load_study(path: str | os.PathLike[str]) -> Study:
-    """Read a scene file with its [batch] table.
+    """Load a study from a scene file with a [batch] table.
 
     Raises:
-        SceneFileError: it holds all faults of the scene, or all of the table.
+        SceneFileError: all errors of the scene, or all of the table, are reported at once.
+
+    Example:
+        >>> study = load_study("examples/landing_study.toml")
+        >>> study.samples
+        20000
     """
     file = load_scene(path)
     with file_told(path), open_plain_file(path) as stream:

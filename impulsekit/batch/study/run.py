@@ -30,23 +30,24 @@ def run_study(
     threads: int | None = None,
     client: Any = None,
 ) -> StudyStore:
-    """Draw, solve (or follow as motions) and write all rows that the store does not have yet.
+    """Run a study: draw, solve (or simulate) and write all rows that its store does not have yet.
 
-    A run that is stopped, in whatever way, goes on where it was when it is called again;
-    the store is then the same, bit for bit, as that of a run that was never stopped.
+    A stopped run resumes when called again; its store is then identical, bit for bit, to that
+    of an uninterrupted run.
 
     Args:
-        study: what is drawn and solved.
-        store: a folder for the rows; made if it does not exist.
-        progress: True for a bar with its rate, or a function of rows done and rows in all.
-        threads: for each process; by default as many as it may use. Of motions, processes.
-        client: a ``distributed.Client``; its workers solve, this process writes. A chunk
-            whose worker dies is solved by another one.
+        study: the study.
+        store: the folder for the rows; created if it does not exist.
+        progress: True for a progress bar, or a function of (rows done, rows in total).
+        threads: number of threads of each process, of motions number of processes; by default
+            all that it may use.
+        client: a ``distributed.Client``; its workers solve, this process writes. If a worker
+            dies, another one solves its chunk.
 
     Raises:
         InputError: the folder holds something else, or the store of another study.
         StoreLockedError: another process writes to the store, or it was moved or deleted.
-        StoreFullError: no space is left; what is done stays done.
+        StoreFullError: no space is left; written rows are kept.
         FileError: the folder cannot be made or written to.
         MissingExtraError: numba, xarray or zarr is not installed.
     """

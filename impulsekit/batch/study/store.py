@@ -202,13 +202,13 @@ def _check_folder(folder: pathlib.Path) -> None:
 
 
 def open_study(path: str | os.PathLike[str]) -> Any:
-    """The rows of a store as an ``xarray.Dataset``, read when they are needed.
+    """Open the rows of a study as an ``xarray.Dataset``, loaded when needed.
 
-    Rows that are not written yet have the status ``UNWRITTEN`` (-128), which no row that was
-    solved has, and NaN everywhere else.
+    Rows that are not written yet have the status ``UNWRITTEN`` (-128), which no solved row
+    has, and NaN elsewhere.
 
     Raises:
-        InputError: there is no store of a study.
+        InputError: the folder is not a store of a study.
         MissingExtraError: xarray or zarr is not installed.
     """
     xarray = _xarray()

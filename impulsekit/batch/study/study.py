@@ -37,22 +37,24 @@ IMPACTS, MOTIONS = 16384, 64
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Study(OneLine):
-    """Many rows of one scene, drawn at random, the same on every machine: impacts, or motions.
+    """A scene at many random states and coefficients, the same on every machine.
 
-    Rows come in chunks. Each chunk has a random stream of its own (Philox, a counter-based
+    The rows are impacts, or motions.
+
+    Rows come in chunks. Each chunk has its own random stream (Philox, a counter-based
     generator, keyed by seed and chunk), so that any chunk can be drawn alone.
 
     Attributes:
-        scene: what strikes, holds and touches the robot.
+        scene: the robot, what acts on it, and the law of contact.
         q, v: (nq,), (nv,) the state around which poses and velocities vary.
-        samples: how many rows.
-        seed: of the random numbers.
-        vary: what varies, drawn in this order.
+        samples: number of rows.
+        seed: seed of the random numbers.
+        vary: the variations, drawn in this order.
         outputs: as for ``solve_batch``; of motions "end", "q_end", "v_end", "impact_count",
-            "contact_impulses" (all impacts of a motion together), "q_samples", "v_samples". None
-            for "v_after", of motions for the first four.
+            "contact_impulses" (all impacts of a motion together), "q_samples", "v_samples".
+            None for "v_after", of motions for the first four.
         chunk: rows per chunk; None for 16384, of motions for 64.
-        motion: how motions are followed; None for impacts alone.
+        motion: the settings of motions; None for impacts alone.
 
     Raises:
         RangeError, UnknownNameError, InputError, ShapeError, NotFiniteError, StateError.

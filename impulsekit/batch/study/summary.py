@@ -39,12 +39,12 @@ class QuantityLine:
 
 @dataclass(frozen=True)
 class StudySummary:
-    """A study in a few lines.
+    """The summary of a study.
 
     Attributes:
-        rows: how many there will be.
-        statuses: how many of each status, of those that are written.
-        quantities: one line each.
+        rows: number of rows of the study.
+        statuses: number of written rows by status.
+        quantities: quantiles and worst rows of each quantity.
     """
 
     rows: int
@@ -85,16 +85,16 @@ class StudySummary:
 
 
 def summarize(store: Any, *, worst: int = 3) -> StudySummary:
-    """Quantiles and worst cases of a store, one number a row in memory at a time.
+    """Compute quantiles and worst rows of a study, with one number per row in memory.
 
-    Rows that are not written yet are counted apart and enter nothing else.
+    Rows that are not written yet are only counted.
 
     Args:
-        store: its folder, the ``StudyStore`` of ``run_study``, or what ``open_study`` gave.
-        worst: how many rows to name for each quantity.
+        store: its folder, the ``StudyStore`` of ``run_study``, or the result of ``open_study``.
+        worst: number of worst rows reported for each quantity.
 
     Raises:
-        InputError: there is no store of a study.
+        InputError: the folder is not a store of a study.
         MissingExtraError: xarray or zarr is not installed.
     """
     dataset = _opened(store)

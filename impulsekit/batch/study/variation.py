@@ -17,24 +17,24 @@ DISTRIBUTIONS = ("uniform", "normal")
 
 @dataclass(frozen=True)
 class Variation:
-    """One thing that is drawn anew for every row.
+    """A random quantity, drawn for every row.
 
     Attributes:
-        what: what is drawn.
+        what: the quantity.
 
             - "configuration": a step from the file's q along each degree of freedom
               [rad, m], independent of each other.
-            - "velocity": an addition to the file's v [rad/s, m/s], likewise.
+            - "velocity": an addition to the file's v [rad/s, m/s], in the same way.
             - "impulse": a factor on a known impulse.
-            - "direction": an angle [rad] by which a known impulse is turned about an axis
-              across it, which is uniform around it.
+            - "direction": an angle [rad] by which a known impulse is rotated about a normal axis,
+              whose direction is uniform.
             - "restitution", "friction": the coefficient of a contact itself.
             - "mass": a factor on the mass of a link, and on its inertia with it.
         of: the joint, known impulse, contact or link by name; all of them by default,
             independent of each other.
         distribution: "uniform" from ``low`` to ``high``, or "normal" with ``mean`` and
             ``deviation``.
-        low, high: bounds; of a normal distribution, what lies beyond is cut to them.
+        low, high: bounds; samples of a normal distribution are clipped to them.
 
     Raises:
         RangeError, NotFiniteError, UnknownNameError, InputError.

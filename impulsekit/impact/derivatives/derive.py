@@ -44,21 +44,20 @@ __all__ = ["derivatives"]
 
 
 def derivatives(impact: Impact) -> Derivatives:
-    """How v⁺ and every impulse change with q, v⁻, blows, restitution and friction.
+    """Derivatives of v⁺ and of every impulse by q, v⁻, impulses, restitution and friction.
 
-    Analytic, in the modes in which the contacts were found; points of contacts are points
-    of their frame, which move with it. Of several hits in a sequence each has its modes, and
-    slip along the path is followed with what the parameters do to it.
-    A restitution that is a function gives its slope by a method ``derivative`` of the
-    approach speed; without one it is found by differences, and the status says so.
+    They are analytic, for the contact modes that were found; a contact point is fixed in its
+    frame and moves with it. In a sequence every hit has its own modes; slip along the path is
+    differentiated with its parameters. If a restitution function has a method ``derivative``
+    of the approach speed, it is used; otherwise finite differences are, and the status reports it.
 
     Args:
         impact: a solved impact.
 
     Raises:
-        InputError: an impact that has no answer; friction that presses a contact in again
+        InputError: an impact without a valid solution; friction that presses a contact in again
             along its path; a ``Collision`` of other shapes than balls with balls or flat
-            faces; joints that are no chain of joints with fixed axes.
+            faces; joints that are not chains of joints with fixed axes.
 
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene, solve

@@ -1,0 +1,32 @@
+"""The examination of built pages finds what it is for; ``python -m tests.docs`` runs it on all."""
+
+import pytest
+
+from .site import examine
+
+WHOLE = '<!DOCTYPE html><html><head><link rel="icon" href="data:,"></head><body id="top">{}</body>'
+
+
+@pytest.mark.parametrize(
+    ("body", "fault"),
+    [
+        ('<a href="other.html#there">a page</a> <a href="https://example.org">a site</a>', None),
+        ('<a href="gone.html">a page</a>', "dead link to .*gone.html"),
+        ('<a href="other.html#nowhere">a place</a>', "no place nowhere in other.html"),
+        ("<script>console.error('broken')</script>", "complains: broken"),
+        ("<script>throw new Error('thrown')</script>", "complains: .*thrown"),
+        ('<img src="http://127.0.0.1:9/picture.png">', "asks for http://127.0.0.1:9/picture.png"),
+        ('<img src="other.html">', "no picture in .*other.html"),
+    ],
+)
+def test_what_is_wrong_with_a_page_is_found(tmp_path, body, fault):
+    import re
+
+    (tmp_path / "index.html").write_text(WHOLE.format(body))
+    (tmp_path / "other.html").write_text(WHOLE.format('<p id="there"></p>'))
+    count, faults = examine(tmp_path)
+    assert count == 2
+    if fault is None:
+        assert faults == []
+    else:
+        assert any(re.fullmatch(f"index.html: {fault}", each) for each in faults), faults
