@@ -38,6 +38,7 @@ FIRST_HOUR = [
     "solve",
     "solve_batch",
     "simulate",
+    "simulate_batch",
     "check",
     "replay",
     "report",

@@ -9,6 +9,7 @@ import time
 
 import click
 
+from ..view.browser import browser
 from .site import examine
 
 ROOT = pathlib.Path(__file__).parents[2]
@@ -27,7 +28,8 @@ def main(ctx: click.Context, built: bool) -> None:
             ctx.exit(1)
         click.echo(f"built in {time.perf_counter() - begin:.0f} s")
     begin = time.perf_counter()
-    count, faults = examine(SITE)
+    with browser() as opened:
+        count, faults = examine(SITE, opened)
     for fault in faults:
         click.echo(fault, err=True)
     seconds = time.perf_counter() - begin

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pathlib
 from urllib.parse import unquote, urlsplit
 
-from ..view.browser import browser
+from ..view.browser import OpenPage
 
 __all__ = ["examine"]
 
@@ -18,24 +18,28 @@ _BROKEN = (
 )
 
 
-def examine(folder: str | pathlib.Path) -> tuple[int, list[str]]:
-    """Open every page below a folder: how many there are, and what is wrong, a line each."""
+def examine(folder: str | pathlib.Path, opened: OpenPage) -> tuple[int, list[str]]:
+    """Open every page below a folder: how many there are, and what is wrong, a line each.
+
+    Args:
+        folder: of the built pages.
+        opened: a page of a browser, as ``tests.view.browser.browser`` gives it.
+    """
     root = pathlib.Path(folder).resolve()
     pages = sorted(root.rglob("*.html"))
     links: dict[pathlib.Path, set[str]] = {}
     places: dict[pathlib.Path, set[str]] = {}
     faults: list[str] = []
-    with browser() as opened:
-        for path in pages:
-            name = path.relative_to(root)
-            opened.requests.clear()
-            opened.complaints.clear()
-            opened.page.goto(path.as_uri(), wait_until="load")
-            links[path] = set(opened.run(_LINKS))
-            places[path] = set(opened.run(_PLACES))
-            faults += [f"{name}: asks for {url}" for url in opened.requests]
-            faults += [f"{name}: complains: {words}" for words in opened.complaints]
-            faults += [f"{name}: no picture in {url}" for url in opened.run(_BROKEN)]
+    for path in pages:
+        name = path.relative_to(root)
+        opened.requests.clear()
+        opened.complaints.clear()
+        opened.page.goto(path.as_uri(), wait_until="load")
+        links[path] = set(opened.run(_LINKS))
+        places[path] = set(opened.run(_PLACES))
+        faults += [f"{name}: asks for {url}" for url in opened.requests]
+        faults += [f"{name}: complains: {words}" for words in opened.complaints]
+        faults += [f"{name}: no picture in {url}" for url in opened.run(_BROKEN)]
     for path, targets in links.items():
         for target in sorted(targets):
             fault = _dead(target, places)

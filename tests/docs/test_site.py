@@ -1,5 +1,7 @@
 """The examination of built pages finds what it is for; ``python -m tests.docs`` runs it on all."""
 
+import re
+
 import pytest
 
 from .site import examine
@@ -19,12 +21,10 @@ WHOLE = '<!DOCTYPE html><html><head><link rel="icon" href="data:,"></head><body 
         ('<img src="other.html">', "no picture in .*other.html"),
     ],
 )
-def test_what_is_wrong_with_a_page_is_found(tmp_path, body, fault):
-    import re
-
+def test_what_is_wrong_with_a_page_is_found(tmp_path, session_browser, body, fault):
     (tmp_path / "index.html").write_text(WHOLE.format(body))
     (tmp_path / "other.html").write_text(WHOLE.format('<p id="there"></p>'))
-    count, faults = examine(tmp_path)
+    count, faults = examine(tmp_path, session_browser)
     assert count == 2
     if fault is None:
         assert faults == []

@@ -1,14 +1,6 @@
-"""One browser for all tests of pages."""
+"""An open page that complains about nothing."""
 
 import pytest
-
-from .browser import browser
-
-
-@pytest.fixture(scope="session")
-def session_browser():
-    with browser() as opened:
-        yield opened
 
 
 @pytest.fixture
