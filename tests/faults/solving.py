@@ -149,7 +149,7 @@ _SOLVING = (
     _followed("gives no sample times", duration=0.1, samples=[]),
     _followed("gives sample times in words", duration=0.1, samples=["now"]),
     _followed("gives settings as a dictionary", settings={"duration": 1.0}),
-    _followed("gives a progress that cannot be called", duration=0.01, progress=True),
+    _followed("gives a progress that cannot be called", duration=0.01, progress=3),
     Fault("starts a motion inside the floor", _penetrated),
     Fault("asks a motion for a time after its end", lambda: _motion().at(5.0)),
     Fault("asks a motion for a time in words", lambda: _motion().at("end")),

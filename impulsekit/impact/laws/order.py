@@ -95,8 +95,10 @@ def fastest(
     return found
 
 
-def foremost(found: int, W: Numbers, velocity: Numbers, e: Numbers, mu: Numbers, count: int) -> int:
-    """Of the contacts as fast as ``found``, the one that is hit first.
+def foremost(
+    found: int, W: Numbers, velocity: Numbers, e: Numbers, mu: Numbers, count: int
+) -> tuple[int, bool]:
+    """Of the contacts as fast as ``found``, the one that is hit first; whether others are alike.
 
     It is the one of most friction, then of most restitution, then the one that a normal impulse
     moves most sideways, then the one that moves most easily sideways, then the one that slips
