@@ -19,11 +19,12 @@ import math
 import numpy as np
 import pinocchio as pin
 
-__all__ = ["Chart"]
+from ..laws.compiled import compiled, entry
+
+__all__ = ["Chart", "unrolled"]
 
 # Bound once: these run at every stage of every step.
 _integrate, _d_difference, _AFTER = pin.integrate, pin.dDifference, pin.ArgumentPosition.ARG1
-_Motion = pin.Motion
 
 # 1 − (θ/2) cot(θ/2) = Σ c_n θ²ⁿ, c_n = |B_2n| / (2n)!
 _SERIES = (
@@ -38,6 +39,9 @@ _SERIES = (
 )
 # Below this the series is exact to rounding, above it the closed form is.
 SMALL = 0.35
+# Six numbers, linear before angular; three of them.
+Motion = tuple[float, float, float, float, float, float]
+_NOTHING = (0.0, 0.0, 0.0)
 # Of θ²: where three terms of the series do, and where b ad⁴ is below rounding.
 TINY, NO_FOURTH = 2e-3, 1e-7
 
@@ -118,7 +122,11 @@ class Chart:
             v0, v1 = v[to : to + 2].tolist()
             rate[to], rate[to + 1] = c * v0 - s * v1, s * v0 + c * v1
         for own, size in self._spatial:
-            rate[own] = _unrolled(x[own], v[own], size)
+            if size == 6:
+                rate[own] = unrolled(tuple(x[own].tolist()), tuple(v[own].tolist()))
+            else:
+                whole = unrolled((*_NOTHING, *x[own].tolist()), (*_NOTHING, *v[own].tolist()))
+                rate[own] = whole[3:]
         for alone, own_q, own_v in self._others:
             turn = _d_difference(alone, self.reference[own_q], q[own_q], _AFTER)
             rate[own_v] = turn.dot(v[own_v])
@@ -130,27 +138,47 @@ class Chart:
         return float(np.abs(v[self._turning]).max(initial=0.0))
 
 
-def _unrolled(x: np.ndarray, v: np.ndarray, size: int) -> np.ndarray:
-    """J⁻¹(x) v of a free body (6,) or of a ball joint (3,)."""
-    if size == 6:
-        t1, t2, t3 = x[3:].tolist()
-        motion, speed = _Motion(x), _Motion(v)
-    else:
-        t1, t2, t3 = x.tolist()
-        motion, speed = _Motion(_ZERO, x), _Motion(_ZERO, v)
-    square = t1 * t1 + t2 * t2 + t3 * t3
+@entry(lambda: ((0.0,) * 6, (0.0,) * 6), seconds=1.5)
+def unrolled(x: Motion, v: Motion) -> Motion:
+    """J⁻¹(x) v of a free body, linear before angular."""
+    square = x[3] * x[3] + x[4] * x[4] + x[5] * x[5]
     a, b = _factors(square)
-    once = motion.cross(speed)
-    twice = motion.cross(once)
-    rate = speed + once * 0.5 + twice * a
+    once = _bracket(x, v)
+    twice = _bracket(x, once)
+    rate = _plus(_plus(v, 0.5, once), a, twice)
     if square > NO_FOURTH:
-        rate += motion.cross(motion.cross(twice)) * b
-    return rate.vector[6 - size :]
+        rate = _plus(rate, b, _bracket(x, _bracket(x, twice)))
+    return rate
 
 
-_ZERO = np.zeros(3)
+@compiled
+def _plus(v: Motion, factor: float, w: Motion) -> Motion:
+    return (
+        v[0] + factor * w[0],
+        v[1] + factor * w[1],
+        v[2] + factor * w[2],
+        v[3] + factor * w[3],
+        v[4] + factor * w[4],
+        v[5] + factor * w[5],
+    )
 
 
+@compiled
+def _bracket(x: Motion, v: Motion) -> Motion:
+    """ad_x v = (ω_x × v + v_x × ω, ω_x × ω)."""
+    a, b, c, d, e, f = x
+    p, q, r, s, t, u = v
+    return (
+        e * r - f * q + b * u - c * t,
+        f * p - d * r + c * s - a * u,
+        d * q - e * p + a * t - b * s,
+        e * u - f * t,
+        f * s - d * u,
+        d * t - e * s,
+    )
+
+
+@compiled
 def _factors(square: float) -> tuple[float, float]:
     """a and b for θ²."""
     if square < TINY:
@@ -161,10 +189,10 @@ def _factors(square: float) -> tuple[float, float]:
     if square < SMALL * SMALL:
         a = b = 0.0
         power = 1.0
-        for n, c in enumerate(_SERIES, 1):
-            a += (2 - n) * c * power
-            if n < len(_SERIES):
-                b -= n * _SERIES[n] * power
+        for n in range(len(_SERIES)):
+            a += (1 - n) * _SERIES[n] * power
+            if n + 1 < len(_SERIES):
+                b -= (n + 1) * _SERIES[n + 1] * power
             power *= square
         return a, b
     theta = math.sqrt(square)

@@ -1,4 +1,4 @@
-"""Integrators, one step at a time: scipy's DOP853 and Radau, and two with a fixed step.
+"""Integrators, one step at a time: DOP853, scipy's Radau, and two with a fixed step.
 
 All work on y = (x, v) in a chart, and give a dense output of their last step.
 """
@@ -10,7 +10,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-__all__ = ["METHODS", "FixedStepper", "ScipyStepper", "StepFailed", "Stepper", "stepper_of"]
+from .explicit import ExplicitStepper, StepFailed
+
+__all__ = ["METHODS", "FixedStepper", "RadauStepper", "StepFailed", "Stepper", "stepper_of"]
 
 Rhs = Callable[[float, np.ndarray], np.ndarray]
 Dense = Callable[[float], np.ndarray]
@@ -19,10 +21,6 @@ METHODS = ("dop853", "radau", "rk4", "semi-implicit")
 # The size of x and v [m, rad, and those by s] of which the steps of numerical slopes are a part:
 # near rest a step measured by x and v themselves would drown in rounding.
 TYPICAL = 1.0
-
-
-class StepFailed(Exception):
-    """No step is short enough. Internal: a motion ends with a status instead."""
 
 
 class Stepper(Protocol):
@@ -57,21 +55,20 @@ def stepper_of(method: str, rhs: Rhs, rtol: float, atol: float, step: float | No
     """The stepper for a method's name; ``step`` for those with a fixed one [s]."""
     if method in ("rk4", "semi-implicit"):
         return FixedStepper(rhs, method, 1e-3 if step is None else step)
-    return ScipyStepper(rhs, method, rtol, atol)
+    if method == "dop853":
+        return ExplicitStepper(rhs, rtol, atol)
+    return RadauStepper(rhs, rtol, atol)
 
 
-class ScipyStepper:
-    """DOP853 (Dormand & Prince, order 8) or Radau IIA (order 5), as scipy has them."""
+class RadauStepper:
+    """Radau IIA (order 5), as scipy has it."""
 
-    def __init__(self, rhs: Rhs, method: str, rtol: float, atol: float) -> None:
-        from scipy.integrate import DOP853, Radau
+    def __init__(self, rhs: Rhs, rtol: float, atol: float) -> None:
+        from scipy.integrate import Radau
 
-        self._explicit = method == "dop853"
-        self._kind: Any = DOP853 if self._explicit else Radau
+        self._kind: Any = Radau
         self._rhs, self._end = rhs, 0.0
-        self._options: dict[str, Any] = {"rtol": rtol, "atol": atol}
-        if not self._explicit:
-            self._options["jac"] = self._slope
+        self._options: dict[str, Any] = {"rtol": rtol, "atol": atol, "jac": self._slope}
         self._solver: Any = None
         # The slope of the right side that Radau had last, and num_jac's own increments.
         self._last_slope: np.ndarray | None = None
@@ -99,9 +96,6 @@ class ScipyStepper:
 
     def moved(self, y: np.ndarray, f: np.ndarray) -> None:
         """Go on from the same time, slightly moved."""
-        if self._explicit:
-            self._solver.y, self._solver.f = y, f
-            return
         # Radau starts its Newton from the last step's polynomial, which is of another chart.
         # Its slope is worth keeping: it is what costs.
         self._last_slope = self._solver.J

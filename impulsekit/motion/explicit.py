@@ -1,0 +1,158 @@
+"""DOP853 (Dormand & Prince, order 8) with its dense output, one step at a time.
+
+The coefficients and the control of steps are scipy's (Hairer, Nørsett & Wanner, Solving Ordinary
+Differential Equations I, II.5). scipy's own loop takes as long between evaluations as compiled
+dynamics take for one; this one holds the stages in one array and asks for nothing twice.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+__all__ = ["ExplicitStepper", "StepFailed"]
+
+Rhs = Callable[[float, np.ndarray], np.ndarray]
+
+# By how much the next step may be longer or shorter, and below what its error allows.
+LONGER, SHORTER, SAFETY = 10.0, 0.2, 0.9
+# Of the error that steps are chosen by.
+ORDER = 7
+# The least step, in units of the last place of time.
+LEAST = 10.0
+
+
+class StepFailed(Exception):
+    """No step is short enough. Internal: a motion ends with a status instead."""
+
+
+class _Output:
+    """y within a step: y₀ + x (F₀ + (1 − x) (F₁ + x (F₂ + (1 − x) (F₃ + …))))."""
+
+    def __init__(self, start: float, length: float, y: np.ndarray, powers: np.ndarray) -> None:
+        self._start, self._length, self._y, self._powers = start, length, y, powers
+
+    def __call__(self, t: float) -> np.ndarray:
+        """(2 nv,) y at a time [s]."""
+        x = (t - self._start) / self._length
+        r = 1.0 - x
+        a = x * r
+        b, c = x * a, a * a
+        weights = (x, a, b, c, x * c, a * c, b * c)
+        return self._y + np.array(weights).dot(self._powers)
+
+
+class ExplicitStepper:
+    """Steps of DOP853.
+
+    Attributes:
+        t: time [s]. y: (2 nv,) x and v. f: (2 nv,) the rates there.
+    """
+
+    def __init__(self, rhs: Rhs, rtol: float, atol: float) -> None:
+        from scipy.integrate import DOP853
+
+        self._rhs, self._rtol, self._atol = rhs, rtol, atol
+        method: Any = DOP853
+        count = method.n_stages
+        self._stages = [
+            (s, float(method.C[s]), np.ascontiguousarray(method.A[s, :s])) for s in range(1, count)
+        ]
+        self._more = [
+            (s, float(c), np.ascontiguousarray(a[:s]))
+            for s, (a, c) in enumerate(zip(method.A_EXTRA, method.C_EXTRA, strict=True), count + 1)
+        ]
+        self._last, self._power = method.B, method.D
+        self._errors = np.array([method.E5, method.E3])
+        self._count = count
+        self._slopes = np.empty((0, 0))
+        self.t, self.y, self.f = 0.0, np.empty(0), np.empty(0)
+        self._length, self._end = 0.0, 0.0
+
+    def reset(self, t: float, y: np.ndarray, first: float | None, end: float) -> None:
+        """Go on from elsewhere."""
+        self.t, self.y, self._end = t, y, end
+        self.f = self._rhs(t, y)
+        self._slopes = np.empty((self._count + 1 + len(self._more), len(y)))
+        given = 0.0 if first is None else min(first, end - t)
+        self._length = given if given > 0.0 else self._first_length()
+
+    def moved(self, y: np.ndarray, f: np.ndarray) -> None:
+        """Go on from the same time, slightly moved."""
+        self.y, self.f = y, f
+
+    def step(self, longest: float) -> _Output:
+        """One step of at most ``longest`` [s]; its dense output.
+
+        Raises:
+            StepFailed: none is short enough.
+        """
+        t, y, slopes, count = self.t, self.y, self._slopes, self._count
+        least = LEAST * (math.nextafter(t, math.inf) - t)
+        length = max(min(self._length, longest), least)
+        slopes[0] = self.f
+        rejected = False
+        while True:
+            if length < least:
+                raise StepFailed("Required step size is less than spacing between numbers.")
+            until = min(t + length, self._end)
+            h = until - t
+            length = h
+            for s, c, a in self._stages:
+                slopes[s] = self._rhs(t + c * h, y + a.dot(slopes[:s]) * h)
+            after = y + h * self._last.dot(slopes[:count])
+            slopes[count] = self._rhs(t + h, after)
+            error = self._error(slopes[: count + 1], h, y, after)
+            if error < 1.0:
+                grown = LONGER if error == 0.0 else SAFETY * error ** (-1.0 / (ORDER + 1))
+                self._length = length * min(1.0 if rejected else LONGER, grown)
+                break
+            length *= max(SHORTER, SAFETY * error ** (-1.0 / (ORDER + 1)))
+            rejected = True
+        output = self._output(t, h, y, after)
+        self.t, self.y, self.f = until, after, slopes[count].copy()
+        return output
+
+    def _output(self, t: float, h: float, y: np.ndarray, after: np.ndarray) -> _Output:
+        slopes, count = self._slopes, self._count
+        for s, c, a in self._more:
+            slopes[s] = self._rhs(t + c * h, y + a.dot(slopes[:s]) * h)
+        change, begin = after - y, h * slopes[0]
+        powers = np.empty((3 + len(self._power), len(y)))
+        powers[0], powers[1] = change, begin - change
+        powers[2] = 2.0 * change - (h * slopes[count] + begin)
+        powers[3:] = h * self._power.dot(slopes)
+        return _Output(t, h, y, powers)
+
+    def _error(self, slopes: np.ndarray, h: float, y: np.ndarray, after: np.ndarray) -> float:
+        """The error of a step in units of what is allowed."""
+        scale = self._atol + np.maximum(np.abs(y), np.abs(after)) * self._rtol
+        fifth, third = self._errors.dot(slopes) / scale
+        square, other = float(fifth.dot(fifth)), float(third.dot(third))
+        if square == 0.0 and other == 0.0:
+            return 0.0
+        return abs(h) * square / math.sqrt((square + 0.01 * other) * len(y))
+
+    def _first_length(self) -> float:
+        """A first step [s] (Hairer, Nørsett & Wanner I, II.4)."""
+        span = self._end - self.t
+        if not self.y.size or span == 0.0:
+            return math.inf
+        scale = self._atol + np.abs(self.y) * self._rtol
+        size, rate = _norm(self.y / scale), _norm(self.f / scale)
+        length = 1e-6 if size < 1e-5 or rate < 1e-5 else 0.01 * size / rate
+        length = min(length, span)
+        there = self._rhs(self.t + length, self.y + length * self.f)
+        bend = _norm((there - self.f) / scale) / length
+        if rate <= 1e-15 and bend <= 1e-15:
+            other = max(1e-6, length * 1e-3)
+        else:
+            other = (0.01 / max(rate, bend)) ** (1.0 / (ORDER + 1))
+        return min(100.0 * length, other, span)
+
+
+def _norm(values: np.ndarray) -> float:
+    return math.sqrt(values.dot(values) / values.size)
