@@ -229,7 +229,10 @@ def warm_up(scene: Scene, *, dtype: Any = np.float64) -> BatchPlan:
         >>> warm_up(Scene(robot, [AppliedImpulse("panda_hand", linear=[0, 0, 1])])).kernel
         True
     """
+    from ..motion.warm import compile_motion
+
     compile_laws(scene)
+    compile_motion(scene)
     program, plan = plan_batch(scene)
     if program is not None:
         inputs = batch_inputs(scene, scene.robot.neutral(), None, None, None, None, None)

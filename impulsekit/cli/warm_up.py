@@ -22,7 +22,7 @@ _BALL = """<robot name="ball"><link name="ball">
 @click.command(name="warm-up")
 @click.option("--single", is_flag=True, help="Also the kernels of batches in single precision.")
 def warm_up(single: bool) -> None:
-    """Compile all contact laws and the kernels of batches; prints the processor time of each.
+    """Compile contact laws, motions and the kernels of batches; prints the processor time of each.
 
     What is compiled is kept on disk. Without this command things are compiled when first needed.
     """
@@ -30,10 +30,14 @@ def warm_up(single: bool) -> None:
 
     from ..batch.solve import warm_up as warm_up_scene
     from ..impact.warm import compile_all_laws
+    from ..motion.warm import compile_motion
 
     begin = time.process_time()
     compile_all_laws()
     click.echo(f"contact laws: {time.process_time() - begin:.1f} s")
+    begin = time.process_time()
+    compile_motion()
+    click.echo(f"motions: {time.process_time() - begin:.1f} s")
     for dtype in (np.float64, np.float32) if single else (np.float64,):
         for name, scene in _scenes():
             begin = time.process_time()

@@ -82,6 +82,16 @@ class HeldCorner:
         # Axes that turn with the plane.
         return cls(bodies, feature, turn.T.dot(axes).ravel().tolist(), pieces)
 
+    def in_numbers(self) -> tuple[tuple[int, int], np.ndarray]:
+        """Which body is whose, the point's and the plane's, and (16,) what a table says of it.
+
+        The corner, the axes column by column and a point of the plane, each in the frame of its
+        body's joint, and the sign of the rows.
+        """
+        on_plane = self._height * self._normal
+        numbers = np.concatenate([self._at, self._axes.T.ravel(), on_plane, [self._sign]])
+        return (self._own, self._plane), numbers
+
     def _over(self, places: Places) -> np.ndarray:
         """(3,) the corner in the axes of the plane's body."""
         return places[self._plane].actInv(places[self._own].act(self._at))
@@ -162,6 +172,17 @@ class HeldCrossing:
 
     def _directions(self, places: Places) -> list[np.ndarray]:
         return [p.rotation.dot(way) for p, way in zip(places, self._ways, strict=True)]
+
+    def in_numbers(self) -> np.ndarray:
+        """(16,) what a table says of it.
+
+        Of both edges an end and the direction, in the frame of the joint; both lengths, the sign
+        of the normal, and the sine below which the edges are parallel.
+        """
+        edges = [part for pair in zip(self._ends, self._ways, strict=True) for part in pair]
+        first, way, other, across = edges[0][0], edges[1], edges[2][0], edges[3]
+        rest = [*self._lengths, self._sign, self._least]
+        return np.concatenate([first, way, other, across, rest])
 
     def _met(self, places: Places) -> tuple[Any, ...]:
         """Directions, e × f with the sign of n, its square, the points, and the ways there."""

@@ -81,6 +81,8 @@ class Entry(Generic[P, R]):
         self._code: Callable[P, R] | None = None
         self._made: Any = None
         self._arrays: bool | None = None
+        # Whether its compiled code was looked for on disk.
+        self._looked = False
         _tell_numba(self, self._dispatcher)
         ENTRIES[f"{function.__module__}.{function.__name__}"] = self
 
@@ -106,6 +108,13 @@ class Entry(Generic[P, R]):
     def is_stored(self) -> bool:
         """Whether compiled code of these sources is on disk."""
         return is_stored(self.py_func, repr(OPTIONS))
+
+    def load(self) -> None:
+        """Many calls are to come: run compiled code from now on if it is on disk."""
+        if self._code is None and not self._looked:
+            self._looked = True
+            if self.is_stored:
+                self.compile()
 
     def compile(self) -> Callable[P, R]:
         """The compiled code, compiled now or loaded from disk."""

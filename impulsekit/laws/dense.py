@@ -11,10 +11,12 @@ from .compiled import compiled
 __all__ = [
     "cholesky",
     "eliminate",
+    "factorize",
     "gauss",
     "gauss_of_rank",
     "lower_solve",
     "rank_by_pivots",
+    "solve_factorized",
 ]
 
 
@@ -160,3 +162,48 @@ def rank_by_pivots(a: np.ndarray, n: int, tolerance: float) -> int:
                 a[k, i] = a[i, k]
             a[j, i] = a[i, j]
     return n
+
+
+@compiled
+def factorize(a: np.ndarray, n: int, order: np.ndarray) -> bool:
+    """L U of the leading n rows with row pivoting, in their place; False where it is singular.
+
+    Args:
+        a: the matrix.
+        order: (n,) which row comes to stand where.
+    """
+    for j in range(n):
+        best = j
+        for i in range(j + 1, n):
+            if abs(a[i, j]) > abs(a[best, j]):
+                best = i
+        order[j] = best
+        pivot = a[best, j]
+        if not abs(pivot) > 0.0:
+            return False
+        if best != j:
+            for k in range(n):
+                a[j, k], a[best, k] = a[best, k], a[j, k]
+        for i in range(j + 1, n):
+            if a[i, j] != 0.0:
+                a[i, j] /= pivot
+                for k in range(j + 1, n):
+                    a[i, k] -= a[i, j] * a[j, k]
+    return True
+
+
+@compiled
+def solve_factorized(a: np.ndarray, n: int, order: np.ndarray, x: np.ndarray) -> None:
+    """x ← A⁻¹ x by what ``factorize`` made of A."""
+    for j in range(n):
+        x[j], x[order[j]] = x[order[j]], x[j]
+    for i in range(n):
+        total = x[i]
+        for k in range(i):
+            total -= a[i, k] * x[k]
+        x[i] = total
+    for i in range(n - 1, -1, -1):
+        total = x[i]
+        for k in range(i + 1, n):
+            total -= a[i, k] * x[k]
+        x[i] = total / a[i, i]

@@ -28,6 +28,7 @@ from ..rows.pair import rows_at
 from ..rows.reach import ReachedModel
 from ..scene import Collision
 from .advancing import PairOfPieces
+from .points import CROSSING, PLANE, TableRow
 from .wandering import bias_by_differences
 
 __all__ = ["CollidingGap"]
@@ -129,6 +130,19 @@ class CollidingGap:
     def hold_again(self, points: list[HeldPoint] | None) -> None:
         """Follow points that were held before."""
         self._held = points
+
+    def in_table(self) -> list[TableRow] | None:
+        """The held points as rows of a table; None where points are found anew each time."""
+        if self._held is None:
+            return None
+        rows: list[TableRow] = []
+        for point in self._held:
+            if isinstance(point, HeldCorner):
+                (own, plane), numbers = point.in_numbers()
+                rows.append((PLANE, self.joint_ids[own], self.joint_ids[plane], numbers))
+            else:
+                rows.append((CROSSING, *self.joint_ids, point.in_numbers()))
+        return rows
 
     def keep(self, points: np.ndarray) -> None:
         """Let go of held points but those told: (k,) True for what stays."""

@@ -6,10 +6,12 @@ the contacts that rest (Chang & Huston 1995, eq. (17), with multipliers).
 
 from __future__ import annotations
 
+from math import isfinite
+
 import numpy as np
 import pinocchio as pin
 
-from ..impact.algorithms import symmetric
+from ..impact.algorithms import SMALLEST_PIVOT, symmetric
 from ..impact.elimination import (
     CONTRADICTION_TOLERANCE,
     BilateralSolution,
@@ -22,7 +24,10 @@ from ..scene import Scene
 from .force_field import ForceField
 from .gaps import Gaps
 from .held import HeldRows
-from .rest_law import solve_rest
+from .memory import Memory
+from .points import Kinematics, Table
+from .pressed import Factor, pressed
+from .rest_law import BAR, RestNotSolved, solve_rest
 from .resting import Resting
 
 __all__ = ["Dynamics"]
@@ -32,7 +37,8 @@ __all__ = ["Dynamics"]
 ROUNDED = 1e-12 / CONTRADICTION_TOLERANCE
 
 # Bound once: this runs at every stage of every step.
-_aba = pin.aba
+_aba, _forward, _jacobians = pin.aba, pin.forwardKinematics, pin.computeJointJacobians
+_crba, _decompose = pin.crba, pin.cholesky.decompose
 
 
 class Dynamics:
@@ -57,7 +63,15 @@ class Dynamics:
         self.held = HeldRows(scene, reached) if scene.constraints else None
         self.gaps = Gaps(scene, reached) if scene.contacts else None
         # Frames for points are there now: from here on data may be made.
-        self._data, self._moving = self.model.createData(), self.model.createData()
+        self._data, memory = self.model.createData(), Memory(self.model)
+        self._moving = memory.data
+        self._kinematics = Kinematics(
+            memory.places, memory.speeds, memory.rates, memory.jacobian, memory.last, memory.before
+        )
+        self._own_factor = Factor(
+            memory.factor, memory.pivots, memory.mass, memory.branch, SMALLEST_PIVOT
+        )
+        self._own_bias = memory.bias
         self._zero = np.zeros(self.model.nv)
         mimic = any(joint.shortname() == "JointModelMimic" for joint in self.model.joints)
         # Pinocchio's sparse Cholesky takes neither mimic joints nor a model with one row.
@@ -65,6 +79,7 @@ class Dynamics:
         # Rows have to make up for what M lacks at every configuration, whatever pivots say.
         self._singular = bool(robot.massless_motions)
         self._no_aba = mimic
+        self._in_one_call = self.held is None and not (self._dense or self._singular)
         self.resting = Resting(scene)
         # Free flight under constant torques needs nothing but one call.
         free = self.held is None and not mimic
@@ -82,6 +97,11 @@ class Dynamics:
         self.evaluations += 1
         if self._torque is not None and not self.resting.contacts:
             return _aba(self.model, self._data, q, v, self._torque)
+        if self._in_one_call and self.resting.contacts and self.gaps is not None:
+            table = self.gaps.table(self.resting.contacts)
+            found = None if table is None else self._pressed(table, t, q, v)
+            if found is not None:
+                return found
         if self.held is not None or self.resting.contacts or self._no_aba:
             return self._with_rows(t, q, v)
         torque = self.forces.torque(t, q, v)
@@ -112,6 +132,40 @@ class Dynamics:
             if pivots_are_safe(data):
                 return SparseFactor(model, data)
         return FilledFactor(model, data.M, rows, singular=self._singular)
+
+    def _pressed(self, table: Table, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray | None:
+        """(nv,) v̇ where nothing but points that rest is held; None where M is all but singular."""
+        model, data, resting = self.model, self._moving, self.resting
+        if len(table.whole) > 1:
+            pressed.load()
+        _forward(model, data, q, v, self._zero)
+        _jacobians(model, data)
+        _crba(model, data, q)
+        _decompose(model, data)
+        load = self.forces.torque(t, q, v)
+        if self.forces.on_bodies:
+            load = load - pin.rnea(
+                model, self._data, q, v, self._zero, self.forces.wrenches(t, data)
+            )
+        else:
+            load = load - pin.nonLinearEffects(model, self._data, q, v)
+        if not isfinite(load.sum()):
+            return np.full(model.nv, np.nan)
+        residual, rate, forces, accelerations, slip = pressed(
+            table,
+            self._kinematics,
+            self._own_factor,
+            resting.sliding(),
+            load,
+            np.ascontiguousarray(v),
+            resting.last_forces(len(table.whole)),
+        )
+        if residual < 0.0:
+            return None
+        if not residual <= BAR:
+            raise RestNotSolved(f"residual {residual:.1e}")
+        resting.note(forces, accelerations, slip)
+        return rate
 
     def _with_rows(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         model, data, moving = self.model, self._data, self._moving

@@ -141,13 +141,14 @@ class Flight:
         """
         stepper = self._stepper
         t, y = stepper.t, stepper.y.copy()
-        for _ in range(MOST_TRIES):
-            try:
-                return stepper.step(longest)
-            except RestNotSolved:
-                longest = SHORTER * min(longest, LONG)
-                stepper.reset(t, y, longest, self._until)
-        return stepper.step(longest)
+        with self._present.resting.unchanged():
+            for _ in range(MOST_TRIES):
+                try:
+                    return stepper.step(longest)
+                except RestNotSolved:
+                    longest = SHORTER * min(longest, LONG)
+                    stepper.reset(t, y, longest, self._until)
+            return stepper.step(longest)
 
     def take(self, step: Step) -> None:
         """Go to the end of a step."""

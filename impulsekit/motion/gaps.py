@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from operator import is_not
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +12,8 @@ import pinocchio as pin
 
 from ..rows.reach import ReachedModel
 from ..scene import Collision, Contact, JointStop, Scene
+from .memory import Memory
+from .points import Table, TableRow, gaps_and_rates, table_of
 from .rated_gaps import PlaneGap, StopGap
 from .windows import Turning
 
@@ -20,6 +24,24 @@ __all__ = ["Gaps"]
 
 # Gaps are sums of some ten rounded terms, in units of the largest one's rounding error.
 ROUNDED = 8.0 * float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class _KnownTable:
+    """A table, the items and held points that it was made of, and how many points each has."""
+
+    parts: list[object]
+    counts: list[int]
+    table: Table | None
+
+    @classmethod
+    def of(cls, parts: list[object], found: list[list[TableRow] | None]) -> _KnownTable:
+        rows: list[TableRow] = []
+        for own in found:
+            if own is None:
+                return cls(parts, [], None)
+            rows += own
+        return cls(parts, [len(own or ()) for own in found], table_of(rows) if rows else None)
 
 
 class Gaps:
@@ -52,16 +74,24 @@ class Gaps:
                 self.items.append(CollidingGap(scene.robot, reached, entry, i))
         self.entries = np.array([item.entry for item in self.items], dtype=int)
         self.rated = np.array([item.has_rate for item in self.items], dtype=bool)
+        self._all_rated = bool(self.rated.all())
         self.turning = Turning(reached.model)
-        self._data: pin.Data | None = None
+        self._memory: Memory | None = None
+        rows = [row for item in self.items if item.has_rate for row in item.in_table()]
+        self._rated_table = table_of(rows) if rows else None
+        self._table: _KnownTable | None = None
 
     @property
     def data(self) -> pin.Data:
         """A workspace, with placements and velocities of the state measured last."""
+        return self._shown.data
+
+    @property
+    def _shown(self) -> Memory:
         # Made late: frames are added to the model until all is compiled.
-        if self._data is None:
-            self._data = self._model.createData()
-        return self._data
+        if self._memory is None:
+            self._memory = Memory(self._model)
+        return self._memory
 
     def measure(
         self, q: np.ndarray, v: np.ndarray, which: Sequence[int] | None = None
@@ -70,18 +100,27 @@ class Gaps:
 
         ``which``: the indices of the gaps asked for; None for those that come with a rate.
         """
-        data = self.data
-        pin.forwardKinematics(self._model, data, q, v)
-        gaps, rates = np.full(len(self.items), np.nan), np.full(len(self.items), np.nan)
-        for i in range(len(self.items)) if which is None else which:
-            item = self.items[i]
-            if isinstance(item, StopGap):
-                gaps[i], rates[i] = item.measure_at(q, v)
-            elif item.has_rate:
-                gaps[i], rates[i] = item.measure(data)
-            elif which is not None:
-                gaps[i] = item.distance(data)
-        return gaps, rates
+        memory = self._shown
+        pin.forwardKinematics(self._model, memory.data, q, v)
+        count = len(self.items)
+        found = np.full((2, count), np.nan)
+        if self._rated_table is not None:
+            own = gaps_and_rates(
+                self._rated_table,
+                memory.places,
+                memory.speeds,
+                np.ascontiguousarray(q),
+                np.ascontiguousarray(v),
+            )
+            if own.shape[1] == count:
+                found = own
+            else:
+                found[:, self.rated] = own
+        if which is not None and not self._all_rated:
+            for i in which:
+                if not self.rated[i]:
+                    found[0, i] = self.items[i].distance(memory.data)
+        return found[0], found[1]
 
     def move(self, q: np.ndarray, v: np.ndarray) -> None:
         """Let ``data`` have the placements and velocities of a state."""
@@ -118,6 +157,18 @@ class Gaps:
             rows.append(own)
             biases.append(item.bias(data, q, v, own))
         return np.vstack(rows), np.concatenate(biases)
+
+    def table(self, contacts: Sequence[RestingContact]) -> Table | None:
+        """All points of contacts; None where some are found anew at each state."""
+        items = [self.items[contact.gap] for contact in contacts]
+        parts = [*items, *(item.held for item in items)]
+        known = self._table
+        if known is None or len(known.parts) != len(parts) or any(map(is_not, known.parts, parts)):
+            known = self._table = _KnownTable.of(parts, [item.in_table() for item in items])
+        if known.table is not None:
+            for contact, count in zip(contacts, known.counts, strict=True):
+                contact.count = count
+        return known.table
 
     def hold(self, contacts: Sequence[RestingContact], q: np.ndarray) -> None:
         """Follow the points at which polyhedra touch at q from here on; let go of all others."""

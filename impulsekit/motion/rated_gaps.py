@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-from ..geometry.axes import cross
-from ..geometry.gaps import before_limit, over_plane
 from ..robot import Robot
 from ..rows.entries import frame_pair, joint_rows
 from ..rows.pair import Pair
 from ..rows.reach import ReachedModel
 from ..scene import Contact, JointStop
+from .points import PLANE, STOP, TableRow
 
 __all__ = ["PlaneGap", "StopGap"]
 
@@ -20,6 +19,7 @@ class PlaneGap:
     """A point over a plane: n·(p − o), and n·(v_p − v_plane there)."""
 
     has_rate = True
+    held = None
 
     def __init__(self, robot: Robot, reached: ReachedModel, entry: Contact, index: int) -> None:
         self.entry, self.friction = index, entry.friction
@@ -35,25 +35,23 @@ class PlaneGap:
         if not self._fixed:
             self._arms += _arms(reached.model, self._pair.other.frame_id)
 
+    def in_table(self) -> list[TableRow]:
+        """The point as the row of a table."""
+        pair = self._pair
+        joint_id, axes = (0, pair.said.axes) if self._fixed else self._carrying()
+        at = pair.first.placement.translation
+        numbers = np.concatenate([at, axes.T.ravel(), self._origin, [1.0]])
+        return [(PLANE, pair.first.joint_id, joint_id, numbers)]
+
+    def _carrying(self) -> tuple[int, np.ndarray]:
+        """The joint of a plane that moves, and (3, 3) R in its frame."""
+        return self._pair.other.joint_id, self._pair.said.carrying[1]
+
     def size(self, data: pin.Data) -> float:
         """Of the terms whose sum a gap near zero is [m]; ``data`` with placements."""
-        place = data.oMf[self._pair.first.frame_id].translation
+        first = self._pair.first
+        place = data.oMi[first.joint_id].act(first.placement.translation)
         return float(np.abs(place).max()) + self._arms
-
-    def measure(self, data: pin.Data) -> tuple[float, float]:
-        """The gap [m] and its rate [m/s]; ``data`` with placements and velocities."""
-        model, first_id = self._model, self._pair.first.frame_id
-        point = pin.updateFramePlacement(model, data, first_id).translation
-        velocity = pin.getFrameVelocity(model, data, first_id, pin.LOCAL_WORLD_ALIGNED).linear
-        if self._fixed:
-            gap = over_plane(point, self._normal, self._origin)
-            return gap, float(self._normal.dot(velocity))
-        plane_id = self._pair.other.frame_id
-        plane = pin.updateFramePlacement(model, data, plane_id)
-        motion = pin.getFrameVelocity(model, data, plane_id, pin.LOCAL_WORLD_ALIGNED)
-        normal, arm = plane.rotation.dot(self._normal), point - plane.translation
-        rate = normal.dot(velocity - motion.linear - cross(motion.angular, arm))
-        return over_plane(point, normal, plane.translation), float(rate)
 
     def spots(self, data: pin.Data) -> list[tuple[np.ndarray, np.ndarray]]:
         """(3,) the point and (3, 3) its axes t₁, t₂, n, in a list; ``data`` with placements."""
@@ -78,6 +76,7 @@ class StopGap:
     """
 
     has_rate = True
+    held = None
     friction = 0.0
 
     def __init__(
@@ -93,10 +92,11 @@ class StopGap:
         self._rows = np.zeros((3, reached.model.nv))
         self._rows[2] = self.sign * said.matrix(reached.model, reached.joint_id)[0]
 
-    def measure_at(self, q: np.ndarray, v: np.ndarray) -> tuple[float, float]:
-        """The gap [rad, m] and its rate."""
-        gap = before_limit(q[self._entry_in_q], self._limit, self.sign)
-        return gap, float(self.sign * v[self._row])
+    def in_table(self) -> list[TableRow]:
+        """The stop as the row of a table."""
+        numbers = np.zeros(16)
+        numbers[:3] = self._rows[2, self._row], self.sign, self._limit
+        return [(STOP, self._row, self._entry_in_q, numbers)]
 
     def size(self, data: pin.Data) -> float:
         """Of the terms whose sum a gap near zero is [rad, m]."""

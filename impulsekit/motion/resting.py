@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..scene import Scene
+from .pressed import Sliding
 
 __all__ = ["Resting", "RestingContact"]
 
@@ -75,6 +78,8 @@ class Resting:
         self.slow, self.grown, self.negligible = NO_SLIP, 0.0, 0.0
         self.forces = self.accelerations = self.slip = np.empty(0)
         self._last = np.empty(0)
+        self._keeps = False
+        self._kept: Sliding | None = None
 
     def slides(self) -> list[np.ndarray | None]:
         """By point: the direction in which it slides, or None."""
@@ -96,6 +101,32 @@ class Resting:
         """Whether some point slides."""
         slides = self.slides()
         return any(s is not None and not b for s, b in zip(slides, self.begins(), strict=True))
+
+    @contextmanager
+    def unchanged(self) -> Iterator[None]:
+        """Within it no point begins or ceases to slide: what is told of them is put down once."""
+        self._keeps = True
+        try:
+            yield
+        finally:
+            self._keeps, self._kept = False, None
+
+    def sliding(self) -> Sliding:
+        """What is known of all points, for compiled code."""
+        if self._kept is not None:
+            return self._kept
+        found = self._sliding()
+        if self._keeps:
+            self._kept = found
+        return found
+
+    def _sliding(self) -> Sliding:
+        slides, begins = self.slides(), self.begins()
+        ways = np.zeros((len(slides), 3))
+        for way, start, grows in zip(ways, slides, begins, strict=True):
+            if start is not None and not grows:
+                way[0], way[1], way[2] = start[0], start[1], 1.0
+        return Sliding(self.friction(), ways, self.slow, self.negligible)
 
     def ways(self, slip: np.ndarray, friction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(3n, 3n) contact forces from the unknowns, and (n,) µ of what does not slide.

@@ -1,0 +1,71 @@
+"""What Pinocchio's data hold, as arrays over all joints: no look-up per joint and evaluation.
+
+Pinocchio keeps placements and velocities of joints in vectors of C++, one after another in
+memory. Each call to ``data.oMi[i]`` makes an object; here the whole vector is one array.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+__all__ = ["Memory"]
+
+# Of a placement: the rotation, column by column, then the translation. Of a motion: linear
+# before angular.
+PLACE, MOTION, TURN = 12, 6, 9
+
+
+class Memory:
+    """Data of Pinocchio and arrays that show what is in it.
+
+    Attributes:
+        data: to call Pinocchio with.
+        places: (njoints, 12) of joints in the world: rotations column by column, translations.
+        speeds, rates: (njoints, 6) velocities and accelerations in the joints' own axes.
+        jacobian: (nv, 6) Jacobians of joints at the origin of the world, transposed.
+        factor: (nv, nv) U of M = U D Uᵀ, transposed. pivots: (nv,) D.
+        mass: (nv, nv) M, its lower half.
+        bias: (nv,) what ``nonLinearEffects`` gives [N, N m].
+        last: (njoints,) the last speed of each joint, −1 without one.
+        before: (nv,) the speed that comes before each on the way to the root, −1 for none.
+        branch: (nv,) the first speed of the tree that each belongs to.
+    """
+
+    def __init__(self, model: pin.Model) -> None:
+        self.data = model.createData()
+        data, count = self.data, model.njoints
+        self.places = _rows(data.oMi, lambda place: place.rotation, count, PLACE)
+        self.speeds = _rows(data.v, lambda motion: motion.vector, count, MOTION)
+        self.rates = _rows(data.a, lambda motion: motion.vector, count, MOTION)
+        self.jacobian = data.J.reshape(MOTION, -1, order="F").T
+        self.factor, self.mass = data.U.T, data.M.T
+        self.pivots, self.bias = data.D, data.nle
+        self.last = np.array([model.idx_vs[j] + model.nvs[j] - 1 for j in range(count)])
+        self.last[0] = -1
+        self.before = np.full(model.nv, -1)
+        self.branch = np.zeros(model.nv, dtype=int)
+        for j in range(1, count):
+            first, parent = model.idx_vs[j], model.parents[j]
+            # A joint without speeds of its own goes on with those of its parent.
+            if model.nvs[j] == 0:
+                self.last[j] = self.last[parent]
+            for row in range(first, first + model.nvs[j]):
+                self.before[row] = row - 1 if row > first else self.last[parent]
+                above = self.before[row]
+                self.branch[row] = self.branch[above] if above >= 0 else row
+
+
+def _rows(vector: Any, part: Any, count: int, width: int) -> np.ndarray:
+    """(count, width) the memory of a vector of C++."""
+    first = part(vector[0])
+    address = first.__array_interface__["data"][0]
+    step = part(vector[1]).__array_interface__["data"][0] - address if count > 1 else 8 * width
+    if step != 8 * width:
+        raise TypeError("Pinocchio's data are laid out in another way")
+    shown = np.lib.stride_tricks.as_strided(first.ravel(order="K"), (count, width), (step, 8))
+    if shown.__array_interface__["data"][0] != address:
+        raise TypeError("Pinocchio's data are laid out in another way")
+    return shown

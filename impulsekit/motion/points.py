@@ -1,0 +1,308 @@
+"""Points that rest, as tables: their rows, rates, gaps and velocities in compiled code.
+
+A point on a plane, be it a contact's own or a corner on a face, stays on its body at x and
+moves over the plane in the other with ω_p, n and o:
+
+    u = s Rᵀ (v_x − v_p),   u̇ = s Rᵀ (a_x − a_p − 2 ω_p × (v_x − v_p)),   g = n·(x − o),
+
+with v_p, a_p of the point of the plane's body that coincides with it. Two edges that cross: see
+``geometry.held_points``, which has the formulas. A joint before its limit has a row of its own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..laws.compiled import compiled, entry
+
+__all__ = [
+    "CROSSING",
+    "PLANE",
+    "STOP",
+    "Kinematics",
+    "Table",
+    "TableRow",
+    "gaps_and_rates",
+    "table_of",
+    "write_bias",
+    "write_rows",
+]
+
+# Kinds of points.
+PLANE, CROSSING, STOP = 0, 1, 2
+
+Vector = tuple[float, float, float]
+# Kind, two joints, and (16,) numbers, as a ``Table`` has them.
+TableRow = tuple[int, int, int, np.ndarray]
+
+
+class Kinematics(NamedTuple):
+    """Of all joints at one state, as ``Memory`` shows it; ``rates`` without joint accelerations."""
+
+    places: np.ndarray
+    speeds: np.ndarray
+    rates: np.ndarray
+    jacobian: np.ndarray
+    last: np.ndarray
+    before: np.ndarray
+
+
+class Table(NamedTuple):
+    """Points that rest.
+
+    Attributes:
+        whole: (n, 3) kind; the joints of the point and of its plane, or of both edges; of a
+            stop where its speed is in v and it in q.
+        numbers: (n, 16) of a plane: the point (3) in its joint, R (9) in the plane's joint column
+            by column, the origin (3) there, and s. Of edges: a point (3) and the direction (3)
+            of each in its joint, both lengths, the sign of n, and the least sine. Of a stop its
+            row's entry, the sign, and the limit.
+    """
+
+    whole: np.ndarray
+    numbers: np.ndarray
+
+
+def table_of(rows: Sequence[TableRow]) -> Table:
+    """The table of points."""
+    whole = np.array([row[:3] for row in rows], dtype=np.int64)
+    return Table(whole, np.array([row[3] for row in rows]))
+
+
+@compiled
+def cross(a: Vector, b: Vector) -> Vector:
+    """a × b."""
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
+@compiled
+def dot(a: Vector, b: Vector) -> float:
+    """a·b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@compiled
+def along(a: Vector, factor: float, b: Vector) -> Vector:
+    """a + factor b."""
+    return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
+
+
+@compiled
+def turned(places: np.ndarray, j: int, x: Vector) -> Vector:
+    """A direction of a joint's frame, in the world."""
+    return (
+        places[j, 0] * x[0] + places[j, 3] * x[1] + places[j, 6] * x[2],
+        places[j, 1] * x[0] + places[j, 4] * x[1] + places[j, 7] * x[2],
+        places[j, 2] * x[0] + places[j, 5] * x[1] + places[j, 8] * x[2],
+    )
+
+
+@compiled
+def back(places: np.ndarray, j: int, x: Vector) -> Vector:
+    """A direction of the world, in a joint's frame."""
+    return (
+        places[j, 0] * x[0] + places[j, 1] * x[1] + places[j, 2] * x[2],
+        places[j, 3] * x[0] + places[j, 4] * x[1] + places[j, 5] * x[2],
+        places[j, 6] * x[0] + places[j, 7] * x[1] + places[j, 8] * x[2],
+    )
+
+
+@compiled
+def origin(places: np.ndarray, j: int) -> Vector:
+    """Of a joint's frame, in the world."""
+    return places[j, 9], places[j, 10], places[j, 11]
+
+
+@compiled
+def three(numbers: np.ndarray, at: int) -> Vector:
+    """Three numbers of a row."""
+    return numbers[at], numbers[at + 1], numbers[at + 2]
+
+
+@compiled
+def moving(kinematics: Kinematics, j: int, point: Vector) -> tuple[Vector, Vector]:
+    """Velocity and acceleration of a joint's point (in the world), in the world."""
+    places, speeds, rates = kinematics.places, kinematics.speeds, kinematics.rates
+    at = back(places, j, along(point, -1.0, origin(places, j)))
+    spin = three(speeds[j], 3)
+    velocity = along(three(speeds[j], 0), 1.0, cross(spin, at))
+    rate = along(three(rates[j], 0), 1.0, cross(three(rates[j], 3), at))
+    rate = along(rate, 1.0, cross(spin, velocity))
+    return turned(places, j, velocity), turned(places, j, rate)
+
+
+@compiled
+def axis(table: Table, i: int, k: int, places: np.ndarray) -> Vector:
+    """Column k of R of a point on a plane, in the world."""
+    return turned(places, table.whole[i, 2], three(table.numbers[i], 3 + 3 * k))
+
+
+@compiled
+def point_of(table: Table, i: int, places: np.ndarray) -> Vector:
+    """A point on a plane, in the world."""
+    j = table.whole[i, 1]
+    return along(origin(places, j), 1.0, turned(places, j, three(table.numbers[i], 0)))
+
+
+@compiled
+def crossing(
+    table: Table, i: int, places: np.ndarray
+) -> tuple[Vector, Vector, Vector, float, Vector, Vector, float, float]:
+    """Two edges: e, f, ±(e × f), its square, the nearest points, and the ways along the edges."""
+    one, two, numbers = table.whole[i, 1], table.whole[i, 2], table.numbers[i]
+    start = along(origin(places, one), 1.0, turned(places, one, three(numbers, 0)))
+    e = turned(places, one, three(numbers, 3))
+    there = along(origin(places, two), 1.0, turned(places, two, three(numbers, 6)))
+    f = turned(places, two, three(numbers, 9))
+    turn = cross(e, f)
+    square = dot(turn, turn)
+    between = along(there, -1.0, start)
+    s = dot(cross(between, f), turn) / square
+    u = dot(cross(between, e), turn) / square
+    sign = numbers[14]
+    way = (sign * turn[0], sign * turn[1], sign * turn[2])
+    return e, f, way, square, along(start, s, e), along(there, u, f), s, u
+
+
+@compiled
+def axes_of_crossing(e: Vector, turn: Vector, square: float) -> tuple[Vector, Vector, Vector]:
+    """(e, n × e, n)."""
+    size = math.sqrt(square)
+    n = (turn[0] / size, turn[1] / size, turn[2] / size)
+    return e, cross(n, e), n
+
+
+@compiled
+def _add_rows(
+    kinematics: Kinematics, j: int, sign: float, point: Vector, axes: tuple, rows: np.ndarray
+) -> None:
+    """Add ±Rᵀ J of a joint's point to rows (3, nv)."""
+    k = kinematics.last[j]
+    jacobian = kinematics.jacobian
+    while k >= 0:
+        velocity = along(three(jacobian[k], 0), 1.0, cross(three(jacobian[k], 3), point))
+        rows[0, k] += sign * dot(axes[0], velocity)
+        rows[1, k] += sign * dot(axes[1], velocity)
+        rows[2, k] += sign * dot(axes[2], velocity)
+        k = kinematics.before[k]
+
+
+@compiled
+def write_rows(table: Table, kinematics: Kinematics, rows: np.ndarray) -> None:
+    """Write the rows (3n, nv) of all points; ``kinematics`` with placements and Jacobians."""
+    places = kinematics.places
+    rows[:] = 0.0
+    for i in range(len(table.whole)):
+        kind, one, two = table.whole[i, 0], table.whole[i, 1], table.whole[i, 2]
+        own = rows[3 * i : 3 * i + 3]
+        if kind == STOP:
+            own[2, one] = table.numbers[i, 0]
+        elif kind == PLANE:
+            point, sign = point_of(table, i, places), table.numbers[i, 15]
+            axes = (axis(table, i, 0, places), axis(table, i, 1, places), axis(table, i, 2, places))
+            _add_rows(kinematics, one, sign, point, axes, own)
+            _add_rows(kinematics, two, -sign, point, axes, own)
+        else:
+            e, _, turn, square, here, there, _, _ = crossing(table, i, places)
+            middle = along(here, 0.5, along(there, -1.0, here))
+            axes = axes_of_crossing(e, turn, square)
+            _add_rows(kinematics, one, 1.0, middle, axes, own)
+            _add_rows(kinematics, two, -1.0, middle, axes, own)
+
+
+@compiled
+def write_bias(table: Table, kinematics: Kinematics, bias: np.ndarray) -> None:
+    """Write the rows' rates (3n,) where no joint accelerates."""
+    places = kinematics.places
+    for i in range(len(table.whole)):
+        kind, one, two = table.whole[i, 0], table.whole[i, 1], table.whole[i, 2]
+        at = 3 * i
+        if kind == STOP:
+            bias[at], bias[at + 1], bias[at + 2] = 0.0, 0.0, 0.0
+        elif kind == PLANE:
+            point, sign = point_of(table, i, places), table.numbers[i, 15]
+            velocity, rate = moving(kinematics, one, point)
+            below, below_rate = moving(kinematics, two, point)
+            turning = turned(places, two, three(kinematics.speeds[two], 3))
+            # The coinciding point moves over its body at the velocity between the two.
+            sliding = cross(turning, along(velocity, -1.0, below))
+            rate = along(along(rate, -1.0, below_rate), -2.0, sliding)
+            for k in range(3):
+                bias[at + k] = sign * dot(axis(table, i, k, places), rate)
+        else:
+            _write_bias_of_crossing(table, i, kinematics, bias)
+
+
+@compiled
+def _write_bias_of_crossing(table: Table, i: int, kinematics: Kinematics, bias: np.ndarray) -> None:
+    places, speeds = kinematics.places, kinematics.speeds
+    one, two, sign = table.whole[i, 1], table.whole[i, 2], table.numbers[i, 14]
+    e, f, turn, square, here, there, _, _ = crossing(table, i, places)
+    point = along(here, 0.5, along(there, -1.0, here))
+    _, across, n = axes_of_crossing(e, turn, square)
+    velocity, rate = moving(kinematics, one, point)
+    below, below_rate = moving(kinematics, two, point)
+    w = along(velocity, -1.0, below)
+    # How fast the place moves along both edges.
+    on_first = sign * dot(cross(f, w), turn) / square
+    on_other = sign * dot(cross(e, w), turn) / square
+    e_rate = cross(turned(places, one, three(speeds[one], 3)), e)
+    f_rate = cross(turned(places, two, three(speeds[two], 3)), f)
+    turning, size = along(cross(e_rate, f), 1.0, cross(e, f_rate)), sign / math.sqrt(square)
+    turning = along(turning, -dot(n, turning), n)
+    n_rate = (size * turning[0], size * turning[1], size * turning[2])
+    rate = along(along(along(rate, on_first, e_rate), -1.0, below_rate), -on_other, f_rate)
+    across_rate = along(cross(n_rate, e), 1.0, cross(n, e_rate))
+    bias[3 * i] = dot(e, rate) + dot(e_rate, w)
+    bias[3 * i + 1] = dot(across, rate) + dot(across_rate, w)
+    bias[3 * i + 2] = dot(n, rate) + dot(n_rate, w)
+
+
+@entry(
+    lambda: (
+        Table(np.zeros((1, 3), np.int64), np.ones((1, 16))),
+        np.zeros((2, 12)),
+        np.zeros((2, 6)),
+        np.zeros(2),
+        np.zeros(2),
+    ),
+    seconds=3.0,
+)
+def gaps_and_rates(
+    table: Table, places: np.ndarray, speeds: np.ndarray, q: np.ndarray, v: np.ndarray
+) -> np.ndarray:
+    """(2, n) the gaps of points over planes and of stops [m, rad], and their rates.
+
+    Args:
+        places, speeds: of all joints, as ``Memory`` shows them.
+        q, v: the state.
+    """
+    found = np.empty((2, len(table.whole)))
+    for i in range(len(table.whole)):
+        one, two, numbers = table.whole[i, 1], table.whole[i, 2], table.numbers[i]
+        if table.whole[i, 0] == STOP:
+            found[0, i], found[1, i] = numbers[1] * (q[two] - numbers[2]), numbers[1] * v[one]
+            continue
+        point, normal = point_of(table, i, places), axis(table, i, 2, places)
+        ground = along(origin(places, two), 1.0, turned(places, two, three(numbers, 12)))
+        velocity = along(
+            _velocity(places, speeds, one, point), -1.0, _velocity(places, speeds, two, point)
+        )
+        found[0, i] = numbers[15] * dot(normal, along(point, -1.0, ground))
+        found[1, i] = numbers[15] * dot(normal, velocity)
+    return found
+
+
+@compiled
+def _velocity(places: np.ndarray, speeds: np.ndarray, j: int, point: Vector) -> Vector:
+    """Of a joint's point (in the world), in the world."""
+    at = back(places, j, along(point, -1.0, origin(places, j)))
+    return turned(places, j, along(three(speeds[j], 0), 1.0, cross(three(speeds[j], 3), at)))

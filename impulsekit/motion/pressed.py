@@ -1,0 +1,238 @@
+"""The accelerations of a robot on which points rest, in one compiled call.
+
+With M = U D Uᵀ and C = D^-½ U⁻¹ Jᵀ the Delassus matrix is W = Cᵀ C; what moves freely has
+J a + J̇ v = b, Coulomb's law at rest gives P, and v̇ = U^-T D^-½ (D^-½ U⁻¹ τ + C P).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..laws.compiled import compiled, entry
+from ..laws.resting import forces_at_rest
+from .points import Kinematics, Table, write_bias, write_rows
+
+__all__ = ["Factor", "Sliding", "pressed", "rows_and_bias"]
+
+
+class Factor(NamedTuple):
+    """M = U D Uᵀ, as ``Memory`` shows it.
+
+    Attributes:
+        factor, pivots, mass, branch: see there.
+        least: pivots that are a smaller part of their diagonal are rounding.
+    """
+
+    factor: np.ndarray
+    pivots: np.ndarray
+    mass: np.ndarray
+    branch: np.ndarray
+    least: float
+
+
+class Sliding(NamedTuple):
+    """What is known of the points that rest.
+
+    Attributes:
+        friction: (n,) µ.
+        ways: (n, 3) the direction in which slip began (2), and 1 for a point that slides.
+        slow: slip below this keeps its direction [m/s].
+        negligible: accelerations that are nowhere above this are zero [m/s²].
+    """
+
+    friction: np.ndarray
+    ways: np.ndarray
+    slow: float
+    negligible: float
+
+
+def _table() -> Table:
+    return Table(np.zeros((1, 3), np.int64), np.ones((1, 16)))
+
+
+def _kinematics() -> Kinematics:
+    return Kinematics(
+        np.zeros((2, 12)),
+        np.zeros((2, 6)),
+        np.zeros((2, 6)),
+        np.zeros((2, 6)),
+        np.zeros(2, np.int64),
+        np.full(2, -1),
+    )
+
+
+def _examples() -> tuple:
+    factor = Factor(np.eye(2), np.ones(2), np.eye(2), np.zeros(2, np.int64), 0.0)
+    sliding = Sliding(np.zeros(1), np.zeros((1, 3)), 0.0, 0.0)
+    vector = np.zeros(2)
+    return _table(), _kinematics(), factor, sliding, vector, vector, np.zeros(3)
+
+
+@entry(lambda: (_table(), _kinematics()), seconds=4.0)
+def rows_and_bias(table: Table, kinematics: Kinematics) -> tuple[np.ndarray, np.ndarray]:
+    """(3n, nv) the rows of points that rest, and (3n,) their rates without joint acceleration."""
+    count = 3 * len(table.whole)
+    rows, bias = np.empty((count, len(kinematics.jacobian))), np.empty(count)
+    write_rows(table, kinematics, rows)
+    write_bias(table, kinematics, bias)
+    return rows, bias
+
+
+@entry(_examples, seconds=18.0)
+def pressed(
+    table: Table,
+    kinematics: Kinematics,
+    factor: Factor,
+    sliding: Sliding,
+    load: np.ndarray,
+    v: np.ndarray,
+    last: np.ndarray,
+) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The accelerations with points that rest.
+
+    Args:
+        load: (nv,) τ − h, what acts besides contacts [N, N m].
+        v: (nv,) the velocity.
+        last: (3n,) forces to start from [N].
+
+    Returns:
+        The residual of the law, relative, or −1 where a pivot of M is rounding; (nv,) v̇; and of
+        the points (3n,) forces (of what slides the normal alone), accelerations and velocities.
+    """
+    nv, n = len(load), len(table.whole)
+    rows, bias = np.empty((3 * n, nv)), np.empty(3 * n)
+    for i in range(nv):
+        if not factor.pivots[i] > factor.least * factor.mass[i, i]:
+            return -1.0, load, bias, bias, bias
+    write_rows(table, kinematics, rows)
+    write_bias(table, kinematics, bias)
+    slip = np.zeros(3 * n)
+    for i in range(3 * n):
+        for k in range(nv):
+            slip[i] += rows[i, k] * v[k]
+    start = load.copy()
+    _halve(factor, start)
+    accelerations = bias
+    for i in range(3 * n):
+        if i % 3 != 2 and sliding.friction[i // 3] == 0.0:
+            # Tangents without friction carry nothing.
+            rows[i] = 0.0
+            continue
+        _halve(factor, rows[i])
+        for k in range(nv):
+            accelerations[i] += rows[i, k] * start[k]
+    largest = 0.0
+    for i in range(3 * n):
+        largest = max(largest, abs(accelerations[i]))
+    if largest <= sliding.negligible:
+        accelerations[:] = 0.0
+    forces, residual, pushed = _by_law(rows, accelerations, sliding, slip, last)
+    for i in range(3 * n):
+        for k in range(nv):
+            accelerations[i] += rows[i, k] * pushed[k]
+    for k in range(nv):
+        start[k] += pushed[k]
+    _from_half(factor, start)
+    return residual, start, forces, accelerations, slip
+
+
+@compiled
+def _halve(factor: Factor, x: np.ndarray) -> None:
+    """x ← D^-½ U⁻¹ x."""
+    for k in range(len(x) - 1, -1, -1):
+        if x[k] != 0.0:
+            for i in range(factor.branch[k], k):
+                x[i] -= factor.factor[k, i] * x[k]
+            x[k] /= math.sqrt(factor.pivots[k])
+
+
+@compiled
+def _from_half(factor: Factor, x: np.ndarray) -> None:
+    """x ← U^-T D^-½ x."""
+    for k in range(len(x)):
+        x[k] /= math.sqrt(factor.pivots[k])
+        for i in range(factor.branch[k], k):
+            x[k] -= factor.factor[k, i] * x[i]
+
+
+@compiled
+def _by_law(
+    rows: np.ndarray, free: np.ndarray, sliding: Sliding, slip: np.ndarray, last: np.ndarray
+) -> tuple[np.ndarray, float, np.ndarray]:
+    """(3n,) forces, the residual, and (nv,) the halves that they push with.
+
+    Args:
+        rows: (3n, nv) Cᵀ.
+        free: (3n,) b [m/s²].
+        slip: (3n,) velocities [m/s].
+        last: (3n,) forces to start from [N].
+    """
+    n, nv = len(sliding.friction), rows.shape[1]
+    # Which rows have unknowns, and what each pushes with: friction goes with what slides.
+    own, mu = np.empty(3 * n, np.int64), np.zeros(n)
+    pushing, m, slides = np.empty((3 * n, nv)), 0, False
+    for i in range(n):
+        at = 3 * i
+        if sliding.ways[i, 2] == 0.0 and sliding.friction[i] > 0.0:
+            mu[i] = sliding.friction[i]
+            for k in range(2):
+                own[m] = at + k
+                pushing[m] = rows[at + k]
+                m += 1
+        own[m] = at + 2
+        pushing[m] = rows[at + 2]
+        if sliding.ways[i, 2] != 0.0:
+            slides = True
+            s1, s2 = _direction(slip[at], slip[at + 1], sliding.ways[i], sliding.slow)
+            for k in range(nv):
+                across = s1 * rows[at, k] + s2 * rows[at + 1, k]
+                pushing[m, k] -= sliding.friction[i] * across
+        m += 1
+    delassus, b, start = np.empty((m, m)), np.empty(m), np.empty(m)
+    for i in range(m):
+        b[i], start[i] = free[own[i]], last[own[i]]
+    _products(rows, own, rows, own, delassus)
+    coupled = delassus
+    if slides:
+        coupled = np.empty((m, m))
+        _products(rows, own, pushing, np.arange(m), coupled)
+    found, residual = forces_at_rest(coupled, delassus, b, mu, start)
+    forces, pushed = np.zeros(3 * n), np.zeros(nv)
+    for i in range(m):
+        forces[own[i]] = found[i]
+        for k in range(nv):
+            pushed[k] += found[i] * pushing[i, k]
+    return forces, residual, pushed
+
+
+@compiled
+def _products(
+    rows: np.ndarray, own: np.ndarray, others: np.ndarray, which: np.ndarray, found: np.ndarray
+) -> None:
+    """Write (m, m) products of chosen rows, over what of each is not zero."""
+    m, nv = len(found), rows.shape[1]
+    for i in range(m):
+        row, low, high = rows[own[i]], 0, nv
+        while low < high and row[low] == 0.0:
+            low += 1
+        while high > low and row[high - 1] == 0.0:
+            high -= 1
+        for j in range(m):
+            other, total = others[which[j]], 0.0
+            for k in range(low, high):
+                total += row[k] * other[k]
+            found[i, j] = total
+
+
+@compiled
+def _direction(s1: float, s2: float, way: np.ndarray, slow: float) -> tuple[float, float]:
+    """The unit direction of slip; where it is slow, that in which it began."""
+    # Past its stop, within a step that will be cut there, it goes on smoothly.
+    sign = -1.0 if s1 * way[0] + s2 * way[1] < 0.0 else 1.0
+    kept = slow * math.exp(-(s1 * s1 + s2 * s2) / slow**2)
+    s1, s2 = sign * s1 + kept * way[0], sign * s2 + kept * way[1]
+    size = math.sqrt(s1 * s1 + s2 * s2)
+    return s1 / size, s2 / size

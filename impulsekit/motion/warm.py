@@ -1,0 +1,26 @@
+"""Compiles what motions call, beforehand."""
+
+from __future__ import annotations
+
+from ..laws.compiled import Entry
+from ..scene import Scene
+
+__all__ = ["compile_motion"]
+
+
+def compile_motion(scene: Scene | None = None) -> None:
+    """Compile what ``simulate`` calls beside the laws of impacts, or load it from disk.
+
+    Args:
+        scene: what moves; None for all that any scene needs.
+    """
+    from ..laws.resting import find_forces
+    from .chart import unrolled
+    from .points import gaps_and_rates
+    from .pressed import pressed, rows_and_bias
+
+    entries: list[Entry] = [unrolled]
+    if scene is None or scene.contacts:
+        entries += [gaps_and_rates, rows_and_bias, find_forces, pressed]
+    for entry in entries:
+        entry.compile()
