@@ -40,7 +40,7 @@ class Memory:
         self.places = _rows(data.oMi, lambda place: place.rotation, count, PLACE)
         self.speeds = _rows(data.v, lambda motion: motion.vector, count, MOTION)
         self.rates = _rows(data.a, lambda motion: motion.vector, count, MOTION)
-        self.jacobian = data.J.reshape(MOTION, -1, order="F").T
+        self.jacobian = data.J.reshape(MOTION, model.nv, order="F").T
         self.factor, self.mass = data.U.T, data.M.T
         self.pivots, self.bias = data.D, data.nle
         self.last = np.array([model.idx_vs[j] + model.nvs[j] - 1 for j in range(count)])
