@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from .result import Impact
 
-__all__ = ["Residuals", "residuals_of"]
+__all__ = ["Residuals", "at_most", "residuals_of"]
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,31 @@ def residuals_of(impact: Impact) -> Residuals:
         constraint=constraint_residual(impact),
         complementarity=complementarity_residual(impact),
     )
+
+
+def at_most(impact: Impact) -> float:
+    """A bound on the largest residual of contacts alone, for a part of what that takes.
+
+    It is told by sizes that leave out what impulses make one by one, and so are smaller than
+    those of ``residuals_of``. Infinity where known impulses or constraints take part.
+    """
+    outcome = impact.outcome
+    if outcome is None or outcome.contacts is None or impact.scene.impulses:
+        return np.inf
+    if len(outcome.constraint_impulses) or impact.scene.constraints:
+        return np.inf
+    mass_matrix, dv, solution = impact.mechanics.mass_matrix, impact.dv, outcome.contacts
+    jacobian = np.concatenate([touch.jacobian for touch in outcome.touches])
+    impulse = solution.impulse
+    difference = np.abs(mass_matrix.dot(dv) - impulse.dot(jacobian))
+    sizes = np.abs(jacobian)
+    scale = np.abs(mass_matrix).dot(np.abs(dv)) + np.abs(impulse).dot(sizes)
+    # What is nothing but zeros is no error; of all else a NaN has to show.
+    momentum = np.where(scale == 0.0, 0.0, difference / np.where(scale == 0.0, 1.0, scale))
+    left = np.abs(jacobian.dot(impact.v_after) - solution.velocity_after)
+    speeds = np.maximum(np.abs(impact.v_before), np.abs(impact.v_after))
+    bounds = [float(momentum.max(initial=0.0)), _share(left, sizes.dot(speeds))]
+    return float(np.max([*bounds, float(solution.residual)]))
 
 
 # From here on [relative] a row is measured by what could stand in it: below, no answer is worse

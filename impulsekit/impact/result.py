@@ -20,7 +20,7 @@ from .links import LinkJump, link_jumps
 from .mechanics import Mechanics
 from .named import ByName, Named
 from .reactions import joint_reactions
-from .residuals import Residuals, residuals_of
+from .residuals import Residuals, at_most, residuals_of
 from .uniqueness import Uniqueness, uniqueness_of
 
 if TYPE_CHECKING:
@@ -196,14 +196,15 @@ class Impact(Displayed):
     @cached_property
     def status_of_shown(self) -> Status:
         """``status`` of the v⁺ shown, without a search for others that obey the law as well."""
-        return self._judged(None)
+        bound = at_most(self)
+        return self._judged(None, bound if bound <= RESIDUAL_LIMIT else None)
 
-    def _judged(self, several: Callable[[], bool] | None) -> Status:
+    def _judged(self, several: Callable[[], bool] | None, residual: float | None = None) -> Status:
         outcome = self.outcome
         contacts = None if outcome is None else outcome.contacts
         return judged(
             Status.SOLVED if contacts is None else contacts.status,
-            self.residuals.largest,
+            self.residuals.largest if residual is None else residual,
             nearly_dependent=outcome is not None and outcome.nearly_dependent,
             several=several,
         )

@@ -27,6 +27,9 @@ MARGIN = 1e-3
 # The slope of a cubic is off by up to 3.2, its bend by 32 of its own error (Birkhoff & Priver
 # 1967), by piece. What neighbours tell is rounded up.
 OF_SLOPE, OF_BEND = 4.0, 32.0
+# Newton's steps to a zero of a gap, and one so short [s, and of the time] that it is found. The
+# zero of a cubic is wanted to a part of its length.
+FEW, TICK, NEARLY = 8, 1e-15, 1e-12
 # Pieces are halved so often at most: of a window of 1 s the last are one step of a clock long.
 HALVES = 52
 
@@ -107,6 +110,9 @@ def first_zero(
                 pieces.append((a, middle, error / 16.0, halved + 1))
                 continue
         for one, two in pairwise(parts):
+            if two is not b and -GRAZED <= two.gap < 0.0 < one.gap:
+                # Where the cubic turns it has come no further.
+                continue
             t = _where(node, one, two)
             if t < np.inf:
                 return t
@@ -129,6 +135,46 @@ def _turning_points(a: Node, b: Node) -> list[float]:
     return sorted(t for t in (a.t + s * h for s in found if 0.0 < s < 1.0) if a.t < t < b.t)
 
 
+def _falling(node: Callable[[float], Node], a: Node, b: Node) -> float:
+    """Where a gap comes to zero that is positive at one end of a piece and negative at the other.
+
+    Newton from the zero of the cubic, which is all but there; where rates are rounding it wanders,
+    and the piece that is left is searched without them.
+    """
+    s = _zero_of_cubic(a, b)
+    t = a.t + s * (b.t - a.t)
+    for _ in range(FEW):
+        here = node(t)
+        if here.gap == 0.0:
+            return t
+        a, b = (here, b) if here.gap > 0.0 else (a, here)
+        step = -here.gap / here.rate if here.rate < 0.0 else np.inf
+        if abs(step) <= TICK * (1.0 + abs(t)):
+            return t
+        t += step
+        if not a.t < t < b.t:
+            break
+    return falling_root(lambda t: node(t).gap, a.t, b.t)
+
+
+def _zero_of_cubic(a: Node, b: Node) -> float:
+    """Where the cubic between two nodes falls to zero, from 0 to 1."""
+    h = b.t - a.t
+    p, q, change = h * a.rate, h * b.rate, b.gap - a.gap
+    bend, third = 3.0 * change - 2.0 * p - q, p + q - 2.0 * change
+    low, high, s = 0.0, 1.0, a.gap / (a.gap - b.gap)
+    for _ in range(HALVES):
+        value = a.gap + s * (p + s * (bend + s * third))
+        low, high = (s, high) if value > 0.0 else (low, s)
+        slope = p + s * (2.0 * bend + 3.0 * s * third)
+        last, s = s, s - value / slope if slope < 0.0 else high
+        if not low < s < high:
+            s = 0.5 * (low + high)
+        if abs(s - last) <= NEARLY:
+            break
+    return s
+
+
 def _where(node: Callable[[float], Node], a: Node, b: Node) -> float:
     """The zero in a piece in which the gap falls, or bends one way only."""
 
@@ -136,7 +182,7 @@ def _where(node: Callable[[float], Node], a: Node, b: Node) -> float:
         return node(t).gap
 
     if a.gap > 0.0 >= b.gap and b.gap < 0.0:
-        return falling_root(gap, a.t, b.t)
+        return _falling(node, a, b)
     if a.rate < 0.0 < b.rate:
         # It may have been below in between.
         lowest = node(falling_root(lambda t: -node(t).rate, a.t, b.t))

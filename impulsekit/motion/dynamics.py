@@ -65,9 +65,7 @@ class Dynamics:
         # Frames for points are there now: from here on data may be made.
         self._data, memory = self.model.createData(), Memory(self.model)
         self._moving = memory.data
-        self._kinematics = Kinematics(
-            memory.places, memory.speeds, memory.rates, memory.jacobian, memory.last, memory.before
-        )
+        self._memory, self._kinematics = memory, memory.kinematics
         self._own_factor = Factor(
             memory.factor, memory.pivots, memory.mass, memory.branch, SMALLEST_PIVOT
         )
@@ -98,10 +96,11 @@ class Dynamics:
         if self._torque is not None and not self.resting.contacts:
             return _aba(self.model, self._data, q, v, self._torque)
         if self._in_one_call and self.resting.contacts and self.gaps is not None:
-            table = self.gaps.table(self.resting.contacts)
-            found = None if table is None else self._pressed(table, t, q, v)
-            if found is not None:
-                return found
+            table, kinematics = self.gaps.table(self.resting.contacts), self._kinematics
+            if table is not None and kinematics is not None:
+                found = self._pressed(table, kinematics, t, q, v)
+                if found is not None:
+                    return found
         if self.held is not None or self.resting.contacts or self._no_aba:
             return self._with_rows(t, q, v)
         torque = self.forces.torque(t, q, v)
@@ -133,7 +132,9 @@ class Dynamics:
                 return SparseFactor(model, data)
         return FilledFactor(model, data.M, rows, singular=self._singular)
 
-    def _pressed(self, table: Table, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray | None:
+    def _pressed(
+        self, table: Table, kinematics: Kinematics, t: float, q: np.ndarray, v: np.ndarray
+    ) -> np.ndarray | None:
         """(nv,) v̇ where nothing but points that rest is held; None where M is all but singular."""
         model, data, resting = self.model, self._moving, self.resting
         if len(table.whole) > 1:
@@ -153,7 +154,7 @@ class Dynamics:
             return np.full(model.nv, np.nan)
         residual, rate, forces, accelerations, slip = pressed(
             table,
-            self._kinematics,
+            kinematics,
             self._own_factor,
             resting.sliding(),
             load,
@@ -202,7 +203,7 @@ class Dynamics:
         resting, gaps = self.resting, self.gaps
         if gaps is None:
             raise TypeError("no contacts")
-        jacobian, bias = gaps.rows_and_bias(resting.contacts, q, v, self._moving)
+        jacobian, bias = gaps.rows_and_bias(resting.contacts, q, v, self._memory)
         count = len(rows)
         friction = resting.friction()
         # Tangents without friction carry nothing: they are left zero.

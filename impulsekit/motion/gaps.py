@@ -14,6 +14,7 @@ from ..rows.reach import ReachedModel
 from ..scene import Collision, Contact, JointStop, Scene
 from .memory import Memory
 from .points import Table, TableRow, gaps_and_rates, table_of
+from .pressed import rows_and_bias
 from .rated_gaps import PlaneGap, StopGap
 from .windows import Turning
 
@@ -25,23 +26,26 @@ __all__ = ["Gaps"]
 # Gaps are sums of some ten rounded terms, in units of the largest one's rounding error.
 ROUNDED = 8.0 * float(np.finfo(float).eps)
 
+# So many tables of points are kept.
+MOST_TABLES = 64
+
 
 @dataclass(frozen=True, eq=False)
 class _KnownTable:
-    """A table, the items and held points that it was made of, and how many points each has."""
+    """The table of some gaps, the held points that it was made of, and how many each has."""
 
-    parts: list[object]
+    held: list[object]
     counts: list[int]
     table: Table | None
 
     @classmethod
-    def of(cls, parts: list[object], found: list[list[TableRow] | None]) -> _KnownTable:
+    def of(cls, held: list[object], found: list[list[TableRow] | None]) -> _KnownTable:
         rows: list[TableRow] = []
         for own in found:
             if own is None:
-                return cls(parts, [], None)
+                return cls(held, [], None)
             rows += own
-        return cls(parts, [len(own or ()) for own in found], table_of(rows) if rows else None)
+        return cls(held, [len(own or ()) for own in found], table_of(rows) if rows else None)
 
 
 class Gaps:
@@ -79,7 +83,7 @@ class Gaps:
         self._memory: Memory | None = None
         rows = [row for item in self.items if item.has_rate for row in item.in_table()]
         self._rated_table = table_of(rows) if rows else None
-        self._table: _KnownTable | None = None
+        self._tables: dict[tuple[int, ...], _KnownTable] = {}
 
     @property
     def data(self) -> pin.Data:
@@ -142,13 +146,16 @@ class Gaps:
         return self.measure(q, v, range(len(self.items)))
 
     def rows_and_bias(
-        self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray, data: pin.Data
+        self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray, memory: Memory
     ) -> tuple[np.ndarray, np.ndarray]:
         """(3n, nv) rows of contacts and (3n,) their rates at zero joint acceleration.
 
-        ``data`` with placements, velocities, and accelerations at zero joint acceleration.
+        ``memory`` with placements, velocities, and accelerations at zero joint acceleration.
         """
+        data, table = memory.data, self.table(contacts)
         pin.computeJointJacobians(self._model, data)
+        if table is not None and memory.kinematics is not None:
+            return rows_and_bias(table, memory.kinematics)
         rows, biases = [], []
         for contact in contacts:
             item = self.items[contact.gap]
@@ -158,13 +165,23 @@ class Gaps:
             biases.append(item.bias(data, q, v, own))
         return np.vstack(rows), np.concatenate(biases)
 
+    def rows_and_bias_at(
+        self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The same at a state of which nothing is known yet."""
+        pin.forwardKinematics(self._model, self.data, q, v, np.zeros(self._model.nv))
+        return self.rows_and_bias(contacts, q, v, self._shown)
+
     def table(self, contacts: Sequence[RestingContact]) -> Table | None:
         """All points of contacts; None where some are found anew at each state."""
-        items = [self.items[contact.gap] for contact in contacts]
-        parts = [*items, *(item.held for item in items)]
-        known = self._table
-        if known is None or len(known.parts) != len(parts) or any(map(is_not, known.parts, parts)):
-            known = self._table = _KnownTable.of(parts, [item.in_table() for item in items])
+        key = tuple(contact.gap for contact in contacts)
+        held = [self.items[i].held for i in key]
+        known = self._tables.get(key)
+        if known is None or any(map(is_not, known.held, held)):
+            if len(self._tables) > MOST_TABLES:
+                self._tables.clear()
+            known = _KnownTable.of(held, [self.items[i].in_table() for i in key])
+            self._tables[key] = known
         if known.table is not None:
             for contact, count in zip(contacts, known.counts, strict=True):
                 contact.count = count
@@ -266,8 +283,10 @@ class Gaps:
 
     def rows(self, contacts: Sequence[RestingContact], q: np.ndarray) -> np.ndarray:
         """(3n, nv) rows of contacts."""
-        data = self.data
+        data, table = self.data, self.table(contacts)
         pin.computeJointJacobians(self._model, data, q)
+        if table is not None and self._shown.kinematics is not None:
+            return rows_and_bias(table, self._shown.kinematics)[0]
         rows = [self.items[contact.gap].rows(data, q) for contact in contacts]
         for contact, own in zip(contacts, rows, strict=True):
             contact.count = len(own) // 3

@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-import pinocchio as pin
-
 from .present import Present
 from .resting import RestingContact
 
@@ -51,9 +48,7 @@ def find_hops(now: Present, struck: Iterable[int]) -> list[Hop]:
     if not contacts:
         return []
     acceleration = now.acceleration()
-    moving = now.model.createData()
-    pin.forwardKinematics(now.model, moving, now.q, now.v, np.zeros(now.model.nv))
-    rows, bias = gaps.rows_and_bias(contacts, now.q, now.v, moving)
+    rows, bias = gaps.rows_and_bias_at(contacts, now.q, now.v)
     speeds = rows.dot(now.v)[2::3].tolist()
     rates = (rows.dot(acceleration) + bias)[2::3].tolist()
     owners = [c.gap for c in contacts for _ in range(c.count)]

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from .points import Kinematics
+
 __all__ = ["Memory"]
 
 # Of a placement: the rotation, column by column, then the translation. Of a motion: linear
@@ -32,6 +34,7 @@ class Memory:
         last: (njoints,) the last speed of each joint, −1 without one.
         before: (nv,) the speed that comes before each on the way to the root, −1 for none.
         branch: (nv,) the first speed of the tree that each belongs to.
+        kinematics: what tables of points need of all this; None with mimic joints.
     """
 
     def __init__(self, model: pin.Model) -> None:
@@ -40,7 +43,8 @@ class Memory:
         self.places = _rows(data.oMi, lambda place: place.rotation, count, PLACE)
         self.speeds = _rows(data.v, lambda motion: motion.vector, count, MOTION)
         self.rates = _rows(data.a, lambda motion: motion.vector, count, MOTION)
-        self.jacobian = data.J.reshape(MOTION, model.nv, order="F").T
+        # Of mimic joints there are more columns than speeds.
+        self.jacobian = data.J.reshape(MOTION, data.J.size // MOTION, order="F").T
         self.factor, self.mass = data.U.T, data.M.T
         self.pivots, self.bias = data.D, data.nle
         self.last = np.array([model.idx_vs[j] + model.nvs[j] - 1 for j in range(count)])
@@ -56,6 +60,10 @@ class Memory:
                 self.before[row] = row - 1 if row > first else self.last[parent]
                 above = self.before[row]
                 self.branch[row] = self.branch[above] if above >= 0 else row
+        self.kinematics: Kinematics | None = None
+        if len(self.jacobian) == model.nv:
+            shown = self.places, self.speeds, self.rates, self.jacobian
+            self.kinematics = Kinematics(*shown, self.last, self.before)
 
 
 def _rows(vector: Any, part: Any, count: int, width: int) -> np.ndarray:

@@ -8,7 +8,6 @@ import impulsekit as ik
 from impulsekit.motion.dynamics import Dynamics
 from impulsekit.motion.gaps import Gaps
 from impulsekit.motion.memory import Memory
-from impulsekit.motion.points import Kinematics
 from impulsekit.motion.pressed import rows_and_bias
 from impulsekit.motion.resting import RestingContact
 from impulsekit.rows.reach import reached_model
@@ -34,8 +33,7 @@ def state(robot, place):
 def kinematics(memory, model, q, v):
     pin.forwardKinematics(model, memory.data, q, v, np.zeros(model.nv))
     pin.computeJointJacobians(model, memory.data)
-    shown = memory.places, memory.speeds, memory.rates, memory.jacobian
-    return Kinematics(*shown, memory.last, memory.before)
+    return memory.kinematics
 
 
 SCENES = {
