@@ -38,11 +38,13 @@ class _Output:
     def __call__(self, t: float) -> np.ndarray:
         """(2 nv,) y at a time [s]."""
         x = (t - self._start) / self._length
-        r = 1.0 - x
-        a = x * r
-        b, c = x * a, a * a
-        weights = (x, a, b, c, x * c, a * c, b * c)
-        return self._y + np.array(weights).dot(self._powers)
+        factors = (1.0 - x, x)
+        y = self._powers[-1] * x
+        for i, power in enumerate(self._powers[-2::-1]):
+            y += power
+            y *= factors[i % 2]
+        y += self._y
+        return y
 
 
 class ExplicitStepper:
@@ -58,15 +60,13 @@ class ExplicitStepper:
         self._rhs, self._rtol, self._atol = rhs, rtol, atol
         method: Any = DOP853
         count = method.n_stages
-        self._stages = [
-            (s, float(method.C[s]), np.ascontiguousarray(method.A[s, :s])) for s in range(1, count)
-        ]
+        self._stages = [(s, float(method.C[s]), method.A[s, :s]) for s in range(1, count)]
         self._more = [
-            (s, float(c), np.ascontiguousarray(a[:s]))
+            (s, float(c), a[:s])
             for s, (a, c) in enumerate(zip(method.A_EXTRA, method.C_EXTRA, strict=True), count + 1)
         ]
         self._last, self._power = method.B, method.D
-        self._errors = np.array([method.E5, method.E3])
+        self._errors = (method.E5, method.E3)
         self._count = count
         self._slopes = np.empty((0, 0))
         self.t, self.y, self.f = 0.0, np.empty(0), np.empty(0)
@@ -102,8 +102,8 @@ class ExplicitStepper:
             h = until - t
             length = h
             for s, c, a in self._stages:
-                slopes[s] = self._rhs(t + c * h, y + a.dot(slopes[:s]) * h)
-            after = y + h * self._last.dot(slopes[:count])
+                slopes[s] = self._rhs(t + c * h, y + np.dot(slopes[:s].T, a) * h)
+            after = y + h * np.dot(slopes[:count].T, self._last)
             slopes[count] = self._rhs(t + h, after)
             error = self._error(slopes[: count + 1], h, y, after)
             if error < 1.0:
@@ -119,19 +119,19 @@ class ExplicitStepper:
     def _output(self, t: float, h: float, y: np.ndarray, after: np.ndarray) -> _Output:
         slopes, count = self._slopes, self._count
         for s, c, a in self._more:
-            slopes[s] = self._rhs(t + c * h, y + a.dot(slopes[:s]) * h)
-        change, begin = after - y, h * slopes[0]
+            slopes[s] = self._rhs(t + c * h, y + np.dot(slopes[:s].T, a) * h)
+        change, begin = after - y, slopes[0]
         powers = np.empty((3 + len(self._power), len(y)))
-        powers[0], powers[1] = change, begin - change
-        powers[2] = 2.0 * change - (h * slopes[count] + begin)
-        powers[3:] = h * self._power.dot(slopes)
+        powers[0], powers[1] = change, h * begin - change
+        powers[2] = 2.0 * change - h * (slopes[count] + begin)
+        powers[3:] = h * np.dot(self._power, slopes)
         return _Output(t, h, y, powers)
 
     def _error(self, slopes: np.ndarray, h: float, y: np.ndarray, after: np.ndarray) -> float:
         """The error of a step in units of what is allowed."""
         scale = self._atol + np.maximum(np.abs(y), np.abs(after)) * self._rtol
-        fifth, third = self._errors.dot(slopes) / scale
-        square, other = float(fifth.dot(fifth)), float(third.dot(third))
+        fifth, third = (np.dot(slopes.T, weights) / scale for weights in self._errors)
+        square, other = float(np.linalg.norm(fifth)) ** 2, float(np.linalg.norm(third)) ** 2
         if square == 0.0 and other == 0.0:
             return 0.0
         return abs(h) * square / math.sqrt((square + 0.01 * other) * len(y))
@@ -155,4 +155,4 @@ class ExplicitStepper:
 
 
 def _norm(values: np.ndarray) -> float:
-    return math.sqrt(values.dot(values) / values.size)
+    return float(np.linalg.norm(values)) / values.size**0.5
