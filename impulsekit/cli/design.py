@@ -19,10 +19,10 @@ __all__ = ["design"]
     help="Of the drawing; by default where each point moves most easily.",
 )
 def design(file: str, json_to: str | None, plot_to: str | None, plane: str | None) -> None:
-    """Tell the design measures of the points in FILE (TOML, [[design.points]]).
+    """Report effective mass and joint loads at the [[design.points]] of FILE (TOML).
 
-    Effective masses and the axes of the impact ellipsoid; what a joint carries of a blow
-    there at worst and at best, and where on a line it is spared.
+    Effective masses and the axes of the impact ellipsoid; the largest and smallest load of a
+    joint by a blow there, and the point on a line where the load is least.
     """
     from ..design.summary import design_as_dict, design_as_text
     from ..errors import InputError

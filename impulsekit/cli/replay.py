@@ -38,7 +38,7 @@ def replay(
     fps: float,
     speed: float | None,
 ) -> None:
-    """Show the impact of a scene in FILE (TOML), or a motion saved by simulate (npz)."""
+    """Write or open a moving page of the scene in FILE (TOML), or of a saved motion (npz)."""
     check_outputs(html)
     motion, points = _motion(file)
     drawn = write_page(

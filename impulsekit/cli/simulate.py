@@ -46,7 +46,7 @@ def simulate(
     html: str | None,
     quiet: bool,
 ) -> None:
-    """Follow the scene in FILE (TOML) from its impact on; impacts on the way are solved."""
+    """Simulate the motion of the scene in FILE (TOML); impacts on the way are solved."""
     from ..motion import simulate as simulate_motion
     from ..scene.motion import MotionSettings
     from ..scenefile import load_scene

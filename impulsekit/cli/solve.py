@@ -43,7 +43,7 @@ def solve(
     html: str | None,
     checked: bool,
 ) -> None:
-    """Solve the scene in FILE (TOML) and print what happens, an instant later."""
+    """Solve the scene in FILE (TOML) and print velocities, impulses and energies."""
     from ..files import write_file
     from ..impact import solve as solve_impact
     from ..scenefile import load_scene

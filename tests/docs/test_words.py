@@ -18,7 +18,8 @@ NOT_SAID = re.compile(
     r"\blawful|wandering|faintest|nobody asks|wanted (?:is|are)|allowed is|without end\b|"
     r"jump less|told of\b|tells of\b|come to rest has|what can only push|comes back e times|"
     r"(?:is|are) wanted\b|no [a-z ]+ is called|there is \"|has shape|known are|what is left over|"
-    r"\bwaver|law gave no answer|has no answer|\bdoubt\b|make room|\blittle room|goes with a point",
+    r"\bwaver|law gave no answer|has no answer|\bdoubt\b|make room|\blittle room|goes with a point|"
+    r"^tell |\btell the design",
     re.I,
 )
 PACKAGE = ROOT / "impulsekit"
