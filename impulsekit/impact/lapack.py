@@ -10,7 +10,7 @@ from typing import Any
 
 ROUTINES = {
     "blas": ("dtrsm",),
-    "lapack": ("dgesdd", "dgesv", "dposv", "dpotrf", "dpotrs", "dpstrf", "dsyevd"),
+    "lapack": ("dgesdd", "dgesv", "dpotrf", "dpotrs", "dpstrf"),
 }
 
 

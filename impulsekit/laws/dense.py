@@ -15,6 +15,8 @@ __all__ = [
     "gauss",
     "gauss_of_rank",
     "lower_solve",
+    "null_rows",
+    "pivoted_cholesky",
     "rank_by_pivots",
     "solve_factorized",
 ]
@@ -207,3 +209,73 @@ def solve_factorized(a: np.ndarray, n: int, order: np.ndarray, x: np.ndarray) ->
         for k in range(i + 1, n):
             total -= a[i, k] * x[k]
         x[i] = total / a[i, i]
+
+
+def pivoted_cholesky(a: np.ndarray, n: int, tolerance: float, order: np.ndarray) -> int:
+    """The rank of a positive semidefinite matrix: L Lᵀ of its rows and columns in a new order.
+
+    Args:
+        a: (n, n); L takes its place, in columns up to the rank.
+        n: its size.
+        tolerance: pivots up to here are none.
+        order: (n,) written: where each row stood.
+    """
+    for j in range(n):
+        order[j] = j
+    for j in range(n):
+        best = j
+        for i in range(j + 1, n):
+            if a[i, i] > a[best, best]:
+                best = i
+        if not a[best, best] > tolerance:
+            return j
+        if best != j:
+            order[j], order[best] = order[best], order[j]
+            for k in range(n):
+                a[j, k], a[best, k] = a[best, k], a[j, k]
+            for k in range(n):
+                a[k, j], a[k, best] = a[k, best], a[k, j]
+        root = math.sqrt(a[j, j])
+        a[j, j] = root
+        for i in range(j + 1, n):
+            a[i, j] /= root
+        for i in range(j + 1, n):
+            for k in range(j + 1, i + 1):
+                a[i, k] -= a[i, j] * a[k, j]
+                a[k, i] = a[i, k]
+    return n
+
+
+@compiled
+def null_rows(a: np.ndarray, n: int, rank: int, order: np.ndarray, null: np.ndarray) -> None:
+    """An orthonormal basis of the null space, n − rank rows, of what ``pivoted_cholesky`` made."""
+    for c in range(n - rank):
+        for j in range(n):
+            null[c, j] = 0.0
+        # L₁₁ᵀ x = −L₂₁ᵀ, and 1 for the column itself.
+        for i in range(rank - 1, -1, -1):
+            total = -a[rank + c, i]
+            for k in range(i + 1, rank):
+                total -= a[k, i] * null[c, order[k]]
+            null[c, order[i]] = total / a[i, i]
+        null[c, order[rank + c]] = 1.0
+        # Twice, for what rounding leaves.
+        _take_out(null, 0, c, n, null[c])
+        _take_out(null, 0, c, n, null[c])
+        size = 0.0
+        for j in range(n):
+            size += null[c, j] ** 2
+        size = math.sqrt(size)
+        for j in range(n):
+            null[c, j] /= size
+
+
+@compiled
+def _take_out(a: np.ndarray, first: int, last: int, n: int, x: np.ndarray) -> None:
+    """Take the parts along rows ``first`` to ``last`` of a, which are orthonormal, out of x."""
+    for r in range(first, last):
+        along = 0.0
+        for j in range(n):
+            along += a[r, j] * x[j]
+        for j in range(n):
+            x[j] -= along * a[r, j]

@@ -15,16 +15,16 @@ import numpy as np
 
 from .compiled import compiled
 from .coulomb import coulomb
-from .dense import rank_by_pivots
 from .modes import BAR, FINE, MOST_STEPS, RIDGE, SLIDES, polish, residual_of, sizes_of
 from .progress import Block
+from .redundant import find_shared
 from .splitting import split
 from .status import Status
 from .sticking import held_still
 from .words import AGAIN
 from .workspace import Sizes, Workspace
 
-__all__ = ["block_at", "clear_smooth", "frictional", "is_redundant"]
+__all__ = ["block_at", "clear_smooth", "frictional"]
 
 # Newton's steps from a first guess, and what rounding leaves.
 FEW = 8
@@ -34,8 +34,6 @@ SWEEPS = (3, 10, 30, -100, -200, -400, -800, 200)
 ROUNDS = len(SWEEPS)
 # Share of the largest load, or of the velocities, that is none.
 EDGE = 1e-9
-# Of the largest load: none.
-UNLOADED = 1e-13
 _SOLVED, _NOT_UNIQUE = int(Status.SOLVED), int(Status.NOT_UNIQUE)
 _MANY, _NONE = int(Status.MANY_SOLUTIONS), int(Status.NO_SOLUTION)
 
@@ -57,7 +55,7 @@ def frictional(
     clear_smooth(work, n)
     slowest = math.inf
     for i in range(n):
-        work.floor[i] = 0.0
+        work.floor[i], work.unique[i] = 0.0, True
         slowest = min(slowest, work.b[3 * i + 2])
     for k in range(3 * n):
         P[k] = 0.0
@@ -78,7 +76,7 @@ def frictional(
             polish(work, n, sizes, FEW, RIDGE)
             bar = residual_of(work, n, sizes)
         if bar <= ROUNDING and not _slips(work, n):
-            redundant = is_redundant(work, n, sizes, dependent, False)
+            redundant = find_shared(work, n, sizes, dependent, False)
             return (_NOT_UNIQUE if redundant else _SOLVED), bar, False
     code, bar = _approach(work, n, sizes, dependent, ridge >= 0.0)
     return code, bar, ridge >= 0.0
@@ -108,7 +106,7 @@ def _approach(
             break
         # Load that can be shifted, now or once a contact leaves an edge, is told elsewhere.
         if not regular and (
-            _is_on_an_edge(work, n, sizes.scale) or is_redundant(work, n, sizes, dependent, True)
+            _is_on_an_edge(work, n, sizes.scale) or find_shared(work, n, sizes, dependent, True)
         ):
             break
         return _SOLVED, bar
@@ -166,59 +164,6 @@ def _sweep(work: Workspace, n: int, scale: float, sweeps: int) -> None:
 def block_at(W: np.ndarray, k: int) -> Block:
     """W of the contact whose rows begin at k with itself, as the law of one contact takes it."""
     return W[k, k], W[k, k + 1], W[k + 1, k + 1], W[k, k + 2], W[k + 1, k + 2], W[k + 2, k + 2]
-
-
-@compiled
-def is_redundant(work: Workspace, n: int, sizes: Sizes, dependent: float, slips: bool) -> bool:
-    """Whether load can be shifted between contacts without moving anything.
-
-    Args:
-        work: the problem and P.
-        n: how many contacts.
-        sizes: what counts as nothing.
-        dependent: pivots, the diagonal being 1, below which rows depend on each other.
-        slips: whether an impulse on its cone is that of slip; False where none slips.
-    """
-    W, mu, P, matrix, way = work.W, work.mu, work.P, work.matrix, work.way
-    size = 3 * n
-    most = 0.0
-    for i in range(n):
-        most = max(most, P[3 * i + 2])
-    m = int(np.int64(0))
-    for i in range(n):
-        k = 3 * i
-        if not P[k + 2] > UNLOADED * most:
-            continue
-        friction = math.sqrt(P[k] ** 2 + P[k + 1] ** 2)
-        if slips and friction > mu[i] * P[k + 2] * (1.0 - 1e-9):
-            for j in range(size):
-                way[m, j] = 0.0
-            for j in range(k, k + 3):
-                way[m, j] = P[j] / P[k + 2]
-            m += 1
-        else:
-            for row in range(k, k + 3):
-                if W[row, row] > sizes.least:
-                    for j in range(size):
-                        way[m, j] = 0.0
-                    way[m, row] = 1.0
-                    m += 1
-    for r in range(m):
-        for c in range(r + 1):
-            total = 0.0
-            for k in range(size):
-                if way[r, k] != 0.0:
-                    for j in range(size):
-                        if way[c, j] != 0.0:
-                            total += way[r, k] * W[k, j] * way[c, j]
-            matrix[r, c] = total
-            matrix[c, r] = total
-    for r in range(m):
-        way[0, r] = 1.0 / math.sqrt(max(matrix[r, r], sizes.least))
-    for r in range(m):
-        for c in range(m):
-            matrix[r, c] *= way[0, r] * way[0, c]
-    return rank_by_pivots(matrix, m, dependent) < m
 
 
 @compiled

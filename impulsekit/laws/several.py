@@ -12,28 +12,24 @@ import numpy as np
 
 from .compiled import compiled, entry
 from .dense import rank_by_pivots
-from .frictional import clear_smooth, frictional, is_redundant
-from .frictionless import frictionless, residual_of_normals
+from .frictional import clear_smooth, frictional
+from .frictionless import frictionless
 from .modes import DEPENDENT, FINE, MOST_STEPS, RIDGE, polish, sizes_of
+from .redundant import find_shared
 from .single import GAIN, NEGLIGIBLE
-from .status import Status
+from .status import BY_CODE, Status
 from .words import AGAIN, NEWTON
 from .workspace import Workspace, workspace
 
-__all__ = ["Care", "newton", "poisson", "strike_together"]
+__all__ = ["Care", "Struck", "newton", "poisson", "strike_together"]
 
 # Two contacts with 1 − r² below this, r their correlation in W, all but coincide.
 COINCIDENT = 1e-6
-# What a contact without friction bears and approaches with, relative, if it just touches.
-IDLE = 1e-9
-# Pivots of normals below this are of redundant contacts, whose shares are another matter.
-DEPENDENT_NORMALS = 1e-9
 # [N s] Of smaller impulses a solution would leave the normal doubles, and none of it would count.
 LEAST_RELEASE = 1e-290
-# What contacts without friction may leave of their law, relative.
-BAR_OF_NORMALS = 1e-9
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
-_NOT_UNIQUE = int(Status.NOT_UNIQUE)
+_NOT_UNIQUE, _NOT_CONVERGED = int(Status.NOT_UNIQUE), int(Status.NOT_CONVERGED)
+_NONE = int(Status.NO_SOLUTION)
 
 
 class Care(NamedTuple):
@@ -43,14 +39,37 @@ class Care(NamedTuple):
         dependent: pivots of W, its diagonal being 1, below which rows depend on each other.
         spread: contacts that move by less than this share of what others do.
         regular: whether redundant rows are left.
-        shares: whether loads that contacts without friction may share are found; else they are
-            left.
     """
 
     dependent: float
     spread: float
     regular: bool
-    shares: bool
+
+
+class Struck(NamedTuple):
+    """What several contacts did at once.
+
+    Attributes:
+        code: of its ``Status``; AGAIN where it is left to a slower way.
+        residual: how far it is from the law, relative.
+        impulse: (3n,) P [N s].
+        after: (3n,) u⁺ [m/s].
+        normal_work, friction_work: (n,) [J].
+        unique: (n,) whether no other contact could carry what this one carries.
+    """
+
+    code: int
+    residual: float
+    impulse: np.ndarray
+    after: np.ndarray
+    normal_work: np.ndarray
+    friction_work: np.ndarray
+    unique: np.ndarray
+
+    @property
+    def status(self) -> Status:
+        """How it is to be taken."""
+        return BY_CODE[self.code]
 
 
 def _examples() -> tuple[object, ...]:
@@ -67,8 +86,8 @@ def strike_together(
     e: np.ndarray,
     e_t: np.ndarray,
     restitution: int,
-) -> tuple[int, float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The code, or AGAIN, the residual, P, u⁺ (3n,), the works of normals and of friction (n,).
+) -> Struck:
+    """What all contacts do.
 
     Args:
         W: (3n, 3n) Delassus matrix [1/kg].
@@ -80,12 +99,12 @@ def strike_together(
     work = workspace(n)
     for i in range(n):
         work.mu[i] = mu[i] if mu[i] > NEGLIGIBLE else 0.0
-    care = Care(DEPENDENT, 0.0, False, False)
+    care = Care(DEPENDENT, 0.0, False)
     if restitution == NEWTON:
         code, residual = newton(work, W, before, free, e, e_t, n, care)
     else:
         code, residual = poisson(work, W, free, e, n, care)
-    return code, residual, work.P, work.velocity, work.normal, work.friction
+    return Struck(code, residual, work.P, work.velocity, work.normal, work.friction, work.unique)
 
 
 @compiled
@@ -143,7 +162,7 @@ def newton(
                 work.friction[i] += own
         size += abs(work.normal[i]) + abs(work.friction[i])
         works += work.normal[i] + work.friction[i]
-    if works > 0.0 and works > GAIN * size:
+    if works > GAIN * size and code != _NONE and code != _NOT_CONVERGED:
         return _GAIN, residual
     return code, residual
 
@@ -172,19 +191,24 @@ def poisson(
         # What comes back depends on how the load was shared.
         return AGAIN, residual
     _book(work, W, n)
+    if code in (_NOT_CONVERGED, _NONE):
+        return code, residual
     released = False
     for i in range(n):
         floor[i] = e[i] * P[3 * i + 2]
         if floor[i] < LEAST_RELEASE:
             floor[i] = 0.0
         released = released or floor[i] > 0.0
-        if code == _NOT_UNIQUE and e[i] != e[0]:
+        if not smooth and code == _NOT_UNIQUE and e[i] != e[0]:
             return AGAIN, residual
     if released:
+        unique = work.unique.copy()
         second, more = _expand(work, W, e, n, smooth, scale, fastest, care)
         residual = max(residual, more)
         if second == AGAIN:
             return AGAIN, residual
+        for i in range(n):
+            work.unique[i] = work.unique[i] and unique[i]
         if code == _SOLVED:
             code = second
         _book(work, W, n)
@@ -195,7 +219,7 @@ def poisson(
     for i in range(n):
         works += work.normal[i] + work.friction[i]
         energies += abs(work.normal[i]) + abs(work.friction[i])
-    if works > 0.0 and works > GAIN * energies:
+    if works > GAIN * energies and code != _NONE and code != _NOT_CONVERGED:
         return _GAIN, residual
     return code, residual
 
@@ -231,7 +255,7 @@ def _expand(
     residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
     if not residual <= 10.0 * FINE:
         return AGAIN, residual
-    redundant = is_redundant(work, n, sizes, care.dependent, True)
+    redundant = find_shared(work, n, sizes, care.dependent, True)
     return (_NOT_UNIQUE if redundant else _SOLVED), residual
 
 
@@ -263,26 +287,18 @@ def _solved(
     for i in range(n):
         smooth = smooth and work.mu[i] == 0.0
     if smooth:
-        bar = max(care.dependent, DEPENDENT_NORMALS)
-        code = frictionless(work, W, work.b, n, scale, care.spread, bar)
-        residual = residual_of_normals(work, W, work.b, n)
-        if code != AGAIN:
-            if residual > BAR_OF_NORMALS * scale:
-                return AGAIN, residual, False
-            return code, residual / scale if scale > 0.0 else 0.0, True
-        if not care.shares or care.regular or not _are_apart(W, n):
-            return AGAIN, 0.0, False
-    elif not care.regular and not _are_apart(W, n):
+        code, residual = frictionless(
+            work, W, work.b, n, scale, care.spread, care.dependent, care.regular
+        )
+        return code, residual, True
+    if not care.regular and not _are_apart(W, n):
         return AGAIN, 0.0, False
     for r in range(size):
         for c in range(size):
             work.W[r, c] = W[r, c]
     if care.regular and _is_dependent(work, W, n, care.dependent):
         return AGAIN, 0.0, False
-    code, residual, regular = frictional(work, n, fastest, care.spread, care.dependent)
-    if smooth and code != AGAIN and _touches_idly(W, work.b, work.P, n, scale):
-        return AGAIN, residual, False
-    return code, residual, regular
+    return frictional(work, n, fastest, care.spread, care.dependent)
 
 
 @compiled
@@ -304,21 +320,6 @@ def _is_along(W: np.ndarray, a: int, b: int) -> bool:
     """Whether two rows all but coincide."""
     own = W[a, a] * W[b, b]
     return not own - W[a, b] ** 2 > COINCIDENT * own
-
-
-@compiled
-def _touches_idly(W: np.ndarray, b: np.ndarray, P: np.ndarray, n: int, scale: float) -> bool:
-    """Whether a contact that just touches bears nothing: it may share what others bear."""
-    most = 0.0
-    for k in range(2, 3 * n, 3):
-        most = max(most, P[k])
-    for k in range(2, 3 * n, 3):
-        speed = b[k]
-        for j in range(2, 3 * n, 3):
-            speed += W[k, j] * P[j]
-        if P[k] <= IDLE * most and speed <= IDLE * scale:
-            return True
-    return False
 
 
 @compiled

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from .compiled import compiled, entry
 from .coulomb import coulomb, released, residual_of
 from .progress import Block, Triple
-from .status import Status
+from .status import BY_CODE, Status
 from .words import NEWTON
 
 __all__ = ["GAIN", "NEGLIGIBLE", "Hit", "gained", "hit_at_end", "moved", "strike_at_end"]
@@ -18,7 +18,6 @@ NEGLIGIBLE = 1e-150
 GAIN = 1e-10
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
 _JAM, _NOT_UNIQUE = int(Status.PAINLEVE_JAM), int(Status.NOT_UNIQUE)
-_STATUS = tuple(sorted(Status))
 
 
 class Hit(NamedTuple):
@@ -42,7 +41,7 @@ class Hit(NamedTuple):
     @property
     def status(self) -> Status:
         """How it is to be taken."""
-        return _STATUS[self.code]
+        return BY_CODE[self.code]
 
 
 @entry(lambda: ((1.0,) * 6, (1.0,) * 3, (1.0,) * 3, 0.5, 0.5, 0.0, NEWTON), seconds=2.5)

@@ -6,7 +6,7 @@ import enum
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["RESIDUAL_LIMIT", "Status", "judged"]
+__all__ = ["BY_CODE", "RESIDUAL_LIMIT", "Status", "judged"]
 
 # Relative residuals above this are no rounding: 1e5 times the 1e-14 that a solve may leave.
 RESIDUAL_LIMIT = 1e-9
@@ -147,6 +147,8 @@ class Status(int, enum.Enum):
         return self in _VALID or self in (Status.ENERGY_GAIN, Status.MANY_SOLUTIONS)
 
 
+# A status by its code, where that is looked up often.
+BY_CODE = tuple(sorted(Status))
 _VALID = frozenset({Status.SOLVED, Status.NOT_UNIQUE, Status.NEARLY_DEPENDENT, Status.PAINLEVE_JAM})
 _EXACT = frozenset({Status.SOLVED, Status.NOT_UNIQUE})
 

@@ -27,6 +27,7 @@ class Workspace(NamedTuple):
         x, moved, y, z: (3n,) room.
         velocity, total: (3n,) u after a part of the impact [m/s]; the impulses of all parts [N s].
         normal, friction: (n,) works [J].
+        unique: (n,) whether no other contact could carry what this one carries.
     """
 
     W: np.ndarray
@@ -49,6 +50,7 @@ class Workspace(NamedTuple):
     total: np.ndarray
     normal: np.ndarray
     friction: np.ndarray
+    unique: np.ndarray
 
 
 class Sizes(NamedTuple):
@@ -93,4 +95,5 @@ def workspace(n: int) -> Workspace:
         np.zeros(size),
         np.zeros(n),
         np.zeros(n),
+        np.ones(n, np.bool_),
     )

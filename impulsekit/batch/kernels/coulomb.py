@@ -8,15 +8,18 @@ from ...laws.modes import DEPENDENT
 from ...laws.several import Care
 from ...laws.status import Status
 from ...laws.words import NEWTON
+from ..codes import AGAIN
 from .held import COARSE
 from .jit import built_in
 
-__all__ = ["block_at", "care_for", "is_close_call", "is_left"]
+__all__ = ["LEFT", "block_at", "care_for", "is_close_call", "is_left"]
 
 # Nearer than this to no answer or to many, single precision has lost the digits that decide.
 NEAR = 1e-4
 # Contacts of which one is this much more mobile than another are left to ``solve``, which refines.
 ALIKE = 1e-3
+# Codes of several contacts that are no answers: there ``solve`` tries other ways.
+LEFT = (AGAIN, int(Status.NO_SOLUTION), int(Status.NOT_CONVERGED))
 _SOLVED, _JAM = int(Status.SOLVED), int(Status.PAINLEVE_JAM)
 
 
@@ -27,8 +30,8 @@ def care_for(digits):
     In single precision what is left in doubt is solved again in double precision.
     """
     if digits == 53:
-        return Care(DEPENDENT, ALIKE, False, True)
-    return Care(COARSE, ALIKE, True, True)
+        return Care(DEPENDENT, ALIKE, False)
+    return Care(COARSE, ALIKE, True)
 
 
 @built_in

@@ -7,7 +7,7 @@ from ...laws.single import strike_at_end
 from ...laws.status import Status
 from ...laws.words import NEWTON
 from ..codes import AGAIN
-from .coulomb import block_at, care_for, is_left
+from .coulomb import LEFT, block_at, care_for, is_left
 from .jit import built_in
 from .layout import CONTACT_INTS
 from .problem import pose, problem_in, put_back, room
@@ -55,7 +55,7 @@ def _solved(count, digits, space):
         work.mu[i] = mus[i]
         smooth = smooth and mus[i] == 0.0
     code, _ = newton(work, W, before, free, es, ets, count, care)
-    if code == AGAIN:
+    if code in LEFT:
         return AGAIN
     for k in range(3 * count):
         P[k] = work.P[k]

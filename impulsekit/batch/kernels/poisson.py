@@ -10,7 +10,7 @@ from ...laws.single import strike_at_end
 from ...laws.status import Status
 from ...laws.words import POISSON
 from ..codes import AGAIN
-from .coulomb import block_at, care_for, is_left
+from .coulomb import LEFT, block_at, care_for, is_left
 from .jit import built_in
 from .layout import CONTACT_INTS
 from .problem import pose, problem_in, put_back, room
@@ -61,7 +61,7 @@ def _solved(count, digits, space):
     for i in range(count):
         work.mu[i] = mus[i]
     code, _ = poisson(work, W, free, es, count, care_for(digits))
-    if code == AGAIN:
+    if code in LEFT:
         return AGAIN
     for k in range(3 * count):
         P[k] = work.P[k]

@@ -15,8 +15,9 @@ import pinocchio as pin
 from ...impact.factor import SparseFactor
 from ...impact.known import KnownImpulses
 from ...impact.laws.admm import admm
-from ...impact.laws.frictionless import solve_frictionless
 from ...impact.laws.gauss_seidel import sweep
+from ...laws.several import strike_together
+from ...laws.words import NEWTON
 from ...rows.constraints import needs_places
 from ...rows.contacts import ContactRows
 from ...rows.reach import reached_model, touched_joints
@@ -88,9 +89,8 @@ def _by_law(law: LawSolver, problem: Problem) -> Answer:
 def _active_set(
     delassus: np.ndarray, shifted: np.ndarray, friction: np.ndarray, scale: float
 ) -> np.ndarray:
-    push = np.zeros_like(shifted)
-    push[2::3] = solve_frictionless(delassus[2::3, 2::3], shifted[2::3], scale).impulse
-    return push
+    none = np.zeros_like(friction)
+    return strike_together(delassus, shifted, shifted, none, none, none, NEWTON).impulse
 
 
 def _admm(

@@ -122,9 +122,15 @@ def _is_sound(problem: ContactProblem, n: int) -> bool:
     e, mu, e_t = problem.restitution, problem.friction, problem.tangential_restitution
     if not e.shape == mu.shape == e_t.shape == (n,):
         return False
-    return all(0.0 <= value <= 1.0 for value in e.tolist()) and (
-        all(0.0 <= value < math.inf for value in mu.tolist())
-        and all(-1.0 <= value <= 1.0 for value in e_t.tolist())
+    es, mus, ets = e.tolist(), mu.tolist(), e_t.tolist()
+    # A sum that is finite has no NaN, of which min and max would know nothing.
+    return (
+        math.isfinite(sum(es) + sum(mus) + sum(ets))
+        and min(es, default=0.0) >= 0.0
+        and max(es, default=0.0) <= 1.0
+        and min(mus, default=0.0) >= 0.0
+        and min(ets, default=0.0) >= -1.0
+        and max(ets, default=0.0) <= 1.0
     )
 
 

@@ -9,7 +9,6 @@ from ...laws.single import GAIN
 from ...laws.status import Status
 from ...laws.words import AGAIN, NEWTON, POISSON
 from ...scene.law import Law
-from .frictionless import solve_frictionless
 from .problem import ContactProblem, ContactSolution
 from .single import refuse_tangential
 
@@ -25,52 +24,38 @@ def solve_simultaneous(problem: ContactProblem, law: Law) -> ContactSolution:
     Raises:
         InputError: tangential restitution under Poisson's law.
     """
-    frictional = any(problem.friction.tolist())
     newton = law.restitution == "newton"
-    if not newton and frictional and problem.tangential_restitution[problem.friction > 0.0].any():
+    if not newton and problem.tangential_restitution[problem.friction > 0.0].any():
         refuse_tangential(law)
     found = _by_law(problem, NEWTON if newton else POISSON)
     if found is not None:
         return found
-    return _newton(problem, frictional) if newton else _poisson(problem, frictional)
+    return _newton(problem) if newton else _poisson(problem)
 
 
 def _by_law(problem: ContactProblem, restitution: int) -> ContactSolution | None:
     """The answer of ``laws.several``; None where it leaves the problem."""
-    before, free = problem.velocity_before, problem.velocity_free
     # Compiled code takes arrays in order that may be written to.
-    code, residual, impulse, after, normal, friction = strike_together(
+    hit = strike_together(
         _in_order(problem.delassus),
-        _in_order(before),
-        _in_order(free),
+        _in_order(problem.velocity_before),
+        _in_order(problem.velocity_free),
         _in_order(problem.friction),
         _in_order(problem.restitution),
         _in_order(problem.tangential_restitution),
         restitution,
     )
-    if code == AGAIN:
+    if hit.code == AGAIN:
         return None
-    status = Status(code)
-    unique = None
-    if status is Status.NOT_UNIQUE:
-        from .frictional import rubbing
-        from .modes import Modes
-        from .uniqueness import unique_contacts
-
-        modes = Modes(*rubbing(problem.delassus, free, problem.friction), problem.friction, None)
-        # The law tells of redundant loads only where nothing slips.
-        unique = unique_contacts(modes, impulse, slips=False)
-        if unique is None:
-            status = Status.SOLVED
     return ContactSolution(
-        impulse,
-        after,
-        status,
-        residual,
-        unique,
-        before if restitution == NEWTON else free,
-        normal,
-        friction,
+        hit.impulse,
+        hit.after,
+        hit.status,
+        hit.residual,
+        None if hit.status is Status.SOLVED or hit.unique.all() else hit.unique,
+        problem.velocity_before if restitution == NEWTON else problem.velocity_free,
+        hit.normal_work,
+        hit.friction_work,
     )
 
 
@@ -79,43 +64,39 @@ def _in_order(array: np.ndarray) -> np.ndarray:
     return array if flags.c_contiguous and flags.writeable else array.copy()
 
 
-def _newton(problem: ContactProblem, frictional: bool) -> ContactSolution:
+def _newton(problem: ContactProblem) -> ContactSolution:
     before, free = problem.velocity_before, problem.velocity_free
     shifted = free.copy()
     shifted[2::3] += problem.restitution * np.minimum(before[2::3], 0.0)
-    if frictional:
-        if any(problem.tangential_restitution.tolist()):
-            e_t = problem.tangential_restitution
-            shifted[0::3] += e_t * before[0::3]
-            shifted[1::3] += e_t * before[1::3]
-        from .frictional import solve_frictional
+    if any(problem.tangential_restitution.tolist()):
+        e_t = problem.tangential_restitution
+        shifted[0::3] += e_t * before[0::3]
+        shifted[1::3] += e_t * before[1::3]
+    from .frictional import solve_frictional
 
-        phase = solve_frictional(problem.delassus, shifted, problem.friction)
-        impulse, status, residual = phase.impulse, phase.status, phase.residual
-        unique, iterations = phase.unique, phase.iterations
-    else:
-        impulse, status, residual, unique, iterations = _normals(
-            problem.delassus, shifted, max(_size(before), _size(free))
-        )
+    phase = solve_frictional(problem.delassus, shifted, problem.friction)
+    impulse, status = phase.impulse, phase.status
     after = problem.delassus.dot(impulse) + free
     normal, friction = _works(impulse, before, after)
     return ContactSolution(
         impulse,
         after,
         _judged(status, normal, friction, impulse, before),
-        residual,
-        unique,
+        phase.residual,
+        phase.unique,
         before,
         normal,
         friction,
-        iterations,
+        phase.iterations,
     )
 
 
-def _poisson(problem: ContactProblem, frictional: bool) -> ContactSolution:
+def _poisson(problem: ContactProblem) -> ContactSolution:
     """Compression with e = 0, then expansion with P_n ≥ e P_n^c (Glocker & Pfeiffer 1995)."""
+    from .frictional import solve_frictional
+
     delassus, free = problem.delassus, problem.velocity_free
-    scale, fastest = _size(free), max(map(abs, free.tolist()))
+    fastest = max(map(abs, free.tolist()))
     floor = np.zeros_like(problem.friction)
     impulse = np.zeros_like(free)
     velocity = free
@@ -125,26 +106,16 @@ def _poisson(problem: ContactProblem, frictional: bool) -> ContactSolution:
     start: np.ndarray | None = None
     released = bool(problem.restitution.any())
     for phase in ("compression", "expansion"):
-        given = np.zeros_like(free)
-        given[2::3] = floor
-        if frictional:
-            from .frictional import solve_frictional
-
-            part = solve_frictional(
-                delassus, velocity, problem.friction, floor, start, fastest, least=released
-            )
-            share, found, error = part.impulse, part.status, part.residual
-            alone, count = part.unique, part.iterations
-        else:
-            shifted = velocity + delassus @ given
-            share, found, error, alone, count = _normals(delassus, shifted, scale)
-            share = share + given
+        part = solve_frictional(
+            delassus, velocity, problem.friction, floor, start, fastest, least=released
+        )
+        share, found, alone = part.impulse, part.status, part.unique
         after = velocity + delassus @ share
         works = _works(share, velocity, after)
         normal, friction = normal + works[0], friction + works[1]
         impulse, velocity = impulse + share, after
-        iterations += count
-        residual = max(residual, error)
+        iterations += part.iterations
+        residual = max(residual, part.residual)
         if found is not Status.SOLVED and status.valid:
             status = found
         if alone is not None:
@@ -169,30 +140,6 @@ def _poisson(problem: ContactProblem, frictional: bool) -> ContactSolution:
         friction,
         iterations,
     )
-
-
-def _normals(
-    delassus: np.ndarray, shifted: np.ndarray, scale: float
-) -> tuple[np.ndarray, Status, float, np.ndarray | None, int]:
-    """Impulse, status, residual, uniqueness and pivots of contacts without friction."""
-    block, b = delassus[2::3, 2::3], shifted[2::3]
-    answer = solve_frictionless(block, b, scale)
-    impulse = np.zeros_like(shifted)
-    impulse[2::3] = answer.impulse
-    if not answer.feasible:
-        return impulse, Status.NO_SOLUTION, 1.0, None, answer.iterations
-    error = np.minimum(block @ answer.impulse + b, block.diagonal() * answer.impulse)
-    residual = float(np.abs(error).max() / scale) if scale else 0.0
-    if residual > 1e-9:
-        status = Status.NOT_CONVERGED
-    else:
-        status = Status.SOLVED if answer.unique is None else Status.NOT_UNIQUE
-    return impulse, status, residual, answer.unique, answer.iterations
-
-
-def _size(velocity: np.ndarray) -> float:
-    """The largest normal velocity."""
-    return max(map(abs, velocity[2::3].tolist()))
 
 
 def _works(

@@ -7,11 +7,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from impulsekit.impact.laws.frictionless import solve_frictionless
+from impulsekit.laws.frictionless import frictionless
+from impulsekit.laws.modes import DEPENDENT
 from impulsekit.laws.status import Status
+from impulsekit.laws.workspace import workspace
 from impulsekit.scene.law import Law
 
 from .problems import box, normals, rod, solved
+
+
+def pushed(A, c, scale):
+    """P of 0 ≤ P ⊥ A P + c ≥ 0, and the code."""
+    n = len(c)
+    work, (W, b) = workspace(n), normals(A, c)
+    code, _ = frictionless(work, W, b, n, scale, 0.0, DEPENDENT, False)
+    return work.P[2::3], code
 
 
 @pytest.mark.parametrize("e", [0.0, 0.3, 0.7, 1.0])
@@ -121,20 +131,18 @@ def test_against_every_active_set(seed, n, dof):
     W = J @ J.T
     un = J @ rng.normal(size=dof)
     b = un + (0.5 * np.minimum(un, 0) if dof > n + 1 and not (n > 2 and seed % 2) else 0)
-    found = solve_frictionless(W, b, np.abs(b).max())
+    found, code = pushed(W, b, np.abs(b).max())
     truth = every_active_set(W, b)
-    assert found.feasible and truth is not None
-    size = np.abs(b).max() + (np.diag(W) * found.impulse).max()
-    np.testing.assert_allclose(W @ found.impulse, W @ truth, atol=1e-8 * size)
-    xi = W @ found.impulse + b
-    assert found.impulse.min() >= 0
-    assert np.abs(np.minimum(xi, np.diag(W) * found.impulse)).max() <= 1e-10 * size
+    assert code in (Status.SOLVED, Status.NOT_UNIQUE) and truth is not None
+    size = np.abs(b).max() + (np.diag(W) * found).max()
+    np.testing.assert_allclose(W @ found, W @ truth, atol=1e-8 * size)
+    xi = W @ found + b
+    assert found.min() >= 0
+    assert np.abs(np.minimum(xi, np.diag(W) * found)).max() <= 1e-10 * size
     # The order of contacts is immaterial.
     order = rng.permutation(n)
-    other = solve_frictionless(W[np.ix_(order, order)], b[order], np.abs(b).max())
-    np.testing.assert_allclose(
-        other.impulse, found.impulse[order], atol=1e-6 * (1e-300 + found.impulse.max())
-    )
+    other, _ = pushed(W[np.ix_(order, order)], b[order], np.abs(b).max())
+    np.testing.assert_allclose(other, found[order], atol=1e-6 * (1e-300 + found.max()))
 
 
 def test_a_gram_squeezed_between_contacts_leaves_no_contact_out_of_touch():
@@ -147,11 +155,63 @@ def test_a_gram_squeezed_between_contacts_leaves_no_contact_out_of_touch():
         ]
     )
     shifted = np.array([-1.488014349127791, -2.1898569569983253, 0.48976119914600336])
-    answer = solve_frictionless(delassus, shifted, 1.488014349127791)
-    assert answer.feasible
-    assert (answer.impulse >= 0.0).all()
-    velocity = delassus @ answer.impulse + shifted
-    shares = np.abs(delassus) @ answer.impulse
+    impulse, code = pushed(delassus, shifted, 1.488014349127791)
+    assert code != Status.NO_SOLUTION
+    assert (impulse >= 0.0).all()
+    velocity = delassus @ impulse + shifted
+    shares = np.abs(delassus) @ impulse
     assert (velocity >= -1e-14 * shares - 1e-12).all()
-    pushing = answer.impulse > 0.0
+    pushing = impulse > 0.0
     assert (np.abs(velocity[pushing]) <= 1e-14 * shares[pushing] + 1e-12).all()
+
+
+def test_four_feet_of_a_table_share_the_least_there_is_to_share():
+    """Four feet of a rigid table have three velocities between them."""
+    J = np.array([[1.0, x, y] for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
+    # Straight down: every foot a quarter.
+    P, code = pushed(J @ J.T, J @ np.array([-4.0, 0.0, 0.0]), 4.0)
+    np.testing.assert_allclose(P, 1.0, rtol=1e-13)
+    assert code == Status.NOT_UNIQUE
+    # All load on one diagonal is the same motion as all load on the other: the least is even.
+    W, b = normals(J @ J.T, -J @ J.T @ np.array([0.0, 2.0, 2.0, 0.0]))
+    answer = solved(W, b, 0.0)
+    np.testing.assert_allclose(answer.impulse[2::3], 1.0, rtol=1e-13)
+    assert answer.status is Status.NOT_UNIQUE and not answer.unique.any()
+    # On one foot alone nothing can be shifted, however many touch.
+    W, b = normals(J @ J.T, -J @ J.T @ np.array([3.0, 0.0, 0.0, 0.0]))
+    answer = solved(W, b, 0.0)
+    np.testing.assert_allclose(answer.impulse[2::3], [3.0, 0.0, 0.0, 0.0], atol=1e-13)
+    assert answer.status is Status.SOLVED
+    # On one edge: two feet on a line, which the others would turn.
+    W, b = normals(J @ J.T, -J @ J.T @ np.array([3.0, 1.0, 0.0, 0.0]))
+    answer = solved(W, b, 0.0)
+    np.testing.assert_allclose(answer.impulse[2::3], [3.0, 1.0, 0.0, 0.0], atol=1e-13)
+    assert answer.status is Status.SOLVED
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_redundant_contacts_share_the_least_and_who_can_carry_more_is_told(seed):
+    """Against scipy: least distance by nonnegative least squares, and linear programs."""
+    from scipy.optimize import linprog, nnls
+
+    rng = np.random.default_rng(seed)
+    n, dof = int(rng.integers(3, 7)), int(rng.integers(1, 3))
+    J = np.abs(rng.normal(size=(n, dof)))
+    load = rng.uniform(0.1, 1.0, n) * (rng.uniform(size=n) < 0.5)
+    load[0] = 1.0
+    W, b = normals(J @ J.T, -J @ J.T @ load)
+    answer = solved(W, b, 0.0)
+    target, size = J.T @ load, np.abs(J).max()
+    # min |P| over P ≥ 0 with Jᵀ P = target, as a penalty made stiff.
+    rows = np.vstack([J.T * 1e7, np.eye(n)])
+    least, _ = nnls(rows, np.r_[target * 1e7, np.zeros(n)])
+    np.testing.assert_allclose(answer.impulse[2::3], least, atol=1e-6 * size)
+    spread = []
+    for i in range(n):
+        cost = np.eye(n)[i]
+        low = linprog(cost, A_eq=J.T, b_eq=target).fun
+        spread.append(-linprog(-cost, A_eq=J.T, b_eq=target).fun - low)
+    free = np.array(spread) > 1e-7
+    assert (answer.status is Status.NOT_UNIQUE) == free.any()
+    if free.any():
+        np.testing.assert_array_equal(answer.unique, ~free)

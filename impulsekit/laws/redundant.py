@@ -1,0 +1,89 @@
+"""Which contacts carry what no other contact could carry for them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .compiled import compiled
+from .dense import null_rows, pivoted_cholesky
+from .workspace import Sizes, Workspace
+
+__all__ = ["find_shared"]
+
+# Of the largest load: none.
+UNLOADED = 1e-13
+# On its cone but for rounding.
+EDGE = 1e-9
+# A contact has part in a null direction above this share of its square.
+PART = 1e-9
+
+
+@compiled
+def find_shared(work: Workspace, n: int, sizes: Sizes, dependent: float, slips: bool) -> bool:
+    """Whether load can be shifted between contacts without moving anything.
+
+    Sticking leaves three entries of P free, sliding the normal one; what moves no velocity among
+    these can be added or taken away. ``work.unique`` tells which contacts have no part in that.
+
+    Args:
+        work: the problem and P.
+        n: how many contacts.
+        sizes: what counts as nothing.
+        dependent: pivots, the diagonal being 1, below which rows depend on each other.
+        slips: whether an impulse on its cone is that of slip; False where none slips.
+    """
+    W, mu, P, matrix, way = work.W, work.mu, work.P, work.matrix, work.way
+    size = 3 * n
+    owner, order = np.empty(size, np.int64), np.empty(size, np.int64)
+    most = 0.0
+    for i in range(n):
+        work.unique[i] = True
+        most = max(most, P[3 * i + 2])
+    m = int(np.int64(0))
+    for i in range(n):
+        k = 3 * i
+        if not P[k + 2] > UNLOADED * most:
+            continue
+        friction = math.sqrt(P[k] ** 2 + P[k + 1] ** 2)
+        if slips and friction > mu[i] * P[k + 2] * (1.0 - EDGE):
+            for j in range(size):
+                way[m, j] = 0.0
+            for j in range(k, k + 3):
+                way[m, j] = P[j] / P[k + 2]
+            owner[m] = i
+            m += 1
+        else:
+            for row in range(k, k + 3):
+                if W[row, row] > sizes.least:
+                    for j in range(size):
+                        way[m, j] = 0.0
+                    way[m, row] = 1.0
+                    owner[m] = i
+                    m += 1
+    for r in range(m):
+        for c in range(r + 1):
+            total = 0.0
+            for k in range(3 * owner[r], 3 * owner[r] + 3):
+                if way[r, k] != 0.0:
+                    for j in range(3 * owner[c], 3 * owner[c] + 3):
+                        total += way[r, k] * W[k, j] * way[c, j]
+            matrix[r, c] = total
+            matrix[c, r] = total
+    for r in range(m):
+        work.x[r] = 1.0 / math.sqrt(max(matrix[r, r], sizes.least))
+    for r in range(m):
+        for c in range(m):
+            matrix[r, c] *= work.x[r] * work.x[c]
+    rank = pivoted_cholesky(matrix, m, dependent, order)
+    if rank == m:
+        return False
+    null_rows(matrix, m, rank, order, way)
+    for j in range(m):
+        part = 0.0
+        for c in range(m - rank):
+            part += way[c, j] ** 2
+        if part > PART:
+            work.unique[owner[j]] = False
+    return True
