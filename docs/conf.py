@@ -25,7 +25,8 @@ extensions = [
     "make_pages",
 ]
 exclude_patterns = ["_build", "_generated/work", "_generated/moving", "**/.ipynb_checkpoints"]
-suppress_warnings = ["mystnb.unknown_mime_type", "toc.empty_glob"]
+# An attribute that several results have, such as constraints, is no broken reference.
+suppress_warnings = ["mystnb.unknown_mime_type", "toc.empty_glob", "ref.python"]
 
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "substitution"]
 myst_heading_anchors = 3
