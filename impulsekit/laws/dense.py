@@ -211,6 +211,7 @@ def solve_factorized(a: np.ndarray, n: int, order: np.ndarray, x: np.ndarray) ->
         x[i] = total / a[i, i]
 
 
+@compiled
 def pivoted_cholesky(a: np.ndarray, n: int, tolerance: float, order: np.ndarray) -> int:
     """The rank of a positive semidefinite matrix: L Lᵀ of its rows and columns in a new order.
 

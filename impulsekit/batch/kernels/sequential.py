@@ -24,7 +24,7 @@ MOST_HITS = 10_000
 LONG = 100
 # Approaches this even, against themselves and against the first velocities, may come in
 # either order. Below SLOW the order is of no matter.
-EVEN, EVEN_AT_FIRST, SLOW = order.EVEN, 4e-14, 1e-14
+EVEN, EVEN_AT_FIRST, SLOW = order.EVEN, 4e-14, 2e-13
 # A sequence that has gained this much is not followed; one that has shrunk this much may have a
 # limit.
 FASTER, SHRUNK = 1e6, 0.5
