@@ -22,6 +22,8 @@ __all__ = ["ContactPoint", "ContactResult", "contact_results"]
 
 # A tangential impulse this near µ P_n has reached the cone.
 ON_CONE = 1e-9
+# Slip that is rounding, against the velocities of all contacts.
+NO_SLIP = 1e-12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -150,7 +152,7 @@ def _point(impact: Impact, touch: Touch, i: int) -> ContactPoint:
         impulse,
         before,
         after,
-        mode=_mode(local, getattr(entry, "friction", 0.0)),
+        mode=_mode(local, getattr(entry, "friction", 0.0), _still_by_others(solution, i)),
         normal_work=normal_work,
         friction_work=friction_work,
         unique=solution.unique is None or bool(solution.unique[i]),
@@ -178,9 +180,20 @@ def _works(
     return float(shares[2]), float(shares[0] + shares[1])
 
 
-def _mode(impulse: np.ndarray, friction: float) -> str:
+def _still_by_others(solution: ContactSolution, i: int) -> bool:
+    """Whether a contact that shares its load does not slip, wherever in its cone its share is."""
+    if solution.unique is None or solution.unique[i]:
+        return False
+    after = solution.velocity_after
+    speed = max(float(np.abs(after).max()), float(np.abs(solution.velocity_start).max()))
+    return float(np.abs(after[3 * i : 3 * i + 2]).max()) <= NO_SLIP * speed
+
+
+def _mode(impulse: np.ndarray, friction: float, still: bool) -> str:
     if impulse[2] <= 0.0:
         return "separated"
+    if still and friction > 0.0:
+        return "sticking"
     tangential = float(np.hypot(impulse[0], impulse[1]))
     return "sticking" if tangential < friction * impulse[2] * (1.0 - ON_CONE) else "sliding"
 

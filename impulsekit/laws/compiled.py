@@ -64,6 +64,13 @@ def compiled(function: F) -> F:
     return function
 
 
+def _writable(value: Any) -> Any:
+    """An array that is read-only, copied; all else as it is."""
+    if isinstance(value, np.ndarray) and not value.flags.writeable:
+        return value.copy()
+    return value
+
+
 class Entry(Generic[P, R]):
     """A function that Python calls, compiled when it pays.
 
@@ -90,7 +97,11 @@ class Entry(Generic[P, R]):
         """Call the compiled code if it is there, else the Python function."""
         code = self._code
         if code is not None:
-            return code(*args, **kwargs)
+            try:
+                return code(*args, **kwargs)
+            except TypeError:
+                # Compiled code takes arrays that may be written to, as its examples are.
+                return code(*map(_writable, args), **kwargs)
         self._calls += 1
         if self._calls % EVERY == 0 or self._arrays is not False:
             return self._interpret(*args, **kwargs)
