@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,12 @@ from ..errors import InputError, NotFiniteError, RangeError, ShapeError, Unknown
 from ..laws.status import Status
 from ..robot import state
 from ..scene import AppliedImpulse, Scene
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    # Numbers in place of the scene's: for all entries, or by the entries' names.
+    Varied = ArrayLike | Mapping[str, ArrayLike]
 
 __all__ = ["BatchInputs", "batch_inputs"]
 

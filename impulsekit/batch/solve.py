@@ -22,8 +22,9 @@ from .result import NO_ANSWER, OUTPUTS, VERDICTS, ImpactBatch
 from .single import solve_rows
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, DTypeLike
 
+    from .inputs import Varied
     from .program import BatchPlan, Program
 
 __all__ = ["plan_batch", "solve_batch", "warm_up"]
@@ -42,12 +43,12 @@ def solve_batch(
     q: ArrayLike,
     v: ArrayLike | None = None,
     *,
-    impulses: Any = None,
-    restitution: ArrayLike | None = None,
-    friction: ArrayLike | None = None,
-    masses: ArrayLike | None = None,
+    impulses: Varied | None = None,
+    restitution: Varied | None = None,
+    friction: Varied | None = None,
+    masses: Varied | None = None,
     outputs: Sequence[str] = ("v_after",),
-    dtype: Any = np.float64,
+    dtype: DTypeLike = np.float64,
     progress: bool | Progress | None = None,
     threads: int | None = None,
     client: Any = None,
@@ -209,7 +210,7 @@ def _on_dask(
     return ImpactBatch(arrays.pop("status"), plan, arrays)
 
 
-def warm_up(scene: Scene, *, dtype: Any = np.float64) -> BatchPlan:
+def warm_up(scene: Scene, *, dtype: DTypeLike = np.float64) -> BatchPlan:
     """Compile the code that a scene needs for single states, motions and batches.
 
     The first call after installation compiles for about ten seconds; later calls load the

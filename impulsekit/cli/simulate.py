@@ -119,9 +119,10 @@ def _lines(motion: Trajectory) -> list[str]:
 
     energy = motion.energy()
     names = motion.scene.entry_names("contacts")
+    many = len(motion.impacts)
     lines = [
         f"{motion.scene.robot.name}: {motion.duration:g} s, {len(motion.t)} states, "
-        f"{motion.steps} steps, {len(motion.impacts)} impacts",
+        f"{motion.steps} steps, {many} impact{'' if many == 1 else 's'}",
         f"energy {energy.total[0]:.9g} J at the start, {energy.total[-1]:.9g} J at the end",
     ]
     if motion.impacts:

@@ -10,9 +10,12 @@ __all__ = ["Interrupts"]
 
 
 class Interrupts:
-    """Keeps in mind that Ctrl-C was pressed: what Python raises in a finalizer, it drops.
+    """Keeps in mind that Ctrl-C was pressed, and ends the motion before its next step.
 
-    Only in the main thread, and only where nobody else handles the signal.
+    An exception at any moment is not safe: Python drops what is raised in a finalizer, and
+    compiled code that is just making its result does not survive it. A second Ctrl-C raises at
+    once, for a function of the user's that does not return. Only in the main thread, and only
+    where nobody else handles the signal.
     """
 
     def __init__(self) -> None:
@@ -32,10 +35,11 @@ class Interrupts:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def heed(self) -> None:
-        """Raise the KeyboardInterrupt that came and was dropped."""
+        """Raise the KeyboardInterrupt that came."""
         if self._struck:
             raise KeyboardInterrupt
 
     def _strike(self, number: int, frame: FrameType | None) -> None:
+        if self._struck:
+            signal.default_int_handler(number, frame)
         self._struck = True
-        signal.default_int_handler(number, frame)

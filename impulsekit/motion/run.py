@@ -111,6 +111,8 @@ class Run:
                 raise Stopped(MotionStatus.STEP_TOO_SMALL, "events follow each other at one time")
             if self._progress is not None:
                 call(self._progress, "progress", now.t)
+        self._last = now.mark(), len(self._flight.path)
+        self._interrupts.heed()
 
     def _go_back(self) -> None:
         """Let the last step be undone."""

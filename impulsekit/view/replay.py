@@ -28,8 +28,11 @@ from .stage import draw_stage, fitting_camera
 from .timeline import Timeline
 
 if TYPE_CHECKING:
+    from ..impact import Impact
+    from ..motion import Trajectory
     from ..robot import Robot
     from ..scene.points import ReportPoint
+    from .recording import Recording
 
 __all__ = ["Replay", "replay"]
 
@@ -71,7 +74,7 @@ class Replay(Displayed):
 
 
 def replay(
-    motion: Any,
+    motion: Trajectory | Impact | Recording,
     html: str | os.PathLike[str] | None = None,
     *,
     open: bool = False,

@@ -33,7 +33,6 @@ def test_of_many_scenes_in_a_plane_none_is_silently_wrong(sweep):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="what is hit first of contacts that approach alike; Poisson's split")
 @pytest.mark.parametrize("sweep", REWRITTEN_SWEEPS, ids=lambda sweep: sweep.name)
 def test_of_many_scenes_written_in_other_ways_none_has_another_answer(sweep):
     points = [p for job in jobs_of([sweep], seed=2, share=0.05) for p in solved_case(job)]

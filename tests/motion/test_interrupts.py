@@ -12,6 +12,7 @@ from click.testing import CliRunner
 import impulsekit as ik
 from impulsekit import errors
 from impulsekit.cli import main
+from impulsekit.motion.interrupts import Interrupts
 
 from .models import MODELS, sliders
 
@@ -75,6 +76,16 @@ def test_an_interrupt_at_any_moment_keeps_what_was_computed(tumble, seed):
     # Python drops what comes in a finalizer; in the last step of all it may be of no matter.
     assert motion.status is INTERRUPTED or motion.duration == whole.duration
     assert is_beginning_of(motion, whole)
+
+
+def test_the_first_interrupt_waits_for_the_next_step_and_the_second_does_not():
+    # Raised inside compiled code that is making its result it would end the process.
+    with Interrupts() as interrupts:
+        signal.raise_signal(signal.SIGINT)
+        with pytest.raises(KeyboardInterrupt):
+            interrupts.heed()
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
 
 
 def test_an_interrupt_in_a_function_keeps_what_was_computed():

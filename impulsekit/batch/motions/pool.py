@@ -205,6 +205,7 @@ class _Run:
 
     def _collect(self, done: Callable[[int, Any], object], interrupts: Interrupts) -> None:
         while True:
+            interrupts.heed()
             with self._change:
                 while not self._answers and self._left:
                     interrupts.heed()

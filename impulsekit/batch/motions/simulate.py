@@ -6,7 +6,7 @@ import hashlib
 import pickle
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,11 @@ from .pool import CannotSend, Lost, follow_rows, worker_count
 from .result import ImpactTable, MotionBatch, RestTable
 from .row import RowResult, followed_row, impact_columns, motion_of_row
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from ..inputs import Varied
+
 __all__ = ["simulate_batch"]
 
 # Of the states of the samples, what is free may be used up to this part.
@@ -31,16 +36,16 @@ OF_FREE_MEMORY = 0.5
 
 def simulate_batch(
     scene: Scene,
-    q: Any,
-    v: Any = None,
+    q: ArrayLike,
+    v: ArrayLike | None = None,
     *,
     duration: float | None = None,
-    samples: Any = None,
+    samples: ArrayLike | None = None,
     settings: MotionSettings | None = None,
-    impulses: Any = None,
-    restitution: Any = None,
-    friction: Any = None,
-    masses: Any = None,
+    impulses: Varied | None = None,
+    restitution: Varied | None = None,
+    friction: Varied | None = None,
+    masses: Varied | None = None,
     processes: int | None = None,
     progress: bool | Callable[[int, int], object] | None = None,
     **changes: Any,
