@@ -40,6 +40,7 @@ PAGES = (
     ("batch", "Batches and long chains", ("batch",)),
     ("study", "Studies", ("batch.study",)),
     ("design", "Design and fits", ("design",)),
+    ("compliance", "Forces of impacts and limits", ("compliance",)),
     ("checking", "Checks", ("checking",)),
     ("view", "Pages, plots and reports", ("view",)),
     ("errors", "Errors", ("errors",)),
@@ -48,6 +49,7 @@ PAGES = (
 MODULES = (
     "measured",
     "design",
+    "compliance",
     "study",
     "long",
     "models",

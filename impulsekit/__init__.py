@@ -17,6 +17,15 @@ _of_stub, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)
 # Names found one module further down: not listed here, yet a program that uses them runs.
 _ELSEWHERE = {
     "checking": ("Check",),
+    "compliance": (
+        "BodyRegion",
+        "ForceHistory",
+        "Hertz",
+        "HuntCrossley",
+        "ISO_TS_15066",
+        "MeasuredCurve",
+        "TransientContact",
+    ),
     "design": (
         "ImpactEllipsoid",
         "LeastBlow",

@@ -10,6 +10,8 @@ from .batch.result import ImpactBatch as ImpactBatch
 from .batch.solve import solve_batch as solve_batch
 from .batch.solve import warm_up as warm_up
 from .checking import check as check
+from .compliance import force_history as force_history
+from .compliance import transient_contact as transient_contact
 from .impact import Impact as Impact
 from .impact import solve as solve
 from .impact.derivatives import derivatives as derivatives

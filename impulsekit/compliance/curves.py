@@ -1,0 +1,289 @@
+"""Force by indentation: Hertz, Hunt and Crossley, and curves that were measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from ..errors import RangeError, ShapeError
+from ..scene.numbers import number
+
+__all__ = ["Curve", "Hertz", "HuntCrossley", "MeasuredCurve", "PowerCurve"]
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    Numbers = Sequence[float] | np.ndarray
+else:
+    Numbers = tuple
+
+
+@dataclass(frozen=True)
+class Hertz:
+    """Two elastic bodies with round surfaces: F = 4/3 E* √R* δ^1.5 (Hertz 1882).
+
+    1/E* = (1 − ν²)/E + (1 − ν'²)/E', 1/R* = 1/R + 1/R' (Johnson, Contact Mechanics, 4.2).
+    What an impact loses stays as a permanent indentation: unloading follows a curve of the same
+    form from the peak force down to δ_r = (1 − W_r/W_c) δ_max, where W_c is the work of the
+    compression and W_r what is regained, so that the restitution of the impact is kept.
+
+    Attributes:
+        E: Young's modulus [Pa].
+        nu: Poisson's ratio, -1 to 0.5.
+        radius: of the surface [m].
+        other_E, other_nu: of the other body; rigid unless given.
+        other_radius: its radius [m]; flat unless given, negative where it is hollow.
+
+    Raises:
+        RangeError, NotFiniteError.
+
+    Example:
+        >>> steel = Hertz(E=210e9, nu=0.3, radius=0.01, other_E=210e9, other_nu=0.3)
+        >>> round(steel.stiffness / 1e10, 3)  # N/m^1.5
+        1.538
+    """
+
+    E: float
+    nu: float
+    radius: float
+    other_E: float = math.inf
+    other_nu: float = 0.0
+    other_radius: float = math.inf
+
+    def __post_init__(self) -> None:
+        for name in ("E", "radius"):
+            _positive(self, name)
+        for name in ("other_E", "other_radius"):
+            if getattr(self, name) != math.inf:
+                object.__setattr__(self, name, number(getattr(self, name), f"Hertz: {name}"))
+        if self.other_E <= 0.0:
+            raise RangeError.of("Hertz: other_E", self.other_E, "above 0")
+        for name in ("nu", "other_nu"):
+            value = number(getattr(self, name), f"Hertz: {name}")
+            if not -1.0 <= value <= 0.5:
+                raise RangeError.of(f"Hertz: {name}", value, "-1 to 0.5")
+            object.__setattr__(self, name, value)
+        if self.other_radius == 0.0 or not self.curvature > 0.0:
+            allowed = f"positive, or less than -radius = {-self.radius:g} for a hollow"
+            raise RangeError.of("Hertz: other_radius", self.other_radius, allowed)
+
+    @property
+    def modulus(self) -> float:
+        """E* [Pa]."""
+        return 1.0 / ((1.0 - self.nu**2) / self.E + (1.0 - self.other_nu**2) / self.other_E)
+
+    @property
+    def curvature(self) -> float:
+        """1/R* [1/m]."""
+        return 1.0 / self.radius + 1.0 / self.other_radius
+
+    @property
+    def exponent(self) -> float:
+        """1.5."""
+        return 1.5
+
+    @property
+    def stiffness(self) -> float:
+        """k in F = k δ^1.5 [N/m^1.5]."""
+        return 4.0 / 3.0 * self.modulus / math.sqrt(self.curvature)
+
+    def pressure(self, force: float) -> float:
+        """The largest pressure under a force, p = (6 F E*²/(π³ R*²))^⅓ [Pa]."""
+        return float(
+            (6.0 * force * (self.modulus * self.curvature) ** 2 / math.pi**3) ** (1.0 / 3.0)
+        )
+
+
+@dataclass(frozen=True)
+class PowerCurve:
+    """A curve F = k δ^n, without losses of its own: what ``Hertz`` is to a motion.
+
+    Attributes:
+        stiffness: k [N/m^n].
+        exponent: n.
+    """
+
+    stiffness: float
+    exponent: float
+
+    def energy(self, indentation: float) -> float:
+        """∫F dδ [J]."""
+        return self.stiffness * indentation ** (self.exponent + 1.0) / (self.exponent + 1.0)
+
+    def force(self, indentation: float) -> float:
+        """F [N]."""
+        return float(self.stiffness * indentation**self.exponent)
+
+    def deepest(self, energy: float) -> float:
+        """The indentation that takes an energy [m]."""
+        n = self.exponent + 1.0
+        return float((n * energy / self.stiffness) ** (1.0 / n))
+
+    def time(self, indentation: float, mass: float, speed: float) -> float:
+        """When a mass that came at a speed has reached an indentation on its way in [s].
+
+        δ_max/((n + 1) c) B(x; 1/(n + 1), ½) with x = (δ/δ_max)^(n + 1).
+        """
+        from scipy.special import beta, betainc
+
+        n = self.exponent + 1.0
+        most = self.deepest(0.5 * mass * speed * speed)
+        x = min((indentation / most) ** n, 1.0)
+        return float(most / (n * speed) * beta(1.0 / n, 0.5) * betainc(1.0 / n, 0.5, x))
+
+
+@dataclass(frozen=True)
+class HuntCrossley:
+    """A spring with a damper that grows with it: F = k δ^n (1 + λ δ') (Hunt & Crossley 1975).
+
+    λ is not given: it is found so that the restitution of the impact is kept, which must be
+    above 0. With n = 1.5 and k of ``Hertz`` it is Hertz's contact with viscous losses.
+
+    Attributes:
+        stiffness: k [N/m^n].
+        exponent: n, 1 to 10.
+
+    Raises:
+        RangeError, NotFiniteError.
+
+    Example:
+        >>> HuntCrossley(stiffness=1e8).exponent
+        1.5
+    """
+
+    stiffness: float
+    exponent: float = 1.5
+
+    def __post_init__(self) -> None:
+        _positive(self, "stiffness")
+        exponent = number(self.exponent, "HuntCrossley: exponent")
+        if not 1.0 <= exponent <= 10.0:
+            raise RangeError.of("HuntCrossley: exponent", exponent, "1 to 10")
+        object.__setattr__(self, "exponent", exponent)
+
+
+@dataclass(frozen=True)
+class MeasuredCurve:
+    """A force by indentation that was measured while loading, linear between the points.
+
+    What an impact loses stays as a permanent indentation, as for ``Hertz``. The force starts at
+    zero and stays above it; an impact that needs more than the last point is an error.
+
+    Attributes:
+        indentation: rising, from 0 [m]; for a joint stop [rad].
+        force: at each, from 0 [N]; for a stop [N m].
+
+    Raises:
+        ShapeError, RangeError, NotFiniteError.
+
+    Example:
+        >>> foam = MeasuredCurve([0.0, 0.01, 0.02], [0.0, 50.0, 200.0])
+        >>> round(foam.energy(0.015), 6)
+        0.6875
+    """
+
+    indentation: Numbers
+    forces: Numbers
+
+    def __post_init__(self) -> None:
+        what = "MeasuredCurve"
+        depths = tuple(number(d, f"{what}: indentation") for d in self.indentation)
+        forces = tuple(number(f, f"{what}: forces") for f in self.forces)
+        if len(depths) < 2:
+            raise ShapeError.of(f"{what}: indentation", (2,), (len(depths),), "two or more")
+        if len(forces) != len(depths):
+            raise ShapeError.of(f"{what}: forces", (len(depths),), (len(forces),))
+        if depths[0] != 0.0 or any(b <= a for a, b in pairwise(depths)):
+            raise RangeError.of(f"{what}: indentation", depths, "rising from 0")
+        if forces[0] != 0.0 or min(forces[1:]) <= 0.0:
+            raise RangeError.of(f"{what}: forces", forces, "0 first, then above 0")
+        object.__setattr__(self, "indentation", depths)
+        object.__setattr__(self, "forces", forces)
+
+    @property
+    def _points(self) -> list[tuple[float, float]]:
+        return list(zip(self.indentation, self.forces, strict=True))
+
+    def energy(self, indentation: float) -> float:
+        """∫F dδ [J]."""
+        total = 0.0
+        for (a, f), (b, g) in pairwise(self._points):
+            end = min(b, indentation)
+            if end <= a:
+                break
+            total += 0.5 * (end - a) * (2.0 * f + (g - f) * (end - a) / (b - a))
+        return total
+
+    def force(self, indentation: float) -> float:
+        """F [N]."""
+        import numpy as np
+
+        return float(np.interp(indentation, self.indentation, self.forces))
+
+    def deepest(self, energy: float) -> float:
+        """The indentation that takes an energy [m].
+
+        Raises:
+            RangeError: more than the curve holds.
+        """
+        left = energy
+        for (a, f), (b, g) in pairwise(self._points):
+            whole = 0.5 * (f + g) * (b - a)
+            if left <= whole:
+                slope = (g - f) / (b - a)
+                # ½ s x² + f x = left, in the form that bears s → 0.
+                return a + 2.0 * left / (f + math.sqrt(max(f * f + 2.0 * slope * left, 0.0)))
+            left -= whole
+        raise RangeError.of(
+            "MeasuredCurve: energy of the impact", energy, f"at most {self._whole:.6g} J, its area"
+        )
+
+    @property
+    def _whole(self) -> float:
+        return self.energy(self.indentation[-1])
+
+    def time(self, indentation: float, mass: float, speed: float) -> float:
+        """When a mass that came at a speed has reached an indentation on its way in [s].
+
+        On each piece of slope s the motion is that of a spring: closed form.
+        """
+        start = 0.5 * mass * speed * speed
+        most = self.deepest(start)
+        until = min(indentation, most)
+        total, v = 0.0, speed
+        for (a, f), (b, g) in pairwise(self._points):
+            end = min(b, until)
+            if end <= a:
+                break
+            slope = (g - f) / (b - a)
+            left = start - self.energy(end)
+            # At the deepest point all is spent; what is left there is rounding.
+            w = 0.0 if end >= most else math.sqrt(max(2.0 * left / mass, 0.0))
+            total += _time_on_spring(f, f + slope * (end - a), v, w, slope, mass)
+            v = w
+        return total
+
+
+def _time_on_spring(f: float, g: float, v: float, w: float, slope: float, mass: float) -> float:
+    """The time from force f and speed v to g and w, where force grows by ``slope`` [s]."""
+    if abs(g - f) <= 1e-9 * max(f, g):
+        return 2.0 * mass * (v - w) / (f + g)
+    rate = math.sqrt(abs(slope) / mass)
+    if slope > 0.0:
+        # F = A sin, m ω v = A cos.
+        return (math.atan2(g, mass * rate * w) - math.atan2(f, mass * rate * v)) / rate
+    return math.log((f + mass * rate * v) / (g + mass * rate * w)) / rate
+
+
+def _positive(entry: Hertz | HuntCrossley, name: str) -> None:
+    what = f"{type(entry).__name__}: {name}"
+    value = number(getattr(entry, name), what)
+    if not value > 0.0:
+        raise RangeError.of(what, value, "above 0")
+    object.__setattr__(entry, name, value)
+
+
+Curve = Hertz | HuntCrossley | MeasuredCurve

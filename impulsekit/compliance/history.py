@@ -1,0 +1,266 @@
+"""``force_history``: the force of a contact over time, from its impulse."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..display import OneLine
+from ..errors import InputError, RangeError, UnknownNameError, a_thing
+from ..impact import Impact
+from ..impact.joint_loads import JointLoad
+from ..impact.named import ByName
+from .curves import Curve, Hertz, HuntCrossley, MeasuredCurve, PowerCurve
+from .phases import Elastic, Sample, Viscous, phases_of
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+__all__ = ["ForceHistory", "force_history"]
+
+# An imposed constraint whose rows jump by more than this share of the velocities acts as a blow.
+IMPOSED = 1e-9
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ForceHistory(OneLine):
+    """The force of one contact while an impact lasts.
+
+    The direction of the force is that of the contact's impulse, and every joint reaction grows
+    in proportion to it.
+
+    Attributes:
+        contact: the name of the contact.
+        impulse: its normal impulse, ∫F dt [N s].
+        duration: how long it lasts [s].
+        compression: how long the compression lasts [s].
+        peak_force: the largest normal force [N].
+        indentation: the largest indentation [m].
+        remaining: the permanent indentation at the end [m].
+        restitution: √(W_r/W_c), of the work regained to the work of the compression.
+        stored, lost: the energy at the deepest point, and of it what is not regained [J].
+        damping: λ of ``HuntCrossley`` [s/m]; 0 for others.
+        peak_reactions: by joint name, (6,) the wrench that the parent gives the child at the
+            peak [N, N m], at the joint's origin, world axes. Gravity, motors and velocity terms,
+            which are finite beside it, are not included.
+        peak_loads: by joint name, the same in the joint's own axes, a ``JointLoad`` in [N, N m].
+    """
+
+    contact: str
+    impulse: float
+    duration: float
+    compression: float
+    peak_force: float
+    indentation: float
+    remaining: float
+    restitution: float
+    stored: float
+    lost: float
+    damping: float
+    peak_reactions: Mapping[str, np.ndarray]
+    peak_loads: Mapping[str, JointLoad]
+    _way: Elastic | Viscous = field(repr=False)
+    _share: np.ndarray = field(repr=False)
+
+    @cached_property
+    def _samples(self) -> np.ndarray:
+        return np.array([self._way.at(x) for x in np.linspace(0.0, 2.0, 201)])
+
+    @property
+    def t(self) -> np.ndarray:
+        """(201,) instants from the first touch [s]."""
+        return self._column(0)
+
+    @property
+    def force(self) -> np.ndarray:
+        """(201,) normal force at ``t`` [N]."""
+        return self._column(1)
+
+    @property
+    def depth(self) -> np.ndarray:
+        """(201,) indentation at ``t`` [m]."""
+        return self._column(2)
+
+    @property
+    def rate(self) -> np.ndarray:
+        """(201,) rate of indentation at ``t`` [m/s]."""
+        return self._column(3)
+
+    def _column(self, k: int) -> np.ndarray:
+        column = self._samples[:, k].copy()
+        column.setflags(write=False)
+        return column
+
+    def at(self, t: float) -> Sample:
+        """Force, indentation, its rate and the impulse so far at an instant, to rounding.
+
+        Args:
+            t: time since the first touch [s].
+
+        Raises:
+            RangeError: not within the contact.
+        """
+        if not 0.0 <= t <= self.duration * (1.0 + 1e-12):
+            raise RangeError.of("t", t, f"0 to {self.duration:.6g} s, the duration")
+        from scipy.optimize import brentq
+
+        if t <= 0.0:
+            return self._way.at(0.0)
+        if t >= self.duration:
+            return self._way.at(2.0)
+        place = brentq(lambda x: self._way.at(x).time - t, 0.0, 2.0, xtol=1e-15, rtol=1e-14)
+        return self._way.at(float(place))
+
+    def force_at(self, t: ArrayLike) -> np.ndarray:
+        """(n,) the normal force at instants [N]; 0 before and after the contact."""
+        times = np.atleast_1d(np.array(t, dtype=float))
+        return np.array(
+            [self.at(float(x)).force if 0.0 <= x <= self.duration else 0.0 for x in times]
+        )
+
+    def vector_at(self, t: ArrayLike) -> np.ndarray:
+        """(n, 3) the force that the contact's first body receives, world axes [N]."""
+        return self.force_at(t)[:, None] * self._share
+
+
+def force_history(impact: Impact, curve: Curve, contact: str | int | None = None) -> ForceHistory:
+    """The force of a contact over time, from the impulse that the law of impact gave it.
+
+    A rigid impact tells the impulse P, the velocities before and after, and the work; how force
+    grows with indentation tells how long that takes, how deep it goes, and the largest force.
+    The impulse, both velocities and the restitution of the impact are kept.
+
+    Args:
+        impact: a valid impact in which one contact carries an impulse and nothing else strikes.
+            Several contacts that act at once share the time by their stiffnesses: that is
+            ``Law(restitution="lzb")``.
+        curve: ``Hertz``, ``HuntCrossley`` or ``MeasuredCurve``.
+        contact: name or index, of the contact that carries the impulse; may be left out.
+
+    Raises:
+        InputError: no contact or several carry an impulse, a blow or imposed constraint acts at
+            the same instant, or the impact is not valid.
+        RangeError: a curve that does not hold the energy; ``HuntCrossley`` without restitution.
+        UnknownNameError: no such contact.
+
+    Example:
+        >>> from impulsekit import Contact, Robot, Scene, solve
+        >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+        >>> floor = Contact("ball", at=[0, 0, -0.1], restitution=0.8)
+        >>> drop = ball.velocity(root_joint=[0, 0, -2, 0, 0, 0])
+        >>> impact = solve(Scene(ball, contacts=[floor]), ball.neutral(), drop)
+        >>> history = force_history(impact, Hertz(E=1e7, nu=0.5, radius=0.1))
+        >>> round(history.restitution, 12)
+        0.8
+    """
+    if not isinstance(impact, Impact):
+        raise InputError(f"force_history takes an Impact, not {a_thing(impact)}")
+    if not isinstance(curve, Hertz | HuntCrossley | MeasuredCurve | PowerCurve):
+        raise InputError(
+            f"force_history: curve must be a Hertz, HuntCrossley or MeasuredCurve, "
+            f"got {a_thing(curve)}"
+        )
+    index, point = _only_contact(impact, contact)
+    name = impact.contacts[index].name
+    solution = impact.outcome.contacts  # type: ignore[union-attr]
+    jacobian = impact.outcome.touches[point].jacobian  # type: ignore[union-attr]
+    before, after = (float(jacobian[2] @ v) for v in (impact.v_before, impact.v_after))
+    impulse = float(solution.impulse[3 * point + 2])  # type: ignore[union-attr]
+    touched = next(p for p in impact.contacts[index].points if p.impulse.any())
+    where = f'contact "{name}"'
+    phases = phases_of(impulse, before, after, touched.normal_work, where)
+    way: Elastic | Viscous
+    if isinstance(curve, HuntCrossley):
+        way = Viscous(phases, curve.stiffness, curve.exponent, where)
+    elif isinstance(curve, Hertz):
+        way = Elastic(phases, PowerCurve(curve.stiffness, curve.exponent))
+    else:
+        way = Elastic(phases, curve)
+    return _history(impact, name, way, touched.impulse)
+
+
+def _history(
+    impact: Impact, name: str, way: Elastic | Viscous, impulse: np.ndarray
+) -> ForceHistory:
+    phases = way.phases
+    peak = way.peak
+    scale = peak / phases.impulse
+    reactions = {}
+    for joint, reaction in impact.reactions.items():
+        wrench = scale * reaction
+        wrench.setflags(write=False)
+        reactions[joint] = wrench
+    loads = {}
+    for joint, load in impact.joint_loads.items():
+        parts = scale * load.force, scale * load.moment
+        for part in parts:
+            part.setflags(write=False)
+        loads[joint] = JointLoad(joint, *parts, load.axis)
+    return ForceHistory(
+        name,
+        phases.impulse,
+        way.duration,
+        way.compression,
+        peak,
+        way.deepest,
+        way.remaining,
+        float(np.sqrt(phases.regained / phases.spent)),
+        phases.spent,
+        phases.spent - phases.regained,
+        getattr(way, "damping", 0.0),
+        ByName(reactions, "joint"),
+        ByName(loads, "joint"),
+        way,
+        impulse / phases.impulse,
+    )
+
+
+def _only_contact(impact: Impact, contact: str | int | None) -> tuple[int, int]:
+    """The index of the contact that carries the impulse, and of its touching point."""
+    scene = impact.scene
+    if not impact.is_valid():
+        raise InputError(f"force_history: the impact is not valid: {impact.describe_status()}")
+    if scene.impulses:
+        raise InputError(
+            "force_history: an applied impulse acts at the same instant; how long it takes is not "
+            "known, so solve it apart from the contact"
+        )
+    if impact.constraints:
+        jump = max(
+            float(np.abs(c.velocity_after - c.velocity_before).max()) for c in impact.constraints
+        )
+        if jump > IMPOSED * max(float(np.abs(impact.v_before).max()), 1e-300):
+            raise InputError(
+                "force_history: a constraint is imposed at the same instant; how long that takes "
+                "is not known, so solve it apart from the contact"
+            )
+    names = scene.entry_names("contacts")
+    if contact is not None:
+        _check_name(contact, names)
+    outcome = impact.outcome
+    loaded = []
+    if outcome is not None and outcome.contacts is not None:
+        normal = outcome.contacts.impulse[2::3]
+        loaded = [i for i in range(len(normal)) if normal[i] > 0.0]
+    if not loaded:
+        raise InputError("force_history: no contact carries an impulse")
+    if len(loaded) > 1:
+        touched = sorted({names[outcome.touches[i].entry] for i in loaded})  # type: ignore[union-attr]
+        raise InputError(
+            f"force_history: {len(loaded)} points carry impulses at once ({', '.join(touched)}); "
+            "how they share the time depends on the stiffness of each"
+        )
+    index = outcome.touches[loaded[0]].entry  # type: ignore[union-attr]
+    if contact is not None and contact not in (index, names[index]):
+        raise InputError(f'force_history: "{contact}" carries no impulse, "{names[index]}" does')
+    return index, loaded[0]
+
+
+def _check_name(contact: str | int, names: tuple[str, ...]) -> None:
+    known = contact in names if isinstance(contact, str) else contact in range(len(names))
+    if not known:
+        raise UnknownNameError.among("contact", str(contact), names, "force_history")

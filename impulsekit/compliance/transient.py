@@ -1,0 +1,201 @@
+"""``transient_contact``: a robot that strikes a person and both spring apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..design.ellipsoid import impact_ellipsoid
+from ..design.response import unit_vector
+from ..display import OneLine
+from ..errors import InputError, RangeError, UnknownNameError, a_thing
+from ..robot import Robot, state
+from ..scene import Scene
+from ..scene.numbers import number
+from .limits import ISO_TS_15066, BodyRegion
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+__all__ = ["TransientContact", "transient_contact"]
+
+# Speeds below this have no direction [m/s].
+STILL = 1e-12
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TransientContact(OneLine):
+    """A transient contact of a robot with a person, beside what the body may bear.
+
+    The person's region is a mass on a spring that the robot's point meets: with the reduced mass
+    µ = 1/(1/m_H + 1/m_R), E = ½ µ v² and F = v √(µ K) (ISO/TS 15066, A.3.4). The standard puts
+    half the moving mass and the payload for m_R; here it is the effective mass 1/(n·J M⁻¹Jᵀ n)
+    of the point at this pose.
+
+    Attributes:
+        region: the ``BodyRegion``.
+        frame, at: the point of the robot that strikes.
+        direction: (3,) of the strike, world axes.
+        speed: of the point along it [m/s].
+        robot_mass: effective mass of the robot there [kg], infinite where the point cannot give.
+        reduced_mass: µ [kg].
+        energy: transferred to the body [J].
+        force: peak force [N].
+        pressure: peak pressure [Pa]; None unless ``area`` was given.
+        force_limit, pressure_limit: what the region may bear in a transient contact [N, Pa].
+        permitted_speed: the largest speed along the direction that keeps the limits [m/s].
+        within_limits: whether force, and pressure where known, keep them.
+    """
+
+    region: BodyRegion
+    frame: str
+    at: tuple[float, float, float]
+    direction: np.ndarray
+    speed: float
+    robot_mass: float
+    reduced_mass: float
+    energy: float
+    force: float
+    pressure: float | None
+    force_limit: float
+    pressure_limit: float
+    permitted_speed: float
+    within_limits: bool
+
+
+def transient_contact(
+    robot: Robot | Scene,
+    q: ArrayLike,
+    v: ArrayLike,
+    frame: str | None = None,
+    *,
+    body: str | BodyRegion = "chest",
+    at: ArrayLike = (0.0, 0.0, 0.0),
+    direction: ArrayLike | None = None,
+    area: float | None = None,
+    limits: Mapping[str, BodyRegion] = ISO_TS_15066,
+) -> TransientContact:
+    """What a region of a person's body bears when a moving robot strikes it and recoils.
+
+    Args:
+        robot: the robot, or a scene whose constraints and controlled joints hold.
+        q, v: (nq,), (nv,) its state.
+        frame: the frame that carries the point that strikes; None for the link whose origin
+            moves fastest.
+        body: the name of a region of ``limits``, or a ``BodyRegion`` of your own.
+        at: the point in the frame's coordinates [m].
+        direction: of the strike in world axes; None for that of the point's motion.
+        area: of the contact [m²], for the pressure.
+        limits: regions by name; those of ISO/TS 15066 unless given.
+
+    Raises:
+        UnknownNameError: no such region or frame.
+        InputError: the point does not move along the direction.
+        RangeError, ShapeError, NotFiniteError, StateError.
+
+    Example:
+        >>> from impulsekit import Robot
+        >>> arm = Robot.from_example("panda")
+        >>> v = arm.velocity(panda_joint1=1.0)
+        >>> hit = transient_contact(arm, arm.configuration(panda_joint4=-1.5), v, body="chest")
+        >>> hit.frame, hit.within_limits
+        ('panda_link7', True)
+    """
+    scene = Scene(robot) if isinstance(robot, Robot) else robot
+    if not isinstance(scene, Scene):
+        raise InputError(f"transient_contact takes a Robot or a Scene, not {a_thing(robot)}")
+    own = scene.robot
+    place = state.checked_configuration(own.model, q)
+    moving = state.checked_velocity(own.model, v)
+    region = _region(body, limits)
+    contact_area = None if area is None else number(area, "area")
+    if contact_area is not None and not contact_area > 0.0:
+        raise RangeError.of("area", contact_area, "above 0")
+    name = frame if frame is not None else _fastest_link(own, place, moving)
+    found = impact_ellipsoid(scene, place, name, at)
+    velocity = _velocity(scene, place, moving, name, found.at)
+    if direction is None:
+        if not float(np.linalg.norm(velocity)) > STILL:
+            raise InputError(
+                f'transient_contact: the point of "{name}" does not move; give a direction and a '
+                "velocity"
+            )
+        n = unit_vector(velocity / np.abs(velocity).max(), "velocity")
+    else:
+        n = unit_vector(direction, "direction")
+    speed = float(n @ velocity)
+    if not speed > STILL:
+        raise InputError(
+            f'transient_contact: the point of "{name}" moves at {speed:.3g} m/s along the '
+            "direction; it must move towards the person"
+        )
+    n.setflags(write=False)
+    mass = found.effective_mass(n)
+    reduced = 1.0 / (1.0 / region.mass + 1.0 / mass)
+    force = speed * math.sqrt(reduced * region.stiffness)
+    force_limit, pressure_limit = (region.transient * x for x in (region.force, region.pressure))
+    most = force_limit
+    pressure = None
+    if contact_area is not None:
+        pressure = force / contact_area
+        most = min(most, pressure_limit * contact_area)
+    permitted = most / math.sqrt(reduced * region.stiffness)
+    return TransientContact(
+        region,
+        name,
+        found.at,
+        n,
+        speed,
+        mass,
+        reduced,
+        0.5 * reduced * speed * speed,
+        force,
+        pressure,
+        force_limit,
+        pressure_limit,
+        permitted,
+        force <= most,
+    )
+
+
+def _region(body: str | BodyRegion, limits: Mapping[str, BodyRegion]) -> BodyRegion:
+    if isinstance(body, BodyRegion):
+        return body
+    if not isinstance(body, str):
+        raise InputError(f"body must be a name or a BodyRegion, got {a_thing(body)}")
+    if body not in limits:
+        raise UnknownNameError.among("region of the body", body, tuple(limits))
+    region = limits[body]
+    if not isinstance(region, BodyRegion):
+        raise InputError(f'limits: "{body}" is {a_thing(region)}, not a BodyRegion')
+    return region
+
+
+def _velocity(
+    scene: Scene, q: np.ndarray, v: np.ndarray, frame: str, at: tuple[float, float, float]
+) -> np.ndarray:
+    from ..impact.mechanics import Mechanics
+
+    mechanics = Mechanics(Scene(scene.robot), q)
+    velocity: np.ndarray = mechanics.point_jacobian(frame, np.array(at))[:3] @ v
+    return velocity
+
+
+def _fastest_link(robot: Robot, q: np.ndarray, v: np.ndarray) -> str:
+    """The link whose origin moves fastest; of equally fast ones the first."""
+    from ..impact.mechanics import Mechanics
+
+    mechanics = Mechanics(Scene(robot), q)
+    speeds = {
+        link.name: float(np.linalg.norm(mechanics.point_jacobian(link.name, np.zeros(3))[:3] @ v))
+        for link in robot.links
+        if link.joint_id > 0
+    }
+    if not speeds:
+        raise InputError("transient_contact: the robot has no moving link")
+    most = max(speeds.values())
+    return next(name for name, speed in speeds.items() if speed >= most * (1.0 - 1e-12))
