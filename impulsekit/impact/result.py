@@ -1,4 +1,4 @@
-"""``Impact``: the answer, and what follows from it, worked out when first asked for."""
+"""``Impact``: the answer, and what follows from it, imported and worked out when asked for."""
 
 from __future__ import annotations
 
@@ -10,24 +10,22 @@ import numpy as np
 
 from ..display import Displayed, one_line
 from ..laws.status import RESIDUAL_LIMIT, Status, judged
-from .constraint_results import ConstraintResult, constraint_results
-from .contact_results import ContactResult, contact_results
-from .doubts import doubts_of
-from .energy import Energy, energy_books
-from .joint_loads import JointLoad, joint_loads
-from .kinematics import PointVelocity, point_velocity
-from .links import LinkJump, link_jumps
-from .mechanics import Mechanics
 from .named import ByName, Named
-from .reactions import joint_reactions
-from .residuals import Residuals, at_most, residuals_of
-from .uniqueness import Uniqueness, uniqueness_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ..scene import Scene
     from .constrained import Outcome
+    from .constraint_results import ConstraintResult
+    from .contact_results import ContactResult
+    from .energy import Energy
+    from .joint_loads import JointLoad
+    from .kinematics import PointVelocity
+    from .links import LinkJump
+    from .mechanics import Mechanics
+    from .residuals import Residuals
+    from .uniqueness import Uniqueness
 
 __all__ = ["Impact"]
 
@@ -89,6 +87,8 @@ class Impact(Displayed):
     @cached_property
     def mechanics(self) -> Mechanics:
         """Mass matrix, placements and Jacobians at q, for all that is derived from ``dv``."""
+        from .mechanics import Mechanics
+
         return Mechanics(self.scene, self._q)
 
     @cached_property
@@ -120,11 +120,15 @@ class Impact(Displayed):
     @cached_property
     def constraints(self) -> Named[ConstraintResult]:
         """What each constraint of the scene carried, in their order; by name, too."""
+        from .constraint_results import constraint_results
+
         return Named(constraint_results(self), "constraint")
 
     @cached_property
     def contacts(self) -> Named[ContactResult]:
         """What happened at each contact of the scene, in their order; by name, too."""
+        from .contact_results import contact_results
+
         return Named(contact_results(self), "contact")
 
     @property
@@ -147,6 +151,8 @@ class Impact(Displayed):
     @cached_property
     def bodies(self) -> Mapping[str, LinkJump]:
         """Velocity change of every link of the URDF, links behind fixed joints too."""
+        from .links import link_jumps
+
         return ByName(link_jumps(self), "link")
 
     @cached_property
@@ -157,6 +163,8 @@ class Impact(Displayed):
         joints of the URDF are there too, and "root_joint" is what the ground gives a
         robot on a fixed base.
         """
+        from .reactions import joint_reactions
+
         return ByName(joint_reactions(self), "joint")
 
     @cached_property
@@ -176,16 +184,22 @@ class Impact(Displayed):
             >>> round(load.shear, 12), round(load.axial, 12), round(load.torque, 12)
             (1.5, 0.0, 0.0)
         """
+        from .joint_loads import joint_loads
+
         return ByName(joint_loads(self), "joint")
 
     @cached_property
     def energy(self) -> Energy:
         """Kinetic energy before and after, and the work of every entry [J]."""
+        from .energy import energy_books
+
         return energy_books(self)
 
     @cached_property
     def residuals(self) -> Residuals:
         """How well the answer satisfies its own equations, relative."""
+        from .residuals import residuals_of
+
         return residuals_of(self)
 
     @cached_property
@@ -196,6 +210,8 @@ class Impact(Displayed):
     @cached_property
     def status_of_shown(self) -> Status:
         """``status`` of the v⁺ shown, without a search for others that obey the law as well."""
+        from .residuals import at_most
+
         bound = at_most(self)
         return self._judged(None, bound if bound <= RESIDUAL_LIMIT else None)
 
@@ -217,6 +233,8 @@ class Impact(Displayed):
         contact, and of up to four contacts in a plane it is proven or others are found; in space
         up to three contacts are searched.
         """
+        from .uniqueness import uniqueness_of
+
         return uniqueness_of(self)
 
     @cached_property
@@ -228,6 +246,8 @@ class Impact(Displayed):
         The answer is right all the same for what was given. ``solve`` warns of them the first
         time that a scene is solved, with a ``SetupWarning``.
         """
+        from .doubts import doubts_of
+
         return doubts_of(self)
 
     def is_valid(self, tol: float = RESIDUAL_LIMIT) -> bool:
@@ -249,6 +269,8 @@ class Impact(Displayed):
         Raises:
             UnknownNameError, ShapeError, NotFiniteError.
         """
+        from .kinematics import point_velocity
+
         return point_velocity(self, frame, at)
 
     def to_dict(self) -> dict[str, Any]:

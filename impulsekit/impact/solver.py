@@ -15,19 +15,19 @@ from ..errors import InputError, a_thing, warn_of_setup
 from ..robot import state
 from ..robot.capacity import check_capacity
 from ..robot.massless import is_always_regular
-from ..rows.constraints import needs_places
+from ..rows.origin import Places
 from ..rows.reach import ReachedModel, reached_model, touched_joints
 from ..scene import Scene
 from ..scene.kept import KeptByThread
 from .algorithms import ByAba, ByCrba, ByDenseCholesky, Rescaled, refuse_massless
-from .constrained import ConstrainedJump, Outcome
-from .doubts import doubts_of
 from .known import KnownImpulses
 from .plan import Plan, cheaper_algorithm
 from .result import Impact
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+
+    from .constrained import ConstrainedJump, Outcome
 
 __all__ = ["ImpactSolver", "solve", "solve_without_warnings"]
 
@@ -141,6 +141,8 @@ class _Workspace:
         q = state.checked_configuration(self._model, q)
         v = state.checked_velocity(self._model, v)
         if self._general is None:
+            from .constrained import ConstrainedJump
+
             reached = _reached(scene)
             regular = is_always_regular(reached.model)
             known = KnownImpulses(scene, reached)
@@ -214,6 +216,8 @@ def solve(scene: Scene, q: ArrayLike, v: ArrayLike) -> Impact:
     """
     workspace = _workspaces.by_scene.get(id(scene))
     if workspace is None:
+        from .doubts import doubts_of
+
         impact = _workspaces.of(scene).solve(scene, q, v)
         warn_of_setup(doubts_of(impact))
         return impact
@@ -230,8 +234,12 @@ _workspaces: KeptByThread[_Workspace] = KeptByThread(lambda scene: ImpactSolver(
 
 def _reached(scene: Scene) -> ReachedModel:
     """The part of the robot that a scene's impulses, constraints and contacts reach."""
-    robot = scene.robot
-    return reached_model(robot.model, touched_joints(scene), keep_places=needs_places(robot, scene))
+    places = Places.NONE
+    if scene.held or scene.contacts:
+        from ..rows.constraints import needs_places
+
+        places = needs_places(scene.robot, scene)
+    return reached_model(scene.robot.model, touched_joints(scene), keep_places=places)
 
 
 def _planned(scene: Scene) -> tuple[Any, Plan, Any]:
@@ -264,6 +272,8 @@ def _planned(scene: Scene) -> tuple[Any, Plan, Any]:
             f"Delassus matrix of {len(scene.held)} constraints and {len(scene.contacts)} "
             "contacts, on CRBA with Cholesky"
         )
+        from .constrained import ConstrainedJump
+
         algorithm = ConstrainedJump(scene, known, reached, always_regular=regular)
     elif any(joint.shortname() == "JointModelMimic" for joint in reached.model.joints):
         name = "dense"

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pinocchio as pin
 from pinocchio import computeFrameJacobian
 
-from .entries import Site
-from .reach import ReachedModel
+if TYPE_CHECKING:
+    from .entries import Site
+    from .reach import ReachedModel
 
 __all__ = ["PointOnFrame", "jacobian_in_world_axes"]
 

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
-from ..scene import Collision, Scene
 from .origin import (
     Places,
     at_origin,
@@ -22,6 +22,9 @@ from .origin import (
     near_origin,
     root_translations,
 )
+
+if TYPE_CHECKING:
+    from ..scene import Scene
 
 __all__ = ["ReachedModel", "branch_of", "reached_model", "touched_joints"]
 
@@ -91,6 +94,11 @@ def touched_joints(scene: Scene) -> set[int]:
     for entry in (*scene.impulses, *scene.held, *scene.contacts):
         touched |= {robot.model.frames[robot.frame_id(n)].parentJoint for n in entry.frame_names}
         touched |= {robot.joint_id(name) for name in entry.joint_names}
+    if not scene.contacts:
+        return touched - {0}
+
+    from ..scene import Collision
+
     for contact in scene.contacts:
         if isinstance(contact, Collision):
             from ..robot.geometry import geometry_ids
