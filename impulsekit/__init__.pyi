@@ -1,3 +1,4 @@
+from . import compliance as compliance
 from . import design as design
 from . import errors as errors
 from . import long as long
@@ -10,6 +11,9 @@ from .batch.result import ImpactBatch as ImpactBatch
 from .batch.solve import solve_batch as solve_batch
 from .batch.solve import warm_up as warm_up
 from .checking import check as check
+from .compliance import Hertz as Hertz
+from .compliance import HuntCrossley as HuntCrossley
+from .compliance import MeasuredCurve as MeasuredCurve
 from .compliance import force_history as force_history
 from .compliance import transient_contact as transient_contact
 from .impact import Impact as Impact

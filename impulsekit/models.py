@@ -1,12 +1,19 @@
 """Robots to begin with: URDF texts of chains and pendulums, names of example robots."""
 
-import lazy_loader as _lazy
+from typing import TYPE_CHECKING, Any
 
-# The text of a chain needs no Pinocchio; the names of robots come with it.
-__getattr__, __dir__, __all__ = _lazy.attach(
-    "impulsekit",
-    submod_attrs={
-        "chain": ["chain_urdf", "pendulum_urdf"],
-        "robot.examples": ["example_names"],
-    },
-)
+from .chain import chain_urdf, pendulum_urdf
+
+if TYPE_CHECKING:
+    from .robot.examples import example_names
+
+__all__ = ["chain_urdf", "example_names", "pendulum_urdf"]
+
+
+def __getattr__(name: str) -> Any:
+    # The text of a chain needs no Pinocchio; the names of robots come with it.
+    if name == "example_names":
+        from .robot.examples import example_names
+
+        return example_names
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

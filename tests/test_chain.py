@@ -16,8 +16,8 @@ writers = pytest.mark.parametrize("write", [chain_urdf, pendulum_urdf])
 
 
 def test_they_are_public():
-    assert ik.chain_urdf is chain_urdf
-    assert ik.pendulum_urdf is pendulum_urdf
+    assert ik.models.chain_urdf is chain_urdf
+    assert ik.models.pendulum_urdf is pendulum_urdf
 
 
 def test_names_of_links_and_joints():

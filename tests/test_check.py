@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 import impulsekit as ik
-from impulsekit.checking import system
+from impulsekit.checking import Check, system
 from impulsekit.cli import main
 from impulsekit.errors import InputError, RangeError, UnknownNameError
 
@@ -68,7 +68,7 @@ def test_robots_agree(name, root):
 
 @pytest.mark.parametrize("root", ["planar", "freeflyer"])
 def test_a_chain_agrees(root):
-    robot = ik.Robot.from_urdf(ik.chain_urdf(10), root=root)
+    robot = ik.Robot.from_urdf(ik.models.chain_urdf(10), root=root)
     assert ik.check(solved(robot, [random_blow("link_10", 1)])).agrees
 
 
@@ -302,7 +302,7 @@ def test_a_check_is_frozen():
         check.tolerance = 1.0
     with pytest.raises(ValueError, match="read-only"):
         check.rows[0].ours[0] = 1.0
-    assert isinstance(check, ik.Check) and "agrees" in repr(check.rows[0])
+    assert isinstance(check, Check) and "agrees" in repr(check.rows[0])
     with pytest.raises(UnknownNameError, match="energy"):
         check.row("enery")
 
@@ -320,7 +320,7 @@ def test_the_tolerance_is_what_the_condition_allows():
     check = ik.check(ik.solve(ik.Scene(uneven, [ik.JointImpulse("first", 1.0)]), [0, 1.0], [0, 0]))
     assert check.agrees
     assert check.tolerance == pytest.approx(max(1e-12, 10 * eps * check.condition))
-    chain = ik.Robot.from_urdf(ik.chain_urdf(40), root="planar")
+    chain = ik.Robot.from_urdf(ik.models.chain_urdf(40), root="planar")
     check = ik.check(ik.solve(ik.Scene(chain, [random_blow("link_40", 1)]), chain.neutral(),
                               chain.velocity()))  # fmt: skip
     assert check.agrees and check.condition > 1e6

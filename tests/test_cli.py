@@ -82,9 +82,9 @@ def test_numbers_that_json_does_not_have_become_null(monkeypatch):
 
 RODS = {
     "broken.urdf": "<robot name='x'><link name='a'></robot>",
-    "weightless.urdf": re.sub(r"(?s)<inertial>.*?</inertial>", "", ik.chain_urdf(2)),
-    "massless.urdf": re.sub(r'mass value="[^"]*"', 'mass value="0"', ik.chain_urdf(2)),
-    "rod.urdf": ik.chain_urdf(2),
+    "weightless.urdf": re.sub(r"(?s)<inertial>.*?</inertial>", "", ik.models.chain_urdf(2)),
+    "massless.urdf": re.sub(r'mass value="[^"]*"', 'mass value="0"', ik.models.chain_urdf(2)),
+    "rod.urdf": ik.models.chain_urdf(2),
 }
 BLOW = '\n[[impulses]]\nframe = "link_2"\nlinear = [0, 1, 0]\n'
 
@@ -190,7 +190,7 @@ def test_the_version():
 def test_robots_are_listed_one_a_line():
     result = run("robots")
     assert result.exit_code == 0
-    assert result.stdout.splitlines() == list(ik.example_names())
+    assert result.stdout.splitlines() == list(ik.models.example_names())
     for name in ("talos", "panda", "solo12", "ur5", "allegro_right_hand"):
         assert name in result.stdout.splitlines()
 

@@ -70,7 +70,7 @@ def test_some_robots(name, root):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("root", ROOTS)
-@pytest.mark.parametrize("name", [name for name in ik.example_names() if name not in SOME])
+@pytest.mark.parametrize("name", [name for name in ik.models.example_names() if name not in SOME])
 def test_every_robot(name, root):
     everything(name, root)
 

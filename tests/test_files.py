@@ -110,7 +110,7 @@ def test_only_plain_files_are_read(tmp_path, what):
         import socket
 
         socket.socket(socket.AF_UNIX).bind(str(path))
-    for read in (ik.load_scene, ik.Robot.from_urdf, ik.Trajectory.load, ik.load_study):
+    for read in (ik.load_scene, ik.Robot.from_urdf, ik.Trajectory.load, ik.study.load_study):
         with pytest.raises(ImpulsekitError, match=f"a {what}, not a file"):
             read(path)
     with pytest.raises(OSError, match=f"a {what}"):

@@ -12,9 +12,11 @@ from hypothesis import given, settings
 
 import impulsekit as ik
 from impulsekit.errors import InputError, SceneFileError, StateError, UrdfError
+from impulsekit.scene import ReportPoint
 from impulsekit.scene.contacts import Collision, Contact, JointStop
 from impulsekit.scene.law import Law
 from impulsekit.scene.restitution import Restitution, RestitutionTable
+from impulsekit.scenefile import SceneFile, dump_scene
 from impulsekit.scenefile.vocabulary import SECTIONS
 
 ROOT = pathlib.Path(__file__).parents[1]
@@ -105,8 +107,8 @@ def test_a_file_says_what_the_same_scene_in_python_says(load):
     np.testing.assert_array_equal(file.q, robot.configuration(root_joint=[1, 2, 0.5], joint_2=0.3))
     np.testing.assert_array_equal(file.v, robot.velocity(joint_2=-1.0))
     assert file.points == (
-        ik.ReportPoint("link_10", at=[1, 0, 0], label="struck end"),
-        ik.ReportPoint("link_2"),
+        ReportPoint("link_10", at=[1, 0, 0], label="struck end"),
+        ReportPoint("link_2"),
     )
     assert not file.q.flags.writeable and not file.v.flags.writeable
 
@@ -124,7 +126,7 @@ def test_whole_vectors_are_taken_in_pinocchios_layout(load):
 
 def test_paths_are_relative_to_the_file_not_to_the_working_directory(tmp_path, monkeypatch):
     (tmp_path / "here").mkdir()
-    (tmp_path / "rod.urdf").write_text(ik.chain_urdf(1))
+    (tmp_path / "rod.urdf").write_text(ik.models.chain_urdf(1))
     (tmp_path / "here/scene.toml").write_text('[robot]\nurdf = "../rod.urdf"\nroot = "planar"')
     monkeypatch.chdir(ROOT)
     assert ik.load_scene(tmp_path / "here/scene.toml").scene.robot.nv == 3
@@ -186,7 +188,7 @@ def test_constraints_are_told_apart_by_their_kind(load):
         ik.JointLock("panda_joint2", "kept"),
         ik.JointCoupling("panda_joint3", ["panda_joint5", "panda_joint6"], [0.5, -0.1]),
     )
-    assert load(ik.dump_scene(scene)).scene.constraints == scene.constraints
+    assert load(dump_scene(scene)).scene.constraints == scene.constraints
 
 
 CONTACTS = """
@@ -219,12 +221,12 @@ def test_contacts_and_their_law_come_back(load):
         JointStop("panda_joint2", upper=0.3, restitution=0.5),
         Collision("panda_hand", "panda_link0", restitution=RestitutionTable([0, 1], [1, 0.5])),
     )
-    again = load(ik.dump_scene(scene)).scene
+    again = load(dump_scene(scene)).scene
     assert repr(again.contacts) == repr(scene.contacts) and again.law == scene.law
 
 
 def test_a_law_by_itself_and_one_that_is_the_default(load):
-    assert "[law]" not in ik.dump_scene(load(PANDA + "[law]").scene)
+    assert "[law]" not in dump_scene(load(PANDA + "[law]").scene)
 
 
 @given(st.tuples(*[st.floats(-1e3, 1e3).filter(lambda x: abs(x) > 1e-3)] * 3))
@@ -252,7 +254,7 @@ def test_every_example_reads_back_the_same(path, tmp_path):
 @pytest.mark.parametrize("name", ["talos", "talos_legs", "talos_full", "ur5", "solo8", "anymal"])
 def test_example_robots_are_written_by_name(name, load):
     robot = ik.Robot.from_example(name, root="freeflyer")
-    text = ik.dump_scene(ik.Scene(robot))
+    text = dump_scene(ik.Scene(robot))
     assert re.search(r'^example = "', text, re.M) and "urdf" not in text
     assert load(text).scene.robot.parts == robot.parts
 
@@ -264,7 +266,7 @@ finite = st.floats(-1e100, 1e100)
 @given(st.lists(finite, min_size=30, max_size=30))
 def test_floats_come_back_bit_for_bit(tmp_path_factory, x):
     # -0.0, subnormals and 17 digits among them.
-    robot = ik.Robot.from_urdf(ik.chain_urdf(3), root="planar")
+    robot = ik.Robot.from_urdf(ik.models.chain_urdf(3), root="planar")
     scene = ik.Scene(
         robot,
         [
@@ -277,10 +279,10 @@ def test_floats_come_back_bit_for_bit(tmp_path_factory, x):
     q = robot.neutral()
     q[[0, 1, 4, 5]] = x[16:20]
     path = tmp_path_factory.mktemp("bits") / "scene.toml"
-    points = [ik.ReportPoint("link_3", x[25:28], "tip")]
+    points = [ReportPoint("link_3", x[25:28], "tip")]
     ik.save_scene(path, scene, q, x[20:25], points=points)
     file = ik.load_scene(path)
-    again = ik.SceneFile("", scene, q, np.array(x[20:25]), tuple(points))
+    again = SceneFile("", scene, q, np.array(x[20:25]), tuple(points))
     assert same_bits(file, again)
 
 
@@ -293,51 +295,51 @@ def test_placements_come_back_bit_for_bit(load):
         ik.Robot.from_urdf(ROOT / "models/ball.urdf", "freeflyer"),
     )
     robot = ik.combine(arm=arm, ball=ball, placements={"ball": matrix, "arm": [0.1, 0.2, 0.3]})
-    again = load(ik.dump_scene(ik.Scene(robot))).scene.robot
+    again = load(dump_scene(ik.Scene(robot))).scene.robot
     assert again.parts == robot.parts and again.model == robot.model
 
 
 def test_a_continuous_joint_keeps_its_cosine_and_sine(load):
     robot = ik.Robot.from_example("solo8", root="freeflyer")
     q = pin.integrate(robot.model, robot.neutral(), np.linspace(-3, 3, robot.nv))
-    file = load(ik.dump_scene(ik.Scene(robot), q))
+    file = load(dump_scene(ik.Scene(robot), q))
     assert file.q.tobytes() == q.tobytes()
 
 
 def test_mimic_joints_come_back(load):
     robot = ik.Robot.from_example("pr2", mimic=True)
-    text = ik.dump_scene(ik.Scene(robot), robot.neutral())
+    text = dump_scene(ik.Scene(robot), robot.neutral())
     assert "mimic = true" in text
     assert load(text).scene.robot.model == robot.model
 
 
 def test_a_robot_from_text_is_written_with_its_text(load):
-    robot = ik.Robot.from_urdf(ik.chain_urdf(2), root="planar")
-    again = load(ik.dump_scene(ik.Scene(robot))).scene.robot
+    robot = ik.Robot.from_urdf(ik.models.chain_urdf(2), root="planar")
+    again = load(dump_scene(ik.Scene(robot))).scene.robot
     assert again.parts == robot.parts
 
 
 def test_a_file_that_changed_since_is_not_written_as_the_same_robot(tmp_path):
     path = tmp_path / "rod.urdf"
-    path.write_text(ik.chain_urdf(1))
+    path.write_text(ik.models.chain_urdf(1))
     robot = ik.Robot.from_urdf(path, root="planar")
-    path.write_text(ik.chain_urdf(2))
+    path.write_text(ik.models.chain_urdf(2))
     with pytest.raises(UrdfError, match="changed"):
-        ik.dump_scene(ik.Scene(robot))
+        dump_scene(ik.Scene(robot))
 
 
 def test_what_a_file_cannot_hold_is_told():
     model = ik.Robot.from_example("panda").model
     with pytest.raises(InputError, match=r"pin\.Model"):
-        ik.dump_scene(ik.Scene(ik.Robot.from_model(model)))
-    rod = ik.Robot.from_urdf(ik.chain_urdf(1), root=pin.JointModelSpherical())
+        dump_scene(ik.Scene(ik.Robot.from_model(model)))
+    rod = ik.Robot.from_urdf(ik.models.chain_urdf(1), root=pin.JointModelSpherical())
     with pytest.raises(InputError, match="JointModelSpherical"):
-        ik.dump_scene(ik.Scene(rod))
-    twice = ik.combine(pair=ik.combine(rod=ik.Robot.from_urdf(ik.chain_urdf(1))))
+        dump_scene(ik.Scene(rod))
+    twice = ik.combine(pair=ik.combine(rod=ik.Robot.from_urdf(ik.models.chain_urdf(1))))
     with pytest.raises(InputError, match="combined twice"):
-        ik.dump_scene(ik.Scene(twice))
+        dump_scene(ik.Scene(twice))
     with pytest.raises(StateError):
-        ik.dump_scene(ik.Scene(ik.Robot.from_example("talos", "freeflyer")), np.zeros(39))
+        dump_scene(ik.Scene(ik.Robot.from_example("talos", "freeflyer")), np.zeros(39))
 
 
 def test_sections_are_fields_of_a_scene():
@@ -551,7 +553,7 @@ def test_a_function_cannot_be_written():
         ik.Robot.from_example("panda"), contacts=[Contact("panda_hand", restitution=lambda v: 0.5)]
     )
     with pytest.raises(InputError, match="cannot hold a function"):
-        ik.dump_scene(scene)
+        dump_scene(scene)
 
 
 def test_broken_toml_is_told_with_its_line(faults_of):

@@ -63,7 +63,7 @@ def scenes():
     yield (
         "planar, continuous and sliding",
         ik.Scene(
-            ik.Robot.from_urdf(ik.chain_urdf(4), root="planar"),
+            ik.Robot.from_urdf(ik.models.chain_urdf(4), root="planar"),
             [ik.AppliedImpulse("link_4", [0, 5, 0], at=[1, 0, 0])],
         ),
     )
@@ -128,7 +128,7 @@ def test_blows_that_vary_row_by_row():
 def test_whittakers_pins_carry_what_the_fractions_say():
     from impulsekit.reference.whittaker import struck_chain
 
-    robot = ik.Robot.from_urdf(ik.chain_urdf(10), root="planar")
+    robot = ik.Robot.from_urdf(ik.models.chain_urdf(10), root="planar")
     scene = ik.Scene(robot, [ik.AppliedImpulse("link_10", [0, 5, 0], at=[1, 0, 0])])
     batch = ik.solve_batch(scene, np.array([robot.neutral()] * 3), outputs=("reactions",))
     exact = [float(s) for s in struck_chain(10, impulse=5).pin_impulses]

@@ -45,7 +45,7 @@ def test_a_hundred_thousand_links_against_the_closed_form():
 def test_twice_the_momentum_is_borne_at_a_pin():
     chain = long_chain(3, root="revolute")
     impact = chain.solve([ik.AppliedImpulse("link_3", [0, 1, 0], at=[1, 0, 0])])
-    pinned = ik.Robot.from_urdf(ik.pendulum_urdf(3))
+    pinned = ik.Robot.from_urdf(ik.models.pendulum_urdf(3))
     scene = ik.Scene(pinned, [ik.AppliedImpulse("link_3", [1, 0, 0], at=[0, 0, -1])])
     other = ik.solve(scene, pinned.neutral(), pinned.velocity())
     assert np.abs(impact.dv) == pytest.approx(np.abs(other.dv), rel=1e-12)

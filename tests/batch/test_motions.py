@@ -166,7 +166,7 @@ def test_processes_that_are_killed_are_replaced():
 
 SCRIPT = """
 import numpy as np, impulsekit as ik
-swing = ik.Scene(ik.Robot.from_urdf(ik.pendulum_urdf(2)))
+swing = ik.Scene(ik.Robot.from_urdf(ik.models.pendulum_urdf(2)))
 start = np.tile(swing.robot.configuration(joint_1=1.0), (4, 1))
 print("go", flush=True)
 batch = ik.simulate_batch(swing, start, duration=1e5, samples=3, processes=2, max_steps=10**9)
@@ -244,8 +244,8 @@ def test_a_study_of_motions_goes_to_a_store(tmp_path):
     file.write_text(STUDY)
     done = CliRunner().invoke(main, ["batch", str(file), "-q", "--threads", "1"])
     assert done.exit_code == 0 and "5  FINISHED" in done.output
-    rows = ik.open_study(tmp_path / "drops_rows")
-    study = ik.load_study(file)
+    rows = ik.study.open_study(tmp_path / "drops_rows")
+    study = ik.study.load_study(file)
     batch = ik.simulate_batch(study.scene, **study.drawn(0), settings=study.motion, processes=1)
     np.testing.assert_array_equal(rows["q_end"], batch.q_end)
     np.testing.assert_array_equal(rows["q_samples"], batch.q)

@@ -148,7 +148,7 @@ def test_arrays_marked_as_read_only_compile_nothing(panda):
 
 @pytest.mark.parametrize("root", ["planar", "freeflyer"])
 def test_a_chain_on_a_root_that_moves(root):
-    robot = ik.Robot.from_urdf(ik.chain_urdf(links=6), root=root)
+    robot = ik.Robot.from_urdf(ik.models.chain_urdf(links=6), root=root)
     scene = ik.Scene(robot, [ik.AppliedImpulse("link_6", [0, 5, 0], at=[1, 0, 0])])
     q, v = random_states(robot, 17)
     assert worst_difference(scene, q, v)[0] < 1e-12

@@ -20,6 +20,7 @@ import impulsekit as ik
 from impulsekit.batch.study.layout import UNWRITTEN
 from impulsekit.batch.study.lock import StoreLockedError
 from impulsekit.cli import main
+from impulsekit.study import Study, Variation, load_study, open_study, run_study, summarize
 
 for package in ("numba", "xarray", "zarr", "dask"):
     pytest.importorskip(package)
@@ -79,34 +80,34 @@ def run_until(study, folder, rows):
             raise Stopped
 
     with pytest.raises(Stopped):
-        ik.run_study(study, folder, progress=progress)
+        run_study(study, folder, progress=progress)
 
 
 def test_rows_that_were_never_written_are_not_solved(files, tmp_path):
-    study = ik.load_study(files())
+    study = load_study(files())
     run_until(study, tmp_path / "rows", 128)
-    rows = ik.open_study(tmp_path / "rows")
+    rows = open_study(tmp_path / "rows")
     assert (rows["status"].values[:128] == 0).all()
     assert (rows["status"].values[128:] == UNWRITTEN).all()
     assert np.isfinite(rows["v_after"].values[:128]).all()
     assert np.isnan(rows["v_after"].values[128:]).all()
     for given in (tmp_path / "rows", rows):
-        summary = ik.summarize(given)
+        summary = summarize(given)
         assert (summary.rows, summary.written, summary.complete) == (256, 128, False)
         assert sum(summary.statuses.values()) == 128
         assert "not complete: 128 of 256" in str(summary)
-    ik.run_study(study, tmp_path / "rows")
-    assert ik.summarize(tmp_path / "rows").complete
+    run_study(study, tmp_path / "rows")
+    assert summarize(tmp_path / "rows").complete
 
 
 def test_a_store_whose_rows_were_lost_makes_them_again(files, tmp_path):
-    study = ik.load_study(files())
-    ik.run_study(study, tmp_path / "rows")
-    whole = ik.open_study(tmp_path / "rows")["v_after"].values
+    study = load_study(files())
+    run_study(study, tmp_path / "rows")
+    whole = open_study(tmp_path / "rows")["v_after"].values
     (tmp_path / "rows" / "rows.zarr" / "status" / "2").unlink()
-    assert ik.summarize(tmp_path / "rows").written == 192
-    ik.run_study(study, tmp_path / "rows")
-    assert np.array_equal(ik.open_study(tmp_path / "rows")["v_after"].values, whole)
+    assert summarize(tmp_path / "rows").written == 192
+    run_study(study, tmp_path / "rows")
+    assert np.array_equal(open_study(tmp_path / "rows")["v_after"].values, whole)
 
 
 def write_obj(path, height):
@@ -120,7 +121,7 @@ def test_another_collision_geometry_is_another_study(files, tmp_path, change):
     mesh = '<mesh filename="m.obj"/>'
     write_obj(tmp_path / "m.obj", 0.2)
     first = {"shape": mesh} if "mesh" in change else {}
-    run_until(ik.load_study(files(**first)), tmp_path / "rows", 128)
+    run_until(load_study(files(**first)), tmp_path / "rows", 128)
     if "mesh" in change:
         write_obj(tmp_path / "m.obj", 0.25)
     changed = {
@@ -130,12 +131,12 @@ def test_another_collision_geometry_is_another_study(files, tmp_path, change):
         "corner of a mesh": {"shape": mesh},
     }[change]
     with pytest.raises(ik.errors.InputError, match=r"another study: geometry differ"):
-        ik.run_study(ik.load_study(files(**changed)), tmp_path / "rows")
+        run_study(load_study(files(**changed)), tmp_path / "rows")
 
 
 def test_what_was_solved_before_does_not_change_the_fingerprint(files, tmp_path):
     write_obj(tmp_path / "m.obj", 0.2)
-    fresh, used = (ik.load_study(files(shape='<mesh filename="m.obj"/>')) for _ in range(2))
+    fresh, used = (load_study(files(shape='<mesh filename="m.obj"/>')) for _ in range(2))
     ik.solve(used.scene, used.q, used.v)
     ik.simulate(used.scene, used.q, used.v, duration=0.001)
     assert used.fingerprint == fresh.fingerprint
@@ -147,7 +148,7 @@ def fingerprint_of(robot=None, contact=None, impulses=(), **options):
     settings = {"samples": 64, **options}
     law = settings.pop("law", ik.Law())
     scene = ik.Scene(robot, impulses, contacts=contacts, law=law)
-    return ik.Study(scene, robot.neutral(), robot.velocity(), **settings).fingerprint
+    return Study(scene, robot.neutral(), robot.velocity(), **settings).fingerprint
 
 
 def test_every_field_of_the_model_is_in_the_fingerprint():
@@ -203,8 +204,8 @@ def test_everything_else_that_a_row_depends_on_is_in_the_fingerprint():
         fingerprint_of(contact=contact(), chunk=32),
         fingerprint_of(contact=contact(), samples=65),
         fingerprint_of(contact=contact(), outputs=["dv"]),
-        fingerprint_of(contact=contact(), vary=[ik.Variation("velocity", low=0.0, high=0.3)]),
-        fingerprint_of(contact=contact(), vary=[ik.Variation("velocity", low=0.0, high=near)]),
+        fingerprint_of(contact=contact(), vary=[Variation("velocity", low=0.0, high=0.3)]),
+        fingerprint_of(contact=contact(), vary=[Variation("velocity", low=0.0, high=near)]),
     ]
     assert len(set(given)) == len(given)
     assert fingerprint_of(contact=contact(restitution=law(0.3))) == given[6]
@@ -229,29 +230,29 @@ def test_a_coefficient_that_cannot_be_told_from_others_is_refused():
 
 
 def test_only_one_run_writes_at_a_time(files, tmp_path):
-    study = ik.load_study(files())
+    study = load_study(files())
     met = []
 
     def beside(done, total):
         if not met:
             with pytest.raises(StoreLockedError) as caught:
-                ik.run_study(ik.load_study(files()), tmp_path / "rows")
+                run_study(load_study(files()), tmp_path / "rows")
             met.append(caught.value)
 
-    ik.run_study(study, tmp_path / "rows", progress=beside)
+    run_study(study, tmp_path / "rows", progress=beside)
     assert met[0].process == os.getpid()
     for word in (str(os.getpid()), met[0].host, met[0].since, "rows"):
         assert word in str(met[0])
-    ik.run_study(study, tmp_path / "rows")
+    run_study(study, tmp_path / "rows")
 
 
 def test_of_many_threads_one_makes_the_store(files, tmp_path):
-    study = ik.load_study(files(samples=4096))
+    study = load_study(files(samples=4096))
     ends = []
 
     def run():
         try:
-            ik.run_study(ik.load_study(tmp_path / "s.toml"), tmp_path / "rows", threads=1)
+            run_study(load_study(tmp_path / "s.toml"), tmp_path / "rows", threads=1)
             ends.append("done")
         except StoreLockedError:
             ends.append("locked")
@@ -263,17 +264,17 @@ def test_of_many_threads_one_makes_the_store(files, tmp_path):
         one.join()
     assert "done" in ends
     assert len(ends) == 4
-    ik.run_study(study, tmp_path / "fresh")
+    run_study(study, tmp_path / "fresh")
     assert same_rows(tmp_path / "rows", tmp_path / "fresh")
 
 
 def same_rows(one, other):
-    a, b = ik.open_study(one), ik.open_study(other)
+    a, b = open_study(one), open_study(other)
     return all(np.array_equal(a[name].values, b[name].values) for name in a.data_vars)
 
 
 def test_the_lock_of_a_dead_process_is_none(files, tmp_path):
-    study = ik.load_study(files())
+    study = load_study(files())
     code = (
         "import sys, os, pathlib; from impulsekit.batch.study.lock import lock_store\n"
         "with lock_store(pathlib.Path(sys.argv[1])): print(flush=True); os.kill(os.getpid(), 9)"
@@ -281,30 +282,30 @@ def test_the_lock_of_a_dead_process_is_none(files, tmp_path):
     (tmp_path / "rows").mkdir()
     subprocess.run([sys.executable, "-c", code, tmp_path / "rows"], check=False)
     assert (tmp_path / "rows" / "writer.lock").read_text()
-    ik.run_study(study, tmp_path / "rows")
-    assert ik.summarize(tmp_path / "rows").complete
+    run_study(study, tmp_path / "rows")
+    assert summarize(tmp_path / "rows").complete
 
 
 def test_a_store_that_is_taken_away_gets_nothing_more(files, tmp_path):
-    study = ik.load_study(files())
+    study = load_study(files())
     other = dataclasses.replace(study, seed=2)
-    ik.run_study(other, tmp_path / "of_the_other")
+    run_study(other, tmp_path / "of_the_other")
 
     def swap(done, total):
         (tmp_path / "rows").rename(tmp_path / "moved")
-        ik.run_study(other, tmp_path / "rows")
+        run_study(other, tmp_path / "rows")
 
     with pytest.raises(StoreLockedError, match="moved or deleted"):
-        ik.run_study(study, tmp_path / "rows", progress=swap)
+        run_study(study, tmp_path / "rows", progress=swap)
     assert same_rows(tmp_path / "rows", tmp_path / "of_the_other")
-    assert ik.summarize(tmp_path / "moved").written == 64
+    assert summarize(tmp_path / "moved").written == 64
 
 
 @pytest.mark.parametrize(
     "left", ["writer.lock", "rows.zarr", "rows.partial", ".study.json.12.partial"]
 )
 def test_a_store_half_made_is_made_anew(files, tmp_path, left):
-    study = ik.load_study(files())
+    study = load_study(files())
     folder = tmp_path / "rows"
     (folder).mkdir()
     (folder / "writer.lock").write_text("{")
@@ -315,29 +316,29 @@ def test_a_store_half_made_is_made_anew(files, tmp_path, left):
         (folder / left).mkdir()
     else:
         (folder / left).write_text("")
-    ik.run_study(study, folder)
-    ik.run_study(study, tmp_path / "fresh")
+    run_study(study, folder)
+    run_study(study, tmp_path / "fresh")
     assert same_rows(folder, tmp_path / "fresh")
     assert sorted(os.listdir(folder)) == ["rows.zarr", "study.json", "writer.lock"]
 
 
 def test_what_is_no_store_is_told(files, tmp_path):
-    study = ik.load_study(files())
+    study = load_study(files())
     for given in (tmp_path / "none", tmp_path / "s.toml", 3, None):
         with pytest.raises(ik.errors.InputError):
-            ik.summarize(given)
+            summarize(given)
     with pytest.raises(ik.errors.InputError, match="no folder"):
-        ik.run_study(study, tmp_path / "s.toml")
-    ik.run_study(study, tmp_path / "rows")
+        run_study(study, tmp_path / "s.toml")
+    run_study(study, tmp_path / "rows")
     (tmp_path / "rows" / "study.json").write_text("{}")
     with pytest.raises(ik.errors.InputError, match="damaged"):
-        ik.run_study(study, tmp_path / "rows")
-    ik.run_study(study, tmp_path / "more")
+        run_study(study, tmp_path / "rows")
+    run_study(study, tmp_path / "more")
     (tmp_path / "more" / "rows.zarr" / "status" / ".zarray").write_text("{")
     with pytest.raises(ik.errors.InputError, match="damaged"):
-        ik.run_study(study, tmp_path / "more")
+        run_study(study, tmp_path / "more")
     with pytest.raises(ik.errors.InputError, match="damaged"):
-        ik.summarize(tmp_path / "more")
+        summarize(tmp_path / "more")
 
 
 def command(path, folder):
@@ -389,9 +390,9 @@ def test_a_paused_writer_is_named(files, tmp_path):
 def test_killed_and_paused_at_fifty_random_moments_two_at_once(files, tmp_path):
     """After every kill or pause: each row with a status is the study's own, to the last bit."""
     path = files(samples=6000, chunk=64)
-    study = ik.load_study(path)
-    ik.run_study(study, tmp_path / "fresh")
-    truth = ik.open_study(tmp_path / "fresh")
+    study = load_study(path)
+    run_study(study, tmp_path / "fresh")
+    truth = open_study(tmp_path / "fresh")
     rng = random.Random(0)
     folder, paused, moments, refused = tmp_path / "rows", [], 0, 0
     turn = 0
@@ -426,12 +427,12 @@ def test_killed_and_paused_at_fifty_random_moments_two_at_once(files, tmp_path):
         assert_own_rows(folder, truth)
         turn += 1
         made = (folder / "study.json").exists()
-        if made and not paused and ik.summarize(folder).complete:
+        if made and not paused and summarize(folder).complete:
             folder.rename(tmp_path / f"done{turn}")
     for process in paused:
         process.kill()
         process.communicate()
-    ik.run_study(study, folder)
+    run_study(study, folder)
     assert same_rows(folder, tmp_path / "fresh")
     assert refused > 0
 
@@ -439,8 +440,8 @@ def test_killed_and_paused_at_fifty_random_moments_two_at_once(files, tmp_path):
 def assert_own_rows(folder, truth):
     if not (folder / "study.json").exists():
         return
-    rows = ik.open_study(folder)
+    rows = open_study(folder)
     written = rows["status"].values != UNWRITTEN
     for name in truth.data_vars:
         assert np.array_equal(rows[name].values[written], truth[name].values[written]), name
-    assert ik.summarize(folder).written == written.sum()
+    assert summarize(folder).written == written.sum()

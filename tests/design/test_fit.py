@@ -5,6 +5,8 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
+from impulsekit.measured import Measurement, fit_impacts
+from impulsekit.models import pendulum_urdf
 
 
 def thrown(e=0.5, mu=0.2, count=8, seed=0):
@@ -25,12 +27,12 @@ def measured(truth, scene, throws, sigma, rng, told=True):
     for q, v in throws:
         after = ik.solve(truth, q, v).v_after
         noisy = after + sigma * rng.normal(size=len(after))
-        found.append(ik.Measurement(scene, q, v, noisy, sigma if told else None))
+        found.append(Measurement(scene, q, v, noisy, sigma if told else None))
     return found
 
 
 def fit(measurements):
-    return ik.fit_impacts(measurements, restitution=["floor"], friction=["floor"])
+    return fit_impacts(measurements, restitution=["floor"], friction=["floor"])
 
 
 def test_exact_measurements_give_the_coefficients_back():
@@ -57,14 +59,14 @@ def test_numbers_that_were_not_measured_do_not_count():
     for m in full:
         after = np.array(m.v_after)
         after[3:] = np.nan
-        partial.append(ik.Measurement(scene, m.q, m.v_before, after, m.sigma))
+        partial.append(Measurement(scene, m.q, m.v_before, after, m.sigma))
     found = fit(partial)
     assert found.values == pytest.approx([0.73, 0.31], abs=1e-6)
     assert found.freedom == 3 * len(throws) - 2
 
 
 def test_inertias_of_a_link():
-    robot = ik.Robot.from_urdf(ik.pendulum_urdf(2))
+    robot = ik.Robot.from_urdf(pendulum_urdf(2))
     rng = np.random.default_rng(3)
     names = {"joint_2": ["mass", "mz", "iyy"]}
 
@@ -80,8 +82,8 @@ def test_inertias_of_a_link():
     for _ in range(6):
         q, at = rng.uniform(-1, 1, 2), [0, 0, -rng.uniform(0.2, 1)]
         after = ik.solve(scene_of(heavier, at), q, [0.0, 0.0]).v_after
-        seen.append(ik.Measurement(scene_of(robot, at), q, [0.0, 0.0], after, 1e-6))
-    found = ik.fit_impacts(seen, inertias=names)
+        seen.append(Measurement(scene_of(robot, at), q, [0.0, 0.0], after, 1e-6))
+    found = fit_impacts(seen, inertias=names)
     assert found.values == pytest.approx(values[[0, 3, 6]], rel=1e-6)
 
 
@@ -96,7 +98,7 @@ def test_intervals_cover_as_they_say(told):
     after = [ik.solve(truth, q, v).v_after for q, v in throws]
     for _ in range(runs):
         noisy = [
-            ik.Measurement(scene, q, v, a + 0.02 * rng.normal(size=6), 0.02 if told else None)
+            Measurement(scene, q, v, a + 0.02 * rng.normal(size=6), 0.02 if told else None)
             for (q, v), a in zip(throws, after, strict=True)
         ]
         low, high = fit(noisy).intervals(0.95).T
@@ -108,19 +110,17 @@ def test_what_cannot_be_fitted_is_said():
     scene, throws = thrown()
     good = measured(scene, scene, throws[:1], 1e-3, np.random.default_rng(0))
     with pytest.raises(ik.errors.InputError, match="no measurements"):
-        ik.fit_impacts([], restitution=["floor"])
+        fit_impacts([], restitution=["floor"])
     with pytest.raises(ik.errors.InputError, match="nothing is to be found"):
-        ik.fit_impacts(good)
+        fit_impacts(good)
     with pytest.raises(ik.errors.UnknownNameError):
-        ik.fit_impacts(good, friction=["ceiling"])
+        fit_impacts(good, friction=["ceiling"])
     with pytest.raises(ik.errors.UnknownNameError):
-        ik.fit_impacts(good, inertias={"root_joint": ["weight"]})
+        fit_impacts(good, inertias={"root_joint": ["weight"]})
     with pytest.raises(ik.errors.RangeError, match="sigma"):
-        ik.fit_impacts([ik.Measurement(scene, *throws[0], np.zeros(6), 0.0)], friction=["floor"])
+        fit_impacts([Measurement(scene, *throws[0], np.zeros(6), 0.0)], friction=["floor"])
     with pytest.raises(ik.errors.InputError, match="too few"):
-        ik.fit_impacts(
-            [ik.Measurement(scene, *throws[0], [*[np.nan] * 5, 1.0])], friction=["floor"]
-        )
+        fit_impacts([Measurement(scene, *throws[0], [*[np.nan] * 5, 1.0])], friction=["floor"])
 
 
 def test_a_fit_that_starts_where_every_contact_sticks_finds_the_friction():
@@ -142,7 +142,7 @@ def test_noise_far_above_the_given_sigma_is_a_misfit_and_widens_the_intervals():
     truth, throws = thrown(0.6, 0.25, count=12)
     rng = np.random.default_rng(5)
     seen = [
-        ik.Measurement(truth, m.q, m.v_before, m.v_after, 1e-6)
+        Measurement(truth, m.q, m.v_before, m.v_after, 1e-6)
         for m in measured(truth, truth, throws, 1e-2, rng)
     ]
     found = fit(seen)
@@ -151,7 +151,7 @@ def test_noise_far_above_the_given_sigma_is_a_misfit_and_widens_the_intervals():
     low, high = found.intervals().T
     assert (low < [0.6, 0.25]).all() and (high > [0.6, 0.25]).all()
     assert (high - low > 1e-4).all()
-    fair = fit([ik.Measurement(m.scene, m.q, m.v_before, m.v_after, 1e-2) for m in seen])
+    fair = fit([Measurement(m.scene, m.q, m.v_before, m.v_after, 1e-2) for m in seen])
     assert not fair.notes and not fair.estimated
 
 
@@ -162,7 +162,7 @@ def test_intervals_stay_where_coefficients_may_lie_and_reached_bounds_are_said()
     assert 0.0 <= low <= high <= 1.0 and least >= 0.0
     # Speeds that no restitution up to 1 explains.
     faster = [
-        ik.Measurement(truth, q, v, ik.solve(truth, q, v).v_after - 0.6 * np.eye(6)[2] * v[2])
+        Measurement(truth, q, v, ik.solve(truth, q, v).v_after - 0.6 * np.eye(6)[2] * v[2])
         for q, v in throws
     ]
     assert any("reaches its bound 1" in note for note in fit(faster).notes)
@@ -173,7 +173,7 @@ def test_one_measurement_off_the_others_is_named():
     seen = measured(truth, truth, throws, 1e-3, np.random.default_rng(7), told=False)
     wrong = np.array(seen[4].v_after)
     wrong[2] += 0.5
-    seen[4] = ik.Measurement(truth, seen[4].q, seen[4].v_before, wrong)
+    seen[4] = Measurement(truth, seen[4].q, seen[4].v_before, wrong)
     assert any(note.startswith("measurements[4] is off") for note in fit(seen).notes)
 
 
@@ -193,7 +193,7 @@ def test_noise_in_the_velocities_before_is_in_the_intervals(told):
         scene, throws = thrown(count=10, seed=seed)
         truth, _ = thrown(0.73, 0.31)
         noisy = [
-            ik.Measurement(scene, m.q, m.v_before + 1e-2 * rng.normal(size=6), m.v_after, m.sigma)
+            Measurement(scene, m.q, m.v_before + 1e-2 * rng.normal(size=6), m.v_after, m.sigma)
             for m in measured(truth, scene, throws, 1e-3, rng, told=told)
         ]
         low, high = fit(noisy).intervals(0.95).T

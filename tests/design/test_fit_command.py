@@ -42,7 +42,7 @@ def test_the_text_tells_value_and_interval(tmp_path):
 
 def scene_of_pendulum(tmp_path, measured, name="rod.json"):
     urdf = tmp_path / "rod.urdf"
-    urdf.write_text(ik.pendulum_urdf(1))
+    urdf.write_text(ik.models.pendulum_urdf(1))
     scene = tmp_path / "rod.toml"
     scene.write_text(
         '[robot]\nurdf = "rod.urdf"\n[[impulses]]\nkind = "applied"\nframe = "link_1"\n'

@@ -33,7 +33,7 @@ def test_a_slip_free_wall_takes_the_effective_mass(capsys):
     found = ran("wall_hit_by_ur5")
     speed = found["speed"]
     for robot in (found["bare"], found["geared"]):
-        masses = ik.impact_ellipsoid(robot, found["q"], "tool0", found["PAYLOAD"])
+        masses = ik.design.impact_ellipsoid(robot, found["q"], "tool0", found["PAYLOAD"])
         contact = ik.Contact(
             "tool0", at=found["PAYLOAD"], origin=found["face"], normal=-speed, name="wall"
         )
@@ -88,8 +88,8 @@ def test_the_golf_ball_leaves_as_two_effective_masses_say():
     ball = 0.04593 * impact.bodies["ball/ball"].dv_com
     assert ball == pytest.approx(face.impulse, abs=1e-13)
     at = -found["RADIUS"] * found["normal"]
-    head = ik.impact_ellipsoid(robot, q, "golfer/head", found["face"]).mobility
-    free = ik.impact_ellipsoid(robot, q, "ball/ball", at).mobility
+    head = ik.design.impact_ellipsoid(robot, q, "golfer/head", found["face"]).mobility
+    free = ik.design.impact_ellipsoid(robot, q, "ball/ball", at).mobility
     jump = face.velocity_after - face.velocity_before
     assert (head + free) @ face.impulse == pytest.approx(jump, abs=1e-11)
 

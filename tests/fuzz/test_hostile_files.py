@@ -96,7 +96,7 @@ def test_what_fuzzing_found_in_scene_files(tmp_path, table, words):
 
 
 def test_lengths_at_the_edge_end_with_a_status():
-    text = ik.chain_urdf(3).replace('xyz="1.0 0 0"', 'xyz="1e90 0 0"')
+    text = ik.models.chain_urdf(3).replace('xyz="1.0 0 0"', 'xyz="1e90 0 0"')
     assert "1e90" in text
     robot = ik.Robot.from_urdf(text.replace('mass value="1.0"', 'mass value="1e99"'), "planar")
     scene = ik.Scene(robot, [ik.AppliedImpulse("link_3", linear=[0, 1, 0])])

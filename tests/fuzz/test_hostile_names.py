@@ -10,6 +10,7 @@ import pytest
 
 import impulsekit as ik
 from impulsekit import errors
+from impulsekit.scene import ReportPoint
 from tests.view.browser import browser
 
 SCRIPT = "</script><script>window.owned = 1</script><img src=x onerror=window.owned=1>"
@@ -45,7 +46,7 @@ def impact_of(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_page_holds_names_as_text(name):
-    point = ik.ReportPoint(name, label=name)
+    point = ReportPoint(name, label=name)
     page = ik.replay(impact_of(name), points=[point], reactions=True, traces=[point]).html
     before_player = page[: page.index("MeshCat")]
     assert "<script>window" not in before_player
@@ -76,8 +77,8 @@ def test_pictures_take_names_as_they_are(name, tmp_path):
         ik.plots.overview(impact, tmp_path / f"a.{ending}")
     assert "<script" not in (tmp_path / "a.svg").read_text()
     robot = impact.scene.robot
-    ellipsoid = ik.impact_ellipsoid(robot, impact.q, name, at=[0, 0, 1])
-    axes = ik.plot_effective_mass(ellipsoid)
+    ellipsoid = ik.design.impact_ellipsoid(robot, impact.q, name, at=[0, 0, 1])
+    axes = ik.design.plot_effective_mass(ellipsoid)
     axes.figure.savefig(tmp_path / "b.png")
 
 
@@ -111,8 +112,8 @@ def test_what_a_terminal_would_obey_is_no_name(name):
     for make in (
         lambda: ik.AppliedImpulse("a", name=name),
         lambda: ik.Contact(name),
-        lambda: ik.ReportPoint("a", label=name),
-        lambda: ik.combine({name: ik.Robot.from_urdf(ik.chain_urdf(1))}),
+        lambda: ReportPoint("a", label=name),
+        lambda: ik.combine({name: ik.Robot.from_urdf(ik.models.chain_urdf(1))}),
         lambda: ik.Robot.from_urdf(f'<robot name="r"><link name="{as_references(name)}"/></robot>'),
     ):
         with pytest.raises(errors.InputError) as caught:
@@ -122,7 +123,7 @@ def test_what_a_terminal_would_obey_is_no_name(name):
 
 @pytest.mark.parametrize("name", CONTROLS)
 def test_no_message_holds_what_a_terminal_would_obey(name, tmp_path):
-    robot = ik.Robot.from_urdf(ik.chain_urdf(2))
+    robot = ik.Robot.from_urdf(ik.models.chain_urdf(2))
     text = json.dumps(name)
     (tmp_path / "a.toml").write_text(f"{text} = 1\n[state.q]\n{text} = 3\n[law]\nslip = {text}\n")
     for make in (

@@ -41,7 +41,7 @@ def solved(body, constraints, v, q=None, impulses=()):
 def test_a_ballistic_pendulum(depth):
     """(I + m d² + i) ω = m u d; the rod hangs along -z and turns about y."""
     mass, length, speed = 3.0, 0.9, 40.0
-    both = ik.combine(ball=ball(), rod=ik.Robot.from_urdf(ik.pendulum_urdf(1, mass, length)))
+    both = ik.combine(ball=ball(), rod=ik.Robot.from_urdf(ik.models.pendulum_urdf(1, mass, length)))
     q = both.configuration({"ball/root_joint": (0, 0, -depth, 0, 0, 0, 1)})
     v = both.velocity({"ball/root_joint": (speed, 0, 0, 0, 0, 0)})
     rod = mass * length**2 / 3
@@ -129,7 +129,7 @@ def test_a_box_that_lands_on_a_corner_without_rebound():
 def test_a_free_rod_and_a_ball_become_one():
     """Momentum and moment of momentum of both; the mass centre moves on unchanged."""
     mass, length = 2.0, 1.2
-    rod = ik.Robot.from_urdf(ik.chain_urdf(1, mass, length), root="freeflyer")
+    rod = ik.Robot.from_urdf(ik.models.chain_urdf(1, mass, length), root="freeflyer")
     both = ik.combine(rod=rod, ball=ball())
     tip = np.array([length, 0.05, 0])
     q = both.configuration({"ball/root_joint": (*tip, 0, 0, 0, 1)})

@@ -7,6 +7,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
+from impulsekit.impact.derivatives import DerivativeStatus
 from tests.reference.models import EVERY_KIND, joint, link, robot
 from tests.robots import random_state
 
@@ -61,7 +62,7 @@ def assert_true(scene, q, v, modes=None):
     if modes is not None:
         assert [contact.mode for contact in impact.contacts] == modes
     found = ik.derivatives(impact)
-    assert found.status is ik.DerivativeStatus.EXISTS
+    assert found.status is DerivativeStatus.EXISTS
     truth, parts = PreciseImpact(impact), tables(found)
     close(np.vstack([part[0] for part in parts]), truth.by_q())
     close(np.vstack([part[1] for part in parts]), truth.by_v())
@@ -130,7 +131,7 @@ def test_every_kind_of_joint_with_random_entries(seed):
 
 
 def test_redundant_rows_have_derivatives_where_the_rank_is_constant():
-    rod = ik.Robot.from_urdf(ik.chain_urdf(links=2), root="planar")
+    rod = ik.Robot.from_urdf(ik.models.chain_urdf(links=2), root="planar")
     pins = [
         ik.PointAnchor("link_1", at=[0.2, 0, 0], name="pin"),
         ik.PointAnchor("link_1", at=[0.2, 0, 0], name="again"),
@@ -139,7 +140,7 @@ def test_redundant_rows_have_derivatives_where_the_rank_is_constant():
     q, v = random_state(rod, 0)
     twice = ik.derivatives(ik.solve(ik.Scene(rod, hit, pins), q, v))
     once = ik.derivatives(ik.solve(ik.Scene(rod, hit, pins[:1]), q, v))
-    assert twice.status is ik.DerivativeStatus.EXISTS
+    assert twice.status is DerivativeStatus.EXISTS
     assert np.allclose(twice.dv_after_dq, once.dv_after_dq, rtol=0, atol=1e-12)
     assert np.allclose(twice.dv_after_dv, once.dv_after_dv, rtol=0, atol=1e-12)
     assert np.isnan(twice.constraints["pin"].dq[:2]).all()
@@ -149,10 +150,10 @@ def test_redundant_rows_have_derivatives_where_the_rank_is_constant():
 def test_rows_that_are_redundant_here_only_have_no_derivative():
     # Two pinned rods, stretched out: the tip's row along the rods says nothing here, and
     # bent ever so little it stops both.
-    rods = ik.Robot.from_urdf(ik.pendulum_urdf(2))
+    rods = ik.Robot.from_urdf(ik.models.pendulum_urdf(2))
     tip = ik.PointAnchor("link_2", at=[0, 0, -1])
     found = ik.derivatives(ik.solve(ik.Scene(rods, [], [tip]), [0.0, 0.0], [1.0, -1.0]))
-    assert found.status is ik.DerivativeStatus.RANK_CHANGES
+    assert found.status is DerivativeStatus.RANK_CHANGES
     assert not found.status.exists
     bent = ik.derivatives(ik.solve(ik.Scene(rods, [], [tip]), [0.0, 0.1], [1.0, -1.0]))
     assert bent.status.exists
@@ -391,8 +392,8 @@ def test_restitution_that_is_a_function(law):
         return ik.derivatives(ik.solve(scene, *falling()))
 
     known, plain = found(Worn()), found(lambda speed: 0.9 - 0.01 * speed**2)
-    assert known.status is ik.DerivativeStatus.EXISTS
-    assert plain.status is ik.DerivativeStatus.BY_DIFFERENCES and plain.status.exists
+    assert known.status is DerivativeStatus.EXISTS
+    assert plain.status is DerivativeStatus.BY_DIFFERENCES and plain.status.exists
     assert np.allclose(plain.dv_after_dq, known.dv_after_dq, rtol=0, atol=1e-9)
     # A table through the same value with the same slope is the same here.
     approach = -ik.solve(known.impact.scene, *falling()).contacts[0].velocity_before @ [0, 0.2, 1]
@@ -487,7 +488,7 @@ def test_three_balls_in_a_row_have_an_order_on_its_edge():
     v = np.zeros(18)
     v[0] = 1.0
     found = ik.derivatives(ik.solve(scene, row.neutral(), v))
-    assert found.status is ik.DerivativeStatus.MODE_EDGE
+    assert found.status is DerivativeStatus.MODE_EDGE
     assert "contacts[0]: it hardly approaches or hardly parts" in found.edges
     assert found.dv_after_dv[12, 0] == pytest.approx(1.0)
 
@@ -515,7 +516,7 @@ def test_redundant_contacts_against_differences_in_doubles():
     impact = ik.solve(scene, q, v)
     assert impact.status is ik.Status.NOT_UNIQUE
     found = ik.derivatives(impact)
-    assert found.status is ik.DerivativeStatus.EXISTS
+    assert found.status is DerivativeStatus.EXISTS
     by_q, by_v = _differences(scene, q, v)
     assert np.abs(found.dv_after_dq - by_q).max() < 1e-7
     # A change of ω tilts the soles' targets out of what four sticking corners can do.
@@ -523,7 +524,7 @@ def test_redundant_contacts_against_differences_in_doubles():
     assert np.isnan(found.contacts["contacts[0]"].dv).all()
     assert np.isnan(found.dv_after_drestitution["contacts[0]"]).all()
     tilting = ik.derivatives(ik.solve(scene, q, v + 0.05 * np.eye(6)[3]))
-    assert tilting.status is ik.DerivativeStatus.RANK_CHANGES
+    assert tilting.status is DerivativeStatus.RANK_CHANGES
     assert np.isnan(tilting.dv_after_dq).any() and not np.isnan(tilting.dv_after_dv).any()
 
 
@@ -561,7 +562,7 @@ def ball():
 def test_an_edge_is_named(velocity, friction, reason):
     scene = ik.Scene(ball(), contacts=[ik.Contact("ball", friction=friction, restitution=0.5)])
     found = ik.derivatives(ik.solve(scene, ball().neutral(), velocity))
-    assert found.status is ik.DerivativeStatus.MODE_EDGE
+    assert found.status is DerivativeStatus.MODE_EDGE
     assert reason in found.edges[0] and found.edges[0].startswith("contacts[0]")
 
 
@@ -571,7 +572,7 @@ def test_sticking_at_the_edge_of_the_cone():
     scene = ik.Scene(ball(), contacts=[contact])
     q = ball().neutral()
     edge = ik.derivatives(ik.solve(scene, q, [0.5, 0, -1.0, 0, 0, 0]))
-    assert edge.status is ik.DerivativeStatus.MODE_EDGE
+    assert edge.status is DerivativeStatus.MODE_EDGE
     assert "cone" in edge.edges[0] or "slips" in edge.edges[0]
     for speed in (0.4, 0.6):
         assert ik.derivatives(ik.solve(scene, q, [speed, 0, -1.0, 0, 0, 0])).status.exists

@@ -8,6 +8,7 @@ import pytest
 
 import impulsekit as ik
 from impulsekit.errors import SetupWarning
+from impulsekit.scenefile import dump_scene
 
 BALL = """<robot name="ball"><link name="ball"><inertial><mass value="1"/>
 <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>
@@ -60,11 +61,11 @@ def test_within_the_bound_nothing_is_said(height, bound):
 def test_the_bound_is_kept_in_scene_files(tmp_path):
     for bound in (0.25, math.inf):
         scene, q, v = falling(0.0, gap_bound=bound)
-        text = ik.dump_scene(scene, q, v)
+        text = dump_scene(scene, q, v)
         path = tmp_path / "scene.toml"
         path.write_text(text)
         assert ik.load_scene(path).scene.gap_bound == bound
-    assert "gap_bound" not in ik.dump_scene(*falling(0.0))
+    assert "gap_bound" not in dump_scene(*falling(0.0))
     with pytest.raises(ik.errors.RangeError, match="gap_bound"):
         falling(0.0, gap_bound=-1.0)
 
@@ -106,7 +107,7 @@ def test_nothing_strikes():
 
 
 def test_a_blow_that_is_held_does_strike():
-    arm = ik.Robot.from_urdf(ik.pendulum_urdf(1))
+    arm = ik.Robot.from_urdf(ik.models.pendulum_urdf(1))
     blow = ik.AppliedImpulse("link_1", linear=[1, 0, 0], at=[0, 0, -1])
     scene = ik.Scene(arm, [blow], constraints=[ik.JointLock("joint_1")])
     with warnings.catch_warnings():

@@ -93,7 +93,7 @@ def test_distances_of_balls_and_of_boxes_corner_to_corner():
 
 
 def test_a_stop_is_measured_to_the_nearer_limit():
-    arm = ik.Robot.from_urdf(ik.pendulum_urdf(1))
+    arm = ik.Robot.from_urdf(ik.models.pendulum_urdf(1))
     stop = ik.JointStop("joint_1", lower=-1.0, upper=2.0, name="stop")
     scene = ik.Scene(arm, contacts=[stop])
     for angle, gap, closing in ((1.7, 0.3, 4.0), (-0.8, 0.2, -4.0), (2.1, -0.1, 4.0)):
@@ -151,7 +151,7 @@ def test_results_carry_the_gap():
 
 
 def test_it_prints_as_a_table():
-    arm = ik.Robot.from_urdf(ik.pendulum_urdf(2))
+    arm = ik.Robot.from_urdf(ik.models.pendulum_urdf(2))
     scene = ik.Scene(
         arm,
         constraints=[ik.PointAnchor("link_2", other_at=[0, 0, -1], name="pin")],

@@ -29,7 +29,7 @@ def test_demands_that_contradict_each_other_are_named():
         ik.solve(ik.Scene(panda, [], [still, going, ik.JointLock("panda_joint7")]), q, v)
     assert set(caught.value.rows) == {"still.x", "going.x"}
     # Out of its plane a chain cannot go.
-    chain = ik.Robot.from_urdf(ik.chain_urdf(3), root="planar")
+    chain = ik.Robot.from_urdf(ik.models.chain_urdf(3), root="planar")
     out = ik.FrameAnchor("link_3", directions=("x", "z"), velocity=(0, 1), name="out")
     with pytest.raises(ContradictionError, match=r"out\.z") as caught:
         ik.solve(ik.Scene(chain, [], [out]), chain.neutral(), chain.velocity())

@@ -75,7 +75,7 @@ def test_joints_without_an_axis_say_so_and_give_their_own_axes():
 
 
 def test_a_planar_root_bends_about_its_plane():
-    robot = ik.Robot.from_urdf(ik.chain_urdf(links=2), root="planar")
+    robot = ik.Robot.from_urdf(ik.models.chain_urdf(links=2), root="planar")
     first = robot.links[0].name
     scene = ik.Scene(robot, [ik.AppliedImpulse(first, linear=[0, 1, 2])])
     load = ik.solve(scene, robot.neutral(), robot.velocity()).joint_loads["root_joint"]

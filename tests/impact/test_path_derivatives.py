@@ -5,6 +5,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
+from impulsekit.impact.derivatives import DerivativeStatus
 from impulsekit.impact.derivatives.path_law import path_derivative
 from impulsekit.impact.laws.single import strike
 
@@ -73,7 +74,7 @@ def assert_true(scene, q, v):
     """All derivatives of v⁺ against differences of solves; those of P close the books."""
     impact = ik.solve(scene, q, v)
     found = ik.derivatives(impact)
-    assert found.status is ik.DerivativeStatus.EXISTS
+    assert found.status is DerivativeStatus.EXISTS
     for ours, theirs in zip(
         (found.dv_after_dq, found.dv_after_dv), _differences(scene, q, v), strict=True
     ):
@@ -151,7 +152,7 @@ def test_slip_that_ends_with_the_impact_is_an_edge():
     scene = ik.Scene(ball(), contacts=[touch], law=order)
     impact = ik.solve(scene, ball().neutral(), [0.75 + 1e-9, 0, -1.0, 0, 0, 0])
     found = ik.derivatives(impact)
-    assert found.status is ik.DerivativeStatus.MODE_EDGE
+    assert found.status is DerivativeStatus.MODE_EDGE
     assert "slip ends just as" in found.edges[0]
 
 

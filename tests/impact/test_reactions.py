@@ -7,6 +7,7 @@ import pytest
 
 import impulsekit as ik
 from impulsekit.errors import InputError, UnknownNameError
+from impulsekit.impact.freed import freed_joint
 from impulsekit.reference import KaneSystem, Load, impact_of_free_bodies
 from impulsekit.reference.whittaker import struck_chain, struck_pendulum
 from impulsekit.scene.constraints import DIRECTIONS
@@ -140,7 +141,7 @@ def test_links_behind_fixed_joints_bear_their_own_momentum():
 
 @pytest.mark.parametrize("n", [2, 5, 10, 30])
 def test_pins_of_the_free_chain_carry_whittakers_impulses(n):
-    robot = ik.Robot.from_urdf(ik.chain_urdf(n), root="planar")
+    robot = ik.Robot.from_urdf(ik.models.chain_urdf(n), root="planar")
     blow = ik.AppliedImpulse(f"link_{n}", linear=(0, 5, 0), at=(1, 0, 0))
     impact = ik.solve(ik.Scene(robot, [blow]), robot.neutral(), robot.velocity())
     carried = struck_chain(n, 1, 1, 5).pin_impulses
@@ -153,7 +154,7 @@ def test_pins_of_the_free_chain_carry_whittakers_impulses(n):
 
 @pytest.mark.parametrize("n", [1, 2, 10])
 def test_pins_of_the_pendulum_carry_whittakers_impulses(n):
-    robot = ik.Robot.from_urdf(ik.pendulum_urdf(n))
+    robot = ik.Robot.from_urdf(ik.models.pendulum_urdf(n))
     blow = ik.AppliedImpulse(f"link_{n}", linear=(5, 0, 0), at=(0, 0, -1))
     impact = ik.solve(ik.Scene(robot, [blow]), robot.neutral(), robot.velocity())
     carried = struck_pendulum(n, 1, 1, 5).pin_impulses
@@ -164,7 +165,7 @@ def test_pins_of_the_pendulum_carry_whittakers_impulses(n):
 
 def test_the_pivot_feels_nothing_of_a_blow_on_the_centre_of_percussion():
     length = 0.9
-    robot = ik.Robot.from_urdf(ik.pendulum_urdf(1, 1.3, length))
+    robot = ik.Robot.from_urdf(ik.models.pendulum_urdf(1, 1.3, length))
     for depth, share in ((2 / 3, 0.0), (1.0, 0.5), (1 / 3, -0.5), (0.0, -1.0)):
         blow = ik.AppliedImpulse("link_1", linear=(3, 0, 0), at=(0, 0, -depth * length))
         impact = ik.solve(ik.Scene(robot, [blow]), robot.neutral(), robot.velocity())
@@ -177,7 +178,7 @@ def test_a_freed_joint_carries_what_newton_and_euler_find(name):
     impact = struck_robot(name, "fixed" if name == "allegro_right_hand" else "freeflyer")
     size = max(np.abs(wrench).max() for wrench in impact.reactions.values())
     for joint in impact.scene.robot.joint_names:
-        freed = ik.freed_joint(impact, joint)
+        freed = freed_joint(impact, joint)
         assert np.abs(freed.impulse - impact.reactions[joint]).max() < 1e-10 * size, joint
 
 
@@ -185,10 +186,10 @@ def test_a_freed_joint_under_constraints():
     impact = held_talos()
     size = max(np.abs(wrench).max() for wrench in impact.reactions.values())
     for joint in impact.scene.robot.joint_names:
-        freed = ik.freed_joint(impact, joint)
+        freed = freed_joint(impact, joint)
         assert np.abs(freed.impulse - impact.reactions[joint]).max() < 1e-10 * size, joint
     # Along the locked joint's own axis acts the lock and nothing else.
-    freed = ik.freed_joint(impact, "torso_1_joint")
+    freed = freed_joint(impact, "torso_1_joint")
     lock = impact.constraints[2].impulse[0]
     assert freed.along(angular=freed.motion[3:, 0]) == pytest.approx(lock, rel=1e-10)
 
@@ -196,7 +197,7 @@ def test_a_freed_joint_under_constraints():
 def test_along_its_own_motion_a_joint_carries_its_kick_alone():
     impact = struck_robot("panda")
     for joint in impact.scene.robot.joint_names:
-        freed = ik.freed_joint(impact, joint)
+        freed = freed_joint(impact, joint)
         own = freed.motion.T @ freed.impulse
         kick = 0.3 if joint == impact.scene.robot.joint_names[-1] else 0.0
         close(own, kick, 1e-14)
@@ -241,11 +242,11 @@ def test_a_loop_s_joints_carry_what_maximal_coordinates_find(seed):
 def test_freed_joint_says_what_it_does_not_take():
     impact = struck_robot("panda")
     with pytest.raises(UnknownNameError, match="panda_joint4"):
-        ik.freed_joint(impact, "panda_joint44")
+        freed_joint(impact, "panda_joint44")
     robot = ik.Robot.from_example("panda", mimic=True)
     q, v = random_state(robot, 1)
     mimic = ik.solve(ik.Scene(robot, [random_blow("panda_hand", 1)]), q, v)
     with pytest.raises(InputError, match="mimic"):
-        ik.freed_joint(mimic, "panda_joint1")
+        freed_joint(mimic, "panda_joint1")
     with pytest.raises(InputError, match="one direction"):
-        ik.freed_joint(impact, "panda_joint1").along((1, 0, 0), (0, 0, 1))
+        freed_joint(impact, "panda_joint1").along((1, 0, 0), (0, 0, 1))

@@ -85,7 +85,7 @@ def test_the_books_of_energy_close(name):
 def test_a_rod_struck_at_two_thirds_does_not_load_its_pivot():
     """The centre of percussion: the pivot feels nothing, the mass centre takes all."""
     mass, length, impulse = 2.0, 0.9, 3.0
-    robot = ik.Robot.from_urdf(ik.pendulum_urdf(1, mass, length))
+    robot = ik.Robot.from_urdf(ik.models.pendulum_urdf(1, mass, length))
     for share, pivot in ((2 / 3, 0.0), (1.0, impulse / 2), (1 / 2, -impulse / 4)):
         blow = ik.AppliedImpulse("link_1", linear=[impulse, 0, 0], at=[0, 0, -share * length])
         impact = ik.solve(ik.Scene(robot, [blow]), robot.neutral(), robot.velocity())
@@ -128,7 +128,7 @@ def test_velocities_of_points_are_asked_by_frame():
 
 
 def test_an_answer_in_which_all_comes_to_rest_is_not_measured_by_its_rounding():
-    robot = ik.Robot.from_urdf(ik.chain_urdf(10), root="planar")
+    robot = ik.Robot.from_urdf(ik.models.chain_urdf(10), root="planar")
     blow = ik.AppliedImpulse("link_10", linear=[0, 5, 0], at=[1, 0, 0])
     for constraint in (ik.JointLock("joint_7"), ik.PointAnchor("link_1")):
         scene = ik.Scene(robot, [blow], constraints=[constraint])

@@ -10,6 +10,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
+from impulsekit.impact.saltation import saltation_matrix
 
 GRAVITY = 9.81
 
@@ -22,7 +23,7 @@ def test_a_ball_on_a_moving_table_against_its_closed_form():
     table_rate = -amplitude * rate**2 * math.sin(rate * t)
     w = -1.8
     after = -e * w + (1.0 + e) * table
-    found = ik.saltation_matrix(
+    found = saltation_matrix(
         [[1, 0], [0, -e]],
         [w, -GRAVITY],
         [after, -GRAVITY],
@@ -109,7 +110,7 @@ def test_motions_nearby_follow_the_sensitivity_to_second_order(friction, law):
 
 
 def test_a_blow_at_a_fixed_time_has_no_shift_in_time():
-    rod = ik.Robot.from_urdf(ik.pendulum_urdf(2))
+    rod = ik.Robot.from_urdf(ik.models.pendulum_urdf(2))
     scene = ik.Scene(rod, [ik.AppliedImpulse("link_2", linear=[1, 0, 0])])
     impact = ik.solve(scene, [0.3, -0.4], [0.5, 1.0])
     found = ik.saltation(impact, acceleration_before=[0, 0], acceleration_after=[0, 0])
@@ -125,9 +126,9 @@ def test_what_cannot_be_done_is_said():
     with pytest.raises(ik.errors.InputError, match='no contact "floor"'):
         ik.saltation(impact, "floor", **still)
     with pytest.raises(ik.errors.RangeError, match="guard"):
-        ik.saltation_matrix(np.eye(2), [0, 1], [0, 1], [1, 0])
+        saltation_matrix(np.eye(2), [0, 1], [0, 1], [1, 0])
     with pytest.raises(ik.errors.ShapeError):
-        ik.saltation_matrix(np.eye(2), [0, 1, 2], [0, 1], [1, 0])
+        saltation_matrix(np.eye(2), [0, 1, 2], [0, 1], [1, 0])
     ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
     floor = ik.Scene(ball, contacts=[ik.Contact("ball", restitution=0.0)])
     # Bounces that come ever faster end in rest, and no derivative passes their end.
@@ -338,7 +339,7 @@ def test_period_one_bounces_on_a_moving_table_against_the_closed_form():
     w, table = -0.5 * GRAVITY * period, 0.5 * GRAVITY * period * (1.0 - e) / (1.0 + e)
     after = -e * w + (1.0 + e) * table
     assert after == pytest.approx(-w)
-    hit = ik.saltation_matrix(
+    hit = saltation_matrix(
         [[1, 0], [0, -e]],
         [w, -GRAVITY],
         [after, -GRAVITY],

@@ -13,6 +13,7 @@ import pytest
 
 import impulsekit as ik
 from impulsekit import errors
+from impulsekit.impact import ImpactSolver
 from impulsekit.impact.solver import _workspaces
 from tests.robots import STRUCK, random_blow, random_state, relative
 
@@ -147,7 +148,7 @@ def test_only_the_branches_that_are_struck_are_computed():
     panda = ik.Robot.from_example("panda")
     four = ik.combine(a=panda, b=panda, c=panda, d=panda)
     blow = random_blow("c/panda_hand", 5)
-    solver = ik.ImpactSolver(ik.Scene(four, [blow]))
+    solver = ImpactSolver(ik.Scene(four, [blow]))
     assert (solver.plan.joints, solver.plan.skipped_joints) == (9, 27)
     q, v = random_state(four, 1)
     impact = solver.solve(q, v)
@@ -167,7 +168,7 @@ def test_branches_apart_are_computed_together_when_both_are_struck():
     ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
     world = ik.combine(a=panda, ball=ball, b=panda)
     entries = [random_blow("a/panda_hand", 1), random_blow("b/panda_hand", 2)]
-    solver = ik.ImpactSolver(ik.Scene(world, entries))
+    solver = ImpactSolver(ik.Scene(world, entries))
     assert solver.plan.skipped_joints == 1
     q, v = random_state(world, 2)
     impact = solver.solve(q, v)
@@ -234,7 +235,7 @@ def _set(array, index, value):
     return array
 
 
-@pytest.mark.parametrize("name", ik.example_names())
+@pytest.mark.parametrize("name", ik.models.example_names())
 def test_a_blow_on_any_branch_of_any_robot_is_solved(name):
     """On a fixed base, with all other branches left out."""
     robot = ik.Robot.from_example(name)

@@ -10,7 +10,7 @@ import impulsekit as ik
 
 @pytest.fixture(scope="module")
 def pendulum() -> ik.Robot:
-    return ik.Robot.from_urdf(ik.pendulum_urdf(2))
+    return ik.Robot.from_urdf(ik.models.pendulum_urdf(2))
 
 
 @pytest.mark.parametrize(

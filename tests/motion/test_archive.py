@@ -54,7 +54,7 @@ def test_impacts_come_back_bit_for_bit(motion, tmp_path):
 
 def test_a_file_needs_no_other_file(tmp_path):
     path = tmp_path / "robot.urdf"
-    path.write_text(ik.chain_urdf(2))
+    path.write_text(ik.models.chain_urdf(2))
     robot = ik.Robot.from_urdf(path, root="planar")
     moving(ik.Scene(robot)).save(tmp_path / "m.npz")
     path.unlink()
@@ -64,7 +64,7 @@ def test_a_file_needs_no_other_file(tmp_path):
 
 def test_several_robots_constraints_and_laws_come_back(tmp_path):
     ball = ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer")
-    chain = ik.Robot.from_urdf(ik.chain_urdf(3))
+    chain = ik.Robot.from_urdf(ik.models.chain_urdf(3))
     both = ik.combine(ball=ball, chain=chain, placements={"ball": [0, 0, 5]})
     scene = ik.Scene(
         both,

@@ -183,7 +183,7 @@ def test_momentum_and_energy_are_those_that_forces_and_impulses_give():
 
 
 def test_the_books_of_a_linkage_with_springs_motors_and_a_stop_close():
-    chain = ik.Robot.from_urdf(ik.pendulum_urdf(3))
+    chain = ik.Robot.from_urdf(ik.models.pendulum_urdf(3))
     scene = ik.Scene(
         chain,
         [ik.AppliedImpulse("link_3", linear=[0.2, 0.1, 0.1], at=[0, 0, -1])],

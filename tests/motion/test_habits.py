@@ -19,7 +19,7 @@ def bouncing(**settings):
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-7])
 def test_the_estimated_error_is_that_against_a_far_closer_run(rtol):
-    swing = ik.Robot.from_urdf(ik.pendulum_urdf(2))
+    swing = ik.Robot.from_urdf(ik.models.pendulum_urdf(2))
     q = swing.configuration(joint_1=2.0, joint_2=-1.0)
     given = {"duration": 3.0, "samples": 31, "atol": 1e-3 * rtol}
     motion = ik.simulate(ik.Scene(swing), q, swing.velocity(), rtol=rtol, **given)
@@ -82,7 +82,7 @@ def test_a_recording_is_compared_in_place_and_turn():
     )
     # A camera that sees the ball stand still where it was.
     times = np.linspace(-0.5, 1.5, 21)
-    still = ik.Recording(BALL, times, np.tile(BALL.neutral(), (21, 1)))
+    still = ik.measured.Recording(BALL, times, np.tile(BALL.neutral(), (21, 1)))
     found = motion.compare(still)
     assert found.t[0] == 0.0 and found.t[-1] == 1.0 and found.frame == "ball"
     np.testing.assert_allclose(found.rotation, spin * found.t, atol=1e-9)
@@ -96,8 +96,8 @@ def test_a_recording_of_something_else_is_refused():
     motion = bouncing()
     for wrong, kind in (
         (None, errors.InputError),
-        (ik.Recording(sliders(1), [0.0], [[0.0]]), errors.InputError),
-        (ik.Recording(BALL, [7.0], [BALL.neutral()]), errors.RangeError),
+        (ik.measured.Recording(sliders(1), [0.0], [[0.0]]), errors.InputError),
+        (ik.measured.Recording(BALL, [7.0], [BALL.neutral()]), errors.RangeError),
     ):
         with pytest.raises(kind):
             motion.compare(wrong)

@@ -13,6 +13,7 @@ import impulsekit as ik
 from impulsekit import errors
 from impulsekit.cli import main
 from impulsekit.motion.interrupts import Interrupts
+from impulsekit.scene import MotionSettings
 
 from .models import MODELS, sliders
 
@@ -119,7 +120,7 @@ def test_the_command_writes_what_was_computed_and_fails(tmp_path):
     ball = ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer")
     scene = ik.Scene(ball, contacts=[ik.Contact("ball", origin=[0, 0, -1], restitution=1.0)])
     path, output = tmp_path / "scene.toml", tmp_path / "motion.npz"
-    settings = ik.MotionSettings(duration=1e6, max_step=1e-3, max_steps=10**9, max_impacts=10**9)
+    settings = MotionSettings(duration=1e6, max_step=1e-3, max_steps=10**9, max_impacts=10**9)
     ik.save_scene(path, scene, ball.neutral(), ball.velocity(), motion=settings)
     striking = threading.Timer(1.5, os.kill, (os.getpid(), signal.SIGINT))
     striking.start()

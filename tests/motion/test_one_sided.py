@@ -5,6 +5,7 @@ import pytest
 
 import impulsekit as ik
 from impulsekit import errors
+from impulsekit.scenefile import dump_scene
 from impulsekit.scenefile.read import read_scene
 
 from .models import MODELS, particle, sliders
@@ -79,7 +80,7 @@ def test_a_table_of_torques_is_followed_to_its_corners():
 
 
 def test_scene_files_hold_tables_and_sides():
-    robot = ik.Robot.from_urdf(ik.pendulum_urdf(1))
+    robot = ik.Robot.from_urdf(ik.models.pendulum_urdf(1))
     scene = ik.Scene(
         robot,
         forces=[
@@ -88,7 +89,7 @@ def test_scene_files_hold_tables_and_sides():
             ik.Spring("link_1", at=[0, 0, -1], stiffness=2.0, rest_length=1.0, acts="pull"),
         ],
     )
-    text = ik.dump_scene(scene)
+    text = dump_scene(scene)
     assert read_scene(text, "text").scene.forces == scene.forces
     with pytest.raises(errors.SceneFileError, match="acts"):
         read_scene(text.replace('"pull"', '"pulls"'), "text")
@@ -102,7 +103,7 @@ def test_the_damping_of_joints_is_there_on_request():
     told = {force.joint: force.damping for force in forces[:-1]}
     assert told == dict(zip(panda.joint_names, panda.model.damping.tolist(), strict=True))
     # A joint that turns alone comes to rest as exp(-c t / I).
-    rod = ik.pendulum_urdf(1).replace("<axis", '<dynamics damping="0.7"/><axis')
+    rod = ik.models.pendulum_urdf(1).replace("<axis", '<dynamics damping="0.7"/><axis')
     robot = ik.Robot.from_urdf(rod)
     scene = robot.scene(joint_damping=True, gravity=NOWHERE)
     motion = ik.simulate(scene, [0.0], [2.0], duration=1.0, samples=5)

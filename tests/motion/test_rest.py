@@ -126,7 +126,7 @@ def test_a_slip_that_begins_slowly_turns_as_it_should():
 
 @pytest.mark.parametrize("method", ["dop853", "radau"])
 def test_a_leg_that_moves_over_its_foot_is_not_held_up_by_loose_tolerances(method):
-    leg = ik.Robot.from_urdf(ik.pendulum_urdf(3))
+    leg = ik.Robot.from_urdf(ik.models.pendulum_urdf(3))
     q = leg.configuration(joint_1=0.5, joint_2=-1.0, joint_3=0.8)
     data = leg.model.createData()
 

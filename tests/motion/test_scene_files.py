@@ -9,6 +9,8 @@ from click.testing import CliRunner
 
 import impulsekit as ik
 from impulsekit.cli import main
+from impulsekit.scene import MotionSettings
+from impulsekit.scenefile import dump_scene
 
 from .models import MODELS
 
@@ -76,7 +78,7 @@ def test_forces_and_motion_are_read(tmp_path):
     actuator, force = file.scene.forces
     assert actuator == ik.Actuator("root_joint", [0, 0, 0.25, 0, 0, 0])
     assert force == ik.AppliedForce("ball", linear=[0, 0, -0.25])
-    assert file.motion == ik.MotionSettings(duration=2.0, samples=11, rtol=1e-9)
+    assert file.motion == MotionSettings(duration=2.0, samples=11, rtol=1e-9)
     springs = ik.load_scene(written(tmp_path, SPRINGS))
     assert springs.motion is None
     assert springs.scene.forces == (
@@ -100,7 +102,7 @@ def test_functions_have_no_place_in_a_file():
     robot = ik.Robot.from_urdf(MODELS / "four_bar.urdf")
     scene = ik.Scene(robot, forces=[ik.Actuator("crank_pin", lambda t, q, v: t)])
     with pytest.raises(ik.errors.InputError, match="cannot hold"):
-        ik.dump_scene(scene)
+        dump_scene(scene)
 
 
 def test_all_faults_are_told_with_their_places(tmp_path):

@@ -9,6 +9,7 @@ from click.testing import CliRunner
 import impulsekit as ik
 from impulsekit import errors
 from impulsekit.cli import main
+from impulsekit.scene import MotionSettings
 
 from .models import GRAVITY, MODELS, sliders
 
@@ -132,7 +133,7 @@ def test_a_pulse_too_short_to_be_looked_for_is_met_at_stop_times(ball):
 
 def test_scene_files_and_the_command_have_them(ball, tmp_path):
     path = tmp_path / "scene.toml"
-    settings = ik.MotionSettings(duration=0.1, max_step=0.01, stop_times=[0.05, 0.02])
+    settings = MotionSettings(duration=0.1, max_step=0.01, stop_times=[0.05, 0.02])
     ik.save_scene(path, ik.Scene(ball), ball.neutral(), ball.velocity(), motion=settings)
     assert ik.load_scene(path).motion == settings
     assert settings.stop_times == (0.02, 0.05)
@@ -162,4 +163,4 @@ def test_scene_files_and_the_command_have_them(ball, tmp_path):
 def test_what_is_wrong_with_them_is_told(given, error):
     (name,) = given
     with pytest.raises(error, match=f"motion: {name}"):
-        ik.MotionSettings(**given)
+        MotionSettings(**given)

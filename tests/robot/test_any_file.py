@@ -12,7 +12,7 @@ import impulsekit as ik
 from impulsekit import errors
 from impulsekit.cli import main
 
-URDF = ik.chain_urdf(2)
+URDF = ik.models.chain_urdf(2)
 MJCF = "<mujoco><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>"
 SDF = """<sdf version="1.9"><model name="m"><link name="a"><inertial><mass>1</mass></inertial>
 </link></model></sdf>"""

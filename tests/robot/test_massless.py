@@ -53,7 +53,7 @@ def test_a_massless_base_that_turns_on_a_joint_is_refused_at_every_pose(masses):
     with pytest.raises(SingularMassError, match="joint_1"):
         ik.simulate(ik.Scene(robot), robot.neutral(), robot.velocity(), duration=0.1)
     with pytest.raises(SingularMassError, match="joint_1"):
-        ik.effective_mass(robot, robot.neutral(), "link_6", [0, 0, 1])
+        ik.design.effective_mass(robot, robot.neutral(), "link_6", [0, 0, 1])
 
 
 def test_locked_it_moves_as_the_robot_without_the_joint():
@@ -71,7 +71,7 @@ def test_locked_it_moves_as_the_robot_without_the_joint():
         np.testing.assert_allclose(after, alone.velocity_at("link_3").after, atol=1e-11)
         # What a blow at a point moves is told alike.
         both = [
-            ik.effective_mass(what, x, "link_3", [0, 1, 0])
+            ik.design.effective_mass(what, x, "link_3", [0, 1, 0])
             for what, x in ((ik.Scene(robot, constraints=scene.constraints), q), (own, q[left]))
         ]
         assert both[0] == pytest.approx(both[1], rel=1e-9)

@@ -15,7 +15,7 @@ BALL = f"<robot name='b'><link name='ball'>{SPHERE}</inertial></link></robot>"
 
 
 def test_a_tip_of_two_links_is_where_trigonometry_puts_it():
-    arm = ik.Robot.from_urdf(ik.pendulum_urdf(2))
+    arm = ik.Robot.from_urdf(ik.models.pendulum_urdf(2))
     a, b = 0.4, -1.1
     q = arm.configuration(joint_1=a, joint_2=b)
     # Rods of 1 m hang down along -z and turn about y.

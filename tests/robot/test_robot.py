@@ -13,7 +13,7 @@ from impulsekit import errors
 
 
 def test_roots_add_their_degrees_of_freedom():
-    text = ik.chain_urdf(3)
+    text = ik.models.chain_urdf(3)
     sizes = {
         root: (ik.Robot.from_urdf(text, root=root).nq, ik.Robot.from_urdf(text, root=root).nv)
         for root in ("fixed", "planar", "freeflyer")
@@ -24,9 +24,9 @@ def test_roots_add_their_degrees_of_freedom():
 
 def test_an_unknown_root_is_refused_with_those_that_exist():
     with pytest.raises(errors.UnknownNameError, match='"freeflyer"'):
-        ik.Robot.from_urdf(ik.chain_urdf(1), root="freefyler")
+        ik.Robot.from_urdf(ik.models.chain_urdf(1), root="freefyler")
     with pytest.raises(errors.InputError, match=r"root must be .*got an int"):
-        ik.Robot.from_urdf(ik.chain_urdf(1), root=3)
+        ik.Robot.from_urdf(ik.models.chain_urdf(1), root=3)
 
 
 def test_a_given_model_is_copied_and_never_changed():
@@ -73,7 +73,7 @@ def test_links_behind_fixed_joints_keep_their_own_mass_and_mass_centre():
     assert not np.allclose(flange.com_in_joint, hand.com_in_joint)
 
 
-@pytest.mark.parametrize("name", ik.example_names())
+@pytest.mark.parametrize("name", ik.models.example_names())
 def test_every_example_loads_and_its_links_add_up(name):
     robot = ik.Robot.from_example(name, root="freeflyer")
     assert sum(link.mass for link in robot.links) == pytest.approx(robot.mass, rel=1e-12)
@@ -88,13 +88,13 @@ def test_the_loaders_names_give_the_loaders_robots(name, nv):
 
 
 def test_a_file_of_macros_is_no_robot():
-    assert len(ik.example_names()) == 92
+    assert len(ik.models.example_names()) == 92
     with pytest.raises(errors.UrdfError, match="no link"):
         ik.Robot.from_example("ur_description/ur3")
 
 
 def test_file_stems_are_names_too():
-    assert {"allegro_right_hand", "TwoDofs", "talos_reduced"} <= set(ik.example_names())
+    assert {"allegro_right_hand", "TwoDofs", "talos_reduced"} <= set(ik.models.example_names())
 
 
 def test_an_unknown_example_gets_its_nearest_names():

@@ -52,7 +52,7 @@ def test_a_continuous_joint_takes_cosine_and_sine_too(robot):
 
 
 def test_a_planar_root_takes_an_angle():
-    robot = ik.Robot.from_urdf(ik.chain_urdf(2), root="planar")
+    robot = ik.Robot.from_urdf(ik.models.chain_urdf(2), root="planar")
     q = robot.configuration(root_joint=[1, 2, math.pi / 6])
     np.testing.assert_allclose(q[:4], [1, 2, math.sqrt(0.75), 0.5])
 

@@ -8,7 +8,7 @@ import pytest
 import impulsekit as ik
 from impulsekit.errors import UrdfError
 
-CHAIN = ik.chain_urdf(3)
+CHAIN = ik.models.chain_urdf(3)
 FORMS = {
     "Drake's": '<actuator name="m"><drake:gear_ratio xmlns:drake="d" value="101"/>'
     '<drake:rotor_inertia xmlns:drake="d" value="6e-5"/></actuator>',

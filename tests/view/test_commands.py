@@ -47,7 +47,7 @@ def test_replay_of_a_scene(tmp_path):
 
 
 def test_replay_of_a_saved_motion(tmp_path):
-    robot = ik.Robot.from_urdf(ik.chain_urdf(3), root="planar")
+    robot = ik.Robot.from_urdf(ik.models.chain_urdf(3), root="planar")
     motion = ik.simulate(ik.Scene(robot), robot.neutral(), np.ones(robot.nv), duration=0.2)
     motion.save(tmp_path / "motion.npz")
     done = run("replay", str(tmp_path / "motion.npz"), "--html", str(tmp_path / "page.html"))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
+from impulsekit.impact import ImpactSolver
 
 EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
 BAD = "<script>alert('&amp;')</script>\" onload=\"x"
@@ -50,7 +51,7 @@ def markup(text):
 @pytest.fixture(scope="module")
 def things():
     """One of each kind, with names that are markup wherever a name can stand."""
-    text = ik.chain_urdf(2).replace("joint_2", markup(BAD))
+    text = ik.models.chain_urdf(2).replace("joint_2", markup(BAD))
     robot = ik.Robot.from_urdf(text, root="planar")
     robot.name = BAD
     scene = ik.Scene(
@@ -66,14 +67,14 @@ def things():
     for spin in (0.0, 0.3):
         v_before = np.array([0.1, -1.0, 0.0, spin])
         v_after = ik.solve(scene, q, v_before).v_after
-        measured.append(ik.Measurement(scene, q, v_before, v_after))
+        measured.append(ik.measured.Measurement(scene, q, v_before, v_after))
     blow = ik.Scene(robot, [ik.AppliedImpulse("link_1", [0, 1, 0], name=BAD)])
     return {
         "Impact": impact,
         "Trajectory": ik.simulate(still, q, impact.v_after, duration=0.1),
         "Scene": scene,
         "Robot": robot,
-        "Fit": ik.fit_impacts(measured, restitution=[f"c{BAD}"]),
+        "Fit": ik.measured.fit_impacts(measured, restitution=[f"c{BAD}"]),
         "Check": ik.check(ik.solve(blow, q, v)),
         "Replay": ik.replay(impact),
         "ImpactBatch": ik.solve_batch(scene, np.tile(q, (3, 1)), np.zeros((3, robot.nv))),
@@ -118,7 +119,7 @@ def test_the_numbers_are_those_of_the_result(things):
 
 
 def test_long_tables_end(things):
-    robot = ik.Robot.from_urdf(ik.chain_urdf(60))
+    robot = ik.Robot.from_urdf(ik.models.chain_urdf(60))
     text = robot._repr_html_()
     assert text.count("<tr>") == 21
     # 60 links make 59 joints.
@@ -143,17 +144,17 @@ def test_a_replay_moves_in_a_frame_of_its_own(things, page, tmp_path):
 def test_results_with_arrays_take_one_line():
     scene_file = ik.load_scene(EXAMPLES / "four_bar.toml")
     impact = ik.solve(scene_file.scene, scene_file.q, scene_file.v)
-    swing = ik.Scene(ik.Robot.from_urdf(ik.pendulum_urdf(2)))
+    swing = ik.Scene(ik.Robot.from_urdf(ik.models.pendulum_urdf(2)))
     motion = ik.simulate(swing, [0.1, 0], [0, 0], duration=0.1)
     results = [
         scene_file,
         impact.constraints[0],
         motion.energy(),
         motion.momentum(),
-        ik.Recording(swing.robot, motion.t, motion.q),
+        ik.measured.Recording(swing.robot, motion.t, motion.q),
         ik.derivatives(impact),
-        ik.ImpactSolver(impact.scene),
-        ik.impact_ellipsoid(swing, motion.q[0], "link_2"),
+        ImpactSolver(impact.scene),
+        ik.design.impact_ellipsoid(swing, motion.q[0], "link_2"),
     ]
     for result in results:
         line = repr(result)

@@ -8,6 +8,9 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
+from impulsekit.measured import Recording
+from impulsekit.models import chain_urdf
+from impulsekit.scene import ReportPoint
 
 from .browser import FLAGS, chromium
 
@@ -92,7 +95,7 @@ def test_a_motion_has_its_own_frames_and_arrows_only_around_impacts(page, tmp_pa
     robot = impact.scene.robot
     t = np.linspace(0.0, 3.0, 31)
     q = np.array([pin.integrate(robot.model, robot.neutral(), 0.1 * x * impact.v_after) for x in t])
-    motion = ik.Recording(robot, t, q, impacts=[(1.0, impact)])
+    motion = Recording(robot, t, q, impacts=[(1.0, impact)])
     shown = ik.replay(
         motion,
         tmp_path / "page.html",
@@ -133,9 +136,9 @@ def test_a_motion_has_its_own_frames_and_arrows_only_around_impacts(page, tmp_pa
 
 
 def test_the_clock_shows_the_time_of_the_motion(page, tmp_path):
-    robot = ik.Robot.from_urdf(ik.chain_urdf(2))
+    robot = ik.Robot.from_urdf(chain_urdf(2))
     q = [robot.neutral(), robot.configuration(joint_2=1.0)]
-    ik.replay(ik.Recording(robot, [0.0, 2.0], q), tmp_path / "page.html", play=False)
+    ik.replay(Recording(robot, [0.0, 2.0], q), tmp_path / "page.html", play=False)
     page.open(tmp_path / "page.html")
     page.seek(1.5)
     clock = "document.querySelector('.clock').textContent"
@@ -144,9 +147,9 @@ def test_the_clock_shows_the_time_of_the_motion(page, tmp_path):
 
 @pytest.mark.slow
 def test_it_plays_by_itself_and_starts_again(page, tmp_path):
-    robot = ik.Robot.from_urdf(ik.chain_urdf(2))
+    robot = ik.Robot.from_urdf(chain_urdf(2))
     q = [robot.neutral(), robot.configuration(joint_2=1.0)]
-    ik.replay(ik.Recording(robot, [0.0, 0.5], q), tmp_path / "page.html")
+    ik.replay(Recording(robot, [0.0, 0.5], q), tmp_path / "page.html")
     page.page.goto((tmp_path / "page.html").as_uri())
     page.page.wait_for_function("() => viewer.animator.time > 0.1", timeout=20_000)
     page.page.wait_for_function(
@@ -184,8 +187,8 @@ def test_a_simulated_motion(page, tmp_path):
 
 @pytest.mark.slow
 def test_a_browser_without_webgl_says_so(session_browser, tmp_path):
-    robot = ik.Robot.from_urdf(ik.chain_urdf(2))
-    ik.replay(ik.Recording(robot, [0.0], [robot.neutral()]), tmp_path / "page.html")
+    robot = ik.Robot.from_urdf(chain_urdf(2))
+    ik.replay(Recording(robot, [0.0], [robot.neutral()]), tmp_path / "page.html")
     kind = session_browser.page.context.browser.browser_type
     blind = kind.launch(executable_path=chromium(), args=[*FLAGS, "--disable-3d-apis"])
     try:
@@ -200,12 +203,12 @@ def test_a_browser_without_webgl_says_so(session_browser, tmp_path):
 def test_names_with_markup_stay_text(page, tmp_path):
     bad = '</script><img src="http://x.invalid/a.png" onerror="document.title=1">__proto__'
     markup = bad.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
-    text = ik.chain_urdf(2).replace("joint_2", markup).replace("link_2", "constructor")
+    text = chain_urdf(2).replace("joint_2", markup).replace("link_2", "constructor")
     robot = ik.Robot.from_urdf(text, root="planar")
     robot.name = bad
     scene = ik.Scene(robot, [ik.AppliedImpulse("constructor", [0, 1, 0], name=bad)])
     impact = ik.solve(scene, robot.neutral(), robot.velocity())
-    point = ik.ReportPoint("constructor", label=bad)
+    point = ReportPoint("constructor", label=bad)
     shown = ik.replay(impact, tmp_path / "page.html", points=[point], traces=[point])
     assert bad in shown.nodes
     page.open(tmp_path / "page.html")
@@ -218,8 +221,8 @@ def test_names_with_markup_stay_text(page, tmp_path):
 
 
 def test_a_still_picture_needs_no_player(page, tmp_path):
-    robot = ik.Robot.from_urdf(ik.chain_urdf(2))
-    shown = ik.replay(ik.Recording(robot, [1.0], [robot.neutral()]), tmp_path / "page.html")
+    robot = ik.Robot.from_urdf(chain_urdf(2))
+    shown = ik.replay(Recording(robot, [1.0], [robot.neutral()]), tmp_path / "page.html")
     assert shown.duration == 0.0
     page.open(tmp_path / "page.html")
     page.run("() => viewer.render()")
@@ -232,7 +235,7 @@ def test_ten_seconds_of_talos(page, tmp_path):
     t = np.arange(601) / 60.0
     v = 0.3 * np.random.default_rng(0).normal(size=robot.nv)
     q = [pin.integrate(robot.model, robot.neutral(), np.sin(x) * v) for x in t]
-    shown = ik.replay(ik.Recording(robot, t, q), tmp_path / "page.html", play=False)
+    shown = ik.replay(Recording(robot, t, q), tmp_path / "page.html", play=False)
     assert len(shown.times) == 601
     # Meshes and player alone are some 5 MB.
     assert (tmp_path / "page.html").stat().st_size < 8e6

@@ -23,7 +23,7 @@ BALL = """<robot name="ball"><link name="ball"><inertial><mass value="1"/>
 def motion():
     """A ball that is dropped on a floor beside an arm that swings."""
     ball = ik.Robot.from_urdf(BALL, root="freeflyer")
-    robot = ik.combine(arm=ik.Robot.from_urdf(ik.pendulum_urdf(2)), ball=ball)
+    robot = ik.combine(arm=ik.Robot.from_urdf(ik.models.pendulum_urdf(2)), ball=ball)
     scene = ik.Scene(
         robot,
         contacts=[ik.Contact("ball/ball", at=[0, 0, -0.1], restitution=0.7, name="floor")],
@@ -243,7 +243,7 @@ def test_the_camera_goes_along(opened, motion):
 def test_from_below_the_floor_hides_nothing(page, tmp_path):
     robot = ik.Robot.from_urdf(BALL, root="freeflyer")
     q = robot.configuration(root_joint=[0, 0, 0.4, 0, 0, 0, 1])
-    ik.replay(ik.Recording(robot, [0.0], [q]), tmp_path / "page.html")
+    ik.replay(ik.measured.Recording(robot, [0.0], [q]), tmp_path / "page.html")
     page.open(tmp_path / "page.html")
     # From above the ball's shadow lies on a solid floor; from below the ball shines through.
     for height in (1.0, -0.5):

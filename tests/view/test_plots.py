@@ -123,7 +123,7 @@ def test_a_stroboscope_of_the_struck_chain(ax):
 
 
 def test_a_skeleton_hangs_from_the_pin_and_ends_where_the_last_rod_does():
-    robot = ik.Robot.from_urdf(ik.pendulum_urdf(3))
+    robot = ik.Robot.from_urdf(ik.models.pendulum_urdf(3))
     lines = skeleton(robot, robot.neutral())
     assert len(lines) == 3
     assert lines[0][0] == pytest.approx([0, 0, 0])
@@ -171,7 +171,7 @@ def test_a_sheet_of_unknown_form(tmp_path):
 
 
 def test_names_with_dollars_are_no_formulas(ax):
-    robot = ik.Robot.from_urdf(ik.chain_urdf(2).replace("joint_2", "$\\frac$"))
+    robot = ik.Robot.from_urdf(ik.models.chain_urdf(2).replace("joint_2", "$\\frac$"))
     scene = ik.Scene(robot, [ik.JointImpulse("$\\frac$", 1.0, name="$x")])
     plots.overview(ik.solve(scene, robot.neutral(), robot.velocity())).canvas.draw()
 
@@ -263,7 +263,7 @@ def test_a_stroboscope_looks_along_the_axis_about_which_it_turns(axis, turn, pla
       <axis xyz="{xyz}"/></joint></robot>"""
     robot = ik.Robot.from_urdf(text)
     q = [robot.configuration(j=angle) for angle in (0.0, 1.0, 2.0)]
-    motion = ik.Recording(robot, [0.0, 1.0, 2.0], q)
+    motion = ik.measured.Recording(robot, [0.0, 1.0, 2.0], q)
     ax = plots.stroboscope(motion, [0.0, 1.0, 2.0])
     assert (ax.get_xlabel()[0], ax.get_ylabel()[0]) == tuple(plane)
     assert plots.stroboscope(motion, [0.0], plane="zx").get_xlabel() == "z [m]"
@@ -272,8 +272,8 @@ def test_a_stroboscope_looks_along_the_axis_about_which_it_turns(axis, turn, pla
 def test_effective_masses_are_readable_where_most_are_infinite(tmp_path):
     scene_file = ik.load_scene(EXAMPLES / "spared_hinges.toml")
     for point in scene_file.design:
-        found = ik.impact_ellipsoid(scene_file.scene, scene_file.q, point.frame, point.at)
-        ax = ik.plot_effective_mass(found)
+        found = ik.design.impact_ellipsoid(scene_file.scene, scene_file.q, point.frame, point.at)
+        ax = ik.design.plot_effective_mass(found)
         # A door moves in the level plane alone.
         assert ax.get_xlabel() == "effective mass along x [kg]"
         assert ax.get_ylabel() == "effective mass along y [kg]"

@@ -20,6 +20,9 @@ from impulsekit.errors import (
     StateError,
     UnknownNameError,
 )
+from impulsekit.measured import Recording
+from impulsekit.models import chain_urdf
+from impulsekit.scene import ReportPoint
 from impulsekit.view.bodies import body_shapes
 from impulsekit.view.simple_bodies import equivalent_box
 
@@ -38,14 +41,14 @@ MESH = """<robot name="broken">
 
 @pytest.fixture(scope="module")
 def chain():
-    robot = ik.Robot.from_urdf(ik.chain_urdf(3), root="planar")
+    robot = ik.Robot.from_urdf(chain_urdf(3), root="planar")
     scene = ik.Scene(robot, [ik.AppliedImpulse("link_1", [0, 5, 0], [0, 0, 0.5], name="blow")])
     return ik.solve(scene, robot.neutral(), robot.velocity())
 
 
 def test_a_missing_mesh_is_named_and_drawn_as_a_simple_body(tmp_path):
     robot = ik.Robot.from_urdf(MESH, root="freeflyer", package_dirs=[tmp_path])
-    shown = ik.replay(ik.Recording(robot, [0.0], [robot.neutral()]))
+    shown = ik.replay(Recording(robot, [0.0], [robot.neutral()]))
     (note,) = shown.notes
     assert '"a" drawn as a simple body' in note
     assert "package://gone/a.stl" in note
@@ -57,7 +60,7 @@ def test_a_missing_mesh_is_named_and_drawn_as_a_simple_body(tmp_path):
 
 def test_a_missing_mesh_of_one_robot_of_several(tmp_path):
     broken = ik.Robot.from_urdf(MESH, root="freeflyer")
-    both = ik.combine(x=broken, y=ik.Robot.from_urdf(ik.chain_urdf(2)))
+    both = ik.combine(x=broken, y=ik.Robot.from_urdf(chain_urdf(2)))
     shapes, notes = body_shapes(both)
     assert len(notes) == 1
     assert '"x/a"' in notes[0]
@@ -88,7 +91,7 @@ def test_the_equivalent_box_has_the_inertia_it_stands_for():
 
 
 def test_the_arrows_of_an_impact(chain):
-    shown = ik.replay(chain, points=[ik.ReportPoint("link_1", label="end")], reactions=["joint_2"])
+    shown = ik.replay(chain, points=[ReportPoint("link_1", label="end")], reactions=["joint_2"])
     kinds = {
         name: [p.split("/")[-1].split()[1] for p in paths] for name, paths in shown.arrows.items()
     }
@@ -105,7 +108,7 @@ def test_velocities_can_be_left_out_and_joints_are_named(chain):
     with pytest.raises(UnknownNameError, match="joint_9"):
         ik.replay(chain, reactions=["joint_9"])
     with pytest.raises(UnknownNameError, match="nowhere"):
-        ik.replay(chain, traces=[ik.ReportPoint("nowhere")])
+        ik.replay(chain, traces=[ReportPoint("nowhere")])
 
 
 def test_coasting_keeps_a_loop_shut():
@@ -129,22 +132,22 @@ def test_gaps_in_what_is_given_are_told(chain):
     robot = chain.scene.robot
     q = [robot.neutral(), robot.neutral()]
     with pytest.raises(InputError, match="no instant"):
-        ik.Recording(robot, [], np.zeros((0, robot.nq)))
+        Recording(robot, [], np.zeros((0, robot.nq)))
     with pytest.raises(ShapeError, match="Recording: q"):
-        ik.Recording(robot, [0.0], q)
+        Recording(robot, [0.0], q)
     with pytest.raises(RangeError, match=r"t\[1\]"):
-        ik.Recording(robot, [1.0, 0.0], q)
+        Recording(robot, [1.0, 0.0], q)
     with pytest.raises(NotFiniteError, match="instant 1"):
-        ik.Recording(robot, [0.0, np.nan], q)
+        Recording(robot, [0.0, np.nan], q)
     off = robot.neutral()
     off[2] = 3.0
     with pytest.raises(StateError, match="root_joint"):
-        ik.Recording(robot, [0.0], [off])
+        Recording(robot, [0.0], [off])
     with pytest.raises(InputError, match="of another robot"):
-        ik.Recording(ik.Robot.from_urdf(ik.chain_urdf(2)), [0.0], [[0.0]], [(0.0, chain)])
+        Recording(ik.Robot.from_urdf(chain_urdf(2)), [0.0], [[0.0]], [(0.0, chain)])
     with pytest.raises(InputError, match="a dict cannot be shown"):
         ik.replay({})
-    motion = ik.Recording(robot, [0.0, 1.0], q)
+    motion = Recording(robot, [0.0, 1.0], q)
     for option in (
         {"fps": 0.0},
         {"fps": 1e9},
@@ -161,7 +164,7 @@ def test_gaps_in_what_is_given_are_told(chain):
 
 def test_an_empty_trajectory_of_any_kind_is_told():
     class Nothing:
-        robot = ik.Robot.from_urdf(ik.chain_urdf(2))
+        robot = ik.Robot.from_urdf(chain_urdf(2))
         t = np.zeros(0)
         q = np.zeros((0, 1))
 
@@ -171,24 +174,24 @@ def test_an_empty_trajectory_of_any_kind_is_told():
 
 def test_a_motion_that_stands_still_is_a_picture(chain):
     robot = chain.scene.robot
-    shown = ik.replay(ik.Recording(robot, [0.0, 1.0], [robot.neutral()] * 2))
+    shown = ik.replay(Recording(robot, [0.0, 1.0], [robot.neutral()] * 2))
     assert shown.duration == 1.0
     assert not any(c["type"] == "set_animation" for c in shown.commands)
 
 
 def test_thousands_of_frames_of_a_humanoid_stay_small():
-    robot = ik.Robot.from_urdf(ik.chain_urdf(40), root="freeflyer")
+    robot = ik.Robot.from_urdf(chain_urdf(40), root="freeflyer")
     t = np.linspace(0.0, 100.0, 500)
     v = np.random.default_rng(1).normal(size=robot.nv)
     q = [pin.integrate(robot.model, robot.neutral(), np.sin(x) * v) for x in t]
-    shown = ik.replay(ik.Recording(robot, t, q), fps=60)
+    shown = ik.replay(Recording(robot, t, q), fps=60)
     assert len(shown.times) == 6001
     assert len(shown.html) < 25e6
 
 
 def test_ghosts_share_their_meshes():
     robot = ik.Robot.from_example("solo12")
-    still = ik.Recording(robot, [0.0, 1.0], [robot.neutral()] * 2)
+    still = Recording(robot, [0.0, 1.0], [robot.neutral()] * 2)
     one, many = (len(ik.replay(still, ghosts=g).html) for g in ([0.0], np.linspace(0, 1, 20)))
     assert many < 1.3 * one
 
@@ -196,7 +199,7 @@ def test_ghosts_share_their_meshes():
 def test_a_storm_of_impacts_keeps_the_largest_arrows(chain):
     robot = chain.scene.robot
     times = np.linspace(0.0, 1.0, 200)
-    motion = ik.Recording(robot, times, [robot.neutral()] * 200, [(x, chain) for x in times])
+    motion = Recording(robot, times, [robot.neutral()] * 200, [(x, chain) for x in times])
     shown = ik.replay(motion)
     assert sum(map(len, shown.arrows.values())) == 400
     assert "smaller arrows" in shown.notes[0]
@@ -279,8 +282,9 @@ def test_no_server_and_no_warning():
         "warnings.simplefilter('error')\n"
         "subprocess.Popen.__init__ = None\n"
         "socket.socket.bind = None\n"
-        "robot = ik.Robot.from_urdf(ik.chain_urdf(2))\n"
-        "print(len(ik.replay(ik.Recording(robot, [0.0], [robot.neutral()])).html))\n"
+        "robot = ik.Robot.from_urdf(ik.models.chain_urdf(2))\n"
+        "recording = ik.measured.Recording(robot, [0.0], [robot.neutral()])\n"
+        "print(len(ik.replay(recording).html))\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -296,7 +300,7 @@ def test_filters_of_warnings_are_left_alone(chain):
 
 def test_a_name_stands_for_the_origin_of_its_frame(chain):
     named = ik.replay(chain, traces=["link_2"], points=["link_2"])
-    given = ik.ReportPoint("link_2")
+    given = ReportPoint("link_2")
     pointed = ik.replay(chain, traces=[given], points=[given])
     paths = [[command["path"] for command in page.commands] for page in (named, pointed)]
     assert paths[0] == paths[1]

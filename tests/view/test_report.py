@@ -7,13 +7,14 @@ import pytest
 
 import impulsekit as ik
 from impulsekit.errors import UnknownNameError
+from impulsekit.scene import ReportPoint
 from impulsekit.view.speeds import speeds_of
 from impulsekit.view.table import decimals, paper_decimals, table
 
 
 @pytest.fixture(scope="module")
 def chain():
-    robot = ik.Robot.from_urdf(ik.chain_urdf(3), root="planar")
+    robot = ik.Robot.from_urdf(ik.models.chain_urdf(3), root="planar")
     scene = ik.Scene(
         robot,
         [
@@ -75,7 +76,7 @@ def test_constraints_are_shown_with_what_they_carried():
 
 
 def test_redundant_rows_are_named_and_zeros_are_zeros():
-    robot = ik.Robot.from_urdf(ik.chain_urdf(3), root="planar")
+    robot = ik.Robot.from_urdf(ik.models.chain_urdf(3), root="planar")
     scene = ik.Scene(
         robot,
         [ik.AppliedImpulse("link_2", [0.3, 1, 0], at=[0.7, 0, 0])],
@@ -88,8 +89,8 @@ def test_redundant_rows_are_named_and_zeros_are_zeros():
 
 def test_contacts_are_shown_with_impulse_mode_and_speeds():
     robot = ik.combine(
-        rod=ik.Robot.from_urdf(ik.chain_urdf(1), root="planar"),
-        arm=ik.Robot.from_urdf(ik.pendulum_urdf(1)),
+        rod=ik.Robot.from_urdf(ik.models.chain_urdf(1), root="planar"),
+        arm=ik.Robot.from_urdf(ik.models.pendulum_urdf(1)),
     )
     scene = ik.Scene(
         robot,
@@ -116,7 +117,7 @@ def test_contacts_are_shown_with_impulse_mode_and_speeds():
 
 
 def test_points_are_shown_before_and_after(chain):
-    point = ik.ReportPoint("link_3", at=[1, 0, 0], label="tip")
+    point = ReportPoint("link_3", at=[1, 0, 0], label="tip")
     text = ik.report(chain, [point])
     row = re.search(r"^  tip +(.*)$", text, re.M)[1].split()
     velocity = chain.velocity_at("link_3", [1, 0, 0])
@@ -126,11 +127,11 @@ def test_points_are_shown_before_and_after(chain):
 
 def test_points_need_a_frame_that_exists(chain):
     with pytest.raises(UnknownNameError, match="link_3"):
-        ik.report(chain, [ik.ReportPoint("link_33")])
+        ik.report(chain, [ReportPoint("link_33")])
 
 
 def test_long_tables_keep_the_largest_jumps():
-    robot = ik.Robot.from_urdf(ik.chain_urdf(60), root="planar")
+    robot = ik.Robot.from_urdf(ik.models.chain_urdf(60), root="planar")
     scene = ik.Scene(robot, [ik.AppliedImpulse("link_60", [0, 1, 0], at=[1, 0, 0])])
     text = ik.report(ik.solve(scene, robot.neutral(), robot.velocity()), rows=5)
     names = re.findall(r"^  (joint_\d+) ", text, re.M)
