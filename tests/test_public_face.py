@@ -127,8 +127,8 @@ from impulsekit.measured import Measurement, fit_impacts
 robot = ik.combine(arm=ik.Robot.from_example("panda"))
 scene = ik.Scene(
     robot,
-    impulses=[ik.AppliedImpulse("arm/panda_hand", linear=[0, 0, 1]), ik.JointImpulse("a", 0.4)],
-    constraints=[ik.JointLock("arm/panda_joint1"), ik.PointAnchor("b", at=(0, 0, 0.1))],
+    impulses=[ik.AppliedImpulse("arm/panda_hand", linear=[0, 0, 1]), ik.JointImpulse("a", [0.4])],
+    constraints=[ik.JointLock("panda_joint1"), ik.PointAnchor("b", velocity="kept")],
     contacts=[ik.Contact("c", normal=np.array([0, 0, 1.0]), restitution=0.2, friction=0.6)],
     forces=[ik.JointSpring("arm/panda_joint2", stiffness=5)],
     law=ik.Law(restitution="poisson", slip="end"),
@@ -169,6 +169,22 @@ reveal_type(ik.load_scene("a.toml").scene)  # Scene
 reveal_type(ik.design.effective_mass(robot, q, "hand", [0, 0, 1]))  # float
 reveal_type(fit_impacts([Measurement(scene, q, v, v)]))  # Fit
 """
+
+
+VOCABULARY_FIELDS = [
+    (ik.PointAnchor, ("velocity",)),
+    (ik.FrameAnchor, ("velocity",)),
+    (ik.JointLock, ("velocity",)),
+    (ik.JointCoupling, ("other", "ratio", "velocity")),
+    (ik.JointImpulse, ("impulse",)),
+    (ik.measured.Measurement, ("q", "v_before", "v_after", "sigma")),
+]
+
+
+@pytest.mark.parametrize(("entry", "fields"), VOCABULARY_FIELDS)
+def test_fields_of_entries_have_types(entry, fields):
+    for name in fields:
+        assert "Any" not in str(entry.__dataclass_fields__[name].type), name
 
 
 @pytest.mark.slow

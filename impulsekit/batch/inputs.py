@@ -182,7 +182,7 @@ def _given(scene: Scene, impulses: Any) -> np.ndarray:
         if isinstance(entry, AppliedImpulse):
             own.extend((*entry.linear, *entry.angular))
         else:
-            own.extend(entry.impulse)
+            own.extend(entry.values)
         columns[name] = slice(first, len(own))
     base = np.array(own, dtype=float).reshape(1, -1)
     if impulses is None:

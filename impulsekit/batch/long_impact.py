@@ -154,13 +154,13 @@ class LongImpact:
             elif isinstance(entry, JointImpulse):
                 at = self._owner.body_of_joint(entry.joint) * layout.BODY_INTS
                 first, size = self._tree.ints[at + 3 : at + 5].tolist()
-                if len(entry.impulse) != size:
+                if len(entry.values) != size:
                     raise ShapeError.of(
-                        f'impulse in joint "{entry.joint}"', (size,), (len(entry.impulse),)
+                        f'impulse in joint "{entry.joint}"', (size,), (len(entry.values),)
                     )
                 for k in range(size):
                     kicks.extend((first + k, len(given) + k))
-                given.extend(entry.impulse)
+                given.extend(entry.values)
             else:
                 raise InputError(
                     f"an impulse must be an AppliedImpulse or a JointImpulse, got {a_thing(entry)}"

@@ -74,10 +74,9 @@ def row_tables(
     for constraint in scene.held:
         rows = maker.constraint(constraint)
         keeps = constraint.velocity == KEPT
-        after = constraint.velocity
-        wanted = after if isinstance(after, tuple) else (0.0 if keeps else after,) * len(rows)
+        after = np.asarray(0.0 if keeps else constraint.velocity, dtype=float)
         tables.terms.extend(rows)
-        tables.target.extend(float(x) for x in wanted)
+        tables.target.extend(np.broadcast_to(after, len(rows)).tolist())
         tables.keeps.extend([keeps] * len(rows))
     for contact in scene.contacts:
         first = len(tables.terms)

@@ -76,7 +76,7 @@ def varies(scene: Scene, inputs: BatchInputs) -> bool:
     own: list[float] = []
     for entry in scene.impulses:
         own.extend(
-            (*entry.linear, *entry.angular) if isinstance(entry, AppliedImpulse) else entry.impulse
+            (*entry.linear, *entry.angular) if isinstance(entry, AppliedImpulse) else entry.values
         )
     if len(inputs.given) > 1 or not np.array_equal(inputs.given[0], own):
         return True
@@ -92,7 +92,7 @@ def scene_of_row(scene: Scene, inputs: BatchInputs, row: int) -> Scene:
             part, numbers = numbers[:6], numbers[6:]
             impulses.append(dataclasses.replace(entry, linear=part[:3], angular=part[3:]))
         else:
-            size = len(entry.impulse)
+            size = len(entry.values)
             part, numbers = numbers[:size], numbers[size:]
             impulses.append(dataclasses.replace(entry, impulse=tuple(part)))
     contacts: list = []

@@ -91,7 +91,7 @@ def known_tables(
             start, size = maker.dof(entry.joint)
             for k in range(size):
                 kicks.extend((start + k, first + k))
-            given.extend(entry.impulse)
+            given.extend(entry.values)
             struck.add(_body_of_dof(tree, start))
         columns[name] = (first, len(given) - first)
     known = (

@@ -48,7 +48,7 @@ class KnownImpulses:
         if isinstance(entry, JointLock):
             self.add_in_joint(entry.joint, impulse)
         elif isinstance(entry, JointCoupling):
-            for name, factor in _factors(entry):
+            for name, factor in entry.terms:
                 self.add_in_joint(name, factor * impulse)
 
 
@@ -96,7 +96,7 @@ def _rows(reference: ReferenceRobot, at: Kinematics, entry: Constraint) -> Rows:
         speeds = tree.joint(reference.joint(entry.joint)).speeds
         return speed_rows(tree, tree.arithmetic.eye(tree.n)[speeds])
     if isinstance(entry, JointCoupling):
-        for name, factor in _factors(entry):
+        for name, factor in entry.terms:
             matrix[0, tree.joint(reference.joint(name)).speeds] = tree.arithmetic.number(factor)
         return speed_rows(tree, matrix)
     raise TypeError(type(entry).__name__)
@@ -130,8 +130,3 @@ def _anchor_rows(
     if angular:
         parts.append(angular_velocity_rows(tree, link, other, axes[angular]))
     return Rows.stack(tree, parts)
-
-
-def _factors(entry: JointCoupling) -> tuple[tuple[str, float], ...]:
-    """Each joint of a coupling with the factor of its speed in the row."""
-    return ((entry.joint, 1.0), *((o, -r) for o, r in zip(entry.other, entry.ratio, strict=True)))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,6 +27,9 @@ from .doubts import (
     widened,
 )
 from .parameters import INERTIA_PARAMETERS, changed_scene, parameters_of
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 __all__ = ["INERTIA_PARAMETERS", "Fit", "Measurement", "fit_impacts"]
 
@@ -50,10 +53,10 @@ class Measurement(OneLine):
     """
 
     scene: Scene
-    q: Any
-    v_before: Any
-    v_after: Any
-    sigma: Any = None
+    q: ArrayLike
+    v_before: ArrayLike
+    v_after: ArrayLike
+    sigma: ArrayLike | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import pinocchio as pin
@@ -15,6 +15,18 @@ if TYPE_CHECKING:
     from .trajectory import Trajectory
 
 __all__ = ["Comparison", "compare"]
+
+
+class Recorded(Protocol):
+    """What a motion is compared with: times and configurations, measured or computed."""
+
+    @property
+    def t(self) -> np.ndarray:
+        """(T,) times [s]."""
+
+    @property
+    def q(self) -> np.ndarray:
+        """(T, nq) configurations."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -44,7 +56,7 @@ class Comparison(OneLine):
         return float(np.sqrt(np.mean(self.rotation**2)))
 
 
-def compare(motion: Trajectory, recording: Any, frame: str | None) -> Comparison:
+def compare(motion: Trajectory, recording: Recorded, frame: str | None) -> Comparison:
     """See ``Trajectory.compare``."""
     robot = motion.scene.robot
     times, q = getattr(recording, "t", None), getattr(recording, "q", None)

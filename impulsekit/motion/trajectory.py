@@ -7,7 +7,7 @@ import json
 import os
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import pinocchio as pin
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from ..impact import Impact
     from ..scene import Scene
     from .balance import MomentumBalance
-    from .comparing import Comparison
+    from .comparing import Comparison, Recorded
     from .histories import ConstraintHistory, ContactHistory, ForceHistory, JointHistory
     from .loads import LoadsOfMotion
 
@@ -224,7 +224,7 @@ class Trajectory(Displayed):
 
         return LoadsOfMotion(self.scene, self._path)
 
-    def checked_times(self, t: Any) -> np.ndarray:
+    def checked_times(self, t: ArrayLike) -> np.ndarray:
         """Times of the motion [s], a number or (T,), as an array.
 
         Raises:
@@ -261,7 +261,7 @@ class Trajectory(Displayed):
             NotFiniteError, ShapeError: no time, or no list of times.
         """
         if np.ndim(t) == 0:
-            return self._path.state(self.checked_time(t))
+            return self._path.state(self.checked_time(cast(float, t)))
         if np.ndim(t) != 1:
             raise ShapeError.of("times", ("T",), np.shape(t))
         states = [self._path.state(self.checked_time(one)) for one in np.asarray(t)]
@@ -271,7 +271,7 @@ class Trajectory(Displayed):
             np.array([v for _, v in states]).reshape(-1, robot.nv),
         )
 
-    def checked_time(self, t: Any) -> float:
+    def checked_time(self, t: float) -> float:
         """A time of the motion [s], as a number.
 
         Raises:
@@ -311,7 +311,7 @@ class Trajectory(Displayed):
             angular[i] = about_com.angular + np.cross(data.com[0], about_com.linear)
         return MomentumHistory(_read_only(linear), _read_only(angular))
 
-    def compare(self, recording: Any, frame: str | None = None) -> Comparison:
+    def compare(self, recording: Recorded, frame: str | None = None) -> Comparison:
         """How far a frame is from where a recording has it, and how far turned, over time.
 
         Args:

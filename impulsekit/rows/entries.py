@@ -193,10 +193,7 @@ def _whole_joint(robot: Robot, entry: JointLock | JointImpulse) -> JointRows:
 
 
 def _coupling(robot: Robot, entry: JointCoupling) -> JointRows:
-    names, factors = (entry.joint, *entry.other), (1.0, *(-ratio for ratio in entry.ratio))
-    terms = tuple(
-        (robot.joint_id(name), 0, factor) for name, factor in zip(names, factors, strict=True)
-    )
+    terms = tuple((robot.joint_id(name), 0, factor) for name, factor in entry.terms)
     return JointRows((terms,), ("coupling",))
 
 

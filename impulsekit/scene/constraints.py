@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, cast
 
 import numpy as np
 
 from ..errors import InputError, RangeError, ShapeError, a_thing, quoted
 from ..robot import Robot
-from .numbers import Vector, axes_name, number, text, vector
+from .numbers import Numbers, Vector, axes_name, number, text, vector
 
 __all__ = [
     "DIRECTIONS",
@@ -59,7 +59,7 @@ class PointAnchor:
     other: str = "world"
     at: Vector = (0.0, 0.0, 0.0)
     other_at: Vector | None = None
-    velocity: Any = 0.0
+    velocity: Numbers | Literal["kept"] = 0.0
     name: str | None = None
 
     def __post_init__(self) -> None:
@@ -111,7 +111,7 @@ class FrameAnchor:
     other_at: Vector | None = None
     directions: tuple[str, ...] = DIRECTIONS
     axes: str = "world"
-    velocity: Any = 0.0
+    velocity: Numbers | Literal["kept"] = 0.0
     name: str | None = None
 
     def __post_init__(self) -> None:
@@ -155,7 +155,7 @@ class JointLock:
     """
 
     joint: str
-    velocity: Any = 0.0
+    velocity: Numbers | Literal["kept"] = 0.0
     name: str | None = None
 
     def __post_init__(self) -> None:
@@ -198,9 +198,9 @@ class JointCoupling:
     """
 
     joint: str
-    other: Any
-    ratio: Any = 1.0
-    velocity: Any = 0.0
+    other: str | Sequence[str]
+    ratio: Numbers = 1.0
+    velocity: Numbers | Literal["kept"] = 0.0
     name: str | None = None
 
     def __post_init__(self) -> None:
@@ -219,6 +219,12 @@ class JointCoupling:
         set_field(self, "ratio", tuple(number(r, f"{what}: ratio") for r in ratios))
         set_field(self, "velocity", _velocity(self.velocity, 1, f"{what}: velocity"))
         _check_name(self.name, what)
+
+    @property
+    def terms(self) -> tuple[tuple[str, float], ...]:
+        """Joints and their factors in the row: 1 for ``joint``, −ratio for each leader."""
+        ratios = cast("tuple[float, ...]", self.ratio)
+        return ((self.joint, 1.0), *((o, -r) for o, r in zip(self.other, ratios, strict=True)))
 
     @property
     def frame_names(self) -> tuple[str, ...]:
@@ -274,7 +280,7 @@ def check_constraint(robot: Robot, constraint: Any, where: str) -> None:
 
 def velocity_keeping_lock(joint: str) -> JointLock:
     """What stiff control does to a joint in an impact: its velocity stays what it was."""
-    return JointLock(joint, velocity=KEPT, name=f"controlled {joint}")
+    return JointLock(joint, velocity="kept", name=f"controlled {joint}")
 
 
 def check_controlled(

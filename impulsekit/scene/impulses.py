@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from ..errors import InputError, ShapeError, a_thing
 from ..robot import Robot
 from ..robot.robot import WORLD, WORLD_LINK
-from .numbers import Vector, axes_name, number, text, vector
+from .numbers import Numbers, Vector, axes_name, number, text, vector
 
 __all__ = ["AppliedImpulse", "JointImpulse", "check_impulse"]
 
@@ -87,7 +87,7 @@ class JointImpulse:
     """
 
     joint: str
-    impulse: Any
+    impulse: Numbers
     name: str | None = None
 
     def __post_init__(self) -> None:
@@ -100,6 +100,11 @@ class JointImpulse:
         object.__setattr__(self, "impulse", impulse)
         if self.name is not None:
             text(self.name, f"{what}: name")
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The impulse as it is kept: one number for each degree of freedom of the joint."""
+        return cast("tuple[float, ...]", self.impulse)
 
     @property
     def frame_names(self) -> tuple[str, ...]:
@@ -132,9 +137,9 @@ def check_impulse(robot: Robot, impulse: Any, where: str) -> None:
             raise InputError(f"{where}: an impulse on {whole} moves nothing; {way_out}")
     elif isinstance(impulse, JointImpulse):
         joint = robot.model.joints[robot.joint_id(impulse.joint, where)]
-        if len(impulse.impulse) != joint.nv:
+        if len(impulse.values) != joint.nv:
             raise ShapeError.of(
-                f'{where}: impulse in joint "{impulse.joint}"', (joint.nv,), (len(impulse.impulse),)
+                f'{where}: impulse in joint "{impulse.joint}"', (joint.nv,), (len(impulse.values),)
             )
     else:
         raise InputError(

@@ -10,13 +10,15 @@ import numpy as np
 
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, quoted
 
-__all__ = ["AXES", "LARGEST", "Vector", "axes_name", "number", "text", "vector"]
+__all__ = ["AXES", "LARGEST", "Numbers", "Vector", "axes_name", "number", "text", "vector"]
 
 if TYPE_CHECKING:
     # What a user may give; what is kept is always a tuple.
     Vector = Sequence[float] | np.ndarray
+    Numbers = float | Vector
 else:
     Vector = tuple[float, float, float]
+    Numbers = float | tuple[float, ...]
 AXES = ("world", "local")
 
 # Beyond this the products of a solve would overflow.

@@ -173,7 +173,7 @@ def _impulses(impact: Impact) -> list[str]:
                 for speed in speeds_of(scene.robot, impact.q)
                 if speed.joint == entry.joint
             ]
-            given = ", ".join(f"{x:g} {u}" for x, u in zip(entry.impulse, units, strict=True))
+            given = ", ".join(f"{x:g} {u}" for x, u in zip(entry.values, units, strict=True))
         rows.append([name, where, given])
     return ["Impulses", *table(["name", "where", "impulse"], rows)]
 
