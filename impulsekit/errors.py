@@ -91,13 +91,22 @@ class ImpulsekitError(Exception):
 
 
 class InputError(ImpulsekitError, ValueError):
-    """Something given cannot be used."""
+    """Something given cannot be used.
+
+    Example:
+        >>> issubclass(UnknownNameError, InputError) and issubclass(InputError, ValueError)
+        True
+    """
 
 
 class UnknownNameError(InputError, KeyError):
     """A name that does not exist. Attributes: kind, name, nearest, known.
 
     A ``KeyError`` as well, so that mappings of results behave as any other.
+
+    Example:
+        >>> print(UnknownNameError.among("frame", "hnad", ["hand", "foot"]))
+        unknown frame "hnad"; did you mean "hand"?
     """
 
     kind: str
@@ -133,7 +142,12 @@ class UnknownNameError(InputError, KeyError):
 
 
 class ShapeError(InputError):
-    """An array of the wrong shape. Attributes: what, expected, got."""
+    """An array of the wrong shape. Attributes: what, expected, got.
+
+    Example:
+        >>> print(ShapeError.of("q", (6,), (3,)))
+        q: expected shape (6,), got (3,)
+    """
 
     what: str
     expected: tuple[int | str, ...]
@@ -154,7 +168,12 @@ class ShapeError(InputError):
 
 
 class NotFiniteError(InputError):
-    """A NaN or an infinity. Attributes: what, where (index or name)."""
+    """A NaN or an infinity. Attributes: what, where (index or name).
+
+    Example:
+        >>> print(NotFiniteError.of("v", "v[2]", float("nan")))
+        v: v[2] must be finite, got nan
+    """
 
     what: str
     where: Any
@@ -166,7 +185,12 @@ class NotFiniteError(InputError):
 
 
 class RangeError(InputError):
-    """A number outside its range. Attributes: what, value, allowed."""
+    """A number outside its range. Attributes: what, value, allowed.
+
+    Example:
+        >>> print(RangeError.of("restitution", 1.5, "0 to 1"))
+        restitution must be 0 to 1, got 1.5
+    """
 
     what: str
     value: Any
@@ -181,63 +205,155 @@ class RangeError(InputError):
 
 
 class CallbackError(InputError):
-    """A user's function raised, or gave no real numbers. Attributes: entry."""
+    """A user's function raised, or gave no real numbers. Attributes: entry.
+
+    Example:
+        >>> from impulsekit import Actuator, Robot, Scene, simulate
+        >>> from impulsekit.models import pendulum_urdf
+        >>> rod = Robot.from_urdf(pendulum_urdf(1))
+        >>> motor = Actuator("joint_1", lambda t, q, v: 1 / 0)
+        >>> try:
+        ...     _ = simulate(Scene(rod, forces=[motor]), rod.neutral(), rod.velocity(), 0.1)
+        ... except CallbackError as error:
+        ...     print(error.entry)
+        forces[0]: torque at t = 0
+    """
 
     entry: str
 
 
 class StateError(InputError):
-    """A configuration off its manifold, such as a quaternion off unit. Attributes: joint, value."""
+    """A configuration off its manifold, such as a quaternion off unit. Attributes: joint, value.
+
+    Example:
+        >>> from impulsekit import AppliedImpulse, Robot, Scene, solve
+        >>> talos = Robot.from_example("talos", root="freeflyer")
+        >>> q = talos.neutral()
+        >>> q[3:7] = [0.0, 0.0, 0.0, 2.0]
+        >>> try:
+        ...     _ = solve(Scene(talos, [AppliedImpulse("base_link")]), q, talos.velocity())
+        ... except StateError as error:
+        ...     print(error.joint)
+        root_joint
+    """
 
     joint: str
     value: Any
 
 
 class UrdfError(InputError):
-    """A URDF that cannot be read or used. Attributes: source, element."""
+    """A URDF that cannot be read or used. Attributes: source, element.
+
+    Example:
+        >>> from impulsekit import Robot
+        >>> try:
+        ...     _ = Robot.from_urdf("<robot name='r'><link/></robot>")
+        ... except UrdfError as error:
+        ...     print(error.element)
+        <link> number 1
+    """
 
     source: str
     element: str
 
 
 class MjcfError(InputError):
-    """An MJCF or SDF file that cannot be read or used. Attributes: source, element."""
+    """An MJCF or SDF file that cannot be read or used. Attributes: source, element.
+
+    Example:
+        >>> issubclass(MjcfError, InputError)
+        True
+    """
 
     source: str
     element: str
 
 
 class SceneFileError(InputError):
-    """A scene file with faults. Attributes: path, faults (one sentence each)."""
+    """A scene file with faults. Attributes: path, faults (one sentence each).
+
+    Example:
+        >>> from impulsekit import load_scene
+        >>> try:
+        ...     _ = load_scene("models/ball.urdf")
+        ... except SceneFileError as error:
+        ...     print(len(error.faults))
+        1
+    """
 
     path: str
     faults: tuple[str, ...]
 
 
 class SolveError(ImpulsekitError):
-    """The input is fine, but the physics asked for has no solution."""
+    """The input is fine, but the physics asked for has no solution.
+
+    Example:
+        >>> issubclass(SingularMassError, SolveError) and issubclass(ContradictionError, SolveError)
+        True
+    """
 
 
 class SingularMassError(SolveError):
-    """The mass matrix is singular. Attributes: joints (those without inertia)."""
+    """The mass matrix is singular. Attributes: joints (those without inertia).
+
+    Example:
+        >>> from impulsekit import AppliedImpulse, Robot, Scene, solve
+        >>> ends = "<parent link='a'/><child link='b'/>"
+        >>> links = f"<link name='a'/><link name='b'/>"
+        >>> hinge = f"<joint name='hinge' type='continuous'>{ends}</joint>"
+        >>> robot = Robot.from_urdf(f"<robot name='r'>{links}{hinge}</robot>")
+        >>> scene = Scene(robot, [AppliedImpulse("b", angular=[0, 0, 1])])
+        >>> try:
+        ...     _ = solve(scene, robot.neutral(), [0.0])
+        ... except SingularMassError as error:
+        ...     print(error.joints)
+        ('hinge',)
+    """
 
     joints: tuple[str, ...]
 
 
 class ContradictionError(SolveError):
-    """Demands that cannot hold together. Attributes: rows (their names)."""
+    """Demands that cannot hold together. Attributes: rows (their names).
+
+    Example:
+        >>> from impulsekit import JointLock, Robot, Scene, solve
+        >>> from impulsekit.models import pendulum_urdf
+        >>> rod = Robot.from_urdf(pendulum_urdf(1))
+        >>> locks = [JointLock("joint_1"), JointLock("joint_1", velocity=1.0, name="driven")]
+        >>> try:
+        ...     _ = solve(Scene(rod, constraints=locks), rod.neutral(), rod.velocity())
+        ... except ContradictionError as error:
+        ...     print(len(error.rows))
+        2
+    """
 
     rows: tuple[str, ...]
 
 
 class FileError(ImpulsekitError, OSError):
-    """A file that cannot be read or written. Attributes: path."""
+    """A file that cannot be read or written. Attributes: path.
+
+    Example:
+        >>> from impulsekit import Robot, Scene, save_scene
+        >>> try:
+        ...     save_scene("no_such_folder/scene.toml", Scene(Robot.from_example("panda")))
+        ... except FileError as error:
+        ...     print(error.path)
+        no_such_folder/scene.toml
+    """
 
     path: str
 
 
 class MissingExtraError(ImpulsekitError, ImportError):
-    """An optional library is not installed. Attributes: package, extra."""
+    """An optional library is not installed. Attributes: package, extra.
+
+    Example:
+        >>> print(MissingExtraError.of("mujoco", "mjcf", "reading MJCF"))
+        reading MJCF needs mujoco: pip install "impulsekit[mjcf]"
+    """
 
     package: str
     extra: str
@@ -256,6 +372,10 @@ class AssumptionWarning(UserWarning):
     """A file leaves something open; the sentence says what was assumed.
 
     Attributes: source (the file), assumptions (one sentence each).
+
+    Example:
+        >>> print(AssumptionWarning("arm.urdf", ["link tool has no mass"]))
+        arm.urdf: assumed: link tool has no mass
     """
 
     def __init__(self, source: str, assumptions: Sequence[str]) -> None:
@@ -271,6 +391,12 @@ def warn_of_assumptions(source: str, assumptions: Sequence[str], *, above: int =
     """One ``AssumptionWarning`` for a file, if anything was assumed.
 
     ``above`` is how many frames stand between this call and the user's line.
+
+    Example:
+        >>> with warnings.catch_warnings(record=True) as told:
+        ...     warn_of_assumptions("arm.urdf", ["link tool has no mass"])
+        >>> told[0].category.__name__
+        'AssumptionWarning'
     """
     if assumptions:
         warnings.warn(AssumptionWarning(source, assumptions), stacklevel=1 + above)
@@ -284,6 +410,10 @@ class SetupWarning(UserWarning):
     """A scene or a state that is solved as given, and likely is not what was meant.
 
     Attributes: doubts (one sentence each).
+
+    Example:
+        >>> print(SetupWarning(["contact floor is 0.2 m open"]))
+        contact floor is 0.2 m open
     """
 
     def __init__(self, doubts: Sequence[str]) -> None:
@@ -297,7 +427,14 @@ class SetupWarning(UserWarning):
 
 
 def warn_of_setup(doubts: Sequence[str], *, above: int = 2) -> None:
-    """One ``SetupWarning`` if there is any doubt; ``above`` as for ``warn_of_assumptions``."""
+    """One ``SetupWarning`` if there is any doubt; ``above`` as for ``warn_of_assumptions``.
+
+    Example:
+        >>> with warnings.catch_warnings(record=True) as told:
+        ...     warn_of_setup([])
+        >>> told
+        []
+    """
     if doubts:
         warnings.warn(SetupWarning(doubts), stacklevel=1 + above)
 

@@ -2,6 +2,7 @@
 
 import doctest
 import importlib
+import inspect
 import pathlib
 import pkgutil
 
@@ -21,3 +22,16 @@ MODULES = sorted(
 def test_examples_in_docstrings(name, monkeypatch):
     monkeypatch.chdir(ROOT)
     assert doctest.testmod(importlib.import_module(name)).failed == 0
+
+
+PUBLIC = [impulsekit] + [getattr(impulsekit, name) for name in dir(impulsekit)]
+PUBLIC = [module for module in PUBLIC if inspect.ismodule(module)]
+
+
+@pytest.mark.parametrize("module", PUBLIC, ids=lambda module: module.__name__)
+def test_every_public_name_has_an_example(module):
+    """``help()`` of each ends in an example that runs (above)."""
+    for name in module.__all__:
+        each = getattr(module, name)
+        if inspect.isfunction(each) or inspect.isclass(each):
+            assert ">>>" in (inspect.getdoc(each) or ""), f"{module.__name__}.{name}"

@@ -46,6 +46,14 @@ class LongTree:
         bodies: number of bodies; the links are link_1, link_2, ... and their
             joints joint_1, joint_2, ... (the root's "root_joint"), or as in the robot.
         nq, nv: of its configurations and velocities, in Pinocchio's layout.
+
+    Example:
+        >>> import numpy as np
+        >>> n, com = 999, [1.0, 0.0, 0.0]
+        >>> body = {"masses": [1] * n, "centres": [com] * n, "inertias": [np.eye(3)] * n}
+        >>> tree = long_tree(np.arange(n) - 1, **body)
+        >>> tree.bodies, tree.nv
+        (999, 999)
     """
 
     def __init__(self, tree: Tree, robot: Robot | None = None) -> None:
@@ -228,6 +236,13 @@ def long_tree(
 
     Raises:
         ShapeError, NotFiniteError, RangeError, UnknownNameError, InputError.
+
+    Example:
+        >>> import numpy as np
+        >>> body = {"masses": [1] * 2, "centres": [[0, 0, 0]] * 2, "inertias": [np.eye(3)] * 2}
+        >>> two = long_tree([-1, 0], joints="prismatic", **body)
+        >>> two.nq, two.nv
+        (2, 2)
     """
     if isinstance(parents, Robot):
         model = parents.model

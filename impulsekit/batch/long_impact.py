@@ -29,6 +29,16 @@ class LongImpact:
         dv: (nv,) the velocity jump.
         v_after: (nv,) the velocity after.
         q, v_before: (nq,), (nv,) the state before.
+
+    Example:
+        >>> import numpy as np
+        >>> from impulsekit import AppliedImpulse
+        >>> from impulsekit.long import long_chain
+        >>> chain = long_chain(1000)
+        >>> blow = AppliedImpulse("link_1000", linear=[0, 5, 0])
+        >>> impact = chain.solve([blow], chain.neutral(), np.zeros(chain.nv))
+        >>> impact.dv.shape == (chain.nv,)
+        True
     """
 
     def __init__(

@@ -48,6 +48,16 @@ class ForceHistory(OneLine):
             peak [N, N m], at the joint's origin, world axes. Gravity, motors and velocity terms,
             which are finite beside it, are not included.
         peak_loads: by joint name, the same in the joint's own axes, a ``JointLoad`` in [N, N m].
+
+    Example:
+        >>> from impulsekit import Contact, Robot, Scene, solve
+        >>> from impulsekit.compliance import Hertz
+        >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+        >>> scene = Scene(ball, contacts=[Contact("ball", at=[0, 0, -0.1])], gap_bound=1.0)
+        >>> impact = solve(scene, ball.neutral(), ball.velocity(root_joint=[0, 0, -2, 0, 0, 0]))
+        >>> history = force_history(impact, Hertz(E=1e7, nu=0.5, radius=0.1))
+        >>> history.duration == history.compression, history.restitution
+        (True, 0.0)
     """
 
     contact: str

@@ -49,6 +49,14 @@ class TransientContact(OneLine):
         force_limit, pressure_limit: what the region may bear in a transient contact [N, Pa].
         permitted_speed: the largest speed along the direction that keeps the limits [m/s].
         within_limits: whether force, and pressure where known, keep them.
+
+    Example:
+        >>> from impulsekit import Robot
+        >>> arm = Robot.from_example("panda")
+        >>> v = arm.velocity(panda_joint1=1.0)
+        >>> hit = transient_contact(arm, arm.configuration(panda_joint4=-1.5), v, body="chest")
+        >>> hit.force > 0
+        True
     """
 
     region: BodyRegion

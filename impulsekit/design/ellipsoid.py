@@ -37,6 +37,13 @@ class ImpactEllipsoid(OneLine):
         axes: (3, 3) unit columns, the heaviest direction first, read-only.
         masses: (3,) the effective mass along each [kg], infinite where the point cannot move.
         immobile: the mobility below which a direction counts as immobile [1/kg].
+
+    Example:
+        >>> from impulsekit import Robot
+        >>> panda = Robot.from_example("panda")
+        >>> ellipsoid = impact_ellipsoid(panda, panda.neutral(), "panda_hand")
+        >>> bool(ellipsoid.masses[0] >= ellipsoid.effective_mass([0, 0, 1]) >= ellipsoid.masses[2])
+        True
     """
 
     frame: str

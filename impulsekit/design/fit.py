@@ -50,6 +50,15 @@ class Measurement(OneLine):
         v_after: (nv,) as measured; NaN for missing entries.
         sigma: standard deviation of the noise, one number or (nv,); None if unknown; it is
             then estimated from the residuals.
+
+    Example:
+        >>> from impulsekit import Contact, Robot, Scene, solve
+        >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+        >>> scene = Scene(ball, contacts=[Contact("ball", restitution=0.5, name="floor")])
+        >>> q, v = ball.neutral(), [0.0, 0, -2, 0, 0, 0]
+        >>> measured = Measurement(scene, q, v, solve(scene, q, v).v_after, sigma=1e-3)
+        >>> measured.sigma
+        0.001
     """
 
     scene: Scene
@@ -79,6 +88,16 @@ class Fit(Displayed):
         bounds: (P, 2) of each parameter.
         notes: warnings: a misfit, parameters without effect on any measurement, bounds
             reached, outliers. Empty for a good fit.
+
+    Example:
+        >>> from impulsekit import Contact, Robot, Scene, solve
+        >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+        >>> guess, truth = (Contact("ball", restitution=e, name="floor") for e in (0.5, 0.7))
+        >>> q, v = ball.neutral(), [0.0, 0, -2, 0, 0, 0]
+        >>> v_after = solve(Scene(ball, contacts=[truth]), q, v).v_after
+        >>> measured = Measurement(Scene(ball, contacts=[guess]), q, v, v_after)
+        >>> round(fit_impacts([measured], restitution=["floor"])["floor: restitution"], 9)
+        0.7
     """
 
     names: tuple[str, ...]

@@ -31,6 +31,14 @@ class LeastBlow(OneLine):
         dv: (nv,) the velocity change that it causes, read-only.
         reached: (k,) the part of the desired change that it causes, read-only.
         shortfall: |desired − reached|; above 0 if no impulse at the point can cause it all.
+
+    Example:
+        >>> from impulsekit import Robot
+        >>> from impulsekit.models import pendulum_urdf
+        >>> rod = Robot.from_urdf(pendulum_urdf(1))
+        >>> found = least_blow(rod, [0.0], wanted_dv=[1.0], frame="link_1", at=[0, 0, -1])
+        >>> found.shortfall < 1e-12, found.impulse > 0
+        (True, True)
     """
 
     blow: AppliedImpulse

@@ -37,6 +37,13 @@ def plot_effective_mass(
     Raises:
         InputError: an unknown plane.
         MissingExtraError: matplotlib is not installed.
+
+    Example:
+        >>> from impulsekit import Robot
+        >>> from impulsekit.design import impact_ellipsoid
+        >>> panda = Robot.from_example("panda")
+        >>> ax = plot_effective_mass(impact_ellipsoid(panda, panda.neutral(), "panda_hand"), "xz")
+        >>> ax.figure.savefig("hand.svg")  # doctest: +SKIP
     """
     if plane is None:
         easy = np.argsort(-np.diagonal(ellipsoid.mobility), kind="stable")[:2]
@@ -82,6 +89,14 @@ def plot_sparing(
 
     Raises:
         As ``spare_joint``; MissingExtraError: matplotlib is not installed.
+
+    Example:
+        >>> from impulsekit import Robot
+        >>> from impulsekit.models import pendulum_urdf
+        >>> rod = Robot.from_urdf(pendulum_urdf(1))
+        >>> line = [0, 0, 0], [0, 0, -1], [1, 0, 0]
+        >>> ax = plot_sparing(rod, [0.0], "joint_1", "link_1", *line)
+        >>> ax.figure.savefig("sparing.svg")  # doctest: +SKIP
     """
     from .sparing import spare_joint
 

@@ -50,6 +50,14 @@ class SparedJoint(OneLine):
         direction: (3,) of the blow in world axes, unit, read-only.
         along: position of the point on the searched line, 0 at its start, 1 at its end.
         share: magnitude of the joint's linear impulse over that of the blow; 0 for no load.
+
+    Example:
+        >>> from impulsekit import Robot
+        >>> from impulsekit.models import pendulum_urdf
+        >>> rod = Robot.from_urdf(pendulum_urdf(1))
+        >>> spared = spare_joint(rod, [0.0], "joint_1", "link_1", [0, 0, 0], [0, 0, -1], [1, 0, 0])
+        >>> round(spared.along, 9), round(spared.share, 9)
+        (0.666666667, 0.0)
     """
 
     joint: str
@@ -69,6 +77,14 @@ class WorstBlow(OneLine):
         share: the joint's impulse over that of the blow; for ``kind="couple"`` the couple
             [m].
         kindest, kindest_share: the direction of the smallest load.
+
+    Example:
+        >>> from impulsekit import Robot
+        >>> from impulsekit.models import pendulum_urdf
+        >>> rod = Robot.from_urdf(pendulum_urdf(1))
+        >>> worst = worst_blow(rod, [0.0], "joint_1", "link_1", at=[0, 0, -1])
+        >>> worst.share >= worst.kindest_share
+        True
     """
 
     direction: np.ndarray

@@ -79,6 +79,14 @@ class MotionBatch(Displayed):
         evaluations: (B,) how many times the accelerations were worked out.
         processes: how many there were; 1 where the rows were followed in this one.
         again: gives the motion of a row once more.
+
+    Example:
+        >>> from impulsekit import Robot, Scene, simulate_batch
+        >>> from impulsekit.models import pendulum_urdf
+        >>> scene = Scene(Robot.from_urdf(pendulum_urdf(1)))
+        >>> motions = simulate_batch(scene, [[0.1], [0.2]], [0.0], 0.5)
+        >>> len(motions), bool(motions.finished.all())
+        (2, True)
     """
 
     t: np.ndarray

@@ -50,6 +50,21 @@ def run_study(
         StoreFullError: no space is left; written rows are kept.
         FileError: the folder cannot be made or written to.
         MissingExtraError: numba, xarray or zarr is not installed.
+
+    Example:
+        >>> from impulsekit import AppliedImpulse, Robot, Scene
+        >>> from impulsekit.models import pendulum_urdf
+        >>> from impulsekit.study import Study, Variation, open_study
+        >>> rod = Robot.from_urdf(pendulum_urdf(1))
+        >>> scene = Scene(rod, [AppliedImpulse("link_1", linear=[1, 0, 0])])
+        >>> pushed = Variation("velocity", low=0.0, high=0.1)
+        >>> study = Study(scene, [0.0], [0.0], samples=100, vary=[pushed])
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     _ = run_study(study, folder + "/rows")
+        ...     rows = len(open_study(folder + "/rows")["status"])
+        >>> rows
+        100
     """
     place = StudyStore(store, study)
     with place.opened() as todo:

@@ -210,6 +210,21 @@ def open_study(path: str | os.PathLike[str]) -> Any:
     Raises:
         InputError: the folder is not a store of a study.
         MissingExtraError: xarray or zarr is not installed.
+
+    Example:
+        >>> from impulsekit import AppliedImpulse, Robot, Scene
+        >>> from impulsekit.models import pendulum_urdf
+        >>> from impulsekit.study import Study, Variation, run_study
+        >>> rod = Robot.from_urdf(pendulum_urdf(1))
+        >>> scene = Scene(rod, [AppliedImpulse("link_1", linear=[1, 0, 0])])
+        >>> pushed = Variation("velocity", low=0.0, high=0.1)
+        >>> study = Study(scene, [0.0], [0.0], samples=100, vary=[pushed])
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     _ = run_study(study, folder + "/rows")
+        ...     rows = open_study(folder + "/rows").load()
+        >>> rows["v_after"].shape
+        (100, 1)
     """
     xarray = _xarray()
     try:

@@ -58,6 +58,17 @@ class Study(OneLine):
 
     Raises:
         RangeError, UnknownNameError, InputError, ShapeError, NotFiniteError, StateError.
+
+    Example:
+        >>> from impulsekit import AppliedImpulse, Robot, Scene
+        >>> from impulsekit.models import pendulum_urdf
+        >>> from impulsekit.study import Variation
+        >>> rod = Robot.from_urdf(pendulum_urdf(1))
+        >>> scene = Scene(rod, [AppliedImpulse("link_1", linear=[1, 0, 0])])
+        >>> pushed = Variation("velocity", low=0.0, high=0.1)
+        >>> study = Study(scene, [0.0], [0.0], samples=100, vary=[pushed])
+        >>> study.rows(0)
+        (0, 100)
     """
 
     scene: Scene

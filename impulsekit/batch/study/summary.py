@@ -45,6 +45,21 @@ class StudySummary:
         rows: number of rows of the study.
         statuses: number of written rows by status.
         quantities: quantiles and worst rows of each quantity.
+
+    Example:
+        >>> from impulsekit import AppliedImpulse, Robot, Scene
+        >>> from impulsekit.models import pendulum_urdf
+        >>> from impulsekit.study import Study, Variation, run_study
+        >>> rod = Robot.from_urdf(pendulum_urdf(1))
+        >>> scene = Scene(rod, [AppliedImpulse("link_1", linear=[1, 0, 0])])
+        >>> pushed = Variation("velocity", low=0.0, high=0.1)
+        >>> study = Study(scene, [0.0], [0.0], samples=100, vary=[pushed])
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     _ = run_study(study, folder + "/rows")
+        ...     summary = summarize(folder + "/rows")
+        >>> summary.written
+        100
     """
 
     rows: int
@@ -96,6 +111,21 @@ def summarize(store: Any, *, worst: int = 3) -> StudySummary:
     Raises:
         InputError: the folder is not a store of a study.
         MissingExtraError: xarray or zarr is not installed.
+
+    Example:
+        >>> from impulsekit import AppliedImpulse, Robot, Scene
+        >>> from impulsekit.models import pendulum_urdf
+        >>> from impulsekit.study import Study, Variation, run_study
+        >>> rod = Robot.from_urdf(pendulum_urdf(1))
+        >>> scene = Scene(rod, [AppliedImpulse("link_1", linear=[1, 0, 0])])
+        >>> pushed = Variation("velocity", low=0.0, high=0.1)
+        >>> study = Study(scene, [0.0], [0.0], samples=100, vary=[pushed])
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     _ = run_study(study, folder + "/rows")
+        ...     summary = summarize(folder + "/rows", worst=1)
+        >>> summary.rows, len(summary.quantities[0].worst)
+        (100, 1)
     """
     dataset = _opened(store)
     status = dataset["status"].values

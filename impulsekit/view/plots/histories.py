@@ -60,6 +60,14 @@ def momentum_history(motion: Any, ax: Axes | None = None, *, part: str = "linear
     Raises:
         RangeError: another part.
         MissingExtraError: matplotlib is not installed.
+
+    Example:
+        >>> from impulsekit import Robot, Scene, simulate
+        >>> from impulsekit.models import pendulum_urdf
+        >>> rod = Robot.from_urdf(pendulum_urdf(1))
+        >>> ax = momentum_history(simulate(Scene(rod), [0.3], [0.0], 0.5), part="angular")
+        >>> ax.get_ylabel()
+        'angular momentum [kg m²/s]'
     """
     units = {"linear": "kg m/s", "angular": "kg m²/s"}
     if part not in units:
