@@ -18,8 +18,10 @@ from ..geometry.collision import (
     smallest_gap,
     solids_of,
 )
+from ..geometry.convex import Convex
 from ..geometry.features import CornerOnFace, EdgesCross
 from ..geometry.held_points import HeldCorner, HeldCrossing, HeldPoint, held_point
+from ..geometry.held_tips import HeldTip, TipOnFace, held_tips
 from ..geometry.polyhedron import Polyhedron, can_be_separated
 from ..geometry.support import support_of
 from ..robot import Robot
@@ -53,7 +55,9 @@ class CollidingGap:
     Attributes:
         entry: which contact of the scene it is.
         friction: µ.
-        has_corners: whether both are polyhedra, whose points can be held.
+        has_corners: whether both are polyhedra, whose points can always be held.
+        has_tips: whether one is round and the other a polyhedron, piece by piece, or both are
+            polyhedra: then points can be held that are on faces.
         exact: whether the gap is told to rounding.
         capture_speed: slower approaches are met without restitution [m/s].
         rest_speed: slower points rest [m/s].
@@ -83,13 +87,25 @@ class CollidingGap:
             for a in self._polyhedra[0]
             for b in self._polyhedra[1]
         )
+        self._shapes = [
+            [shape or _rounded(*piece) for shape, piece in zip(own, pieces, strict=True)]
+            for own, pieces in zip(self._polyhedra, self._pieces, strict=True)
+        ]
+        self.has_tips = not self.has_corners and all(
+            {type(a), type(b)} == {Convex, Polyhedron}
+            or (isinstance(a, Polyhedron) and isinstance(b, Polyhedron) and can_be_separated(a, b))
+            for a in self._shapes[0]
+            for b in self._shapes[1]
+        )
         self._margin = TOUCHING if self.has_corners else max(entry.margin, RESTING)
         # Hops lower than what can be told are none.
         self.exact = all(is_exact(a, b) for a, _ in self._pieces[0] for b, _ in self._pieces[1])
         self.rest_speed = RISING if self.exact else 0.0
-        self.capture_speed = SLOW if self.has_corners else self.rest_speed
+        rims = any(isinstance(s, Convex) and len(s.radii) for own in self._shapes for s in own)
+        slow = self.has_corners or (self.has_tips and rims)
+        self.capture_speed = SLOW if slow else self.rest_speed
         self.waver = WAVER if self.exact else WAVER_OF_COAL
-        self._held: list[HeldPoint] | None = None
+        self._held: list[HeldPoint | HeldTip] | None = None
 
     @property
     def smaller_radius(self) -> float:
@@ -111,11 +127,13 @@ class CollidingGap:
     def hold(self, data: pin.Data | None) -> None:
         """Follow the points that touch now from here on, or with None let go of them.
 
-        Only for bodies with corners; ``data`` with placements.
+        Only for bodies with corners, and for round ones on faces; ``data`` with placements.
         """
         self._held = None
         if data is not None and self.has_corners:
             self._held = self._touching(self._places(data))
+        elif data is not None and self.has_tips:
+            self._held = self._touching_tips(self._places(data))
 
     @property
     def holds(self) -> bool:
@@ -123,11 +141,11 @@ class CollidingGap:
         return self._held is not None
 
     @property
-    def held(self) -> list[HeldPoint] | None:
+    def held(self) -> list[HeldPoint | HeldTip] | None:
         """The points that are held; another list whenever they are others."""
         return self._held
 
-    def hold_again(self, points: list[HeldPoint] | None) -> None:
+    def hold_again(self, points: list[HeldPoint | HeldTip] | None) -> None:
         """Follow points that were held before."""
         self._held = points
 
@@ -137,6 +155,8 @@ class CollidingGap:
             return None
         rows: list[TableRow] = []
         for point in self._held:
+            if isinstance(point, HeldTip):
+                return None
             if isinstance(point, HeldCorner):
                 (own, plane), numbers = point.in_numbers()
                 rows.append((PLANE, self.joint_ids[own], self.joint_ids[plane], numbers))
@@ -159,9 +179,14 @@ class CollidingGap:
         return np.array([point.inside(places) for point in self._held or ()])
 
     def point_again(
-        self, pieces: tuple[int, int], feature: CornerOnFace | EdgesCross, kept: Sequence[float]
-    ) -> HeldPoint:
+        self,
+        pieces: tuple[int, int],
+        feature: CornerOnFace | EdgesCross | TipOnFace,
+        kept: Sequence[float],
+    ) -> HeldPoint | HeldTip:
         """A held point out of what there was of it."""
+        if isinstance(feature, TipOnFace):
+            return HeldTip(self._both(pieces), feature, kept, pieces)
         bodies = self._bodies(pieces)
         if isinstance(feature, CornerOnFace):
             return HeldCorner(bodies, feature, kept, pieces)
@@ -170,14 +195,14 @@ class CollidingGap:
     def spots(self, data: pin.Data) -> list[tuple[np.ndarray, np.ndarray]]:
         """By point, (3,) where it is and (3, 3) its axes t₁, t₂, n; ``data`` with placements."""
         places = self._places(data)
-        if not self.has_corners:
+        if not self.has_corners and self._held is None:
             return [(p.position, contact_axes(p.normal)) for p in self._meeting(places)]
         points = self._touching(places) if self._held is None else self._held
         return [point.place(places) for point in points]
 
     def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(3k, nv) of all points that touch; ``data`` with joint Jacobians."""
-        if not self.has_corners:
+        if not self.has_corners and self._held is None:
             return self._wandering(data)[0]
         places = self._places(data)
         points = self._touching(places) if self._held is None else self._held
@@ -192,7 +217,7 @@ class CollidingGap:
 
         ``data`` with placements, velocities, and accelerations at zero joint acceleration.
         """
-        if not self.has_corners:
+        if not self.has_corners and self._held is None:
             if self._shifted is None:
                 self._shifted = self._model.createData()
             here = self._wandering(data)[1]
@@ -215,14 +240,33 @@ class CollidingGap:
         first, other = self._placed(places)
         return meeting_points(first, other, self._margin)
 
-    def _touching(self, places: list[pin.SE3]) -> list[HeldPoint]:
+    def _touching(
+        self, places: list[pin.SE3], *, of_corners: bool = False
+    ) -> list[HeldPoint | HeldTip]:
         """The corners and edges that touch."""
-        found = []
+        found: list[HeldPoint | HeldTip] = []
         for point in self._meeting(places):
-            if point.feature is not None and self.has_corners:
+            if point.feature is not None and (self.has_corners or of_corners):
+                if point.gap > TOUCHING:
+                    continue
                 bodies = self._bodies(point.pieces)
                 found.append(held_point(bodies, point.feature, point.normal, places, point.pieces))
         return found
+
+    def _touching_tips(self, places: list[pin.SE3]) -> list[HeldPoint | HeldTip] | None:
+        """The tips and corners that touch; None where one is no tip on a face."""
+        found: list[HeldPoint | HeldTip] = self._touching(places, of_corners=True)
+        for i, one in enumerate(self._shapes[0]):
+            for j, two in enumerate(self._shapes[1]):
+                if isinstance(one, Convex) or isinstance(two, Convex):
+                    tips = held_tips(self._both((i, j)), places, TOUCHING, (i, j))
+                    if tips is None:
+                        return None
+                    found += tips
+        return found or None
+
+    def _both(self, pieces: tuple[int, int]) -> list[Convex | Polyhedron]:
+        return [of[i] for of, i in zip(self._shapes, pieces, strict=True)]  # type: ignore[misc]
 
     def _bodies(self, pieces: tuple[int, int]) -> tuple[Polyhedron, Polyhedron]:
         first, other = (of[i] for of, i in zip(self._polyhedra, pieces, strict=True))
@@ -256,6 +300,13 @@ def _pair(first: tuple[Solid, pin.SE3], other: tuple[Solid, pin.SE3]) -> PairOfP
         return value, normal
 
     return PairOfPieces(gap, (support_of(one.geometry, at_one), support_of(two.geometry, at_two)))
+
+
+def _rounded(solid: Solid, placement: pin.SE3) -> Convex | None:
+    """A round piece in the frame of its joint; None of what has no closed form."""
+    if not isinstance(solid.convex, Convex) or solid.convex.is_polyhedron:
+        return None
+    return solid.convex.at(placement.rotation, placement.translation)
 
 
 def _in_joint(pieces: Solids) -> list[Polyhedron | None]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..geometry.features import CornerOnFace, EdgesCross
+from ..geometry.held_tips import TipOnFace
 from ..rows.reach import reached_model
 from ..scene import Scene
 from .gaps import Gaps
@@ -16,6 +17,7 @@ from .resting import Resting, RestingContact
 
 if TYPE_CHECKING:
     from ..geometry.held_points import HeldPoint
+    from ..geometry.held_tips import HeldTip
 
 __all__ = ["NOTHING", "Footing", "footings_of", "packed_footings"]
 
@@ -32,7 +34,7 @@ class Footing:
     """
 
     contacts: tuple[RestingContact, ...] = ()
-    held: tuple[list[HeldPoint] | None, ...] = ()
+    held: tuple[list[HeldPoint | HeldTip] | None, ...] = ()
     slow: float = 0.0
     negligible: float = 0.0
 
@@ -110,10 +112,12 @@ def _packed(footing: Footing) -> dict[str, Any]:
     }
 
 
-def _packed_point(point: HeldPoint) -> list[Any]:
+def _packed_point(point: HeldPoint | HeldTip) -> list[Any]:
     feature = point.feature
     if isinstance(feature, CornerOnFace):
         where: list[Any] = [feature.side, feature.corner, feature.face]
+    elif isinstance(feature, TipOnFace):
+        where = [feature.side, feature.tip, feature.face, int(feature.rolls)]
     else:
         where = [list(map(int, feature.first)), list(map(int, feature.other))]
     return [list(point.pieces), where, list(point.kept)]
@@ -148,8 +152,11 @@ def _unpacked(packed: dict[str, Any], gaps: Gaps) -> Footing:
     )
 
 
-def _feature(where: list[Any]) -> CornerOnFace | EdgesCross:
+def _feature(where: list[Any]) -> CornerOnFace | EdgesCross | TipOnFace:
     if len(where) == 3:
         return CornerOnFace(*map(int, where))
+    if len(where) == 4:
+        side, tip, face, rolls = map(int, where)
+        return TipOnFace(side, tip, face, bool(rolls))
     (a, b), (c, d) = where
     return EdgesCross((int(a), int(b)), (int(c), int(d)))

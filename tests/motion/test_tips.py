@@ -1,0 +1,108 @@
+"""Round bodies on faces: their tips are followed, and where another comes down is an impact."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.integrate import quad
+
+import impulsekit as ik
+from impulsekit.motion.gaps import Gaps
+from impulsekit.rows.reach import reached_model
+
+from .models import GRAVITY
+
+BODY = (
+    '<robot name="{name}"><link name="{name}"><inertial><mass value="2"/>'
+    '<inertia ixx="{across!r}" iyy="{across!r}" izz="{along!r}" ixy="0" ixz="0" iyz="0"/>'
+    "</inertial><collision><geometry>{shape}</geometry></collision></link></robot>"
+)
+RADIUS, LENGTH = 0.1, 0.5
+ACROSS, ALONG = 2.0 * (3 * RADIUS**2 + LENGTH**2) / 12, 2.0 * RADIUS**2 / 2
+CYLINDER = f'<cylinder radius="{RADIUS}" length="{LENGTH}"/>'
+BALL = f'<sphere radius="{RADIUS}"/>'
+BLOCK = '<box size="2 2 0.4"/>'
+
+
+def body(name, shape, root="freeflyer"):
+    text = BODY.format(name=name, shape=shape, across=ACROSS, along=ALONG)
+    return ik.Robot.from_urdf(text, root=root)
+
+
+def random_place(rng):
+    turn = rng.normal(size=4)
+    return pin.XYZQUATToSE3(np.r_[rng.normal(size=3), turn / np.linalg.norm(turn)])
+
+
+@pytest.mark.parametrize("order", [("round/b", "block/g"), ("block/g", "round/b")])
+@pytest.mark.parametrize("shape", [BALL, CYLINDER])
+def test_rates_of_a_tip_are_those_of_its_rows(shape, order):
+    world = ik.combine(round=body("b", shape), block=body("g", BLOCK))
+    scene = ik.Scene(world, contacts=[ik.Collision(*order)])
+    reached = reached_model(world.model, range(1, world.model.njoints), keep_places=True)
+    model, (item,) = reached.model, Gaps(scene, reached).items
+    rng = np.random.default_rng(5)
+    here, there = model.createData(), model.createData()
+    for _ in range(5):
+        block, turn = random_place(rng), random_place(rng).rotation
+        low = RADIUS
+        if shape is CYLINDER:
+            low = RADIUS * np.hypot(turn[2, 0], turn[2, 1]) + LENGTH / 2 * abs(turn[2, 2])
+        place = block * pin.SE3(turn, np.r_[rng.uniform(-0.3, 0.3, 2), 0.2 + low])
+        q = np.r_[pin.SE3ToXYZQUAT(place), pin.SE3ToXYZQUAT(block)]
+        v = rng.normal(size=model.nv)
+        pin.forwardKinematics(model, here, q, v, np.zeros(model.nv))
+        pin.computeJointJacobians(model, here)
+        item.hold(here)
+        assert len(item.held) == 1
+        assert abs(item.held_gaps(here)[0]) < 1e-14
+        rows = item.rows(here, q)
+        speeds, gaps, step = [], [], 1e-5
+        for sign in (1.0, -1.0):
+            pin.computeJointJacobians(model, there, pin.integrate(model, q, sign * step * v))
+            speeds.append(item.rows(there, q).dot(v))
+            gaps.append(item.held_gaps(there)[0])
+        rate = (speeds[0] - speeds[1]) / (2 * step)
+        bias = item.bias(here, q, v, rows)
+        np.testing.assert_allclose(bias, rate, rtol=0, atol=1e-7 * np.abs(rate).max())
+        normal = rows.dot(v)[2]
+        assert abs((gaps[0] - gaps[1]) / (2 * step) - normal) < 1e-8
+        item.hold(None)
+
+
+def height(tilt):
+    """Of the middle of a cylinder whose lower rim is on the floor [m]."""
+    return LENGTH / 2 * np.sin(tilt) + RADIUS * np.cos(tilt)
+
+
+def rate(tilt, begin):
+    """How fast a cylinder falls over on a floor without friction, by its energy [rad/s]."""
+    slope = LENGTH / 2 * np.cos(tilt) - RADIUS * np.sin(tilt)
+    fallen = 2.0 * GRAVITY * (height(begin) - height(tilt))
+    return np.sqrt(2.0 * fallen / (2.0 * slope**2 + ACROSS))
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5])
+def test_the_other_end_of_a_cylinder_that_falls_over_is_an_impact(e):
+    floor = '<robot name="f"><link name="f"><collision><origin xyz="0 0 -0.5"/><geometry>'
+    floor += '<box size="9 9 1"/></geometry></collision></link></robot>'
+    world = ik.combine(a=body("b", CYLINDER), f=ik.Robot.from_urdf(floor))
+    scene = ik.Scene(world, contacts=[ik.Collision("a/b", "f/f", restitution=e)])
+    begin = 0.6
+    # Its axis lies along z before it is turned about y.
+    q = np.r_[0, 0, height(begin), np.sin(0.25 * np.pi - begin / 2) * np.eye(3)[1], 0]
+    q[6] = np.cos(0.25 * np.pi - begin / 2)
+    motion = ik.simulate(scene, q, np.zeros(6), duration=0.5)
+    # θ̇ ~ √(begin − θ): with θ = begin − s² nothing is singular.
+    time, _ = quad(lambda s: 2.0 * s / rate(begin - s * s, begin), 1e-9, np.sqrt(begin))
+    assert motion.status.finished
+    met = [(t, impact) for t, impact in motion.impacts if t > 0.05]
+    assert met[0][0] == pytest.approx(time, abs=1e-8)
+    # The end that comes down is as fast as a cylinder that turns about its other rim is long.
+    impact = met[0][1]
+    end, speed = [0, 0, LENGTH / 2], LENGTH * rate(0.0, begin)
+    other = [0, 0, -LENGTH / 2]
+    ends = [impact.velocity_at("a/b", at).before[2] for at in (end, other)]
+    assert sorted(ends) == pytest.approx([-speed, 0.0], abs=1e-6)
+    after = [impact.velocity_at("a/b", at).after[2] for at in (end, other)]
+    assert max(after) == pytest.approx(e * speed, abs=1e-6)
+    assert min(after) > -1e-12
