@@ -7,9 +7,11 @@ import math
 import numpy as np
 
 from ...laws.status import Status
+from ...laws.words import NEWTON, SIMULTANEOUS
 from .articulated import collected, press, respond, twists
 from .blows import strike, work_of_blows
 from .doubt import doubted
+from .held_again import begin_again, end_again, lacking_rows
 from .inertia import factor, weigh
 from .jit import inlined, kernel
 from .kinematics import place_bodies
@@ -100,6 +102,8 @@ def solve_blocks(
     w = width(witness)
     has_known = len(blow_ints) + len(kicks) > 0
     restitution, slip, order, alone = words
+    at_once = contact_count > 0 and len(target) > 0
+    at_once = at_once and restitution == NEWTON and order == SIMULTANEOUS
     zero = np.int64(0)
     for block in range(begin, end):
         base = min(block * w, states - w)
@@ -210,10 +214,32 @@ def solve_blocks(
                 ints, floats, dofs, bodies, loaded, count, dof_list, dof_first, work, dof_at,
                 reduced_at, nv, p_at, more_at, dv_at, sum_at, witness,
             )  # fmt: skip
+        if (
+            count > 0 and contact_count == 0 and digits(witness) == 53 and lacking_rows(
+                count, term_ints, term_floats, row_first, work, before_at, dv_at, term_at,
+                spare_at, held, w, code, witness,
+            )
+        ):  # fmt: skip
+            begin_again(
+                count, term_ints, term_floats, row_first, work, before_at, free_at, p_at, dv_at,
+                term_at, spare_at, w, code, witness,
+            )  # fmt: skip
+            law(
+                base, count, target, (keeps, lever, dof_first, dof_list, dof_at, reduced_at),
+                contact_ints, contact_floats,
+                ((q, q_step), (e, e_step), (mu, mu_step)), (restitution, slip, order),
+                digits(witness),
+                work, w_at, before_at, free_at, p_at, w, code,
+            )  # fmt: skip
+            end_again(count, work, free_at, p_at, spare_at, w, code, witness)
+            press_more(
+                ints, floats, dofs, bodies, loaded, count, dof_list, dof_first, work, dof_at,
+                reduced_at, nv, p_at, spare_at + 3, dv_at, sum_at, witness,
+            )  # fmt: skip
         if count > 0 and alone == 0 and digits(witness) == 53:
             doubted(
                 count, term_ints, term_floats, row_first, work, w_at, before_at, free_at, p_at,
-                dv_at, term_at, spare_at, w, code, contact_count > 0, witness,
+                dv_at, term_at, spare_at, w, code, held, contact_count > 0, at_once, witness,
             )  # fmt: skip
         for lane in range(w):
             codes[base + lane] = code[lane]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ...laws.single import GAIN
 from ...laws.status import Status
 from ..codes import AGAIN, OPEN
 from .algebra import triple
@@ -24,15 +25,23 @@ _NOT_UNIQUE, _JAM = int(Status.NOT_UNIQUE), int(Status.PAINLEVE_JAM)
 @inlined
 def doubted(
     count, term_ints, term_floats, row_first, work, w_at, before_at, free_at, p_at, dv_at,
-    term_at, spare_at, w, code, has_contacts, witness,
+    term_at, spare_at, w, code, held, has_contacts, at_once, witness,
 ):  # fmt: skip
     """Leave states to the solver of single ones where Δv does not make the rows' velocities.
 
     The law was told W p; where light bodies are held, that has lost digits to J Δv.
+
+    Args:
+        held: velocities that the bilateral rows, which come first, are brought to, and whether
+            they keep their own.
+        at_once: whether contacts aim at velocities of before the bilateral rows act, too: then
+            both together may gain energy, which is left to the solver of single ones as well.
     """
+    target, keeps = held
     doubt = DOUBT if has_contacts else DOUBT_HELD
     scale = same(0.0, witness)
     worst = same(0.0, witness)
+    gain, works = same(0.0, witness), same(0.0, witness)
     for r in range(count):
         before = load(work, (before_at + r) * w, witness)
         made = row_velocity(
@@ -50,10 +59,17 @@ def doubted(
         )
         for speed in (absolute(before), size):
             scale = where_less(scale, speed, speed, scale)
-    store(work, spare_at * w, worst)
-    store(work, (spare_at + 1) * w, scale)
+        if at_once and not (r < len(target) and (keeps[r] or target[r] != 0.0)):
+            impulse = load(work, (p_at + r) * w, witness)
+            own = impulse * (before + 0.5 * made)
+            gain = gain + own
+            works = works + absolute(own) + absolute(impulse * before)
+    store(work, spare_at * w, worst - doubt * scale)
+    store(work, (spare_at + 1) * w, gain - GAIN * works)
     for lane in range(w):
-        if work[spare_at * w + lane] > doubt * work[(spare_at + 1) * w + lane] and (
+        off = work[spare_at * w + lane] > 0.0
+        gains = at_once and work[(spare_at + 1) * w + lane] > 0.0
+        if (off or gains) and (
             code[lane] % OPEN == _SOLVED or code[lane] % OPEN == _NOT_UNIQUE or code[lane] == _JAM
         ):
             code[lane] = AGAIN

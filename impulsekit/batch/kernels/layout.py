@@ -145,14 +145,14 @@ def places(
     """Where in the work array things begin, in values.
 
     Returns:
-        Degrees of freedom; q; v; Δv; generalized impulse; spare room for two; reduced rows
-        (rows, nv); W (rows, rows); velocities of the rows before, and without their own
-        impulses; impulses, and behind them the gaps of balls; inertias that vary; meetings;
-        terms; and how many values there are in all.
+        Degrees of freedom; q; v; Δv; generalized impulse; spare room for three and two of
+        each row; reduced rows (rows, nv); W (rows, rows); velocities of the rows before, and
+        without their own impulses; impulses, and behind them the gaps of balls; inertias that
+        vary; meetings; terms; and how many values there are in all.
     """
     sizes = (
-        BODY * (bodies + 1), DOF * nv, nq, nv, nv, nv, 2, rows * nv, rows * rows, rows, rows,
-        rows + balls, LOAD_FLOATS * loads, MEETING * meetings, TERM * terms,
+        BODY * (bodies + 1), DOF * nv, nq, nv, nv, nv, 3 + 2 * rows, rows * nv, rows * rows,
+        rows, rows, rows + balls, LOAD_FLOATS * loads, MEETING * meetings, TERM * terms,
     )  # fmt: skip
     found = [0]
     for size in sizes:
