@@ -27,7 +27,7 @@ from .elimination import (
 from .factor import FilledFactor, SparseFactor, pivots_are_safe
 from .known import KnownImpulses
 from .massless_locks import with_massless_locks
-from .scene_contacts import SceneContacts
+from .scene_contacts import SceneContacts, with_work_of_rows
 from .steps import steps_of
 
 if TYPE_CHECKING:
@@ -269,6 +269,11 @@ class ConstrainedJump:
             steps = steps_of(self._mass_matrix, known, jacobian, rows, moved_by, at)
             solution, dv = contacts.refined(problem, solution, dv, steps)
             multipliers = at(solution.impulse)
+        if contacts.acts_at_once:
+            passive = self._rows_there.passive
+            solution = with_work_of_rows(
+                solution, multipliers[passive], rows[passive].dot(v), rows[passive].dot(dv)
+            )
         return dv, Outcome(multipliers, held.unique, tuple(touches), solution, doubt or held.nearly)
 
     def _eliminated(self, half_rows: np.ndarray, q: np.ndarray) -> Elimination:

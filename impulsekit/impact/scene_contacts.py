@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..laws.single import GAIN
 from ..laws.status import Status
 from ..rows.contacts import ContactRows, Touch
 from ..rows.reach import ReachedModel
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from .laws import ContactProblem, ContactSolution
     from .laws.refine import Steps
 
-__all__ = ["SceneContacts"]
+__all__ = ["SceneContacts", "with_work_of_rows"]
 
 # What rounding leaves of the law's own equations, relative.
 ROUNDING = 2e-15
@@ -27,7 +28,13 @@ ROUNDING_OF_SUMS = 1e-14
 
 
 class SceneContacts:
-    """The contacts of a scene: rows, coefficients and law."""
+    """The contacts of a scene: rows, coefficients and law.
+
+    Attributes:
+        rows: of the contacts.
+        acts_at_once: whether contacts aim at velocities of before the constraints act, too
+            (Newton's restitution, all at once): both together may then gain energy.
+    """
 
     def __init__(self, scene: Scene, reached: ReachedModel) -> None:
         from .laws import ContactProblem, find_impulses
@@ -37,7 +44,12 @@ class SceneContacts:
         self._thrown, self._is_thrown = THROWN**2, is_thrown
         self.rows = ContactRows(scene, reached)
         self._uneven = has_uneven_masses(reached.model)
-        self._law = scene.law
+        self._law = law = scene.law
+        self.acts_at_once = (law.restitution, law.slip, law.order) == (
+            "newton",
+            "end",
+            "simultaneous",
+        )
         self._restitution = [entry.restitution for entry in scene.contacts]
         self._varying = any(callable(e) for e in self._restitution)
         self._names = scene.entry_names("contacts")
@@ -122,3 +134,22 @@ class SceneContacts:
                 for entry, speed in zip(entries, approach, strict=True)
             ]
         )
+
+
+def with_work_of_rows(
+    solution: ContactSolution, impulse: np.ndarray, before: np.ndarray, change: np.ndarray
+) -> ContactSolution:
+    """The solution, or that the energy went up by what contacts and constraints add together.
+
+    Args:
+        impulse: (k,) of the bilateral rows that are brought to rest [N s].
+        before, change: (k,) their velocities before the impact, and Δ of them [m/s].
+    """
+    if not solution.status.valid:
+        return solution
+    works = impulse * (before + 0.5 * change)
+    own = solution.normal_work + solution.friction_work
+    size = np.abs(impulse).dot(np.abs(before)) + np.abs(works).sum() + np.abs(own).sum()
+    if not works.sum() + own.sum() > GAIN * size:
+        return solution
+    return dataclasses.replace(solution, status=Status.ENERGY_GAIN)

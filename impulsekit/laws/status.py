@@ -56,9 +56,9 @@ class Status(int, enum.Enum):
     )
     ENERGY_GAIN = (
         4,
-        "The contacts increase the kinetic energy, as Newton's and Poisson's laws can "
-        "with friction (Kane & Levinson 1985). Use "
-        'Law(restitution="stronge", slip="path"), or lower e.',
+        "Contacts and constraints increase the kinetic energy, as Newton's and Poisson's laws can "
+        "with friction (Kane & Levinson 1985), and Newton's where constraints change velocities "
+        'at the same instant. Use Law(restitution="stronge", slip="path"), or lower e.',
     )
     MANY_SOLUTIONS = (
         5,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -174,6 +175,12 @@ class ConstraintRows:
     def bias(self, data: pin.Data) -> np.ndarray:
         """(m,) Ȧ v; ``data`` with accelerations at zero joint acceleration."""
         return np.concatenate([block.bias(data) for block in self.blocks])
+
+    @cached_property
+    def passive(self) -> np.ndarray:
+        """(m,) True where a row is brought to rest: nothing outside drives it."""
+        still = self.velocity == 0.0
+        return still if self.kept is None else still & ~self.kept
 
     def target(self, velocity_before: np.ndarray) -> np.ndarray:
         """(m,) b, given the rows' velocities A v⁻ before the impact."""

@@ -10,6 +10,7 @@ import impulsekit as ik
 from impulsekit.reference.urdf import read_urdf
 
 from ..close import close
+from ..motion.models import particle
 from ..reference.models import joint, link, robot
 from ..robots import random_blow, random_state, relative
 
@@ -318,3 +319,25 @@ def two_rods(q):
             joint("pin_1", "ground", "rod_1", at=f"{apart[0]!r} {apart[1]!r} 0"),
         )
     )
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson"])
+@pytest.mark.parametrize("angle", [0.3, 1.2])
+def test_energy_that_a_lock_and_a_contact_gain_together_is_told(law, angle):
+    # A particle at (−1, 0, 0) m/s is stopped along x as it meets a plane that leans by an angle:
+    # v⁺ = (0, 0, e cos/sin) by Newton's law, faster than before where the plane is steep.
+    e, normal = 0.8, [np.cos(angle), 0, np.sin(angle)]
+    scene = ik.Scene(
+        particle(),
+        constraints=[ik.JointLock("along_x")],
+        contacts=[ik.Contact("z", normal=normal, restitution=e)],
+        law=ik.Law(law),
+    )
+    v = np.array([-1.0, 0.0, 0.0])
+    impact, batch = ik.solve(scene, np.zeros(3), v), ik.solve_batch(scene, [np.zeros(3)], [v])
+    up = e / np.tan(angle) if law == "newton" else 0.0
+    np.testing.assert_allclose(impact.v_after, [0.0, 0.0, up], atol=1e-14)
+    wanted = "ENERGY_GAIN" if up > 1.0 else "SOLVED"
+    assert impact.status.name == wanted
+    assert impact.is_valid() == (up <= 1.0)
+    assert batch.status[0] == impact.status
