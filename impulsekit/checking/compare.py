@@ -199,6 +199,7 @@ def _of_constraints(
     # |A_i v| is at most √W_ii √(2 T); a row that moves nothing is judged beside the others.
     lengths = np.where(weights > 0.0, weights, weights.max() or 1.0)
     wanted = _floats(demands.target)
+    met = [i for i in range(len(names)) if i not in conditions.faint]
     return [
         make.row(
             "constraint impulses",
@@ -213,12 +214,12 @@ def _of_constraints(
         make.row(
             "constraint velocities",
             "m/s, rad/s",
-            names,
-            conditions.rows @ impact.v_after,
-            wanted,
+            tuple(names[i] for i in met),
+            (conditions.rows @ impact.v_after)[met],
+            wanted[met],
             max(float((np.abs(wanted) / lengths).max()), sizes.energy_norm),
             "√(2 T), each entry over √W_ii",
-            1.0 / lengths,
+            1.0 / lengths[met],
         ),
     ]
 

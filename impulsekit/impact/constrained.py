@@ -281,7 +281,7 @@ class ConstrainedJump:
             return without_cancellation(rows.magnitude(self._data, q), self._data.M)
 
         rows = self._rows_there
-        return Elimination(half_rows, magnitude, rows.names)
+        return Elimination(half_rows, magnitude, rows.names, rows.triples)
 
     def _multipliers(
         self,

@@ -30,10 +30,17 @@ __all__ = [
 # A row is dependent if, scaled to unit length in the metric of M⁻¹, it stands less than
 # this (rad) out of the span of the others. Loops closed by hand are off by about as much.
 RANK_TOLERANCE = 1e-7
+# The same of a row that is one axis of a vector, in the length of the longest of its axes: what
+# the digits of files leave of a loop in a plane. An arm stretched to 1e-5 rad leaves more.
+FAINT_AXIS = 1e-8
+# Rows of one vector this much shorter than its longest are judged beside it.
+UNEVEN = 0.1
 # Dependent rows leave this much of singular values by rounding; more is not rounding.
 EXACT_RANK = 1e-14
 # Pivots of the scaled W above this need no closer look.
 SAFE_PIVOT = 1e-6
+# The same beside the longest axis of the row's vector: (10 FAINT_AXIS)².
+FAINT_PIVOT = 1e-14
 # Rows whose squares differ by less than this are no rounding of each other.
 COMPARABLE = 1e-9
 # What dependent rows may disagree by, relative to the velocities they speak of.
@@ -75,6 +82,8 @@ class _Span(NamedTuple):
         basis: (nv, rank) orthonormal.
         values, rows: (rank,) singular values and (rank, live) the vectors of the rows' space.
         nearly: whether anything was left out that is more than rounding.
+        faint: live rows that are left out beside others of the same vector; None without any.
+        shared: (live,) the sizes of the rows' vectors, where dependent rows differ from them.
     """
 
     live: np.ndarray
@@ -83,6 +92,8 @@ class _Span(NamedTuple):
     values: np.ndarray
     rows: np.ndarray
     nearly: bool
+    faint: _Shares | None
+    shared: np.ndarray | None
 
 
 class Elimination:
@@ -93,6 +104,8 @@ class Elimination:
         magnitude: called only if rows look dependent; (m,) the diagonal that W would
             have without cancellation. None: rows far smaller than the largest are zeros.
         names: of the rows, for errors.
+        triples: (m,) a number for each row, the same for rows along axes of one vector; empty
+            where each row stands for itself.
     """
 
     def __init__(
@@ -100,10 +113,12 @@ class Elimination:
         half: np.ndarray,
         magnitude: Callable[[], np.ndarray] | None,
         names: Sequence[str],
+        triples: Sequence[int] = (),
     ) -> None:
         self.half, self._magnitude, self._names = half, magnitude, names
+        self._triples = np.array(triples, dtype=int)
         self._delassus = half.T.dot(half)
-        self._factor = _regular_factor(self._delassus)
+        self._factor = _regular_factor(self._delassus, self._triples)
 
     def solve(
         self, right: np.ndarray, velocity_scale: Callable[[], np.ndarray] | None = None
@@ -174,11 +189,22 @@ class Elimination:
                 gross = self._magnitude()
             live = diagonal > NULL_ROW * gross
             nearly = bool((diagonal[~live] > EXACT_NULL_ROW * gross[~live]).any())
-        sizes = np.sqrt(diagonal[live])
-        vectors, values, rows = _singular_values(self.half[:, live] / sizes)
+        half, sizes = self.half[:, live], np.sqrt(diagonal[live])
+        vectors, values, rows = _singular_values(half / sizes)
         rank = int(np.count_nonzero(values > RANK_TOLERANCE))
+        triples = self._triples[live] if len(self._triples) else self._triples
+        shared, faint = _of_vectors(sizes, triples), None
+        if shared is not None:
+            faint = _faint_axes(half, shared, rank)
+        if shared is not None and faint is not None:
+            half, sizes, shared, nearly = faint.laid_in(half), shared, None, True
+            vectors, values, rows = _singular_values(half / sizes)
+            rank = len(faint.kept)
         nearly = nearly or bool((values[rank:] > EXACT_RANK * len(values)).any())
-        return _Span(live, sizes, vectors[:, :rank], values[:rank], rows[:rank], nearly)
+        if rank == len(sizes):
+            shared = None
+        span = vectors[:, :rank], values[:rank], rows[:rank]
+        return _Span(live, sizes, *span, nearly, faint, shared)
 
     @cached_property
     def _moving(self) -> tuple[list[int], np.ndarray] | None:
@@ -212,20 +238,93 @@ class Elimination:
         self, right: np.ndarray, velocity_scale: Callable[[], np.ndarray] | None
     ) -> BilateralSolution:
         """λ by singular values, with rows of no effect set aside."""
-        live, sizes, _, values, basis, nearly = self._span
+        live, sizes, _, values, basis, nearly, faint, shared = self._span
         # A row of no effect cannot change its velocity.
         unmet = np.where(live, 0.0, np.abs(right))
         _refuse(unmet, right, velocity_scale, self._names)
-        wanted = right[live] / sizes
+        implied = right[live]
+        if faint is not None:
+            implied = faint.laid_in(implied)
+            unmet[live] = np.abs(right[live] - implied)
+            _refuse(unmet, right, velocity_scale, self._names)
+        wanted = implied / sizes
         share = basis.dot(wanted)
         unmet[live] = np.abs(wanted - share.dot(basis)) * sizes
         _refuse(unmet, right, velocity_scale, self._names)
         impulse = np.zeros_like(right)
         impulse[live] = (share / values**2).dot(basis) / sizes
+        if shared is not None:
+            # A row that is short for rounding is not to bear a large impulse.
+            impulse[live] = _shared_evenly(impulse[live], sizes, shared, basis)
         unique = np.zeros(len(right), dtype=bool)
         # A row is determined if no direction of the null space moves it.
         unique[live] = np.einsum("ij,ij->j", basis, basis) > 1.0 - 1e-9
         return BilateralSolution(impulse, len(values), unique, nearly)
+
+
+class _Shares(NamedTuple):
+    """Rows that are left out for rounding, as shares of those that are kept.
+
+    Attributes:
+        kept, left_out: indices of rows.
+        shares: (kept, left_out) of each kept row in each that is left out.
+    """
+
+    kept: np.ndarray
+    left_out: np.ndarray
+    shares: np.ndarray
+
+    def laid_in(self, values: np.ndarray) -> np.ndarray:
+        """(..., m) values by row, of the rows left out as the kept ones imply them."""
+        laid = values.copy()
+        laid[..., self.left_out] = values[..., self.kept].dot(self.shares)
+        return laid
+
+
+def _of_vectors(sizes: np.ndarray, triples: np.ndarray) -> np.ndarray | None:
+    """(k,) the longest axis of each row's vector; None where no axis is far shorter."""
+    if not len(triples):
+        return None
+    largest = np.zeros(triples.max() + 1)
+    np.maximum.at(largest, triples, sizes)
+    shared = largest[triples]
+    return shared if (sizes < UNEVEN * shared).any() else None
+
+
+def _faint_axes(half: np.ndarray, shared: np.ndarray, rank: int) -> _Shares | None:
+    """Rows that are rounding beside the other axes of the same vector.
+
+    A loop in a plane that is a hair out of line with the axes has a short row across the
+    plane. Scaled to unit length by itself, what it says beside the others would count.
+
+    Args:
+        half: (nv, k) half-solved rows. shared: (k,) the sizes of their vectors.
+        rank: of the rows scaled to unit length.
+    """
+    import scipy.linalg
+
+    triangle, order = scipy.linalg.qr(half / shared, mode="r", pivoting=True)
+    least = int(np.count_nonzero(np.abs(triangle.diagonal()) > FAINT_AXIS))
+    if least >= rank:
+        return None
+    kept, left_out = order[:least], order[least:]
+    shares = scipy.linalg.solve_triangular(triangle[:least, :least], triangle[:least, least:])
+    return _Shares(kept, left_out, shares * shared[left_out] / shared[kept][:, None])
+
+
+def _shared_evenly(
+    impulse: np.ndarray, sizes: np.ndarray, shared: np.ndarray, rows: np.ndarray
+) -> np.ndarray:
+    """(k,) impulses with the same effect, of least norm as their vectors are long.
+
+    Args:
+        impulse: (k,) of the rows. sizes, shared: (k,) lengths of the rows and their vectors.
+        rows: (rank, k) what the rows scaled to unit length span.
+    """
+    null = np.eye(len(sizes)) - rows.T.dot(rows)
+    weights = shared / sizes
+    shift = np.linalg.lstsq(weights[:, None] * null, -weights * (impulse * sizes), rcond=1e-9)[0]
+    return impulse + null.dot(shift) / sizes
 
 
 def without_cancellation(gross: np.ndarray, mass_matrix: np.ndarray) -> np.ndarray:
@@ -234,7 +333,7 @@ def without_cancellation(gross: np.ndarray, mass_matrix: np.ndarray) -> np.ndarr
     return (gross**2) @ (1.0 / np.maximum(masses, LIGHTEST * masses.max()))
 
 
-def _regular_factor(delassus: np.ndarray) -> np.ndarray | None:
+def _regular_factor(delassus: np.ndarray, triples: np.ndarray | None = None) -> np.ndarray | None:
     """(m, m) the Cholesky factor of W, or None where rows may be dependent."""
     # Cholesky does not feel how rows are scaled, so only its pivots are compared scaled.
     factor, failed = lapack.dpotrf(delassus, lower=1)
@@ -242,8 +341,14 @@ def _regular_factor(delassus: np.ndarray) -> np.ndarray | None:
         return None
     roots, least = factor.diagonal(), SAFE_PIVOT * delassus.diagonal()
     # Without an array of truths, which costs more than its few entries.
-    if not all(map(operator.gt, (roots * roots).tolist(), least.tolist())):
+    pivots = roots * roots
+    if not all(map(operator.gt, pivots.tolist(), least.tolist())):
         return None
+    largest = float(delassus.diagonal().max())
+    if triples is not None and len(triples) and float(pivots.min()) < FAINT_PIVOT * largest:
+        shared = _of_vectors(np.sqrt(delassus.diagonal()), triples)
+        if shared is not None and (pivots < FAINT_PIVOT * shared**2).any():
+            return None
     return factor
 
 

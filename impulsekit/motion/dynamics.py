@@ -246,7 +246,7 @@ class Dynamics:
         def magnitude() -> np.ndarray:
             return without_cancellation(held.magnitude(data, q), data.M)
 
-        return Elimination(half_rows, magnitude, held.names)
+        return Elimination(half_rows, magnitude, held.names, held.triples)
 
     def _multipliers(
         self,

@@ -43,6 +43,7 @@ class HeldRows:
         names: of the rows.
         velocity: (m,) what the rows' velocities are kept at.
         kept: (m,) True where that is what it is at the start; None where none is.
+        triples: (m,) as in ``ConstraintRows``.
     """
 
     def __init__(self, scene: Scene, reached: ReachedModel) -> None:
@@ -50,7 +51,7 @@ class HeldRows:
         self._rows = ConstraintRows.of(scene, reached, "constraints")
         self.names = self._rows.names
         self.velocity = self._rows.velocity.copy()
-        self.kept = self._rows.kept
+        self.kept, self.triples = self._rows.kept, self._rows.triples
         self._drifts: list[Drift] = []
         # Drift is looked at with a workspace of its own.
         self._data: pin.Data | None = None

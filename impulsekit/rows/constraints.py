@@ -92,6 +92,8 @@ class ConstraintRows:
         velocity: (m,) the prescribed velocity of each row after the impact.
         kept: (m,) True where the row keeps its velocity instead; None where none does.
         faintest: (m,) of its blocks; None where no row can vanish.
+        triples: (m,) a number for each row, the same for the axes of one linear or angular
+            velocity.
     """
 
     model: pin.Model
@@ -101,6 +103,7 @@ class ConstraintRows:
     velocity: np.ndarray
     kept: np.ndarray | None
     faintest: tuple[float, ...] | None
+    triples: tuple[int, ...]
 
     @classmethod
     def of(
@@ -116,6 +119,7 @@ class ConstraintRows:
         names: list[str] = []
         velocity: list[float] = []
         kept: list[bool] = []
+        triples: list[int] = []
         for name, entry in zip(scene.entry_names(kind), getattr(scene, kind), strict=True):
             said = rows_of_entry(scene.robot, entry)
             block = (
@@ -131,6 +135,11 @@ class ConstraintRows:
             )
             velocity.extend((0.0,) * count if keeps else after)
             kept.extend([keeps] * count)
+            last = triples[-1] if triples else -1
+            if isinstance(said, FramePair):
+                triples.extend(last + (1 if row < 3 else 2) for row in said.select)
+            else:
+                triples.extend(range(last + 1, last + 1 + count))
         faintest = np.concatenate([np.zeros(0), *(block.faintest for block in blocks)])
         return cls(
             reached.model,
@@ -140,6 +149,7 @@ class ConstraintRows:
             np.array(velocity),
             np.array(kept) if any(kept) else None,
             tuple(faintest.tolist()) if faintest.any() else None,
+            tuple(triples),
         )
 
     @property

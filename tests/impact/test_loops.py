@@ -362,3 +362,41 @@ def test_a_massless_link_that_nothing_holds_is_refused():
     with pytest.raises(SingularMassError, match="coupler_pin") as caught:
         ik.solve(ik.Scene(body, [], [away]), four_bar_pose(1.3), [1.0, 2.0, 3.0])
     assert caught.value.joints == ("coupler_pin",)
+
+
+def written_parallelogram(tilt, warp, root):
+    """A parallelogram in a plane that is ``tilt`` off the world's axes and warped by ``warp``."""
+    inertia = "0.02 0 0 0.03 0 0.01"
+    text = robot(
+        link("base", "4", inertia=".3 0 0 .4 0 .5"),
+        link("up", "1", "0 0 .25", inertia=inertia),
+        link("across", "2", ".5 0 0", inertia=inertia),
+        link("down", "1", "0 0 -.25", inertia=inertia),
+        joint("a", "base", "up", axis="0 1 0", rpy=f"0 0 {tilt}"),
+        joint("b", "up", "across", axis="0 1 0", at="0 0 .5", rpy=f"{warp} 0 0"),
+        joint("c", "across", "down", axis="0 1 0", at="1 0 0", rpy=f"{-2 * warp} 0 0"),
+    )
+    made = ik.Robot.from_urdf(text, root)
+    place = made.placement(made.neutral(), "down").point([0, 0, -0.5])
+    pin_d = ik.PointAnchor("down", "base", at=(0, 0, -0.5), other_at=tuple(place))
+    return made, ik.Scene(made, [ik.AppliedImpulse("across", linear=[1, 2, 3])], [pin_d])
+
+
+@pytest.mark.parametrize("root", ["fixed", "freeflyer"])
+@pytest.mark.parametrize("warp", [0.0, 1e-9, 2e-9])
+def test_a_loop_in_a_plane_is_not_locked_by_the_last_digits_of_its_file(root, warp):
+    plain, straight = written_parallelogram(0.0, 0.0, root)
+    wanted = ik.solve(straight, plain.neutral(), plain.velocity())
+    tilted, scene = written_parallelogram(3.7e-6, warp, root)
+    impact = ik.solve(scene, tilted.neutral(), tilted.velocity())
+    assert impact.is_valid() and ik.check(impact).agrees
+    np.testing.assert_allclose(impact.v_after, wanted.v_after, atol=1e-5)
+    assert abs(impact.v_after[-1]) > 0.1, "it moves"
+    # A row that is short for rounding does not carry a thousand times the others.
+    assert np.abs(impact.constraints[0].impulse).max() < 10.0
+    outputs = ("v_after", "constraint_impulses")
+    batch = ik.solve_batch(scene, impact.q[None], impact.v_before[None], outputs=outputs)
+    close(batch.v_after[0], impact.v_after, 1e-9)
+    np.testing.assert_allclose(
+        batch.constraint_impulses[0], impact.constraints[0].impulse, atol=1e-6
+    )

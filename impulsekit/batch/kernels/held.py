@@ -26,6 +26,8 @@ GOOD_PIVOT, SAFE_PIVOT = 1e-2, 1e-6
 COARSE = 1e-4
 # A row whose W is this share of that of its terms is live; a zero; all between is in doubt.
 LIVE_ROW, NULL_ROW = 1e-12, 1e-28
+# A live row this short may be one axis of a longer vector.
+SHORT_ROW = 1e-4
 # What stands out of the span of other rows by less is rounding; from 1e-3 on it is not.
 IN_SPAN = 1e-14
 # What rows that are set aside may want beside the others, over the speeds at hand.
@@ -55,6 +57,7 @@ def hold(
     count = len(target)
     nv = len(lever) // rows
     live = 0
+    short = False
     null = count
     for i in range(count):
         own = float(work[(w_at + i * rows + i) * w + lane])
@@ -67,6 +70,7 @@ def hold(
             scale_of[i] = 1.0 / math.sqrt(own)
             order[at + live] = i
             live += 1
+            short |= own < SHORT_ROW * gross
         elif digits == 53 and own <= NULL_ROW * gross:
             scale_of[i] = 0.0
             null -= 1
@@ -85,7 +89,8 @@ def hold(
         if digits < 53:
             return -1
         rank = _ranked(live, nv, held, work, w, lane, matrix, lower, scale_of, order, at)
-        if rank < 0:
+        # Short rows bear by the length of their vectors, which is not known here.
+        if rank < 0 or (short and rank < live):
             return -1
     speed = 0.0
     for i in range(count):
