@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..impact.yielding import own_stops
 from ..robot import Robot
 from ..rows.entries import FramePair, Site, frame_pair, rows_of_entry
 from ..scene import Collision, Contact, JointStop, Scene
@@ -78,6 +79,8 @@ def row_tables(
         tables.terms.extend(rows)
         tables.target.extend(np.broadcast_to(after, len(rows)).tolist())
         tables.keeps.extend([keeps] * len(rows))
+    if own_stops(scene):
+        raise NoKernelError("a controlled joint with a stop, which yields where it meets it")
     for contact in scene.contacts:
         first = len(tables.terms)
         rows, entry, meeting, numbers = maker.contact(contact)

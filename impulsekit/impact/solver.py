@@ -23,6 +23,7 @@ from .algorithms import ByAba, ByCrba, ByDenseCholesky, Rescaled, refuse_massles
 from .known import KnownImpulses
 from .plan import Plan, cheaper_algorithm
 from .result import Impact
+from .yielding import YieldingControls, own_stops
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -99,6 +100,9 @@ class _Workspace:
         self._has_rows = bool(scene.held or scene.contacts)
         # The way that takes any choice of contacts; made when a choice is first given.
         self._general: ConstrainedJump | None = None
+        stops = own_stops(scene)
+        self._yielding = YieldingControls(stops) if stops else None
+        self._without: dict[tuple[str, ...], ImpactSolver] = {}
         # The commonest case, a robot alone on a fixed base, needs nothing in between.
         direct = self._reached is not None and self._reached.is_as_given and not self._has_rows
         self._velocity_jump = (
@@ -129,8 +133,19 @@ class _Workspace:
             q = state.checked_configuration(self._model, q)
             v = state.checked_velocity(self._model, v)
         if self._has_rows:
+            if self._yielding is not None:
+                freed = self._yielding.scene(scene, q, v)
+                if freed is not scene:
+                    return self._freed(freed).solve(q, v)
             return Impact(scene, q, v, *self._constrained_jump(q, v))
         return Impact(scene, q, v, self._velocity_jump(q))
+
+    def _freed(self, scene: Scene) -> ImpactSolver:
+        """The solver of the scene with fewer controlled joints."""
+        names = tuple(scene.controlled)
+        if names not in self._without:
+            self._without[names] = ImpactSolver(scene)
+        return self._without[names]
 
     def solve_touching(
         self, scene: Scene, q: ArrayLike, v: ArrayLike, touching: Container[int]
@@ -140,6 +155,10 @@ class _Workspace:
             return self.solve(scene, q, v)
         q = state.checked_configuration(self._model, q)
         v = state.checked_velocity(self._model, v)
+        if self._yielding is not None:
+            freed = self._yielding.scene(scene, q, v, touching)
+            if freed is not scene:
+                return self._freed(freed).solve_touching(q, v, touching)
         if self._general is None:
             from .constrained import ConstrainedJump
 

@@ -47,8 +47,9 @@ class Scene(Displayed):
         controlled: joints under stiff position or velocity control. In an impact each keeps
             its velocity, Δq̇ = 0, so that the links between them strike as one composite rigid
             body (Wang, Dehio & Kheddar 2022). The impulse of its motor is the result
-            "controlled JOINT" in ``Impact.constraints``. Between impacts, forces and actuators
-            move the joint. Other joints are free.
+            "controlled JOINT" in ``Impact.constraints``. A joint that runs into its own
+            ``JointStop`` is free in that impact: the stop is the stiffer of the two. Between
+            impacts, forces and actuators move the joint. Other joints are free.
 
     Raises:
         UnknownNameError: a frame or joint that the robot does not have.

@@ -232,3 +232,49 @@ def test_scene_files_keep_it(tmp_path):
 def test_what_cannot_be_controlled_is_told(held, match):
     with pytest.raises(ik.errors.ImpulsekitError, match=match):
         ik.Scene(two_bodies(), **held)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.6])
+def test_a_controlled_joint_yields_to_its_own_stop_and_the_others_do_not(restitution):
+    """At the stop the joint turns back at e times its speed; elsewhere its control holds."""
+    panda = ik.Robot.from_example("panda")
+    upper = float(panda.model.upperPositionLimit[3])
+    stop = ik.JointStop("panda_joint4", restitution=restitution)
+    scene = ik.Scene(panda, contacts=[stop], controlled=ARM)
+    q = panda.configuration(panda_joint4=upper)
+    v = panda.velocity(panda_joint2=0.3, panda_joint4=2.0, panda_joint6=-1.0)
+    impact = ik.solve(scene, q, v)
+    assert impact.status is ik.Status.SOLVED and impact.is_valid()
+    # The others keep theirs, so the joint and its stop are alone.
+    wanted = v.copy()
+    wanted[3] = -restitution * 2.0
+    close(impact.v_after[:7], wanted[:7], 1e-13)
+    masses = pin.crba(panda.model, panda.model.createData(), q)
+    masses = np.triu(masses) + np.triu(masses, 1).T
+    # The fingers are free, so what counts is the composite arm's own inertia less theirs.
+    fingers = masses[7:, 7:]
+    effective = masses[3, 3] - masses[3, 7:] @ np.linalg.solve(fingers, masses[7:, 3])
+    carried = abs(impact.contacts[0].impulse[-1])
+    assert carried == pytest.approx((1 + restitution) * 2.0 * effective, rel=1e-12)
+    assert ik.check(impact).agrees
+    batch = ik.solve_batch(scene, np.array([q, q]), np.array([v, -v]))
+    close(batch.v_after[0], impact.v_after, 1e-13)
+    # Away from the stop, and at it without approaching, the control holds.
+    close(batch.v_after[1], -v, 1e-13)
+    leaving = ik.solve(scene, q, -v)
+    assert "controlled panda_joint4" in [each.name for each in leaving.constraints]
+
+
+def test_a_motion_goes_on_when_a_controlled_joint_meets_its_stop():
+    panda = ik.Robot.from_example("panda")
+    stop = ik.JointStop("panda_joint4", restitution=0.8)
+    scene = ik.Scene(panda, contacts=[stop], controlled=ARM, gravity=[0, 0, 0])
+    start = float(panda.model.upperPositionLimit[3]) - 0.02
+    q, v = panda.configuration(panda_joint4=start), panda.velocity(panda_joint4=1.0)
+    motion = ik.simulate(scene, q, v, duration=0.05)
+    assert motion.status.finished, motion.detail
+    ((_, impact),) = motion.impacts
+    assert impact.v_after[3] == pytest.approx(-0.8 * impact.v_before[3], rel=1e-12)
+    others = [0, 1, 2, 4, 5, 6]
+    close(impact.v_after[others], impact.v_before[others], 1e-12)
+    assert ik.check(impact).agrees
