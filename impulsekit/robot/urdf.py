@@ -16,7 +16,7 @@ from ..errors import MjcfError, UrdfError, a_thing, shown
 from ..files import open_plain_file, reason_of
 from .urdf_elements import LinkInertial, UrdfJoint, read_joints, read_links
 from .urdf_numbers import checked_name
-from .urdf_repairs import repair_text, repair_tree, uses_xacro
+from .urdf_repairs import is_expanded, repair_text, repair_tree, uses_xacro
 from .urdf_rotors import read_rotors
 from .urdf_tree import check_tree
 from .xacro_files import expanded
@@ -82,7 +82,7 @@ def read_urdf(path_or_xml: str | os.PathLike[str], *, mimic: bool = False) -> Ur
     text, path = _text_of(path_or_xml)
     source = path or "URDF text"
     assumed: list[str] = []
-    if uses_xacro(text):
+    if uses_xacro(text) and not is_expanded(text):
         text = expanded(text, path)
         assumed.append("the macros of xacro are expanded")
     text, repairs = repair_text(text)

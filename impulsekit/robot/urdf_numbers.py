@@ -7,10 +7,12 @@ import re
 
 from ..errors import UrdfError, shown
 
-__all__ = ["are_numbers", "checked_name", "fault", "number", "numbers"]
+__all__ = ["are_numbers", "checked_name", "fault", "listed", "number", "numbers"]
 
 # Beyond this the squares of lengths and masses would overflow.
 LARGEST = 1e100
+# How many names one sentence lists.
+_LISTED = 3
 # float() would also take "1_000", "infinity" and the digits of every script.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
@@ -74,3 +76,9 @@ def number(text: str | None, source: str, element: str, what: str, least: float 
     if value < least:
         raise fault(source, element, f"its {what} must be {least:g} or more, got {value:g}")
     return value
+
+
+def listed(names: list[str]) -> str:
+    """The first few names, and how many more there are."""
+    named = ", ".join(f'"{name}"' for name in names[:_LISTED])
+    return named if len(names) <= _LISTED else f"{named} and {len(names) - _LISTED} more"
