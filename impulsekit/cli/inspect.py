@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import pathlib
 import warnings
-from collections import Counter
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 if TYPE_CHECKING:
     from ..robot import Robot
 
-__all__ = ["inspect", "try_robot"]
+__all__ = ["inspect"]
 
 ROOTS = ("fixed", "planar", "freeflyer")
-FOREIGN, DISAGREES = "with an error that is not ours", "that the check contradicts"
+# Under these each robot of a folder is tried.
+TRIED = ("fixed", "freeflyer")
 # Limits as large as this are written where a joint has none [rad, m].
 UNLIMITED = 1e15
 
@@ -25,7 +25,12 @@ UNLIMITED = 1e15
 @click.argument("path")
 @click.option("--root", type=click.Choice(ROOTS), help="Between the world and the root link.")
 @click.option("--replay/--no-replay", default=False, help="Of a folder: draw each robot, too.")
-def inspect(path: str, root: str | None, replay: bool) -> None:
+@click.option(
+    "--others/--no-others",
+    default=False,
+    help="Of a folder: say which refused files Pinocchio and MuJoCo read.",
+)
+def inspect(path: str, root: str | None, replay: bool, others: bool) -> None:
     """Show links, joints, masses and what was assumed of a robot's file.
 
     PATH is a URDF, xacro, MJCF or SDF file, the name of an example robot, or a folder: then
@@ -33,7 +38,9 @@ def inspect(path: str, root: str | None, replay: bool) -> None:
     results are a table.
     """
     if pathlib.Path(path).is_dir():
-        _inspect_folder(pathlib.Path(path), root, replay)
+        from .try_folder import try_folder
+
+        try_folder(pathlib.Path(path), (root,) if root else TRIED, replay=replay, others=others)
         return
     from ..robot import Robot
     from ..robot.examples import example_names
@@ -87,79 +94,3 @@ def _joint_row(robot: Robot, name: str) -> list[str]:
         bounds = [f"{v:.6g}" if abs(v) < UNLIMITED else "none" for v in values]
     armature = max(model.armature[joint.idx_v : joint.idx_v + joint.nv], default=0.0)
     return [name, kind, *bounds, f"{armature:.6g}"]
-
-
-def _inspect_folder(folder: pathlib.Path, root: str | None, replay: bool) -> None:
-    from ..robot.any_file import SUFFIXES
-    from ..view.table import table
-
-    files = sorted(path for path in folder.rglob("*") if path.suffix.lower() in SUFFIXES)
-    rows, kinds = [], Counter[str]()
-    for path in files:
-        for each in (root,) if root else ("fixed", "freeflyer"):
-            kind, *result = try_robot(path, each, replay)
-            kinds[kind] += 1
-            rows.append([str(path.relative_to(folder)), each, *result])
-    head = ["file", "root", "nv", "solve", "check", *(["replay"] if replay else []), "says"]
-    if rows:
-        click.echo("\n".join(table(head, rows)))
-    counts = ", ".join(f"{count} {kind}" for kind, count in kinds.most_common())
-    click.echo(f"{len(files)} files, each under {1 if root else 2} roots: {counts}")
-    if kinds[FOREIGN] or kinds[DISAGREES]:
-        raise click.exceptions.Exit(1)
-
-
-def try_robot(path: pathlib.Path, root: str, replay: bool) -> list[str]:
-    """The kind of outcome, what each step says, and the first fault.
-
-    Args:
-        path: a robot file.
-        root: "fixed", "planar" or "freeflyer".
-        replay: whether a page is drawn, too.
-    """
-    from .. import AppliedImpulse, check, solve
-    from ..errors import ImpulsekitError, SingularMassError
-    from ..robot import Robot
-    from ..robot.robot import WORLD, WORLD_LINK
-
-    steps = {"nv": "", "solve": "", "check": "", **({"replay": ""} if replay else {})}
-    says = ""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            robot = Robot.from_file(path, root)
-            steps["nv"] = str(robot.nv)
-            moving = [link for link in robot.links if link.joint_id > 0]
-            if not moving:
-                return ["that cannot move", *steps.values(), "nothing in it can move"]
-            heaviest = max(moving, key=lambda link: link.mass).name
-            struck = WORLD_LINK if heaviest == WORLD else heaviest
-            scene = robot.scene(impulses=[AppliedImpulse(struck, linear=[1, 2, 3])])
-            impact = solve(scene, robot.neutral(), robot.velocity())
-            steps["solve"] = impact.status.name
-            steps["check"] = "agrees" if check(impact).agrees else "NO"
-            if replay:
-                steps["replay"] = _drawn(impact)
-    except SingularMassError as error:
-        return ["with a joint that moves no mass", *steps.values(), _one_line(error)]
-    except ImpulsekitError as error:
-        kind = "not solved or checked" if steps["nv"] else "refused"
-        return [kind, *steps.values(), _one_line(error)]
-    except Exception as error:  # what must not happen is what the table is for
-        return [FOREIGN, *steps.values(), f"{type(error).__name__}: {_one_line(error)}"]
-    return ["checked" if steps["check"] == "agrees" else DISAGREES, *steps.values(), says]
-
-
-def _drawn(impact: Any) -> str:
-    import tempfile
-
-    from ..view.replay import replay
-
-    with tempfile.TemporaryDirectory() as folder:
-        replay(impact, pathlib.Path(folder) / "page.html")
-    return "drawn"
-
-
-def _one_line(error: Exception) -> str:
-    text = " ".join(str(error).split())
-    return text if len(text) <= 160 else text[:157] + "..."

@@ -13,7 +13,7 @@ from ..files import open_plain_file, reason_of
 if TYPE_CHECKING:
     from .robot import Robot
 
-__all__ = ["SUFFIXES", "robot_from_file"]
+__all__ = ["SUFFIXES", "outermost", "robot_from_file"]
 
 SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf", ".sdf")
 # The outermost element stands behind comments and the XML declaration.
@@ -34,15 +34,16 @@ def robot_from_file(
         reason = reason_of(error) if isinstance(error, OSError) else "the path holds a NUL"
         named = os.fspath(path)
         raise UrdfError(f"{shown(named, 200)}: {reason}", source=named, element="") from None
-    outermost = _outermost(text)
-    if outermost == "mujoco":
+    element = outermost(text)
+    if element == "mujoco":
         return Robot.from_mjcf(path, root)
-    if outermost in ("sdf", "model", "world"):
+    if element in ("sdf", "model", "world"):
         return Robot.from_sdf(path, root or "fixed", package_dirs=package_dirs)
     return Robot.from_urdf(path, root or "fixed", package_dirs=package_dirs)
 
 
-def _outermost(text: bytes) -> str:
+def outermost(text: bytes) -> str:
+    """The name of the outermost element of an XML text; "" where there is none."""
     text = text.removeprefix(b"\xef\xbb\xbf")
     while aside := _ASIDE.match(text):
         text = text[aside.end() :]
