@@ -17,6 +17,7 @@ import numpy as np
 
 from ..errors import ContradictionError
 from . import lapack
+from .axes_of_vectors import FAINT_PIVOT, Shares, faint_axes, lengths_of_vectors, shared_evenly
 
 __all__ = [
     "DEPENDENT",
@@ -30,17 +31,10 @@ __all__ = [
 # A row is dependent if, scaled to unit length in the metric of M⁻¹, it stands less than
 # this (rad) out of the span of the others. Loops closed by hand are off by about as much.
 RANK_TOLERANCE = 1e-7
-# The same of a row that is one axis of a vector, in the length of the longest of its axes: what
-# the digits of files leave of a loop in a plane. An arm stretched to 1e-5 rad leaves more.
-FAINT_AXIS = 1e-8
-# Rows of one vector this much shorter than its longest are judged beside it.
-UNEVEN = 0.1
 # Dependent rows leave this much of singular values by rounding; more is not rounding.
 EXACT_RANK = 1e-14
 # Pivots of the scaled W above this need no closer look.
 SAFE_PIVOT = 1e-6
-# The same beside the longest axis of the row's vector: (10 FAINT_AXIS)².
-FAINT_PIVOT = 1e-14
 # Rows whose squares differ by less than this are no rounding of each other.
 COMPARABLE = 1e-9
 # What dependent rows may disagree by, relative to the velocities they speak of.
@@ -92,7 +86,7 @@ class _Span(NamedTuple):
     values: np.ndarray
     rows: np.ndarray
     nearly: bool
-    faint: _Shares | None
+    faint: Shares | None
     shared: np.ndarray | None
 
 
@@ -193,9 +187,9 @@ class Elimination:
         vectors, values, rows = _singular_values(half / sizes)
         rank = int(np.count_nonzero(values > RANK_TOLERANCE))
         triples = self._triples[live] if len(self._triples) else self._triples
-        shared, faint = _of_vectors(sizes, triples), None
+        shared, faint = lengths_of_vectors(sizes, triples), None
         if shared is not None:
-            faint = _faint_axes(half, shared, rank)
+            faint = faint_axes(half, shared, rank)
         if shared is not None and faint is not None:
             half, sizes, shared, nearly = faint.laid_in(half), shared, None, True
             vectors, values, rows = _singular_values(half / sizes)
@@ -255,76 +249,11 @@ class Elimination:
         impulse[live] = (share / values**2).dot(basis) / sizes
         if shared is not None:
             # A row that is short for rounding is not to bear a large impulse.
-            impulse[live] = _shared_evenly(impulse[live], sizes, shared, basis)
+            impulse[live] = shared_evenly(impulse[live], sizes, shared, basis)
         unique = np.zeros(len(right), dtype=bool)
         # A row is determined if no direction of the null space moves it.
         unique[live] = np.einsum("ij,ij->j", basis, basis) > 1.0 - 1e-9
         return BilateralSolution(impulse, len(values), unique, nearly)
-
-
-class _Shares(NamedTuple):
-    """Rows that are left out for rounding, as shares of those that are kept.
-
-    Attributes:
-        kept, left_out: indices of rows.
-        shares: (kept, left_out) of each kept row in each that is left out.
-    """
-
-    kept: np.ndarray
-    left_out: np.ndarray
-    shares: np.ndarray
-
-    def laid_in(self, values: np.ndarray) -> np.ndarray:
-        """(..., m) values by row, of the rows left out as the kept ones imply them."""
-        laid = values.copy()
-        laid[..., self.left_out] = values[..., self.kept].dot(self.shares)
-        return laid
-
-
-def _of_vectors(sizes: np.ndarray, triples: np.ndarray) -> np.ndarray | None:
-    """(k,) the longest axis of each row's vector; None where no axis is far shorter."""
-    if not len(triples):
-        return None
-    largest = np.zeros(triples.max() + 1)
-    np.maximum.at(largest, triples, sizes)
-    shared = largest[triples]
-    return shared if (sizes < UNEVEN * shared).any() else None
-
-
-def _faint_axes(half: np.ndarray, shared: np.ndarray, rank: int) -> _Shares | None:
-    """Rows that are rounding beside the other axes of the same vector.
-
-    A loop in a plane that is a hair out of line with the axes has a short row across the
-    plane. Scaled to unit length by itself, what it says beside the others would count.
-
-    Args:
-        half: (nv, k) half-solved rows. shared: (k,) the sizes of their vectors.
-        rank: of the rows scaled to unit length.
-    """
-    import scipy.linalg
-
-    triangle, order = scipy.linalg.qr(half / shared, mode="r", pivoting=True)
-    least = int(np.count_nonzero(np.abs(triangle.diagonal()) > FAINT_AXIS))
-    if least >= rank:
-        return None
-    kept, left_out = order[:least], order[least:]
-    shares = scipy.linalg.solve_triangular(triangle[:least, :least], triangle[:least, least:])
-    return _Shares(kept, left_out, shares * shared[left_out] / shared[kept][:, None])
-
-
-def _shared_evenly(
-    impulse: np.ndarray, sizes: np.ndarray, shared: np.ndarray, rows: np.ndarray
-) -> np.ndarray:
-    """(k,) impulses with the same effect, of least norm as their vectors are long.
-
-    Args:
-        impulse: (k,) of the rows. sizes, shared: (k,) lengths of the rows and their vectors.
-        rows: (rank, k) what the rows scaled to unit length span.
-    """
-    null = np.eye(len(sizes)) - rows.T.dot(rows)
-    weights = shared / sizes
-    shift = np.linalg.lstsq(weights[:, None] * null, -weights * (impulse * sizes), rcond=1e-9)[0]
-    return impulse + null.dot(shift) / sizes
 
 
 def without_cancellation(gross: np.ndarray, mass_matrix: np.ndarray) -> np.ndarray:
@@ -346,7 +275,7 @@ def _regular_factor(delassus: np.ndarray, triples: np.ndarray | None = None) -> 
         return None
     largest = float(delassus.diagonal().max())
     if triples is not None and len(triples) and float(pivots.min()) < FAINT_PIVOT * largest:
-        shared = _of_vectors(np.sqrt(delassus.diagonal()), triples)
+        shared = lengths_of_vectors(np.sqrt(delassus.diagonal()), triples)
         if shared is not None and (pivots < FAINT_PIVOT * shared**2).any():
             return None
     return factor

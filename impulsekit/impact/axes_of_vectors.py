@@ -1,0 +1,86 @@
+"""Bilateral rows that are axes of one velocity: a short one is judged beside the long ones.
+
+Which axes a constraint is written in is no matter of physics, but rows that are scaled to unit
+length one by one depend on it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+__all__ = ["FAINT_PIVOT", "Shares", "faint_axes", "lengths_of_vectors", "shared_evenly"]
+
+# A row that is one axis of a vector is dependent if it stands less than this out of the span of
+# the others, in the length of the longest of its axes: what the digits of files leave of a loop in a plane. An arm stretched to 1e-5 rad leaves more.
+FAINT_AXIS = 1e-8
+# Pivots of W beside the longest axis of the row's vector: (10 FAINT_AXIS)².
+FAINT_PIVOT = 1e-14
+# Rows of one vector this much shorter than its longest are judged beside it.
+UNEVEN = 0.1
+
+
+class Shares(NamedTuple):
+    """Rows that are left out for rounding, as shares of those that are kept.
+
+    Attributes:
+        kept, left_out: indices of rows.
+        shares: (kept, left_out) of each kept row in each that is left out.
+    """
+
+    kept: np.ndarray
+    left_out: np.ndarray
+    shares: np.ndarray
+
+    def laid_in(self, values: np.ndarray) -> np.ndarray:
+        """(..., m) values by row, of the rows left out as the kept ones imply them."""
+        laid = values.copy()
+        laid[..., self.left_out] = values[..., self.kept].dot(self.shares)
+        return laid
+
+
+def lengths_of_vectors(sizes: np.ndarray, triples: np.ndarray) -> np.ndarray | None:
+    """(k,) the longest axis of each row's vector; None where no axis is far shorter."""
+    if not len(triples):
+        return None
+    largest = np.zeros(triples.max() + 1)
+    np.maximum.at(largest, triples, sizes)
+    shared = largest[triples]
+    return shared if (sizes < UNEVEN * shared).any() else None
+
+
+def faint_axes(half: np.ndarray, shared: np.ndarray, rank: int) -> Shares | None:
+    """Rows that are rounding beside the other axes of the same vector.
+
+    A loop in a plane that is a hair out of line with the axes has a short row across the
+    plane. Scaled to unit length by itself, what it says beside the others would count.
+
+    Args:
+        half: (nv, k) half-solved rows. shared: (k,) the sizes of their vectors.
+        rank: of the rows scaled to unit length.
+    """
+    import scipy.linalg
+
+    triangle, order = scipy.linalg.qr(half / shared, mode="r", pivoting=True)
+    least = int(np.count_nonzero(np.abs(triangle.diagonal()) > FAINT_AXIS))
+    if least >= rank:
+        return None
+    kept, left_out = order[:least], order[least:]
+    shares = scipy.linalg.solve_triangular(triangle[:least, :least], triangle[:least, least:])
+    return Shares(kept, left_out, shares * shared[left_out] / shared[kept][:, None])
+
+
+def shared_evenly(
+    impulse: np.ndarray, sizes: np.ndarray, shared: np.ndarray, rows: np.ndarray
+) -> np.ndarray:
+    """(k,) impulses with the same effect, of least norm as their vectors are long.
+
+    Args:
+        impulse: (k,) of the rows. sizes, shared: (k,) lengths of the rows and their vectors.
+        rows: (rank, k) what the rows scaled to unit length span.
+    """
+    null = np.eye(len(sizes)) - rows.T.dot(rows)
+    weights = shared / sizes
+    shift = np.linalg.lstsq(weights[:, None] * null, -weights * (impulse * sizes), rcond=1e-9)[0]
+    return impulse + null.dot(shift) / sizes
