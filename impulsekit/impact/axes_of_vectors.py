@@ -13,7 +13,8 @@ import numpy as np
 __all__ = ["FAINT_PIVOT", "Shares", "faint_axes", "lengths_of_vectors", "shared_evenly"]
 
 # A row that is one axis of a vector is dependent if it stands less than this out of the span of
-# the others, in the length of the longest of its axes: what the digits of files leave of a loop in a plane. An arm stretched to 1e-5 rad leaves more.
+# the others, in the length of the longest of its axes: what the digits of files leave of a loop
+# in a plane. An arm stretched to 1e-5 rad leaves more.
 FAINT_AXIS = 1e-8
 # Pivots of W beside the longest axis of the row's vector: (10 FAINT_AXIS)².
 FAINT_PIVOT = 1e-14
