@@ -39,7 +39,7 @@ def test_scene_files_solve(path):
     if path.stem in NOT_VALID:
         sentence = NOT_VALID[path.stem].value
         assert result.exit_code == 1
-        assert result.stderr == f"not valid: {sentence}\n"
+        assert result.stderr == f"not valid: {NOT_VALID[path.stem].name.lower()}\n"
         assert sentence in result.stdout
     else:
         assert result.exit_code == 0, result.output

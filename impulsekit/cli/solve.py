@@ -77,7 +77,9 @@ def solve(
         # JSON on stdout stays JSON alone.
         click.echo(f"\n{verdict.report()}", nl=False, err=json_to == "-")
     if not impact.is_valid():
-        click.echo(f"not valid: {impact.status.value}", err=True)
+        # The report has the sentence; where JSON alone is on stdout it stands here.
+        reason = impact.status.value if json_to == "-" else impact.status.name.lower()
+        click.echo(f"not valid: {reason}", err=True)
     if not (agrees and impact.is_valid()):
         ctx.exit(1)
 

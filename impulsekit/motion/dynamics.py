@@ -135,7 +135,7 @@ class Dynamics:
     def _pressed(
         self, table: Table, kinematics: Kinematics, t: float, q: np.ndarray, v: np.ndarray
     ) -> np.ndarray | None:
-        """(nv,) v̇ where nothing but points that rest is held; None where M is all but singular."""
+        """(nv,) v̇ where nothing but points that rest is held; None where M is nearly singular."""
         model, data, resting = self.model, self._moving, self.resting
         if len(table.whole) > 1:
             pressed.load()

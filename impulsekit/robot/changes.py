@@ -101,7 +101,7 @@ def with_lock(robot: Robot, joints: Any) -> Robot:
 
 
 def _reduced(model: pin.Model, joints: list[int], q: np.ndarray) -> pin.Model:
-    """A model without some joints, whose frames hang on each other as before.
+    """A model without some joints, whose frames keep their parents.
 
     ``buildReducedModel`` leaves parents of frames that belong to no frame of the new model.
     """

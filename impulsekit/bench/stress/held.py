@@ -1,4 +1,4 @@
-"""Sweeps of bilateral rows: redundant by the hundred, all but dependent, singular."""
+"""Sweeps of bilateral rows: redundant by the hundred, nearly dependent, singular."""
 
 from __future__ import annotations
 

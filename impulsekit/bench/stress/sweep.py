@@ -99,7 +99,7 @@ class Point:
         sweep, value, repeat, state: which.
         method: "solve", "batch", "aba", "crba", "dense", "long chain".
         status: the name of the status or error that came.
-        verdict: "right", "said so" (the status or an error says that it is no answer) or
+        verdict: "right", "said so" (the status or an error reports that it is not valid) or
             "wrong": silently.
         error: of Δv, the largest over the largest speed, as velocities of matter.
         condition: by how much relative changes of the data are amplified.
