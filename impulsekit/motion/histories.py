@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ConstraintHistory", "ContactHistory", "ForceHistory", "JointHistory"]
 
-T = TypeVar("T")
+T = TypeVar("T", ContactResult, ConstraintResult)
 
 
 class _Told:
@@ -57,6 +57,43 @@ class _Impacts(tuple, _Told, Generic[T]):
 
     def __reduce__(self) -> Any:
         return type(self), (tuple(self), self._motion, self.name, self._index)
+
+    def impulse(self, start: float | None = None, end: float | None = None) -> np.ndarray:
+        """What the first body got between two times, in the entries of ``force`` [N s, N m s].
+
+        The integral of the force and the impulses of the impacts. From ``start`` (after an
+        impact at that time; None for the beginning, with the impacts there) to ``end`` (after an
+        impact then; None for the end of the motion). Forces of rows whose axes turn are summed
+        row by row.
+
+        Raises:
+            RangeError: times outside the motion.
+        """
+        total = self._integral(start, end, self._size, self._force)
+        for result in self._struck(start, end):
+            total = total + result.impulse
+        total.setflags(write=False)
+        return total
+
+    def power(self, t: Any) -> np.ndarray:
+        """What it gives the bodies at a time, negative where it takes [W]; at times (T,): (T,)."""
+        return self._over_time(t, self._power)
+
+    def work(self, start: float | None = None, end: float | None = None) -> float:
+        """What it gave the bodies between two times, impacts included [J]; see ``impulse``."""
+        steady = self._integral(start, end, 1, self._power)[0]
+        return float(steady + sum(result.work for result in self._struck(start, end)))
+
+    @property
+    def _size(self) -> int:
+        """How many numbers a force has."""
+        raise NotImplementedError
+
+    def _force(self, loads: Loads) -> np.ndarray:
+        raise NotImplementedError
+
+    def _power(self, loads: Loads) -> float:
+        raise NotImplementedError
 
     def _struck(self, start: float | None, end: float | None) -> list[T]:
         """The results within a span; those at its end belong to it, not those at its start."""
@@ -106,31 +143,6 @@ class ContactHistory(_Impacts[ContactResult]):
             array.setflags(write=False)
         return places, forces
 
-    def impulse(self, start: float | None = None, end: float | None = None) -> np.ndarray:
-        """(3,) what the first body got between two times [N s]; of a stop (1,) in its joint.
-
-        The integral of the force and the impulses of the impacts. From ``start`` (after an
-        impact at that time; None for the beginning, with the impacts there) to ``end`` (after an
-        impact then; None for the end of the motion).
-
-        Raises:
-            RangeError: times outside the motion.
-        """
-        total = self._integral(start, end, self._size, self._force)
-        for result in self._struck(start, end):
-            total = total + result.impulse
-        total.setflags(write=False)
-        return total
-
-    def power(self, t: Any) -> np.ndarray:
-        """What it gives the bodies at a time, negative where it takes [W]; at times (T,): (T,)."""
-        return self._over_time(t, self._power)
-
-    def work(self, start: float | None = None, end: float | None = None) -> float:
-        """What it gave the bodies between two times, impacts included [J]; see ``impulse``."""
-        steady = self._integral(start, end, 1, self._power)[0]
-        return float(steady + sum(result.work for result in self._struck(start, end)))
-
     @property
     def _size(self) -> int:
         return 1 if isinstance(self._motion.scene.contacts[self._index], JointStop) else 3
@@ -170,33 +182,13 @@ class ConstraintHistory(_Impacts[ConstraintResult]):
         loads = self._motion.loads.at(self._motion.checked_time(t))
         return loads.unique is None or bool(loads.unique[self._rows].all())
 
-    def impulse(self, start: float | None = None, end: float | None = None) -> np.ndarray:
-        """(rows,) by row, what it gave between two times [N s, N m s].
-
-        As ``ContactHistory.impulse``; forces of rows whose axes turn are summed row by row.
-
-        Raises:
-            RangeError: times outside the motion.
-        """
-        where = self._rows
-        total = self._integral(start, end, where.stop - where.start, self._force)
-        for result in self._struck(start, end):
-            total = total + result.impulse
-        total.setflags(write=False)
-        return total
-
-    def power(self, t: Any) -> np.ndarray:
-        """What it gives the bodies at a time [W]; at times (T,): (T,)."""
-        return self._over_time(t, self._power)
-
-    def work(self, start: float | None = None, end: float | None = None) -> float:
-        """What it gave the bodies between two times, impacts included [J]."""
-        steady = self._integral(start, end, 1, self._power)[0]
-        return float(steady + sum(result.work for result in self._struck(start, end)))
-
     @property
     def _rows(self) -> slice:
         return self._motion.loads.rows[self._index]
+
+    @property
+    def _size(self) -> int:
+        return self._rows.stop - self._rows.start
 
     def _force(self, loads: Loads) -> np.ndarray:
         return loads.multipliers[self._rows]

@@ -27,7 +27,7 @@ class Line:
         sweep: its name.
         scenes: different scenes and states.
         points: answers: of each scene by each method.
-        right, said, wrong: how many points; said: the status or an error reports that it is not valid.
+        right, said, wrong: how many points; said: the status or an error reports it as not valid.
         ill_posed: points for which even 10 condition eps is more than a thousandth.
         share: the largest error of a right, well-posed answer over condition times eps.
         error: the largest relative error of those.
