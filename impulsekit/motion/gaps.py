@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from operator import is_not
 from typing import TYPE_CHECKING
@@ -211,15 +211,24 @@ class Gaps:
         return 0.0 if self.rated[i] else float(self.items[i].waver)
 
     def let_go_of_rising(
-        self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray, speed: float
+        self,
+        contacts: Sequence[RestingContact],
+        q: np.ndarray,
+        v: np.ndarray,
+        speed: float,
+        chattering: Collection[int] = (),
     ) -> None:
-        """Let go of held points whose gap opens faster than ``speed`` [m/s]."""
+        """Let go of held points whose gap opens faster than ``speed`` [m/s].
+
+        Of gaps that are ``chattering`` only of what would come back above the capture speed.
+        """
         pin.computeJointJacobians(self._model, self.data, q)
         for contact in contacts:
             item = self.items[contact.gap]
             if not self.rated[contact.gap] and item.holds:
                 rising = item.rows(self.data, q).dot(v)[2::3]
-                item.keep(rising <= max(speed, item.rest_speed))
+                least = item.capture_speed if contact.gap in chattering else item.rest_speed
+                item.keep(rising <= max(speed, least))
 
     def let_go(self, contact: RestingContact, gone: np.ndarray | None = None) -> bool:
         """Let go of a contact, or of those of its points that are ``gone`` (k,).

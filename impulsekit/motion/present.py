@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -26,6 +27,11 @@ __all__ = ["Present", "Stopped"]
 GROWN = 100.0
 # Accelerations that make no more than this [m/s], in a second or the whole of a motion, make none.
 NO_SPEED = 1e-10
+
+
+# So many meetings below the capture speed, none later than this [s] after the one before, are
+# chatter: two ends of an edge that rests lift each other in turn, by ever the same speed.
+CHATTER, QUICK = 8, 1e-3
 
 
 class Stopped(Exception):
@@ -58,6 +64,8 @@ class Present:
         base: (m,) what counts as zero of each gap [m].
         impacts: (time, impact) up to now.
         rests: those that are over.
+        soft: by gap, how often it was met below its capture speed in quick succession, and when
+            last [s].
     """
 
     def __init__(
@@ -76,6 +84,7 @@ class Present:
         self.base = np.zeros(0 if self.gaps is None else len(self.gaps.items))
         self.impacts: list[tuple[float, Impact]] = []
         self.rests: list[Rest] = []
+        self.soft: dict[int, tuple[int, float]] = {}
 
     def acceleration(self) -> np.ndarray:
         """(nv,) v̇ now.
@@ -111,6 +120,18 @@ class Present:
     def slow(self) -> float:
         """What opens or closes more slowly does neither [m/s]."""
         return max(1e-3 * self.settings.capture_speed, 1e-12 * float(np.abs(self.v).max()))
+
+    def note_meeting(self, gap: int, *, soft: bool) -> None:
+        """Count a meeting, as ``chatters`` wants it."""
+        count, last = self.soft.get(gap, (0, -math.inf))
+        if soft and self.t - last <= QUICK:
+            self.soft[gap] = count + 1, self.t
+        else:
+            self.soft[gap] = int(soft), self.t
+
+    def chatters(self, gap: int) -> bool:
+        """Whether a gap was met softly again and again: its points lift each other in turn."""
+        return self.soft.get(gap, (0, 0.0))[0] >= CHATTER
 
     def rebase(self) -> None:
         """Let gaps that are closed, or overlap by rounding, count as zero."""

@@ -44,7 +44,7 @@ def come_to_rest(now: Present, candidates: Iterable[int], low: Collection[int] =
     now.resting.contacts = stays
     now.rebase()
     gaps.hold(stays, now.q)
-    gaps.let_go_of_rising(stays, now.q, now.v, slow)
+    gaps.let_go_of_rising(stays, now.q, now.v, slow, [c.gap for c in stays if now.chatters(c.gap)])
     if stays:
         lay_down(now)
         settle(now, fresh=True)

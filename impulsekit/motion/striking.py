@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 from functools import cached_property
 
@@ -44,7 +44,7 @@ class Striking:
         solver = ImpactSolver(now.scene)
         self._accept(solver.solve_touching(now.q, now.v, now.entries_of(touching)))
 
-    def on_the_way(self, closing: Iterable[int], taking_part: Iterable[int]) -> None:
+    def on_the_way(self, closing: Collection[int], taking_part: Iterable[int]) -> None:
         """Gaps close; others that rest take part.
 
         Raises:
@@ -53,6 +53,8 @@ class Striking:
         now = self._present
         approach = max(-now.closing(i) for i in closing)
         soft = approach < max(now.settings.capture_speed, *self._capture_speeds(closing))
+        for i in closing:
+            now.note_meeting(i, soft=soft)
         solver = self._soft_solver if soft else self._solver
         entries = now.entries_of(taking_part)
         try:
