@@ -21,7 +21,7 @@ from .status import BY_CODE, Status
 from .words import AGAIN, NEWTON
 from .workspace import Workspace, workspace
 
-__all__ = ["Care", "Struck", "newton", "poisson", "strike_together"]
+__all__ = ["Care", "Struck", "hit_contacts", "newton", "poisson"]
 
 # Two contacts with 1 − r² below this, r their correlation in W, all but coincide.
 COINCIDENT = 1e-6
@@ -72,13 +72,17 @@ class Struck(NamedTuple):
         return BY_CODE[self.code]
 
 
+# A named tuple made by compiled code would end the process where an interrupt meets it.
+PlainStruck = tuple[int, float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+
 def _examples() -> tuple[object, ...]:
     line, few = np.ones(6), np.ones(2)
     return np.eye(6), line, line, few, few, few, NEWTON
 
 
 @entry(_examples, seconds=15.0)
-def strike_together(
+def hit_contacts(
     W: np.ndarray,
     before: np.ndarray,
     free: np.ndarray,
@@ -86,8 +90,8 @@ def strike_together(
     e: np.ndarray,
     e_t: np.ndarray,
     restitution: int,
-) -> Struck:
-    """What all contacts do.
+) -> PlainStruck:
+    """What all contacts do: the fields of a ``Struck``.
 
     Args:
         W: (3n, 3n) Delassus matrix [1/kg].
@@ -104,7 +108,7 @@ def strike_together(
         code, residual = newton(work, W, before, free, e, e_t, n, care)
     else:
         code, residual = poisson(work, W, free, e, n, care)
-    return Struck(code, residual, work.P, work.velocity, work.normal, work.friction, work.unique)
+    return code, residual, work.P, work.velocity, work.normal, work.friction, work.unique
 
 
 @compiled
@@ -122,7 +126,7 @@ def newton(
 
     Args:
         work: with µ; P, u⁺ (``velocity``) and the works are written.
-        W, before, free, e, e_t: as in ``strike_together``.
+        W, before, free, e, e_t: as in ``hit_contacts``.
         n: how many contacts.
         care: what is left.
     """

@@ -10,7 +10,10 @@ from .progress import Block, Triple
 from .status import BY_CODE, Status
 from .words import NEWTON
 
-__all__ = ["GAIN", "NEGLIGIBLE", "Hit", "gained", "hit_at_end", "moved", "strike_at_end"]
+__all__ = [
+    "GAIN", "NEGLIGIBLE", "Hit", "PlainHit", "gained", "hit_at_end", "hit_contact", "moved",
+    "strike_at_end",
+]  # fmt: skip
 
 # Coefficients this small would only underflow.
 NEGLIGIBLE = 1e-150
@@ -44,7 +47,22 @@ class Hit(NamedTuple):
         return BY_CODE[self.code]
 
 
+# A ``Hit`` as compiled code returns it to Python: to make a named tuple there, numba imports
+# and calls Python, and an interrupt in the middle of that ends the process.
+PlainHit = tuple[Triple, Triple, int, float, float, float]
+
+
 @entry(lambda: ((1.0,) * 6, (1.0,) * 3, (1.0,) * 3, 0.5, 0.5, 0.0, NEWTON), seconds=2.5)
+def hit_contact(
+    block: Block, before: Triple, free: Triple, e: float, mu: float, e_t: float, restitution: int
+) -> PlainHit:
+    """``strike_at_end`` as Python calls it: the fields of its ``Hit``."""
+    hit = strike_at_end(block, before, free, e, mu, e_t, restitution)
+    impulse, after, code, residual, normal, friction = hit
+    return impulse, after, code, residual, normal, friction
+
+
+@compiled
 def strike_at_end(
     block: Block, before: Triple, free: Triple, e: float, mu: float, e_t: float, restitution: int
 ) -> Hit:

@@ -6,12 +6,15 @@ import pytest
 
 from impulsekit.laws.coulomb import can_press
 from impulsekit.laws.quartic import slides
-from impulsekit.laws.single import strike_at_end
+from impulsekit.laws.single import Hit, hit_contact
 from impulsekit.laws.status import Status
 from impulsekit.laws.words import NEWTON, POISSON
 
 pytestmark = pytest.mark.filterwarnings("ignore:Descending:DeprecationWarning")
-BOTH = [strike_at_end.py_func, lambda *args: strike_at_end.compile()(*args)]
+BOTH = [
+    lambda *args: Hit(*hit_contact.py_func(*args)),
+    lambda *args: Hit(*hit_contact.compile()(*args)),
+]
 both = pytest.mark.parametrize("run", BOTH, ids=["interpreted", "compiled"])
 
 

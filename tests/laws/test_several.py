@@ -6,7 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from impulsekit.laws.several import strike_together
+from impulsekit.laws.several import Struck, hit_contacts
 from impulsekit.laws.status import Status
 from impulsekit.laws.words import AGAIN, NEWTON, POISSON
 
@@ -14,7 +14,7 @@ from impulsekit.laws.words import AGAIN, NEWTON, POISSON
 def strike(W, before, mu, e, restitution=NEWTON, e_t=0.0):
     n = len(before) // 3
     mu, e, e_t = (np.full(n, float(c)) for c in (mu, e, e_t))
-    return strike_together.py_func(W, before, before.copy(), mu, e, e_t, restitution)
+    return Struck(*hit_contacts.py_func(W, before, before.copy(), mu, e, e_t, restitution))
 
 
 def problem(rng, n, spare=3):

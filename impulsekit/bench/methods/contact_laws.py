@@ -16,7 +16,7 @@ from ...impact.factor import SparseFactor
 from ...impact.known import KnownImpulses
 from ...impact.laws.admm import admm
 from ...impact.laws.gauss_seidel import sweep
-from ...laws.several import strike_together
+from ...laws.several import hit_contacts
 from ...laws.words import NEWTON
 from ...rows.constraints import needs_places
 from ...rows.contacts import ContactRows
@@ -90,7 +90,7 @@ def _active_set(
     delassus: np.ndarray, shifted: np.ndarray, friction: np.ndarray, scale: float
 ) -> np.ndarray:
     none = np.zeros_like(friction)
-    return strike_together(delassus, shifted, shifted, none, none, none, NEWTON).impulse
+    return hit_contacts(delassus, shifted, shifted, none, none, none, NEWTON)[2]
 
 
 def _admm(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...laws.several import strike_together
+from ...laws.several import Struck, hit_contacts
 from ...laws.single import GAIN
 from ...laws.status import Status
 from ...laws.words import AGAIN, NEWTON, POISSON
@@ -36,14 +36,16 @@ def solve_simultaneous(problem: ContactProblem, law: Law) -> ContactSolution:
 def _by_law(problem: ContactProblem, restitution: int) -> ContactSolution | None:
     """The answer of ``laws.several``; None where it leaves the problem."""
     # Compiled code takes arrays in order that may be written to.
-    hit = strike_together(
-        _in_order(problem.delassus),
-        _in_order(problem.velocity_before),
-        _in_order(problem.velocity_free),
-        _in_order(problem.friction),
-        _in_order(problem.restitution),
-        _in_order(problem.tangential_restitution),
-        restitution,
+    hit = Struck(
+        *hit_contacts(
+            _in_order(problem.delassus),
+            _in_order(problem.velocity_before),
+            _in_order(problem.velocity_free),
+            _in_order(problem.friction),
+            _in_order(problem.restitution),
+            _in_order(problem.tangential_restitution),
+            restitution,
+        )
     )
     if hit.code == AGAIN:
         return None

@@ -9,7 +9,7 @@ import numpy as np
 from ...errors import InputError
 from ...laws.path import follow
 from ...laws.progress import Block, Triple, path_memory
-from ...laws.single import NEGLIGIBLE, Hit, strike_at_end
+from ...laws.single import NEGLIGIBLE, Hit, hit_contact
 from ...scene.law import RESTITUTIONS, Law
 
 __all__ = ["block_of", "is_finite", "refuse_tangential", "strike"]
@@ -31,7 +31,7 @@ def strike(
         refuse_tangential(law)
     restitution = RESTITUTIONS.index(law.restitution)
     if law.slip == "end":
-        return strike_at_end(block, before, free, e, mu, e_t, restitution)
+        return Hit(*hit_contact(block, before, free, e, mu, e_t, restitution))
     mu = mu if mu > NEGLIGIBLE else 0.0
     e = e if e > NEGLIGIBLE else 0.0
     memory = path_memory()
