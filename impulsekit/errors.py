@@ -393,7 +393,7 @@ def warn_of_assumptions(source: str, assumptions: Sequence[str], *, above: int =
     ``above`` is how many frames stand between this call and the user's line.
 
     Example:
-        >>> with warnings.catch_warnings(record=True) as told:
+        >>> with warnings.catch_warnings(record=True, action="always") as told:
         ...     warn_of_assumptions("arm.urdf", ["link tool has no mass"])
         >>> told[0].category.__name__
         'AssumptionWarning'
@@ -430,7 +430,7 @@ def warn_of_setup(doubts: Sequence[str], *, above: int = 2) -> None:
     """One ``SetupWarning`` if there is any doubt; ``above`` as for ``warn_of_assumptions``.
 
     Example:
-        >>> with warnings.catch_warnings(record=True) as told:
+        >>> with warnings.catch_warnings(record=True, action="always") as told:
         ...     warn_of_setup([])
         >>> told
         []

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, cast
+from typing import Any, cast
 
 import numpy as np
 
 from ..errors import InputError, RangeError, ShapeError, a_thing, quoted
 from ..robot import Robot
-from .numbers import Numbers, Vector, axes_name, number, text, vector
+from .numbers import Names, Numbers, Vector, Velocity, axes_name, number, text, vector
 
 __all__ = [
     "DIRECTIONS",
@@ -59,7 +59,7 @@ class PointAnchor:
     other: str = "world"
     at: Vector = (0.0, 0.0, 0.0)
     other_at: Vector | None = None
-    velocity: Numbers | Literal["kept"] = 0.0
+    velocity: Velocity = 0.0
     name: str | None = None
 
     def __post_init__(self) -> None:
@@ -111,7 +111,7 @@ class FrameAnchor:
     other_at: Vector | None = None
     directions: tuple[str, ...] = DIRECTIONS
     axes: str = "world"
-    velocity: Numbers | Literal["kept"] = 0.0
+    velocity: Velocity = 0.0
     name: str | None = None
 
     def __post_init__(self) -> None:
@@ -155,7 +155,7 @@ class JointLock:
     """
 
     joint: str
-    velocity: Numbers | Literal["kept"] = 0.0
+    velocity: Velocity = 0.0
     name: str | None = None
 
     def __post_init__(self) -> None:
@@ -198,9 +198,9 @@ class JointCoupling:
     """
 
     joint: str
-    other: str | Sequence[str]
+    other: Names
     ratio: Numbers = 1.0
-    velocity: Numbers | Literal["kept"] = 0.0
+    velocity: Velocity = 0.0
     name: str | None = None
 
     def __post_init__(self) -> None:

@@ -4,21 +4,35 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, quoted
 
-__all__ = ["AXES", "LARGEST", "Numbers", "Vector", "axes_name", "number", "text", "vector"]
+__all__ = [
+    "AXES",
+    "LARGEST",
+    "Names",
+    "Numbers",
+    "Vector",
+    "Velocity",
+    "axes_name",
+    "number",
+    "text",
+    "vector",
+]
 
 if TYPE_CHECKING:
     # What a user may give; what is kept is always a tuple.
     Vector = Sequence[float] | np.ndarray
     Numbers = float | Vector
+    Velocity = Numbers | Literal["kept"]
+    Names = str | Sequence[str]
 else:
     Vector = tuple[float, float, float]
-    Numbers = float | tuple[float, ...]
+    # Checked by the entries themselves, which say in one sentence what is wrong.
+    Numbers = Velocity = Names = Any
 AXES = ("world", "local")
 
 # Beyond this the products of a solve would overflow.
