@@ -1,0 +1,426 @@
+"""Energetic impacts of several contacts, waves included (Liu, Zhao & Brogliato 2008).
+
+From where contacts touch, impulses grow by ``wave.rates`` until all have parted. Steps are of
+order 8 with an error estimate; they end where a contact changes what it does.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .compiled import compiled, entry
+from .dop853 import ERROR_3, ERROR_5, FROM, STAGES, WEIGHTS
+from .status import Status
+from .wave import (
+    HELD,
+    LOADS,
+    NONE,
+    OPEN,
+    SLIPS,
+    STICKS,
+    UNLOADS,
+    Array,
+    Matrix,
+    Wave,
+    any_held,
+    find_force_rates,
+    find_forces,
+    rates,
+    smooth_rates,
+    velocities,
+)
+from .wave import wave as new_wave
+from .wave_changes import IN_CONE, change, choose_slips
+
+__all__ = ["Waved", "strike_by_energy"]
+
+# The error of a step, in units in which velocities, impulses and indentations are of size 1.
+TOLERANCE = 2e-13
+# A step goes so far towards the end of a contact, where the force has no smooth derivatives.
+NEARER = 0.6
+# Approaches this small have ended [of the largest velocity].
+AT_REST = 1e-10
+# Forces this small have ended where nothing moves: they hold energies of 1e-20.
+WEAK = 1e-12
+# What is beyond a change by less is at it; a step that is none.
+_SMALL, NEXT_TO_NOTHING = 1e-14, 1e-9
+MOST_STEPS = 100_000
+_SOLVED, _ENDLESS = int(Status.SOLVED), int(Status.NOT_CONVERGED)
+
+
+class Waved(NamedTuple):
+    """What the contacts did.
+
+    Attributes:
+        code: of its ``Status``.
+        residual: how far velocities and works are from each other, relative to the energies.
+        impulse, after: (3n,) P [N s], u⁺ [m/s].
+        normal_work, friction_work: (n,) [J].
+        steps: how many.
+    """
+
+    code: int
+    residual: float
+    impulse: Array
+    after: Array
+    normal_work: Array
+    friction_work: Array
+    steps: int
+
+
+def _examples() -> tuple[object, ...]:
+    few = np.ones(2)
+    return np.eye(6), np.ones(6), few, few, few, 1.5
+
+
+@entry(_examples, seconds=20.0)
+def strike_by_energy(
+    W: np.ndarray,
+    free: np.ndarray,
+    restitution: np.ndarray,
+    mu: np.ndarray,
+    stiffness: np.ndarray,
+    exponent: float,
+) -> Waved:
+    """The impulses of n contacts.
+
+    Args:
+        W: (3n, 3n) Delassus matrix [1/kg].
+        free: (3n,) u_free [m/s].
+        restitution, mu: (n,) e and friction.
+        stiffness: (n,) k in F = k δ^exponent; infinite ones are held from the start.
+        exponent: n.
+    """
+    n = len(mu)
+    speed, mobility = _units(W, free, mu)
+    none = np.zeros(n)
+    if speed == 0.0 or mobility == 0.0:
+        return Waved(_SOLVED, 0.0, np.zeros(3 * n), free.copy(), none, none.copy(), 0)
+    w = _prepared(W, free, restitution, mu, stiffness, exponent, speed, mobility)
+    steps = _run(w)
+    r = len(w.free)
+    impulse = np.zeros(3 * n)
+    normal, friction = np.zeros(n), np.zeros(n)
+    work = speed * speed / mobility
+    total = 0.0
+    for i in range(n):
+        impulse[3 * i + 2] = w.y[w.normal[i]] * speed / mobility
+        if w.tangent[i] >= 0:
+            for k in range(2):
+                impulse[3 * i + k] = w.y[w.tangent[i] + k] * speed / mobility
+        lost = w.loaded[i] * (1.0 - w.e2[i])
+        rubbed = w.y[r + n + i] if r > n else 0.0
+        normal[i], friction[i] = -lost * work, rubbed * work
+        total += rubbed - lost
+    after = free + W @ impulse
+    # Σ P·(u_free + u⁺)/2 is the energy that contacts add.
+    added, size = 0.0, 0.0
+    for k in range(3 * n):
+        added += 0.5 * impulse[k] * (free[k] + after[k])
+        size += abs(impulse[k]) * (abs(free[k]) + abs(after[k])) / work
+    residual = abs(added / work - total) / size if size > 0.0 else 0.0
+    code = _SOLVED
+    if steps >= MOST_STEPS:
+        code, residual = _ENDLESS, 1.0
+    return Waved(code, residual, impulse, after, normal, friction, steps)
+
+
+@compiled
+def _units(W: np.ndarray, free: np.ndarray, mu: np.ndarray) -> tuple[float, float]:
+    """The size of the velocities that count, and of the mobility."""
+    speed, mobility = 0.0, 0.0
+    for i in range(len(mu)):
+        for k in range(0 if mu[i] > 0.0 else 2, 3):
+            speed = max(speed, abs(free[3 * i + k]))
+            mobility = max(mobility, W[3 * i + k, 3 * i + k])
+    approach = 0.0
+    for i in range(len(mu)):
+        approach = max(approach, -free[3 * i + 2])
+    return (speed if approach > AT_REST * speed else 0.0), mobility
+
+
+@compiled
+def _prepared(
+    W: np.ndarray,
+    free: np.ndarray,
+    restitution: np.ndarray,
+    mu: np.ndarray,
+    stiffness: np.ndarray,
+    exponent: float,
+    speed: float,
+    mobility: float,
+) -> Wave:
+    """The contacts in their units, as they begin."""
+    n = len(mu)
+    r, stiffest = n, 0.0
+    for i in range(n):
+        if mu[i] > 0.0:
+            r += 2
+        if stiffness[i] < math.inf:
+            stiffest = max(stiffest, stiffness[i])
+    w = new_wave(n, r)
+    kept = np.zeros(r, dtype=np.int64)
+    row = 0
+    for i in range(n):
+        w.tangent[i] = -1
+        if mu[i] > 0.0:
+            w.tangent[i] = row
+            kept[row], kept[row + 1] = 3 * i, 3 * i + 1
+            row += 2
+        w.normal[i], kept[row] = row, 3 * i + 2
+        row += 1
+        w.kappa[i] = stiffness[i] / stiffest if stiffness[i] < math.inf else math.inf
+        w.e2[i], w.mu[i] = restitution[i] ** 2, mu[i]
+    for a in range(r):
+        w.free[a] = free[kept[a]] / speed
+        w.u[a] = w.free[a]
+        for b in range(r):
+            w.W[a, b] = W[kept[a], kept[b]] / mobility
+            if w.W[a, b] != 0.0:
+                w.reach[a, 0] = b if w.reach[a, 1] == 0 else w.reach[a, 0]
+                w.reach[a, 1] = b + 1
+    w.power[0] = exponent
+    for i in range(n):
+        un = w.free[w.normal[i]]
+        if un > AT_REST:
+            w.mode[i] = OPEN
+        else:
+            w.mode[i] = HELD if w.kappa[i] == math.inf else LOADS
+    return w
+
+
+@compiled
+def _run(w: Wave) -> int:
+    """Until no contact presses or approaches; how many steps that took."""
+    step = 1e-3
+    choose_slips(w)
+    for count in range(MOST_STEPS):
+        if _is_over(w):
+            return count
+        longest = _longest(w)
+        h = min(step, longest)
+        crossed, step = _adaptive_step(w, h)
+        change(w, crossed)
+    return MOST_STEPS
+
+
+@compiled
+def _is_over(w: Wave) -> bool:
+    """Whether nothing presses any more and nothing that touches or will touch approaches."""
+    r = len(w.free)
+    for i in range(len(w.kappa)):
+        mode = w.mode[i]
+        depth, un = w.y[r + i], w.u[w.normal[i]]
+        if mode == HELD:
+            if w.force[w.normal[i]] > WEAK:
+                return False
+        elif un < -AT_REST:
+            return False
+        elif mode != OPEN and depth > 0.0 and (un > AT_REST or w.force[w.normal[i]] > WEAK):
+            return False
+    return True
+
+
+@compiled
+def _longest(w: Wave) -> float:
+    """How far a step may go: not beyond what a parting or closing contact allows."""
+    r = len(w.free)
+    longest, still = math.inf, True
+    for i in range(len(w.kappa)):
+        depth, un = w.y[r + i], w.u[w.normal[i]]
+        if w.mode[i] in (LOADS, UNLOADS) and depth > 0.0:
+            still = False
+            if un > 0.0:
+                rate = un / w.e2[i] if w.mode[i] == UNLOADS else un
+                longest = min(longest, NEARER * depth / rate)
+        elif w.mode[i] == HELD:
+            still = still and w.force[w.normal[i]] == 0.0
+    if still:
+        # Free flight to the next contact.
+        for i in range(len(w.kappa)):
+            depth, un = w.y[r + i], w.u[w.normal[i]]
+            if un < -AT_REST and depth < 0.0:
+                longest = min(longest, -depth / -un * (1.0 + 1e-12))
+    return longest
+
+
+@compiled
+def _adaptive_step(w: Wave, h: float) -> tuple[int, float]:
+    """One step of at most h; the change at which it ended or −1, and the next one's length."""
+    for _ in range(60):
+        error = _trial(w, h)
+        if error <= 1.0:
+            break
+        h *= max(0.2, 0.9 * error ** (-1.0 / 8.0))
+    grown = h * min(6.0, 0.9 * max(error, 1e-12) ** (-1.0 / 8.0))
+    which = _first_crossed(w)
+    if which >= 0:
+        which = _to_change(w, h, which)
+    w.y[:] = w.trial
+    return which, grown
+
+
+@compiled
+def _trial(w: Wave, h: float) -> float:
+    """y after a step of h in ``w.trial``, velocities and forces there; the error over what it may be."""
+    K, y, trial = w.stages, w.y, w.trial
+    m = len(y)
+    smooth = len(w.free) == len(w.kappa) and not any_held(w.mode)
+    if smooth:
+        kappa, e2, power, modes = w.kappa, w.e2, w.power[0], w.mode
+        W, reach, free, u, force = w.W, w.reach, w.free, w.u, w.force
+        for s in range(STAGES):
+            _state_of_stage(y, h, K, s, trial)
+            velocities(W, reach, free, trial, u)
+            smooth_rates(e2, kappa, power, modes, trial, K[s], u, force)
+    else:
+        for s in range(STAGES):
+            _state_of_stage(y, h, K, s, trial)
+            rates(w, trial, K[s])
+    fifth, third = 0.0, 0.0
+    for k in range(m):
+        total, e5, e3 = 0.0, 0.0, 0.0
+        for j in range(STAGES):
+            total += WEIGHTS[j] * K[j, k]
+            e5 += ERROR_5[j] * K[j, k]
+            e3 += ERROR_3[j] * K[j, k]
+        trial[k] = y[k] + h * total
+        allowed = TOLERANCE * (0.1 + abs(y[k]))
+        fifth += (e5 / allowed) ** 2
+        third += (e3 / allowed) ** 2
+    rates(w, trial, w.error)
+    if fifth == 0.0 and third == 0.0:
+        return 0.0
+    return float(abs(h) * fifth / math.sqrt((fifth + 0.01 * third) * m))
+
+
+@compiled
+def _state_of_stage(y: Array, h: float, K: Matrix, s: int, state: Array) -> None:
+    m = len(y)
+    for k in range(m):
+        state[k] = 0.0
+    for j in range(s):
+        share = FROM[s, j]
+        if share != 0.0:
+            for k in range(m):
+                state[k] += share * K[j, k]
+    for k in range(m):
+        state[k] = y[k] + h * state[k]
+
+
+@compiled
+def _left(w: Wave, which: int) -> float:
+    """How far the trial is from a change: below 0 beyond it; infinite where there is none.
+
+    ``which``: i for the normal of contact i, n + i for its slip, 2n + i where it is held and
+    might be loaded again.
+    """
+    n, r = len(w.kappa), len(w.free)
+    if which < n:
+        i = which
+        mode, un, depth = w.mode[i], w.u[w.normal[i]], w.trial[r + i]
+        if mode == LOADS and w.e2[i] < 1.0 and depth > 0.0:
+            return float(-un)
+        if mode == UNLOADS:
+            return float(un)
+        if mode == OPEN and w.y[r + i] < 0.0:
+            return float(-depth) if un < 0.0 else math.inf
+        if mode == HELD:
+            return float(w.force[w.normal[i]])
+        return math.inf
+    if which >= 2 * n:
+        i = which - 2 * n
+        if w.mode[i] != HELD or w.kappa[i] == math.inf:
+            return math.inf
+        find_force_rates(w, w.trial)
+        rate = w.force[w.normal[i]]
+        find_forces(w, w.trial)
+        return float(-rate)
+    i = which - n
+    t = w.tangent[i]
+    if t < 0 or w.mode[i] == OPEN:
+        return math.inf
+    if w.slip[i] == SLIPS:
+        return float(w.u[t] * w.way[i, 0] + w.u[t + 1] * w.way[i, 1])
+    if w.slip[i] == STICKS:
+        pull = math.sqrt(w.force[t] ** 2 + w.force[t + 1] ** 2)
+        return float(w.mu[i] * w.force[w.normal[i]] * (1.0 + IN_CONE) - pull)
+    return math.inf
+
+
+@compiled
+def _first_crossed(w: Wave) -> int:
+    """Of the changes that the trial went beyond, the one that it left farthest behind; or −1."""
+    modes, slip, normal, e2, u, y, trial = w.mode, w.slip, w.normal, w.e2, w.u, w.y, w.trial
+    n, r = len(modes), len(u)
+    found, most = -1, 0.0
+    for i in range(n):
+        mode, un = modes[i], u[normal[i]]
+        left = 0.0
+        if mode == LOADS:
+            if e2[i] < 1.0 and trial[r + i] > 0.0:
+                left = -un
+        elif mode == UNLOADS:
+            left = un
+        elif mode == HELD or (y[r + i] < 0.0 and trial[r + i] > 0.0):
+            left = _left(w, i)
+        if left < -_SMALL and left < most:
+            found, most = i, left
+        if mode == HELD:
+            left = _left(w, 2 * n + i)
+            if left < -_SMALL and left < most:
+                found, most = 2 * n + i, left
+        if slip[i] != NONE:
+            left = _left(w, n + i)
+            if left < -_SMALL and left < most:
+                found, most = n + i, left
+    return found
+
+
+@compiled
+def _to_change(w: Wave, h: float, which: int) -> int:
+    """Shorten the step to the first change, by the Illinois rule on steps of their own.
+
+    Which change it is; the step is in ``w.trial``.
+    """
+    low, high, side = 0.0, h, 0
+    at_high, at_low = _left(w, which), _left_at_start(w, which)
+    for _ in range(80):
+        if not at_low > 0.0:
+            # It was there already: the change is made behind a step of next to nothing.
+            high = min(high, NEXT_TO_NOTHING)
+            break
+        if high - low <= 1e-15 * h:
+            break
+        middle = low + (high - low) * min(max(at_low / (at_low - at_high), 0.01), 0.99)
+        _trial(w, middle)
+        other = _first_crossed(w)
+        if other >= 0 and other != which:
+            # Another change comes before.
+            which, high, low, side = other, middle, 0.0, 0
+            at_high, at_low = _left(w, which), _left_at_start(w, which)
+            continue
+        here = _left(w, which)
+        if abs(here) <= _SMALL:
+            return which
+        if here < 0.0:
+            high, at_high = middle, here
+            at_low = 0.5 * at_low if side < 0 else at_low
+            side = -1
+        else:
+            low, at_low = middle, here
+            at_high = 0.5 * at_high if side > 0 else at_high
+            side = 1
+    _trial(w, high)
+    return which
+
+
+@compiled
+def _left_at_start(w: Wave, which: int) -> float:
+    """``_left`` where the step begins."""
+    w.trial[:] = w.y
+    rates(w, w.y, w.error)
+    return _left(w, which)

@@ -1,0 +1,269 @@
+"""What contacts change to between the steps of a ``Wave``."""
+
+from __future__ import annotations
+
+import math
+
+from .compiled import compiled
+from .path import outgoing
+from .wave import (
+    FAINT,
+    HELD,
+    LOADS,
+    NONE,
+    OPEN,
+    SLIPS,
+    STICKS,
+    UNLOADS,
+    Wave,
+    find_force_rates,
+    find_forces,
+    hold,
+    power_of,
+    velocities,
+)
+
+__all__ = ["IN_CONE", "change", "choose_slips"]
+
+# A contact that parts: what its force would still give is below these (beside the velocity with
+# which it parts, and what that moves others), so it is given at once.
+TAIL, MOVED = 1e-8, 1e-15
+# What takes longer to part is not looked at [time].
+FAR = 0.1
+# This near a change it is made.
+NEAR = 1e-13
+# A friction force this far beyond its cone still is in it.
+IN_CONE = 1e-10
+
+
+@compiled
+def change(w: Wave, crossed: int) -> None:
+    """Let each contact go over to what it does next; velocities and forces are those at y.
+
+    ``crossed``: the change at which the step ended, see ``lzb``; −1 for none.
+    """
+    n = len(w.kappa)
+    changed, rubs = False, False
+    modes, normal, u, y, r = w.mode, w.normal, w.u, w.y, len(w.free)
+    for i in range(len(modes)):
+        rubs = rubs or (w.tangent[i] >= 0 and modes[i] != OPEN)
+        un, depth = u[normal[i]], y[r + i]
+        # What is far from any change, at little cost.
+        if crossed in (i, 2 * n + i):
+            pass
+        elif modes[i] == LOADS and depth > 0.0:
+            if un < -NEAR or (w.e2[i] == 1.0 and depth > FAR * un):
+                continue
+        elif modes[i] == OPEN and (un >= -NEAR or depth < -NEAR):
+            continue
+        if _change_normal(w, i, crossed == i, crossed == 2 * n + i):
+            changed = True
+            if w.mode[i] == OPEN:
+                w.slip[i] = NONE
+            find_forces(w, w.y)
+    if rubs or changed:
+        for i in range(len(modes)):
+            if _change_slip(w, i):
+                changed = True
+    if changed:
+        find_forces(w, w.y)
+    if rubs or changed:
+        _settle(w)
+
+
+@compiled
+def _change_normal(w: Wave, i: int, crossed: bool, reloads: bool) -> bool:
+    r = len(w.free)
+    mode, depth, un = w.mode[i], float(w.y[r + i]), float(w.u[w.normal[i]])
+    if mode == OPEN:
+        if depth >= -NEAR and un < -NEAR:
+            w.mode[i] = LOADS if w.kappa[i] < math.inf else HELD
+            w.y[r + i], w.began[i] = max(depth, 0.0), _energy(w, i, max(depth, 0.0))
+            return True
+        return False
+    if mode == HELD:
+        if crossed or w.force[w.normal[i]] <= NEAR * _push(w):
+            w.mode[i] = OPEN
+            w.y[r + i] = 0.0
+            return True
+        if w.kappa[i] < math.inf:
+            find_force_rates(w, w.y)
+            rises = float(w.force[w.normal[i]])
+            find_forces(w, w.y)
+            if reloads or rises > NEAR * _push(w):
+                _reload(w, i)
+                return True
+        return False
+    if depth <= 0.0:
+        if un > NEAR:
+            w.mode[i] = OPEN
+            w.loaded[i] += -w.began[i] if mode == LOADS else 0.0
+            w.began[i] = 0.0
+            return True
+        return False
+    rises = _acceleration(w, int(w.normal[i]))
+    if un > 0.0 and (mode == UNLOADS or w.e2[i] == 1.0) and _parts(w, i, depth, un):
+        return True
+    if mode == LOADS and w.e2[i] < 1.0 and (crossed or (un >= -NEAR and rises > NEAR * _push(w))):
+        w.loaded[i] += _energy(w, i, depth) - w.began[i]
+        w.began[i] = 0.0
+        w.mode[i] = UNLOADS if w.e2[i] > 0.0 else HELD
+        return True
+    if mode == UNLOADS and (crossed or (un <= NEAR and rises < 0.0)):
+        w.mode[i] = LOADS
+        w.began[i] = _energy(w, i, depth)
+        return True
+    return False
+
+
+@compiled
+def _push(w: Wave) -> float:
+    """The size of the forces, in units of which that of a held contact is zero."""
+    most = 1e-300
+    for k in range(len(w.free)):
+        most = max(most, abs(w.force[k]))
+    return most
+
+
+@compiled
+def _parts(w: Wave, i: int, depth: float, un: float) -> bool:
+    """Give at once what a parting contact still would give, if that is next to nothing."""
+    r, row = len(w.free), w.normal[i]
+    rate = un / w.e2[i] if w.mode[i] == UNLOADS else un
+    left = depth / rate
+    given = float(w.force[row]) * left / (w.power[0] + 1.0)
+    speed = given * w.W[row, row]
+    if speed > TAIL * un or speed * left > MOVED:
+        return False
+    w.y[row] += given
+    t = w.tangent[i]
+    if t >= 0 and w.force[row] > 0.0:
+        for k in range(2):
+            w.y[t + k] += given * w.force[t + k] / w.force[row]
+    if w.mode[i] == LOADS:
+        w.loaded[i] -= w.began[i]
+    w.began[i] = 0.0
+    w.mode[i] = OPEN
+    # Its gap opens when the rest of the way is done.
+    w.y[r + i] = un * left
+    return True
+
+
+@compiled
+def _energy(w: Wave, i: int, depth: float) -> float:
+    """E = κ δ^(n + 1)/(n + 1)."""
+    if depth <= 0.0 or w.kappa[i] == math.inf:
+        return 0.0
+    return float(w.kappa[i] * depth * power_of(depth, w.power[0]) / (w.power[0] + 1.0))
+
+
+@compiled
+def _acceleration(w: Wave, row: int) -> float:
+    total = 0.0
+    for k in range(len(w.free)):
+        total += w.W[row, k] * w.force[k]
+    return total
+
+
+@compiled
+def _reload(w: Wave, i: int) -> None:
+    """A contact that was held begins to be loaded again, from the force that it carries."""
+    r, row = len(w.free), w.normal[i]
+    # What the steps have left of u_n = 0 would end the loading at once.
+    w.y[row] -= w.u[row] / w.W[row, row]
+    velocities(w.W, w.reach, w.free, w.y, w.u)
+    force = max(float(w.force[w.normal[i]]), 0.0)
+    w.mode[i] = LOADS
+    w.y[r + i] = (force / w.kappa[i]) ** (1.0 / w.power[0])
+    w.began[i] = _energy(w, i, float(w.y[r + i]))
+
+
+@compiled
+def _change_slip(w: Wave, i: int) -> bool:
+    """Whether a contact begins or ends to slip."""
+    t = w.tangent[i]
+    if t < 0 or w.mode[i] == OPEN:
+        return False
+    u1, u2 = float(w.u[t]), float(w.u[t + 1])
+    speed = math.sqrt(u1 * u1 + u2 * u2)
+    if w.slip[i] == NONE:
+        if speed > FAINT:
+            w.slip[i] = SLIPS
+            w.way[i, 0], w.way[i, 1] = u1 / speed, u2 / speed
+        else:
+            w.slip[i] = STICKS
+        return True
+    if w.slip[i] != SLIPS:
+        return False
+    slows = _acceleration(w, int(t)) * w.way[i, 0] + _acceleration(w, int(t) + 1) * w.way[i, 1]
+    if slows < 0.0 and speed <= FAINT:
+        w.slip[i] = STICKS
+        return True
+    if speed > FAINT:
+        w.way[i, 0], w.way[i, 1] = u1 / speed, u2 / speed
+    return False
+
+
+@compiled
+def choose_slips(w: Wave) -> None:
+    """Slip or stick for contacts that begin."""
+    find_forces(w, w.y)
+    for i in range(len(w.kappa)):
+        _change_slip(w, i)
+    find_forces(w, w.y)
+    _settle(w)
+
+
+@compiled
+def _settle(w: Wave) -> None:
+    """What sticks and would need more than its cone begins to slip, the farthest out first."""
+    n = len(w.kappa)
+    for _ in range(2 * n):
+        found, most = -1, 1.0 + IN_CONE
+        largest = 0.0
+        for k in range(len(w.free)):
+            largest = max(largest, abs(w.force[k]))
+        for i in range(n):
+            if w.slip[i] != STICKS:
+                continue
+            t = w.tangent[i]
+            pull = math.sqrt(w.force[t] ** 2 + w.force[t + 1] ** 2)
+            cone = w.mu[i] * w.force[w.normal[i]]
+            # What pulls by rounding alone does not make slip.
+            share = pull / cone if cone > 0.0 else (math.inf if pull > NEAR * largest else 0.0)
+            if share > most:
+                found, most = i, share
+        if found < 0:
+            return
+        _start_slip(w, found)
+
+
+@compiled
+def _start_slip(w: Wave, i: int) -> None:
+    """A contact at rest begins to slip: in the direction that its own friction then opposes."""
+    t = w.tangent[i]
+    force = float(w.force[w.normal[i]])
+    w.slip[i] = NONE
+    find_forces(w, w.y)
+    n1, n2 = _acceleration(w, int(t)), _acceleration(w, int(t) + 1)
+    size = math.sqrt(n1 * n1 + n2 * n2)
+    w.slip[i] = SLIPS
+    if not size > 0.0:
+        w.slip[i] = STICKS
+        find_forces(w, w.y)
+        return
+    w.way[i, 0], w.way[i, 1] = n1 / size, n2 / size
+    if force > 0.0:
+        w.slip[i] = NONE
+        w.force[t] = 1.0
+        hold(w)
+        b11, b12 = _acceleration(w, int(t)) - n1, _acceleration(w, int(t) + 1) - n2
+        find_forces(w, w.y)
+        w.force[t + 1] = 1.0
+        hold(w)
+        b22 = _acceleration(w, int(t) + 1) - n2
+        w.slip[i] = SLIPS
+        if b11 > 0.0 and b22 > 0.0:
+            s1, s2 = outgoing((b11, b12, b22, n1 / force, n2 / force, 1.0), float(w.mu[i]))
+            w.way[i, 0], w.way[i, 1] = s1, s2
+    find_forces(w, w.y)
