@@ -115,6 +115,8 @@ def compiled(
 
 def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
     robot = scene.robot
+    if scene.contacts and scene.law.restitution == "lzb":
+        raise NoKernelError('restitution="lzb", whose waves have as many steps as they take')
     words = words_of(scene.law if scene.contacts else Law())
     try:
         model, followers = freed_model(robot.model)

@@ -55,7 +55,8 @@ def _scenes() -> Iterator[tuple[str, Scene]]:
 
     ball = Robot.from_urdf(_BALL, root="freeflyer")
     yield "blows", Scene(ball, impulses=[AppliedImpulse("ball", linear=[0, 0, 1])])
-    rough, smooth = Contact("ball", friction=0.5), Contact("ball", at=[0, 0, -1])
+    rough = Contact("ball", friction=0.5, stiffness=1.0)
+    smooth = Contact("ball", at=[0, 0, -1], stiffness=1.0)
     for words in itertools.product(RESTITUTIONS, SLIPS, ORDERS):
         try:
             scene = Scene(ball, contacts=[rough, smooth], law=Law(*words))

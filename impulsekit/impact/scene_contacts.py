@@ -57,6 +57,9 @@ class SceneContacts:
         self._tangential = np.array(
             [getattr(entry, "tangential_restitution", 0.0) for entry in scene.contacts]
         )
+        self._stiffness = None
+        if scene.law.restitution == "lzb":
+            self._stiffness = np.array([entry.stiffness for entry in scene.contacts], dtype=float)
         # Nearly always each contact touches at one point.
         self._each_once = list(range(len(scene.contacts)))
         self._fixed = None if self._varying else np.array(self._restitution, dtype=float)
@@ -79,6 +82,7 @@ class SceneContacts:
             self._coefficients(entries, before),
             friction,
             tangential,
+            None if self._stiffness is None else self._stiffness[entries],
         )
 
     def solve(self, problem: ContactProblem) -> ContactSolution:

@@ -19,6 +19,8 @@ def laws_of(scene: Scene) -> tuple[str, ...]:
     """Modules of ``laws`` whose entries ``solve`` and ``simulate`` call for a scene."""
     if not scene.contacts:
         return ()
+    if scene.law.restitution == "lzb":
+        return (*_ALONG_THE_PATH, "lzb")
     if scene.law.slip == "path":
         return _ALONG_THE_PATH
     rubs = any(getattr(contact, "friction", 0.0) for contact in scene.contacts)
@@ -33,7 +35,7 @@ def compile_laws(scene: Scene) -> None:
 
 def compile_all_laws() -> None:
     """Compile the laws of all scenes."""
-    _compile((*_ALONG_THE_PATH, *_AT_THE_END, "several", *_RUBBING))
+    _compile((*_ALONG_THE_PATH, "lzb", *_AT_THE_END, "several", *_RUBBING))
 
 
 def _compile(modules: tuple[str, ...]) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["ERROR_3", "ERROR_5", "STAGES", "WEIGHTS", "FROM"]
+__all__ = ["ERROR_3", "ERROR_5", "FROM", "STAGES", "WEIGHTS"]
 
 # Stages of one step.
 STAGES = 12

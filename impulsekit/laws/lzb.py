@@ -13,7 +13,7 @@ import numpy as np
 
 from .compiled import compiled, entry
 from .dop853 import ERROR_3, ERROR_5, FROM, STAGES, WEIGHTS
-from .status import Status
+from .status import BY_CODE, Status
 from .wave import (
     HELD,
     LOADS,
@@ -35,7 +35,7 @@ from .wave import (
 from .wave import wave as new_wave
 from .wave_changes import IN_CONE, change, choose_slips
 
-__all__ = ["Waved", "strike_by_energy"]
+__all__ = ["AT_REST", "Waved", "strike_by_energy"]
 
 # The error of a step, in units in which velocities, impulses and indentations are of size 1.
 TOLERANCE = 2e-13
@@ -47,7 +47,10 @@ AT_REST = 1e-10
 WEAK = 1e-12
 # What is beyond a change by less is at it; a step that is none.
 _SMALL, NEXT_TO_NOTHING = 1e-14, 1e-9
-MOST_STEPS = 100_000
+MOST_STEPS = 40_000
+# The energy is brought to that of the works where it depends on the impulses by more than this
+# share, and is off by less.
+STEEP, NEARLY = 1e-3, 1e-9
 _SOLVED, _ENDLESS = int(Status.SOLVED), int(Status.NOT_CONVERGED)
 
 
@@ -70,6 +73,15 @@ class Waved(NamedTuple):
     friction_work: Array
     steps: int
 
+    @property
+    def status(self) -> Status:
+        """How it is to be taken."""
+        return BY_CODE[self.code]
+
+
+# A named tuple made by compiled code would end the process where an interrupt meets it.
+PlainWaved = tuple[int, float, Array, Array, Array, Array, int]
+
 
 def _examples() -> tuple[object, ...]:
     few = np.ones(2)
@@ -84,8 +96,8 @@ def strike_by_energy(
     mu: np.ndarray,
     stiffness: np.ndarray,
     exponent: float,
-) -> Waved:
-    """The impulses of n contacts.
+) -> PlainWaved:
+    """The impulses of n contacts: the fields of a ``Waved``.
 
     Args:
         W: (3n, 3n) Delassus matrix [1/kg].
@@ -98,7 +110,7 @@ def strike_by_energy(
     speed, mobility = _units(W, free, mu)
     none = np.zeros(n)
     if speed == 0.0 or mobility == 0.0:
-        return Waved(_SOLVED, 0.0, np.zeros(3 * n), free.copy(), none, none.copy(), 0)
+        return _SOLVED, 0.0, np.zeros(3 * n), free.copy(), none, none.copy(), 0
     w = _prepared(W, free, restitution, mu, stiffness, exponent, speed, mobility)
     steps = _run(w)
     r = len(w.free)
@@ -123,9 +135,30 @@ def strike_by_energy(
         size += abs(impulse[k]) * (abs(free[k]) + abs(after[k])) / work
     residual = abs(added / work - total) / size if size > 0.0 else 0.0
     code = _SOLVED
+    _to_energy(impulse, free, after, total * work, added, size * work)
     if steps >= MOST_STEPS:
         code, residual = _ENDLESS, 1.0
-    return Waved(code, residual, impulse, after, normal, friction, steps)
+    return code, residual, impulse, after, normal, friction, steps
+
+
+@compiled
+def _to_energy(
+    impulse: Array, free: Array, after: Array, total: float, added: float, size: float
+) -> None:
+    """Scale all impulses by what the steps have left, so that they add the energy of the works.
+
+    A projection onto the energy's surface (Hairer, Lubich & Wanner 2006, IV.4), as far as the
+    error of the steps goes; cones are kept. d(added)/d(scale) = P·u⁺.
+    """
+    slope = 0.0
+    for k in range(len(impulse)):
+        slope += impulse[k] * after[k]
+    if abs(slope) <= STEEP * size or abs(total - added) > NEARLY * abs(slope):
+        return
+    share = (total - added) / slope
+    for k in range(len(impulse)):
+        after[k] += share * (after[k] - free[k])
+        impulse[k] *= 1.0 + share
 
 
 @compiled
@@ -217,9 +250,9 @@ def _is_over(w: Wave) -> bool:
         if mode == HELD:
             if w.force[w.normal[i]] > WEAK:
                 return False
-        elif un < -AT_REST:
-            return False
-        elif mode != OPEN and depth > 0.0 and (un > AT_REST or w.force[w.normal[i]] > WEAK):
+        elif un < -AT_REST or (
+            mode != OPEN and depth > 0.0 and (un > AT_REST or w.force[w.normal[i]] > WEAK)
+        ):
             return False
     return True
 
@@ -265,7 +298,7 @@ def _adaptive_step(w: Wave, h: float) -> tuple[int, float]:
 
 @compiled
 def _trial(w: Wave, h: float) -> float:
-    """y after a step of h in ``w.trial``, velocities and forces there; the error over what it may be."""
+    """The error of a step of h over what it may be; y behind it is in ``w.trial``."""
     K, y, trial = w.stages, w.y, w.trial
     m = len(y)
     smooth = len(w.free) == len(w.kappa) and not any_held(w.mode)

@@ -3,8 +3,8 @@
 Each contact has an indentation δ, its normal force is F = κ δ^n. In compression dδ/dt = −u_n, in
 restitution −u_n/e², so that the force regains e² of the work of the compression, and is
 continuous (the bi-stiffness law of Liu, Zhao & Brogliato 2008): dP_i/dP_j = F_i/F_j depends on
-stiffness ratios and stored energies E = κ δ^(n + 1)/(n + 1) alone. Time t, indentation and force are in units
-in which all are of size 1; no result depends on the absolute stiffness.
+stiffness ratios and stored energies E = κ δ^(n + 1)/(n + 1) alone. Time t, indentation and force
+are in units in which all are of size 1; no result depends on the absolute stiffness.
 
 A contact whose stiffness is infinite beside the others, or that loses all its energy at the
 end of its compression (e = 0), is held: u_n = 0, F from the equations of motion, F ≥ 0.
@@ -24,8 +24,8 @@ from .compiled import compiled
 from .dense import factorize, solve_factorized
 
 __all__ = [
-    "FAINT", "HELD", "LOADS", "NONE", "OPEN", "SLIPS", "STICKS", "UNLOADS", "Wave", "any_held", "direction",
-    "find_force_rates", "find_forces", "hold", "power_of", "rates", "smooth_rates",
+    "FAINT", "HELD", "LOADS", "NONE", "OPEN", "SLIPS", "STICKS", "UNLOADS", "Wave", "any_held",
+    "direction", "find_force_rates", "find_forces", "hold", "power_of", "rates", "smooth_rates",
     "velocities", "wave",
 ]  # fmt: skip
 
@@ -62,7 +62,7 @@ class Wave(NamedTuple):
         u: (r,) velocity. force: (r,) dP/dt.
         began, loaded: (n,) E where the loading at hand began; all that was loaded so far.
         matrix, right, order: room for what sticks or is held.
-        rows: (r,) those rows; count: (1,) how many.
+        rows: (r,) those rows; solved: (1,) how many.
         stages, trial, error: room of a step.
     """
 
@@ -87,7 +87,7 @@ class Wave(NamedTuple):
     right: Array
     order: Integers
     rows: Integers
-    count: Integers
+    solved: Integers
     stages: Matrix
     trial: Array
     error: Array
@@ -160,10 +160,10 @@ def rates(w: Wave, y: Array, dy: Array) -> None:
 @compiled
 def any_held(modes: Integers) -> bool:
     """Whether a contact is held."""
+    count = 0
     for i in range(len(modes)):
-        if modes[i] == HELD:
-            return True
-    return False
+        count += modes[i] == HELD
+    return count > 0
 
 
 @compiled
@@ -208,7 +208,7 @@ def find_forces(w: Wave, y: Array) -> None:
     for i in range(len(kappa)):
         depth, mode = y[r + i], modes[i]
         rubs = rubs or mode == HELD or w.slip[i] != NONE
-        if depth > SHALLOW and (mode == LOADS or mode == UNLOADS):
+        if depth > SHALLOW and mode in (LOADS, UNLOADS):
             rise = depth * math.sqrt(depth) if power == 1.5 else depth**power
             force[normal[i]] = kappa[i] * rise
         else:
@@ -229,7 +229,7 @@ def find_force_rates(w: Wave, y: Array) -> None:
     n, r = len(w.kappa), len(w.free)
     for i in range(n):
         depth, rate = y[r + i], 0.0
-        if (w.mode[i] == LOADS or w.mode[i] == UNLOADS) and depth > 0.0:
+        if w.mode[i] in (LOADS, UNLOADS) and depth > 0.0:
             rate = -w.u[w.normal[i]] * w.kappa[i] * w.power[0] * depth ** (w.power[0] - 1.0)
             if w.mode[i] == UNLOADS:
                 rate /= w.e2[i]
@@ -257,7 +257,7 @@ def spread(w: Wave) -> None:
             elif w.slip[i] == STICKS:
                 w.rows[solved], w.rows[solved + 1] = t, t + 1
                 solved += 2
-    w.count[0] = solved
+    w.solved[0] = solved
     hold(w)
 
 
@@ -280,7 +280,7 @@ def hold(w: Wave) -> None:
     Redundant rows share by least squares: each gives way by next to nothing, and what that
     leaves of the equations is taken out once more.
     """
-    solved = int(w.count[0])
+    solved = int(w.solved[0])
     _fill(w, solved)
     most = 0.0
     for a in range(solved):

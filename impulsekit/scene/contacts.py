@@ -39,6 +39,9 @@ class Contact:
         tangential_restitution: of the tangential velocity where it sticks, -1 to 1;
             1 is a superball.
         name: its name in results; by default its index in the scene.
+        stiffness: k in F = k δ^exponent [N/m^exponent], for ``Law(restitution="lzb")``, which
+            uses ratios only; ``math.inf`` for one that supports and does not give way beside
+            the others.
 
     Raises:
         InputError, ShapeError, NotFiniteError, RangeError.
@@ -57,6 +60,7 @@ class Contact:
     friction: float = 0.0
     tangential_restitution: float = 0.0
     name: str | None = None
+    stiffness: float | None = None
 
     def __post_init__(self) -> None:
         text(self.frame, "Contact: frame")
@@ -99,6 +103,7 @@ class JointStop:
         lower, upper: the limits [rad, m]; None for those of the model.
         restitution: as for ``Contact``, of the joint's velocity [rad/s, m/s].
         name: its name in results; by default its index in the scene.
+        stiffness: as for ``Contact`` [N m/rad^exponent, N/m^exponent].
 
     Raises:
         InputError, NotFiniteError, RangeError.
@@ -113,6 +118,7 @@ class JointStop:
     upper: float | None = None
     restitution: float | Callable[[float], float] = 0.0
     name: str | None = None
+    stiffness: float | None = None
 
     def __post_init__(self) -> None:
         text(self.joint, "JointStop: joint")
@@ -125,6 +131,7 @@ class JointStop:
             raise RangeError.of(f"{what}: lower", self.lower, f"at most upper, {self.upper:g}")
         restitution = checked_restitution(self.restitution, f"{what}: restitution")
         object.__setattr__(self, "restitution", restitution)
+        _check_stiffness(self, what)
         if self.name is not None:
             text(self.name, f"{what}: name")
 
@@ -160,6 +167,7 @@ class Collision:
         restitution, friction, tangential_restitution: as for ``Contact``, for every point.
         margin: gaps up to this count as touching [m].
         name: its name in results; by default its index in the scene.
+        stiffness: as for ``Contact``, of each point.
 
     Raises:
         InputError, NotFiniteError, RangeError.
@@ -176,6 +184,7 @@ class Collision:
     tangential_restitution: float = 0.0
     margin: float = 1e-6
     name: str | None = None
+    stiffness: float | None = None
 
     def __post_init__(self) -> None:
         text(self.first, "Collision: first")
@@ -258,5 +267,15 @@ def _check_coefficients(entry: Contact | Collision, what: str) -> None:
     if not -1.0 <= tangential <= 1.0:
         raise RangeError.of(f"{what}: tangential_restitution", tangential, "-1 to 1")
     set_field(entry, "tangential_restitution", tangential)
+    _check_stiffness(entry, what)
     if entry.name is not None:
         text(entry.name, f"{what}: name")
+
+
+def _check_stiffness(entry: ContactEntry, what: str) -> None:
+    if entry.stiffness is None or entry.stiffness == math.inf:
+        return
+    stiffness = number(entry.stiffness, f"{what}: stiffness")
+    if not stiffness > 0.0:
+        raise RangeError.of(f"{what}: stiffness", stiffness, "above 0")
+    object.__setattr__(entry, "stiffness", stiffness)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..errors import InputError, RangeError, quoted
+from .numbers import number
 
 __all__ = ["Law"]
 
-RESTITUTIONS = ("newton", "poisson", "stronge")
+RESTITUTIONS = ("newton", "poisson", "stronge", "lzb")
 SLIPS = ("end", "path")
 ORDERS = ("simultaneous", "sequential")
 
@@ -30,6 +31,12 @@ class Law:
               contacts Glocker & Pfeiffer 1995).
             - "stronge": the normal impulse regains W_r = −e² W_c, where W_c is its
               work in compression (Stronge 1990). Needs slip="path".
+            - "lzb": energetic, for contacts that act at once: each has a ``stiffness``, impulses
+              grow in the proportion dP_i/dP_j = F_i/F_j of F = k δ^exponent, and each regains
+              e² of the work of its compressions, which may be several (Liu, Zhao & Brogliato
+              2008). Waves run through chains; a contact that has parted comes back by the way
+              that it went. With e = 1 it is the limit of elastic springs. One contact alone
+              obeys Stronge's law. Friction acts along the path.
         slip: the instant whose slip direction friction opposes.
 
             - "end": at the end of the impact. P_t = −µ P_n u_t⁺/|u_t⁺|, or
@@ -54,18 +61,21 @@ class Law:
             and rises at 1 m/s in the second, as it does under Poisson's restitution,
             which uses the impulse of the compression.
 
+        exponent: of "lzb": 1.5 for round surfaces (Hertz), 1 for flat ones.
+
     Raises:
-        RangeError: an unknown name.
+        RangeError: an unknown name, an exponent that is not 1 to 10.
         InputError: names that cannot be combined.
 
     Example:
         >>> Law(restitution="stronge", slip="path")
-        Law(restitution='stronge', slip='path', order='simultaneous')
+        Law(restitution='stronge', slip='path', order='simultaneous', exponent=1.5)
     """
 
     restitution: str = "newton"
     slip: str = "end"
     order: str = "simultaneous"
+    exponent: float = 1.5
 
     def __post_init__(self) -> None:
         for name, allowed in (
@@ -77,6 +87,18 @@ class Law:
             if value not in allowed:
                 wanted = " or ".join(f'"{word}"' for word in allowed)
                 raise RangeError.of(f"law: {name}", quoted(value), wanted)
+        exponent = number(self.exponent, "law: exponent")
+        if not 1.0 <= exponent <= 10.0:
+            raise RangeError.of("law: exponent", exponent, "1 to 10")
+        object.__setattr__(self, "exponent", exponent)
+        if self.restitution == "lzb":
+            if self.order == "sequential":
+                raise InputError(
+                    'law: restitution="lzb" is for contacts that act at once; in a sequence use '
+                    'restitution="stronge", slip="path", which it is for one contact'
+                )
+            # Its impulses have a path, along which friction acts.
+            object.__setattr__(self, "slip", "path")
         if self.restitution == "stronge" and self.slip != "path":
             raise InputError(
                 'law: restitution="stronge" balances the work of the normal impulse, which is '

@@ -55,7 +55,8 @@ class Scene(Displayed):
         UnknownNameError: a frame or joint that the robot does not have.
         ShapeError: a joint impulse or velocity has the wrong length.
         InputError: an impulse on the world, an anchor within one body, two entries with
-            the same name, tangential restitution under a law without it, a controlled joint
+            the same name, tangential restitution under a law without it, a contact without
+            stiffness under "lzb", a controlled joint
             that is also locked.
 
     Example:
@@ -94,6 +95,7 @@ class Scene(Displayed):
         if not isinstance(self.law, Law):
             raise InputError(f"Scene: law is {a_thing(self.law)}, not a Law")
         self._check_law()
+        self._check_stiffness()
         self._check_names()
 
     def _check_law(self) -> None:
@@ -105,6 +107,16 @@ class Scene(Displayed):
                     f"contacts[{i}]: tangential restitution has no meaning with "
                     f'restitution="{self.law.restitution}", slip="{self.law.slip}"; it belongs to '
                     'Law(restitution="newton", slip="end"), or is 0'
+                )
+
+    def _check_stiffness(self) -> None:
+        if self.law.restitution != "lzb":
+            return
+        for i, contact in enumerate(self.contacts):
+            if contact.stiffness is None:
+                raise InputError(
+                    f'contacts[{i}]: restitution="lzb" needs the stiffness of every contact; give '
+                    "stiffness=, of which only ratios count"
                 )
 
     def _check_entries(self) -> None:

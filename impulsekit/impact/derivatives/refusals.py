@@ -14,6 +14,11 @@ def refuse_what_has_none(impact: Impact) -> None:
     Raises:
         InputError: it says what, and what to do instead.
     """
+    if impact.scene.law.restitution == "lzb" and impact.scene.contacts:
+        raise InputError(
+            'derivatives: of impacts under restitution="lzb" there are none here: where waves '
+            "meet, contacts part and close again; use differences of solve"
+        )
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:
         return

@@ -92,6 +92,8 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
         if solution.tied:
             return _of_a_tie(problem, law, solution)
         return _of_hits(solution, "contacts are struck one after the other, each in closed form")
+    if law.restitution == "lzb" and n > 1:
+        return _of_hits(solution, "impulses are followed from where contacts touch, step by step")
     if law.slip == "path":
         return _of_hits(solution, "slip is followed along the impact, step by step")
     scale = max(

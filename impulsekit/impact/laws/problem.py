@@ -34,6 +34,7 @@ class ContactProblem:
         restitution: (n,) e in [0, 1].
         friction: (n,) µ ≥ 0. Where it is 0 the tangent rows are not used.
         tangential_restitution: (n,) e_t in [−1, 1]: friction aims at u_t⁺ = −e_t u_t⁻.
+        stiffness: (n,) k of each, for the law "lzb"; None where no law asks for it.
     """
 
     delassus: np.ndarray
@@ -42,6 +43,7 @@ class ContactProblem:
     restitution: np.ndarray
     friction: np.ndarray
     tangential_restitution: np.ndarray
+    stiffness: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,7 +29,9 @@ def strike(
     """
     if e_t and mu > NEGLIGIBLE and (law.slip == "path" or law.restitution != "newton"):
         refuse_tangential(law)
-    restitution = RESTITUTIONS.index(law.restitution)
+    # One contact alone is Stronge's, whatever its stiffness.
+    word = "stronge" if law.restitution == "lzb" else law.restitution
+    restitution = RESTITUTIONS.index(word)
     if law.slip == "end":
         return Hit(*hit_contact(block, before, free, e, mu, e_t, restitution))
     mu = mu if mu > NEGLIGIBLE else 0.0

@@ -62,6 +62,10 @@ def find_impulses(problem: ContactProblem, law: Law) -> ContactSolution:
         from .sequential import solve_sequential
 
         return solve_sequential(problem, law)
+    if law.restitution == "lzb":
+        from .by_energy import solve_by_energy
+
+        return solve_by_energy(problem, law)
     if law.slip == "path":
         from .alone import solve_alone
 

@@ -1,0 +1,57 @@
+"""Contacts whose impulses grow with their stored energies: the law of Liu, Zhao and Brogliato."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...errors import InputError
+from ...laws.lzb import AT_REST, Waved, strike_by_energy
+from ...scene.law import Law
+from .problem import ContactProblem, ContactSolution
+from .single import refuse_tangential
+
+__all__ = ["solve_by_energy"]
+
+
+def solve_by_energy(problem: ContactProblem, law: Law) -> ContactSolution:
+    """All contacts at once, from where they touch until all have parted.
+
+    Raises:
+        InputError: a contact without stiffness, tangential restitution, or an infinite
+            stiffness where a contact approaches.
+    """
+    stiffness, free = problem.stiffness, problem.velocity_free
+    if stiffness is None or stiffness.shape != problem.friction.shape:
+        raise InputError('contacts: restitution="lzb" needs the stiffness of every contact')
+    if not (stiffness > 0.0).all():
+        raise InputError(f"contacts: stiffness must be above 0, got {stiffness.min()}")
+    if problem.tangential_restitution[problem.friction > 0.0].any():
+        refuse_tangential(law)
+    speed = float(np.abs(free).max())
+    rigid = np.flatnonzero(np.isinf(stiffness) & (free[2::3] < -AT_REST * speed))
+    if len(rigid):
+        raise InputError(
+            f"contacts: contact {rigid[0]} is approached at {-free[3 * rigid[0] + 2]:.6g} m/s and "
+            "has an infinite stiffness, which is for supports at rest; give it a finite one"
+        )
+    hit = Waved(
+        *strike_by_energy(
+            np.ascontiguousarray(problem.delassus),
+            np.ascontiguousarray(free),
+            np.array(problem.restitution, dtype=float),
+            np.array(problem.friction, dtype=float),
+            np.array(stiffness, dtype=float),
+            law.exponent,
+        )
+    )
+    return ContactSolution(
+        hit.impulse,
+        hit.after,
+        hit.status,
+        hit.residual,
+        None,
+        free,
+        hit.normal_work,
+        hit.friction_work,
+        hit.steps,
+    )

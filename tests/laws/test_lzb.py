@@ -1,0 +1,238 @@
+"""Impulses by stored energy against springs followed in time, and against their own statement."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.integrate import solve_ivp
+
+import impulsekit as ik
+from impulsekit.impact.laws import ContactProblem, solve_contacts
+from impulsekit.laws import lzb
+from impulsekit.laws.lzb import strike_by_energy
+from impulsekit.laws.path import follow
+from impulsekit.laws.progress import path_memory
+from impulsekit.laws.words import STRONGE
+
+LZB = ik.Law(restitution="lzb")
+
+
+def springs(masses, rows, v, k, exponent=1.5, end=60.0):
+    """v⁺ of masses between springs F = k δ^exponent along ``rows``, in displacements and time."""
+    n = len(v)
+    inverse = np.linalg.inv(masses)
+
+    def rates(t, y):
+        depth = np.maximum(-(rows @ y[:n]), 0.0)
+        return np.concatenate([y[n:], inverse @ (rows.T @ (k * depth**exponent))])
+
+    way = solve_ivp(
+        rates, [0, end], np.concatenate([np.zeros(n), v]), method="DOP853", rtol=1e-12, atol=1e-15
+    )
+    assert (rows @ way.y[:n, -1] <= 0).sum() == 0 or np.abs(rows @ way.y[n:, -1]).max() < 1e-9
+    return way.y[n:, -1]
+
+
+def along_normals(masses, rows, v, k, e=1.0, exponent=1.5, mu=0.0):
+    """v⁺ by the law, the rows being normals."""
+    n = len(rows)
+    full = np.zeros((3 * n, len(v)))
+    full[2::3] = rows
+    W = full @ np.linalg.solve(masses, full.T)
+    u = full @ v
+    es, mus = np.full(n, e), np.full(n, mu)
+    problem = ContactProblem(W, u, u, es, mus, np.zeros(n), np.array(k, dtype=float))
+    found = solve_contacts(problem, ik.Law("lzb", exponent=exponent))
+    assert found.status is ik.Status.SOLVED
+    return v + np.linalg.solve(masses, full.T @ found.impulse), found
+
+
+def chain(masses):
+    n = len(masses)
+    return np.diag(masses), np.eye(n)[1:] - np.eye(n)[:-1], np.eye(n)[0]
+
+
+def packing():
+    """Three discs in the plane, each on the two others, and one that falls into their midst."""
+    places = np.array([[0, 0], [1, 0], [0.5, np.sqrt(0.75)], [1.5, np.sqrt(0.75)]])
+    rows = []
+    for i in range(4):
+        for j in range(i):
+            way = places[i] - places[j]
+            if np.linalg.norm(way) < 1.01:
+                row = np.zeros(8)
+                row[2 * i : 2 * i + 2], row[2 * j : 2 * j + 2] = way, -way
+                rows.append(row)
+    v = np.zeros(8)
+    v[6:] = [-0.6, -1.0]
+    return np.diag(np.repeat([1.0, 1.0, 2.0, 1.5], 2)), np.array(rows), v
+
+
+def block():
+    """A block that rocks from one lower corner to the other: x, y, angle about its middle."""
+    rows = np.array([[0.0, 1.0, -0.5], [0.0, 1.0, 0.5]])
+    return np.diag([2.0, 2.0, 0.4]), rows, np.array([0.0, -0.5, -1.0])
+
+
+CASES = {
+    "ten equal balls": (*chain(np.ones(10)), np.ones(9)),
+    "tapered chain": (*chain(0.7 ** np.arange(6)), 1.5 ** np.arange(5)),
+    "column on a wall": (
+        np.diag([1.0, 0.5, 2.0]), np.array([[1, 0, 0], [-1, 1, 0], [0, -1, 1]], dtype=float),
+        np.array([0.0, 0, -1]), np.array([2.0, 1.0, 0.3]),
+    ),
+    "packing": (*packing(), np.linspace(1.0, 2.0, 5)),
+    "rocking block": (*block(), np.array([1.0, 3.0])),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_without_loss_it_is_the_motion_of_hertz_springs(name):
+    masses, rows, v, k = CASES[name]
+    after, found = along_normals(masses, rows, v, k)
+    assert np.abs(after - springs(masses, rows, v, k)).max() < 1e-8
+    kinetic = 0.5 * v @ masses @ v
+    assert abs(0.5 * after @ masses @ after - kinetic) < 1e-12 * kinetic
+    assert (rows @ after > -1e-9).all() and (found.impulse[2::3] >= 0).all()
+
+
+def test_flat_springs_and_units():
+    """The exponent counts; the absolute stiffness, the unit of mass and of length do not."""
+    masses, rows, v, k = CASES["tapered chain"]
+    for exponent in (1.0, 2.5):
+        after, _ = along_normals(masses, rows, v, k, exponent=exponent)
+        assert np.abs(after - springs(masses, rows, v, k, exponent)).max() < 1e-8
+    plain, _ = along_normals(masses, rows, v, k)
+    other, _ = along_normals(1e3 * masses, rows, 1e-3 * v, 1e9 * k)
+    assert np.abs(1e3 * other - plain).max() < 1e-10
+
+
+def test_solo12_on_four_feet():
+    robot = ik.Robot.from_example("solo12", root="freeflyer")
+    feet = ["FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT"]
+    q = robot.configuration(root_joint=[0, 0, 0.25, 0, 0, 0, 1])
+    for leg, knee in zip(("FL", "FR", "HL", "HR"), (-1.4, -1.3, 1.2, 1.5), strict=True):
+        q[robot.model.idx_qs[robot.joint_id(f"{leg}_KFE")]] = knee
+        q[robot.model.idx_qs[robot.joint_id(f"{leg}_HFE")]] = -0.5 * knee
+    v = robot.velocity(root_joint=[0, 0, -1, 0.3, -0.2, 0])
+    k = np.array([1.0, 1.2, 0.8, 1.0]) * 1e6
+    contacts = [ik.Contact(f, restitution=1.0, stiffness=s) for f, s in zip(feet, k, strict=True)]
+    impact = ik.solve(ik.Scene(robot, contacts=contacts, law=LZB, gap_bound=np.inf), q, v)
+    assert impact.is_valid() and ik.check(impact).agrees
+    model, data = robot.model, robot.model.createData()
+    masses = pin.crba(model, data, q)
+    masses = np.triu(masses) + np.triu(masses, 1).T
+    way = pin.LOCAL_WORLD_ALIGNED
+    rows = np.array(
+        [pin.computeFrameJacobian(model, data, q, model.getFrameId(f), way)[2] for f in feet]
+    )
+    # Time in milliseconds and length in micrometres keep the numbers near 1.
+    after = springs(masses * 1e-3, rows, v, k * 1e-9, end=60.0)
+    assert np.abs(impact.v_after - after).max() < 1e-8 * np.abs(v).max() * 30
+    scale = 0.5 * v @ masses @ v
+    assert abs(impact.energy.change) < 1e-11 * scale
+
+
+@pytest.mark.parametrize("e", [0.0, 0.02, 0.5, 0.9])
+def test_each_contact_regains_its_share_of_work(e):
+    """Contacts that do not feel each other are Newton's; coupled ones keep u⁺ and the energies."""
+    v = np.array([-1.0, -2.0])
+    after, found = along_normals(np.diag([1.0, 3.0]), np.eye(2), v, [1.0, 5.0], e)
+    assert np.abs(after + e * v).max() < 1e-10
+    assert found.normal_work == pytest.approx(-0.5 * np.array([1.0, 12.0]) * (1 - e * e))
+    masses, rows, v, k = CASES["packing"]
+    after, found = along_normals(masses, rows, v, k, e)
+    change = 0.5 * after @ masses @ after - 0.5 * v @ masses @ v
+    assert found.normal_work.sum() == pytest.approx(change, rel=1e-9)
+    assert (rows @ after > -1e-9).all() and (found.normal_work <= 0).all()
+
+
+def test_losses_follow_two_stiffnesses():
+    """Loading along F = k δ^1.5, unloading along a stiffer curve."""
+    masses, rows, v, k = CASES["column on a wall"]
+    e, n = 0.7, 3
+
+    def rates(t, y):
+        depth = y[n:]
+        u = rows @ y[:n]
+        force = k * np.maximum(depth, 0.0) ** 1.5
+        regains = (u > 0) & (depth > 0)
+        return np.concatenate(
+            [np.linalg.solve(masses, rows.T @ force), -u * np.where(regains, 1 / e**2, 1.0)]
+        )
+
+    way = solve_ivp(
+        rates, [0, 40], np.concatenate([v, np.zeros(n)]), method="RK45", rtol=1e-9, atol=1e-11
+    )
+    after, _ = along_normals(masses, rows, v, k, e)
+    assert np.abs(after - way.y[:n, -1]).max() < 1e-6
+
+
+def test_one_contact_with_friction_is_stronges():
+    rng = np.random.default_rng(4)
+    for _ in range(8):
+        root = rng.normal(size=(3, 4))
+        W, u = root @ root.T, rng.normal(size=3)
+        u[2] = -abs(u[2])
+        e, mu = rng.uniform(0.1, 1.0, 2)
+        memory = path_memory()
+        block = W[0, 0], W[0, 1], W[1, 1], W[0, 2], W[1, 2], W[2, 2]
+        assert follow(block, u[2], tuple(u), e, mu, STRONGE, memory) in (0, 3)
+        # Twice the same, that do not feel each other.
+        zero = np.zeros((3, 3))
+        both = np.block([[W, zero], [zero, W]])
+        two = np.ones(2)
+        found = strike_by_energy(both, np.tile(u, 2), e * two, mu * two, two, 1.5)
+        after = W @ memory.now[3:6] + u
+        assert found[0] == 0
+        assert np.abs(found[3] - np.tile(after, 2)).max() < 1e-9 * np.abs(u).max()
+
+
+def test_random_contacts_obey_cone_and_energy(monkeypatch):
+    """Where a slip creeps past zero so slowly that steps shrink, the status says so."""
+    rng = np.random.default_rng(7)
+    unsolved = 0
+    monkeypatch.setattr(lzb, "MOST_STEPS", 800)
+    for _ in range(16):
+        n = int(rng.integers(2, 4))
+        root = rng.normal(size=(3 * n, int(rng.integers(3 * n, 3 * n + 4))))
+        W, u = root @ root.T, rng.normal(size=3 * n)
+        e, mu = rng.uniform(0.2, 1, n), rng.choice([0.0, 0.3, 0.8], n)
+        found = lzb.strike_by_energy.py_func(W, u, e, mu, rng.uniform(0.1, 10, n), 1.5)
+        code, residual, P, after, normal, friction, _ = found
+        assert code in (0, 7) and (residual < 1e-9 or code == 7)
+        if code:
+            unsolved += 1
+            continue
+        assert (after[2::3] > -1e-9).all() and (P[2::3] >= 0).all()
+        sideways = np.hypot(P[0::3], P[1::3])
+        assert (sideways <= mu * P[2::3] * (1 + 1e-9) + 1e-12).all()
+        assert (normal <= 1e-12).all() and (friction <= 1e-12).all()
+    assert unsolved <= 4
+
+
+def test_bad_input_is_one_clear_error():
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    with pytest.raises(ik.errors.InputError, match="stiffness of every contact"):
+        ik.Scene(ball, contacts=[ik.Contact("ball")], law=LZB)
+    with pytest.raises(ik.errors.RangeError, match="stiffness must be above 0"):
+        ik.Contact("ball", stiffness=0.0)
+    with pytest.raises(ik.errors.NotFiniteError, match="stiffness"):
+        ik.Contact("ball", stiffness=float("nan"))
+    with pytest.raises(ik.errors.RangeError, match="exponent must be 1 to 10"):
+        ik.Law("lzb", exponent=0.5)
+    with pytest.raises(ik.errors.InputError, match="act at once"):
+        ik.Law("lzb", order="sequential")
+    with pytest.raises(ik.errors.InputError, match="infinite stiffness"):
+        along_normals(np.eye(2), np.eye(2), -np.ones(2), [1.0, np.inf])
+    floor = ik.Contact("ball", stiffness=1.0, friction=0.1, tangential_restitution=0.5)
+    with pytest.raises(ik.errors.InputError, match="tangential restitution"):
+        ik.Scene(ball, contacts=[floor], law=LZB)
+    two = [ik.Contact("ball", stiffness=1.0), ik.Contact("ball", at=[0, 0.1, 0], stiffness=2.0)]
+    scene = ik.Scene(ball, contacts=two, law=LZB)
+    fall = ball.velocity(root_joint=[0, 0, -1, 0, 0, 0])
+    impact = ik.solve(scene, ball.neutral(), fall)
+    with pytest.raises(ik.errors.InputError, match="derivatives"):
+        ik.derivatives(impact)
+    batch = ik.solve_batch(scene, np.tile(ball.neutral(), (2, 1)), fall)
+    assert not batch.plan.kernel and "lzb" in batch.plan.why[0]
+    assert np.array_equal(batch.v_after[1], impact.v_after)
