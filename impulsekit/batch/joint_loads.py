@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError
 from ..scene import (
     AppliedImpulse,
     Collision,
@@ -18,6 +17,7 @@ from ..scene import (
     Scene,
 )
 from ..scene.constraints import DIRECTIONS
+from .errors import NoKernelError
 
 __all__ = ["JointLoads"]
 
@@ -66,7 +66,7 @@ class JointLoads:
     """Reactions and link velocities of a scene's batches.
 
     Raises:
-        InputError: the robot has a joint, or the scene an entry, that only ``solve`` knows.
+        NoKernelError: the robot has a joint, or the scene an entry, that only ``solve`` knows.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -232,10 +232,7 @@ def _tree(model: pin.Model) -> Tree:
         joint = model.joints[i]
         word = joint.shortname().removeprefix("JointModel")
         if word not in by_name:
-            raise InputError(
-                f"outputs: reactions and bodies of batches know no joint of the kind {word} "
-                f'("{model.names[i]}"); solve gives them row by row'
-            )
+            raise NoKernelError(f'loads of a joint of the kind {word} ("{model.names[i]}")')
         kind[i], along = by_name[word]
         axis[i] = np.array(joint.extract().axis) if along == -1 else np.eye(3)[along or 0]
         if along is None:
@@ -257,8 +254,5 @@ def _tree(model: pin.Model) -> Tree:
     )
 
 
-def _unknown(entry: Any) -> InputError:
-    return InputError(
-        f"outputs: reactions of batches do not know where a {type(entry).__name__} acts in each "
-        "row; solve gives them row by row"
-    )
+def _unknown(entry: Any) -> NoKernelError:
+    return NoKernelError(f"loads by a {type(entry).__name__}, whose point differs in each row")

@@ -19,6 +19,7 @@ from ..errors import (
 from ..impact.result import Impact
 from ..impact.solver import solve_without_warnings
 from ..laws.status import Status
+from ..rows.entries import rows_of_entry
 from ..scene import AppliedImpulse, Scene
 from .inputs import BatchInputs
 from .masses import scaled_robot
@@ -47,7 +48,7 @@ def solve_rows(
             impact = solve_without_warnings(
                 scene_of_row(scene, inputs, row) if rows_differ else scene, q, v
             )
-            _write(impact, row, arrays)
+            _write(scene, impact, row, arrays)
             codes[row] = impact.status
             if impact.status.valid:
                 verdicts[row] = VERDICTS.index(impact.uniqueness.verdict)
@@ -111,7 +112,7 @@ def scene_of_row(scene: Scene, inputs: BatchInputs, row: int) -> Scene:
     return dataclasses.replace(scene, robot=robot, impulses=impulses, contacts=contacts)
 
 
-def _write(impact: Impact, row: int, arrays: dict[str, np.ndarray]) -> None:
+def _write(scene: Scene, impact: Impact, row: int, arrays: dict[str, np.ndarray]) -> None:
     for name, array in arrays.items():
         if name == "energy_change":
             array[row] = impact.energy.change
@@ -120,6 +121,20 @@ def _write(impact: Impact, row: int, arrays: dict[str, np.ndarray]) -> None:
                 array[row, i] = 0.0
                 array[row, i, : len(contact.impulse)] = contact.impulse
         elif name == "constraint_impulses":
-            array[row] = np.concatenate([*(c.impulse for c in impact.constraints), np.zeros(0)])
+            array[row] = _constraint_impulses(scene, impact)
+        elif name == "reactions":
+            array[row] = [impact.reactions[name] for name in scene.robot.joint_names]
+        elif name == "bodies":
+            moved = [impact.bodies[link.name] for link in scene.robot.links]
+            array[row] = [[*body.dv_com, *body.domega] for body in moved]
         else:
             array[row] = getattr(impact, name)
+
+
+def _constraint_impulses(scene: Scene, impact: Impact) -> np.ndarray:
+    """(rows,) of the scene's constraints; 0 of the control of a joint that met its stop."""
+    parts = []
+    for name, entry in zip(scene.entry_names("held"), scene.held, strict=True):
+        found = [each.impulse for each in impact.constraints if each.name == name]
+        parts += found or [np.zeros(len(rows_of_entry(scene.robot, entry).labels))]
+    return np.concatenate([*parts, np.zeros(0)])

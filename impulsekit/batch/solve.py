@@ -16,6 +16,7 @@ from ..laws.status import Status
 from ..scene import FrameAnchor, JointLock, PointAnchor, Scene
 from ..scene.kept import KeptByScene
 from .codes import AGAIN, OPEN
+from .errors import NoKernelError
 from .inputs import BatchInputs, batch_inputs
 from .remote import is_lazy, solve_lazily, solve_remotely
 from .result import NO_ANSWER, OUTPUTS, VERDICTS, ImpactBatch
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike
 
     from .inputs import Varied
+    from .joint_loads import JointLoads
     from .program import BatchPlan, Program
 
 __all__ = ["plan_batch", "solve_batch", "warm_up"]
@@ -112,10 +114,19 @@ def solve_batch(
     if client is not None or is_lazy(*given.values()):
         names = tuple(dict.fromkeys(outputs))
         return _on_dask(scene, given, names, number, threads, client)
+    by_solve = ""
     if _FROM_LOADS.intersection(outputs):
-        return _with_joint_loads(scene, given, outputs, number, progress, threads)
+        loads, by_solve = _joint_loads(scene, varied=masses is not None)
+        if loads is not None:
+            return _with_joint_loads(loads, scene, given, outputs, number, progress, threads)
     inputs = batch_inputs(scene, q, v, impulses, restitution, friction, masses)
-    program, plan = plan_batch(scene, frictional=_frictional(inputs), links=inputs.links)
+    program: Program | None = None
+    if by_solve:
+        from .program import BatchPlan
+
+        plan = BatchPlan(False, 0, (f"state by state: {by_solve}",))
+    else:
+        program, plan = plan_batch(scene, frictional=_frictional(inputs), links=inputs.links)
     shapes = {name: (inputs.size, *_shape(scene, name)) for name in outputs}
     arrays = {name: np.empty(shape, number) for name, shape in shapes.items()}
     codes = np.zeros(inputs.size, dtype=np.int8)
@@ -152,7 +163,20 @@ def solve_batch(
     return ImpactBatch(codes, plan, arrays, single, verdicts)
 
 
+def _joint_loads(scene: Scene, *, varied: bool) -> tuple[JointLoads | None, str]:
+    """The tables for loads of a scene; or None, and why only ``solve`` knows them."""
+    from .joint_loads import JointLoads
+
+    if varied:
+        return None, "loads of masses that vary"
+    try:
+        return JointLoads(scene), ""
+    except NoKernelError as reason:
+        return None, str(reason)
+
+
 def _with_joint_loads(
+    loads: JointLoads,
     scene: Scene,
     given: dict[str, Any],
     outputs: Sequence[str],
@@ -161,22 +185,15 @@ def _with_joint_loads(
     threads: int | None,
 ) -> ImpactBatch:
     """The batch with reactions and link velocities worked out of Δv and all impulses."""
-    from .joint_loads import JointLoads
-
-    if given["masses"] is not None:
-        raise InputError("outputs: reactions and bodies are not there for masses that vary")
-    loads = JointLoads(scene)
     needed = ("dv", "contact_impulses", "constraint_impulses")
     plain = [name for name in outputs if name not in _FROM_LOADS]
     batch = solve_batch(
         scene, **given, outputs=(*plain, *needed), dtype=number, progress=progress,
         threads=threads,
     )  # fmt: skip
-    size, robot = len(batch), scene.robot
-    shapes = {"reactions": (robot.model.njoints - 1, 6), "bodies": (len(robot.links), 6)}
     own: dict[str, np.ndarray | None] = {
-        name: np.empty((size, *shape), number) if name in outputs else None
-        for name, shape in shapes.items()
+        name: np.empty((len(batch), *_shape(scene, name)), number) if name in outputs else None
+        for name in ("reactions", "bodies")
     }
     inputs = batch_inputs(scene, *given.values())
     loads.write(
@@ -294,6 +311,10 @@ def _shape(scene: Scene, name: str) -> tuple[int, ...]:
         return (len(scene.contacts), 3)
     if name == "constraint_impulses":
         return (sum(_row_count(scene, entry) for entry in scene.held),)
+    if name == "reactions":
+        return (scene.robot.model.njoints - 1, 6)
+    if name == "bodies":
+        return (len(scene.robot.links), 6)
     return (scene.robot.nv,)
 
 

@@ -13,11 +13,13 @@ __all__ = ["check_capacity", "free_memory"]
 
 # Measured: 0.5 GB for 200 degrees of freedom, 4 GB for 400 (tensors of second derivatives).
 BYTES = 63
+# One for what solves, one for its results.
+COPIES = 2
 # Below this nothing has to be looked up.
 ALWAYS_FITS = 100
 
 
-def check_capacity(model: pin.Model, copies: int = 1) -> None:
+def check_capacity(model: pin.Model, copies: int = COPIES) -> None:
     """Prove that data can be made for a model, before the system kills the process for it.
 
     Raises:

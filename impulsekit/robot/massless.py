@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from .capacity import check_capacity
+
 __all__ = ["Massless", "is_always_regular", "massless_motions"]
 
 # A principal moment this far below the largest is that of a line or a point: rounding of
@@ -49,6 +51,7 @@ def massless_motions(model: pin.Model) -> tuple[Massless, ...]:
     """Of each independent motion without inertia, its joint and link; empty where M is regular."""
     if model.nv == 0 or is_always_regular(model):
         return ()
+    check_capacity(model)
     sizes = _of_one_size(model)
     data = sizes.createData()
     rng = np.random.default_rng(0)

@@ -233,7 +233,10 @@ class MjcfRobot:
                     "hold; take it out",
                 )
         if mj.nflex:
-            raise self._error(f'flex "{mj.flex(0).name or 0}"', "it is not a rigid body")
+            # Not every version of MuJoCo has names for these.
+            start = int(mj.name_flexadr[0])
+            name = mj.names[start : mj.names.index(b"\0", start)].decode() or "0"
+            raise self._error(f'flex "{name}"', "it is not a rigid body")
 
     def _list_what_is_left_out(self) -> None:
         mj = self._mj

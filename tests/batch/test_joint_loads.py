@@ -8,7 +8,6 @@ import pytest
 
 import impulsekit as ik
 from impulsekit.bench.jobs import falling_talos
-from impulsekit.errors import InputError
 
 from ..robots import relative
 
@@ -144,8 +143,60 @@ def test_single_precision_and_what_cannot_be():
     rough = ik.solve_batch(scene, q, v, outputs=("reactions",), dtype=np.float32).reactions
     assert rough.dtype == np.float32
     np.testing.assert_allclose(rough, exact, atol=1e-3 * np.nanmax(np.abs(exact)))
-    with pytest.raises(InputError, match="masses"):
-        ik.solve_batch(scene, q, v, outputs=("reactions",), masses={"torso_2_link": 2.0})
+
+
+def told_by_solve(scene, q, v):
+    """Reactions and bodies of each row, by ``solve``."""
+    robot, reactions, bodies = scene.robot, [], []
+    for one_q, one_v in zip(q, v, strict=True):
+        impact = ik.solve(scene, one_q, one_v)
+        reactions.append([impact.reactions[name] for name in robot.joint_names])
+        moved = [impact.bodies[link.name] for link in robot.links]
+        bodies.append([[*body.dv_com, *body.domega] for body in moved])
+    return np.array(reactions), np.array(bodies)
+
+
+def test_what_has_no_kernel_for_loads_gets_them_from_solve():
+    """Masses that vary, points that geometry finds, joints that only Pinocchio knows."""
+    outputs = ("reactions", "bodies", "v_after")
+    arm = ik.Robot.from_example("panda")
+    scene = ik.Scene(arm, [ik.AppliedImpulse("panda_hand", [1, 2, 3])])
+    q, v = states(arm, 2)
+    varied = ik.solve_batch(scene, q, v, masses={"panda_link5": [1.0, 3.0]}, outputs=outputs)
+    reactions, bodies = told_by_solve(scene, q, v)
+    np.testing.assert_allclose(varied.reactions[0], reactions[0], atol=1e-12)
+    np.testing.assert_allclose(varied.bodies[0], bodies[0], atol=1e-12)
+    # The blow less what the links take is what the world gives: M dv of the heavier arm.
+    heavier = arm.model.copy()
+    own = next(link for link in arm.links if link.name == "panda_link5")
+    heavier.inertias[own.joint_id] += own.spatial_inertia() + own.spatial_inertia()
+    masses = pin.crba(heavier, heavier.createData(), q[1])
+    masses = np.triu(masses) + np.triu(masses, 1).T
+    data = arm.model.createData()
+    pin.computeJointJacobians(arm.model, data, q[1])
+    hand = arm.model.getFrameId("panda_hand")
+    pin.updateFramePlacements(arm.model, data)
+    jacobian = pin.getFrameJacobian(arm.model, data, hand, pin.LOCAL_WORLD_ALIGNED)[:3]
+    jump = np.linalg.solve(masses, jacobian.T @ [1, 2, 3])
+    np.testing.assert_allclose(varied.v_after[1] - v[1], jump, atol=1e-11 * abs(jump).max())
+    assert "masses that vary" in varied.plan.why[0] and varied.single.all()
+
+    ball = ik.Robot.from_urdf(
+        "<robot name='ball'><link name='ball'><inertial><mass value='2'/><inertia ixx='.1' "
+        "iyy='.1' izz='.1' ixy='0' ixz='0' iyz='0'/></inertial><collision><geometry>"
+        "<sphere radius='.5'/></geometry></collision></link></robot>", "freeflyer",
+    ).with_ground()  # fmt: skip
+    falls = ik.Scene(ball, contacts=[ik.Collision("ball", "ground", restitution=0.5)])
+    q = np.array([ball.configuration(root_joint=[x, 0, 0.5, 0, 0, 0, 1]) for x in (0.0, 3.0)])
+    v = np.array([ball.velocity(root_joint=[0, 0, -speed, 0, 0, 0]) for speed in (1.0, 2.0)])
+    batch = ik.solve_batch(falls, q, v, outputs=outputs)
+    np.testing.assert_allclose(batch.bodies[:, 0, 2], [1.5, 3.0], rtol=1e-12)
+    assert np.abs(batch.reactions).max() < 1e-12, "nothing is joined to the ball"
+
     screw = ik.Robot.from_example("panda", root=pin.JointModelHX(0.1))
-    with pytest.raises(InputError, match=r"kind HX .*root_joint"):
-        ik.solve_batch(ik.Scene(screw), screw.neutral(), outputs=("bodies",))
+    blow = ik.Scene(screw, [ik.AppliedImpulse("panda_hand", [1, 2, 3])])
+    q, v = states(screw, 2)
+    batch = ik.solve_batch(blow, q, v, outputs=outputs)
+    reactions, bodies = told_by_solve(blow, q, v)
+    np.testing.assert_allclose(batch.reactions, reactions, atol=1e-12)
+    np.testing.assert_allclose(batch.bodies, bodies, atol=1e-12)

@@ -257,7 +257,9 @@ def test_a_controlled_joint_yields_to_its_own_stop_and_the_others_do_not(restitu
     carried = abs(impact.contacts[0].impulse[-1])
     assert carried == pytest.approx((1 + restitution) * 2.0 * effective, rel=1e-12)
     assert ik.check(impact).agrees
-    batch = ik.solve_batch(scene, np.array([q, q]), np.array([v, -v]))
+    outputs = ("v_after", "constraint_impulses")
+    batch = ik.solve_batch(scene, np.array([q, q]), np.array([v, -v]), outputs=outputs)
+    assert batch.constraint_impulses[0, 3] == 0.0, "the stop bears it all"
     close(batch.v_after[0], impact.v_after, 1e-13)
     # Away from the stop, and at it without approaching, the control holds.
     close(batch.v_after[1], -v, 1e-13)

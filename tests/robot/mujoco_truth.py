@@ -1,0 +1,125 @@
+"""Δv by MuJoCo's own mass matrix, Jacobians and equality rows, to hold robots from MJCF against.
+
+``python -m tests.robot.mujoco_truth FOLDER`` prints the difference on every MJCF file below it.
+"""
+
+from __future__ import annotations
+
+import pathlib
+import sys
+import warnings
+
+import mujoco
+import numpy as np
+
+import impulsekit as ik
+from impulsekit.errors import ImpulsekitError
+from impulsekit.robot.any_file import outermost
+from impulsekit.robot.mjcf import state_from_mujoco
+
+# Dense matrices of more degrees of freedom take minutes, and Pinocchio's data gigabytes.
+MOST_SPEEDS = 150
+
+
+def state(mj, rng):
+    """A random state of MuJoCo's, in its data."""
+    data = mujoco.MjData(mj)
+    data.qpos[:] = mj.qpos0
+    mujoco.mj_integratePos(mj, data.qpos, rng.normal(size=mj.nv), 1.0)
+    data.qvel[:] = rng.normal(size=mj.nv)
+    mujoco.mj_forward(mj, data)
+    return data
+
+
+def full_mass(mj, data):
+    """(nv, nv) by ``mj_fullM``, whose arguments MuJoCo 4 changed."""
+    mass = np.zeros((mj.nv, mj.nv))
+    try:
+        mujoco.mj_fullM(mj, data, mass)
+    except TypeError:
+        mujoco.mj_fullM(mj, mass, data.qM)
+    return mass
+
+
+def jump(mj, data, body, at, blow, *, loops=False):
+    """(nv,) Δq̇ by a blow (3,) at a point (3,) of a body, from the dense KKT system.
+
+    M Δv + Eᵀ λ = Jᵀ p, E Δv = 0, with MuJoCo's equality rows E if ``loops``.
+    """
+    jacobian = np.zeros((3, mj.nv))
+    point = data.xpos[body] + data.xmat[body].reshape(3, 3) @ at
+    mujoco.mj_jac(mj, data, jacobian, None, point, body)
+    mass = full_mass(mj, data)
+    free = np.linalg.solve(mass, jacobian.T @ blow)
+    rows = np.array(data.efc_J).reshape(-1, mj.nv)[: data.ne] if loops else np.zeros((0, mj.nv))
+    if not len(rows):
+        return free
+    # Scaled to unit length, so that neither units nor scales decide which rows count.
+    rows = rows[np.abs(rows).max(axis=1) > 0.0]
+    half = np.linalg.solve(np.linalg.cholesky(mass), rows.T)
+    rows = rows / np.linalg.norm(half, axis=0)[:, None]
+    bearing = -np.linalg.pinv(rows @ np.linalg.solve(mass, rows.T), rcond=1e-12) @ (rows @ free)
+    return free + np.linalg.solve(mass, rows.T @ bearing)
+
+
+def difference(mj, seed=0, *, loops=False):
+    """Largest entry by which Δv of ``solve`` is off, over the largest; None if nothing moves.
+
+    Without loops at a random state; with the loops of the file at ``qpos0``, where they close.
+    """
+    mj.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    mj.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        robot = ik.Robot.from_mjcf(mj)
+        rng = np.random.default_rng(seed)
+        data = state(mj, rng)
+        if loops:
+            data = mujoco.MjData(mj)
+            mujoco.mj_forward(mj, data)
+        moving = [i for i in range(1, mj.nbody) if mj.body_weldid[i] > 0 and mj.body_mass[i] > 0.0]
+        if not moving or robot.nv != mj.nv:
+            return None
+        body = int(rng.choice(moving))
+        blow, at = rng.normal(size=3), 0.1 * rng.normal(size=3)
+        entry = ik.AppliedImpulse(robot.links[body - 1].name, linear=blow, at=at)
+        scene = robot.scene(impulses=[entry]) if loops else ik.Scene(robot, [entry])
+        q, v = state_from_mujoco(mj, data.qpos, 0.0 * data.qvel)
+        impact = ik.solve(scene, q, v)
+        _, expected = state_from_mujoco(mj, data.qpos, jump(mj, data, body, at, blow, loops=loops))
+    return float(np.abs(impact.dv - expected).max() / max(np.abs(expected).max(), 1e-300))
+
+
+def main(folder):
+    """Print a line a file, and how many differ by how much at most."""
+    worst, counts = {"free": 0.0, "loops": 0.0}, {"free": 0, "loops": 0}
+    refused = large = 0
+    for path in sorted(pathlib.Path(folder).rglob("*.xml")):
+        if outermost(path.read_bytes()) != "mujoco":
+            continue
+        try:
+            mj = mujoco.MjModel.from_xml_path(str(path))
+        except ValueError:
+            refused += 1
+            continue
+        if mj.nv > MOST_SPEEDS:
+            large += 1
+            continue
+        for kind in ("free", "loops") if mj.neq else ("free",):
+            try:
+                found = difference(mj, loops=kind == "loops")
+            except ImpulsekitError as error:
+                print(path, kind, type(error).__name__, str(error)[:120])
+                continue
+            if found is not None:
+                counts[kind] += 1
+                worst[kind] = max(worst[kind], found)
+                if found > 1e-11:
+                    print(path, kind, found)
+    print(f"{refused} refused by MuJoCo, {large} of more than {MOST_SPEEDS} degrees of freedom")
+    for kind, count in counts.items():
+        print(f"{count} files {kind}: largest relative difference {worst[kind]:.1e}")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
