@@ -21,10 +21,13 @@ if TYPE_CHECKING:
     from .robot import Robot
     from .source import RobotPart
 
-__all__ = ["geometry_ids", "geometry_of", "shape_content"]
+__all__ = ["folders_of_file", "geometry_ids", "geometry_of", "shape_content"]
 
 # The attributes of coal's shapes that make them what they are.
 _NUMBERS_OF_SHAPES = {"d", "halfLength", "halfSide", "n", "radii", "radius"}
+# What marks the folder of a package, and how far above a robot file it may be.
+_OF_PACKAGES = ("package.xml", "model.config")
+PACKAGE_DEPTH = 5
 # A mesh thinner than this times its length is flat. Meshes are read in single precision, whose
 # rounding is 6e-8 of the length.
 FLAT = 1e-6
@@ -178,9 +181,26 @@ def _check_solid(item: pin.GeometryObject, where: str) -> None:
         )
 
 
+def folders_of_file(path: str | None) -> list[str]:
+    """Where the meshes of a robot file may be: its own folder, and that of its package.
+
+    A ROS package holds package.xml, a model of Gazebo model.config; "package://NAME/..." is
+    looked up beside the package that the file is in.
+    """
+    if path is None:
+        return []
+    own = folder = os.path.dirname(os.path.abspath(path))
+    for _ in range(PACKAGE_DEPTH):
+        above = os.path.dirname(folder)
+        if any(os.path.isfile(os.path.join(folder, name)) for name in _OF_PACKAGES):
+            return [own, above] if above != folder else [own]
+        folder = above
+    return [own]
+
+
 def mesh_folders(part: RobotPart) -> list[str]:
-    """Where the meshes of a part may be: its file's folder, ``package_dirs``, ROS packages."""
-    folders = [] if part.path is None else [os.path.dirname(part.path)]
+    """Where the meshes of a part may be: its file's, ``package_dirs``, ROS packages."""
+    folders = folders_of_file(part.path)
     ros = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
     return list(dict.fromkeys([*folders, *part.package_dirs, *filter(os.path.isabs, ros)]))
 

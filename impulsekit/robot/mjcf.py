@@ -233,10 +233,7 @@ class MjcfRobot:
                     "hold; take it out",
                 )
         if mj.nflex:
-            # Not every version of MuJoCo has names for these.
-            start = int(mj.name_flexadr[0])
-            name = mj.names[start : mj.names.index(b"\0", start)].decode() or "0"
-            raise self._error(f'flex "{name}"', "it is not a rigid body")
+            raise self._error(f'flex "{_names(mj, "flex")[0]}"', "it is not a rigid body")
 
     def _list_what_is_left_out(self) -> None:
         mj = self._mj
@@ -244,7 +241,7 @@ class MjcfRobot:
         mocap = [mj.body(b).name or f"body {b}" for b in range(mj.nbody) if mj.body_mocapid[b] >= 0]
         floating = [mj.body(b).name or f"body {b}" for b in np.flatnonzero(mj.body_gravcomp)]
         springs = [mj.joint(j).name or f"joint {j}" for j in np.flatnonzero(mj.jnt_stiffness)]
-        actuators = [mj.actuator(i).name or f"actuator {i}" for i in range(mj.nu)]
+        actuators = _names(mj, "actuator")
         for names, what in (
             (tendons, "tendons are left out"),
             (mocap, "mocap bodies are fixed to the world"),
@@ -258,6 +255,15 @@ class MjcfRobot:
 
     def _error(self, element: str, sentence: str) -> MjcfError:
         return MjcfError(f"{self.name}: {element}: {sentence}", source=self.name, element=element)
+
+
+def _names(mj: Any, kind: str) -> list[str]:
+    """Names of all of a kind that not every version of MuJoCo has an accessor for."""
+    names = []
+    for i, start in enumerate(getattr(mj, f"name_{kind}adr")):
+        name = mj.names[int(start) : mj.names.index(b"\0", int(start))].decode()
+        names.append(name or f"{kind} {i}")
+    return names
 
 
 def state_from_mujoco(mj: Any, qpos: Any, qvel: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -86,7 +86,8 @@ class Robot(Displayed):
             mimic: True lets mimic joints follow their leader; False (Pinocchio's
                 default) lets each move on its own.
             package_dirs: folders of packages, for "package://", and of other meshes, needed
-                only when geometry is. Meshes are read from these, the URDF's own folder and
+                only when geometry is. Meshes are read from these, the URDF's own folder, the
+                folder of the package that it is in (one with a package.xml) and
                 ROS_PACKAGE_PATH, and from nowhere else.
 
         Rotor inertia and gear ratio in a <transmission> become the armature of its joint.
@@ -215,7 +216,7 @@ class Robot(Displayed):
             source: a path, or SDF text.
             root: as in ``from_urdf``; "fixed" holds the model's first link where it is.
             model: which model, where the file holds several.
-            package_dirs: where "model://" is looked up, as in ``from_urdf``.
+            package_dirs: where "model://" and "package://" are looked up, as in ``from_urdf``.
 
         Raises:
             MjcfError: the file cannot be read or used; it names the element and the fault.
@@ -228,9 +229,11 @@ class Robot(Displayed):
             >>> Robot.from_sdf(top).joint_names
             ('spin',)
         """
+        from .geometry import folders_of_file
         from .sdf import read_sdf
 
         read = read_sdf(source, model)
+        package_dirs = (*package_dirs, *folders_of_file(read.path))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", AssumptionWarning)
             try:

@@ -93,3 +93,28 @@ def test_a_link_within_the_folders_is_followed(body, tmp_path):
     assert body().collision_model.ngeoms == 1
     by_link = tmp_path.parent / f"{tmp_path.name}_link" / "r.urdf"
     assert ik.Robot.from_urdf(by_link).collision_model.ngeoms == 1
+
+
+def test_meshes_of_the_package_or_model_that_a_file_is_in_are_found(tmp_path):
+    """As ROS and Gazebo lay them out: the name in the URI is that of the marked folder."""
+    package, model = tmp_path / "src" / "arm_description", tmp_path / "models" / "cup"
+    for folder, mark in ((package, "package.xml"), (model, "model.config")):
+        (folder / "meshes").mkdir(parents=True)
+        (folder / mark).write_text("<package/>")
+        write_stl(folder / "meshes" / "m.stl")
+    (package / "urdf").mkdir()
+    path = package / "urdf" / "r.urdf"
+    path.write_text(BODY.format("package://arm_description/meshes/m.stl"))
+    assert ik.Robot.from_urdf(path).collision_model.ngeoms == 1
+    shape = "<collision name='c'><geometry><mesh><uri>{}</uri></mesh></geometry></collision>"
+    inertial = "<inertial><mass>1</mass></inertial>"
+    for uri in ("model://cup/meshes/m.stl", "meshes/m.stl"):
+        link = f"<link name='cup'>{inertial}{shape.format(uri)}</link>"
+        text = f"<sdf version='1.9'><model name='cup'>{link}</model></sdf>"
+        (model / "model.sdf").write_text(text)
+        robot = ik.Robot.from_sdf(model / "model.sdf", "freeflyer")
+        assert robot.collision_model.ngeoms == 1
+    # Outside a marked folder nothing above the file is looked into.
+    (package / "package.xml").unlink()
+    with pytest.raises(errors.UrdfError, match="was not found"):
+        _ = ik.Robot.from_urdf(path).collision_model

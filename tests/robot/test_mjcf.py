@@ -14,6 +14,7 @@ from impulsekit.errors import AssumptionWarning, MjcfError, RangeError, UnknownN
 from impulsekit.robot.mjcf import state_from_mujoco
 
 mujoco = pytest.importorskip("mujoco")
+truth = pytest.importorskip("tests.robot.mujoco_truth")
 
 
 def mjcf(body, more=""):
@@ -80,16 +81,6 @@ TEXTS = {
 }
 
 
-def state(mj, rng):
-    """A random state of MuJoCo's, in its data."""
-    data = mujoco.MjData(mj)
-    data.qpos[:] = mj.qpos0
-    mujoco.mj_integratePos(mj, data.qpos, rng.normal(size=mj.nv), 1.0)
-    data.qvel[:] = rng.normal(size=mj.nv)
-    mujoco.mj_forward(mj, data)
-    return data
-
-
 def speeds_from_ours(mj, data):
     """(nv, nv) MuJoCo's qvel out of our v at a state."""
     columns = []
@@ -97,15 +88,6 @@ def speeds_from_ours(mj, data):
         _, ours = state_from_mujoco(mj, data.qpos, unit)
         columns.append(ours)
     return np.linalg.inv(np.array(columns).T)
-
-
-def full_mass(mj, data):
-    mass = np.zeros((mj.nv, mj.nv))
-    try:
-        mujoco.mj_fullM(mj, data, mass)
-    except TypeError:  # before MuJoCo 4
-        mujoco.mj_fullM(mj, mass, data.qM)
-    return mass
 
 
 def whole(upper):
@@ -125,10 +107,10 @@ def test_mass_matrix_and_places_are_those_of_mujoco(case):
     assert (robot.nq, robot.nv) == (mj.nq, mj.nv)
     rng = np.random.default_rng(1)
     for _ in range(5):
-        data = state(mj, rng)
+        data = truth.state(mj, rng)
         q, v = state_from_mujoco(mj, data.qpos, data.qvel)
         turned = speeds_from_ours(mj, data)
-        expected = turned.T @ full_mass(mj, data) @ turned
+        expected = turned.T @ truth.full_mass(mj, data) @ turned
         ours = robot.model.createData()
         mass = whole(pin.crba(robot.model, ours, q))
         np.testing.assert_allclose(mass, expected, atol=1e-13 * abs(expected).max())
@@ -149,13 +131,10 @@ def test_a_blow_moves_it_as_mujocos_own_matrices_say(case):
     body, blow, at = mj.nbody - 1, rng.normal(size=3), rng.normal(size=3)
     link = robot.links[-1].name
     scene = ik.Scene(robot, [ik.AppliedImpulse(link, linear=blow, at=at)])
-    data = state(mj, rng)
+    data = truth.state(mj, rng)
     q, v = state_from_mujoco(mj, data.qpos, data.qvel)
     impact = ik.solve(scene, q, v)
-    jacobian = np.zeros((3, mj.nv))
-    point = data.xpos[body] + data.xmat[body].reshape(3, 3) @ at
-    mujoco.mj_jac(mj, data, jacobian, None, point, body)
-    expected = np.linalg.solve(full_mass(mj, data), jacobian.T @ blow)
+    expected = truth.jump(mj, data, body, at, blow)
     _, ours = state_from_mujoco(mj, data.qpos, expected)
     np.testing.assert_allclose(impact.dv, ours, atol=1e-11 * abs(ours).max())
     assert impact.is_valid()
@@ -212,15 +191,9 @@ def test_an_equality_becomes_a_constraint(kind):
     impact = ik.solve(scene, robot.neutral(), robot.velocity())
     data = mujoco.MjData(mj)
     mujoco.mj_forward(mj, data)
-    rows = np.array(data.efc_J).reshape(-1, mj.nv)[: data.ne]
-    mass = full_mass(mj, data)
-    jacobian = np.zeros((3, mj.nv))
-    body = mj.body("b").id
-    mujoco.mj_jac(mj, data, jacobian, None, data.xpos[body] + [0.5, 0, 0.1], body)
-    free = np.linalg.solve(mass, jacobian.T @ [1, 0, 2])
-    delassus = rows @ np.linalg.solve(mass, rows.T)
-    bearing = -np.linalg.pinv(delassus, rcond=1e-10) @ (rows @ free)
-    expected = free + np.linalg.solve(mass, rows.T @ bearing)
+    blow = mj.body("b").id, [0.5, 0, 0.1], [1, 0, 2]
+    free, expected = (truth.jump(mj, data, *blow, loops=loops) for loops in (False, True))
+    assert abs(expected - free).max() > 0.01 * abs(free).max()
     np.testing.assert_allclose(impact.dv, expected, atol=1e-10 * abs(free).max())
 
 
@@ -259,6 +232,21 @@ def test_what_no_rigid_model_can_hold_is_refused():
     text = mjcf(f"<body><joint name='h'/>{ROD}</body>").replace("</mujoco>", tendon + "</mujoco>")
     with pytest.raises(MjcfError, match=r'"wire".*armature'):
         ik.Robot.from_mjcf(text)
+
+
+def test_a_soft_body_is_refused_by_name():
+    cloth = "<flexcomp name='cloth' type='grid' count='3 3 1' spacing='.1 .1 .1' mass='1' dim='2'/>"
+    with pytest.raises(MjcfError, match=r'flex "cloth".*not a rigid body'):
+        ik.Robot.from_mjcf(mjcf(f"<body><freejoint/>{ROD}</body>{cloth}"))
+
+
+def test_a_sample_of_a_folder_agrees_with_mujoco_s_matrices(tmp_path, capsys):
+    (tmp_path / "four_bar.xml").write_text(FOUR_BAR.format(EQUALITIES["connect"]))
+    (tmp_path / "free.xml").write_text(TEXTS["ball and free joints"])
+    truth.main(tmp_path)
+    told = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in told[-2:]] == ["2", "1"]
+    assert all(float(line.split()[-1]) < 1e-12 for line in told[-2:])
 
 
 @pytest.mark.parametrize(
