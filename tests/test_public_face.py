@@ -118,6 +118,16 @@ def test_states_and_points_have_types(function):
     assert "Any" not in str(inspect.signature(function).return_annotation)
 
 
+def test_the_methods_of_a_robot_have_types():
+    """Whatever a robot is read from, built with or asked for."""
+    for name in dir(ik.Robot):
+        method = inspect.getattr_static(ik.Robot, name)
+        function = getattr(method, "__func__", method)
+        if not name.startswith("_") and inspect.isfunction(function):
+            assert "Any" not in str(inspect.signature(function)), name
+    assert "Any" not in str(inspect.signature(ik.combine))
+
+
 PROGRAM = """
 import numpy as np
 

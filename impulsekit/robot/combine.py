@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, ShapeError, UnknownNameError, a_thing, quoted, shown
 from .robot import Robot
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 __all__ = ["combine"]
 
@@ -19,7 +22,7 @@ def combine(
     robots: Mapping[str, Robot] | None = None,
     /,
     *,
-    placements: Mapping[str, Any] | None = None,
+    placements: Mapping[str, ArrayLike | pin.SE3] | None = None,
     **more: Robot,
 ) -> Robot:
     """Combine several robots into one, side by side in one world.

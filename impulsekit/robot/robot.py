@@ -27,9 +27,13 @@ from .model_checks import ROOTS, check_depth_first, check_finite, root_joint
 from .source import RobotPart
 
 if TYPE_CHECKING:
+    from typing import Unpack
+
+    import mujoco
     from numpy.typing import ArrayLike
 
     from ..scene import Scene
+    from ..scene.of_robot import FromFile
     from .links import Link
     from .loop import Loop
     from .massless import Massless
@@ -157,7 +161,11 @@ class Robot(Displayed):
         )
 
     @classmethod
-    def from_mjcf(cls, source: Any, root: str | None = None) -> Robot:
+    def from_mjcf(
+        cls,
+        source: str | os.PathLike[str] | mujoco.MjSpec | mujoco.MjModel,
+        root: str | None = None,
+    ) -> Robot:
         """A robot from MJCF, compiled by MuJoCo (``pip install "impulsekit[mjcf]"``).
 
         The configuration is MuJoCo's ``qpos`` with quaternions as x, y, z, w instead of
@@ -331,7 +339,7 @@ class Robot(Displayed):
             for first, second, friction, fixed in part.pairs
         )
 
-    def scene(self, **entries: Any) -> Scene:
+    def scene(self, **entries: Unpack[FromFile]) -> Scene:
         """A scene with the loops, and on request the contacts, of the robot's file.
 
         The same as ``impulsekit.scene.of_robot.scene_of(robot, ...)``, which see.
@@ -394,7 +402,7 @@ class Robot(Displayed):
         return with_lock(self, joints)
 
     def with_armature(
-        self, armature: Mapping[str, Any], *, gear: Mapping[str, float] | None = None
+        self, armature: Mapping[str, ArrayLike], *, gear: Mapping[str, float] | None = None
     ) -> Robot:
         """A robot with rotor inertia in its joints, which adds to the diagonal of M.
 

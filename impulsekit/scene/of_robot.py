@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, TypedDict
 
 from ..errors import RangeError, quoted
 from ..robot import Robot
@@ -10,13 +11,44 @@ from ..robot.loop import Loop
 from .constraints import DIRECTIONS, Constraint, FrameAnchor, JointCoupling, JointLock, PointAnchor
 from .contacts import Collision
 from .forces import JointSpring
+from .impulses import AppliedImpulse, JointImpulse
+from .law import Law
 from .scene import Scene
 
-__all__ = ["scene_of"]
+if TYPE_CHECKING:
+    from typing import Unpack
+
+    from .contacts import ContactEntry
+    from .forces import Force
+    from .numbers import Vector
+
+__all__ = ["FromFile", "SceneEntries", "scene_of"]
 
 # The direction that a closing joint leaves free, z along its axis.
 _FREE = {"hinge": "rz", "slide": "z"}
 _CONTACTS = (False, "world", "all")
+
+
+class SceneEntries(TypedDict, total=False):
+    """What ``Scene`` takes besides the robot, for editors."""
+
+    impulses: Sequence[AppliedImpulse | JointImpulse]
+    constraints: Sequence[Constraint]
+    contacts: Sequence[ContactEntry]
+    forces: Sequence[Force]
+    law: Law
+    gravity: Vector
+    gap_bound: float
+    controlled: Sequence[str]
+
+
+class FromFile(SceneEntries, total=False):
+    """What ``Robot.scene`` takes: the entries of a scene, and what comes from the file."""
+
+    file_loops: bool
+    file_contacts: bool | str
+    joint_damping: bool
+    restitution: float
 
 
 def scene_of(
@@ -26,7 +58,7 @@ def scene_of(
     file_contacts: bool | str = False,
     joint_damping: bool = False,
     restitution: float = 0.0,
-    **entries: Any,
+    **entries: Unpack[SceneEntries],
 ) -> Scene:
     """A scene of a robot with the loops, and on request the contacts, of its file.
 
@@ -62,13 +94,12 @@ def scene_of(
         if fixed or which == "all"
     ]
     dampers = _dampers(robot) if joint_damping else ()
-    own = {
-        "forces": (*dampers, *entries.pop("forces", ())),
-        "constraints": (*constraints, *entries.pop("constraints", ())),
-        "contacts": (*contacts, *entries.pop("contacts", ())),
-        "gravity": tuple(robot.model.gravity.linear),
-    }
-    return Scene(robot, **{**own, **entries})
+    own: SceneEntries = {"gravity": tuple(robot.model.gravity.linear)}
+    own.update(entries)
+    own["forces"] = (*dampers, *entries.get("forces", ()))
+    own["constraints"] = (*constraints, *entries.get("constraints", ()))
+    own["contacts"] = (*contacts, *entries.get("contacts", ()))
+    return Scene(robot, **own)
 
 
 def _dampers(robot: Robot) -> list[JointSpring]:
