@@ -15,6 +15,7 @@ from .compiled import compiled, entry
 from .dop853 import ERROR_3, ERROR_5, FROM, STAGES, WEIGHTS
 from .status import BY_CODE, Status
 from .wave import (
+    CREEPS,
     HELD,
     LOADS,
     NONE,
@@ -25,6 +26,7 @@ from .wave import (
     Array,
     Matrix,
     Wave,
+    acceleration,
     any_held,
     find_force_rates,
     find_forces,
@@ -378,6 +380,13 @@ def _left(w: Wave, which: int) -> float:
         return math.inf
     if w.slip[i] == SLIPS:
         return float(w.u[t] * w.way[i, 0] + w.u[t + 1] * w.way[i, 1])
+    if w.slip[i] == CREEPS:
+        # Along its friction it is accelerated, as long as it could not stick.
+        force = w.mu[i] * w.force[w.normal[i]]
+        if not force > 0.0:
+            return math.inf
+        pull = acceleration(w, int(t)) * w.force[t] + acceleration(w, int(t) + 1) * w.force[t + 1]
+        return float(-pull / force)
     if w.slip[i] == STICKS:
         pull = math.sqrt(w.force[t] ** 2 + w.force[t + 1] ** 2)
         return float(w.mu[i] * w.force[w.normal[i]] * (1.0 + IN_CONE) - pull)

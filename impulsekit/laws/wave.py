@@ -10,7 +10,8 @@ A contact whose stiffness is infinite beside the others, or that loses all its e
 end of its compression (e = 0), is held: u_n = 0, F from the equations of motion, F ≥ 0.
 
 Friction opposes the slip of each instant: it slides, or sticks as long as its force stays in the
-cone.
+cone. Slip that starts from rest creeps at first: it goes where its acceleration goes, as the slip
+of a single contact does exactly, for its own direction would be lost in rounding.
 """
 
 from __future__ import annotations
@@ -22,11 +23,12 @@ import numpy as np
 
 from .compiled import compiled
 from .dense import factorize, solve_factorized
+from .path import outgoing
 
 __all__ = [
-    "FAINT", "HELD", "LOADS", "NONE", "OPEN", "SLIPS", "STICKS", "UNLOADS", "Wave", "any_held",
-    "direction", "find_force_rates", "find_forces", "hold", "power_of", "rates", "smooth_rates",
-    "velocities", "wave",
+    "CREEPS", "FAINT", "HELD", "LOADS", "NONE", "OPEN", "SLIPS", "STICKS", "UNLOADS", "Wave",
+    "acceleration", "any_held", "direction", "find_force_rates", "find_forces", "hold", "power_of",
+    "rates", "smooth_rates", "velocities", "wave",
 ]  # fmt: skip
 
 Array = np.ndarray[tuple[int], np.dtype[np.float64]]
@@ -36,12 +38,14 @@ Matrix = np.ndarray[tuple[int, int], np.dtype[np.float64]]
 
 # What a contact does along its normal, and along its tangents.
 OPEN, LOADS, UNLOADS, HELD = 0, 1, 2, 3
-NONE, SLIPS, STICKS = 0, 1, 2
+NONE, SLIPS, STICKS, CREEPS = 0, 1, 2, 3
 # Indentations below this give no force: it would be 1e-30, and powers of it leave the normal
 # doubles, with which processors are slow.
 SHALLOW = 1e-20
 # Slip below this has the direction that it was given: it starts or ends there.
 FAINT = 1e-11
+# How often contacts that creep take turns to find their directions.
+SWEEPS = 12
 # How much rows that are held give way, relative to W; taken out again, its square is left.
 SHARED = 1e-10
 
@@ -58,6 +62,7 @@ class Wave(NamedTuple):
         power: (1,) n.
         mode, slip: (n,) along the normal and along the tangents.
         way: (n, 2) the direction of slip where it began.
+        give: (n, 3) W of the tangents, 11, 12 and 22, of a contact that creeps.
         y: P by row (r), δ by contact (n), and where any rubs the work of friction (n).
         u: (r,) velocity. force: (r,) dP/dt.
         began, loaded: (n,) E where the loading at hand began; all that was loaded so far.
@@ -78,6 +83,7 @@ class Wave(NamedTuple):
     mode: Integers
     slip: Integers
     way: Matrix
+    give: Matrix
     y: Array
     u: Array
     force: Array
@@ -110,6 +116,7 @@ def wave(n: int, r: int) -> Wave:
         np.zeros(n, dtype=np.int64),
         np.zeros(n, dtype=np.int64),
         np.zeros((n, 2)),
+        np.zeros((n, 3)),
         np.zeros(m),
         np.zeros(r),
         np.zeros(r),
@@ -151,7 +158,7 @@ def rates(w: Wave, y: Array, dy: Array) -> None:
             dy[r + i] = -un
         if r > n:
             work = 0.0
-            if slip[i] == SLIPS:
+            if slip[i] == SLIPS or slip[i] == CREEPS:
                 t = tangent[i]
                 work = force[t] * u[t] + force[t + 1] * u[t + 1]
             dy[r + n + i] = work
@@ -259,6 +266,44 @@ def spread(w: Wave) -> None:
                 solved += 2
     w.solved[0] = solved
     hold(w)
+    _creep(w)
+
+
+@compiled
+def _creep(w: Wave) -> None:
+    """Friction of what creeps: against the direction in which it then is accelerated."""
+    n = len(w.kappa)
+    count = 0
+    for i in range(n):
+        count += w.slip[i] == CREEPS
+    if count == 0:
+        return
+    # Those that feel each other take turns.
+    for _ in range(1 if count == 1 else SWEEPS):
+        for i in range(n):
+            if w.slip[i] != CREEPS:
+                continue
+            t, force = w.tangent[i], float(w.force[w.normal[i]])
+            w.force[t], w.force[t + 1] = 0.0, 0.0
+            if not force > 0.0:
+                continue
+            hold(w)
+            n1, n2 = acceleration(w, int(t)), acceleration(w, int(t) + 1)
+            b11, b12, b22 = w.give[i, 0], w.give[i, 1], w.give[i, 2]
+            s1, s2 = float(w.way[i, 0]), float(w.way[i, 1])
+            if n1 != 0.0 or n2 != 0.0:
+                s1, s2 = outgoing((b11, b12, b22, n1 / force, n2 / force, 1.0), float(w.mu[i]))
+            w.force[t], w.force[t + 1] = -w.mu[i] * force * s1, -w.mu[i] * force * s2
+            hold(w)
+
+
+@compiled
+def acceleration(w: Wave, row: int) -> float:
+    """du/dt of a row under the forces that are there."""
+    total = 0.0
+    for k in range(len(w.free)):
+        total += w.W[row, k] * w.force[k]
+    return total
 
 
 @compiled

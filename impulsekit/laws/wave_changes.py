@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from .compiled import compiled
-from .path import outgoing
 from .wave import (
+    CREEPS,
     FAINT,
     HELD,
     LOADS,
@@ -16,6 +16,7 @@ from .wave import (
     STICKS,
     UNLOADS,
     Wave,
+    acceleration,
     find_force_rates,
     find_forces,
     hold,
@@ -32,6 +33,8 @@ TAIL, MOVED = 1e-8, 1e-15
 FAR = 0.1
 # This near a change it is made.
 NEAR = 1e-13
+# Slip that began from rest creeps up to here [of the largest velocity].
+SLOW = 1e-6
 # A friction force this far beyond its cone still is in it.
 IN_CONE = 1e-10
 
@@ -63,7 +66,7 @@ def change(w: Wave, crossed: int) -> None:
             find_forces(w, w.y)
     if rubs or changed:
         for i in range(len(modes)):
-            if _change_slip(w, i):
+            if _change_slip(w, i, crossed == n + i):
                 changed = True
     if changed:
         find_forces(w, w.y)
@@ -101,7 +104,7 @@ def _change_normal(w: Wave, i: int, crossed: bool, reloads: bool) -> bool:
             w.began[i] = 0.0
             return True
         return False
-    rises = _acceleration(w, int(w.normal[i]))
+    rises = acceleration(w, int(w.normal[i]))
     if un > 0.0 and (mode == UNLOADS or w.e2[i] == 1.0) and _parts(w, i, depth, un):
         return True
     if mode == LOADS and w.e2[i] < 1.0 and (crossed or (un >= -NEAR and rises > NEAR * _push(w))):
@@ -158,14 +161,6 @@ def _energy(w: Wave, i: int, depth: float) -> float:
 
 
 @compiled
-def _acceleration(w: Wave, row: int) -> float:
-    total = 0.0
-    for k in range(len(w.free)):
-        total += w.W[row, k] * w.force[k]
-    return total
-
-
-@compiled
 def _reload(w: Wave, i: int) -> None:
     """A contact that was held begins to be loaded again, from the force that it carries."""
     r, row = len(w.free), w.normal[i]
@@ -179,7 +174,7 @@ def _reload(w: Wave, i: int) -> None:
 
 
 @compiled
-def _change_slip(w: Wave, i: int) -> bool:
+def _change_slip(w: Wave, i: int, crossed: bool) -> bool:
     """Whether a contact begins or ends to slip."""
     t = w.tangent[i]
     if t < 0 or w.mode[i] == OPEN:
@@ -193,9 +188,17 @@ def _change_slip(w: Wave, i: int) -> bool:
         else:
             w.slip[i] = STICKS
         return True
+    if w.slip[i] == CREEPS:
+        if speed > SLOW or (crossed and speed > FAINT):
+            w.slip[i] = SLIPS
+            w.way[i, 0], w.way[i, 1] = u1 / speed, u2 / speed
+            return True
+        if crossed:
+            w.slip[i] = STICKS
+        return crossed
     if w.slip[i] != SLIPS:
         return False
-    slows = _acceleration(w, int(t)) * w.way[i, 0] + _acceleration(w, int(t) + 1) * w.way[i, 1]
+    slows = acceleration(w, int(t)) * w.way[i, 0] + acceleration(w, int(t) + 1) * w.way[i, 1]
     if slows < 0.0 and speed <= FAINT:
         w.slip[i] = STICKS
         return True
@@ -209,7 +212,7 @@ def choose_slips(w: Wave) -> None:
     """Slip or stick for contacts that begin."""
     find_forces(w, w.y)
     for i in range(len(w.kappa)):
-        _change_slip(w, i)
+        _change_slip(w, i, False)
     find_forces(w, w.y)
     _settle(w)
 
@@ -245,7 +248,7 @@ def _start_slip(w: Wave, i: int) -> None:
     force = float(w.force[w.normal[i]])
     w.slip[i] = NONE
     find_forces(w, w.y)
-    n1, n2 = _acceleration(w, int(t)), _acceleration(w, int(t) + 1)
+    n1, n2 = acceleration(w, int(t)), acceleration(w, int(t) + 1)
     size = math.sqrt(n1 * n1 + n2 * n2)
     w.slip[i] = SLIPS
     if not size > 0.0:
@@ -257,13 +260,16 @@ def _start_slip(w: Wave, i: int) -> None:
         w.slip[i] = NONE
         w.force[t] = 1.0
         hold(w)
-        b11, b12 = _acceleration(w, int(t)) - n1, _acceleration(w, int(t) + 1) - n2
+        b11, b12 = acceleration(w, int(t)) - n1, acceleration(w, int(t) + 1) - n2
         find_forces(w, w.y)
         w.force[t + 1] = 1.0
         hold(w)
-        b22 = _acceleration(w, int(t) + 1) - n2
+        b22 = acceleration(w, int(t) + 1) - n2
         w.slip[i] = SLIPS
-        if b11 > 0.0 and b22 > 0.0:
-            s1, s2 = outgoing((b11, b12, b22, n1 / force, n2 / force, 1.0), float(w.mu[i]))
-            w.way[i, 0], w.way[i, 1] = s1, s2
+        if b11 > 0.0 and b22 > 0.0 and w.mode[i] != HELD:
+            w.give[i, 0], w.give[i, 1], w.give[i, 2] = b11, b12, b22
+            w.slip[i] = CREEPS
     find_forces(w, w.y)
+    if w.slip[i] == CREEPS:
+        w.way[i, 0] = -w.force[t] / (w.mu[i] * force)
+        w.way[i, 1] = -w.force[t + 1] / (w.mu[i] * force)

@@ -187,11 +187,9 @@ def test_one_contact_with_friction_is_stronges():
         assert np.abs(found[3] - np.tile(after, 2)).max() < 1e-9 * np.abs(u).max()
 
 
-def test_random_contacts_obey_cone_and_energy(monkeypatch):
-    """Where a slip creeps past zero so slowly that steps shrink, the status says so."""
+def test_random_contacts_obey_cone_and_energy():
+    """Slip that creeps past zero and starts again is among them."""
     rng = np.random.default_rng(7)
-    unsolved = 0
-    monkeypatch.setattr(lzb, "MOST_STEPS", 800)
     for _ in range(16):
         n = int(rng.integers(2, 4))
         root = rng.normal(size=(3 * n, int(rng.integers(3 * n, 3 * n + 4))))
@@ -199,15 +197,11 @@ def test_random_contacts_obey_cone_and_energy(monkeypatch):
         e, mu = rng.uniform(0.2, 1, n), rng.choice([0.0, 0.3, 0.8], n)
         found = lzb.strike_by_energy.py_func(W, u, e, mu, rng.uniform(0.1, 10, n), 1.5)
         code, residual, P, after, normal, friction, _ = found
-        assert code in (0, 7) and (residual < 1e-9 or code == 7)
-        if code:
-            unsolved += 1
-            continue
+        assert code == 0 and residual < 1e-9
         assert (after[2::3] > -1e-9).all() and (P[2::3] >= 0).all()
         sideways = np.hypot(P[0::3], P[1::3])
         assert (sideways <= mu * P[2::3] * (1 + 1e-9) + 1e-12).all()
         assert (normal <= 1e-12).all() and (friction <= 1e-12).all()
-    assert unsolved <= 4
 
 
 def test_bad_input_is_one_clear_error():
