@@ -184,6 +184,8 @@ class RowMaker:
             numbers[9:11] = entry.limits(self._robot)
             rows = self.constraint(entry)
             return rows, self._robot.model.idx_qs[self._robot.joint_id(entry.joint)], -1, numbers
+        if getattr(entry, "adhesion", 0.0):
+            raise NoKernelError("contacts that adhere")
         if isinstance(entry, Collision):
             return self._ball(entry)
         if not isinstance(entry, Contact):

@@ -141,6 +141,7 @@ def _point(impact: Impact, touch: Touch, i: int) -> ContactPoint:
         normal = axes[:, 2].copy()
         if position is None and isinstance(entry, Contact):
             position = impact.mechanics.frame_placement(entry.frame).act(np.array(entry.at))
+    pressed = local + np.array([0.0, 0.0, getattr(entry, "adhesion", 0.0)])
     normal_work, friction_work = _works(solution, i, touch.jacobian, velocities, local)
     for array in (*arrays, normal, position):
         if array is not None:
@@ -152,7 +153,7 @@ def _point(impact: Impact, touch: Touch, i: int) -> ContactPoint:
         impulse,
         before,
         after,
-        mode=_mode(local, getattr(entry, "friction", 0.0), _still_by_others(solution, i)),
+        mode=_mode(pressed, getattr(entry, "friction", 0.0), _still_by_others(solution, i)),
         normal_work=normal_work,
         friction_work=friction_work,
         unique=solution.unique is None or bool(solution.unique[i]),

@@ -60,6 +60,9 @@ class SceneContacts:
         self._stiffness = None
         if scene.law.restitution == "lzb":
             self._stiffness = np.array([entry.stiffness for entry in scene.contacts], dtype=float)
+        self._adhesion = None
+        if any(getattr(entry, "adhesion", 0.0) for entry in scene.contacts):
+            self._adhesion = np.array([getattr(e, "adhesion", 0.0) for e in scene.contacts])
         # Nearly always each contact touches at one point.
         self._each_once = list(range(len(scene.contacts)))
         self._fixed = None if self._varying else np.array(self._restitution, dtype=float)
@@ -83,6 +86,7 @@ class SceneContacts:
             friction,
             tangential,
             None if self._stiffness is None else self._stiffness[entries],
+            None if self._adhesion is None else self._adhesion[entries],
         )
 
     def solve(self, problem: ContactProblem) -> ContactSolution:
@@ -122,6 +126,8 @@ class SceneContacts:
         self, problem: ContactProblem, solution: ContactSolution, dv: np.ndarray, steps: Steps
     ) -> tuple[ContactSolution, np.ndarray]:
         """The solution and Δv once more, from the velocities that Δv makes."""
+        if problem.adhesion is not None:
+            return solution, dv
         from .laws.refine import refined
 
         return refined(problem, self._law, solution, dv, steps)

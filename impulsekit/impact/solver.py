@@ -323,6 +323,7 @@ def _is_single_contact(scene: Scene) -> bool:
     frames = scene.robot.model.frames
     return (
         isinstance(entry, Contact)
+        and not entry.adhesion
         and frames[scene.robot.frame_id(entry.against)].parentJoint == 0
         and scene.robot.nv > 1
         and not any(j.shortname() == "JointModelMimic" for j in scene.robot.model.joints)

@@ -75,6 +75,10 @@ def uniqueness_of(impact: Impact) -> Uniqueness:
     jacobian = np.vstack([touch.jacobian for touch in outcome.touches])
     moved, delassus = _half_solved(impact, jacobian)
     problem = _problem_of(impact, jacobian, delassus)
+    if problem.adhesion is not None:
+        from .laws.adhesive import pulled, pulled_solution
+
+        problem, solution = pulled(problem), pulled_solution(problem, solution)
     found = find_others(problem, impact.scene.law, solution)
     others = []
     for P in found.impulses:
@@ -99,6 +103,7 @@ def _problem_of(impact: Impact, jacobian: np.ndarray, delassus: np.ndarray) -> C
         restitution_at(entry.restitution, speed, f"{names[touch.entry]}: restitution")
         for entry, speed, touch in zip(entries, approach, outcome.touches, strict=True)
     ]
+    pulls = [getattr(entry, "adhesion", 0.0) for entry in entries]
     symmetric = 0.5 * (delassus + delassus.T)
     return ContactProblem(
         symmetric,
@@ -107,6 +112,7 @@ def _problem_of(impact: Impact, jacobian: np.ndarray, delassus: np.ndarray) -> C
         np.array(restitution, dtype=float),
         np.array([getattr(entry, "friction", 0.0) for entry in entries]),
         np.array([getattr(entry, "tangential_restitution", 0.0) for entry in entries]),
+        adhesion=np.array(pulls) if any(pulls) else None,
     )
 
 

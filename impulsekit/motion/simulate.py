@@ -81,7 +81,7 @@ def simulate(
         ShapeError, NotFiniteError, StateError: q or v is not valid.
         RangeError, NotFiniteError: a duration or setting outside its range.
         CallbackError, ShapeError, NotFiniteError, RangeError: a function of the scene failed.
-        InputError: a contact is penetrated at the start.
+        InputError: a contact is penetrated at the start, or one has adhesion.
         SingularMassError: a joint moves no inertia at the start.
         ContradictionError: the constraints contradict each other at the start.
 
@@ -96,6 +96,11 @@ def simulate(
     """
     if not isinstance(scene, Scene):
         raise InputError(f"simulate takes a Scene, not {a_thing(scene)}")
+    if any(getattr(contact, "adhesion", 0.0) for contact in scene.contacts):
+        raise InputError(
+            "simulate: a contact with adhesion holds by an impulse, and no force between impacts "
+            "is known of it; go on from v_after with a FrameAnchor where it holds"
+        )
     if not (progress is None or isinstance(progress, bool) or callable(progress)):
         raise InputError(f"progress must be True or a function of the time, got {quoted(progress)}")
     chosen, times = chosen_settings(settings, duration, samples, changes)

@@ -42,6 +42,9 @@ class Contact:
         stiffness: k in F = k δ^exponent [N/m^exponent], for ``Law(restitution="lzb")``, which
             uses ratios only; ``math.inf`` for one that supports and does not give way beside
             the others.
+        adhesion: the largest pull that it bears [N s], as of a suction cup, magnet or gecko pad
+            that catches: 0 ≤ P_n + A ⊥ u_n⁺ ≥ 0, |P_t| ≤ µ (P_n + A). It holds what takes no more
+            than A and lets go of the rest. Needs restitution 0 and ``Law()``; in impacts only.
 
     Raises:
         InputError, ShapeError, NotFiniteError, RangeError.
@@ -61,6 +64,7 @@ class Contact:
     tangential_restitution: float = 0.0
     name: str | None = None
     stiffness: float | None = None
+    adhesion: float = 0.0
 
     def __post_init__(self) -> None:
         text(self.frame, "Contact: frame")
@@ -79,6 +83,10 @@ class Contact:
             x, y, z = self.normal
             set_field(self, "normal", (x / length, y / length, z / length))
         _check_coefficients(self, what)
+        adhesion = number(self.adhesion, f"{what}: adhesion")
+        if adhesion < 0.0:
+            raise RangeError.of(f"{what}: adhesion", adhesion, "0 or more")
+        set_field(self, "adhesion", adhesion)
 
     @property
     def frame_names(self) -> tuple[str, ...]:

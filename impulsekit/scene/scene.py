@@ -96,6 +96,7 @@ class Scene(Displayed):
             raise InputError(f"Scene: law is {a_thing(self.law)}, not a Law")
         self._check_law()
         self._check_stiffness()
+        self._check_adhesion()
         self._check_names()
 
     def _check_law(self) -> None:
@@ -117,6 +118,22 @@ class Scene(Displayed):
                 raise InputError(
                     f'contacts[{i}]: restitution="lzb" needs the stiffness of every contact; give '
                     "stiffness=, of which only ratios count"
+                )
+
+    def _check_adhesion(self) -> None:
+        for i, contact in enumerate(self.contacts):
+            if not getattr(contact, "adhesion", 0.0):
+                continue
+            law = self.law
+            if (law.restitution, law.slip, law.order) != ("newton", "end", "simultaneous"):
+                raise InputError(
+                    f"contacts[{i}]: adhesion belongs to Law(), without words of its own; under "
+                    "other laws it is 0"
+                )
+            if callable(contact.restitution) or contact.restitution:
+                raise InputError(
+                    f"contacts[{i}]: a contact with adhesion holds what it touches: restitution "
+                    f"must be 0, got {contact.restitution}"
                 )
 
     def _check_entries(self) -> None:

@@ -19,6 +19,11 @@ def refuse_what_has_none(impact: Impact) -> None:
             'derivatives: of impacts under restitution="lzb" there are none here: where waves '
             "meet, contacts part and close again; use differences of solve"
         )
+    if any(getattr(contact, "adhesion", 0.0) for contact in impact.scene.contacts):
+        raise InputError(
+            "derivatives: of contacts with adhesion there are none here; where they hold, use a "
+            "PointAnchor or FrameAnchor instead, or differences of solve"
+        )
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:
         return

@@ -35,6 +35,7 @@ class ContactProblem:
         friction: (n,) µ ≥ 0. Where it is 0 the tangent rows are not used.
         tangential_restitution: (n,) e_t in [−1, 1]: friction aims at u_t⁺ = −e_t u_t⁻.
         stiffness: (n,) k of each, for the law "lzb"; None where no law asks for it.
+        adhesion: (n,) the largest pull A [N s]; None where none holds.
     """
 
     delassus: np.ndarray
@@ -44,6 +45,7 @@ class ContactProblem:
     friction: np.ndarray
     tangential_restitution: np.ndarray
     stiffness: np.ndarray | None = None
+    adhesion: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -53,6 +53,10 @@ def find_impulses(problem: ContactProblem, law: Law) -> ContactSolution:
     Raises:
         As ``solve_contacts``.
     """
+    if problem.adhesion is not None:
+        from .adhesive import solve_adhesive
+
+        return solve_adhesive(problem, law)
     if len(problem.friction) == 1 and law.order == "simultaneous":
         return _one(problem, law)
     check_problem(problem)

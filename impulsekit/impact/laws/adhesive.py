@@ -1,0 +1,66 @@
+"""Contacts that hold: with P̂ = P + A n the law of a contact that pushes, and µ P̂ its cone.
+
+u⁺ = u_free − W A n + W P̂, so that a pull of A at every adhesive contact comes first, and what
+presses back is found by the law without adhesion (Moreau's unilateral contact shifted along its
+normal; Raous, Cangémi & Cocu 1999 for the cone).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from ...laws.single import GAIN
+from ...laws.status import Status
+from ...scene.law import Law
+from .problem import ContactProblem, ContactSolution
+
+__all__ = ["pulled", "pulled_solution", "solve_adhesive"]
+
+
+def _pull(problem: ContactProblem) -> np.ndarray:
+    """(3n,) A along the normals."""
+    pull = np.zeros(len(problem.velocity_free))
+    if problem.adhesion is not None:
+        pull[2::3] = problem.adhesion
+    return pull
+
+
+def pulled(problem: ContactProblem) -> ContactProblem:
+    """The problem of P̂, in which nothing adheres."""
+    free = problem.velocity_free - problem.delassus @ _pull(problem)
+    return dataclasses.replace(problem, velocity_free=free, adhesion=None)
+
+
+def pulled_solution(problem: ContactProblem, solution: ContactSolution) -> ContactSolution:
+    """The solution as one of ``pulled(problem)``."""
+    return dataclasses.replace(solution, impulse=solution.impulse + _pull(problem))
+
+
+def solve_adhesive(problem: ContactProblem, law: Law) -> ContactSolution:
+    """The impulses of contacts of which some hold, under Newton's law with slip at the end."""
+    from .solve import find_impulses
+
+    found = find_impulses(pulled(problem), law)
+    impulse = found.impulse - _pull(problem)
+    before, after = problem.velocity_before, found.velocity_after
+    works = 0.5 * impulse * (before + after)
+    normal, friction = works[2::3], works[0::3] + works[1::3]
+    status = found.status
+    if status in (Status.SOLVED, Status.NOT_UNIQUE, Status.ENERGY_GAIN):
+        # Of P̂ the works would count the pull, which nothing exerts.
+        gained = float(works.sum()) > GAIN * float(
+            np.abs(impulse) @ (np.abs(before) + np.abs(after))
+        )
+        unique = found.unique is None or bool(found.unique.all())
+        status = Status.SOLVED if unique else Status.NOT_UNIQUE
+        status = Status.ENERGY_GAIN if gained else status
+    return dataclasses.replace(
+        found,
+        impulse=impulse,
+        status=status,
+        velocity_start=before,
+        normal_work=normal,
+        friction_work=friction,
+    )
