@@ -102,9 +102,20 @@ class HeldTip:
             d = n - n.dot(a) * a
             sine = float(np.sqrt(d.dot(d)))
             # Flat against the face, any point of the rim is as near.
-            d = d / sine if sine > 0.0 else contact_axes(a)[:, 0]
+            d = d / sine if sine > 0.0 else plane.rotation.dot(self._axes[:, 0])
             x = x - self._rim * d
         return x, n, d, sine
+
+    def in_numbers(self) -> tuple[tuple[int, int], np.ndarray]:
+        """Which body is whose, the tip's and the face's, and (21,) what a table says of it.
+
+        The middle, the axes column by column and a point of the face, each in the frame of its
+        body's joint, the sign of the rows, the radii of ball and rim, and the rim's axis.
+        """
+        on_plane = self._height * self._normal
+        round_part = [self._sign, self._ball, self._rim, *self._axis]
+        numbers = np.concatenate([self._at, self._axes.T.ravel(), on_plane, round_part])
+        return (self._own, self._plane), numbers
 
     def _over(self, places: Places, x: np.ndarray) -> np.ndarray:
         return places[self._plane].actInv(x)

@@ -30,13 +30,15 @@ from ..rows.pair import rows_at
 from ..rows.reach import ReachedModel
 from ..scene import Collision
 from .advancing import PairOfPieces
-from .points import CROSSING, PLANE, TableRow
-from .wandering import bias_by_differences
+from .points import CROSSING, PLANE, TIP, TableRow
+from .wandering import MOVE, bias_by_differences
 
 __all__ = ["CollidingGap"]
 
 # A resting pair that coal tells of is looked for up to this far apart [m].
 RESTING = 1e-5
+# The same of pairs in closed form: what comes down is met before it is this near.
+NEAR_BY = 1e-7
 # Corners and edges so near touch [m].
 TOUCHING = 1e-8
 # Bodies with corners that approach more slowly stay [m/s]: they would hop some 1e-9 m high.
@@ -44,6 +46,8 @@ SLOW = 2e-4
 # Points that rise more slowly rest: they would hop some 5e-12 m high, and round bodies that
 # approach more slowly stay [m/s]. Far from the origin gaps are rounded to some 1e-14 m.
 RISING = 1e-5
+# Points come apart by so many times the way that a turn by the step of differences moves them.
+MOVED = 4.0
 # How far the distance of colliding bodies may be off where they have just parted [m].
 WAVER_OF_COAL = 1e-8
 WAVER = 1e-10
@@ -97,9 +101,11 @@ class CollidingGap:
             for a in self._shapes[0]
             for b in self._shapes[1]
         )
-        self._margin = TOUCHING if self.has_corners else max(entry.margin, RESTING)
         # Hops lower than what can be told are none.
         self.exact = all(is_exact(a, b) for a, _ in self._pieces[0] for b, _ in self._pieces[1])
+        self._margin = NEAR_BY if self.exact else max(entry.margin, RESTING)
+        if self.has_corners:
+            self._margin = TOUCHING
         self.rest_speed = RISING if self.exact else 0.0
         rims = any(isinstance(s, Convex) and len(s.radii) for own in self._shapes for s in own)
         slow = self.has_corners or (self.has_tips and rims)
@@ -156,8 +162,9 @@ class CollidingGap:
         rows: list[TableRow] = []
         for point in self._held:
             if isinstance(point, HeldTip):
-                return None
-            if isinstance(point, HeldCorner):
+                (own, plane), numbers = point.in_numbers()
+                rows.append((TIP, self.joint_ids[own], self.joint_ids[plane], numbers))
+            elif isinstance(point, HeldCorner):
                 (own, plane), numbers = point.in_numbers()
                 rows.append((PLANE, self.joint_ids[own], self.joint_ids[plane], numbers))
             else:
@@ -221,7 +228,14 @@ class CollidingGap:
             if self._shifted is None:
                 self._shifted = self._model.createData()
             here = self._wandering(data)[1]
-            return bias_by_differences(self._model, self._shifted, self._wandering, here, q, v)
+            # Points move by the way of a body's turn there.
+            size = self.smaller_radius if self.exact else 0.0
+            near = self._margin + MOVED * MOVE * size
+
+            def found(data: pin.Data) -> tuple[np.ndarray, np.ndarray]:
+                return self._wandering(data, near)
+
+            return bias_by_differences(self._model, self._shifted, found, here, q, v)
         places = self._places(data)
         motions = [[of[joint_id] for joint_id in self.joint_ids] for of in (data.v, data.a)]
         points = self._touching(places) if self._held is None else self._held
@@ -236,9 +250,11 @@ class CollidingGap:
             for pieces, place in zip(self._pieces, places, strict=True)
         ]
 
-    def _meeting(self, places: list[pin.SE3]) -> Iterator[MeetingPoint]:
+    def _meeting(
+        self, places: list[pin.SE3], margin: float | None = None
+    ) -> Iterator[MeetingPoint]:
         first, other = self._placed(places)
-        return meeting_points(first, other, self._margin)
+        return meeting_points(first, other, self._margin if margin is None else margin)
 
     def _touching(
         self, places: list[pin.SE3], *, of_corners: bool = False
@@ -274,10 +290,12 @@ class CollidingGap:
             raise ValueError("a curved body has no corners")
         return first, other
 
-    def _wandering(self, data: pin.Data) -> tuple[np.ndarray, np.ndarray]:
+    def _wandering(
+        self, data: pin.Data, margin: float | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """(3k, nv) rows and (k, 3) points; ``data`` with joint Jacobians."""
         rows, points = [], []
-        for point in self._meeting(self._places(data)):
+        for point in self._meeting(self._places(data), margin):
             axes = contact_axes(point.normal)
             rows.append(rows_at(self._model, data, self.joint_ids, point.position, axes))
             points.append(point.position)

@@ -26,6 +26,10 @@ __all__ = ["Gaps"]
 # Gaps are sums of some ten rounded terms, in units of the largest one's rounding error.
 ROUNDED = 8.0 * float(np.finfo(float).eps)
 
+# Bodies whose points are found anew have come down elsewhere where they overlap by this [m]:
+# less is drift within a step.
+WANDERS = 1e-8
+
 # So many tables of points are kept.
 MOST_TABLES = 64
 
@@ -268,16 +272,19 @@ class Gaps:
 
         Returns:
             By how much the smallest gap of a pair is below those of its held points [m],
-            negative where it is; and (n,) how far each resting point is from where its face
-            or edge ends [m], infinite where it isn't held.
+            negative where it is, and of one whose points are found anew below zero; and (n,) how
+            far each resting point is from where its face or edge ends [m], infinite where it isn't
+            held.
         """
-        own = [c for c in contacts if not self.rated[c.gap] and self.items[c.gap].holds]
+        own = [c for c in contacts if not self.rated[c.gap] and self.items[c.gap].exact]
         values, _ = self.measure(q, v, [c.gap for c in own])
         below, inside = np.inf, []
         for contact in contacts:
             item = self.items[contact.gap]
-            if contact not in own:
+            if contact not in own or not item.holds:
                 inside.append(np.full(contact.count, np.inf))
+                if contact in own:
+                    below = min(below, float(values[contact.gap]) + WANDERS)
                 continue
             held = item.held_gaps(self.data)
             below = min(below, float(values[contact.gap] - held.min(initial=0.0)))

@@ -6,7 +6,8 @@ moves over the plane in the other with ω_p, n and o:
     u = s Rᵀ (v_x − v_p),   u̇ = s Rᵀ (a_x − a_p − 2 ω_p × (v_x − v_p)),   g = n·(x − o),
 
 with v_p, a_p of the point of the plane's body that coincides with it. Two edges that cross: see
-``geometry.held_points``, which has the formulas. A joint before its limit has a row of its own.
+``geometry.held_points``, tips of round bodies: ``geometry.held_tips``, which have the formulas. A
+joint before its limit has a row of its own.
 """
 
 from __future__ import annotations
@@ -21,8 +22,10 @@ from ..laws.compiled import compiled, entry
 
 __all__ = [
     "CROSSING",
+    "MOST",
     "PLANE",
     "STOP",
+    "TIP",
     "Kinematics",
     "Table",
     "TableRow",
@@ -33,10 +36,12 @@ __all__ = [
 ]
 
 # Kinds of points.
-PLANE, CROSSING, STOP = 0, 1, 2
+PLANE, CROSSING, STOP, TIP = 0, 1, 2, 3
+# So many numbers say the most of a point.
+MOST = 21
 
 Vector = tuple[float, float, float]
-# Kind, two joints, and (16,) numbers, as a ``Table`` has them.
+# Kind, two joints, and numbers, as a ``Table`` has them.
 TableRow = tuple[int, int, int, np.ndarray]
 
 
@@ -57,10 +62,11 @@ class Table(NamedTuple):
     Attributes:
         whole: (n, 3) kind; the joints of the point and of its plane, or of both edges; of a
             stop where its speed is in v and it in q.
-        numbers: (n, 16) of a plane: the point (3) in its joint, R (9) in the plane's joint column
-            by column, the origin (3) there, and s. Of edges: a point (3) and the direction (3)
-            of each in its joint, both lengths, the sign of n, and the least sine. Of a stop its
-            row's entry, the sign, and the limit.
+        numbers: (n, 21) of a plane: the point (3) in its joint, R (9) in the plane's joint column
+            by column, the origin (3) there, and s. Of a tip: the same of its middle, the radius of
+            the ball around it, that of the rim, and the rim's axis (3). Of edges: a point (3) and
+            the direction (3) of each in its joint, both lengths, the sign of n, and the least
+            sine. Of a stop its row's entry, the sign, and the limit.
     """
 
     whole: np.ndarray
@@ -70,7 +76,10 @@ class Table(NamedTuple):
 def table_of(rows: Sequence[TableRow]) -> Table:
     """The table of points."""
     whole = np.array([row[:3] for row in rows], dtype=np.int64)
-    return Table(whole, np.array([row[3] for row in rows]))
+    numbers = np.zeros((len(rows), MOST))
+    for own, row in zip(numbers, rows, strict=True):
+        own[: len(row[3])] = row[3]
+    return Table(whole, numbers)
 
 
 @compiled
@@ -153,6 +162,52 @@ def point_of(table: Table, i: int, places: np.ndarray) -> Vector:
 
 
 @compiled
+def tip_of(
+    table: Table, i: int, places: np.ndarray
+) -> tuple[Vector, Vector, Vector, Vector, float]:
+    """A tip, in the world: x, n of the face, the axis a of its rim, d, and |n − (n·a) a|."""
+    numbers, j = table.numbers[i], table.whole[i, 1]
+    sign, ball, rim = numbers[15], numbers[16], numbers[17]
+    up = axis(table, i, 2, places)
+    n = (sign * up[0], sign * up[1], sign * up[2])
+    x = along(point_of(table, i, places), -ball, n)
+    if rim == 0.0:
+        return x, n, n, n, 0.0
+    a = turned(places, j, three(numbers, 18))
+    out = along(n, -dot(n, a), a)
+    sine = math.sqrt(dot(out, out))
+    d = axis(table, i, 0, places)
+    if sine > 0.0:
+        d = (out[0] / sine, out[1] / sine, out[2] / sine)
+    return along(x, -rim, d), n, a, d, sine
+
+
+@compiled
+def _write_bias_of_tip(table: Table, i: int, kinematics: Kinematics, bias: np.ndarray) -> None:
+    places, speeds, numbers = kinematics.places, kinematics.speeds, table.numbers[i]
+    one, two, sign = table.whole[i, 1], table.whole[i, 2], numbers[15]
+    x, n, a, d, sine = tip_of(table, i, places)
+    v, rate = moving(kinematics, one, x)
+    below, below_rate = moving(kinematics, two, x)
+    spin = turned(places, one, three(speeds[one], 3))
+    turning = turned(places, two, three(speeds[two], 3))
+    # The material point of the middle, and how the way from there to the tip turns.
+    n_rate = cross(turning, n)
+    middle = along(point_of(table, i, places), -1.0, x)
+    moves = along(along(v, 1.0, cross(spin, middle)), -numbers[16], n_rate)
+    if sine > 0.0:
+        a_rate = cross(spin, a)
+        out = along(n_rate, -dot(n_rate, a) - dot(n, a_rate), a)
+        out = along(out, -dot(n, a), a_rate)
+        moves = along(moves, -numbers[17] / sine, along(out, -dot(d, out), d))
+    change = along(rate, 1.0, cross(spin, along(moves, -1.0, v)))
+    change = along(along(change, -1.0, below_rate), -1.0, cross(turning, along(moves, -1.0, below)))
+    change = along(change, -1.0, cross(turning, along(v, -1.0, below)))
+    for k in range(3):
+        bias[3 * i + k] = sign * dot(axis(table, i, k, places), change)
+
+
+@compiled
 def crossing(
     table: Table, i: int, places: np.ndarray
 ) -> tuple[Vector, Vector, Vector, float, Vector, Vector, float, float]:
@@ -205,8 +260,10 @@ def write_rows(table: Table, kinematics: Kinematics, rows: np.ndarray) -> None:
         own = rows[3 * i : 3 * i + 3]
         if kind == STOP:
             own[2, one] = table.numbers[i, 0]
-        elif kind == PLANE:
+        elif kind in (PLANE, TIP):
             point, sign = point_of(table, i, places), table.numbers[i, 15]
+            if kind == TIP:
+                point = tip_of(table, i, places)[0]
             axes = (axis(table, i, 0, places), axis(table, i, 1, places), axis(table, i, 2, places))
             _add_rows(kinematics, one, sign, point, axes, own)
             _add_rows(kinematics, two, -sign, point, axes, own)
@@ -237,6 +294,8 @@ def write_bias(table: Table, kinematics: Kinematics, bias: np.ndarray) -> None:
             rate = along(along(rate, -1.0, below_rate), -2.0, sliding)
             for k in range(3):
                 bias[at + k] = sign * dot(axis(table, i, k, places), rate)
+        elif kind == TIP:
+            _write_bias_of_tip(table, i, kinematics, bias)
         else:
             _write_bias_of_crossing(table, i, kinematics, bias)
 
@@ -268,7 +327,7 @@ def _write_bias_of_crossing(table: Table, i: int, kinematics: Kinematics, bias: 
 
 @entry(
     lambda: (
-        Table(np.zeros((1, 3), np.int64), np.ones((1, 16))),
+        Table(np.zeros((1, 3), np.int64), np.ones((1, MOST))),
         np.zeros((2, 12)),
         np.zeros((2, 6)),
         np.zeros(2),

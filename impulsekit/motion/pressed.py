@@ -13,7 +13,7 @@ import numpy as np
 
 from ..laws.compiled import compiled, entry
 from ..laws.resting import forces_at_rest
-from .points import Kinematics, Table, write_bias, write_rows
+from .points import MOST, Kinematics, Table, write_bias, write_rows
 
 __all__ = ["Factor", "Sliding", "pressed", "rows_and_bias"]
 
@@ -50,7 +50,7 @@ class Sliding(NamedTuple):
 
 
 def _table() -> Table:
-    return Table(np.zeros((1, 3), np.int64), np.ones((1, 16)))
+    return Table(np.zeros((1, 3), np.int64), np.ones((1, MOST)))
 
 
 def _kinematics() -> Kinematics:

@@ -31,6 +31,8 @@ __all__ = ["Run"]
 
 # So many events without any time between them never end.
 MOST_STILL = 1000
+# A point that comes down faster than this [m/s] beside others that rest is met, not laid down.
+LANDS = 1e-5
 
 
 class Run:
@@ -154,7 +156,10 @@ class Run:
                 take_out_drift(now, [])
             flight.restart()
         elif now.resting.contacts:
-            if settle(now):
+            landed = self._landed()
+            if landed:
+                self._meet(landed)
+            elif settle(now):
                 flight.restart()
             else:
                 flight.drifted()
@@ -230,6 +235,17 @@ class Run:
     def _refuse_storm(self) -> None:
         if len(self._now.impacts) >= self._settings.max_impacts:
             raise Stopped(MotionStatus.EVENT_STORM, f"max_impacts is {self._settings.max_impacts}")
+
+    def _landed(self) -> tuple[int, ...]:
+        """Resting gaps whose points are found anew, of which one more has just come down."""
+        now, gaps = self._now, self._now.gaps
+        if gaps is None:
+            return ()
+        return tuple(
+            c.gap
+            for c in now.resting.contacts
+            if not gaps.rated[c.gap] and not gaps.items[c.gap].holds and now.closing(c.gap) < -LANDS
+        )
 
     def _lies_down(self, resting: Iterable[int]) -> bool:
         """Whether bodies that touch elsewhere than before do so without a blow."""

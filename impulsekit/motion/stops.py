@@ -51,8 +51,9 @@ def first_stop(
         """Below zero where something has happened: slip along its first direction, or −lift."""
         q, v = states(t)
         u = gaps.velocities(contacts, q, v)
+        below, inside = gaps.beyond_held(contacts, q, v)
         if len(u) != 3 * count:
-            return np.full(4 * count + 1, np.inf)
+            return np.append(np.full(4 * count, np.inf), below - lowest)
         along = [
             np.inf if s is None else float(u[3 * i : 3 * i + 2].dot(s))
             for i, s in enumerate(slides)
@@ -61,7 +62,6 @@ def first_stop(
             resting.grown - float(np.hypot(*u[3 * i : 3 * i + 2])) if begins else np.inf
             for i, begins in enumerate(slip_begins)
         ]
-        below, inside = gaps.beyond_held(contacts, q, v)
         return np.concatenate([along, LIFTED - u[2::3], grows, inside + LEFT, [below - lowest]])
 
     times = gaps.turning.nodes(states, start, end)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pinocchio as pin
 
-__all__ = ["bias_by_differences"]
+__all__ = ["MOVE", "bias_by_differences"]
 
 # How far the bodies move for the rates of their rows [m, rad].
 MOVE = 1e-4
@@ -31,7 +31,8 @@ def bias_by_differences(
     Args:
         model: the model.
         shifted: a workspace.
-        found: the rows and points at a configuration near q.
+        found: the rows and points at a configuration near q, those that lie near each other
+            there included: what touches at q may have parted by the way between the two.
         here: (k, 3) the points at q.
         q, v: the state.
     """

@@ -7,6 +7,7 @@ from scipy.integrate import quad
 
 import impulsekit as ik
 from impulsekit.motion.gaps import Gaps
+from impulsekit.motion.resting import RestingContact
 from impulsekit.rows.reach import reached_model
 
 from .models import GRAVITY
@@ -39,7 +40,8 @@ def test_rates_of_a_tip_are_those_of_its_rows(shape, order):
     world = ik.combine(round=body("b", shape), block=body("g", BLOCK))
     scene = ik.Scene(world, contacts=[ik.Collision(*order)])
     reached = reached_model(world.model, range(1, world.model.njoints), keep_places=True)
-    model, (item,) = reached.model, Gaps(scene, reached).items
+    gaps_of = Gaps(scene, reached)
+    model, (item,) = reached.model, gaps_of.items
     rng = np.random.default_rng(5)
     here, there = model.createData(), model.createData()
     for _ in range(5):
@@ -63,6 +65,10 @@ def test_rates_of_a_tip_are_those_of_its_rows(shape, order):
             gaps.append(item.held_gaps(there)[0])
         rate = (speeds[0] - speeds[1]) / (2 * step)
         bias = item.bias(here, q, v, rows)
+        # As a row of a table, in compiled code, it is the same.
+        told = gaps_of.rows_and_bias_at([RestingContact(0, 0, 0.0, 0.0)], q, v)
+        np.testing.assert_allclose(told[0], rows, rtol=0, atol=1e-14)
+        np.testing.assert_allclose(told[1], bias, rtol=0, atol=1e-13 * np.abs(bias).max())
         np.testing.assert_allclose(bias, rate, rtol=0, atol=1e-7 * np.abs(rate).max())
         normal = rows.dot(v)[2]
         assert abs((gaps[0] - gaps[1]) / (2 * step) - normal) < 1e-8
@@ -81,28 +87,42 @@ def rate(tilt, begin):
     return np.sqrt(2.0 * fallen / (2.0 * slope**2 + ACROSS))
 
 
-@pytest.mark.parametrize("e", [0.0, 0.5])
-def test_the_other_end_of_a_cylinder_that_falls_over_is_an_impact(e):
-    floor = '<robot name="f"><link name="f"><collision><origin xyz="0 0 -0.5"/><geometry>'
-    floor += '<box size="9 9 1"/></geometry></collision></link></robot>'
+GROUNDS = {
+    "floor": '<origin xyz="0 0 -0.5"/><geometry><box size="9 9 1"/>',
+    # Along x, where the other one falls.
+    "log": '<origin xyz="0 0 -0.3" rpy="0 1.5707963267948966 0"/><geometry>'
+    '<cylinder radius="0.3" length="9"/>',
+}
+
+
+@pytest.mark.parametrize(
+    ("ground", "e", "begin"),
+    [
+        ("floor", 0.0, 0.6),
+        ("floor", 0.5, 0.6),
+        pytest.param("log", 0.5, 0.05, marks=pytest.mark.slow),
+    ],
+)
+def test_the_other_end_of_a_cylinder_that_falls_over_is_an_impact(ground, e, begin):
+    floor = f'<robot name="f"><link name="f"><collision>{GROUNDS[ground]}'
+    floor += "</geometry></collision></link></robot>"
     world = ik.combine(a=body("b", CYLINDER), f=ik.Robot.from_urdf(floor))
     scene = ik.Scene(world, contacts=[ik.Collision("a/b", "f/f", restitution=e)])
-    begin = 0.6
     # Its axis lies along z before it is turned about y.
     q = np.r_[0, 0, height(begin), np.sin(0.25 * np.pi - begin / 2) * np.eye(3)[1], 0]
     q[6] = np.cos(0.25 * np.pi - begin / 2)
-    motion = ik.simulate(scene, q, np.zeros(6), duration=0.5)
     # θ̇ ~ √(begin − θ): with θ = begin − s² nothing is singular.
     time, _ = quad(lambda s: 2.0 * s / rate(begin - s * s, begin), 1e-9, np.sqrt(begin))
+    motion = ik.simulate(scene, q, np.zeros(6), duration=time + 1e-5)
     assert motion.status.finished
-    met = [(t, impact) for t, impact in motion.impacts if t > 0.05]
-    assert met[0][0] == pytest.approx(time, abs=1e-8)
+    met = [(t, impact) for t, impact in motion.impacts if t > 0.5 * time]
+    assert met[0][0] == pytest.approx(time, abs=1e-8 if ground == "floor" else 2e-6)
     # The end that comes down is as fast as a cylinder that turns about its other rim is long.
     impact = met[0][1]
     end, speed = [0, 0, LENGTH / 2], LENGTH * rate(0.0, begin)
     other = [0, 0, -LENGTH / 2]
     ends = [impact.velocity_at("a/b", at).before[2] for at in (end, other)]
-    assert sorted(ends) == pytest.approx([-speed, 0.0], abs=1e-6)
+    assert sorted(ends) == pytest.approx([-speed, 0.0], abs=1e-4)
     after = [impact.velocity_at("a/b", at).after[2] for at in (end, other)]
-    assert max(after) == pytest.approx(e * speed, abs=1e-6)
-    assert min(after) > -1e-12
+    assert max(after) == pytest.approx(e * speed, abs=1e-4)
+    assert min(after) > -1e-6
