@@ -27,7 +27,7 @@ __all__ = ["SWEEPS", "Flight", "judged"]
 # Times of meeting are right to this [s], and gaps to this [m].
 RIGHT, GAP = 1e-9, 2e-12
 # Of a motion: its own error, over thousands of radians, is to stay below that of the search.
-RTOL, ATOL = 1e-11, 1e-13
+RTOL, ATOL = 1e-12, 1e-14
 _NONE = np.zeros(3)
 
 
