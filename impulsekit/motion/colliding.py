@@ -48,6 +48,9 @@ SLOW = 2e-4
 RISING = 1e-5
 # Points come apart by so many times the way that a turn by the step of differences moves them.
 MOVED = 4.0
+# Bodies whose points are found anew have come down elsewhere where they overlap by more [m], and
+# by this part of how far they are from the origin.
+DRIFT = 1e-8
 # How far the distance of colliding bodies may be off where they have just parted [m].
 WAVER_OF_COAL = 1e-8
 WAVER = 1e-10
@@ -129,6 +132,11 @@ class CollidingGap:
         if apart > 0.1 * min(reach_a, reach_b):
             return apart
         return smallest_gap(*self._placed(places))
+
+    def drift(self, data: pin.Data) -> float:
+        """Overlaps of less may be drift within a step [m]; ``data`` with placements."""
+        places = self._places(data)
+        return DRIFT * (1.0 + max(float(np.abs(place.translation).max()) for place in places))
 
     def hold(self, data: pin.Data | None) -> None:
         """Follow the points that touch now from here on, or with None let go of them.

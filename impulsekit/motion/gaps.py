@@ -26,10 +26,6 @@ __all__ = ["Gaps"]
 # Gaps are sums of some ten rounded terms, in units of the largest one's rounding error.
 ROUNDED = 8.0 * float(np.finfo(float).eps)
 
-# Bodies whose points are found anew have come down elsewhere where they overlap by this [m]:
-# less is drift within a step.
-WANDERS = 1e-8
-
 # So many tables of points are kept.
 MOST_TABLES = 64
 
@@ -284,7 +280,7 @@ class Gaps:
             if contact not in own or not item.holds:
                 inside.append(np.full(contact.count, np.inf))
                 if contact in own:
-                    below = min(below, float(values[contact.gap]) + WANDERS)
+                    below = min(below, float(values[contact.gap]) + item.drift(self.data))
                 continue
             held = item.held_gaps(self.data)
             below = min(below, float(values[contact.gap] - held.min(initial=0.0)))
