@@ -25,6 +25,13 @@ def test_scenes_written_in_other_ways_have_the_same_answer():
     assert [p for p in points if p.verdict == "wrong"] == []
 
 
+def test_the_share_of_a_compression_at_the_edge_of_its_cones_knows_no_units():
+    # The least split was 1e-13 off, and another taken in its place: v⁺ moved by 0.08.
+    points = solved_case(("rewritten", 2, 83, 902))
+    assert len(points) > 6
+    assert [p for p in points if p.verdict != "right"] == []
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("sweep", SWEEPS, ids=lambda sweep: sweep.name)
 def test_of_many_scenes_in_a_plane_none_is_silently_wrong(sweep):

@@ -30,6 +30,9 @@ NO_RANGE = 1e-13
 # Newton's steps at most, and halvings of one; what Uᵀp may be off by, relative.
 MOST_STEPS, MOST_HALVINGS = 60, 30
 SHARED = 1e-15
+# By how much the least split may leave more of the law than the split that was found: at an edge
+# of cones Newton ends some 1e-13 off, and another split would be another answer by far more.
+FITS = 1e-12
 # How far the dual may rise by rounding, relative to |p|²; the most that its slope is stiffened.
 RISEN, STIFFENED = 1e-13, 1e-3
 
@@ -45,7 +48,7 @@ def least_split(modes: Modes, impulse: np.ndarray) -> np.ndarray:
     _, span = _range(modes, roots)
     velocity = modes.delassus @ impulse + modes.shifted
     least = _least(span, _Allowed(modes, velocity, roots), span.T @ (roots * impulse)) / roots
-    fits = modes.residual(least) <= modes.residual(impulse) + 1e-13
+    fits = modes.residual(least) <= modes.residual(impulse) + FITS
     return least if fits else impulse
 
 
