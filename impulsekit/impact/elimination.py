@@ -273,7 +273,7 @@ def _regular_factor(delassus: np.ndarray, triples: np.ndarray | None = None) -> 
     pivots = roots * roots
     if not all(map(operator.gt, pivots.tolist(), least.tolist())):
         return None
-    largest = float(delassus.diagonal().max())
+    largest = float(delassus.diagonal().max(initial=0.0))
     if triples is not None and len(triples) and float(pivots.min()) < FAINT_PIVOT * largest:
         shared = lengths_of_vectors(np.sqrt(delassus.diagonal()), triples)
         if shared is not None and (pivots < FAINT_PIVOT * shared**2).any():

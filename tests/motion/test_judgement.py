@@ -138,7 +138,7 @@ def test_the_command_fails_on_a_motion_where_it_fails_on_its_impact(rough_floor,
     for command in ("solve", "simulate"):
         result = CliRunner().invoke(main, [command, str(path)])
         assert result.exit_code == 1
-        assert ik.Status.ENERGY_GAIN.value in result.stderr
+        assert "energy_gain" in result.stderr
 
 
 def test_no_saltation_passes_through_an_impact_that_is_not_valid(rough_floor):
