@@ -4,6 +4,8 @@ from .ellipsoid import impact_ellipsoid as impact_ellipsoid
 from .fit import Fit as Fit
 from .fit import Measurement as Measurement
 from .fit import fit_impacts as fit_impacts
+from .invariant import ImpactInvariant as ImpactInvariant
+from .invariant import impact_invariant as impact_invariant
 from .least_blow import LeastBlow as LeastBlow
 from .least_blow import least_blow as least_blow
 from .parameters import INERTIA_PARAMETERS as INERTIA_PARAMETERS
@@ -15,3 +17,5 @@ from .sparing import centre_of_percussion as centre_of_percussion
 from .sparing import reaction_map as reaction_map
 from .sparing import spare_joint as spare_joint
 from .sparing import worst_blow as worst_blow
+from .worst_case import WorstImpact as WorstImpact
+from .worst_case import worst_impact as worst_impact

@@ -1,0 +1,146 @@
+"""Control beside impacts: what they cannot change, and the velocity after them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..display import OneLine
+from ..errors import InputError, NotFiniteError, ShapeError, a_thing
+from ..impact import ImpactSolver
+from ..robot import state
+from ..scene import Scene
+from .response import Response
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+__all__ = ["ImpactInvariant", "impact_invariant"]
+
+# Singular values below this share of the largest belong to directions that no impulse moves.
+NOTHING = 1e-10
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ImpactInvariant(OneLine):
+    """What impacts at the contacts of a scene cannot change, whenever and however hard they come.
+
+    An impulse Λ at the contacts moves v by M⁻¹JᵀΛ. Rows N with N M⁻¹Jᵀ = 0 see the same velocity
+    before, within and after the impact, so that feedback on N v needs no knowledge of its time
+    (Yang & Posa, "Impact invariant control with applications to bipedal locomotion", 2021).
+
+    Attributes:
+        basis: (nv − r, nv) N: orthonormal rows, r the rank of the contacts.
+        moved: (nv, m) M⁻¹Jᵀ, under the constraints of the scene.
+        after: (nv, nv) v⁺ = after @ v⁻ where all contacts close with their restitution and those
+            with friction stick: rows of the velocity after the impact for a QP.
+
+    Example:
+        >>> from impulsekit import Contact, Robot
+        >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+        >>> scene = Scene(ball, contacts=[Contact("ball", restitution=0.5)])
+        >>> found = impact_invariant(scene, ball.neutral())
+        >>> found.project([1, 2, 3, 0, 0, 0]).round(12)[:3].tolist(), float(found.after[2, 2])
+        ([1.0, 2.0, 0.0], -0.5)
+    """
+
+    basis: np.ndarray
+    moved: np.ndarray
+    after: np.ndarray
+
+    def project(self, v: ArrayLike) -> np.ndarray:
+        """(nv,) the part NᵀN v of a velocity, or of a velocity error, that no impact changes.
+
+        Raises:
+            ShapeError, NotFiniteError.
+        """
+        part: np.ndarray = self.basis.T @ (self.basis @ _vector(v, len(self.after), "v"))
+        return part
+
+    def corrected(self, jacobian: ArrayLike, wanted: ArrayLike, v: ArrayLike) -> np.ndarray:
+        """(k,) the error of outputs ẏ = J_y v that remains for the impulse that suits it best.
+
+        min over Λ of |wanted − J_y (v + M⁻¹JᵀΛ)|: errors that an impact could explain are not
+        acted on.
+
+        Args:
+            jacobian: (k, nv) J_y.
+            wanted: (k,) the desired ẏ.
+            v: (nv,) the measured velocity.
+
+        Raises:
+            ShapeError, NotFiniteError.
+        """
+        rows = np.array(jacobian, dtype=float)
+        nv = len(self.after)
+        if rows.ndim != 2 or rows.shape[1] != nv:
+            raise ShapeError.of("jacobian", ("k", nv), rows.shape)
+        error = _vector(wanted, len(rows), "wanted") - rows @ _vector(v, nv, "v")
+        push = rows @ self.moved
+        impulse = np.linalg.lstsq(push, error, rcond=NOTHING)[0]
+        left: np.ndarray = error - push @ impulse
+        return left
+
+
+def impact_invariant(scene: Scene, q: ArrayLike) -> ImpactInvariant:
+    """The velocities that impacts at a scene's contacts leave alone, at a configuration.
+
+    Args:
+        scene: its contacts that touch at q count, with their tangents where they have friction;
+            its constraints hold. Its impulses are ignored.
+        q: (nq,) configuration.
+
+    Raises:
+        InputError: no contact touches.
+        ShapeError, NotFiniteError, StateError.
+
+    Example:
+        >>> from impulsekit import Contact, Robot
+        >>> from impulsekit.models import pendulum_urdf
+        >>> arm = Robot.from_urdf(pendulum_urdf(2))
+        >>> wall = Contact("link_2", at=[0, 0, -1], normal=[1, 0, 0])
+        >>> impact_invariant(Scene(arm, contacts=[wall], gap_bound=9), [0.1, 0.4]).basis.shape
+        (1, 2)
+    """
+    if not isinstance(scene, Scene):
+        raise InputError(f"impact_invariant takes a Scene, not {a_thing(scene)}")
+    robot = scene.robot
+    place = state.checked_configuration(robot.model, q)
+    bare = replace(scene, impulses=())
+    outcome = ImpactSolver(bare).solve(place, robot.velocity()).outcome
+    if outcome is None or not outcome.touches:
+        raise InputError("impact_invariant: no contact touches at this configuration")
+    rows, aims = [], []
+    for touch in outcome.touches:
+        entry: Any = scene.contacts[touch.entry]
+        if callable(entry.restitution):
+            raise InputError(
+                "impact_invariant: a restitution that depends on speed is not linear; give a number"
+            )
+        if getattr(entry, "friction", 0.0):
+            rows.append(touch.jacobian[:2])
+            aims += [getattr(entry, "tangential_restitution", 0.0)] * 2
+        rows.append(touch.jacobian[2:])
+        aims.append(entry.restitution)
+    jacobian = np.vstack(rows)
+    moved = Response(scene, place).mobility @ jacobian.T
+    left, values, _ = np.linalg.svd(moved, full_matrices=True)
+    rank = int((values > NOTHING * values.max(initial=0.0)).sum())
+    basis = left[:, rank:].T.copy()
+    aim = (1.0 + np.array(aims))[:, None] * jacobian
+    after = np.eye(robot.nv) - moved @ np.linalg.lstsq(jacobian @ moved, aim, rcond=NOTHING)[0]
+    for array in (basis, moved, after):
+        array.setflags(write=False)
+    return ImpactInvariant(basis, moved, after)
+
+
+def _vector(value: ArrayLike, size: int, what: str) -> np.ndarray:
+    array = np.array(value, dtype=float)
+    if array.shape != (size,):
+        raise ShapeError.of(what, (size,), array.shape)
+    if not np.isfinite(array).all():
+        where = int(np.argmax(~np.isfinite(array)))
+        raise NotFiniteError.of(what, where, array[where])
+    return array
