@@ -24,6 +24,7 @@ from .laws.status import Status as Status
 from .motion import MotionStatus as MotionStatus
 from .motion import Trajectory as Trajectory
 from .motion import simulate as simulate
+from .motion.orbit import find_orbit as find_orbit
 from .motion.sensitivity import sensitivity as sensitivity
 from .robot import Robot as Robot
 from .robot.combine import combine as combine
@@ -34,7 +35,11 @@ from .scene import AppliedForce as AppliedForce
 from .scene import AppliedImpulse as AppliedImpulse
 from .scene import Collision as Collision
 from .scene import Contact as Contact
+from .scene import DistanceAnchor as DistanceAnchor
+from .scene import Driven as Driven
 from .scene import FrameAnchor as FrameAnchor
+from .scene import GapConstraint as GapConstraint
+from .scene import GapContact as GapContact
 from .scene import JointCoupling as JointCoupling
 from .scene import JointImpulse as JointImpulse
 from .scene import JointLock as JointLock
@@ -44,6 +49,7 @@ from .scene import Law as Law
 from .scene import PointAnchor as PointAnchor
 from .scene import Restitution as Restitution
 from .scene import RestitutionTable as RestitutionTable
+from .scene import Rope as Rope
 from .scene import Scene as Scene
 from .scene import Spring as Spring
 from .scene import TorqueTable as TorqueTable

@@ -6,8 +6,9 @@ from .chain import chain_urdf, pendulum_urdf
 
 if TYPE_CHECKING:
     from .robot.examples import example_names
+    from .robot.model_checks import planar_root
 
-__all__ = ["chain_urdf", "example_names", "pendulum_urdf"]
+__all__ = ["chain_urdf", "example_names", "pendulum_urdf", "planar_root"]
 
 
 def __getattr__(name: str) -> Any:
@@ -16,4 +17,8 @@ def __getattr__(name: str) -> Any:
         from .robot.examples import example_names
 
         return example_names
+    if name == "planar_root":
+        from .robot.model_checks import planar_root
+
+        return planar_root
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -11,9 +11,13 @@ from ..scene import (
     AppliedImpulse,
     Collision,
     Contact,
+    DistanceAnchor,
     FrameAnchor,
+    GapConstraint,
+    GapContact,
     JointImpulse,
     PointAnchor,
+    Rope,
     Scene,
 )
 from ..scene.constraints import DIRECTIONS
@@ -179,7 +183,7 @@ class JointLoads:
             point = self._point(frame, entry.at)
             for end, sign in ((frame, 1.0), (against, -1.0)):
                 self._wrench(end, sign, (0, np.eye(3)), point, DIRECTIONS[:3])
-        elif isinstance(entry, Collision):
+        elif isinstance(entry, Collision | Rope | GapContact):
             raise _unknown(entry)
         self._columns += 3
 
@@ -194,6 +198,8 @@ class JointLoads:
             far = point if entry.other_at is None else self._point(other, entry.other_at)
             self._wrench(other, -1.0, axes, far, words)
             self._columns += len(words)
+        elif isinstance(entry, DistanceAnchor | GapConstraint):
+            raise _unknown(entry)
         elif hasattr(entry, "ratio"):
             self._columns += 1
         else:

@@ -10,9 +10,10 @@ import numpy as np
 
 from ..impact.yielding import own_stops
 from ..robot import Robot
-from ..rows.entries import FramePair, Site, frame_pair, rows_of_entry
+from ..rows.entries import FramePair, FunctionRows, Site, frame_pair, rows_of_entry
 from ..scene import Collision, Contact, JointStop, Scene
 from ..scene.constraints import KEPT
+from ..scene.driven import scene_at
 from ..scene.restitution import Restitution, RestitutionTable
 from .balls import ball_of
 from .errors import NoKernelError
@@ -72,7 +73,7 @@ def row_tables(
         tables.terms.append([_along(own, 1.0), _along(leader, -one.ratio)])
         tables.target.append(0.0)
         tables.keeps.append(False)
-    for constraint in scene.held:
+    for constraint in scene_at(scene, 0.0).held:
         rows = maker.constraint(constraint)
         keeps = constraint.velocity == KEPT
         after = np.asarray(0.0 if keeps else constraint.velocity, dtype=float)
@@ -133,7 +134,11 @@ class RowMaker:
         """Rows, each a list of terms."""
         said = rows_of_entry(self._robot, entry)
         if isinstance(said, FramePair):
+            if said.carrier == "line":
+                raise NoKernelError(f"a {type(entry).__name__}")
             return self._pair(said)
+        if isinstance(said, FunctionRows):
+            raise NoKernelError(f"a {type(entry).__name__}")
         for name in entry.joint_names:
             self.dof(name)
         first_dof = self._tree.first_dof

@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import InputError, RangeError, UnknownNameError, a_thing, quoted
 from ..impact.warm import compile_laws
 from ..laws.status import Status
-from ..scene import FrameAnchor, JointLock, PointAnchor, Scene
+from ..scene import FrameAnchor, GapConstraint, JointLock, PointAnchor, Scene
 from ..scene.kept import KeptByScene
 from .codes import AGAIN, OPEN
 from .errors import NoKernelError
@@ -322,6 +322,8 @@ def _row_count(scene: Scene, entry: Any) -> int:
     """How many rows a constraint has."""
     if isinstance(entry, FrameAnchor):
         return len(entry.directions)
+    if isinstance(entry, GapConstraint):
+        return entry.rows
     if isinstance(entry, JointLock):
         return scene.robot.model.joints[scene.robot.joint_id(entry.joint)].nv
     return 3 if isinstance(entry, PointAnchor) else 1

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import InputError, RangeError, SingularMassError, StateError, a_thing
 from ..reference import KaneImpact, Rows
-from ..scene import JointStop
+from ..scene import GapContact, JointStop
 from .compare import compared
 from .conditions import conditions_of, take
 from .demands import KnownImpulses, constraint_rows, known_impulses
@@ -136,6 +136,11 @@ def _give_what_solvers_found(impact: Impact, known: KnownImpulses) -> list[str]:
     touching = 0
     for entry, result in zip(impact.scene.contacts, impact.contacts, strict=True):
         touching += result.touching
+        if result.touching and isinstance(entry, GapContact):
+            raise InputError(
+                "this impact cannot be checked: a GapContact is a function of q, which the "
+                "reference has no words for"
+            )
         if result.touching and isinstance(entry, JointStop):
             known.add_in_joint(entry.joint, result.impulse)
     return ["the impulses of contacts are given to the reference"] if touching else []

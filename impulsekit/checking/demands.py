@@ -8,11 +8,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..errors import InputError
 from ..reference import Load, Rows
 from ..reference.kinematics import Kinematics
 from ..reference.rows import angular_velocity_rows, point_velocity_rows, speed_rows
 from ..reference.tree import WORLD
-from ..scene import AppliedImpulse, FrameAnchor, JointCoupling, JointImpulse, JointLock, PointAnchor
+from ..scene import (
+    AppliedImpulse,
+    DistanceAnchor,
+    FrameAnchor,
+    GapConstraint,
+    JointCoupling,
+    JointImpulse,
+    JointLock,
+    PointAnchor,
+)
 from ..scene.constraints import DIRECTIONS, KEPT
 from .system import ReferenceRobot
 
@@ -91,6 +101,13 @@ def _rows(reference: ReferenceRobot, at: Kinematics, entry: Constraint) -> Rows:
     tree = reference.system.tree
     if isinstance(entry, PointAnchor | FrameAnchor):
         return _anchor_rows(reference, at, entry)
+    if isinstance(entry, GapConstraint):
+        raise InputError(
+            "this impact cannot be checked: a GapConstraint is a function of q, which the "
+            "reference has no words for"
+        )
+    if isinstance(entry, DistanceAnchor):
+        return _distance_rows(reference, at, entry)
     matrix = tree.arithmetic.zeros(1, tree.n)
     if isinstance(entry, JointLock):
         speeds = tree.joint(reference.joint(entry.joint)).speeds
@@ -100,6 +117,20 @@ def _rows(reference: ReferenceRobot, at: Kinematics, entry: Constraint) -> Rows:
             matrix[0, tree.joint(reference.joint(name)).speeds] = tree.arithmetic.number(factor)
         return speed_rows(tree, matrix)
     raise TypeError(type(entry).__name__)
+
+
+def _distance_rows(reference: ReferenceRobot, at: Kinematics, entry: DistanceAnchor) -> Rows:
+    """The velocity of one point against the other along the line that joins them."""
+    tree = reference.system.tree
+    link, other = reference.link(entry.frame), reference.link(entry.other)
+    between = tree.arithmetic.zeros(3)
+    for name, place, sign in ((link, entry.at, 1), (other, entry.other_at, -1)):
+        body, arm = tree.body_of_link(name), tree.arithmetic.array(place)
+        if body != WORLD:
+            arm = at.origins[body] + at.rotations[body] @ arm
+        between = between + sign * arm
+    way = between / tree.arithmetic.sqrt(between @ between)
+    return point_velocity_rows(tree, at, link, other, entry.at, entry.other_at, way[None])
 
 
 def _anchor_rows(

@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from ..errors import InputError, UnknownNameError
 from ..robot import Robot
-from ..scene import JointStop, Scene
+from ..scene import JointStop, Rope, Scene
 
 __all__ = ["INERTIA_PARAMETERS", "Parameter", "changed_scene", "parameters_of"]
 
@@ -92,7 +92,7 @@ def changed_scene(scene: Scene, parameters: Sequence[Parameter], x: np.ndarray) 
     contacts = []
     for name, entry in zip(scene.entry_names("contacts"), scene.contacts, strict=True):
         own = changes.get(name, {})
-        if isinstance(entry, JointStop):
+        if isinstance(entry, JointStop | Rope):
             own = {key: value for key, value in own.items() if key == "restitution"}
         contacts.append(replace(entry, **own))
     robot = scene.robot

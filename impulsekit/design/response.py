@@ -19,6 +19,7 @@ from ..impact.factor import FilledFactor
 from ..impact.mechanics import Mechanics
 from ..robot import Robot, state
 from ..scene import AppliedImpulse, Scene
+from ..scene.driven import at_rest
 from ..scene.numbers import vector
 
 __all__ = ["Response", "unit_vector"]
@@ -40,7 +41,7 @@ class Response:
             what = Scene(what)
         if not isinstance(what, Scene):
             raise InputError(f"expected a Scene or a Robot, got {a_thing(what)}")
-        held = [replace(entry, velocity=0.0) for entry in what.held]
+        held = [at_rest(entry) for entry in what.held]
         self.robot = what.robot
         self.scene = Scene(what.robot, constraints=held, gravity=what.gravity)
         self.q = state.checked_configuration(self.robot.model, q)

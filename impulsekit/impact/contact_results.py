@@ -11,7 +11,7 @@ import numpy as np
 
 from ..display import OneLine
 from ..robot.placing import Posture
-from ..scene import Contact, JointStop, Scene
+from ..scene import Contact, JointStop, Rope, Scene
 
 if TYPE_CHECKING:
     from ..rows.contacts import Touch
@@ -139,7 +139,7 @@ def _point(impact: Impact, touch: Touch, i: int) -> ContactPoint:
     else:
         arrays = [axes @ vector for vector in (local, *velocities)]
         normal = axes[:, 2].copy()
-        if position is None and isinstance(entry, Contact):
+        if position is None and isinstance(entry, Contact | Rope):
             position = impact.mechanics.frame_placement(entry.frame).act(np.array(entry.at))
     pressed = local + np.array([0.0, 0.0, getattr(entry, "adhesion", 0.0)])
     normal_work, friction_work = _works(solution, i, touch.jacobian, velocities, local)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..robot.limits import outside_limits
 from ..robot.placing import Posture
-from ..scene import AppliedImpulse, Collision, Contact, JointImpulse, Scene
+from ..scene import AppliedImpulse, Collision, Contact, GapContact, JointImpulse, Rope, Scene
 
 if TYPE_CHECKING:
     from .gaps import ContactGap
@@ -59,6 +59,11 @@ def _of_contacts(scene: Scene, gaps: tuple[ContactGap, ...]) -> Iterator[str]:
                 yield f'{item.name}: {ends} inside the plane of "{entry.against}"'
         elif isinstance(entry, Collision):
             yield f'{item.name}: "{entry.first}" and "{entry.other}" overlap by {size}'
+        elif isinstance(entry, Rope):
+            longer = f"its length of {entry.length:g} m"
+            yield f'{item.name}: "{entry.frame}" and "{entry.other}" are {size} beyond {longer}'
+        elif isinstance(entry, GapContact):
+            yield f"{item.name}: its gap is {item.gap:.3g}"
         else:
             yield f'{item.name}: joint "{entry.joint}" is {size} past its limit'
 

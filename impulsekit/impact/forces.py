@@ -68,8 +68,7 @@ def on_both_ends(
     """What the rows of two frames give to both, (k,) ``impulse`` by row; forces likewise."""
     wrench = np.zeros(6)
     wrench[list(said.select)] = impulse
-    carrier, axes = said.carrying
-    axes = axes if carrier == 0 else placement_of(carrier).rotation @ axes
+    axes = said.axes_in_world(placement_of)
     wrench = np.concatenate([axes @ wrench[:3], axes @ wrench[3:]])
     yield at_point(placement_of, said.first, wrench, "world", name)
     other = said.other

@@ -10,9 +10,9 @@ import numpy as np
 
 from ..geometry.gaps import before_limit, nearest_points, over_plane
 from ..robot.placing import Posture
-from ..rows.contacts import AT_STOP
-from ..rows.entries import FramePair, Site, frame_pair
-from ..scene import Collision, Contact, FrameAnchor, JointStop, PointAnchor, Scene
+from ..rows.contacts import AT_STOP, is_taut
+from ..rows.entries import FramePair, FunctionRows, Site, frame_pair
+from ..scene import Collision, Contact, FrameAnchor, GapContact, JointStop, PointAnchor, Rope, Scene
 
 __all__ = ["AnchorOpening", "ContactGap", "anchor_openings", "contact_gaps"]
 
@@ -65,6 +65,13 @@ def _contact_gap(posture: Posture, entry: Any, name: str) -> ContactGap:
         return _before_stop(posture, entry, name)
     if isinstance(entry, Collision):
         return _between_bodies(posture, entry, name)
+    if isinstance(entry, GapContact):
+        said = FunctionRows(posture.robot, entry, name)
+        gap = float(said.value(posture.q)[0])
+        closing = -float(said.matrix_at(posture.q)[2] @ posture.v)
+        return ContactGap(name, gap, closing, touching=gap <= AT_STOP)
+    if isinstance(entry, Rope):
+        return _of_rope(posture, entry, name)
     return _over_plane(posture, entry, name)
 
 
@@ -86,6 +93,18 @@ def _over_plane(posture: Posture, entry: Contact, name: str) -> ContactGap:
     return ContactGap(name, over_plane(point, normal, origin), speed, touching=True)
 
 
+def _of_rope(posture: Posture, entry: Rope, name: str) -> ContactGap:
+    pair = frame_pair(posture.robot, entry)
+    ends = pair.first, pair.other
+    here, there = (_place(posture, site) for site in ends)
+    gap = entry.length - float(np.linalg.norm(here - there))
+    velocities = [
+        posture.velocity_at(site.joint_id, at) for site, at in zip(ends, (here, there), strict=True)
+    ]
+    closing = -float(_axes(posture, pair)[:, 2] @ (velocities[0] - velocities[1]))
+    return ContactGap(name, gap, closing, touching=is_taut(gap, entry.length))
+
+
 def _place(posture: Posture, site: Site) -> np.ndarray:
     """(3,) where a point is in the world."""
     return posture.joint(site.joint_id).act(site.placement.translation)
@@ -93,8 +112,7 @@ def _place(posture: Posture, site: Site) -> np.ndarray:
 
 def _axes(posture: Posture, pair: FramePair) -> np.ndarray:
     """(3, 3) the axes of a pair's rows in the world."""
-    joint_id, axes = pair.carrying
-    return posture.joint(joint_id).rotation @ axes
+    return pair.axes_in_world(posture.joint)
 
 
 def _before_stop(posture: Posture, entry: JointStop, name: str) -> ContactGap:

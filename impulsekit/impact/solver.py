@@ -18,6 +18,7 @@ from ..robot.massless import is_always_regular
 from ..rows.origin import Places
 from ..rows.reach import ReachedModel, reached_model, touched_joints
 from ..scene import Scene
+from ..scene.driven import scene_at
 from ..scene.kept import KeptByThread
 from .algorithms import ByAba, ByCrba, ByDenseCholesky, Rescaled, refuse_massless
 from .known import KnownImpulses
@@ -56,7 +57,7 @@ class ImpactSolver:
     def __init__(self, scene: Scene) -> None:
         if not isinstance(scene, Scene):
             raise InputError(f"solve takes a Scene, not {a_thing(scene)}")
-        self.scene = scene
+        self.scene = scene = scene_at(scene, 0.0)
         self._workspace = _Workspace(scene)
         self.plan = self._workspace.plan
 

@@ -127,6 +127,13 @@ class Entry(Generic[P, R]):
             if self.is_stored:
                 self.compile()
 
+    def wait(self, seconds: float) -> None:
+        """What it would have done took so long in another way [s]: compile it when that pays."""
+        if self._code is None:
+            self._spent += seconds
+            if self._spent > self._limit:
+                self._weigh()
+
     def compile(self) -> Callable[P, R]:
         """The compiled code, compiled now or loaded from disk."""
         with _lock:

@@ -35,6 +35,12 @@ def begin(now: Present, striking: Striking) -> None:
     meets = bool(now.scene.impulses)
     if now.gaps is not None:
         gap, _ = now.gaps.everything(now.q, now.v)
+        if now.gaps.has_conditions:
+            for i in np.flatnonzero(gap <= TOUCHING).tolist():
+                if not now.gaps.counts(i, now.q, now.v):
+                    if gap[i] < -TOUCHING:
+                        now.passing.add(i)
+                    gap[i] = np.inf
         _refuse_penetration(now, gap)
         now.base = np.minimum(gap, 0.0)
         touching = np.flatnonzero(gap <= TOUCHING).tolist()

@@ -7,7 +7,7 @@ advances by what is surely free of contact (``advancing``).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -46,6 +46,7 @@ def first_crossing(
     base: np.ndarray,
     resting: Sequence[int],
     window: float,
+    passing: Collection[int] = (),
 ) -> Crossing | None:
     """The first closing of a gap in a step.
 
@@ -56,12 +57,13 @@ def first_crossing(
         base: (m,) what counts as zero of each gap [m].
         resting: the indices of gaps that are closed and stay so.
         window: gaps that close this soon after the first count as closing with it [s].
+        passing: the indices of gaps that are below zero, and looked at for when they open.
     """
     watched = np.ones(len(gaps.items), dtype=bool)
     watched[list(resting)] = False
     if not watched.any():
         return None
-    search = _Search(gaps, states, base, watched)
+    search = _Search(gaps, states, base, watched, passing)
     nodes = nodes_between(start, end)
     seen = [states(t) for t in nodes]
     windows = gaps.turning.windows([v for _, v in seen], start, end)
@@ -78,7 +80,17 @@ def first_crossing(
 class _Search:
     """The first gap that closes in a window of time."""
 
-    def __init__(self, gaps: Gaps, states: States, base: np.ndarray, watched: np.ndarray) -> None:
+    def __init__(
+        self,
+        gaps: Gaps,
+        states: States,
+        base: np.ndarray,
+        watched: np.ndarray,
+        passing: Collection[int],
+    ) -> None:
+        # What opens is what closes upside down.
+        self._signs = np.ones(len(base))
+        self._signs[sorted(passing)] = -1.0
         self._gaps, self._states, self._base = gaps, states, base
         self._watched = np.flatnonzero(watched).tolist()
         self._rated = np.flatnonzero(watched & gaps.rated)
@@ -103,8 +115,8 @@ class _Search:
                 known.append(self._gaps.pose(joint_id))
         first, found = np.inf, -1
         if rated:
-            own = values[:, rated] - self._base[rated]
-            first, found = self._first_rated(times, own, rates[:, rated])
+            own = (values[:, rated] - self._base[rated]) * self._signs[rated]
+            first, found = self._first_rated(times, own, rates[:, rated] * self._signs[rated])
         if self._others:
             motions = {j: BodyMotion(times, known) for j, known in poses.items()}
             for i in self._others:
@@ -119,7 +131,7 @@ class _Search:
         together = {found}
         for i in self._watched:
             speed = -rate[i] if self._gaps.rated[i] else self._speeds.get(i, 0.0)
-            if speed > 0.0 and gap[i] - self._base[i] <= speed * window:
+            if self._signs[i] > 0.0 and speed > 0.0 and gap[i] - self._base[i] <= speed * window:
                 together.add(i)
         return tuple(sorted(together))
 
@@ -147,7 +159,8 @@ class _Search:
     def _nodes_of(self, i: int) -> Callable[[float], Node]:
         def node(t: float) -> Node:
             gap, rate = self._gaps.measure(*self._states(t), (i,))
-            return Node(t, float(gap[i] - self._base[i]), float(rate[i]))
+            sign = float(self._signs[i])
+            return Node(t, sign * float(gap[i] - self._base[i]), sign * float(rate[i]))
 
         return node
 

@@ -87,7 +87,7 @@ def _of_velocities(now: Present, chosen: list[Place]) -> None:
     rows, wanted = [], []
     if held is not None:
         rows.append(held.matrix(held.data, now.q))
-        wanted.append(held.velocity)
+        wanted.append(held.velocity_at(now.t))
     if gaps is not None and chosen:
         matrix = gaps.rows(now.resting.contacts, now.q)
         _, kept = _there(now, chosen)

@@ -85,6 +85,11 @@ class Dynamics:
         self.evaluations = 0
         self.borne: BilateralSolution | None = None
 
+    @property
+    def needs_rows(self) -> bool:
+        """Whether constraints, or a mass matrix that is not regular, ask for rows."""
+        return self.held is not None or self._no_aba or self._singular
+
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(nv,) v̇.
 
@@ -180,7 +185,7 @@ class Dynamics:
             return np.full(model.nv, np.nan)
         held = self.held
         rows = np.empty((0, model.nv)) if held is None else held.matrix(data, q)
-        wanted = np.empty(0) if held is None else -held.bias(moving)
+        wanted = np.empty(0) if held is None else held.rate_at(t) - held.bias(moving, q, v)
         factor = self._factor(q, rows)
         if isinstance(factor, FilledFactor):
             load = factor.filled_impulse(load, wanted)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["ExplicitStepper", "StepFailed"]
+__all__ = ["ExplicitStepper", "Output", "Rhs", "StepFailed"]
 
 Rhs = Callable[[float, np.ndarray], np.ndarray]
 
@@ -29,7 +29,7 @@ class StepFailed(Exception):
     """No step is short enough. Internal: a motion ends with a status instead."""
 
 
-class _Output:
+class Output:
     """y within a step: y₀ + x (F₀ + (1 − x) (F₁ + x (F₂ + (1 − x) (F₃ + …))))."""
 
     def __init__(self, start: float, length: float, y: np.ndarray, powers: np.ndarray) -> None:
@@ -84,7 +84,7 @@ class ExplicitStepper:
         """Go on from the same time, slightly moved."""
         self.y, self.f = y, f
 
-    def step(self, longest: float) -> _Output:
+    def step(self, longest: float) -> Output:
         """One step of at most ``longest`` [s]; its dense output.
 
         Raises:
@@ -101,11 +101,7 @@ class ExplicitStepper:
             until = min(t + length, self._end)
             h = until - t
             length = h
-            for s, c, a in self._stages:
-                slopes[s] = self._rhs(t + c * h, y + np.dot(slopes[:s].T, a) * h)
-            after = y + h * np.dot(slopes[:count].T, self._last)
-            slopes[count] = self._rhs(t + h, after)
-            error = self._error(slopes[: count + 1], h, y, after)
+            after, error = self._try(t, h, y)
             if error < 1.0:
                 grown = LONGER if error == 0.0 else SAFETY * error ** (-1.0 / (ORDER + 1))
                 self._length = length * min(1.0 if rejected else LONGER, grown)
@@ -116,7 +112,16 @@ class ExplicitStepper:
         self.t, self.y, self.f = until, after, slopes[count].copy()
         return output
 
-    def _output(self, t: float, h: float, y: np.ndarray, after: np.ndarray) -> _Output:
+    def _try(self, t: float, h: float, y: np.ndarray) -> tuple[np.ndarray, float]:
+        """(2 nv,) y after a step, and its error in units of what is allowed."""
+        slopes, count = self._slopes, self._count
+        for s, c, a in self._stages:
+            slopes[s] = self._rhs(t + c * h, y + np.dot(slopes[:s].T, a) * h)
+        after = y + h * np.dot(slopes[:count].T, self._last)
+        slopes[count] = self._rhs(t + h, after)
+        return after, self._error(slopes[: count + 1], h, y, after)
+
+    def _output(self, t: float, h: float, y: np.ndarray, after: np.ndarray) -> Output:
         slopes, count = self._slopes, self._count
         for s, c, a in self._more:
             slopes[s] = self._rhs(t + c * h, y + np.dot(slopes[:s].T, a) * h)
@@ -125,7 +130,7 @@ class ExplicitStepper:
         powers[0], powers[1] = change, h * begin - change
         powers[2] = 2.0 * change - h * (slopes[count] + begin)
         powers[3:] = h * np.dot(self._power, slopes)
-        return _Output(t, h, y, powers)
+        return Output(t, h, y, powers)
 
     def _error(self, slopes: np.ndarray, h: float, y: np.ndarray, after: np.ndarray) -> float:
         """The error of a step in units of what is allowed."""

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from .chart import Chart
+from .compiled_stepper import CompiledStepper, mover_of
 from .footing import Footing
 from .path import Path
 from .present import Present, Stopped
 from .rest_law import RestNotSolved
 from .status import MotionStatus
-from .steppers import Dense, stepper_of
+from .steppers import Dense, Stepper, stepper_of
 from .watching import ForceWatch
 
 __all__ = ["Flight", "Step"]
@@ -60,13 +61,16 @@ class Flight:
         self._until = settings.duration
         self.path = Path(present.model)
         self.steps = 0
-        self._stepper = stepper_of(
-            settings.method,
-            self._rates,
-            settings.rtol,
-            settings.atol,
-            settings.step,
-        )
+        self._stepper = self._made_stepper()
+
+    def _made_stepper(self) -> Stepper:
+        now, settings = self._present, self._present.settings
+        if settings.method == "dop853":
+            mover = mover_of(now.scene, now.dynamics, self._chart)
+            if mover is not None:
+                tolerances = settings.rtol, settings.atol
+                return CompiledStepper(self._rates, *tolerances, mover, self._watch.within)
+        return stepper_of(settings.method, self._rates, settings.rtol, settings.atol, settings.step)
 
     def restart(self, first: float | None = None) -> None:
         """Go on from the present state, as after an event.
@@ -149,6 +153,19 @@ class Flight:
                     longest = SHORTER * min(longest, LONG)
                     stepper.reset(t, y, longest, self._until)
             return stepper.step(longest)
+
+    def look(self, step: Step, base: np.ndarray, resting: Sequence[int]) -> tuple[bool, bool]:
+        """Whether a gap may close in the last step, and whether a resting point may stop or lift.
+
+        Args:
+            step: the last one.
+            base: (m,) what counts as zero of each gap [m].
+            resting: the indices of gaps that are closed and stay so.
+        """
+        stepper = self._stepper
+        if isinstance(stepper, CompiledStepper):
+            return stepper.look(step.start, step.end, base, resting)
+        return True, bool(resting)
 
     def take(self, step: Step) -> None:
         """Go to the end of a step."""

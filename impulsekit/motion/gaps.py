@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from operator import is_not
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
 
 from ..rows.reach import ReachedModel
-from ..scene import Collision, Contact, JointStop, Scene
+from ..scene import Collision, Contact, GapContact, JointStop, Rope, Scene
+from ..scene.functions import numbers_from
 from .memory import Memory
 from .points import Table, TableRow, gaps_and_rates, table_of
 from .pressed import rows_and_bias
-from .rated_gaps import PlaneGap, StopGap
+from .rated_gaps import FunctionGap, PlaneGap, RopeGap, StopGap
 from .windows import Turning
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ class Gaps:
     Attributes:
         items: one by one.
         entries: (m,) the contact each belongs to.
-        rated: (m,) whether a gap comes with its rate.
+        rated: (m,) whether a gap comes with its rate. tabled: (m,) whether compiled code has it.
         turning: how fast bodies turn.
     """
 
@@ -64,6 +65,11 @@ class Gaps:
         for i, entry in enumerate(scene.contacts):
             if isinstance(entry, Contact):
                 self.items.append(PlaneGap(scene.robot, reached, entry, i))
+            elif isinstance(entry, GapContact):
+                name = scene.entry_names("contacts")[i]
+                self.items.append(FunctionGap(scene.robot, entry, i, name))
+            elif isinstance(entry, Rope):
+                self.items.append(RopeGap(scene.robot, reached, entry, i))
             elif isinstance(entry, JointStop):
                 limits = entry.limits(scene.robot)
                 self.items += [
@@ -80,8 +86,20 @@ class Gaps:
         self.rated = np.array([item.has_rate for item in self.items], dtype=bool)
         self._all_rated = bool(self.rated.all())
         self.turning = Turning(reached.model)
+        self._conditions: dict[int, tuple[Callable[[Any, Any], Any], str]] = {
+            i: (entry.active, name)
+            for i, (entry, name) in enumerate(
+                (scene.contacts[item.entry], scene.entry_names("contacts")[item.entry])
+                for item in self.items
+            )
+            if getattr(entry, "active", None) is not None
+        }
         self._memory: Memory | None = None
-        rows = [row for item in self.items if item.has_rate for row in item.in_table()]
+        # Functions of users have rates, but are in no table.
+        self._functions = [i for i, item in enumerate(self.items) if isinstance(item, FunctionGap)]
+        self.tabled = self.rated.copy()
+        self.tabled[self._functions] = False
+        rows = [row for i in np.flatnonzero(self.tabled) for row in self.items[i].in_table()]
         self._rated_table = table_of(rows) if rows else None
         self._tables: dict[tuple[int, ...], _KnownTable] = {}
 
@@ -89,6 +107,36 @@ class Gaps:
     def data(self) -> pin.Data:
         """A workspace, with placements and velocities of the state measured last."""
         return self._shown.data
+
+    def counts(self, i: int, q: np.ndarray, v: np.ndarray) -> bool:
+        """Whether a gap that closes at a state is a contact by the condition of its entry.
+
+        Raises:
+            CallbackError, ShapeError, NotFiniteError: the user's function failed.
+        """
+        found = self._conditions.get(i)
+        if found is None:
+            return True
+        return bool(numbers_from(found[0], f"{found[1]}: active", 1, q, v)[0] > 0.0)
+
+    @property
+    def has_conditions(self) -> bool:
+        """Whether some contacts count only while a condition holds."""
+        return bool(self._conditions)
+
+    @property
+    def rated_table(self) -> Table | None:
+        """The gaps that come with a rate."""
+        return self._rated_table
+
+    def are_rated(self, contacts: Sequence[RestingContact]) -> bool:
+        """Whether the gaps of contacts come with their rates."""
+        return self._all_rated or all(self.rated[contact.gap] for contact in contacts)
+
+    @property
+    def all_rated(self) -> bool:
+        """Whether every gap comes with its rate."""
+        return self._all_rated
 
     @property
     def _shown(self) -> Memory:
@@ -119,7 +167,9 @@ class Gaps:
             if own.shape[1] == count:
                 found = own
             else:
-                found[:, self.rated] = own
+                found[:, self.tabled] = own
+        for i in self._functions:
+            found[:, i] = self.items[i].gap_and_rate(q, v)
         if which is not None and not self._all_rated:
             for i in which:
                 if not self.rated[i]:

@@ -3,7 +3,8 @@
 What holds, and how it is kept from drifting:
 
 - rows keep the velocity that the scene prescribes (zero, a number, or what it is at the
-  start for "kept"), so relative positions keep their value at the start, or move evenly;
+  start for "kept"), so relative positions keep their value at the start, or move evenly, or
+  as a function of time says;
 - that is enforced on accelerations, on velocities after every step, and on positions
   wherever the rows determine one: anchors of three directions or more, hinges, sliders
   with their rotation held, locks, and couplings of joints that are no continuous ones;
@@ -22,10 +23,12 @@ import numpy as np
 import pinocchio as pin
 
 from ..rows.constraints import ConstraintRows
-from ..rows.entries import JointRows
+from ..rows.entries import FunctionRows, JointRows
 from ..rows.pair import Pair
 from ..rows.reach import ReachedModel
 from ..scene import Scene
+from ..scene.driven import is_driven, scene_at
+from .driven_rows import DrivenRows
 
 __all__ = ["CLOSED", "HeldRows"]
 
@@ -48,10 +51,20 @@ class HeldRows:
 
     def __init__(self, scene: Scene, reached: ReachedModel) -> None:
         self._model = reached.model
-        self._rows = ConstraintRows.of(scene, reached, "constraints")
+        self._rows = ConstraintRows.of(scene_at(scene, 0.0), reached, "constraints")
         self.names = self._rows.names
         self.velocity = self._rows.velocity.copy()
         self.kept, self.triples = self._rows.kept, self._rows.triples
+        self._driven = [
+            DrivenRows(entry, name, where)
+            for entry, name, where in zip(
+                scene.constraints,
+                scene.entry_names("constraints"),
+                self._rows.slices,
+                strict=True,
+            )
+            if is_driven(entry)
+        ]
         self._drifts: list[Drift] = []
         # Drift is looked at with a workspace of its own.
         self._data: pin.Data | None = None
@@ -63,14 +76,35 @@ class HeldRows:
         self.velocity = self._rows.target(before).copy()
         pin.forwardKinematics(self._model, self._data, q)
         self._drifts = []
+        driven = {own.where.start: own for own in self._driven}
         for block, where in zip(self._rows.blocks, self._rows.slices, strict=True):
             speed, said = self.velocity[where], block.said
-            if block.pair is not None:
+            if where.start in driven:
+                self._drifts += driven[where.start].drifts(self._model, said, q)
+            elif block.pair is not None:
                 self._drifts += _drifts_of_pair(self, block.pair, where.start, speed)
+            elif isinstance(said, FunctionRows):
+                self._drifts.append((where, _drift_of_functions(said, q, speed)))
             elif isinstance(said, JointRows) and said.whole_joint:
                 self._drifts.append((where, self._drift_of_joint(said, q, speed)))
             elif isinstance(said, JointRows):
                 self._drifts += self._drift_of_joints(said, q, speed, where)
+
+    def velocity_at(self, t: float) -> np.ndarray:
+        """(m,) what the rows' velocities are kept at, at a time [s]."""
+        if not self._driven:
+            return self.velocity
+        velocity = self.velocity.copy()
+        for own in self._driven:
+            velocity[own.where] = own.velocity(t)
+        return velocity
+
+    def rate_at(self, t: float) -> np.ndarray:
+        """(m,) how fast these velocities change."""
+        rate = np.zeros(len(self.names))
+        for own in self._driven:
+            rate[own.where] = own.acceleration(t)
+        return rate
 
     def matrix(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(m, nv) A at q."""
@@ -80,9 +114,9 @@ class HeldRows:
         """(m, nv) the size of the terms that make up A."""
         return self._rows.magnitude(data, q)
 
-    def bias(self, data: pin.Data) -> np.ndarray:
+    def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(m,) Ȧ v; ``data`` with accelerations at zero joint acceleration."""
-        return self._rows.bias(data)
+        return self._rows.bias(data, q, v)
 
     def drift(self, q: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
         """(k,) how far coordinates are off at a time, and (k,) the rows they belong to."""
@@ -131,8 +165,17 @@ class HeldRows:
         return [(where, lambda q, t: factors.dot(q) - start - speed * t)]
 
 
+def _drift_of_functions(said: FunctionRows, q: np.ndarray, speed: np.ndarray) -> Callable:
+    start = said.value(q)
+    if np.abs(start).max() < CLOSED:
+        start = np.zeros(len(start))
+    return lambda q, t: said.value(q) - start - speed * t
+
+
 def _drifts_of_pair(held: HeldRows, pair: Pair, first_row: int, speed: np.ndarray) -> list[Drift]:
     """What the rows of two frames determine of their places, which are in ``held.data``."""
+    if pair.said.carrier == "line":
+        return [([first_row], _distance_drift(held, pair, float(speed[0])))]
     linear, angular = pair.said.linear, pair.said.angular
     first, other = (placement.copy() for placement in pair.placements(held.data))
     drifts: list[Drift] = []
@@ -147,6 +190,17 @@ def _drifts_of_pair(held: HeldRows, pair: Pair, first_row: int, speed: np.ndarra
         if turned is not None:
             drifts.append((rows[len(linear) :], turned))
     return drifts
+
+
+def _distance_drift(held: HeldRows, pair: Pair, speed: float) -> Callable:
+    """How far two points are from the distance that they keep."""
+
+    def distance() -> float:
+        one, two = pair.placements(held.data)
+        return float(np.linalg.norm(one.translation - two.translation))
+
+    start = distance()
+    return lambda q, t: np.array([distance() - start - speed * t])
 
 
 def _linear_drift(

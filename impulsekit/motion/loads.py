@@ -19,7 +19,7 @@ import pinocchio as pin
 from ..impact.forces import BodyImpulse, on_both_bodies, on_both_ends
 from ..impact.reactions import transmitted
 from ..rows.entries import FramePair, frame_pair, rows_of_entry
-from ..scene import Actuator, AppliedForce, Collision, Contact, JointSpring, Scene
+from ..scene import Actuator, AppliedForce, Collision, Contact, JointSpring, Rope, Scene
 from .dynamics import Dynamics
 from .force_field import ForceField
 from .rated_gaps import StopGap
@@ -245,7 +245,7 @@ class LoadsOfMotion:
     def bodies_of_contact(self, entry: int) -> tuple[tuple[int, int], tuple[int, int]]:
         """The joints and the frames of both bodies of a contact that is no stop."""
         robot, contact = self.scene.robot, self.scene.contacts[entry]
-        if isinstance(contact, Contact):
+        if isinstance(contact, Contact | Rope):
             said = frame_pair(robot, contact)
             ends = said.first, said.other
             return (

@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from .points import Kinematics
 
-__all__ = ["Memory"]
+__all__ = ["Memory", "order_of_speeds"]
 
 # Of a placement: the rotation, column by column, then the translation. Of a motion: linear
 # before angular.
@@ -47,23 +47,29 @@ class Memory:
         self.jacobian = data.J.reshape(MOTION, data.J.size // MOTION, order="F").T
         self.factor, self.mass = data.U.T, data.M.T
         self.pivots, self.bias = data.D, data.nle
-        self.last = np.array([model.idx_vs[j] + model.nvs[j] - 1 for j in range(count)])
-        self.last[0] = -1
-        self.before = np.full(model.nv, -1)
-        self.branch = np.zeros(model.nv, dtype=int)
-        for j in range(1, count):
-            first, parent = model.idx_vs[j], model.parents[j]
-            # A joint without speeds of its own goes on with those of its parent.
-            if model.nvs[j] == 0:
-                self.last[j] = self.last[parent]
-            for row in range(first, first + model.nvs[j]):
-                self.before[row] = row - 1 if row > first else self.last[parent]
-                above = self.before[row]
-                self.branch[row] = self.branch[above] if above >= 0 else row
+        self.last, self.before, self.branch = order_of_speeds(model)
         self.kinematics: Kinematics | None = None
         if len(self.jacobian) == model.nv:
             shown = self.places, self.speeds, self.rates, self.jacobian
             self.kinematics = Kinematics(*shown, self.last, self.before)
+
+
+def order_of_speeds(model: pin.Model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """``last`` (njoints,), ``before`` (nv,) and ``branch`` (nv,), as ``Memory`` has them."""
+    count = model.njoints
+    last = np.array([model.idx_vs[j] + model.nvs[j] - 1 for j in range(count)])
+    last[0] = -1
+    before, branch = np.full(model.nv, -1), np.zeros(model.nv, dtype=int)
+    for j in range(1, count):
+        first, parent = model.idx_vs[j], model.parents[j]
+        # A joint without speeds of its own goes on with those of its parent.
+        if model.nvs[j] == 0:
+            last[j] = last[parent]
+        for row in range(first, first + model.nvs[j]):
+            before[row] = row - 1 if row > first else last[parent]
+            above = before[row]
+            branch[row] = branch[above] if above >= 0 else row
+    return last, before, branch
 
 
 def _rows(vector: Any, part: Any, count: int, width: int) -> np.ndarray:

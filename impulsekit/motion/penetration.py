@@ -29,6 +29,7 @@ class Penetration:
         self._deepest = np.empty(0)
         if now.gaps is not None:
             gap, _ = now.gaps.everything(now.q, now.v)
+            gap[sorted(now.passing)] = 0.0
             self._deepest = np.minimum(gap, 0.0) - _allowed(now.gaps)
 
     def refuse(self) -> None:
@@ -41,6 +42,7 @@ class Penetration:
         if gaps is None or not len(self._deepest):
             return
         gap, _ = gaps.everything(now.q, now.v)
+        gap[sorted(now.passing)] = 0.0
         worst = int(np.argmin(gap - self._deepest))
         if gap[worst] < self._deepest[worst]:
             name = now.scene.entry_names("contacts")[gaps.entries[worst]]

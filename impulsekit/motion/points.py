@@ -8,6 +8,9 @@ moves over the plane in the other with ω_p, n and o:
 with v_p, a_p of the point of the plane's body that coincides with it. Two edges that cross: see
 ``geometry.held_points``, tips of round bodies: ``geometry.held_tips``, which have the formulas. A
 joint before its limit has a row of its own.
+Two points x and y on a rope of length l pull along n = (x − y)/|x − y|:
+
+    g = l − |x − y|,   u_n = −n·(v_x − v_y) = −n·w,   u̇_n = −n·(a_x − a_y) − (w² − (n·w)²)/|x − y|.
 """
 
 from __future__ import annotations
@@ -24,6 +27,7 @@ __all__ = [
     "CROSSING",
     "MOST",
     "PLANE",
+    "ROPE",
     "STOP",
     "TIP",
     "Kinematics",
@@ -36,7 +40,7 @@ __all__ = [
 ]
 
 # Kinds of points.
-PLANE, CROSSING, STOP, TIP = 0, 1, 2, 3
+PLANE, CROSSING, STOP, TIP, ROPE = 0, 1, 2, 3, 4
 # So many numbers say the most of a point.
 MOST = 21
 
@@ -61,12 +65,13 @@ class Table(NamedTuple):
 
     Attributes:
         whole: (n, 3) kind; the joints of the point and of its plane, or of both edges; of a
-            stop where its speed is in v and it in q.
+            stop where its speed is in v and it in q; of a rope those of its ends.
         numbers: (n, 21) of a plane: the point (3) in its joint, R (9) in the plane's joint column
             by column, the origin (3) there, and s. Of a tip: the same of its middle, the radius of
             the ball around it, that of the rim, and the rim's axis (3). Of edges: a point (3) and
             the direction (3) of each in its joint, both lengths, the sign of n, and the least
-            sine. Of a stop its row's entry, the sign, and the limit.
+            sine. Of a stop its row's entry, the sign, and the limit. Of a rope both ends in their
+            joints, and how long it is.
     """
 
     whole: np.ndarray
@@ -228,6 +233,18 @@ def crossing(
 
 
 @compiled
+def rope(table: Table, i: int, places: np.ndarray) -> tuple[Vector, Vector, Vector, float]:
+    """Both ends of a rope, the direction from the second to the first, and how far that is."""
+    one, two, numbers = table.whole[i, 1], table.whole[i, 2], table.numbers[i]
+    here = along(origin(places, one), 1.0, turned(places, one, three(numbers, 0)))
+    there = along(origin(places, two), 1.0, turned(places, two, three(numbers, 3)))
+    between = along(here, -1.0, there)
+    # Ends that meet have no direction: a slack rope, nothing comes of it.
+    length = max(math.sqrt(dot(between, between)), 1e-300)
+    return here, there, (between[0] / length, between[1] / length, between[2] / length), length
+
+
+@compiled
 def axes_of_crossing(e: Vector, turn: Vector, square: float) -> tuple[Vector, Vector, Vector]:
     """(e, n × e, n)."""
     size = math.sqrt(square)
@@ -267,6 +284,11 @@ def write_rows(table: Table, kinematics: Kinematics, rows: np.ndarray) -> None:
             axes = (axis(table, i, 0, places), axis(table, i, 1, places), axis(table, i, 2, places))
             _add_rows(kinematics, one, sign, point, axes, own)
             _add_rows(kinematics, two, -sign, point, axes, own)
+        elif kind == ROPE:
+            here, there, n, _ = rope(table, i, places)
+            axes = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), n)
+            _add_rows(kinematics, one, -1.0, here, axes, own)
+            _add_rows(kinematics, two, 1.0, there, axes, own)
         else:
             e, _, turn, square, here, there, _, _ = crossing(table, i, places)
             middle = along(here, 0.5, along(there, -1.0, here))
@@ -284,6 +306,14 @@ def write_bias(table: Table, kinematics: Kinematics, bias: np.ndarray) -> None:
         at = 3 * i
         if kind == STOP:
             bias[at], bias[at + 1], bias[at + 2] = 0.0, 0.0, 0.0
+        elif kind == ROPE:
+            here, there, n, length = rope(table, i, places)
+            velocity, rate = moving(kinematics, one, here)
+            below, below_rate = moving(kinematics, two, there)
+            w = along(velocity, -1.0, below)
+            across = dot(w, w) - dot(n, w) ** 2
+            bias[at], bias[at + 1] = 0.0, 0.0
+            bias[at + 2] = -dot(n, along(rate, -1.0, below_rate)) - across / length
         elif kind == PLANE:
             point, sign = point_of(table, i, places), table.numbers[i, 15]
             velocity, rate = moving(kinematics, one, point)
@@ -349,6 +379,13 @@ def gaps_and_rates(
         one, two, numbers = table.whole[i, 1], table.whole[i, 2], table.numbers[i]
         if table.whole[i, 0] == STOP:
             found[0, i], found[1, i] = numbers[1] * (q[two] - numbers[2]), numbers[1] * v[one]
+            continue
+        if table.whole[i, 0] == ROPE:
+            here, there, n, length = rope(table, i, places)
+            apart = along(
+                _velocity(places, speeds, one, here), -1.0, _velocity(places, speeds, two, there)
+            )
+            found[0, i], found[1, i] = numbers[6] - length, -dot(n, apart)
             continue
         point, normal = point_of(table, i, places), axis(table, i, 2, places)
         ground = along(origin(places, two), 1.0, turned(places, two, three(numbers, 12)))

@@ -62,6 +62,7 @@ class Present:
         dynamics: its accelerations; ``model``, ``gaps``, ``held`` and ``resting`` are its own.
         t: [s]. q: (nq,). v: (nv,).
         base: (m,) what counts as zero of each gap [m].
+        passing: the gaps whose points pass through what does not count as a contact now.
         impacts: (time, impact) up to now.
         rests: those that are over.
         soft: by gap, how often it was met below its capture speed in quick succession, and when
@@ -82,6 +83,8 @@ class Present:
         self.resting.negligible = NO_SPEED / max(settings.duration, 1.0)
         self.t, self.q, self.v = 0.0, q, v
         self.base = np.zeros(0 if self.gaps is None else len(self.gaps.items))
+        # Gaps whose points pass through, for their contacts do not count: until they come out.
+        self.passing: set[int] = set()
         self.impacts: list[tuple[float, Impact]] = []
         self.rests: list[Rest] = []
         self.soft: dict[int, tuple[int, float]] = {}
@@ -138,6 +141,23 @@ class Present:
         if self.gaps is not None:
             gap, _ = self.gaps.everything(self.q, self.v)
             self.base = np.minimum(gap, 0.0)
+            self.base[sorted(self.passing)] = 0.0
+
+    def let_pass(self, closing: Iterable[int]) -> tuple[int, ...]:
+        """Of gaps that close, or open again, now: those that are met; others pass through."""
+        gaps, met = self.gaps, []
+        for i in closing:
+            if gaps is None:
+                break
+            if i in self.passing:
+                self.passing.discard(i)
+                self.base[i] = 0.0
+            elif gaps.counts(i, self.q, self.v):
+                met.append(i)
+            else:
+                self.passing.add(i)
+                self.base[i] = 0.0
+        return tuple(met)
 
     def entries_of(self, gaps: Iterable[int]) -> set[int]:
         """The scene's contacts to which gaps belong."""

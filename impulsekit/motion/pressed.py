@@ -15,7 +15,7 @@ from ..laws.compiled import compiled, entry
 from ..laws.resting import forces_at_rest
 from .points import MOST, Kinematics, Table, write_bias, write_rows
 
-__all__ = ["Factor", "Sliding", "pressed", "rows_and_bias"]
+__all__ = ["Factor", "Sliding", "is_safe", "pressed", "rows_and_bias", "solve_mass"]
 
 
 class Factor(NamedTuple):
@@ -104,9 +104,8 @@ def pressed(
     """
     nv, n = len(load), len(table.whole)
     rows, bias = np.empty((3 * n, nv)), np.empty(3 * n)
-    for i in range(nv):
-        if not factor.pivots[i] > factor.least * factor.mass[i, i]:
-            return -1.0, load, bias, bias, bias
+    if not is_safe(factor):
+        return -1.0, load, bias, bias, bias
     write_rows(table, kinematics, rows)
     write_bias(table, kinematics, bias)
     slip = np.zeros(3 * n)
@@ -137,6 +136,22 @@ def pressed(
         start[k] += pushed[k]
     _from_half(factor, start)
     return residual, start, forces, accelerations, slip
+
+
+@compiled
+def is_safe(factor: Factor) -> bool:
+    """Whether no pivot is rounding."""
+    for i in range(len(factor.pivots)):
+        if not factor.pivots[i] > factor.least * factor.mass[i, i]:
+            return False
+    return True
+
+
+@compiled
+def solve_mass(factor: Factor, x: np.ndarray) -> None:
+    """x ← M⁻¹ x."""
+    _halve(factor, x)
+    _from_half(factor, x)
 
 
 @compiled

@@ -6,13 +6,13 @@ import numpy as np
 import pinocchio as pin
 
 from ..robot import Robot
-from ..rows.entries import frame_pair, joint_rows
+from ..rows.entries import FunctionRows, frame_pair, joint_rows
 from ..rows.pair import Pair
 from ..rows.reach import ReachedModel
-from ..scene import Contact, JointStop
-from .points import PLANE, STOP, TableRow
+from ..scene import Contact, GapContact, JointStop, Rope
+from .points import PLANE, ROPE, STOP, TableRow
 
-__all__ = ["PlaneGap", "StopGap"]
+__all__ = ["FunctionGap", "PlaneGap", "RopeGap", "StopGap"]
 
 
 class PlaneGap:
@@ -65,6 +65,82 @@ class PlaneGap:
     def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """(3,) the rows' rates at zero joint acceleration."""
         return self._pair.bias(data)
+
+
+class RopeGap:
+    """Two points on a rope: its length − |p − o|, and the rate of that."""
+
+    has_rate = True
+    held = None
+    friction = 0.0
+
+    def __init__(self, robot: Robot, reached: ReachedModel, entry: Rope, index: int) -> None:
+        self.entry, self._length = index, entry.length
+        self._pair = Pair(reached, frame_pair(robot, entry))
+        ends = (self._pair.first, self._pair.other)
+        self._arms = sum(_arms(reached.model, end.frame_id) for end in ends) + entry.length
+
+    def in_table(self) -> list[TableRow]:
+        """The rope as the row of a table."""
+        first, other, numbers = self._pair.first, self._pair.other, np.zeros(16)
+        numbers[:3], numbers[3:6] = first.placement.translation, other.placement.translation
+        numbers[6] = self._length
+        return [(ROPE, first.joint_id, other.joint_id, numbers)]
+
+    def size(self, data: pin.Data) -> float:
+        """Of the terms whose sum a gap near zero is [m]; ``data`` with placements."""
+        first = self._pair.first
+        place = data.oMi[first.joint_id].act(first.placement.translation)
+        return float(np.abs(place).max()) + self._arms
+
+    def spots(self, data: pin.Data) -> list[tuple[np.ndarray, np.ndarray]]:
+        """(3,) the first end and (3, 3) its axes, n along the rope; ``data`` with placements."""
+        point, _ = self._pair.placements(data)
+        return [(point.translation.copy(), self._pair.axes(data))]
+
+    def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
+        """(3, nv), of which only the normal row is used; ``data`` with joint Jacobians."""
+        rows = self._pair.rows(data)
+        rows[:2] = 0.0
+        return rows
+
+    def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """(3,) the rows' rates at zero joint acceleration."""
+        return self._pair.bias(data)
+
+
+class FunctionGap:
+    """A gap that is a function of q, and the rate of that."""
+
+    has_rate = True
+    held = None
+
+    def __init__(self, robot: Robot, entry: GapContact, index: int, name: str) -> None:
+        self.entry, self.friction = index, entry.friction
+        self.said = FunctionRows(robot, entry, name)
+
+    def in_table(self) -> None:
+        """No compiled code knows it."""
+
+    def gap_and_rate(self, q: np.ndarray, v: np.ndarray) -> tuple[float, float]:
+        """The gap and its rate at a state."""
+        return float(self.said.value(q)[0]), float(self.said.matrix_at(q)[2].dot(v))
+
+    def size(self, data: pin.Data) -> float:
+        """Of the terms whose sum a gap near zero is: not known, of the order of 1 [m]."""
+        return 1.0
+
+    def spots(self, data: pin.Data) -> list[tuple[None, np.ndarray]]:
+        """No place in the world; its forces are told by row."""
+        return [(None, np.eye(3))]
+
+    def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
+        """(3, nv)."""
+        return self.said.matrix_at(q)
+
+    def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """(3,) the rows' rates at zero joint acceleration."""
+        return self.said.bias(q, v)
 
 
 class StopGap:

@@ -175,18 +175,25 @@ class Run:
         if gaps is None:
             return False
         resting = [c.gap for c in now.resting.contacts]
-        crossing = first_crossing(
-            gaps,
-            step.states,
-            step.start,
-            step.end,
-            now.base,
-            resting,
-            self._settings.together,
-        )
+        closes, stops = self._flight.look(step, now.base, resting)
+        closes |= bool(now.passing)
+        if not (closes or stops):
+            return False
+        crossing = None
+        if closes:
+            crossing = first_crossing(
+                gaps,
+                step.states,
+                step.start,
+                step.end,
+                now.base,
+                resting,
+                self._settings.together,
+                now.passing,
+            )
         until = step.end if crossing is None else crossing.t
         stop = None
-        if resting and until > step.start:
+        if stops and resting and until > step.start:
             stop = first_stop(
                 gaps,
                 now.resting,
@@ -211,7 +218,13 @@ class Run:
                 self._flight.restart()
         elif crossing is not None:
             self._flight.take_until(step, crossing.t)
-            self._meet(crossing.gaps)
+            met = crossing.gaps
+            if gaps.has_conditions:
+                met = now.let_pass(met)
+            if met:
+                self._meet(met)
+            else:
+                self._flight.restart()
         return stop is not None or crossing is not None
 
     def _meet(self, closing: tuple[int, ...]) -> None:

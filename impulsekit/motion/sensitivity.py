@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ..impact import Impact
     from .trajectory import Trajectory
 
-__all__ = ["Sensitivity", "sensitivity"]
+__all__ = ["Chain", "Sensitivity", "sensitivity"]
 
 # Times [s] this near are one.
 SAME_TIME = 1e-12
@@ -107,10 +107,10 @@ def sensitivity(motion: Trajectory) -> Sensitivity:
                 f"sensitivity: a contact comes to rest at {time:g} s by ever smaller bounces; "
                 "motions are taken in which contacts part again or stay at their first impact"
             )
-    return _Chain(motion).followed()
+    return Chain(motion).followed()
 
 
-class _Chain:
+class Chain:
     """Flows and impacts of one motion, one after the other."""
 
     def __init__(self, motion: Trajectory) -> None:
@@ -134,6 +134,27 @@ class _Chain:
             self._flow(t, motion.duration, q, v)
         self._total.setflags(write=False)
         return Sensitivity(self._total, tuple(self._saltations))
+
+    def to_impact(self, index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """As far as one of the impacts of the motion, which is later than its start.
+
+        Returns:
+            (2 nv, 2 nv) the derivative of the state before it and (2 nv, 2 nv) of that after it,
+            at its time, by the start; and (nv,) the accelerations after it.
+        """
+        motion = self._motion
+        t, (q, v) = 0.0, motion.at(0.0)
+        for time, impact in motion.impacts[:index]:
+            if time > t:
+                self._flow(t, time, q, v)
+            self._strike(time, impact)
+            t, q, v = time, impact.q, impact.v_after
+        time, impact = motion.impacts[index]
+        self._flow(t, time, q, v)
+        before = self._total
+        self._strike(time, impact)
+        after = self._flow_of(self._resting(time, 1.0))
+        return before, self._total, after.acceleration(time, impact.q, impact.v_after)
 
     def _resting(self, t: float, side: float) -> frozenset[str]:
         """The contacts that rest just before (−1) or after (1) a time."""

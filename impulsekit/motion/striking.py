@@ -12,6 +12,7 @@ from ..errors import ImpulsekitError
 from ..impact import Impact, ImpactSolver
 from ..laws.status import RESIDUAL_LIMIT, Status
 from ..scene import Scene
+from ..scene.driven import is_driven, scene_at
 from .present import Present, Stopped
 from .status import MotionStatus
 
@@ -55,7 +56,7 @@ class Striking:
         soft = approach < max(now.settings.capture_speed, *self._capture_speeds(closing))
         for i in closing:
             now.note_meeting(i, soft=soft)
-        solver = self._soft_solver if soft else self._solver
+        solver = self._solver_of(soft)
         entries = now.entries_of(taking_part)
         try:
             impact = solver.solve_touching(now.q, now.v, entries)
@@ -97,7 +98,7 @@ class Striking:
         approach = normals.dot(now.v) + pressed
         v = now.v + now.dynamics.moved(now.q, normals, -approach)
         try:
-            impact = self._soft_solver.solve_touching(
+            impact = self._solver_of(True).solve_touching(
                 now.q, v, now.entries_of(c.gap for c in contacts)
             )
         except ImpulsekitError as error:
@@ -126,6 +127,15 @@ class Striking:
         now.v = now.v + now.dynamics.moved(now.q, normals[still], -speeds[still])
         return True
 
+    def _solver_of(self, soft: bool) -> ImpactSolver:
+        """Of now: where something is driven in time another one for every impact."""
+        later = self._later
+        if any(map(is_driven, later.constraints)):
+            return ImpactSolver(
+                scene_at(_without_restitution(later) if soft else later, self._present.t)
+            )
+        return self._soft_solver if soft else self._solver
+
     def _capture_speeds(self, gaps: Iterable[int]) -> list[float]:
         items = [] if self._present.gaps is None else self._present.gaps.items
         return [getattr(items[i], "capture_speed", 0.0) for i in gaps]
@@ -152,8 +162,12 @@ class Striking:
     @cached_property
     def _soft_solver(self) -> ImpactSolver:
         """For approaches below the capture speed: without restitution."""
-        contacts = [replace(entry, restitution=0.0) for entry in self._later.contacts]
-        return ImpactSolver(replace(self._later, contacts=contacts))
+        return ImpactSolver(_without_restitution(self._later))
+
+
+def _without_restitution(scene: Scene) -> Scene:
+    contacts = [replace(entry, restitution=0.0) for entry in scene.contacts]
+    return replace(scene, contacts=contacts)
 
 
 def _can_be_followed(impact: Impact) -> bool:

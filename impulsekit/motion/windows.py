@@ -35,6 +35,11 @@ class Turning:
             own.append(np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian)))
         self._speeds = np.unique(own, axis=0)
 
+    @property
+    def speeds(self) -> np.ndarray:
+        """(k, nv) how fast bodies turn with each speed [1/s by its unit]."""
+        return self._speeds
+
     def windows(self, velocities: Sequence[np.ndarray], start: float, end: float) -> list[float]:
         """The times at which windows of a step begin and end; ``velocities`` at some of it."""
         fastest = np.abs(velocities).max(axis=0)

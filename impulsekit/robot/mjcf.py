@@ -18,6 +18,7 @@ from ..files import open_plain_file, reason_of
 from .loop import Loop
 from .mjcf_pairs import pairs_of
 from .mjcf_shapes import shapes_of
+from .model_checks import root_joint
 
 __all__ = ["MjcfRobot", "read_mjcf", "state_from_mujoco"]
 
@@ -103,7 +104,7 @@ class MjcfRobot:
             joints = []
         if self._root == "fixed":
             return joints, joint_id, placement
-        kind = pin.JointModelFreeFlyer() if self._root == "freeflyer" else pin.JointModelPlanar()
+        kind, _ = root_joint(self._root)
         several = sum(self._mj.body_parentid[1:] == 0) > 1
         own = f"{name}_root_joint" if several else "root_joint"
         joint_id = self._new_joint(joint_id, kind, placement, own)

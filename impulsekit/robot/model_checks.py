@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,11 +10,52 @@ import pinocchio as pin
 
 from ..errors import InputError, UnknownNameError, a_thing
 
-__all__ = ["ROOTS", "check_depth_first", "check_finite", "root_joint"]
+__all__ = ["ROOTS", "check_depth_first", "check_finite", "planar_root", "root_joint"]
 
-ROOTS = {
+
+def planar_root(
+    forward: Sequence[float] = (1.0, 0.0, 0.0), up: Sequence[float] = (0.0, 0.0, 1.0)
+) -> pin.JointModel:
+    """A root that moves in any plane: along two directions, and about the third.
+
+    ``root="sagittal"`` is this one with the defaults: x, z and pitch.
+
+    Args:
+        forward, up: the directions of the plane, at right angles; any lengths.
+
+    Returns:
+        A joint for ``Robot.from_urdf(..., root=...)``: its q and v are the ways along ``forward``
+        and ``up`` [m], and the angle about up × forward [rad], positive when ``up`` turns
+        towards ``forward``.
+
+    Raises:
+        InputError, ShapeError, NotFiniteError, RangeError: they span no plane.
+
+    Example:
+        >>> planar_root(forward=[0, 1, 0]).nv
+        3
+    """
+    ways = []
+    for given, name in ((forward, "forward"), (up, "up")):
+        way = np.array([float(x) for x in given])
+        length = float(np.linalg.norm(way))
+        if way.shape != (3,) or not np.isfinite(length) or length == 0.0:
+            raise InputError(f"planar_root: {name} must be a direction, three numbers, not zero")
+        ways.append(way / length)
+    if abs(ways[0].dot(ways[1])) > LEVEL:
+        raise InputError("planar_root: forward and up must be at right angles")
+    joint = pin.JointModelComposite(pin.JointModelPrismaticUnaligned(ways[0]))
+    joint.addJoint(pin.JointModelPrismaticUnaligned(ways[1]))
+    joint.addJoint(pin.JointModelRevoluteUnaligned(np.cross(ways[1], ways[0])))
+    return joint
+
+
+# Directions whose cosine is larger are not at right angles.
+LEVEL = 1e-9
+ROOTS: dict[str, Callable[[], Any] | None] = {
     "fixed": None,
     "planar": pin.JointModelPlanar,
+    "sagittal": planar_root,
     "freeflyer": pin.JointModelFreeFlyer,
 }
 
@@ -79,7 +121,8 @@ def root_joint(root: str | pin.JointModel) -> tuple[Any, str]:
     shortname = getattr(root, "shortname", None)
     if shortname is None:
         raise InputError(
-            f'root must be "fixed", "planar", "freeflyer" or a pin.JointModel, got {a_thing(root)}'
+            'root must be "fixed", "planar", "sagittal", "freeflyer" or a pin.JointModel, '
+            f"got {a_thing(root)}"
         )
     _check_motion(root, "root")
     return root, shortname()

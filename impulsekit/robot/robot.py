@@ -85,7 +85,8 @@ class Robot(Displayed):
 
         Args:
             path_or_xml: the file, or the text itself.
-            root: "fixed", "planar" (x, y and rotation about z), "freeflyer", or any
+            root: "fixed", "planar" (x, y and rotation about z), "sagittal" (x, z and pitch,
+                rotation about y), "freeflyer", or any
                 ``pin.JointModel``, between the world and the root link.
             mimic: True lets mimic joints follow their leader; False (Pinocchio's
                 default) lets each move on its own.

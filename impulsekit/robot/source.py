@@ -23,7 +23,7 @@ class RobotPart:
     Attributes:
         urdf: XML text, or None for a robot made from a ``pin.Model``.
         path: the file the text was read from, or None.
-        root: "fixed", "planar", "freeflyer", or the short name of a ``pin.JointModel``.
+        root: "fixed", "planar", "sagittal", "freeflyer", or the short name of a ``pin.JointModel``.
         mimic: whether mimic joints follow their leader instead of moving on their own.
         prefix: what stands before every name, such as "arm/"; "" for a robot alone.
         placement: the 4×4 placement of the root in the world, row by row; None at the origin.

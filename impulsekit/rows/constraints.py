@@ -10,9 +10,9 @@ import numpy as np
 import pinocchio as pin
 
 from ..robot import Robot
-from ..scene import Collision, Scene
+from ..scene import Collision, GapConstraint, GapContact, Scene
 from ..scene.constraints import KEPT
-from .entries import FramePair, JointRows, rows_of_entry
+from .entries import FramePair, FunctionRows, JointRows, rows_of_entry
 from .origin import Places
 from .pair import Pair
 from .points import PointOnFrame
@@ -33,14 +33,14 @@ class _OfPair:
 
     Attributes:
         said: what the entry says.
-        pair: it on the model; ``jacobian(data, q)`` and ``bias(data)`` are its own.
+        pair: it on the model; ``jacobian(data, q)`` is its own.
         faintest: (k,) rows without an entry above this may be zeros but for rounding; 0
             where they cannot be.
     """
 
     def __init__(self, reached: ReachedModel, said: FramePair) -> None:
         self.said, self.pair = said, Pair(reached, said)
-        self.jacobian, self.bias = self.pair.jacobian, self.pair.bias
+        self.jacobian = self.pair.jacobian
         model = reached.model
         ends = [end for end in (self.pair.first, self.pair.other) if end.moves]
         self._reach = sum(_reach(model, end) for end in ends)
@@ -48,6 +48,10 @@ class _OfPair:
         # A free-flyer's own speeds move every point in every direction.
         free = len(ends) == 1 and _root_kind(model, ends[0]) == "JointModelFreeFlyer"
         self.faintest = np.zeros(len(said.select)) if free else 10.0 * NULL_ROW * faintest
+
+    def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(k,) the rates of the rows' velocities where no joint accelerates."""
+        return self.pair.bias(data)
 
     def magnitude(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(k, nv) what the rows are differences of; tells a zero from rounding."""
@@ -77,8 +81,30 @@ class _OfJoints:
     def magnitude(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         return np.abs(self._rows)
 
-    def bias(self, data: pin.Data) -> np.ndarray:
+    def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         return np.zeros(len(self._rows))
+
+
+class _OfFunctions:
+    """Rows by functions of the configuration; attributes and methods as above."""
+
+    pair = None
+
+    def __init__(self, said: FunctionRows) -> None:
+        self.said = said
+        self.faintest = np.zeros(len(said.labels))
+
+    def jacobian(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
+        return self.said.matrix_at(q)
+
+    def magnitude(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
+        return np.abs(self.said.matrix_at(q))
+
+    def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return self.said.bias(q, v)
+
+
+_Block = _OfPair | _OfJoints | _OfFunctions
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +123,7 @@ class ConstraintRows:
     """
 
     model: pin.Model
-    blocks: tuple[_OfPair | _OfJoints, ...]
+    blocks: tuple[_Block, ...]
     slices: tuple[slice, ...]
     names: tuple[str, ...]
     velocity: np.ndarray
@@ -114,7 +140,7 @@ class ConstraintRows:
         Args:
             kind: "held", all that holds in an impact, or "constraints", what holds in a motion.
         """
-        blocks: list[_OfPair | _OfJoints] = []
+        blocks: list[_Block] = []
         slices: list[slice] = []
         names: list[str] = []
         velocity: list[float] = []
@@ -122,9 +148,7 @@ class ConstraintRows:
         triples: list[int] = []
         for name, entry in zip(scene.entry_names(kind), getattr(scene, kind), strict=True):
             said = rows_of_entry(scene.robot, entry)
-            block = (
-                _OfPair(reached, said) if isinstance(said, FramePair) else _OfJoints(reached, said)
-            )
+            block = _block_of(reached, said)
             count = len(said.labels)
             blocks.append(block)
             slices.append(slice(len(names), len(names) + count))
@@ -182,9 +206,9 @@ class ConstraintRows:
         """(m, nv) the size of the terms that make up A."""
         return np.vstack([block.magnitude(data, q) for block in self.blocks])
 
-    def bias(self, data: pin.Data) -> np.ndarray:
+    def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(m,) Ȧ v; ``data`` with accelerations at zero joint acceleration."""
-        return np.concatenate([block.bias(data) for block in self.blocks])
+        return np.concatenate([block.bias(data, q, v) for block in self.blocks])
 
     @cached_property
     def passive(self) -> np.ndarray:
@@ -197,6 +221,14 @@ class ConstraintRows:
         if self.kept is None:
             return self.velocity
         return np.where(self.kept, velocity_before, self.velocity)
+
+
+def _block_of(
+    reached: ReachedModel, said: FramePair | JointRows | FunctionRows
+) -> _OfPair | _OfJoints | _OfFunctions:
+    if isinstance(said, FramePair):
+        return _OfPair(reached, said)
+    return _OfFunctions(said) if isinstance(said, FunctionRows) else _OfJoints(reached, said)
 
 
 def _reach(model: pin.Model, end: PointOnFrame) -> float:
@@ -217,14 +249,20 @@ def needs_places(robot: Robot, scene: Scene) -> Places:
     model = robot.model
     needed = Places.NONE
     for entry in (*scene.held, *scene.contacts):
-        if isinstance(entry, Collision):
+        if isinstance(entry, Collision | GapConstraint | GapContact):
             return Places.IN_WORLD
         said = rows_of_entry(robot, entry)
         # A point of the first end is carried over to the other, if that moves.
-        if not isinstance(said, FramePair) or not said.coincides:
+        on_line = isinstance(said, FramePair) and said.carrier == "line"
+        if not isinstance(said, FramePair) or not (said.coincides or on_line):
             continue
         first, other = (branch_of(model, site.joint_id) for site in (said.first, said.other))
-        if other == 0 or first == other:
+        if first == other:
+            continue
+        if other == 0:
+            # The points of the world that coincide are all alike; a line to one is not.
+            if on_line:
+                return Places.IN_WORLD
             continue
         if first == 0:
             return Places.IN_WORLD

@@ -15,12 +15,12 @@ import pinocchio as pin
 from ..geometry.axes import contact_axes
 from ..geometry.gaps import before_limit
 from ..robot import Robot
-from ..scene import Collision, Contact, JointStop, Scene
-from .entries import frame_pair, joint_rows
+from ..scene import Collision, Contact, GapContact, JointStop, Rope, Scene
+from .entries import FunctionRows, frame_pair, joint_rows
 from .pair import Pair, rows_at
 from .reach import ReachedModel
 
-__all__ = ["ContactRows", "PairContact", "Touch"]
+__all__ = ["ContactRows", "PairContact", "Touch", "is_taut"]
 
 # A joint this near its limit, relative to the limit's size, is at its stop.
 AT_STOP = 1e-9
@@ -76,6 +76,10 @@ class ContactRows:
             elif i in only:
                 if isinstance(entry, _AtStop):
                     entry.touch_nearer(touches, q)
+                elif isinstance(entry, _OfFunctions):
+                    entry.touch_anyway(touches, q)
+                elif isinstance(entry, _Taut):
+                    entry.touch_anyway(touches, data)
                 else:
                     entry.touch(touches, self.model, data, q)
         return touches
@@ -84,7 +88,9 @@ class ContactRows:
 class PairContact:
     """A point against a plane, which may move."""
 
-    def __init__(self, robot: Robot, reached: ReachedModel, entry: Contact, index: int) -> None:
+    def __init__(
+        self, robot: Robot, reached: ReachedModel, entry: Contact | Rope, index: int
+    ) -> None:
         said = frame_pair(robot, entry)
         self._pair = Pair(reached, said)
         self._index = index
@@ -104,6 +110,52 @@ class PairContact:
         pair = self._pair
         rows = pair.rows(data) if self.needs_places else pair.jacobian(data, q)
         touches.append(self.touch_of(data, rows))
+
+
+class _Taut(PairContact):
+    """Two points on a rope, which touch where it is stretched."""
+
+    def __init__(self, robot: Robot, reached: ReachedModel, entry: Rope, index: int) -> None:
+        super().__init__(robot, reached, entry, index)
+        self._length = entry.length
+
+    def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
+        if is_taut(self._gap(data), self._length):
+            self.touch_anyway(touches, data)
+
+    def touch_anyway(self, touches: list[Touch], data: pin.Data) -> None:
+        """Touch whatever the length."""
+        rows, gap = self._pair.rows(data), self._gap(data)
+        # Nothing acts across the rope.
+        rows[:2] = 0.0
+        touches.append(self.touch_of(data, rows)._replace(gap=gap))
+
+    def _gap(self, data: pin.Data) -> float:
+        first, other = self._pair.placements(data)
+        return self._length - float(np.linalg.norm(first.translation - other.translation))
+
+
+class _OfFunctions:
+    """A gap that is a function of q."""
+
+    needs_places = False
+
+    def __init__(self, robot: Robot, entry: GapContact, index: int) -> None:
+        self._index, self._said = index, FunctionRows(robot, entry)
+
+    def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
+        if self._said.value(q)[0] <= AT_STOP:
+            self.touch_anyway(touches, q)
+
+    def touch_anyway(self, touches: list[Touch], q: np.ndarray) -> None:
+        """Touch whatever the gap."""
+        gap, rows = float(self._said.value(q)[0]), self._said.matrix_at(q)
+        touches.append(Touch(self._index, np.eye(3), (0, 0), (0, 0), rows, gap=gap))
+
+
+def is_taut(gap: float, length: float) -> bool:
+    """Whether a rope of this length is stretched, but for rounding."""
+    return gap <= AT_STOP * max(1.0, length)
 
 
 class _AtStop:
@@ -183,11 +235,15 @@ class _Colliding:
 
 def _compiled(
     robot: Robot, reached: ReachedModel, entry: object, index: int
-) -> PairContact | _AtStop | _Colliding:
+) -> PairContact | _AtStop | _Colliding | _OfFunctions:
     if isinstance(entry, JointStop):
         return _AtStop(robot, reached, entry, index)
     if isinstance(entry, Collision):
         return _Colliding(robot, reached, entry, index)
+    if isinstance(entry, Rope):
+        return _Taut(robot, reached, entry, index)
+    if isinstance(entry, GapContact):
+        return _OfFunctions(robot, entry, index)
     if not isinstance(entry, Contact):
         raise TypeError(type(entry).__name__)
     return PairContact(robot, reached, entry, index)

@@ -15,21 +15,40 @@ from typing import Any, Literal
 import numpy as np
 import pinocchio as pin
 
+from ..errors import InputError
 from ..geometry.axes import contact_axes
 from ..robot import Robot
 from ..scene import (
     AppliedImpulse,
     Contact,
+    DistanceAnchor,
+    Driven,
     FrameAnchor,
+    GapConstraint,
+    GapContact,
     JointCoupling,
     JointImpulse,
     JointLock,
     JointStop,
     PointAnchor,
+    Rope,
 )
 from ..scene.constraints import DIRECTIONS
+from ..scene.function_rows import FunctionRows
 
-__all__ = ["FramePair", "JointRows", "Site", "frame_pair", "joint_rows", "rows_of_entry"]
+__all__ = [
+    "FramePair",
+    "FunctionRows",
+    "JointRows",
+    "Site",
+    "axes_of_line",
+    "frame_pair",
+    "joint_rows",
+    "rows_of_entry",
+]
+
+# Points nearer than this [m] have no direction between them.
+NO_LENGTH = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +87,10 @@ class FramePair:
         first, other: the points.
         coincides: whether the rows are of the point of ``other`` that coincides with that of
             ``first``; where ``other`` stands still, its points are all alike.
-        carrier: what the axes R turn with: the world, or one of the frames.
-        axes: (3, 3) R in those of the carrier.
+        carrier: what the axes R turn with: the world, one of the frames, or "line", the line
+            from the point of ``other`` to that of ``first``, along which the last axis points.
+        axes: (3, 3) R in those of the carrier; of the line diag(1, 1, ±1), with −1 where the
+            last axis points back.
         select: which of the six rows there are, linear before angular.
         labels: of these rows.
     """
@@ -77,18 +98,38 @@ class FramePair:
     first: Site
     other: Site
     coincides: bool
-    carrier: Literal["world", "first", "other"]
+    carrier: Literal["world", "first", "other", "line"]
     axes: np.ndarray
     select: tuple[int, ...]
     labels: tuple[str, ...]
 
     @property
     def carrying(self) -> tuple[int, np.ndarray]:
-        """The joint that R turns with, 0 for the world, and (3, 3) R in its frame."""
+        """The joint that R turns with, 0 for the world, and (3, 3) R in its frame.
+
+        Raises:
+            InputError: R turns with a line, and with no joint.
+        """
         if self.carrier == "world":
             return 0, self.axes
+        if self.carrier == "line":
+            raise InputError(
+                "a DistanceAnchor or a Rope acts along the line between its points, which turns "
+                "with no body: derivatives of such scenes are not available"
+            )
         site = self.first if self.carrier == "first" else self.other
         return site.joint_id, site.placement.rotation.dot(self.axes)
+
+    def axes_in_world(self, placement_of: Callable[[int], pin.SE3]) -> np.ndarray:
+        """(3, 3) R in the world; ``placement_of`` gives those of joints of the whole model."""
+        if self.carrier == "line":
+            here, there = (
+                placement_of(site.joint_id).act(site.placement.translation)
+                for site in (self.first, self.other)
+            )
+            return axes_of_line(here - there, self.axes)
+        joint_id, axes = self.carrying
+        return axes if joint_id == 0 else placement_of(joint_id).rotation @ axes
 
     @property
     def linear(self) -> list[int]:
@@ -130,7 +171,7 @@ class JointRows:
         return rows
 
 
-def rows_of_entry(robot: Robot, entry: Any) -> FramePair | JointRows:
+def rows_of_entry(robot: Robot, entry: Any) -> FramePair | JointRows | FunctionRows:
     """What an impulse, constraint or contact says of bodies or joints.
 
     A contact's rows are t₁, t₂, n; those of a joint stop its joint's speed. A ``Collision`` has no
@@ -185,7 +226,31 @@ def _contact(robot: Robot, entry: Contact) -> FramePair:
     return FramePair(site, plane, True, carrier, axes, (0, 1, 2), ("t1", "t2", "n"))
 
 
-def _whole_joint(robot: Robot, entry: JointLock | JointImpulse) -> JointRows:
+def axes_of_line(between: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """(3, 3) the axes of a line (3,) that joins two points, the last one along it.
+
+    Raises:
+        InputError: the points coincide.
+    """
+    length = float(np.sqrt(between.dot(between)))
+    if not length > NO_LENGTH:
+        raise InputError(
+            "the two points of a DistanceAnchor or a Rope coincide: no line joins them; move one "
+            "of them, or use a PointAnchor"
+        )
+    return contact_axes(axes[2, 2] * between / length)
+
+
+def _distance(robot: Robot, entry: DistanceAnchor | Rope) -> FramePair:
+    ends = Site.of(robot, entry.frame, entry.at), Site.of(robot, entry.other, entry.other_at)
+    if isinstance(entry, DistanceAnchor):
+        return FramePair(*ends, False, "line", np.eye(3), (2,), ("distance",))
+    # A rope pulls its first end towards the other.
+    back = np.diag([1.0, 1.0, -1.0])
+    return FramePair(*ends, False, "line", back, (0, 1, 2), ("t1", "t2", "n"))
+
+
+def _whole_joint(robot: Robot, entry: JointLock | JointImpulse | Driven) -> JointRows:
     joint_id = robot.joint_id(entry.joint)
     count = robot.model.nvs[joint_id]
     labels = ("lock",) if count == 1 else tuple(f"lock{i}" for i in range(count))
@@ -201,12 +266,17 @@ def _stop(robot: Robot, entry: JointStop) -> JointRows:
     return JointRows((((robot.joint_id(entry.joint), 0, 1.0),),), ("n",), True)
 
 
-_SAYS: dict[type, Callable[[Robot, Any], FramePair | JointRows]] = {
+_SAYS: dict[type, Callable[[Robot, Any], FramePair | JointRows | FunctionRows]] = {
     AppliedImpulse: _blow,
     JointImpulse: _whole_joint,
     PointAnchor: _anchor,
     FrameAnchor: _anchor,
+    DistanceAnchor: _distance,
+    GapConstraint: FunctionRows,
+    GapContact: FunctionRows,
+    Rope: _distance,
     JointLock: _whole_joint,
+    Driven: _whole_joint,
     JointCoupling: _coupling,
     Contact: _contact,
     JointStop: _stop,

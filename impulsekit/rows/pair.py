@@ -11,7 +11,7 @@ import pinocchio as pin
 from pinocchio import getFrameJacobian
 
 from ..geometry.axes import cross
-from .entries import FramePair
+from .entries import FramePair, axes_of_line
 from .points import PointOnFrame
 from .reach import ReachedModel
 
@@ -36,13 +36,14 @@ class Pair:
         self._select = slice(0, len(rows)) if rows == list(range(len(rows))) else rows
         self._carries = said.coincides and said.other.moves
         self._turns = said.carrier != "world"
+        self._on_line = said.carrier == "line"
         self._turn = None if said.is_level else said.axes.T.copy()
         self._reference = _ALIGNED
         # Against the world, in its axes or in the frame's own, Pinocchio's Jacobian is the answer.
         self.is_alone = (
             said.first.moves
             and not said.other.moves
-            and said.carrier != "other"
+            and said.carrier in ("world", "first")
             and (self._turn is None or not said.angular)
         )
         if self.is_alone and self._turns:
@@ -66,6 +67,8 @@ class Pair:
         """(3, 3) R in the world, out of the placements of both points."""
         if not self._turns:
             return self.said.axes
+        if self._on_line:
+            return axes_of_line(first.translation - other.translation, self.said.axes)
         carrier = first if self.said.carrier == "first" else other
         return carrier.rotation.dot(self.said.axes)
 
@@ -125,7 +128,12 @@ class Pair:
             rate = rate - cross(a2.angular, arm) - cross(v2.angular, velocity)
             velocity = velocity - cross(v2.angular, arm)
         spin, spin_rate = v1.angular - v2.angular, a1.angular - a2.angular
-        if self._turns:
+        if self._on_line:
+            # The line turns with what moves one end across it.
+            between = first.translation - other.translation
+            turning = cross(between, velocity) / between.dot(between)
+            rate = rate - cross(turning, velocity)
+        elif self._turns:
             turning = (v1 if said.carrier == "first" else v2).angular
             rate = rate - cross(turning, velocity)
             spin_rate = spin_rate - cross(turning, spin)

@@ -92,6 +92,8 @@ def touched_joints(scene: Scene) -> set[int]:
     robot = scene.robot
     touched = set()
     for entry in (*scene.impulses, *scene.held, *scene.contacts):
+        if getattr(entry, "of_whole_robot", False):
+            return set(range(1, robot.model.njoints))
         touched |= {robot.model.frames[robot.frame_id(n)].parentJoint for n in entry.frame_names}
         touched |= {robot.joint_id(name) for name in entry.joint_names}
     if not scene.contacts:

@@ -8,6 +8,9 @@ from .contacts import Contact as Contact
 from .contacts import ContactEntry as ContactEntry
 from .contacts import JointStop as JointStop
 from .design import DesignPoint as DesignPoint
+from .distances import DistanceAnchor as DistanceAnchor
+from .distances import Rope as Rope
+from .driven import Driven as Driven
 from .forces import PD as PD
 from .forces import Actuator as Actuator
 from .forces import AppliedForce as AppliedForce
@@ -15,6 +18,8 @@ from .forces import Force as Force
 from .forces import JointSpring as JointSpring
 from .forces import Spring as Spring
 from .forces import TorqueTable as TorqueTable
+from .gap_functions import GapConstraint as GapConstraint
+from .gap_functions import GapContact as GapContact
 from .impulses import AppliedImpulse as AppliedImpulse
 from .impulses import JointImpulse as JointImpulse
 from .law import Law as Law

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 
 from ..errors import InputError, RangeError, ShapeError, a_thing, quoted
 from ..robot import Robot
 from .numbers import Names, Numbers, Vector, Velocity, axes_name, number, text, vector
+
+if TYPE_CHECKING:
+    from .distances import DistanceAnchor
+    from .driven import Driven
+    from .gap_functions import GapConstraint
 
 __all__ = [
     "DIRECTIONS",
@@ -22,6 +27,7 @@ __all__ = [
     "PointAnchor",
     "check_constraint",
     "check_controlled",
+    "checked_velocity",
     "velocity_keeping_lock",
 ]
 
@@ -44,7 +50,8 @@ class PointAnchor:
         at: the point in ``frame`` [m].
         other_at: the point in ``other`` [m]; None for the one that coincides with ``at``.
         velocity: the relative velocity after the impact [m/s]: one number for all rows,
-            three numbers, or "kept" for what it was before.
+            three numbers, or "kept" for what it was before; or a function of time [s] that
+            gives numbers, in ``solve`` taken at 0.
         name: its name in results; by default its index in the scene.
 
     Raises:
@@ -64,7 +71,9 @@ class PointAnchor:
 
     def __post_init__(self) -> None:
         what = _check_ends(self)
-        object.__setattr__(self, "velocity", _velocity(self.velocity, 3, f"{what}: velocity"))
+        object.__setattr__(
+            self, "velocity", checked_velocity(self.velocity, 3, f"{what}: velocity")
+        )
 
     @property
     def frame_names(self) -> tuple[str, ...]:
@@ -92,7 +101,8 @@ class FrameAnchor:
             about the frame's own z axis leaves out "rz" and has ``axes="local"``.
         axes: "world" or "local" (those of ``frame``): in whose axes the directions lie.
         velocity: the relative velocity after the impact [m/s, rad/s]: one number for all
-            rows, one for each, or "kept" for what it was before.
+            rows, one for each, or "kept" for what it was before; or a function of time [s]
+            that gives numbers, in ``solve`` taken at 0.
         name: its name in results; by default its index in the scene.
 
     Raises:
@@ -119,7 +129,7 @@ class FrameAnchor:
         given = _several(self.directions, f"{what}: directions")
         object.__setattr__(self, "directions", _directions(given, what))
         axes_name(self.axes, f"{what}: axes")
-        velocity = _velocity(self.velocity, len(self.directions), f"{what}: velocity")
+        velocity = checked_velocity(self.velocity, len(self.directions), f"{what}: velocity")
         if isinstance(velocity, tuple):
             # Each number stays with its direction when these are put in order.
             velocity = tuple(velocity[given.index(d)] for d in self.directions)
@@ -143,7 +153,8 @@ class JointLock:
     Attributes:
         joint: the joint.
         velocity: the joint's velocity after the impact [rad/s, m/s]: one number for all
-            its degrees of freedom, one for each, or "kept" for what it was before.
+            its degrees of freedom, one for each, or "kept" for what it was before; or a
+            function of time [s] that gives numbers, in ``solve`` taken at 0.
         name: its name in results; by default its index in the scene.
 
     Raises:
@@ -161,7 +172,7 @@ class JointLock:
     def __post_init__(self) -> None:
         text(self.joint, "JointLock: joint")
         what = f'JointLock of "{self.joint}"'
-        velocity = _velocity(self.velocity, None, f"{what}: velocity")
+        velocity = checked_velocity(self.velocity, None, f"{what}: velocity")
         object.__setattr__(self, "velocity", velocity)
         _check_name(self.name, what)
 
@@ -186,7 +197,8 @@ class JointCoupling:
         joint: the joint that follows.
         other: the leading joint, or several.
         ratio: the speed of ``joint`` over that of ``other``; one for each leader.
-        velocity: the value of the row after the impact: a number, or "kept".
+        velocity: the value of the row after the impact: a number, "kept", or a function of
+            time [s], in ``solve`` taken at 0.
         name: its name in results; by default its index in the scene.
 
     Raises:
@@ -217,7 +229,7 @@ class JointCoupling:
         set_field = object.__setattr__
         set_field(self, "other", others)
         set_field(self, "ratio", tuple(number(r, f"{what}: ratio") for r in ratios))
-        set_field(self, "velocity", _velocity(self.velocity, 1, f"{what}: velocity"))
+        set_field(self, "velocity", checked_velocity(self.velocity, 1, f"{what}: velocity"))
         _check_name(self.name, what)
 
     @property
@@ -237,7 +249,10 @@ class JointCoupling:
         return (self.joint, *self.other)
 
 
-Constraint = PointAnchor | FrameAnchor | JointLock | JointCoupling
+Constraint: TypeAlias = (
+    "PointAnchor | FrameAnchor | DistanceAnchor | JointLock | JointCoupling | Driven "
+    "| GapConstraint"
+)
 
 
 def check_constraint(robot: Robot, constraint: Any, where: str) -> None:
@@ -249,7 +264,24 @@ def check_constraint(robot: Robot, constraint: Any, where: str) -> None:
             degrees of freedom, or something that is no constraint.
         ShapeError: a lock whose velocity does not have the joint's length.
     """
-    if isinstance(constraint, PointAnchor | FrameAnchor):
+    from .distances import DistanceAnchor, check_ends
+    from .driven import Driven
+    from .gap_functions import GapConstraint
+
+    if isinstance(constraint, GapConstraint):
+        from .function_rows import check_gradient
+
+        check_gradient(robot, constraint, where)
+    elif isinstance(constraint, DistanceAnchor):
+        check_ends(robot, constraint, where)
+    elif isinstance(constraint, Driven):
+        joint = _moving_joint(robot, constraint.joint, where)
+        if joint.nv != 1:
+            raise InputError(
+                f'{where}: joint "{constraint.joint}" has {joint.nv} degrees of freedom, '
+                "a Driven takes a joint with one"
+            )
+    elif isinstance(constraint, PointAnchor | FrameAnchor):
         frames = robot.model.frames
         ends = [frames[robot.frame_id(n, where)] for n in (constraint.frame, constraint.other)]
         if ends[0].parentJoint == ends[1].parentJoint:
@@ -273,7 +305,8 @@ def check_constraint(robot: Robot, constraint: Any, where: str) -> None:
                 )
     else:
         raise InputError(
-            f"{where} must be a PointAnchor, FrameAnchor, JointLock or JointCoupling, "
+            f"{where} must be a PointAnchor, FrameAnchor, DistanceAnchor, JointLock, "
+            f"JointCoupling, Driven or GapConstraint, "
             f"got {a_thing(constraint)}"
         )
 
@@ -292,7 +325,9 @@ def check_controlled(
         UnknownNameError: a joint that the robot does not have.
         InputError: a fixed joint, one that is named twice, or locked by a constraint.
     """
-    locked = [entry.joint for entry in constraints if isinstance(entry, JointLock)]
+    from .driven import Driven
+
+    locked = [entry.joint for entry in constraints if isinstance(entry, JointLock | Driven)]
     for i, name in enumerate(controlled):
         _moving_joint(robot, name, f"controlled[{i}]")
         if name in controlled[:i]:
@@ -345,8 +380,10 @@ def _several(value: Any, what: str) -> tuple[Any, ...]:
         ) from None
 
 
-def _velocity(value: Any, rows: int | None, what: str) -> Any:
-    """ "kept", a number, or a tuple of ``rows`` numbers; a number stays one if rows is None."""
+def checked_velocity(value: Any, rows: int | None, what: str) -> Any:
+    """ "kept", a function, a number, or ``rows`` numbers; a number stays one if rows is None."""
+    if callable(value):
+        return value
     if isinstance(value, str):
         if value != KEPT:
             raise RangeError.of(what, quoted(value), 'numbers or "kept"')

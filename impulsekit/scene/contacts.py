@@ -5,14 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..errors import InputError, RangeError, a_thing
 from ..robot import Robot
 from .numbers import Vector, number, text, vector
 from .restitution import checked_restitution
 
-__all__ = ["Collision", "Contact", "ContactEntry", "JointStop", "check_contact"]
+if TYPE_CHECKING:
+    from .distances import Rope
+    from .gap_functions import GapContact
+
+__all__ = ["Collision", "Contact", "ContactEntry", "JointStop", "check_contact", "check_stiffness"]
 
 # Longer or shorter normals are taken for a mistake, not for a direction.
 SHORTEST_NORMAL = 1e-9
@@ -38,6 +42,10 @@ class Contact:
         friction: Coulomb's coefficient µ, 0 or more.
         tangential_restitution: of the tangential velocity where it sticks, -1 to 1;
             1 is a superball.
+        active: function of (q, v), read-only copies of the whole robot's state, that says in
+            ``simulate`` whether the contact counts when its gap closes: above zero it does, else
+            the point passes through and counts again once it has come out, such as a swing foot
+            that scuffs in models of walking. ``solve`` does not ask it.
         name: its name in results; by default its index in the scene.
         stiffness: k in F = k δ^exponent [N/m^exponent], for ``Law(restitution="lzb")``, which
             uses ratios only; ``math.inf`` for one that supports and does not give way beside
@@ -65,6 +73,7 @@ class Contact:
     name: str | None = None
     stiffness: float | None = None
     adhesion: float = 0.0
+    active: Callable[[Any, Any], float] | None = None
 
     def __post_init__(self) -> None:
         text(self.frame, "Contact: frame")
@@ -75,6 +84,8 @@ class Contact:
         set_field = object.__setattr__
         for field in ("at", "normal", "origin"):
             set_field(self, field, vector(getattr(self, field), f"{what}: {field}"))
+        if self.active is not None and not callable(self.active):
+            raise InputError(f"{what}: active must be a function of (q, v)")
         length = math.hypot(*self.normal)
         if length < SHORTEST_NORMAL:
             raise RangeError.of(f"{what}: length of normal", length, "above zero")
@@ -139,7 +150,7 @@ class JointStop:
             raise RangeError.of(f"{what}: lower", self.lower, f"at most upper, {self.upper:g}")
         restitution = checked_restitution(self.restitution, f"{what}: restitution")
         object.__setattr__(self, "restitution", restitution)
-        _check_stiffness(self, what)
+        check_stiffness(self, what)
         if self.name is not None:
             text(self.name, f"{what}: name")
 
@@ -217,7 +228,7 @@ class Collision:
         return ()
 
 
-ContactEntry = Contact | JointStop | Collision
+ContactEntry: TypeAlias = "Contact | JointStop | Collision | Rope | GapContact"
 
 
 def check_contact(robot: Robot, contact: Any, where: str) -> None:
@@ -228,7 +239,16 @@ def check_contact(robot: Robot, contact: Any, where: str) -> None:
         InputError: a contact within one rigid body, a stop of a joint that has no limit
             or more than one coordinate, or something that is no contact.
     """
-    if isinstance(contact, Contact):
+    from .distances import Rope, check_ends
+    from .gap_functions import GapContact
+
+    if isinstance(contact, GapContact):
+        from .function_rows import check_gradient
+
+        check_gradient(robot, contact, where)
+    elif isinstance(contact, Rope):
+        check_ends(robot, contact, where)
+    elif isinstance(contact, Contact):
         frames = robot.model.frames
         ends = [frames[robot.frame_id(n, where)].parentJoint for n in contact.frame_names]
         if ends[0] == ends[1]:
@@ -259,7 +279,8 @@ def check_contact(robot: Robot, contact: Any, where: str) -> None:
             )
     else:
         raise InputError(
-            f"{where} must be a Contact, JointStop or Collision, got {a_thing(contact)}"
+            f"{where} must be a Contact, JointStop, Collision, Rope or GapContact, "
+            f"got {a_thing(contact)}"
         )
 
 
@@ -275,12 +296,13 @@ def _check_coefficients(entry: Contact | Collision, what: str) -> None:
     if not -1.0 <= tangential <= 1.0:
         raise RangeError.of(f"{what}: tangential_restitution", tangential, "-1 to 1")
     set_field(entry, "tangential_restitution", tangential)
-    _check_stiffness(entry, what)
+    check_stiffness(entry, what)
     if entry.name is not None:
         text(entry.name, f"{what}: name")
 
 
-def _check_stiffness(entry: ContactEntry, what: str) -> None:
+def check_stiffness(entry: ContactEntry, what: str) -> None:
+    """Prove that the stiffness of a contact is a number above 0, infinity, or None."""
     if entry.stiffness is None or entry.stiffness == math.inf:
         return
     stiffness = number(entry.stiffness, f"{what}: stiffness")

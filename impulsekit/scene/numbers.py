@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     # What a user may give; what is kept is always a tuple.
     Vector = Sequence[float] | np.ndarray
     Numbers = float | Vector
-    Velocity = Numbers | Literal["kept"]
+    Velocity = Numbers | Literal["kept"] | Callable[[float], Any]
     Names = str | Sequence[str]
 else:
     Vector = tuple[float, float, float]

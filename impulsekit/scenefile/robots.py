@@ -22,7 +22,7 @@ from .vocabulary import STRICT
 __all__ = ["part_as_table", "read_robots"]
 
 Row = tuple[float, float, float, float]
-ROOTS = ("fixed", "planar", "freeflyer")
+ROOTS = ("fixed", "planar", "sagittal", "freeflyer")
 
 
 class BodyTable(pydantic.BaseModel):
@@ -51,7 +51,7 @@ class RobotTable(pydantic.BaseModel):
     model_config = STRICT
     urdf: str | None = None
     example: str | None = None
-    root: Literal["fixed", "planar", "freeflyer"] = "fixed"
+    root: Literal["fixed", "planar", "sagittal", "freeflyer"] = "fixed"
     mimic: bool = False
     package_dirs: tuple[str, ...] = ()
     armature: dict[str, float | tuple[float, ...]] = {}

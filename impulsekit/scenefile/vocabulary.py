@@ -27,6 +27,7 @@ from pydantic_core import PydanticCustomError
 from ..scene.constraints import FrameAnchor, JointCoupling, JointLock, PointAnchor
 from ..scene.contacts import Collision, Contact, JointStop
 from ..scene.design import DesignPoint
+from ..scene.distances import DistanceAnchor, Rope
 from ..scene.forces import PD, Actuator, AppliedForce, JointSpring, Spring, TorqueTable
 from ..scene.impulses import AppliedImpulse, JointImpulse
 from ..scene.law import Law
@@ -77,11 +78,15 @@ SECTIONS: tuple[Section, ...] = (
         {
             "point_anchor": PointAnchor,
             "frame_anchor": FrameAnchor,
+            "distance_anchor": DistanceAnchor,
             "joint_lock": JointLock,
             "joint_coupling": JointCoupling,
         },
     ),
-    Section("contacts", {"contact": Contact, "joint_stop": JointStop, "collision": Collision}),
+    Section(
+        "contacts",
+        {"contact": Contact, "joint_stop": JointStop, "collision": Collision, "rope": Rope},
+    ),
     Section(
         "forces",
         {

@@ -39,7 +39,7 @@ def _is_held(problem: Problem) -> bool:
             isinstance(c, PointAnchor | FrameAnchor)
             and c.other == "world"
             and getattr(c, "axes", "world") == "world"
-            and not np.any(c.velocity)
+            and not (callable(c.velocity) or np.any(c.velocity))
             for c in scene.constraints
         )
     )

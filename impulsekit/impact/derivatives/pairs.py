@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from ...rows.entries import FramePair, rows_of_entry
+from ...errors import InputError
+from ...rows.entries import FramePair, FunctionRows, rows_of_entry
 from .motion import Motion
 from .pulls import Pulls, skew
 
@@ -255,4 +256,9 @@ def entry_rows(robot: Robot, expanded: ExpandedModel, entry: Any) -> PairRows | 
     said = rows_of_entry(robot, entry)
     if isinstance(said, FramePair):
         return pair_rows(expanded, said)
+    if isinstance(said, FunctionRows):
+        raise InputError(
+            "derivatives of scenes with a GapConstraint or a GapContact are not available: they "
+            "would take second derivatives of its functions"
+        )
     return FixedRows(said.matrix(robot.model))

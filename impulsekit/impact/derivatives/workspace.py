@@ -18,6 +18,7 @@ from ...scene import (
     Collision,
     JointStop,
     Law,
+    Rope,
     Scene,
 )
 from ...scene.constraints import KEPT
@@ -151,7 +152,7 @@ class Workspace:
         impulses, constraints, contacts = self._parts
         plastic = [
             replace(entry, restitution=0.0)
-            if isinstance(entry, JointStop)
+            if isinstance(entry, JointStop | Rope)
             else replace(entry, restitution=0.0, tangential_restitution=0.0)
             for entry in contacts
         ]

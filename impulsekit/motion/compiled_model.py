@@ -1,0 +1,87 @@
+"""Tables for compiled steps: of a model's tree, of a scene's forces, of DOP853."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from .compiled_loads import Loads
+from .compiled_step import System, Tableau, Work
+from .points import MOST, Table
+from .pressed import Sliding
+from .tree_of_model import room_of, tree_of
+
+__all__ = ["NOTHING_SLIDES", "NO_POINTS", "example_step", "no_loads", "tableau", "work_of"]
+
+NO_POINTS = Table(np.zeros((0, 3), np.int64), np.zeros((0, MOST)))
+NOTHING_SLIDES = Sliding(np.zeros(0), np.zeros((0, 3)), 0.0, 0.0)
+
+
+@cache
+def tableau() -> Tableau:
+    """The coefficients of DOP853."""
+    from scipy.integrate import DOP853
+
+    method: Any = DOP853
+    count, more = method.n_stages, len(method.C_EXTRA)
+    weights, times = np.zeros((count + 1 + more,) * 2), np.ones(count + 1 + more)
+    weights[:count, :count], times[:count] = method.A, method.C
+    weights[count + 1 :, : method.A_EXTRA.shape[1]] = method.A_EXTRA
+    times[count + 1 :] = method.C_EXTRA
+    errors = np.array([method.E5, method.E3])
+    return Tableau(weights, times, np.array(method.B), errors, np.array(method.D))
+
+
+def work_of(nv: int, driven: int) -> Work:
+    """Room for steps; ``driven`` numbers are driven in time."""
+    stages = len(tableau().times)
+    vectors = np.zeros((3, 2 * nv))
+    return Work(
+        np.zeros((stages, 2 * nv)),
+        np.zeros((7, 2 * nv)),
+        vectors[0],
+        vectors[1],
+        vectors[2],
+        np.zeros((stages, driven)),
+    )
+
+
+def no_loads(nv: int) -> Loads:
+    """No forces at all."""
+    return Loads(
+        np.zeros(nv),
+        np.zeros((0, 3), np.int64),
+        np.zeros((0, 6)),
+        np.zeros(0, np.int64),
+        np.zeros((0, 2), np.int64),
+        np.zeros((0, 10)),
+        np.zeros((0, 2), np.int64),
+        np.zeros((0, 12)),
+    )
+
+
+def example_step() -> tuple:
+    """Arguments of ``attempt``."""
+    model = pin.Model()
+    model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "root")
+    model.appendBodyToJoint(1, pin.Inertia.Random(), pin.SE3.Identity())
+    tree = tree_of(model)
+    if tree is None:
+        raise TypeError("a free body is a tree")
+    system = System(
+        tree,
+        room_of(model),
+        no_loads(model.nv),
+        NO_POINTS,
+        NOTHING_SLIDES,
+        pin.neutral(model),
+        np.zeros(model.nq),
+        np.zeros(model.nv),
+        np.zeros(0),
+        np.zeros(0),
+        np.zeros(0),
+    )
+    return system, tableau(), work_of(model.nv, 0), 1e-3, 1e-10, 1e-12

@@ -1,0 +1,196 @@
+"""One step of DOP853 with the tree, the forces and the law of resting points in compiled code.
+
+The formulas of the step are those of ``explicit``, those of the accelerations of ``dynamics``.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..laws.compiled import compiled, entry
+from ..laws.resting import BAR
+from .compiled_chart import write_configuration, write_rate
+from .compiled_loads import Loads, add_torques, push_bodies
+from .points import Table
+from .pressed import Sliding, is_safe, pressed, solve_mass
+from .tree import Room, Tree, begin_forces, look_at, take_forces, write_factor, write_jacobian
+
+__all__ = ["NOT_SOLVED", "SOLVED", "UNSAFE", "System", "Tableau", "Work", "attempt", "evaluate"]
+
+# What became of a step: done, no forces at rest, a pivot of M that is rounding.
+SOLVED, NOT_SOLVED, UNSAFE = 0, 1, 2
+
+
+class System(NamedTuple):
+    """What moves, and what acts on it while the same points rest.
+
+    Attributes:
+        tree, room, loads: see there.
+        table, sliding: of the points that rest; empty without any.
+        reference: (nq,) of the chart.
+        q: (nq,) and load: (nv,) room. last: (3n,) forces at rest, of the last evaluation.
+        accelerations, slip: (3n,) of the points.
+    """
+
+    tree: Tree
+    room: Room
+    loads: Loads
+    table: Table
+    sliding: Sliding
+    reference: np.ndarray
+    q: np.ndarray
+    load: np.ndarray
+    last: np.ndarray
+    accelerations: np.ndarray
+    slip: np.ndarray
+
+
+class Tableau(NamedTuple):
+    """DOP853: weights (16, 16) and times (16,) of the stages, those of the result (12,), of both
+    errors (2, 13) and of the dense output (4, 16)."""
+
+    weights: np.ndarray
+    times: np.ndarray
+    result: np.ndarray
+    errors: np.ndarray
+    dense: np.ndarray
+
+
+class Work(NamedTuple):
+    """A step.
+
+    Attributes:
+        slopes: (16, 2 nv) of the stages; the first is there.
+        powers: (7, 2 nv) of the dense output.
+        before, after, trial: (2 nv,) y at both ends, and room.
+        driven: (16, k) what is driven in time, at the times of the stages.
+    """
+
+    slopes: np.ndarray
+    powers: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+    trial: np.ndarray
+    driven: np.ndarray
+
+
+def _examples() -> tuple:
+    from .compiled_model import example_step
+
+    return example_step()
+
+
+@compiled
+def evaluate(system: System, driven: np.ndarray, y: np.ndarray, rates: np.ndarray) -> int:
+    """Write ẏ (2 nv,) of y = (x, v); what became of it."""
+    tree, room, load = system.tree, system.room, system.load
+    nv = len(load)
+    v, q = y[nv:], system.q
+    write_configuration(tree, system.reference, y[:nv], q)
+    write_rate(tree, y[:nv], q, v, rates[:nv])
+    look_at(tree, room, q, v)
+    write_factor(tree, room)
+    begin_forces(tree, room)
+    push_bodies(system.loads, driven, room)
+    load[:] = 0.0
+    add_torques(system.loads, driven, q, v, load)
+    take_forces(tree, room, load)
+    total = 0.0
+    for k in range(nv):
+        total += load[k]
+    if not abs(total) < math.inf:
+        rates[nv:] = math.nan
+        return SOLVED
+    if len(system.table.whole) == 0:
+        if not is_safe(room.factor):
+            return UNSAFE
+        solve_mass(room.factor, load)
+        rates[nv:] = load
+        return SOLVED
+    write_jacobian(tree, room)
+    residual, rate, forces, accelerations, slip = pressed(
+        system.table, room.kinematics, room.factor, system.sliding, load, v, system.last
+    )
+    if residual < 0.0:
+        return UNSAFE
+    if not residual <= BAR:
+        return NOT_SOLVED
+    rates[nv:] = rate
+    system.last[:] = forces
+    system.accelerations[:] = accelerations
+    system.slip[:] = slip
+    return SOLVED
+
+
+@compiled
+def _stage(system: System, tableau: Tableau, work: Work, s: int, h: float) -> int:
+    """Write the slope of a stage."""
+    for k in range(len(work.trial)):
+        total = 0.0
+        for j in range(s):
+            total += tableau.weights[s, j] * work.slopes[j, k]
+        work.trial[k] = work.before[k] + total * h
+    return evaluate(system, work.driven[s], work.trial, work.slopes[s])
+
+
+@entry(_examples, seconds=60.0)
+def attempt(
+    system: System, tableau: Tableau, work: Work, h: float, rtol: float, atol: float
+) -> tuple[int, float]:
+    """Try a step of length h; with its dense output where its error is below 1.
+
+    Returns:
+        What became of it, and its error in units of what is allowed.
+    """
+    before, after, slopes = work.before, work.after, work.slopes
+    count, size = len(tableau.result), len(work.before)
+    for s in range(1, count):
+        state = _stage(system, tableau, work, s, h)
+        if state != SOLVED:
+            return state, math.inf
+    for k in range(size):
+        total = 0.0
+        for j in range(count):
+            total += tableau.result[j] * slopes[j, k]
+        after[k] = before[k] + h * total
+    state = evaluate(system, work.driven[count], after, slopes[count])
+    if state != SOLVED:
+        return state, math.inf
+    error = _error(tableau, work, h, rtol, atol)
+    if not error < 1.0:
+        return SOLVED, error
+    for s in range(count + 1, len(slopes)):
+        state = _stage(system, tableau, work, s, h)
+        if state != SOLVED:
+            return state, math.inf
+    powers = work.powers
+    for k in range(size):
+        change = after[k] - before[k]
+        powers[0, k], powers[1, k] = change, h * slopes[0, k] - change
+        powers[2, k] = 2.0 * change - h * (slopes[count, k] + slopes[0, k])
+        for i in range(len(tableau.dense)):
+            total = 0.0
+            for j in range(len(slopes)):
+                total += tableau.dense[i, j] * slopes[j, k]
+            powers[3 + i, k] = h * total
+    return SOLVED, error
+
+
+@compiled
+def _error(tableau: Tableau, work: Work, h: float, rtol: float, atol: float) -> float:
+    """The error of a step in units of what is allowed."""
+    square, other, size = 0.0, 0.0, len(work.before)
+    for k in range(size):
+        scale = atol + max(abs(work.before[k]), abs(work.after[k])) * rtol
+        fifth, third = 0.0, 0.0
+        for j in range(tableau.errors.shape[1]):
+            fifth += tableau.errors[0, j] * work.slopes[j, k]
+            third += tableau.errors[1, j] * work.slopes[j, k]
+        square += (fifth / scale) ** 2
+        other += (third / scale) ** 2
+    if square == 0.0 and other == 0.0:
+        return 0.0
+    return abs(h) * square / math.sqrt((square + 0.01 * other) * size)

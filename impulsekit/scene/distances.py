@@ -1,0 +1,147 @@
+"""What depends on the distance of two points alone: a rod that keeps it, a rope that bounds it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ..errors import InputError, RangeError
+from ..robot import Robot
+from .constraints import checked_velocity
+from .contacts import check_stiffness
+from .numbers import Vector, Velocity, number, text, vector
+from .restitution import checked_restitution
+
+__all__ = ["DistanceAnchor", "Rope", "check_ends"]
+
+
+@dataclass(frozen=True)
+class DistanceAnchor:
+    """Two points keep their distance: a massless rod with a ball joint at each end.
+
+    One row: the rate of the distance, n·(v_frame − v_other) with n from ``other_at`` to ``at``.
+    Its impulse is along n, positive where it pushes the points apart. In ``simulate`` the
+    distance stays what it is at the start.
+
+    Attributes:
+        frame, other: the frames; "world" is the fixed one.
+        at, other_at: the points, each in its own frame [m].
+        velocity: the rate of the distance after the impact [m/s]: a number, or "kept" for what
+            it was before.
+        name: its name in results; by default its index in the scene.
+
+    Raises:
+        InputError, ShapeError, NotFiniteError, RangeError.
+
+    Example:
+        >>> DistanceAnchor("piston", "crank", at=[0, 0, 0.1], other_at=[0.05, 0, 0]).velocity
+        (0.0,)
+    """
+
+    frame: str
+    other: str = "world"
+    at: Vector = (0.0, 0.0, 0.0)
+    other_at: Vector = (0.0, 0.0, 0.0)
+    velocity: Velocity = 0.0
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        what = _check_points(self)
+        velocity = checked_velocity(self.velocity, 1, f"{what}: velocity")
+        object.__setattr__(self, "velocity", velocity)
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """The frames it acts on."""
+        return (self.frame, self.other)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints it acts in."""
+        return ()
+
+
+@dataclass(frozen=True)
+class Rope:
+    """Two points that a rope joins: no further apart than its length, and free when nearer.
+
+    A contact without friction whose gap is length − distance. It pulls and never pushes. In
+    ``solve`` it acts when the points are its length apart, or further; in ``simulate`` it jerks
+    taut as an impact. The impulse is the one that ``frame`` receives.
+
+    Attributes:
+        frame, other: the frames; "world" is the fixed one.
+        at, other_at: the points, each in its own frame [m].
+        length: the largest distance [m], above 0.
+        restitution: of the speed along the rope: as for ``Contact``.
+        name: its name in results; by default its index in the scene.
+        stiffness: as for ``Contact``.
+
+    Raises:
+        InputError, ShapeError, NotFiniteError, RangeError.
+
+    Example:
+        >>> Rope("ball", length=0.8, other_at=[0, 0, 2], restitution=0.3).other
+        'world'
+    """
+
+    frame: str
+    other: str = "world"
+    at: Vector = (0.0, 0.0, 0.0)
+    other_at: Vector = (0.0, 0.0, 0.0)
+    length: float = 1.0
+    restitution: float | Callable[[float], float] = 0.0
+    name: str | None = None
+    stiffness: float | None = None
+
+    def __post_init__(self) -> None:
+        what = _check_points(self)
+        length = number(self.length, f"{what}: length")
+        if not length > 0.0:
+            raise RangeError.of(f"{what}: length", length, "above 0 m")
+        object.__setattr__(self, "length", length)
+        restitution = checked_restitution(self.restitution, f"{what}: restitution")
+        object.__setattr__(self, "restitution", restitution)
+        check_stiffness(self, what)
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """The frames it acts on."""
+        return (self.frame, self.other)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints it acts in."""
+        return ()
+
+
+def check_ends(robot: Robot, entry: DistanceAnchor | Rope, where: str) -> None:
+    """Prove that a robot has both ends, on two bodies.
+
+    Raises:
+        UnknownNameError: a frame that the robot does not have.
+        InputError: both ends on one rigid body.
+    """
+    frames = robot.model.frames
+    ends = [frames[robot.frame_id(name, where)].parentJoint for name in entry.frame_names]
+    if ends[0] == ends[1]:
+        body = "the world" if ends[0] == 0 else "one rigid body"
+        raise InputError(
+            f'{where}: "{entry.frame}" and "{entry.other}" both belong to {body}; '
+            "their points keep their distance anyway"
+        )
+
+
+def _check_points(entry: DistanceAnchor | Rope) -> str:
+    """Check what both have; gives the words that name the entry."""
+    kind = type(entry).__name__
+    text(entry.frame, f"{kind}: frame")
+    text(entry.other, f"{kind}: other")
+    what = f'{kind} of "{entry.frame}" to "{entry.other}"'
+    if entry.frame == entry.other:
+        raise InputError(f"{what}: two points of one frame keep their distance anyway")
+    for field in ("at", "other_at"):
+        object.__setattr__(entry, field, vector(getattr(entry, field), f"{what}: {field}"))
+    if entry.name is not None:
+        text(entry.name, f"{what}: name")
+    return what

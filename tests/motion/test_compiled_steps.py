@@ -1,0 +1,217 @@
+"""The compiled tree, forces and steps against Pinocchio, scipy and closed forms; interpreted."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.integrate import DOP853
+
+import impulsekit as ik
+from impulsekit.motion import compiled_look, compiled_stepper, tree
+from impulsekit.motion.chart import Chart
+from impulsekit.motion.compiled_chart import write_configuration, write_rate
+from impulsekit.motion.compiled_step import attempt
+from impulsekit.motion.memory import Memory
+from impulsekit.motion.tree_of_model import room_of, tree_of
+
+BOX = """<robot name="box"><link name="box"><inertial><mass value="2"/>
+<inertia ixx=".02" iyy=".03" izz=".04" ixy=".001" ixz="0" iyz=".002"/></inertial></link></robot>"""
+
+
+class Interpreted:
+    """An entry whose code runs as Python, as if it were compiled."""
+
+    is_compiled = True
+
+    def __init__(self, entry):
+        self.entry, self.calls = entry, 0
+
+    def load(self):
+        pass
+
+    def wait(self, seconds):
+        pass
+
+    def __call__(self, *args):
+        self.calls += 1
+        with np.errstate(all="ignore"):
+            return self.entry.py_func(*args)
+
+
+@pytest.fixture
+def stepped(monkeypatch):
+    """Motions make their steps by the code that is compiled elsewhere."""
+    step, look = Interpreted(attempt), Interpreted(compiled_look.look)
+    monkeypatch.setattr(compiled_stepper.CompiledStepper, "code", step)
+    monkeypatch.setattr(compiled_stepper, "look", look)
+    return step, look
+
+
+def model_of_all_joints():
+    """A tree with every kind of joint that compiled code knows, and armature."""
+    model, rng = pin.Model(), np.random.default_rng(5)
+    axis = np.array([1.0, 2.0, -2.0]) / 3.0
+    joints = [
+        pin.JointModelFreeFlyer(),
+        pin.JointModelRX(),
+        pin.JointModelRevoluteUnaligned(axis),
+        pin.JointModelRUBZ(),
+        pin.JointModelPY(),
+        pin.JointModelPrismaticUnaligned(axis),
+        pin.JointModelSpherical(),
+        pin.JointModelPlanar(),
+        pin.JointModelTranslation(),
+    ]
+    # Pinocchio wants every branch in one piece.
+    for i, (parent, joint) in enumerate(zip((0, 1, 2, 3, 3, 5, 6, 0, 8), joints, strict=True)):
+        place = pin.SE3(pin.SE3.Random().rotation, rng.normal(size=3))
+        own = model.addJoint(parent, joint, place, f"joint{i}")
+        body = pin.Inertia(rng.uniform(0.5, 2.0), rng.normal(size=3) / 5.0, np.eye(3) / 10.0)
+        model.appendBodyToJoint(own, body, pin.SE3.Identity())
+    model.armature = rng.uniform(0.0, 0.1, model.nv)
+    model.gravity.linear = np.array([0.5, -1.0, -9.0])
+    return model
+
+
+def random_state(model, seed):
+    rng = np.random.default_rng(seed)
+    q = pin.integrate(model, pin.neutral(model), rng.normal(size=model.nv))
+    return q, rng.normal(size=model.nv)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_tree_against_pinocchio(seed):
+    model = model_of_all_joints()
+    q, v = random_state(model, seed)
+    own, room, shown = tree_of(model), room_of(model), Memory(model)
+    load = np.zeros(model.nv)
+    tree.look_at(own, room, q, v)
+    tree.write_jacobian(own, room)
+    tree.write_factor(own, room)
+    tree.begin_forces(own, room)
+    tree.take_forces(own, room, load)
+    pin.forwardKinematics(model, shown.data, q, v, np.zeros(model.nv))
+    pin.computeJointJacobians(model, shown.data)
+    pin.crba(model, shown.data, q)
+    pin.cholesky.decompose(model, shown.data)
+    kinematics = room.kinematics
+    for found, right in (
+        (kinematics.places, shown.places),
+        (kinematics.speeds, shown.speeds),
+        (kinematics.rates, shown.rates),
+        (kinematics.jacobian, shown.jacobian),
+        (room.factor.pivots, shown.pivots),
+        (np.tril(room.factor.factor, -1), np.tril(shown.factor, -1)),
+        (-load, pin.nonLinearEffects(model, shown.data, q, v)),
+    ):
+        np.testing.assert_allclose(found[1:], right[1:], atol=3e-14 * np.abs(right).max())
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-3, 0.3, 0.4, 2.5])
+def test_chart_against_pinocchio_and_differences(size):
+    model = model_of_all_joints()
+    q, v = random_state(model, 7)
+    chart, own = Chart(model), tree_of(model)
+    start = chart.centred(q)
+    x = start + size * np.random.default_rng(1).uniform(-1.0, 1.0, model.nv) / np.sqrt(3.0)
+    found, rate = np.zeros(model.nq), np.zeros(model.nv)
+    write_configuration(own, chart.reference, x, found)
+    np.testing.assert_allclose(found, chart.configuration(x), atol=1e-14 * (1.0 + size))
+    write_rate(own, x, found, v, rate)
+    h = 1e-5
+    ends = [chart.configuration(x + sign * h * rate) for sign in (1.0, -1.0)]
+    moved = pin.difference(model, ends[1], ends[0]) / (2.0 * h)
+    np.testing.assert_allclose(moved, v, atol=2e-8 * (1.0 + size**2))
+
+
+def forced_scene():
+    box = ik.Robot.from_urdf(BOX, root="freeflyer")
+    both = ik.combine(box=box, arm=ik.Robot.from_urdf("models/double_pendulum.urdf"))
+    shoulder, elbow = [name for name in both.joint_names if name.startswith("arm/")]
+    forces = [
+        ik.AppliedForce("box/box", linear=lambda t: (8 * np.cos(9 * t), 0, 1), at=[0.1, 0, 0]),
+        ik.AppliedForce("box/box", linear=[1, 2, 3], angular=[0.1, 0, 0.2], axes="local"),
+        ik.Spring("box/box", at=[0.1, 0.2, 0], other_at=[0, 0, 2], stiffness=50, damping=1),
+        ik.Spring("box/box", at=[0, 0.2, 0], stiffness=90, rest_length=0.5, acts="pull"),
+        ik.JointSpring(shoulder, stiffness=3, damping=0.1, rest=0.2),
+        ik.JointSpring(elbow, stiffness=80, damping=0.5, rest=0.1, acts="above"),
+        ik.Actuator(shoulder, ik.PD(stiffness=5, damping=0.3, target=1, velocity=2, limit=1.5)),
+        ik.Actuator(elbow, ik.TorqueTable([0, 0.1, 0.3], [0, 1, -1])),
+        ik.Actuator(shoulder, 0.2),
+    ]
+    return ik.Scene(both, forces=forces)
+
+
+def test_all_forces_against_scipy(stepped):
+    """The motion under all kinds of forces, against the dynamics of Pinocchio and scipy's loop."""
+    scene = forced_scene()
+    q, v = random_state(scene.robot.model, 3)
+    settings = {"rtol": 1e-12, "atol": 1e-13}
+    motion = ik.simulate(scene, q, v, duration=0.25, **settings)
+    assert motion.status is ik.MotionStatus.FINISHED and stepped[0].calls > 3
+    flow = PlainMotion(scene, q)
+    # Steps end where the table has a corner, and no piece turns by half a turn.
+    for start, end in pairwise(np.linspace(0.0, 0.25, 11).tolist()):
+        flow.advance(start, end, v0=v if start == 0.0 else None)
+    q_end, v_end = flow.state()
+    np.testing.assert_allclose(motion.v[-1], v_end, atol=3e-10)
+    np.testing.assert_allclose(
+        pin.difference(scene.robot.model, motion.q[-1], q_end), 0, atol=1e-10
+    )
+
+
+class PlainMotion:
+    """scipy's DOP853 on Pinocchio's accelerations, in Pinocchio's own tangent space."""
+
+    def __init__(self, scene, q):
+        from impulsekit.motion.dynamics import Dynamics
+
+        self.dynamics, self.q, self.model = Dynamics(scene), q, scene.robot.model
+
+    def advance(self, start, end, v0=None):
+        self.v = self.v if v0 is None else v0
+        nv, reference, model = self.model.nv, self.q, self.model
+
+        def rates(t, y):
+            q = pin.integrate(model, reference, y[:nv])
+            turn = pin.dDifference(model, reference, q, pin.ArgumentPosition.ARG1)
+            return np.concatenate([turn @ y[nv:], self.dynamics.acceleration(t, q, y[nv:])])
+
+        y = np.concatenate([np.zeros(nv), self.v])
+        solver = DOP853(rates, start, y, end, rtol=1e-12, atol=1e-13)
+        while solver.status == "running":
+            solver.step()
+        self.q, self.v = pin.integrate(model, reference, solver.y[:nv]), solver.y[nv:]
+
+    def state(self):
+        return self.q, self.v
+
+
+def test_ball_bounces_as_in_closed_form(stepped):
+    """Impacts of a ball at the times of the closed form, found within compiled steps."""
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    floor = ik.Contact("ball", normal=[0, 0, 1], restitution=0.5)
+    drop = ball.configuration(root_joint=[0, 0, 1, 0, 0, 0, 1])
+    motion = ik.simulate(ik.Scene(ball, contacts=[floor]), drop, ball.velocity(), duration=1.2)
+    first = np.sqrt(2.0 / 9.81)
+    times = first + 2.0 * first * np.cumsum([0.0, 0.5, 0.25, 0.125])
+    seen = [t for t, _ in motion.impacts]
+    np.testing.assert_allclose(seen[:3], times[:3], atol=1e-12)
+    assert stepped[1].calls
+
+
+def test_sliding_block_stops_and_sticks_as_in_closed_form(stepped):
+    """v²/2µg, found by steps with resting points whose events are compiled."""
+    box = ik.Robot.from_urdf(BOX, root="freeflyer")
+    corners = [
+        ik.Contact("box", at=[x, y, -0.1], friction=0.5) for x in (-0.2, 0.2) for y in (-0.2, 0.2)
+    ]
+    q = box.configuration(root_joint=[0, 0, 0.1, 0, 0, 0, 1])
+    v = box.velocity(root_joint=[1.0, 0, 0, 0, 0, 0])
+    motion = ik.simulate(ik.Scene(box, contacts=corners), q, v, duration=0.3)
+    assert motion.status is ik.MotionStatus.FINISHED and stepped[0].calls
+    np.testing.assert_allclose(motion.q[-1][0], 0.5 / (0.5 * 9.81), atol=1e-9)
+    np.testing.assert_allclose(motion.v[-1], 0.0, atol=1e-9)

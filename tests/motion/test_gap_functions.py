@@ -1,0 +1,208 @@
+"""Constraints and contacts by functions of q, against closed forms and integrations by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import impulsekit as ik
+from impulsekit.errors import CallbackError, InputError, RangeError, ShapeError
+
+G = 9.81
+JOINT = (
+    '<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+    '<axis xyz="{axis}"/><limit lower="-90" upper="90" effort="1" velocity="1"/></joint>'
+)
+MASS = (
+    '<inertial><mass value="{}"/><inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/>'
+    "</inertial>"
+)
+
+
+def bead(second="0 0 1"):
+    """A mass of 2 kg with the coordinates x and z (or y)."""
+    joints = JOINT.format(name="x", kind="prismatic", parent="base", child="a", axis="1 0 0")
+    joints += JOINT.format(name="z", kind="prismatic", parent="a", child="bead", axis=second)
+    links = f'<link name="base"/><link name="a"/><link name="bead">{MASS.format(2)}</link>'
+    return ik.Robot.from_urdf(f'<robot name="bead">{links}{joints}</robot>')
+
+
+WIRE = {
+    "gradient": ik.GapConstraint(
+        lambda q: q[1] - q[0] ** 2, gradient=lambda q: [[-2 * q[0], 1]], name="wire"
+    ),
+    "differences": ik.GapConstraint(lambda q: q[1] - q[0] ** 2, name="wire"),
+    "bias": ik.GapConstraint(
+        lambda q: [q[1] - q[0] ** 2],
+        gradient=lambda q: [-2 * q[0], 1],
+        bias=lambda q, v: -2 * v[0] ** 2,
+        name="wire",
+    ),
+}
+
+
+@pytest.mark.parametrize("way", WIRE)
+def test_bead_on_a_parabola(way):
+    """(1 + 4x²) ẍ = −4 x ẋ² − 2 g x, and the force of the wire m (z̈ + g) along z."""
+    motion = ik.simulate(
+        ik.Scene(bead(), constraints=[WIRE[way]]), [0.5, 0.25], [0.3, 0.3], duration=1.5
+    )
+
+    def slope(t, y):
+        x, u = y
+        return [u, -(4 * x * u * u + 2 * G * x) / (1 + 4 * x * x)]
+
+    found = solve_ivp(slope, (0, 1.5), [0.5, 0.3], "DOP853", rtol=1e-12, atol=1e-13)
+    x, u = found.y[:, -1]
+    np.testing.assert_allclose(motion.q[-1], [x, x * x], atol=1e-8)
+    np.testing.assert_allclose(motion.v[-1], [u, 2 * x * u], atol=1e-8)
+    force = motion.constraints["wire"].force(1.5)
+    rate = slope(0, (x, u))[1]
+    np.testing.assert_allclose(force, 2.0 * (2 * u * u + 2 * x * rate + G), rtol=1e-7)
+
+
+def test_a_blow_on_the_bead():
+    """M v = I + Gᵀλ with G v = 0: two equations by hand."""
+    scene = ik.Scene(bead(), [ik.JointImpulse("x", 1.0)], [WIRE["gradient"]])
+    impact = ik.solve(scene, [0.5, 0.25], [0.0, 0.0])
+    np.testing.assert_allclose(impact.v_after, [0.25, 0.25], atol=1e-15)
+    np.testing.assert_allclose(impact.constraints["wire"].impulse, [0.5], atol=1e-15)
+    rows = np.stack([[0.5, 0.25], [1.0, 1.0]])
+    batch = ik.solve_batch(scene, rows, np.zeros((2, 2)))
+    np.testing.assert_allclose(batch.v_after[0], impact.v_after)
+    np.testing.assert_allclose(batch.v_after[1], [0.1, 0.2], atol=1e-15)
+
+
+def cam_robot():
+    joints = JOINT.format(name="cam", kind="revolute", parent="base", child="disc", axis="0 1 0")
+    joints += JOINT.format(name="lift", kind="prismatic", parent="base", child="rod", axis="0 0 1")
+    links = "".join(f'<link name="{n}">{MASS.format(1)}</link>' for n in ("disc", "rod"))
+    return ik.Robot.from_urdf(f'<robot name="cam"><link name="base"/>{links}{joints}</robot>')
+
+
+R, A, W, E = 0.2, 0.05, 21.0, 0.4
+
+
+def height(angle):
+    return R + A * math.cos(angle) + 0.2 * A * math.cos(2 * angle)
+
+
+def test_cam_and_follower_that_jumps():
+    """The cam turns evenly; the follower falls on it again and again with e = 0.4."""
+    cam = ik.GapContact(
+        lambda q: q[1] - height(q[0]),
+        normal=lambda q: [A * math.sin(q[0]) + 0.4 * A * math.sin(2 * q[0]), 1.0],
+        restitution=E,
+        name="cam",
+    )
+    drive = ik.Driven("cam", lambda t: W * t, lambda t: W, lambda t: 0.0)
+    scene = ik.Scene(cam_robot(), constraints=[drive], contacts=[cam])
+    motion = ik.simulate(scene, [0.0, 0.4], [W, 0.0], duration=1.0)
+    z, v, t, right = 0.4, 0.0, 0.0, []
+    for _ in range(3):
+
+        def gap(s, z=z, v=v, t=t):
+            return z + v * (s - t) - 0.5 * G * (s - t) ** 2 - height(W * s)
+
+        s = t + 1e-4
+        while gap(s) > 0.0:
+            s += 1e-4
+        s = brentq(gap, s - 1e-4, s, xtol=1e-15)
+        lift = -W * (A * math.sin(W * s) + 0.4 * A * math.sin(2 * W * s))
+        v, z, t = lift - E * (v - G * (s - t) - lift), height(W * s), s
+        right.append(s)
+    np.testing.assert_allclose([t for t, _ in motion.impacts], right, atol=1e-8)
+
+
+def test_a_follower_stays_on_a_slow_cam_and_pushes_back():
+    """At rest on the cam: z = h(φ), and J φ̈ = τ − n h'(φ) with n = m (z̈ + g), by hand."""
+    cam = ik.GapContact(lambda q: q[1] - height(q[0]), name="cam")
+    scene = ik.Scene(cam_robot(), contacts=[cam])
+    start = [0.3, height(0.3)]
+    rise = -A * math.sin(0.3) - 0.4 * A * math.sin(0.6)
+    motion = ik.simulate(scene, start, [1.0, rise], duration=1.0)
+
+    def slope(t, y):
+        p, w = y
+        h1 = -A * math.sin(p) - 0.4 * A * math.sin(2 * p)
+        h2 = -A * math.cos(p) - 0.8 * A * math.cos(2 * p)
+        return [w, -h1 * (h2 * w * w + G) / (0.1 + h1 * h1)]
+
+    found = solve_ivp(slope, (0, 1), [0.3, 1.0], "DOP853", rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(motion.q[-1][0], found.y[0, -1], atol=1e-8)
+    np.testing.assert_allclose(motion.v[-1][0], found.y[1, -1], atol=1e-8)
+    assert motion.rests[0].end == math.inf and not motion.impacts
+
+
+def test_a_pin_rattles_in_its_clearance():
+    """A pin in a round hole: without losses it hits every chord of a regular star."""
+    gap = 0.01
+    hole = ik.GapContact(
+        lambda q: gap - math.hypot(q[0], q[1]),
+        normal=lambda q: -np.array(q) / math.hypot(q[0], q[1]) if any(q) else [0.0, 0.0],
+        restitution=1.0,
+        name="hole",
+    )
+    scene = ik.Scene(bead("0 1 0"), contacts=[hole], gravity=[0, 0, 0])
+    angle = 0.7
+    way = np.array([-math.cos(angle), math.sin(angle)])
+    motion = ik.simulate(scene, [gap * 0.999999, 0.0], way, duration=0.2)
+    x = gap * 0.999999
+    first = x * math.cos(angle) + math.sqrt(gap**2 - (x * math.sin(angle)) ** 2)
+    chord = 2 * math.sqrt(gap**2 - (x * math.sin(angle)) ** 2)
+    times = np.array([t for t, _ in motion.impacts])
+    assert len(times) == 13
+    np.testing.assert_allclose(times, first + chord * np.arange(13), atol=1e-8)
+    np.testing.assert_allclose(np.linalg.norm(motion.v[-1]), 1.0, atol=1e-12)
+
+
+def test_friction_by_tangents():
+    """A block on a slope by functions of q: g (sin − µ cos) along it."""
+    slope, mu = 0.5, 0.3
+    c, s = math.cos(slope), math.sin(slope)
+    plane = ik.GapContact(
+        lambda q: q[1] * c - q[0] * s,
+        normal=lambda q: [-s, c],
+        tangents=lambda q: [c, s],
+        friction=mu,
+        name="slope",
+    )
+    motion = ik.simulate(ik.Scene(bead(), contacts=[plane]), [0.0, 0.0], [0.0, 0.0], duration=1.0)
+    way = -0.5 * G * (s - mu * c)
+    np.testing.assert_allclose(motion.q[-1], [way * c, way * s], atol=1e-8)
+    force = motion.contacts["slope"].force(0.5)
+    np.testing.assert_allclose(force, [2 * mu * G * c, 0.0, 2 * G * c], rtol=1e-9)
+    hit = ik.solve(ik.Scene(bead(), contacts=[plane]), [0.0, 0.0], [0.0, -1.0])
+    along = -s + mu * c
+    np.testing.assert_allclose(hit.v_after, [along * c, along * s], atol=1e-14)
+    assert hit.contacts["slope"].mode == "sliding"
+
+
+def test_what_is_refused():
+    robot = bead()
+    wrong = ik.GapConstraint(lambda q: q[1] - q[0] ** 2, gradient=lambda q: [2 * q[0], 1])
+    with pytest.raises(RangeError, match=r"gradient\[0, 0\] must be .*, the derivative of g, got"):
+        ik.Scene(robot, constraints=[wrong])
+    with pytest.raises(RangeError, match=r"normal\[0, 1\] must be"):
+        ik.Scene(robot, contacts=[ik.GapContact(lambda q: q[1], normal=lambda q: [0, 2])])
+    with pytest.raises(InputError, match="g must be a function"):
+        ik.GapConstraint(1.0)
+    with pytest.raises(InputError, match="friction needs tangents"):
+        ik.GapContact(lambda q: q[0], friction=0.3)
+    with pytest.raises(ShapeError):
+        ik.Scene(robot, constraints=[ik.GapConstraint(lambda q: q[1], gradient=lambda q: [1])])
+
+    def broken(q):
+        raise KeyError("x")
+
+    with pytest.raises(CallbackError, match="KeyError"):
+        ik.solve(ik.Scene(robot, constraints=[ik.GapConstraint(broken)]), [0, 0], [0, 0])
+    impact = ik.solve(ik.Scene(robot, constraints=[WIRE["gradient"]]), [0, 0], [0, 1])
+    with pytest.raises(InputError, match="cannot be checked"):
+        ik.check(impact)
+    with pytest.raises(InputError, match="derivatives of scenes with a GapConstraint"):
+        ik.derivatives(impact)

@@ -1,0 +1,199 @@
+"""Distances that are kept or bounded: ropes and rods against closed forms and other models."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit.errors import InputError, RangeError, UnknownNameError
+
+BALL = "models/ball.urdf"
+G = 9.81
+
+
+def ball_at(place, velocity=(0, 0, 0, 0, 0, 0)):
+    ball = ik.Robot.from_urdf(BALL, root="freeflyer")
+    q = ball.configuration(root_joint=[*place, 0, 0, 0, 1])
+    return ball, q, ball.velocity(root_joint=velocity)
+
+
+def test_a_rope_jerks_taut_as_in_closed_form():
+    """A ball falls beside its hook: the time, and e of the speed along the rope."""
+    ball, q, v = ball_at([0.3, 0, 0])
+    e, length = 0.5, 1.0
+    rope = ik.Rope("ball", length=length, restitution=e, name="rope")
+    motion = ik.simulate(ik.Scene(ball, contacts=[rope]), q, v, duration=0.6)
+    depth = np.sqrt(length**2 - 0.3**2)
+    time, impact = motion.impacts[0]
+    assert time == pytest.approx(np.sqrt(2 * depth / G), abs=1e-13)
+    way = np.array([0.3, 0, -depth])
+    speed = np.sqrt(2 * G * depth) * depth
+    np.testing.assert_allclose(impact.v_after[:3] @ way, -e * speed, atol=1e-13)
+    mass = ball.model.inertias[1].mass
+    np.testing.assert_allclose(
+        impact.contacts["rope"].impulse, -(1 + e) * mass * speed * way, atol=1e-13
+    )
+    assert impact.contacts["rope"].gap == pytest.approx(0.0, abs=1e-12)
+    assert ik.check(impact).agrees
+
+
+def test_a_ball_swings_on_a_taut_rope_as_a_pendulum():
+    """The rope rests: the same motion as of a point mass on a revolute joint, and its pull."""
+    length, speed = 0.8, 1.3
+    ball, q, v = ball_at([0, 0, -length], (speed, 0, 0, 0, 0, 0))
+    rope = ik.Rope("ball", length=length, name="rope")
+    motion = ik.simulate(ik.Scene(ball, contacts=[rope]), q, v, duration=1.0)
+    assert motion.status is ik.MotionStatus.FINISHED and len(motion.impacts) <= 1
+    model = pin.Model()
+    joint = model.addJoint(0, pin.JointModelRY(), pin.SE3.Identity(), "hinge")
+    mass = ball.model.inertias[1].mass
+    body = pin.Inertia(mass, np.array([0, 0, -length]), np.zeros((3, 3)))
+    model.appendBodyToJoint(joint, body, pin.SE3.Identity())
+    hinge = ik.Robot.from_model(model)
+    swing = ik.simulate(
+        ik.Scene(hinge), hinge.neutral(), np.array([-speed / length]), duration=1.0, rtol=1e-12
+    )
+    angles = swing.q[:, 0]
+    right = length * np.stack([-np.sin(angles), 0 * angles, -np.cos(angles)], axis=1)
+    np.testing.assert_allclose(motion.q[:, :3], right, atol=2e-9)
+    pull = motion.contacts["rope"].force(0.5)
+    angle, rate = swing.at(0.5)[0][0], swing.at(0.5)[1][0]
+    expected = mass * (G * np.cos(angle) + length * rate**2)
+    np.testing.assert_allclose(np.linalg.norm(pull), expected, rtol=1e-8)
+
+
+def test_a_slack_rope_does_nothing_and_a_taut_one_lets_go():
+    """Thrown up on its rope, a ball flies its parabola until the rope is taut again."""
+    ball, q, v = ball_at([0, 0, -1.0], (0, 0, 3.0, 0, 0, 0))
+    motion = ik.simulate(ik.Scene(ball, contacts=[ik.Rope("ball", length=1.0)]), q, v, duration=0.5)
+    assert not motion.impacts
+    np.testing.assert_allclose(motion.q[-1][2], -1 + 3 * 0.5 - 0.5 * G * 0.25, atol=1e-12)
+
+
+def two_rods():
+    """A double pendulum whose last joint is replaced by a rod: two balls on a chain of rods."""
+    ball = ik.Robot.from_urdf(BALL, root="freeflyer")
+    return ik.combine(a=ball, b=ball)
+
+
+def test_rods_move_as_a_double_pendulum():
+    robot, l1, l2 = two_rods(), 0.5, 0.7
+    scene = ik.Scene(
+        robot,
+        constraints=[
+            ik.DistanceAnchor("a/ball", name="upper"),
+            ik.DistanceAnchor("b/ball", "a/ball"),
+        ],
+    )
+    angles, rates = np.array([0.4, 1.1]), np.array([0.3, -0.8])
+
+    def place(angles):
+        one = l1 * np.array([np.sin(angles[0]), 0, -np.cos(angles[0])])
+        return one, one + l2 * np.array([np.sin(angles[1]), 0, -np.cos(angles[1])])
+
+    h = 1e-6
+    speeds = [
+        (p - m) / (2 * h)
+        for p, m in zip(place(angles + h * rates), place(angles - h * rates), strict=True)
+    ]
+    one, two = place(angles)
+    q = robot.configuration(
+        **{"a/root_joint": [*one, 0, 0, 0, 1], "b/root_joint": [*two, 0, 0, 0, 1]}
+    )
+    v = robot.velocity(
+        **{"a/root_joint": [*speeds[0], 0, 0, 0], "b/root_joint": [*speeds[1], 0, 0, 0]}
+    )
+    motion = ik.simulate(scene, q, v, duration=1.0)
+    assert motion.status is ik.MotionStatus.FINISHED
+    right = double_pendulum(angles, rates, l1, l2, 1.0)
+    found = motion.q[-1]
+    one, two = place(right)
+    np.testing.assert_allclose(found[:3], one, atol=2e-8)
+    np.testing.assert_allclose(found[7:10], two, atol=2e-8)
+
+
+def double_pendulum(angles, rates, l1, l2, duration):
+    """Lagrange's equations of two equal point masses, written by hand, to 1e-12."""
+    from scipy.integrate import solve_ivp
+
+    def slope(t, y):
+        a, b, p, r = y
+        c, s = np.cos(a - b), np.sin(a - b)
+        mass = np.array([[2 * l1, l2 * c], [l1 * c, l2]])
+        force = np.array([-l2 * r * r * s - 2 * G * np.sin(a), l1 * p * p * s - G * np.sin(b)])
+        return [p, r, *np.linalg.solve(mass, force)]
+
+    found = solve_ivp(slope, (0, duration), [*angles, *rates], "DOP853", rtol=1e-12, atol=1e-13)
+    return found.y[:2, -1]
+
+
+def test_a_rod_shares_a_blow_as_by_hand():
+    """Two balls on a rod at 45°: what goes along it is shared by the masses, the rest is not."""
+    robot = two_rods()
+    mass = robot.model.inertias[1].mass
+    q = robot.configuration(**{"b/root_joint": [1, 1, 0, 0, 0, 0, 1]})
+    blow = ik.AppliedImpulse("a/ball", linear=[1, 0, 0])
+    scene = ik.Scene(robot, [blow], [ik.DistanceAnchor("a/ball", "b/ball", name="rod")])
+    impact = ik.solve(scene, q, robot.velocity())
+    np.testing.assert_allclose(impact.v_after[[0, 1, 6, 7]] * mass, [0.75, -0.25, 0.25, 0.25])
+    # a is hit towards b: the rod pushes them apart.
+    np.testing.assert_allclose(impact.constraints["rod"].impulse, [np.sqrt(0.5) / 2], atol=1e-14)
+    assert ik.check(impact).agrees
+    kept = ik.Scene(robot, [blow], [ik.DistanceAnchor("a/ball", "b/ball", velocity="kept")])
+    v = robot.velocity(**{"b/root_joint": [0.2, 0, 0, 0, 0, 0]})
+    after = ik.solve(kept, q, v).v_after
+    way = np.array([1, 1, 0]) / np.sqrt(2)
+    np.testing.assert_allclose((after[6:9] - after[:3]) @ way, 0.2 / np.sqrt(2), atol=1e-14)
+
+
+def test_batches_and_files_take_them(tmp_path):
+    robot = two_rods()
+    scene = ik.Scene(
+        robot,
+        [ik.AppliedImpulse("a/ball", linear=[1, 0, 0])],
+        [ik.DistanceAnchor("a/ball", "b/ball", at=[0, 0, 0.01])],
+        [ik.Rope("b/ball", length=2.0, restitution=0.25, name="rope")],
+    )
+    assert pickle.loads(pickle.dumps(scene)).contacts == scene.contacts
+    scene_q = robot.configuration(**{"b/root_joint": [0, 2.0, 0, 0, 0, 0, 1]})
+    states = np.stack([scene_q, scene_q])
+    speeds = np.stack([robot.velocity(), robot.velocity(**{"b/root_joint": [0, 1, 0, 0, 0, 0]})])
+    batch = ik.solve_batch(scene, states, speeds)
+    for row, (q, v) in enumerate(zip(states, speeds, strict=True)):
+        np.testing.assert_allclose(batch.v_after[row], ik.solve(scene, q, v).v_after, atol=1e-13)
+    path = tmp_path / "scene.toml"
+    single = ik.Robot.from_urdf(BALL, root="freeflyer")
+    ik.save_scene(
+        path,
+        ik.Scene(
+            single,
+            contacts=[ik.Rope("ball", length=0.5)],
+            constraints=[ik.DistanceAnchor("ball", other_at=[0, 0, 1])],
+        ),
+        single.neutral(),
+        single.velocity(),
+    )
+    text = path.read_text()
+    assert 'kind = "rope"' in text and 'kind = "distance_anchor"' in text
+    read = ik.load_scene(path)
+    assert read.scene.contacts[0].length == 0.5
+
+
+def test_what_is_refused():
+    ball, q, v = ball_at([0, 0, 0])
+    with pytest.raises(RangeError, match="length must be above 0 m"):
+        ik.Rope("ball", length=0.0)
+    with pytest.raises(InputError, match="keep their distance anyway"):
+        ik.DistanceAnchor("ball", "ball")
+    with pytest.raises(UnknownNameError):
+        ik.Scene(ball, constraints=[ik.DistanceAnchor("bal")])
+    scene = ik.Scene(ball, constraints=[ik.DistanceAnchor("ball")])
+    with pytest.raises(InputError, match="no line joins them"):
+        ik.solve(scene, q, v)
+    apart = ball.configuration(root_joint=[1, 0, 0, 0, 0, 0, 1])
+    with pytest.raises(InputError, match="turns with no body"):
+        ik.derivatives(ik.solve(scene, apart, v))
