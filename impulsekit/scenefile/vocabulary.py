@@ -107,6 +107,8 @@ DESIGN = Section("design.points", {"point": DesignPoint}, needs_kind=False)
 
 # Dataclasses that may stand as a table within an entry.
 NESTED: tuple[type, ...] = (Restitution, RestitutionTable, PD, TorqueTable)
+# Their stiffness may be infinite: ``stiffness = inf``.
+_CONTACTS = (Contact, JointStop, Collision)
 # Those of them that may stand for a coefficient of restitution.
 _RESTITUTIONS = (Restitution, RestitutionTable)
 
@@ -118,7 +120,10 @@ def model_of(cls: type) -> type[pydantic.BaseModel]:
     fields: dict[str, Any] = {}
     for item in dataclasses.fields(cls):
         required = default_of(item) is dataclasses.MISSING
-        fields[item.name] = (_in_file(hints[item.name]), ... if required else None)
+        hint = _in_file(hints[item.name])
+        if item.name == "stiffness" and cls in _CONTACTS:
+            hint = Annotated[float, pydantic.AllowInfNan(True)] | None
+        fields[item.name] = (hint, ... if required else None)
     return pydantic.create_model(cls.__name__, __config__=STRICT, **fields)
 
 
