@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
+from .gaps import Gaps
 from .present import Present
 
 __all__ = ["lay_down", "take_out_drift"]
@@ -36,14 +37,29 @@ def lay_down(now: Present) -> None:
     """Bring points that have come to rest to where they touch, and let them neither part nor press.
 
     Faces that lie on each other are parallel then and stay so: points that all but depend on
-    each other would ask for forces that cannot be.
+    each other would ask for forces that cannot be. What chatters and can stick does not slip
+    either: friction of so little slip would tip it, and let it chatter on.
     """
-    resting = now.resting.contacts
-    if now.gaps is not None and resting:
-        now.gaps.of_points(resting, now.q, now.v)
+    resting, gaps = now.resting.contacts, now.gaps
+    if gaps is not None and resting:
+        gaps.of_points(resting, now.q, now.v)
         places = [(c, k, 2) for c, one in enumerate(resting) for k in range(one.count)]
         _of_positions(now, places)
-        _of_velocities(now, places)
+        _of_velocities(now, places + _stuck(now, gaps))
+
+
+def _stuck(now: Present, gaps: Gaps) -> list[Place]:
+    """The tangents of points that chatter, and slip more slowly than they are captured."""
+    slip = gaps.velocities(now.resting.contacts, now.q, now.v).reshape(-1, 3)[:, :2]
+    places, i = [], 0
+    for c, one in enumerate(now.resting.contacts):
+        bound = getattr(gaps.items[one.gap], "capture_speed", 0.0)
+        bound = bound if one.friction and now.chatters(one.gap) else 0.0
+        for k in range(one.count):
+            if float(np.hypot(*slip[i])) < bound:
+                places += [(c, k, 0), (c, k, 1)]
+            i += 1
+    return places
 
 
 def _there(now: Present, places: list[Place]) -> tuple[list[int], list[int]]:
