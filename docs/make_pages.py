@@ -41,6 +41,7 @@ PAGES = (
     ("study", "Studies", ("batch.study",)),
     ("design", "Design and fits", ("design",)),
     ("compliance", "Forces of impacts and limits", ("compliance",)),
+    ("measured", "Measured motions", ("measured",)),
     ("checking", "Checks", ("checking",)),
     ("view", "Pages, plots and reports", ("view",)),
     ("errors", "Errors", ("errors",)),

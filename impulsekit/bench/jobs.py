@@ -19,11 +19,11 @@ from ..checking import check
 from ..impact import solve
 from ..impact.derivatives import derivatives
 from ..impact.warm import compile_laws
+from ..measured.recording import Recording
 from ..motion import simulate
 from ..robot import Robot
 from ..robot.combine import combine
 from ..scene import AppliedImpulse, Contact, FrameAnchor, Law, Scene
-from ..view.recording import Recording
 from ..view.replay import replay
 from .problems.feet import CORNERS, FEET, SOLES
 from .problems.robots import AT, LINEAR

@@ -16,6 +16,7 @@ from .bench import bench
 from .design import design
 from .doctor import doctor
 from .fit import fit
+from .identify import identify
 from .init import init
 from .inspect import inspect
 from .replay import replay
@@ -36,7 +37,7 @@ SECTIONS = {
     "Start": ("init", "robots", "inspect", "doctor", "warm-up"),
     "Solve": ("solve", "simulate", "replay"),
     "Many states": ("batch",),
-    "Design and fit": ("design", "fit"),
+    "Design and fit": ("design", "fit", "identify"),
     "Measure impulsekit": ("bench", "stress"),
 }
 
@@ -119,6 +120,7 @@ for command in (
     batch,
     design,
     fit,
+    identify,
     bench,
     stress,
     robots,

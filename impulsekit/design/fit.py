@@ -14,7 +14,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..display import Displayed, OneLine, one_line
-from ..errors import InputError, NotFiniteError, RangeError, ShapeError, UnknownNameError
+from ..errors import (
+    InputError,
+    NotFiniteError,
+    RangeError,
+    ShapeError,
+    UnknownNameError,
+    quoted,
+)
 from ..impact.derivatives import derivatives
 from ..impact.solver import solve_without_warnings
 from ..scene import Scene
@@ -27,6 +34,7 @@ from .doubts import (
     widened,
 )
 from .parameters import INERTIA_PARAMETERS, changed_scene, parameters_of
+from .weights import ROBUST, block_weights, whitening
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -35,8 +43,11 @@ __all__ = ["INERTIA_PARAMETERS", "Fit", "Measurement", "fit_impacts"]
 
 # A parameter on which v⁺ depends less than this, relative to the most telling one, is not seen.
 UNSEEN = 1e-9
-# Frictions from which a fit starts as well: dry contacts have 0.1 to 1.
-FRICTIONS = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8)
+# Weights and values follow from each other in so many rounds at most, or until values settle.
+MOST_ROUNDS, SETTLED = 12, 1e-6
+# Frictions from which a fit starts as well: dry contacts have 0.1 to 1. A third apart, since
+# above the friction of the fastest slip every contact sticks, and below it all may slide.
+FRICTIONS = tuple(0.02 * 1.36**k for k in range(15))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -45,11 +56,13 @@ class Measurement(OneLine):
 
     Attributes:
         scene: the scene of the impact; the fit starts from its coefficients and inertias.
-        q: (nq,) configuration. v_before: (nv,); both taken as exact. Noise in them widens the
-            intervals if sigma is None, or too small for it.
+        q: (nq,) configuration. v_before: (nv,); both taken as exact without ``covariance``;
+            noise in them then widens the intervals if sigma is None, or too small for it.
         v_after: (nv,) as measured; NaN for missing entries.
-        sigma: standard deviation of the noise, one number or (nv,); None if unknown; it is
-            then estimated from the residuals.
+        sigma: standard deviation of the noise of v_after, one number or (nv,); None if unknown;
+            it is then estimated from the residuals.
+        covariance: (3 nv, 3 nv) of (q on its tangent, v_before, v_after), instead of sigma:
+            errors in variables, carried through the impact to first order.
 
     Example:
         >>> from impulsekit import Contact, Robot, Scene, solve
@@ -66,6 +79,7 @@ class Measurement(OneLine):
     v_before: ArrayLike
     v_after: ArrayLike
     sigma: ArrayLike | None = None
+    covariance: ArrayLike | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -88,6 +102,7 @@ class Fit(Displayed):
         bounds: (P, 2) of each parameter.
         notes: warnings: a misfit, parameters without effect on any measurement, bounds
             reached, outliers. Empty for a good fit.
+        weights: (M,) how much each measurement counts, 1 without ``robust``.
 
     Example:
         >>> from impulsekit import Contact, Robot, Scene, solve
@@ -112,6 +127,8 @@ class Fit(Displayed):
     sigma_given: bool
     bounds: np.ndarray = field(repr=False)
     notes: tuple[str, ...] = ()
+    weights: np.ndarray = field(default_factory=lambda: np.ones(0), repr=False)
+    _blocks: tuple[tuple[np.ndarray, np.ndarray], ...] = field(default=(), repr=False)
 
     @property
     def sigma(self) -> np.ndarray:
@@ -150,13 +167,36 @@ class Fit(Displayed):
         ends = np.stack([self.values - reach * self.sigma, self.values + reach * self.sigma], 1)
         return np.clip(ends, self.bounds[:, :1], self.bounds[:, 1:])
 
+    def resampled(self, count: int = 1000, seed: int = 0) -> np.ndarray:
+        """(count, P) values from resampled measurements (bootstrap), a Newton step each.
+
+        Percentiles are intervals that need no normal noise: hold them beside ``intervals``.
+
+        Raises:
+            RangeError: ``count`` is below 1.
+        """
+        if count < 1:
+            raise RangeError.of("count", count, "1 or more")
+        rng = np.random.default_rng(seed)
+        normals = np.array([rows.T @ rows for rows, _ in self._blocks])
+        scores = np.array([rows.T @ left for rows, left in self._blocks])
+        found = np.empty((count, len(self.values)))
+        for k in range(count):
+            chosen = rng.integers(len(normals), size=len(normals))
+            normal, score = normals[chosen].sum(axis=0), scores[chosen].sum(axis=0)
+            size = np.sqrt(np.maximum(np.diagonal(normal), 1e-300))
+            inverse = np.linalg.pinv(normal / np.outer(size, size), rcond=UNSEEN, hermitian=True)
+            found[k] = self.values - (inverse @ (score / size)) / size
+        return np.clip(found, self.bounds[:, 0], self.bounds[:, 1])
+
 
 def fit_impacts(
     measurements: Sequence[Measurement],
     *,
-    restitution: Sequence[str] = (),
-    friction: Sequence[str] = (),
+    restitution: Sequence[str | Sequence[str]] = (),
+    friction: Sequence[str | Sequence[str]] = (),
     inertias: Mapping[str, Sequence[str]] | None = None,
+    robust: str = "none",
 ) -> Fit:
     """Fit coefficients and inertias to measured impacts.
 
@@ -167,9 +207,12 @@ def fit_impacts(
 
     Args:
         measurements: the impacts, in one scene or in several with one robot.
-        restitution, friction: names of contacts whose coefficient is fitted.
+        restitution, friction: names of contacts whose coefficient is fitted; a pattern such as
+            "corner_*" or a tuple of names is one coefficient that all of these share.
         inertias: by joint, the fitted ones of ``INERTIA_PARAMETERS`` of the body behind it,
             about the joint's origin, in its frame.
+        robust: "none"; "huber" weighs down measurements that are off the others, "biweight"
+            leaves out those that are far off.
 
     Raises:
         InputError: nothing to fit, too few numbers for the parameters, a restitution that
@@ -185,8 +228,10 @@ def fit_impacts(
         >>> round(fit_impacts(seen, restitution=["floor"])["floor: restitution"], 9)
         0.8
     """
+    if robust not in ROBUST:
+        raise RangeError.of("robust", quoted(robust), ", ".join(quoted(each) for each in ROBUST))
     problem = _Problem(measurements, restitution, friction, inertias or {})
-    return problem.fit()
+    return problem.fit(robust)
 
 
 class _Problem:
@@ -195,15 +240,15 @@ class _Problem:
     def __init__(
         self,
         measurements: Sequence[Measurement],
-        restitution: Sequence[str],
-        friction: Sequence[str],
+        restitution: Sequence[str | Sequence[str]],
+        friction: Sequence[str | Sequence[str]],
         inertias: Mapping[str, Sequence[str]],
     ) -> None:
         self._measurements = tuple(measurements)
         if not self._measurements:
             raise InputError("fit_impacts: no measurements; give one or more")
-        first = self._measurements[0].scene
-        self._parameters = parameters_of(first, restitution, friction, inertias)
+        scenes = [measurement.scene for measurement in self._measurements]
+        self._parameters = parameters_of(scenes, restitution, friction, inertias)
         if not self._parameters:
             raise InputError(
                 "fit_impacts: nothing is to be found; name contacts in restitution or friction, "
@@ -216,8 +261,10 @@ class _Problem:
         self._read_measured()
 
     def _read_measured(self) -> None:
-        self._after, self._seen, self._weights = [], [], []
-        given = [m.sigma is not None for m in self._measurements]
+        self._after, self._seen = [], []
+        self._whiteners: list[np.ndarray] = []
+        self._covariances: list[np.ndarray | None] = []
+        given = [m.sigma is not None or m.covariance is not None for m in self._measurements]
         if any(given) and not all(given):
             raise InputError("fit_impacts: give sigma for all measurements or for none")
         self._estimated = not any(given)
@@ -234,7 +281,10 @@ class _Problem:
             seen = ~np.isnan(after)
             self._after.append(after[seen])
             self._seen.append(seen)
-            self._weights.append(1.0 / sigma[seen])
+            self._whiteners.append(np.diag(1.0 / sigma[seen]))
+            self._covariances.append(_checked_covariance(m, i, nv))
+        self._factors = np.ones(len(self._measurements))
+        self._last: tuple[bytes, np.ndarray, np.ndarray] | None = None
         count = sum(len(after) for after in self._after)
         self._freedom = count - len(self.names)
         if self._freedom < (1 if self._estimated else 0):
@@ -243,18 +293,69 @@ class _Problem:
                 "parameters and the noise"
             )
 
-    def fit(self) -> Fit:
-        """The least squares."""
+    def fit(self, robust: str) -> Fit:
+        """The least squares; weights follow from its residuals, and it from them."""
+        found = None
+        start = self._start
+        noisy = any(each is not None for each in self._covariances)
+        rounds = MOST_ROUNDS if noisy or robust != "none" else 1
+        if noisy:
+            self._carry_noise(start)
+        for turn in range(rounds):
+            # Weights that leave out what is far off need a fit that is near already.
+            kind = "huber" if robust == "biweight" and turn < 2 else robust
+            found = self._least_squares(start)
+            moved = np.abs(found.x - start) > SETTLED * np.maximum(np.abs(found.x), 1e-3)
+            start = found.x
+            if turn + 1 == rounds or (turn > 2 and not moved.any()):
+                break
+            if noisy:
+                self._carry_noise(start)
+            if robust != "none":
+                self._factors[:] = 1.0
+                self._last = None
+                residual = self._both(start)[0]
+                self._factors = np.sqrt(block_weights(kind, self._blocks_of(residual)))
+            self._last = None
+        return self._result(found, robust)
+
+    def _carry_noise(self, x: np.ndarray) -> None:
+        """Whiten residuals v⁺ − f(q, v⁻) by the noise of all three, f linear about what was seen.
+
+        The effective variance of Orear (1982): the first order of errors in variables.
+        """
+        self._last = None
+        scenes: dict[int, Scene] = {}
+        for i, (m, seen, own) in enumerate(
+            zip(self._measurements, self._seen, self._covariances, strict=True)
+        ):
+            if own is None:
+                continue
+            scene = scenes.get(id(m.scene))
+            if scene is None:
+                scene = scenes[id(m.scene)] = changed_scene(m.scene, self._parameters, x)
+            found = derivatives(solve_without_warnings(scene, m.q, m.v_before))
+            nv = scene.robot.nv
+            to_residual = np.hstack(
+                [np.nan_to_num(found.dv_after_dq), np.nan_to_num(found.dv_after_dv), -np.eye(nv)]
+            )[seen]
+            self._whiteners[i] = whitening(to_residual @ own @ to_residual.T)
+
+    def _blocks_of(self, rows: np.ndarray) -> list[np.ndarray]:
+        """Rows by measurement."""
+        return np.split(rows, np.cumsum([len(after) for after in self._after])[:-1])
+
+    def _least_squares(self, first: np.ndarray) -> Any:
         from scipy.optimize import least_squares
 
         size = np.maximum(np.abs(self._start), 1e-3)
         # Off the bounds, where a coefficient could not move both ways.
         inside = np.clip(
-            self._start,
+            first,
             np.where(np.isfinite(self._low), self._low + 1e-6, -np.inf),
             np.where(np.isfinite(self._high), self._high - 1e-6, np.inf),
         )
-        self._last: tuple[bytes, np.ndarray, np.ndarray] | None = None
+        self._last = None
 
         def from_start(start: np.ndarray) -> Any:
             return least_squares(
@@ -272,6 +373,10 @@ class _Problem:
         other = self._other_start(found.x)
         if other is not None:
             found = min(found, from_start(other), key=lambda fit: fit.cost)
+        return found
+
+    def _result(self, found: Any, robust: str) -> Fit:
+        size = np.maximum(np.abs(self._start), 1e-3)
         residual, jacobian = self._both(found.x)
         noise = float(np.sqrt(residual @ residual / max(self._freedom, 1)))
         covariance = _covariance(jacobian * size) * np.outer(size, size)
@@ -282,22 +387,33 @@ class _Problem:
             for i, parameter in enumerate(self._parameters)
         )
         notes += bounds_reached(self.names, found.x, self._low, self._high)
-        misfit = not self._estimated and is_misfit(residual, self._freedom)
+        left_out = self._factors**2 < 0.5
+        freedom = self._freedom - sum(
+            len(after) for after, out in zip(self._after, left_out, strict=True) if out
+        )
+        misfit = not self._estimated and is_misfit(residual, max(freedom, 1))
+        if left_out.any():
+            notes.append(
+                f"{int(left_out.sum())} of {len(left_out)} measurements are off the others and "
+                "count less than half"
+            )
         if misfit:
             notes.append(
                 f"the residuals are {noise:.3g} times the given sigma: the law, the contacts or "
                 "sigma do not fit the measurements; the intervals rest on the residuals"
             )
         notes += outliers(residual, [len(after) for after in self._after])
-        if self._estimated or misfit:
+        if self._estimated or misfit or robust != "none":
             # What is not seen stays so, however small the residuals are.
-            covariance[np.isfinite(covariance)] *= noise**2
+            if self._estimated or misfit:
+                covariance[np.isfinite(covariance)] *= noise**2
             spread = spread_of_measurements(
                 jacobian * size, residual, [len(after) for after in self._after]
             )
             covariance = widened(covariance, spread * size)
         values, bounds = found.x.copy(), np.stack([self._low, self._high], 1)
-        for array in (values, covariance, residual, bounds):
+        weights = self._factors**2
+        for array in (values, covariance, residual, bounds, weights):
             array.setflags(write=False)
         return Fit(
             self.names,
@@ -312,6 +428,8 @@ class _Problem:
             not self._estimated,
             bounds,
             tuple(notes),
+            weights,
+            tuple(zip(self._blocks_of(jacobian), self._blocks_of(residual), strict=True)),
         )
 
     def _other_start(self, x: np.ndarray) -> np.ndarray | None:
@@ -335,8 +453,9 @@ class _Problem:
             return self._last[1], self._last[2]
         scenes: dict[int, Scene] = {}
         residuals, rows = [], []
-        for m, after, seen, weights in zip(
-            self._measurements, self._after, self._seen, self._weights, strict=True
+        whiteners = [w * f for w, f in zip(self._whiteners, self._factors, strict=True)]
+        for m, after, seen, whiten in zip(
+            self._measurements, self._after, self._seen, whiteners, strict=True
         ):
             scene = scenes.get(id(m.scene))
             if scene is None:
@@ -354,9 +473,10 @@ class _Problem:
                     if parameter.kind == "restitution"
                     else found.dv_after_dfriction
                 )
-                columns.append(table.get(parameter.entry, np.zeros(scene.robot.nv)))
-            residuals.append((impact.v_after[seen] - after) * weights)
-            rows.append(np.array(columns).T[seen] * weights[:, None])
+                none = np.zeros(scene.robot.nv)
+                columns.append(sum((table.get(name, none) for name in parameter.contacts), none))
+            residuals.append(whiten @ (impact.v_after[seen] - after))
+            rows.append(whiten @ np.array(columns).T[seen])
         residual, jacobian = np.concatenate(residuals), np.concatenate(rows)
         if not np.isfinite(jacobian).all():
             raise InputError(
@@ -365,6 +485,23 @@ class _Problem:
             )
         self._last = (key, residual, jacobian)
         return residual, jacobian
+
+
+def _checked_covariance(m: Measurement, index: int, nv: int) -> np.ndarray | None:
+    if m.covariance is None:
+        return None
+    what = f"measurements[{index}]: covariance"
+    if m.sigma is not None:
+        raise InputError(f"{what} and sigma are both given; give one")
+    covariance = np.array(m.covariance, dtype=float)
+    if covariance.shape != (3 * nv, 3 * nv):
+        raise ShapeError.of(what, (3 * nv, 3 * nv), covariance.shape)
+    if not np.isfinite(covariance).all():
+        raise NotFiniteError.of(what, "an entry", "a NaN or an infinity")
+    values = np.linalg.eigvalsh(0.5 * (covariance + covariance.T))
+    if values[0] < -1e-9 * max(values[-1], 0.0) or not values[-1] > 0.0:
+        raise RangeError.of(what, f"eigenvalues from {values[0]:.3g}", "positive semidefinite")
+    return covariance
 
 
 def _covariance(jacobian: np.ndarray) -> np.ndarray:

@@ -12,9 +12,10 @@ from ..display import OneLine
 from ..errors import InputError, RangeError, a_thing
 
 if TYPE_CHECKING:
+    from ..robot import Robot
     from .trajectory import Trajectory
 
-__all__ = ["Comparison", "compare"]
+__all__ = ["Comparison", "compare", "first_link", "frame_distances"]
 
 
 class Recorded(Protocol):
@@ -72,28 +73,39 @@ def compare(motion: Trajectory, recording: Recorded, frame: str | None) -> Compa
             "the recording's times", f"{times[0]:g} to {times[-1]:g} s",
             f"some from 0 to {motion.duration:g} s",
         )  # fmt: skip
-    name = _first_link(motion) if frame is None else frame
-    frame_id = robot.frame_id(name)
-    model, data = robot.model, robot.model.createData()
-    position, rotation = [], []
-    for time, there in zip(times[inside], q[inside], strict=True):
-        places = []
-        for configuration in (motion.at(time)[0], there):
-            pin.forwardKinematics(model, data, np.array(configuration))
-            places.append(pin.SE3(pin.updateFramePlacement(model, data, frame_id)))
-        ours, theirs = places
-        position.append(np.linalg.norm(ours.translation - theirs.translation))
-        rotation.append(np.linalg.norm(pin.log3(theirs.rotation.T @ ours.rotation)))
-    arrays = times[inside].copy(), np.array(position), np.array(rotation)
+    name = first_link(motion.scene.robot) if frame is None else frame
+    ours = np.array([motion.at(time)[0] for time in times[inside]])
+    position, rotation = frame_distances(robot, name, ours, q[inside])
+    arrays = times[inside].copy(), position, rotation
     for array in arrays:
         array.setflags(write=False)
     return Comparison(name, *arrays)
 
 
-def _first_link(motion: Trajectory) -> str:
-    """The first body that moves."""
-    frames = motion.scene.robot.model.frames
-    for frame in frames:
+def frame_distances(
+    robot: Robot, frame: str, ours: np.ndarray, theirs: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(T,) distances [m] and (T,) angles [rad] between a frame at (T, nq) configurations."""
+    frame_id = robot.frame_id(frame)
+    model, data = robot.model, robot.model.createData()
+    position, rotation = np.empty(len(ours)), np.empty(len(ours))
+    for k, pair in enumerate(zip(ours, theirs, strict=True)):
+        places = []
+        for configuration in pair:
+            pin.forwardKinematics(model, data, np.array(configuration))
+            places.append(pin.SE3(pin.updateFramePlacement(model, data, frame_id)))
+        position[k] = np.linalg.norm(places[0].translation - places[1].translation)
+        rotation[k] = np.linalg.norm(pin.log3(places[1].rotation.T @ places[0].rotation))
+    return position, rotation
+
+
+def first_link(robot: Robot) -> str:
+    """The first body that moves.
+
+    Raises:
+        InputError: there is none.
+    """
+    for frame in robot.model.frames:
         if frame.type == pin.FrameType.BODY and frame.parentJoint > 0:
             return str(frame.name)
     raise InputError("this robot has no link that moves; name a frame")

@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..impact.mechanics import Mechanics
-from .recording import Recording
+from ..measured.recording import Recording
 
 if TYPE_CHECKING:
     from ..impact import Impact

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, RangeError, a_thing
+from ..measured.recording import Recording
 from ..robot import Robot
 from ..scene.numbers import number
 from .coasting import coasting
-from .recording import Recording
 from .stage import Plane
 
 if TYPE_CHECKING:

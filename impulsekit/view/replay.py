@@ -29,10 +29,10 @@ from .timeline import Timeline
 
 if TYPE_CHECKING:
     from ..impact import Impact
+    from ..measured.recording import Recording
     from ..motion import Trajectory
     from ..robot import Robot
     from ..scene.points import ReportPoint
-    from .recording import Recording
 
 __all__ = ["Replay", "replay"]
 

@@ -199,3 +199,57 @@ def test_noise_in_the_velocities_before_is_in_the_intervals(told):
         low, high = fit(noisy).intervals(0.95).T
         covered += (low <= [0.73, 0.31]) & (high >= [0.73, 0.31])
     assert (covered >= 0.8 * runs).all()
+
+
+def noisy_impacts(rng, truth, scene, throws, outliers=0):
+    """Impacts with noise in q, v- and v+ of a covariance that couples them, and some wrong ones."""
+    sigma = np.repeat([2e-3, 1e-2, 1e-2], 6)
+    mixing = np.linalg.cholesky(0.7 * np.eye(18) + 0.3)
+    covariance = (mixing @ mixing.T) * np.outer(sigma, sigma)
+    found = []
+    for k, (q, v) in enumerate(throws):
+        noise = sigma * (mixing @ rng.normal(size=18))
+        after = ik.solve(truth, q, v).v_after + noise[12:]
+        if k < outliers:
+            after = after + rng.normal(size=6) * [1, 1, 1, 5, 5, 5]
+        seen = pin.integrate(scene.robot.model, q, noise[:6]), v + noise[6:12]
+        found.append(ik.measured.Measurement(scene, *seen, after, covariance=covariance))
+    return found
+
+
+@pytest.mark.parametrize("outliers", [0, 1])
+def test_errors_in_variables_and_outliers_are_covered(outliers):
+    truth, _ = thrown(0.6, 0.25)
+    robust = "biweight" if outliers else "none"
+    covered, drawn, runs = np.zeros(2), np.zeros(2), 8
+    for seed in range(runs):
+        scene, throws = thrown(0.5, 0.3, count=12, seed=seed)
+        seen = noisy_impacts(np.random.default_rng(seed), truth, scene, throws, outliers)
+        found = ik.measured.fit_impacts(
+            seen, restitution=["floor"], friction=["floor"], robust=robust
+        )
+        for count, (low, high) in (
+            (covered, found.intervals().T),
+            (drawn, np.percentile(found.resampled(200), [2.5, 97.5], axis=0)),
+        ):
+            count += (low <= [0.6, 0.25]) & (high >= [0.6, 0.25])
+    assert (covered >= 0.75 * runs).all()
+    assert (drawn >= 0.6 * runs).all()
+
+
+def test_covariances_that_are_none_are_said():
+    scene, throws = thrown()
+    (q, v), after = throws[0], np.zeros(6)
+    for given, error, match in (
+        (np.eye(6), ik.errors.ShapeError, r"\(18, 18\)"),
+        (-np.eye(18), ik.errors.RangeError, "semidefinite"),
+        (np.full((18, 18), np.nan), ik.errors.NotFiniteError, "covariance"),
+    ):
+        bad = ik.measured.Measurement(scene, q, v, after, covariance=given)
+        with pytest.raises(error, match=match):
+            fit([bad])
+    both = ik.measured.Measurement(scene, q, v, after, 1.0, np.eye(18))
+    with pytest.raises(ik.errors.InputError, match="both given"):
+        fit([both])
+    with pytest.raises(ik.errors.RangeError, match="robust"):
+        ik.measured.fit_impacts([], restitution=["floor"], robust="much")

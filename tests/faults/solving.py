@@ -26,6 +26,7 @@ from impulsekit.impact import Impact, ImpactSolver, solve
 from impulsekit.impact.derivatives import derivatives
 from impulsekit.impact.freed import freed_joint
 from impulsekit.impact.saltation import saltation, saltation_matrix
+from impulsekit.measured.recording import Recording
 from impulsekit.motion import Trajectory, simulate
 from impulsekit.motion.sensitivity import sensitivity
 from impulsekit.robot import Robot
@@ -35,7 +36,6 @@ from impulsekit.scene import (
     JointLock,
     Scene,
 )
-from impulsekit.view.recording import Recording
 from impulsekit.view.replay import replay
 from impulsekit.view.report import report
 

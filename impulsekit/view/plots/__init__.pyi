@@ -3,6 +3,8 @@ from .energy_books import energy_books as energy_books
 from .error import time_against_error as time_against_error
 from .histories import energy_history as energy_history
 from .histories import momentum_history as momentum_history
+from .identified import found_impacts as found_impacts
+from .identified import loss_curve as loss_curve
 from .overview import overview as overview
 from .reactions import joint_reactions as joint_reactions
 from .stroboscope import stroboscope as stroboscope

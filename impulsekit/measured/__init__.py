@@ -1,0 +1,26 @@
+"""Recorded motions and impacts: read, calibrate, find the impacts, fit coefficients, compare laws.
+
+recording ─► calibration ─► impacts ─┬► fit_impacts   from single impacts
+                                     ├► fit_motion    from whole motions
+                                     └► compare_laws  which law predicts best
+identify                             the whole chain in one call
+"""
+
+import lazy_loader as _lazy
+
+# A recording is replayed without what a fit needs. The stub beside this file is for type checkers.
+__getattr__, __dir__, __all__ = _lazy.attach(
+    "impulsekit",
+    submod_attrs={
+        "design.fit": ["Fit", "Measurement", "fit_impacts"],
+        "design.measured": ["load_measurements"],
+        "measured.calibration": ["Calibration", "calibrate"],
+        "measured.columns": ["RecordingFormat"],
+        "measured.finding": ["find_impacts"],
+        "measured.found": ["FoundImpact", "FoundImpacts"],
+        "measured.identification": ["Identification", "identify"],
+        "measured.motions": ["MotionFit", "fit_motion"],
+        "measured.reading": ["load_recordings"],
+        "measured.recording": ["Recording"],
+    },
+)

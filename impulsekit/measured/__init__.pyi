@@ -1,0 +1,18 @@
+from ..design.fit import Fit as Fit
+from ..design.fit import Measurement as Measurement
+from ..design.fit import fit_impacts as fit_impacts
+from ..design.measured import load_measurements as load_measurements
+from .calibration import Calibration as Calibration
+from .calibration import calibrate as calibrate
+from .columns import RecordingFormat as RecordingFormat
+from .finding import find_impacts as find_impacts
+from .found import FoundImpact as FoundImpact
+from .found import FoundImpacts as FoundImpacts
+from .identification import Identification as Identification
+from .identification import identify as identify
+from .motions import MotionFit as MotionFit
+from .motions import fit_motion as fit_motion
+from .reading import load_recordings as load_recordings
+from .recording import Recording as Recording
+
+__all__: list[str]

@@ -1,0 +1,265 @@
+"""``find_impacts``: times, contacts and states of the impacts in recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InputError, RangeError, ShapeError, a_thing
+from ..scene import Scene
+from .closing import ClosingContacts
+from .flight import Flight
+from .found import FoundImpact, FoundImpacts
+from .kink import Kink, around, is_smooth, meeting_of
+from .recording import Recording
+from .segments import MEDIAN_TO_SIGMA, ROUNDING, Segments, estimated_sigma, find_segments
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+__all__ = ["find_impacts"]
+
+# Flights are fitted to so many samples on either side at most.
+MOST_SAMPLES = 12
+# Probability that noise alone makes a jump as large; and that flights that do meet are as far
+# apart (between them lies more than one impact).
+FALSE_JUMP, FALSE_MEETING = 1e-4, 1e-5
+# Probability that noise alone leaves a flight's residuals as large: else it is no flight.
+FALSE_FLIGHT = 1e-4
+# Flights of no more samples may be pieces of a slide.
+SHORT = 4
+# Flights with more samples missing between them do not meet: something else lies there.
+MOST_MISSED = 3
+# Rounds in which samples change flights, by the times of the impacts.
+RECUTS = 2
+# Rounds in which the noise is found from how well flights are predicted.
+ROUNDS = 2
+
+
+def find_impacts(
+    recordings: Recording | Sequence[Recording],
+    scene: Scene,
+    *,
+    sigma: ArrayLike | None = None,
+    near: float = 0.015,
+) -> FoundImpacts:
+    """Find the impacts in recordings, with the states before and after and their covariance.
+
+    Each recording is cut into flights, which obey the scene's forces and gravity without
+    contacts; where two meet, both are fitted to the samples on their side and followed to their
+    common time. Recorded velocities are not used: they smear over an impact. Which contacts
+    closed is read from gaps and from the jump: M (v⁺ − v⁻) = Jᵀ P at the fewest contacts.
+
+    Args:
+        recordings: one or more, in the world of the scene; see ``calibrate``.
+        scene: its robot, contacts, forces and gravity.
+        sigma: (nv,) or one number, noise of the samples on their tangents [m, rad]; by default
+            the recordings' own, or estimated from how well flights are predicted.
+        near: contacts with a larger gap at the impact took no part [m].
+
+    Returns:
+        The impacts with at least two samples of flight on both sides; phases without flight;
+        samples that stand apart.
+
+    Raises:
+        InputError: no recording, another robot, or samples too few to estimate their noise.
+        RangeError, ShapeError: what is wrong with ``sigma`` or ``near``.
+
+    Example:
+        >>> import impulsekit as ik
+        >>> ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+        >>> floor = ik.Contact("ball", at=[0, 0, -0.05], restitution=0.6, name="floor")
+        >>> scene = ik.Scene(ball, contacts=[floor], gravity=[0, 0, -9.81])
+        >>> drop = ball.configuration(root_joint=[0, 0, 0.5, 0, 0, 0, 1])
+        >>> motion = ik.simulate(scene, drop, [0] * 6, duration=0.6, samples=61)
+        >>> found = find_impacts(Recording(ball, motion.t, motion.q), scene, sigma=1e-6)
+        >>> round(found.impacts[0].time, 5), found.impacts[0].contacts
+        (0.30289, ('floor',))
+    """
+    several = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    nv = scene.robot.nv
+    _check(several, scene, near)
+    noise = _given_sigma(sigma, several, nv)
+    flight, closing = Flight(scene), ClosingContacts(scene)
+    notes: list[str] = []
+    if noise is None:
+        noise = _estimated(flight, several)
+        estimated = True
+    else:
+        estimated = False
+    cuts: list[Segments] = []
+    for _ in range(ROUNDS if estimated else 1):
+        cuts = [find_segments(flight, each.t, each.q, noise) for each in several]
+        if estimated:
+            within = np.concatenate([cut.innovations for cut in cuts])
+            if len(within):
+                own = np.median(np.abs(within), axis=0) / MEDIAN_TO_SIGMA
+                noise = np.maximum(own, ROUNDING)
+    impacts: list[FoundImpact] = []
+    phases: list[tuple[str, float, float]] = []
+    outliers: list[tuple[str, float]] = []
+    for recording, cut in zip(several, cuts, strict=True):
+        outliers += [(recording.name, float(recording.t[k])) for k in cut.outliers]
+        own_impacts, own_phases = _of_recording(flight, closing, recording, cut, noise, near)
+        impacts += own_impacts
+        phases += own_phases
+    if not impacts:
+        notes.append("no impact with flight on both sides was found")
+    far = sum(not each.contacts for each in impacts)
+    if far:
+        notes.append(
+            f"{far} of {len(impacts)} jumps happen with no contact within {near:g} m: the floor, "
+            "the scale or the contacts of the scene may be off; calibrate first"
+        )
+    noise.setflags(write=False)
+    return FoundImpacts(tuple(impacts), tuple(phases), tuple(outliers), noise, tuple(notes))
+
+
+def _of_recording(
+    flight: Flight,
+    closing: ClosingContacts,
+    recording: Recording,
+    cut: Segments,
+    sigma: np.ndarray,
+    near: float,
+) -> tuple[list[FoundImpact], list[tuple[str, float, float]]]:
+    """Impacts and phases of one recording."""
+    from scipy import stats
+
+    nv = flight.model.nv
+    least_jump = float(stats.chi2.isf(FALSE_JUMP, nv))
+    most_opening = float(stats.chi2.isf(FALSE_MEETING, max(nv - 1, 1)))
+    t, q = recording.t, recording.q
+    impacts, phases = [], []
+    flights = cut.flights
+    for _ in range(RECUTS):
+        flights = _cut_at(flights, _meetings(flight, t, q, flights, sigma))
+    meetings = _meetings(flight, t, q, flights, sigma)
+    for left, right, found in zip(flights[:-1], flights[1:], meetings, strict=True):
+        if found is None or found[0].opening > most_opening or not _fly(found[0]):
+            phases.append((recording.name, float(t[left[-1]]), float(t[right[0]])))
+            continue
+        kink, (before, after) = found
+        if kink.jump < least_jump or is_smooth(flight, t, q, around(before, after), sigma):
+            continue
+        impacts.append(_impact(closing, recording, kink, (len(before), len(after)), near))
+    return impacts, phases
+
+
+def _meetings(
+    flight: Flight, t: np.ndarray, q: np.ndarray, flights: list[np.ndarray], sigma: np.ndarray
+) -> list[Any]:
+    """Where each flight meets the next; None where they are too far apart, or short and smooth."""
+    found: list[Any] = []
+    for left, right in pairwise(flights):
+        apart = right[0] - left[-1] > MOST_MISSED
+        # Pieces of what slides or rolls; longer flights may have ended late and be cut again.
+        pieces = max(len(left), len(right)) <= SHORT
+        if apart or (pieces and is_smooth(flight, t, q, around(left, right), sigma)):
+            found.append(None)
+        else:
+            sides = left[-MOST_SAMPLES:], right[:MOST_SAMPLES]
+            found.append(meeting_of(flight, t, q, sides, sigma))
+    return found
+
+
+def _cut_at(flights: list[np.ndarray], meetings: list[Any]) -> list[np.ndarray]:
+    """The flights with each sample on the side of an impact on which the time found puts it.
+
+    A flight is known to have ended one or two samples late; these belong to the next one, and
+    spoil its meeting with the one after it until they are there.
+    """
+    found = [np.array(each) for each in flights]
+    for k, meeting in enumerate(meetings):
+        if meeting is None:
+            continue
+        _, (_, right) = meeting
+        ours = np.concatenate([found[k], found[k + 1]])
+        cut = right[0]
+        if (ours < cut).sum() >= 2 and (ours >= cut).sum() >= 2:
+            found[k], found[k + 1] = ours[ours < cut], ours[ours >= cut]
+    return found
+
+
+def _fly(kink: Kink) -> bool:
+    """Whether both sides are flights: bodies that roll or slide fall otherwise."""
+    from scipy import stats
+
+    return all(
+        freedom <= 0 or stats.chi2.sf(squares, freedom) >= FALSE_FLIGHT
+        for squares, freedom in kink.misfit
+    )
+
+
+def _impact(
+    closing: ClosingContacts,
+    recording: Recording,
+    kink: Kink,
+    samples: tuple[int, int],
+    near: float,
+) -> FoundImpact:
+    nv = len(kink.before)
+    to_jump = np.hstack([np.zeros((nv, nv)), -np.eye(nv), np.eye(nv)])
+    spread = to_jump @ kink.covariance @ to_jump.T
+    jump = kink.after - kink.before
+    names, gaps, impulses, balance = closing.of_jump(kink.q, jump, spread, kink.before, near)
+    for array in (kink.q, kink.before, kink.after, kink.covariance, gaps, impulses):
+        array.setflags(write=False)
+    return FoundImpact(
+        recording.name,
+        kink.time,
+        kink.time_sigma,
+        kink.q,
+        kink.before,
+        kink.after,
+        kink.covariance,
+        names,
+        gaps,
+        impulses,
+        balance,
+        samples,
+    )
+
+
+def _check(several: list[Any], scene: Any, near: float) -> None:
+    if not isinstance(scene, Scene):
+        raise InputError(f"find_impacts takes a Scene, not {a_thing(scene)}")
+    if not several:
+        raise InputError("find_impacts: no recordings; give one or more")
+    for each in several:
+        if not isinstance(each, Recording):
+            raise InputError(f"find_impacts takes Recordings, not {a_thing(each)}")
+        if each.robot.nq != scene.robot.nq or each.robot.nv != scene.robot.nv:
+            raise InputError(
+                f"find_impacts: recording {each.name or 'given'} is of another robot than the scene"
+            )
+    if not (np.isfinite(near) and near > 0.0):
+        raise RangeError.of("find_impacts: near", near, "above 0 m")
+
+
+def _given_sigma(sigma: Any, several: list[Recording], nv: int) -> np.ndarray | None:
+    if sigma is None:
+        given = [each.sigma for each in several]
+        if any(each is None for each in given):
+            return None
+        return np.sqrt(np.mean([np.broadcast_to(each, (nv,)) ** 2 for each in given], axis=0))
+    noise = np.array(sigma, dtype=float)
+    if noise.shape not in ((), (nv,)):
+        raise ShapeError.of("find_impacts: sigma", (nv,), noise.shape, "or one number")
+    if not (np.isfinite(noise) & (noise > 0.0)).all():
+        raise RangeError.of("find_impacts: sigma", sigma, "above 0")
+    return np.array(np.broadcast_to(noise, (nv,)))
+
+
+def _estimated(flight: Flight, several: list[Recording]) -> np.ndarray:
+    found = np.array([estimated_sigma(flight, each.t, each.q) for each in several])
+    found = found[np.isfinite(found).all(axis=1)]
+    if not len(found):
+        raise InputError(
+            "find_impacts: the recordings are too short to estimate their noise; give sigma"
+        )
+    middle = np.median(found, axis=0)
+    return np.maximum(middle, ROUNDING)

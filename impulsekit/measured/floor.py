@@ -1,0 +1,155 @@
+"""The floor under bodies at rest: its height and tilt against the scene's plane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from ..geometry.axes import contact_axes
+from ..robot.placing import Posture
+from ..scene import Contact, Scene
+from .recording import Recording
+
+__all__ = ["FloorFit", "fitted_floor", "rest_of"]
+
+# A body is at rest where its samples do not move faster for so many samples [m/s, rad/s].
+STILL, STILL_SAMPLES = 0.05, 8
+# Points this near to the lowest one carry the body [m].
+CARRYING = 0.004
+# A plane whose normal is off by less is the same one [rad], whose origin by less [m].
+SAME = 1e-9
+# Unknowns whose rows vary by less than this [relative, root mean square] are not told apart from
+# those before them; so many rests at least tell an uncertainty.
+UNTOLD, FEWEST_RESTS = 0.05, 3
+
+
+@dataclass(frozen=True, eq=False)
+class FloorFit:
+    """The recorded floor against the scene's plane.
+
+    Attributes:
+        values: (6,) height [m], slopes along the plane's two axes [rad], and d (3,), the offset
+            of the recorded position against the body's frame, in its axes [m].
+        sigma: (6,) standard deviations, infinite for what is not determined.
+        rests: how many recordings end or pause at rest.
+        plane: (3, 3) axes with the normal last, and (3,) origin; None without a plane.
+        notes: what to look at.
+    """
+
+    values: np.ndarray
+    sigma: np.ndarray
+    rests: int
+    plane: tuple[np.ndarray, np.ndarray] | None
+    notes: tuple[str, ...] = ()
+
+
+def fitted_floor(several: list[Recording], scene: Scene, scale: float) -> FloorFit:
+    """Least squares on the gaps of the points that carry bodies at rest, g = h + a x + b y + n·R d.
+
+    ``scale``: recorded lengths over true ones. Bodies that lie on several faces tell d.
+    """
+    contacts = [
+        entry for entry in scene.contacts if isinstance(entry, Contact) and entry.against == "world"
+    ]
+    if not contacts:
+        note = "the scene has no contact with a plane of the world, so no floor was fitted"
+        return FloorFit(np.zeros(6), np.full(6, np.inf), 0, None, (note,))
+    normal, origin = np.array(contacts[0].normal), np.array(contacts[0].origin)
+    axes = np.array(contact_axes(normal))
+    contacts = [
+        entry
+        for entry in contacts
+        if np.abs(np.array(entry.normal) - normal).max() < SAME
+        and abs(float((np.array(entry.origin) - origin) @ normal)) < SAME
+    ]
+    rows, heights, groups = [], [], []
+    for number, recording in enumerate(several):
+        q = rest_of(recording)
+        if q is None:
+            continue
+        q = q.copy()
+        turn = pin.Quaternion(np.array(q[3:7])).matrix()
+        q[:3] /= scale
+        posture = Posture(recording.robot, q)
+        points = np.array(
+            [posture.frame(entry.frame).act(np.array(entry.at, dtype=float)) for entry in contacts]
+        )
+        gaps = (points - origin) @ normal
+        low = gaps <= gaps.min() + CARRYING
+        for point, gap in zip(points[low], gaps[low], strict=True):
+            x, y = (point - origin) @ axes[:, :2]
+            rows.append([1.0, x, y, *(normal @ turn)])
+            heights.append(gap)
+            groups.append(number)
+    count = len(set(groups))
+    if not count:
+        note = "no recording comes to rest, so the floor's height is not determined"
+        return FloorFit(np.zeros(6), np.full(6, np.inf), 0, (axes, origin), (note,))
+    values, sigma = _robust_plane(np.array(rows), np.array(heights), np.array(groups))
+    return FloorFit(values, sigma, count, (axes, origin))
+
+
+def rest_of(recording: Recording) -> np.ndarray | None:
+    """(nq,) the mean configuration of the last rest of a recording, if it has one."""
+    if len(recording.t) < STILL_SAMPLES + 1:
+        return None
+    still = np.abs(recording.velocities(reach=5)).max(axis=1) < STILL
+    run = 0
+    for k in range(len(still) - 1, -1, -1):
+        run = run + 1 if still[k] else 0
+        if run == STILL_SAMPLES:
+            q = recording.q[k : k + STILL_SAMPLES]
+            middle = np.array(q[STILL_SAMPLES // 2])
+            middle[:3] = q[:, :3].mean(axis=0)
+            return middle
+    return None
+
+
+def _robust_plane(
+    rows: np.ndarray, heights: np.ndarray, groups: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Huber's weights; standard deviations by the jackknife over recordings."""
+    size = np.array([1.0, *np.maximum(rows[:, 1:3].std(axis=0), 1e-3), 1.0, 1.0, 1.0])
+    scaled = rows / size
+    basis = _told(scaled)
+
+    def fitted(kept: np.ndarray) -> np.ndarray:
+        weights = np.ones(int(kept.sum()))
+        found = np.zeros(basis.shape[1])
+        for _ in range(5):
+            root = np.sqrt(weights)
+            own = (scaled[kept] @ basis) * root[:, None]
+            found = np.linalg.lstsq(own, heights[kept] * root, rcond=None)[0]
+            left = np.abs(heights[kept] - scaled[kept] @ basis @ found)
+            typical = max(1.5 * float(np.median(left)), 1e-9)
+            weights = np.minimum(1.0, 2.0 * typical / np.maximum(left, 1e-300))
+        return np.asarray(basis @ found / size)
+
+    values = fitted(np.ones(len(heights), bool))
+    names = np.unique(groups)
+    if len(names) < FEWEST_RESTS:
+        return values, np.full(6, np.inf)
+    others = np.array([fitted(groups != name) for name in names])
+    count = len(names)
+    sigma = np.sqrt((count - 1) / count * ((others - others.mean(axis=0)) ** 2).sum(axis=0))
+    sigma[1.0 - (basis**2).sum(axis=1) > 1e-3] = np.inf
+    return values, sigma
+
+
+def _told(rows: np.ndarray) -> np.ndarray:
+    """(6, k) orthonormal directions of the unknowns that the rests tell apart.
+
+    What height explains is not laid on slopes, and what these explain not on the offset.
+    """
+    basis = [np.eye(6)[:1]]
+    for own in (slice(1, 3), slice(3, 6)):
+        known = rows @ np.vstack(basis).T
+        left = rows[:, own] - known @ np.linalg.lstsq(known, rows[:, own], rcond=None)[0]
+        _, values, ways = np.linalg.svd(left, full_matrices=False)
+        told = values > UNTOLD * np.sqrt(len(rows))
+        found = np.zeros((int(told.sum()), 6))
+        found[:, own] = ways[told]
+        basis.append(found)
+    return np.vstack(basis).T

@@ -1,0 +1,120 @@
+"""Impacts found in a recording: when, at which contacts, the states on both sides."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..design.fit import Measurement
+from ..display import OneLine, one_line
+from ..scene import Scene
+
+__all__ = ["FoundImpact", "FoundImpacts"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FoundImpact(OneLine):
+    """An impact in a recording, with flights fitted on both sides. Arrays are read-only.
+
+    Attributes:
+        recording: the name of the recording.
+        time: [s]. time_sigma: its standard deviation [s].
+        q: (nq,) the configuration at that time, common to both flights.
+        v_before, v_after: (nv,) where the flights end and begin.
+        covariance: (3 nv, 3 nv) of (q on its tangent, v_before, v_after).
+        contacts: names of the contacts that close, by momentum the fewest that explain the
+            jump; empty if none is near.
+        gaps: of these at ``q`` [m].
+        impulses: (k, 3) at these, world axes [N s], by least squares on the jump.
+        balance: probability that noise leaves as much of the jump's momentum as no impulse
+            at these contacts explains; a small one means a wrong contact, mass or inertia.
+        samples: how many samples there are on each side.
+    """
+
+    recording: str
+    time: float
+    time_sigma: float
+    q: np.ndarray
+    v_before: np.ndarray
+    v_after: np.ndarray
+    covariance: np.ndarray = field(repr=False)
+    contacts: tuple[str, ...]
+    gaps: np.ndarray = field(repr=False)
+    impulses: np.ndarray = field(repr=False)
+    balance: float
+    samples: tuple[int, int]
+
+    def measurement(self, scene: Scene) -> Measurement:
+        """The impact as ``fit_impacts`` takes it: the scene with these contacts alone.
+
+        Raises:
+            UnknownNameError: the scene has no such contact.
+        """
+        return Measurement(
+            only_contacts(scene, self.contacts),
+            self.q,
+            self.v_before,
+            self.v_after,
+            covariance=self.covariance,
+        )
+
+
+def only_contacts(scene: Scene, names: tuple[str, ...]) -> Scene:
+    """The scene with some of its contacts alone, each with its name; no impulses.
+
+    Raises:
+        UnknownNameError: there is no such contact.
+    """
+    from ..errors import UnknownNameError
+
+    known = scene.entry_names("contacts")
+    for name in names:
+        if name not in known:
+            raise UnknownNameError.among("contact", name, known)
+    kept = [
+        replace(entry, name=name)
+        for name, entry in zip(known, scene.contacts, strict=True)
+        if name in names
+    ]
+    return replace(scene, impulses=(), contacts=kept)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FoundImpacts(OneLine):
+    """What was found in one or more recordings.
+
+    Attributes:
+        impacts: those with a flight on both sides, by recording and time.
+        phases: (recording, start, end) [s] without flight between two: rests, rolling,
+            several impacts too close to tell apart.
+        outliers: (recording, time) of samples that stand apart from those before and after.
+        sigma: (nv,) noise of the samples on their tangents, as given or as estimated.
+        notes: what to look at.
+    """
+
+    impacts: tuple[FoundImpact, ...]
+    phases: tuple[tuple[str, float, float], ...] = field(repr=False)
+    outliers: tuple[tuple[str, float], ...] = field(repr=False)
+    sigma: np.ndarray
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.impacts)
+
+    def __repr__(self) -> str:
+        counts = f"{len(self.impacts)} impacts, {len(self.phases)} phases without flight"
+        return one_line("FoundImpacts", counts, sigma=self.sigma, notes=len(self.notes))
+
+    def only(self, keep: Callable[[FoundImpact], bool]) -> FoundImpacts:
+        """The impacts for which ``keep`` is true."""
+        return replace(self, impacts=tuple(each for each in self.impacts if keep(each)))
+
+    def balanced(self, least: float = 1e-3) -> FoundImpacts:
+        """Those at known contacts whose jump conserves momentum: ``balance`` at least this."""
+        return self.only(lambda each: bool(each.contacts) and each.balance >= least)
+
+    def measurements(self, scene: Scene) -> list[Measurement]:
+        """All impacts at known contacts as ``fit_impacts`` takes them."""
+        return [each.measurement(scene) for each in self.impacts if each.contacts]

@@ -1,0 +1,183 @@
+"""What free fall tells: the scale of lengths, the vertical, where the tracked point is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import InputError
+from ..robot import Robot
+from .recording import Recording
+
+__all__ = ["FreeFall", "coarse_scale", "free_fall", "free_root", "mass_centres"]
+
+# Samples of windows to look for free fall in.
+WINDOWS = (15, 25)
+# A window's parabola leaves residuals below this share of what it falls [relative].
+SMOOTH = 0.12
+# Cosine to the scene's gravity above which a window's acceleration is free fall; logarithms of
+# accelerations this near are one.
+DOWN, ALIKE = 0.95, 0.1
+# Scales that are uncertain calibrations; beyond, units are mistaken.
+LEAST_SCALE, MOST_SCALE = 0.5, 2.0
+UNITS = {
+    1e3: 'lengths look like millimetres; state length="mm" in the RecordingFormat',
+    1e2: 'lengths look like centimetres; state length="cm" in the RecordingFormat',
+    1e-6: 'times look like milliseconds; state time="ms" in the RecordingFormat',
+    1e-12: 'times look like microseconds; state time="us" in the RecordingFormat',
+    1e-18: 'times look like nanoseconds; state time="ns" in the RecordingFormat',
+    1e-3: "lengths look like kilometres, or millimetres that were divided by 1000 twice",
+}
+# A direction of the unknowns that flights tell less of, relative to the best, is not told.
+UNTOLD = 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class FreeFall:
+    """Common to all flights of a set of recordings.
+
+    Attributes:
+        acceleration: (3,) of the mass centre, axes of the recording [m/s²].
+        offset: (3,) of the recorded position against the body's frame, in its axes [m].
+        covariance: (6, 6) of both; infinite for what no flight tells.
+        flights: how many.
+    """
+
+    acceleration: np.ndarray
+    offset: np.ndarray
+    covariance: np.ndarray
+    flights: int
+
+
+def mass_centres(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
+    """(T, 3) mass centres in the world and (T, 3, 3) axes of the first free body."""
+    model = recording.robot.model
+    data = model.createData()
+    root = free_root(recording.robot)
+    places, axes = [], []
+    for q in recording.q:
+        places.append(np.array(pin.centerOfMass(model, data, np.array(q))))
+        axes.append(np.array(data.oMi[root].rotation))
+    return np.array(places), np.array(axes)
+
+
+def free_root(robot: Robot) -> int:
+    """The index of the free joint at the root.
+
+    Raises:
+        InputError: there is none.
+    """
+    for joint in list(robot.model.joints)[1:]:
+        if joint.shortname() == "JointModelFreeFlyer" and joint.idx_q == 0:
+            return int(joint.id)
+    raise InputError(
+        "calibrate: free fall tells lengths and the vertical, and this robot's root is no "
+        'free-flyer; load it with root="freeflyer"'
+    )
+
+
+def coarse_scale(recordings: list[Recording], gravity: np.ndarray) -> float:
+    """Acceleration of free fall in the recordings over the scene's ``gravity`` (3,), from windows.
+
+    Raises:
+        InputError: no free fall, or units that are mistaken.
+    """
+    found = [
+        fall
+        for recording in recordings
+        for window in WINDOWS
+        for fall in _falls(recording, gravity, window)
+    ]
+    if len(found) < 3:
+        raise InputError(
+            "calibrate: no free fall in the recordings; give recordings of a body in flight"
+        )
+    # Impacts give windows of any acceleration; those of free fall are all alike.
+    size = float(np.linalg.norm(gravity))
+    ratios = np.log(np.array(found) / size)
+    near = [(np.abs(ratios - each) < ALIKE).sum() for each in ratios]
+    scale = float(np.exp(ratios[int(np.argmax(near))]))
+    if not LEAST_SCALE < scale < MOST_SCALE:
+        words = next(
+            (text for unit, text in UNITS.items() if LEAST_SCALE < scale / unit < MOST_SCALE),
+            "state the units in the RecordingFormat",
+        )
+        raise InputError(
+            f"calibrate: bodies fall with {scale * size:.4g} instead of {size:.4g} m/s²: {words}"
+        )
+    return scale
+
+
+def _falls(recording: Recording, gravity: np.ndarray, window: int) -> list[float]:
+    """Accelerations along gravity in the windows of a recording that are smooth and not at rest."""
+    found = []
+    centres, _ = mass_centres(recording)
+    for k in range(0, len(centres) - window + 1, 3):
+        t = recording.t[k : k + window] - recording.t[k + window // 2]
+        span = float(np.abs(t).max())
+        powers = np.stack([np.ones(window), t / span, (t / span) ** 2], axis=1)
+        fit, _, _, _ = np.linalg.lstsq(powers, centres[k : k + window], rcond=None)
+        left = centres[k : k + window] - powers @ fit
+        way = float(np.linalg.norm(fit[1]))
+        fall = float(np.linalg.norm(fit[2]))
+        rough = float(np.sqrt(np.mean(left**2)))
+        # What slides or rolls on a level floor is not accelerated down.
+        down = float(fit[2] @ gravity) / float(np.linalg.norm(gravity))
+        if fall > 1e-3 * way and rough < SMOOTH * fall and down > DOWN * fall:
+            found.append(2.0 * fall / span**2)
+    return found
+
+
+def free_fall(
+    flights: list[tuple[int, np.ndarray, np.ndarray, np.ndarray]],
+) -> FreeFall:
+    """Least squares over flights: c(t) = c₀ + v₀ t + a t²/2 + R(t) d, a and d common to all.
+
+    Args:
+        flights: of each, the number of its recording, (N,) times, (N, 3) mass centres,
+            (N, 3, 3) axes of the free body.
+
+    The covariance is that of the jackknife over recordings: these are independent, samples of
+    one are not.
+    """
+    blocks: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+    for recording, t, centres, axes in flights:
+        tau = t - t.mean()
+        own = np.stack([np.ones(len(t)), tau], axis=1)
+        # What each flight has to itself, c₀ and v₀, is projected out.
+        basis, _ = np.linalg.qr(own)
+        common = np.zeros((len(t), 3, 6))
+        for i in range(3):
+            common[:, i, i] = 0.5 * tau**2
+        common[:, :, 3:] = axes
+        flat = common.reshape(len(t), 18)
+        flat = (flat - basis @ (basis.T @ flat)).reshape(-1, 6)
+        seen = (centres - basis @ (basis.T @ centres)).reshape(-1)
+        normal, right = blocks.get(recording, (np.zeros((6, 6)), np.zeros(6)))
+        blocks[recording] = normal + flat.T @ flat, right + flat.T @ seen
+    normals, rights = (np.array(each) for each in zip(*blocks.values(), strict=True))
+    found, told = _solution(normals.sum(axis=0), rights.sum(axis=0))
+    count = len(blocks)
+    if count < 2:
+        return FreeFall(found[:3], found[3:], np.full((6, 6), np.inf), len(flights))
+    others = np.array(
+        [
+            _solution(normals.sum(axis=0) - normal, rights.sum(axis=0) - right)[0] - found
+            for normal, right in zip(normals, rights, strict=True)
+        ]
+    )
+    covariance = (count - 1) / count * others.T @ others
+    covariance[~told] = covariance[:, ~told] = np.inf
+    return FreeFall(found[:3], found[3:], covariance, len(flights))
+
+
+def _solution(normal: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(6,) the least-squares solution, and which unknowns the flights tell."""
+    size = 1.0 / np.sqrt(np.maximum(np.diagonal(normal), 1e-300))
+    values, ways = np.linalg.eigh(normal * np.outer(size, size))
+    told = values > UNTOLD * values[-1]
+    inverse = (ways[:, told] / values[told]) @ ways[:, told].T * np.outer(size, size)
+    blind = (ways[:, ~told] ** 2).sum(axis=1) > 1e-6
+    return inverse @ right, ~blind

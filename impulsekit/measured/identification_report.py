@@ -1,0 +1,143 @@
+"""What ``identify`` found, as text and as plain data."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from ..design.fit import Fit
+    from .identification import Identification
+    from .motions import MotionFit
+
+__all__ = ["as_dict", "error_row", "report_text"]
+
+
+def report_text(found: Identification, level: float) -> str:
+    """The report as text."""
+    samples = sum(len(each.t) for each in found.recordings)
+    lines = [f"{_count(len(found.recordings), 'recording')}, {samples} samples", ""]
+    if found.calibration is not None:
+        lines += ["Calibration", *str(found.calibration).splitlines(), ""]
+    impacts = found.impacts
+    lines += [
+        "Impacts",
+        f"{_count(len(impacts), 'impact')} with flight on both sides, "
+        f"{len(impacts.balanced())} of them balance momentum at known contacts",
+        f"{_count(len(impacts.phases), 'phase')} without flight, "
+        f"{_count(len(impacts.outliers), 'sample')} off the others",
+        *(f"note: {note}" for note in impacts.notes),
+        "",
+    ]
+    if found.by_impact is not None:
+        lines += ["Fitted to single impacts", *_fit_lines(found.by_impact, level), ""]
+    if found.by_motion is not None:
+        lines += ["Fitted to whole motions", *_motion_lines(found.by_motion, level), ""]
+    lines += [f"note: {note}" for note in found.notes]
+    return "\n".join(lines).rstrip("\n") + "\n"
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def _fit_lines(fit: Fit, level: float) -> list[str]:
+    rows = _table(fit.names, fit.values, fit.intervals(level), level)
+    tail = 50.0 * (1.0 - level)
+    drawn = np.percentile(fit.resampled(), [tail, 100.0 - tail], axis=0).T
+    rows += [
+        f"resampled: {name} {low:.4g} to {high:.4g}"
+        for name, (low, high) in zip(fit.names, drawn, strict=True)
+    ]
+    return [*rows, *(f"note: {note}" for note in fit.notes)]
+
+
+def _motion_lines(fit: MotionFit, level: float) -> list[str]:
+    rows = _table(fit.names, fit.values, fit.intervals(level), level)
+    rows.append(f"{'error of the motion':24} {'mean':>20} {'median':>20}")
+    rows += [
+        error_row(what, errors)
+        for what, errors in (("fitted", fit.errors), ("held out", fit.held_out))
+        if len(errors)
+    ]
+    return [*rows, *(f"note: {note}" for note in fit.notes)]
+
+
+def error_row(what: str, errors: np.ndarray) -> str:
+    """Mean and median of (K, 2) distances and angles; recordings that failed are left out."""
+    fine = errors[np.isfinite(errors).all(axis=1)]
+    if not len(fine):
+        return f"{what}: no motion came to its end"
+    cells = [
+        f"{1e3 * each[0]:6.1f} mm, {math.degrees(each[1]):5.1f}°"
+        for each in (fine.mean(axis=0), np.median(fine, axis=0))
+    ]
+    return f"{f'{what} ({len(errors)})':24} {cells[0]:>20} {cells[1]:>20}"
+
+
+def _table(names: Any, values: Any, ends: Any, level: float) -> list[str]:
+    width = max(24, *map(len, names))
+    rows = [f"{'parameter':{width}} {'value':>9}   {f'{100 * level:g} % interval':>20}"]
+    for name, value, (low, high) in zip(names, values, ends, strict=True):
+        told = f"{low:.4g} to {high:.4g}" if math.isfinite(high - low) else "not determined"
+        rows.append(f"{name:{width}} {value:9.4g}   {told:>20}")
+    return rows
+
+
+def as_dict(found: Identification, level: float) -> dict[str, Any]:
+    """Plain data for JSON; what is not finite is None."""
+    calibration = found.calibration
+    by_motion, by_impact = found.by_motion, found.by_impact
+    data: dict[str, Any] = {
+        "recordings": [each.name for each in found.recordings],
+        "calibration": None,
+        "impacts": [
+            {
+                "recording": each.recording, "time": each.time, "time_sigma": each.time_sigma,
+                "contacts": list(each.contacts), "balance": each.balance, "q": each.q,
+                "v_before": each.v_before, "v_after": each.v_after, "impulses": each.impulses,
+            }
+            for each in found.impacts.impacts
+        ],
+        "by_impact": None,
+        "by_motion": None,
+        "notes": list(found.notes),
+    }  # fmt: skip
+    if calibration is not None:
+        names = tuple(calibration.sigma)
+        data["calibration"] = {
+            name: {"value": getattr(calibration, name), "sigma": calibration.sigma[name]}
+            for name in names
+        }
+    for key, fit in (("by_impact", by_impact), ("by_motion", by_motion)):
+        if fit is not None:
+            data[key] = {
+                "parameters": {
+                    name: {"value": value, "interval": ends}
+                    for name, value, ends in zip(
+                        fit.names, fit.values, fit.intervals(level), strict=True
+                    )
+                },
+                "notes": list(fit.notes),
+            }
+    if by_motion is not None:
+        data["by_motion"] |= {
+            "errors": by_motion.errors, "held_out": by_motion.held_out,
+            "held_names": list(by_motion.held_names),
+        }  # fmt: skip
+    plain: dict[str, Any] = _plain(data)
+    return plain
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple | np.ndarray):
+        return [_plain(each) for each in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, np.integer):
+        return int(value)
+    return value

@@ -1,0 +1,238 @@
+"""Recordings out of files: npz, CSV, Parquet and ROS 2 bags."""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import FileError, InputError, MissingExtraError, ShapeError, quoted, shown
+from ..files import file_told, open_plain_file
+from ..robot import Robot
+from .columns import RecordingFormat, recording_of_columns
+from .recording import Recording
+
+__all__ = ["load_recordings"]
+
+# A column of several numbers: position[0], or position.x.
+_INDEXED = re.compile(r"(.+?)(?:\[(\d+)\]|\.([xyzw]))$")
+_LETTERS = {"x": 0, "y": 1, "z": 2, "w": 3}
+# Larger files are no tables of a motion [bytes].
+LARGEST = 2_000_000_000
+# Columns that tell the recordings of one file apart.
+LABELS = ("recording", "toss_id", "toss", "trial")
+# Arrays of an npz file that are about all samples.
+_SCALARS = ("rate_hz", "length_scale")
+
+
+def load_recordings(
+    path: str | os.PathLike[str],
+    robot: Robot,
+    format: RecordingFormat | None = None,
+    *,
+    repair: Sequence[str] = (),
+) -> list[Recording]:
+    """Load the recordings in a file.
+
+    Columns, in a table with ``[i]`` or ``.x`` behind the name where there are several numbers:
+    ``t``; ``q`` and ``v`` as Pinocchio orders them; or ``position`` and ``quaternion_xyzw`` or
+    ``quaternion_wxyz`` of the free root (with ``.JOINT`` behind the name if there are several),
+    ``velocity`` (world axes), ``omega_body`` or ``omega_world``; ``q.JOINT`` and ``v.JOINT`` of
+    other joints. A column ``recording`` (or ``toss_id``) tells several recordings apart. In npz
+    the arrays have these names; ``offset`` (K + 1,) holds where each of K recordings begins, and
+    ``rate_hz`` may stand for ``t``.
+
+    Args:
+        path: ``.npz``, ``.csv``, ``.parquet``, or the folder of a ROS 2 bag.
+        robot: the robot.
+        format: units and orders that the names do not say.
+        repair: which repairs may be made; each one made is noted in ``notes``: "gaps" leaves
+            out samples that hold a NaN, "time" sorts samples by time, "norm" scales quaternions.
+
+    Raises:
+        FileError: the file cannot be read.
+        MissingExtraError: pandas (Parquet) or rosbags (ROS 2) is not installed.
+        InputError, ShapeError, NotFiniteError, RangeError, StateError, UnknownNameError: what
+            is wrong in it, and which repair there is.
+
+    Example:
+        >>> cube = Robot.from_urdf("examples/tossed_cube.urdf", root="freeflyer")
+        >>> tosses = load_recordings("examples/cube_tosses.npz", cube)
+        >>> len(tosses), tosses[0].name
+        (12, 'toss 3')
+    """
+    label = shown(Path(path).name, 80)
+    format = format or RecordingFormat()
+    ending = Path(path).suffix.lower()
+    with file_told(path):
+        if os.path.isdir(path) or ending in (".db3", ".mcap", ".bag"):
+            from .rosbag import columns_of_bag
+
+            return [
+                recording_of_columns(robot, columns_of_bag(path, format, robot), format,
+                                     repair=repair, name=label)
+            ]  # fmt: skip
+        with open_plain_file(path) as file:
+            if os.fstat(file.fileno()).st_size > LARGEST:
+                raise InputError(f"{label}: the file is too large for a recording")
+            if ending == ".npz":
+                pieces = _of_npz(file, label)
+            elif ending in (".parquet", ".pq"):
+                pieces = _of_table(_parquet(path, label), label)
+            elif ending in (".csv", ".txt"):
+                pieces = _of_table(_csv(file.read(), label), label)
+            else:
+                raise InputError(
+                    f"{label}: unknown ending {quoted(ending)}; choose .npz, .csv, .parquet or the "
+                    "folder of a ROS 2 bag"
+                )
+    found = []
+    for name, columns, rate, note in pieces:
+        own = replace(format, rate=rate) if rate is not None and format.rate is None else format
+        recording = recording_of_columns(robot, columns, own, repair=repair, name=name)
+        found.append(replace(recording, notes=(*note, *recording.notes)) if note else recording)
+    return found
+
+
+def _of_npz(file: Any, label: str) -> list[tuple[str, dict[str, Any], float | None, list[str]]]:
+    import zipfile
+
+    try:
+        with np.load(file, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+    except (ValueError, EOFError, zipfile.BadZipFile, KeyError) as error:
+        raise FileError(f"{label}: no npz file of plain arrays ({error})", path=label) from None
+    note = []
+    scalars = {}
+    for name in _SCALARS:
+        if name in arrays:
+            scalars[name] = _scalar(arrays.pop(name), f"{label}: {name}")
+    if "length_scale" in scalars:
+        note.append(
+            f"length_scale = {scalars['length_scale']:g} stands in the file and was not applied; "
+            "calibrate finds it from gravity"
+        )
+    offset = arrays.pop("offset", None)
+    ids = next((arrays.pop(name) for name in LABELS if name in arrays), None)
+    if offset is None:
+        return [(label, arrays, scalars.get("rate_hz"), note)]
+    offset = np.asarray(offset)
+    count = {len(array) for array in arrays.values() if array.ndim}
+    rises = offset.ndim == 1 and offset.size > 1 and (np.diff(offset) > 0).all()
+    if offset.dtype.kind not in "iu" or not rises or offset[0] != 0 or {int(offset[-1])} != count:
+        raise InputError(
+            f"{label}: offset must rise from 0 to the number of samples {sorted(count)}, in whole "
+            "numbers"
+        )
+    names = [f"toss {k}" for k in range(len(offset) - 1)]
+    if ids is not None:
+        if np.shape(ids) != (len(offset) - 1,):
+            raise ShapeError.of(f"{label}: toss_id", (len(offset) - 1,), np.shape(ids))
+        names = [f"toss {each}" for each in ids]
+    return [
+        (name, {key: array[start:end] for key, array in arrays.items()},
+         scalars.get("rate_hz"), note)
+        for name, start, end in zip(names, offset[:-1], offset[1:], strict=True)
+    ]  # fmt: skip
+
+
+def _scalar(value: np.ndarray, what: str) -> float:
+    if value.shape not in ((), (1,)) or value.dtype.kind not in "iuf":
+        raise ShapeError.of(what, (), value.shape, "one number")
+    return float(value.reshape(-1)[0])
+
+
+def _csv(data: bytes, label: str) -> dict[str, list[str]]:
+    try:
+        lines = [line for line in csv.reader(data.decode("utf-8-sig").splitlines()) if any(line)]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{label}: no CSV table in UTF-8 ({error})") from None
+    if len(lines) < 2:
+        raise InputError(f"{label}: there is no row below the names of the columns")
+    header = [cell.strip() for cell in lines[0]]
+    for number, line in enumerate(lines[1:], start=2):
+        if len(line) != len(header):
+            raise InputError(
+                f"{label}: row {number} has {len(line)} cells, the first has {len(header)} columns"
+            )
+    return {name: [line[k].strip() for line in lines[1:]] for k, name in enumerate(header)}
+
+
+def _parquet(path: Any, label: str) -> dict[str, Any]:
+    try:
+        import pandas
+    except ImportError:
+        raise MissingExtraError.of("pandas with pyarrow", "record", "reading Parquet") from None
+    try:
+        table = pandas.read_parquet(path)
+    except ImportError:
+        raise MissingExtraError.of("pyarrow", "record", "reading Parquet") from None
+    except Exception as error:
+        raise FileError(f"{label}: no Parquet table ({error})", path=str(path)) from None
+    return {str(name): table[name].to_numpy() for name in table.columns}
+
+
+def _of_table(
+    table: Mapping[str, Any], label: str
+) -> list[tuple[str, dict[str, Any], float | None, list[str]]]:
+    """The columns of a table put together, and cut where its labels change."""
+    ids = next((list(table[name]) for name in LABELS if name in table), None)
+    columns = _joined({k: v for k, v in table.items() if k not in LABELS}, label)
+    if ids is None:
+        return [(label, columns, None, [])]
+    starts = [k for k in range(len(ids)) if k == 0 or ids[k] != ids[k - 1]]
+    names = [str(ids[k]) for k in starts]
+    if len(set(names)) != len(names):
+        raise InputError(f"{label}: the rows of recording {quoted(names[0])} do not stand together")
+    ends = [*starts[1:], len(ids)]
+    return [
+        (name, {k: v[start:end] for k, v in columns.items()}, None, [])
+        for name, start, end in zip(names, starts, ends, strict=True)
+    ]
+
+
+def _joined(table: Mapping[str, Any], label: str) -> dict[str, np.ndarray]:
+    """Arrays (T,) or (T, k) of columns that may be called name[i]."""
+    parts: dict[str, dict[int, np.ndarray]] = {}
+    for name, values in table.items():
+        numbers = _numbers(values, f'{label}: column "{shown(name)}"')
+        found = _INDEXED.match(name)
+        if found is None:
+            parts.setdefault(name, {})[-1] = numbers
+        else:
+            index = int(found.group(2)) if found.group(2) else _LETTERS[found.group(3)]
+            if found.group(3) and found.group(1).endswith("wxyz"):
+                index = (index + 1) % 4
+            parts.setdefault(found.group(1), {})[index] = numbers
+    joined = {}
+    for name, own in parts.items():
+        if set(own) == {-1}:
+            joined[name] = own[-1]
+        elif set(own) == set(range(len(own))):
+            joined[name] = np.stack([own[k] for k in range(len(own))], axis=1)
+        else:
+            raise InputError(f'{label}: columns of "{shown(name)}" are missing, got {sorted(own)}')
+    return joined
+
+
+def _numbers(values: Any, what: str) -> np.ndarray:
+    """Floats; an empty cell is a gap."""
+    try:
+        return np.array([np.nan if v in ("", None) else float(v) for v in values])
+    except (TypeError, ValueError):
+        bad = next(v for v in values if not _is_number(v))
+        raise InputError(f"{what} must hold numbers, got {quoted(bad)}") from None
+
+
+def _is_number(value: Any) -> bool:
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        return value in ("", None)
+    return True

@@ -1,0 +1,150 @@
+"""Motions from the first state of each recording, and how far they end up from it."""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..batch.inputs import batch_inputs
+from ..batch.motions.pool import CannotSend, Lost, follow_rows, worker_count
+from ..batch.motions.row import followed_row
+from ..errors import InputError
+from ..impact.warm import compile_laws
+from ..motion.comparing import first_link, frame_distances
+from ..motion.status import MotionStatus
+from ..scene import Scene
+from ..scene.motion import MotionSettings
+from .flight import Flight
+from .recording import Recording
+from .segments import MEDIAN_TO_SIGMA, ROUNDING, estimated_sigma, find_segments
+
+__all__ = ["QUICK", "Rollouts", "Start", "starts_of"]
+
+# For fits: errors of some 1e-4 of the way, a hundredth of what a recording and the best law
+# differ by, at a fifth of the time.
+QUICK = MotionSettings(rtol=1e-4, atol=1e-6, capture_speed=1e-3, together=1e-5)
+# Of a first flight so many samples tell the state at its start; the last one may be smeared.
+MOST_SAMPLES = 25
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """The state at the first sample of a recording, by the flight that it begins with.
+
+    Attributes:
+        q, v: (nq,), (nv,).
+        samples: of the flight.
+    """
+
+    q: np.ndarray
+    v: np.ndarray
+    samples: int
+
+
+def starts_of(recordings: Sequence[Recording], scene: Scene) -> list[Start]:
+    """The state of each recording at its first sample, by a fit to its first flight.
+
+    Samples after the first impact take no part. Recordings that begin in contact begin with the
+    slope of their first samples.
+    """
+    flight = Flight(scene)
+    sigmas = [each.sigma for each in recordings if each.sigma is not None]
+    nv = flight.model.nv
+    if len(sigmas) < len(recordings):
+        found = np.array([estimated_sigma(flight, each.t, each.q) for each in recordings])
+        found = found[np.isfinite(found).all(axis=1)]
+        sigma = np.median(found, axis=0) if len(found) else np.ones(nv)
+        sigma = np.maximum(sigma, ROUNDING)
+        cuts = [find_segments(flight, each.t, each.q, sigma) for each in recordings]
+        within = np.concatenate([cut.innovations for cut in cuts])
+        if len(within):
+            own = np.median(np.abs(within), axis=0) / MEDIAN_TO_SIGMA
+            sigma = np.maximum(own, ROUNDING)
+    else:
+        sigma = np.mean([np.broadcast_to(each, (nv,)) for each in sigmas], axis=0)
+    starts = []
+    for recording in recordings:
+        t, q = recording.t, recording.q
+        if len(t) < 3:
+            raise InputError(f"recording {recording.name or 'given'} has fewer than 3 samples")
+        flights = find_segments(flight, t, q, sigma).flights
+        own = flights[0] if flights and flights[0][0] == 0 else np.arange(3)
+        own = own[:MOST_SAMPLES]
+        if len(own) > 4:
+            own = own[:-1]
+        v = pin.difference(flight.model, q[0], q[own[2]]) / (t[own[2]] - t[0])
+        fit = flight.fit(t[own], q[own], float(t[0]), q[0], v, sigma)
+        starts.append(Start(fit.q, fit.v, len(own)))
+    return starts
+
+
+class Rollouts:
+    """Recordings, the states they begin with, and motions from there.
+
+    Args:
+        recordings: what is followed.
+        scene: for the first flights; coefficients do not matter there.
+        settings: of the motions.
+        processes: how many; None for all cores.
+    """
+
+    def __init__(
+        self,
+        recordings: Sequence[Recording],
+        scene: Scene,
+        settings: MotionSettings = QUICK,
+        processes: int | None = None,
+    ) -> None:
+        self.recordings = tuple(recordings)
+        self.starts = starts_of(recordings, scene)
+        self.frame = first_link(scene.robot)
+        self._settings, self._processes = settings, processes
+
+    def rows(self, scene: Scene, which: Sequence[int]) -> list[Any]:
+        """What ``followed_row`` gives, for each of some recordings."""
+        rows: list[Any] = []
+        for k in which:
+            start, recording = self.starts[k], self.recordings[k]
+            times = recording.t - recording.t[0]
+            settings = self._settings.changed(duration=float(times[-1]), samples=len(times))
+            inputs = batch_inputs(scene, start.q, start.v, None, None, None, None)
+            rows.append((inputs, settings, times))
+        count = worker_count(len(rows), self._processes)
+        if count > 1:
+            # Long ones first, so that no process waits for the last.
+            order = sorted(range(len(rows)), key=lambda k: -len(rows[k][2]))
+            found: list[Any] = [None] * len(rows)
+
+            def take(index: int, answer: Any) -> None:
+                found[order[index]] = None if isinstance(answer, Lost) else answer
+
+            packed = pickle.dumps(scene)
+            key = hashlib.sha256(packed).hexdigest()
+            try:
+                if not follow_rows(packed, key, [rows[k] for k in order], count, take):
+                    raise KeyboardInterrupt
+                return found
+            except CannotSend:
+                pass
+        compile_laws(scene)
+        return [followed_row(scene, *row) for row in rows]
+
+    def errors(self, scene: Scene, which: Sequence[int] | None = None) -> np.ndarray:
+        """(K, 2) mean distance [m] and angle [rad] of the first link over each recording.
+
+        NaN where a motion does not come to its end.
+        """
+        chosen = range(len(self.recordings)) if which is None else which
+        found = np.full((len(chosen), 2), np.nan)
+        for i, (k, row) in enumerate(zip(chosen, self.rows(scene, chosen), strict=True)):
+            if row is None or row.status is not MotionStatus.FINISHED:
+                continue
+            far = frame_distances(scene.robot, self.frame, row.q, self.recordings[k].q)
+            found[i] = far[0].mean(), far[1].mean()
+        return found

@@ -1,0 +1,125 @@
+"""Columns of a recording out of a ROS 2 bag, by rosbags (no ROS is needed)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import FileError, InputError, MissingExtraError, UnknownNameError, shown
+from ..robot import Robot
+from .columns import RecordingFormat
+
+__all__ = ["columns_of_bag"]
+
+_POSES = ("geometry_msgs/msg/PoseStamped", "nav_msgs/msg/Odometry",
+          "geometry_msgs/msg/PoseWithCovarianceStamped",
+          "geometry_msgs/msg/TransformStamped")  # fmt: skip
+_JOINTS = "sensor_msgs/msg/JointState"
+
+
+def columns_of_bag(
+    path: str | os.PathLike[str], format: RecordingFormat, robot: Robot
+) -> dict[str, Any]:
+    """Times from the messages' own stamps; poses of the free root, joints by name.
+
+    Without ``format.topics`` the only topic of poses and the only one of joint states are read.
+    Where there are both, joints are taken at the times of the poses, on straight lines between
+    their messages.
+
+    Raises:
+        MissingExtraError: rosbags is not installed.
+        FileError: there is no such bag.
+        UnknownNameError: it has no such topic.
+        InputError: it has no topic of poses or joint states, or more than one.
+    """
+    try:
+        from rosbags.highlevel import AnyReader, AnyReaderError
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError:
+        raise MissingExtraError.of("rosbags", "record", "reading a ROS 2 bag") from None
+    label = shown(Path(path).name, 80)
+    try:
+        with AnyReader([Path(path)], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as bag:
+            kinds = {c.topic: str(c.msgtype) for c in bag.connections}
+            chosen = _chosen(kinds, format.topics, label)
+            found: dict[str, list[tuple[float, Any]]] = {topic: [] for topic in chosen}
+            connections = [c for c in bag.connections if c.topic in chosen]
+            for connection, received, raw in bag.messages(connections=connections):
+                message = bag.deserialize(raw, connection.msgtype)
+                found[connection.topic].append((_stamp(message, received), message))
+    except (AnyReaderError, OSError) as error:
+        raise FileError(f"{label}: no ROS 2 bag ({error})", path=os.fspath(path)) from None
+    start = min((own[0][0] for own in found.values() if own), default=None)
+    if start is None:
+        raise InputError(f"{label}: there is no message in its topics {', '.join(chosen)}")
+    return _columns(found, kinds, start, robot)
+
+
+def _chosen(kinds: Mapping[str, str], asked: Mapping[str, str] | None, label: str) -> list[str]:
+    if asked is not None:
+        for topic in asked:
+            if topic not in kinds:
+                raise UnknownNameError.among("topic", topic, kinds, label)
+        return list(asked)
+    poses = [topic for topic, kind in kinds.items() if kind in _POSES]
+    joints = [topic for topic, kind in kinds.items() if kind == _JOINTS]
+    if len(poses) > 1 or len(joints) > 1:
+        raise InputError(
+            f"{label}: several topics hold poses or joint states ({', '.join([*poses, *joints])}); "
+            "name those meant in the RecordingFormat's topics"
+        )
+    if not poses and not joints:
+        raise InputError(
+            f"{label}: no topic holds poses or joint states, got {', '.join(kinds) or 'none'}"
+        )
+    return [*poses, *joints]
+
+
+def _stamp(message: Any, received: int) -> float:
+    """The message's own time [s]; when it was received, if it has none."""
+    header = getattr(message, "header", None)
+    if header is not None and (header.stamp.sec or header.stamp.nanosec):
+        return float(header.stamp.sec) + 1e-9 * float(header.stamp.nanosec)
+    return 1e-9 * received
+
+
+def _pose(message: Any) -> list[float]:
+    transform = getattr(message, "transform", None)
+    if transform is not None:
+        place, turn = transform.translation, transform.rotation
+    else:
+        pose = message.pose
+        pose = getattr(pose, "pose", pose)
+        place, turn = pose.position, pose.orientation
+    return [place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w]
+
+
+def _columns(
+    found: Mapping[str, list[tuple[float, Any]]],
+    kinds: Mapping[str, str],
+    start: float,
+    robot: Robot,
+) -> dict[str, Any]:
+    columns: dict[str, Any] = {}
+    times: np.ndarray | None = None
+    for topic, own in found.items():
+        if kinds[topic] in _POSES and own:
+            times = np.array([time for time, _ in own]) - start
+            numbers = np.array([_pose(message) for _, message in own])
+            columns |= {"t": times, "position": numbers[:, :3], "quaternion_xyzw": numbers[:, 3:]}
+    for topic, own in found.items():
+        if kinds[topic] != _JOINTS or not own:
+            continue
+        names = list(own[0][1].name)
+        stamps = np.array([time for time, _ in own]) - start
+        for name in (str(each) for each in robot.model.names if str(each) in names):
+            seen = np.array([m.position[list(m.name).index(name)] for _, m in own])
+            if times is None:
+                columns |= {"t": stamps, f"q.{name}": seen}
+            else:
+                columns[f"q.{name}"] = np.interp(times, stamps, seen)
+    return columns

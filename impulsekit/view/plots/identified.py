@@ -1,0 +1,107 @@
+"""What was found in recordings: impacts over time, losses over coefficients, errors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .canvas import AFTER, BLOW, CYCLE, QUIET, axes_or_new, new_figure, plain, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ...measured.found import FoundImpacts
+    from ...measured.identification import Identification
+    from ...measured.motions import MotionFit
+    from ...measured.recording import Recording
+
+__all__ = ["found_impacts", "identified_figure", "loss_curve"]
+
+
+def found_impacts(recording: Recording, impacts: FoundImpacts, ax: Axes | None = None) -> Axes:
+    """Recorded velocities of the first joint over time, and the impacts found.
+
+    Dots are slopes between samples; a line to the left of an impact is where the flight before
+    it ended, to the right where the next begins.
+
+    Args:
+        recording: one of those that ``impacts`` were found in, by its name.
+        impacts: of ``find_impacts``.
+        ax: where to draw; a new figure if None.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+    ax = axes_or_new(ax)
+    own = [each for each in impacts.impacts if each.recording == recording.name]
+    v = recording.velocities([each.time for each in own], reach=1)
+    shown = range(min(3, v.shape[1]))
+    for i in shown:
+        color = CYCLE[i]
+        ax.plot(recording.t, v[:, i], ".", markersize=3, color=color, label=f"speed {i + 1}")
+        for each in own:
+            sides = [each.v_before[i], each.v_after[i]]
+            ax.plot([each.time, each.time], sides, color=color, linewidth=1.6)
+    for each in own:
+        ax.axvline(each.time, color=QUIET, linewidth=0.7, linestyle=":")
+    for name, start, end in impacts.phases:
+        if name == recording.name:
+            ax.axvspan(start, end, color=QUIET, alpha=0.12, linewidth=0)
+    ax.set_xlabel("time [s]")
+    ax.set_ylabel("m/s, rad/s")
+    ax.set_title(plain(f"Impacts in {recording.name or 'the recording'}"), loc="left")
+    ax.legend(frameon=False)
+    return tidy(ax)
+
+
+def loss_curve(fit: MotionFit, name: str, ax: Axes | None = None) -> Axes:
+    """The losses that were evaluated over one coefficient, with its value and interval.
+
+    Args:
+        fit: of ``fit_motion``.
+        name: of the parameter.
+        ax: where to draw; a new figure if None.
+
+    Raises:
+        UnknownNameError: there is no such parameter.
+        MissingExtraError: matplotlib is not installed.
+    """
+    ax = axes_or_new(ax)
+    value = fit[name]
+    i = fit.names.index(name)
+    for stage in np.unique(fit.stage):
+        own = fit.stage == stage
+        ax.plot(
+            fit.points[own, i], fit.losses[own], "o", markersize=3 + 1.5 * int(stage),
+            color=CYCLE[int(stage) % len(CYCLE)], label=f"round {int(stage) + 1}",
+        )  # fmt: skip
+    low, high = fit.intervals()[i]
+    ax.axvspan(low, high, color=AFTER, alpha=0.12, linewidth=0)
+    ax.axvline(value, color=BLOW, linewidth=1.0)
+    ax.set_xlabel(plain(name))
+    ax.set_ylabel("mean loss")
+    ax.set_ylim(bottom=0.0)
+    ax.legend(frameon=False)
+    return tidy(ax)
+
+
+def identified_figure(found: Identification) -> Any:
+    """One figure: impacts of the recording with most of them, and a loss curve by parameter.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+    fit = found.by_motion
+    names = () if fit is None else fit.names
+    figure = new_figure(9.0, 3.2 * (1 + len(names)))
+    axes = figure.subplots(1 + len(names), 1, squeeze=False)[:, 0]
+    counts = [
+        sum(each.recording == recording.name for each in found.impacts.impacts)
+        for recording in found.recordings
+    ]
+    found_impacts(found.recordings[int(np.argmax(counts))], found.impacts, axes[0])
+    if fit is not None:
+        for ax, name in zip(axes[1:], names, strict=True):
+            loss_curve(fit, name, ax)
+    return figure

@@ -1,0 +1,101 @@
+"""Calibration: what was put into recordings in closed form comes out, with its uncertainty."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit.errors import InputError
+from impulsekit.measured import Recording, calibrate
+from tests.measured.bodies import ball_scene, bouncing_ball, flying_body
+
+SCENE = ball_scene()
+
+
+def throws(rng, count=8, **given):
+    found = []
+    for k in range(count):
+        t, poses = flying_body(rng, **given)
+        found.append(Recording(SCENE.robot, t, poses, name=f"throw {k}"))
+    return found
+
+
+def test_scale_tilt_and_mass_centre_of_throws():
+    off = np.array([0.002, -0.004, 0.006])
+    given = throws(np.random.default_rng(0), scale=0.97, offset=-off, tilt=(0.01, -0.02))
+    found = calibrate(given, SCENE)
+    assert found.length_scale == pytest.approx(0.97, abs=1e-4)
+    assert found.gravity_tilt == pytest.approx([0.01, -0.02], abs=1e-3)
+    assert found.mass_centre == pytest.approx(off, abs=1e-5)
+    moved = found.scene(SCENE).robot.model.inertias[1].lever
+    assert moved - SCENE.robot.model.inertias[1].lever == pytest.approx(off, abs=1e-5)
+
+
+def test_standard_deviations_are_those_of_repeated_recordings():
+    rng = np.random.default_rng(1)
+    scores = []
+    for _ in range(12):
+        found = calibrate(throws(rng, 10, scale=0.98, sigma=1e-3), SCENE)
+        scores.append((found.length_scale - 0.98) / found.sigma["length_scale"])
+        scores += ((found.mass_centre) / found.sigma["mass_centre"]).tolist()
+    # 48 numbers, of Student's distribution with some nine degrees of freedom.
+    assert 0.7 < np.std(scores) < 1.5
+
+
+def test_the_lag_of_recorded_velocities():
+    rng = np.random.default_rng(2)
+    found = []
+    for k in range(5):
+        t, poses = flying_body(rng)
+        v = Recording(SCENE.robot, t, poses).velocities(reach=2)
+        turns = [pin.XYZQUATToSE3(pose).rotation for pose in poses]
+        world = np.array([turn @ each[:3] for turn, each in zip(turns, v, strict=True)])
+        late = np.stack([np.interp(t - 0.004, t, column) for column in world.T], axis=1)
+        late = np.array([turn.T @ each for turn, each in zip(turns, late, strict=True)])
+        late = np.hstack([late, v[:, 3:]])
+        found.append(Recording(SCENE.robot, t[4:], poses[4:], v=late[4:], name=str(k)))
+    assert calibrate(found, SCENE).velocity_lag == pytest.approx(0.004, abs=3e-4)
+
+
+def test_the_floor_under_bodies_at_rest():
+    recordings = []
+    for k in range(6):
+        recording, _ = bouncing_ball(SCENE, 0.3 + 0.02 * k, 0.35, 200, 1.4, name=str(k))
+        q = recording.q.copy()
+        q[:, 1] = 0.2 * np.cos(k)
+        q[recording.t > 1.0, 0] = 0.3 * np.sin(k)
+        q[recording.t > 1.0, 5:] = [0.0, 1.0]
+        q[:, 2] += 0.004
+        recordings.append(Recording(SCENE.robot, recording.t, q, name=str(k)))
+    found = calibrate(recordings, SCENE)
+    assert found.floor_height == pytest.approx(0.004, abs=5e-4)
+    level = found.apply(recordings[0])
+    assert level.q[-1, 2] == pytest.approx(0.05, abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [((1.0, 1e3), 'length="mm"'), ((1e3, 1.0), 'time="ms"'), ((1e9, 1.0), 'time="ns"')],
+    ids=["mm", "ms", "ns"],
+)
+def test_units_that_are_mistaken_are_named(factor, words):
+    of_time, of_length = factor
+    wrong = []
+    for each in throws(np.random.default_rng(3), 3):
+        q = each.q.copy()
+        q[:, :3] *= of_length
+        wrong.append(Recording(SCENE.robot, of_time * each.t, q))
+    with pytest.raises(InputError, match=words):
+        calibrate(wrong, SCENE)
+
+
+def test_what_cannot_be_calibrated_is_said():
+    still = Recording(SCENE.robot, np.arange(40) / 100, np.tile([0, 0, 1, 0, 0, 0, 1.0], (40, 1)))
+    with pytest.raises(InputError, match="no free fall"):
+        calibrate(still, SCENE)
+    with pytest.raises(InputError, match="scene with gravity"):
+        calibrate(still, ik.Scene(SCENE.robot, gravity=[0, 0, 0]))
+    panda = ik.Robot.from_example("panda")
+    recording = Recording(panda, np.arange(40) / 100, np.tile(panda.neutral(), (40, 1)))
+    with pytest.raises(InputError, match="no free-flyer"):
+        calibrate(recording, ik.Scene(panda, gravity=[0, 0, -9.81]))

@@ -1,0 +1,172 @@
+"""From recordings to coefficients: whole motions, the command, and what is said of bad ones."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import impulsekit as ik
+from impulsekit.cli import main
+from impulsekit.errors import InputError, RangeError, UnknownNameError
+from impulsekit.measured import Recording, fit_motion, identify
+from impulsekit.measured.surface import design_points, least_of
+from tests.measured.bodies import G, ball_scene, bouncing_ball, noisy
+
+SIGMA = np.array([3e-4] * 3 + [3e-3] * 3)
+
+
+def skidding_balls(e, mu, count, rng):
+    """Balls that bounce once, skid or stick there and spin afterwards, in closed form."""
+    scene = ball_scene(0.3, 0.4)
+    radius, share = 0.05, 2.0 / 7.0
+    inertia = scene.robot.model.inertias[1]
+    share = 1.0 / (1.0 + inertia.mass * radius**2 / inertia.inertia[0, 0])
+    found = []
+    for k in range(count):
+        t = np.arange(int(0.44 * 150)) / 150
+        z, speed, at, x, slip, spin = 0.25 + 0.02 * k, 0.0, 0.0, 0.0, 3.0 + 0.15 * k, 0.0
+        q, angle = np.zeros((len(t), 7)), 0.0
+        for i, time in enumerate(t):
+            while True:
+                fall = (speed + np.sqrt(speed**2 + 2 * G * z)) / G
+                if time - at <= fall:
+                    break
+                at, x, angle = at + fall, x + slip * fall, angle + spin * fall
+                down = G * fall - speed
+                # The contact point slips by v - R w; friction takes what its cone allows.
+                rubbed = min(mu * (1 + e) * down, share * (slip - radius * spin))
+                slip -= rubbed
+                spin += rubbed * inertia.mass * radius / inertia.inertia[0, 0]
+                z, speed = 0.0, e * down
+            late = time - at
+            turned = angle + spin * late
+            q[i] = [x + slip * late, 0, radius + z + speed * late - 0.5 * G * late**2,
+                    0, np.sin(turned / 2), 0, np.cos(turned / 2)]  # fmt: skip
+        q = noisy(scene.robot.model, q, SIGMA, rng)
+        found.append(Recording(scene.robot, t, q, name=f"ball {k}"))
+    return scene, found
+
+
+@pytest.fixture(scope="module")
+def balls():
+    return skidding_balls(0.62, 0.11, 12, np.random.default_rng(0))
+
+
+def test_single_impacts_give_the_coefficients_back(balls):
+    scene, recordings = balls
+    found = identify(recordings, scene, calibration=False, motions=False)
+    assert found.by_impact is not None and found.by_motion is None
+    assert found.by_impact.values == pytest.approx([0.62, 0.11], abs=0.01)
+    low, high = found.by_impact.intervals().T
+    assert (low - 0.003 <= [0.62, 0.11]).all() and (high + 0.003 >= [0.62, 0.11]).all()
+    assert found.scene.contacts[0].friction == found.by_impact["floor: friction"]
+    json.dumps(found.to_dict(), allow_nan=False)
+
+
+@pytest.mark.slow
+def test_whole_motions_give_a_coefficient_back(balls):
+    scene, recordings = balls
+    scene = ik.Scene(
+        scene.robot, contacts=[replace(scene.contacts[0], restitution=0.62)], gravity=scene.gravity
+    )
+    short = [each.part(0.0, 0.4) for each in recordings]
+    found = identify(
+        short, scene, restitution=[], friction=["floor"], calibration=False, processes=1
+    )
+    fit = found.by_motion
+    assert fit["floor: friction"] == pytest.approx(0.11, abs=0.01)
+    assert len(fit.held_out) == 3 and fit.held_out[:, 0].max() < 0.01
+    text = found.report()
+    assert "Fitted to whole motions" in text and "held out (3)" in text
+
+
+def test_what_motions_do_not_tell_is_said(balls):
+    scene, recordings = balls
+    # Without slip along the floor no friction shows.
+    still = [bouncing_ball(scene, 0.3 + 0.02 * k, 0.6, 150, 0.3, name=str(k))[0] for k in range(8)]
+    for each in still:
+        straight = each.q.copy()
+        straight[:, 0], straight[:, 3:] = 0.0, [0, 0, 0, 1]
+        still[int(each.name)] = Recording(scene.robot, each.t, straight, name=each.name)
+    found = fit_motion(still, scene, friction=["floor"], held_out=0.0, processes=1)
+    assert any("floor: friction is weakly determined" in note for note in found.notes)
+    with pytest.raises(InputError, match="too few"):
+        fit_motion(recordings[:3], scene, friction=["floor"])
+    with pytest.raises(InputError, match="nothing is to be found"):
+        fit_motion(recordings, scene)
+    with pytest.raises(UnknownNameError):
+        fit_motion(recordings, scene, friction=["ceiling"])
+    with pytest.raises(RangeError, match="held_out"):
+        fit_motion(recordings, scene, friction=["floor"], held_out=1.0)
+
+
+def test_the_least_point_of_a_loss_of_the_form_of_a_mean_distance():
+    low, high = np.array([-1.0, 0.0]), np.array([2.0, 4.0])
+    points = design_points(low, high, 12, 0)
+    truth = np.array([0.4, 2.5])
+    losses = np.sqrt(0.3 + ((points - truth) ** 2 * [1.0, 0.2]).sum(axis=1))
+    assert least_of(points, losses, low, high) == pytest.approx(truth, abs=1e-3)
+    # Outside the box its nearest point is found, not a corner of a wrong curvature.
+    losses = np.sqrt(0.3 + ((points - [3.0, 2.5]) ** 2).sum(axis=1))
+    assert least_of(points, losses, low, high) == pytest.approx([2.0, 2.5], abs=1e-2)
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, [str(a) for a in arguments], prog_name="impulsekit")
+
+
+def test_the_command_on_recorded_tosses(tmp_path):
+    pytest.importorskip("matplotlib")
+    out, picture = tmp_path / "a.json", tmp_path / "a.png"
+    done = run("identify", "examples/cube_tosses.npz", "examples/cube_tosses.toml", "--no-motions",
+               "--json", out, "--plot", picture)  # fmt: skip
+    data = json.loads(out.read_text())
+    # The mass centre of the real cube is some 6 mm off its centre: all 120 tosses say 6.0 +- 0.4.
+    assert data["calibration"]["mass_centre"]["value"][2] == pytest.approx(0.006, abs=0.002)
+    assert data["calibration"]["length_scale"]["value"] == pytest.approx(0.98, abs=0.004)
+    assert data["calibration"]["velocity_lag"]["value"] == pytest.approx(0.0034, abs=3e-4)
+    assert "12 recordings" in done.stdout and picture.stat().st_size > 10_000
+
+
+def test_the_command_says_what_is_wrong(tmp_path):
+    done = run("identify", tmp_path / "none.npz", "examples/cube_tosses.toml")
+    assert done.exit_code == 2 and "no such file" in done.stderr
+    done = run(
+        "identify", "examples/cube_tosses.npz", "examples/cube_tosses.toml", "--length", "mm"
+    )
+    assert done.exit_code == 2 and "fall with" in done.stderr
+    done = run("identify", "examples/cube_tosses.npz", "examples/cube_tosses.toml",
+               "--friction", "edge_*")  # fmt: skip
+    assert done.exit_code == 2 and 'unknown contact "edge_*"' in done.stderr
+
+
+def test_contacts_that_share_a_coefficient(balls):
+    scene, _ = balls
+    pair = ik.Scene(
+        scene.robot,
+        contacts=[
+            ik.Contact("ball", at=[s, 0, -0.05], restitution=0.4, friction=0.2, name=f"foot_{i}")
+            for i, s in enumerate((-0.02, 0.02))
+        ],
+    )
+    truth = ik.Scene(
+        scene.robot,
+        contacts=[
+            ik.Contact("ball", at=each.at, restitution=0.7, friction=0.1, name=each.name)
+            for each in pair.contacts
+        ],
+    )
+    rng, seen = np.random.default_rng(1), []
+    for k in range(8):
+        one = ik.Scene(scene.robot, contacts=[pair.contacts[k % 2]])
+        true = ik.Scene(scene.robot, contacts=[truth.contacts[k % 2]])
+        v = np.r_[rng.uniform(2, 4, 2), -rng.uniform(1, 2), rng.normal(size=3)]
+        after = ik.solve(true, scene.robot.neutral(), v).v_after
+        seen.append(ik.measured.Measurement(one, scene.robot.neutral(), v, after, 1e-3))
+    fit = ik.measured.fit_impacts(seen, restitution=["foot_*"], friction=[("foot_0", "foot_1")])
+    assert fit.names == ("foot_*: restitution", "foot_0, foot_1: friction")
+    assert fit.values == pytest.approx([0.7, 0.1], abs=1e-6)
+    with pytest.raises(InputError, match="name it once"):
+        ik.measured.fit_impacts(seen, friction=["foot_*", "foot_0"])
