@@ -53,6 +53,14 @@ class Calibration(OneLine):
         sigma: by the same names, standard deviations; infinite for what is not determined.
         flights, rests: how many these rest on.
         notes: what to look at.
+
+    Example:
+        >>> import impulsekit as ik
+        >>> file = ik.load_scene("examples/cube_tosses.toml")
+        >>> tosses = ik.measured.load_recordings("examples/cube_tosses.npz", file.scene.robot)
+        >>> found = calibrate(tosses[:6], file.scene)
+        >>> abs(found.length_scale - 0.98) < 0.01, abs(found.velocity_lag - 0.5 / 148) < 5e-4
+        (True, True)
     """
 
     length_scale: float

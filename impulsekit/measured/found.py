@@ -31,6 +31,19 @@ class FoundImpact(OneLine):
         balance: probability that noise leaves as much of the jump's momentum as no impulse
             at these contacts explains; a small one means a wrong contact, mass or inertia.
         samples: how many samples there are on each side.
+
+    Example:
+        >>> import impulsekit as ik
+        >>> ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+        >>> floor = ik.Contact("ball", at=[0, 0, -0.05], restitution=0.6, name="floor")
+        >>> scene = ik.Scene(ball, contacts=[floor], gravity=[0, 0, -9.81])
+        >>> drop = ball.configuration(root_joint=[0, 0, 0.5, 0, 0, 0, 1])
+        >>> motion = ik.simulate(scene, drop, [0] * 6, duration=0.6, samples=61)
+        >>> recording = ik.measured.Recording(ball, motion.t, motion.q)
+        >>> found = ik.measured.find_impacts(recording, scene, sigma=1e-6)
+        >>> hit = found.impacts[0]
+        >>> hit.contacts, round(float(hit.v_after[2] / -hit.v_before[2]), 3)
+        (('floor',), 0.6)
     """
 
     recording: str
@@ -92,6 +105,18 @@ class FoundImpacts(OneLine):
         outliers: (recording, time) of samples that stand apart from those before and after.
         sigma: (nv,) noise of the samples on their tangents, as given or as estimated.
         notes: what to look at.
+
+    Example:
+        >>> import impulsekit as ik
+        >>> ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+        >>> floor = ik.Contact("ball", at=[0, 0, -0.05], restitution=0.6, name="floor")
+        >>> scene = ik.Scene(ball, contacts=[floor], gravity=[0, 0, -9.81])
+        >>> drop = ball.configuration(root_joint=[0, 0, 0.5, 0, 0, 0, 1])
+        >>> motion = ik.simulate(scene, drop, [0] * 6, duration=0.6, samples=61)
+        >>> recording = ik.measured.Recording(ball, motion.t, motion.q)
+        >>> found = ik.measured.find_impacts(recording, scene, sigma=1e-6)
+        >>> len(found), len(found.balanced()), len(found.measurements(scene))
+        (1, 1, 1)
     """
 
     impacts: tuple[FoundImpact, ...]

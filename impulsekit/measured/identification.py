@@ -34,6 +34,14 @@ class Identification(OneLine):
         by_motion: the fit to whole motions; None if it was not asked for, or with too few.
         scene: the scene with the fitted coefficients, of whole motions where there are any.
         notes: what was left out, and why.
+
+    Example:
+        >>> import impulsekit as ik
+        >>> file = ik.load_scene("examples/cube_tosses.toml")
+        >>> tosses = ik.measured.load_recordings("examples/cube_tosses.npz", file.scene.robot)
+        >>> found = identify(tosses[:4], file.scene, motions=False)
+        >>> found.by_motion is None, found.calibration is None, "Impacts" in found.report()
+        (True, False, True)
     """
 
     recordings: tuple[Recording, ...] = field(repr=False)
@@ -85,6 +93,13 @@ def identify(
     Raises:
         InputError: no contact with a coefficient, or as for ``calibrate`` and ``find_impacts``.
         UnknownNameError, RangeError.
+
+    Example:
+        >>> import impulsekit as ik
+        >>> file = ik.load_scene("examples/cube_tosses.toml")
+        >>> tosses = ik.measured.load_recordings("examples/cube_tosses.npz", file.scene.robot)
+        >>> identify(tosses, file.scene).by_motion["corner_*: friction"]  # doctest: +SKIP
+        0.18
     """
     several = [recordings] if isinstance(recordings, Recording) else list(recordings)
     restitution, friction = _chosen(scene, restitution, friction)

@@ -51,6 +51,13 @@ class MotionFit(OneLine):
         scene: the scene with the values.
         notes: parameters that the recordings hardly determine, bounds reached, motions that
             did not come to their end.
+
+    Example:
+        >>> import impulsekit as ik
+        >>> file = ik.load_scene("examples/cube_tosses.toml")
+        >>> tosses = ik.measured.load_recordings("examples/cube_tosses.npz", file.scene.robot)
+        >>> fit = fit_motion(tosses, file.scene, friction=["corner_*"])  # doctest: +SKIP
+        >>> fit["corner_*: friction"], fit.intervals(), fit.held_out.mean(0)  # doctest: +SKIP
     """
 
     names: tuple[str, ...]
@@ -134,6 +141,13 @@ def fit_motion(
     Raises:
         InputError: nothing to fit, too few recordings, no motion comes to its end.
         UnknownNameError, RangeError.
+
+    Example:
+        >>> import impulsekit as ik
+        >>> file = ik.load_scene("examples/cube_tosses.toml")
+        >>> tosses = ik.measured.load_recordings("examples/cube_tosses.npz", file.scene.robot)
+        >>> fit = fit_motion(tosses, file.scene, friction=["corner_*"])  # doctest: +SKIP
+        >>> print(fit, *fit.notes, sep="\\n")  # doctest: +SKIP
     """
     several = list(recordings)
     for each in several:

@@ -32,6 +32,14 @@ def found_impacts(recording: Recording, impacts: FoundImpacts, ax: Axes | None =
 
     Raises:
         MissingExtraError: matplotlib is not installed.
+
+    Example:
+        >>> import impulsekit as ik
+        >>> file = ik.load_scene("examples/cube_tosses.toml")
+        >>> tosses = ik.measured.load_recordings("examples/cube_tosses.npz", file.scene.robot)
+        >>> ax = found_impacts(tosses[0], ik.measured.find_impacts(tosses[:1], file.scene))
+        >>> ax.get_xlabel()
+        'time [s]'
     """
     ax = axes_or_new(ax)
     own = [each for each in impacts.impacts if each.recording == recording.name]
@@ -66,6 +74,9 @@ def loss_curve(fit: MotionFit, name: str, ax: Axes | None = None) -> Axes:
     Raises:
         UnknownNameError: there is no such parameter.
         MissingExtraError: matplotlib is not installed.
+
+    Example:
+        >>> ax = loss_curve(fit, "corner_*: friction")  # doctest: +SKIP
     """
     ax = axes_or_new(ax)
     value = fit[name]
