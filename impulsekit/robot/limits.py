@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
@@ -12,10 +12,12 @@ import pinocchio as pin
 if TYPE_CHECKING:
     from .robot import Robot
 
-__all__ = ["outside_limits"]
+__all__ = ["likely_degrees", "outside_limits"]
 
 # A joint this far past its limit is outside [rad, m]: what is typed in or measured is off by less.
 OUTSIDE = 1e-6
+# Whole multiples of the first up to the second are what people write of angles in degrees.
+DEGREES = (15.0, 360.0)
 
 
 def outside_limits(robot: Robot, q: np.ndarray, joints: Iterable[str] | None = None) -> list[str]:
@@ -51,6 +53,38 @@ def outside_limits(robot: Robot, q: np.ndarray, joints: Iterable[str] | None = N
         if q[i] == neutral[i] if chosen is None else name not in chosen:
             continue
         sentences.append(_sentence(name, float(q[i]), float(lower[i]), float(upper[i]), joint))
+    return sentences
+
+
+def likely_degrees(robot: Robot, values: Mapping[str, Any]) -> list[str]:
+    """A sentence for every angle without limits that reads like degrees: 30, 45, 90, -180.
+
+    Args:
+        robot: the robot.
+        values: by joint name, what was given; only single angles of continuous joints, and of
+            joints whose limits are too far off to tell, are looked at.
+
+    Example:
+        >>> from impulsekit import Robot
+        >>> arm = Robot.from_example("kinova")
+        >>> likely_degrees(arm, {"j2s6s200_joint_1": 90})
+        ['joint "j2s6s200_joint_1" is at 90 rad, which is 14.3 turns; degrees? 90° is 1.5708 rad']
+    """
+    sentences = []
+    for name, value in values.items():
+        joint = robot.model.joints[robot.joint_id(name)]
+        if joint.nv != 1 or joint.shortname().startswith(("JointModelP", "JointModelH")):
+            continue
+        if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+            continue
+        angle = float(value)
+        if joint.nq == 1 and robot.model.upperPositionLimit[joint.idx_q] < DEGREES[1]:
+            continue
+        if DEGREES[0] <= abs(angle) <= DEGREES[1] and angle % DEGREES[0] == 0.0:
+            sentences.append(
+                f'joint "{name}" is at {angle:g} rad, which is {abs(angle) / math.tau:.1f} turns; '
+                f"degrees? {angle:g}° is {math.radians(angle):.6g} rad"
+            )
     return sentences
 
 

@@ -28,6 +28,8 @@ _EQUALITIES = ("connect", "weld", "joint", "tendon", "flex", "flexvert", "flexst
 _FREE, _BALL, _SLIDE, _HINGE = range(4)
 # Speeds of a joint, by MuJoCo's number of its kind.
 _SPEEDS = (6, 3, 1, 1)
+# Where a weld says how stiff it is against turns.
+_TORQUE_SCALE = 10
 # A joint's axis counts as a coordinate axis when it is one to this relative rounding error.
 _ON_AXIS = 4 * np.finfo(float).eps
 
@@ -195,6 +197,10 @@ class MjcfRobot:
                 self.assumptions.append(f'equality "{name}" is not active and left out')
             elif kind in (_CONNECT, _WELD):
                 yield self._anchor(i, name, "point" if kind == _CONNECT else "frame", ends, by_site)
+                if kind == _WELD and mj.eq_data[i][_TORQUE_SCALE] == 0.0:
+                    self.assumptions.append(
+                        f'equality "{name}": its torquescale of 0 is ignored, it holds turns too'
+                    )
             elif kind == _JOINT and not np.any(mj.eq_data[i][2:5]):
                 yield self._coupling(i, name, ends)
             else:

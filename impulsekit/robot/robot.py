@@ -544,14 +544,14 @@ class Robot(Displayed):
             UnknownNameError, ShapeError, NotFiniteError, StateError.
 
         Warns:
-            SetupWarning: a named joint is outside its limits.
+            SetupWarning: a named joint is outside its limits, or reads like degrees.
         """
         from . import state
-        from .limits import outside_limits
+        from .limits import likely_degrees, outside_limits
 
         values = {**(by_name or {}), **joints}
         q = state.configuration(self.model, values)
-        warn_of_setup(outside_limits(self, q, values))
+        warn_of_setup([*outside_limits(self, q, values), *likely_degrees(self, values)])
         return q
 
     def velocity(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 
 import numpy as np
 import pinocchio as pin
@@ -87,3 +88,14 @@ def test_a_wrong_velocity_is_one_clear_error(robot):
         robot.velocity(base=[1, 2, 3])
     with pytest.raises(errors.NotFiniteError, match="inf"):
         robot.velocity(hinge=math.inf)
+
+
+def test_an_angle_without_limits_that_reads_like_degrees_is_told():
+    """Wheels turn many times: only whole multiples of 15 up to 360 are doubted."""
+    arm = ik.Robot.from_example("kinova")
+    with pytest.warns(ik.errors.SetupWarning, match=r"14\.3 turns; degrees\? 90° is 1\.5708 rad"):
+        arm.configuration(j2s6s200_joint_1=90)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for angle in (0.0, 3.0, -6.2, 14.0, 523.6, 720.0, np.radians(90), [0.0, 1.0]):
+            arm.configuration(j2s6s200_joint_1=angle)
