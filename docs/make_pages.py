@@ -109,7 +109,13 @@ def write_reference() -> None:
         kind = "autoclass" if inspect.isclass(value) else "autofunction"
         if inspect.isclass(value) and issubclass(value, Exception):
             kind = "autoexception"
-        pages[page_of(value)].append(f".. {kind}:: {name}\n")
+        text = f".. {kind}:: {name}\n"
+        if kind == "autoclass":
+            # A class whose methods stand in several files of its room.
+            room = value.__module__.rpartition(".")[0]
+            if any(base.__module__.rpartition(".")[0] == room for base in value.__mro__[1:]):
+                text += "   :inherited-members:\n"
+        pages[page_of(value)].append(text)
     for page, title, _ in PAGES:
         body = "\n".join(pages[page])
         _write(

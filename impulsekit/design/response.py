@@ -14,6 +14,7 @@ import numpy as np
 from ..errors import InputError, RangeError, a_thing
 from ..impact import ImpactSolver
 from ..impact.algorithms import refuse_massless
+from ..impact.axes_of_vectors import faint_axes, lengths_of_vectors
 from ..impact.elimination import RANK_TOLERANCE
 from ..impact.factor import FilledFactor
 from ..impact.mechanics import Mechanics
@@ -56,9 +57,18 @@ class Response:
         # Where A Δv = 0, M and M filled up by the rows have the same H.
         half = self._factor.half(self.mechanics.constraint_matrix)
         sizes = np.sqrt((half**2).sum(axis=0))
-        half = half[:, sizes > NULL_ROW * sizes.max(initial=0.0)]
-        left, values, _ = np.linalg.svd(half / np.sqrt((half**2).sum(axis=0)), full_matrices=False)
-        basis = left[:, values > RANK_TOLERANCE]
+        live = sizes > NULL_ROW * sizes.max(initial=0.0)
+        half, sizes = half[:, live], sizes[live]
+        left, values, _ = np.linalg.svd(half / sizes, full_matrices=False)
+        rank = int(np.count_nonzero(values > RANK_TOLERANCE))
+        shared = lengths_of_vectors(
+            sizes, np.array(self.mechanics.constraint_rows.triples, dtype=int)[live]
+        )
+        faint = None if shared is None else faint_axes(half, shared, rank)
+        if faint is not None:
+            kept = half[:, faint.kept] / sizes[faint.kept]
+            left, rank = np.linalg.svd(kept, full_matrices=False)[0], len(faint.kept)
+        basis = left[:, :rank]
         free = root - (root @ basis) @ basis.T
         return free @ free.T
 

@@ -12,7 +12,7 @@ import pinocchio as pin
 from ..robot import Robot
 from ..scene import Collision, GapConstraint, GapContact, Scene
 from ..scene.constraints import KEPT
-from .entries import FramePair, FunctionRows, JointRows, rows_of_entry
+from .entries import FramePair, FunctionRows, JointRows, rows_of_entry, vectors_of_rows
 from .origin import Places
 from .pair import Pair
 from .points import PointOnFrame
@@ -145,7 +145,6 @@ class ConstraintRows:
         names: list[str] = []
         velocity: list[float] = []
         kept: list[bool] = []
-        triples: list[int] = []
         for name, entry in zip(scene.entry_names(kind), getattr(scene, kind), strict=True):
             said = rows_of_entry(scene.robot, entry)
             block = _block_of(reached, said)
@@ -159,11 +158,6 @@ class ConstraintRows:
             )
             velocity.extend((0.0,) * count if keeps else after)
             kept.extend([keeps] * count)
-            last = triples[-1] if triples else -1
-            if isinstance(said, FramePair):
-                triples.extend(last + (1 if row < 3 else 2) for row in said.select)
-            else:
-                triples.extend(range(last + 1, last + 1 + count))
         faintest = np.concatenate([np.zeros(0), *(block.faintest for block in blocks)])
         return cls(
             reached.model,
@@ -173,7 +167,7 @@ class ConstraintRows:
             np.array(velocity),
             np.array(kept) if any(kept) else None,
             tuple(faintest.tolist()) if faintest.any() else None,
-            tuple(triples),
+            vectors_of_rows(block.said for block in blocks),
         )
 
     @property

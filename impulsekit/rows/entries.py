@@ -7,7 +7,7 @@ first's), and ω = ω_first − ω_other. The rows are some of Rᵀw and Rᵀω.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
@@ -45,6 +45,7 @@ __all__ = [
     "frame_pair",
     "joint_rows",
     "rows_of_entry",
+    "vectors_of_rows",
 ]
 
 # Points nearer than this [m] have no direction between them.
@@ -281,3 +282,15 @@ _SAYS: dict[type, Callable[[Robot, Any], FramePair | JointRows | FunctionRows]] 
     Contact: _contact,
     JointStop: _stop,
 }
+
+
+def vectors_of_rows(entries: Iterable[FramePair | JointRows | FunctionRows]) -> tuple[int, ...]:
+    """(m,) a number for each row: the same for the axes of one linear or angular velocity."""
+    numbers: list[int] = []
+    for said in entries:
+        first = numbers[-1] + 1 if numbers else 0
+        if isinstance(said, FramePair):
+            numbers.extend(first + (row > 2) for row in said.select)
+        else:
+            numbers.extend(range(first, first + len(said.labels)))
+    return tuple(numbers)

@@ -400,3 +400,16 @@ def test_a_loop_in_a_plane_is_not_locked_by_the_last_digits_of_its_file(root, wa
     np.testing.assert_allclose(
         batch.constraint_impulses[0], impact.constraints[0].impulse, atol=1e-6
     )
+
+
+def test_derivatives_and_design_see_the_same_loop():
+    made, scene = written_parallelogram(3.7e-6, 1e-9, "freeflyer")
+    _, straight = written_parallelogram(0.0, 0.0, "freeflyer")
+    q, v = made.neutral(), np.random.default_rng(0).normal(size=made.nv)
+    by_v = ik.derivatives(ik.solve(scene, q, v)).dv_after_dv
+    steps = 1e-6 * np.eye(made.nv)
+    ends = [[ik.solve(scene, q, v + sign * step).v_after for sign in (1, -1)] for step in steps]
+    expected = np.array([(plus - minus) / 2e-6 for plus, minus in ends]).T
+    np.testing.assert_allclose(by_v, expected, atol=1e-8)
+    masses = [ik.design.effective_mass(each, q, "across", [1, 0, 0]) for each in (scene, straight)]
+    assert masses[0] == pytest.approx(masses[1], rel=1e-5)

@@ -144,6 +144,7 @@ class Builder:
             [modes[i] for i in carrying],
             loads,
             redundant=self._redundant,
+            vectors=self._workspace.vectors,
             velocities=(start, end),
         )
         return ModeStage(

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg.lapack import dgesv
 
+from ..axes_of_vectors import faint_axes, lengths_of_vectors
 from ..elimination import NULL_ROW, RANK_TOLERANCE
 from .factor import Factor
 from .modes import ContactMode
@@ -66,7 +67,8 @@ class Stage:
     """The linear system of one stage.
 
     ``velocities`` are those before and after, beside which zeros are judged. ``loads`` are
-    those that every response meets.
+    those that every response meets. ``vectors`` tells which bilateral rows are axes of one
+    velocity.
 
     Attributes:
         rows: (r, nv) G: bilateral rows, then three for each contact that carries.
@@ -83,10 +85,13 @@ class Stage:
         loads: Loads = (),
         *,
         redundant: bool,
+        vectors: Sequence[int] = (),
         velocities: tuple[np.ndarray, np.ndarray],
     ) -> None:
         self._factor, self.rows, self._bilateral = factor, rows, bilateral
         self._velocities = velocities
+        # Each row of a contact stands for itself.
+        self._vectors = np.array([*vectors[:bilateral], *range(bilateral, len(rows))], dtype=int)
         count = len(rows)
         self.loads = loads
         self._solved: Loads = ()
@@ -181,11 +186,16 @@ class Stage:
 
         chosen = np.flatnonzero(demands)
         half = self._factor.half(self.rows[chosen])
-        half = half / np.sqrt(np.einsum("ij,ij->j", half, half))
-        triangle, order = scipy.linalg.qr(half, mode="r", pivoting=True)
+        sizes = np.sqrt(np.einsum("ij,ij->j", half, half))
+        triangle, order = scipy.linalg.qr(half / sizes, mode="r", pivoting=True)
         rank = int((np.abs(triangle.diagonal()) > RANK_TOLERANCE).sum())
+        left_out = order[rank:]
+        shared = lengths_of_vectors(sizes, self._vectors[chosen])
+        faint = None if shared is None else faint_axes(half, shared, rank)
+        if faint is not None:
+            left_out = faint.left_out
         dependent = np.zeros(len(self.rows), dtype=bool)
-        dependent[chosen[order[rank:]]] = True
+        dependent[chosen[left_out]] = True
         return dependent
 
     def respond(

@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from ...robot.massless import is_always_regular
 from ...rows.constraints import needs_places
-from ...rows.entries import frame_pair
+from ...rows.entries import frame_pair, rows_of_entry, vectors_of_rows
 from ...rows.reach import reached_model
 from ...scene import (
     AppliedImpulse,
@@ -41,6 +41,7 @@ class Workspace:
         blows: by impulse of the scene, its six rows; for a joint impulse its unit rows.
         bilateral: by constraint of the scene, its rows.
         kept: (m,) True for rows whose velocity is kept.
+        vectors: (m,) which rows are axes of one velocity.
         impulses: by impulse of the scene, its wrench or joint impulse.
         model, data: the robot at rest in no gravity; ``data`` is that of ``expanded``.
         blow_columns: by impulse of the scene, its columns behind those of q and v.
@@ -100,6 +101,7 @@ class Workspace:
             self.bilateral.append(rows)
             kept += [constraint.velocity == KEPT] * rows.count
         self.kept = np.array(kept, dtype=bool)
+        self.vectors = vectors_of_rows(rows_of_entry(robot, entry) for entry in scene.held)
         self.any_kept = any(kept)
         self._robot, self._parts = robot, (scene.impulses, scene.held, scene.contacts)
 

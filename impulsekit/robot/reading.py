@@ -1,0 +1,283 @@
+"""Robots out of files and models: URDF, MJCF, SDF, example-robot-data, ``pin.Model``."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Self, cast
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import (
+    AssumptionWarning,
+    InputError,
+    MjcfError,
+    UnknownNameError,
+    UrdfError,
+    a_thing,
+    warn_of_assumptions,
+)
+from .base import RobotBase
+from .model_checks import ROOTS, check_depth_first, check_finite, root_joint
+from .source import RobotPart
+
+if TYPE_CHECKING:
+    import mujoco
+
+__all__ = ["RobotReaders"]
+
+
+class RobotReaders(RobotBase):
+    """How a robot is read."""
+
+    @classmethod
+    def from_urdf(
+        cls,
+        path_or_xml: str | os.PathLike[str],
+        root: str | pin.JointModel = "fixed",
+        *,
+        mimic: bool = False,
+        package_dirs: Iterable[str | os.PathLike[str]] = (),
+    ) -> Self:
+        """A robot from a URDF file or from URDF text (anything that starts with "<").
+
+        Args:
+            path_or_xml: the file, or the text itself.
+            root: "fixed", "planar" (x, y and rotation about z), "sagittal" (x, z and pitch,
+                rotation about y), "freeflyer", or any
+                ``pin.JointModel``, between the world and the root link.
+            mimic: True lets mimic joints follow their leader; False (Pinocchio's
+                default) lets each move on its own.
+            package_dirs: folders of packages, for "package://", and of other meshes, needed
+                only when geometry is. Meshes are read from these, the URDF's own folder, the
+                folder of the package that it is in (one with a package.xml) and
+                ROS_PACKAGE_PATH, and from nowhere else.
+
+        Rotor inertia and gear ratio in a <transmission> become the armature of its joint.
+        Files as exporters write them are taken where their meaning is clear: an
+        ``AssumptionWarning`` lists what was assumed, and so does ``assumptions``.
+
+        Raises:
+            UrdfError: it names the file, the element and the fault.
+
+        Example:
+            >>> from impulsekit.models import chain_urdf
+            >>> Robot.from_urdf(chain_urdf(links=10), root="planar").nv
+            12
+        """
+        from .urdf import read_urdf
+
+        urdf = read_urdf(path_or_xml, mimic=mimic)
+        joint, root_name = root_joint(root)
+        assumptions, own_root = list(urdf.assumptions), "root_joint"
+        if joint is not None and any(own_root == each.name for each in urdf.joints):
+            own_root = "world_root_joint"
+            assumptions.append(
+                f'the robot has a joint "root_joint", so the root joint is named "{own_root}"'
+            )
+        part = RobotPart(
+            urdf.text,
+            None if urdf.path is None else os.path.abspath(urdf.path),
+            root_name,
+            mimic,
+            package_dirs=tuple(os.path.abspath(os.fspath(folder)) for folder in package_dirs),
+            assumptions=tuple(assumptions),
+        )
+        warn_of_assumptions(part.label, assumptions)
+        arguments = (urdf.plain,) if joint is None else (urdf.plain, joint, own_root)
+        try:
+            model = pin.buildModelFromXML(*arguments, mimic=mimic)
+        except (RuntimeError, ValueError) as error:
+            raise UrdfError(f"{part.label}: {error}", source=part.label, element="") from None
+        if urdf.rotors:
+            armature = np.array(model.armature)
+            for name, value in urdf.rotors.items():
+                armature[model.joints[model.getJointId(name)].idx_v] += value
+            model.armature = armature
+        return cls(model, (part,), urdf.name)
+
+    @classmethod
+    def from_example(
+        cls, name: str, root: str | pin.JointModel = "fixed", *, mimic: bool = False
+    ) -> Self:
+        """A robot of the package example-robot-data, by its loader's name or its file's stem.
+
+        No geometry is read. ``impulsekit robots`` lists the names.
+
+        Raises:
+            UnknownNameError: it carries the nearest names.
+        """
+        from .examples import example_path, example_urdf
+
+        path = example_path(name)
+        text = example_urdf(name)
+        folder = path.parents[len(path.parts) - path.parts.index("example-robot-data") - 2]
+        return cls.from_urdf(
+            path if text is None else text,
+            root,
+            mimic=mimic,
+            package_dirs=(folder.parent, folder / "robots"),
+        )
+
+    @classmethod
+    def from_mjcf(
+        cls,
+        source: str | os.PathLike[str] | mujoco.MjSpec | mujoco.MjModel,
+        root: str | None = None,
+    ) -> Self:
+        """A robot from MJCF, compiled by MuJoCo (``pip install "impulsekit[mjcf]"``).
+
+        The configuration is MuJoCo's ``qpos`` with quaternions as x, y, z, w instead of
+        w, x, y, z; a free joint's linear velocity is in body axes instead of world axes.
+        Joint limits, armature, damping and dry friction come along. ``loops`` holds the
+        active equality constraints; ``robot.scene()`` makes constraints of them. What has
+        no place in the model (tendons, springs, actuators, ...) is in ``assumptions`` by name.
+
+        Args:
+            source: a path, MJCF text, a ``mujoco.MjSpec`` or a ``mujoco.MjModel``.
+            root: None keeps the joints of the file; "fixed", "planar" or "freeflyer" is what
+                joins each tree to the world instead of a free joint, or of none.
+
+        Raises:
+            MjcfError: MuJoCo refuses the file, or it holds what a rigid-body model cannot.
+            MissingExtraError: the package mujoco is not installed.
+
+        Example:
+            >>> ball = "<body><freejoint/><geom size='0.1'/></body>"
+            >>> Robot.from_mjcf(f"<mujoco><worldbody>{ball}</worldbody></mujoco>").nv
+            6
+        """
+        from .mjcf import MjcfRobot, read_mjcf
+
+        if root is not None and root not in ROOTS:
+            raise UnknownNameError.among("root", str(root), ROOTS)
+        mj, path = read_mjcf(source)
+        read = MjcfRobot(mj, root)
+        part = RobotPart(
+            None,
+            path,
+            root or "as in the file",
+            assumptions=tuple(read.assumptions),
+            loops=read.loops,
+            shapes=read.shapes,
+            pairs=read.pairs,
+        )
+        warn_of_assumptions(path or read.name, read.assumptions)
+        return cls(read.model, (part,), read.name)
+
+    @classmethod
+    def from_sdf(
+        cls,
+        source: str | os.PathLike[str],
+        root: str | pin.JointModel = "fixed",
+        *,
+        model: str | None = None,
+        package_dirs: Iterable[str | os.PathLike[str]] = (),
+    ) -> Self:
+        """A robot from a <model> of SDF, the format of Gazebo.
+
+        The model is written anew as a URDF. Joints to a link that another joint carries, and
+        gearboxes, are in ``loops``; ``robot.scene()`` makes constraints of them.
+
+        Args:
+            source: a path, or SDF text.
+            root: as in ``from_urdf``; "fixed" holds the model's first link where it is.
+            model: which model, where the file holds several.
+            package_dirs: where "model://" and "package://" are looked up, as in ``from_urdf``.
+
+        Raises:
+            MjcfError: the file cannot be read or used; it names the element and the fault.
+
+        Example:
+            >>> spin = ("<joint name='spin' type='revolute'><parent>world</parent>"
+            ...     "<child>body</child><axis><xyz>0 0 1</xyz></axis></joint>")
+            >>> body = "<link name='body'><inertial><mass>1</mass></inertial></link>"
+            >>> top = f"<sdf version='1.9'><model name='top'>{body}{spin}</model></sdf>"
+            >>> Robot.from_sdf(top).joint_names
+            ('spin',)
+        """
+        from .geometry import folders_of_file
+        from .sdf import read_sdf
+
+        read = read_sdf(source, model)
+        package_dirs = (*package_dirs, *folders_of_file(read.path))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AssumptionWarning)
+            try:
+                robot = cls.from_urdf(read.urdf, root, package_dirs=package_dirs)
+            except UrdfError as error:
+                source = read.path or "SDF text"
+                words = str(error).replace("URDF text", source).replace("a URDF", "a robot")
+                raise MjcfError(words, source=source, element=error.element) from None
+        part = robot.parts[0]
+        assumptions = (*read.assumptions, *part.assumptions)
+        warn_of_assumptions(read.path or part.label, assumptions)
+        new = replace(part, assumptions=assumptions, loops=read.loops)
+        return cls(robot.model, (new,), robot.name)
+
+    @classmethod
+    def from_file(
+        cls,
+        path: str | os.PathLike[str],
+        root: str | None = None,
+        *,
+        package_dirs: Iterable[str | os.PathLike[str]] = (),
+    ) -> Self:
+        """A robot from a URDF, xacro, MJCF or SDF file, told apart by the outermost element.
+
+        Args:
+            path: the file.
+            root: "fixed", "planar" or "freeflyer"; None for "fixed", or of MJCF for the
+                joints of the file.
+            package_dirs: as in ``from_urdf``.
+
+        Raises:
+            UrdfError, MjcfError: it names the file, the element and the fault.
+
+        Example:
+            >>> Robot.from_file("models/four_bar.urdf").nv
+            3
+        """
+        from .any_file import robot_from_file
+
+        return cast("Self", robot_from_file(path, root, package_dirs=package_dirs))
+
+    @classmethod
+    def from_description(cls, name: str, root: str | None = None) -> Self:
+        """A robot of the package robot_descriptions, such as "panda_description".
+
+        The package fetches the files by git on first use, and keeps them
+        (``pip install "impulsekit[descriptions]"``).
+
+        Raises:
+            UnknownNameError: it carries the nearest names.
+            MissingExtraError: the package is not installed.
+            InputError: its files cannot be fetched.
+        """
+        from .descriptions import robot_from_description
+
+        return cast("Self", robot_from_description(name, root))
+
+    @classmethod
+    def from_model(cls, model: pin.Model) -> Self:
+        """A robot from a ``pin.Model``, which is copied and never changed.
+
+        Pinocchio keeps one inertia a joint: where a model has several links on a
+        joint, the first stands for all of them in ``links``. Of the numbers that a model
+        has for its joints ``armature`` alone is part of the generalized masses; damping,
+        friction, limits and gravity do not enter an impact, and the rotors' own inertias and
+        gear ratios count only as far as ``armature`` holds them.
+
+        Raises:
+            InputError: it is no ``pin.Model``, its joints are not numbered depth first, for
+                which Pinocchio's mass matrix is wrong, or an axis or pitch is not a number.
+        """
+        if not isinstance(model, pin.Model):
+            raise InputError(f"from_model takes a pin.Model, not {a_thing(model)}")
+        check_depth_first(model)
+        check_finite(model)
+        root = model.joints[1].shortname() if model.njoints > 1 else "fixed"
+        return cls(pin.Model(model), (RobotPart(None, root=root),), model.name or "robot")

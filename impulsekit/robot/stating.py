@@ -1,0 +1,109 @@
+"""States of a robot by joint name, and where its frames are and how fast they move."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import warn_of_setup
+from .base import RobotBase
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from .placing import FrameVelocity, Placement
+
+__all__ = ["RobotStates"]
+
+
+class RobotStates(RobotBase):
+    """Configurations, velocities, placements."""
+
+    def neutral(self) -> np.ndarray:
+        """(nq,) Pinocchio's neutral configuration."""
+        return pin.neutral(self.model)
+
+    def configuration(
+        self, by_name: Mapping[str, ArrayLike] | None = None, /, **joints: ArrayLike
+    ) -> np.ndarray:
+        """(nq,) a configuration by joint name, neutral elsewhere.
+
+        Angles [rad] and lengths [m]. A continuous joint takes its angle, a planar root
+        (x, y, angle), a free-flyer x, y, z and the quaternion x, y, z, w. Names that are
+        no Python identifiers go in a mapping: ``configuration({"arm/elbow": 0.3})``.
+
+        Raises:
+            UnknownNameError, ShapeError, NotFiniteError, StateError.
+
+        Warns:
+            SetupWarning: a named joint is outside its limits, or reads like degrees.
+        """
+        from . import state
+        from .limits import likely_degrees, outside_limits
+
+        values = {**(by_name or {}), **joints}
+        q = state.configuration(self.model, values)
+        warn_of_setup(
+            [*outside_limits(self._robot, q, values), *likely_degrees(self._robot, values)]
+        )
+        return q
+
+    def velocity(
+        self, by_name: Mapping[str, ArrayLike] | None = None, /, **joints: ArrayLike
+    ) -> np.ndarray:
+        """(nv,) a velocity by joint name, zero elsewhere [rad/s, m/s].
+
+        Raises:
+            UnknownNameError, ShapeError, NotFiniteError.
+        """
+        from . import state
+
+        return state.velocity(self.model, {**(by_name or {}), **joints})
+
+    def placement(self, q: ArrayLike, frame: str) -> Placement:
+        """Where a frame is at q: ``matrix`` (4, 4), ``position`` (3,), ``rotation`` (3, 3).
+
+        In the world; ``point(at)`` of it is where a point of the frame is.
+
+        Raises:
+            UnknownNameError, ShapeError, NotFiniteError, StateError.
+
+        Example:
+            >>> panda = Robot.from_example("panda")
+            >>> panda.placement(panda.neutral(), "panda_hand").position.round(3)[2]
+            np.float64(0.926)
+        """
+        from .placing import Posture
+
+        return Posture(self._robot, q).placement(frame)
+
+    def velocity_of(
+        self, q: ArrayLike, v: ArrayLike, frame: str, at: ArrayLike = (0.0, 0.0, 0.0)
+    ) -> FrameVelocity:
+        """How fast a frame moves at q with v, world axes.
+
+        Args:
+            q: (nq,) configuration. v: (nv,) velocity.
+            frame: the frame.
+            at: (3,) the point in it [m] whose velocity ``linear`` is.
+
+        Returns:
+            ``linear`` (3,) of the point [m/s] and ``angular`` (3,) of the frame [rad/s].
+
+        Raises:
+            UnknownNameError, ShapeError, NotFiniteError, StateError.
+
+        Example:
+            >>> panda = Robot.from_example("panda")
+            >>> v = panda.velocity(panda_joint1=2.0)
+            >>> hand = panda.velocity_of(panda.neutral(), v, "panda_hand")
+            >>> hand.linear.round(3).tolist(), hand.angular.round(3).tolist()
+            ([0.0, 0.176, 0.0], [0.0, 0.0, 2.0])
+        """
+        from .placing import Posture
+
+        posture = Posture(self._robot, q, v)
+        return posture.velocity(frame, posture.placement(frame).point(at))
