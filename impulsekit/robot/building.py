@@ -58,6 +58,7 @@ class RobotBuilding(RobotBase):
             RangeError, ShapeError, NotFiniteError: of the numbers.
 
         Example:
+            >>> from impulsekit import Robot
             >>> arm = Robot.from_example("panda")
             >>> round(arm.with_body("panda_hand", mass=2.0, com=[0, 0, 0.1]).mass - arm.mass, 9)
             2.0
@@ -77,6 +78,7 @@ class RobotBuilding(RobotBase):
             InputError: the joint has several degrees of freedom, or none.
 
         Example:
+            >>> from impulsekit import Robot
             >>> Robot.from_example("panda").with_lock({"panda_joint4": -1.8}).nv
             8
         """
@@ -102,6 +104,7 @@ class RobotBuilding(RobotBase):
             RangeError, ShapeError, NotFiniteError, InputError: of the numbers.
 
         Example:
+            >>> from impulsekit import Robot
             >>> arm = Robot.from_example("ur5").with_armature(
             ...     {"elbow_joint": 6e-5}, gear={"elbow_joint": 101})
             >>> arm.model.armature[2].round(3)
@@ -126,6 +129,7 @@ class RobotBuilding(RobotBase):
             InputError, RangeError, ShapeError, NotFiniteError: of the arguments.
 
         Example:
+            >>> from impulsekit import Robot
             >>> robot = Robot.from_example("solo12", root="freeflyer").with_ground(-0.3)
             >>> robot.collision_model.geometryObjects[0].name
             'ground'

@@ -64,6 +64,7 @@ class RobotReaders(RobotBase):
             UrdfError: it names the file, the element and the fault.
 
         Example:
+            >>> from impulsekit import Robot
             >>> from impulsekit.models import chain_urdf
             >>> Robot.from_urdf(chain_urdf(links=10), root="planar").nv
             12
@@ -146,6 +147,7 @@ class RobotReaders(RobotBase):
             MissingExtraError: the package mujoco is not installed.
 
         Example:
+            >>> from impulsekit import Robot
             >>> ball = "<body><freejoint/><geom size='0.1'/></body>"
             >>> Robot.from_mjcf(f"<mujoco><worldbody>{ball}</worldbody></mujoco>").nv
             6
@@ -192,6 +194,7 @@ class RobotReaders(RobotBase):
             MjcfError: the file cannot be read or used; it names the element and the fault.
 
         Example:
+            >>> from impulsekit import Robot
             >>> spin = ("<joint name='spin' type='revolute'><parent>world</parent>"
             ...     "<child>body</child><axis><xyz>0 0 1</xyz></axis></joint>")
             >>> body = "<link name='body'><inertial><mass>1</mass></inertial></link>"
@@ -238,6 +241,7 @@ class RobotReaders(RobotBase):
             UrdfError, MjcfError: it names the file, the element and the fault.
 
         Example:
+            >>> from impulsekit import Robot
             >>> Robot.from_file("models/four_bar.urdf").nv
             3
         """

@@ -72,6 +72,7 @@ class RobotStates(RobotBase):
             UnknownNameError, ShapeError, NotFiniteError, StateError.
 
         Example:
+            >>> from impulsekit import Robot
             >>> panda = Robot.from_example("panda")
             >>> panda.placement(panda.neutral(), "panda_hand").position.round(3)[2]
             np.float64(0.926)
@@ -97,6 +98,7 @@ class RobotStates(RobotBase):
             UnknownNameError, ShapeError, NotFiniteError, StateError.
 
         Example:
+            >>> from impulsekit import Robot
             >>> panda = Robot.from_example("panda")
             >>> v = panda.velocity(panda_joint1=2.0)
             >>> hand = panda.velocity_of(panda.neutral(), v, "panda_hand")
