@@ -185,8 +185,8 @@ def test_rimless_wheel():
 
     def start(x):
         # On the spoke in front, which is upright after half a step: turned back to be the rear.
-        q = np.array([-np.sin(half), np.cos(half), 0.0])
-        return [*q, 0.0, 0.0, -2.0 * half], [np.cos(half) * x[0], np.sin(half) * x[0], x[0]]
+        q = np.array([-np.sin(half), np.cos(half), -2.0 * half])
+        return q, [np.cos(half) * x[0], np.sin(half) * x[0], x[0]]
 
     orbit = ik.find_orbit(
         scene, [1.2], start=start, back=lambda q, v: [v[2]], contact="front", duration=3.0
