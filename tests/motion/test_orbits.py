@@ -189,7 +189,7 @@ def test_rimless_wheel():
         return q, [np.cos(half) * x[0], np.sin(half) * x[0], x[0]]
 
     orbit = ik.find_orbit(
-        scene, [1.2], start=start, back=lambda q, v: [v[2]], contact="front", duration=3.0
+        scene, [1.144], start=start, back=lambda q, v: [v[2]], contact="front", duration=1.0
     )
     inertia = 1.0 + INERTIA
     kept = (INERTIA + np.cos(2.0 * half)) / inertia
