@@ -56,6 +56,7 @@ class MjcfRobot:
         self._joint_of_body = [0] * mj.nbody
         self._in_joint = [pin.SE3.Identity() for _ in range(mj.nbody)]
         self._frame_of_body = ["world"] * mj.nbody
+        self._frame_of_site: list[str] = []
         self._root = root
         self.assumptions: list[str] = []
         self._refuse()
@@ -174,9 +175,15 @@ class MjcfRobot:
             body = int(mj.site_bodyid[site])
             name = self._name(mj.site(site).name, f"site_{site}")
             placement = self._in_joint[body] * _placement(mj.site_pos[site], mj.site_quat[site])
+            if self.model.existFrame(name):
+                # A site may be called like a body or joint, which goes by the name alone.
+                own, name = name, f"{name}_site"
+                while self.model.existFrame(name):
+                    name += "_"
+                self.assumptions.append(f'site "{own}" is called "{name}"')
             frame = pin.Frame(name, self._joint_of_body[body], placement, pin.FrameType.OP_FRAME)
-            if not self.model.existFrame(name):
-                self.model.addFrame(frame, False)
+            self.model.addFrame(frame, False)
+            self._frame_of_site.append(name)
 
     def _name(self, name: str, otherwise: str) -> str:
         if name and not name.isprintable():
@@ -211,7 +218,7 @@ class MjcfRobot:
     def _anchor(self, i: int, name: str, kind: str, ends: tuple[int, int], by_site: bool) -> Loop:
         mj, none = self._mj, (0.0, 0.0, 0.0)
         if by_site:
-            frames = [mj.site(end).name or f"site_{end}" for end in ends]
+            frames = [self._frame_of_site[end] for end in ends]
             return Loop(kind, name, frames[0], frames[1], none, none)
         frames = [self._frame_of_body[end] for end in ends]
         first, second = (_triple(mj.eq_data[i][k : k + 3]) for k in (0, 3))

@@ -208,6 +208,22 @@ def test_two_of_them_in_one_world_keep_their_loops_apart():
     np.testing.assert_allclose(impact.dv[3:], single.dv, atol=1e-13)
 
 
+def test_a_site_called_like_its_body_is_the_site():
+    """A connect between sites, one of which has the name of a body."""
+    text = mjcf(
+        "<site name='wall' pos='.5 0 -.5'/><body name='rod'><joint axis='0 1 0'/>"
+        "<geom size='.02' type='capsule' fromto='0 0 0 0 0 -1'/><body name='end' pos='0 0 -.5'>"
+        "<joint type='slide' axis='1 0 0'/><geom size='.05'/><site name='end' pos='.5 0 0'/>"
+        "</body></body>"
+    ).replace("</mujoco>", "<equality><connect site1='wall' site2='end'/></equality></mujoco>")
+    with pytest.warns(AssumptionWarning, match='site "end" is called "end_site"'):
+        robot = ik.Robot.from_mjcf(text)
+    np.testing.assert_allclose(
+        robot.placement(robot.neutral(), "end_site").position, [0.5, 0, -0.5], atol=1e-15
+    )
+    assert truth.difference(mujoco.MjModel.from_xml_string(text), loops=True) < 1e-12
+
+
 LEFT_OUT = {
     "tendons": "<tendon><fixed name='wire'><joint joint='h' coef='1'/></fixed></tendon>",
     "actuators": "<actuator><motor name='motor' joint='h'/></actuator>",
