@@ -30,6 +30,13 @@ PARTS = ("rows", "skip", "claims")
 @click.option("--peers/--no-peers", default=True, help="Other programs, if they are installed.")
 @click.option("--resume", is_flag=True, help="Go on with a run that was stopped.")
 @click.option("--list", "listing", is_flag=True, help="List families and methods, and stop.")
+@click.option(
+    "--measured",
+    type=click.Path(),
+    metavar="PATH",
+    help="Instead, hold motions against recorded tosses of a cube: the folder of ContactNets' "
+    "tosses_processed, or a file of recordings.",
+)
 @click.option("--quiet", "-q", is_flag=True, help="No progress.")
 def bench(
     quick: bool,
@@ -40,6 +47,7 @@ def bench(
     peers: bool,
     resume: bool,
     listing: bool,
+    measured: str | None,
     quiet: bool,
 ) -> None:
     """Time impulsekit and other programs on problems whose answers are known exactly.
@@ -48,6 +56,11 @@ def bench(
     method that misses a problem's tolerance does not count as fast there.
     """
     _one_thread_each()
+    if measured is not None:
+        from ..bench.tosses import toss_report
+
+        click.echo(toss_report(measured), nl=False)
+        return
     from ..bench.methods.registry import few
     from ..bench.methods.registry import methods as named
 

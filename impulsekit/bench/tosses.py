@@ -1,0 +1,172 @@
+"""Recorded tosses of a cube: the files of ContactNets, and how far simulators end up from them."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import FileError, InputError, shown
+from ..files import file_told, open_plain_file
+from ..measured.calibration import calibrate
+from ..measured.columns import RecordingFormat
+from ..measured.motions import fit_motion
+from ..measured.reading import load_recordings
+from ..measured.recording import Recording
+from ..measured.rollouts import QUICK, Rollouts
+from ..robot import Robot
+from ..scene import Contact, Scene
+
+__all__ = ["WIDTH", "cube_scene", "load_tosses", "read_legacy_tensor", "toss_report"]
+
+# The cube as published: side [m], samples a second, restitution and friction (tilt test).
+WIDTH, RATE, RESTITUTION, FRICTION = 0.1048, 148.0, 0.125, 0.18
+CUBE = """<robot name="cube"><link name="cube"><inertial><mass value="0.37"/><inertia ixx="0.00081"
+iyy="0.00081" izz="0.00081" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
+# Mean position error [% of the width] and rotation [deg] of best fits to 550 of the tosses:
+# Acosta, Yang & Posa 2022 (arXiv:2110.00541).
+PUBLISHED = (("Drake, best fit", 13.5, 16.5), ("Bullet, best fit", 14.9, 16.5),
+             ("MuJoCo, best fit", 25.1, 21.7))  # fmt: skip
+# The part of the tosses that is not fitted.
+HELD_OUT = 0.8
+WHERE = "github.com/DAIRLab/contact-nets, data/tosses_processed (BSD-3-Clause)"
+
+
+def cube_scene(restitution: float = RESTITUTION, friction: float = FRICTION) -> Scene:
+    """The cube of the tosses with its eight corners over a table."""
+    robot = Robot.from_urdf(CUBE, root="freeflyer")
+    half = 0.5 * WIDTH
+    signs = [(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]
+    contacts = [
+        Contact("cube", at=[half * a, half * b, half * c], restitution=restitution,
+                friction=friction, name=f"corner_{i}")
+        for i, (a, b, c) in enumerate(signs)
+    ]  # fmt: skip
+    return Scene(robot, contacts=contacts, gravity=[0, 0, -9.81])
+
+
+class _Plain(pickle.Unpickler):
+    """Reads what a saved tensor consists of, and calls nothing that a file names."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        if (module, name) == ("torch._utils", "_rebuild_tensor_v2"):
+            return lambda storage, offset, shape, stride, *_: (storage, offset, shape, stride)
+        if (module, name) in (("torch", "DoubleStorage"), ("collections", "OrderedDict")):
+            return dict
+        raise pickle.UnpicklingError(f"{module}.{name} has no place in a tensor")
+
+    def persistent_load(self, pid: Any) -> Any:
+        return pid
+
+
+def read_legacy_tensor(path: str | os.PathLike[str]) -> np.ndarray:
+    """A tensor of doubles as torch saved it before version 1.6, read without torch.
+
+    Raises:
+        FileError: the file is none.
+    """
+    label = shown(Path(path).name, 80)
+    with file_told(path), open_plain_file(path) as file:
+        try:
+            parts = [_Plain(file).load() for _ in range(5)]
+            _, offset, shape, stride = parts[3]
+            count = int.from_bytes(file.read(8), "little")
+            numbers = np.frombuffer(file.read(8 * count), dtype="<f8")
+            strides = tuple(8 * step for step in stride)
+            if offset + sum((n - 1) * s for n, s in zip(shape, stride, strict=True)) >= len(
+                numbers
+            ):
+                raise ValueError("numbers are missing")
+            view = np.lib.stride_tricks.as_strided(numbers[offset:], shape, strides)
+        except Exception as error:  # whatever a pickle that is none raises
+            raise FileError(
+                f"{label}: no tensor of doubles ({type(error).__name__}: {error})", path=label
+            ) from None
+        return np.array(view)
+
+
+def load_tosses(path: str | os.PathLike[str], robot: Robot) -> list[Recording]:
+    """The tosses in a file of recordings, or in a folder of the original ``.pt`` files.
+
+    Raises:
+        FileError, InputError: there are none, with where they can be had.
+    """
+    if not os.path.exists(path):
+        raise FileError(f"{shown(os.fspath(path), 200)}: there is no such file; {WHERE}",
+                        path=os.fspath(path))  # fmt: skip
+    if not os.path.isdir(path):
+        return load_recordings(path, robot)
+    files = [file for file in Path(path).glob("*.pt") if re.fullmatch(r"\d+", file.stem)]
+    if not files:
+        raise InputError(f"{shown(os.fspath(path), 200)}: no tosses called NUMBER.pt; {WHERE}")
+    tosses = []
+    for file in sorted(files, key=lambda each: int(each.stem)):
+        state = read_legacy_tensor(file).reshape(-1, 19)
+        columns = {"position": state[:, :3], "quaternion_wxyz": state[:, 3:7],
+                   "velocity": state[:, 7:10], "omega_body": state[:, 10:13]}  # fmt: skip
+        tosses.append(
+            Recording.from_columns(
+                robot, columns, RecordingFormat(rate=RATE), name=f"toss {file.stem}"
+            )
+        )
+    return tosses
+
+
+def toss_report(
+    path: str | os.PathLike[str],
+    *,
+    processes: int | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> str:
+    """Mean and median errors on tosses that took no part in the fit, beside published figures.
+
+    Raises:
+        FileError, InputError: as ``load_tosses``, or as ``calibrate`` and ``fit_motion``.
+    """
+    scene = cube_scene()
+    tosses = load_tosses(path, scene.robot)
+    calibration = calibrate(tosses, scene)
+    tosses = [calibration.apply(toss) for toss in tosses]
+    moved = calibration.scene(scene)
+    fit = fit_motion(
+        tosses, moved, restitution=["corner_*"], friction=["corner_*"], held_out=HELD_OUT,
+        processes=processes, progress=progress,
+    )  # fmt: skip
+    held = [toss for toss in tosses if toss.name in set(fit.held_names)]
+    rows = [("published e and mu, mass centre at the centre", _errors(held, scene, processes)),
+            ("published e and mu, mass centre by free fall", _errors(held, moved, processes)),
+            ("e and mu fitted, mass centre by free fall", fit.held_out)]  # fmt: skip
+    values = ", ".join(f"{n} = {v:.3f}" for n, v in zip(fit.names, fit.values, strict=True))
+    lines = [
+        f"{len(tosses)} tosses, {len(tosses) - len(held)} fitted, {len(held)} held out",
+        str(calibration),
+        f"fitted: {values}",
+        *(f"note: {note}" for note in fit.notes),
+        "",
+        f"{'held-out tosses':48} {'mean':>16} {'median':>16}",
+        *(_row(what, errors) for what, errors in rows),
+        "",
+        "published, mean over 550 tosses (Acosta, Yang & Posa 2022)",
+        *(f"{what:48} {place:7.1f} % {turn:5.1f}°" for what, place, turn in PUBLISHED),
+        "",
+        "Ours start from a fit to the first flight of each toss, theirs from its first state.",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _errors(held: Sequence[Recording], scene: Scene, processes: int | None) -> np.ndarray:
+    return Rollouts(held, replace(scene), QUICK, processes).errors(scene)
+
+
+def _row(what: str, errors: np.ndarray) -> str:
+    fine = errors[np.isfinite(errors).all(axis=1)] * [100.0 / WIDTH, 180.0 / np.pi]
+    cells = [f"{e[0]:7.1f} % {e[1]:5.1f}°" for e in (fine.mean(axis=0), np.median(fine, axis=0))]
+    lost = len(errors) - len(fine)
+    tail = f"   ({lost} not followed to the end)" if lost else ""
+    return f"{what:48} {cells[0]:>16} {cells[1]:>16}{tail}"
