@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from .approach import ROUNDS, approach_in_rounds
+from .approach import ALL_ROUNDS, NO_ROUND, approach_in_rounds
 from .compiled import compiled
 from .modes import BAR, MOST_STEPS, RIDGE, polish, residual_of, sizes_of
 from .sticking import held_still
@@ -23,8 +23,8 @@ __all__ = ["unload"]
 
 # Residuals between these are looked at: below is rounding, above the modes are not yet known.
 ROUNDING, FAR = 1e-13, 1e-4
-# All rounds.
-BEGIN, END = np.int64(0), np.int64(ROUNDS)
+# Times the residual: a contact that parts no faster may bear load.
+TOUCHES = 10.0
 
 
 @compiled
@@ -44,8 +44,10 @@ def unload(work: Workspace, n: int, sizes: Sizes, residual: float) -> float:
     start, best = work.P[:size].copy(), work.P[:size].copy()
     loaded = np.empty(n, np.bool_)
     count = 0
+    touches = TOUCHES * residual_of(work, n, sizes) * sizes.scale
     for i in range(n):
-        loaded[i] = start[3 * i + 2] > 0.0
+        # Newton may have let go of the wrong one, which then approaches by what is left.
+        loaded[i] = start[3 * i + 2] > 0.0 or work.xi[3 * i + 2] < touches
         count += 1 if loaded[i] else 0
     while ROUNDING < residual < FAR and count > 1:
         nearest, which = residual, -1
@@ -112,6 +114,6 @@ def _solve_few(
         if ridge >= 0.0:
             residual = polish(few, m, sizes, MOST_STEPS, ridge)
         if residual > BAR:
-            approach_in_rounds(few, m, sizes, BEGIN, END, BAR)
+            approach_in_rounds(few, m, sizes, NO_ROUND, ALL_ROUNDS, BAR)
     for r in range(3 * m):
         work.P[rows[r]] = few.P[r]
