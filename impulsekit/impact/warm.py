@@ -40,9 +40,7 @@ def compile_laws(scene: Scene) -> None:
 
 def compile_all_laws() -> None:
     """Compile the laws of all scenes."""
-    _compile(
-        (*_ALONG_THE_PATH, "lzb", *_AT_THE_END, "several", "sequence", *_TOGETHER, *_RUBBING)
-    )
+    _compile((*_ALONG_THE_PATH, "lzb", *_AT_THE_END, "several", "sequence", *_TOGETHER, *_RUBBING))
 
 
 def _compile(modules: tuple[str, ...]) -> None:
