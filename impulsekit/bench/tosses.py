@@ -108,6 +108,8 @@ def load_tosses(path: str | os.PathLike[str], robot: Robot) -> list[Recording]:
     tosses = []
     for file in sorted(files, key=lambda each: int(each.stem)):
         state = read_legacy_tensor(file).reshape(-1, 19)
+        # Lengths in these files are in halves of the side.
+        state[:, [0, 1, 2, 7, 8, 9]] *= 0.5 * WIDTH
         columns = {"position": state[:, :3], "quaternion_wxyz": state[:, 3:7],
                    "velocity": state[:, 7:10], "omega_body": state[:, 10:13]}  # fmt: skip
         tosses.append(
