@@ -38,6 +38,9 @@ __all__ = ["Orbit", "find_orbit"]
 STEP, COARSE = 1e-4, 1e-5
 # How often Newton goes on, and halves a step that leads further away.
 MOST_STEPS, HALVES = 30, 12
+# A motion is followed for this many times the period before it; where it comes to no impact so
+# many times longer, up to the longest.
+MARGIN, LONGER = 1.2, 3.0
 # A motion ends so long after the impact it was followed to, as a part of its time [s].
 AFTER = 1e-3
 # An impact so soon [s] after the start is the one that the motion starts from.
@@ -159,10 +162,10 @@ class _Search:
         for name in self._contacts:
             if name not in names:
                 raise UnknownNameError.among("contact", str(name), names)
-        base = MotionSettings(rtol=1e-12, atol=1e-13) if settings is None else settings
+        base = MotionSettings(rtol=1e-12, atol=1e-13, samples=2) if settings is None else settings
         self._settings = base.changed(duration=duration)
         self._model = scene.robot.model
-        self._size = 0
+        self._size, self._span = 0, duration / LONGER**2
 
     def found(self, x: ArrayLike, tol: float) -> Orbit:
         """The orbit near x."""
@@ -179,6 +182,8 @@ class _Search:
                 return self._orbit(x, motion, off)
             derivative, _ = self._derivative(x, motion)
             step = np.linalg.lstsq(np.eye(len(x)) - derivative, off, rcond=None)[0]
+            # Where the map all but keeps x, Newton's step is without bounds.
+            step *= min(1.0, max(1.0, float(np.abs(x).max())) / max(np.abs(step).max(), 1e-300))
             x, motion, off = self._nearer(x, step, off)
         raise SolveError(
             f"find_orbit: {MOST_STEPS} steps of Newton's method left {np.abs(off).max():.3g}, "
@@ -212,14 +217,21 @@ class _Search:
         """The motion from x to the next impact and a little on, and P(x)."""
         q, v = self._state(x)
         duration = self._settings.duration
-        motion = simulate(self._scene, q, v, settings=self._settings, samples=2)
-        found = self._hit(motion)
+        span = min(self._span, duration)
+        while True:
+            motion = simulate(self._scene, q, v, settings=self._settings.changed(duration=span))
+            found = self._hit(motion)
+            if found is not None or span >= duration or not motion.status.finished:
+                break
+            span = min(LONGER * span, duration)
         if found is None:
             raise InputError(
                 f"find_orbit: from x = {x.tolist()} no impact of {' or '.join(self._contacts)} "
                 f"within {duration:g} s ({motion.status.name}; {len(motion.impacts)} impacts)"
             )
-        _time, impact = motion.impacts[found]
+        time, impact = motion.impacts[found]
+        # The next one will be about as long.
+        self._span = MARGIN * time
         return motion, self._returned(impact.q, impact.v_after)
 
     def _hit(self, motion: Trajectory) -> int | None:
