@@ -28,14 +28,13 @@ from .wave import (
     Wave,
     acceleration,
     any_held,
-    find_force_rates,
-    find_forces,
+    force_rate,
     rates,
     smooth_rates,
     velocities,
 )
 from .wave import wave as new_wave
-from .wave_changes import IN_CONE, change, choose_slips
+from .wave_changes import IN_CONE, RISES, change, choose_slips
 
 __all__ = ["AT_REST", "Waved", "strike_by_energy"]
 
@@ -49,7 +48,7 @@ AT_REST = 1e-10
 WEAK = 1e-12
 # What is beyond a change by less is at it; a step that is none.
 _SMALL, NEXT_TO_NOTHING = 1e-14, 1e-9
-MOST_STEPS = 40_000
+MOST_STEPS, MOST_WITH_FRICTION = 40_000, 6_000
 # The energy is brought to that of the works where it depends on the impulses by more than this
 # share, and is off by less.
 STEEP, NEARLY = 1e-3, 1e-9
@@ -230,11 +229,13 @@ def _prepared(
 @compiled
 def _run(w: Wave) -> int:
     """Until no contact presses or approaches; how many steps that took."""
-    step = 1e-3
+    step, rubs = 1e-3, len(w.free) > len(w.kappa)
     choose_slips(w)
     for count in range(MOST_STEPS):
         if _is_over(w):
             return count
+        if rubs and count >= MOST_WITH_FRICTION:
+            return MOST_STEPS
         longest = _longest(w)
         h = min(step, longest)
         crossed, step = _adaptive_step(w, h)
@@ -370,10 +371,7 @@ def _left(w: Wave, which: int) -> float:
         i = which - 2 * n
         if w.mode[i] != HELD or w.kappa[i] == math.inf:
             return math.inf
-        find_force_rates(w, w.trial)
-        rate = w.force[w.normal[i]]
-        find_forces(w, w.trial)
-        return float(-rate)
+        return RISES - force_rate(w, w.trial, i)
     i = which - n
     t = w.tangent[i]
     if t < 0 or w.mode[i] == OPEN:

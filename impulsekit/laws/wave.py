@@ -27,7 +27,7 @@ from .path import outgoing
 
 __all__ = [
     "CREEPS", "FAINT", "HELD", "LOADS", "NONE", "OPEN", "SLIPS", "STICKS", "UNLOADS", "Wave",
-    "acceleration", "any_held", "direction", "find_force_rates", "find_forces", "hold", "power_of",
+    "acceleration", "any_held", "direction", "find_forces", "force_rate", "hold", "power_of",
     "rates", "smooth_rates", "velocities", "wave",
 ]  # fmt: skip
 
@@ -44,6 +44,8 @@ NONE, SLIPS, STICKS, CREEPS = 0, 1, 2, 3
 SHALLOW = 1e-20
 # Slip below this has the direction that it was given: it starts or ends there.
 FAINT = 1e-11
+# Forces rise or fall over this time [in units of the impact] where their rate is asked for.
+AHEAD = 1e-6
 # How often contacts that creep take turns to find their directions.
 SWEEPS = 12
 # How much rows that are held give way, relative to W; taken out again, its square is left.
@@ -231,17 +233,19 @@ def power_of(depth: float, power: float) -> float:
 
 
 @compiled
-def find_force_rates(w: Wave, y: Array) -> None:
-    """dF/dt of the normals in ``w.force``, friction and what is held in proportion."""
-    n, r = len(w.kappa), len(w.free)
-    for i in range(n):
-        depth, rate = y[r + i], 0.0
-        if w.mode[i] in (LOADS, UNLOADS) and depth > 0.0:
-            rate = -w.u[w.normal[i]] * w.kappa[i] * w.power[0] * depth ** (w.power[0] - 1.0)
-            if w.mode[i] == UNLOADS:
-                rate /= w.e2[i]
-        w.force[w.normal[i]] = rate
-    spread(w)
+def force_rate(w: Wave, y: Array, i: int) -> float:
+    """dF/dt of contact i at y, by a short way along the rates; forces and velocities are kept."""
+    row, ahead = w.normal[i], w.stages[0]
+    rates(w, y, w.error)
+    before = float(w.force[row])
+    for k in range(len(y)):
+        ahead[k] = y[k] + AHEAD * w.error[k]
+    velocities(w.W, w.reach, w.free, ahead, w.u)
+    find_forces(w, ahead)
+    rate = (float(w.force[row]) - before) / AHEAD
+    velocities(w.W, w.reach, w.free, y, w.u)
+    find_forces(w, y)
+    return rate
 
 
 @compiled

@@ -17,14 +17,14 @@ from .wave import (
     UNLOADS,
     Wave,
     acceleration,
-    find_force_rates,
     find_forces,
+    force_rate,
     hold,
     power_of,
     velocities,
 )
 
-__all__ = ["IN_CONE", "change", "choose_slips"]
+__all__ = ["IN_CONE", "RISES", "change", "choose_slips"]
 
 # A contact that parts: what its force would still give is below these (beside the velocity with
 # which it parts, and what that moves others), so it is given at once.
@@ -35,6 +35,8 @@ FAR = 0.1
 NEAR = 1e-13
 # Slip that began from rest creeps up to here [of the largest velocity].
 SLOW = 1e-6
+# A held contact is loaded again where its force rises faster [in units of the impact].
+RISES = 1e-8
 # A friction force this far beyond its cone still is in it.
 IN_CONE = 1e-10
 
@@ -89,13 +91,9 @@ def _change_normal(w: Wave, i: int, crossed: bool, reloads: bool) -> bool:
             w.mode[i] = OPEN
             w.y[r + i] = 0.0
             return True
-        if w.kappa[i] < math.inf:
-            find_force_rates(w, w.y)
-            rises = float(w.force[w.normal[i]])
-            find_forces(w, w.y)
-            if reloads or rises > NEAR * _push(w):
-                _reload(w, i)
-                return True
+        if w.kappa[i] < math.inf and (reloads or force_rate(w, w.y, i) > 2.0 * RISES):
+            _reload(w, i)
+            return True
         return False
     if depth <= 0.0:
         if un > NEAR:
