@@ -48,7 +48,7 @@ AT_REST = 1e-10
 WEAK = 1e-12
 # What is beyond a change by less is at it; a step that is none.
 _SMALL, NEXT_TO_NOTHING = 1e-14, 1e-9
-MOST_STEPS, MOST_WITH_FRICTION = 40_000, 6_000
+MOST_STEPS, MOST_WITH_FRICTION = 40_000, 1_500
 # The energy is brought to that of the works where it depends on the impulses by more than this
 # share, and is off by less.
 STEEP, NEARLY = 1e-3, 1e-9
@@ -137,7 +137,7 @@ def strike_by_energy(
     residual = abs(added / work - total) / size if size > 0.0 else 0.0
     code = _SOLVED
     _to_energy(impulse, free, after, total * work, added, size * work)
-    if steps >= MOST_STEPS:
+    if steps >= MOST_STEPS or not math.isfinite(added):
         code, residual = _ENDLESS, 1.0
     return code, residual, impulse, after, normal, friction, steps
 

@@ -48,8 +48,11 @@ FAINT = 1e-11
 AHEAD = 1e-6
 # How often contacts that creep take turns to find their directions.
 SWEEPS = 12
-# How much rows that are held give way, relative to W; taken out again, its square is left.
-SHARED = 1e-10
+# How much redundant rows that are held give way, relative to W; a pivot below the second says
+# that they are.
+SHARED, REGULAR = 1e-3, 1e-10
+# It is taken out again until this is left of the accelerations, or so often.
+HELD_STILL, MOST_AGAIN = 1e-14, 40
 
 
 class Wave(NamedTuple):
@@ -326,8 +329,8 @@ def direction(w: Wave, i: int) -> tuple[float, float]:
 def hold(w: Wave) -> None:
     """Add forces in ``w.rows`` so that their velocities keep, beside the forces that are there.
 
-    Redundant rows share by least squares: each gives way by next to nothing, and what that
-    leaves of the equations is taken out once more.
+    Redundant rows share by least squares: each gives way a little, and what that leaves of the
+    equations is taken out again.
     """
     solved = int(w.solved[0])
     _fill(w, solved)
@@ -336,18 +339,29 @@ def hold(w: Wave) -> None:
         most = max(most, abs(w.matrix[a, a]))
     if solved == 0 or not most > 0.0:
         return
+    regular = factorize(w.matrix, solved, w.order)
     for a in range(solved):
-        w.matrix[a, a] += SHARED * most
-    if not factorize(w.matrix, solved, w.order):
-        return
-    for _ in range(2):
+        regular = regular and abs(w.matrix[a, a]) > REGULAR * most
+    if not regular:
+        _fill(w, solved)
+        for a in range(solved):
+            w.matrix[a, a] += SHARED * most
+        if not factorize(w.matrix, solved, w.order):
+            return
+    for again in range(MOST_AGAIN):
         # What the forces so far leave of these rows' accelerations.
+        left, size = 0.0, 0.0
         for a in range(solved):
             total = 0.0
             row = w.rows[a]
             for k in range(len(w.free)):
-                total -= w.W[row, k] * w.force[k]
+                part = w.W[row, k] * w.force[k]
+                total -= part
+                size = max(size, abs(part))
             w.right[a] = total
+            left = max(left, abs(total))
+        if again > 0 and left <= HELD_STILL * size:
+            return
         solve_factorized(w.matrix, solved, w.order, w.right)
         for a in range(solved):
             w.force[w.rows[a]] += w.right[a]

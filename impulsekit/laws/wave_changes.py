@@ -37,6 +37,8 @@ NEAR = 1e-13
 SLOW = 1e-6
 # A held contact is loaded again where its force rises faster [in units of the impact].
 RISES = 1e-8
+# What moves by less than this share of what it would alone is held by others.
+STILL = 1e-6
 # A friction force this far beyond its cone still is in it.
 IN_CONE = 1e-10
 
@@ -244,6 +246,7 @@ def _start_slip(w: Wave, i: int) -> None:
     """A contact at rest begins to slip: in the direction that its own friction then opposes."""
     t = w.tangent[i]
     force = float(w.force[w.normal[i]])
+    f1, f2 = float(w.force[t]), float(w.force[t + 1])
     w.slip[i] = NONE
     find_forces(w, w.y)
     n1, n2 = acceleration(w, int(t)), acceleration(w, int(t) + 1)
@@ -264,7 +267,12 @@ def _start_slip(w: Wave, i: int) -> None:
         hold(w)
         b22 = acceleration(w, int(t) + 1) - n2
         w.slip[i] = SLIPS
-        if b11 > 0.0 and b22 > 0.0 and w.mode[i] != HELD:
+        if b11 + b22 <= STILL * (w.W[t, t] + w.W[t + 1, t + 1]):
+            # Others hold it: it gives all it has, and they take the rest.
+            pull = math.sqrt(f1 * f1 + f2 * f2)
+            if pull > 0.0:
+                w.way[i, 0], w.way[i, 1] = -f1 / pull, -f2 / pull
+        elif w.mode[i] != HELD and b11 * b22 - b12 * b12 > STILL * b11 * b22:
             w.give[i, 0], w.give[i, 1], w.give[i, 2] = b11, b12, b22
             w.slip[i] = CREEPS
     find_forces(w, w.y)
