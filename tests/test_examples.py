@@ -22,7 +22,7 @@ LONG = ("draw_figure_2", "draw_figure_3", "replay_thrown_ball", "struck_four_bar
 # Print a report, whose tables are wider than a line of a script's own.
 REPORTS = ("car_crash",)
 # Made for the motion that follows; at its start nothing strikes yet, and solve says so.
-STARTS_APART = ("dropped_ball", "dropped_solo12")
+STARTS_APART = ("cube_tosses", "dropped_ball", "dropped_solo12")
 
 # What is there to show an answer that is not one, and the status that says so.
 NOT_VALID = {"rough_floor": ik.Status.ENERGY_GAIN}
