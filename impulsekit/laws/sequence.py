@@ -16,9 +16,8 @@ from .status import Status
 from .words import END, NEWTON
 
 __all__ = [
-    "CODE", "COUNT", "ENDED", "FIRST", "GOES_ON", "LAST", "LONG", "REFUSED", "SPENT", "TIED",
-    "WORST", "Contacts", "Sequence", "advance", "advance_sequence", "begin", "end_code",
-    "sequence_of",
+    "CODE", "COUNT", "ENDED", "GOES_ON", "LONG", "REFUSED", "SPENT", "TIED", "WORST", "Contacts",
+    "Sequence", "advance", "advance_sequence", "begin", "end_code", "sequence_of",
 ]  # fmt: skip
 
 # A chain that loses energy dies out well before; one that does not end never would.

@@ -10,7 +10,6 @@ from ...laws.sequence import (
     COUNT,
     FIRST,
     GOES_ON,
-    LAST,
     LONG,
     REFUSED,
     TIED,
@@ -32,8 +31,6 @@ __all__ = ["sequential_lanes"]
 # In single precision approaches this even, against themselves and against the first velocities,
 # may come in either order. Below SLOW the order is of no matter.
 EVEN, EVEN_AT_FIRST, SLOW = 1e-4, 1e-6, 2e-13
-# Hits shrink where they have come down to this share of the first.
-SHRUNK = 0.5
 # What ``solve`` has nothing to add to.
 _FINAL = (
     int(Status.SOLVED), int(Status.NOT_UNIQUE), int(Status.PAINLEVE_JAM), int(Status.ENERGY_GAIN),
@@ -75,16 +72,9 @@ def _solved(count, words, digits, space, memory):
     now[COUNT] = 0.0
     step, code = GOES_ON, AGAIN
     if digits == 53:
-        until = LONG
         step, code = advance_sequence(
-            sequence, contacts, before[: 3 * count], until, who, hits, path
+            sequence, contacts, before[: 3 * count], LONG, who, hits, path
         )
-        # What has shrunk may have a limit, which is for ``solve``.
-        while step == GOES_ON and now[LAST] > SHRUNK * now[FIRST]:
-            until += LONG
-            step, code = advance_sequence(
-                sequence, contacts, before[: 3 * count], until, who, hits, path
-            )
     else:
         for until in range(1, LONG):
             step, code = advance_sequence(
@@ -96,6 +86,7 @@ def _solved(count, words, digits, space, memory):
                 return AGAIN
     if step == REFUSED:
         return _REFUSED
+    # Hits that go on may have a limit.
     if step == GOES_ON or now[TIED] > 0.0 or now[WORST] > RESIDUAL_LIMIT or code not in _FINAL:
         return AGAIN
     for k in range(3 * count):
