@@ -25,20 +25,17 @@ _compilers: dict[int, Callable[[], int]] = {}
 _addresses: list[Any] = []
 
 
+@ctypes.CFUNCTYPE(None, ctypes.c_int64)
 def _compile(where: int) -> None:
     """Compile the entry whose address is to stand there. Compiled code calls this."""
     ctypes.c_int64.from_address(where).value = _compilers[where]()
-
-
-# Python's lock is taken for the call.
-_compiler = ctypes.CFUNCTYPE(None, ctypes.c_int64)(_compile)
 
 
 @functools.cache
 def _tell_of_compiler() -> None:
     from llvmlite import binding
 
-    binding.add_symbol(SYMBOL, ctypes.cast(_compiler, ctypes.c_void_p).value)
+    binding.add_symbol(SYMBOL, ctypes.cast(_compile, ctypes.c_void_p).value)
 
 
 def tell_by_address(entry: Any, examples: tuple[Any, ...], compile_it: Callable[[], Any]) -> None:

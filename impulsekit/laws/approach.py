@@ -14,21 +14,12 @@ from .splitting import split
 from .status import Status
 from .workspace import Sizes, Workspace, workspace
 
-__all__ = [
-    "ALL_ROUNDS",
-    "NO_ROUND",
-    "approach_in_rounds",
-    "approach_regularized",
-    "block_at",
-    "sweep",
-]
+__all__ = ["ROUNDS", "approach_in_rounds", "approach_regularized", "block_at", "sweep"]
 
 # Rounds of sweeps (above 0) and of splitting (below), which knows no order of the contacts: where
 # several answers obey the law, the same is to be found however the contacts are numbered.
 SWEEPS = (-30, -100, -200, -400, 10, 30, -800, 200)
-# The first of these, and one behind the last.
-NO_ROUND: int = np.int64(0)  # type: ignore[assignment]
-ALL_ROUNDS: int = np.int64(len(SWEEPS))  # type: ignore[assignment]
+ROUNDS = len(SWEEPS)
 # How much splitting minds the cones at first.
 RATE = 0.05
 # The proximal point: ε at first, at least and at most, as a share of each contact's mobility.

@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from .approach import ALL_ROUNDS, NO_ROUND, approach_in_rounds, approach_regularized, sweep
+from .approach import ROUNDS, approach_in_rounds, approach_regularized, sweep
 from .compiled import compiled, entry
 from .least_shares import least_holding
 from .modes import (
@@ -41,16 +41,15 @@ from .workspace import Sizes, Workspace, workspace
 __all__ = ["clear_smooth", "frictional", "search_slipping"]
 
 # Newton's steps from a first guess, and what rounding leaves.
-FEW: int = np.int64(8)  # type: ignore[assignment]
+FEW = np.int64(8)
 ROUNDING = 2e-15
 # Of contacts that hold all still by one share of the load among many.
 HELD = 1e-13
 # Normal velocities that approach by no more than this share of all do not.
 AT_REST = 1e-15
 # The rounds before all modes are tried; sweeps at last, and how often.
-EARLY: int = np.int64(3)  # type: ignore[assignment]
-SWEEPS: int = np.int64(50)  # type: ignore[assignment]
-MOST_SWEEPS = 30
+BEGIN, EARLY, END = np.int64(0), np.int64(3), np.int64(ROUNDS)
+SWEEPS, MOST_SWEEPS = np.int64(50), 30
 # Nothing found yet.
 _OPEN = -2
 _SOLVED, _NOT_UNIQUE = int(Status.SOLVED), int(Status.NOT_UNIQUE)
@@ -161,7 +160,7 @@ def search_slipping(
     """The answer where contacts slip; P to begin with where there are floors."""
     residual = math.inf
     if not floors:
-        residual = approach_in_rounds(work, n, sizes, NO_ROUND, EARLY, BAR)
+        residual = approach_in_rounds(work, n, sizes, BEGIN, EARLY, BAR)
         residual = unload(work, n, sizes, residual)
         if residual <= BAR:
             return _code_of(work, n, sizes, dependent, YES), residual
@@ -172,7 +171,7 @@ def search_slipping(
     for k in range(3 * n):
         work.P[k] = rough[k]
     if not floors:
-        residual = approach_in_rounds(work, n, sizes, EARLY, ALL_ROUNDS, BAR)
+        residual = approach_in_rounds(work, n, sizes, EARLY, END, BAR)
         residual = unload(work, n, sizes, residual)
         if residual <= BAR:
             return _code_of(work, n, sizes, dependent, YES), residual
@@ -207,7 +206,7 @@ def search_slipping(
         for k in range(3 * n):
             work.P[k] = rough[k]
     for k in range(3 * n):
-        work.P[k] = best[k] if least < math.inf else 0.0
+        work.P[k] = best[k]
     return _NOT_CONVERGED, least
 
 

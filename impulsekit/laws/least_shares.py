@@ -192,8 +192,7 @@ def _least(span: np.ndarray, allowed: Allowed, wanted: np.ndarray) -> np.ndarray
     rows, m = span.shape
     place, step, across = wanted.copy(), np.zeros(m), np.ascontiguousarray(span.T)
     pull, off = np.dot(span, place), np.zeros(m)
-    best: np.ndarray = pull.copy()
-    near = np.empty(rows)
+    best, near = pull.copy(), np.empty(rows)
     slope, moved, matrix = np.empty((rows, 3)), np.empty((rows, m)), np.empty((m, m))
     least, last, height = math.inf, math.inf, math.inf
     for _ in range(MOST_STEPS):

@@ -25,7 +25,7 @@ __all__ = [
 
 # Steps from nearby at most. An integer of numpy, here and where it is an argument elsewhere:
 # for another literal numba would compile all that takes it once more.
-MOST_STEPS: int = np.int64(12)  # type: ignore[assignment]
+MOST_STEPS = np.int64(12)
 # Against singular W, relative: moves only what the velocities do not notice.
 RIDGE = 1e-9
 # Nearer than this the ridge is left out: what is redundant would drift by rounding over it, out

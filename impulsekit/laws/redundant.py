@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from .compiled import compiled
-from .dense import null_rows, pivoted_cholesky
+from .dense import null_rows, pivoted_cholesky, rank_by_pivots
 from .workspace import Sizes, Workspace
 
 __all__ = ["find_shared", "is_redundant"]
@@ -35,7 +35,7 @@ def is_redundant(W: np.ndarray, size: int, dependent: float, null: float) -> boo
     most = 0.0
     for r in range(size):
         most = max(most, W[r, r])
-    unit, scaled, order = np.zeros(size), np.empty((size, size)), np.empty(size, np.int64)
+    unit, scaled = np.zeros(size), np.empty((size, size))
     kept = 0
     for r in range(size):
         if W[r, r] > null * most:
@@ -44,7 +44,7 @@ def is_redundant(W: np.ndarray, size: int, dependent: float, null: float) -> boo
     for r in range(size):
         for c in range(size):
             scaled[r, c] = W[r, c] * unit[r] * unit[c]
-    return kept == 0 or pivoted_cholesky(scaled, size, dependent, order) < kept
+    return kept == 0 or rank_by_pivots(scaled, size, dependent) < kept
 
 
 @compiled

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from .approach import ALL_ROUNDS, NO_ROUND, approach_in_rounds
+from .approach import ROUNDS, approach_in_rounds
 from .compiled import compiled
 from .modes import BAR, MOST_STEPS, RIDGE, polish, residual_of, sizes_of
 from .sticking import held_still
@@ -23,8 +23,8 @@ __all__ = ["unload"]
 
 # Residuals between these are looked at: below is rounding, above the modes are not yet known.
 ROUNDING, FAR = 1e-13, 1e-4
-# Times the residual: a contact that parts no faster may bear load.
-TOUCHES = 10.0
+# All rounds.
+BEGIN, END = np.int64(0), np.int64(ROUNDS)
 
 
 @compiled
@@ -44,10 +44,8 @@ def unload(work: Workspace, n: int, sizes: Sizes, residual: float) -> float:
     start, best = work.P[:size].copy(), work.P[:size].copy()
     loaded = np.empty(n, np.bool_)
     count = 0
-    touches = TOUCHES * residual_of(work, n, sizes) * sizes.scale
     for i in range(n):
-        # Newton may have let go of the wrong one, which then approaches by what is left.
-        loaded[i] = start[3 * i + 2] > 0.0 or work.xi[3 * i + 2] < touches
+        loaded[i] = start[3 * i + 2] > 0.0
         count += 1 if loaded[i] else 0
     while ROUNDING < residual < FAR and count > 1:
         nearest, which = residual, -1
@@ -114,6 +112,6 @@ def _solve_few(
         if ridge >= 0.0:
             residual = polish(few, m, sizes, MOST_STEPS, ridge)
         if residual > BAR:
-            approach_in_rounds(few, m, sizes, NO_ROUND, ALL_ROUNDS, BAR)
+            approach_in_rounds(few, m, sizes, BEGIN, END, BAR)
     for r in range(3 * m):
         work.P[rows[r]] = few.P[r]

@@ -18,5 +18,4 @@ AGAIN = -1
 
 # As arguments of compiled functions: for a literal numba would compile all that takes it once
 # more.
-YES: bool = np.bool_(True)  # type: ignore[assignment]
-NO: bool = np.bool_(False)  # type: ignore[assignment]
+YES, NO = np.bool_(True), np.bool_(False)

@@ -57,7 +57,7 @@ def _solved(count, restitution, digits, space):
         P[0], P[1], P[2] = hit.impulse
         close = is_left(block, u, start, es[0], mus[0], ets[0], restitution, hit, digits)
         return AGAIN if close else hit.code
-    work = space.law
+    work = space[3]
     care = care_for(digits)
     for i in range(count):
         work.mu[i] = mus[i]

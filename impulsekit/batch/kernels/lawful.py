@@ -44,14 +44,18 @@ def law_for(number: str, words: tuple[int, int, int] | None) -> Any:
 def _lanes(words: tuple[int, int, int]) -> Callable[..., None]:
     """The lanes of a block under one law."""
     _, slip, order = words
-    if order == SEQUENTIAL:
-        from .sequential import sequential_lanes
+    if slip == PATH and order == SEQUENTIAL:
+        from .path_sequence import path_sequence_lanes
 
-        return sequential_lanes
+        return path_sequence_lanes
     if slip == PATH:
         from .path_law import path_lanes
 
         return path_lanes
+    if order == SEQUENTIAL:
+        from .sequential import sequential_lanes
+
+        return sequential_lanes
     from .law import contact_lanes
 
     return contact_lanes

@@ -160,7 +160,7 @@ class _Search(NamedTuple):
     """What ``laws.others`` finds: how, how many answers, (3n,) P of each other one, if split."""
 
     how: int
-    total: int
+    count: int
     others: tuple[np.ndarray, ...]
     split: bool
 
@@ -192,7 +192,7 @@ def _alone(
         return Finding(PROVEN, "nothing rubs: the problem is convex")
     if search.how == WEAK:
         return Finding(PROVEN, "friction feeds back weakly on the normal impulses")
-    if search.how == ALL_TRIED and search.total:
+    if search.how == ALL_TRIED and search.count:
         return Finding(PROVEN, "all modes of the contacts in the plane were tried")
     shares = solution.unique is not None and not newton and problem.restitution.any()
     if search.how == SEARCHED and not shares:

@@ -1,5 +1,6 @@
 """Contact problems as the compiled law works on them."""
 
+
 from impulsekit.laws.frictional import clear_smooth, frictional
 from impulsekit.laws.least_shares import share_least
 from impulsekit.laws.modes import DEPENDENT, sizes_of
