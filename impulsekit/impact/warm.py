@@ -11,10 +11,8 @@ __all__ = ["compile_all_laws", "compile_laws", "laws_of"]
 
 _ALONG_THE_PATH = ("path",)
 _AT_THE_END = ("single", "coulomb")
-# Several that rub.
-_TOGETHER = ("modes", "frictional", "least_shares")
 # Whether there are other solutions.
-_RUBBING = ("others",)
+_RUBBING = ("coupling", "plane_modes", "space_modes")
 
 
 def laws_of(scene: Scene) -> tuple[str, ...]:
@@ -26,10 +24,8 @@ def laws_of(scene: Scene) -> tuple[str, ...]:
     if scene.law.slip == "path":
         return _ALONG_THE_PATH
     rubs = any(getattr(contact, "friction", 0.0) for contact in scene.contacts)
-    together = len(scene.contacts) > 1 and scene.law.order == "simultaneous"
-    several = ("several",) if together else ()
-    more = (_TOGETHER if together else ()) + _RUBBING if rubs else ()
-    return _AT_THE_END + several + more
+    several = ("several",) if len(scene.contacts) > 1 else ()
+    return _AT_THE_END + several + (_RUBBING if rubs else ())
 
 
 def compile_laws(scene: Scene) -> None:
@@ -39,7 +35,7 @@ def compile_laws(scene: Scene) -> None:
 
 def compile_all_laws() -> None:
     """Compile the laws of all scenes."""
-    _compile((*_ALONG_THE_PATH, "lzb", *_AT_THE_END, "several", *_TOGETHER, *_RUBBING))
+    _compile((*_ALONG_THE_PATH, "lzb", *_AT_THE_END, "several", *_RUBBING))
 
 
 def _compile(modules: tuple[str, ...]) -> None:

@@ -19,7 +19,6 @@ from typing import Any, Generic, ParamSpec, TypeVar
 
 import numpy as np
 
-from .apart import tell_by_address
 from .store import Store, is_stored
 
 __all__ = ["ENTRIES", "Entry", "compiled", "dispatcher", "entry", "use_numba"]
@@ -45,7 +44,7 @@ WITHIN: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapp
 ENTRIES: dict[str, Entry[..., Any]] = {}
 
 _lock = threading.RLock()
-_waiting: list[Callable[[], None]] = []
+_waiting: list[tuple[Any, Callable[[], Any]]] = []
 # numba holds its dispatchers by weak references.
 _held: list[Any] = []
 _ready = False
@@ -61,7 +60,7 @@ def compiled(function: F) -> F:
         >>> work(2.0, -1.0, 0.5)
         -0.5
     """
-    _tell_numba(lambda: _link(function, dispatcher(function, WITHIN)))
+    _tell_numba(function, lambda: dispatcher(function, WITHIN))
     return function
 
 
@@ -80,11 +79,7 @@ class Entry(Generic[P, R]):
     """
 
     def __init__(
-        self,
-        function: Callable[P, R],
-        examples: Callable[[], tuple[Any, ...]],
-        seconds: float,
-        apart: bool = False,
+        self, function: Callable[P, R], examples: Callable[[], tuple[Any, ...]], seconds: float
     ) -> None:
         functools.update_wrapper(self, function)
         self.py_func = function
@@ -95,10 +90,7 @@ class Entry(Generic[P, R]):
         self._arrays: bool | None = None
         # Whether its compiled code was looked for on disk.
         self._looked = False
-        if apart:
-            _tell_numba(lambda: tell_by_address(self, examples(), self.compile))
-        else:
-            _tell_numba(lambda: _link(self, self._dispatcher()))
+        _tell_numba(self, self._dispatcher)
         ENTRIES[f"{function.__module__}.{function.__name__}"] = self
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
@@ -198,15 +190,13 @@ def _has_arrays(value: Any) -> bool:
 
 
 def entry(
-    examples: Callable[[], tuple[Any, ...]], *, seconds: float, apart: bool = False
+    examples: Callable[[], tuple[Any, ...]], *, seconds: float
 ) -> Callable[[Callable[P, R]], Entry[P, R]]:
     """Make a function an ``Entry``.
 
     Args:
         examples: gives arguments of the types that it is compiled for.
         seconds: what compiling takes, about.
-        apart: whether compiled code that calls it does so by its address, instead of having all
-            of it compiled in; it has to return int, float, bool or a tuple of these.
 
     Example:
         >>> @entry(lambda: (1.0, 1.0), seconds=0.1)
@@ -215,7 +205,7 @@ def entry(
         >>> energy(2.0, 3.0), energy.is_compiled
         (9.0, False)
     """
-    return lambda function: Entry(function, examples, seconds, apart)
+    return lambda function: Entry(function, examples, seconds)
 
 
 def dispatcher(function: Callable[..., Any], options: dict[str, Any], *more: str) -> Any:
@@ -244,25 +234,20 @@ def use_numba() -> None:
         _ready = True
         _announce_long_ones()
         while _waiting:
-            _waiting.pop()()
+            _tell_numba(*_waiting.pop())
 
 
-def _tell_numba(tell: Callable[[], None]) -> None:
-    """Tell numba of a global that compiled code reads, as soon as numba is there."""
-    with _lock:
-        if _ready:
-            tell()
-        else:
-            _waiting.append(tell)
-
-
-def _link(name: Any, made: Any) -> None:
+def _tell_numba(name: Any, make: Callable[[], Any]) -> None:
     """Where compiled code reads this global, it shall find a dispatcher."""
-    from numba import types
-    from numba.core.registry import cpu_target
+    with _lock:
+        if not _ready:
+            _waiting.append((name, make))
+            return
+        from numba import types
+        from numba.core.registry import cpu_target
 
-    _held.append(made)
-    cpu_target.typing_context.insert_global(name, types.Dispatcher(made))
+        _held.append(make())
+        cpu_target.typing_context.insert_global(name, types.Dispatcher(_held[-1]))
 
 
 def _announce_long_ones() -> None:

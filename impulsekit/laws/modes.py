@@ -13,19 +13,17 @@ import math
 
 import numpy as np
 
-from .compiled import compiled, entry
+from .compiled import compiled
 from .dense import gauss, gauss_of_rank
-from .words import NO, YES
-from .workspace import Sizes, Workspace, workspace
+from .workspace import Sizes, Workspace
 
 __all__ = [
-    "BAR", "DEPENDENT", "FINE", "MOST_STEPS", "NULL", "RIDGE", "SLIDES", "linearize", "polish",
-    "residual_of", "sizes_of",
+    "BAR", "DEPENDENT", "FINE", "MOST_STEPS", "NULL", "RIDGE", "SLIDES", "polish", "residual_of",
+    "sizes_of",
 ]  # fmt: skip
 
-# Steps from nearby at most. An integer of numpy, here and where it is an argument elsewhere:
-# for another literal numba would compile all that takes it once more.
-MOST_STEPS = np.int64(12)
+# Steps from nearby at most.
+MOST_STEPS = 12
 # Against singular W, relative: moves only what the velocities do not notice.
 RIDGE = 1e-9
 # Nearer than this the ridge is left out: what is redundant would drift by rounding over it, out
@@ -113,36 +111,18 @@ def polish(work: Workspace, n: int, sizes: Sizes, most: int, ridge: float) -> fl
 @compiled
 def residual_of(work: Workspace, n: int, sizes: Sizes) -> float:
     """The natural map's distance from its fixed point, relative; writes ξ, modes and slips."""
-    _form(work, n)
-    for k in range(3 * n):
-        if not abs(work.xi[k]) < math.inf:
-            return math.inf
-    return _map_naturally(work, n, sizes, YES)
-
-
-@compiled
-def _form(work: Workspace, n: int) -> None:
-    """ξ = W P + b."""
-    W, b, P, xi = work.W, work.b, work.P, work.xi
-    for k in range(3 * n):
-        total = b[k]
-        for j in range(3 * n):
-            total += W[k, j] * P[j]
-        xi[k] = total
-
-
-@compiled
-def _map_naturally(work: Workspace, n: int, sizes: Sizes, formed: bool) -> float:
-    """The residual of P and ξ as they stand, with modes and slips.
-
-    Args:
-        formed: whether ξ was formed as W P + b, and has the rounding of that.
-    """
-    W, mu, floor, P, xi = work.W, work.mu, work.floor, work.P, work.xi
+    W, b, mu, floor, P, xi = work.W, work.b, work.mu, work.floor, work.P, work.xi
     mode, slip = work.mode, work.slip
     worst = 0.0
     size = sizes.scale
     largest_load = BALANCED * sizes.scale
+    for k in range(3 * n):
+        total = b[k]
+        for j in range(3 * n):
+            total += W[k, j] * P[j]
+        if not abs(total) < math.inf:
+            return math.inf
+        xi[k] = total
     for i in range(n):
         k = 3 * i
         normal_rate = max(W[k + 2, k + 2], sizes.least)
@@ -151,8 +131,7 @@ def _map_naturally(work: Workspace, n: int, sizes: Sizes, formed: bool) -> float
         pushing = load > xi[k + 2]
         worst = max(worst, abs(xi[k + 2] if pushing else load))
         # Impulses in balance leave their own rounding where W P is formed.
-        if formed:
-            size = max(size, min(normal_rate * P[k + 2], largest_load))
+        size = max(size, min(normal_rate * P[k + 2], largest_load))
         if not pushing and floor[i] == 0.0:
             mode[i] = PARTS
             worst = max(worst, rate * (abs(P[k]) + abs(P[k + 1])))
@@ -175,11 +154,9 @@ def _map_naturally(work: Workspace, n: int, sizes: Sizes, formed: bool) -> float
 @compiled
 def _stepped(work: Workspace, n: int, sizes: Sizes, ridge: float, near: bool) -> bool:
     """One Newton step on the modes; False where the system is singular."""
-    m = _write_onto_modes(work, n)
+    m = _system(work, n)
     if m == 0:
         return True
-    _form(work, n)
-    _assemble(work, n, m)
     matrix, x = work.matrix, work.x
     if not near and ridge > 0.0:
         for r in range(m):
@@ -197,10 +174,11 @@ def _stepped(work: Workspace, n: int, sizes: Sizes, ridge: float, near: bool) ->
 
 
 @compiled
-def _write_onto_modes(work: Workspace, n: int) -> int:
-    """Write P onto its modes, and the way and aim of its change; the number of unknowns."""
-    mu, floor, P = work.mu, work.floor, work.P
-    mode, slip, way, aim = work.mode, work.slip, work.way, work.aim
+def _system(work: Workspace, n: int) -> int:
+    """Write P onto its modes, and Aimᵀ W Way x = Aimᵀ ξ for its change; the number of unknowns."""
+    W, b, mu, floor, P, xi = work.W, work.b, work.mu, work.floor, work.P, work.xi
+    mode, slip, way, aim, matrix = work.mode, work.slip, work.way, work.aim, work.matrix
+    x, moved = work.x, work.moved
     size = 3 * n
     m = int(np.int64(0))
     for k in range(size):
@@ -236,15 +214,13 @@ def _write_onto_modes(work: Workspace, n: int) -> int:
                 way[m, k + j] = 1.0
                 aim[m, k + j] = 1.0
                 m += 1
-    return m
-
-
-@compiled
-def _assemble(work: Workspace, n: int, m: int) -> None:
-    """Write Aimᵀ W Way x = Aimᵀ ξ, the system of the change of P."""
-    W, xi, way, aim, matrix = work.W, work.xi, work.way, work.aim, work.matrix
-    x, moved = work.x, work.moved
-    size = 3 * n
+    if m == 0:
+        return m
+    for k in range(size):
+        total = b[k]
+        for j in range(size):
+            total += W[k, j] * P[j]
+        xi[k] = total
     for c in range(m):
         # W times the way, whose few entries belong to one contact.
         for k in range(size):
@@ -265,6 +241,7 @@ def _assemble(work: Workspace, n: int, m: int) -> None:
             if aim[r, k] != 0.0:
                 total += aim[r, k] * xi[k]
         x[r] = total
+    return m
 
 
 @compiled
@@ -311,50 +288,3 @@ def _move(work: Workspace, n: int, m: int) -> None:
             pn = max(floor[i], P[k + 2])
             P[k] = pn * (sine * s2 - cosine * s1)
             P[k + 1] = -pn * (cosine * s2 + sine * s1)
-
-
-# Residual; P (3n,) on its modes; Way and Aim, (m, 3n), a row for each unknown; the stiffness of
-# slip that turns, (m,) on the diagonal; Aimᵀ ξ (m,).
-Linear = tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-
-
-@entry(lambda: (np.eye(6), np.ones(2), np.ones(6), np.ones(6), 1.0), seconds=3.0)
-def linearize(W: np.ndarray, mu: np.ndarray, P: np.ndarray, xi: np.ndarray, scale: float) -> Linear:
-    """The residual with ξ known better than W P + b, and the equations of a Newton step.
-
-    (Aimᵀ W Way + stiffness) x = Aimᵀ ξ, and P − Way x is the next one. Residual ∞ where a number
-    is not finite.
-
-    Args:
-        W: (3n, 3n) Delassus matrix [1/kg].
-        mu: (n,) friction.
-        P: (3n,) a solution but for rounding [N s].
-        xi: (3n,) ξ that it makes [m/s].
-        scale: the size of the velocities [m/s].
-    """
-    n = len(mu)
-    work = workspace(n)
-    for r in range(3 * n):
-        work.P[r], work.xi[r] = P[r], xi[r]
-        for c in range(3 * n):
-            work.W[r, c] = W[r, c]
-    for i in range(n):
-        work.mu[i] = mu[i]
-    residual = _map_naturally(work, n, sizes_of(work, n, scale), NO)
-    for k in range(3 * n):
-        if not abs(xi[k]) + abs(P[k]) < math.inf:
-            residual = math.inf
-    m = _write_onto_modes(work, n)
-    for k in range(3 * n):
-        total = xi[k]
-        for j in range(3 * n):
-            total += W[k, j] * (work.P[j] - P[j])
-        work.xi[k] = total
-    _assemble(work, n, m)
-    for r in range(m):
-        work.matrix[r, r] = 0.0
-    _add_stiffness(work, n)
-    stiffness = np.empty(m)
-    for r in range(m):
-        stiffness[r] = work.matrix[r, r]
-    return residual, work.P, work.way[:m].copy(), work.aim[:m].copy(), stiffness, work.x[:m].copy()

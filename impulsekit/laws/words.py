@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-__all__ = [
-    "AGAIN", "END", "NEWTON", "NO", "PATH", "POISSON", "SEQUENTIAL", "SIMULTANEOUS", "STRONGE",
-    "YES",
-]  # fmt: skip
+__all__ = ["AGAIN", "END", "NEWTON", "PATH", "POISSON", "SEQUENTIAL", "SIMULTANEOUS", "STRONGE"]
 
 NEWTON, POISSON, STRONGE = 0, 1, 2
 END, PATH = 0, 1
@@ -15,7 +10,3 @@ SIMULTANEOUS, SEQUENTIAL = 0, 1
 
 # Beside the codes of ``Status``: the problem is left to a slower way.
 AGAIN = -1
-
-# As arguments of compiled functions: for a literal numba would compile all that takes it once
-# more.
-YES, NO = np.bool_(True), np.bool_(False)

@@ -25,7 +25,6 @@ class Workspace(NamedTuple):
         mode, slip: (n,) and (n, 2) what each contact does, and where it slides to.
         way, aim, matrix: (3n, 3n) room.
         x, moved, y, z: (3n,) room.
-        unit: (n,) impulses that are of one size beside each other [N s].
         velocity, total: (3n,) u after a part of the impact [m/s]; the impulses of all parts [N s].
         normal, friction: (n,) works [J].
         unique: (n,) whether no other contact could carry what this one carries.
@@ -47,7 +46,6 @@ class Workspace(NamedTuple):
     moved: np.ndarray
     y: np.ndarray
     z: np.ndarray
-    unit: np.ndarray
     velocity: np.ndarray
     total: np.ndarray
     normal: np.ndarray
@@ -93,7 +91,6 @@ def workspace(n: int) -> Workspace:
         np.zeros(size),
         np.zeros(size),
         np.zeros(size),
-        np.zeros(n),
         np.zeros(size),
         np.zeros(size),
         np.zeros(n),

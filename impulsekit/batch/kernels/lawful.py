@@ -13,7 +13,7 @@ from typing import Any
 
 from numba import types
 
-from ...laws.words import PATH, SEQUENTIAL
+from ...laws.words import NEWTON, PATH, SEQUENTIAL
 from .handed import handed
 
 __all__ = ["law_for"]
@@ -43,7 +43,7 @@ def law_for(number: str, words: tuple[int, int, int] | None) -> Any:
 
 def _lanes(words: tuple[int, int, int]) -> Callable[..., None]:
     """The lanes of a block under one law."""
-    _, slip, order = words
+    restitution, slip, order = words
     if slip == PATH and order == SEQUENTIAL:
         from .path_sequence import path_sequence_lanes
 
@@ -56,9 +56,13 @@ def _lanes(words: tuple[int, int, int]) -> Callable[..., None]:
         from .sequential import sequential_lanes
 
         return sequential_lanes
-    from .law import contact_lanes
+    if restitution == NEWTON:
+        from .law import newton_lanes
 
-    return contact_lanes
+        return newton_lanes
+    from .poisson import poisson_lanes
+
+    return poisson_lanes
 
 
 def leave_lanes(

@@ -1,0 +1,70 @@
+"""Poisson's restitution with slip at the end: compression, then P_n ≥ e P_n^c at least.
+
+For one contact or several at once, as ``impact.laws.simultaneous`` has it.
+"""
+
+from __future__ import annotations
+
+from ...laws.several import poisson
+from ...laws.single import strike_at_end
+from ...laws.status import Status
+from ...laws.words import POISSON
+from ..codes import AGAIN
+from .coulomb import LEFT, block_at, care_for, is_left
+from .jit import built_in
+from .layout import CONTACT_INTS
+from .problem import pose, problem_in, put_back, room
+from .uniqueness import judge_feedback
+
+__all__ = ["poisson_lanes"]
+
+_GAIN = int(Status.ENERGY_GAIN)
+
+
+def poisson_lanes(
+    base, rows, target, keeping, contact_ints, contact_floats, given, words, digits,
+    work, w_at, before_at, free_at, p_at, w, code,
+):  # fmt: skip
+    """Write the impulses of all rows, and the codes, for the states of a block from ``base`` on.
+
+    The arguments are those of ``problem.pose``.
+    """
+    space = room(rows, len(contact_ints) // CONTACT_INTS)
+    for lane in range(w):
+        count = pose(
+            base + lane, lane, rows, target, keeping, contact_ints, contact_floats, given, digits,
+            work, w_at, before_at, free_at, w, code, space,
+        )  # fmt: skip
+        if count > 0:
+            code[lane] = _solved(count, digits, space)
+        put_back(lane, count, rows, len(target), contact_ints, work, p_at, w, code, space)
+
+
+@built_in
+def _solved(count, digits, space):
+    """The code, with P of the contacts that touch in ``space``."""
+    W, _, free, mus, es, ets, P = problem_in(space)
+    smooth = True
+    for i in range(count):
+        if mus[i] > 0.0:
+            smooth = False
+            if ets[i] != 0.0:
+                # Which is refused.
+                return AGAIN
+    if count == 1:
+        block, u = block_at(W, 0), (free[0], free[1], free[2])
+        hit = strike_at_end(block, u, u, es[0], mus[0], 0.0, POISSON)
+        P[0], P[1], P[2] = hit.impulse
+        close = is_left(block, u, u, es[0], mus[0], 0.0, POISSON, hit, digits)
+        return AGAIN if close else hit.code
+    work = space[3]
+    for i in range(count):
+        work.mu[i] = mus[i]
+    code, _ = poisson(work, W, free, es, count, care_for(digits))
+    if code in LEFT:
+        return AGAIN
+    for k in range(3 * count):
+        P[k] = work.P[k]
+    if code == _GAIN or smooth:
+        return code
+    return judge_feedback(code, W, free, mus, count)
