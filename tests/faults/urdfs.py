@@ -124,7 +124,6 @@ FAULTS = (
     _urdf("gives a mass with its unit", link("base", "2 kg")),
     _urdf("gives a mass of 1e300 kg", link("base", "1e300")),
     _urdf("leaves out <mass>", A.replace('<mass value="1"/>', "")),
-    _urdf("leaves out <inertia>", '<link name="base"><inertial><mass value="1"/></inertial></link>'),
     _urdf("gives a negative moment of inertia", link("base", ixx="-0.1")),
     _urdf("gives a moment of inertia in words", link("base", izz="small")),
     _urdf("places a mass centre by two numbers", A.replace("<mass", '<origin xyz="0 0"/><mass')),
