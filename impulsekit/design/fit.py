@@ -208,7 +208,7 @@ def fit_impacts(
     Args:
         measurements: the impacts, in one scene or in several with one robot.
         restitution, friction: names of contacts whose coefficient is fitted; a pattern such as
-            "corner_*" or a tuple of names is one coefficient that all of these share.
+            ``corner_*`` or a tuple of names is one coefficient that all of these share.
         inertias: by joint, the fitted ones of ``INERTIA_PARAMETERS`` of the body behind it,
             about the joint's origin, in its frame.
         robust: "none"; "huber" weighs down measurements that are off the others, "biweight"

@@ -27,11 +27,16 @@ __all__ = [
     "Rescaled",
     "has_uneven_masses",
     "refuse_massless",
+    "shares_of_inertia",
     "symmetric",
 ]
 
 # A pivot of M this far below its diagonal is rounding, not inertia.
 SMALLEST_PIVOT = 1e-13
+# Pivots depend on the order of elimination: below this the matrix is looked at as a whole.
+FAINT_PIVOT = 1e-6
+# A principal moment that is negative by more than this part of the largest was written so.
+NEGATIVE_MOMENT = 1e-9
 # Most robots that are built stay below; Talos has 1e2 and 2e3.
 UNEVEN_MASSES, UNEVEN_MOMENTS = 2e3, 1e5
 # Already at a ratio of 364 one pass of ABA left 1.2e-14 of M Δv = I.
@@ -165,6 +170,26 @@ def symmetric(upper: np.ndarray) -> np.ndarray:
     return np.triu(upper) + np.triu(upper, 1).T
 
 
+def shares_of_inertia(mass_matrix: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
+    """(nv,) what resists each joint with the others free, over what hangs on it.
+
+    1/((M⁻¹)ᵢᵢ Mᵢᵢ), with M filled by the constraints' rows: what these hold is not faint.
+    """
+    filled = mass_matrix
+    if rows is not None:
+        diagonal = np.diagonal(mass_matrix)
+        weights = np.where(diagonal > 0.0, diagonal, diagonal.max() or 1.0)
+        sizes = np.sqrt((rows**2 / weights).sum(axis=1, keepdims=True))
+        unit_rows = np.divide(rows, sizes, out=np.zeros_like(rows), where=sizes > 0.0)
+        filled = mass_matrix + unit_rows.T @ unit_rows
+    scale = 1.0 / np.sqrt(np.where((own := np.diagonal(filled)) > 0.0, own, 1.0))
+    try:
+        inverse = np.linalg.inv(filled * scale * scale[:, None])
+    except np.linalg.LinAlgError:
+        return np.ones(len(filled))
+    return 1.0 / np.maximum(np.diagonal(inverse), 1.0)
+
+
 def check_pivots(model: pin.Model, data: pin.Data) -> None:
     """Prove that the Cholesky factor in ``data`` has no pivot at rounding level.
 
@@ -172,7 +197,11 @@ def check_pivots(model: pin.Model, data: pin.Data) -> None:
         SingularMassError: it names the joints of the pivots that have vanished.
     """
     pivots, diagonal = data.D, np.diagonal(data.M)
+    if (pivots > FAINT_PIVOT * diagonal).all():
+        return
     vanished = ~(pivots > SMALLEST_PIVOT * diagonal)
+    if not vanished.any():
+        vanished = shares_of_inertia(symmetric(data.M)) < SMALLEST_PIVOT
     if vanished.any():
         # Elimination starts at the leaves: behind a pivot of zero, all others are NaN.
         if not np.isnan(pivots[vanished]).all():
@@ -202,8 +231,10 @@ def singular_mass(model: pin.Model, joint_ids: Iterable[int]) -> SingularMassErr
     joint_ids = tuple(joint_ids)
     names = tuple(model.names[joint_id] for joint_id in joint_ids)
     for joint_id in joint_ids:
-        moments = np.linalg.eigvalsh(model.inertias[joint_id].inertia)
-        if moments[0] < -1e-9 * abs(moments).max():
+        body = model.inertias[joint_id]
+        moments = np.linalg.eigvalsh(body.inertia)
+        rounding = np.finfo(float).eps * body.mass * float(body.lever @ body.lever)
+        if moments[0] < -max(NEGATIVE_MOMENT * abs(moments).max(), rounding):
             return SingularMassError(
                 "the mass matrix is not positive definite here: the links on joint "
                 f'"{model.names[joint_id]}" have a principal moment of inertia of '

@@ -18,7 +18,7 @@ from ..rows.constraints import ConstraintRows
 from ..rows.contacts import Touch
 from ..rows.reach import ReachedModel
 from ..scene import JointCoupling, JointLock, Scene
-from .algorithms import crba, decompose, has_uneven_masses, symmetric
+from .algorithms import FAINT_PIVOT, crba, decompose, has_uneven_masses, symmetric
 from .elimination import (
     BilateralSolution,
     Elimination,
@@ -105,13 +105,15 @@ class ConstrainedJump:
         touches = [] if self._contacts is None else self._contacts.rows.touching(data, q, touching)
         crba(model, data, q)
         factor: SparseFactor | FilledFactor | None = None
+        doubtful = self._singular
         if not (self._dense or self._singular):
             decompose(model, data)
-            if self._always_regular or pivots_are_safe(data):
+            if self._always_regular or pivots_are_safe(data, FAINT_PIVOT):
                 factor = SparseFactor(model, data)
+            doubtful = True
         if factor is None:
             own = np.empty((0, model.nv)) if rows is None else rows
-            factor = FilledFactor(model, data.M, own, singular=self._singular)
+            factor = FilledFactor(model, data.M, own, singular=doubtful)
             if wanted is not None:
                 impulse = factor.filled_impulse(impulse, wanted)
         if not touches:

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..robot.limits import outside_limits
+from ..robot.massless import is_always_regular
 from ..robot.placing import Posture
 from ..scene import AppliedImpulse, Collision, Contact, GapContact, JointImpulse, Rope, Scene
+from .algorithms import shares_of_inertia
 
 if TYPE_CHECKING:
     from .gaps import ContactGap
@@ -19,6 +21,9 @@ __all__ = ["doubts_of"]
 
 # Velocities that change by less than this part are unchanged but for rounding.
 UNCHANGED = 1e-12
+# Beside this share of inertia, rounding (2e-16) in the model's numbers moves velocities by more
+# than the 1e-9 that a valid answer keeps.
+FAINT_INERTIA = 2e-7
 # A plane whose normal is this near the way up (cosine) is a floor.
 UPWARDS = 0.7
 
@@ -41,6 +46,7 @@ def doubts_of(impact: Impact) -> tuple[str, ...]:
         if scene.gap_bound < np.inf:
             found += _under_grounds(scene, posture)
     found += _nothing_strikes(impact, gaps)
+    found += _next_to_no_inertia(impact)
     return tuple(found)
 
 
@@ -101,6 +107,25 @@ def _under_grounds(scene: Scene, posture: Posture) -> Iterator[str]:
                     f'the robot is under its floor "{part.prefix}{ground.name}": the mass centre '
                     f'of "{moving[lowest].name}" by {-heights[lowest]:.3g} m'
                 )
+
+
+def _next_to_no_inertia(impact: Impact) -> Iterator[str]:
+    """Joints that move, though at this configuration hardly any inertia resists them."""
+    model = impact.scene.robot.model
+    if not np.isfinite(impact.dv).all() or is_always_regular(model):
+        return
+    shares = shares_of_inertia(impact.mechanics.mass_matrix, impact.mechanics.constraint_matrix)
+    moved = np.abs(impact.dv) > UNCHANGED * np.abs(impact.dv).max(initial=0.0)
+    faint = np.flatnonzero((shares < FAINT_INERTIA) & moved).tolist()
+    if faint:
+        ids = np.searchsorted(model.idx_vs[1:], faint, side="right")
+        named = ", ".join(f'"{name}"' for name in dict.fromkeys(model.names[int(i)] for i in ids))
+        yield (
+            f"next to no inertia resists {'joints' if ',' in named else 'joint'} {named} here "
+            f"({shares[faint].min():.2g} of what hangs there): velocities there, such as "
+            f"{impact.dv[faint[0]]:.3g}, depend on rounding in the model's numbers; lock one of "
+            "these joints or correct the <inertial> of their links"
+        )
 
 
 def _nothing_strikes(impact: Impact, gaps: tuple[ContactGap, ...]) -> list[str]:

@@ -42,7 +42,8 @@ class FilledFactor:
     """A Cholesky factor of M + ρ AᵀA, for a singular M that bilateral rows make whole.
 
     With A Δv = c prescribed, M Δv = I + Aᵀλ and (M + ρ AᵀA) Δv = I + ρ Aᵀc + Aᵀλ have
-    the same solution; ``singular`` says that M is so at every configuration. Also for what
+    the same solution; ``singular`` says that M is so at every configuration, or that pivots
+    have come near rounding. Also for what
     the sparse Cholesky does not take: mimic joints, or a single degree of freedom.
     """
 
@@ -116,6 +117,6 @@ def _weights(diagonal: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return np.where(weights > 0.0, weights, diagonal.max() or 1.0)
 
 
-def pivots_are_safe(data: pin.Data) -> bool:
-    """Whether no pivot of the sparse factor in ``data`` is at rounding level."""
-    return bool((SMALLEST_PIVOT * data.M.diagonal() < data.D).all())
+def pivots_are_safe(data: pin.Data, least: float = SMALLEST_PIVOT) -> bool:
+    """Whether all pivots of the sparse factor in ``data`` are above this part of M's diagonal."""
+    return bool((least * data.M.diagonal() < data.D).all())

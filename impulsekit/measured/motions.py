@@ -38,7 +38,7 @@ class MotionFit(OneLine):
     """The result of a fit to whole motions, P parameters; arrays are read-only.
 
     Attributes:
-        names: (P,) such as "corner_*: friction".
+        names: (P,) such as ``corner_*: friction``.
         values: (P,) where the mean loss over the fitted recordings is least.
         samples: (S, P) values of fits to resampled recordings (bootstrap).
         searched: (P, 2) the first box; what lies outside was never tried.
@@ -129,7 +129,7 @@ def fit_motion(
     Args:
         recordings: calibrated, in the world of the scene.
         scene: where the fit starts from; ``values`` may lie anywhere in the box.
-        restitution, friction: names of contacts, patterns ("corner_*") or tuples of names that
+        restitution, friction: names of contacts, patterns (``corner_*``) or tuples of names that
             share one coefficient.
         inertias: as for ``fit_impacts``, within half of the scene's values.
         held_out: share of the recordings that takes no part, evenly taken.

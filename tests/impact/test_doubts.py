@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.errors import SetupWarning
+from impulsekit.errors import SetupWarning, SingularMassError
 from impulsekit.scenefile import dump_scene
 
 BALL = """<robot name="ball"><link name="ball"><inertial><mass value="1"/>
@@ -162,3 +162,35 @@ def test_the_command_warns_on_stderr_in_plain_words(tmp_path):
     assert done.exit_code == 0
     (line,) = done.stderr.splitlines()
     assert line.startswith('warning: joint "elbow_joint" is at 90 rad')
+
+
+def head_of_icub(**pose):
+    """iCub struck on its head, whose mass lies all but on the axis of the neck's roll."""
+    robot = ik.Robot.from_example("icub")
+    blow = ik.AppliedImpulse("head", linear=[0, 0.3, 1])
+    return ik.Scene(robot, [blow]), robot.configuration(**pose), robot.velocity()
+
+
+def test_joints_that_next_to_no_inertia_resists_are_named():
+    with pytest.warns(SetupWarning, match='"neck_roll", "neck_yaw" here'):
+        ik.solve(*head_of_icub(neck_yaw=1e-3))
+
+
+def test_inertia_that_is_small_but_counts_is_no_doubt():
+    assert not ik.solve(*head_of_icub(neck_yaw=0.1)).doubts
+
+
+def test_a_lock_on_such_a_joint_leaves_no_doubt():
+    scene, q, v = head_of_icub()
+    held = ik.Scene(scene.robot, scene.impulses, constraints=[ik.JointLock("neck_yaw")])
+    assert not ik.solve(held, q, v).doubts
+
+
+@pytest.mark.parametrize("feet", [0, 1, 2])
+def test_what_rounding_alone_resists_is_refused(feet):
+    scene, q, v = head_of_icub()
+    frames = ("head", "l_hand")[:feet]
+    contacts = [ik.Contact(frame, normal=[0, 0, 1]) for frame in frames]
+    touching = ik.Scene(scene.robot, scene.impulses, contacts=contacts)
+    with pytest.raises(SingularMassError, match='"neck_roll", "neck_yaw" moves no mass'):
+        ik.solve(touching, q, v)
