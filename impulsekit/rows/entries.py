@@ -109,15 +109,12 @@ class FramePair:
         """The joint that R turns with, 0 for the world, and (3, 3) R in its frame.
 
         Raises:
-            InputError: R turns with a line, and with no joint.
+            TypeError: R turns with a line, and with no joint.
         """
         if self.carrier == "world":
             return 0, self.axes
         if self.carrier == "line":
-            raise InputError(
-                "a DistanceAnchor or a Rope acts along the line between its points, which turns "
-                "with no body: derivatives of such scenes are not available"
-            )
+            raise TypeError("a line turns with no joint")
         site = self.first if self.carrier == "first" else self.other
         return site.joint_id, site.placement.rotation.dot(self.axes)
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...laws.coulomb import coulomb
-from ...scene import Collision, Contact
+from ...scene import Collision, Contact, JointStop, Rope
 from ..constrained import Outcome
 from ..laws import ContactSolution
 from ..result import Impact
@@ -30,7 +30,7 @@ from .linear import Columns, LinearStage, ModeStage, Rows, Touching, pass_throug
 from .modes import PARTED, Coefficients, ContactMode, coefficients_of, found_mode
 from .motion import Motion
 from .one_contact import of_one_contact
-from .pairs import FixedRows
+from .pairs import FixedRows, of_functions
 from .path_law import path_derivative
 from .path_stage import PathStage, change_of_block
 from .refusals import refuse_what_has_none
@@ -157,12 +157,14 @@ class _Derivation:
         placed: list[Rows] = []
         for touch in outcome.touches:
             entry = self.scene.contacts[touch.entry]
-            if isinstance(entry, Contact):
+            if isinstance(entry, Contact | Rope):
                 placed.append(self.workspace.touching_rows(touch.entry).placed(motion))
             elif isinstance(entry, Collision):
                 placed.append(self.workspace.meetings(touch.entry).placed(touch, motion))
-            else:
+            elif isinstance(entry, JointStop):
                 placed.append(FixedRows(touch.jacobian))
+            else:
+                raise of_functions()
         matrix = self.builder.stacked([rows.matrix for rows in placed])
         before, after = matrix.dot(self.v).tolist(), matrix.dot(self.after).tolist()
         self.scale = max(map(abs, (*before, *after)))

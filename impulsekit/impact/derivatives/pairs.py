@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...errors import InputError
-from ...rows.entries import FramePair, FunctionRows, rows_of_entry
+from ...rows.entries import FramePair, FunctionRows, axes_of_line, rows_of_entry
 from .motion import Motion
 from .pulls import Pulls, skew
 
@@ -21,7 +21,15 @@ if TYPE_CHECKING:
     from ...robot import Robot
     from .expanded import ExpandedModel
 
-__all__ = ["FixedRows", "PairRows", "PlacedPair", "Side", "entry_rows", "pair_rows"]
+__all__ = [
+    "FixedRows",
+    "PairRows",
+    "PlacedPair",
+    "Side",
+    "entry_rows",
+    "of_functions",
+    "pair_rows",
+]
 
 _EYE = np.eye(3)
 
@@ -114,6 +122,35 @@ class PairRows:
             rotation = places[fixed].rotation
             selector = (selector.reshape(-1, 3) @ rotation.T).reshape(-1, 6)
         return PlacedPair(motion, sides, selector, turn, self.angular, self.is_level)
+
+
+class LineRows(PairRows):
+    """Rows along the line between two points, which turns as these move.
+
+    With d = (c_a − c_b)/L, ḋ = (1 − d dᵀ)(v_a − v_b)/L, so the line turns by d × (v_a − v_b)/L.
+    """
+
+    def __init__(self, first: int, other: int, said: FramePair) -> None:
+        ends = [np.array(site.placement.translation) for site in (said.first, said.other)]
+        super().__init__(first, other, ends[0], ends[1], 0, _EYE, said.select)
+        self._ends, self._axes, self._select = ends, said.axes, list(said.select)
+        self.is_level = False
+
+    def placed(self, motion: Motion) -> PlacedPair:
+        """The rows at a configuration."""
+        places, sides, ends = motion.placements, [], []
+        for joint, sign, at in zip((self.first, self.other), (1.0, -1.0), self._ends, strict=True):
+            ends.append(places[joint].act(at) if joint > 0 else at)
+            if joint > 0:
+                point = pin.SE3(_EYE, at)
+                sides.append(Side(joint, sign, point, *motion.jacobians(joint, point), None))
+        between = ends[0] - ends[1]
+        selector = np.kron(np.eye(2), axes_of_line(between, self._axes).T)[self._select]
+        # Nothing acts across a rope, whose rows are those of a contact.
+        selector[:-1] = 0.0
+        relative = sum((side.sign * side.jacobian[:3] for side in sides), motion.zero[:3])
+        turn = skew(between).dot(relative) / between.dot(between)
+        return PlacedPair(motion, sides, selector, turn, False)
 
 
 class Side(NamedTuple):
@@ -238,6 +275,10 @@ def _crossing(wrench: np.ndarray) -> np.ndarray:
 def pair_rows(expanded: ExpandedModel, said: FramePair) -> PairRows:
     """The rows of what an entry says of two frames."""
     first, other = said.first, said.other
+    if said.carrier == "line":
+        return LineRows(
+            expanded.joint_ids[first.joint_id], expanded.joint_ids[other.joint_id], said
+        )
     carrier, axes = said.carrying
     return PairRows(
         expanded.joint_ids[first.joint_id],
@@ -251,14 +292,19 @@ def pair_rows(expanded: ExpandedModel, said: FramePair) -> PairRows:
     )
 
 
+def of_functions() -> InputError:
+    """The error for rows that are functions of q, whose own derivatives nobody gives."""
+    return InputError(
+        "derivatives of scenes with a GapConstraint or a GapContact are not available: they "
+        "would take second derivatives of its functions"
+    )
+
+
 def entry_rows(robot: Robot, expanded: ExpandedModel, entry: Any) -> PairRows | FixedRows:
     """The rows of an impulse, a constraint or a contact between two frames."""
     said = rows_of_entry(robot, entry)
     if isinstance(said, FramePair):
         return pair_rows(expanded, said)
     if isinstance(said, FunctionRows):
-        raise InputError(
-            "derivatives of scenes with a GapConstraint or a GapContact are not available: they "
-            "would take second derivatives of its functions"
-        )
+        raise of_functions()
     return FixedRows(said.matrix(robot.model))
