@@ -1,8 +1,8 @@
-"""Whether anything may happen within a step, in one compiled call.
+"""When a gap closes within a step, and whether a point that rests may stop, in one compiled call.
 
-It asks what ``crossing.first_crossing`` and ``stops.first_stop`` ask first, at the same times:
-whether the cubics between the nodes of a gap may come to zero, and whether slip turns, has grown
-or a point lifts between nodes. Where it may, these find out when.
+It asks what ``crossing.first_crossing`` and ``stops.first_stop`` ask, at the same times: when the
+first gap comes to zero and which others close with it, and whether slip turns, has grown or a
+point lifts between nodes; when that is ``first_stop`` finds out.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..laws.compiled import compiled, entry
-from .closing import MARGIN
+from .closing import MARGIN, Node, zero_finder
 from .compiled_chart import write_configuration
 from .compiled_step import System, Work
-from .points import Table, gaps_and_rates, write_rows
+from .points import PLANE, ROPE, ROUNDED, Table, gaps_and_rates, point_of, rope, write_rows
 from .roots import PIECES
 from .stops import LIFTED
 from .tree import look_at, write_jacobian
@@ -31,6 +31,9 @@ class Watched(NamedTuple):
     Attributes:
         rated: the gaps that come with a rate.
         base: (m,) what counts as zero of each of them [m]; infinity of one that is not watched.
+        arms: (m,) the terms of which each is the sum, besides its place [m, rad].
+        window: gaps that close this soon after the first close with it [s].
+        met: (m,) written: whether a gap closes with the first.
         turning: (k, nv) how fast bodies turn, by speed.
         ways: (n, 3) of resting points the direction of slip, and 1 for those that slip.
         begins: (n,) whether their slip has just begun. grown: slip that has grown [m/s].
@@ -38,18 +41,38 @@ class Watched(NamedTuple):
 
     rated: Table
     base: np.ndarray
+    arms: np.ndarray
+    window: float
+    met: np.ndarray
     turning: np.ndarray
     ways: np.ndarray
     begins: np.ndarray
     grown: float
 
 
+class Made(NamedTuple):
+    """A step that was made: what moved in it, what is looked for, its start and length [s]."""
+
+    system: System
+    work: Work
+    watched: Watched
+    start: float
+    length: float
+
+
+class Course(NamedTuple):
+    """One of the gaps along a step."""
+
+    step: Made
+    gap: int
+
+
 def _examples() -> tuple:
     from .compiled_model import NO_POINTS, example_step
 
     system, _, work, *_ = example_step()
-    none = np.zeros((0, 3))
-    watched = Watched(NO_POINTS, np.zeros(0), np.zeros((1, 6)), none, np.zeros(0, np.bool_), 0.0)
+    none, no, never = np.zeros((0, 3)), np.zeros(0), np.zeros(0, np.bool_)
+    watched = Watched(NO_POINTS, no, no, 0.0, never, np.zeros((1, 6)), none, never, 0.0)
     return system, work, watched, 0.0, 1.0
 
 
@@ -86,24 +109,79 @@ def _windows(system: System, work: Work, turning: np.ndarray, length: float) -> 
 
 
 @compiled
-def _may_close(values: np.ndarray, rates: np.ndarray, base: np.ndarray, piece: float) -> bool:
-    """Whether a cubic between nodes may come to zero; see ``closing.may_close``."""
-    for i in range(len(base)):
-        if not base[i] < math.inf:
-            continue
-        for k in range(0, PIECES, 2):
-            middle = 0.5 * (values[k, i] + values[k + 2, i])
-            middle += 2.0 * piece / 8.0 * (rates[k, i] - rates[k + 2, i])
-            error = 0.25 * abs(values[k + 1, i] - middle)
-            for n in (k, k + 1):
-                left, right = values[n, i] - base[i], values[n + 1, i] - base[i]
-                one = left + piece / 3.0 * rates[n, i]
-                two = right - piece / 3.0 * rates[n + 1, i]
-                lowest, highest = min(left, one, two, right), max(left, one, two, right)
-                # What is not a number is looked at as well.
-                if not lowest > MARGIN * (highest - lowest) + error:
-                    return True
-    return False
+def _see(system: System, work: Work, watched: Watched, part: float) -> np.ndarray:
+    """(2, m) gaps and rates at a part of the step, whose state is left in ``system``."""
+    _dense(work, part)
+    nv, y = len(system.load), work.trial
+    write_configuration(system.tree, system.reference, y[:nv], system.q)
+    look_at(system.tree, system.room, system.q, y[nv:])
+    kinematics = system.room.kinematics
+    return gaps_and_rates(watched.rated, kinematics.places, kinematics.speeds, system.q, y[nv:])
+
+
+@compiled
+def _node(course: Course, t: float) -> Node:
+    """A gap at a time."""
+    step, gap = course.step, course.gap
+    found = _see(step.system, step.work, step.watched, (t - step.start) / step.length)
+    return Node(t, found[0, gap] - step.watched.base[gap], found[1, gap])
+
+
+_first_zero = zero_finder(_node)
+
+
+@compiled
+def _rounding(system: System, watched: Watched, i: int, gap: float) -> float:
+    """By how much a gap of this size is rounded [m, rad]; see ``Gaps.rounding``."""
+    size, places = watched.arms[i], system.room.kinematics.places
+    if watched.rated.whole[i, 0] == PLANE:
+        x, y, z = point_of(watched.rated, i, places)
+        size += max(abs(x), abs(y), abs(z))
+    elif watched.rated.whole[i, 0] == ROPE:
+        x, y, z = rope(watched.rated, i, places)[0]
+        size += max(abs(x), abs(y), abs(z))
+    return ROUNDED * (gap + size)
+
+
+@compiled
+def _first_closing(
+    step: Made, times: np.ndarray, values: np.ndarray, rates: np.ndarray
+) -> tuple[float, int]:
+    """The first closing between nodes, and which gap that is; see ``crossing``."""
+    base, piece = step.watched.base, times[1] - times[0]
+    best, found = math.inf, -1
+    for k in range(PIECES):
+        even = k - k % 2
+        for i in range(len(base)):
+            if not base[i] < math.inf:
+                continue
+            middle = 0.5 * (values[even, i] + values[even + 2, i])
+            middle += 2.0 * piece / 8.0 * (rates[even, i] - rates[even + 2, i])
+            error = 0.25 * abs(values[even + 1, i] - middle)
+            a = Node(times[k], values[k, i] - base[i], rates[k, i])
+            b = Node(times[k + 1], values[k + 1, i] - base[i], rates[k + 1, i])
+            one, two = a.gap + piece / 3.0 * a.rate, b.gap - piece / 3.0 * b.rate
+            lowest, highest = min(a.gap, one, two, b.gap), max(a.gap, one, two, b.gap)
+            # What is not a number is looked at as well.
+            if lowest > MARGIN * (highest - lowest) + error:
+                continue
+            rounding = _rounding(step.system, step.watched, i, max(abs(a.gap), abs(b.gap)))
+            t = _first_zero(Course(step, i), a, b, error, rounding)
+            if t < best:
+                best, found = t, i
+        if found >= 0:
+            break
+    return best, found
+
+
+@compiled
+def _note_met(step: Made, t: float, first: int) -> None:
+    """Write which gaps close with the first."""
+    watched = step.watched
+    found = _see(step.system, step.work, watched, (t - step.start) / step.length)
+    for i in range(len(watched.base)):
+        speed, gap = -found[1, i], found[0, i] - watched.base[i]
+        watched.met[i] = i == first or (speed > 0.0 and gap <= speed * watched.window)
 
 
 @compiled
@@ -128,45 +206,41 @@ def _write_signs(system: System, watched: Watched, v: np.ndarray, signs: np.ndar
         signs[i, 2] = grown if watched.begins[i] else math.inf
 
 
-@entry(_examples, seconds=25.0)
+@entry(_examples, seconds=30.0)
 def look(
     system: System, work: Work, watched: Watched, start: float, length: float
-) -> tuple[bool, bool]:
-    """Whether a gap may close in the step, and whether a resting point may stop or lift.
+) -> tuple[float, bool]:
+    """When a gap closes in the step, infinity if none does, and whether what rests may stop.
 
     Args:
         system, work: of the step, which was made.
-        watched: what is looked for.
+        watched: what is looked for; which gaps close is written there.
         start, length: of the step [s].
     """
     nv, n, m = len(system.load), len(system.table.whole), len(watched.base)
+    step = Made(system, work, watched, start, length)
+    times = np.empty(PIECES + 1)
     values, rates = np.empty((PIECES + 1, m)), np.empty((PIECES + 1, m))
     signs, before = np.empty((n, 3)), np.empty((n, 3))
-    closes, stops = False, False
+    stops = False
     windows = _windows(system, work, watched.turning, length)
     for window in range(windows):
         for node in range(PIECES + 1):
+            part = (window + node / PIECES) / windows
+            times[node] = start + part * length
             if window > 0 and node == 0:
                 values[0], rates[0] = values[PIECES], rates[PIECES]
                 continue
-            _dense(work, (window + node / PIECES) / windows)
-            y = work.trial
-            write_configuration(system.tree, system.reference, y[:nv], system.q)
-            v = y[nv:]
-            look_at(system.tree, system.room, system.q, v)
-            if m:
-                kinematics = system.room.kinematics
-                found = gaps_and_rates(
-                    watched.rated, kinematics.places, kinematics.speeds, system.q, v
-                )
-                values[node], rates[node] = found[0], found[1]
-            _write_signs(system, watched, v, signs)
+            found = _see(system, work, watched, part)
+            values[node], rates[node] = found[0], found[1]
+            _write_signs(system, watched, work.trial[nv:], signs)
             if window > 0 or node > 0:
                 for i in range(n):
                     for k in range(3):
                         stops |= before[i, k] > 0.0 >= signs[i, k]
             before[:] = signs
-        closes = closes or _may_close(values, rates, watched.base, length / windows / PIECES)
-        if closes and (stops or n == 0):
-            return closes, stops
-    return closes, stops
+        t, gap = _first_closing(step, times, values, rates)
+        if gap >= 0:
+            _note_met(step, t, gap)
+            return t, stops
+    return math.inf, stops

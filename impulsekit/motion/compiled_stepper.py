@@ -17,6 +17,7 @@ from .chart import Chart
 from .compiled_look import Watched, look
 from .compiled_model import NO_POINTS, NOTHING_SLIDES, tableau, work_of
 from .compiled_step import NOT_SOLVED, UNSAFE, System, Work, attempt
+from .crossing import Crossing, Seen
 from .dynamics import Dynamics
 from .explicit import ExplicitStepper, Output, Rhs
 from .load_tables import Driven, loads_of
@@ -25,12 +26,17 @@ from .tree_of_model import room_of, tree_of
 
 __all__ = ["CompiledStepper", "Mover", "mover_of"]
 
+NOTHING_SEEN = Seen(False, False)
+
 
 class Mover:
     """What compiled code knows of a scene: its tree, its forces, and the points that rest."""
 
-    def __init__(self, dynamics: Dynamics, system: System, driven: Driven, chart: Chart) -> None:
+    def __init__(
+        self, dynamics: Dynamics, system: System, driven: Driven, chart: Chart, together: float
+    ) -> None:
         self._dynamics, self._system, self._chart = dynamics, system, chart
+        self._together = together
         self._no_ways, self._no_begins = np.zeros((0, 3)), np.zeros(0, dtype=bool)
         self.driven = driven
 
@@ -55,8 +61,8 @@ class Mover:
 
     def look(
         self, work: Work, span: tuple[float, float], base: np.ndarray, resting: Sequence[int]
-    ) -> tuple[bool, bool]:
-        """Whether in the last step a gap may close, and a resting point may stop or lift.
+    ) -> Seen:
+        """What may happen in the last step.
 
         Args:
             work: of the step. span: from when to when it goes [s].
@@ -65,13 +71,13 @@ class Mover:
         """
         gaps, rests = self._dynamics.gaps, self._dynamics.resting
         if gaps is None:
-            return False, False
+            return NOTHING_SEEN
         watched = np.ones(len(base), dtype=bool)
         watched[list(resting)] = False
         others = bool((watched & ~gaps.tabled).any())
         held = not gaps.are_rated(rests.contacts)
         if others and (held or not resting):
-            return True, bool(resting)
+            return Seen(True, bool(resting))
         seen = np.where(watched, base, np.inf)[gaps.tabled]
         if others:
             seen[:] = np.inf
@@ -84,17 +90,26 @@ class Mover:
             for way, start in zip(ways, slides, strict=True):
                 if start is not None:
                     way[0], way[1], way[2] = start[0], start[1], 1.0
-        table = gaps.rated_table
+        table, met = gaps.rated_table, np.zeros(len(seen), dtype=bool)
         asked = Watched(
             NO_POINTS if table is None else table,
             seen,
+            gaps.arms,
+            self._together,
+            met,
             gaps.turning.speeds,
             ways,
             begins,
             rests.grown,
         )
-        closes, stops = look(system, work, asked, span[0], span[1] - span[0])
-        return closes or others, stops or held
+        t, stops = look(system, work, asked, span[0], span[1] - span[0])
+        stops = stops or held
+        if others:
+            return Seen(True, stops)
+        if t == np.inf:
+            return Seen(False, stops)
+        found = tuple(np.flatnonzero(gaps.tabled)[met].tolist())
+        return Seen(True, stops, Crossing(t, found))
 
     def note(self) -> None:
         """Let what rests know the forces of the last evaluation."""
@@ -108,8 +123,11 @@ class Mover:
         self._dynamics.evaluations += evaluations
 
 
-def mover_of(scene: Scene, dynamics: Dynamics, chart: Chart) -> Mover | None:
-    """What compiled code knows of a scene; None where it does not know all that acts."""
+def mover_of(scene: Scene, dynamics: Dynamics, chart: Chart, together: float) -> Mover | None:
+    """What compiled code knows of a scene; None where it does not know all that acts.
+
+    ``together``: gaps that close this soon after the first close with it [s].
+    """
     if dynamics.needs_rows:
         return None
     found, tree = loads_of(scene), tree_of(dynamics.model)
@@ -128,7 +146,7 @@ def mover_of(scene: Scene, dynamics: Dynamics, chart: Chart) -> Mover | None:
         np.zeros(model.nv),
         *none,
     )
-    return Mover(dynamics, system, driven, chart)
+    return Mover(dynamics, system, driven, chart, together)
 
 
 class CompiledStepper(ExplicitStepper):
@@ -192,15 +210,10 @@ class CompiledStepper(ExplicitStepper):
         self._mover.note()
         return work.after.copy(), error
 
-    def look(
-        self, start: float, end: float, base: np.ndarray, resting: Sequence[int]
-    ) -> tuple[bool, bool]:
-        """Whether in the last step, which goes from start to end [s], anything may happen.
-
-        A gap may close, and a resting point may stop or lift.
-        """
+    def look(self, start: float, end: float, base: np.ndarray, resting: Sequence[int]) -> Seen:
+        """What may happen in the last step, which goes from start to end [s]."""
         if not (self._is_compiled and look.is_compiled):
-            return True, bool(resting)
+            return Seen(True, bool(resting))
         return self._mover.look(self._work, (start, end), base, resting)
 
     def _output(self, t: float, h: float, y: np.ndarray, after: np.ndarray) -> Output:

@@ -14,15 +14,18 @@ from itertools import pairwise
 import numpy as np
 
 from .advancing import BodyMotion, Sight, first_touch, may_meet
-from .closing import Node, errors_of, first_zero, may_close
+from .closing import Node, errors_of, may_close, zero_finder
 from .gaps import Gaps
 from .roots import States
 from .windows import nodes_between
 
-__all__ = ["Crossing", "first_crossing"]
+__all__ = ["Crossing", "Seen", "first_crossing"]
 
 # Colliding bodies this near touch [m], where their gap is told to rounding and where it is coal's.
 TOUCH, TOUCH_OF_COAL = 1e-12, 1e-10
+
+# Of gaps that are functions of time.
+_first_zero = zero_finder(lambda gap, t: gap(t))
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,21 @@ class Crossing:
 
     t: float
     gaps: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What may happen in a step.
+
+    Attributes:
+        closes: whether a gap may close.
+        stops: whether a resting point may stop or lift.
+        crossing: when gaps close; None where that is still to be found out.
+    """
+
+    closes: bool
+    stops: bool
+    crossing: Crossing | None = None
 
 
 def first_crossing(
@@ -149,7 +167,7 @@ class _Search:
                 )
                 i = int(self._rated[j])
                 rounding = self._gaps.rounding(i, max(abs(left.gap), abs(right.gap)))
-                t = first_zero(self._nodes_of(i), left, right, float(errors[k, j]), rounding)
+                t = _first_zero(self._nodes_of(i), left, right, float(errors[k, j]), rounding)
                 if t < best:
                     best, found = t, i
             if found >= 0:

@@ -10,6 +10,7 @@ import numpy as np
 
 from .chart import Chart
 from .compiled_stepper import CompiledStepper, mover_of
+from .crossing import Seen
 from .footing import Footing
 from .path import Path
 from .present import Present, Stopped
@@ -66,7 +67,7 @@ class Flight:
     def _made_stepper(self) -> Stepper:
         now, settings = self._present, self._present.settings
         if settings.method == "dop853":
-            mover = mover_of(now.scene, now.dynamics, self._chart)
+            mover = mover_of(now.scene, now.dynamics, self._chart, settings.together)
             if mover is not None:
                 tolerances = settings.rtol, settings.atol
                 return CompiledStepper(self._rates, *tolerances, mover, self._watch.within)
@@ -154,8 +155,8 @@ class Flight:
                     stepper.reset(t, y, longest, self._until)
             return stepper.step(longest)
 
-    def look(self, step: Step, base: np.ndarray, resting: Sequence[int]) -> tuple[bool, bool]:
-        """Whether a gap may close in the last step, and whether a resting point may stop or lift.
+    def look(self, step: Step, base: np.ndarray, resting: Sequence[int]) -> Seen:
+        """What may happen in the last step.
 
         Args:
             step: the last one.
@@ -165,7 +166,7 @@ class Flight:
         stepper = self._stepper
         if isinstance(stepper, CompiledStepper):
             return stepper.look(step.start, step.end, base, resting)
-        return True, bool(resting)
+        return Seen(True, bool(resting))
 
     def take(self, step: Step) -> None:
         """Go to the end of a step."""

@@ -14,7 +14,7 @@ from ..rows.reach import ReachedModel
 from ..scene import Collision, Contact, GapContact, JointStop, Rope, Scene
 from ..scene.functions import numbers_from
 from .memory import Memory
-from .points import Table, TableRow, gaps_and_rates, table_of
+from .points import ROUNDED, Table, TableRow, gaps_and_rates, table_of
 from .pressed import rows_and_bias
 from .rated_gaps import FunctionGap, PlaneGap, RopeGap, StopGap
 from .windows import Turning
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     from .resting import RestingContact
 
 __all__ = ["Gaps"]
-
-# Gaps are sums of some ten rounded terms, in units of the largest one's rounding error.
-ROUNDED = 8.0 * float(np.finfo(float).eps)
 
 # So many tables of points are kept.
 MOST_TABLES = 64
@@ -56,6 +53,7 @@ class Gaps:
         items: one by one.
         entries: (m,) the contact each belongs to.
         rated: (m,) whether a gap comes with its rate. tabled: (m,) whether compiled code has it.
+        arms: (k,) of the tabled ones, what besides its place it is the sum of [m, rad].
         turning: how fast bodies turn.
     """
 
@@ -101,6 +99,7 @@ class Gaps:
         self.tabled[self._functions] = False
         rows = [row for i in np.flatnonzero(self.tabled) for row in self.items[i].in_table()]
         self._rated_table = table_of(rows) if rows else None
+        self.arms = np.array([self.items[i].arms for i in np.flatnonzero(self.tabled)])
         self._tables: dict[tuple[int, ...], _KnownTable] = {}
 
     @property

@@ -28,6 +28,7 @@ __all__ = [
     "MOST",
     "PLANE",
     "ROPE",
+    "ROUNDED",
     "STOP",
     "TIP",
     "Kinematics",
@@ -43,6 +44,8 @@ __all__ = [
 PLANE, CROSSING, STOP, TIP, ROPE = 0, 1, 2, 3, 4
 # So many numbers say the most of a point.
 MOST = 21
+# Gaps are sums of some ten rounded terms, in units of the largest one's rounding error.
+ROUNDED = 8.0 * float(np.finfo(float).eps)
 
 Vector = tuple[float, float, float]
 # Kind, two joints, and numbers, as a ``Table`` has them.

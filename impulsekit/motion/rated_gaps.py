@@ -30,10 +30,10 @@ class PlaneGap:
         # In the world, or in the axes of the plane's frame.
         self._normal = said.axes[:, 2]
         self._origin = said.other.placement.translation
-        self._arms = _arms(reached.model, self._pair.first.frame_id)
-        self._arms += float(np.abs(self._origin).max())
+        self.arms = _arms(reached.model, self._pair.first.frame_id)
+        self.arms += float(np.abs(self._origin).max())
         if not self._fixed:
-            self._arms += _arms(reached.model, self._pair.other.frame_id)
+            self.arms += _arms(reached.model, self._pair.other.frame_id)
 
     def in_table(self) -> list[TableRow]:
         """The point as the row of a table."""
@@ -51,7 +51,7 @@ class PlaneGap:
         """Of the terms whose sum a gap near zero is [m]; ``data`` with placements."""
         first = self._pair.first
         place = data.oMi[first.joint_id].act(first.placement.translation)
-        return float(np.abs(place).max()) + self._arms
+        return float(np.abs(place).max()) + self.arms
 
     def spots(self, data: pin.Data) -> list[tuple[np.ndarray, np.ndarray]]:
         """(3,) the point and (3, 3) its axes t₁, t₂, n, in a list; ``data`` with placements."""
@@ -78,7 +78,7 @@ class RopeGap:
         self.entry, self._length = index, entry.length
         self._pair = Pair(reached, frame_pair(robot, entry))
         ends = (self._pair.first, self._pair.other)
-        self._arms = sum(_arms(reached.model, end.frame_id) for end in ends) + entry.length
+        self.arms = sum(_arms(reached.model, end.frame_id) for end in ends) + entry.length
 
     def in_table(self) -> list[TableRow]:
         """The rope as the row of a table."""
@@ -91,7 +91,7 @@ class RopeGap:
         """Of the terms whose sum a gap near zero is [m]; ``data`` with placements."""
         first = self._pair.first
         place = data.oMi[first.joint_id].act(first.placement.translation)
-        return float(np.abs(place).max()) + self._arms
+        return float(np.abs(place).max()) + self.arms
 
     def spots(self, data: pin.Data) -> list[tuple[np.ndarray, np.ndarray]]:
         """(3,) the first end and (3, 3) its axes, n along the rope; ``data`` with placements."""
@@ -165,6 +165,7 @@ class StopGap:
         self._row, self._entry_in_q = joint.idx_v, joint.idx_q
         self.sign = 1.0 if side == 0 else -1.0
         self._limit = entry.limits(robot)[side]
+        self.arms = abs(self._limit)
         self._rows = np.zeros((3, reached.model.nv))
         self._rows[2] = self.sign * said.matrix(reached.model, reached.joint_id)[0]
 
@@ -176,7 +177,7 @@ class StopGap:
 
     def size(self, data: pin.Data) -> float:
         """Of the terms whose sum a gap near zero is [rad, m]."""
-        return abs(self._limit)
+        return self.arms
 
     def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(3, nv), of which only the normal row is used."""

@@ -175,12 +175,12 @@ class Run:
         if gaps is None:
             return False
         resting = [c.gap for c in now.resting.contacts]
-        closes, stops = self._flight.look(step, now.base, resting)
-        closes |= bool(now.passing)
+        seen = self._flight.look(step, now.base, resting)
+        closes, stops = seen.closes or bool(now.passing), seen.stops
         if not (closes or stops):
             return False
-        crossing = None
-        if closes:
+        crossing = None if now.passing else seen.crossing
+        if closes and crossing is None:
             crossing = first_crossing(
                 gaps,
                 step.states,

@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.motion.closing import Node, first_zero
+from impulsekit.motion.closing import Node, zero_finder
 
 from .models import GRAVITY, MODELS
 
@@ -32,7 +32,9 @@ def test_the_end_of_a_hop_is_found_though_the_gap_is_rounded(size, speed):
         return Node(t, round(gap / rounding) * rounding, speed - GRAVITY * t)
 
     end = 2.0 * speed / GRAVITY
-    found = first_zero(node, node(0.0), node(3.0 * end), rounding, 8.0 * rounding)
+    found = zero_finder(lambda gap, t: gap(t))(
+        node, node(0.0), node(3.0 * end), rounding, 8.0 * rounding
+    )
     # Higher than rounding it ends when it ends; else no later than the gap is seen to be closed.
     closing = np.sqrt(speed**2 + 2.0 * GRAVITY * 8.0 * rounding)
     if found < np.inf:
