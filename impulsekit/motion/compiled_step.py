@@ -18,7 +18,17 @@ from .points import Table
 from .pressed import Sliding, is_safe, pressed, solve_mass
 from .tree import Room, Tree, begin_forces, look_at, take_forces, write_factor, write_jacobian
 
-__all__ = ["NOT_SOLVED", "SOLVED", "UNSAFE", "System", "Tableau", "Work", "attempt", "evaluate"]
+__all__ = [
+    "NOT_SOLVED",
+    "SOLVED",
+    "UNSAFE",
+    "System",
+    "Tableau",
+    "Work",
+    "accelerate",
+    "attempt",
+    "evaluate",
+]
 
 # What became of a step: done, no forces at rest, a pivot of M that is rounding.
 SOLVED, NOT_SOLVED, UNSAFE = 0, 1, 2
@@ -86,11 +96,17 @@ def _examples() -> tuple:
 @compiled
 def evaluate(system: System, driven: np.ndarray, y: np.ndarray, rates: np.ndarray) -> int:
     """Write ẏ (2 nv,) of y = (x, v); what became of it."""
-    tree, room, load = system.tree, system.room, system.load
+    nv = len(system.load)
+    write_configuration(system.tree, system.reference, y[:nv], system.q)
+    write_rate(system.tree, y[:nv], system.q, y[nv:], rates[:nv])
+    return accelerate(system, driven, y[nv:], rates[nv:])
+
+
+@compiled
+def accelerate(system: System, driven: np.ndarray, v: np.ndarray, rate: np.ndarray) -> int:
+    """Write v̇ (nv,) at ``system.q``; what became of it."""
+    tree, room, load, q = system.tree, system.room, system.load, system.q
     nv = len(load)
-    v, q = y[nv:], system.q
-    write_configuration(tree, system.reference, y[:nv], q)
-    write_rate(tree, y[:nv], q, v, rates[:nv])
     look_at(tree, room, q, v)
     write_factor(tree, room)
     begin_forces(tree, room)
@@ -102,23 +118,23 @@ def evaluate(system: System, driven: np.ndarray, y: np.ndarray, rates: np.ndarra
     for k in range(nv):
         total += load[k]
     if not abs(total) < math.inf:
-        rates[nv:] = math.nan
+        rate[:] = math.nan
         return SOLVED
     if len(system.table.whole) == 0:
         if not is_safe(room.factor):
             return UNSAFE
         solve_mass(room.factor, load)
-        rates[nv:] = load
+        rate[:] = load
         return SOLVED
     write_jacobian(tree, room)
-    residual, rate, forces, accelerations, slip = pressed(
+    residual, found, forces, accelerations, slip = pressed(
         system.table, room.kinematics, room.factor, system.sliding, load, v, system.last
     )
     if residual < 0.0:
         return UNSAFE
     if not residual <= BAR:
         return NOT_SOLVED
-    rates[nv:] = rate
+    rate[:] = found
     system.last[:] = forces
     system.accelerations[:] = accelerations
     system.slip[:] = slip

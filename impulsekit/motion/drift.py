@@ -5,16 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
+from .compiled_settle import MOST_STEPS, NO_DRIFT
 from .gaps import Gaps
 from .present import Present
 
 __all__ = ["lay_down", "take_out_drift"]
-
-# Drift below this [m, rad] or [m/s] is left alone.
-NO_DRIFT = 1e-14
-# Newton on positions: the second step ends at rounding, the third makes sure.
-MOST_STEPS = 3
-
 
 # A resting contact's index, which of its points, and the row of that, 2 being the normal one.
 Place = tuple[int, int, int]

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .chart import Chart
-from .compiled_stepper import CompiledStepper, mover_of
+from .compiled_mover import mover_of
+from .compiled_stepper import CompiledStepper
 from .crossing import Seen
 from .footing import Footing
 from .path import Path
@@ -68,6 +69,7 @@ class Flight:
         now, settings = self._present, self._present.settings
         if settings.method == "dop853":
             mover = mover_of(now.scene, now.dynamics, self._chart, settings.together)
+            now.mover = mover
             if mover is not None:
                 tolerances = settings.rtol, settings.atol
                 return CompiledStepper(self._rates, *tolerances, mover, self._watch.within)

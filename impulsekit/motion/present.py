@@ -13,6 +13,7 @@ from ..errors import ContradictionError
 from ..impact import Impact
 from ..scene import Scene
 from ..scene.motion import MotionSettings
+from .compiled_mover import Mover
 from .dynamics import Dynamics
 from .rest_law import RestNotSolved
 from .resting import NO_SLIP, RestingContact
@@ -65,6 +66,7 @@ class Present:
         passing: the gaps whose points pass through what does not count as a contact now.
         impacts: (time, impact) up to now.
         rests: those that are over.
+        mover: what compiled code knows of what moves, if it knows all.
         soft: by gap, how often it was met below its capture speed in quick succession, and when
             last [s].
     """
@@ -88,6 +90,25 @@ class Present:
         self.impacts: list[tuple[float, Impact]] = []
         self.rests: list[Rest] = []
         self.soft: dict[int, tuple[int, float]] = {}
+        # What compiled code knows of what moves; a flight finds that out.
+        self.mover: Mover | None = None
+
+    def settle(self, *, fresh: bool, lay: bool) -> bool | None:
+        """``settling.settle`` by compiled code, of points that are laid down before if asked for.
+
+        None where it can't: q, v and what rests may be changed, by what would be done anyway.
+
+        Raises:
+            Stopped: no forces hold what rests.
+        """
+        if self.mover is None or not self.resting.contacts:
+            return None
+        with self.told():
+            found = self.mover.settle(self.t, self.q, self.v, fresh=fresh, lay=lay)
+        if found is None:
+            return None
+        self.q, self.v, changed = found
+        return changed
 
     def acceleration(self) -> np.ndarray:
         """(nv,) v̇ now.

@@ -15,7 +15,16 @@ from ..laws.compiled import compiled, entry
 from ..laws.resting import forces_at_rest
 from .points import MOST, Kinematics, Table, write_bias, write_rows
 
-__all__ = ["Factor", "Sliding", "is_safe", "pressed", "rows_and_bias", "solve_mass"]
+__all__ = [
+    "Factor",
+    "Sliding",
+    "from_half",
+    "halve",
+    "is_safe",
+    "pressed",
+    "rows_and_bias",
+    "solve_mass",
+]
 
 
 class Factor(NamedTuple):
@@ -113,14 +122,14 @@ def pressed(
         for k in range(nv):
             slip[i] += rows[i, k] * v[k]
     start = load.copy()
-    _halve(factor, start)
+    halve(factor, start)
     accelerations = bias
     for i in range(3 * n):
         if i % 3 != 2 and sliding.friction[i // 3] == 0.0:
             # Tangents without friction carry nothing.
             rows[i] = 0.0
             continue
-        _halve(factor, rows[i])
+        halve(factor, rows[i])
         for k in range(nv):
             accelerations[i] += rows[i, k] * start[k]
     largest = 0.0
@@ -134,7 +143,7 @@ def pressed(
             accelerations[i] += rows[i, k] * pushed[k]
     for k in range(nv):
         start[k] += pushed[k]
-    _from_half(factor, start)
+    from_half(factor, start)
     return residual, start, forces, accelerations, slip
 
 
@@ -150,12 +159,12 @@ def is_safe(factor: Factor) -> bool:
 @compiled
 def solve_mass(factor: Factor, x: np.ndarray) -> None:
     """x ← M⁻¹ x."""
-    _halve(factor, x)
-    _from_half(factor, x)
+    halve(factor, x)
+    from_half(factor, x)
 
 
 @compiled
-def _halve(factor: Factor, x: np.ndarray) -> None:
+def halve(factor: Factor, x: np.ndarray) -> None:
     """x ← D^-½ U⁻¹ x."""
     for k in range(len(x) - 1, -1, -1):
         if x[k] != 0.0:
@@ -165,7 +174,7 @@ def _halve(factor: Factor, x: np.ndarray) -> None:
 
 
 @compiled
-def _from_half(factor: Factor, x: np.ndarray) -> None:
+def from_half(factor: Factor, x: np.ndarray) -> None:
     """x ← U^-T D^-½ x."""
     for k in range(len(x)):
         x[k] /= math.sqrt(factor.pivots[k])

@@ -10,16 +10,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..scene import Scene
+from .compiled_settle import next_slide
 from .pressed import Sliding
 
 __all__ = ["Resting", "RestingContact"]
 
 # Slip below this [m/s] has no direction of its own, whatever the capture speed.
 NO_SLIP = 1e-9
-# Tangential forces this near the cone are on it.
-ON_CONE = 1.0 - 1e-7
-# Slip that is all but grown has grown.
-ALL_BUT = 0.999
 
 
 @dataclass(eq=False)
@@ -96,6 +93,22 @@ class Resting:
     def friction(self) -> np.ndarray:
         """(n,) µ by point."""
         return np.array([c.friction for c in self.contacts for _ in range(c.count)])
+
+    def ways_of_slip(self) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 3) of points the direction of slip, and 1 for those that slide; (n,) ``begins``."""
+        slides = self.slides()
+        ways = np.zeros((len(slides), 3))
+        for way, start in zip(ways, slides, strict=True):
+            if start is not None:
+                way[0], way[1], way[2] = start[0], start[1], 1.0
+        return ways, np.array(self.begins(), dtype=bool)
+
+    def slide_as(self, ways: np.ndarray, begins: np.ndarray) -> None:
+        """Let contacts of one point each do what ``ways_of_slip`` would tell of them."""
+        for contact, way, starts in zip(self.contacts, ways.tolist(), begins.tolist(), strict=True):
+            contact.count = 1
+            contact.slides = [np.array(way[:2]) if way[2] else None]
+            contact.begins = [starts]
 
     def slide(self) -> bool:
         """Whether some point slides."""
@@ -206,29 +219,17 @@ class Resting:
         self, i: int, before: np.ndarray | None, begins: bool, mu: float, fresh: bool
     ) -> tuple[np.ndarray | None, bool]:
         """Where a point slides, or None; and whether that has just begun."""
-        if not mu:
-            return None, False
-        slip = self.slip[3 * i : 3 * i + 2]
-        speed = float(np.hypot(slip[0], slip[1]))
-        slips = speed > self.slow
-        if before is not None and not begins:
-            return (slip / speed if slips else before), False
-        if fresh and slips:
-            return slip / speed, False
-        rate = self.accelerations[3 * i : 3 * i + 2]
-        p1, p2, pn = self.forces[3 * i : 3 * i + 3].tolist()
-        on_cone = pn > 0.0 and np.hypot(p1, p2) >= mu * pn * ON_CONE
-        if before is not None:
-            goes_on = on_cone and speed < ALL_BUT * self.grown and slip.dot(rate) >= 0.0
-            if goes_on:
-                return (slip / speed if slips else before), True
-            return (slip / speed if slips else None), False
-        if not on_cone:
-            return None, False
-        if slips:
-            return slip / speed, False
-        size = float(np.hypot(rate[0], rate[1]))
-        scale = float(np.abs(self.accelerations).max()) + pn
-        if not size > 1e-7 * max(scale, 1e-300):
-            return None, False
-        return rate / size, self.grown > 0.0
+        slip1, slip2, _ = self.slip[3 * i : 3 * i + 3].tolist()
+        rate1, rate2, _ = self.accelerations[3 * i : 3 * i + 3].tolist()
+        force1, force2, normal = self.forces[3 * i : 3 * i + 3].tolist()
+        largest = float(np.abs(self.accelerations).max())
+        way, starts = next_slide(
+            (0.0, 0.0, 0.0) if before is None else (float(before[0]), float(before[1]), 1.0),
+            begins,
+            (slip1, slip2),
+            (rate1, rate2),
+            (force1, force2, normal),
+            (mu, largest, self.slow, self.grown),
+            fresh,
+        )
+        return np.array(way[:2]) if way[2] else None, starts

@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterable
 
 import numpy as np
 
+from .compiled_settle import LIFTED
 from .drift import lay_down, take_out_drift
 from .present import Present
 from .resting import RestingContact
@@ -14,8 +15,6 @@ __all__ = ["come_to_rest", "heed_stop", "settle"]
 
 # Slip [m/s] that stops sooner than time can tell has stopped.
 STOPPED = 1e-8
-# A resting contact that does not push and opens faster than this has lifted [m/s].
-LIFTED = 0.5e-8
 
 
 def come_to_rest(now: Present, candidates: Iterable[int], low: Collection[int] = ()) -> None:
@@ -45,7 +44,7 @@ def come_to_rest(now: Present, candidates: Iterable[int], low: Collection[int] =
     now.rebase()
     gaps.hold(stays, now.q)
     gaps.let_go_of_rising(stays, now.q, now.v, slow, [c.gap for c in stays if now.chatters(c.gap)])
-    if stays:
+    if stays and now.settle(fresh=True, lay=True) is None:
         lay_down(now)
         settle(now, fresh=True)
 
@@ -62,6 +61,9 @@ def settle(now: Present, *, fresh: bool = False) -> bool:
     Returns:
         Whether anything has changed.
     """
+    settled = now.settle(fresh=fresh, lay=False)
+    if settled is not None:
+        return settled
     resting = now.resting
     if fresh and now.gaps is not None:
         resting.begin(now.gaps.velocities(resting.contacts, now.q, now.v))

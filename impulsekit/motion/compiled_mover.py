@@ -1,0 +1,175 @@
+"""What compiled code knows of what moves in a scene: its tree, its forces, the points that rest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..scene import Scene
+from .chart import Chart
+from .compiled_look import Watched, look
+from .compiled_model import NO_POINTS, NOTHING_SLIDES
+from .compiled_settle import Stand, settle_points
+from .compiled_step import NOT_SOLVED, SOLVED, System, Work
+from .crossing import Crossing, Seen
+from .dynamics import Dynamics
+from .load_tables import Driven, loads_of
+from .rest_law import RestNotSolved
+from .tree_of_model import room_of, tree_of
+
+__all__ = ["Mover", "mover_of"]
+
+NOTHING_SEEN = Seen(False, False)
+
+
+class Mover:
+    """What compiled code knows of a scene: its tree, its forces, and the points that rest."""
+
+    def __init__(
+        self, dynamics: Dynamics, system: System, driven: Driven, chart: Chart, together: float
+    ) -> None:
+        self._dynamics, self._system, self._chart = dynamics, system, chart
+        self._together = together
+        self._driven = np.zeros(driven.count)
+        self._no_ways, self._no_begins = np.zeros((0, 3)), np.zeros(0, dtype=bool)
+        self.driven = driven
+
+    def now(self) -> System | None:
+        """For the points that rest now; None where some are found anew at each state."""
+        dynamics, chart = self._dynamics, self._chart
+        resting, gaps = dynamics.resting, dynamics.gaps
+        table, sliding = NO_POINTS, NOTHING_SLIDES
+        if resting.contacts:
+            found = None if gaps is None else gaps.table(resting.contacts)
+            if found is None:
+                return None
+            table, sliding = found, resting.sliding()
+        count, old = 3 * len(table.whole), self._system
+        last = old.last
+        if len(last) != count:
+            last = np.zeros((3, count))
+            old = old._replace(last=last[0], accelerations=last[1], slip=last[2])
+        old.last[:] = resting.last_forces(len(table.whole)) if count else 0.0
+        self._system = old._replace(table=table, sliding=sliding, reference=chart.reference)
+        return self._system
+
+    def look(
+        self, work: Work, span: tuple[float, float], base: np.ndarray, resting: Sequence[int]
+    ) -> Seen:
+        """What may happen in the last step.
+
+        Args:
+            work: of the step. span: from when to when it goes [s].
+            base: (m,) what counts as zero of each gap [m].
+            resting: the indices of gaps that are closed and stay so.
+        """
+        gaps, rests = self._dynamics.gaps, self._dynamics.resting
+        if gaps is None:
+            return NOTHING_SEEN
+        watched = np.ones(len(base), dtype=bool)
+        watched[list(resting)] = False
+        others = bool((watched & ~gaps.tabled).any())
+        held = not gaps.are_rated(rests.contacts)
+        if others and (held or not resting):
+            return Seen(True, bool(resting))
+        seen = np.where(watched, base, np.inf)[gaps.tabled]
+        if others:
+            seen[:] = np.inf
+        system, ways, begins = self._system, self._no_ways, self._no_begins
+        if held:
+            system = system._replace(table=NO_POINTS)
+        elif resting:
+            ways, begins = rests.ways_of_slip()
+        table, met = gaps.rated_table, np.zeros(len(seen), dtype=bool)
+        asked = Watched(
+            NO_POINTS if table is None else table,
+            seen,
+            gaps.arms,
+            self._together,
+            met,
+            gaps.turning.speeds,
+            ways,
+            begins,
+            rests.grown,
+        )
+        t, stops = look(system, work, asked, span[0], span[1] - span[0])
+        stops = stops or held
+        if others:
+            return Seen(True, stops)
+        if t == np.inf:
+            return Seen(False, stops)
+        found = tuple(np.flatnonzero(gaps.tabled)[met].tolist())
+        return Seen(True, stops, Crossing(t, found))
+
+    def settle(
+        self, t: float, q: np.ndarray, v: np.ndarray, *, fresh: bool, lay: bool
+    ) -> tuple[np.ndarray, np.ndarray, bool] | None:
+        """What rests is looked at, as in ``settling.settle``; q and v then, and whether it changed.
+
+        None where that is still to be done.
+
+        Raises:
+            RestNotSolved: no forces hold it.
+        """
+        dynamics = self._dynamics
+        gaps, resting = dynamics.gaps, dynamics.resting
+        if gaps is None or not gaps.are_rated(resting.contacts):
+            return None
+        settle_points.load()
+        if not settle_points.is_compiled:
+            return None
+        system = self.now()
+        if system is None:
+            return None
+        system = system._replace(sliding=resting.sliding())
+        ways, begins = resting.ways_of_slip()
+        stand = Stand(ways, begins, resting.grown, fresh, lay)
+        self.driven.write(t, self._driven)
+        q, v = q.copy(), v.copy()
+        state, changed = settle_points(system, stand, self._driven, q, v)
+        self.count(2)
+        if state == NOT_SOLVED:
+            raise RestNotSolved("no forces at rest")
+        if state != SOLVED:
+            return None
+        resting.slide_as(ways, begins)
+        self.note()
+        return q, v, changed
+
+    def note(self) -> None:
+        """Let what rests know the forces of the last evaluation."""
+        system = self._system
+        if len(system.last):
+            found = system.last.copy(), system.accelerations.copy(), system.slip.copy()
+            self._dynamics.resting.note(*found)
+
+    def count(self, evaluations: int) -> None:
+        """So many evaluations were made."""
+        self._dynamics.evaluations += evaluations
+
+
+def mover_of(scene: Scene, dynamics: Dynamics, chart: Chart, together: float) -> Mover | None:
+    """What compiled code knows of a scene; None where it does not know all that acts.
+
+    ``together``: gaps that close this soon after the first close with it [s].
+    """
+    if dynamics.needs_rows:
+        return None
+    found, tree = loads_of(scene), tree_of(dynamics.model)
+    if found is None or tree is None:
+        return None
+    loads, driven = found
+    model, none = dynamics.model, np.zeros((3, 0))
+    system = System(
+        tree,
+        room_of(model),
+        loads,
+        NO_POINTS,
+        NOTHING_SLIDES,
+        chart.reference,
+        np.zeros(model.nq),
+        np.zeros(model.nv),
+        *none,
+    )
+    return Mover(dynamics, system, driven, chart, together)
