@@ -52,6 +52,7 @@ class Chart:
     Attributes:
         reference: (nq,) the place of x = 0, for joints that need one.
         is_flat: whether there is nothing to re-centre.
+        turning: (nv,) which speeds are of joints that turn without end.
     """
 
     def __init__(self, model: pin.Model) -> None:
@@ -83,7 +84,7 @@ class Chart:
                 alone.addJoint(0, joint, pin.SE3.Identity(), "alone")
                 self._others.append((alone, own_q, own_v))
         self.reference[plain] = 0.0
-        self._plain, self._referred, self._turning = plain, referred, turning
+        self._plain, self._referred, self.turning = plain, referred, turning
         self._bent = bool(self._planar or self._spatial or self._others)
         self.is_flat = not referred.any()
 
@@ -135,7 +136,7 @@ class Chart:
     def turning_speed(self, v: np.ndarray) -> float:
         """The largest rate of a joint that turns without end [1/s]."""
         # Translations of a free body count as well: they are turned along.
-        return float(np.abs(v[self._turning]).max(initial=0.0))
+        return float(np.abs(v[self.turning]).max(initial=0.0))
 
 
 @entry(lambda: ((0.0,) * 6, (0.0,) * 6), seconds=1.5)

@@ -11,12 +11,12 @@ from .chart import SMALL, unrolled
 from .points import Vector, along, cross, three
 from .tree import BALL, CIRCLE, FREE, PLANAR, Tree
 
-__all__ = ["write_configuration", "write_rate"]
+__all__ = ["centre", "write_configuration", "write_rate"]
 
 
 @compiled
 def write_configuration(tree: Tree, reference: np.ndarray, x: np.ndarray, q: np.ndarray) -> None:
-    """Write q (nq,) of x (nv,), as ``Chart.configuration`` has it."""
+    """Write q (nq,) of x (nv,), as ``Chart.configuration`` has it; not into ``reference``."""
     for j in range(1, len(tree.joints)):
         kind, at, row = tree.joints[j, 1], tree.joints[j, 2], tree.joints[j, 3]
         if kind == CIRCLE:
@@ -60,6 +60,24 @@ def write_rate(tree: Tree, x: np.ndarray, q: np.ndarray, v: np.ndarray, rate: np
         else:
             for k in range(tree.joints[j, 4]):
                 rate[row + k] = v[row + k]
+
+
+@compiled
+def centre(tree: Tree, q: np.ndarray, reference: np.ndarray, x: np.ndarray) -> None:
+    """Write the reference (nq,) of the chart around q, and x (nv,); see ``Chart.centred``."""
+    for j in range(1, len(tree.joints)):
+        kind, at, row = tree.joints[j, 1], tree.joints[j, 2], tree.joints[j, 3]
+        if kind == PLANAR:
+            x[row], x[row + 1], x[row + 2] = q[at], q[at + 1], math.atan2(q[at + 3], q[at + 2])
+        elif kind in (CIRCLE, BALL, FREE):
+            count = 2 if kind == CIRCLE else (4 if kind == BALL else 7)
+            for k in range(count):
+                reference[at + k] = q[at + k]
+            for k in range(tree.joints[j, 4]):
+                x[row + k] = 0.0
+        else:
+            for k in range(tree.joints[j, 4]):
+                x[row + k] = q[at + k]
 
 
 @compiled

@@ -22,7 +22,7 @@ from .stops import LIFTED
 from .tree import look_at, write_jacobian
 from .windows import TURN
 
-__all__ = ["Watched", "look"]
+__all__ = ["Watched", "example_look", "look", "look_through"]
 
 
 class Watched(NamedTuple):
@@ -67,12 +67,18 @@ class Course(NamedTuple):
     gap: int
 
 
-def _examples() -> tuple:
+def example_look() -> tuple:
+    """Arguments of ``look``, with those of a step."""
     from .compiled_model import NO_POINTS, example_step
 
-    system, _, work, *_ = example_step()
+    system, tableau, work, *_ = example_step()
     none, no, never = np.zeros((0, 3)), np.zeros(0), np.zeros(0, np.bool_)
     watched = Watched(NO_POINTS, no, no, 0.0, never, np.zeros((1, 6)), none, never, 0.0)
+    return system, tableau, work, watched
+
+
+def _examples() -> tuple:
+    system, _, work, watched = example_look()
     return system, work, watched, 0.0, 1.0
 
 
@@ -217,6 +223,14 @@ def look(
         watched: what is looked for; which gaps close is written there.
         start, length: of the step [s].
     """
+    return look_through(system, work, watched, start, length)
+
+
+@compiled
+def look_through(
+    system: System, work: Work, watched: Watched, start: float, length: float
+) -> tuple[float, bool]:
+    """As ``look``."""
     nv, n, m = len(system.load), len(system.table.whole), len(watched.base)
     step = Made(system, work, watched, start, length)
     times = np.empty(PIECES + 1)

@@ -81,26 +81,44 @@ class Mover:
             system = system._replace(table=NO_POINTS)
         elif resting:
             ways, begins = rests.ways_of_slip()
-        table, met = gaps.rated_table, np.zeros(len(seen), dtype=bool)
-        asked = Watched(
+        asked = self._asked(seen, ways, begins)
+        t, stops = look(system, work, asked, span[0], span[1] - span[0])
+        found = self.seen(asked, t, stops or held)
+        return Seen(True, found.stops) if others else found
+
+    def _asked(self, base: np.ndarray, ways: np.ndarray, begins: np.ndarray) -> Watched:
+        gaps = self._dynamics.gaps
+        table = None if gaps is None else gaps.rated_table
+        none = np.zeros(0)
+        return Watched(
             NO_POINTS if table is None else table,
-            seen,
-            gaps.arms,
+            base,
+            none if gaps is None else gaps.arms,
             self._together,
-            met,
-            gaps.turning.speeds,
+            np.zeros(len(base), dtype=bool),
+            np.zeros((0, len(self._system.load))) if gaps is None else gaps.turning.speeds,
             ways,
             begins,
-            rests.grown,
+            self._dynamics.resting.grown,
         )
-        t, stops = look(system, work, asked, span[0], span[1] - span[0])
-        stops = stops or held
-        if others:
-            return Seen(True, stops)
-        if t == np.inf:
+
+    def watched(self, base: np.ndarray, resting: Sequence[int]) -> Watched:
+        """What is looked for where all gaps are in a table; ``base`` and ``resting`` of ``look``.
+
+        What rests is looked at as long as it does what it does now.
+        """
+        base = base.copy()
+        base[list(resting)] = np.inf
+        return self._asked(base, *self._dynamics.resting.ways_of_slip())
+
+    def seen(self, watched: Watched, t: float, stops: bool) -> Seen:
+        """What was found at a time [s], infinity for none, with what closes then."""
+        gaps = self._dynamics.gaps
+        if gaps is None or t == np.inf:
             return Seen(False, stops)
-        found = tuple(np.flatnonzero(gaps.tabled)[met].tolist())
-        return Seen(True, stops, Crossing(t, found))
+        return Seen(
+            True, stops, Crossing(t, tuple(np.flatnonzero(gaps.tabled)[watched.met].tolist()))
+        )
 
     def settle(
         self, t: float, q: np.ndarray, v: np.ndarray, *, fresh: bool, lay: bool

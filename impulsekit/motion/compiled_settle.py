@@ -13,13 +13,22 @@ import numpy as np
 
 from ..laws.compiled import compiled, entry
 from ..laws.dense import cholesky, lower_solve
-from .compiled_chart import write_configuration
+from .compiled_chart import centre, write_configuration
 from .compiled_step import SOLVED, System, accelerate
 from .points import gaps_and_rates, write_rows
 from .pressed import from_half, halve, is_safe
-from .tree import BALL, CIRCLE, FREE, PLANAR, Tree, look_at, write_factor, write_jacobian
+from .tree import PLANAR, Tree, look_at, write_factor, write_jacobian
 
-__all__ = ["LIFTED", "LIFTS", "MOST_STEPS", "NO_DRIFT", "Stand", "next_slide", "settle_points"]
+__all__ = [
+    "LIFTED",
+    "LIFTS",
+    "MOST_STEPS",
+    "NO_DRIFT",
+    "Stand",
+    "next_slide",
+    "settle",
+    "settle_points",
+]
 
 # What became of it, besides what becomes of a step: a point lifts, and nothing was changed.
 LIFTS = 3
@@ -125,6 +134,14 @@ def settle_points(
         What became of it, and whether anything has changed. Of ``LIFTS`` nothing has, unless
         points were laid down.
     """
+    return settle(system, stand, driven, q, v)
+
+
+@compiled
+def settle(
+    system: System, stand: Stand, driven: np.ndarray, q: np.ndarray, v: np.ndarray
+) -> tuple[int, bool]:
+    """As ``settle_points``."""
     n = len(system.table.whole)
     if stand.lay:
         laid = np.ones((n, 3), np.bool_)
@@ -242,7 +259,7 @@ def _take_out_drift(system: System, bound: np.ndarray, q: np.ndarray, v: np.ndar
         change = np.zeros(nv)
         if not _moved(system, rows, off, normals, change):
             return False
-        _centre(system.tree, q, reference, x)
+        centre(system.tree, q, reference, x)
         _add_to_chart(system.tree, q, change, x)
         write_configuration(system.tree, reference, x, q)
     _look(system, q, v)
@@ -297,24 +314,6 @@ def _moved(
     for k in range(nv):
         v[k] += change[k]
     return True
-
-
-@compiled
-def _centre(tree: Tree, q: np.ndarray, reference: np.ndarray, x: np.ndarray) -> None:
-    """Write the reference (nq,) of the chart around q, and x (nv,); see ``Chart.centred``."""
-    for j in range(1, len(tree.joints)):
-        kind, at, row = tree.joints[j, 1], tree.joints[j, 2], tree.joints[j, 3]
-        if kind == PLANAR:
-            x[row], x[row + 1], x[row + 2] = q[at], q[at + 1], math.atan2(q[at + 3], q[at + 2])
-        elif kind in (CIRCLE, BALL, FREE):
-            count = 2 if kind == CIRCLE else (4 if kind == BALL else 7)
-            for k in range(count):
-                reference[at + k] = q[at + k]
-            for k in range(tree.joints[j, 4]):
-                x[row + k] = 0.0
-        else:
-            for k in range(tree.joints[j, 4]):
-                x[row + k] = q[at + k]
 
 
 @compiled

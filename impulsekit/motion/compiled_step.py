@@ -28,6 +28,7 @@ __all__ = [
     "accelerate",
     "attempt",
     "evaluate",
+    "try_step",
 ]
 
 # What became of a step: done, no forces at rest, a pivot of M that is rounding.
@@ -161,6 +162,14 @@ def attempt(
     Returns:
         What became of it, and its error in units of what is allowed.
     """
+    return try_step(system, tableau, work, h, rtol, atol)
+
+
+@compiled
+def try_step(
+    system: System, tableau: Tableau, work: Work, h: float, rtol: float, atol: float
+) -> tuple[int, float]:
+    """As ``attempt``."""
     before, after, slopes = work.before, work.after, work.slopes
     count, size = len(tableau.result), len(work.before)
     for s in range(1, count):

@@ -15,7 +15,7 @@ from ..laws.compiled import Entry
 from .compiled_look import look
 from .compiled_model import tableau, work_of
 from .compiled_mover import Mover
-from .compiled_step import NOT_SOLVED, UNSAFE, attempt
+from .compiled_step import NOT_SOLVED, UNSAFE, Work, attempt
 from .crossing import Seen
 from .explicit import ExplicitStepper, Output, Rhs
 from .rest_law import RestNotSolved
@@ -48,6 +48,25 @@ class CompiledStepper(ExplicitStepper):
         self._is_compiled = False
         self.code.load()
         look.load()
+
+    @property
+    def work(self) -> Work:
+        """The last step."""
+        return self._work
+
+    @property
+    def tolerances(self) -> tuple[float, float]:
+        """Relative and absolute."""
+        return self._rtol, self._atol
+
+    @property
+    def length(self) -> float:
+        """Of the next step to try [s]."""
+        return self._length
+
+    def go_on(self, t: float, y: np.ndarray, f: np.ndarray, length: float) -> None:
+        """Go on after steps that were made elsewhere, with this length of the next one [s]."""
+        self.t, self.y, self.f, self._length = t, y, f, length
 
     def reset(self, t: float, y: np.ndarray, first: float | None, end: float) -> None:
         """Go on from elsewhere."""

@@ -13,7 +13,17 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["ExplicitStepper", "Output", "Rhs", "StepFailed"]
+from ..laws.compiled import compiled
+
+__all__ = [
+    "LEAST",
+    "ExplicitStepper",
+    "Output",
+    "Rhs",
+    "StepFailed",
+    "length_after",
+    "shorter_length",
+]
 
 Rhs = Callable[[float, np.ndarray], np.ndarray]
 
@@ -27,6 +37,19 @@ LEAST = 10.0
 
 class StepFailed(Exception):
     """No step is short enough. Internal: a motion ends with a status instead."""
+
+
+@compiled
+def length_after(length: float, error: float, rejected: bool) -> float:
+    """The length to try after a step of this length and error, which may be a second try [s]."""
+    grown = LONGER if error == 0.0 else SAFETY * error ** (-1.0 / (ORDER + 1))
+    return length * min(1.0 if rejected else LONGER, grown)
+
+
+@compiled
+def shorter_length(length: float, error: float) -> float:
+    """The length to try instead of a step that is off by too much [s]."""
+    return length * max(SHORTER, SAFETY * error ** (-1.0 / (ORDER + 1)))
 
 
 class Output:
@@ -103,10 +126,9 @@ class ExplicitStepper:
             length = h
             after, error = self._try(t, h, y)
             if error < 1.0:
-                grown = LONGER if error == 0.0 else SAFETY * error ** (-1.0 / (ORDER + 1))
-                self._length = length * min(1.0 if rejected else LONGER, grown)
+                self._length = length_after(length, error, rejected)
                 break
-            length *= max(SHORTER, SAFETY * error ** (-1.0 / (ORDER + 1)))
+            length = shorter_length(length, error)
             rejected = True
         output = self._output(t, h, y, after)
         self.t, self.y, self.f = until, after, slopes[count].copy()

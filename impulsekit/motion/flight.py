@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .chart import Chart
+from .compiled_advance import LONGEST_TURN
 from .compiled_mover import mover_of
 from .compiled_stepper import CompiledStepper
 from .crossing import Seen
@@ -18,12 +19,11 @@ from .present import Present, Stopped
 from .rest_law import RestNotSolved
 from .status import MotionStatus
 from .steppers import Dense, Stepper, stepper_of
+from .strides import Stride, Strides
 from .watching import ForceWatch
 
 __all__ = ["Flight", "Step"]
 
-# A joint that turns goes no further than this in one step [rad].
-LONGEST_TURN = 1.0
 # Steps that cannot be made are tried again with this part of their length, or of LONG [s].
 SHORTER, LONG = 0.1, 1e-2
 MOST_TRIES = 7
@@ -53,6 +53,7 @@ class Flight:
     Attributes:
         path: what has been followed.
         steps: how many steps were made.
+        strides: makes many steps at once, where that can be.
     """
 
     def __init__(self, present: Present) -> None:
@@ -63,6 +64,7 @@ class Flight:
         self._until = settings.duration
         self.path = Path(present.model)
         self.steps = 0
+        self.strides: Strides | None = None
         self._stepper = self._made_stepper()
 
     def _made_stepper(self) -> Stepper:
@@ -72,7 +74,9 @@ class Flight:
             now.mover = mover
             if mover is not None:
                 tolerances = settings.rtol, settings.atol
-                return CompiledStepper(self._rates, *tolerances, mover, self._watch.within)
+                stepper = CompiledStepper(self._rates, *tolerances, mover, self._watch.within)
+                self.strides = Strides(now, mover, self._chart, stepper, self.path)
+                return stepper
         return stepper_of(settings.method, self._rates, settings.rtol, settings.atol, settings.step)
 
     def restart(self, first: float | None = None) -> None:
@@ -140,6 +144,30 @@ class Flight:
                 stepper.reset(now.t, y, longest, self._until)
         self.steps += 1
         return Step(now.t, stepper.t, chart.reference, dense, states)
+
+    def stride(self, deepest: np.ndarray) -> tuple[Stride, Step | None] | None:
+        """Many steps at once, and that in which something happens, which is not taken yet.
+
+        None where they have to be made one by one. ``deepest``: (m,) how deep gaps may be.
+        """
+        now, chart = self._present, self._chart
+        if self.strides is None or not self.strides.can:
+            return None
+        stride = self.strides.make(self._until, now.settings.max_steps - self.steps, deepest)
+        if stride is None:
+            return None
+        self.steps += stride.count
+        if stride.last is None:
+            return stride, None
+        self.steps += 1
+        dense, end = stride.last
+        nv = now.model.nv
+
+        def states(t: float) -> tuple[np.ndarray, np.ndarray]:
+            y = dense(t)
+            return chart.configuration(y[:nv]), y[nv:]
+
+        return stride, Step(now.t, end, chart.reference, dense, states)
 
     def _tried(self, longest: float) -> Dense:
         """One step; a shorter one where a trial state within it has no forces at rest.

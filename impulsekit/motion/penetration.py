@@ -22,15 +22,19 @@ OF_OTHERS = 1e-4
 
 
 class Penetration:
-    """Watches the gaps of a motion, beside what they were when it began."""
+    """Watches the gaps of a motion, beside what they were when it began.
+
+    Attributes:
+        deepest: (m,) how deep each may be [m, rad].
+    """
 
     def __init__(self, now: Present) -> None:
         self._now = now
-        self._deepest = np.empty(0)
+        self.deepest = np.empty(0)
         if now.gaps is not None:
             gap, _ = now.gaps.everything(now.q, now.v)
             gap[sorted(now.passing)] = 0.0
-            self._deepest = np.minimum(gap, 0.0) - _allowed(now.gaps)
+            self.deepest = np.minimum(gap, 0.0) - _allowed(now.gaps)
 
     def refuse(self) -> None:
         """Look at the gaps once.
@@ -39,12 +43,12 @@ class Penetration:
             Stopped: one of them is deeper than it was at the start by more than is credible.
         """
         now, gaps = self._now, self._now.gaps
-        if gaps is None or not len(self._deepest):
+        if gaps is None or not len(self.deepest):
             return
         gap, _ = gaps.everything(now.q, now.v)
         gap[sorted(now.passing)] = 0.0
-        worst = int(np.argmin(gap - self._deepest))
-        if gap[worst] < self._deepest[worst]:
+        worst = int(np.argmin(gap - self.deepest))
+        if gap[worst] < self.deepest[worst]:
             name = now.scene.entry_names("contacts")[gaps.entries[worst]]
             raise Stopped(
                 MotionStatus.PENETRATION,

@@ -6,6 +6,7 @@ begin ─► step ─► event? ─► impact (striking), or slip stops ─► w
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterable
 
 import numpy as np
@@ -14,7 +15,8 @@ from ..scene import Scene
 from ..scene.functions import call
 from ..scene.motion import MotionSettings
 from .beginning import begin
-from .crossing import first_crossing
+from .compiled_advance import CHANGED, STUCK
+from .crossing import Seen, first_crossing
 from .drift import take_out_drift
 from .flight import Flight, Step
 from .hops import Hop, find_hops, low_hops
@@ -100,7 +102,7 @@ class Run:
                 raise Stopped(MotionStatus.TOO_MANY_STEPS, f"max_steps is {settings.max_steps}")
             self._last = now.mark(), len(self._flight.path)
             self._interrupts.heed()
-            if self._unless_jammed(self._step):
+            if self._unless_jammed(lambda: self._go_on(penetration.deepest)):
                 self._flight.restart()
             try:
                 penetration.refuse()
@@ -142,11 +144,38 @@ class Run:
             return True
         return False
 
-    def _step(self) -> None:
-        now, flight = self._now, self._flight
-        step = flight.step()
-        if self._happens(step):
+    def _go_on(self, deepest: np.ndarray) -> None:
+        """Make steps until something happens, many at once where that can be."""
+        flight = self._flight
+        found = None if self._progress is not None else flight.stride(deepest)
+        if found is None:
+            begin = time.perf_counter()
+            self._step()
+            if flight.strides is not None:
+                flight.strides.wait(time.perf_counter() - begin)
             return
+        stride, step = found
+        self._last = self._now.mark(), len(flight.path)
+        if step is not None:
+            if not self._happens(step, stride.seen):
+                self._take(step)
+        elif stride.why == STUCK:
+            self._step()
+        elif self._now.t < self._settings.duration and (flight.is_at_stop or stride.why == CHANGED):
+            flight.restart()
+
+    def _step(self) -> None:
+        """Make a step, up to what happens first in it."""
+        step = self._flight.step()
+        if not self._happens(step, self._flight.look(step, self._now.base, self._resting())):
+            self._take(step)
+
+    def _resting(self) -> list[int]:
+        return [c.gap for c in self._now.resting.contacts]
+
+    def _take(self, step: Step) -> None:
+        """Go to the end of a step in which nothing has happened."""
+        now, flight = self._now, self._flight
         flight.take(step)
         if flight.is_at_stop:
             # What acts may jump here: nothing of the step before is of use.
@@ -169,13 +198,12 @@ class Run:
         else:
             flight.recentre()
 
-    def _happens(self, step: Step) -> bool:
+    def _happens(self, step: Step, seen: Seen) -> bool:
         """Cut the step at its first event, if it has one, and deal with that."""
         now, gaps = self._now, self._now.gaps
         if gaps is None:
             return False
-        resting = [c.gap for c in now.resting.contacts]
-        seen = self._flight.look(step, now.base, resting)
+        resting = self._resting()
         closes, stops = seen.closes or bool(now.passing), seen.stops
         if not (closes or stops):
             return False
@@ -203,8 +231,8 @@ class Run:
                 lambda t: now.pushing(t, *step.states(t)),
             )
         if stop is not None:
-            time, elsewhere = stop
-            self._flight.take_until(step, time)
+            when, elsewhere = stop
+            self._flight.take_until(step, when)
             if elsewhere:
                 gaps.hold([], now.q)
                 if self._lies_down(resting):

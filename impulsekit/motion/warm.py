@@ -16,13 +16,14 @@ def compile_motion(scene: Scene | None = None) -> None:
     """
     from ..laws.resting import find_forces
     from .chart import unrolled
+    from .compiled_advance import advance
     from .compiled_look import look
     from .compiled_settle import settle_points
     from .compiled_step import attempt
     from .points import gaps_and_rates
     from .pressed import pressed, rows_and_bias
 
-    entries: list[Entry] = [unrolled, attempt]
+    entries: list[Entry] = [unrolled, attempt, advance]
     if scene is None or scene.contacts:
         entries += [look, settle_points, gaps_and_rates, rows_and_bias, find_forces, pressed]
     for entry in entries:

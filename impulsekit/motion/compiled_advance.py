@@ -1,0 +1,186 @@
+"""Steps of a motion one after another in one compiled call, until something happens.
+
+Each is made as ``compiled_step`` makes it, looked at (``compiled_look``), and what rests is
+settled (``compiled_settle``), as ``run`` does it step by step. What is not plain sailing, such as
+a point that lifts, is left to be done there: the last step is as if it had not been made.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..laws.compiled import compiled, entry
+from .compiled_chart import centre, write_configuration
+from .compiled_look import Watched, look_through
+from .compiled_settle import Stand, settle
+from .compiled_step import SOLVED, System, Tableau, Work, evaluate, try_step
+from .explicit import LEAST, length_after, shorter_length
+from .points import Table, gaps_and_rates
+from .tree import look_at
+
+__all__ = ["CHANGED", "GOES_ON", "HAPPENS", "LONGEST_TURN", "STUCK", "Log", "Track", "advance"]
+
+# Why it came back: the log is full or the end reached, something happens in the last step, what
+# rests has changed, or a step has to be made in another way.
+GOES_ON, HAPPENS, CHANGED, STUCK = 0, 1, 2, 3
+# A joint that turns goes no further than this in one step [rad].
+LONGEST_TURN = 1.0
+
+
+class Track(NamedTuple):
+    """Where a motion is, and how far it may go.
+
+    Attributes:
+        q, v: (nq,), (nv,) the state.
+        clock: (5,) time, next length, latest end of a step, longest step, and of the last look
+            the time at which a gap closes [s]; infinity for none.
+        turning: (nv,) 1 for speeds of joints that turn without end.
+        all_gaps: every gap. deepest: (m,) how deep each may be.
+    """
+
+    q: np.ndarray
+    v: np.ndarray
+    clock: np.ndarray
+    turning: np.ndarray
+    all_gaps: Table
+    deepest: np.ndarray
+
+
+class Log(NamedTuple):
+    """The steps that were made, k at most.
+
+    Attributes:
+        ends: (k,) [s]. references: (k, nq). before: (k, 2 nv). powers: (k, 7, 2 nv).
+        slides: (k, n, 3) and begins: (k, n) of ``Stand`` in the step.
+    """
+
+    ends: np.ndarray
+    references: np.ndarray
+    before: np.ndarray
+    powers: np.ndarray
+    slides: np.ndarray
+    begins: np.ndarray
+
+
+def _examples() -> tuple:
+    from .compiled_look import example_look
+    from .compiled_model import NO_POINTS
+
+    system, tableau, work, watched = example_look()
+    none, no = np.zeros(0), np.zeros((0, 0))
+    stand = Stand(np.zeros((0, 3)), np.zeros(0, np.bool_), 0.0, False, False)
+    track = Track(none, none, none, none, NO_POINTS, none)
+    log = Log(none, no, no, np.zeros((0, 0, 0)), np.zeros((0, 0, 3)), np.zeros((0, 0), np.bool_))
+    return system, tableau, work, watched, stand, track, log, 1e-10, 1e-12
+
+
+@entry(_examples, seconds=100.0)
+def advance(
+    system: System,
+    tableau: Tableau,
+    work: Work,
+    watched: Watched,
+    stand: Stand,
+    track: Track,
+    log: Log,
+    rtol: float,
+    atol: float,
+) -> tuple[int, int, int, bool]:
+    """Make steps from the state of ``track``, whose rates are the first slope of ``work``.
+
+    Returns:
+        Why it came back; how many steps are in ``log``; how often accelerations were worked out;
+        and of ``HAPPENS`` whether a resting point may stop.
+    """
+    nv, clock, count, made = len(track.v), track.clock, 0, 0
+    while count < len(log.ends) and clock[0] < clock[2]:
+        log.before[count] = work.before
+        log.references[count] = system.reference
+        state, end, tries = _step(system, tableau, work, track, rtol, atol)
+        made += tries
+        if state != SOLVED:
+            return STUCK, count, made, False
+        clock[4], stops = look_through(system, work, watched, clock[0], end - clock[0])
+        log.ends[count] = end
+        log.powers[count] = work.powers
+        log.slides[count] = stand.slides
+        log.begins[count] = stand.begins
+        if clock[4] < math.inf or stops:
+            return HAPPENS, count, made, stops
+        begin = clock[0]
+        length = clock[1]
+        write_configuration(system.tree, system.reference, work.after[:nv], system.q)
+        look_at(system.tree, system.room, system.q, work.after[nv:])
+        q, v = system.q.copy(), work.after[nv:].copy()
+        changed = False
+        if len(stand.slides) > 0:
+            state, changed = settle(system, stand, work.driven[0], q, v)
+            made += 2
+        if state != SOLVED or _too_deep(system, track, q, v):
+            stand.slides[:] = log.slides[count]
+            stand.begins[:] = log.begins[count]
+            clock[0], clock[1] = begin, length
+            return STUCK, count, made, False
+        track.q[:] = q
+        track.v[:] = v
+        clock[0] = end
+        count += 1
+        centre(system.tree, q, system.reference, work.before[:nv])
+        work.before[nv:] = v
+        if changed:
+            return CHANGED, count, made, False
+        _begin_stage(system, stand)
+        if evaluate(system, work.driven[0], work.before, work.slopes[0]) != SOLVED:
+            return CHANGED, count, made, False
+        made += 1
+    return GOES_ON, count, made, False
+
+
+@compiled
+def _begin_stage(system: System, stand: Stand) -> None:
+    """Let the law know what slides."""
+    for i in range(len(stand.slides)):
+        system.sliding.ways[i] = 0.0
+        if not stand.begins[i]:
+            system.sliding.ways[i] = stand.slides[i]
+
+
+@compiled
+def _step(
+    system: System, tableau: Tableau, work: Work, track: Track, rtol: float, atol: float
+) -> tuple[int, float, int]:
+    """One step, as ``ExplicitStepper.step`` makes it: what became of it, its end, its cost."""
+    clock, speed, made = track.clock, 0.0, 0
+    for k in range(len(track.v)):
+        speed = max(speed, track.turning[k] * abs(track.v[k]))
+    longest = min(clock[3], LONGEST_TURN / speed) if speed > 0.0 else clock[3]
+    t = clock[0]
+    least = LEAST * (np.nextafter(t, math.inf) - t)
+    length, rejected = max(min(clock[1], longest), least), False
+    while True:
+        if length < least:
+            return -1, t, made
+        end = min(t + length, clock[2])
+        h = end - t
+        length = h
+        state, error = try_step(system, tableau, work, h, rtol, atol)
+        made += len(work.slopes) - 1
+        if state != SOLVED:
+            return state, t, made
+        if error < 1.0:
+            clock[1] = length_after(length, error, rejected)
+            return SOLVED, end, made
+        length = shorter_length(length, error)
+        rejected = True
+
+
+@compiled
+def _too_deep(system: System, track: Track, q: np.ndarray, v: np.ndarray) -> bool:
+    """Whether a gap is deeper than is credible; see ``Penetration``."""
+    from_tree = system.room.kinematics
+    # Placements at q are there: of the last look at it.
+    gaps = gaps_and_rates(track.all_gaps, from_tree.places, from_tree.speeds, q, v)[0]
+    return not (gaps >= track.deepest).all()
