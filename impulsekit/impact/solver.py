@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from .constrained import ConstrainedJump, Outcome
 
-__all__ = ["ImpactSolver", "solve", "solve_without_warnings"]
+__all__ = ["ImpactSolver", "outcome_of", "solve", "solve_without_warnings"]
 
 
 class ImpactSolver:
@@ -247,6 +247,14 @@ def solve(scene: Scene, q: ArrayLike, v: ArrayLike) -> Impact:
 def solve_without_warnings(scene: Scene, q: Any, v: Any) -> Impact:
     """The same for a state out of many: none of them warns."""
     return _workspaces.of(scene).solve(scene, q, v)
+
+
+def outcome_of(scene: Scene, q: np.ndarray, v: np.ndarray, touching: Container[int]) -> Outcome:
+    """What ``ImpactSolver.solve_touching`` finds besides Δv, by the solver kept for the scene."""
+    found = _workspaces.of(scene).solve_touching(scene, q, v, touching).outcome
+    if found is None:
+        raise InputError("nothing touches")
+    return found
 
 
 _workspaces: KeptByThread[_Workspace] = KeptByThread(lambda scene: ImpactSolver(scene)._workspace)

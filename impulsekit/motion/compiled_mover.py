@@ -11,10 +11,12 @@ from .chart import Chart
 from .compiled_look import Watched, look
 from .compiled_model import NO_POINTS, NOTHING_SLIDES
 from .compiled_settle import Stand, settle_points
-from .compiled_step import NOT_SOLVED, SOLVED, System, Work
+from .compiled_step import NOT_SOLVED, SOLVED, System, Work, begin_steps
+from .compiled_strike import strike_point
 from .crossing import Crossing, Seen
 from .dynamics import Dynamics
 from .load_tables import Driven, loads_of
+from .points import PLANE, Table, table_of
 from .rest_law import RestNotSolved
 from .tree_of_model import room_of, tree_of
 
@@ -32,6 +34,8 @@ class Mover:
         self._dynamics, self._system, self._chart = dynamics, system, chart
         self._together = together
         self._driven = np.zeros(driven.count)
+        self._points: dict[int, Table] = {}
+        self._mass = np.zeros((len(system.load),) * 2)
         self._no_ways, self._no_begins = np.zeros((0, 3)), np.zeros(0, dtype=bool)
         self.driven = driven
 
@@ -154,6 +158,44 @@ class Mover:
         resting.slide_as(ways, begins)
         self.note()
         return q, v, changed
+
+    def strike(
+        self,
+        gap: int,
+        q: np.ndarray,
+        v: np.ndarray,
+        coefficients: tuple[float, float, float],
+        restitution: int,
+    ) -> tuple[int, float, float, np.ndarray] | None:
+        """What ``strike_point`` says of a point over a plane; None where it can't be asked."""
+        gaps = self._dynamics.gaps
+        strike_point.load()
+        if gaps is None or not strike_point.is_compiled:
+            return None
+        table = self._points.get(gap)
+        if table is None:
+            rows = gaps.items[gap].in_table() if gaps.tabled[gap] else None
+            if not rows or rows[0][0] != PLANE:
+                return None
+            table = self._points[gap] = table_of(rows)
+        mass = self._mass
+        return strike_point(self._system, table, q, v, coefficients, restitution, mass)
+
+    def begin(
+        self, work: Work, y: np.ndarray, span: float, tolerances: tuple[float, float]
+    ) -> float | None:
+        """Write the rates of y as the first slope; a first step [s]. None where it can't."""
+        begin_steps.load()
+        if not (begin_steps.is_compiled and self.driven.is_constant):
+            return None
+        system = self.now()
+        if system is None:
+            return None
+        state, length = begin_steps(system, work, np.ascontiguousarray(y), span, *tolerances)
+        self.count(2)
+        if state != SOLVED:
+            return None
+        return length
 
     def note(self) -> None:
         """Let what rests know the forces of the last evaluation."""

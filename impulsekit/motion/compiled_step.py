@@ -14,6 +14,7 @@ from ..laws.compiled import compiled, entry
 from ..laws.resting import BAR
 from .compiled_chart import write_configuration, write_rate
 from .compiled_loads import Loads, add_torques, push_bodies
+from .explicit import first_guess, first_length
 from .points import Table
 from .pressed import Sliding, is_safe, pressed, solve_mass
 from .tree import Room, Tree, begin_forces, look_at, take_forces, write_factor, write_jacobian
@@ -27,6 +28,7 @@ __all__ = [
     "Work",
     "accelerate",
     "attempt",
+    "begin_steps",
     "evaluate",
     "try_step",
 ]
@@ -202,6 +204,45 @@ def try_step(
                 total += tableau.dense[i, j] * slopes[j, k]
             powers[3 + i, k] = h * total
     return SOLVED, error
+
+
+def _examples_of_begin() -> tuple:
+    system, _, work, *_ = _examples()
+    return system, work, work.before, 1.0, 1e-10, 1e-12
+
+
+@entry(_examples_of_begin, seconds=30.0)
+def begin_steps(
+    system: System, work: Work, y: np.ndarray, span: float, rtol: float, atol: float
+) -> tuple[int, float]:
+    """Write the rates of y (2 nv,) as the first slope of ``work``.
+
+    Returns:
+        What became of it, and a first step [s] of at most ``span``; see ``explicit.first_guess``.
+    """
+    rates, size = work.slopes[0], len(y)
+    state = evaluate(system, work.driven[0], y, rates)
+    if state != SOLVED:
+        return state, 0.0
+    guess = min(first_guess(_size(y, y, rtol, atol), _size(rates, y, rtol, atol)), span)
+    for k in range(size):
+        work.trial[k] = y[k] + guess * rates[k]
+    state = evaluate(system, work.driven[0], work.trial, work.slopes[1])
+    if state != SOLVED:
+        return state, 0.0
+    for k in range(size):
+        work.trial[k] = work.slopes[1, k] - rates[k]
+    bend = _size(work.trial, y, rtol, atol) / guess
+    return SOLVED, min(first_length(guess, _size(rates, y, rtol, atol), bend), span)
+
+
+@compiled
+def _size(values: np.ndarray, y: np.ndarray, rtol: float, atol: float) -> float:
+    """The root mean square of values in units of what is allowed of y."""
+    total = 0.0
+    for k in range(len(y)):
+        total += (values[k] / (atol + abs(y[k]) * rtol)) ** 2
+    return math.sqrt(total / len(y))
 
 
 @compiled

@@ -75,7 +75,17 @@ class CompiledStepper(ExplicitStepper):
             self._work = work_of(len(y) // 2, driven.count)
             for row in self._work.driven if driven.is_constant else ():
                 driven.write(0.0, row)
-        super().reset(t, y, first, end)
+        span = end - t
+        length = None
+        if span > 0.0:
+            length = self._mover.begin(self._work, y, span, self.tolerances)
+        if length is None:
+            super().reset(t, y, first, end)
+        else:
+            self.t, self.y, self._end = t, y, end
+            self.f = self._work.slopes[0].copy()
+            given = 0.0 if first is None else min(first, span)
+            self._length = given if given > 0.0 else length
         self._slopes = self._work.slopes
 
     def _try(self, t: float, h: float, y: np.ndarray) -> tuple[np.ndarray, float]:

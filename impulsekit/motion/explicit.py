@@ -21,6 +21,8 @@ __all__ = [
     "Output",
     "Rhs",
     "StepFailed",
+    "first_guess",
+    "first_length",
     "length_after",
     "shorter_length",
 ]
@@ -50,6 +52,22 @@ def length_after(length: float, error: float, rejected: bool) -> float:
 def shorter_length(length: float, error: float) -> float:
     """The length to try instead of a step that is off by too much [s]."""
     return length * max(SHORTER, SAFETY * error ** (-1.0 / (ORDER + 1)))
+
+
+@compiled
+def first_guess(size: float, rate: float) -> float:
+    """A step [s] after which y is still near, from sizes of y and ẏ in units of what is allowed."""
+    return 1e-6 if size < 1e-5 or rate < 1e-5 else 0.01 * size / rate
+
+
+@compiled
+def first_length(guess: float, rate: float, bend: float) -> float:
+    """A first step [s] from a guess, and the sizes of ẏ and of how that changes in it."""
+    if rate <= 1e-15 and bend <= 1e-15:
+        other = max(1e-6, guess * 1e-3)
+    else:
+        other = (0.01 / max(rate, bend)) ** (1.0 / (ORDER + 1))
+    return min(100.0 * guess, other)
 
 
 class Output:
@@ -170,15 +188,10 @@ class ExplicitStepper:
             return math.inf
         scale = self._atol + np.abs(self.y) * self._rtol
         size, rate = _norm(self.y / scale), _norm(self.f / scale)
-        length = 1e-6 if size < 1e-5 or rate < 1e-5 else 0.01 * size / rate
-        length = min(length, span)
+        length = min(first_guess(size, rate), span)
         there = self._rhs(self.t + length, self.y + length * self.f)
         bend = _norm((there - self.f) / scale) / length
-        if rate <= 1e-15 and bend <= 1e-15:
-            other = max(1e-6, length * 1e-3)
-        else:
-            other = (0.01 / max(rate, bend)) ** (1.0 / (ORDER + 1))
-        return min(100.0 * length, other, span)
+        return min(first_length(length, rate, bend), span)
 
 
 def _norm(values: np.ndarray) -> float:

@@ -238,6 +238,8 @@ class Gaps:
 
     def hold(self, contacts: Sequence[RestingContact], q: np.ndarray) -> None:
         """Follow the points at which polyhedra touch at q from here on; let go of all others."""
+        if self._all_rated:
+            return
         pin.forwardKinematics(self._model, self.data, q)
         resting = {contact.gap for contact in contacts}
         for i in np.flatnonzero(~self.rated).tolist():
@@ -271,6 +273,8 @@ class Gaps:
 
         Of gaps that are ``chattering`` only of what would come back above the capture speed.
         """
+        if self._all_rated:
+            return
         pin.computeJointJacobians(self._model, self.data, q)
         for contact in contacts:
             item = self.items[contact.gap]

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -140,6 +141,13 @@ class Present:
         speeds = gaps.velocities([contact], self.q, self.v)[2::3]
         return float(speeds.min()) if speeds.size else 0.0
 
+    def approach(self, closing: Collection[int]) -> float:
+        """The fastest of gaps that close, positive where it does [m/s]."""
+        gaps = self.gaps
+        if gaps is not None and gaps.all_rated:
+            return float(-gaps.measure(self.q, self.v)[1][list(closing)].min())
+        return max(-self.closing(i) for i in closing)
+
     @property
     def slow(self) -> float:
         """What opens or closes more slowly does neither [m/s]."""
@@ -179,6 +187,10 @@ class Present:
                 self.passing.add(i)
                 self.base[i] = 0.0
         return tuple(met)
+
+    def entry_of(self, gap: int) -> Any:
+        """The scene's contact to which a gap belongs."""
+        return None if self.gaps is None else self.scene.contacts[self.gaps.entries[gap]]
 
     def entries_of(self, gaps: Iterable[int]) -> set[int]:
         """The scene's contacts to which gaps belong."""

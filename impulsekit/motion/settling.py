@@ -34,8 +34,10 @@ def come_to_rest(now: Present, candidates: Iterable[int], low: Collection[int] =
     slow = max(now.slow, now.settings.capture_speed)
     before = {c.gap: c for c in now.resting.contacts}
     stays: list[RestingContact] = []
+    rates = gaps.measure(now.q, now.v)[1].tolist() if gaps.all_rated else None
     for i in candidates:
-        if i in low or now.closing(i) <= max(slow, gaps.rest_speed(i)):
+        opening = now.closing(i) if rates is None else rates[i]
+        if i in low or opening <= max(slow, gaps.rest_speed(i)):
             entry, friction = int(gaps.entries[i]), gaps.items[i].friction
             stays.append(before.get(i) or RestingContact(i, entry, friction, now.t))
     kept = {c.gap for c in stays}

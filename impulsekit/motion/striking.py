@@ -10,9 +10,13 @@ import numpy as np
 
 from ..errors import ImpulsekitError
 from ..impact import Impact, ImpactSolver
+from ..impact.algorithms import has_uneven_masses
+from ..impact.scene_contacts import ROUNDING
+from ..impact.solver import outcome_of
 from ..laws.status import RESIDUAL_LIMIT, Status
-from ..scene import Scene
+from ..scene import Contact, Scene
 from ..scene.driven import is_driven, scene_at
+from ..scene.law import RESTITUTIONS
 from .present import Present, Stopped
 from .status import MotionStatus
 
@@ -52,12 +56,14 @@ class Striking:
             Stopped: no valid answer.
         """
         now = self._present
-        approach = max(-now.closing(i) for i in closing)
+        approach = now.approach(closing)
         soft = approach < max(now.settings.capture_speed, *self._capture_speeds(closing))
         for i in closing:
             now.note_meeting(i, soft=soft)
-        solver = self._solver_of(soft)
         entries = now.entries_of(taking_part)
+        if len(entries) == 1 and self._alone(next(iter(closing)), soft):
+            return
+        solver = self._solver_of(soft)
         try:
             impact = solver.solve_touching(now.q, now.v, entries)
             if not _can_be_followed(impact) and self._lie_still(impact):
@@ -67,6 +73,50 @@ class Striking:
                 raise
             raise Stopped(MotionStatus.IMPACT_NOT_VALID, str(error)) from None
         self._accept(impact)
+
+    def _alone(self, gap: int, soft: bool) -> bool:
+        """Let one point meet a plane while nothing rests, by compiled code; whether it could.
+
+        What else is told of the impact is worked out when somebody asks for it.
+        """
+        now = self._present
+        entry = now.entry_of(gap)
+        if now.mover is None or not self._lone or not isinstance(entry, Contact):
+            return False
+        if callable(entry.restitution):
+            return False
+        e = 0.0 if soft else entry.restitution
+        own = e, entry.friction, entry.tangential_restitution
+        word = RESTITUTIONS.index(now.scene.law.restitution)
+        found = now.mover.strike(gap, now.q, now.v, own, word)
+        if found is None:
+            return False
+        code, off, bound, dv = found
+        if code != Status.SOLVED or not (off <= ROUNDING and bound <= RESIDUAL_LIMIT):
+            return False
+        scene, q, v = self._soft if soft else self._later, now.q.copy(), now.v.copy()
+        which = now.entries_of([gap])
+        impact = Impact(scene, q, v, dv, lambda: outcome_of(scene, q, v, which))
+        now.impacts.append((now.t, impact))
+        now.v = impact.v_after.copy()
+        return True
+
+    @cached_property
+    def _lone(self) -> bool:
+        """Whether lone points are known to compiled code: slip at the end, nothing driven."""
+        scene = self._present.scene
+        return (
+            scene.law.slip == "end"
+            and scene.law.restitution in ("newton", "poisson")
+            and not scene.held
+            and not has_uneven_masses(scene.robot.model)
+            and not any(getattr(entry, "tangential_restitution", 0.0) for entry in scene.contacts)
+        )
+
+    @cached_property
+    def _soft(self) -> Scene:
+        """For approaches below the capture speed: without restitution."""
+        return _without_restitution(self._later)
 
     def without_collision(self) -> bool:
         """Friction jams what slides at rest, so that no finite force holds it: it is struck.
@@ -162,7 +212,7 @@ class Striking:
     @cached_property
     def _soft_solver(self) -> ImpactSolver:
         """For approaches below the capture speed: without restitution."""
-        return ImpactSolver(_without_restitution(self._later))
+        return ImpactSolver(self._soft)
 
 
 def _without_restitution(scene: Scene) -> Scene:

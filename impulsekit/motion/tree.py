@@ -239,6 +239,19 @@ def _inwards(local: np.ndarray, j: int, linear: Vector, angular: Vector) -> tupl
 @compiled
 def write_factor(tree: Tree, room: Room) -> None:
     """Write M's diagonal and its factor; ``room`` with placements."""
+    write_mass(tree, room)
+    factorize_mass(room)
+
+
+@compiled
+def factorize_mass(room: Room) -> None:
+    """The factor of M in place of what ``write_mass`` wrote."""
+    _factorize(room.factor, room.kinematics.before)
+
+
+@compiled
+def write_mass(tree: Tree, room: Room) -> None:
+    """Write M's lower half where its factor is to be; ``room`` with placements."""
     composite, count = room.composite, len(tree.joints)
     mass, factor = room.factor.mass, room.factor.factor
     before = room.kinematics.before
@@ -263,7 +276,6 @@ def write_factor(tree: Tree, room: Room) -> None:
                 row = before[row]
             factor[k, k] += tree.armature[k]
             mass[k, k] = factor[k, k]
-    _factorize(room.factor, before)
 
 
 @compiled

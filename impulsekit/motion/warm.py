@@ -19,12 +19,21 @@ def compile_motion(scene: Scene | None = None) -> None:
     from .compiled_advance import advance
     from .compiled_look import look
     from .compiled_settle import settle_points
-    from .compiled_step import attempt
+    from .compiled_step import attempt, begin_steps
+    from .compiled_strike import strike_point
     from .points import gaps_and_rates
     from .pressed import pressed, rows_and_bias
 
-    entries: list[Entry] = [unrolled, attempt, advance]
+    entries: list[Entry] = [unrolled, attempt, begin_steps, advance]
     if scene is None or scene.contacts:
-        entries += [look, settle_points, gaps_and_rates, rows_and_bias, find_forces, pressed]
+        entries += [
+            look,
+            settle_points,
+            strike_point,
+            gaps_and_rates,
+            rows_and_bias,
+            find_forces,
+            pressed,
+        ]
     for entry in entries:
         entry.compile()
