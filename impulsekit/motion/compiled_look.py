@@ -212,7 +212,7 @@ def _write_signs(system: System, watched: Watched, v: np.ndarray, signs: np.ndar
         signs[i, 2] = grown if watched.begins[i] else math.inf
 
 
-@entry(_examples, seconds=30.0)
+@entry(_examples, seconds=15.0)
 def look(
     system: System, work: Work, watched: Watched, start: float, length: float
 ) -> tuple[float, bool]:

@@ -155,7 +155,7 @@ def _stage(system: System, tableau: Tableau, work: Work, s: int, h: float) -> in
     return evaluate(system, work.driven[s], work.trial, work.slopes[s])
 
 
-@entry(_examples, seconds=60.0)
+@entry(_examples, seconds=45.0)
 def attempt(
     system: System, tableau: Tableau, work: Work, h: float, rtol: float, atol: float
 ) -> tuple[int, float]:
@@ -211,7 +211,7 @@ def _examples_of_begin() -> tuple:
     return system, work, work.before, 1.0, 1e-10, 1e-12
 
 
-@entry(_examples_of_begin, seconds=30.0)
+@entry(_examples_of_begin, seconds=4.0)
 def begin_steps(
     system: System, work: Work, y: np.ndarray, span: float, rtol: float, atol: float
 ) -> tuple[int, float]:

@@ -26,7 +26,7 @@ def _examples() -> tuple:
     return system, NO_POINTS, system.q, system.load, (0.5, 0.5, 0.0), NEWTON, np.zeros((6, 6))
 
 
-@entry(_examples, seconds=12.0)
+@entry(_examples, seconds=4.0)
 def strike_point(
     system: System,
     table: Table,

@@ -19,7 +19,7 @@ from .present import Present, Stopped
 from .rest_law import RestNotSolved
 from .status import MotionStatus
 from .steppers import Dense, Stepper, stepper_of
-from .strides import Stride, Strides
+from .strides import MOST, Stride, Strides
 from .watching import ForceWatch
 
 __all__ = ["Flight", "Step"]
@@ -145,15 +145,20 @@ class Flight:
         self.steps += 1
         return Step(now.t, stepper.t, chart.reference, dense, states)
 
-    def stride(self, deepest: np.ndarray) -> tuple[Stride, Step | None] | None:
+    def stride(self, deepest: np.ndarray, most: float) -> tuple[Stride, Step | None] | None:
         """Many steps at once, and that in which something happens, which is not taken yet.
 
-        None where they have to be made one by one. ``deepest``: (m,) how deep gaps may be.
+        None where they have to be made one by one.
+
+        Args:
+            deepest: (m,) how deep gaps may be.
+            most: so many steps.
         """
         now, chart = self._present, self._chart
         if self.strides is None or not self.strides.can:
             return None
-        stride = self.strides.make(self._until, now.settings.max_steps - self.steps, deepest)
+        count = int(min(most, now.settings.max_steps - self.steps, MOST))
+        stride = self.strides.make(self._until, count, deepest)
         if stride is None:
             return None
         self.steps += stride.count

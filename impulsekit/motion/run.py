@@ -147,7 +147,7 @@ class Run:
     def _go_on(self, deepest: np.ndarray) -> None:
         """Make steps until something happens, many at once where that can be."""
         flight = self._flight
-        found = None if self._progress is not None else flight.stride(deepest)
+        found = flight.stride(deepest, math.inf if self._progress is None else 1)
         if found is None:
             begin = time.perf_counter()
             self._step()

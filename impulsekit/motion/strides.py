@@ -19,9 +19,9 @@ from .footing import NOTHING, Footing
 from .path import Path
 from .present import Present
 
-__all__ = ["Stride", "Strides"]
+__all__ = ["MOST", "Stride", "Strides"]
 
-# So many steps are made at once.
+# So many steps are made at once at most.
 MOST = 32
 
 
@@ -146,7 +146,7 @@ class Strides:
                 np.zeros((MOST, points), dtype=bool),
             )
             self._logs[points] = log
-        return log if most >= MOST else log._replace(ends=log.ends[:most])
+        return log._replace(ends=log.ends[:most])
 
 
 def _as_before(log: Log, k: int) -> bool:

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import DOP853
 
 import impulsekit as ik
-from impulsekit.motion import compiled_look, compiled_stepper, tree
+from impulsekit.motion import compiled_look, compiled_mover, compiled_stepper, strides, tree
 from impulsekit.motion.chart import Chart
 from impulsekit.motion.compiled_chart import write_configuration, write_rate
 from impulsekit.motion.compiled_step import attempt
@@ -47,7 +47,12 @@ def stepped(monkeypatch):
     step, look = Interpreted(attempt), Interpreted(compiled_look.look)
     monkeypatch.setattr(compiled_stepper.CompiledStepper, "code", step)
     monkeypatch.setattr(compiled_stepper, "look", look)
-    return step, look
+    for name in ("begin_steps", "settle_points", "strike_point"):
+        entry = Interpreted(getattr(compiled_mover, name))
+        monkeypatch.setattr(compiled_mover, name, entry)
+    stride = Interpreted(strides.advance)
+    monkeypatch.setattr(strides, "advance", stride)
+    return step, stride
 
 
 def model_of_all_joints():
@@ -212,6 +217,29 @@ def test_sliding_block_stops_and_sticks_as_in_closed_form(stepped):
     q = box.configuration(root_joint=[0, 0, 0.1, 0, 0, 0, 1])
     v = box.velocity(root_joint=[1.0, 0, 0, 0, 0, 0])
     motion = ik.simulate(ik.Scene(box, contacts=corners), q, v, duration=0.3)
-    assert motion.status is ik.MotionStatus.FINISHED and stepped[0].calls
+    assert motion.status is ik.MotionStatus.FINISHED and stepped[1].calls
     np.testing.assert_allclose(motion.q[-1][0], 0.5 / (0.5 * 9.81), atol=1e-9)
     np.testing.assert_allclose(motion.v[-1], 0.0, atol=1e-9)
+
+
+def test_a_tumbling_box_moves_as_step_by_step(stepped):
+    """Tumbling, sliding and settling made many steps at once, against steps one by one."""
+    box = ik.Robot.from_urdf(BOX, root="freeflyer")
+    corners = [
+        ik.Contact("box", at=[x, 0.1, z], friction=0.3, restitution=0.1)
+        for x in (-0.2, 0.2)
+        for z in (-0.1, 0.1)
+    ]
+    scene = ik.Scene(box, contacts=[*corners, ik.Contact("box", at=[0, -0.1, -0.1], friction=0.3)])
+    q = box.configuration(root_joint=[0, 0, 0.25, 0.2, 0, 0, np.sqrt(0.96)])
+    v = box.velocity(root_joint=[0.5, 0, 0, 0, 2.0, 0])
+    motion = ik.simulate(scene, q, v, duration=0.35, samples=8)
+    assert motion.status.finished and len(motion.impacts) >= 2 and motion.rests
+    assert stepped[1].calls
+    # scipy's own loop knows nothing of compiled steps.
+    other = ik.simulate(scene, q, v, duration=0.35, samples=8, method="radau", rtol=1e-9)
+    np.testing.assert_allclose(motion.q, other.q, atol=1e-6)
+    for ours, theirs in zip(motion.impacts, other.impacts, strict=True):
+        assert abs(ours[0] - theirs[0]) < 1e-6
+    for _, impact in motion.impacts:
+        assert impact.is_valid()
