@@ -17,7 +17,7 @@ from .flight import Flight
 from .floor import fitted_floor
 from .free_fall import coarse_scale, free_fall, free_root, mass_centres
 from .recording import Recording
-from .segments import MEDIAN_TO_SIGMA, ROUNDING, estimated_sigma, find_segments
+from .segments import ROUNDING, flights_with_noise
 
 __all__ = ["Calibration", "calibrate"]
 
@@ -281,21 +281,14 @@ def _flights(
         least_noise: of positions and of angles, which flights are cut with at least.
     """
     flight = Flight(replace(scene, gravity=tuple(gravity.tolist())))
-    sigmas = np.array([estimated_sigma(flight, each.t, each.q) for each in several])
-    sigmas = sigmas[np.isfinite(sigmas).all(axis=1)]
-    if not len(sigmas):
-        return []
     least = np.full(flight.model.nv, least_noise[1])
     least[:3] = least_noise[0]
-    sigma = np.maximum(np.median(sigmas, axis=0), least)
-    for _ in range(2):
-        cuts = [find_segments(flight, each.t, each.q, sigma) for each in several]
-        within = np.concatenate([cut.innovations for cut in cuts])
-        if len(within):
-            own = np.median(np.abs(within), axis=0) / MEDIAN_TO_SIGMA
-            sigma = np.maximum(own, least)
+    # The mass centre may be off, the floor near: flights are cut with patience.
+    cut_with_noise = flights_with_noise(flight, several, least)
+    if cut_with_noise is None:
+        return []
     found = []
-    for number, (recording, cut) in enumerate(zip(several, cuts, strict=True)):
+    for number, (recording, cut) in enumerate(zip(several, cut_with_noise[1], strict=True)):
         centres, axes = mass_centres(recording)
         for samples in cut.flights:
             own = samples[TRIMMED : len(samples) - TRIMMED]

@@ -13,9 +13,9 @@ from ..scene import Scene
 from .closing import ClosingContacts
 from .flight import Flight
 from .found import FoundImpact, FoundImpacts
-from .kink import Kink, around, is_smooth, meeting_of
+from .kink import Kink, is_smooth, meeting_of
 from .recording import Recording
-from .segments import MEDIAN_TO_SIGMA, ROUNDING, Segments, estimated_sigma, find_segments
+from .segments import Segments, find_segments, flights_with_noise
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -35,8 +35,6 @@ SHORT = 4
 MOST_MISSED = 3
 # Rounds in which samples change flights, by the times of the impacts.
 RECUTS = 2
-# Rounds in which the noise is found from how well flights are predicted.
-ROUNDS = 2
 
 
 def find_impacts(
@@ -57,7 +55,7 @@ def find_impacts(
         recordings: one or more, in the world of the scene; see ``calibrate``.
         scene: its robot, contacts, forces and gravity.
         sigma: (nv,) or one number, noise of the samples on their tangents [m, rad]; by default
-            the recordings' own, or estimated from how well flights are predicted.
+            the recordings' own, or estimated from what fits to flights leave.
         near: contacts with a larger gap at the impact took no part [m].
 
     Returns:
@@ -86,18 +84,13 @@ def find_impacts(
     flight, closing = Flight(scene), ClosingContacts(scene)
     notes: list[str] = []
     if noise is None:
-        noise = _estimated(flight, several)
-        estimated = True
-    else:
-        estimated = False
-    cuts: list[Segments] = []
-    for _ in range(ROUNDS if estimated else 1):
-        cuts = [find_segments(flight, each.t, each.q, noise) for each in several]
-        if estimated:
-            within = np.concatenate([cut.innovations for cut in cuts])
-            if len(within):
-                own = np.median(np.abs(within), axis=0) / MEDIAN_TO_SIGMA
-                noise = np.maximum(own, ROUNDING)
+        estimated = flights_with_noise(flight, several)
+        if estimated is None:
+            raise InputError(
+                "find_impacts: the recordings are too short to estimate their noise; give sigma"
+            )
+        noise = estimated[0]
+    cuts = [find_segments(flight, each.t, each.q, noise) for each in several]
     impacts: list[FoundImpact] = []
     phases: list[tuple[str, float, float]] = []
     outliers: list[tuple[str, float]] = []
@@ -143,7 +136,8 @@ def _of_recording(
             phases.append((recording.name, float(t[left[-1]]), float(t[right[0]])))
             continue
         kink, (before, after) = found
-        if kink.jump < least_jump or is_smooth(flight, t, q, around(before, after), sigma):
+        own = np.concatenate([before, after])
+        if kink.jump < least_jump or is_smooth(flight, t, q, own, sigma, kink.cost):
             continue
         impacts.append(_impact(closing, recording, kink, (len(before), len(after)), near))
     return impacts, phases
@@ -155,14 +149,16 @@ def _meetings(
     """Where each flight meets the next; None where they are too far apart, or short and smooth."""
     found: list[Any] = []
     for left, right in pairwise(flights):
-        apart = right[0] - left[-1] > MOST_MISSED
+        sides = left[-MOST_SAMPLES:], right[:MOST_SAMPLES]
+        meeting = None
+        if right[0] - left[-1] <= MOST_MISSED:
+            meeting = meeting_of(flight, t, q, sides, sigma)
         # Pieces of what slides or rolls; longer flights may have ended late and be cut again.
-        pieces = max(len(left), len(right)) <= SHORT
-        if apart or (pieces and is_smooth(flight, t, q, around(left, right), sigma)):
-            found.append(None)
-        else:
-            sides = left[-MOST_SAMPLES:], right[:MOST_SAMPLES]
-            found.append(meeting_of(flight, t, q, sides, sigma))
+        if meeting is not None and max(len(left), len(right)) <= SHORT:
+            own = np.concatenate(meeting[1])
+            if is_smooth(flight, t, q, own, sigma, meeting[0].cost):
+                meeting = None
+        found.append(meeting)
     return found
 
 
@@ -252,14 +248,3 @@ def _given_sigma(sigma: Any, several: list[Recording], nv: int) -> np.ndarray | 
     if not (np.isfinite(noise) & (noise > 0.0)).all():
         raise RangeError.of("find_impacts: sigma", sigma, "above 0")
     return np.array(np.broadcast_to(noise, (nv,)))
-
-
-def _estimated(flight: Flight, several: list[Recording]) -> np.ndarray:
-    found = np.array([estimated_sigma(flight, each.t, each.q) for each in several])
-    found = found[np.isfinite(found).all(axis=1)]
-    if not len(found):
-        raise InputError(
-            "find_impacts: the recordings are too short to estimate their noise; give sigma"
-        )
-    middle = np.median(found, axis=0)
-    return np.maximum(middle, ROUNDING)

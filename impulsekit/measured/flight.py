@@ -11,7 +11,7 @@ import pinocchio as pin
 from ..motion.dynamics import Dynamics
 from ..scene import Scene
 
-__all__ = ["Flight", "FlightFit", "bracket"]
+__all__ = ["Flight", "FlightFit", "bracket", "left_by_parabolas"]
 
 # No step of Runge and Kutta's rule turns or moves a joint by more [rad, m]: its error is then
 # below 1e-6 of the step, far below the noise of any recording.
@@ -158,6 +158,17 @@ def in_axes_of(model: pin.Model, base: np.ndarray, q: np.ndarray, offset: np.nda
         offset = offset.copy()
         offset[own] = (turn.matrix() @ offset[own].reshape(2, 3).T).T.reshape(-1)
     return offset
+
+
+def left_by_parabolas(
+    model: pin.Model, t: np.ndarray, q: np.ndarray, own: np.ndarray
+) -> np.ndarray:
+    """(N, nv) what constant accelerations, of any size, leave of samples, on the tangent."""
+    middle = int(own[len(own) // 2])
+    tau = t[own] - t[middle]
+    offsets = np.array([pin.difference(model, q[middle], q[k]) for k in own])
+    powers = np.stack([np.ones(len(tau)), tau, tau**2], axis=1)
+    return np.asarray(offsets - powers @ np.linalg.lstsq(powers, offsets, rcond=None)[0])
 
 
 def bracket(model: pin.Model, v: np.ndarray) -> np.ndarray:

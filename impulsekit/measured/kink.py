@@ -8,17 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from .flight import bracket
+from .flight import bracket, left_by_parabolas
 
 if TYPE_CHECKING:
     from .flight import Flight, FlightFit
 
-__all__ = ["Kink", "around", "is_smooth", "meeting_of"]
+__all__ = ["Kink", "is_smooth", "meeting_of"]
 
-# Samples on either side that tell a kink from a smooth way with another acceleration.
-NEAREST = 6
-# Probability that noise leaves residuals of a smooth way as large, above which it explains them.
-AS_SMOOTH = 1e-3
+# χ² by which a kink must explain samples better than a smooth way with another acceleration, which
+# has one unknown less: noise makes the kink that much better once in 10^4 times.
+BETTER = 15.0
 
 # The time of an impact is settled once it moves by less than this share of its deviation.
 SETTLED = 0.02
@@ -36,6 +35,7 @@ class Kink:
         jump: χ² of the jump of the velocity with nv degrees of freedom.
         opening: χ² of what the flights are apart where they come nearest, nv − 1 degrees.
         misfit: χ² of the residuals of each flight, and its degrees of freedom.
+        cost: χ² of all that noise has to explain: residuals without weights, and the opening.
     """
 
     time: float
@@ -47,6 +47,7 @@ class Kink:
     jump: float
     opening: float
     misfit: tuple[tuple[float, int], tuple[float, int]]
+    cost: float
 
 
 def meeting_of(
@@ -144,6 +145,7 @@ def _joined(
     jump = v_right - v_left
     spread = sigma**2 * (fits[0].share[1, 1] + fits[1].share[1, 1])
     open_by = sigma**2 * (fits[0].share[0, 0] + fits[1].share[0, 0])
+    opening = float(apart @ (apart / open_by))
     return Kink(
         time + float(found[-1]),
         float(np.sqrt(covariance[-1, -1])),
@@ -152,8 +154,9 @@ def _joined(
         v_right + found[2 * nv : -1],
         covariance[:-1, :-1],
         float(jump @ (jump / spread)),
-        float(apart @ (apart / open_by)),
+        opening,
         (_misfit(fits[0], sigma), _misfit(fits[1], sigma)),
+        opening + sum(float(((fit.residuals / sigma) ** 2).sum()) for fit in fits),
     )
 
 
@@ -163,23 +166,14 @@ def _misfit(fit: FlightFit, sigma: np.ndarray) -> tuple[float, int]:
 
 
 def is_smooth(
-    flight: Flight, t: np.ndarray, q: np.ndarray, own: np.ndarray, sigma: np.ndarray
+    flight: Flight, t: np.ndarray, q: np.ndarray, own: np.ndarray, sigma: np.ndarray, cost: float
 ) -> bool:
-    """Whether constant accelerations, of any size, explain samples around an instant.
+    """Whether constant accelerations, of any size, explain samples as well as a kink does.
 
     A body that slides or rolls is no flight; cut into short pieces of flight it seems to bounce.
+
+    Args:
+        own: indices of the samples on both sides. cost: of the kink, see ``Kink``.
     """
-    from scipy import stats
-
-    middle = int(own[len(own) // 2])
-    tau = t[own] - t[middle]
-    offsets = np.array([pin.difference(flight.model, q[middle], q[k]) for k in own]) / sigma
-    powers = np.stack([np.ones(len(tau)), tau, tau**2], axis=1)
-    left = offsets - powers @ np.linalg.lstsq(powers, offsets, rcond=None)[0]
-    freedom = (len(own) - 3) * offsets.shape[1]
-    return freedom > 0 and float(stats.chi2.sf((left**2).sum(), freedom)) >= AS_SMOOTH
-
-
-def around(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """The samples that tell a kink from a smooth way."""
-    return np.concatenate([before[-NEAREST:], after[:NEAREST]])
+    left = left_by_parabolas(flight.model, t, q, own) / sigma
+    return float((left**2).sum()) < cost + BETTER

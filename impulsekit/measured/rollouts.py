@@ -22,7 +22,7 @@ from ..scene import Scene
 from ..scene.motion import MotionSettings
 from .flight import Flight
 from .recording import Recording
-from .segments import MEDIAN_TO_SIGMA, ROUNDING, estimated_sigma, find_segments
+from .segments import find_segments, flights_with_noise
 
 __all__ = ["QUICK", "Rollouts", "Start", "starts_of"]
 
@@ -57,23 +57,17 @@ def starts_of(recordings: Sequence[Recording], scene: Scene) -> list[Start]:
     sigmas = [each.sigma for each in recordings if each.sigma is not None]
     nv = flight.model.nv
     if len(sigmas) < len(recordings):
-        found = np.array([estimated_sigma(flight, each.t, each.q) for each in recordings])
-        found = found[np.isfinite(found).all(axis=1)]
-        sigma = np.median(found, axis=0) if len(found) else np.ones(nv)
-        sigma = np.maximum(sigma, ROUNDING)
-        cuts = [find_segments(flight, each.t, each.q, sigma) for each in recordings]
-        within = np.concatenate([cut.innovations for cut in cuts])
-        if len(within):
-            own = np.median(np.abs(within), axis=0) / MEDIAN_TO_SIGMA
-            sigma = np.maximum(own, ROUNDING)
+        found = flights_with_noise(flight, recordings)
+        sigma, cuts = found or (np.ones(nv), [])
     else:
         sigma = np.mean([np.broadcast_to(each, (nv,)) for each in sigmas], axis=0)
+        cuts = [find_segments(flight, each.t, each.q, sigma) for each in recordings]
     starts = []
-    for recording in recordings:
+    for number, recording in enumerate(recordings):
         t, q = recording.t, recording.q
         if len(t) < 3:
             raise InputError(f"recording {recording.name or 'given'} has fewer than 3 samples")
-        flights = find_segments(flight, t, q, sigma).flights
+        flights = cuts[number].flights if cuts else []
         own = flights[0] if flights and flights[0][0] == 0 else np.arange(3)
         own = own[:MOST_SAMPLES]
         if len(own) > 4:

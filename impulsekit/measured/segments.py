@@ -8,10 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-if TYPE_CHECKING:
-    from .flight import Flight
+from .flight import left_by_parabolas
 
-__all__ = ["Segments", "estimated_sigma", "find_segments"]
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from .flight import Flight
+    from .recording import Recording
+
+__all__ = ["Segments", "find_segments", "flights_with_noise"]
 
 # What the last samples count for, against one a sample later: flights are tracked over some
 # ten samples, so that drag and a mass a few per cent off do not count as impacts.
@@ -20,6 +25,17 @@ FADING = 0.9
 FALSE_END = 1e-6
 # A flight has so many samples: two tell its speed, the third confirms it.
 FEWEST = 3
+# Samples after which a flight that begins inside another must have saved half of what it costs.
+YOUNG = 12
+# Flights are cut with so many times the noise that neighbours tell, when the noise is looked for:
+# small bounces then hide in flights, which the median over all does not mind.
+PATIENCE = 10.0
+# Pieces of flights that tell the noise have so many samples, as many as fits of impacts have on
+# a side; so many pieces at least tell it.
+PIECE, FEWEST_FITS = 10, 4
+# What a flight leaves of a piece, over what accelerations of any size leave, from which on the body
+# lies or rolls there; of flights the ratio is 1 but for noise, some 0.5.
+NO_FLIGHT = 3.0
 # Third differences of so many samples tell the noise.
 FEWEST_FOR_NOISE = 8
 # The median of χ² with one degree of freedom, as a ratio to sigma: |x| of half the samples.
@@ -37,15 +53,57 @@ class Segments:
         flights: index arrays of the samples of each, in order of time.
         speeds: (nv,) of each flight at its last sample, as tracked.
         outliers: indices of samples that stand apart.
-        innovations: (N, nv) of samples within flights, over what noise of 1 leaves.
     """
 
     flights: list[np.ndarray]
     outliers: list[int]
-    innovations: np.ndarray
 
 
-def estimated_sigma(flight: Flight, t: np.ndarray, q: np.ndarray) -> np.ndarray:
+def flights_with_noise(
+    flight: Flight, recordings: Sequence[Recording], least: np.ndarray | float = ROUNDING
+) -> tuple[np.ndarray, list[Segments]] | None:
+    """(nv,) noise of the samples of recordings, and their flights, cut with some patience.
+
+    Cameras are off by about the same from one sample to the next: differences of neighbours tell
+    less than what a flight through a dozen samples leaves. So flights are cut with far more noise
+    than neighbours tell, and the noise is what fits to these leave. None: too few samples.
+    """
+    found = np.array([_of_neighbours(flight, each.t, each.q) for each in recordings])
+    found = found[np.isfinite(found).all(axis=1)]
+    if not len(found):
+        return None
+    sigma = np.maximum(np.median(found, axis=0), least)
+    cuts = [find_segments(flight, each.t, each.q, PATIENCE * sigma) for each in recordings]
+    squares = [
+        square
+        for recording, cut in zip(recordings, cuts, strict=True)
+        for own in cut.flights
+        for square in _left_by_fits(flight, recording, own, sigma)
+    ]
+    if len(squares) >= FEWEST_FITS:
+        sigma = np.maximum(np.sqrt(np.median(squares, axis=0)), least)
+    return sigma, cuts
+
+
+def _left_by_fits(
+    flight: Flight, recording: Recording, own: np.ndarray, sigma: np.ndarray
+) -> list[np.ndarray]:
+    """(nv,) mean squares of what is left of pieces of a flight."""
+    t, q, found = recording.t, recording.q, []
+    for begin in range(0, len(own) - len(own) % PIECE, PIECE):
+        piece = own[begin : begin + PIECE]
+        middle = piece[PIECE // 2]
+        span = float(t[piece[-1]] - t[piece[0]])
+        v = pin.difference(flight.model, q[piece[0]], q[piece[-1]]) / span
+        fit = flight.fit(t[piece], q[piece], float(t[middle]), q[middle], v, sigma)
+        squares = (fit.residuals**2).sum(axis=0) / (PIECE - 2)
+        other = (left_by_parabolas(flight.model, t, q, piece) ** 2).sum(axis=0) / (PIECE - 3)
+        if (squares / np.maximum(other, 1e-300)).mean() < NO_FLIGHT:
+            found.append(squares)
+    return found
+
+
+def _of_neighbours(flight: Flight, t: np.ndarray, q: np.ndarray) -> np.ndarray:
     """(nv,) noise of samples: what they differ by from the mean of their neighbours.
 
     With the acceleration of free flight taken off; the median over all samples, so that impacts
@@ -74,7 +132,7 @@ class _Track:
     """
 
     def __init__(self, flight: Flight, t: np.ndarray, q: np.ndarray, first: int) -> None:
-        self._flight = flight
+        self.flight = flight
         dt = t[first + 1] - t[first]
         way = pin.difference(flight.model, q[first], q[first + 1])
         rate = flight.acceleration(t[first], q[first], way / dt)
@@ -84,7 +142,7 @@ class _Track:
     def predicted(self, time: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Configuration and velocity at a later time, and the covariance there."""
         dt = time - self.time
-        q, v = self._flight.step(self.time, self.q, self.v, dt)
+        q, v = self.flight.step(self.time, self.q, self.v, dt)
         move = np.array([[1.0, dt], [0.0, 1.0]])
         return q, v, move @ self._spread @ move.T / FADING
 
@@ -92,47 +150,82 @@ class _Track:
         """Go on to a sample, from what was predicted for it."""
         q, v, spread = ahead
         gain = spread[:, 0] / (spread[0, 0] + 1.0)
-        left = pin.difference(self._flight.model, q, seen)
-        self.time, self.q, self.v = time, pin.integrate(self._flight.model, q, gain[0] * left), v
+        left = pin.difference(self.flight.model, q, seen)
+        self.time, self.q, self.v = time, pin.integrate(self.flight.model, q, gain[0] * left), v
         self.v = v + gain[1] * left
         self._spread = spread - np.outer(gain, spread[0])
 
 
-def find_segments(flight: Flight, t: np.ndarray, q: np.ndarray, sigma: np.ndarray) -> Segments:
-    """Cut a recording into flights, sample by sample.
+@dataclass(eq=False)
+class _Candidate:
+    """A flight that may have begun at a sample, and the least χ² of all samples up to now."""
 
-    A flight ends where two samples in a row are not where it leads; one alone is an outlier.
+    track: _Track
+    cost: float
+    samples: list[int]
+    outliers: list[int]
+
+    def follow(self, k: int, t: np.ndarray, q: np.ndarray, sigma: np.ndarray, apart: float) -> None:
+        """Take a sample in: it lies where the flight leads, or stands apart."""
+        ahead = self.track.predicted(float(t[k]))
+        left = pin.difference(self.track.flight.model, ahead[0], q[k])
+        left /= np.sqrt(ahead[2][0, 0] + 1.0)
+        off = float(np.sum((left / sigma) ** 2))
+        if off > apart:
+            self.cost += apart
+            self.outliers.append(k)
+            return
+        self.cost += off
+        self.track.take(float(t[k]), q[k], ahead)
+        self.samples.append(k)
+
+
+def find_segments(flight: Flight, t: np.ndarray, q: np.ndarray, sigma: np.ndarray) -> Segments:
+    """Cut a recording into flights, so that what noise has to explain is least.
+
+    Optimal partitioning (Jackson et al. 2005): a flight may begin at each sample; χ² of what
+    its samples are off where it leads adds up, a new flight costs what noise may save by its own
+    state, and a sample that is off by more than noise counts as an outlier or lies between flights.
     """
     from scipy import stats
 
-    model = flight.model
-    limit = float(stats.chi2.isf(FALSE_END, model.nv))
-    flights: list[np.ndarray] = []
-    outliers: list[int] = []
-    innovations: list[np.ndarray] = []
-    first, count = 0, len(t)
-    while first < count - 1:
-        track = _Track(flight, t, q, first)
-        own, k = [first, first + 1], first + 2
-        apart: list[int] = []
-        while k < count:
-            ahead = track.predicted(float(t[k]))
-            left = pin.difference(model, ahead[0], q[k]) / np.sqrt(ahead[2][0, 0] + 1.0)
-            if float(np.sum((left / sigma) ** 2)) <= limit:
-                innovations.append(left)
-                track.take(float(t[k]), q[k], ahead)
-                own.append(k)
-                outliers += apart
-                apart = []
-            elif apart or len(own) == 2:
-                break
-            else:
-                apart = [k]
-            k += 1
-        if len(own) >= FEWEST:
-            flights.append(np.array(own))
-            first = own[-1] + 1
-        else:
-            first += 1
-    found = np.array(innovations).reshape(-1, model.nv)
-    return Segments(flights, outliers, found)
+    nv, count = flight.model.nv, len(t)
+    apart = float(stats.chi2.isf(FALSE_END, nv))
+    new = float(stats.chi2.isf(FALSE_END, 2 * nv))
+    # By k: the least χ² of the first k samples; the flight that ends with the last of them there,
+    # by how many of its samples and outliers it has by then.
+    least = np.arange(count + 1) * apart
+    ending: list[tuple[_Candidate, int, int] | None] = [None] * (count + 1)
+    alive: list[_Candidate] = []
+    for k in range(1, count):
+        for each in alive:
+            each.follow(k, t, q, sigma, apart)
+        track = _Track(flight, t, q, k - 1)
+        alive.append(_Candidate(track, least[k - 1] + new, [k - 1, k], []))
+        least[k + 1] = least[k] + apart
+        for each in alive:
+            ends_here = each.samples[-1] == k and len(each.samples) >= FEWEST
+            if ends_here and each.cost < least[k + 1]:
+                least[k + 1] = each.cost
+                ending[k + 1] = each, len(each.samples), len(each.outliers)
+        alive = [
+            each for each in alive
+            if each.cost <= least[k + 1] + (new if k - each.samples[0] < YOUNG else 0.5 * new)
+        ]  # fmt: skip
+    return _chosen(ending)
+
+
+def _chosen(ending: list[tuple[_Candidate, int, int] | None]) -> Segments:
+    """The flights on the way back from the end."""
+    found = Segments([], [])
+    end = len(ending) - 1
+    while end > 0:
+        last = ending[end]
+        if last is None:
+            end -= 1
+            continue
+        flown, samples, off = last
+        found.flights.insert(0, np.array(flown.samples[:samples]))
+        found.outliers[:0] = flown.outliers[:off]
+        end = flown.samples[0]
+    return found

@@ -102,3 +102,23 @@ def test_what_is_given_wrongly_is_said(found):
         find_impacts(recording, scene, sigma=[1.0, 2.0])
     with pytest.raises(InputError, match="too short"):
         find_impacts(recording.part(0.0, 0.02), scene)
+
+
+def test_small_bounces_are_found_up_to_where_noise_hides_their_flights():
+    rng, seen, invented, all_found = np.random.default_rng(5), [], 0, 0
+    for e, rate in ((0.74, 300), (0.6, 300), (0.6, 148), (0.45, 148)):
+        scene = ball_scene(e)
+        recording, truth = bouncing_ball(scene, 0.25, e, rate, 1.1, SIGMA, rng)
+        times = np.array(
+            [each.time for each in find_impacts(recording, scene, sigma=SIGMA).impacts]
+        )
+        before = np.diff(np.r_[0.0, truth])[:-1]
+        # Flights of five samples that rise by three deviations of the noise.
+        shortest = np.minimum(before, np.diff(truth))
+        told = (shortest > 5 / rate) & (G * shortest**2 / 8 > 3 * SIGMA[0])
+        apart = np.abs(truth[:-1, None] - times).min(axis=1)
+        seen += (apart[told] < 0.5 / rate).tolist()
+        invented += int((np.abs(truth[:, None] - times).min(axis=0) > 1.0 / rate).sum())
+        all_found += len(times)
+    assert len(seen) >= 15 and all(seen)
+    assert invented <= 0.02 * all_found
