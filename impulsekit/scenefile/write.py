@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import tomli_w
 
-from ..errors import InputError, quoted
+from ..errors import InputError, a_thing, quoted
 from ..files import write_file
 from ..robot import Robot
 from ..robot import state as states
@@ -107,6 +107,8 @@ def save_scene(
         >>> file = load_scene("examples/hammer.toml")
         >>> save_scene("copy.toml", file.scene, file.q, file.v)  # doctest: +SKIP
     """
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(f"save_scene takes a path first, then the scene, not {a_thing(path)}")
     path = pathlib.Path(path)
     folder = path.absolute().parent
     text = dump_scene(scene, q, v, points=points, motion=motion, design=design, folder=folder)
