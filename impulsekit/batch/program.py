@@ -14,6 +14,7 @@ from ..rows.reach import branch_of, touched_joints
 from ..scene import Law, Scene
 from .errors import NoKernelError
 from .followers import freed_model
+from .kernels import given as by_name
 from .kernels import layout
 from .kernels.words import words_of
 from .rows import row_tables
@@ -43,7 +44,7 @@ class BatchPlan:
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """The tables of a scene; see ``kernels.block.solve_blocks`` for the tuples.
+    """The tables of a scene; see ``kernels.given`` for the tuples.
 
     Attributes:
         own_rows: how many rows are not the scene's: those of joints that follow others.
@@ -54,12 +55,12 @@ class Program:
     """
 
     tree: Tree
-    sizes: tuple[int, ...]
-    tables: tuple[np.ndarray, ...]
-    sets: tuple[np.ndarray, ...]
-    known: tuple[np.ndarray, ...]
+    sizes: by_name.Sizes
+    tables: by_name.Tree
+    sets: by_name.Sets
+    known: by_name.Known
     loads: tuple[np.ndarray, ...]
-    rows: tuple[np.ndarray, ...]
+    rows: by_name.Rows
     meetings: tuple[np.ndarray, ...]
     balls: tuple[np.ndarray, ...]
     held: tuple[np.ndarray, ...]
@@ -74,18 +75,32 @@ class Program:
     @property
     def needs_law(self) -> bool:
         """Whether there is more to the rows than one contact on a plane under ``Law()``."""
-        if len(self.rows[2]) == 1:
+        if len(self.rows.first) == 1:
             return False
         ints = self.contacts[0]
         alone = len(self.held[0]) == 0 and len(ints) == layout.CONTACT_INTS and ints[2] < 0
         return not (alone and ints[5] == 0 and ints[6] < 0 and self.words == words_of(Law()))
 
-    def places(self) -> tuple[int, ...]:
+    def touch(self, contacts: tuple[np.ndarray, ...]) -> by_name.Touch | None:
+        """Rows, with the tables of contacts that count; None where there are none."""
+        if len(self.rows.first) == 1:
+            return None
+        ints, floats = contacts
+        held, words = self.held, self.words
+        return by_name.Touch(self.rows, self.meetings, self.balls, held, ints, floats, words)
+
+    def moving(self) -> by_name.Moving:
+        """The robot, and what acts on it from outside."""
+        return by_name.Moving(
+            self.tables, self.sizes, self.places(), self.sets, self.loads, self.known
+        )
+
+    def places(self) -> layout.Places:
         """Where in the work array things begin."""
-        tree, rows = self.tree, len(self.rows[2]) - 1
+        tree, rows = self.tree, len(self.rows.first) - 1
         loads = len(set(self.loads[0][:: layout.LOAD_INTS].tolist()))
         meetings = len(self.meetings[0]) // layout.MEETING_INTS
-        terms = len(self.rows[0]) // layout.TERM_INTS
+        terms = len(self.rows.term_ints) // layout.TERM_INTS
         balls = len(self.balls[0]) // layout.BALL_INTS
         return layout.places(tree.bodies, tree.nq, tree.nv, rows, loads, meetings, terms, balls)
 
@@ -103,7 +118,7 @@ def compiled(
         program = _program(scene, frictional, links)
     except NoKernelError as reason:
         return None, BatchPlan(False, 0, (f"state by state: {reason}",))
-    count = len(program.rows[2]) - 1
+    count = len(program.rows.first) - 1
     why = [
         f"kernel: articulated bodies over {program.tree.bodies} joints, "
         f"{scene.robot.model.njoints - 1 - program.tree.bodies} left out"
@@ -146,7 +161,7 @@ def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
     if refines:
         struck = set(range(1, tree.bodies + 1))
     loaded = path_mask(tree, struck | passed)
-    sets = (
+    sets = by_name.Sets(
         loaded,
         np.flatnonzero(loaded),
         path_mask(tree, struck),
@@ -154,7 +169,7 @@ def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
         path_mask(tree, in_world(known, rows, tables)),
     )
     is_part = len(set(tree.q_index.tolist())) < robot.nq
-    sizes = (
+    sizes = by_name.Sizes(
         tree.bodies,
         tree.nq,
         tree.nv,
@@ -168,11 +183,11 @@ def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
     return Program(
         tree,
         sizes,
-        tree_tables(tree, robot.model, followers),
+        by_name.Tree(*tree_tables(tree, robot.model, followers)),
         sets,
-        known,
+        by_name.Known(*known),
         loads,
-        rows,
+        by_name.Rows(*rows),
         (
             np.array(tables.meeting_ints, dtype=np.int64).ravel(),
             np.concatenate([*tables.meeting_floats, np.zeros(0)]),

@@ -11,6 +11,7 @@ from .inputs import BatchInputs
 from .kernels import layout
 from .kernels.balls import balls_for
 from .kernels.block import solve_blocks
+from .kernels.given import Inputs, Outputs, Span
 from .kernels.lanes import LANES, LANES32
 from .kernels.lawful import law_for
 from .program import Program
@@ -61,13 +62,15 @@ class BatchRun:
         if inputs.restitution is not None:
             self._contacts = _of_given_restitution(*program.contacts)
         self._lock = threading.Lock()
-        self._places = program.places()
-        self._balls = balls_for(self._lanes.number, len(program.balls[0]) > 0)
-        self._law = law_for(self._lanes.number, program.words if program.needs_law else None)
+        self._moving = program.moving()
+        self._touch = program.touch(self._contacts)
+        number, balls = self._lanes.number, len(program.balls[0]) > 0
+        self._meet = None if self._touch is None else balls_for(number, balls)
+        self._law = law_for(number, program.words) if program.needs_law else None
 
-    def _laid_out(self, inputs: BatchInputs) -> tuple:
+    def _laid_out(self, inputs: BatchInputs) -> Inputs:
         program = self._program
-        found: list = []
+        found: list[Any] = []
         pairs: tuple[tuple[Any, Any], ...] = (
             (inputs.q, None),
             (inputs.v, None),
@@ -83,14 +86,14 @@ class BatchRun:
             found.extend((_plain(array), array.shape[1] if len(array) > 1 else 0))
         codes = np.zeros(self._states, dtype=np.int8)
         codes[: self._size] = inputs.codes
-        return (*found, codes)
+        return Inputs._make([*found, codes])
 
-    def _room(self) -> tuple:
+    def _room(self) -> Outputs:
         """The arrays that the kernel writes: those asked for, or larger ones of few rows."""
         program = self._program
-        rows = len(program.rows[2]) - 1
+        rows = len(program.rows.first) - 1
         whole = []
-        skipped = program.tree.nv < program.sizes[4]
+        skipped = program.tree.nv < program.sizes.whole_v
         for name in _KINDS:
             if name not in self._arrays:
                 whole.append(np.empty(0, self._dtype))
@@ -103,12 +106,12 @@ class BatchRun:
             if skipped and name in ("dv", "generalized_impulse"):
                 array[:] = 0.0
             elif skipped and name == "v_after":
-                v, step = self._inputs[2], self._inputs[3]
+                v, step = self._inputs.v, self._inputs.v_step
                 array[:] = v.reshape(-1, array.shape[1]) if step else v
             whole.append(array)
         codes = self._codes if self._states == self._size else np.empty(self._states, np.int8)
         self._whole = (*whole, codes)
-        return tuple(array.reshape(-1) for array in self._whole)
+        return Outputs(*(array.reshape(-1) for array in self._whole))
 
     def pieces(self, threads: int) -> list[tuple[int, int]]:
         """First and last block of each call."""
@@ -118,29 +121,16 @@ class BatchRun:
 
     def solve(self, begin: int, end: int) -> None:
         """Solve some blocks; several threads may do so at once."""
-        program = self._program
         lanes = self._lanes
         spare = ALIGNMENT // self._dtype.itemsize
-        work = np.empty(self._places[-1] * lanes.width + spare, self._dtype)
+        work = np.empty(self._moving.at.end * lanes.width + spare, self._dtype)
         shift = -(work.ctypes.data // self._dtype.itemsize) % spare
         solve_blocks(
-            begin,
-            end,
-            self._states,
-            program.tables,
-            program.sizes,
-            self._places,
-            program.sets,
-            program.known,
-            program.loads,
-            program.rows,
-            program.meetings,
-            program.balls,
-            self._balls,
-            program.held,
-            self._contacts,
+            Span(begin, end, self._states),
+            self._moving,
+            self._touch,
+            self._meet,
             self._law,
-            (*program.words, int(not program.needs_law)),
             self._inputs,
             self._outputs,
             work[shift:],

@@ -1,4 +1,8 @@
-"""From states to answers, one block of states after the other."""
+"""From states to answers, one block of states after the other.
+
+A branch on ``touch`` or ``law`` being None is left out by numba before anything in it is
+compiled: known impulses wait for no contact, and one contact on a plane for no law of several.
+"""
 
 from __future__ import annotations
 
@@ -16,16 +20,7 @@ from .inertia import factor, weigh
 from .jit import inlined, kernel
 from .kinematics import place_bodies
 from .lanes import digits, width
-from .layout import (
-    BODY,
-    CONTACT_INTS,
-    DOF,
-    FORCE,
-    INVERSE,
-    JUMP,
-    TARGET,
-    TWIST,
-)
+from .layout import BODY, CONTACT_INTS, DOF, FORCE, INVERSE, JUMP, TARGET, TWIST
 from .lost_digits import lacking, press_more
 from .meetings import place_meetings
 from .memory import load, put, same, store
@@ -39,267 +34,364 @@ __all__ = ["solve_blocks"]
 
 _SOLVED, _NOT_FINITE = int(Status.SOLVED), int(Status.NOT_FINITE)
 _OFF = int(Status.OFF_MANIFOLD)
+# Of the one contact on a plane: tangential restitution, speed below which restitution is 0.
+_OWN_E_T, _CAPTURE = 11, 12
+# Behind the spare values that a second elimination of bilateral rows tells by.
+_AGAIN = 3
 
 
 @kernel
-def solve_blocks(
-    begin, end, states, tree, sizes, places, sets, known, loads, rows, meetings, balls,
-    meet, held, contacts, law, words, inputs, outputs, work, code, witness,
-):  # fmt: skip
-    """Solve the blocks ``begin`` to ``end``; the last one may reach back over the one before.
+def solve_blocks(span, moving, touch, meet, law, inputs, outputs, work, code, witness):
+    """Solve blocks of states; the last one may reach back over the one before.
+
+    The arguments are those of ``given``, and:
 
     Args:
-        states: how many there are in all, at least as many as go side by side.
-        tree: ints, floats, dofs, armature; entries of q and of v in the whole vectors, and of v
-            where they are written (-1: nowhere); which entries of q and of v are angles; unit
-            vectors in q; joints that follow others: entry of q, degree of freedom and that
-            of the leader; their ratios and offsets.
-        sizes: bodies, nq, nv of the tree; nq, nv of the whole robot; columns of ``given``
-            and of the factors on masses; whether the tree is but a part of the robot; whether
-            Δv is refined, for which all bodies have to count as loaded.
-        places: see ``layout.places``.
-        sets: mask and list of loaded bodies, mask of those that known impulses load,
-            bodies whose twist before the impact is wanted, mask of those that have to do
-            with the world's axes.
-        known: ints and floats of blows, kicks.
-        loads: ints and floats of the links whose masses vary.
-        rows: tables for ``rows.reduce_rows``.
-        meetings: tables for ``meetings.place_meetings``.
-        balls: tables for ``meet``, see ``balls``.
-        held: target velocities of the bilateral rows, and which keep their own.
-        contacts: ints and floats.
-        law: see ``lawful``; called unless there is one contact on a plane alone.
-        words: of the law, see ``words``, and whether that is so.
-        inputs: (array, stride) of q, v, given, restitution, friction, factors on masses,
-            flat; a stride of 0 gives all states the same. Codes to begin with.
-        outputs: dv, v_after, generalized impulse, contact impulses, row impulses, energy
-            change (each empty where it is not wanted), codes.
+        touch: None without constraints and contacts.
+        meet: for the meetings of balls, see ``balls``.
+        law: see ``lawful``; None for one contact on a plane alone under Newton's law.
         work: see ``layout``.
         code: (lanes,) those of a block, while it is solved.
     """
-    (
-        ints, floats, dofs, armature,
-        q_index, v_index, v_out, angles, straight, units, follow, ratios,
-    ) = tree  # fmt: skip
-    bodies, _, nv, whole_q, whole_v, columns, factors, is_part, refines = sizes
-    (
-        dof_at, q_at, v_at, dv_at, sum_at, spare_at, reduced_at,
-        w_at, before_at, free_at, p_at, loads_at, meeting_at, term_at, _,
-    ) = places  # fmt: skip
-    loaded, loaded_list, known_mask, twist_list, placed = sets
-    blow_ints, blow_floats, kicks = known
-    load_ints, load_floats = loads
-    term_ints, term_floats, row_first, alike, reach, reach_first, reach_mask = rows[:7]
-    dof_list, dof_first, reach_dofs, lever = rows[7:]
-    meeting_ints, meeting_floats, ways = meetings
-    ball_ints, ball_floats = balls
-    target, keeps = held
-    contact_ints, contact_floats = contacts
-    q, q_step, v, v_step, given, g_step, e, e_step, mu, mu_step, m, m_step, start_codes = inputs
-    out_dv, out_v, out_sum, out_contacts, out_rows, out_energy, codes = outputs
-    count = len(row_first) - 1
-    contact_count = len(contact_ints) // CONTACT_INTS
     w = width(witness)
-    has_known = len(blow_ints) + len(kicks) > 0
-    restitution, slip, order, alone = words
-    at_once = contact_count > 0 and len(target) > 0
-    at_once = at_once and restitution == NEWTON and order == SIMULTANEOUS
-    zero = np.int64(0)
-    for block in range(begin, end):
-        base = min(block * w, states - w)
-        bad = same(0.0, witness)
-        bad = taken(q, base, q_step, q_index, angles, work, q_at, bad, witness)
-        bad = taken(v, base, v_step, v_index, straight, work, v_at, bad, witness)
-        if is_part:
-            bad = seen(q, base, q_step, whole_q, bad, witness)
-            bad = seen(v, base, v_step, whole_v, bad, witness)
-        bad = seen(given, base, g_step, columns, bad, witness)
-        bad = seen(m, base, m_step, factors, bad, witness)
-        store(work, spare_at * w, bad)
-        for lane in range(w):
-            state = base + lane
-            code[lane] = start_codes[state]
-            if code[lane] == _SOLVED:
-                if work[spare_at * w + lane] != 0.0:
-                    code[lane] = _NOT_FINITE
-                elif not is_unit(q, state * q_step, units):
-                    code[lane] = _OFF
-        lead(follow, ratios, work, q_at, v_at, witness)
-        place_bodies(ints, floats, bodies, placed, work, q_at, spare_at, witness)
-        if len(load_ints) > 0:
-            weigh(
-                ints, floats, load_ints, load_floats, bodies, m, base * m_step, m_step,
-                work, loads_at, witness,
-            )  # fmt: skip
-        factor(ints, floats, dofs, armature, bodies, work, dof_at, loads_at, witness)
-        if count > 0:
-            place_meetings(meeting_ints, meeting_floats, ways, work, meeting_at, witness)
-            if len(ball_ints) > 0:
-                meet(ball_ints, ball_floats, work, meeting_at, p_at + count, w)
-            place_terms(term_ints, term_floats, work, meeting_at, term_at, witness)
-            reduce_rows(
-                ints, floats, dofs, bodies, term_ints, term_floats, row_first, alike, reach,
-                reach_first, reach_mask, dof_list, dof_first, work, dof_at, term_at, reduced_at,
-                nv, witness,
-            )  # fmt: skip
-            delassus(dof_list, dof_first, reach_dofs, work, dof_at, reduced_at, nv, w_at, witness)
-        if count > 0 or len(out_energy) > 0:
-            twists(ints, floats, dofs, twist_list, work, v_at, TWIST, witness)
-        clear(ints, loaded_list, zero, len(loaded_list), work, dof_at, witness)
-        if has_known:
-            strike(
-                blow_ints, blow_floats, kicks, given, base * g_step, g_step, work, dof_at, witness
-            )
-            press(ints, floats, dofs, bodies, known_mask, zero, work, dof_at, witness)
-        if count > 0:
-            for r in range(count):
-                speed = row_velocity(
-                    term_ints, term_floats, row_first[r], row_first[r + 1],
-                    TWIST, work, v_at, term_at, witness,
-                )  # fmt: skip
-                store(work, (before_at + r) * w, speed)
-                if has_known:
-                    for k in range(dof_first[r], dof_first[r + 1]):
-                        dof = (dof_at + dof_list[k] * DOF) * w
-                        u = load(work, (reduced_at + r * nv + dof_list[k]) * w, witness)
-                        u = u * load(work, dof + INVERSE * w, witness)
-                        speed = speed + u * load(work, dof + TARGET * w, witness)
-                store(work, (free_at + r) * w, speed)
-            for lane in range(w):
-                state = base + lane
-                if code[lane] == _SOLVED and alone == 1:
-                    code[lane] = solve_alone(
-                        count, contact_floats[12], contact_floats[11], e[state * e_step],
-                        mu[state * mu_step], work, w_at, before_at, free_at, p_at, w, lane,
-                        digits(witness),
-                    )  # fmt: skip
-                elif alone == 1:
-                    for r in range(count):
-                        work[(p_at + r) * w + lane] = math.nan
-            if alone == 0:
-                law(
-                    base, count, target, (keeps, lever, dof_first, dof_list, dof_at, reduced_at),
-                    contact_ints, contact_floats,
-                    ((q, q_step), (e, e_step), (mu, mu_step)), (restitution, slip, order),
-                    digits(witness),
-                    work, w_at, before_at, free_at, p_at, w, code,
-                )  # fmt: skip
-            for r in range(count):
-                impulse = load(work, (p_at + r) * w, witness)
-                for k in range(dof_first[r], dof_first[r + 1]):
-                    at = (dof_at + dof_list[k] * DOF + TARGET) * w
-                    u = load(work, (reduced_at + r * nv + dof_list[k]) * w, witness)
-                    store(work, at, load(work, at, witness) + impulse * u)
-        respond(ints, floats, dofs, bodies, loaded, work, dof_at, dv_at, witness)
-        if refines:
-            clear(ints, loaded_list, zero, len(loaded_list), work, dof_at, witness)
-            _act(
-                known, rows, count, has_known, given, base * g_step, g_step, work, p_at, dof_at,
-                term_at, witness,
-            )  # fmt: skip
+    sizes, sets, at = moving.sizes, moving.sets, moving.at
+    for block in range(span.begin, span.end):
+        base = min(block * w, span.states - w)
+        _read(moving, inputs, base, work, code, witness)
+        _place(moving, inputs, base, work, witness)
+        wants_twists = len(outputs.energy) > 0
+        if touch is not None:
+            _place_rows(moving, touch, meet, work, witness)
+            wants_twists = True
+        if wants_twists:
+            tree = moving.tree
+            twists(tree.ints, tree.floats, tree.dofs, sets.twist_list, work, at.v, TWIST, witness)
+        _strike(moving, inputs, base, work, witness)
+        if touch is not None:
+            _free_velocities(moving, touch, work, witness)
+            if law is None:
+                _alone(moving, touch, inputs, base, work, code, witness)
+            else:
+                _by_law(moving, touch, law, inputs, base, work, code, witness)
+            _bear(moving, touch, work, witness)
+        tree = moving.tree
+        respond(
+            tree.ints, tree.floats, tree.dofs, sizes.bodies, sets.loaded, work, at.dof, at.dv,
+            witness,
+        )  # fmt: skip
+        if sizes.refines:
+            _act(moving, touch, inputs, base, work, witness)
             refine(
-                ints, floats, dofs, armature, bodies, loaded, loaded_list, work, dof_at, dv_at,
-                sum_at, loads_at, witness,
+                tree.ints, tree.floats, tree.dofs, tree.armature, sizes.bodies, sets.loaded,
+                sets.loaded_list, work, at.dof, at.dv, at.sum, at.loads, witness,
             )  # fmt: skip
-        more_at = BODY + FORCE
-        if (
-            count > 0 and alone == 1 and lacking(
-                count, contact_floats[12], contact_floats[11], e, base * e_step, e_step,
-                mu, base * mu_step, mu_step, term_ints, term_floats, row_first,
-                work, w_at, before_at, free_at, p_at, dv_at, term_at, spare_at, more_at, w, code,
-                witness,
-            )
-        ):  # fmt: skip
-            press_more(
-                ints, floats, dofs, bodies, loaded, count, dof_list, dof_first, work, dof_at,
-                reduced_at, nv, p_at, more_at, dv_at, sum_at, witness,
-            )  # fmt: skip
-        if (
-            count > 0 and contact_count == 0 and digits(witness) == 53 and lacking_rows(
-                count, term_ints, term_floats, row_first, work, before_at, dv_at, term_at,
-                spare_at, held, w, code, witness,
-            )
-        ):  # fmt: skip
-            begin_again(
-                count, term_ints, term_floats, row_first, work, before_at, free_at, p_at, dv_at,
-                term_at, spare_at, w, code, witness,
-            )  # fmt: skip
-            law(
-                base, count, target, (keeps, lever, dof_first, dof_list, dof_at, reduced_at),
-                contact_ints, contact_floats,
-                ((q, q_step), (e, e_step), (mu, mu_step)), (restitution, slip, order),
-                digits(witness),
-                work, w_at, before_at, free_at, p_at, w, code,
-            )  # fmt: skip
-            end_again(count, work, free_at, p_at, spare_at, w, code, witness)
-            press_more(
-                ints, floats, dofs, bodies, loaded, count, dof_list, dof_first, work, dof_at,
-                reduced_at, nv, p_at, spare_at + 3, dv_at, sum_at, witness,
-            )  # fmt: skip
-        if count > 0 and alone == 0 and digits(witness) == 53:
-            doubted(
-                count, term_ints, term_floats, row_first, work, w_at, before_at, free_at, p_at,
-                dv_at, term_at, spare_at, w, code, held, contact_count > 0, at_once, witness,
-            )  # fmt: skip
-        for lane in range(w):
-            codes[base + lane] = code[lane]
-        for k in range(nv):
-            if v_out[k] >= 0:
-                change = load(work, (dv_at + k) * w, witness)
-                if len(out_dv) > 0:
-                    put(out_dv, base * whole_v + v_out[k], whole_v, change)
-                if len(out_v) > 0:
-                    after = change + load(work, (v_at + k) * w, witness)
-                    put(out_v, base * whole_v + v_out[k], whole_v, after)
-        if len(out_rows) > 0:
-            for r in range(count):
-                put(out_rows, base * count + r, count, load(work, (p_at + r) * w, witness))
-        if len(out_contacts) > 0:
-            write_contacts(
-                contact_ints, contact_floats, base, p_at, meeting_at, work, out_contacts, witness
-            )
-        if len(out_energy) > 0:
-            total = work_of_blows(
-                blow_ints, blow_floats, kicks, given, base * g_step, g_step,
-                work, v_at, dv_at, witness,
-            )  # fmt: skip
-            for r in range(count):
-                jump = row_velocity(
-                    term_ints, term_floats, row_first[r], row_first[r + 1],
-                    JUMP, work, dv_at, term_at, witness,
-                )  # fmt: skip
-                mean = load(work, (before_at + r) * w, witness) + 0.5 * jump
-                total = total + mean * load(work, (p_at + r) * w, witness)
-            put(out_energy, base, 1, total)
-        if len(out_sum) > 0:
-            clear(ints, loaded_list, zero, len(loaded_list), work, dof_at, witness)
-            _act(
-                known, rows, count, has_known, given, base * g_step, g_step, work, p_at, dof_at,
-                term_at, witness,
-            )  # fmt: skip
-            collected(ints, floats, dofs, bodies, loaded, work, dof_at, sum_at, witness)
-            for k in range(len(follow) // 3):
-                leader = (sum_at + follow[3 * k + 2]) * w
-                share = ratios[2 * k] * load(work, (sum_at + follow[3 * k + 1]) * w, witness)
-                store(work, leader, load(work, leader, witness) + share)
-            for k in range(nv):
-                if v_out[k] >= 0:
-                    share = load(work, (sum_at + k) * w, witness)
-                    put(out_sum, base * whole_v + v_out[k], whole_v, share)
+        if touch is not None:
+            if law is None:
+                _alone_again(moving, touch, inputs, base, work, code, witness)
+            else:
+                _held_again(moving, touch, law, inputs, base, work, code, witness)
+                _look_for_doubt(moving, touch, work, code, witness)
+        _write(moving, outputs, base, work, code, witness)
+        if touch is not None:
+            _write_rows(moving, touch, outputs, base, work, witness)
+        if len(outputs.energy) > 0:
+            _write_energy(moving, touch, inputs, outputs, base, work, witness)
+        if len(outputs.sum) > 0:
+            _act(moving, touch, inputs, base, work, witness)
+            _write_sum(moving, outputs, base, work, witness)
 
 
 @inlined
-def _act(
-    known, rows, count, has_known, given, at, stride, work, p_at, dof_at, term_at, witness
-):  # fmt: skip
-    """Add all that acts, known impulses and those of rows, to FORCE and TARGET."""
+def _read(moving, inputs, base, work, code, witness):
+    """States into the work array, their codes, and joints that follow others."""
     w = width(witness)
-    blow_ints, blow_floats, kicks = known
-    term_ints, term_floats, row_first = rows[:3]
-    if has_known:
-        strike(blow_ints, blow_floats, kicks, given, at, stride, work, dof_at, witness)
-    for r in range(count):
-        add_row(
-            term_ints, term_floats, row_first[r], row_first[r + 1],
-            load(work, (p_at + r) * w, witness), work, dof_at, term_at, witness,
+    tree, sizes, at = moving.tree, moving.sizes, moving.at
+    bad = same(0.0, witness)
+    bad = taken(inputs.q, base, inputs.q_step, tree.q_index, tree.angles, work, at.q, bad, witness)
+    bad = taken(
+        inputs.v, base, inputs.v_step, tree.v_index, tree.straight, work, at.v, bad, witness
+    )
+    if sizes.is_part:
+        bad = seen(inputs.q, base, inputs.q_step, sizes.whole_q, bad, witness)
+        bad = seen(inputs.v, base, inputs.v_step, sizes.whole_v, bad, witness)
+    bad = seen(inputs.given, base, inputs.given_step, sizes.columns, bad, witness)
+    bad = seen(inputs.m, base, inputs.m_step, sizes.factors, bad, witness)
+    store(work, at.spare * w, bad)
+    for lane in range(w):
+        state = base + lane
+        code[lane] = inputs.codes[state]
+        if code[lane] == _SOLVED:
+            if work[at.spare * w + lane] != 0.0:
+                code[lane] = _NOT_FINITE
+            elif not is_unit(inputs.q, state * inputs.q_step, tree.units):
+                code[lane] = _OFF
+    lead(tree.follow, tree.ratios, work, at.q, at.v, witness)
+
+
+@inlined
+def _place(moving, inputs, base, work, witness):
+    """Bodies, and the factor of M."""
+    tree, sizes, at, loads = moving.tree, moving.sizes, moving.at, moving.loads
+    place_bodies(
+        tree.ints, tree.floats, sizes.bodies, moving.sets.placed, work, at.q, at.spare, witness
+    )
+    if len(loads[0]) > 0:
+        weigh(
+            tree.ints, tree.floats, loads[0], loads[1], sizes.bodies, inputs.m,
+            base * inputs.m_step, inputs.m_step, work, at.loads, witness,
         )  # fmt: skip
+    factor(
+        tree.ints, tree.floats, tree.dofs, tree.armature, sizes.bodies, work, at.dof, at.loads,
+        witness,
+    )  # fmt: skip
+
+
+@inlined
+def _place_rows(moving, touch, meet, work, witness):
+    """Where things meet, the rows, and W."""
+    tree, at, rows, nv = moving.tree, moving.at, touch.rows, moving.sizes.nv
+    count, balls, meetings = len(rows.first) - 1, touch.balls, touch.meetings
+    place_meetings(meetings[0], meetings[1], meetings[2], work, at.meeting, witness)
+    if len(balls[0]) > 0:
+        meet(balls[0], balls[1], work, at.meeting, at.p + count, width(witness))
+    place_terms(rows.term_ints, rows.term_floats, work, at.meeting, at.term, witness)
+    reduce_rows(
+        tree.ints, tree.floats, tree.dofs, moving.sizes.bodies, rows.term_ints, rows.term_floats,
+        rows.first, rows.alike, rows.reach, rows.reach_first, rows.reach_mask, rows.dof_list,
+        rows.dof_first, work, at.dof, at.term, at.reduced, nv, witness,
+    )  # fmt: skip
+    delassus(
+        rows.dof_list, rows.dof_first, rows.reach_dofs, work, at.dof, at.reduced, nv, at.delassus,
+        witness,
+    )  # fmt: skip
+
+
+@inlined
+def _strike(moving, inputs, base, work, witness):
+    """Known impulses, gathered towards the root."""
+    tree, at, known, sets = moving.tree, moving.at, moving.known, moving.sets
+    zero = np.int64(0)
+    clear(tree.ints, sets.loaded_list, zero, len(sets.loaded_list), work, at.dof, witness)
+    if len(known.ints) + len(known.kicks) > 0:
+        step = inputs.given_step
+        strike(
+            known.ints, known.floats, known.kicks, inputs.given, base * step, step, work, at.dof,
+            witness,
+        )  # fmt: skip
+        press(
+            tree.ints, tree.floats, tree.dofs, moving.sizes.bodies, sets.known_mask, zero, work,
+            at.dof, witness,
+        )  # fmt: skip
+
+
+@inlined
+def _free_velocities(moving, touch, work, witness):
+    """Velocities of the rows before the impact, and without impulses of their own."""
+    w, at, rows, known = width(witness), moving.at, touch.rows, moving.known
+    for r in range(len(rows.first) - 1):
+        speed = row_velocity(
+            rows.term_ints, rows.term_floats, rows.first[r], rows.first[r + 1],
+            TWIST, work, at.v, at.term, witness,
+        )  # fmt: skip
+        store(work, (at.before + r) * w, speed)
+        if len(known.ints) + len(known.kicks) > 0:
+            for k in range(rows.dof_first[r], rows.dof_first[r + 1]):
+                dof = (at.dof + rows.dof_list[k] * DOF) * w
+                row = at.reduced + r * moving.sizes.nv + rows.dof_list[k]
+                u = load(work, row * w, witness) * load(work, dof + INVERSE * w, witness)
+                speed = speed + u * load(work, dof + TARGET * w, witness)
+        store(work, (at.free + r) * w, speed)
+
+
+@inlined
+def _alone(moving, touch, inputs, base, work, code, witness):
+    """One contact on a plane under Newton's law with slip at the end."""
+    w, at = width(witness), moving.at
+    count = len(touch.rows.first) - 1
+    for lane in range(w):
+        if code[lane] == _SOLVED:
+            state = base + lane
+            code[lane] = solve_alone(
+                count, touch.floats[_CAPTURE], touch.floats[_OWN_E_T],
+                inputs.e[state * inputs.e_step], inputs.mu[state * inputs.mu_step],
+                work, at.delassus, at.before, at.free, at.p, w, lane, digits(witness),
+            )  # fmt: skip
+        else:
+            for r in range(count):
+                work[(at.p + r) * w + lane] = math.nan
+
+
+@inlined
+def _by_law(moving, touch, law, inputs, base, work, code, witness):
+    """The law of the scene on every lane."""
+    at, rows, (target, keeps) = moving.at, touch.rows, touch.held
+    law(
+        base, len(rows.first) - 1, target,
+        (keeps, rows.lever, rows.dof_first, rows.dof_list, at.dof, at.reduced),
+        touch.ints, touch.floats,
+        ((inputs.q, inputs.q_step), (inputs.e, inputs.e_step), (inputs.mu, inputs.mu_step)),
+        touch.words, digits(witness),
+        work, at.delassus, at.before, at.free, at.p, width(witness), code,
+    )  # fmt: skip
+
+
+@inlined
+def _bear(moving, touch, work, witness):
+    """What the rows' impulses add to what acts along each degree of freedom."""
+    w, at, rows = width(witness), moving.at, touch.rows
+    for r in range(len(rows.first) - 1):
+        impulse = load(work, (at.p + r) * w, witness)
+        for k in range(rows.dof_first[r], rows.dof_first[r + 1]):
+            to = (at.dof + rows.dof_list[k] * DOF + TARGET) * w
+            row = at.reduced + r * moving.sizes.nv + rows.dof_list[k]
+            u = load(work, row * w, witness)
+            store(work, to, load(work, to, witness) + impulse * u)
+
+
+@inlined
+def _act(moving, touch, inputs, base, work, witness):
+    """All that acts, known impulses and those of rows, anew into FORCE and TARGET."""
+    w, at, known, sets = width(witness), moving.at, moving.known, moving.sets
+    zero = np.int64(0)
+    clear(moving.tree.ints, sets.loaded_list, zero, len(sets.loaded_list), work, at.dof, witness)
+    if len(known.ints) + len(known.kicks) > 0:
+        step = inputs.given_step
+        strike(
+            known.ints, known.floats, known.kicks, inputs.given, base * step, step, work, at.dof,
+            witness,
+        )  # fmt: skip
+    if touch is not None:
+        rows = touch.rows
+        for r in range(len(rows.first) - 1):
+            add_row(
+                rows.term_ints, rows.term_floats, rows.first[r], rows.first[r + 1],
+                load(work, (at.p + r) * w, witness), work, at.dof, at.term, witness,
+            )  # fmt: skip
+
+
+@inlined
+def _alone_again(moving, touch, inputs, base, work, code, witness):
+    """What digits one contact has lost, where a blow alone would throw it."""
+    w, at, rows = width(witness), moving.at, touch.rows
+    count, more_at = len(rows.first) - 1, BODY + FORCE
+    if lacking(
+        count, touch.floats[_CAPTURE], touch.floats[_OWN_E_T], inputs.e, base * inputs.e_step,
+        inputs.e_step, inputs.mu, base * inputs.mu_step, inputs.mu_step, rows.term_ints,
+        rows.term_floats, rows.first, work, at.delassus, at.before, at.free, at.p, at.dv, at.term,
+        at.spare, more_at, w, code, witness,
+    ):  # fmt: skip
+        _press_more(moving, touch, more_at, work, witness)
+
+
+@inlined
+def _held_again(moving, touch, law, inputs, base, work, code, witness):
+    """Bilateral rows once more where Δv does not make their velocities."""
+    w, at, rows = width(witness), moving.at, touch.rows
+    count = len(rows.first) - 1
+    if len(touch.ints) == 0 and digits(witness) == 53 and lacking_rows(
+        count, rows.term_ints, rows.term_floats, rows.first, work, at.before, at.dv, at.term,
+        at.spare, touch.held, w, code, witness,
+    ):  # fmt: skip
+        begin_again(
+            count, rows.term_ints, rows.term_floats, rows.first, work, at.before, at.free, at.p,
+            at.dv, at.term, at.spare, w, code, witness,
+        )  # fmt: skip
+        _by_law(moving, touch, law, inputs, base, work, code, witness)
+        end_again(count, work, at.free, at.p, at.spare, w, code, witness)
+        _press_more(moving, touch, at.spare + _AGAIN, work, witness)
+
+
+@inlined
+def _press_more(moving, touch, more_at, work, witness):
+    """Impulses that stand at ``more_at``, in addition."""
+    tree, sizes, at, rows = moving.tree, moving.sizes, moving.at, touch.rows
+    press_more(
+        tree.ints, tree.floats, tree.dofs, sizes.bodies, moving.sets.loaded, len(rows.first) - 1,
+        rows.dof_list, rows.dof_first, work, at.dof, at.reduced, sizes.nv, at.p, more_at, at.dv,
+        at.sum, witness,
+    )  # fmt: skip
+
+
+@inlined
+def _look_for_doubt(moving, touch, work, code, witness):
+    """Leave to single states what Δv does not make of the rows' velocities."""
+    at, rows = moving.at, touch.rows
+    restitution, _, order = touch.words
+    contacts = len(touch.ints) // CONTACT_INTS
+    at_once = contacts > 0 and len(touch.held[0]) > 0
+    at_once = at_once and restitution == NEWTON and order == SIMULTANEOUS
+    if digits(witness) == 53:
+        doubted(
+            len(rows.first) - 1, rows.term_ints, rows.term_floats, rows.first, work, at.delassus,
+            at.before, at.free, at.p, at.dv, at.term, at.spare, width(witness), code, touch.held,
+            contacts > 0, at_once, witness,
+        )  # fmt: skip
+
+
+@inlined
+def _write(moving, outputs, base, work, code, witness):
+    """Codes, Δv and v⁺."""
+    w, at, v_out = width(witness), moving.at, moving.tree.v_out
+    whole = moving.sizes.whole_v
+    for lane in range(w):
+        outputs.codes[base + lane] = code[lane]
+    for k in range(moving.sizes.nv):
+        if v_out[k] >= 0:
+            change = load(work, (at.dv + k) * w, witness)
+            if len(outputs.dv) > 0:
+                put(outputs.dv, base * whole + v_out[k], whole, change)
+            if len(outputs.v) > 0:
+                after = change + load(work, (at.v + k) * w, witness)
+                put(outputs.v, base * whole + v_out[k], whole, after)
+
+
+@inlined
+def _write_rows(moving, touch, outputs, base, work, witness):
+    """Impulses of rows, and of contacts."""
+    w, at = width(witness), moving.at
+    count = len(touch.rows.first) - 1
+    if len(outputs.rows) > 0:
+        for r in range(count):
+            put(outputs.rows, base * count + r, count, load(work, (at.p + r) * w, witness))
+    if len(outputs.contacts) > 0:
+        write_contacts(
+            touch.ints, touch.floats, base, at.p, at.meeting, work, outputs.contacts, witness
+        )
+
+
+@inlined
+def _write_energy(moving, touch, inputs, outputs, base, work, witness):
+    """Work of all impulses: each by the mean of its velocity before and after."""
+    w, at, known, step = width(witness), moving.at, moving.known, inputs.given_step
+    total = work_of_blows(
+        known.ints, known.floats, known.kicks, inputs.given, base * step, step, work, at.v, at.dv,
+        witness,
+    )  # fmt: skip
+    if touch is not None:
+        rows = touch.rows
+        for r in range(len(rows.first) - 1):
+            jump = row_velocity(
+                rows.term_ints, rows.term_floats, rows.first[r], rows.first[r + 1],
+                JUMP, work, at.dv, at.term, witness,
+            )  # fmt: skip
+            mean = load(work, (at.before + r) * w, witness) + 0.5 * jump
+            total = total + mean * load(work, (at.p + r) * w, witness)
+    put(outputs.energy, base, 1, total)
+
+
+@inlined
+def _write_sum(moving, outputs, base, work, witness):
+    """The generalized impulse of all that acts."""
+    w, tree, sizes, at = width(witness), moving.tree, moving.sizes, moving.at
+    collected(
+        tree.ints, tree.floats, tree.dofs, sizes.bodies, moving.sets.loaded, work, at.dof, at.sum,
+        witness,
+    )  # fmt: skip
+    for k in range(len(tree.follow) // 3):
+        leader = (at.sum + tree.follow[3 * k + 2]) * w
+        share = load(work, (at.sum + tree.follow[3 * k + 1]) * w, witness)
+        store(work, leader, load(work, leader, witness) + tree.ratios[2 * k] * share)
+    for k in range(sizes.nv):
+        if tree.v_out[k] >= 0:
+            share = load(work, (at.sum + k) * w, witness)
+            put(outputs.sum, base * sizes.whole_v + tree.v_out[k], sizes.whole_v, share)

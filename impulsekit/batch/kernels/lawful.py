@@ -20,13 +20,12 @@ __all__ = ["law_for"]
 
 
 @functools.cache
-def law_for(number: str, words: tuple[int, int, int] | None) -> Any:
+def law_for(number: str, words: tuple[int, int, int]) -> Any:
     """What ``solve_blocks`` is to call for its lanes.
 
     Args:
         number: of the work array, "float64" or "float32".
-        words: of the law, see ``words``; None for something of the same type that does
-            nothing, where it will not be called.
+        words: of the law, see ``words``.
     """
     whole = types.int64
     numbers = types.float64[::1]
@@ -38,7 +37,7 @@ def law_for(number: str, words: tuple[int, int, int] | None) -> Any:
         types.UniTuple(strided, 3), types.UniTuple(whole, 3), whole, getattr(types, number)[::1],
         whole, whole, whole, whole, whole, types.int8[::1],
     )  # fmt: skip
-    return handed(signature, leave_lanes if words is None else _lanes(words))
+    return handed(signature, _lanes(words))
 
 
 def _lanes(words: tuple[int, int, int]) -> Callable[..., None]:
@@ -63,10 +62,3 @@ def _lanes(words: tuple[int, int, int]) -> Callable[..., None]:
     from .poisson import poisson_lanes
 
     return poisson_lanes
-
-
-def leave_lanes(
-    base, rows, target, keeping, contact_ints, contact_floats, given, words, digits,
-    work, w_at, before_at, free_at, p_at, w, code,
-):  # fmt: skip
-    """Nothing."""

@@ -10,6 +10,8 @@ of the body's joint.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 __all__ = [
     "ABOUT_X",
     "ABOUT_Z",
@@ -58,6 +60,7 @@ __all__ = [
     "TRANSLATION",
     "TURN",
     "TWIST",
+    "Places",
     "places",
 ]
 
@@ -132,6 +135,36 @@ BALL_INTS, BALL_FLOATS = 5, 19
 BALL, CAPSULE, BOX, CYLINDER = 0, 1, 2, 3
 
 
+class Places(NamedTuple):
+    """Where in the work array things begin, in values.
+
+    Attributes:
+        dof: degrees of freedom; q, v, dv; sum: the generalized impulse.
+        spare: room for three values and two of each row.
+        reduced: rows (rows, nv); delassus: W (rows, rows).
+        before, free: velocities of the rows before, and without their own impulses.
+        p: impulses of the rows, and behind them the gaps of balls.
+        loads: inertias that vary; meeting, term: of the rows.
+        end: how many values there are in all.
+    """
+
+    dof: int
+    q: int
+    v: int
+    dv: int
+    sum: int
+    spare: int
+    reduced: int
+    delassus: int
+    before: int
+    free: int
+    p: int
+    loads: int
+    meeting: int
+    term: int
+    end: int
+
+
 def places(
     bodies: int,
     nq: int,
@@ -141,15 +174,8 @@ def places(
     meetings: int,
     terms: int,
     balls: int = 0,
-) -> tuple[int, ...]:
-    """Where in the work array things begin, in values.
-
-    Returns:
-        Degrees of freedom; q; v; Δv; generalized impulse; spare room for three and two of
-        each row; reduced rows (rows, nv); W (rows, rows); velocities of the rows before, and
-        without their own impulses; impulses, and behind them the gaps of balls; inertias that
-        vary; meetings; terms; and how many values there are in all.
-    """
+) -> Places:
+    """Where in the work array things begin, in values."""
     sizes = (
         BODY * (bodies + 1), DOF * nv, nq, nv, nv, nv, 3 + 2 * rows, rows * nv, rows * rows,
         rows, rows, rows + balls, LOAD_FLOATS * loads, MEETING * meetings, TERM * terms,
@@ -157,4 +183,4 @@ def places(
     found = [0]
     for size in sizes:
         found.append(found[-1] + size)
-    return tuple(found[1:])
+    return Places(*found[1:])
