@@ -13,6 +13,7 @@ from ..robot import Robot
 from ..rows.entries import FramePair, FunctionRows, Site, frame_pair, rows_of_entry
 from ..scene import Collision, Contact, JointStop, Scene
 from ..scene.constraints import KEPT
+from ..scene.contacts import turns
 from ..scene.driven import scene_at
 from ..scene.restitution import Restitution, RestitutionTable
 from .balls import ball_of
@@ -191,6 +192,8 @@ class RowMaker:
             return rows, self._robot.model.idx_qs[self._robot.joint_id(entry.joint)], -1, numbers
         if getattr(entry, "adhesion", 0.0):
             raise NoKernelError("contacts that adhere")
+        if turns(entry):
+            raise NoKernelError("contacts that resist rolling or spin")
         if isinstance(entry, Collision):
             return self._ball(entry)
         if not isinstance(entry, Contact):

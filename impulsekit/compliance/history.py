@@ -14,6 +14,7 @@ from ..errors import InputError, RangeError, UnknownNameError, a_thing
 from ..impact import Impact
 from ..impact.joint_loads import JointLoad
 from ..impact.named import ByName
+from ..scene.contacts import turns
 from .curves import Curve, Hertz, HuntCrossley, MeasuredCurve, PowerCurve
 from .phases import Elastic, Sample, Viscous, phases_of
 
@@ -248,6 +249,11 @@ def _only_contact(impact: Impact, contact: str | int | None) -> tuple[int, int]:
                 "force_history: a constraint is imposed at the same instant; how long that takes "
                 "is not known, so solve it apart from the contact"
             )
+    if any(map(turns, scene.contacts)):
+        raise InputError(
+            "force_history: how moments against rolling and spin grow in time is not defined; "
+            "leave rolling and torsion out"
+        )
     names = scene.entry_names("contacts")
     if contact is not None:
         _check_name(contact, names)

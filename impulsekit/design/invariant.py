@@ -117,6 +117,11 @@ def impact_invariant(scene: Scene, q: ArrayLike) -> ImpactInvariant:
     rows, aims = [], []
     for touch in outcome.touches:
         entry: Any = scene.contacts[touch.entry]
+        if touch.turns >= 0:
+            raise InputError(
+                "impact_invariant: which moments resist rolling and spin is not linear; leave "
+                "rolling and torsion out"
+            )
         if callable(entry.restitution):
             raise InputError(
                 "impact_invariant: a restitution that depends on speed is not linear; give a number"

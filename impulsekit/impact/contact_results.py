@@ -12,6 +12,7 @@ import numpy as np
 from ..display import OneLine
 from ..robot.placing import Posture
 from ..scene import Contact, JointStop, Rope, Scene
+from .turning_results import NO_SLIP, ON_CONE, TurningResult, turning_result
 
 if TYPE_CHECKING:
     from ..rows.contacts import Touch
@@ -19,11 +20,6 @@ if TYPE_CHECKING:
     from .result import Impact
 
 __all__ = ["ContactPoint", "ContactResult", "contact_results"]
-
-# A tangential impulse this near µ P_n has reached the cone.
-ON_CONE = 1e-9
-# Slip that is rounding, against the velocities of all contacts.
-NO_SLIP = 1e-12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -42,6 +38,7 @@ class ContactPoint(OneLine):
             pressed counts as sliding.
         normal_work, friction_work: [J].
         unique: False where the point shares its load with redundant ones.
+        turning: of a contact that resists rolling or spin; None of others.
     """
 
     position: np.ndarray | None
@@ -53,6 +50,7 @@ class ContactPoint(OneLine):
     normal_work: float
     friction_work: float
     unique: bool
+    turning: TurningResult | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -66,7 +64,7 @@ class ContactResult(OneLine):
         velocity_before, velocity_after: (3,) at the middle of its points; for a stop (1,).
             NaN where it does not touch.
         mode: "separated", "sliding" or "sticking": of the point that holds most.
-        work: of normal and friction impulses [J].
+        work: of normal and friction impulses, and of moments against rolling and spin [J].
         unique: False where only the resultant over redundant points counts.
         measure: gives the gap; called when it is first asked for.
     """
@@ -91,6 +89,15 @@ class ContactResult(OneLine):
         return self.measure()
 
     @property
+    def angular_impulse(self) -> np.ndarray:
+        """(3,) the sum of the moments against rolling and spin on the first body [N m s]; zero
+        where nothing resists them."""
+        own = [point.turning.impulse for point in self.points if point.turning is not None]
+        total = np.sum(own, axis=0) if own else np.zeros(3)
+        total.setflags(write=False)
+        return total
+
+    @property
     def touching(self) -> bool:
         """Whether it touches at all at this configuration."""
         return bool(self.points)
@@ -102,8 +109,11 @@ def contact_results(impact: Impact) -> tuple[ContactResult, ...]:
     points: list[list[ContactPoint]] = [[] for _ in scene.contacts]
     outcome = impact.outcome
     if outcome is not None and outcome.contacts is not None:
+        turned = {touch.turns: k for k, touch in enumerate(outcome.touches) if touch.turns >= 0}
         for i, touch in enumerate(outcome.touches):
-            points[touch.entry].append(_point(impact, touch, i))
+            if touch.turns < 0:
+                turning = turning_result(impact, turned[i]) if i in turned else None
+                points[touch.entry].append(_point(impact, touch, i, turning))
     return tuple(
         _result(
             name,
@@ -123,7 +133,7 @@ def _gap(scene: Scene, q: np.ndarray, index: int) -> float:
     return contact_gaps(scene, Posture(scene.robot, q), (index,))[0].gap
 
 
-def _point(impact: Impact, touch: Touch, i: int) -> ContactPoint:
+def _point(impact: Impact, touch: Touch, i: int, turning: TurningResult | None) -> ContactPoint:
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:
         raise ValueError("no contact touched")
@@ -157,6 +167,7 @@ def _point(impact: Impact, touch: Touch, i: int) -> ContactPoint:
         normal_work=normal_work,
         friction_work=friction_work,
         unique=solution.unique is None or bool(solution.unique[i]),
+        turning=turning,
     )
 
 
@@ -218,7 +229,12 @@ def _result(
         before,
         after,
         mode=next((m for m in ("sticking", "sliding") if m in modes), "separated"),
-        work=sum(point.normal_work + point.friction_work for point in points),
+        work=sum(
+            point.normal_work
+            + point.friction_work
+            + (0.0 if point.turning is None else point.turning.work)
+            for point in points
+        ),
         unique=all(point.unique for point in points),
         measure=measure,
     )

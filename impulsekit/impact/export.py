@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from .contact_results import ContactPoint
     from .result import Impact
 
 __all__ = ["impact_to_dict"]
@@ -72,6 +73,7 @@ def impact_to_dict(impact: Impact) -> dict[str, Any]:
                         "normal_work": point.normal_work,
                         "friction_work": point.friction_work,
                         "unique": point.unique,
+                        **_turning(point),
                     }
                     for point in result.points
                 ],
@@ -90,6 +92,20 @@ def impact_to_dict(impact: Impact) -> dict[str, Any]:
             "constraint": residuals.constraint,
             "complementarity": residuals.complementarity,
         },
+    }
+
+
+def _turning(point: ContactPoint) -> dict[str, Any]:
+    own = point.turning
+    if own is None:
+        return {}
+    return {
+        "angular_impulse": own.impulse.tolist(),
+        "rolling": own.rolling,
+        "spin": own.spin,
+        "angular_velocity_before": own.velocity_before.tolist(),
+        "angular_velocity_after": own.velocity_after.tolist(),
+        "turning_work": own.work,
     }
 
 

@@ -15,7 +15,14 @@ from ..scene import AppliedImpulse
 if TYPE_CHECKING:
     from .result import Impact
 
-__all__ = ["BodyImpulse", "at_point", "body_impulses", "on_both_bodies", "on_both_ends"]
+__all__ = [
+    "BodyImpulse",
+    "at_point",
+    "body_impulses",
+    "on_both_bodies",
+    "on_both_ends",
+    "turning_both",
+]
 
 # From a joint to the placement of its frame in the world.
 PlacementOf = Callable[[int], pin.SE3]
@@ -55,11 +62,15 @@ def body_impulses(impact: Impact) -> Iterator[BodyImpulse]:
     points = iter([point for result in impact.contacts for point in result.points])
     # Results keep the order of the touching points, contact by contact.
     for touch in impact.outcome.touches:
+        if touch.turns >= 0:
+            continue
         point = next(points)
         if point.position is not None:
             bodies = touch.joint_ids, touch.frame_ids
             name = scene.entry_names("contacts")[touch.entry]
             yield from on_both_bodies(placement_of, *bodies, point.position, point.impulse, name)
+            if point.turning is not None:
+                yield from turning_both(placement_of, *bodies, point.turning.impulse, name)
 
 
 def on_both_ends(
@@ -95,6 +106,19 @@ def on_both_bodies(
         linear = placement.rotation.T @ (sign * impulse)
         arm = placement.actInv(np.array(position))
         yield BodyImpulse(frame_id, joint_id, pin.Force(linear, np.cross(arm, linear)), name)
+
+
+def turning_both(
+    placement_of: PlacementOf,
+    joint_ids: Sequence[int],
+    frame_ids: Sequence[int],
+    moment: np.ndarray,
+    name: str = "",
+) -> Iterator[BodyImpulse]:
+    """A moment (3,) in world axes on the first body, and back on the other."""
+    for sign, joint_id, frame_id in zip((1.0, -1.0), joint_ids, frame_ids, strict=True):
+        angular = placement_of(joint_id).rotation.T @ (sign * moment)
+        yield BodyImpulse(frame_id, joint_id, pin.Force(np.zeros(3), angular), name)
 
 
 def at_point(

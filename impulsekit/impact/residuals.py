@@ -67,7 +67,8 @@ def at_most(impact: Impact) -> float:
     momentum = np.where(scale == 0.0, 0.0, difference / np.where(scale == 0.0, 1.0, scale))
     left = np.abs(jacobian.dot(impact.v_after) - solution.velocity_after)
     speeds = np.maximum(np.abs(impact.v_before), np.abs(impact.v_after))
-    bounds = [float(momentum.max(initial=0.0)), _share(left, sizes.dot(speeds))]
+    mismatch = _mismatch(left, sizes.dot(speeds), impact)
+    bounds = [float(momentum.max(initial=0.0)), mismatch]
     return float(np.max([*bounds, float(solution.residual)]))
 
 
@@ -123,8 +124,16 @@ def complementarity_residual(impact: Impact) -> float:
     # Rows that the law does not use (tangents without friction) count as well: Δv must
     # give every velocity that the law was solved with.
     difference = np.abs(jacobian @ impact.v_after - solution.velocity_after)
-    mismatch = _share(difference, np.abs(jacobian) @ _speeds(impact))
+    mismatch = _mismatch(difference, np.abs(jacobian) @ _speeds(impact), impact)
     return max(float(solution.residual), mismatch)
+
+
+def _mismatch(difference: np.ndarray, scale: np.ndarray, impact: Impact) -> float:
+    """As ``_share``, the rows of turning [rad/s] apart from those of points [m/s]."""
+    outcome = impact.outcome
+    points = 0 if outcome is None else 3 * sum(touch.turns < 0 for touch in outcome.touches)
+    own = _share(difference[:points], scale[:points])
+    return max(own, _share(difference[points:], scale[points:]))
 
 
 def _speeds(impact: Impact) -> np.ndarray:

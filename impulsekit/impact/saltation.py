@@ -158,7 +158,9 @@ def _normal_row(impact: Impact, contact: str) -> np.ndarray:
     names = impact.scene.entry_names("contacts")
     outcome = impact.outcome
     touches = () if outcome is None else outcome.touches
-    rows = [touch.jacobian[2] for touch in touches if names[touch.entry] == contact]
+    rows = [
+        touch.jacobian[2] for touch in touches if names[touch.entry] == contact and touch.turns < 0
+    ]
     if not rows:
         touched = ", ".join(f'"{names[touch.entry]}"' for touch in touches) or "none"
         raise InputError(

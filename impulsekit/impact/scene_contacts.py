@@ -12,11 +12,13 @@ from ..laws.status import Status
 from ..rows.contacts import ContactRows, Touch
 from ..rows.reach import ReachedModel
 from ..scene import Scene
+from ..scene.contacts import turns
 from ..scene.restitution import restitution_at
 from .algorithms import has_uneven_masses
 
 if TYPE_CHECKING:
     from .laws import ContactProblem, ContactSolution
+    from .laws.problem import Turning
     from .laws.refine import Steps
 
 __all__ = ["SceneContacts", "with_work_of_rows"]
@@ -63,6 +65,14 @@ class SceneContacts:
         self._adhesion = None
         if any(getattr(entry, "adhesion", 0.0) for entry in scene.contacts):
             self._adhesion = np.array([getattr(e, "adhesion", 0.0) for e in scene.contacts])
+        self._resists = None
+        if any(map(turns, scene.contacts)):
+            self._resists = np.array(
+                [
+                    (getattr(entry, "rolling", 0.0), getattr(entry, "torsion", 0.0))
+                    for entry in scene.contacts
+                ]
+            )
         # Nearly always each contact touches at one point.
         self._each_once = list(range(len(scene.contacts)))
         self._fixed = None if self._varying else np.array(self._restitution, dtype=float)
@@ -74,7 +84,9 @@ class SceneContacts:
         self, half: np.ndarray, before: np.ndarray, free: np.ndarray, touches: list[Touch]
     ) -> ContactProblem:
         """The law's problem, for rows half-solved (nv, 3n) and velocities (3n,)."""
-        entries = [touch.entry for touch in touches]
+        entries, turning = [touch.entry for touch in touches], None
+        if self._resists is not None:
+            entries, turning = self._turning(touches, self._resists)
         friction, tangential = self._friction, self._tangential
         if entries != self._each_once:
             friction, tangential = friction[entries], tangential[entries]
@@ -87,6 +99,18 @@ class SceneContacts:
             tangential,
             None if self._stiffness is None else self._stiffness[entries],
             None if self._adhesion is None else self._adhesion[entries],
+            turning,
+        )
+
+    def _turning(self, touches: list[Touch], resists: np.ndarray) -> tuple[list[int], Turning]:
+        """The entries of the points, and which of these resist turning."""
+        from .laws.problem import Turning
+
+        points = [touch.entry for touch in touches if touch.turns < 0]
+        turned = [touch for touch in touches if touch.turns >= 0]
+        rolling, torsion = resists[[touch.entry for touch in turned]].reshape(-1, 2).T
+        return points, Turning(
+            np.array([touch.turns for touch in turned], dtype=int), rolling, torsion
         )
 
     def solve(self, problem: ContactProblem) -> ContactSolution:
@@ -126,7 +150,7 @@ class SceneContacts:
         self, problem: ContactProblem, solution: ContactSolution, dv: np.ndarray, steps: Steps
     ) -> tuple[ContactSolution, np.ndarray]:
         """The solution and Δv once more, from the velocities that Δv makes."""
-        if problem.adhesion is not None:
+        if problem.adhesion is not None or problem.turning is not None:
             return solution, dv
         from .laws.refine import refined
 
@@ -135,7 +159,7 @@ class SceneContacts:
     def _coefficients(self, entries: list[int], before: np.ndarray) -> np.ndarray:
         if self._fixed is not None:
             return self._fixed if entries == self._each_once else self._fixed[entries]
-        approach = np.maximum(-before[2::3], 0.0)
+        approach = np.maximum(-before[2 : 3 * len(entries) : 3], 0.0)
         return np.array(
             [
                 restitution_at(

@@ -325,6 +325,7 @@ def _planned(scene: Scene) -> tuple[Any, Plan, Any]:
 def _is_single_contact(scene: Scene) -> bool:
     """Whether a scene is one contact against the world, under the law of this way."""
     from ..scene import Contact, Law
+    from ..scene.contacts import turns
 
     if scene.held or len(scene.contacts) != 1 or scene.law != Law():
         return False
@@ -332,7 +333,7 @@ def _is_single_contact(scene: Scene) -> bool:
     frames = scene.robot.model.frames
     return (
         isinstance(entry, Contact)
-        and not entry.adhesion
+        and not (entry.adhesion or turns(entry))
         and frames[scene.robot.frame_id(entry.against)].parentJoint == 0
         and scene.robot.nv > 1
         and not any(j.shortname() == "JointModelMimic" for j in scene.robot.model.joints)

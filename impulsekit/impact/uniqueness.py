@@ -69,6 +69,10 @@ def uniqueness_of(impact: Impact) -> Uniqueness:
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:
         return Uniqueness("proven", "no contact took part")
+    if any(touch.turns >= 0 for touch in outcome.touches):
+        return Uniqueness(
+            "not proven", "of contacts that resist rolling or spin none were searched"
+        )
     from .laws.others import find_others
 
     solution = outcome.contacts

@@ -104,6 +104,11 @@ def _of_velocities(now: Present, chosen: list[Place]) -> None:
         _, kept = _there(now, chosen)
         rows.append(matrix[kept])
         wanted.append(np.zeros(len(kept)))
+    rolling = now.resting.rolling
+    if gaps is not None and chosen and rolling is not None:
+        gaps.rows(now.resting.contacts, now.q)
+        rows.append(rolling.still_rows(gaps, now.resting.contacts, gaps.data))
+        wanted.append(np.zeros(len(rows[-1])))
     if not rows:
         return
     matrix = np.vstack(rows)

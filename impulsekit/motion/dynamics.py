@@ -100,7 +100,13 @@ class Dynamics:
         self.evaluations += 1
         if self._torque is not None and not self.resting.contacts:
             return _aba(self.model, self._data, q, v, self._torque)
-        if self._in_one_call and self.resting.contacts and self.gaps is not None:
+        resting = self.resting
+        if (
+            self._in_one_call
+            and resting.contacts
+            and self.gaps is not None
+            and resting.rolling is None
+        ):
             table, kinematics = self.gaps.table(self.resting.contacts), self._kinematics
             if table is not None and kinematics is not None:
                 found = self._pressed(table, kinematics, t, q, v)
@@ -214,6 +220,13 @@ class Dynamics:
         # Tangents without friction carry nothing: they are left zero.
         used = np.repeat(friction > 0.0, 3)
         used[2::3] = True
+        rolling = resting.rolling
+        if rolling is not None:
+            data = self._moving
+            turning = rolling.rates_of(gaps, resting.contacts, data, q, v)
+            jacobian = np.vstack([jacobian, rolling.rows(gaps, resting.contacts, data)])
+            bias = np.concatenate([bias, turning])
+            used = np.concatenate([used, np.ones(len(turning), dtype=bool)])
         half = factor.half(rows, jacobian[used], load[None])
         half_rows, start = half[:, :count], half[:, -1]
         half_contacts = np.zeros((len(half), len(jacobian)))
@@ -230,13 +243,16 @@ class Dynamics:
         slip = jacobian.dot(v)
         delassus = left.T.dot(left)
         last = resting.last_forces(len(friction))
-        if resting.slide():
+        if rolling is not None:
+            contact_forces = rolling.forces(resting, delassus, free, slip)
+        elif resting.slide():
             ways, friction = resting.ways(slip, friction)
             forces = solve_rest(delassus, free, friction, last, ways)
             contact_forces = ways.dot(forces)
         else:
             contact_forces = forces = solve_rest(delassus, free, friction, last)
-        resting.note(forces, free + delassus.dot(contact_forces), slip)
+        if rolling is None:
+            resting.note(forces, free + delassus.dot(contact_forces), slip)
         total = load + contact_forces.dot(jacobian)
         if count:
             start = start + half_contacts.dot(contact_forces)

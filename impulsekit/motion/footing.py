@@ -14,6 +14,7 @@ from ..rows.reach import reached_model
 from ..scene import Scene
 from .gaps import Gaps
 from .resting import Resting, RestingContact
+from .rolling import Turn
 
 if TYPE_CHECKING:
     from ..geometry.held_points import HeldPoint
@@ -66,7 +67,8 @@ class Footing:
 
 
 def _copied(contact: RestingContact) -> RestingContact:
-    return replace(contact, slides=list(contact.slides), begins=list(contact.begins))
+    turns = [turn.copied() for turn in contact.turns]
+    return replace(contact, slides=list(contact.slides), begins=list(contact.begins), turns=turns)
 
 
 NOTHING = Footing()
@@ -105,6 +107,7 @@ def _packed(footing: Footing) -> dict[str, Any]:
                 "count": c.count,
                 "slides": [None if way is None else way.tolist() for way in c.slides],
                 "begins": c.begins,
+                **({"turns": [turn.packed() for turn in c.turns]} if c.turns else {}),
                 "held": None if held is None else [_packed_point(point) for point in held],
             }
             for c, held in zip(footing.contacts, footing.held, strict=True)
@@ -135,6 +138,7 @@ def _unpacked(packed: dict[str, Any], gaps: Gaps) -> Footing:
                 int(own["count"]),
                 [None if way is None else np.array(way, dtype=float) for way in own["slides"]],
                 [bool(begins) for begins in own["begins"]],
+                [Turn.unpacked(turn) for turn in own.get("turns", ())],
             )
         )
         if gaps.entries[contacts[-1].gap] != contacts[-1].entry:

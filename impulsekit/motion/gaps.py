@@ -103,6 +103,11 @@ class Gaps:
         self._tables: dict[tuple[int, ...], _KnownTable] = {}
 
     @property
+    def model(self) -> pin.Model:
+        """The model that gaps are of."""
+        return self._model
+
+    @property
     def data(self) -> pin.Data:
         """A workspace, with placements and velocities of the state measured last."""
         return self._shown.data

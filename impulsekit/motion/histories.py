@@ -127,6 +127,15 @@ class ContactHistory(_Impacts[ContactResult]):
         """
         return self._over_time(t, self._force)
 
+    def moment(self, t: Any) -> np.ndarray:
+        """(3,) the sum of the moments against rolling and spin on the first body, world axes
+        [N m], each at its point; zero where nothing resists them. At times (T,): (T, 3).
+
+        Raises:
+            RangeError: a time outside the motion.
+        """
+        return self._over_time(t, self._moment)
+
     def points(self, t: float) -> tuple[np.ndarray, np.ndarray]:
         """(k, 3) where it pushes at a time [m], and (k, 3) the force there [N], world axes.
 
@@ -152,6 +161,10 @@ class ContactHistory(_Impacts[ContactResult]):
 
     def _force(self, loads: Loads) -> np.ndarray:
         return sum((point.force for point in self._points(loads)), np.zeros(self._size))
+
+    def _moment(self, loads: Loads) -> np.ndarray:
+        own = [p.moment for p in self._points(loads) if p.moment is not None]
+        return sum(own, np.zeros(3))
 
     def _power(self, loads: Loads) -> float:
         return sum(point.power for point in self._points(loads))

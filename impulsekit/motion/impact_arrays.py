@@ -55,6 +55,7 @@ def packed_impacts(
                     "joint_ids": [int(i) for i in touch.joint_ids],
                     "frame_ids": [int(i) for i in touch.frame_ids],
                     "gap": None if touch.gap is None else float(touch.gap),
+                    **({"turns": int(touch.turns)} if touch.turns >= 0 else {}),
                     **{name: put(getattr(touch, name)) for name in _TOUCH},
                 }
                 for touch in outcome.touches
@@ -125,6 +126,7 @@ def impacts_of(
                     take(touch["jacobian"], 3, robot.nv),
                     take(touch["position"], 3),
                     None if touch["gap"] is None else float(touch["gap"]),
+                    index(touch["turns"], len(entry["touches"])) if "turns" in touch else -1,
                 )
                 for touch in entry["touches"]
             )

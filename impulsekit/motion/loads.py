@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..impact.forces import BodyImpulse, on_both_bodies, on_both_ends
+from ..impact.forces import BodyImpulse, on_both_bodies, on_both_ends, turning_both
 from ..impact.reactions import transmitted
 from ..rows.entries import FramePair, frame_pair, rows_of_entry
 from ..scene import Actuator, AppliedForce, Collision, Contact, JointSpring, Rope, Scene
@@ -43,13 +43,16 @@ class PushedPoint:
         entry: which contact of the scene it belongs to.
         position: (3,) world [m]; None for a joint stop.
         force: (3,) on the first body, world axes [N]; (1,) in the joint of a stop [N m, N].
-        power: of that force and the one on the other body [W].
+        power: of that force and the one on the other body, and of the moments [W].
+        moment: (3,) on the first body against rolling and spin, world axes [N m]; None where
+            nothing resists them.
     """
 
     entry: int
     position: np.ndarray | None
     force: np.ndarray
     power: float
+    moment: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +110,7 @@ class Loads:
             # Of what slides the law gives the normal force, which friction goes with.
             pushed = resting.ways(resting.slip, resting.friction())[0].dot(pushed)
         forces, slip = pushed.reshape(-1, 3), resting.slip.reshape(-1, 3)
+        turning = {} if resting.rolling is None else resting.rolling.told(resting.contacts)
         i = 0
         for contact in resting.contacts:
             item = gaps.items[contact.gap]
@@ -116,8 +120,11 @@ class Loads:
                 i += 1
                 continue
             for position, axes in item.spots(data):
-                power = float(forces[i] @ slip[i])
-                yield PushedPoint(contact.entry, position, axes @ forces[i], power)
+                power, moment = float(forces[i] @ slip[i]), None
+                if i in turning:
+                    own, speed = turning[i]
+                    power, moment = power + float(own @ speed), axes @ own
+                yield PushedPoint(contact.entry, position, axes @ forces[i], power, moment)
                 i += 1
 
     @cached_property
@@ -141,6 +148,10 @@ class Loads:
                     point.force,
                     names[point.entry],
                 )
+                if point.moment is not None:
+                    found += turning_both(
+                        self._placements.__getitem__, *bodies, point.moment, names[point.entry]
+                    )
         for said, where, name in of.anchors:
             multipliers = self.multipliers[where]
             found += on_both_ends(self._placements.__getitem__, said, multipliers, name)

@@ -27,6 +27,7 @@ class PlaneGap:
         said = frame_pair(robot, entry)
         self._pair = Pair(reached, said)
         self._fixed = not said.other.moves
+        self.joint_ids = (self._pair.first.joint_id, self._pair.other.joint_id)
         # In the world, or in the axes of the plane's frame.
         self._normal = said.axes[:, 2]
         self._origin = said.other.placement.translation

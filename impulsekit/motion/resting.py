@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -10,8 +9,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..scene import Scene
+from ..scene.contacts import turns
 from .compiled_settle import next_slide
 from .pressed import Sliding
+from .rolling import RollingRest, Turn, direction_of_slip
 
 __all__ = ["Resting", "RestingContact"]
 
@@ -31,6 +32,7 @@ class RestingContact:
         count: how many points it touched at last.
         slides: by point, the direction of slip (2,), or None for a point that sticks.
         begins: by point, whether its slip has just begun: friction opposes its acceleration.
+        turns: by point, how it rolls and spins; of contacts that resist that.
     """
 
     gap: int
@@ -40,16 +42,20 @@ class RestingContact:
     count: int = 1
     slides: list[np.ndarray | None] = field(default_factory=list)
     begins: list[bool] = field(default_factory=list)
+    turns: list[Turn] = field(default_factory=list)
 
     def fit(self) -> None:
         """Where points came or went it is not known any more which is which."""
-        if len(self.slides) != self.count:
+        # Within a step a round body may seem to have lifted, and comes back as it was.
+        if self.count and len(self.slides) != self.count:
             self.slides, self.begins = [None] * self.count, [False] * self.count
 
     def keep(self, points: list[bool]) -> None:
         """Go on with those of its points that are told."""
         self.slides = [s for s, stays in zip(self.slides, points, strict=True) if stays]
         self.begins = [b for b, stays in zip(self.begins, points, strict=True) if stays]
+        if self.turns:
+            self.turns = [t for t, stays in zip(self.turns, points, strict=True) if stays]
         self.count = sum(points)
 
 
@@ -75,20 +81,27 @@ class Resting:
         self.slow, self.grown, self.negligible = NO_SLIP, 0.0, 0.0
         self.forces = self.accelerations = self.slip = np.empty(0)
         self._last = np.empty(0)
+        self._rolling = RollingRest(scene) if any(map(turns, scene.contacts)) else None
         self._keeps = False
         self._kept: Sliding | None = None
+
+    @property
+    def rolling(self) -> RollingRest | None:
+        """What resists rolling and spin, where something that rests now does."""
+        own = self._rolling
+        return own if own is not None and own.acts(self.contacts) else None
 
     def slides(self) -> list[np.ndarray | None]:
         """By point: the direction in which it slides, or None."""
         found: list[np.ndarray | None] = []
         for contact in self.contacts:
             contact.fit()
-            found += contact.slides
+            found += contact.slides[: contact.count]
         return found
 
     def begins(self) -> list[bool]:
         """By point: whether its slip has just begun."""
-        return [begins for contact in self.contacts for begins in contact.begins]
+        return [begins for c in self.contacts for begins in c.begins[: c.count]]
 
     def friction(self) -> np.ndarray:
         """(n,) µ by point."""
@@ -161,10 +174,7 @@ class Resting:
 
     def _direction(self, slip: np.ndarray, start: np.ndarray) -> np.ndarray:
         """(2,) unit: that of slip, and where it is slow the one in which it began."""
-        # Past its stop, within a step that will be cut there, it goes on smoothly.
-        s = -slip if slip.dot(start) < 0.0 else slip
-        s = s + self.slow * math.exp(-slip.dot(slip) / self.slow**2) * start
-        return s / math.sqrt(s.dot(s))
+        return direction_of_slip(slip, start, self.slow)
 
     def last_forces(self, points: int) -> np.ndarray:
         """(3n,) unknowns to start from."""
@@ -213,6 +223,8 @@ class Resting:
                 changed |= (before[0] is None, before[1]) != (now[0] is None, now[1])
                 contact.slides[k], contact.begins[k] = now
                 i += 1
+        if self.rolling is not None:
+            changed |= self.rolling.update(self.contacts, fresh=fresh)
         return changed
 
     def _slide(

@@ -17,6 +17,7 @@ from ..display import OneLine
 from ..errors import InputError, a_thing
 from ..impact.saltation import Saltation, saltation
 from ..impact.solver import ImpactSolver
+from ..scene.contacts import turns
 from .flow import Flow
 
 if TYPE_CHECKING:
@@ -89,6 +90,11 @@ def sensitivity(motion: Trajectory) -> Sensitivity:
     if not motion.status.finished:
         raise InputError(
             f"sensitivity: the motion was not followed to its end. {motion.status.value}"
+        )
+    if any(map(turns, motion.scene.contacts)):
+        raise InputError(
+            "sensitivity: of contacts that resist rolling or spin there are no derivatives here; "
+            "use differences of simulate"
         )
     bounces = dict(zip(motion.scene.entry_names("contacts"), motion.scene.contacts, strict=True))
     for rest in motion.rests:

@@ -69,6 +69,9 @@ def settle(now: Present, *, fresh: bool = False) -> bool:
     resting = now.resting
     if fresh and now.gaps is not None:
         resting.begin(now.gaps.velocities(resting.contacts, now.q, now.v))
+        if resting.rolling is not None:
+            turning = resting.rolling.turning(now.gaps, resting.contacts, now.q, now.v)
+            resting.rolling.begin(resting.contacts, turning)
     now.acceleration()
     changed = _release(now)
     if changed:
@@ -101,6 +104,10 @@ def heed_stop(now: Present) -> None:
             elif s is not None:
                 slides[k] = slip / np.hypot(*slip)
             i += 1
+    contacts, rolling = now.resting.contacts, now.resting.rolling
+    if rolling is not None:
+        turning = rolling.turning(gaps, contacts, now.q, now.v)
+        rolling.heed_stop(contacts, turning, float(np.abs(now.v).max()))
 
 
 def _release(now: Present) -> bool:

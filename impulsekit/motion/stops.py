@@ -42,7 +42,9 @@ def first_stop(
     slides, slip_begins = resting.slides(), resting.begins()
     if not contacts:
         return None
-    count = len(slides)
+    count, rolling = len(slides), resting.rolling
+    # Of points that come and go nothing is told.
+    more = np.full(0 if rolling is None else 4 * len(rolling.owners(contacts)), np.inf)
     lowest, _ = gaps.beyond_held(contacts, *states(start))
     # Where something touches already, it may come no deeper than by rounding.
     lowest = min(lowest, 0.0) - ELSEWHERE
@@ -51,9 +53,12 @@ def first_stop(
         """Below zero where something has happened: slip along its first direction, or −lift."""
         q, v = states(t)
         u = gaps.velocities(contacts, q, v)
+        turning = np.empty(0)
+        if rolling is not None:
+            turning = rolling.signs(contacts, rolling.turning(gaps, contacts, q, v))
         below, inside = gaps.beyond_held(contacts, q, v)
         if len(u) != 3 * count:
-            return np.append(np.full(4 * count, np.inf), below - lowest)
+            return np.concatenate([np.full(4 * count, np.inf), [below - lowest], more])
         along = [
             np.inf if s is None else float(u[3 * i : 3 * i + 2].dot(s))
             for i, s in enumerate(slides)
@@ -62,7 +67,12 @@ def first_stop(
             resting.grown - float(np.hypot(*u[3 * i : 3 * i + 2])) if begins else np.inf
             for i, begins in enumerate(slip_begins)
         ]
-        return np.concatenate([along, LIFTED - u[2::3], grows, inside + LEFT, [below - lowest]])
+        own = [along, LIFTED - u[2::3], grows, inside + LEFT, [below - lowest]]
+        return (
+            np.concatenate([*own, turning])
+            if len(turning) == len(more)
+            else np.concatenate([*own, more])
+        )
 
     times = gaps.turning.nodes(states, start, end)
     before = signs(times[0])
@@ -76,7 +86,7 @@ def first_stop(
         for t, i in sorted(found):
             lifted = count <= i < 2 * count
             if not (lifted and pushing(t)[i - count : i - count + 1].any()):
-                return t, i >= 3 * count
+                return t, 3 * count <= i <= 4 * count
         before = after
     return None
 

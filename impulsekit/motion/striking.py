@@ -169,7 +169,7 @@ class Striking:
         now, outcome = self._present, impact.outcome
         if outcome is None or not outcome.touches:
             return False
-        normals = np.array([touch.jacobian[2] for touch in outcome.touches])
+        normals = np.array([touch.jacobian[2] for touch in outcome.touches if touch.turns < 0])
         speeds = normals.dot(now.v)
         still = np.abs(speeds) < STILL
         if not np.abs(speeds[still]).max(initial=0.0) > 0.0:

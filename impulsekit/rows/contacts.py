@@ -16,8 +16,9 @@ from ..geometry.axes import contact_axes
 from ..geometry.gaps import before_limit
 from ..robot import Robot
 from ..scene import Collision, Contact, GapContact, JointStop, Rope, Scene
+from ..scene.contacts import turns
 from .entries import FunctionRows, frame_pair, joint_rows
-from .pair import Pair, rows_at
+from .pair import Pair, rows_at, turning_rows
 from .reach import ReachedModel
 
 __all__ = ["ContactRows", "PairContact", "Touch", "is_taut"]
@@ -38,6 +39,8 @@ class Touch(NamedTuple):
         position: (3,) world [m], where it came with the touching; None where it is the
             contact's own point, or for a joint stop.
         gap: [m], likewise.
+        turns: −1; where the rows are those of the relative turning, Rᵀ (ω_frame − ω_against)
+            [rad/s], the index of the touch whose point they belong to.
     """
 
     entry: int
@@ -47,6 +50,7 @@ class Touch(NamedTuple):
     jacobian: np.ndarray
     position: np.ndarray | None = None
     gap: float | None = None
+    turns: int = -1
 
 
 class ContactRows:
@@ -57,7 +61,9 @@ class ContactRows:
         self._entries = [
             _compiled(scene.robot, reached, entry, i) for i, entry in enumerate(scene.contacts)
         ]
-        self._needs_places = any(entry.needs_places for entry in self._entries)
+        self._turning = {i for i, entry in enumerate(scene.contacts) if turns(entry)}
+        self._joint_id = reached.joint_id
+        self._needs_places = bool(self._turning) or any(e.needs_places for e in self._entries)
 
     def touching(
         self, data: pin.Data, q: np.ndarray, only: Container[int] | None = None
@@ -65,7 +71,8 @@ class ContactRows:
         """The touching points at q, with their rows.
 
         ``only``: the indices of the contacts that take part. A joint stop among them
-        counts as touched at its nearer limit. None for all, by the rules of the scene.
+        counts as touched at its nearer limit. None for all, by the rules of the scene. After all
+        points come the rows of the turning of those that resist it.
         """
         if self._needs_places:
             pin.computeJointJacobians(self.model, data, q)
@@ -82,7 +89,20 @@ class ContactRows:
                     entry.touch_anyway(touches, data)
                 else:
                     entry.touch(touches, self.model, data, q)
+        if self._turning:
+            touches += [
+                self._turned(data, touch, i)
+                for i, touch in enumerate(touches)
+                if touch.entry in self._turning
+            ]
         return touches
+
+    def _turned(self, data: pin.Data, touch: Touch, index: int) -> Touch:
+        if touch.axes is None:
+            raise TypeError("a joint stop does not turn")
+        joint_ids = self._joint_id(touch.joint_ids[0]), self._joint_id(touch.joint_ids[1])
+        rows = turning_rows(self.model, data, joint_ids, touch.axes)
+        return touch._replace(jacobian=rows, turns=index)
 
 
 class PairContact:

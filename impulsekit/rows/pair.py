@@ -15,7 +15,7 @@ from .entries import FramePair, axes_of_line
 from .points import PointOnFrame
 from .reach import ReachedModel
 
-__all__ = ["Pair", "rows_at"]
+__all__ = ["Pair", "rows_at", "turning_rows"]
 
 _ALIGNED = pin.LOCAL_WORLD_ALIGNED
 
@@ -173,6 +173,18 @@ def rows_at(
             # With one degree of freedom Pinocchio gives (6,) for (6, 1).
             jacobian = getFrameJacobian(model, data, joint_id, at, _ALIGNED).reshape(6, -1)
             difference += sign * jacobian[:3]
+    return axes.T.dot(difference)
+
+
+def turning_rows(
+    model: pin.Model, data: pin.Data, joint_ids: tuple[int, int], axes: np.ndarray
+) -> np.ndarray:
+    """(3, nv) Rᵀ (ω_first − ω_other) of two bodies; ``data`` with joint Jacobians."""
+    difference = np.zeros((3, model.nv))
+    for sign, joint_id in zip((1.0, -1.0), joint_ids, strict=True):
+        if joint_id > 0:
+            jacobian = pin.getJointJacobian(model, data, joint_id, _ALIGNED).reshape(6, -1)
+            difference += sign * jacobian[3:]
     return axes.T.dot(difference)
 
 

@@ -16,7 +16,15 @@ if TYPE_CHECKING:
     from .distances import Rope
     from .gap_functions import GapContact
 
-__all__ = ["Collision", "Contact", "ContactEntry", "JointStop", "check_contact", "check_stiffness"]
+__all__ = [
+    "Collision",
+    "Contact",
+    "ContactEntry",
+    "JointStop",
+    "check_contact",
+    "check_stiffness",
+    "turns",
+]
 
 # Longer or shorter normals are taken for a mistake, not for a direction.
 SHORTEST_NORMAL = 1e-9
@@ -53,6 +61,10 @@ class Contact:
         adhesion: the largest pull that it bears [N s], as of a suction cup, magnet or gecko pad
             that catches: 0 ≤ P_n + A ⊥ u_n⁺ ≥ 0, |P_t| ≤ µ (P_n + A). It holds what takes no more
             than A and lets go of the rest. Needs restitution 0 and ``Law()``; in impacts only.
+        rolling: [m] the moment across the normal is at most rolling·P_n, and opposes the relative
+            rolling ω_t: rolling friction, with Newton's or Poisson's law and slip at the end.
+        torsion: [m] the same about the normal: |M_n| ≤ torsion·P_n opposes the spin ω_n. A
+            pressed patch of radius a gives (2/3) µ a.
 
     Raises:
         InputError, ShapeError, NotFiniteError, RangeError.
@@ -74,6 +86,8 @@ class Contact:
     stiffness: float | None = None
     adhesion: float = 0.0
     active: Callable[[Any, Any], float] | None = None
+    rolling: float = 0.0
+    torsion: float = 0.0
 
     def __post_init__(self) -> None:
         text(self.frame, "Contact: frame")
@@ -187,6 +201,7 @@ class Collision:
         margin: gaps up to this count as touching [m].
         name: its name in results; by default its index in the scene.
         stiffness: as for ``Contact``, of each point.
+        rolling, torsion: as for ``Contact`` [m], at every point.
 
     Raises:
         InputError, NotFiniteError, RangeError.
@@ -204,6 +219,8 @@ class Collision:
     margin: float = 1e-6
     name: str | None = None
     stiffness: float | None = None
+    rolling: float = 0.0
+    torsion: float = 0.0
 
     def __post_init__(self) -> None:
         text(self.first, "Collision: first")
@@ -284,14 +301,20 @@ def check_contact(robot: Robot, contact: Any, where: str) -> None:
         )
 
 
+def turns(entry: Any) -> bool:
+    """Whether a contact resists rolling or spin."""
+    return bool(getattr(entry, "rolling", 0.0) or getattr(entry, "torsion", 0.0))
+
+
 def _check_coefficients(entry: Contact | Collision, what: str) -> None:
     set_field = object.__setattr__
     restitution = checked_restitution(entry.restitution, f"{what}: restitution")
     set_field(entry, "restitution", restitution)
-    friction = number(entry.friction, f"{what}: friction")
-    if friction < 0.0:
-        raise RangeError.of(f"{what}: friction", friction, "0 or more")
-    set_field(entry, "friction", friction)
+    for field in ("friction", "rolling", "torsion"):
+        value = number(getattr(entry, field), f"{what}: {field}")
+        if value < 0.0:
+            raise RangeError.of(f"{what}: {field}", value, "0 or more")
+        set_field(entry, field, value)
     tangential = number(entry.tangential_restitution, f"{what}: tangential_restitution")
     if not -1.0 <= tangential <= 1.0:
         raise RangeError.of(f"{what}: tangential_restitution", tangential, "-1 to 1")

@@ -97,6 +97,7 @@ class Scene(Displayed):
         self._check_law()
         self._check_stiffness()
         self._check_adhesion()
+        self._check_turning()
         self._check_names()
 
     def _check_law(self) -> None:
@@ -134,6 +135,21 @@ class Scene(Displayed):
                 raise InputError(
                     f"contacts[{i}]: a contact with adhesion holds what it touches: restitution "
                     f"must be 0, got {contact.restitution}"
+                )
+
+    def _check_turning(self) -> None:
+        for i, contact in enumerate(self.contacts):
+            if not (getattr(contact, "rolling", 0.0) or getattr(contact, "torsion", 0.0)):
+                continue
+            law = self.law
+            if (
+                law.restitution not in ("newton", "poisson")
+                or (law.slip, law.order) != ("end", "simultaneous")
+                or getattr(contact, "adhesion", 0.0)
+            ):
+                raise InputError(
+                    f"contacts[{i}]: rolling and torsion belong to Newton's or Poisson's law with "
+                    'slip="end" and order="simultaneous", without adhesion; else they are 0'
                 )
 
     def _check_entries(self) -> None:

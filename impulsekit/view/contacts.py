@@ -30,6 +30,7 @@ def contacts_section(impact: Impact) -> list[str]:
     if not results:
         return []
     lines = _points(impact, [r for r in results if r.touching and len(r.impulse) == 3])
+    lines += _turning([r for r in results if any(p.turning is not None for p in r.points)])
     lines += _stops(impact, [r for r in results if r.touching and len(r.impulse) == 1])
     apart = [result.name for result in results if not result.touching]
     shared = [result.name for result in results if not result.unique]
@@ -43,6 +44,33 @@ def contacts_section(impact: Impact) -> list[str]:
         "Contacts: impulses [N s] in world axes, speeds [m/s] along the normal and across",
         *lines,
     ]
+
+
+def _turning(results: list[ContactResult]) -> list[str]:
+    """Moments against rolling and spin, point by point."""
+    own = [(r.name, p.turning) for r in results for p in r.points if p.turning is not None]
+    if not own:
+        return []
+    moments = max(float(np.abs(turning.impulse).max()) for _, turning in own)
+    rates = max(
+        float(np.abs(w).max()) for _, t in own for w in (t.velocity_before, t.velocity_after)
+    )
+    rows = [
+        [
+            name,
+            turning.rolling,
+            turning.spin,
+            *(decimals(x, moments) for x in turning.impulse),
+            *(
+                decimals(float(np.linalg.norm(w)), rates)
+                for w in (turning.velocity_before, turning.velocity_after)
+            ),
+        ]
+        for name, turning in own
+    ]
+    head = ["name", "rolling", "spin", *(f"moment {axis}" for axis in "xyz")]
+    title = "  moments against rolling and spin [N m s], and turning [rad/s]"
+    return [title, *table([*head, "turning before", "after"], rows)]
 
 
 def gap_lines(title: str, results: Sequence[ContactResult | ConstraintResult]) -> list[str]:

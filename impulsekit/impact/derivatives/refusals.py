@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ...errors import InputError
+from ...scene.contacts import turns
 from ..result import Impact
 
 __all__ = ["refuse_what_has_none"]
@@ -23,6 +24,11 @@ def refuse_what_has_none(impact: Impact) -> None:
         raise InputError(
             "derivatives: of contacts with adhesion there are none here; where they hold, use a "
             "PointAnchor or FrameAnchor instead, or differences of solve"
+        )
+    if any(map(turns, impact.scene.contacts)):
+        raise InputError(
+            "derivatives: of contacts that resist rolling or spin there are none here; use "
+            "differences of solve"
         )
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:

@@ -10,13 +10,27 @@ import numpy as np
 from ...errors import NotFiniteError, RangeError, ShapeError
 from ...laws.status import Status
 
-__all__ = ["ContactProblem", "ContactSolution", "check_problem"]
+__all__ = ["ContactProblem", "ContactSolution", "Turning", "check_problem"]
 
 
 # How many times as fast as all that makes up the points' motion a blow alone may throw them.
 THROWN = 3.0
 # What moves this slowly against that has come to rest, and is not measured by its rounding.
 RESTS = 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class Turning:
+    """The contacts that resist rolling and spin.
+
+    Attributes:
+        of: (k,) which contact each is.
+        rolling, torsion: (k,) the largest moments across and about the normal, over P_n [m].
+    """
+
+    of: np.ndarray
+    rolling: np.ndarray
+    torsion: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +50,9 @@ class ContactProblem:
         tangential_restitution: (n,) e_t in [−1, 1]: friction aims at u_t⁺ = −e_t u_t⁻.
         stiffness: (n,) k of each, for the law "lzb"; None where no law asks for it.
         adhesion: (n,) the largest pull A [N s]; None where none holds.
+        turning: contacts that resist rolling and spin; None where none does. After the rows of
+            all contacts then come three for each of them, of the relative angular velocity
+            across the normal and about it [rad/s]; W and the velocities are of 3 (n + k) rows.
     """
 
     delassus: np.ndarray
@@ -46,6 +63,7 @@ class ContactProblem:
     tangential_restitution: np.ndarray
     stiffness: np.ndarray | None = None
     adhesion: np.ndarray | None = None
+    turning: Turning | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +84,9 @@ class ContactSolution:
             kinetic energy that the contacts add.
         iterations: of the solver, 0 for a closed form; the hits of a sequence.
         tied: whether the order of the entries said which of two contacts is hit first.
+
+    With ``turning`` all arrays go on with its rows: moments [N m s], angular velocities [rad/s],
+    and their work as that of friction.
     """
 
     impulse: np.ndarray
@@ -87,12 +108,13 @@ def check_problem(problem: ContactProblem) -> None:
         ShapeError, NotFiniteError, RangeError.
     """
     n = len(problem.friction)
-    if _is_sound(problem, n):
+    rows = 3 * n + (0 if problem.turning is None else 3 * len(problem.turning.of))
+    if rows == 3 * n and _is_sound(problem, n):
         return
     for name, shape in (
-        ("delassus", (3 * n, 3 * n)),
-        ("velocity_before", (3 * n,)),
-        ("velocity_free", (3 * n,)),
+        ("delassus", (rows, rows)),
+        ("velocity_before", (rows,)),
+        ("velocity_free", (rows,)),
         ("restitution", (n,)),
         ("friction", (n,)),
         ("tangential_restitution", (n,)),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...errors import RangeError
+from ...errors import InputError, RangeError
 from ...laws.status import Status
 from ...scene.law import Law
 from .problem import ContactProblem, ContactSolution, check_problem
@@ -57,6 +57,8 @@ def find_impulses(problem: ContactProblem, law: Law) -> ContactSolution:
         from .adhesive import solve_adhesive
 
         return solve_adhesive(problem, law)
+    if problem.turning is not None:
+        return _turning(problem, law)
     if len(problem.friction) == 1 and law.order == "simultaneous":
         return _one(problem, law)
     check_problem(problem)
@@ -77,6 +79,19 @@ def find_impulses(problem: ContactProblem, law: Law) -> ContactSolution:
     from .simultaneous import solve_simultaneous
 
     return solve_simultaneous(problem, law)
+
+
+def _turning(problem: ContactProblem, law: Law) -> ContactSolution:
+    """Contacts of which some resist rolling or spin."""
+    if (law.slip, law.order) != ("end", "simultaneous"):
+        raise InputError(
+            'contacts: rolling and torsion need slip="end" and order="simultaneous"; how they act '
+            "along an impact is not defined"
+        )
+    from .turning import solve_turning
+
+    check_problem(problem)
+    return solve_turning(problem, law)
 
 
 def _immovable(problem: ContactProblem) -> ContactSolution:

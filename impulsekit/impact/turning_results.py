@@ -1,0 +1,77 @@
+"""What a contact that resists rolling and spin did against them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..display import OneLine
+
+if TYPE_CHECKING:
+    from .result import Impact
+
+__all__ = ["NO_SLIP", "ON_CONE", "TurningResult", "turning_result"]
+
+# A tangential impulse this near µ P_n has reached the cone.
+ON_CONE = 1e-9
+# Slip that is rounding, against the velocities of all contacts.
+NO_SLIP = 1e-12
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TurningResult(OneLine):
+    """The moments of a point against rolling and spin, world axes.
+
+    Attributes:
+        impulse: (3,) on the first body [N m s].
+        velocity_before, velocity_after: (3,) of the first body relative to the other [rad/s].
+        rolling: "separated", "rolling" (the moment is at its limit) or "sticking".
+        spin: "separated", "spinning" or "sticking".
+        work: [J].
+    """
+
+    impulse: np.ndarray
+    velocity_before: np.ndarray
+    velocity_after: np.ndarray
+    rolling: str
+    spin: str
+    work: float
+
+
+def turning_result(impact: Impact, k: int) -> TurningResult:
+    """What the k-th touch of an impact, whose rows are of turning, did."""
+    outcome = impact.outcome
+    if outcome is None or outcome.contacts is None:
+        raise ValueError("no contact touched")
+    touch, solution = outcome.touches[k], outcome.contacts
+    if touch.axes is None:
+        raise ValueError("a joint stop does not turn")
+    own = slice(3 * k, 3 * k + 3)
+    local, normal = solution.impulse[own], float(solution.impulse[3 * touch.turns + 2])
+    before, after = touch.jacobian @ impact.v_before, touch.jacobian @ impact.v_after
+    start = solution.velocity_start[own]
+    size = np.abs(touch.jacobian).sum() * 1e-13 * max(np.abs(before).max(), np.abs(after).max())
+    # As for forces: a law that follows the impact knows the work, if nothing else acts.
+    work = float(solution.friction_work[k])
+    if np.abs(start - before).max() > size:
+        work = float(0.5 * local @ (before + after))
+    entry = impact.scene.contacts[touch.entry]
+    rolling, spin = (getattr(entry, name) * normal for name in ("rolling", "torsion"))
+    arrays = [touch.axes @ vector for vector in (local, before, after)]
+    for array in arrays:
+        array.setflags(write=False)
+    across, about = float(np.hypot(local[0], local[1])), abs(float(local[2]))
+    return TurningResult(
+        *arrays,
+        rolling=_mode(normal, across, rolling, "rolling"),
+        spin=_mode(normal, about, spin, "spinning"),
+        work=work,
+    )
+
+
+def _mode(normal: float, moment: float, limit: float, moves: str) -> str:
+    if normal <= 0.0:
+        return "separated"
+    return "sticking" if moment < limit * (1.0 - ON_CONE) else moves

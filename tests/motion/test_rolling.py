@@ -1,0 +1,127 @@
+"""Rolling and torsional friction in motions, against closed forms."""
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+
+BALL = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+ON_FLOOR = BALL.with_ground()
+MASS, INERTIA, R, G = 0.5, 5e-4, 0.05, 9.81
+
+
+def rolled(v, duration, *, gravity=(0, 0, -G), height=R, **coefficients):
+    floor = ik.Collision("ball", "ground", name="floor", **coefficients)
+    scene = ik.Scene(ON_FLOOR, contacts=[floor], gravity=gravity)
+    q = ON_FLOOR.configuration(root_joint=[0, 0, height, 0, 0, 0, 1])
+    return ik.simulate(scene, q, ON_FLOOR.velocity(root_joint=v), duration=duration)
+
+
+def test_a_ball_stops_rolling_at_the_closed_form_time():
+    """(I + m R²) ω̇ = −ρ m g, of sticking friction; Chrono's case."""
+    rho, w = 4e-3, 10.0
+    stop = w * (INERTIA + MASS * R**2) / (rho * MASS * G)
+    motion = rolled([w * R, 0, 0, 0, w, 0], stop + 0.1, friction=0.4, rolling=rho)
+    assert motion.status.name == "FINISHED"
+    assert np.abs(motion._path.step_times - stop).min() < 1e-7
+    assert np.abs(motion.at(stop + 0.05)[1]).max() < 1e-9
+    assert motion.at(stop + 0.05)[0][0] == pytest.approx(0.5 * w * R * stop, abs=1e-8)
+    assert motion.contacts["floor"].moment(0.3 * stop) == pytest.approx(
+        [0, -rho * MASS * G, 0], abs=1e-9
+    )
+    assert np.abs(motion.balance().residual).max() < 1e-7
+    lost = 0.5 * MASS * (w * R) ** 2 + 0.5 * INERTIA * w**2
+    assert motion.contacts["floor"].work() == pytest.approx(-lost, rel=1e-7)
+
+
+def test_a_ball_stops_spinning_at_the_closed_form_time():
+    tau, w = 2e-3, 5.0
+    stop = w * INERTIA / (tau * MASS * G)
+    motion = rolled([0, 0, 0, 0, 0, w], stop + 0.1, friction=0.4, torsion=tau)
+    assert np.abs(motion._path.step_times - stop).min() < 1e-7
+    assert np.abs(motion.at(stop + 0.05)[1]).max() < 1e-9
+    assert motion.at(0.5 * stop)[1][5] == pytest.approx(0.5 * w, rel=1e-9)
+
+
+@pytest.mark.parametrize(("slope", "moves"), [(0.07, False), (0.09, True)])
+def test_a_ball_on_a_slope_rolls_above_rho_over_r(slope, moves):
+    """It stays while tan α < ρ/R = 0.08, and then rolls with m g (sin α R − cos α ρ)."""
+    rho, a = 4e-3, np.arctan(slope)
+    gravity = (G * np.sin(a), 0, -G * np.cos(a))
+    motion = rolled(np.zeros(6), 0.3, gravity=gravity, friction=0.5, rolling=rho)
+    rate = MASS * G * (np.sin(a) * R - np.cos(a) * rho) / (INERTIA + MASS * R**2) if moves else 0
+    assert motion.status.name == "FINISHED"
+    q, v = motion.at(0.3)
+    found = np.concatenate([_rotation(q[3:7]) @ v[:3], v[3:]])
+    assert found == pytest.approx([0.3 * rate * R, 0, 0, 0, 0.3 * rate, 0], abs=1e-8)
+
+
+def test_slipping_rolling_and_spinning_at_once_against_an_own_integration():
+    """A ball thrown along the floor: slip turns into rolling while both moments act."""
+    from scipy.integrate import solve_ivp
+
+    mu, rho, tau = 0.2, 1e-3, 5e-4
+
+    def rates(t, y):
+        vx, vy, wx, wy, wz = y
+        slip = np.array([vx - wy * R, vy + wx * R])
+        f = -mu * MASS * G * slip / np.linalg.norm(slip)
+        turn = -rho * MASS * G * np.array([wx, wy]) / np.hypot(wx, wy)
+        return [
+            *(f / MASS), (f[1] * R + turn[0]) / INERTIA, (-f[0] * R + turn[1]) / INERTIA,
+            -np.sign(wz) * tau * MASS * G / INERTIA,
+        ]  # fmt: skip
+
+    start, end = [1.0, 0.3, 2.0, -6.0, 4.0], 0.12
+    truth = solve_ivp(rates, (0, end), start, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    v = [start[0], start[1], 0, *start[2:]]
+    motion = rolled(v, end, friction=mu, rolling=rho, torsion=tau)
+    # The ball's own axes have turned.
+    q, u = motion.at(end)
+    turn = _rotation(q[3:7])
+    found = np.concatenate([(turn @ u[:3])[:2], turn @ u[3:]])
+    assert found == pytest.approx(truth, abs=1e-7)
+
+
+def test_a_ball_that_slips_askew_goes_on_slipping():
+    """Its slip falls by (7/2) µ g without turning, whatever its spin; steps may lift it a hair."""
+    start = np.array([1.0 + 6.0 * R, 0.3 + 2.0 * R])
+    motion = rolled([1.0, 0.3, 0, 2.0, -6.0, 4.0], 0.12, friction=0.2)
+    q, v = motion.at(0.12)
+    v, w = _rotation(q[3:7]) @ v[:3], _rotation(q[3:7]) @ v[3:]
+    size = np.linalg.norm(start)
+    slip = start * (1 - 3.5 * 0.2 * G * 0.12 / size)
+    assert [v[0] - w[1] * R, v[1] + w[0] * R] == pytest.approx(slip, abs=1e-8)
+
+
+def _rotation(quaternion):
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_quat(quaternion).as_matrix()
+
+
+def test_zero_coefficients_change_no_bit():
+    v = [0.5, 0.2, 0, 1.0, 3.0, 2.0]
+    plain = rolled(v, 0.2, friction=0.3, restitution=0.5, height=R + 1e-3)
+    zero = rolled(v, 0.2, friction=0.3, restitution=0.5, height=R + 1e-3, rolling=0.0, torsion=0.0)
+    assert plain.q.tobytes() == zero.q.tobytes() and plain.v.tobytes() == zero.v.tobytes()
+
+
+def test_it_bounces_and_comes_to_rest():
+    motion = rolled(
+        [0.3, 0, 0, 0, 0, 3], 2.0, height=R + 0.02,
+        restitution=0.3, friction=0.4, rolling=5e-3, torsion=5e-3,
+    )  # fmt: skip
+    assert motion.status.name == "FINISHED" and len(motion.impacts) > 2
+    assert np.abs(motion.v[-1]).max() < 1e-9
+    first = motion.impacts[0][1].contacts[0].points[0].turning
+    assert first.rolling == "rolling" and first.spin in ("spinning", "sticking")
+
+
+def test_a_motion_comes_back_from_its_file(tmp_path):
+    motion = rolled([0.5, 0, 0, 0, 10, 0], 0.2, friction=0.4, rolling=4e-3)
+    motion.save(tmp_path / "motion.npz")
+    again = ik.Trajectory.load(tmp_path / "motion.npz")
+    assert again.contacts["floor"].moment(0.1) == pytest.approx(
+        motion.contacts["floor"].moment(0.1), rel=1e-9
+    )
