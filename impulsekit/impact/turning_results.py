@@ -59,12 +59,14 @@ def turning_result(impact: Impact, k: int) -> TurningResult:
         work = float(0.5 * local @ (before + after))
     entry = impact.scene.contacts[touch.entry]
     rolling, spin = (getattr(entry, name) * normal for name in ("rolling", "torsion"))
-    arrays = [touch.axes @ vector for vector in (local, before, after)]
-    for array in arrays:
+    impulse, before, after = (touch.axes @ vector for vector in (local, before, after))
+    for array in (impulse, before, after):
         array.setflags(write=False)
     across, about = float(np.hypot(local[0], local[1])), abs(float(local[2]))
     return TurningResult(
-        *arrays,
+        impulse,
+        before,
+        after,
         rolling=_mode(normal, across, rolling, "rolling"),
         spin=_mode(normal, about, spin, "spinning"),
         work=work,

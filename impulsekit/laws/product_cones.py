@@ -63,7 +63,7 @@ class Cones(NamedTuple):
     reach: np.ndarray
 
 
-def _examples() -> tuple:
+def _examples() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, Cones]:
     whole = np.zeros(1, np.int64)
     cones = Cones(whole, np.zeros(1), whole, whole, whole, np.zeros(1))
     return np.eye(3), np.ones(3), np.zeros(3), np.zeros(3), cones

@@ -17,7 +17,7 @@ from ..impact.laws.problem import Turning
 from ..impact.laws.turning import cones_of
 from ..laws.product_cones import find_cone_impulses
 from ..rows.pair import turning_rows
-from ..scene import Scene
+from ..scene import Collision, Contact, Scene
 from ..scene.contacts import turns
 from .rest_law import BAR, RestNotSolved
 
@@ -54,9 +54,9 @@ class RollingRest:
 
     def __init__(self, scene: Scene) -> None:
         self._reach = {
-            i: (float(entry.rolling), float(entry.torsion))
+            i: (entry.rolling, entry.torsion)
             for i, entry in enumerate(scene.contacts)
-            if turns(entry)
+            if isinstance(entry, Contact | Collision) and turns(entry)
         }
         self._last = np.empty(0)
         self._shifted: pin.Data | None = None

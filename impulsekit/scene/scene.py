@@ -141,11 +141,11 @@ class Scene(Displayed):
         for i, contact in enumerate(self.contacts):
             if not (getattr(contact, "rolling", 0.0) or getattr(contact, "torsion", 0.0)):
                 continue
-            law = self.law
+            law, adheres = self.law, bool(getattr(contact, "adhesion", 0.0))
             if (
-                law.restitution not in ("newton", "poisson")
+                adheres
+                or law.restitution not in ("newton", "poisson")
                 or (law.slip, law.order) != ("end", "simultaneous")
-                or getattr(contact, "adhesion", 0.0)
             ):
                 raise InputError(
                     f"contacts[{i}]: rolling and torsion belong to Newton's or Poisson's law with "

@@ -16,7 +16,7 @@ from ...scene.law import Law
 from .problem import ContactProblem, ContactSolution, Turning
 from .single import refuse_tangential
 
-__all__ = ["solve_turning", "without_turning"]
+__all__ = ["cones_of", "solve_turning"]
 
 # An answer, relative to the velocities.
 BAR = 1e-10
@@ -25,12 +25,6 @@ LEAST_RELEASE = 1e-290
 # Eigenvalues of W below this share of the largest, scaled, are those of redundant rows; a contact
 # that has no more than the second of their vectors is determined.
 REDUNDANT, OUTSIDE = 1e-12, 1e-9
-
-
-def without_turning(problem: ContactProblem) -> bool:
-    """Whether no contact of a problem resists rolling or spin."""
-    turning = problem.turning
-    return turning is None or not len(turning.of)
 
 
 def solve_turning(problem: ContactProblem, law: Law) -> ContactSolution:
@@ -65,9 +59,15 @@ def cones_of(friction: np.ndarray, turning: Turning, floor: np.ndarray) -> Cones
         size += [2, 1]
         contact += [i, i]
         reach += [rolling, torsion]
-    whole = [np.array(x, dtype=np.int64) for x in (first, size, contact)]
     normals = np.arange(2, 3 * n, 3, dtype=np.int64)
-    return Cones(normals, np.ascontiguousarray(floor, dtype=float), *whole, np.array(reach))
+    return Cones(
+        normals,
+        np.ascontiguousarray(floor, dtype=float),
+        np.array(first, dtype=np.int64),
+        np.array(size, dtype=np.int64),
+        np.array(contact, dtype=np.int64),
+        np.array(reach),
+    )
 
 
 def _newton(problem: ContactProblem) -> ContactSolution:
