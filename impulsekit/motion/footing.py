@@ -14,7 +14,7 @@ from ..rows.reach import reached_model
 from ..scene import Scene
 from .gaps import Gaps
 from .resting import Resting, RestingContact
-from .rolling import Turn
+from .turn import Turn
 
 if TYPE_CHECKING:
     from ..geometry.held_points import HeldPoint

@@ -12,7 +12,8 @@ from ..scene import Scene
 from ..scene.contacts import turns
 from .compiled_settle import next_slide
 from .pressed import Sliding
-from .rolling import RollingRest, Turn, direction_of_slip
+from .rolling import RollingRest
+from .turn import Turn, direction_of_slip
 
 __all__ = ["Resting", "RestingContact"]
 
