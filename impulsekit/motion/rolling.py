@@ -236,7 +236,7 @@ class RollingRest:
         scale = float(np.abs(self.rates).max(initial=0.0))
         for j, (contact, k, _) in enumerate(owners):
             rolling, torsion = self._reach[contact.entry]
-            turn, at, normal = contact.turns[k], 3 * j, float(self.normals[j])
+            turn, at = contact.turns[k], 3 * j
             for part, reach, names in (
                 (slice(at, at + 2), rolling, ("rolls", "rolling_begins")),
                 (slice(at + 2, at + 3), torsion, ("spins", "spin_begins")),
@@ -245,8 +245,8 @@ class RollingRest:
                 now = way_of_slip(
                     self.speeds[part],
                     self.rates[part],
-                    float(np.linalg.norm(self.moments[part])),
-                    reach * normal,
+                    (self.moments[part], float(self.normals[j])),
+                    reach,
                     before,
                     scale,
                     fresh=fresh,

@@ -15,6 +15,7 @@ from ..impact.scene_contacts import ROUNDING
 from ..impact.solver import outcome_of
 from ..laws.status import RESIDUAL_LIMIT, Status
 from ..scene import Contact, Scene
+from ..scene.contacts import turns
 from ..scene.driven import is_driven, scene_at
 from ..scene.law import RESTITUTIONS
 from .present import Present, Stopped
@@ -83,7 +84,7 @@ class Striking:
         entry = now.entry_of(gap)
         if now.mover is None or not self._lone or not isinstance(entry, Contact):
             return False
-        if callable(entry.restitution):
+        if callable(entry.restitution) or turns(entry):
             return False
         e = 0.0 if soft else entry.restitution
         own = e, entry.friction, entry.tangential_restitution

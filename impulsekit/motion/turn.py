@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from .compiled_settle import next_slide
+
 __all__ = ["GROWN", "NO_TURN", "Turn", "after_stop", "direction_of_slip", "way_of_slip"]
 
 # Turning below this [rad/s] has no direction of its own.
 NO_TURN = 1e-9
 # Turning that began, and is slower than this [rad/s], is opposed along its acceleration.
 GROWN = 1e-7
-# Forces this near the cone are on it; slip that is all but grown has grown.
-ON_CONE, ALL_BUT = 1.0 - 1e-7, 0.999
 
 
 class Turn:
@@ -61,8 +61,8 @@ def direction_of_slip(slip: np.ndarray, start: np.ndarray, slow: float) -> np.nd
 def way_of_slip(
     slip: np.ndarray,
     rate: np.ndarray,
-    force: float,
-    limit: float,
+    force: tuple[np.ndarray, float],
+    reach: float,
     before: tuple[np.ndarray | None, bool],
     scale: float,
     *,
@@ -72,33 +72,28 @@ def way_of_slip(
 
     Args:
         slip, rate: (k,) turning [rad/s] and its rate [rad/s²].
-        force, limit: the moment and its bound [N m].
+        force: the moment (k,) [N m] and the normal force [N].
+        reach: the largest moment over the normal force [m].
         before: the direction up to now, or None; and whether it had just begun.
         scale: the largest rate [rad/s²].
         fresh: after an impact, when the turning decides alone.
     """
-    if not limit > 0.0:
-        return (before[0], before[1]) if before[0] is not None else (None, False)
-    speed = float(np.linalg.norm(slip))
-    slips = speed > NO_TURN
     way, begins = before
-    if way is not None and not begins:
-        return (slip / speed if slips else way), False
-    if fresh and slips:
-        return slip / speed, False
-    on_cone = force >= limit * ON_CONE
-    if way is not None:
-        if on_cone and speed < ALL_BUT * GROWN and slip.dot(rate) >= 0.0:
-            return (slip / speed if slips else way), True
-        return (slip / speed if slips else None), False
-    if not on_cone:
-        return None, False
-    if slips:
-        return slip / speed, False
-    size = float(np.linalg.norm(rate))
-    if not size > 1e-7 * max(scale, 1e-300):
-        return None, False
-    return rate / size, True
+    now, starts = next_slide(
+        (0.0, 0.0, 0.0) if way is None else (*_two(way), 1.0),
+        begins,
+        _two(slip),
+        _two(rate),
+        (*_two(force[0]), force[1]),
+        (reach, scale, NO_TURN, GROWN),
+        fresh,
+    )
+    return np.array(now[: len(slip)]) if now[2] else None, starts
+
+
+def _two(vector: np.ndarray) -> tuple[float, float]:
+    """A vector of one or two entries."""
+    return float(vector[0]), float(vector[1]) if len(vector) > 1 else 0.0
 
 
 def after_stop(speed: np.ndarray, way: np.ndarray, bar: float) -> tuple[np.ndarray | None, bool]:

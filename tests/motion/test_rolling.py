@@ -118,6 +118,21 @@ def test_it_bounces_and_comes_to_rest():
     assert first.rolling == "rolling" and first.spin in ("spinning", "sticking")
 
 
+def test_a_lone_point_that_strikes_resists_spin():
+    """Also where compiled code strikes lone points: it does not know of moments."""
+    from impulsekit.motion.compiled_strike import strike_point
+
+    strike_point.load()
+    floor = ik.Contact("ball", restitution=0.5, friction=0.3, torsion=2e-3)
+    q = BALL.configuration(root_joint=[0, 0, 0.1, 0, 0, 0, 1])
+    scene = ik.Scene(BALL, contacts=[floor])
+    motion = ik.simulate(scene, q, BALL.velocity(root_joint=[0, 0, 0, 0, 0, 9]), duration=0.2)
+    impact = motion.impacts[0][1]
+    normal = 1.5 * MASS * np.sqrt(2 * G * 0.1)
+    assert motion.v[-1][5] == pytest.approx(9 - 2e-3 * normal / INERTIA, rel=1e-9)
+    assert impact.contacts[0].points[0].turning.spin == "spinning"
+
+
 def test_a_motion_comes_back_from_its_file(tmp_path):
     motion = rolled([0.5, 0, 0, 0, 10, 0], 0.2, friction=0.4, rolling=4e-3)
     motion.save(tmp_path / "motion.npz")
