@@ -15,7 +15,7 @@ from ..impact.warm import compile_laws
 from ..laws.status import Status
 from ..scene import FrameAnchor, GapConstraint, JointLock, PointAnchor, Scene
 from ..scene.kept import KeptByScene
-from .codes import AGAIN, OPEN
+from .codes import AGAIN, OPEN, SHARED
 from .errors import NoKernelError
 from .inputs import BatchInputs, batch_inputs
 from .remote import is_lazy, solve_lazily, solve_remotely
@@ -146,6 +146,8 @@ def solve_batch(
             again = np.flatnonzero(codes == AGAIN)
             if len(again) and number == np.float32:
                 again = _in_double(program, inputs, again, arrays, codes, _threads(threads))
+            verdicts[codes >= SHARED] = VERDICTS.index("several")
+            codes[codes >= SHARED] -= SHARED
             verdicts[codes >= OPEN] = VERDICTS.index("not proven")
             codes[codes >= OPEN] -= OPEN
             solve_rows(scene, inputs, again.tolist(), arrays, codes, verdicts)

@@ -10,8 +10,7 @@ import numpy as np
 from .elimination import DEPENDENT
 
 if TYPE_CHECKING:
-    from .laws.modes import System
-    from .laws.refine import Steps
+    from .laws.refine import Steps, System
 
 __all__ = ["steps_of"]
 
@@ -48,7 +47,7 @@ def steps_of(
 
     def together(system: System, lacking: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """M Δ − (J Way)ᵀ x − Aᵀ λ = lacking, Aimᵀ J Δ + stiffness x = −right, A Δ = 0."""
-        push, pull = system.way.T.dot(jacobian), system.aim.T.dot(jacobian)
+        push, pull = system.way.dot(jacobian), system.aim.dot(jacobian)
         n, m = len(mass_matrix), len(push)
         matrix = np.zeros((n + m + len(rows), n + m + len(rows)))
         matrix[:n, :n] = mass_matrix

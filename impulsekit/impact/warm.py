@@ -11,21 +11,26 @@ __all__ = ["compile_all_laws", "compile_laws", "laws_of"]
 
 _ALONG_THE_PATH = ("path",)
 _AT_THE_END = ("single", "coulomb")
+# Several that rub.
+_TOGETHER = ("modes", "frictional", "least_shares")
 # Whether there are other solutions.
-_RUBBING = ("coupling", "plane_modes", "space_modes")
+_RUBBING = ("others",)
 
 
 def laws_of(scene: Scene) -> tuple[str, ...]:
     """Modules of ``laws`` whose entries ``solve`` and ``simulate`` call for a scene."""
     if not scene.contacts:
         return ()
+    in_turn = ("sequence",) if scene.law.order == "sequential" else ()
     if scene.law.restitution == "lzb":
-        return (*_ALONG_THE_PATH, "lzb")
+        return (*_ALONG_THE_PATH, "lzb", *in_turn)
     if scene.law.slip == "path":
-        return _ALONG_THE_PATH
+        return _ALONG_THE_PATH + in_turn
     rubs = any(getattr(contact, "friction", 0.0) for contact in scene.contacts)
-    several = ("several",) if len(scene.contacts) > 1 else ()
-    return _AT_THE_END + several + (_RUBBING if rubs else ())
+    together = len(scene.contacts) > 1 and scene.law.order == "simultaneous"
+    several = ("several",) if together else ()
+    more = (_TOGETHER if together else ()) + _RUBBING if rubs else ()
+    return _AT_THE_END + in_turn + several + more
 
 
 def compile_laws(scene: Scene) -> None:
@@ -35,7 +40,7 @@ def compile_laws(scene: Scene) -> None:
 
 def compile_all_laws() -> None:
     """Compile the laws of all scenes."""
-    _compile((*_ALONG_THE_PATH, "lzb", *_AT_THE_END, "several", *_RUBBING))
+    _compile((*_ALONG_THE_PATH, "lzb", *_AT_THE_END, "several", "sequence", *_TOGETHER, *_RUBBING))
 
 
 def _compile(modules: tuple[str, ...]) -> None:

@@ -19,6 +19,7 @@ from typing import Any, Generic, ParamSpec, TypeVar
 
 import numpy as np
 
+from .apart import tell_by_address
 from .store import Store, is_stored
 
 __all__ = ["ENTRIES", "Entry", "compiled", "dispatcher", "entry", "use_numba"]
@@ -44,7 +45,7 @@ WITHIN: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapp
 ENTRIES: dict[str, Entry[..., Any]] = {}
 
 _lock = threading.RLock()
-_waiting: list[tuple[Any, Callable[[], Any]]] = []
+_waiting: list[Callable[[], None]] = []
 # numba holds its dispatchers by weak references.
 _held: list[Any] = []
 _ready = False
@@ -60,7 +61,7 @@ def compiled(function: F) -> F:
         >>> work(2.0, -1.0, 0.5)
         -0.5
     """
-    _tell_numba(function, lambda: dispatcher(function, WITHIN))
+    _tell_numba(lambda: _link(function, dispatcher(function, WITHIN)))
     return function
 
 
@@ -79,7 +80,11 @@ class Entry(Generic[P, R]):
     """
 
     def __init__(
-        self, function: Callable[P, R], examples: Callable[[], tuple[Any, ...]], seconds: float
+        self,
+        function: Callable[P, R],
+        examples: Callable[[], tuple[Any, ...]],
+        seconds: float,
+        apart: bool = False,
     ) -> None:
         functools.update_wrapper(self, function)
         self.py_func = function
@@ -90,7 +95,10 @@ class Entry(Generic[P, R]):
         self._arrays: bool | None = None
         # Whether its compiled code was looked for on disk.
         self._looked = False
-        _tell_numba(self, self._dispatcher)
+        if apart:
+            _tell_numba(lambda: tell_by_address(self, examples(), self.compile))
+        else:
+            _tell_numba(lambda: _link(self, self._dispatcher()))
         ENTRIES[f"{function.__module__}.{function.__name__}"] = self
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
@@ -190,13 +198,15 @@ def _has_arrays(value: Any) -> bool:
 
 
 def entry(
-    examples: Callable[[], tuple[Any, ...]], *, seconds: float
+    examples: Callable[[], tuple[Any, ...]], *, seconds: float, apart: bool = False
 ) -> Callable[[Callable[P, R]], Entry[P, R]]:
     """Make a function an ``Entry``.
 
     Args:
         examples: gives arguments of the types that it is compiled for.
         seconds: what compiling takes, about.
+        apart: whether compiled code that calls it does so by its address, instead of having all
+            of it compiled in; it has to return int, float, bool or a tuple of these.
 
     Example:
         >>> @entry(lambda: (1.0, 1.0), seconds=0.1)
@@ -205,7 +215,7 @@ def entry(
         >>> energy(2.0, 3.0), energy.is_compiled
         (9.0, False)
     """
-    return lambda function: Entry(function, examples, seconds)
+    return lambda function: Entry(function, examples, seconds, apart)
 
 
 def dispatcher(function: Callable[..., Any], options: dict[str, Any], *more: str) -> Any:
@@ -234,20 +244,25 @@ def use_numba() -> None:
         _ready = True
         _announce_long_ones()
         while _waiting:
-            _tell_numba(*_waiting.pop())
+            _waiting.pop()()
 
 
-def _tell_numba(name: Any, make: Callable[[], Any]) -> None:
-    """Where compiled code reads this global, it shall find a dispatcher."""
+def _tell_numba(tell: Callable[[], None]) -> None:
+    """Tell numba of a global that compiled code reads, as soon as numba is there."""
     with _lock:
-        if not _ready:
-            _waiting.append((name, make))
-            return
-        from numba import types
-        from numba.core.registry import cpu_target
+        if _ready:
+            tell()
+        else:
+            _waiting.append(tell)
 
-        _held.append(make())
-        cpu_target.typing_context.insert_global(name, types.Dispatcher(_held[-1]))
+
+def _link(name: Any, made: Any) -> None:
+    """Where compiled code reads this global, it shall find a dispatcher."""
+    from numba import types
+    from numba.core.registry import cpu_target
+
+    _held.append(made)
+    cpu_target.typing_context.insert_global(name, types.Dispatcher(made))
 
 
 def _announce_long_ones() -> None:

@@ -17,7 +17,6 @@ __all__ = [
     "lower_solve",
     "null_rows",
     "pivoted_cholesky",
-    "rank_by_pivots",
     "solve_factorized",
 ]
 
@@ -83,12 +82,27 @@ def gauss(a: np.ndarray, n: int, x: np.ndarray) -> bool:
                 for k in range(j + 1, n):
                     a[i, k] -= factor * a[j, k]
                 x[i] -= factor * x[j]
+    _substitute_back(a, n, x)
+    return True
+
+
+@compiled
+def _substitute_back(a: np.ndarray, n: int, x: np.ndarray) -> None:
+    """x ← U⁻¹ x, U being the upper triangle."""
     for i in range(n - 1, -1, -1):
         total = x[i]
         for k in range(i + 1, n):
             total -= a[i, k] * x[k]
         x[i] = total / a[i, i]
-    return True
+
+
+@compiled
+def _swap_both(a: np.ndarray, n: int, j: int, other: int) -> None:
+    """Swap two rows and columns."""
+    for k in range(n):
+        a[j, k], a[other, k] = a[other, k], a[j, k]
+    for k in range(n):
+        a[k, j], a[k, other] = a[k, other], a[k, j]
 
 
 @compiled
@@ -141,32 +155,6 @@ def gauss_of_rank(
 
 
 @compiled
-def rank_by_pivots(a: np.ndarray, n: int, tolerance: float) -> int:
-    """The rank of a positive semidefinite matrix, which is used up (pivoted Cholesky)."""
-    for j in range(n):
-        best = j
-        for i in range(j + 1, n):
-            if a[i, i] > a[best, best]:
-                best = i
-        if not a[best, best] > tolerance:
-            return j
-        if best != j:
-            for k in range(n):
-                a[j, k], a[best, k] = a[best, k], a[j, k]
-            for k in range(n):
-                a[k, j], a[k, best] = a[k, best], a[k, j]
-        for i in range(j + 1, n):
-            factor = a[i, j] / a[j, j]
-            for k in range(j + 1, i + 1):
-                a[i, k] -= factor * a[k, j]
-        for i in range(j + 1, n):
-            for k in range(j + 1, i):
-                a[k, i] = a[i, k]
-            a[j, i] = a[i, j]
-    return n
-
-
-@compiled
 def factorize(a: np.ndarray, n: int, order: np.ndarray) -> bool:
     """L U of the leading n rows with row pivoting, in their place; False where it is singular.
 
@@ -204,11 +192,7 @@ def solve_factorized(a: np.ndarray, n: int, order: np.ndarray, x: np.ndarray) ->
         for k in range(i):
             total -= a[i, k] * x[k]
         x[i] = total
-    for i in range(n - 1, -1, -1):
-        total = x[i]
-        for k in range(i + 1, n):
-            total -= a[i, k] * x[k]
-        x[i] = total / a[i, i]
+    _substitute_back(a, n, x)
 
 
 @compiled
@@ -232,10 +216,7 @@ def pivoted_cholesky(a: np.ndarray, n: int, tolerance: float, order: np.ndarray)
             return j
         if best != j:
             order[j], order[best] = order[best], order[j]
-            for k in range(n):
-                a[j, k], a[best, k] = a[best, k], a[j, k]
-            for k in range(n):
-                a[k, j], a[k, best] = a[k, best], a[k, j]
+            _swap_both(a, n, j, best)
         root = math.sqrt(a[j, j])
         a[j, j] = root
         for i in range(j + 1, n):

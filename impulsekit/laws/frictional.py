@@ -1,10 +1,13 @@
 """Several contacts with friction: Coulomb's law at all of them at once.
 
-0 ≤ P_n ⊥ ξ_n ≥ 0, |P_t| ≤ µ P_n, P_t = −µ P_n ξ_t/|ξ_t| where ξ_t ≠ 0, with ξ = W P + b.
+0 ≤ P_n − f ⊥ ξ_n ≥ 0, |P_t| ≤ µ P_n, P_t = −µ P_n ξ_t/|ξ_t| where ξ_t ≠ 0, with
+ξ = W P + b. f is 0, or what Poisson's expansion asks for at least.
 
-Newton on the modes of the contacts starts from what would hold them all still; where that
-finds nothing, a few rounds of sweeps or of splitting come near, and Newton goes on to rounding
-level. What it does not find, and what it finds but cannot tell, is left by the code AGAIN.
+First all contacts are held still: an answer in which nothing slips is near that, and Newton on
+the modes of the contacts goes to it. Where contacts slip, a few rounds of sweeps or of splitting
+come near, and Newton goes on to rounding level. Where that fails all modes are tried, if there
+are few; then Newton goes there through regular problems nearby. Redundant contacts whose targets
+contradict each other are unloaded one by one.
 """
 
 from __future__ import annotations
@@ -13,104 +16,246 @@ import math
 
 import numpy as np
 
-from .compiled import compiled
-from .coulomb import coulomb
-from .modes import BAR, FINE, MOST_STEPS, RIDGE, SLIDES, polish, residual_of, sizes_of
-from .progress import Block
-from .redundant import find_shared
-from .splitting import split
+from .approach import ALL_ROUNDS, NO_ROUND, approach_in_rounds, approach_regularized, sweep
+from .compiled import compiled, entry
+from .least_shares import least_holding
+from .modes import (
+    BAR,
+    MOST_STEPS,
+    NULL,
+    RIDGE,
+    SLIDES,
+    SLIDES_AT_FLOOR,
+    height_of,
+    polish,
+    residual_of,
+    sizes_of,
+)
+from .redundant import find_shared, is_redundant
 from .status import Status
 from .sticking import held_still
-from .words import AGAIN
-from .workspace import Sizes, Workspace
+from .uniqueness import MOST_FOUND, TRIED_ALL, search_modes
+from .unloading import unload
+from .words import AGAIN, NO, YES
+from .workspace import Sizes, Workspace, workspace
 
-__all__ = ["block_at", "clear_smooth", "frictional"]
+__all__ = ["clear_smooth", "frictional", "search_slipping"]
 
 # Newton's steps from a first guess, and what rounding leaves.
-FEW = 8
+FEW: int = np.int64(8)  # type: ignore[assignment]
 ROUNDING = 2e-15
-# Rounds of sweeps (above 0) and of splitting (below).
-SWEEPS = (3, 10, 30, -100, -200, -400, -800, 200)
-ROUNDS = len(SWEEPS)
-# Share of the largest load, or of the velocities, that is none.
-EDGE = 1e-9
+# Of contacts that hold all still by one share of the load among many.
+HELD = 1e-13
+# Normal velocities that approach by no more than this share of all do not.
+AT_REST = 1e-15
+# The rounds before all modes are tried; sweeps at last, and how often.
+EARLY: int = np.int64(3)  # type: ignore[assignment]
+SWEEPS: int = np.int64(50)  # type: ignore[assignment]
+MOST_SWEEPS = 30
+# Nothing found yet.
+_OPEN = -2
 _SOLVED, _NOT_UNIQUE = int(Status.SOLVED), int(Status.NOT_UNIQUE)
-_MANY, _NONE = int(Status.MANY_SOLUTIONS), int(Status.NO_SOLUTION)
+_NONE, _NOT_CONVERGED = int(Status.NO_SOLUTION), int(Status.NOT_CONVERGED)
 
 
-@compiled
+def _examples() -> tuple[object, ...]:
+    return workspace(1), 1, 1.0, False, 0.0, 0.0
+
+
+def _search_examples() -> tuple[object, ...]:
+    return workspace(1), 1, Sizes(1.0, 1.0, 1.0, True), False, 0.0
+
+
+@entry(_examples, seconds=15.0, apart=True)
 def frictional(
-    work: Workspace, n: int, scale: float, spread: float, dependent: float
-) -> tuple[int, float, bool]:
-    """P (3n,) of n contacts; the code, the residual, and whether W is regular.
+    work: Workspace, n: int, scale: float, started: bool, spread: float, dependent: float
+) -> tuple[int, float]:
+    """P (3n,) of n contacts; the code and the residual.
 
     Args:
-        work: the problem, with ``floor`` 0; W and b of smooth tangents are cleared.
+        work: the problem; W and b of smooth tangents are cleared. ``unique`` is written.
         n: how many contacts.
         scale: the size of the velocities where they were larger before [m/s].
-        spread: contacts of which one moves less than this share of another are left.
+        started: whether P is near the answer, as the expansion's is.
+        spread: contacts of which one moves less than this share of another are left (AGAIN).
         dependent: pivots, the diagonal being 1, below which rows depend on each other.
     """
     P = work.P
     clear_smooth(work, n)
     slowest = math.inf
+    floors = False
     for i in range(n):
-        work.floor[i], work.unique[i] = 0.0, True
+        work.unique[i] = True
+        floors = floors or work.floor[i] > 0.0
         slowest = min(slowest, work.b[3 * i + 2])
-    for k in range(3 * n):
-        P[k] = 0.0
     sizes = sizes_of(work, n, scale)
-    if slowest >= -1e-15 * sizes.scale:
-        return _SOLVED, 0.0, True
-    if not sizes.largest > 0.0 or _is_spread(work, n, spread * sizes.largest):
-        return AGAIN, 0.0, False
-    # First what holds all still: of several answers the same is found whoever asks.
-    ridge = held_still(work, n, sizes)
-    if ridge >= 0.0:
-        bar = polish(work, n, sizes, FEW, ridge)
-        if bar <= BAR:
-            return (_SOLVED if bar <= 10.0 * FINE else AGAIN), bar, True
-    else:
-        bar = residual_of(work, n, sizes)
-        if bar > ROUNDING and not _slips(work, n):
-            polish(work, n, sizes, FEW, RIDGE)
-            bar = residual_of(work, n, sizes)
-        if bar <= ROUNDING and not _slips(work, n):
-            redundant = find_shared(work, n, sizes, dependent, False)
-            return (_NOT_UNIQUE if redundant else _SOLVED), bar, False
-    code, bar = _approach(work, n, sizes, dependent, ridge >= 0.0)
-    return code, bar, ridge >= 0.0
+    parts = not floors and slowest >= -AT_REST * sizes.scale
+    if parts or not sizes.largest > 0.0:
+        for i in range(n):
+            P[3 * i], P[3 * i + 1], P[3 * i + 2] = 0.0, 0.0, work.floor[i]
+        if parts:
+            return _SOLVED, 0.0
+        # Between parts that are held no impulse changes anything.
+        residual = residual_of(work, n, sizes)
+        return (_SOLVED if residual <= BAR else _NONE), residual
+    if _is_spread(work, n, spread * sizes.largest):
+        return AGAIN, 0.0
+    code, residual = _OPEN, math.inf
+    if not (floors or started):
+        code, residual = _hold_still(work, n, sizes, dependent)
+    elif floors and is_redundant(work.W, 3 * n, dependent, NULL):
+        start = P[: 3 * n].copy()
+        code, residual = _hold_by_shares(work, n, sizes, dependent)
+        for k in range(3 * n):
+            P[k] = P[k] if code != _OPEN else start[k]
+    if code == _OPEN and started:
+        residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
+        if residual <= BAR:
+            return _code_of(work, n, sizes, dependent, YES), residual
+    if code == _OPEN:
+        code, residual = search_slipping(work, n, sizes, floors, dependent)
+    return code, residual
 
 
 @compiled
-def _approach(
-    work: Workspace, n: int, sizes: Sizes, dependent: float, regular: bool
+def _hold_still(work: Workspace, n: int, sizes: Sizes, dependent: float) -> tuple[int, float]:
+    """The answer where nothing slips, or where Newton finds it with W regular; else _OPEN.
+
+    Elsewhere the law may have several answers, and Newton's may be any of them.
+    """
+    ridge = held_still(work, n, sizes)
+    if ridge >= 0.0:
+        residual = polish(work, n, sizes, FEW, ridge)
+        return (_SOLVED if residual <= BAR else _OPEN), residual
+    residual = residual_of(work, n, sizes)
+    slips = _slips(work, n)
+    if residual > ROUNDING or slips:
+        start = work.P[: 3 * n].copy()
+        # Another share of the same load may be within all cones.
+        code, bar = _hold_by_shares(work, n, sizes, dependent)
+        if code != _OPEN:
+            return code, bar
+        if not _slips(work, n):
+            # Targets of redundant contacts that contradict each other.
+            bar = unload(work, n, sizes, bar)
+            if bar <= HELD:
+                return _code_of(work, n, sizes, dependent, YES), bar
+        for k in range(3 * n):
+            work.P[k] = start[k]
+    if residual > ROUNDING and not slips:
+        polish(work, n, sizes, FEW, RIDGE)
+        residual = residual_of(work, n, sizes)
+        slips = _slips(work, n)
+    if residual > ROUNDING or slips:
+        return _OPEN, residual
+    return _code_of(work, n, sizes, dependent, NO), residual
+
+
+@compiled
+def _hold_by_shares(work: Workspace, n: int, sizes: Sizes, dependent: float) -> tuple[int, float]:
+    """The answer in which redundant contacts hold all still, where there is one; else _OPEN."""
+    residual = least_holding(work, n, sizes)
+    if not residual <= HELD:
+        return _OPEN, residual
+    return _code_of(work, n, sizes, dependent, NO), residual
+
+
+@entry(_search_examples, seconds=15.0, apart=True)
+def search_slipping(
+    work: Workspace, n: int, sizes: Sizes, floors: bool, dependent: float
 ) -> tuple[int, float]:
-    """Rounds of sweeps and splitting, Newton after each; the code and the residual."""
-    P = work.P
+    """The answer where contacts slip; P to begin with where there are floors."""
+    residual = math.inf
+    if not floors:
+        residual = approach_in_rounds(work, n, sizes, NO_ROUND, EARLY, BAR)
+        residual = unload(work, n, sizes, residual)
+        if residual <= BAR:
+            return _code_of(work, n, sizes, dependent, YES), residual
+    rough = work.P[: 3 * n].copy()
+    code, bar = _try_modes(work, n, sizes, YES, dependent)
+    if code != _OPEN:
+        return code, bar
     for k in range(3 * n):
-        P[k], work.y[k], work.z[k] = 0.0, 0.0, 0.0
-    rate = 0.05 * sizes.largest
-    bar = math.inf
-    for k in range(ROUNDS):
-        if SWEEPS[k] > 0:
-            _sweep(work, n, sizes.scale, SWEEPS[k])
-        else:
-            rate = split(work, n, -SWEEPS[k], rate)
-            for j in range(3 * n):
-                P[j] = work.y[j]
-        bar = polish(work, n, sizes, MOST_STEPS, RIDGE)
-        if bar > BAR:
-            continue
-        if bar > 10.0 * FINE:
+        work.P[k] = rough[k]
+    if not floors:
+        residual = approach_in_rounds(work, n, sizes, EARLY, ALL_ROUNDS, BAR)
+        residual = unload(work, n, sizes, residual)
+        if residual <= BAR:
+            return _code_of(work, n, sizes, dependent, YES), residual
+    residual = approach_regularized(work, n, sizes, BAR)
+    if not floors:
+        residual = unload(work, n, sizes, residual)
+    if residual <= BAR:
+        return _code_of(work, n, sizes, dependent, YES), residual
+    for k in range(3 * n):
+        rough[k] = work.P[k]
+    code, bar = _try_modes(work, n, sizes, NO, dependent)
+    if code != _OPEN:
+        return code, bar
+    for k in range(3 * n):
+        work.P[k] = rough[k]
+    least = residual_of(work, n, sizes)
+    best = rough.copy()
+    for _ in range(MOST_SWEEPS):
+        sweep(work, n, sizes.scale, SWEEPS)
+        left = residual_of(work, n, sizes)
+        for k in range(3 * n):
+            rough[k] = work.P[k]
+        if left < least:
+            least = left
+            for k in range(3 * n):
+                best[k] = rough[k]
+        residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
+        if residual <= BAR:
+            return _code_of(work, n, sizes, dependent, YES), residual
+        if not left < math.inf:
             break
-        # Load that can be shifted, now or once a contact leaves an edge, is told elsewhere.
-        if not regular and (
-            _is_on_an_edge(work, n, sizes.scale) or find_shared(work, n, sizes, dependent, True)
-        ):
-            break
-        return _SOLVED, bar
-    return AGAIN, bar
+        for k in range(3 * n):
+            work.P[k] = rough[k]
+    for k in range(3 * n):
+        work.P[k] = best[k] if least < math.inf else 0.0
+    return _NOT_CONVERGED, least
+
+
+@compiled
+def _try_modes(
+    work: Workspace, n: int, sizes: Sizes, plane: bool, dependent: float
+) -> tuple[int, float]:
+    """The answer nearest to sticking, ½ PᵀWP + b·P being least, among those of the modes tried.
+
+    Args:
+        plane: only where all modes can be tried; then it is also known that none solves.
+    """
+    size = 3 * n
+    W, b = work.W[:size, :size].copy(), work.b[:size].copy()
+    mu, floor = work.mu[:n].copy(), work.floor[:n].copy()
+    found, best = np.empty((MOST_FOUND, size)), np.empty(size)
+    how, count = search_modes(W, b, mu, floor, sizes.scale, plane, found)
+    if how == TRIED_ALL and count == 0:
+        for k in range(size):
+            work.P[k] = 0.0
+        return _NONE, residual_of(work, n, sizes)
+    least, left = math.inf, math.inf
+    for one in range(count):
+        for k in range(size):
+            work.P[k] = found[one, k]
+        residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
+        height = height_of(work, n)
+        if residual <= BAR and height < least:
+            least, left = height, residual
+            for k in range(size):
+                best[k] = work.P[k]
+    if not left <= BAR:
+        return _OPEN, left
+    for k in range(size):
+        work.P[k] = best[k]
+    return _code_of(work, n, sizes, dependent, YES), left
+
+
+@compiled
+def _code_of(work: Workspace, n: int, sizes: Sizes, dependent: float, slips: bool) -> int:
+    """The code of an answer; ``unique`` tells what is not determined in it."""
+    return _NOT_UNIQUE if find_shared(work, n, sizes, dependent, slips) else _SOLVED
 
 
 @compiled
@@ -137,63 +282,9 @@ def _is_spread(work: Workspace, n: int, least: float) -> bool:
 
 
 @compiled
-def _sweep(work: Workspace, n: int, scale: float, sweeps: int) -> None:
-    """Contact after contact in closed form; one that needs a second look keeps what it has."""
-    W, b, mu, P = work.W, work.b, work.mu, work.P
-    size = 3 * n
-    for _ in range(sweeps):
-        largest = 0.0
-        for i in range(n):
-            k = 3 * i
-            u1, u2, un = b[k], b[k + 1], b[k + 2]
-            for j in range(size):
-                if j < k or j > k + 2:
-                    u1 += W[k, j] * P[j]
-                    u2 += W[k + 1, j] * P[j]
-                    un += W[k + 2, j] * P[j]
-            (p1, p2, pn), code = coulomb(block_at(W, k), u1, u2, un, mu[i], scale)
-            if code in (_MANY, _NONE) and not pn > 0.0:
-                continue
-            largest = max(largest, W[k + 2, k + 2] * abs(pn - P[k + 2]))
-            P[k], P[k + 1], P[k + 2] = p1, p2, pn
-        if largest <= 1e-13 * scale:
-            return
-
-
-@compiled
-def block_at(W: np.ndarray, k: int) -> Block:
-    """W of the contact whose rows begin at k with itself, as the law of one contact takes it."""
-    return W[k, k], W[k, k + 1], W[k + 1, k + 1], W[k, k + 2], W[k + 1, k + 2], W[k + 2, k + 2]
-
-
-@compiled
 def _slips(work: Workspace, n: int) -> bool:
     """Whether any contact slides, by the modes seen last."""
     count = 0
     for i in range(n):
-        count += 1 if work.mode[i] == SLIDES else 0
+        count += 1 if work.mode[i] in (SLIDES, SLIDES_AT_FLOOR) else 0
     return count > 0
-
-
-@compiled
-def _is_on_an_edge(work: Workspace, n: int, scale: float) -> bool:
-    """Whether a contact touches and bears nothing, or is on its cone and does not slip."""
-    W, b, mu, P = work.W, work.b, work.mu, work.P
-    most = 0.0
-    for i in range(n):
-        most = max(most, P[3 * i + 2])
-    for i in range(n):
-        k = 3 * i
-        u1, u2, un = b[k], b[k + 1], b[k + 2]
-        for j in range(3 * n):
-            u1 += W[k, j] * P[j]
-            u2 += W[k + 1, j] * P[j]
-            un += W[k + 2, j] * P[j]
-        if P[k + 2] <= EDGE * most:
-            if un <= EDGE * scale:
-                return True
-        elif mu[i] > 0.0 and math.sqrt(u1 * u1 + u2 * u2) <= EDGE * scale:
-            friction = math.sqrt(P[k] ** 2 + P[k + 1] ** 2)
-            if friction >= mu[i] * P[k + 2] * (1.0 - EDGE):
-                return True
-    return False

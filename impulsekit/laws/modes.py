@@ -13,17 +13,19 @@ import math
 
 import numpy as np
 
-from .compiled import compiled
+from .compiled import compiled, entry
 from .dense import gauss, gauss_of_rank
-from .workspace import Sizes, Workspace
+from .words import NO, YES
+from .workspace import Sizes, Workspace, workspace
 
 __all__ = [
-    "BAR", "DEPENDENT", "FINE", "MOST_STEPS", "NULL", "RIDGE", "SLIDES", "polish", "residual_of",
-    "sizes_of",
+    "BAR", "DEEP", "DEPENDENT", "FINE", "MOST_STEPS", "NULL", "RIDGE", "SLIDES", "height_of",
+    "linearize", "polish", "residual_of", "sizes_of",
 ]  # fmt: skip
 
-# Steps from nearby at most.
-MOST_STEPS = 12
+# Steps from nearby at most. An integer of numpy, here and where it is an argument elsewhere:
+# for another literal numba would compile all that takes it once more.
+MOST_STEPS: int = np.int64(12)  # type: ignore[assignment]
 # Against singular W, relative: moves only what the velocities do not notice.
 RIDGE = 1e-9
 # Nearer than this the ridge is left out: what is redundant would drift by rounding over it, out
@@ -44,6 +46,7 @@ ALIKE = 1e-2
 # How many times the velocities W P may be before its rounding counts: beyond it an impulse that
 # solves nothing could be so large that what it leaves drowns in its own rounding.
 BALANCED = 1e3
+EPS = 2.0**-52
 # Parts; sticks; slides; the same two with P_n held at f.
 PARTS, STICKS, SLIDES, STICKS_AT_FLOOR, SLIDES_AT_FLOOR = 0, 1, 2, 3, 4
 
@@ -57,14 +60,16 @@ def sizes_of(work: Workspace, n: int, scale: float) -> Sizes:
         n: how many contacts.
         scale: the size of the velocities where they were larger before [m/s].
     """
-    largest, heaviest = 0.0, math.inf
+    largest, lightest, heaviest = 0.0, 0.0, math.inf
     for i in range(n):
+        # The mobility of a contact is the same whichever way its tangents point.
         own = 0.0
         for k in range(3 * i, 3 * i + 3):
             scale = max(scale, abs(work.b[k]))
-            own = max(own, work.W[k, k])
-        largest, heaviest = max(largest, own), min(heaviest, own)
-    return Sizes(scale, largest, NULL * largest, heaviest > ALIKE * largest)
+            largest = max(largest, work.W[k, k])
+            own += work.W[k, k]
+        lightest, heaviest = max(lightest, own), min(heaviest, own)
+    return Sizes(scale, largest, NULL * largest, heaviest > ALIKE * lightest)
 
 
 @compiled
@@ -91,9 +96,8 @@ def polish(work: Workspace, n: int, sizes: Sizes, most: int, ridge: float) -> fl
         if residual < bar:
             last = bar < DEEP
             bar = residual
-            if bar <= BAR:
-                for j in range(size):
-                    best[j] = P[j]
+            for j in range(size):
+                best[j] = P[j]
             # Deep enough; one step more is only for the last digits.
             if last and bar <= FINE:
                 break
@@ -111,18 +115,48 @@ def polish(work: Workspace, n: int, sizes: Sizes, most: int, ridge: float) -> fl
 @compiled
 def residual_of(work: Workspace, n: int, sizes: Sizes) -> float:
     """The natural map's distance from its fixed point, relative; writes ξ, modes and slips."""
-    W, b, mu, floor, P, xi = work.W, work.b, work.mu, work.floor, work.P, work.xi
-    mode, slip = work.mode, work.slip
-    worst = 0.0
-    size = sizes.scale
-    largest_load = BALANCED * sizes.scale
+    _form(work, n)
+    for k in range(3 * n):
+        if not abs(work.xi[k]) < math.inf:
+            return math.inf
+    return _map_naturally(work, n, sizes, YES)
+
+
+@compiled
+def height_of(work: Workspace, n: int) -> float:
+    """½ PᵀW P + b·P [J]: of several answers the one where it is least is nearest to sticking."""
+    height = 0.0
+    for r in range(3 * n):
+        total = work.b[r]
+        for c in range(3 * n):
+            total += 0.5 * work.W[r, c] * work.P[c]
+        height += work.P[r] * total
+    return height
+
+
+@compiled
+def _form(work: Workspace, n: int) -> None:
+    """ξ = W P + b."""
+    W, b, P, xi = work.W, work.b, work.P, work.xi
     for k in range(3 * n):
         total = b[k]
         for j in range(3 * n):
             total += W[k, j] * P[j]
-        if not abs(total) < math.inf:
-            return math.inf
         xi[k] = total
+
+
+@compiled
+def _map_naturally(work: Workspace, n: int, sizes: Sizes, formed: bool) -> float:
+    """The residual of P and ξ as they stand, with modes and slips.
+
+    Args:
+        formed: whether ξ was formed as W P + b, and has the rounding of that.
+    """
+    W, mu, floor, P, xi = work.W, work.mu, work.floor, work.P, work.xi
+    mode, slip = work.mode, work.slip
+    worst = 0.0
+    size = sizes.scale
+    largest_load = BALANCED * sizes.scale
     for i in range(n):
         k = 3 * i
         normal_rate = max(W[k + 2, k + 2], sizes.least)
@@ -131,7 +165,12 @@ def residual_of(work: Workspace, n: int, sizes: Sizes) -> float:
         pushing = load > xi[k + 2]
         worst = max(worst, abs(xi[k + 2] if pushing else load))
         # Impulses in balance leave their own rounding where W P is formed.
-        size = max(size, min(normal_rate * P[k + 2], largest_load))
+        if formed:
+            own = normal_rate * P[k + 2]
+            size = max(size, min(own, largest_load))
+            if own > largest_load:
+                # Of impulses without bound nothing is known.
+                worst = max(worst, EPS * own)
         if not pushing and floor[i] == 0.0:
             mode[i] = PARTS
             worst = max(worst, rate * (abs(P[k]) + abs(P[k + 1])))
@@ -154,9 +193,11 @@ def residual_of(work: Workspace, n: int, sizes: Sizes) -> float:
 @compiled
 def _stepped(work: Workspace, n: int, sizes: Sizes, ridge: float, near: bool) -> bool:
     """One Newton step on the modes; False where the system is singular."""
-    m = _system(work, n)
+    m = _write_onto_modes(work, n)
     if m == 0:
         return True
+    _form(work, n)
+    _assemble(work, m)
     matrix, x = work.matrix, work.x
     if not near and ridge > 0.0:
         for r in range(m):
@@ -174,11 +215,10 @@ def _stepped(work: Workspace, n: int, sizes: Sizes, ridge: float, near: bool) ->
 
 
 @compiled
-def _system(work: Workspace, n: int) -> int:
-    """Write P onto its modes, and Aimᵀ W Way x = Aimᵀ ξ for its change; the number of unknowns."""
-    W, b, mu, floor, P, xi = work.W, work.b, work.mu, work.floor, work.P, work.xi
-    mode, slip, way, aim, matrix = work.mode, work.slip, work.way, work.aim, work.matrix
-    x, moved = work.x, work.moved
+def _write_onto_modes(work: Workspace, n: int) -> int:
+    """Write P onto its modes, and the way and aim of its change; the number of unknowns."""
+    mu, floor, P = work.mu, work.floor, work.P
+    mode, slip, way, aim, owner = work.mode, work.slip, work.way, work.aim, work.owner
     size = 3 * n
     m = int(np.int64(0))
     for k in range(size):
@@ -198,6 +238,7 @@ def _system(work: Workspace, n: int) -> int:
             if pushing:
                 way[m, k + 2] = 1.0
                 aim[m, k + 2] = 1.0
+                owner[m] = i
                 m += 1
         elif mode[i] == SLIDES or mode[i] == SLIDES_AT_FLOOR:
             s1, s2 = slip[i, 0], slip[i, 1]
@@ -205,43 +246,39 @@ def _system(work: Workspace, n: int) -> int:
             if pushing:
                 way[m, k], way[m, k + 1], way[m, k + 2] = -mu[i] * s1, -mu[i] * s2, 1.0
                 aim[m, k + 2] = 1.0
+                owner[m] = i
                 m += 1
             way[m, k], way[m, k + 1] = s2, -s1
             aim[m, k], aim[m, k + 1] = s2, -s1
+            owner[m] = i
             m += 1
         else:
             for j in range(3 if pushing else 2):
                 way[m, k + j] = 1.0
                 aim[m, k + j] = 1.0
+                owner[m] = i
                 m += 1
-    if m == 0:
-        return m
-    for k in range(size):
-        total = b[k]
-        for j in range(size):
-            total += W[k, j] * P[j]
-        xi[k] = total
-    for c in range(m):
-        # W times the way, whose few entries belong to one contact.
-        for k in range(size):
-            moved[k] = 0.0
-        for j in range(size):
-            if way[c, j] != 0.0:
-                for k in range(size):
-                    moved[k] += W[k, j] * way[c, j]
-        for r in range(m):
-            total = 0.0
-            for k in range(size):
-                if aim[r, k] != 0.0:
-                    total += aim[r, k] * moved[k]
-            matrix[r, c] = total
-    for r in range(m):
-        total = 0.0
-        for k in range(size):
-            if aim[r, k] != 0.0:
-                total += aim[r, k] * xi[k]
-        x[r] = total
     return m
+
+
+@compiled
+def _assemble(work: Workspace, m: int) -> None:
+    """Write Aimᵀ W Way x = Aimᵀ ξ, the system of the change of P."""
+    W, xi, way, aim, matrix = work.W, work.xi, work.way, work.aim, work.matrix
+    owner = work.owner
+    for r in range(m):
+        # The few entries of a row of each belong to one contact.
+        i = 3 * owner[r]
+        a0, a1, a2 = aim[r, i], aim[r, i + 1], aim[r, i + 2]
+        work.x[r] = a0 * xi[i] + a1 * xi[i + 1] + a2 * xi[i + 2]
+        for c in range(m):
+            j = 3 * owner[c]
+            w0, w1, w2 = way[c, j], way[c, j + 1], way[c, j + 2]
+            matrix[r, c] = (
+                a0 * (W[i, j] * w0 + W[i, j + 1] * w1 + W[i, j + 2] * w2)
+                + a1 * (W[i + 1, j] * w0 + W[i + 1, j + 1] * w1 + W[i + 1, j + 2] * w2)
+                + a2 * (W[i + 2, j] * w0 + W[i + 2, j + 1] * w1 + W[i + 2, j + 2] * w2)
+            )
 
 
 @compiled
@@ -271,13 +308,11 @@ def _move(work: Workspace, n: int, m: int) -> None:
     """P by the step, slip back on the edge of its cone in the direction that it has turned to."""
     mu, floor, P, mode, slip = work.mu, work.floor, work.P, work.mode, work.slip
     way, x, bounds = work.way, work.x, work.moved
-    size = 3 * n
     for i in range(n):
         bounds[i] = mu[i] * P[3 * i + 2]
     for c in range(m):
-        for k in range(size):
-            if way[c, k] != 0.0:
-                P[k] -= way[c, k] * x[c]
+        for k in range(3 * work.owner[c], 3 * work.owner[c] + 3):
+            P[k] -= way[c, k] * x[c]
     for i in range(n):
         if (mode[i] == SLIDES or mode[i] == SLIDES_AT_FLOOR) and mu[i] > 0.0:
             k = 3 * i
@@ -288,3 +323,50 @@ def _move(work: Workspace, n: int, m: int) -> None:
             pn = max(floor[i], P[k + 2])
             P[k] = pn * (sine * s2 - cosine * s1)
             P[k + 1] = -pn * (cosine * s2 + sine * s1)
+
+
+# Residual; P (3n,) on its modes; Way and Aim, (m, 3n), a row for each unknown; the stiffness of
+# slip that turns, (m,) on the diagonal; Aimᵀ ξ (m,).
+Linear = tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+
+@entry(lambda: (np.eye(6), np.ones(2), np.ones(6), np.ones(6), 1.0), seconds=3.0)
+def linearize(W: np.ndarray, mu: np.ndarray, P: np.ndarray, xi: np.ndarray, scale: float) -> Linear:
+    """The residual with ξ known better than W P + b, and the equations of a Newton step.
+
+    (Aimᵀ W Way + stiffness) x = Aimᵀ ξ, and P − Way x is the next one. Residual ∞ where a number
+    is not finite.
+
+    Args:
+        W: (3n, 3n) Delassus matrix [1/kg].
+        mu: (n,) friction.
+        P: (3n,) a solution but for rounding [N s].
+        xi: (3n,) ξ that it makes [m/s].
+        scale: the size of the velocities [m/s].
+    """
+    n = len(mu)
+    work = workspace(n)
+    for r in range(3 * n):
+        work.P[r], work.xi[r] = P[r], xi[r]
+        for c in range(3 * n):
+            work.W[r, c] = W[r, c]
+    for i in range(n):
+        work.mu[i] = mu[i]
+    residual = _map_naturally(work, n, sizes_of(work, n, scale), NO)
+    for k in range(3 * n):
+        if not abs(xi[k]) + abs(P[k]) < math.inf:
+            residual = math.inf
+    m = _write_onto_modes(work, n)
+    for k in range(3 * n):
+        total = xi[k]
+        for j in range(3 * n):
+            total += W[k, j] * (work.P[j] - P[j])
+        work.xi[k] = total
+    _assemble(work, m)
+    for r in range(m):
+        work.matrix[r, r] = 0.0
+    _add_stiffness(work, n)
+    stiffness = np.empty(m)
+    for r in range(m):
+        stiffness[r] = work.matrix[r, r]
+    return residual, work.P, work.way[:m].copy(), work.aim[:m].copy(), stiffness, work.x[:m].copy()

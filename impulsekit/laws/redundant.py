@@ -10,7 +10,7 @@ from .compiled import compiled
 from .dense import null_rows, pivoted_cholesky
 from .workspace import Sizes, Workspace
 
-__all__ = ["find_shared"]
+__all__ = ["find_shared", "is_redundant"]
 
 # Of the largest load: none.
 UNLOADED = 1e-13
@@ -18,6 +18,33 @@ UNLOADED = 1e-13
 EDGE = 1e-9
 # A contact has part in a null direction above this share of its square.
 PART = 1e-9
+# Pivots between these leave the rank to eigenvalues.
+CLEAR, VANISHED = 1e-6, 1e-13
+
+
+@compiled
+def is_redundant(W: np.ndarray, size: int, dependent: float, null: float) -> bool:
+    """Whether rows of W that move anything depend on each other, or none moves anything.
+
+    Args:
+        W: Delassus matrix [1/kg], of which the first ``size`` rows count.
+        size: how many rows.
+        dependent: pivots, the diagonal being 1, below which rows depend on each other.
+        null: the share of the largest W_ii below which a row moves nothing.
+    """
+    most = 0.0
+    for r in range(size):
+        most = max(most, W[r, r])
+    unit, scaled, order = np.zeros(size), np.empty((size, size)), np.empty(size, np.int64)
+    kept = 0
+    for r in range(size):
+        if W[r, r] > null * most:
+            unit[r] = 1.0 / math.sqrt(W[r, r])
+            kept += 1
+    for r in range(size):
+        for c in range(size):
+            scaled[r, c] = W[r, c] * unit[r] * unit[c]
+    return kept == 0 or pivoted_cholesky(scaled, size, dependent, order) < kept
 
 
 @compiled
@@ -76,14 +103,29 @@ def find_shared(work: Workspace, n: int, sizes: Sizes, dependent: float, slips: 
     for r in range(m):
         for c in range(m):
             matrix[r, c] *= work.x[r] * work.x[c]
+    scaled = matrix[:m, :m].copy()
     rank = pivoted_cholesky(matrix, m, dependent, order)
     if rank == m:
         return False
-    null_rows(matrix, m, rank, order, way)
+    left = 0.0
+    for r in range(rank, m):
+        left = max(left, matrix[r, r])
+    free = m - rank
+    if rank > 0 and (matrix[rank - 1, rank - 1] ** 2 < CLEAR or left > VANISHED * m):
+        values, vectors = np.linalg.eigh(scaled)
+        free = 0
+        while free < m and values[free] <= dependent * values[m - 1]:
+            for j in range(m):
+                way[free, j] = vectors[j, free]
+            free += 1
+    else:
+        null_rows(matrix, m, rank, order, way)
+    shared = False
     for j in range(m):
         part = 0.0
-        for c in range(m - rank):
+        for c in range(free):
             part += way[c, j] ** 2
         if part > PART:
             work.unique[owner[j]] = False
-    return True
+            shared = True
+    return shared

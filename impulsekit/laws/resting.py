@@ -27,10 +27,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .approach import block_at
 from .compiled import compiled, entry
 from .coulomb import coulomb
 from .dense import cholesky, factorize, solve_factorized
-from .frictional import block_at
 
 __all__ = ["BAR", "find_forces", "forces_at_rest"]
 

@@ -11,20 +11,18 @@ from typing import NamedTuple
 import numpy as np
 
 from .compiled import compiled, entry
-from .dense import rank_by_pivots
-from .frictional import clear_smooth, frictional
+from .frictional import frictional
 from .frictionless import frictionless
-from .modes import DEPENDENT, FINE, MOST_STEPS, RIDGE, polish, sizes_of
-from .redundant import find_shared
+from .least_shares import share_least
+from .modes import DEPENDENT
+from .redundant import is_redundant
 from .single import GAIN, NEGLIGIBLE
 from .status import BY_CODE, Status
-from .words import AGAIN, NEWTON
+from .words import AGAIN, NEWTON, NO, YES
 from .workspace import Workspace, workspace
 
 __all__ = ["Care", "Struck", "hit_contacts", "newton", "poisson"]
 
-# Two contacts with 1 − r² below this, r their correlation in W, all but coincide.
-COINCIDENT = 1e-6
 # [N s] Of smaller impulses a solution would leave the normal doubles, and none of it would count.
 LEAST_RELEASE = 1e-290
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
@@ -103,7 +101,7 @@ def hit_contacts(
     work = workspace(n)
     for i in range(n):
         work.mu[i] = mu[i] if mu[i] > NEGLIGIBLE else 0.0
-    care = Care(DEPENDENT, 0.0, False)
+    care = Care(DEPENDENT, 0.0, NO)
     if restitution == NEWTON:
         code, residual = newton(work, W, before, free, e, e_t, n, care)
     else:
@@ -142,7 +140,7 @@ def newton(
             b[3 * i] += e_t[i] * before[3 * i]
             b[3 * i + 1] += e_t[i] * before[3 * i + 1]
         scale = max(scale, abs(un), abs(free[3 * i + 2]))
-    code, residual, _ = _solved(work, W, n, scale, 0.0, care)
+    code, residual = _solved(work, W, n, scale, 0.0, care)
     if code == AGAIN:
         return code, residual
     for k in range(3 * n):
@@ -179,7 +177,7 @@ def poisson(
     P, b, floor = work.P, work.b, work.floor
     size = 3 * n
     scale, fastest = 0.0, 0.0
-    smooth, releases = True, False
+    smooth, releases = bool(YES), bool(NO)
     for k in range(size):
         b[k], work.total[k], work.velocity[k] = free[k], 0.0, free[k]
         fastest = max(fastest, abs(free[k]))
@@ -188,12 +186,12 @@ def poisson(
         scale = max(scale, abs(free[3 * i + 2]))
         smooth = smooth and work.mu[i] == 0.0
         releases = releases or e[i] > 0.0
-    code, residual, regular = _solved(work, W, n, scale, 0.0, care)
+    code, residual = _solved(work, W, n, scale, 0.0, care)
     if code == AGAIN:
         return code, residual
-    if releases and not smooth and not regular:
+    if releases and not smooth and code not in (_NOT_CONVERGED, _NONE):
         # What comes back depends on how the load was shared.
-        return AGAIN, residual
+        residual = share_least(work, n, 0.0, care.dependent, residual)
     _book(work, W, n)
     if code in (_NOT_CONVERGED, _NONE):
         return code, residual
@@ -203,8 +201,6 @@ def poisson(
         if floor[i] < LEAST_RELEASE:
             floor[i] = 0.0
         released = released or floor[i] > 0.0
-        if not smooth and code == _NOT_UNIQUE and e[i] != e[0]:
-            return AGAIN, residual
     if released:
         unique = work.unique.copy()
         second, more = _expand(work, W, e, n, smooth, scale, fastest, care)
@@ -213,7 +209,7 @@ def poisson(
             return AGAIN, residual
         for i in range(n):
             work.unique[i] = work.unique[i] and unique[i]
-        if code == _SOLVED:
+        if code == _SOLVED or second in (_NOT_CONVERGED, _NONE):
             code = second
         _book(work, W, n)
     energies, works = 0.0, 0.0
@@ -247,20 +243,17 @@ def _expand(
         for k in range(3 * n):
             for j in range(n):
                 b[k] += W[k, 3 * j + 2] * floor[j]
-        code, residual, _ = _solved(work, W, n, scale, 0.0, care)
+        code, residual = _solved(work, W, n, scale, 0.0, care)
         for i in range(n):
             P[3 * i + 2] += e[i] * work.total[3 * i + 2]
         return code, residual
-    clear_smooth(work, n)
     for i in range(n):
         for k in range(3 * i, 3 * i + 3):
             P[k] *= e[i]
-    sizes = sizes_of(work, n, fastest)
-    residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
-    if not residual <= 10.0 * FINE:
-        return AGAIN, residual
-    redundant = find_shared(work, n, sizes, care.dependent, True)
-    return (_NOT_UNIQUE if redundant else _SOLVED), residual
+    code, residual = frictional(work, n, fastest, YES, care.spread, care.dependent)
+    if code in (AGAIN, _NOT_CONVERGED, _NONE):
+        return code, residual
+    return code, share_least(work, n, fastest, care.dependent, residual)
 
 
 @compiled
@@ -284,57 +277,26 @@ def _book(work: Workspace, W: np.ndarray, n: int) -> None:
 @compiled
 def _solved(
     work: Workspace, W: np.ndarray, n: int, scale: float, fastest: float, care: Care
-) -> tuple[int, float, bool]:
-    """P of one part, 0 ≤ P_n ⊥ ξ_n ≥ 0 with friction; the code, or AGAIN, residual, regular."""
-    size = 3 * n
+) -> tuple[int, float]:
+    """P of one part, 0 ≤ P_n ⊥ ξ_n ≥ 0 with friction; the code, or AGAIN, and the residual."""
     smooth = True
     for i in range(n):
         smooth = smooth and work.mu[i] == 0.0
+        work.floor[i] = 0.0
     if smooth:
-        code, residual = frictionless(
-            work, W, work.b, n, scale, care.spread, care.dependent, care.regular
-        )
-        return code, residual, True
-    if not care.regular and not _are_apart(W, n):
-        return AGAIN, 0.0, False
-    for r in range(size):
-        for c in range(size):
-            work.W[r, c] = W[r, c]
-    if care.regular and _is_dependent(work, W, n, care.dependent):
-        return AGAIN, 0.0, False
-    return frictional(work, n, fastest, care.spread, care.dependent)
-
-
-@compiled
-def _are_apart(W: np.ndarray, n: int) -> bool:
-    """Whether no two contacts all but coincide: rounding, or a hair, would share their load."""
-    for i in range(n):
-        for j in range(i):
-            if not _is_along(W, 3 * i + 2, 3 * j + 2):
-                continue
-            # The tangents of planes that differ by a hair may stand in another order.
-            for other in (3 * j, 3 * j + 1):
-                if _is_along(W, 3 * i, other) and _is_along(W, 3 * i + 1, 6 * j + 1 - other):
-                    return False
-    return True
-
-
-@compiled
-def _is_along(W: np.ndarray, a: int, b: int) -> bool:
-    """Whether two rows all but coincide."""
-    own = W[a, a] * W[b, b]
-    return not own - W[a, b] ** 2 > COINCIDENT * own
-
-
-@compiled
-def _is_dependent(work: Workspace, W: np.ndarray, n: int, bar: float) -> bool:
-    """Whether rows of contacts depend on each other, pivots below a bar being none."""
-    matrix, unit = work.matrix, work.x
-    for r in range(3 * n):
-        if not W[r, r] > 0.0:
-            return True
-        unit[r] = W[r, r] ** -0.5
+        return frictionless(work, W, work.b, n, scale, care.spread, care.dependent, care.regular)
     for r in range(3 * n):
         for c in range(3 * n):
-            matrix[r, c] = W[r, c] * unit[r] * unit[c]
-    return rank_by_pivots(matrix, 3 * n, bar) < 3 * n
+            work.W[r, c] = W[r, c]
+    if care.regular and not _is_regular(W, 3 * n, care.dependent):
+        return AGAIN, 0.0
+    return frictional(work, n, fastest, NO, care.spread, care.dependent)
+
+
+@compiled
+def _is_regular(W: np.ndarray, size: int, dependent: float) -> bool:
+    """Whether every row moves something, and none depends on others."""
+    for r in range(size):
+        if not W[r, r] > 0.0:
+            return False
+    return not is_redundant(W, size, dependent, 0.0)

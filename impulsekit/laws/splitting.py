@@ -20,8 +20,11 @@ __all__ = ["split"]
 
 @compiled
 def split(work: Workspace, n: int, steps: int, rate: float) -> float:
-    """Improve y (3n,) in the cones by some steps, z (3n,) being kept; the rate to go on with."""
-    W, b, mu, y, z = work.W, work.b, work.mu, work.y, work.z
+    """Improve y (3n,) in the cones by some steps, z (3n,) being kept; the rate to go on with.
+
+    y and z are in units of ``work.unit`` (n,): P = unit y, of one size for a contact's three rows.
+    """
+    W, b, mu, y, z, unit = work.W, work.b, work.mu, work.y, work.z, work.unit
     matrix, lower, x, last = work.matrix, work.way, work.x, work.moved
     size = 3 * n
     fresh = True
@@ -29,17 +32,17 @@ def split(work: Workspace, n: int, steps: int, rate: float) -> float:
         if fresh:
             for i in range(size):
                 for j in range(size):
-                    matrix[i, j] = W[i, j]
+                    matrix[i, j] = unit[i // 3] * W[i, j] * unit[j // 3]
                 matrix[i, i] += rate
             if not cholesky(matrix, size, lower) > 0.0:
                 return rate
             fresh = False
         for i in range(n):
             k = 3 * i
-            x[k] = rate * y[k] - b[k] - z[k]
-            x[k + 1] = rate * y[k + 1] - b[k + 1] - z[k + 1]
             slip = math.sqrt(z[k] * z[k] + z[k + 1] * z[k + 1])
-            x[k + 2] = rate * y[k + 2] - b[k + 2] - z[k + 2] - mu[i] * slip
+            for j in range(k, k + 3):
+                x[j] = rate * y[j] - unit[i] * b[j] - z[j]
+            x[k + 2] -= mu[i] * slip
         eliminate(lower, size, x)
         apart = 0.0
         moved = 0.0

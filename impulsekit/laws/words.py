@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-__all__ = ["AGAIN", "END", "NEWTON", "PATH", "POISSON", "SEQUENTIAL", "SIMULTANEOUS", "STRONGE"]
+import numpy as np
+
+__all__ = [
+    "AGAIN", "END", "NEWTON", "NO", "PATH", "POISSON", "SEQUENTIAL", "SIMULTANEOUS", "STRONGE",
+    "YES",
+]  # fmt: skip
 
 NEWTON, POISSON, STRONGE = 0, 1, 2
 END, PATH = 0, 1
@@ -10,3 +15,8 @@ SIMULTANEOUS, SEQUENTIAL = 0, 1
 
 # Beside the codes of ``Status``: the problem is left to a slower way.
 AGAIN = -1
+
+# As arguments of compiled functions: for a literal numba would compile all that takes it once
+# more.
+YES: bool = np.bool_(True)  # type: ignore[assignment]
+NO: bool = np.bool_(False)  # type: ignore[assignment]

@@ -24,7 +24,9 @@ class Workspace(NamedTuple):
         best, xi: (3n,) the best P so far [N s]; ξ [m/s].
         mode, slip: (n,) and (n, 2) what each contact does, and where it slides to.
         way, aim, matrix: (3n, 3n) room.
+        owner: (3n,) the contact of each unknown of a Newton step.
         x, moved, y, z: (3n,) room.
+        unit: (n,) impulses that are of one size beside each other [N s].
         velocity, total: (3n,) u after a part of the impact [m/s]; the impulses of all parts [N s].
         normal, friction: (n,) works [J].
         unique: (n,) whether no other contact could carry what this one carries.
@@ -42,10 +44,12 @@ class Workspace(NamedTuple):
     way: np.ndarray
     aim: np.ndarray
     matrix: np.ndarray
+    owner: np.ndarray
     x: np.ndarray
     moved: np.ndarray
     y: np.ndarray
     z: np.ndarray
+    unit: np.ndarray
     velocity: np.ndarray
     total: np.ndarray
     normal: np.ndarray
@@ -87,10 +91,12 @@ def workspace(n: int) -> Workspace:
         np.zeros((size, size)),
         np.zeros((size, size)),
         np.zeros((size, size)),
+        np.zeros(size, np.int64),
         np.zeros(size),
         np.zeros(size),
         np.zeros(size),
         np.zeros(size),
+        np.zeros(n),
         np.zeros(size),
         np.zeros(size),
         np.zeros(n),

@@ -5,7 +5,8 @@ import pytest
 
 from impulsekit.bench.truths.enumerated import PlaneProblem, all_after
 from impulsekit.laws.coupling import friction_feedback, is_monotone
-from impulsekit.laws.uniqueness import search_answers
+from impulsekit.laws.others import MOST_ANSWERS, WEAK, find_answers
+from impulsekit.laws.uniqueness import MOST_FOUND, search_modes
 
 
 def plane_problem(rng, n, frictions):
@@ -56,11 +57,12 @@ def test_all_solutions_in_a_plane_are_found_and_no_other(n, count):
         exact = all_after(problem)
         W, b, basis = in_space(problem, rng)
         scale = np.abs(b).max()
-        found = search_answers(W, b, np.array(problem.friction), scale, always=True)
+        found, none = np.empty((MOST_FOUND, 3 * n)), np.zeros(n)
+        _, known = search_modes(W, b, np.array(problem.friction), none, scale, False, found)
         rows = np.array(problem.rows)
         target = b @ basis - rows @ problem.before
         velocities = [rows @ after + target for after, _ in exact]
-        seen = [(W @ P + b) @ basis for P in found.impulses]
+        seen = [(W @ P + b) @ basis for P in found[:known]]
         for one in seen:
             assert any(np.abs(one - other).max() < 1e-7 * scale for other in velocities)
         for one in velocities:
@@ -81,7 +83,9 @@ def test_where_friction_feeds_back_weakly_there_is_one_solution_for_every_veloci
         if proof(W, np.array(problem.friction)):
             proven += 1
             assert len(all_after(problem)) == 1
-            assert search_answers(W, b, np.array(problem.friction), 1.0).how == "weak"
+            none, room = np.zeros(len(b) // 3), np.empty((2, MOST_ANSWERS, len(b)))
+            mu = np.array(problem.friction)
+            assert find_answers(W, b, b, mu, none, none, 0, b, 1.0, *room)[0] == WEAK
     assert proven > least
 
 

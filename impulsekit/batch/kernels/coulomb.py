@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from ...laws.approach import block_at
 from ...laws.coulomb import can_press
-from ...laws.frictional import block_at
 from ...laws.modes import DEPENDENT
 from ...laws.several import Care
 from ...laws.status import Status
@@ -18,7 +18,7 @@ __all__ = ["LEFT", "block_at", "care_for", "is_close_call", "is_left"]
 NEAR = 1e-4
 # Contacts of which one is this much more mobile than another are left to ``solve``, which refines.
 ALIKE = 1e-3
-# Codes of several contacts that are no answers: there ``solve`` tries other ways.
+# Codes of several contacts that are no answers: there ``solve`` refines what came nearest.
 LEFT = (AGAIN, int(Status.NO_SOLUTION), int(Status.NOT_CONVERGED))
 _SOLVED, _JAM = int(Status.SOLVED), int(Status.PAINLEVE_JAM)
 

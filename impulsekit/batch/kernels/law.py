@@ -1,8 +1,9 @@
-"""Newton's law with slip at the end, for the contacts of one state."""
+"""Newton's and Poisson's law with slip at the end, for the contacts of one state."""
 
 from __future__ import annotations
 
-from ...laws.several import newton
+from ...laws.modes import FINE
+from ...laws.several import newton, poisson
 from ...laws.single import strike_at_end
 from ...laws.status import Status
 from ...laws.words import NEWTON
@@ -13,12 +14,14 @@ from .layout import CONTACT_INTS
 from .problem import pose, problem_in, put_back, room
 from .uniqueness import judge_others
 
-__all__ = ["newton_lanes"]
+__all__ = ["contact_lanes"]
 
-_GAIN = int(Status.ENERGY_GAIN)
+# Beyond this many times what rounding leaves, ``solve`` refines.
+ROUGH = 10.0 * FINE
+_SOLVED, _NOT_UNIQUE = int(Status.SOLVED), int(Status.NOT_UNIQUE)
 
 
-def newton_lanes(
+def contact_lanes(
     base, rows, target, keeping, contact_ints, contact_floats, given, words, digits,
     work, w_at, before_at, free_at, p_at, w, code,
 ):  # fmt: skip
@@ -33,32 +36,39 @@ def newton_lanes(
             work, w_at, before_at, free_at, w, code, space,
         )  # fmt: skip
         if count > 0:
-            code[lane] = _solved(count, digits, space)
+            code[lane] = _solved(count, words[0], digits, space)
         put_back(lane, count, rows, len(target), contact_ints, work, p_at, w, code, space)
 
 
 @built_in
-def _solved(count, digits, space):
+def _solved(count, restitution, digits, space):
     """The code, with P of the contacts that touch in ``space``."""
     W, before, free, mus, es, ets, P = problem_in(space)
+    smooth = True
+    for i in range(count):
+        smooth = smooth and mus[i] == 0.0
+        if restitution != NEWTON and mus[i] > 0.0 and ets[i] != 0.0:
+            # Which is refused.
+            return AGAIN
     if count == 1:
         block = block_at(W, 0)
         u, start = (before[0], before[1], before[2]), (free[0], free[1], free[2])
-        hit = strike_at_end(block, u, start, es[0], mus[0], ets[0], NEWTON)
+        hit = strike_at_end(block, u, start, es[0], mus[0], ets[0], restitution)
         P[0], P[1], P[2] = hit.impulse
-        close = is_left(block, u, start, es[0], mus[0], ets[0], NEWTON, hit, digits)
+        close = is_left(block, u, start, es[0], mus[0], ets[0], restitution, hit, digits)
         return AGAIN if close else hit.code
-    work = space[3]
+    work = space.law
     care = care_for(digits)
-    smooth = True
     for i in range(count):
         work.mu[i] = mus[i]
-        smooth = smooth and mus[i] == 0.0
-    code, _ = newton(work, W, before, free, es, ets, count, care)
-    if code in LEFT:
+    if restitution == NEWTON:
+        code, residual = newton(work, W, before, free, es, ets, count, care)
+    else:
+        code, residual = poisson(work, W, free, es, count, care)
+    if code in LEFT or (not smooth and residual > ROUGH):
         return AGAIN
     for k in range(3 * count):
         P[k] = work.P[k]
-    if code == _GAIN or smooth:
+    if smooth or code not in (_SOLVED, _NOT_UNIQUE):
         return code
-    return judge_others(code, W, before, free, work.velocity, mus, es, ets, count, P)
+    return judge_others(code, W, before, free, work.velocity, mus, es, ets, count, P, restitution)

@@ -13,7 +13,7 @@ from typing import Any
 
 from numba import types
 
-from ...laws.words import NEWTON, PATH, SEQUENTIAL
+from ...laws.words import PATH, SEQUENTIAL
 from .handed import handed
 
 __all__ = ["law_for"]
@@ -42,23 +42,15 @@ def law_for(number: str, words: tuple[int, int, int]) -> Any:
 
 def _lanes(words: tuple[int, int, int]) -> Callable[..., None]:
     """The lanes of a block under one law."""
-    restitution, slip, order = words
-    if slip == PATH and order == SEQUENTIAL:
-        from .path_sequence import path_sequence_lanes
-
-        return path_sequence_lanes
-    if slip == PATH:
-        from .path_law import path_lanes
-
-        return path_lanes
+    _, slip, order = words
     if order == SEQUENTIAL:
         from .sequential import sequential_lanes
 
         return sequential_lanes
-    if restitution == NEWTON:
-        from .law import newton_lanes
+    if slip == PATH:
+        from .path_law import path_lanes
 
-        return newton_lanes
-    from .poisson import poisson_lanes
+        return path_lanes
+    from .law import contact_lanes
 
-    return poisson_lanes
+    return contact_lanes

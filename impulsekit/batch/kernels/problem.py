@@ -7,17 +7,18 @@ W_cc − W_cb W_bb⁺ W_bc. What they make of it is their law's.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ...laws.status import Status
-from ...laws.workspace import workspace
+from ...laws.workspace import Workspace, workspace
 from ..codes import AGAIN
 from .held import COARSE, bear, half_solved, hold
 from .jit import built_in
 from .layout import CONTACT_FLOATS, CONTACT_INTS
 
-__all__ = ["COARSE", "pose", "problem_in", "put_back", "room"]
+__all__ = ["COARSE", "Room", "pose", "problem_in", "put_back", "room"]
 
 # As in ``impact``: q this near a limit is at it.
 AT_STOP = 1e-9
@@ -30,31 +31,61 @@ HELD_STILL = 1e-6
 _SOLVED = int(Status.SOLVED)
 
 
+class Room(NamedTuple):
+    """The arrays that the contacts of one state take, made once for many states.
+
+    Attributes:
+        W: (3n, 3n) Delassus matrix of the contacts, bilateral rows eliminated [1/kg].
+        lower, matrix: of the bilateral rows, see ``held.hold``.
+        cross_held: (3n, rank) half-solved columns of the contacts.
+        before, free, P: (3n,) u⁻, u_free [m/s], and the impulses [N s].
+        mu, e, e_t, sign: (n,) coefficients, and the signs of the contacts' rows.
+        known, rest, scale_of: of the bilateral rows, see ``held.hold``.
+        row_of: the contacts, then the bilateral rows in their order, how many of these are not
+            null, and their rank.
+        few: how many contacts and rows ``row_of`` has before the bilateral ones.
+        law: what the law of several contacts works in.
+    """
+
+    W: np.ndarray
+    lower: np.ndarray
+    matrix: np.ndarray
+    cross_held: np.ndarray
+    before: np.ndarray
+    free: np.ndarray
+    P: np.ndarray
+    mu: np.ndarray
+    e: np.ndarray
+    e_t: np.ndarray
+    sign: np.ndarray
+    known: np.ndarray
+    rest: np.ndarray
+    scale_of: np.ndarray
+    row_of: np.ndarray
+    few: int
+    law: Workspace
+
+
 @built_in
 def problem_in(space):
     """W (3n, 3n), u⁻, u_free (3n,), µ, e, e_t (n,), and P (3n,), which the law writes."""
-    line = space[1]
-    return space[0][0], line[0], line[1], line[2], line[3], line[4], line[9]
+    return space.W, space.before, space.free, space.mu, space.e, space.e_t, space.P
 
 
 @built_in
 def room(rows, contacts):
-    """The arrays that the laws work in: square, lines, what is counted by contact, a workspace."""
+    """Room for so many rows and contacts."""
     size = max(3 * contacts, rows, 1)
     few = max(contacts, 1)
     # One array each: a slice of a larger one would be counted at every use.
-    square = (
+    return Room(
         np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size)),
         np.zeros((size, size)),
+        np.zeros(size), np.zeros(size), np.zeros(size),
+        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
+        np.zeros(size), np.zeros(size), np.zeros(size),
+        np.zeros(few + rows + 2, dtype=np.int64), few, workspace(few),
     )  # fmt: skip
-    line = (
-        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
-        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
-        np.zeros(size),
-    )  # fmt: skip
-    # The contacts, then the bilateral rows in their order, how many are not null, the rank.
-    row_of = np.zeros(few + rows + 2, dtype=np.int64)
-    return square, line, (row_of, np.zeros(few, dtype=np.int64)), workspace(few)
 
 
 @built_in
@@ -126,9 +157,9 @@ def pose(
         return np.int64(-1)
     (q, q_step), (e, e_step), (mu, mu_step) = given
     q_row, e_row, mu_row, held = state * q_step, state * e_step, state * mu_step, len(target)
-    square, line, (row_of, mode), _ = space
-    W, lower, cross_held, matrix = square
-    before, free, mus, es, ets, sign, known, rest, scale_of = line[:9]
+    W, before, free, mus, es, ets, _ = problem_in(space)
+    lower, cross_held, matrix, row_of = space.lower, space.cross_held, space.matrix, space.row_of
+    sign, known, rest, scale_of = space.sign, space.known, space.rest, space.scale_of
     # np.int64(0), for with a 0 numba would compile all that takes it once more.
     count = np.int64(0)
     for contact in range(len(contact_ints) // CONTACT_INTS):
@@ -169,7 +200,7 @@ def pose(
         ets[k] = contact_floats[contact * CONTACT_FLOATS + 11]
     if held == 0:
         return count
-    at = len(mode)
+    at = space.few
     rank = hold(
         rows, target, keeping, digits, work, w_at, before_at, free_at, w, lane,
         matrix, lower, known, scale_of, row_of, at,
@@ -206,21 +237,22 @@ def put_back(lane, count, rows, held, contact_ints, work, p_at, w, code, space):
     """Write the impulses of all rows of one lane, of which ``count`` contacts touch."""
     total = 0.0
     for k in range(3 * count):
-        total += space[1][9][k]
+        total += space.P[k]
     if not math.isfinite(total):
         code[lane] = AGAIN
     if count < 0 or code[lane] == AGAIN:
         for r in range(rows):
             work[(p_at + r) * w + lane] = math.nan if count < 0 else 0.0
         return
-    square, line, (row_of, mode), _ = space
-    _, lower, cross_held, matrix = square
-    sign, known, rest, scale_of, P = line[5:10]
+    lower, cross_held, matrix, row_of = space.lower, space.cross_held, space.matrix, space.row_of
+    sign, known, rest, scale_of, P = (
+        space.sign, space.known, space.rest, space.scale_of, space.P,
+    )  # fmt: skip
     size = 3 * count
     for r in range(held, rows):
         work[(p_at + r) * w + lane] = 0.0
     if held > 0:
-        at = len(mode)
+        at = space.few
         rank = row_of[at + held + 1]
         for k in range(rank):
             rest[k] = 0.0

@@ -15,9 +15,11 @@ import pinocchio as pin
 from ...impact.factor import SparseFactor
 from ...impact.known import KnownImpulses
 from ...impact.laws.admm import admm
-from ...impact.laws.gauss_seidel import sweep
+from ...laws.approach import sweep
+from ...laws.compiled import entry
 from ...laws.several import hit_contacts
 from ...laws.words import NEWTON
+from ...laws.workspace import workspace
 from ...rows.constraints import needs_places
 from ...rows.contacts import ContactRows
 from ...rows.reach import reached_model, touched_joints
@@ -110,12 +112,24 @@ def _sweeps(
     friction: np.ndarray,
     scale: float,
 ) -> np.ndarray:
-    push, count = np.zeros_like(shifted), 0
-    for _ in range(int(rounds)):
-        push, count = sweep(delassus, shifted, friction, None, push, scale)
-        if count < 50:
-            break
-    return push
+    return sweep_contacts(delassus, shifted, friction, scale, 50 * int(rounds))
+
+
+@entry(lambda: (np.eye(6), np.ones(6), np.ones(2), 1.0, 1), seconds=3.0)
+def sweep_contacts(
+    delassus: np.ndarray, shifted: np.ndarray, friction: np.ndarray, scale: float, sweeps: int
+) -> np.ndarray:
+    """P after so many sweeps over the contacts, each in closed form."""
+    n = len(friction)
+    work = workspace(n)
+    for i in range(n):
+        work.mu[i] = friction[i]
+    for r in range(3 * n):
+        work.b[r] = shifted[r]
+        for c in range(3 * n):
+            work.W[r, c] = delassus[r, c]
+    sweep(work, n, scale, sweeps)
+    return work.P
 
 
 METHODS: tuple[Method, ...] = (

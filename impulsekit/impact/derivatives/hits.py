@@ -158,14 +158,13 @@ def _in_sequence(
     at_rest = np.zeros(len(names), dtype=bool)
     velocity = problem.velocity_free
     weights = problem.delassus.diagonal()[2::3]
-    for i, now, hit in hits_of(problem, law):
+    for i, now, share in hits_of(problem, law):
         normals = now[2::3]
         # The order is that of |u_n|/√W_nn; what no impulse moves comes first whatever it is.
         apart = np.abs(normals - normals[i] * np.sqrt(weights / (weights[i] or 1.0)))
         for j in np.flatnonzero(apart <= small).tolist():
             if j != i:
                 edges.append(f"{names[i]}: {names[j]} approaches just as fast")
-        share = np.array(hit.impulse)
         velocity = now + problem.delassus[:, 3 * i : 3 * i + 3] @ share
         at_rest &= np.abs(velocity[2::3] - normals) <= 1e-12 * scale
         at_rest[i] = problem.restitution[i] == 0.0

@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from ...laws.status import Status
-from ...laws.uniqueness import (
+from ...laws.others import (
     ALL_TRIED,
-    SAME,
+    MOST_ANSWERS,
     SEARCHED,
     SMOOTH,
     SURE,
-    TOO_MANY,
     WEAK,
-    Search,
-    is_another,
-    search_answers,
+    find_answers,
 )
+from ...laws.status import Status
+from ...laws.uniqueness import SAME
+from ...laws.words import NEWTON, POISSON
 from ...scene.law import Law
 from .problem import ContactProblem, ContactSolution
+from .simultaneous import in_order
 
 __all__ = ["NOT_PROVEN", "PROVEN", "SEVERAL", "Finding", "find_others", "told_if_several"]
 
@@ -40,8 +38,6 @@ RULE_OF_SPLIT = (
     "the compression of least Σ w |P|², w being the mobility of each contact (of one contact the "
     "least friction impulse); what is given back is e times its load"
 )
-# What an answer that is told of may leave of the law, relative to the velocities.
-LAWFUL = 1e-10
 _NO_ANSWER = (Status.NO_SOLUTION, Status.NOT_CONVERGED, Status.SEQUENCE_TOO_LONG)
 
 
@@ -107,25 +103,16 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
         return Finding(PROVEN, "one contact, solved in closed form")
     newton = law.restitution == "newton"
     search = _search(problem, solution.impulse, scale, newton=newton)
-    others: list[np.ndarray] = []
-    for P in search.impulses:
-        W, start = problem.delassus, problem.velocity_before if newton else problem.velocity_free
-        if all(
-            is_another(W, P, other, start, problem.velocity_free, scale)
-            for other in (solution.impulse, *others)
-        ):
-            P.setflags(write=False)
-            others.append(P)
-    if not others:
+    if not search.others:
         return _alone(problem, solution, search, newton=newton)
-    if _is_split(problem, search, scale):
+    if search.split:
         reason = "the compression's load may be shared in many ways, and e times it comes back"
-        return Finding(SEVERAL, reason, tuple(others), RULE_OF_SPLIT, settled=True)
+        return Finding(SEVERAL, reason, search.others, RULE_OF_SPLIT, settled=True)
     if n == 1 and not solution.impulse.any():
         reason = "the contact parts, and friction could press it in as well"
-        return Finding(SEVERAL, reason, tuple(others), RULE_OF_PARTING, settled=True)
-    reason = f"{len(others) + 1} v⁺ obey the law and gain no energy"
-    return Finding(SEVERAL, reason, tuple(others), RULE)
+        return Finding(SEVERAL, reason, search.others, RULE_OF_PARTING, settled=True)
+    reason = f"{len(search.others) + 1} v⁺ obey the law and gain no energy"
+    return Finding(SEVERAL, reason, search.others, RULE)
 
 
 def _of_a_tie(problem: ContactProblem, law: Law, solution: ContactSolution) -> Finding:
@@ -171,90 +158,43 @@ def _is_closed_form(problem: ContactProblem, solution: ContactSolution) -> bool:
     return not (parts and W[2, 2] < mu * math.hypot(W[2, 0], W[2, 1]) * (1.0 + SURE))
 
 
-def _search(problem: ContactProblem, shown: np.ndarray, scale: float, *, newton: bool) -> Search:
-    aim, before, release = problem.velocity_free, problem.velocity_before, None
-    if newton:
-        aim = aim.copy()
-        aim[2::3] += problem.restitution * np.minimum(before[2::3], 0.0)
-        aim[0::3] += problem.tangential_restitution * before[0::3]
-        aim[1::3] += problem.tangential_restitution * before[1::3]
-    elif problem.restitution.any():
-        release = problem.restitution
-    search = search_answers(problem.delassus, aim, problem.friction, scale, release)
-    if search.how not in (SEARCHED, TOO_MANY):
-        return search
-    pressed = search
-    if release is not None:
-        # In space: all compressions that can be found, and of each the expansion from it.
-        pressed = search_answers(problem.delassus, aim, problem.friction, scale)
-    if pressed.how == SEARCHED:
-        known = [np.zeros_like(aim), shown, *pressed.impulses]
-        held = _held(problem.delassus, aim, problem.friction, known)
-        pressed = pressed._replace(impulses=np.array([*pressed.impulses, *held]))
-    if release is None:
-        return pressed
-    pairs = [pair for P in pressed.impulses if (pair := _with_expansion(problem, P)) is not None]
-    if not pairs:
-        return search
-    return pressed._replace(
-        impulses=np.array([P + back for P, back in pairs]),
-        compressions=np.array([P for P, _ in pairs]),
+class _Search(NamedTuple):
+    """What ``laws.others`` finds: how, how many answers, (3n,) P of each other one, if split."""
+
+    how: int
+    total: int
+    others: tuple[np.ndarray, ...]
+    split: bool
+
+
+def _search(problem: ContactProblem, shown: np.ndarray, scale: float, *, newton: bool) -> _Search:
+    found, pressed = np.empty((2, MOST_ANSWERS, len(shown)))
+    how, count, others, split = find_answers(
+        in_order(problem.delassus),
+        in_order(problem.velocity_before),
+        in_order(problem.velocity_free),
+        in_order(problem.friction),
+        in_order(problem.restitution),
+        in_order(problem.tangential_restitution),
+        NEWTON if newton else POISSON,
+        in_order(shown),
+        scale,
+        found,
+        pressed,
     )
-
-
-def _held(
-    W: np.ndarray, aim: np.ndarray, mu: np.ndarray, known: Sequence[np.ndarray]
-) -> list[np.ndarray]:
-    """(3n,) P that hold some redundant contacts still, the others being as in a known answer.
-
-    The modes take one share of a redundant load; the cones may ask for another.
-    """
-    from .frictional import is_redundant, rubbing
-    from .modes import Modes
-    from .split import least_holding
-
-    W, aim = rubbing(W, aim, mu)
-    modes = Modes(W, aim, mu, None)
-    found = []
-    for chosen in itertools.product((True, False), repeat=len(mu)):
-        rows = np.flatnonzero(np.repeat(chosen, 3))
-        block = np.ascontiguousarray(W[np.ix_(rows, rows)])
-        if not len(rows) or not is_redundant(block):
-            continue
-        for P in known:
-            P = P.copy()
-            P[rows] = 0.0
-            moved = aim[rows] + W[rows] @ P
-            P[rows] = least_holding(Modes(block, moved, mu[list(chosen)], None))
-            if P[rows].any() and modes.residual(P) <= LAWFUL:
-                found.append(P)
-    return found
-
-
-def _with_expansion(
-    problem: ContactProblem, compression: np.ndarray
-) -> tuple[np.ndarray, np.ndarray] | None:
-    """(3n,) P of a compression, shared as the law shares it, and of its expansion, if found."""
-    from .frictional import solve_frictional
-
-    W, free, mu = problem.delassus, problem.velocity_free, problem.friction
-    fastest = float(np.abs(free).max())
-    pressed = solve_frictional(W, free, mu, None, compression, least=True).impulse
-    floor = problem.restitution * pressed[2::3]
-    start = np.repeat(problem.restitution, 3) * pressed
-    back = solve_frictional(W, free + W @ pressed, mu, floor, start, fastest, least=True)
-    return (pressed, back.impulse) if back.status.valid else None
+    found.setflags(write=False)
+    return _Search(how, count, tuple(found[:others].copy()), split)
 
 
 def _alone(
-    problem: ContactProblem, solution: ContactSolution, search: Search, *, newton: bool
+    problem: ContactProblem, solution: ContactSolution, search: _Search, *, newton: bool
 ) -> Finding:
     """What is to be said where no other was found."""
     if search.how == SMOOTH:
         return Finding(PROVEN, "nothing rubs: the problem is convex")
     if search.how == WEAK:
         return Finding(PROVEN, "friction feeds back weakly on the normal impulses")
-    if search.how == ALL_TRIED and len(search.impulses):
+    if search.how == ALL_TRIED and search.total:
         return Finding(PROVEN, "all modes of the contacts in the plane were tried")
     shares = solution.unique is not None and not newton and problem.restitution.any()
     if search.how == SEARCHED and not shares:
@@ -266,19 +206,3 @@ def _alone(
 def _apart(problem: ContactProblem, P: np.ndarray, other: np.ndarray, scale: float) -> bool:
     """Whether two impulses make different velocities."""
     return bool(np.abs(problem.delassus @ (P - other)).max() > SAME * scale)
-
-
-def _is_split(problem: ContactProblem, search: Search, scale: float) -> bool:
-    """Whether the solutions have one velocity at the end of compression, and one v⁺ each."""
-    pressed = search.compressions
-    if pressed is None:
-        return False
-    W = problem.delassus
-    if np.abs((pressed - pressed[0]) @ W).max() > SAME * scale:
-        return False
-    for i, one in enumerate(pressed):
-        for j in range(i):
-            alike = np.abs(W.diagonal() * (one - pressed[j])).max() <= SAME * scale
-            if alike and _apart(problem, search.impulses[i], search.impulses[j], scale):
-                return False
-    return True

@@ -12,23 +12,45 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
+from ...laws.modes import DEPENDENT, NULL, linearize
 from ...laws.status import Status
 from ...scene.law import Law
-from .modes import DEEP, DEPENDENT, Modes, System
 from .problem import RESTS, THROWN, ContactProblem, ContactSolution
+from .simultaneous import in_order
 
-__all__ = ["Steps", "refined"]
+__all__ = ["Steps", "System", "refined"]
 
 MOST_STEPS = 6
+# Rounding level: further steps gain nothing.
+DEEP = 5e-16
 # What rounding leaves, relative to the velocities or momenta.
 ROUNDING = 2e-15
 # The same of an impulse, relative to itself.
 ROUNDING_OF_ONE = 1e-15
 # Iterates that did not converge are taken on from here, and are an answer below the bar.
 NEAR, BAR = 1e-3, 1e-10
+
+
+class System(NamedTuple):
+    """The equations of a Newton step: (Aim W Wayᵀ + stiffness) x = right, P = found − x Way.
+
+    Attributes:
+        found: (3n,) P brought onto its modes [N s].
+        way: (m, 3n) the directions of P.
+        aim: (m, 3n) the velocities to be brought to zero.
+        stiffness: (m,) of the slip's direction, on the diagonal.
+        right: (m,) what these velocities are [m/s].
+    """
+
+    found: np.ndarray
+    way: np.ndarray
+    aim: np.ndarray
+    stiffness: np.ndarray
+    right: np.ndarray
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -82,24 +104,24 @@ def refined(
     if problem.tangential_restitution.any():
         shift[0::3] = problem.tangential_restitution * before[0::3]
         shift[1::3] = problem.tangential_restitution * before[1::3]
-    modes = Modes(problem.delassus, problem.velocity_free + shift, problem.friction, None)
-    modes.scale = max(modes.scale, float(np.abs(before).max()))
+    delassus, friction = in_order(problem.delassus), in_order(problem.friction)
+    scale = float(max(np.abs(problem.velocity_free + shift).max(), np.abs(before).max()))
     # What a blow alone would throw is no measure of the velocities that are left.
     terms = float((np.abs(before) + np.abs(steps.jacobian).dot(np.abs(dv))).max())
-    if terms > RESTS * modes.scale:
-        modes.scale = min(modes.scale, THROWN * terms)
+    if terms > RESTS * scale:
+        scale = min(scale, THROWN * terms)
     best, least = (solution.impulse, dv), math.inf
     for by_delassus in (True, False):
         impulse, dv = best
         for step in range(MOST_STEPS + 1):
             velocity = before + steps.jacobian.dot(dv) + shift
-            residual, system = modes.linearized(impulse, velocity)
-            if system is None:
+            residual, *parts = linearize(delassus, friction, impulse, velocity, scale)
+            if not residual < math.inf:
                 break
-            system, offset = _off_its_modes(modes, system, impulse, velocity)
+            system, offset = _off_its_modes(delassus, System(*parts), impulse, velocity)
             if not offset.any():
                 # Then what is left is what the velocities leave.
-                residual = float(np.abs(system.right).max(initial=0.0) / modes.scale)
+                residual = float(np.abs(system.right).max(initial=0.0) / scale)
             lacking, share = steps.momentum(impulse, dv)
             residual = max(residual, share)
             # It may rise for a step where slip turns.
@@ -109,11 +131,11 @@ def refined(
                 break
             # Changes, and no new P: beside large impulses in balance their digits would be lost.
             if by_delassus:
-                change = offset - system.way.dot(_least(modes, system))
+                change = offset - _least(delassus, system).dot(system.way)
                 change_of_dv = steps.moved_by(change)
             else:
                 change_of_dv, x = steps.together(system, lacking)
-                change = offset + system.way.dot(x)
+                change = offset + x.dot(system.way)
                 change_of_dv = change_of_dv + steps.moved_by(offset)
             dv, impulse = dv + change_of_dv, impulse + change
         if least <= ROUNDING:
@@ -123,7 +145,7 @@ def refined(
 
 
 def _off_its_modes(
-    modes: Modes, system: System, impulse: np.ndarray, velocity: np.ndarray
+    delassus: np.ndarray, system: System, impulse: np.ndarray, velocity: np.ndarray
 ) -> tuple[System, np.ndarray]:
     """The system and (3n,) what P lacks of its modes, without what is rounding of P.
 
@@ -134,17 +156,17 @@ def _off_its_modes(
     rounding = np.abs(offset).max(axis=1) <= own
     if rounding.any():
         offset[rounding] = 0.0
-        there = velocity + modes.delassus.dot(offset.ravel())
-        system = system._replace(right=system.aim.T.dot(there))
+        there = velocity + delassus.dot(offset.ravel())
+        system = system._replace(right=system.aim.dot(there))
     return system, offset.ravel()
 
 
-def _least(modes: Modes, system: System) -> np.ndarray:
+def _least(delassus: np.ndarray, system: System) -> np.ndarray:
     """(m,) the least x: what is shared among redundant contacts stays as it is."""
-    matrix = system.aim.T.dot(modes.delassus.dot(system.way))
+    matrix = system.aim.dot(delassus.dot(system.way.T))
     matrix.ravel()[:: len(matrix) + 1] += system.stiffness
-    sizes = np.abs(matrix.diagonal())
-    units = 1.0 / np.sqrt(np.where(sizes > 1e-14 * modes.largest, sizes, modes.largest))
+    sizes, largest = np.abs(matrix.diagonal()), delassus.diagonal().max()
+    units = 1.0 / np.sqrt(np.where(sizes > NULL * largest, sizes, largest))
     scaled = matrix * units * units[:, None]
     return units * np.linalg.lstsq(scaled, units * system.right, rcond=DEPENDENT)[0]
 

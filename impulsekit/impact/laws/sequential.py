@@ -1,138 +1,77 @@
-"""Contacts one after the other: the fastest approach first, until none approaches."""
+"""Contacts one after the other, and the limit of hits that go on without end."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
 
-from ...laws.progress import Triple
-from ...laws.single import GAIN, Hit
-from ...laws.status import Status
-from ...scene.law import Law
-from .limit import Jump, find_limit
-from .order import NOISE, fastest, foremost, pace_of
+from ...laws.progress import path_memory
+from ...laws.sequence import (
+    COUNT,
+    GOES_ON,
+    LONG,
+    REFUSED,
+    TIED,
+    WORST,
+    Contacts,
+    Sequence,
+    advance_sequence,
+    sequence_of,
+)
+from ...laws.status import BY_CODE, Status
+from ...laws.words import END, PATH
+from ...scene.law import RESTITUTIONS, Law
+from .limit import Hits, find_limit
 from .problem import ContactProblem, ContactSolution
-from .single import block_of, strike
+from .simultaneous import in_order
+from .single import refuse_tangential
 
 __all__ = ["hits_of", "solve_sequential"]
 
-# A chain that loses energy dies out well before; one that does not end never would.
-MOST_HITS = 10_000
-# So many where hits shrink, by too little to see the limit and too steadily to give up: a
-# series of ratio 1 − 1e-3 reaches rounding by then.
-MOST_SHRINKING_HITS = 40_000
-# From here on the limit of a series of hits is looked for, and again each time there are this
-# many times as many hits. Shorter series end by themselves, all but a few of those with ratios
-# below 0.7.
-LONG, LATER = 100, 1.5
-# Hits that do not come down to this share in LONG of them do not shrink.
-HANDED_ON = 0.5
-# What the closed form of a hit may leave in directions that it does not know of, relative.
-LEFT = 1e-10
-# Where contacts gain from each other, speeds would leave the doubles in time.
-FASTER = 1e30
-# Eigenvalues of a contact's W below this share of the largest are those of motions that the
-# bodies do not have against each other.
-NO_MOTION = 1e-13
+# The limit of a series of hits is looked for after LONG hits, and again each time there are this
+# many times as many. Shorter series end by themselves, all but a few of those with ratios below
+# 0.7.
+LATER = 1.5
 
 
-class _Sequence:
-    """The hits of a sequence, and the velocities that they leave.
-
-    Attributes:
-        velocity: (3n,) of all contacts now [m/s].
-        impulse: (3n,) P so far [N s].
-        hits: contact and impulse of each hit so far.
-        pace: of the contact that is next; first: the fastest so.
-        tied: whether the order of the entries said which is hit first.
-    """
+class _Steps:
+    """A sequence, and the way to go on with it."""
 
     def __init__(self, problem: ContactProblem, law: Law) -> None:
-        self.problem, self._law = problem, law
-        delassus, n = problem.delassus, len(problem.friction)
-        self.velocity = problem.velocity_free
-        self.impulse = np.zeros(3 * n)
-        self.hits: list[tuple[int, tuple[float, float, float]]] = []
-        self.pace = self.first = 0.0
-        self.tied = False
-        self._last, self._count = math.inf, 0
-        self._scale = float(np.abs(problem.velocity_before).max())
-        self._flat, self._free = delassus.ravel().tolist(), problem.velocity_free.tolist()
-        self._blocks = [block_of(delassus, i) for i in range(n)]
-        self._motions = [_motions_of(problem, i) for i in range(n)]
-        self._columns = [np.ascontiguousarray(delassus[:, 3 * i : 3 * i + 3]) for i in range(n)]
-        self._coefficients = (
-            problem.restitution.tolist(),
-            problem.friction.tolist(),
-            problem.tangential_restitution.tolist(),
+        self.state: Sequence = sequence_of(len(problem.friction))
+        self.hits: Hits = []
+        self._law, self._memory = law, path_memory()
+        # One contact alone is Stronge's, whatever its stiffness.
+        word = "stronge" if law.restitution == "lzb" else law.restitution
+        self._before = in_order(problem.velocity_before)
+        self._contacts = Contacts(
+            in_order(problem.delassus),
+            in_order(problem.velocity_free),
+            in_order(problem.restitution),
+            in_order(problem.friction),
+            in_order(problem.tangential_restitution),
+            RESTITUTIONS.index(word),
+            END if law.slip == "end" else PATH,
         )
 
-    def next_contact(self) -> int:
-        """Which is hit next; −1 where none approaches."""
-        n = len(self._blocks)
-        now, share = self.velocity.tolist(), self.impulse.tolist()
-        e, mu, _ = self._coefficients
-        found = fastest(self._flat, 3 * n, now, self._free, share, mu, self._scale, n)
-        if found < 0:
-            return -1
-        found, tied = foremost(found, self._flat, now, e, mu, n)
-        nn = self._flat[(3 * found + 2) * (3 * n + 1)]
-        self.pace = pace_of(now[3 * found + 2], nn) if nn > 0.0 else 0.0
-        if self._count < n:
-            self.first = max(self.first, self.pace)
-        self.tied = self.tied or (tied and self.pace > NOISE * self.first)
-        # What does not shrink any more, that small, is the rounding that hits hand on.
-        if self._count and self._count % LONG == 0:
-            if HANDED_ON * self._last < self.pace <= NOISE * self.first:
-                return -1
-            self._last = self.pace
-        return found
+    def advance(self, until: int) -> tuple[bool, Status]:
+        """Whether it goes on, and the status so far.
 
-    def strike(self, i: int) -> Hit:
-        """What the next hit of contact i would do."""
-        e, mu, e_t = (values[i] for values in self._coefficients)
-        velocity, motions = self.velocity[3 * i : 3 * i + 3], self._motions[i]
-        if motions is not None:
-            # What faster hits have left along motions that the bodies do not have is rounding.
-            possible = motions @ velocity
-            size = max(np.abs(self.velocity).max(), np.abs(self.problem.velocity_free).max())
-            size = max(size, self._scale)
-            if np.abs(possible - velocity).max() <= NOISE * size:
-                velocity = possible
-                self.velocity = self.velocity.copy()
-                self.velocity[3 * i : 3 * i + 3] = possible
-        now: Triple = tuple(velocity.tolist())
-        return strike(self._blocks[i], now, now, e, mu, e_t, self._law)
-
-    def take(self, i: int, hit: Hit) -> None:
-        """Go on from behind it."""
-        change = np.array(hit.impulse)
-        self.velocity = self.velocity + self._columns[i] @ change
-        self.impulse[3 * i : 3 * i + 3] += change
-        self.hits.append((i, hit.impulse))
-        self._count += 1
-
-    def jump(self) -> Jump | None:
-        """To the limit of all hits that would follow, if it can be told."""
-        jump = find_limit(self.problem, self.velocity, self.hits)
-        if jump is not None:
-            self.velocity = self.velocity + jump.change
-            self.impulse += jump.impulse
-            self.hits.clear()
-        return jump
-
-
-def _motions_of(problem: ContactProblem, i: int) -> np.ndarray | None:
-    """(3, 3) the projection on the relative velocities that contact i can have; None for all."""
-    if not problem.friction[i]:
-        return None
-    values, axes = np.linalg.eigh(problem.delassus[3 * i : 3 * i + 3, 3 * i : 3 * i + 3])
-    if values[0] > NO_MOTION * values[2]:
-        return None
-    kept = axes[:, values > NO_MOTION * values[2]]
-    return kept @ kept.T
+        Raises:
+            InputError: tangential restitution where it has no meaning.
+        """
+        count = int(self.state.now[COUNT])
+        room = max(until - count, 1)
+        who, hits = np.empty(room, np.int64), np.empty((room, 3))
+        step, code = advance_sequence(
+            self.state, self._contacts, self._before, until, who, hits, self._memory
+        )
+        if step == REFUSED:
+            refuse_tangential(self._law)
+        new = int(self.state.now[COUNT]) - count
+        self.hits += zip(who[:new].tolist(), map(tuple, hits[:new].tolist()), strict=True)
+        return step == GOES_ON, BY_CODE[code]
 
 
 def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
@@ -141,67 +80,43 @@ def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
     Raises:
         InputError: tangential restitution under any but Newton's law with slip at the end.
     """
-    n = len(problem.friction)
-    free = problem.velocity_free
-    normal, friction = np.zeros(n), np.zeros(n)
-    status, residual = Status.SOLVED, 0.0
-    unique: np.ndarray | None = None
-    count, look_at = 0, LONG
-    spent = 0.0
-    sequence = _Sequence(problem, law)
-    while (i := sequence.next_contact()) >= 0:
-        pace, first = sequence.pace, sequence.first
-        if count >= look_at:
-            look_at = int(LATER * count)
-            jump = sequence.jump()
-            if jump is not None:
-                works = 0.5 * jump.impulse * (2.0 * sequence.velocity - jump.change)
-                normal += works[2::3]
-                friction += works[0::3] + works[1::3]
-                continue
-        if count >= (MOST_HITS if pace > 1e-3 * first else MOST_SHRINKING_HITS) or (
-            pace > FASTER * first
-        ):
-            status = Status.SEQUENCE_TOO_LONG
+    steps = _Steps(problem, law)
+    state, until = steps.state, LONG
+    while True:
+        goes_on, status = steps.advance(until)
+        if not goes_on:
             break
-        count += 1
-        hit = sequence.strike(i)
-        jams = not hit.status.valid and hit.status is not Status.ENERGY_GAIN
-        if jams and 0.0 < pace <= LEFT * first:
-            # What the hits before have left has no impulse to answer it.
-            residual = max(residual, pace / first)
-            break
-        now = sequence.velocity[3 * i : 3 * i + 3]
-        normal[i] += hit.normal_work
-        friction[i] += hit.friction_work
-        residual = max(residual, hit.residual)
-        # Where nothing is lost, works are but the rounding of what went in and came back.
-        spent += abs(hit.normal_work) + abs(hit.friction_work)
-        spent += sum(abs(p * u) for p, u in zip(hit.impulse, now.tolist(), strict=True))
-        sequence.take(i, hit)
-        if hit.status is Status.NOT_UNIQUE:
-            unique = np.ones(n, dtype=bool) if unique is None else unique
-            unique[i] = False
-        elif hit.status not in (Status.SOLVED, Status.ENERGY_GAIN) and status.valid:
-            status = hit.status
-        if jams:
-            break
-    # One hit may gain what the others lose: the sum is what counts.
-    if status.valid and float(normal.sum() + friction.sum()) > GAIN * spent:
-        status = Status.ENERGY_GAIN
-    elif status is Status.SOLVED and unique is not None:
-        status = Status.NOT_UNIQUE
-    impulse = sequence.impulse
-    after = problem.delassus @ impulse + free
+        until = int(LATER * until)
+        jump = find_limit(problem, state.velocity, steps.hits)
+        if jump is not None:
+            works = jump.impulse * (state.velocity + 0.5 * jump.change)
+            state.velocity[:] += jump.change
+            state.impulse[:] += jump.impulse
+            state.normal[:] += works[2::3]
+            state.friction[:] += works[0::3] + works[1::3]
+            steps.hits.clear()
     return ContactSolution(
-        impulse, after, status, residual, unique, free, normal, friction, count, sequence.tied
+        state.impulse,
+        problem.delassus @ state.impulse + problem.velocity_free,
+        status,
+        float(state.now[WORST]),
+        None if state.unique.all() else state.unique,
+        problem.velocity_free,
+        state.normal,
+        state.friction,
+        int(state.now[COUNT]),
+        bool(state.now[TIED]),
     )
 
 
-def hits_of(problem: ContactProblem, law: Law) -> Iterator[tuple[int, np.ndarray, Hit]]:
-    """The hits in order: which contact, (3n,) all velocities at its start, what it did."""
-    sequence = _Sequence(problem, law)
-    while (i := sequence.next_contact()) >= 0:
-        hit = sequence.strike(i)
-        yield i, sequence.velocity, hit
-        sequence.take(i, hit)
+def hits_of(problem: ContactProblem, law: Law) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
+    """The hits in order: which contact, (3n,) all velocities before it, its impulse (3,)."""
+    steps = _Steps(problem, law)
+    velocity, goes_on = problem.velocity_free, True
+    while goes_on:
+        count = len(steps.hits)
+        goes_on, _ = steps.advance(count + 1)
+        if len(steps.hits) > count:
+            i, impulse = steps.hits[-1]
+            yield i, velocity, np.array(impulse)
+        velocity = steps.state.velocity.copy()

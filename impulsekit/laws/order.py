@@ -1,17 +1,14 @@
-"""Which contact of a sequence is hit next.
-
-Plain functions of floats, each by itself: ``solve`` calls them as Python, and the batch kernels
-compile them in.
-"""
+"""Which contact of a sequence is hit next."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
-__all__ = ["NOISE", "fastest", "foremost", "pace_of"]
+import numpy as np
 
-Numbers = Sequence[float]
+from .compiled import compiled
+
+__all__ = ["NOISE", "Traits", "fastest", "foremost", "pace_of"]
 
 # A contact whose approach is this small against its own slip has none: the closed form of one
 # contact takes it for zero, too. A few units in the last place.
@@ -31,7 +28,11 @@ IMMOVABLE, IMMOVABLE_BESIDE = 1e-26, 1e-24
 # What such a contact may approach against all velocities, by rounding alone.
 NOISE = 1e-12
 
+# µ, e, |W_nt|/W_nn, (W_11 + W_22)/W_nn and |u_t|/|u_n| of a contact.
+Traits = tuple[float, float, float, float, float]
 
+
+@compiled
 def pace_of(normal_velocity: float, nn: float) -> float:
     """|u_n|/√W_nn [√J]: the approach in one unit for contacts [m/s] and joint stops [rad/s].
 
@@ -40,13 +41,13 @@ def pace_of(normal_velocity: float, nn: float) -> float:
     return abs(normal_velocity) / math.sqrt(nn)
 
 
+@compiled
 def fastest(
-    W: Numbers,
-    stride: int,
-    velocity: Numbers,
-    free: Numbers,
-    impulse: Numbers,
-    mu: Numbers,
+    W: np.ndarray,
+    velocity: np.ndarray,
+    free: np.ndarray,
+    impulse: np.ndarray,
+    mu: np.ndarray,
     scale: float,
     count: int,
 ) -> int:
@@ -56,7 +57,7 @@ def fastest(
     no impulse moves comes before all others where it approaches by more than rounding.
 
     Args:
-        W: Delassus matrix [1/kg], flat; its rows are ``stride`` apart.
+        W: Delassus matrix [1/kg].
         velocity: (3 count,) of the contacts now [m/s].
         free: (3 count,) u_free [m/s].
         impulse: (3 count,) P so far [N s].
@@ -65,16 +66,16 @@ def fastest(
         count: how many contacts.
     """
     found, most = -1, 0.0
+    largest = 0.0
+    for k in range(3 * count):
+        largest = max(largest, W[k, k])
     for i in range(count):
         n = 3 * i + 2
         approach = -velocity[n]
         if not approach > 0.0:
             continue
-        nn = W[n * stride + n]
-        tangents = max(W[(n - 2) * (stride + 1)], W[(n - 1) * (stride + 1)])
-        largest = 0.0
-        for k in range(3 * count):
-            largest = max(largest, W[k * stride + k])
+        nn = W[n, n]
+        tangents = max(W[n - 2, n - 2], W[n - 1, n - 1])
         if nn <= IMMOVABLE * tangents or nn <= IMMOVABLE_BESIDE * largest:
             size = scale
             for k in range(3 * count):
@@ -86,17 +87,17 @@ def fastest(
             continue
         terms = abs(free[n])
         for k in range(3 * count):
-            terms += abs(W[n * stride + k] * impulse[k])
-        # |u_n|/√W_nn, see pace_of.
-        pace = approach / math.sqrt(nn)
+            terms += abs(W[n, k] * impulse[k])
+        pace = pace_of(approach, nn)
         tied = TIE * most + TIE_ROUNDING * terms / math.sqrt(nn)
         if approach > ROUNDING * terms and (found < 0 or pace > most + tied):
             found, most = i, pace
     return found
 
 
+@compiled
 def foremost(
-    found: int, W: Numbers, velocity: Numbers, e: Numbers, mu: Numbers, count: int
+    found: int, W: np.ndarray, velocity: np.ndarray, e: np.ndarray, mu: np.ndarray, count: int
 ) -> tuple[int, bool]:
     """Of the contacts as fast as ``found``, the one that is hit first; whether others are alike.
 
@@ -105,40 +106,39 @@ def foremost(
     most: what no unit, axis or order of entries changes. Where they are alike in all of it, as
     corners of a box that falls flat, it is the first entry. Arguments as of ``fastest``.
     """
-    stride, n = 3 * count, 3 * found + 2
-    nn = W[n * stride + n]
+    nn = W[3 * found + 2, 3 * found + 2]
     if not nn > 0.0:
         return found, False
-    pace = pace_of(velocity[n], nn)
-    best, tied, traits = found, False, _traits(found, W, velocity, e, mu, stride)
+    pace = pace_of(velocity[3 * found + 2], nn)
+    best, tied = found, False
+    traits = _traits(found, W, velocity, e, mu)
     for i in range(count):
         n = 3 * i + 2
-        nn = W[n * stride + n]
+        nn = W[n, n]
         if i == found or not (velocity[n] < 0.0 and nn > 0.0):
             continue
         if abs(pace_of(velocity[n], nn) - pace) > EVEN * pace:
             continue
-        own = _traits(i, W, velocity, e, mu, stride)
-        apart = [a - b for a, b in zip(own, traits, strict=True) if abs(a - b) > ALIKE * (a + b)]
-        if not apart:
+        own = _traits(i, W, velocity, e, mu)
+        apart = 0.0
+        for k in range(5):
+            if apart == 0.0 and abs(own[k] - traits[k]) > ALIKE * (own[k] + traits[k]):
+                apart = own[k] - traits[k]
+        if apart == 0.0:
             tied = True
-        elif apart[0] > 0.0:
+        elif apart > 0.0:
             best, tied, traits = i, False, own
     return best, tied
 
 
-def _traits(
-    i: int, W: Numbers, velocity: Numbers, e: Numbers, mu: Numbers, stride: int
-) -> tuple[float, ...]:
-    """µ, e, |W_nt|/W_nn, (W_11 + W_22)/W_nn and |u_t|/|u_n| of a contact."""
+@compiled
+def _traits(i: int, W: np.ndarray, velocity: np.ndarray, e: np.ndarray, mu: np.ndarray) -> Traits:
     n = 3 * i + 2
-    row = n * stride
-    nn = W[row + n]
-    across = W[(n - 2) * (stride + 1)] + W[(n - 1) * (stride + 1)]
+    nn = W[n, n]
     return (
         mu[i],
         e[i],
-        math.hypot(W[row + n - 2], W[row + n - 1]) / nn,
-        across / nn,
+        math.hypot(W[n, n - 2], W[n, n - 1]) / nn,
+        (W[n - 2, n - 2] + W[n - 1, n - 1]) / nn,
         math.hypot(velocity[n - 2], velocity[n - 1]) / abs(velocity[n]),
     )

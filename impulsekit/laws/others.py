@@ -1,0 +1,318 @@
+"""The answers of the law of contact, and which of them have other velocities than one shown."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .compiled import compiled, entry
+from .coupling import SURE, friction_is_weak
+from .frictional import frictional
+from .least_shares import least_holding, share_least
+from .modes import DEPENDENT, NULL, residual_of, sizes_of
+from .redundant import is_redundant
+from .status import Status
+from .uniqueness import (
+    MOST_FOUND,
+    NEGLIGIBLE,
+    SAME,
+    TRIED_ALL,
+    TRIED_SOME,
+    is_another,
+    search_modes,
+)
+from .words import NEWTON, NO, YES
+from .workspace import Workspace, workspace
+
+__all__ = [
+    "ALL_TRIED", "MOST_ANSWERS", "SEARCHED", "SMOOTH", "SURE", "TOO_MANY", "WEAK", "find_answers",
+]  # fmt: skip
+
+# What is known of the answers: nothing rubs, friction is too weak to leave a choice, and all modes
+# were tried prove how many there are; the others do not.
+SMOOTH, WEAK, ALL_TRIED, SEARCHED, TOO_MANY = 0, 1, 2, 3, 4
+# How many answers are kept: of every compression that can be found four with velocities of
+# their own. Where they are full, nothing is proven.
+MOST_ANSWERS = 256
+# What an answer that is told of may leave of the law, relative to the velocities.
+LAWFUL = 1e-10
+# [N s] Releases of less are none.
+LEAST_RELEASE = 1e-290
+_VALID = (int(Status.SOLVED), int(Status.NOT_UNIQUE))
+
+
+def _examples() -> tuple[object, ...]:
+    line, few, found = np.ones(6), np.ones(2), np.ones((2, 6))
+    return np.eye(6), line, line, few, few, few, NEWTON, line, 1.0, found, found
+
+
+@entry(_examples, seconds=20.0, apart=True)
+def find_answers(
+    W: np.ndarray,
+    before: np.ndarray,
+    free: np.ndarray,
+    mu: np.ndarray,
+    e: np.ndarray,
+    e_t: np.ndarray,
+    restitution: int,
+    shown: np.ndarray,
+    scale: float,
+    found: np.ndarray,
+    pressed: np.ndarray,
+) -> tuple[int, int, int, bool]:
+    """What is known, how many answers there are, how many of them are others, and if split.
+
+    The others, with velocities that neither ``shown`` nor another has and no gain of energy, are
+    the first in ``found``. They are split where all have one velocity at the end of their
+    compression, and only the shares of its load differ.
+
+    Args:
+        W: (3n, 3n) Delassus matrix [1/kg].
+        before, free: (3n,) u⁻ and u_free [m/s].
+        mu, e, e_t: (n,) friction, restitution, tangential restitution.
+        restitution: NEWTON or POISSON.
+        shown: (3n,) P of the answer that is shown [N s].
+        scale: the size of the velocities [m/s].
+        found: (MOST_ANSWERS, 3n), written: P [N s].
+        pressed: (MOST_ANSWERS, 3n), written under Poisson's law: P of their compressions.
+    """
+    n = len(mu)
+    work = workspace(n)
+    rubs, releases = False, False
+    for i in range(n):
+        work.mu[i] = mu[i] if mu[i] > NEGLIGIBLE else 0.0
+        rubs = rubs or work.mu[i] > 0.0
+        releases = releases or (restitution != NEWTON and e[i] > 0.0)
+    if not rubs:
+        return SMOOTH, 0, 0, False
+    for r in range(3 * n):
+        work.b[r] = free[r]
+        if restitution == NEWTON:
+            if r % 3 < 2:
+                work.b[r] += e_t[r // 3] * before[r]
+            else:
+                work.b[r] += e[r // 3] * min(before[r], 0.0)
+        if r % 3 < 2 and work.mu[r // 3] == 0.0:
+            work.b[r] = 0.0
+        for c in range(3 * n):
+            smooth = (r % 3 < 2 and work.mu[r // 3] == 0.0) or (
+                c % 3 < 2 and work.mu[c // 3] == 0.0
+            )
+            work.W[r, c] = 0.0 if smooth else W[r, c]
+    if friction_is_weak(work.W, work.mu):
+        return WEAK, 0, 0, False
+    how, count = _compressions(work, n, scale, shown, found)
+    full = count == MOST_FOUND
+    if releases:
+        count = _expansions(work, free, e, n, scale, how, count, found, pressed)
+        if count == 0 and how == SEARCHED:
+            how = TOO_MANY
+    if how == ALL_TRIED and (full or count == len(found)):
+        how = TOO_MANY
+    start = before if restitution == NEWTON else free
+    split = releases and _is_split(W, count, found, pressed, scale)
+    others = _others_first(W, shown, start, free, scale, found, count)
+    return how, count, others, split
+
+
+@compiled
+def _compressions(
+    work: Workspace, n: int, scale: float, shown: np.ndarray, found: np.ndarray
+) -> tuple[int, int]:
+    """The answers of the first phase, and what is known of them."""
+    tried, count = search_modes(work.W, work.b, work.mu, work.floor, scale, NO, found[:MOST_FOUND])
+    how = ALL_TRIED if tried == TRIED_ALL else (SEARCHED if tried == TRIED_SOME else TOO_MANY)
+    if how == SEARCHED:
+        count = _add_held(work, n, shown, found, count)
+    return how, count
+
+
+@compiled
+def _add_held(work: Workspace, n: int, shown: np.ndarray, found: np.ndarray, count: int) -> int:
+    """Add P that hold some redundant contacts still, the others being as in a known answer.
+
+    The modes take one share of a redundant load; the cones may ask for another.
+    """
+    size = 3 * n
+    few = workspace(n)
+    rows = np.empty(size, np.int64)
+    sizes = sizes_of(work, n, 0.0)
+    known = count
+    for chosen in range(1, 2**n):
+        m = int(np.int64(0))
+        for i in range(n):
+            if (chosen >> i) & 1:
+                few.mu[m] = work.mu[i]
+                for k in range(3):
+                    rows[3 * m + k] = 3 * i + k
+                m += 1
+        for r in range(3 * m):
+            for c in range(3 * m):
+                few.W[r, c] = work.W[rows[r], rows[c]]
+        if not is_redundant(few.W, 3 * m, DEPENDENT, NULL):
+            continue
+        for one in range(-2, known):
+            if count == len(found):
+                return count
+            for k in range(size):
+                work.P[k] = 0.0 if one == -2 else (shown[k] if one == -1 else found[one, k])
+            for r in range(3 * m):
+                work.P[rows[r]] = 0.0
+            for r in range(3 * m):
+                few.b[r] = work.b[rows[r]]
+                for c in range(size):
+                    few.b[r] += work.W[rows[r], c] * work.P[c]
+            least_holding(few, m, sizes_of(few, m, 0.0))
+            most = 0.0
+            for r in range(3 * m):
+                work.P[rows[r]] = few.P[r]
+                most = max(most, abs(few.P[r]))
+            if most > 0.0 and residual_of(work, n, sizes) <= LAWFUL:
+                for k in range(size):
+                    found[count, k] = work.P[k]
+                count += 1
+    return count
+
+
+@compiled
+def _expansions(
+    work: Workspace,
+    free: np.ndarray,
+    e: np.ndarray,
+    n: int,
+    scale: float,
+    how: int,
+    count: int,
+    found: np.ndarray,
+    pressed: np.ndarray,
+) -> int:
+    """Write P of whole impacts to ``found`` for the compressions that stand there; how many."""
+    size = 3 * n
+    firsts = found[:count].copy()
+    backs = np.empty((MOST_FOUND, size))
+    total = int(np.int64(0))
+    for one in range(count):
+        first = firsts[one]
+        if how == ALL_TRIED:
+            b, floor = _after_compression(work, e, n, first)
+            _, many = search_modes(work.W, b, work.mu, floor, scale, NO, backs)
+        else:
+            # Of each compression, shared as the law shares it, the expansion from it.
+            many = 1 if _expanded(work, free, e, n, first, backs) else 0
+        begin = total
+        for back in range(many):
+            if total == len(found):
+                return total
+            for k in range(size):
+                pressed[total, k] = first[k]
+                found[total, k] = first[k] + backs[back, k]
+            # Of shares of one load one is enough: they have one velocity, and gain the same.
+            new = True
+            for known in range(begin, total):
+                new = new and _speed_between(work.W, found[total], found[known]) > SAME * scale
+            total += 1 if new else 0
+    return total
+
+
+@compiled
+def _after_compression(
+    work: Workspace, e: np.ndarray, n: int, first: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """u after a compression, and the least normal impulses of the expansion."""
+    floor, b = np.zeros(n), np.empty(3 * n)
+    for i in range(n):
+        floor[i] = e[i] * first[3 * i + 2]
+        if floor[i] < LEAST_RELEASE:
+            floor[i] = 0.0
+    for k in range(3 * n):
+        b[k] = work.b[k]
+        for j in range(3 * n):
+            b[k] += work.W[k, j] * first[j]
+    return b, floor
+
+
+@compiled
+def _expanded(
+    work: Workspace, free: np.ndarray, e: np.ndarray, n: int, first: np.ndarray, backs: np.ndarray
+) -> bool:
+    """Bring a compression to the law's share of its load, and write its expansion if found."""
+    part = workspace(n)
+    fastest = 0.0
+    for r in range(3 * n):
+        fastest = max(fastest, abs(free[r]))
+        part.b[r], part.P[r] = work.b[r], first[r]
+        for c in range(3 * n):
+            part.W[r, c] = work.W[r, c]
+    for i in range(n):
+        part.mu[i] = work.mu[i]
+    code, residual = frictional(part, n, 0.0, YES, 0.0, DEPENDENT)
+    if code not in _VALID:
+        return False
+    share_least(part, n, 0.0, DEPENDENT, residual)
+    for k in range(3 * n):
+        first[k] = part.P[k]
+    b, floor = _after_compression(work, e, n, first)
+    for i in range(n):
+        part.floor[i] = floor[i]
+        for k in range(3 * i, 3 * i + 3):
+            part.b[k] = b[k]
+            part.P[k] = e[i] * first[k]
+    code, residual = frictional(part, n, fastest, YES, 0.0, DEPENDENT)
+    share_least(part, n, fastest, DEPENDENT, residual)
+    for k in range(3 * n):
+        backs[0, k] = part.P[k]
+    return code in _VALID
+
+
+@compiled
+def _others_first(
+    W: np.ndarray,
+    shown: np.ndarray,
+    start: np.ndarray,
+    free: np.ndarray,
+    scale: float,
+    found: np.ndarray,
+    count: int,
+) -> int:
+    """Bring the answers with velocities of their own and no gain of energy to the front."""
+    others = int(np.int64(0))
+    for one in range(count):
+        P = found[one].copy()
+        new = is_another(W, P, shown, start, free, scale)
+        for k in range(others):
+            new = new and is_another(W, P, found[k], start, free, scale)
+        if new:
+            for k in range(len(P)):
+                found[one, k] = found[others, k]
+                found[others, k] = P[k]
+            others += 1
+    return others
+
+
+@compiled
+def _is_split(
+    W: np.ndarray, count: int, found: np.ndarray, pressed: np.ndarray, scale: float
+) -> bool:
+    """Whether the answers have one velocity at the end of compression, and one v⁺ each."""
+    for i in range(1, count):
+        if _speed_between(W, pressed[i], pressed[0]) > SAME * scale:
+            return False
+    for i in range(count):
+        for j in range(i):
+            apart = 0.0
+            for k in range(W.shape[0]):
+                apart = max(apart, abs(W[k, k] * (pressed[i, k] - pressed[j, k])))
+            if apart <= SAME * scale and _speed_between(W, found[i], found[j]) > SAME * scale:
+                return False
+    return count > 0
+
+
+@compiled
+def _speed_between(W: np.ndarray, P: np.ndarray, other: np.ndarray) -> float:
+    """The largest velocity that a difference of impulses makes."""
+    most = 0.0
+    for r in range(len(P)):
+        change = 0.0
+        for c in range(len(P)):
+            change += W[r, c] * (P[c] - other[c])
+        most = max(most, abs(change))
+    return most
