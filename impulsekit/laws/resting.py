@@ -143,6 +143,11 @@ def forces_at_rest(
         return np.zeros(m), 0.0
     if not abs(coupled.sum() + delassus.sum() + free.sum()) < math.inf:
         return np.zeros(m), math.inf
+    if m == 1 and coupled[0, 0] > 0.0:
+        # One normal alone: it pushes, or parts.
+        alone = np.zeros(1)
+        alone[0] = max(0.0, -free[0] / coupled[0, 0])
+        return alone, 0.0
     points = _points(delassus, friction, scale)
     room = _room(m, len(friction))
     if _depend(delassus, room.factor):

@@ -11,7 +11,7 @@ from .chart import Chart
 from .compiled_look import Watched, look
 from .compiled_model import NO_POINTS, NOTHING_SLIDES
 from .compiled_settle import Stand, settle_points
-from .compiled_step import NOT_SOLVED, SOLVED, System, Work, begin_steps
+from .compiled_step import NOT_SOLVED, SOLVED, System, Work, begin_steps, rates_at
 from .compiled_strike import strike_point
 from .crossing import Crossing, Seen
 from .dynamics import Dynamics
@@ -180,6 +180,20 @@ class Mover:
             table = self._points[gap] = table_of(rows)
         mass = self._mass
         return strike_point(self._system, table, q, v, coefficients, restitution, mass)
+
+    def rates(self, t: float, y: np.ndarray) -> np.ndarray | None:
+        """(2 nv,) ẏ at a time [s]; None where that is not known here."""
+        rates_at.load()
+        system = self.now() if rates_at.is_compiled else None
+        if system is None:
+            return None
+        self.driven.write(t, self._driven)
+        rates = np.empty(len(y))
+        if rates_at(system, self._driven, y, rates) != SOLVED:
+            return None
+        self.count(1)
+        self.note()
+        return rates
 
     def begin(
         self, work: Work, y: np.ndarray, span: float, tolerances: tuple[float, float]

@@ -30,6 +30,7 @@ __all__ = [
     "attempt",
     "begin_steps",
     "evaluate",
+    "rates_at",
     "try_step",
 ]
 
@@ -204,6 +205,17 @@ def try_step(
                 total += tableau.dense[i, j] * slopes[j, k]
             powers[3 + i, k] = h * total
     return SOLVED, error
+
+
+@entry(lambda: _examples_of_rates(), seconds=1.0)
+def rates_at(system: System, driven: np.ndarray, y: np.ndarray, rates: np.ndarray) -> int:
+    """``evaluate`` as Python calls it."""
+    return evaluate(system, driven, y, rates)
+
+
+def _examples_of_rates() -> tuple:
+    system, _, work, *_ = _examples()
+    return system, work.driven[0], work.before, work.after
 
 
 def _examples_of_begin() -> tuple:

@@ -101,8 +101,13 @@ class CompiledStepper(ExplicitStepper):
         work, driven = self._work, self._mover.driven
         work.before[:] = y
         if not driven.is_constant:
-            for s, c in enumerate(tableau().times.tolist()):
-                driven.write(self._within(t + c * h), work.driven[s])
+            times = tableau().times.tolist()
+            # The first stage's rates are there; two stages look at the end of the step.
+            for s in range(1, len(times)):
+                if times[s] == times[s - 1]:
+                    work.driven[s] = work.driven[s - 1]
+                else:
+                    driven.write(self._within(t + times[s] * h), work.driven[s])
         state, error = self.code(system, tableau(), work, h, self._rtol, self._atol)
         self._mover.count(len(work.slopes) - 1 if error < 1.0 else self._count)
         if state == NOT_SOLVED:

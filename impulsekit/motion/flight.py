@@ -234,10 +234,14 @@ class Flight:
 
     def _rates(self, t: float, y: np.ndarray) -> np.ndarray:
         """ẏ of y = (x, v)."""
+        mover, within = self._present.mover, self._watch.within(t)
+        found = None if mover is None else mover.rates(within, y)
+        if found is not None:
+            return found
         nv = self._present.model.nv
         x, v = y[:nv], y[nv:]
         q = self._chart.configuration(x)
         rates = np.empty(2 * nv)
         rates[:nv] = self._chart.rate(x, q, v)
-        rates[nv:] = self._present.dynamics.acceleration(self._watch.within(t), q, v)
+        rates[nv:] = self._present.dynamics.acceleration(within, q, v)
         return rates

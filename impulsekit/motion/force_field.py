@@ -101,9 +101,14 @@ class ForceField:
         """Whether some force is a function that a user gave."""
         return bool(self._functions) or any(not force.is_constant for force in self._applied)
 
+    @property
+    def asks_for_states(self) -> bool:
+        """Whether some function that a user gave asks for q and v."""
+        return bool(self._functions)
+
     def given(self, t: float, q: np.ndarray, v: np.ndarray) -> list[np.ndarray]:
         """What the users' functions give: torques, forces and couples, each by itself."""
-        values = [np.asarray(function(t, q, v)[1]) for function in self._functions]
+        values = [np.atleast_1d(function(t, q, v)[1]) for function in self._functions]
         for force in self._applied:
             if not force.is_constant:
                 both = force.force_at(t)

@@ -19,12 +19,12 @@ def compile_motion(scene: Scene | None = None) -> None:
     from .compiled_advance import advance
     from .compiled_look import look
     from .compiled_settle import settle_points
-    from .compiled_step import attempt, begin_steps
+    from .compiled_step import attempt, begin_steps, rates_at
     from .compiled_strike import strike_point
     from .points import gaps_and_rates
     from .pressed import pressed, rows_and_bias
 
-    entries: list[Entry] = [unrolled, attempt, begin_steps, advance]
+    entries: list[Entry] = [unrolled, attempt, begin_steps, rates_at, advance]
     if scene is None or scene.contacts:
         entries += [
             look,

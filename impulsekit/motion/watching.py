@@ -37,6 +37,7 @@ class ForceWatch:
         self._stops = sorted(t for t in ends if 0.0 < t < settings.duration)
         self._spacing = settings.duration / LOOKS
         self._largest: np.ndarray | None = None
+        self._firsts = np.zeros(0, dtype=int)
         self._from, self._to = -math.inf, math.inf
 
     def begin(self, t: float) -> float:
@@ -69,27 +70,32 @@ class ForceWatch:
         grid = np.arange(first, math.ceil(end / self._spacing)) * self._spacing
         grid = grid[(grid > start) & (grid < end)]
         nodes = start + NODES * (end - start)
-        values = [self._values(t, states) for t in nodes.tolist()]
-        seen = [self._values(t, states) for t in grid.tolist()]
-        largest = np.array(
-            [max(np.abs(own).max() for own in one) for one in zip(*values, *seen, strict=True)]
-        )
+        every = self._values([*nodes.tolist(), *grid.tolist()], states)
+        values, seen = every[: len(nodes)], every[len(nodes) :]
+        largest = self._by_function(np.abs(every)).max(axis=0)
         largest[~np.isfinite(largest)] = 0.0
         if self._largest is not None:
             largest = np.maximum(largest, self._largest)
         self._largest = largest
-        allowed = UNLIKE * largest
-        unlike = np.zeros(len(grid), dtype=bool)
-        for k, one in enumerate(zip(*values, strict=True)):
-            expected = interpolated((grid - start) / (end - start), np.array(one))
-            off = np.abs(np.array([own[k] for own in seen]) - expected).max(axis=1)
-            unlike |= off > allowed[k]
+        off = np.abs(seen - interpolated((grid - start) / (end - start), values))
+        unlike = (self._by_function(off) > UNLIKE * largest).any(axis=1)
         if not unlike.any():
             return None
         before = float(grid[int(np.argmax(unlike))]) - self._spacing - start
         return max(self._spacing, min(before, 0.5 * (end - start)))
 
+    def _by_function(self, values: np.ndarray) -> np.ndarray:
+        """(k, f) the largest of the numbers that each function gives."""
+        return np.maximum.reduceat(values, self._firsts, axis=1)
+
     def _values(
-        self, t: float, states: Callable[[float], tuple[np.ndarray, np.ndarray]]
-    ) -> list[np.ndarray]:
-        return self._forces.given(self.within(t), *states(t))
+        self, times: list[float], states: Callable[[float], tuple[np.ndarray, np.ndarray]]
+    ) -> np.ndarray:
+        """(k, m) the numbers that all functions give."""
+        forces, none = self._forces, (np.empty(0), np.empty(0))
+        rows = [
+            forces.given(self.within(t), *(states(t) if forces.asks_for_states else none))
+            for t in times
+        ]
+        self._firsts = np.cumsum([0, *(len(own) for own in rows[0])])[:-1]
+        return np.array([np.concatenate(row) for row in rows])

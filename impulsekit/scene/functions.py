@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -67,6 +68,9 @@ def numbers_from(
     array = np.array(array, dtype=float, ndmin=1)
     if array.shape != (size,):
         raise _of_function(ShapeError.of(what, (size,), array.shape), what)
+    # One number that is not finite makes the sum so, too.
+    if math.isfinite(array.sum()):
+        return array
     bad = np.isnan(array) if infinite else ~np.isfinite(array)
     if bad.any():
         first = int(np.argmax(bad))
