@@ -46,8 +46,6 @@ class CompiledStepper(ExplicitStepper):
         self._mover, self._within = mover, within
         self._work = work_of(0, 0)
         self._is_compiled = False
-        self.code.load()
-        look.load()
 
     @property
     def work(self) -> Work:
@@ -89,6 +87,8 @@ class CompiledStepper(ExplicitStepper):
         self._slopes = self._work.slopes
 
     def _try(self, t: float, h: float, y: np.ndarray) -> tuple[np.ndarray, float]:
+        self.code.load()
+        look.load()
         system = self._mover.now() if self.code.is_compiled else None
         self._is_compiled = system is not None
         if system is None:

@@ -28,6 +28,7 @@ from .status import MotionStatus
 from .stops import first_stop
 from .striking import Striking
 from .trajectory import Trajectory
+from .warm import load_shared
 
 __all__ = ["Run"]
 
@@ -49,6 +50,8 @@ class Run:
         progress: Callable[[float], None] | None,
     ) -> None:
         self._settings, self._progress = settings, progress
+        if scene.contacts:
+            load_shared()
         self._now = Present(scene, q, v, settings)
         self._striking = Striking(self._now)
         self._flight = Flight(self._now)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..laws.compiled import Entry
 from ..scene import Scene
 
-__all__ = ["compile_motion"]
+__all__ = ["compile_motion", "load_shared"]
 
 
 def compile_motion(scene: Scene | None = None) -> None:
@@ -37,3 +37,18 @@ def compile_motion(scene: Scene | None = None) -> None:
         ]
     for entry in entries:
         entry.compile()
+
+
+def load_shared() -> None:
+    """Load what motions call through Python, where it was compiled before.
+
+    Else a number of calls that depends on the time they take would run as Python first, which
+    rounds otherwise in the last place: no two motions would be the same to the last bit.
+    """
+    from ..laws.several import hit_contacts
+    from .points import gaps_and_rates
+    from .pressed import rows_and_bias
+
+    entries: list[Entry] = [hit_contacts, gaps_and_rates, rows_and_bias]
+    for entry in entries:
+        entry.load()
