@@ -55,6 +55,7 @@ class Log(NamedTuple):
     Attributes:
         ends: (k,) [s]. references: (k, nq). before: (k, 2 nv). powers: (k, 7, 2 nv).
         slides: (k, n, 3) and begins: (k, n) of ``Stand`` in the step.
+        rest: (3, 3n) forces, accelerations and velocities of what rests, after the last one.
     """
 
     ends: np.ndarray
@@ -63,6 +64,7 @@ class Log(NamedTuple):
     powers: np.ndarray
     slides: np.ndarray
     begins: np.ndarray
+    rest: np.ndarray
 
 
 def _examples() -> tuple:
@@ -73,7 +75,8 @@ def _examples() -> tuple:
     none, no = np.zeros(0), np.zeros((0, 0))
     stand = Stand(np.zeros((0, 3)), np.zeros(0, np.bool_), 0.0, False, False)
     track = Track(none, none, none, none, NO_POINTS, none)
-    log = Log(none, no, no, np.zeros((0, 0, 0)), np.zeros((0, 0, 3)), np.zeros((0, 0), np.bool_))
+    more = np.zeros((0, 0, 0)), np.zeros((0, 0, 3)), np.zeros((0, 0), np.bool_), no
+    log = Log(none, no, no, *more)
     return system, tableau, work, watched, stand, track, log, 1e-10, 1e-12
 
 
@@ -130,6 +133,7 @@ def advance(
         count += 1
         centre(system.tree, q, system.reference, work.before[:nv])
         work.before[nv:] = v
+        _note(system, log)
         if changed:
             return CHANGED, count, made, False
         if len(stand.slides) == 0:
@@ -141,8 +145,17 @@ def advance(
         _begin_stage(system, stand)
         if evaluate(system, work.driven[0], work.before, work.slopes[0]) != SOLVED:
             return CHANGED, count, made, False
+        _note(system, log)
         made += 1
     return GOES_ON, count, made, False
+
+
+@compiled
+def _note(system: System, log: Log) -> None:
+    """Keep what is known of the points that rest."""
+    log.rest[0] = system.last
+    log.rest[1] = system.accelerations
+    log.rest[2] = system.slip
 
 
 @compiled

@@ -106,14 +106,16 @@ class Mover:
             self._dynamics.resting.grown,
         )
 
-    def watched(self, base: np.ndarray, resting: Sequence[int]) -> Watched:
+    def watched(
+        self, base: np.ndarray, resting: Sequence[int], ways: np.ndarray, begins: np.ndarray
+    ) -> Watched:
         """What is looked for where all gaps are in a table; ``base`` and ``resting`` of ``look``.
 
-        What rests is looked at as long as it does what it does now.
+        ``ways`` and ``begins``: of ``Stand``, by which points that rest are looked at.
         """
         base = base.copy()
         base[list(resting)] = np.inf
-        return self._asked(base, *self._dynamics.resting.ways_of_slip())
+        return self._asked(base, ways, begins)
 
     def seen(self, watched: Watched, t: float, stops: bool) -> Seen:
         """What was found at a time [s], infinity for none, with what closes then."""

@@ -86,8 +86,8 @@ class Strides:
             reference=self._chart.reference.copy(), sliding=now.resting.sliding()
         )
         resting = [contact.gap for contact in contacts]
-        watched = mover.watched(now.base, resting)
         ways, begins = now.resting.ways_of_slip()
+        watched = mover.watched(now.base, resting, ways, begins)
         stand = Stand(ways, begins, now.resting.grown, False, False)
         longest = math.inf if now.settings.max_step is None else now.settings.max_step
         clock = np.array([now.t, stepper.length, until, longest, math.inf])
@@ -107,7 +107,8 @@ class Strides:
         mover.count(made)
         start = self._keep(log, count, now.t)
         if count:
-            mover.note()
+            if contacts:
+                now.resting.note(*log.rest.copy())
             now.resting.slide_as(ways, begins)
             now.t, now.q, now.v = start, track.q, track.v
             self._chart.reference = system.reference
@@ -144,6 +145,7 @@ class Strides:
                 np.zeros((MOST, 7, 2 * nv)),
                 np.zeros((MOST, points, 3)),
                 np.zeros((MOST, points), dtype=bool),
+                np.zeros((3, 3 * points)),
             )
             self._logs[points] = log
         return log._replace(ends=log.ends[:most])
