@@ -37,7 +37,9 @@ from .scene import Collision as Collision
 from .scene import Contact as Contact
 from .scene import DistanceAnchor as DistanceAnchor
 from .scene import Driven as Driven
+from .scene import EllipticFriction as EllipticFriction
 from .scene import FrameAnchor as FrameAnchor
+from .scene import FrictionTable as FrictionTable
 from .scene import GapConstraint as GapConstraint
 from .scene import GapContact as GapContact
 from .scene import JointCoupling as JointCoupling
@@ -52,6 +54,7 @@ from .scene import RestitutionTable as RestitutionTable
 from .scene import Rope as Rope
 from .scene import Scene as Scene
 from .scene import Spring as Spring
+from .scene import StaticKinetic as StaticKinetic
 from .scene import TorqueTable as TorqueTable
 from .scenefile import load_scene as load_scene
 from .scenefile import save_scene as save_scene

@@ -28,6 +28,9 @@ VOCABULARY = [
     "PointAnchor",
     "Restitution",
     "RestitutionTable",
+    "EllipticFriction",
+    "FrictionTable",
+    "StaticKinetic",
     "Spring",
 ]
 FIRST_HOUR = [

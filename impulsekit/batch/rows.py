@@ -15,6 +15,7 @@ from ..scene import Collision, Contact, JointStop, Scene
 from ..scene.constraints import KEPT
 from ..scene.contacts import turns
 from ..scene.driven import scene_at
+from ..scene.friction import is_plain
 from ..scene.restitution import Restitution, RestitutionTable
 from .balls import ball_of
 from .errors import NoKernelError
@@ -87,6 +88,8 @@ def row_tables(
         first = len(tables.terms)
         rows, entry, meeting, numbers = maker.contact(contact)
         friction = getattr(contact, "friction", 0.0)
+        if not is_plain(friction):
+            raise NoKernelError("friction that is no number")
         if len(rows) == 3 and not friction and not frictional:
             rows = rows[2:]
         restitution: Any = contact.restitution

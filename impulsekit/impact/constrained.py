@@ -216,7 +216,7 @@ class ConstrainedJump:
             if self._struck:
                 free = before + factor.half(impulse[None])[:, 0].dot(half_contacts)
             problem = contacts.problem(half_contacts, before, free, touches)
-            solution = contacts.solve(problem)
+            solution = contacts.solve(problem, touches)
             dv = factor.solve(impulse + solution.impulse.dot(jacobian))
 
             if not contacts.is_met(problem, solution, jacobian, dv):
@@ -242,7 +242,7 @@ class ConstrainedJump:
             left, half_contacts, free, lambda: self._rows_there.target(rows.dot(v))
         )
         problem = contacts.problem(left, before, free, touches)
-        solution = contacts.solve(problem)
+        solution = contacts.solve(problem, touches)
 
         def borne(contact_impulse: np.ndarray) -> np.ndarray:
             """What the bilateral rows bear of the contacts' impulses."""

@@ -12,6 +12,8 @@ import numpy as np
 from ..display import OneLine
 from ..robot.placing import Posture
 from ..scene import Contact, JointStop, Rope, Scene
+from ..scene.contacts import ContactEntry
+from ..scene.friction import static_friction
 from .turning_results import NO_SLIP, ON_CONE, TurningResult, turning_result
 
 if TYPE_CHECKING:
@@ -163,7 +165,7 @@ def _point(impact: Impact, touch: Touch, i: int, turning: TurningResult | None) 
         impulse,
         before,
         after,
-        mode=_mode(pressed, getattr(entry, "friction", 0.0), _still_by_others(solution, i)),
+        mode=_mode(pressed, _friction(solution, i, entry), _still_by_others(solution, i)),
         normal_work=normal_work,
         friction_work=friction_work,
         unique=solution.unique is None or bool(solution.unique[i]),
@@ -199,6 +201,13 @@ def _still_by_others(solution: ContactSolution, i: int) -> bool:
     after = solution.velocity_after
     speed = max(float(np.abs(after).max()), float(np.abs(solution.velocity_start).max()))
     return float(np.abs(after[3 * i : 3 * i + 2]).max()) <= NO_SLIP * speed
+
+
+def _friction(solution: ContactSolution, i: int, entry: ContactEntry) -> float:
+    """µ of a contact, that of its slip where it depends on it."""
+    if solution.friction is not None:
+        return float(solution.friction[i])
+    return static_friction(getattr(entry, "friction", 0.0))
 
 
 def _mode(impulse: np.ndarray, friction: float, still: bool) -> str:

@@ -9,10 +9,11 @@ import numpy as np
 
 from ..laws.single import GAIN
 from ..laws.status import Status
-from ..rows.contacts import ContactRows, Touch
+from ..rows.contacts import ContactRows, Touch, ellipse_axis
 from ..rows.reach import ReachedModel
 from ..scene import Scene
 from ..scene.contacts import turns
+from ..scene.friction import is_plain, static_friction
 from ..scene.restitution import restitution_at
 from .algorithms import has_uneven_masses
 
@@ -55,7 +56,9 @@ class SceneContacts:
         self._restitution = [entry.restitution for entry in scene.contacts]
         self._varying = any(callable(e) for e in self._restitution)
         self._names = scene.entry_names("contacts")
-        self._friction = np.array([getattr(entry, "friction", 0.0) for entry in scene.contacts])
+        models = [getattr(entry, "friction", 0.0) for entry in scene.contacts]
+        self._models = None if all(map(is_plain, models)) else models
+        self._friction = np.array([static_friction(model) for model in models])
         self._tangential = np.array(
             [getattr(entry, "tangential_restitution", 0.0) for entry in scene.contacts]
         )
@@ -113,9 +116,23 @@ class SceneContacts:
             np.array([touch.turns for touch in turned], dtype=int), rolling, torsion
         )
 
-    def solve(self, problem: ContactProblem) -> ContactSolution:
+    def _by_law(self, problem: ContactProblem, touches: list[Touch]) -> ContactSolution:
+        if self._models is None:
+            return self._solve(problem, self._law)
+        from .laws.measured_friction import solve_measured
+
+        points = [touch for touch in touches if touch.turns < 0]
+        return solve_measured(
+            problem,
+            self._law,
+            [self._models[touch.entry] for touch in points],
+            [ellipse_axis(self._models[touch.entry], touch) for touch in points],
+            self._solve,
+        )
+
+    def solve(self, problem: ContactProblem, touches: list[Touch]) -> ContactSolution:
         """P by the law."""
-        solution = self._solve(problem, self._law)
+        solution = self._by_law(problem, touches)
         if self._uneven and solution.status is Status.NOT_UNIQUE:
             # Beside grams and tonnes W does not tell rows that depend from rows that nearly do.
             return dataclasses.replace(solution, status=Status.NEARLY_DEPENDENT)
@@ -150,7 +167,7 @@ class SceneContacts:
         self, problem: ContactProblem, solution: ContactSolution, dv: np.ndarray, steps: Steps
     ) -> tuple[ContactSolution, np.ndarray]:
         """The solution and Δv once more, from the velocities that Δv makes."""
-        if problem.adhesion is not None or problem.turning is not None:
+        if not (problem.adhesion is None and problem.turning is None and self._models is None):
             return solution, dv
         from .laws.refine import refined
 

@@ -19,6 +19,7 @@ from ..rows.constraints import needs_places
 from ..rows.contacts import PairContact
 from ..rows.reach import ReachedModel, reached_model, touched_joints
 from ..scene import Contact, Scene
+from ..scene.friction import static_friction
 from ..scene.restitution import restitution_at
 from .algorithms import check_pivots, cholesky_solve, crba, decompose
 from .constrained import ConstrainedJump, Outcome
@@ -52,7 +53,7 @@ class SingleContactJump:
         self._restitution = entry.restitution
         self._varying = callable(entry.restitution)
         self._e = 0.0 if callable(entry.restitution) else entry.restitution
-        self._mu, self._e_t = entry.friction, entry.tangential_restitution
+        self._mu, self._e_t = static_friction(entry.friction), entry.tangential_restitution
         self._name = scene.entry_names("contacts")[0]
 
     @cached_property

@@ -326,6 +326,7 @@ def _is_single_contact(scene: Scene) -> bool:
     """Whether a scene is one contact against the world, under the law of this way."""
     from ..scene import Contact, Law
     from ..scene.contacts import turns
+    from ..scene.friction import is_plain
 
     if scene.held or len(scene.contacts) != 1 or scene.law != Law():
         return False
@@ -334,6 +335,7 @@ def _is_single_contact(scene: Scene) -> bool:
     return (
         isinstance(entry, Contact)
         and not (entry.adhesion or turns(entry))
+        and is_plain(entry.friction)
         and frames[scene.robot.frame_id(entry.against)].parentJoint == 0
         and scene.robot.nv > 1
         and not any(j.shortname() == "JointModelMimic" for j in scene.robot.model.joints)

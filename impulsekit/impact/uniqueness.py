@@ -73,6 +73,8 @@ def uniqueness_of(impact: Impact) -> Uniqueness:
         return Uniqueness(
             "not proven", "of contacts that resist rolling or spin none were searched"
         )
+    if outcome.contacts.friction is not None:
+        return Uniqueness("not proven", "of friction that is no number none were searched")
     from .laws.others import find_others
 
     solution = outcome.contacts

@@ -46,7 +46,7 @@ class Mover:
         table, sliding = NO_POINTS, NOTHING_SLIDES
         if resting.contacts:
             found = None if gaps is None else gaps.table(resting.contacts)
-            if found is None or resting.rolling is not None:
+            if found is None or not resting.is_compiled:
                 return None
             table, sliding = found, resting.sliding()
         count, old = 3 * len(table.whole), self._system

@@ -101,12 +101,7 @@ class Dynamics:
         if self._torque is not None and not self.resting.contacts:
             return _aba(self.model, self._data, q, v, self._torque)
         resting = self.resting
-        if (
-            self._in_one_call
-            and resting.contacts
-            and self.gaps is not None
-            and resting.rolling is None
-        ):
+        if self._in_one_call and resting.contacts and self.gaps is not None and resting.is_compiled:
             table, kinematics = self.gaps.table(self.resting.contacts), self._kinematics
             if table is not None and kinematics is not None:
                 found = self._pressed(table, kinematics, t, q, v)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["impacts_of", "packed_impacts"]
 
 _OUTCOME = ("constraint_impulses", "unique")
+_BY_POINT = ("unique", "normal_work", "friction_work", "friction")
 _TOUCH = ("axes", "jacobian", "position")
 _SOLUTION = tuple(
     item.name
@@ -136,8 +137,10 @@ def impacts_of(
                 n = len(touches)
                 arrays = {
                     name: take(
-                        own[name],
-                        n if name in ("unique", "normal_work", "friction_work") else 3 * n,
+                        own.get(name),
+                        n
+                        if name in ("unique", "normal_work", "friction_work", "friction")
+                        else 3 * n,
                     )
                     for name in _SOLUTION
                 }

@@ -130,6 +130,16 @@ class Present:
             self.dynamics.acceleration(t, q, v)
         return self.resting.loaded()
 
+    def left_to_tear(self, t: float, q: np.ndarray, v: np.ndarray, **more: bool) -> np.ndarray:
+        """(n,) as ``Resting.left_to_tear``, at another time [s] and state.
+
+        Raises:
+            Stopped: there is no answer.
+        """
+        with self.told(), self.resting.held():
+            self.dynamics.acceleration(t, q, v)
+        return self.resting.left_to_tear(**more)
+
     def closing(self, i: int) -> float:
         """The rate of a gap that is closed, negative where it closes [m/s]."""
         gaps = self.gaps

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..scene import Scene
 from ..scene.contacts import turns
+from ..scene.friction import friction_at, is_plain
 from .compiled_settle import next_slide
 from .pressed import Sliding
 from .rolling import RollingRest
@@ -19,6 +20,12 @@ __all__ = ["Resting", "RestingContact"]
 
 # Slip below this [m/s] has no direction of its own, whatever the capture speed.
 NO_SLIP = 1e-9
+# The slip [m/s] of what has begun to slide.
+TINY = 1e-300
+# µ that holds whatever there is.
+HELD = 1e6
+# What is held by all that its static friction has, but for this part of it, tears off.
+TORN = 1e-9
 
 
 @dataclass(eq=False)
@@ -83,7 +90,10 @@ class Resting:
         self.forces = self.accelerations = self.slip = np.empty(0)
         self._last = np.empty(0)
         self._rolling = RollingRest(scene) if any(map(turns, scene.contacts)) else None
-        self._keeps = False
+        # By contact, friction that is more than one number.
+        friction = [getattr(entry, "friction", 0.0) for entry in scene.contacts]
+        self._measured = {i: own for i, own in enumerate(friction) if not is_plain(own)}
+        self._keeps = self._holds = False
         self._kept: Sliding | None = None
 
     @property
@@ -91,6 +101,14 @@ class Resting:
         """What resists rolling and spin, where something that rests now does."""
         own = self._rolling
         return own if own is not None and own.acts(self.contacts) else None
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether compiled code has words for what rests."""
+        if not (self._measured or self._rolling):
+            return True
+        own = any(contact.entry in self._measured for contact in self.contacts)
+        return self.rolling is None and not own
 
     def slides(self) -> list[np.ndarray | None]:
         """By point: the direction in which it slides, or None."""
@@ -105,8 +123,68 @@ class Resting:
         return [begins for c in self.contacts for begins in c.begins[: c.count]]
 
     def friction(self) -> np.ndarray:
-        """(n,) µ by point."""
-        return np.array([c.friction for c in self.contacts for _ in range(c.count)])
+        """(n,) µ by point: of one that sticks, or has begun to slide."""
+        if not self._measured:
+            return np.array([c.friction for c in self.contacts for _ in range(c.count)])
+        found: list[float] = []
+        for contact in self.contacts:
+            own = self._measured.get(contact.entry)
+            held = HELD if own is not None and self._holds else contact.friction
+            for k in range(contact.count):
+                slides = k < len(contact.slides) and contact.slides[k] is not None
+                # The least speed there is: what slides has its kinetic friction.
+                moved = own is not None and slides
+                found.append(max(friction_at(own, TINY), TINY) if moved else held)
+        return np.array(found)
+
+    @property
+    def may_tear(self) -> bool:
+        """Whether some point sticks by a static friction of its own."""
+        return any(
+            contact.entry in self._measured and any(s is None for s in contact.slides)
+            for contact in self.contacts
+        )
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Within it points with a static friction of their own are held by whatever it takes."""
+        self._holds = True
+        try:
+            yield
+        finally:
+            self._holds = False
+
+    def left_to_tear(self, *, tear: bool = False) -> np.ndarray:
+        """(n,) µ P_n − |P_t| of points that are ``held``, by the last evaluation [N].
+
+        Infinity for all others. ``tear``: those with nothing left begin to slide.
+        """
+        found: list[float] = []
+        forces = self.forces.reshape(-1, 3)
+        for contact in self.contacts:
+            for k in range(contact.count):
+                own = np.inf
+                if contact.entry in self._measured and contact.slides[k] is None:
+                    force = forces[len(found)]
+                    across = float(np.hypot(force[0], force[1]))
+                    own = contact.friction * float(force[2]) - across
+                    if tear and across and own <= TORN * across:
+                        contact.slides[k], contact.begins[k] = -force[:2] / across, True
+                found.append(own)
+        return np.array(found)
+
+    def _sliding_friction(self, friction: np.ndarray, slip: np.ndarray) -> np.ndarray:
+        """(n,) µ of points at their slip (3n,) [m/s], where it depends on that."""
+        owners = [c.entry for c in self.contacts for _ in range(c.count)]
+        speeds = np.hypot(slip[0::3], slip[1::3]).tolist()
+        return np.array(
+            [
+                friction_at(self._measured[entry], max(speed, TINY))
+                if entry in self._measured
+                else mu
+                for entry, speed, mu in zip(owners, speeds, friction.tolist(), strict=True)
+            ]
+        )
 
     def ways_of_slip(self) -> tuple[np.ndarray, np.ndarray]:
         """(n, 3) of points the direction of slip, and 1 for those that slide; (n,) ``begins``."""
@@ -161,6 +239,7 @@ class Resting:
         Where a point slides, its friction goes with its normal force: P = P_n (−µ s, 1).
         """
         friction = friction.copy()
+        moving = self._sliding_friction(friction, slip) if self._measured else friction.copy()
         ways = np.eye(3 * len(friction))
         slides = self.slides()
         for i, (start, begins) in enumerate(zip(slides, self.begins(), strict=True)):
@@ -169,7 +248,7 @@ class Resting:
             at = 3 * i
             s = self._direction(slip[at : at + 2], start)
             ways[at : at + 2, at : at + 2] = 0.0
-            ways[at : at + 2, at + 2] = -friction[i] * s
+            ways[at : at + 2, at + 2] = -moving[i] * s
             friction[i] = 0.0
         return ways, friction
 
@@ -235,6 +314,9 @@ class Resting:
         slip1, slip2, _ = self.slip[3 * i : 3 * i + 3].tolist()
         rate1, rate2, _ = self.accelerations[3 * i : 3 * i + 3].tolist()
         force1, force2, normal = self.forces[3 * i : 3 * i + 3].tolist()
+        if self._measured and begins and np.hypot(slip1, slip2) <= self.slow:
+            # What has torn off has no slip yet but by rounding.
+            slip1 = slip2 = 0.0
         largest = float(np.abs(self.accelerations).max())
         way, starts = next_slide(
             (0.0, 0.0, 0.0) if before is None else (float(before[0]), float(before[1]), 1.0),

@@ -232,6 +232,7 @@ class Run:
                 step.start,
                 until,
                 lambda t: now.pushing(t, *step.states(t)),
+                lambda t: now.left_to_tear(t, *step.states(t)),
             )
         if stop is not None:
             when, elsewhere = stop

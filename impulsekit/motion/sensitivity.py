@@ -18,6 +18,7 @@ from ..errors import InputError, a_thing
 from ..impact.saltation import Saltation, saltation
 from ..impact.solver import ImpactSolver
 from ..scene.contacts import turns
+from ..scene.friction import is_plain
 from .flow import Flow
 
 if TYPE_CHECKING:
@@ -91,9 +92,9 @@ def sensitivity(motion: Trajectory) -> Sensitivity:
         raise InputError(
             f"sensitivity: the motion was not followed to its end. {motion.status.value}"
         )
-    if any(map(turns, motion.scene.contacts)):
+    if any(turns(c) or not is_plain(getattr(c, "friction", 0.0)) for c in motion.scene.contacts):
         raise InputError(
-            "sensitivity: of contacts that resist rolling or spin there are no derivatives here; "
+            "sensitivity: of rolling, torsion and friction that is no number there are none here; "
             "use differences of simulate"
         )
     bounces = dict(zip(motion.scene.entry_names("contacts"), motion.scene.contacts, strict=True))

@@ -104,6 +104,8 @@ def heed_stop(now: Present) -> None:
             elif s is not None:
                 slides[k] = slip / np.hypot(*slip)
             i += 1
+    if now.resting.may_tear:
+        now.left_to_tear(now.t, now.q, now.v, tear=True)
     contacts, rolling = now.resting.contacts, now.resting.rolling
     if rolling is not None:
         turning = rolling.turning(gaps, contacts, now.q, now.v)

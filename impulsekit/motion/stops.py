@@ -30,11 +30,13 @@ def first_stop(
     start: float,
     end: float,
     pushing: Callable[[float], np.ndarray],
+    left_to_tear: Callable[[float], np.ndarray],
 ) -> tuple[float, bool] | None:
     """When a sliding point first stops or has got going, or a contact has lifted, in a step.
 
     Or when a resting body comes down elsewhere, or a point that touches leaves its face or
-    edge. Gives the time, and whether it was one of these two. ``pushing`` tells by point which
+    edge. Gives the time, and whether it was one of these two. ``left_to_tear`` tells by point how
+    much more than it needs its static friction would give. ``pushing`` tells by point which
     of them are loaded at a time: between the ends of a step the velocity is known to the
     integrator's tolerance only, so that a point may seem to leave while it is pressed on.
     """
@@ -44,7 +46,9 @@ def first_stop(
         return None
     count, rolling = len(slides), resting.rolling
     # Of points that come and go nothing is told.
-    more = np.full(0 if rolling is None else 4 * len(rolling.owners(contacts)), np.inf)
+    many = 0 if rolling is None else 4 * len(rolling.owners(contacts))
+    many += count if resting.may_tear else 0
+    more = np.full(many, np.inf)
     lowest, _ = gaps.beyond_held(contacts, *states(start))
     # Where something touches already, it may come no deeper than by rounding.
     lowest = min(lowest, 0.0) - ELSEWHERE
@@ -56,6 +60,8 @@ def first_stop(
         turning = np.empty(0)
         if rolling is not None:
             turning = rolling.signs(contacts, rolling.turning(gaps, contacts, q, v))
+        if resting.may_tear:
+            turning = np.concatenate([turning, left_to_tear(t)])
         below, inside = gaps.beyond_held(contacts, q, v)
         if len(u) != 3 * count:
             return np.concatenate([np.full(4 * count, np.inf), [below - lowest], more])

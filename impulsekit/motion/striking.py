@@ -17,6 +17,7 @@ from ..laws.status import RESIDUAL_LIMIT, Status
 from ..scene import Contact, Scene
 from ..scene.contacts import turns
 from ..scene.driven import is_driven, scene_at
+from ..scene.friction import is_plain, static_friction
 from ..scene.law import RESTITUTIONS
 from .present import Present, Stopped
 from .status import MotionStatus
@@ -84,10 +85,10 @@ class Striking:
         entry = now.entry_of(gap)
         if now.mover is None or not self._lone or not isinstance(entry, Contact):
             return False
-        if callable(entry.restitution) or turns(entry):
+        if callable(entry.restitution) or turns(entry) or not is_plain(entry.friction):
             return False
         e = 0.0 if soft else entry.restitution
-        own = e, entry.friction, entry.tangential_restitution
+        own = e, static_friction(entry.friction), entry.tangential_restitution
         word = RESTITUTIONS.index(now.scene.law.restitution)
         found = now.mover.strike(gap, now.q, now.v, own, word)
         if found is None:

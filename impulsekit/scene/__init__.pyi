@@ -18,6 +18,9 @@ from .forces import Force as Force
 from .forces import JointSpring as JointSpring
 from .forces import Spring as Spring
 from .forces import TorqueTable as TorqueTable
+from .friction import EllipticFriction as EllipticFriction
+from .friction import FrictionTable as FrictionTable
+from .friction import StaticKinetic as StaticKinetic
 from .gap_functions import GapConstraint as GapConstraint
 from .gap_functions import GapContact as GapContact
 from .impulses import AppliedImpulse as AppliedImpulse

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..errors import InputError, RangeError, a_thing
 from ..robot import Robot
+from .friction import Friction, checked_friction, is_plain
 from .numbers import Vector, number, text, vector
 from .restitution import checked_restitution
 
@@ -47,7 +48,8 @@ class Contact:
         against: the frame that carries the plane; "world" is the fixed one.
         restitution: of the normal velocity: 0 to 1, a ``Restitution``, a
             ``RestitutionTable``, or a function of the approach speed [m/s].
-        friction: Coulomb's coefficient µ, 0 or more.
+        friction: Coulomb's coefficient µ, 0 or more; or a pair (static, kinetic), a
+            ``FrictionTable`` or a function of the slip speed [m/s], an ``EllipticFriction``.
         tangential_restitution: of the tangential velocity where it sticks, -1 to 1;
             1 is a superball.
         active: function of (q, v), read-only copies of the whole robot's state, that says in
@@ -80,7 +82,7 @@ class Contact:
     origin: Vector = (0.0, 0.0, 0.0)
     against: str = "world"
     restitution: float | Callable[[float], float] = 0.0
-    friction: float = 0.0
+    friction: Friction = 0.0
     tangential_restitution: float = 0.0
     name: str | None = None
     stiffness: float | None = None
@@ -214,7 +216,7 @@ class Collision:
     first: str
     other: str
     restitution: float | Callable[[float], float] = 0.0
-    friction: float = 0.0
+    friction: Friction = 0.0
     tangential_restitution: float = 0.0
     margin: float = 1e-6
     name: str | None = None
@@ -310,7 +312,9 @@ def _check_coefficients(entry: Contact | Collision, what: str) -> None:
     set_field = object.__setattr__
     restitution = checked_restitution(entry.restitution, f"{what}: restitution")
     set_field(entry, "restitution", restitution)
-    for field in ("friction", "rolling", "torsion"):
+    friction = checked_friction(entry.friction, f"{what}: friction")
+    set_field(entry, "friction", friction)
+    for field in ("rolling", "torsion"):
         value = number(getattr(entry, field), f"{what}: {field}")
         if value < 0.0:
             raise RangeError.of(f"{what}: {field}", value, "0 or more")
@@ -319,6 +323,10 @@ def _check_coefficients(entry: Contact | Collision, what: str) -> None:
     if not -1.0 <= tangential <= 1.0:
         raise RangeError.of(f"{what}: tangential_restitution", tangential, "-1 to 1")
     set_field(entry, "tangential_restitution", tangential)
+    if tangential and not is_plain(friction):
+        raise InputError(
+            f"{what}: tangential_restitution goes with a friction that is a number, or is 0"
+        )
     check_stiffness(entry, what)
     if entry.name is not None:
         text(entry.name, f"{what}: name")

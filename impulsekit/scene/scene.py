@@ -98,6 +98,7 @@ class Scene(Displayed):
         self._check_stiffness()
         self._check_adhesion()
         self._check_turning()
+        self._check_friction()
         self._check_names()
 
     def _check_law(self) -> None:
@@ -150,6 +151,20 @@ class Scene(Displayed):
                 raise InputError(
                     f"contacts[{i}]: rolling and torsion belong to Newton's or Poisson's law with "
                     'slip="end" and order="simultaneous", without adhesion; else they are 0'
+                )
+
+    def _check_friction(self) -> None:
+        from .friction import is_plain
+
+        law = self.law
+        usual = law.restitution in ("newton", "poisson")
+        if usual and (law.slip, law.order) == ("end", "simultaneous"):
+            return
+        for i, contact in enumerate(self.contacts):
+            if not is_plain(getattr(contact, "friction", 0.0)):
+                raise InputError(
+                    f"contacts[{i}]: friction that is no number belongs to Newton's or Poisson's "
+                    'law with slip="end" and order="simultaneous"; else give a number'
                 )
 
     def _check_entries(self) -> None:

@@ -29,6 +29,7 @@ from ..scene.contacts import Collision, Contact, JointStop
 from ..scene.design import DesignPoint
 from ..scene.distances import DistanceAnchor, Rope
 from ..scene.forces import PD, Actuator, AppliedForce, JointSpring, Spring, TorqueTable
+from ..scene.friction import EllipticFriction, FrictionTable, StaticKinetic
 from ..scene.impulses import AppliedImpulse, JointImpulse
 from ..scene.law import Law
 from ..scene.motion import MotionSettings
@@ -106,7 +107,15 @@ DESIGN = Section("design.points", {"point": DesignPoint}, needs_kind=False)
 
 
 # Dataclasses that may stand as a table within an entry.
-NESTED: tuple[type, ...] = (Restitution, RestitutionTable, PD, TorqueTable)
+NESTED: tuple[type, ...] = (
+    Restitution,
+    RestitutionTable,
+    PD,
+    TorqueTable,
+    StaticKinetic,
+    FrictionTable,
+    EllipticFriction,
+)
 # Their stiffness may be infinite: ``stiffness = inf``.
 _CONTACTS = (Contact, JointStop, Collision)
 # Those of them that may stand for a coefficient of restitution.

@@ -13,6 +13,7 @@ import pinocchio as pin
 
 from ...errors import InputError
 from ...scene import AppliedImpulse, Contact, JointImpulse
+from ...scene.friction import static_friction
 from ...scene.restitution import restitution_at
 from ..problems.problem import Problem
 
@@ -258,7 +259,7 @@ def _touch(problem: Problem, data: pin.Data, entry: Contact) -> Touch:
         place,
         normal,
         restitution_at(entry.restitution, max(0.0, float(approach)), "restitution"),
-        entry.friction,
+        static_friction(entry.friction),
     )
 
 

@@ -16,6 +16,7 @@ from ...impact import Impact, solve
 from ...robot import Robot
 from ...robot.combine import combine
 from ...scene import AppliedImpulse, Contact, JointLock, Law, PointAnchor, Scene
+from ...scene.friction import static_friction
 from .sweep import Point, Sweep
 
 __all__ = ["EXACT", "LAWS", "SWEEPS", "breach_of_law", "random_scene"]
@@ -84,7 +85,8 @@ def breach_of_law(impact: Impact) -> float:
     load = max([1e-12] + [float(np.abs(found.impulse).max()) for found in impact.contacts])
     left = 0.0
     for entry, found in zip(impact.scene.contacts, impact.contacts, strict=True):
-        normal, friction = np.array(entry.normal), entry.friction  # type: ignore[union-attr]
+        normal = np.array(entry.normal)  # type: ignore[union-attr]
+        friction = static_friction(entry.friction)  # type: ignore[union-attr]
         pressed = float(normal @ found.impulse)
         rubbed = float(np.linalg.norm(found.impulse - pressed * normal))
         closing = -float(normal @ found.velocity_after) / scale

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ...errors import InputError
 from ...scene.contacts import turns
+from ...scene.friction import is_plain
 from ..result import Impact
 
 __all__ = ["refuse_what_has_none"]
@@ -29,6 +30,11 @@ def refuse_what_has_none(impact: Impact) -> None:
         raise InputError(
             "derivatives: of contacts that resist rolling or spin there are none here; use "
             "differences of solve"
+        )
+    if not all(is_plain(getattr(c, "friction", 0.0)) for c in impact.scene.contacts):
+        raise InputError(
+            "derivatives: of friction that is no number there are none here; use differences of "
+            "solve"
         )
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:

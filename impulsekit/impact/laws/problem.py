@@ -84,6 +84,7 @@ class ContactSolution:
             kinetic energy that the contacts add.
         iterations: of the solver, 0 for a closed form; the hits of a sequence.
         tied: whether the order of the entries said which of two contacts is hit first.
+        friction: (n,) the µ that each contact had in the end, where it is more than one number.
 
     With ``turning`` all arrays go on with its rows: moments [N m s], angular velocities [rad/s],
     and their work as that of friction.
@@ -99,6 +100,7 @@ class ContactSolution:
     friction_work: np.ndarray
     iterations: int = 0
     tied: bool = False
+    friction: np.ndarray | None = None
 
 
 def check_problem(problem: ContactProblem) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...scene.friction import static_friction
 from .canvas import BEFORE, CYCLE, axes_or_new, ink_of, on_sheet, plain, tidy
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ def contact_cones(impact: Impact, ax: Axes | None = None) -> Axes:
     """
     ax = axes_or_new(ax)
     found = [
-        (result.name, getattr(entry, "friction", 0.0), point.normal, point)
+        (result.name, static_friction(getattr(entry, "friction", 0.0)), point.normal, point)
         for entry, result in zip(impact.scene.contacts, impact.contacts, strict=True)
         for point in result.points
         if point.normal is not None

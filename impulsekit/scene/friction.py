@@ -1,0 +1,196 @@
+"""Friction as people measure it: static and kinetic, by slip speed, by direction."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ..errors import InputError, RangeError, ShapeError, quoted
+from .functions import numbers_from
+from .numbers import Vector, number, vector
+
+__all__ = [
+    "EllipticFriction",
+    "Friction",
+    "FrictionTable",
+    "StaticKinetic",
+    "checked_friction",
+    "friction_at",
+    "is_plain",
+    "static_friction",
+]
+
+
+@dataclass(frozen=True)
+class StaticKinetic:
+    """µ of a contact that sticks, and of one that slips. ``friction=(0.6, 0.4)`` is the same.
+
+    Attributes:
+        static: |P_t| ≤ static·P_n where it sticks.
+        kinetic: |P_t| = kinetic·P_n where it slips; at most ``static``.
+
+    Raises:
+        RangeError, NotFiniteError.
+
+    Example:
+        >>> StaticKinetic(0.6, 0.4)(0.0), StaticKinetic(0.6, 0.4)(0.1)
+        (0.6, 0.4)
+    """
+
+    static: float
+    kinetic: float
+
+    def __post_init__(self) -> None:
+        static = _coefficient(self.static, "StaticKinetic: static")
+        kinetic = _coefficient(self.kinetic, "StaticKinetic: kinetic")
+        if kinetic > static:
+            raise RangeError.of(
+                "StaticKinetic: kinetic", kinetic, f"at most the static one, {static:g}"
+            )
+        object.__setattr__(self, "static", static)
+        object.__setattr__(self, "kinetic", kinetic)
+
+    def __call__(self, slip_speed: float) -> float:
+        """µ at a slip speed [m/s]."""
+        return self.kinetic if slip_speed > 0.0 else self.static
+
+
+@dataclass(frozen=True)
+class FrictionTable:
+    """µ by slip speed, linear between the points, constant beyond them.
+
+    Attributes:
+        speeds: slip speeds [m/s], 0 or more, rising.
+        values: µ at each.
+
+    Raises:
+        ShapeError, RangeError, NotFiniteError.
+
+    Example:
+        >>> FrictionTable([0.0, 1.0], [0.6, 0.4])(0.5)
+        0.5
+    """
+
+    speeds: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        speeds = tuple(number(s, "FrictionTable: speeds") for s in self.speeds)
+        values = tuple(_coefficient(mu, "FrictionTable: values") for mu in self.values)
+        if not speeds:
+            raise ShapeError.of("FrictionTable: speeds", (1,), (0,), "one or more")
+        if len(speeds) != len(values):
+            raise ShapeError.of("FrictionTable: values", (len(speeds),), (len(values),))
+        if speeds[0] < 0.0 or any(b <= a for a, b in pairwise(speeds)):
+            raise RangeError.of("FrictionTable: speeds", speeds, "0 or more, each above the last")
+        object.__setattr__(self, "speeds", speeds)
+        object.__setattr__(self, "values", values)
+
+    def __call__(self, slip_speed: float) -> float:
+        """µ at a slip speed [m/s]."""
+        return float(np.interp(slip_speed, self.speeds, self.values))
+
+
+@dataclass(frozen=True)
+class EllipticFriction:
+    """µ by direction: (P₁/µ₁)² + (P₂/µ₂)² ≤ P_n², with maximal dissipation.
+
+    Slip ξ is opposed by P_t = −P_n (µ₁² ξ₁, µ₂² ξ₂)/√(µ₁² ξ₁² + µ₂² ξ₂²) (Goyal, Ruina &
+    Papadopoulos 1991; MuJoCo's elliptic cones).
+
+    Attributes:
+        first: µ₁, along ``along``. second: µ₂, across it.
+        along: a direction in the coordinates of ``against``; its part in the plane counts.
+
+    Raises:
+        RangeError, NotFiniteError, ShapeError.
+
+    Example:
+        >>> EllipticFriction(0.8, 0.2, along=[0, 2, 0]).along
+        (0.0, 1.0, 0.0)
+    """
+
+    first: float
+    second: float
+    along: Vector = (1.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        set_field = object.__setattr__
+        set_field(self, "first", _coefficient(self.first, "EllipticFriction: first"))
+        set_field(self, "second", _coefficient(self.second, "EllipticFriction: second"))
+        along = vector(self.along, "EllipticFriction: along")
+        length = math.hypot(*along)
+        if not length > 0.0:
+            raise RangeError.of("EllipticFriction: length of along", length, "above zero")
+        set_field(self, "along", tuple(x / length for x in along))
+
+
+Friction: TypeAlias = (
+    float
+    | tuple[float, float]
+    | StaticKinetic
+    | FrictionTable
+    | EllipticFriction
+    | Callable[[float], float]
+)
+
+
+def checked_friction(value: Any, what: str) -> Any:
+    """A number, 0 or more, or one of the classes of this module, or a function of the speed.
+
+    Raises:
+        RangeError, NotFiniteError, ShapeError, InputError.
+    """
+    if isinstance(value, EllipticFriction) or callable(value):
+        return value
+    if isinstance(value, tuple | list) and len(value) == 2:
+        return StaticKinetic(*value)
+    if isinstance(value, str | bytes | dict | list | tuple):
+        raise InputError(
+            f"{what} must be a number, a pair (static, kinetic), a FrictionTable, an "
+            f"EllipticFriction or a function of the slip speed, got {quoted(value)}"
+        )
+    return _coefficient(value, what)
+
+
+def is_plain(friction: Any) -> bool:
+    """Whether friction is a number."""
+    return not (isinstance(friction, EllipticFriction) or callable(friction))
+
+
+def static_friction(friction: Any, what: str = "friction") -> float:
+    """µ of a contact that sticks; of an ellipse the larger one."""
+    if isinstance(friction, EllipticFriction):
+        return max(friction.first, friction.second)
+    return friction_at(friction, 0.0, what)
+
+
+def friction_at(friction: Any, slip_speed: float, what: str = "friction") -> float:
+    """µ at a slip speed [m/s]; what a user's own function gives is checked.
+
+    Raises:
+        RangeError, NotFiniteError, ShapeError, CallbackError: the function raised, or gave
+            something else than a number of 0 or more.
+    """
+    if not callable(friction):
+        return float(friction)
+    if type(friction) in (StaticKinetic, FrictionTable):
+        return float(friction(slip_speed))
+    where = f"{what} at {slip_speed:g} m/s"
+    try:
+        return _coefficient(numbers_from(friction, where, 1, slip_speed)[0], where)
+    except RangeError as error:
+        error.from_function = True
+        raise
+
+
+def _coefficient(value: Any, what: str) -> float:
+    result = number(value, what)
+    if result < 0.0:
+        raise RangeError.of(what, result, "0 or more")
+    return result

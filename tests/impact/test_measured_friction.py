@@ -1,0 +1,177 @@
+"""Static and kinetic µ, µ by slip speed and by direction, at impacts, by closed forms."""
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+
+BOX = ik.Robot.from_urdf(
+    """<robot name="block"><link name="block"><inertial><mass value="2"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>""",
+    root="freeflyer",
+)
+M = 2.0
+
+
+def struck(blow, friction, v=(0, 0, -1.0), **more):
+    """A block on rails of rotation: its mass centre meets the floor."""
+    floor = ik.Contact("block", friction=friction, **more)
+    scene = ik.Scene(BOX, [ik.AppliedImpulse("block", linear=blow)], contacts=[floor])
+    return ik.solve(scene, BOX.neutral(), BOX.velocity(root_joint=[*v, 0, 0, 0]))
+
+
+@pytest.mark.parametrize(
+    ("push", "left"), [(1.1, 0.0), (1.3, (1.3 - 0.3 * 2) / 2), (0.7, 0.0), (3.0, (3 - 0.6) / 2)]
+)
+def test_static_and_kinetic(push, left):
+    """P_n = 2 N s: it sticks up to 1.2 N s along the floor, and slips against 0.6."""
+    for friction in ((0.6, 0.3), ik.StaticKinetic(0.6, 0.3)):
+        impact = struck([push, 0, 0], friction)
+        assert impact.is_valid() and impact.v_after[0] == pytest.approx(left, abs=1e-12)
+        assert impact.contacts[0].mode == ("sliding" if left else "sticking")
+        assert abs(impact.energy.imbalance) < 1e-13 and ik.check(impact).agrees
+
+
+def test_by_slip_speed():
+    """m (u − u⁻) = −µ(u) P_n with µ = .6 − .3 u: u (m − .3 P_n) = m u⁻ − .6 P_n."""
+    table = ik.FrictionTable([0.0, 1.0], [0.6, 0.3])
+    speed = (M * 1.0 - 0.6 * 2.0) / (M - 0.3 * 2.0)
+    for friction in (table, lambda u: 0.6 - 0.3 * min(u, 1.0)):
+        impact = struck([0, 0, 0], friction, v=(0.6, 0.8, -1.0))
+        assert impact.is_valid()
+        assert impact.v_after[:2] == pytest.approx(speed * np.array([0.6, 0.8]), abs=1e-12)
+        assert impact.outcome.contacts.friction[0] == pytest.approx(0.6 - 0.3 * speed, rel=1e-12)
+    assert struck([0, 0, 0], table, v=(0.5, 0, -1.0)).v_after[0] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4, 2.0])
+def test_by_direction(angle):
+    """Slip is opposed along (µ₁² ξ₁, µ₂² ξ₂)/√(µ₁² ξ₁² + µ₂² ξ₂²), in axes that are turned."""
+    along = [np.cos(angle), np.sin(angle), 0.3]
+    impact = struck([0, 0, 0], ik.EllipticFriction(0.5, 0.1, along=along), v=(2.0, 1.0, -1.0))
+    point = impact.contacts[0].points[0]
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    slip, P = turn.T @ point.velocity_after[:2], turn.T @ point.impulse[:2]
+    mu = np.array([0.5, 0.1])
+    assert impact.is_valid() and point.mode == "sliding"
+    wanted = -2.0 * mu**2 * slip / np.linalg.norm(mu * slip)
+    assert pytest.approx(wanted, rel=1e-9) == P
+    assert np.linalg.norm(P / mu) == pytest.approx(2.0, rel=1e-12)
+    held = struck([0, 0, 0], ik.EllipticFriction(5.0, 4.0), v=(2.0, 1.0, -1.0))
+    assert held.contacts[0].mode == "sticking" and np.abs(held.v_after).max() < 1e-12
+
+
+def test_four_boxes():
+    """DART's boxes under a pull along x and y: full friction, none, one axis without, the other.
+
+    What the pull along an axis without friction moves goes on; along the other it is held.
+    """
+    pulls = np.array([0.5, 0.3, 0.0])
+    for friction, moves in (
+        (1.0, (False, False)),
+        (0.0, (True, True)),
+        (ik.EllipticFriction(0.0, 1.0), (True, False)),
+        (ik.EllipticFriction(1.0, 0.0), (False, True)),
+    ):
+        v = struck(pulls, friction).v_after[:2]
+        assert v == pytest.approx(np.where(moves, pulls[:2] / M, 0.0), abs=1e-12)
+
+
+def test_several_contacts_obey_their_statement():
+    """What slips has its kinetic µ, what sticks is within its static one."""
+    robot = ik.Robot.from_urdf("models/box.urdf", root="freeflyer")
+    rng, seen = np.random.default_rng(4), set()
+    for _ in range(25):
+        models = [(0.8, 0.2), ik.FrictionTable([0, 2], [0.5, 0.3]), (0.3, 0.25)]
+        at = [[0.15, 0.1, -0.05], [-0.15, 0.1, -0.05], [0, -0.1, -0.05]]
+        law = ik.Law(["newton", "poisson"][int(rng.integers(2))])
+        contacts = [
+            ik.Contact("box", at=a, origin=[0, 0, -0.05], friction=f, restitution=0.2)
+            for a, f in zip(at, models, strict=True)
+        ]
+        v = rng.normal(size=6) * [1, 1, 0.3, 1, 1, 2] - [0, 0, 1.5, 0, 0, 0]
+        impact = ik.solve(ik.Scene(robot, contacts=contacts, law=law), robot.neutral(), v)
+        if not impact.status.obeys_law:
+            continue
+        used = impact.outcome.contacts.friction
+        for result, mu, model in zip(impact.contacts, used, models, strict=True):
+            normal, size = result.impulse[2], np.linalg.norm(result.impulse[:2])
+            slip = np.linalg.norm(result.velocity_after[:2])
+            if normal <= 0:
+                continue
+            seen.add(result.mode)
+            if result.mode == "sliding" and slip > 1e-9:
+                wanted = model(slip) if isinstance(model, ik.FrictionTable) else model[1]
+                if law.restitution == "newton":
+                    assert size == pytest.approx(wanted * normal, rel=1e-8)
+                assert mu == pytest.approx(wanted, rel=1e-8)
+            else:
+                top = 0.5 if isinstance(model, ik.FrictionTable) else model[0]
+                assert size <= top * normal * (1 + 1e-9)
+    assert seen == {"sliding", "sticking"}
+
+
+def test_a_pair_that_is_one_number_changes_nothing():
+    v = (1.0, 0.4, -1.0)
+    plain = struck([0, 0, 0], 0.3, v=v, restitution=0.2)
+    for friction in ((0.3, 0.3), ik.FrictionTable([0.0], [0.3]), ik.EllipticFriction(0.3, 0.3)):
+        same = struck([0, 0, 0], friction, v=v, restitution=0.2)
+        assert same.v_after == pytest.approx(plain.v_after, abs=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("friction", "words"),
+    [
+        ((0.3, 0.5), "kinetic must be at most the static one, 0.3"),
+        ((-0.3, -0.5), "static must be 0 or more"),
+        ((np.inf, 0.5), "static must be a finite number"),
+        ((0.1, 0.2, 0.3), "must be a number, a pair"),
+        ("rough", "must be a number, a pair"),
+        (-0.1, "friction must be 0 or more"),
+    ],
+)
+def test_what_is_no_friction_is_refused(friction, words):
+    with pytest.raises(ik.errors.ImpulsekitError, match=words):
+        ik.Contact("block", friction=friction)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: ik.FrictionTable([0, 1], [0.3]), "values"),
+        (lambda: ik.FrictionTable([1, 0], [0.3, 0.2]), "each above the last"),
+        (lambda: ik.FrictionTable([0], [-1.0]), "0 or more"),
+        (lambda: ik.EllipticFriction(0.3, -0.1), "second must be 0 or more"),
+        (lambda: ik.EllipticFriction(0.3, 0.1, along=[0, 0, 0]), "above zero"),
+        (lambda: struck([0, 0, 0], ik.EllipticFriction(1, 1, along=[0, 0, 1])), "along the normal"),
+        (lambda: struck([0, 0, 0], lambda u: -1.0), "0 or more"),
+        (lambda: struck([0, 0, 0], (0.2, 0.1), tangential_restitution=0.5), "is a number, or is 0"),
+        (
+            lambda: ik.Scene(
+                BOX, contacts=[ik.Contact("block", friction=(0.2, 0.1))], law=ik.Law(slip="path")
+            ),
+            "friction that is no number belongs to",
+        ),
+        (lambda: ik.derivatives(struck([0, 0, 0], (0.2, 0.1))), "friction that is no number"),
+    ],
+)
+def test_faults_say_what_is_wrong(make, words):
+    with pytest.raises(ik.errors.ImpulsekitError, match=words):
+        make()
+
+
+def test_batches_and_files_know_it(tmp_path):
+    contacts = [
+        ik.Contact("ball", friction=(0.5, 0.25), name="a"),
+        ik.Contact("ball", friction=ik.FrictionTable([0, 1], [0.5, 1 / 3]), name="b"),
+        ik.Contact("ball", friction=ik.EllipticFriction(0.5, 0.2, along=[1, 2, 0]), name="c"),
+    ]
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    scene = ik.Scene(ball, contacts=contacts)
+    ik.save_scene(tmp_path / "scene.toml", scene)
+    assert ik.load_scene(tmp_path / "scene.toml").scene.contacts == scene.contacts
+    one = ik.Scene(ball, contacts=contacts[:1])
+    v = np.random.default_rng(1).normal(size=(4, 6)) - [0, 0, 3, 0, 0, 0]
+    batch = ik.solve_batch(one, ball.neutral(), v)
+    assert "friction" in batch.plan.why[0] and batch.valid.all()
+    assert batch.v_after[2].tobytes() == ik.solve(one, ball.neutral(), v[2]).v_after.tobytes()

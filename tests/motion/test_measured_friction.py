@@ -1,0 +1,64 @@
+"""Motions with static and kinetic friction, and friction by slip speed, against integrations."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import impulsekit as ik
+
+BLOCK = ik.Robot.from_urdf(
+    """<robot name="block"><link name="block"><inertial><mass value="2"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>""",
+    root="freeflyer",
+)
+G = 9.81
+
+
+def slid(friction, v, duration, gravity=(0, 0, -G), **more):
+    floor = ik.Contact("block", friction=friction, name="floor")
+    scene = ik.Scene(BLOCK, contacts=[floor], gravity=gravity, **more)
+    return ik.simulate(scene, BLOCK.neutral(), BLOCK.velocity(root_joint=v), duration=duration)
+
+
+def stribeck(speed):
+    return 0.2 + 0.3 * np.exp(-speed / 0.3) + 0.05 * speed
+
+
+def test_friction_by_speed_against_an_own_integration():
+    motion = slid(stribeck, [1.2, 1.6, 0, 0, 0, 0], 0.4)
+
+    def rates(t, y):
+        return [y[1], -stribeck(y[1]) * G]
+
+    truth = solve_ivp(rates, (0, 0.4), [0, 2.0], method="DOP853", rtol=1e-12, atol=1e-14).y[:, -1]
+    q, v = motion.at(0.4)
+    assert q[:2] == pytest.approx(truth[0] * np.array([0.6, 0.8]), abs=1e-8)
+    assert v[:2] == pytest.approx(truth[1] * np.array([0.6, 0.8]), abs=1e-8)
+    force = motion.contacts["floor"].force(0.4)
+    assert np.linalg.norm(force[:2]) == pytest.approx(stribeck(truth[1]) * 2 * G, rel=1e-8)
+
+
+def test_it_stops_and_sticks_with_its_static_friction():
+    """Thrown up a slope it stops by its kinetic µ, and stays by its static one."""
+    gravity = (-G * np.sin(0.3), 0, -G * np.cos(0.3))
+    rate = G * (np.sin(0.3) + 0.2 * np.cos(0.3))
+    for static, stays in ((0.35, True), (0.25, False)):
+        motion = slid((static, 0.2), [1.0, 0, 0, 0, 0, 0], 1.0, gravity)
+        back = 0.0 if stays else -G * (np.sin(0.3) - 0.2 * np.cos(0.3)) * (1.0 - 1.0 / rate)
+        assert motion.status.name == "FINISHED"
+        assert motion.v[-1][0] == pytest.approx(back, abs=1e-8)
+        assert np.abs(motion._path.step_times - 1.0 / rate).min() < 1e-8
+
+
+def test_a_pull_that_grows_tears_it_off_at_the_static_friction():
+    """F = 10 t: it holds until µ_s m g, then m v̇ = 10 t − µ_k m g."""
+    pull = ik.AppliedForce("block", linear=lambda t: [10 * t, 0, 0])
+    motion = slid((0.3, 0.2), np.zeros(6), 1.2, forces=[pull])
+    start = 0.3 * 2 * G / 10
+    v = (5 * (1.2**2 - start**2) - 0.2 * 2 * G * (1.2 - start)) / 2
+    assert motion.v[-1][0] == pytest.approx(v, abs=1e-7)
+
+
+def test_an_ellipse_is_refused():
+    with pytest.raises(ik.errors.InputError, match="known at impacts alone"):
+        slid(ik.EllipticFriction(0.3, 0.2), np.zeros(6), 0.1)
