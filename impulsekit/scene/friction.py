@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..errors import InputError, RangeError, ShapeError, quoted
+from ..errors import RangeError, ShapeError
 from .functions import numbers_from
 from .numbers import Vector, number, vector
 
@@ -144,17 +144,12 @@ def checked_friction(value: Any, what: str) -> Any:
     """A number, 0 or more, or one of the classes of this module, or a function of the speed.
 
     Raises:
-        RangeError, NotFiniteError, ShapeError, InputError.
+        RangeError, NotFiniteError.
     """
     if isinstance(value, EllipticFriction) or callable(value):
         return value
     if isinstance(value, tuple | list) and len(value) == 2:
         return StaticKinetic(*value)
-    if isinstance(value, str | bytes | dict | list | tuple):
-        raise InputError(
-            f"{what} must be a number, a pair (static, kinetic), a FrictionTable, an "
-            f"EllipticFriction or a function of the slip speed, got {quoted(value)}"
-        )
     return _coefficient(value, what)
 
 

@@ -125,8 +125,8 @@ def test_a_pair_that_is_one_number_changes_nothing():
         ((0.3, 0.5), "kinetic must be at most the static one, 0.3"),
         ((-0.3, -0.5), "static must be 0 or more"),
         ((np.inf, 0.5), "static must be a finite number"),
-        ((0.1, 0.2, 0.3), "must be a number, a pair"),
-        ("rough", "must be a number, a pair"),
+        ((0.1, 0.2, 0.3), "friction must be a number"),
+        ("rough", "friction must be a number"),
         (-0.1, "friction must be 0 or more"),
     ],
 )
