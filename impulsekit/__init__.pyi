@@ -48,6 +48,8 @@ from .scene import JointLock as JointLock
 from .scene import JointSpring as JointSpring
 from .scene import JointStop as JointStop
 from .scene import Law as Law
+from .scene import Material as Material
+from .scene import MaterialPair as MaterialPair
 from .scene import PointAnchor as PointAnchor
 from .scene import Restitution as Restitution
 from .scene import RestitutionTable as RestitutionTable

@@ -27,6 +27,8 @@ VOCABULARY = [
     "PD",
     "PointAnchor",
     "Restitution",
+    "Material",
+    "MaterialPair",
     "RestitutionTable",
     "EllipticFriction",
     "FrictionTable",

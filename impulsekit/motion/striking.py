@@ -85,7 +85,7 @@ class Striking:
         entry = now.entry_of(gap)
         if now.mover is None or not self._lone or not isinstance(entry, Contact):
             return False
-        if callable(entry.restitution) or turns(entry) or not is_plain(entry.friction):
+        if not isinstance(entry.restitution, float) or turns(entry) or not is_plain(entry.friction):
             return False
         e = 0.0 if soft else entry.restitution
         own = e, static_friction(entry.friction), entry.tangential_restitution

@@ -26,6 +26,8 @@ from .gap_functions import GapContact as GapContact
 from .impulses import AppliedImpulse as AppliedImpulse
 from .impulses import JointImpulse as JointImpulse
 from .law import Law as Law
+from .materials import Material as Material
+from .materials import MaterialPair as MaterialPair
 from .motion import MotionSettings as MotionSettings
 from .points import ReportPoint as ReportPoint
 from .restitution import Restitution as Restitution

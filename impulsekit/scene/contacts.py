@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from ..errors import InputError, RangeError, a_thing
 from ..robot import Robot
 from .friction import Friction, checked_friction, is_plain
+from .materials import BY_MATERIAL
 from .numbers import Vector, number, text, vector
 from .restitution import checked_restitution
 
@@ -47,7 +48,8 @@ class Contact:
         origin: a point of the plane in the coordinates of ``against`` [m].
         against: the frame that carries the plane; "world" is the fixed one.
         restitution: of the normal velocity: 0 to 1, a ``Restitution``, a
-            ``RestitutionTable``, or a function of the approach speed [m/s].
+            ``RestitutionTable``, or a function of the approach speed [m/s]; "material" for that
+            of the pair in ``Scene.materials``, as for ``friction``.
         friction: Coulomb's coefficient µ, 0 or more; or a pair (static, kinetic), a
             ``FrictionTable`` or a function of the slip speed [m/s], an ``EllipticFriction``.
         tangential_restitution: of the tangential velocity where it sticks, -1 to 1;
@@ -81,8 +83,8 @@ class Contact:
     normal: Vector = (0.0, 0.0, 1.0)
     origin: Vector = (0.0, 0.0, 0.0)
     against: str = "world"
-    restitution: float | Callable[[float], float] = 0.0
-    friction: Friction = 0.0
+    restitution: float | Callable[[float], float] | Literal["material"] = 0.0
+    friction: Friction | Literal["material"] = 0.0
     tangential_restitution: float = 0.0
     name: str | None = None
     stiffness: float | None = None
@@ -215,8 +217,8 @@ class Collision:
 
     first: str
     other: str
-    restitution: float | Callable[[float], float] = 0.0
-    friction: Friction = 0.0
+    restitution: float | Callable[[float], float] | Literal["material"] = 0.0
+    friction: Friction | Literal["material"] = 0.0
     tangential_restitution: float = 0.0
     margin: float = 1e-6
     name: str | None = None
@@ -310,10 +312,13 @@ def turns(entry: Any) -> bool:
 
 def _check_coefficients(entry: Contact | Collision, what: str) -> None:
     set_field = object.__setattr__
-    restitution = checked_restitution(entry.restitution, f"{what}: restitution")
-    set_field(entry, "restitution", restitution)
-    friction = checked_friction(entry.friction, f"{what}: friction")
-    set_field(entry, "friction", friction)
+    if entry.restitution != BY_MATERIAL:
+        restitution = checked_restitution(entry.restitution, f"{what}: restitution")
+        set_field(entry, "restitution", restitution)
+    friction = entry.friction
+    if friction != BY_MATERIAL:
+        friction = checked_friction(entry.friction, f"{what}: friction")
+        set_field(entry, "friction", friction)
     for field in ("rolling", "torsion"):
         value = number(getattr(entry, field), f"{what}: {field}")
         if value < 0.0:

@@ -104,7 +104,7 @@ def checked_restitution(value: Any, what: str) -> float | Callable[[float], floa
 
 
 def restitution_at(
-    value: float | Callable[[float], float], approach_speed: float, what: str
+    value: float | Callable[[float], float] | str, approach_speed: float, what: str
 ) -> float:
     """e at an approach speed; what a user's own function gives is checked.
 
@@ -112,6 +112,8 @@ def restitution_at(
         RangeError, NotFiniteError, ShapeError, CallbackError: the function raised, or gave
             something else than 0 to 1.
     """
+    if isinstance(value, str):
+        raise InputError(f'{what}: "{value}" is for a Scene with materials, which has the number')
     if not callable(value):
         return value
     if type(value) in (Restitution, RestitutionTable):

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from .contacts import ContactEntry
     from .forces import Force
     from .impulses import AppliedImpulse, JointImpulse
+    from .materials import Material, MaterialPair
 
 __all__ = ["Scene"]
 
@@ -50,6 +51,9 @@ class Scene(Displayed):
             "controlled JOINT" in ``Impact.constraints``. A joint that runs into its own
             ``JointStop`` is free in that impact: the stop is the stiffer of the two. Between
             impacts, forces and actuators move the joint. Other joints are free.
+        materials: what links are made of (``Material``), and the coefficients of pairs
+            (``MaterialPair``), for contacts with ``restitution="material"`` or
+            ``friction="material"``, which get the numbers of their pair here.
 
     Raises:
         UnknownNameError: a frame or joint that the robot does not have.
@@ -76,6 +80,7 @@ class Scene(Displayed):
     gravity: Vector = (0.0, 0.0, -9.81)
     gap_bound: float = 1e-3
     controlled: Sequence[str] = ()
+    materials: Sequence[Material | MaterialPair] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.robot, Robot):
@@ -91,6 +96,13 @@ class Scene(Displayed):
             set_field(self, "gap_bound", number(self.gap_bound, "Scene: gap_bound"))
             if self.gap_bound < 0.0:
                 raise RangeError.of("Scene: gap_bound", self.gap_bound, "0 or more")
+        set_field(self, "materials", _entries(self.materials, "materials"))
+        if self.materials or self.contacts:
+            from .materials import asks_for_materials, with_materials
+
+            if self.materials or any(map(asks_for_materials, self.contacts)):
+                own = with_materials(self.robot, self.contacts, self.materials)
+                set_field(self, "contacts", own)
         self._check_entries()
         if not isinstance(self.law, Law):
             raise InputError(f"Scene: law is {a_thing(self.law)}, not a Law")

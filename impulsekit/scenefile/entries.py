@@ -11,6 +11,7 @@ import pydantic
 from ..errors import ImpulsekitError, UnknownNameError, quoted
 from ..robot import Robot
 from ..scene import Scene
+from ..scene.materials import MaterialPair, asks_for_materials
 from .faults import Faults
 from .vocabulary import NESTED, Section, model_of
 
@@ -117,6 +118,11 @@ def _check_entry(robot: Robot, section: Section, entry: Any, place: str, faults:
     for _ in range(16):
         try:
             alone: dict[str, Any] = {section.name: (entry,) if section.many else entry}
+            if isinstance(entry, MaterialPair):
+                # Whose names are those of other entries.
+                return
+            if asks_for_materials(entry):
+                alone = {section.name: (_with_numbers(entry),)}
             Scene(robot, **alone)
             return
         except UnknownNameError as error:
@@ -130,6 +136,12 @@ def _check_entry(robot: Robot, section: Section, entry: Any, place: str, faults:
             if not put_right:
                 faults.add(f"{place}: {str(error).removeprefix(f'{section.name}[0]: ')}")
             return
+
+
+def _with_numbers(contact: Any) -> Any:
+    """A contact that leaves coefficients to a table of materials, with zeros."""
+    words = [n for n in ("restitution", "friction") if isinstance(getattr(contact, n), str)]
+    return dataclasses.replace(contact, **dict.fromkeys(words, 0.0))
 
 
 def _with_name_put_right(entry: Any, error: UnknownNameError) -> tuple[str, Any]:

@@ -32,6 +32,7 @@ from ..scene.forces import PD, Actuator, AppliedForce, JointSpring, Spring, Torq
 from ..scene.friction import EllipticFriction, FrictionTable, StaticKinetic
 from ..scene.impulses import AppliedImpulse, JointImpulse
 from ..scene.law import Law
+from ..scene.materials import BY_MATERIAL, Material, MaterialPair
 from ..scene.motion import MotionSettings
 from ..scene.points import ReportPoint
 from ..scene.restitution import Restitution, RestitutionTable
@@ -98,6 +99,7 @@ SECTIONS: tuple[Section, ...] = (
         },
     ),
     Section("law", {"law": Law}, many=False),
+    Section("materials", {"material": Material, "pair": MaterialPair}, needs_kind=False),
 )
 
 # How a motion is followed: of the file, not of the scene.
@@ -117,7 +119,7 @@ NESTED: tuple[type, ...] = (
     EllipticFriction,
 )
 # Their stiffness may be infinite: ``stiffness = inf``.
-_CONTACTS = (Contact, JointStop, Collision)
+_CONTACTS = (Contact, JointStop, Collision, MaterialPair)
 # Those of them that may stand for a coefficient of restitution.
 _RESTITUTIONS = (Restitution, RestitutionTable)
 
@@ -166,6 +168,8 @@ def _plain(value: Any) -> Any:
 def _without_functions(hint: Any) -> Any:
     """What is left of a choice: a number, numbers, or the table with most of its keys."""
     options = [o for o in typing.get_args(hint) if typing.get_origin(o) is not Callable]
+    words = [o for o in options if typing.get_origin(o) is typing.Literal]
+    options = [o for o in options if o not in words]
     nested = [o for o in options if o in NESTED]
     plain = [o for o in options if o not in NESTED]
     if plain == [float] and not nested:
@@ -174,6 +178,8 @@ def _without_functions(hint: Any) -> Any:
         return plain[0]
 
     def tag_of(value: Any) -> str:
+        if words and value == BY_MATERIAL:
+            return "<word>"
         if not isinstance(value, dict | pydantic.BaseModel):
             return "<numbers>" if isinstance(value, tuple) and len(plain) > 1 else "<number>"
         keys = value.keys() if isinstance(value, dict) else type(value).model_fields.keys()
@@ -183,6 +189,8 @@ def _without_functions(hint: Any) -> Any:
     whole: Any = Annotated[plain[0], pydantic.Tag("<number>")]
     if len(plain) > 1:
         whole |= Annotated[plain[1], pydantic.Tag("<numbers>")]
+    for word in words:
+        whole |= Annotated[word, pydantic.Tag("<word>")]
     for cls in nested:
         whole |= Annotated[model_of(cls), pydantic.Tag(f"<{cls.__name__}>")]
     return Annotated[whole, pydantic.Discriminator(tag_of)]

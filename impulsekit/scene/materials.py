@@ -1,0 +1,199 @@
+"""Materials of links, and a table of pairs: coefficients of contacts by what touches what."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from ..errors import InputError, RangeError, a_thing
+from ..robot import Robot
+from .friction import Friction, checked_friction
+from .numbers import number, text
+from .restitution import checked_restitution
+
+if TYPE_CHECKING:
+    from .contacts import Collision, Contact
+
+__all__ = ["BY_MATERIAL", "Material", "MaterialPair", "asks_for_materials", "with_materials"]
+
+# What a contact gives instead of a coefficient that the table of pairs has.
+BY_MATERIAL = "material"
+
+
+@dataclass(frozen=True)
+class Material:
+    """A material, and the links that are made of it.
+
+    Attributes:
+        name: what pairs call it.
+        links: names of links or frames, all frames on them included; "world" for what is fixed.
+
+    Raises:
+        InputError.
+
+    Example:
+        >>> Material("rubber", links=["ball"]).links
+        ('ball',)
+    """
+
+    name: str
+    links: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        text(self.name, "Material: name")
+        links = (self.links,) if isinstance(self.links, str) else self.links
+        what = f'Material "{self.name}": links'
+        if not isinstance(links, Sequence):
+            raise InputError(f"{what} must be a list of names, got {a_thing(links)}")
+        object.__setattr__(self, "links", tuple(text(link, what) for link in links))
+
+
+@dataclass(frozen=True)
+class MaterialPair:
+    """The coefficients of two materials that touch, in either order.
+
+    Only pairs that are listed count: no rule makes up e and µ out of two materials, for both are
+    properties of the pair.
+
+    Attributes:
+        first, other: names of materials; they may be the same.
+        restitution, friction: as for ``Contact``.
+        stiffness: as for ``Contact``; for contacts that give none.
+
+    Raises:
+        InputError, RangeError, NotFiniteError.
+
+    Example:
+        >>> MaterialPair("rubber", "steel", restitution=0.8, friction=0.9).friction
+        0.9
+    """
+
+    first: str
+    other: str
+    restitution: float | Callable[[float], float] = 0.0
+    friction: Friction = 0.0
+    stiffness: float | None = None
+
+    def __post_init__(self) -> None:
+        text(self.first, "MaterialPair: first")
+        text(self.other, "MaterialPair: other")
+        what = f'MaterialPair of "{self.first}" and "{self.other}"'
+        set_field = object.__setattr__
+        restitution = checked_restitution(self.restitution, f"{what}: restitution")
+        set_field(self, "restitution", restitution)
+        set_field(self, "friction", checked_friction(self.friction, f"{what}: friction"))
+        if self.stiffness is not None and self.stiffness != math.inf:
+            stiffness = number(self.stiffness, f"{what}: stiffness")
+            if not stiffness > 0.0:
+                raise RangeError.of(f"{what}: stiffness", stiffness, "above 0")
+            set_field(self, "stiffness", stiffness)
+
+
+def asks_for_materials(contact: Any) -> bool:
+    """Whether a contact leaves a coefficient to the table of pairs."""
+    given = getattr(contact, "restitution", 0.0), getattr(contact, "friction", 0.0)
+    return any(isinstance(value, str) for value in given)
+
+
+def with_materials(
+    robot: Robot, contacts: Sequence[Any], materials: Sequence[Any]
+) -> tuple[Any, ...]:
+    """The contacts, with the coefficients of the table where they ask for it.
+
+    Raises:
+        InputError: something that is no material or pair, a name or link given twice, materials
+            without a pair, a link without a material.
+        UnknownNameError: a link that the robot does not have.
+    """
+    of_link, pairs = _tables(robot, materials)
+    found = []
+    for i, contact in enumerate(contacts):
+        if not asks_for_materials(contact):
+            found.append(contact)
+            continue
+        first, other = _materials_of(robot, contact, of_link, f"contacts[{i}]")
+        pair = pairs.get(frozenset((first, other)))
+        if pair is None:
+            raise InputError(
+                f'contacts[{i}]: materials without a pair, "{first}" and "{other}"; add '
+                f'MaterialPair("{first}", "{other}", ...)'
+            )
+        changes: dict[str, Any] = {
+            name: getattr(pair, name)
+            for name in ("restitution", "friction")
+            if isinstance(getattr(contact, name), str)
+        }
+        if contact.stiffness is None:
+            changes["stiffness"] = pair.stiffness
+        found.append(replace(contact, **changes))
+    return tuple(found)
+
+
+def _tables(
+    robot: Robot, materials: Sequence[Any]
+) -> tuple[dict[str, str], dict[frozenset[str], MaterialPair]]:
+    of_link: dict[str, str] = {}
+    pairs: dict[frozenset[str], MaterialPair] = {}
+    names = {one.name for one in materials if isinstance(one, Material)}
+    for i, one in enumerate(materials):
+        where = f"materials[{i}]"
+        if isinstance(one, Material):
+            for link in one.links:
+                robot.frame_id(link, where)
+                if of_link.setdefault(link, one.name) != one.name:
+                    raise InputError(
+                        f'{where}: "{link}" is made of "{of_link[link]}" already; give it one '
+                        "material"
+                    )
+        elif isinstance(one, MaterialPair):
+            unknown = [name for name in (one.first, one.other) if name not in names]
+            if unknown:
+                raise InputError(
+                    f'{where}: no Material is called "{unknown[0]}"; there are '
+                    f"{', '.join(sorted(names)) or 'none'}"
+                )
+            key = frozenset((one.first, one.other))
+            if key in pairs:
+                raise InputError(
+                    f'{where}: the pair of "{one.first}" and "{one.other}" is given twice'
+                )
+            pairs[key] = one
+        else:
+            raise InputError(f"{where} must be a Material or MaterialPair, got {a_thing(one)}")
+    return of_link, pairs
+
+
+def _materials_of(
+    robot: Robot, contact: Contact | Collision, of_link: dict[str, str], where: str
+) -> list[str]:
+    found = []
+    ends = [getattr(contact, name, None) for name in ("frame", "against", "first", "other")]
+    for name in [end for end in ends if end is not None]:
+        if name in of_link:
+            found.append(of_link[name])
+            continue
+        frames = robot.model.frames
+        if hasattr(contact, "frame"):
+            frame_id = robot.frame_id(name, where)
+        else:
+            from ..robot.geometry import geometry_ids
+
+            objects = robot.collision_model.geometryObjects
+            frame_id = objects[geometry_ids(robot, name, where)[0][0]].parentFrame
+        material = None
+        while material is None:
+            material = of_link.get(frames[frame_id].name)
+            if frame_id == 0 or frames[frame_id].parentFrame == frame_id:
+                break
+            last, frame_id = frame_id, frames[frame_id].parentFrame
+            if frames[last].parentJoint != frames[frame_id].parentJoint:
+                break
+        if material is None:
+            raise InputError(
+                f'{where}: "{name}" has no material; add Material(..., links=["{name}"]), or give '
+                "the contact its own coefficients"
+            )
+        found.append(material)
+    return found

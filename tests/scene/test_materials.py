@@ -1,0 +1,118 @@
+"""Materials on links, and coefficients by pair."""
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+
+BALLS = ik.combine(
+    a=ik.Robot.from_urdf("models/ball.urdf", root="freeflyer"),
+    b=ik.Robot.from_urdf("models/ball.urdf", root="freeflyer"),
+)
+TABLE = [
+    ik.Material("rubber", links=["a/ball"]),
+    ik.Material("steel", links=["b/ball", "world"]),
+    ik.MaterialPair("steel", "rubber", restitution=0.5, friction=0.25, stiffness=2e5),
+    ik.MaterialPair("steel", "steel", restitution=0.9, friction=(0.2, 0.1)),
+]
+ASKS = {"restitution": "material", "friction": "material"}
+
+
+def test_contacts_get_the_coefficients_of_their_pair():
+    contacts = [
+        ik.Contact("a/ball", **ASKS),
+        ik.Contact("b/ball", **ASKS),
+        ik.Collision("a/ball", "b/ball", **ASKS, stiffness=7.0),
+        ik.Contact("b/ball", restitution="material", friction=0.7),
+        ik.Contact("b/ball", restitution=0.1, friction=0.3),
+    ]
+    scene = ik.Scene(BALLS, contacts=contacts, materials=TABLE)
+    found = [(c.restitution, c.friction, c.stiffness) for c in scene.contacts]
+    assert found == [
+        (0.5, 0.25, 2e5),
+        (0.9, ik.StaticKinetic(0.2, 0.1), None),
+        (0.5, 0.25, 7.0),
+        (0.9, 0.7, None),
+        (0.1, 0.3, None),
+    ]
+    v = BALLS.velocity({"a/root_joint": [0, 0, -1.0, 0, 0, 0]})
+    floor = ik.Scene(BALLS, contacts=contacts[:1], materials=TABLE)
+    assert ik.solve(floor, BALLS.neutral(), v).v_after[2] == pytest.approx(0.5, abs=1e-15)
+
+
+def test_frames_on_a_link_are_made_of_it():
+    panda = ik.Robot.from_example("panda")
+    table = [
+        ik.Material("steel", links=["panda_link8", "world"]),
+        ik.MaterialPair("steel", "steel", restitution=0.3),
+    ]
+    tip = ik.Contact("panda_hand", restitution="material")
+    assert ik.Scene(panda, contacts=[tip], materials=table).contacts[0].restitution == 0.3
+
+
+def test_scene_files_hold_them(tmp_path):
+    text = """
+[robot]
+urdf = "{urdf}"
+root = "freeflyer"
+[[contacts]]
+kind = "contact"
+frame = "ball"
+restitution = "material"
+friction = "material"
+[[materials]]
+name = "rubber"
+links = ["ball"]
+[[materials]]
+name = "stone"
+links = ["world"]
+[[materials]]
+first = "rubber"
+other = "stone"
+restitution = 0.7
+friction = [0.8, 0.6]
+"""
+    path = tmp_path / "scene.toml"
+    import pathlib
+
+    path.write_text(text.format(urdf=pathlib.Path("models/ball.urdf").resolve()))
+    scene = ik.load_scene(path).scene
+    assert scene.contacts[0].restitution == 0.7
+    assert scene.contacts[0].friction == ik.StaticKinetic(0.8, 0.6)
+    ik.save_scene(tmp_path / "again.toml", scene)
+    again = ik.load_scene(tmp_path / "again.toml").scene
+    assert again.materials == scene.materials and again.contacts == scene.contacts
+    path.write_text(path.read_text().replace('other = "stone"', 'other = "rubber"'))
+    with pytest.raises(ik.errors.ImpulsekitError, match="materials without a pair"):
+        ik.load_scene(path)
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ((), '"a/ball" has no material'),
+        (TABLE[:1], '"world" has no material'),
+        (TABLE[:2], 'materials without a pair, "rubber" and "steel"'),
+        ([*TABLE, TABLE[2]], "is given twice"),
+        ([*TABLE, ik.Material("glass", links=["a/ball"])], 'is made of "rubber" already'),
+        ([ik.Material("ice", links=["a/bal"])], "a/bal"),
+        ([ik.MaterialPair("ice", "wood")], 'no Material is called "ice"'),
+        (["rubber"], "must be a Material or MaterialPair"),
+    ],
+)
+def test_faults_of_the_table_are_told(table, words):
+    with pytest.raises(ik.errors.ImpulsekitError, match=words):
+        ik.Scene(BALLS, contacts=[ik.Contact("a/ball", **ASKS)], materials=table)
+
+
+@pytest.mark.parametrize(
+    "change", [{"restitution": 1.5}, {"friction": -1}, {"stiffness": 0.0}, {"friction": np.inf}]
+)
+def test_coefficients_of_a_pair_are_checked(change):
+    with pytest.raises(ik.errors.ImpulsekitError, match=next(iter(change))):
+        ik.MaterialPair("steel", "steel", **change)
+
+
+def test_a_scene_without_a_table_says_what_is_missing():
+    with pytest.raises(ik.errors.InputError, match="has no material"):
+        ik.Scene(BALLS, contacts=[ik.Contact("a/ball", friction="material")])
