@@ -94,7 +94,7 @@ class MaterialPair:
 def asks_for_materials(contact: Any) -> bool:
     """Whether a contact leaves a coefficient to the table of pairs."""
     given = getattr(contact, "restitution", 0.0), getattr(contact, "friction", 0.0)
-    return any(isinstance(value, str) for value in given)
+    return any(isinstance(value, str) and value == BY_MATERIAL for value in given)
 
 
 def with_materials(
@@ -151,7 +151,7 @@ def _tables(
             unknown = [name for name in (one.first, one.other) if name not in names]
             if unknown:
                 raise InputError(
-                    f'{where}: no Material is called "{unknown[0]}"; there are '
+                    f'{where}: no Material has the name "{unknown[0]}"; known: '
                     f"{', '.join(sorted(names)) or 'none'}"
                 )
             key = frozenset((one.first, one.other))

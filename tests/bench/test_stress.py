@@ -37,7 +37,7 @@ def _wrong(points):
 
 
 # Sweeps that tests of their own hold.
-_OF_THEIR_OWN = ("plane-", "rewritten", "robots")
+_OF_THEIR_OWN = ("plane-", "rewritten", "robots", "statement-")
 
 # Cheap cases of each sweep; the costly sizes are in the slow test.
 QUICK = [

@@ -96,7 +96,7 @@ friction = [0.8, 0.6]
         ([*TABLE, TABLE[2]], "is given twice"),
         ([*TABLE, ik.Material("glass", links=["a/ball"])], 'is made of "rubber" already'),
         ([ik.Material("ice", links=["a/bal"])], "a/bal"),
-        ([ik.MaterialPair("ice", "wood")], 'no Material is called "ice"'),
+        ([ik.MaterialPair("ice", "wood")], 'no Material has the name "ice"'),
         (["rubber"], "must be a Material or MaterialPair"),
     ],
 )

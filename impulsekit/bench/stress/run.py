@@ -29,6 +29,7 @@ def _all() -> tuple[Sweep, ...]:
         rewritten,
         robots,
         sequences,
+        statements,
         touched,
         trees,
     )
@@ -45,6 +46,7 @@ def _all() -> tuple[Sweep, ...]:
         *in_plane.SWEEPS,
         *rewritten.SWEEPS,
         *robots.SWEEPS,
+        *statements.SWEEPS,
     )
 
 
