@@ -6,12 +6,17 @@ M Δv = I of the tied robot is that of the free one with the rows v_follower −
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 
-__all__ = ["Follower", "freed_model"]
+__all__ = ["Follower", "freed_model", "pointed_model"]
+
+# Armature of what carries a point that varies: so heavy that no impulse moves it beside any body,
+# and a number in single precision.
+IMMOVABLE = 1e30
 
 
 @dataclass(frozen=True)
@@ -53,6 +58,25 @@ def freed_model(model: pin.Model) -> tuple[pin.Model, tuple[Follower, ...]]:
             armature = model.armature[given.idx_v : given.idx_v + given.nv]
             freed.armature[own.idx_v : own.idx_v + own.nv] = armature
     return freed, tuple(followers)
+
+
+def pointed_model(model: pin.Model, frames: Sequence[tuple[int, pin.SE3]]) -> pin.Model:
+    """The model with a place of its own for each point that varies, behind all other joints.
+
+    A place slides along the axes of its frame to where its three entries of q say; nothing
+    moves it, so that it is as good as fixed to its body at any of these.
+
+    Args:
+        frames: by point, the joint that carries the frame, and the frame on it.
+    """
+    if not frames:
+        return model
+    model = pin.Model(model)
+    for k, (joint_id, placement) in enumerate(frames):
+        own = model.addJoint(joint_id, pin.JointModelTranslation(), placement, f"point {k}")
+        joint = model.joints[own]
+        model.armature[joint.idx_v : joint.idx_v + joint.nv] = IMMOVABLE
+    return model
 
 
 def _freed(

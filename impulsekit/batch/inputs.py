@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, UnknownNameError
 from ..laws.status import Status
 from ..robot import state
-from ..scene import AppliedImpulse, Scene
+from ..scene import AppliedImpulse, Contact, Scene
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     Varied = ArrayLike | Mapping[str, ArrayLike]
 
 __all__ = ["BatchInputs", "batch_inputs"]
+
+# Points farther from their frame than this [m] are taken for a mistake.
+FARTHEST = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +37,8 @@ class BatchInputs:
         restitution, friction: of each contact; None where the scene's own hold.
         masses: factors on the masses of ``links``; None where there are none.
         links: whose masses are scaled.
+        points: (1 or B, 3k) in place of ``at`` of the contacts ``pointed``, by their indices; None
+            where the scene's own hold.
         codes: (B,) what is known of a row before anything is solved.
     """
 
@@ -46,6 +51,8 @@ class BatchInputs:
     masses: np.ndarray | None
     links: tuple[str, ...]
     codes: np.ndarray
+    points: np.ndarray | None = None
+    pointed: tuple[int, ...] = ()
 
     def rows(self, chosen: np.ndarray) -> BatchInputs:
         """The same for some rows, by their indices."""
@@ -63,11 +70,20 @@ class BatchInputs:
             cut(self.masses),
             self.links,
             self.codes[chosen],
+            cut(self.points),
+            self.pointed,
         )
 
 
 def batch_inputs(
-    scene: Scene, q: Any, v: Any, impulses: Any, restitution: Any, friction: Any, masses: Any
+    scene: Scene,
+    q: Any,
+    v: Any,
+    impulses: Any,
+    restitution: Any,
+    friction: Any,
+    masses: Any,
+    points: Any = None,
 ) -> BatchInputs:
     """Checked and brought into one form.
 
@@ -90,6 +106,9 @@ def batch_inputs(
     links: tuple[str, ...] = ()
     if masses is not None:
         links, arrays["masses"] = _factors(scene, masses)
+    pointed: tuple[int, ...] = ()
+    if points is not None:
+        pointed, arrays["points"] = _points(scene, points)
     size = 1
     for name, array in arrays.items():
         if array.shape[0] not in (1, size):
@@ -110,6 +129,7 @@ def batch_inputs(
         ("restitution", 0.0, 1.0, "0 to 1", 0.0),
         ("friction", 0.0, np.inf, "0 or more", 0.0),
         ("masses", np.nextafter(0.0, 1.0), np.inf, "above 0", 1.0),
+        ("points", -FARTHEST, FARTHEST, f"within {FARTHEST:g} m", 0.0),
     ):
         if name in arrays:
             fine = (arrays[name] >= low) & (arrays[name] <= high) & np.isfinite(arrays[name])
@@ -124,6 +144,8 @@ def batch_inputs(
         arrays.get("masses"),
         links,
         codes,
+        arrays.get("points"),
+        pointed,
     )
 
 
@@ -214,6 +236,28 @@ def _given(scene: Scene, impulses: Any) -> np.ndarray:
             raise ShapeError.of(what, (len(base), width), array.shape, "leading axes must agree")
         base[:, where.start : where.start + array.shape[1]] = array
     return base
+
+
+def _points(scene: Scene, points: Any) -> tuple[tuple[int, ...], np.ndarray]:
+    """The contacts named, by their indices, and (1 or B, 3k) their points."""
+    if not isinstance(points, Mapping):
+        raise InputError("points: give a mapping from names of contacts to points")
+    names = scene.entry_names("contacts")
+    columns = {}
+    for name, values in points.items():
+        if name not in names:
+            raise UnknownNameError.among("contact", str(name), names)
+        index = names.index(name)
+        if not isinstance(scene.contacts[index], Contact):
+            raise InputError(f'points["{name}"]: only a Contact has a point of its own')
+        columns[index] = _matrix(values, 3, f'points["{name}"]')
+    size = max((len(column) for column in columns.values()), default=1)
+    for index, column in columns.items():
+        if len(column) not in (1, size):
+            raise ShapeError.of(f'points["{names[index]}"]', (size, 3), column.shape)
+    pointed = tuple(sorted(columns))
+    table = [np.broadcast_to(columns[index], (size, 3)) for index in pointed]
+    return pointed, np.concatenate([*table, np.zeros((size, 0))], axis=1)
 
 
 def _factors(scene: Scene, masses: Any) -> tuple[tuple[str, ...], np.ndarray]:

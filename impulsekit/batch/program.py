@@ -10,10 +10,11 @@ import numpy as np
 from ..impact.algorithms import has_uneven_masses
 from ..laws.words import END, NEWTON, SEQUENTIAL, STRONGE
 from ..robot.massless import is_always_regular
+from ..rows.entries import Site
 from ..rows.reach import branch_of, touched_joints
 from ..scene import Law, Scene
 from .errors import NoKernelError
-from .followers import freed_model
+from .followers import freed_model, pointed_model
 from .kernels import given as by_name
 from .kernels import layout
 from .kernels.words import words_of
@@ -106,29 +107,33 @@ class Program:
 
 
 def compiled(
-    scene: Scene, *, frictional: bool, links: Sequence[str] = ()
+    scene: Scene, *, frictional: bool, links: Sequence[str] = (), pointed: Sequence[int] = ()
 ) -> tuple[Program | None, BatchPlan]:
     """The program of a scene, or None where the kernels do not know how, and the plan.
 
     Args:
         frictional: whether frictions are given that may be more than 0 where the scene's are 0.
         links: those whose masses vary.
+        pointed: indices of the contacts whose points vary.
     """
     try:
-        program = _program(scene, frictional, links)
+        program = _program(scene, frictional, links, pointed)
     except NoKernelError as reason:
         return None, BatchPlan(False, 0, (f"state by state: {reason}",))
     count = len(program.rows.first) - 1
+    moving = program.tree.bodies - len(pointed)
     why = [
-        f"kernel: articulated bodies over {program.tree.bodies} joints, "
-        f"{scene.robot.model.njoints - 1 - program.tree.bodies} left out"
+        f"kernel: articulated bodies over {moving} joints, "
+        f"{scene.robot.model.njoints - 1 - moving} left out"
     ]
     if count:
         why.append(f"{count} rows of constraints and contacts, Delassus matrix by response")
     return program, BatchPlan(True, count, tuple(why))
 
 
-def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
+def _program(
+    scene: Scene, frictional: bool, links: Sequence[str], pointed: Sequence[int]
+) -> Program:
     robot = scene.robot
     if scene.contacts and scene.law.restitution == "lzb":
         raise NoKernelError('restitution="lzb", whose waves have as many steps as they take')
@@ -152,9 +157,15 @@ def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
         raise NoKernelError("joints without inertia of their own, whose pivots are watched")
     if has_uneven_masses(model):
         raise NoKernelError("very light beside very heavy bodies, where answers are refined")
-    tree = tree_of(model, joints, robot.model)
+    sites = [Site.of(robot, scene.contacts[index].frame_names[0]) for index in pointed]
+    if not all(site.moves for site in sites):
+        raise NoKernelError("points that vary on what is fixed")
+    own_joints = model.njoints
+    model = pointed_model(model, [(site.joint_id, site.placement) for site in sites])
+    places = dict(zip(pointed, range(own_joints, model.njoints), strict=True))
+    tree = tree_of(model, [*joints, *places.values()], robot.model)
     loads = load_tables(scene, tree, links)
-    tables = row_tables(scene, tree, frictional=frictional, followers=followers)
+    tables = row_tables(scene, tree, frictional=frictional, followers=followers, places=places)
     known, given, columns, struck = known_tables(scene, tree, tables)
     rows, passed = row_arrays(tree, tables)
     refines = tree.has_points
@@ -168,7 +179,7 @@ def _program(scene: Scene, frictional: bool, links: Sequence[str]) -> Program:
         np.flatnonzero(path_mask(tree, struck | passed)),
         path_mask(tree, in_world(known, rows, tables)),
     )
-    is_part = len(set(tree.q_index.tolist())) < robot.nq
+    is_part = len(set(tree.q_index.tolist())) < robot.nq + 3 * len(pointed)
     sizes = by_name.Sizes(
         tree.bodies,
         tree.nq,

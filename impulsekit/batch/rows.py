@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 
 from ..impact.yielding import own_stops
 from ..robot import Robot
@@ -58,12 +59,18 @@ class RowTables:
 
 
 def row_tables(
-    scene: Scene, tree: Tree, *, frictional: bool, followers: Sequence[Follower] = ()
+    scene: Scene,
+    tree: Tree,
+    *,
+    frictional: bool,
+    followers: Sequence[Follower] = (),
+    places: Mapping[int, int] | None = None,
 ) -> RowTables:
     """The rows of a scene on its tree, those of joints that follow others before all.
 
     Args:
         frictional: give every contact its tangent rows, whatever its own friction.
+        places: by index of a contact whose point varies, the joint that stands there.
 
     Raises:
         NoKernelError: an entry that needs the solver of single states.
@@ -84,9 +91,9 @@ def row_tables(
         tables.keeps.extend([keeps] * len(rows))
     if own_stops(scene):
         raise NoKernelError("a controlled joint with a stop, which yields where it meets it")
-    for contact in scene.contacts:
+    for index, contact in enumerate(scene.contacts):
         first = len(tables.terms)
-        rows, entry, meeting, numbers = maker.contact(contact)
+        rows, entry, meeting, numbers = maker.contact(contact, (places or {}).get(index))
         friction = getattr(contact, "friction", 0.0)
         if not is_plain(friction):
             raise NoKernelError("friction that is no number")
@@ -186,8 +193,11 @@ class RowMaker:
         tables.meeting_floats.append(np.concatenate([point, along]))
         return len(tables.meeting_ints) - 1
 
-    def contact(self, entry: Any) -> tuple[list, int, int, np.ndarray]:
-        """Rows t₁, t₂, n of a contact (one of a stop), entry of q of a stop, meeting, numbers."""
+    def contact(self, entry: Any, place: int | None = None) -> tuple[list, int, int, np.ndarray]:
+        """Rows t₁, t₂, n of a contact (one of a stop), entry of q of a stop, meeting, numbers.
+
+        ``place``: the joint at its point, where that varies.
+        """
         numbers = np.zeros(13)
         if isinstance(entry, JointStop):
             numbers[9:11] = entry.limits(self._robot)
@@ -202,6 +212,10 @@ class RowMaker:
         if not isinstance(entry, Contact):
             raise NoKernelError(f"a {type(entry).__name__}")
         said = frame_pair(self._robot, entry)
+        if place is not None:
+            said = replace(
+                said, first=replace(said.first, joint_id=place, placement=pin.SE3.Identity())
+            )
         if said.other.moves:
             return self._on_moving_plane(said)
         numbers[:9] = said.axes.ravel()

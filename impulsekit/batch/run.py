@@ -71,9 +71,15 @@ class BatchRun:
     def _laid_out(self, inputs: BatchInputs) -> Inputs:
         program = self._program
         found: list[Any] = []
+        q, v = inputs.q, inputs.v
+        if inputs.points is not None:
+            # The places of points stand behind the robot's own entries, and do not move.
+            size = max(len(q), len(inputs.points))
+            q = np.hstack([np.broadcast_to(x, (size, x.shape[1])) for x in (q, inputs.points)])
+            v = np.hstack([v, np.zeros((len(v), inputs.points.shape[1]))])
         pairs: tuple[tuple[Any, Any], ...] = (
-            (inputs.q, None),
-            (inputs.v, None),
+            (q, None),
+            (v, None),
             (inputs.given, None),
             (inputs.restitution, program.restitution),
             (inputs.friction, program.friction),
@@ -93,7 +99,8 @@ class BatchRun:
         program = self._program
         rows = len(program.rows.first) - 1
         whole = []
-        skipped = program.tree.nv < program.sizes.whole_v
+        own = program.tree.v_index < program.sizes.whole_v
+        skipped = int(own.sum()) < program.sizes.whole_v
         for name in _KINDS:
             if name not in self._arrays:
                 whole.append(np.empty(0, self._dtype))
@@ -107,7 +114,8 @@ class BatchRun:
                 array[:] = 0.0
             elif skipped and name == "v_after":
                 v, step = self._inputs.v, self._inputs.v_step
-                array[:] = v.reshape(-1, array.shape[1]) if step else v
+                width = array.shape[1]
+                array[:] = v.reshape(-1, step)[:, :width] if step else v[:width]
             whole.append(array)
         codes = self._codes if self._states == self._size else np.empty(self._states, np.int8)
         self._whole = (*whole, codes)

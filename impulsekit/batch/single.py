@@ -81,11 +81,12 @@ def varies(scene: Scene, inputs: BatchInputs) -> bool:
         )
     if len(inputs.given) > 1 or not np.array_equal(inputs.given[0], own):
         return True
-    return not (inputs.restitution is inputs.friction is inputs.masses is None)
+    given = (inputs.restitution, inputs.friction, inputs.masses, inputs.points)
+    return any(each is not None for each in given)
 
 
 def scene_of_row(scene: Scene, inputs: BatchInputs, row: int) -> Scene:
-    """The scene with the impulses, coefficients and masses of a row."""
+    """The scene with the impulses, coefficients, masses and points of a row."""
     numbers = inputs.given[row if len(inputs.given) > 1 else 0].tolist()
     impulses: list = []
     for entry in scene.impulses:
@@ -104,6 +105,10 @@ def scene_of_row(scene: Scene, inputs: BatchInputs, row: int) -> Scene:
             array = getattr(inputs, name)
             if array is not None and hasattr(contact, name):
                 changes[name] = float(array[row if len(array) > 1 else 0, i])
+        if i in inputs.pointed and inputs.points is not None:
+            at = 3 * inputs.pointed.index(i)
+            own = inputs.points[row if len(inputs.points) > 1 else 0]
+            changes["at"] = own[at : at + 3]
         contacts.append(dataclasses.replace(contact, **changes))
     robot = scene.robot
     if inputs.masses is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -49,6 +49,7 @@ def solve_batch(
     restitution: Varied | None = None,
     friction: Varied | None = None,
     masses: Varied | None = None,
+    points: Mapping[str, ArrayLike] | None = None,
     outputs: Sequence[str] = ("v_after",),
     dtype: DTypeLike = np.float64,
     progress: bool | Progress | None = None,
@@ -75,6 +76,8 @@ def solve_batch(
             (B, contacts), or a mapping from entry names to numbers or (B,).
         masses: factors on the mass of links, and on their inertia with it, above 0: a
             mapping from names of links to numbers or (B,).
+        points: in place of ``at`` of contacts: a mapping from entry names to (B, 3) or (3,), in
+            the coordinates of the contact's frame [m].
         outputs: the results to compute: "v_after", "dv", "generalized_impulse", "energy_change",
             "contact_impulses", "constraint_impulses", "reactions" (what each moving joint
             carries), "bodies" (how each link moves). The status is always computed.
@@ -110,23 +113,25 @@ def solve_batch(
             raise UnknownNameError.among("output", str(name), OUTPUTS)
     number = _number(dtype)
     given = {"q": q, "v": v, "impulses": impulses}
-    given.update(restitution=restitution, friction=friction, masses=masses)
+    given.update(restitution=restitution, friction=friction, masses=masses, points=points)
     if client is not None or is_lazy(*given.values()):
         names = tuple(dict.fromkeys(outputs))
         return _on_dask(scene, given, names, number, threads, client)
     by_solve = ""
     if _FROM_LOADS.intersection(outputs):
-        loads, by_solve = _joint_loads(scene, varied=masses is not None)
+        loads, by_solve = _joint_loads(scene, varied=masses is not None or points is not None)
         if loads is not None:
             return _with_joint_loads(loads, scene, given, outputs, number, progress, threads)
-    inputs = batch_inputs(scene, q, v, impulses, restitution, friction, masses)
+    inputs = batch_inputs(scene, **given)
     program: Program | None = None
     if by_solve:
         from .program import BatchPlan
 
         plan = BatchPlan(False, 0, (f"state by state: {by_solve}",))
     else:
-        program, plan = plan_batch(scene, frictional=_frictional(inputs), links=inputs.links)
+        program, plan = plan_batch(
+            scene, frictional=_frictional(inputs), links=inputs.links, pointed=inputs.pointed
+        )
     shapes = {name: (inputs.size, *_shape(scene, name)) for name in outputs}
     arrays = {name: np.empty(shape, number) for name, shape in shapes.items()}
     codes = np.zeros(inputs.size, dtype=np.int8)
@@ -170,7 +175,7 @@ def _joint_loads(scene: Scene, *, varied: bool) -> tuple[JointLoads | None, str]
     from .joint_loads import JointLoads
 
     if varied:
-        return None, "loads of masses that vary"
+        return None, "loads of masses or points that vary"
     try:
         return JointLoads(scene), ""
     except NoKernelError as reason:
@@ -225,7 +230,11 @@ def _on_dask(
     else:
         arrays = solve_remotely(scene, given, outputs, number, client)
     links = tuple(given["masses"] or ())
-    plan = plan_batch(scene, frictional=given["friction"] is not None, links=links)[1]
+    names = scene.entry_names("contacts")
+    pointed = tuple(sorted(names.index(name) for name in given["points"] or () if name in names))
+    plan = plan_batch(
+        scene, frictional=given["friction"] is not None, links=links, pointed=pointed
+    )[1]
     return ImpactBatch(arrays.pop("status"), plan, arrays)
 
 
@@ -272,25 +281,31 @@ def _number(dtype: Any) -> np.dtype:
     return number
 
 
-# By whether contacts get tangent rows whatever their friction, and the links whose masses vary.
-_Programs = dict[tuple[bool, tuple[str, ...]], tuple[Any, Any]]
+# By whether contacts get tangent rows whatever their friction, the links whose masses vary, and
+# the contacts whose points do.
+_Programs = dict[tuple[bool, tuple[str, ...], tuple[int, ...]], tuple[Any, Any]]
 _programs: KeptByScene[_Programs] = KeptByScene(lambda scene: {})
 
 
 def plan_batch(
-    scene: Scene, *, frictional: bool = False, links: tuple[str, ...] = ()
+    scene: Scene,
+    *,
+    frictional: bool = False,
+    links: tuple[str, ...] = (),
+    pointed: tuple[int, ...] = (),
 ) -> tuple[Program | None, BatchPlan]:
     """The program of a scene for the kernels (None: there is none) and the plan; kept with it.
 
     Args:
         frictional: give contacts tangent rows even where their own friction is 0.
         links: those whose masses vary.
+        pointed: indices of the contacts whose points vary.
     """
-    own, key = _programs.of(scene), (frictional, links)
+    own, key = _programs.of(scene), (frictional, links, pointed)
     if key not in own:
         from .program import compiled
 
-        own[key] = compiled(scene, frictional=frictional, links=links)
+        own[key] = compiled(scene, frictional=frictional, links=links, pointed=pointed)
     return own[key]
 
 

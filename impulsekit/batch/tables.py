@@ -23,7 +23,8 @@ def tree_tables(tree: Tree, model: Any, followers: Sequence[Follower]) -> tuple[
     table = tree.ints.reshape(-1, layout.BODY_INTS)[1:]
     angles = np.zeros(tree.nq, dtype=bool)
     angles[table[np.isin(table[:, 1], (layout.ANGLE, layout.GEARED_ANGLE)), 2]] = True
-    v_out = tree.v_index.copy()
+    # Places of points that vary are no entries of v.
+    v_out = np.where(tree.v_index < model.nv, tree.v_index, -1)
     follow: list[int] = []
     ratios: list[float] = []
     for one in followers:

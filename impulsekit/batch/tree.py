@@ -148,9 +148,17 @@ def tree_of(model: pin.Model, joints: Sequence[int], whole: pin.Model | None = N
         parent = place[model.parents[joint_id]]
         turns[body] = _axes(model, joint_id, joint_axes)
         ints[body] = (parent, kind, len(q_index), len(dofs), joint.nv, 0, 0, -1, 0)
-        place_in = joint if whole is None else whole.joints[joint_id]
-        q_index.extend(range(place_in.idx_q, place_in.idx_q + joint.nq))
-        v_index.extend(range(place_in.idx_v, place_in.idx_v + joint.nv))
+        shift_q = shift_v = 0
+        place_in = joint
+        if whole is not None and joint_id < whole.njoints:
+            place_in = whole.joints[joint_id]
+        elif whole is not None:
+            # Joints that the whole has not stand behind its own.
+            first = model.joints[whole.njoints]
+            shift_q, shift_v = whole.nq - first.idx_q, whole.nv - first.idx_v
+        begin_q, begin_v = place_in.idx_q + shift_q, place_in.idx_v + shift_v
+        q_index.extend(range(begin_q, begin_q + joint.nq))
+        v_index.extend(range(begin_v, begin_v + joint.nv))
         dofs.extend(_DOFS[kind])
         armature.extend(own_armature.tolist())
         placement = model.jointPlacements[joint_id]
