@@ -175,7 +175,7 @@ def _joint_loads(scene: Scene, *, varied: bool) -> tuple[JointLoads | None, str]
     from .joint_loads import JointLoads
 
     if varied:
-        return None, "loads of masses or points that vary"
+        return None, "loads of masses that vary, or of points"
     try:
         return JointLoads(scene), ""
     except NoKernelError as reason:

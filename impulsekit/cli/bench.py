@@ -35,7 +35,8 @@ PARTS = ("rows", "skip", "claims")
     type=click.Path(),
     metavar="PATH",
     help="Instead, hold motions against recorded tosses of a cube: the folder of ContactNets' "
-    "tosses_processed, or a file of recordings.",
+    "tosses_processed, or a file of recordings; or laws against the planar drops of "
+    "ImpactModeling, a .mat file.",
 )
 @click.option("--quiet", "-q", is_flag=True, help="No progress.")
 def bench(
@@ -57,6 +58,11 @@ def bench(
     """
     _one_thread_each()
     if measured is not None:
+        if measured.endswith(".mat"):
+            from ..bench.drops import drop_report
+
+            click.echo(drop_report(measured), nl=False)
+            return
         from ..bench.tosses import toss_report
 
         click.echo(toss_report(measured), nl=False)

@@ -19,6 +19,7 @@ __all__ = ["identify"]
 @click.option("--held-out", default=0.25, show_default=True, help="Share left out of the fit.")
 @click.option("--calibrate/--no-calibrate", default=True, help="Calibrate the recordings first.")
 @click.option("--motions/--no-motions", default=True, help="Fit whole motions, too.")
+@click.option("--compare", is_flag=True, help="Compare laws on the single impacts, held out.")
 @click.option("--quaternion", type=click.Choice(["xyzw", "wxyz"]), help="Order of a quaternion.")
 @click.option("--length", default="m", type=click.Choice(["m", "cm", "mm"]))
 @click.option("--angle", default="rad", type=click.Choice(["rad", "deg"]))
@@ -63,6 +64,7 @@ def identify(ctx: click.Context, recording: str, scene: str, **options: Any) -> 
         friction=options["friction"] or None,
         calibration=options["calibrate"],
         motions=options["motions"],
+        compare=options["compare"],
         held_out=options["held_out"],
         processes=options["processes"],
         progress=None if options["quiet"] else _progress(),

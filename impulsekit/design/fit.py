@@ -7,24 +7,22 @@ given or larger than given, no less than what the measurements differ by among t
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
-from ..display import Displayed, OneLine, one_line
 from ..errors import (
     InputError,
     NotFiniteError,
     RangeError,
     ShapeError,
-    UnknownNameError,
     quoted,
 )
 from ..impact.derivatives import derivatives
 from ..impact.solver import solve_without_warnings
 from ..scene import Scene
+from .batched import FEWEST_FOR_BATCH, BatchedImpacts
 from .doubts import (
     bounds_reached,
     is_misfit,
@@ -33,161 +31,18 @@ from .doubts import (
     spread_of_measurements,
     widened,
 )
-from .parameters import INERTIA_PARAMETERS, changed_scene, parameters_of
+from .fit_result import UNSEEN, Fit
+from .measurement import Measurement
+from .parameters import INERTIA_PARAMETERS, column_of, parameters_of, scene_of
 from .weights import ROBUST, block_weights, whitening
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
 
 __all__ = ["INERTIA_PARAMETERS", "Fit", "Measurement", "fit_impacts"]
 
-# A parameter on which v⁺ depends less than this, relative to the most telling one, is not seen.
-UNSEEN = 1e-9
 # Weights and values follow from each other in so many rounds at most, or until values settle.
 MOST_ROUNDS, SETTLED = 12, 1e-6
 # Frictions from which a fit starts as well: dry contacts have 0.1 to 1. A third apart, since
 # above the friction of the fastest slip every contact sticks, and below it all may slide.
 FRICTIONS = tuple(0.02 * 1.36**k for k in range(15))
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Measurement(OneLine):
-    """One measured impact.
-
-    Attributes:
-        scene: the scene of the impact; the fit starts from its coefficients and inertias.
-        q: (nq,) configuration. v_before: (nv,); both taken as exact without ``covariance``;
-            noise in them then widens the intervals if sigma is None, or too small for it.
-        v_after: (nv,) as measured; NaN for missing entries.
-        sigma: standard deviation of the noise of v_after, one number or (nv,); None if unknown;
-            it is then estimated from the residuals.
-        covariance: (3 nv, 3 nv) of (q on its tangent, v_before, v_after), instead of sigma:
-            errors in variables, carried through the impact to first order.
-
-    Example:
-        >>> from impulsekit import Contact, Robot, Scene, solve
-        >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
-        >>> scene = Scene(ball, contacts=[Contact("ball", restitution=0.5, name="floor")])
-        >>> q, v = ball.neutral(), [0.0, 0, -2, 0, 0, 0]
-        >>> measured = Measurement(scene, q, v, solve(scene, q, v).v_after, sigma=1e-3)
-        >>> measured.sigma
-        0.001
-    """
-
-    scene: Scene
-    q: ArrayLike
-    v_before: ArrayLike
-    v_after: ArrayLike
-    sigma: ArrayLike | None = None
-    covariance: ArrayLike | None = None
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Fit(Displayed):
-    """The result of a fit with P parameters; arrays are read-only.
-
-    Attributes:
-        names: (P,) such as "floor: restitution", "floor: friction", "elbow: mass".
-        values: (P,) the fitted values.
-        covariance: (P, P); infinite variance if v⁺ does not depend on the parameter.
-        noise: estimated standard deviation of the measurements, in units of their sigma
-            if that was given.
-        freedom: measured numbers minus parameters.
-        residuals: measured minus fitted, over sigma if that was given.
-        converged: whether scipy's least squares converged where every friction has an effect.
-        message: the message of scipy.
-        estimated: whether the covariance is based on ``noise``, not on a given sigma; also
-            true if the residuals are far above the given sigma.
-        sigma_given: whether the measurements came with a sigma.
-        bounds: (P, 2) of each parameter.
-        notes: warnings: a misfit, parameters without effect on any measurement, bounds
-            reached, outliers. Empty for a good fit.
-        weights: (M,) how much each measurement counts, 1 without ``robust``.
-
-    Example:
-        >>> from impulsekit import Contact, Robot, Scene, solve
-        >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
-        >>> guess, truth = (Contact("ball", restitution=e, name="floor") for e in (0.5, 0.7))
-        >>> q, v = ball.neutral(), [0.0, 0, -2, 0, 0, 0]
-        >>> v_after = solve(Scene(ball, contacts=[truth]), q, v).v_after
-        >>> measured = Measurement(Scene(ball, contacts=[guess]), q, v, v_after)
-        >>> round(fit_impacts([measured], restitution=["floor"])["floor: restitution"], 9)
-        0.7
-    """
-
-    names: tuple[str, ...]
-    values: np.ndarray
-    covariance: np.ndarray
-    noise: float
-    freedom: int
-    residuals: np.ndarray = field(repr=False)
-    converged: bool
-    message: str
-    estimated: bool
-    sigma_given: bool
-    bounds: np.ndarray = field(repr=False)
-    notes: tuple[str, ...] = ()
-    weights: np.ndarray = field(default_factory=lambda: np.ones(0), repr=False)
-    _blocks: tuple[tuple[np.ndarray, np.ndarray], ...] = field(default=(), repr=False)
-
-    @property
-    def sigma(self) -> np.ndarray:
-        """(P,) standard deviations."""
-        return np.sqrt(np.diagonal(self.covariance))
-
-    def __repr__(self) -> str:
-        state = "CONVERGED" if self.converged else "NOT CONVERGED"
-        doubts = [f"{len(self.notes)} note{'s' if len(self.notes) > 1 else ''}"] * bool(self.notes)
-        found = zip(self.names, self.values, self.sigma, strict=True)
-        values = [f"{name} = {value:.4g} ± {sigma:.1g}" for name, value, sigma in found]
-        return one_line("Fit", state, *doubts, *values)
-
-    def __getitem__(self, name: str) -> float:
-        """The value of one parameter by name.
-
-        Raises:
-            UnknownNameError.
-        """
-        if name not in self.names:
-            raise UnknownNameError.among("parameter", name, self.names, "fit")
-        return float(self.values[self.names.index(name)])
-
-    def intervals(self, level: float = 0.95) -> np.ndarray:
-        """(P, 2) confidence intervals within the bounds: Student's where the noise was estimated.
-
-        Raises:
-            RangeError: the level is not between 0 and 1.
-        """
-        from scipy import stats
-
-        if not 0.0 < level < 1.0:
-            raise RangeError.of("level", level, "between 0 and 1")
-        tail = 0.5 + 0.5 * level
-        reach = stats.t.ppf(tail, self.freedom) if self.estimated else stats.norm.ppf(tail)
-        ends = np.stack([self.values - reach * self.sigma, self.values + reach * self.sigma], 1)
-        return np.clip(ends, self.bounds[:, :1], self.bounds[:, 1:])
-
-    def resampled(self, count: int = 1000, seed: int = 0) -> np.ndarray:
-        """(count, P) values from resampled measurements (bootstrap), a Newton step each.
-
-        Percentiles are intervals that need no normal noise: hold them beside ``intervals``.
-
-        Raises:
-            RangeError: ``count`` is below 1.
-        """
-        if count < 1:
-            raise RangeError.of("count", count, "1 or more")
-        rng = np.random.default_rng(seed)
-        normals = np.array([rows.T @ rows for rows, _ in self._blocks])
-        scores = np.array([rows.T @ left for rows, left in self._blocks])
-        found = np.empty((count, len(self.values)))
-        for k in range(count):
-            chosen = rng.integers(len(normals), size=len(normals))
-            normal, score = normals[chosen].sum(axis=0), scores[chosen].sum(axis=0)
-            size = np.sqrt(np.maximum(np.diagonal(normal), 1e-300))
-            inverse = np.linalg.pinv(normal / np.outer(size, size), rcond=UNSEEN, hermitian=True)
-            found[k] = self.values - (inverse @ (score / size)) / size
-        return np.clip(found, self.bounds[:, 0], self.bounds[:, 1])
 
 
 def fit_impacts(
@@ -197,13 +52,15 @@ def fit_impacts(
     friction: Sequence[str | Sequence[str]] = (),
     inertias: Mapping[str, Sequence[str]] | None = None,
     robust: str = "none",
+    by_group: bool = False,
 ) -> Fit:
     """Fit coefficients and inertias to measured impacts.
 
-    All measurements share the parameters: contacts and joints are the same by name. The
-    fit starts from the values in the first measurement's scene. If a friction coefficient has
-    no effect at the end (a contact that sticks does not depend on µ), the fit is repeated from a
-    better start.
+    All measurements share the parameters: contacts and joints are the same by name. A
+    ``RestitutionTable`` in the scene is e by approach speed: its values are fitted. The fit starts
+    from the values in the first measurement's scene. If a friction coefficient has no effect at
+    the end (a contact that sticks does not depend on µ), the fit is repeated from a better start.
+    From 24 measurements on they are solved as batches, with derivatives by differences.
 
     Args:
         measurements: the impacts, in one scene or in several with one robot.
@@ -213,6 +70,8 @@ def fit_impacts(
             about the joint's origin, in its frame.
         robust: "none"; "huber" weighs down measurements that are off the others, "biweight"
             leaves out those that are far off.
+        by_group: a restitution of its own for the measurements of each ``group``, such as impacts
+            on a corner, an edge and a face.
 
     Raises:
         InputError: nothing to fit, too few numbers for the parameters, a restitution that
@@ -230,7 +89,7 @@ def fit_impacts(
     """
     if robust not in ROBUST:
         raise RangeError.of("robust", quoted(robust), ", ".join(quoted(each) for each in ROBUST))
-    problem = _Problem(measurements, restitution, friction, inertias or {})
+    problem = _Problem(measurements, restitution, friction, inertias or {}, by_group)
     return problem.fit(robust)
 
 
@@ -243,12 +102,14 @@ class _Problem:
         restitution: Sequence[str | Sequence[str]],
         friction: Sequence[str | Sequence[str]],
         inertias: Mapping[str, Sequence[str]],
+        by_group: bool,
     ) -> None:
         self._measurements = tuple(measurements)
         if not self._measurements:
             raise InputError("fit_impacts: no measurements; give one or more")
         scenes = [measurement.scene for measurement in self._measurements]
-        self._parameters = parameters_of(scenes, restitution, friction, inertias)
+        groups = sorted({each.group for each in self._measurements}) if by_group else ()
+        self._parameters = parameters_of(scenes, restitution, friction, inertias, groups)
         if not self._parameters:
             raise InputError(
                 "fit_impacts: nothing is to be found; name contacts in restitution or friction, "
@@ -259,6 +120,9 @@ class _Problem:
         self._low = np.array([parameter.low for parameter in self._parameters])
         self._high = np.array([parameter.high for parameter in self._parameters])
         self._read_measured()
+        self._batched: BatchedImpacts | None = None
+        if len(self._measurements) >= FEWEST_FOR_BATCH and not inertias:
+            self._batched = BatchedImpacts(self._measurements, self._parameters)
 
     def _read_measured(self) -> None:
         self._after, self._seen = [], []
@@ -325,15 +189,13 @@ class _Problem:
         The effective variance of Orear (1982): the first order of errors in variables.
         """
         self._last = None
-        scenes: dict[int, Scene] = {}
+        scenes: dict[Any, Scene] = {}
         for i, (m, seen, own) in enumerate(
             zip(self._measurements, self._seen, self._covariances, strict=True)
         ):
             if own is None:
                 continue
-            scene = scenes.get(id(m.scene))
-            if scene is None:
-                scene = scenes[id(m.scene)] = changed_scene(m.scene, self._parameters, x)
+            scene = scene_of(m, self._parameters, x, scenes)
             found = derivatives(solve_without_warnings(scene, m.q, m.v_before))
             nv = scene.robot.nv
             to_residual = np.hstack(
@@ -451,32 +313,14 @@ class _Problem:
         key = x.tobytes()
         if self._last is not None and self._last[0] == key:
             return self._last[1], self._last[2]
-        scenes: dict[int, Scene] = {}
         residuals, rows = [], []
         whiteners = [w * f for w, f in zip(self._whiteners, self._factors, strict=True)]
-        for m, after, seen, whiten in zip(
-            self._measurements, self._after, self._seen, whiteners, strict=True
+        found = self._batched(x) if self._batched is not None else self._one_by_one(x)
+        for (v_after, columns), after, seen, whiten in zip(
+            found, self._after, self._seen, whiteners, strict=True
         ):
-            scene = scenes.get(id(m.scene))
-            if scene is None:
-                scene = scenes[id(m.scene)] = changed_scene(m.scene, self._parameters, x)
-            impact = solve_without_warnings(scene, m.q, m.v_before)
-            found = derivatives(impact)
-            columns = []
-            for parameter in self._parameters:
-                if parameter.kind == "inertia":
-                    by_body = found.dv_after_dinertia(parameter.entry)
-                    columns.append(by_body[:, parameter.index])
-                    continue
-                table = (
-                    found.dv_after_drestitution
-                    if parameter.kind == "restitution"
-                    else found.dv_after_dfriction
-                )
-                none = np.zeros(scene.robot.nv)
-                columns.append(sum((table.get(name, none) for name in parameter.contacts), none))
-            residuals.append(whiten @ (impact.v_after[seen] - after))
-            rows.append(whiten @ np.array(columns).T[seen])
+            residuals.append(whiten @ (v_after[seen] - after))
+            rows.append(whiten @ columns[seen])
         residual, jacobian = np.concatenate(residuals), np.concatenate(rows)
         if not np.isfinite(jacobian).all():
             raise InputError(
@@ -485,6 +329,16 @@ class _Problem:
             )
         self._last = (key, residual, jacobian)
         return residual, jacobian
+
+    def _one_by_one(self, x: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """By measurement: v⁺ (nv,) and its derivatives (nv, P)."""
+        scenes: dict[Any, Scene] = {}
+        for m in self._measurements:
+            scene = scene_of(m, self._parameters, x, scenes)
+            impact = solve_without_warnings(scene, m.q, m.v_before)
+            found = derivatives(impact)
+            columns = [column_of(parameter, found, m.group) for parameter in self._parameters]
+            yield impact.v_after, np.array(columns).T
 
 
 def _checked_covariance(m: Measurement, index: int, nv: int) -> np.ndarray | None:

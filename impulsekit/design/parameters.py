@@ -5,16 +5,28 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, UnknownNameError
 from ..robot import Robot
-from ..scene import JointStop, Rope, Scene
+from ..scene import JointStop, RestitutionTable, Rope, Scene
 
-__all__ = ["INERTIA_PARAMETERS", "Parameter", "changed_scene", "parameters_of"]
+if TYPE_CHECKING:
+    from ..impact.contact_results import ContactResult
+    from ..impact.derivatives import Derivatives
+    from .measurement import Measurement
+
+__all__ = [
+    "INERTIA_PARAMETERS",
+    "Parameter",
+    "changed_scene",
+    "column_of",
+    "parameters_of",
+    "scene_of",
+]
 
 # The order of pinocchio.Inertia.toDynamicParameters.
 INERTIA_PARAMETERS = ("mass", "mx", "my", "mz", "ixx", "ixy", "iyy", "ixz", "iyz", "izz")
@@ -29,7 +41,9 @@ class Parameter:
         entry: the contact, the pattern or names of contacts that share it, or the joint before
             the body.
         contacts: the contacts that have it.
-        index: which inertia parameter.
+        index: which inertia parameter, or which point of a table of restitution.
+        speeds: of the points of that table [m/s]; none for a restitution that is one number.
+        group: of the measurements that it is for; None for all.
         start, low, high: where the fit starts, and its bounds.
     """
 
@@ -40,12 +54,21 @@ class Parameter:
     low: float
     high: float
     contacts: tuple[str, ...] = ()
+    speeds: tuple[float, ...] = ()
+    group: str | None = None
 
     @property
     def name(self) -> str:
         """How results call it."""
         what = INERTIA_PARAMETERS[self.index] if self.kind == "inertia" else self.kind
-        return f"{self.entry}: {what}"
+        where = f" at {self.speeds[self.index]:g} m/s" if self.speeds else ""
+        return f"{self.entry}: {what}{where}" + (f", {self.group}" if self.group else "")
+
+    def share(self, approach_speed: float) -> float:
+        """de/dx at an approach speed: 1, or the hat of a point of a table."""
+        if not self.speeds:
+            return 1.0
+        return float(np.interp(approach_speed, self.speeds, np.eye(len(self.speeds))[self.index]))
 
 
 def parameters_of(
@@ -53,11 +76,15 @@ def parameters_of(
     restitution: Sequence[str | Sequence[str]],
     friction: Sequence[str | Sequence[str]],
     inertias: Mapping[str, Sequence[str]],
+    groups: Sequence[str] = (),
 ) -> list[Parameter]:
     """The unknowns by their names, starting from the values of the scenes, the first one's first.
 
     A pattern with ``*`` or ``?``, such as "corner_*", or a tuple of names is one unknown that
-    these contacts share.
+    these contacts share. A ``RestitutionTable`` is one unknown for each of its points.
+
+    Args:
+        groups: of measurements, each with restitutions of its own; none: all share them.
 
     Raises:
         UnknownNameError: no such contact, joint or inertia parameter.
@@ -82,11 +109,17 @@ def parameters_of(
                         f"fit: {kind} of {name} is in {taken[name]} and in {entry}; name it once"
                     )
                 taken[name] = entry
-                if not isinstance(getattr(contacts[name], kind, None), float):
+            values: list[Any] = [getattr(contacts[name], kind, None) for name in names]
+            speeds = _speeds(values) if kind == "restitution" else ()
+            for name, value in zip(names, values, strict=True):
+                if not (speeds or isinstance(value, float)):
                     raise InputError(f"fit_impacts: {name} has no {kind} that is a number")
-            start = float(np.mean([getattr(contacts[name], kind) for name in names]))
             high = 1.0 if kind == "restitution" else np.inf
-            found.append(Parameter(kind, entry, 0, start, 0.0, high, names))
+            for group in groups if groups and kind == "restitution" else (None,):
+                for k in range(len(speeds) or 1):
+                    own = [each.values[k] if speeds else each for each in values]
+                    start = float(np.mean(own))
+                    found.append(Parameter(kind, entry, k, start, 0.0, high, names, speeds, group))
     for joint, items in inertias.items():
         values = scene.robot.model.inertias[scene.robot.joint_id(joint)].toDynamicParameters()
         for item in items:
@@ -98,6 +131,16 @@ def parameters_of(
             low = 0.0 if item in ("mass", "ixx", "iyy", "izz") else -np.inf
             found.append(Parameter("inertia", joint, index, float(values[index]), low, np.inf))
     return found
+
+
+def _speeds(values: Sequence[Any]) -> tuple[float, ...]:
+    """The speeds of tables of restitution that are alike; none if there are others."""
+    if not all(isinstance(value, RestitutionTable) for value in values):
+        return ()
+    speeds: tuple[float, ...] = values[0].speeds
+    if any(value.speeds != speeds for value in values):
+        raise InputError("fit: contacts that share e by speed need tables of the same speeds")
+    return speeds
 
 
 def _tied(given: str | Sequence[str], contacts: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:
@@ -118,18 +161,80 @@ def _tied(given: str | Sequence[str], contacts: Mapping[str, Any]) -> tuple[str,
     return entry, names
 
 
-def changed_scene(scene: Scene, parameters: Sequence[Parameter], x: np.ndarray) -> Scene:
-    """A scene with the values x (P,) of the unknowns."""
+def column_of(parameter: Parameter, found: Derivatives, group: str) -> np.ndarray:
+    """(nv,) dv⁺/dx of an impact."""
+    if parameter.kind == "inertia":
+        return found.dv_after_dinertia(parameter.entry)[:, parameter.index]
+    total = np.zeros(found.impact.scene.robot.nv)
+    if parameter.group not in (None, group):
+        return total
+    if parameter.kind == "friction":
+        for name in parameter.contacts:
+            total = total + found.dv_after_dfriction.get(name, 0.0)
+        return total
+    for contact in found.impact.contacts:
+        if contact.name in parameter.contacts and contact.touching:
+            share = parameter.share(_approach(contact)) if parameter.speeds else 1.0
+            total = total + share * found.dv_after_drestitution.get(contact.name, 0.0)
+    return total
+
+
+def _approach(contact: ContactResult) -> float:
+    """The approach speed of a contact, of a stop that of its joint."""
+    point = contact.points[0]
+    if point.normal is None:
+        return abs(float(contact.velocity_before[0]))
+    return max(-float(point.normal @ contact.velocity_before), 0.0)
+
+
+def scene_of(
+    measurement: Measurement, parameters: Sequence[Parameter], x: np.ndarray, kept: dict[Any, Scene]
+) -> Scene:
+    """The scene of a measurement with the values of the unknowns and its own points.
+
+    ``kept``: scenes made before, which measurements without points share.
+    """
+    key = id(measurement.scene), measurement.group
+    if key not in kept:
+        kept[key] = changed_scene(measurement.scene, parameters, x, measurement.group)
+    scene = kept[key]
+    if not measurement.points:
+        return scene
+    names = scene.entry_names("contacts")
+    for name in measurement.points:
+        if name not in names:
+            raise UnknownNameError.among("contact", str(name), names)
+    contacts: list[Any] = list(scene.contacts)
+    for name, point in measurement.points.items():
+        index = names.index(name)
+        contacts[index] = replace(contacts[index], at=point)
+    return replace(scene, contacts=contacts)
+
+
+def changed_scene(
+    scene: Scene, parameters: Sequence[Parameter], x: np.ndarray, group: str = ""
+) -> Scene:
+    """A scene with the values x (P,) of the unknowns, those of a group of measurements."""
     changes: dict[str, dict[str, Any]] = {}
     bodies: dict[str, dict[int, float]] = {}
     for parameter, value in zip(parameters, x.tolist(), strict=True):
         if parameter.kind == "inertia":
             bodies.setdefault(parameter.entry, {})[parameter.index] = value
+        if parameter.group not in (None, group):
+            continue
         for name in parameter.contacts:
-            changes.setdefault(name, {})[parameter.kind] = value
+            own = changes.setdefault(name, {})
+            if parameter.speeds:
+                own.setdefault("restitution", {})[parameter.index] = value
+            else:
+                own[parameter.kind] = value
     contacts = []
     for name, entry in zip(scene.entry_names("contacts"), scene.contacts, strict=True):
-        own = changes.get(name, {})
+        own = dict(changes.get(name, {}))
+        if isinstance(own.get("restitution"), dict):
+            given: Any = entry.restitution
+            values = tuple(own["restitution"][k] for k in range(len(own["restitution"])))
+            own["restitution"] = RestitutionTable(given.speeds, values)
         if isinstance(entry, JointStop | Rope):
             own = {key: value for key, value in own.items() if key == "restitution"}
         contacts.append(replace(entry, **own))

@@ -4,12 +4,17 @@ from ..design.fit import fit_impacts as fit_impacts
 from ..design.measured import load_measurements as load_measurements
 from .calibration import Calibration as Calibration
 from .calibration import calibrate as calibrate
+from .candidates import LawCandidate as LawCandidate
 from .columns import RecordingFormat as RecordingFormat
+from .comparison import LawComparison as LawComparison
+from .comparison import compare_laws as compare_laws
 from .finding import find_impacts as find_impacts
 from .found import FoundImpact as FoundImpact
 from .found import FoundImpacts as FoundImpacts
 from .identification import Identification as Identification
 from .identification import identify as identify
+from .mirrored import MirroredAxes as MirroredAxes
+from .mirrored import find_mirrored as find_mirrored
 from .motions import MotionFit as MotionFit
 from .motions import fit_motion as fit_motion
 from .reading import load_recordings as load_recordings

@@ -99,6 +99,13 @@ class ClosingContacts:
         names = tuple(self._names[k] for k in chosen)
         return names, gaps[list(chosen)], impulses, probability
 
+    def mass_and_rows(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """M (nv, nv), the rows of all contacts and constraints, and the contacts' normal rows."""
+        mass = np.array(self._dynamics.mass_matrix(q))
+        rows, _ = self._jacobian(q, tuple(range(len(self._names))))
+        normals = rows[2::3] if len(rows) == 3 * len(self._names) else rows
+        return mass, np.vstack([rows, self._held(q)]), normals
+
     def _jacobian(self, q: np.ndarray, chosen: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
         """(3 k, nv) rows and (k, 3, 3) axes of contacts; of a stop, its row as the normal."""
         touches = self._rows.touching(self._reached_data, q, chosen)

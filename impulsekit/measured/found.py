@@ -13,6 +13,9 @@ from ..scene import Scene
 
 __all__ = ["FoundImpact", "FoundImpacts"]
 
+# What meets, by how many contacts close at once: group of a measurement.
+WHAT_MEETS = {1: "point", 2: "edge"}
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FoundImpact(OneLine):
@@ -62,6 +65,8 @@ class FoundImpact(OneLine):
     def measurement(self, scene: Scene) -> Measurement:
         """The impact as ``fit_impacts`` takes it: the scene with these contacts alone.
 
+        Its group is "point", "edge" or "face", where one, two or more contacts close.
+
         Raises:
             UnknownNameError: the scene has no such contact.
         """
@@ -71,6 +76,7 @@ class FoundImpact(OneLine):
             self.v_before,
             self.v_after,
             covariance=self.covariance,
+            group=WHAT_MEETS.get(len(self.contacts), "face"),
         )
 
 

@@ -11,6 +11,7 @@ from ..display import OneLine
 from ..errors import InputError
 from ..scene import Scene
 from .calibration import Calibration, calibrate
+from .comparison import LawComparison, compare_laws
 from .finding import find_impacts
 from .found import FoundImpacts
 from .motions import FEWEST_RECORDINGS, MotionFit, fit_motion
@@ -20,6 +21,8 @@ __all__ = ["Identification", "identify"]
 
 # Fewer impacts tell a coefficient for each contact badly.
 FEWEST_IMPACTS = 5
+# Fewer tell laws apart by chance.
+FEWEST_TO_COMPARE = 10
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -34,6 +37,7 @@ class Identification(OneLine):
         by_motion: the fit to whole motions; None if it was not asked for, or with too few.
         scene: the scene with the fitted coefficients, of whole motions where there are any.
         notes: what was left out, and why.
+        laws: how laws predict the impacts; None if it was not asked for, or with too few.
 
     Example:
         >>> import impulsekit as ik
@@ -51,6 +55,7 @@ class Identification(OneLine):
     by_motion: MotionFit | None
     scene: Scene = field(repr=False)
     notes: tuple[str, ...] = ()
+    laws: LawComparison | None = None
 
     def report(self, level: float = 0.95) -> str:
         """The report as text."""
@@ -73,6 +78,7 @@ def identify(
     friction: Sequence[str | Sequence[str]] | None = None,
     calibration: bool = True,
     motions: bool = True,
+    compare: bool = False,
     held_out: float = 0.25,
     processes: int | None = None,
     progress: Callable[[int, int], object] | None = None,
@@ -87,6 +93,7 @@ def identify(
             contacts that have a number for it.
         calibration: whether to calibrate first; it needs a free root and free fall.
         motions: whether to fit whole motions, which takes longest.
+        compare: whether to compare laws on the single impacts, see ``compare_laws``.
         held_out: share of the recordings that the fit to whole motions leaves out.
         processes, progress, seed: as for ``fit_motion``.
 
@@ -123,6 +130,13 @@ def identify(
             f"{len(good)} of {len(impacts)} impacts balance momentum at known contacts, too few to "
             f"fit (at least {FEWEST_IMPACTS})"
         )
+    laws = None
+    if compare and len(good) >= FEWEST_TO_COMPARE:
+        laws = compare_laws(
+            good.measurements(scene), restitution=restitution, friction=friction, seed=seed
+        )
+    elif compare:
+        notes.append(f"{len(good)} impacts are too few to compare laws ({FEWEST_TO_COMPARE})")
     by_motion = None
     enough = round((1.0 - held_out) * len(several)) >= FEWEST_RECORDINGS
     if motions and enough:
@@ -138,7 +152,7 @@ def identify(
     elif by_impact is not None:
         fitted = _with(scene, by_impact, restitution, friction)
     return Identification(
-        tuple(several), found_calibration, impacts, by_impact, by_motion, fitted, tuple(notes)
+        tuple(several), found_calibration, impacts, by_impact, by_motion, fitted, tuple(notes), laws
     )
 
 

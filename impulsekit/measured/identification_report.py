@@ -33,6 +33,11 @@ def report_text(found: Identification, level: float) -> str:
     ]
     if found.by_impact is not None:
         lines += ["Fitted to single impacts", *_fit_lines(found.by_impact, level), ""]
+    if found.laws is not None:
+        lines += [
+            "Laws, by single impacts held out; errors in per cent of v before, by kinetic energy",
+            *found.laws.report().splitlines(), "",
+        ]  # fmt: skip
     if found.by_motion is not None:
         lines += ["Fitted to whole motions", *_motion_lines(found.by_motion, level), ""]
     lines += [f"note: {note}" for note in found.notes]
@@ -103,6 +108,7 @@ def as_dict(found: Identification, level: float) -> dict[str, Any]:
         ],
         "by_impact": None,
         "by_motion": None,
+        "laws": None if found.laws is None else found.laws.to_dict(),
         "notes": list(found.notes),
     }  # fmt: skip
     if calibration is not None:

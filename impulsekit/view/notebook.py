@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from ..checking import Check
     from ..design.fit import Fit
     from ..impact import Impact
+    from ..measured.comparison import LawComparison
     from ..motion import Trajectory
     from ..robot import Robot
     from ..scene import Scene
@@ -187,6 +188,12 @@ def _fit(fit: Fit) -> str:
     return as_html([[*head, *_some(columns, rows)]])
 
 
+def _laws(found: LawComparison) -> str:
+    head, rows = found.table()
+    notes = [*(f"left out: {name}: {why}" for name, why in found.left_out), *found.notes]
+    return as_html([[repr(found), *notes, *_some(list(head), rows)]])
+
+
 def _check(check: Check) -> str:
     return as_html([[repr(check)], check.lines()])
 
@@ -218,6 +225,7 @@ SHOWN: dict[str, Callable[[Any], str]] = {
     "Scene": _scene,
     "Robot": _robot,
     "Fit": _fit,
+    "LawComparison": _laws,
     "Check": _check,
     "ImpactBatch": _batch,
     "Replay": _replay,

@@ -1,0 +1,151 @@
+"""Recorded planar drops: the files of ImpactModeling, and how far laws are from each impact."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..design.measurement import Measurement
+from ..errors import FileError, shown
+from ..files import file_told, open_plain_file
+from ..measured.candidates import LawCandidate
+from ..measured.comparison import compare_laws
+from ..measured.mirrored import MirroredAxes, find_mirrored
+from ..robot import Robot
+from ..scene import Contact, Law, Scene
+
+__all__ = ["Drops", "drop_report", "load_drops"]
+
+# The bodies as published: mass [kg] and inertia about the mass centre over it [m²]; an ellipse with
+# axes of 70 and 50 mm (m (a² + b²)/4), a square of 60 mm (m s²/6).
+MASSES = {"ellipse": 0.037, "square": 0.0485}
+SQUARED_RADII = {"ellipse": (0.035**2 + 0.025**2) / 4.0, "square": 0.06**2 / 6.0}
+# Noise of the velocities that evens them out in the metric of the kinetic energy [m/s].
+NOISE = 0.05
+WHERE = (
+    "github.com/DAIRLab/ImpactModeling, ellipse_uniform.mat or squareDataPhilUpdated.mat "
+    "(BSD-3-Clause)"
+)
+LARGEST = 100_000_000
+CANDIDATES = (
+    LawCandidate("Newton, slip at the end", Law()),
+    LawCandidate("Poisson, slip at the end", Law("poisson")),
+    LawCandidate("Newton, along the path", Law("newton", "path")),
+    LawCandidate("Poisson, along the path", Law("poisson", "path")),
+    LawCandidate("Stronge, along the path", Law("stronge", "path")),
+)
+
+
+@dataclass(frozen=True)
+class Drops:
+    """Impacts of a planar body with a floor.
+
+    Attributes:
+        body: "ellipse" or "square".
+        measurements: with mended signs of the velocities.
+        mirrored: what the momentum check found.
+        flagged: how many impacts the authors flagged as bad, which are left out.
+    """
+
+    body: str
+    measurements: tuple[Measurement, ...]
+    mirrored: MirroredAxes
+    flagged: int
+
+
+def load_drops(path: str | os.PathLike[str]) -> Drops:
+    """The impacts in a file, with the signs of velocities that the momentum balance asks for.
+
+    Raises:
+        FileError: there is none, with where it can be had, or it is another file.
+    """
+    from scipy.io import loadmat
+
+    label = shown(os.fspath(path), 200)
+    if not os.path.exists(path):
+        raise FileError(f"{label}: there is no such file; {WHERE}", path=os.fspath(path))
+    with file_told(path), open_plain_file(path) as file:
+        if os.fstat(file.fileno()).st_size > LARGEST:
+            raise FileError(f"{label}: too large for a list of impacts", path=os.fspath(path))
+        try:
+            found = loadmat(file)
+            name = next(key for key in found if not key.startswith("__"))
+            table = found[name][0]
+            states, n, d = (
+                np.array([np.array(row[key], dtype=float)[0] for row in table])
+                for key in ("states", "n", "d")
+            )
+            bad = np.zeros(len(table), dtype=bool)
+            if "flags" in table.dtype.names:
+                bad = np.array([row["flags"].any() for row in table])
+        except Exception as error:  # whatever a file that is none raises
+            raise FileError(
+                f"{label}: no list of planar impacts ({type(error).__name__}: {error}); {WHERE}",
+                path=os.fspath(path),
+            ) from None
+    if states.shape[1:] != (12,) or n.shape[1:] != (3,) or d.shape[1:] != (3,):
+        raise FileError(f"{label}: states, n or d have other shapes; {WHERE}", path=label)
+    body = "ellipse" if "flags" in table.dtype.names else "square"
+    scene = drop_scene(body)
+    ratio = float(np.sqrt(1.0 / SQUARED_RADII[body]))
+    seen = []
+    for state, normal, along in zip(states[~bad], n[~bad], d[~bad], strict=True):
+        # Rows of the normal and of the tangent: (0, 1, r_x) and (1, 0, -r_y).
+        seen.append(
+            Measurement(
+                scene, scene.robot.neutral(), state[3:6], state[9:12],
+                sigma=[NOISE, NOISE, NOISE * ratio],
+                points={"floor": [normal[2], -along[2], 0.0]},
+            )
+        )  # fmt: skip
+    mirrored = find_mirrored(seen)
+    return Drops(body, tuple(mirrored.apply(seen)), mirrored, int(bad.sum()))
+
+
+def drop_scene(body: str) -> Scene:
+    """A planar body that touches a floor somewhere."""
+    mass = MASSES[body]
+    inertia = mass * SQUARED_RADII[body]
+    urdf = (
+        f'<robot name="{body}"><link name="body"><inertial><mass value="{mass}"/><inertia '
+        f'ixx="{inertia}" iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/></inertial>'
+        "</link></robot>"
+    )
+    floor = Contact("body", normal=[0, 1, 0], restitution=0.5, friction=0.2, name="floor")
+    return Scene(Robot.from_urdf(urdf, root="planar"), contacts=[floor])
+
+
+def drop_report(
+    path: str | os.PathLike[str], *, progress: Callable[[int, int], object] | None = None
+) -> str:
+    """Errors of laws on impacts held out, each with one e and µ fitted to the others.
+
+    Raises:
+        FileError, InputError: as ``load_drops``, or as ``compare_laws``.
+    """
+    drops = load_drops(path)
+    signs = ", ".join(
+        f"{name} {'mirrored' if sign < 0 else 'as recorded'}"
+        for name, sign in zip(("v_x", "v_y", "omega"), drops.mirrored.signs, strict=True)
+    )
+    compared = compare_laws(
+        drops.measurements, CANDIDATES, restitution=["floor"], friction=["floor"], folds=2,
+        robust="biweight", progress=progress,
+    )  # fmt: skip
+    lines = [
+        f"{drops.body}: {len(drops.measurements)} impacts, {drops.flagged} flagged ones left out, "
+        "half fitted and half held out in turn",
+        f"momentum check: {signs}; no impulse at the contact explains "
+        f"{100 * drops.mirrored.left:.1f} % of the jump (as recorded "
+        f"{100 * drops.mirrored.left_before:.0f} %)",
+        *(f"note: {note}" for note in drops.mirrored.notes),
+        "",
+        "sizes by kinetic energy; mean and median of v before",
+        compared.report().rstrip("\n"),
+        "",
+        "No error of a law for these drops is published.",
+    ]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,51 @@
+"""``Measurement``: one measured impact."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from ..display import OneLine
+from ..scene import Scene
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+__all__ = ["Measurement"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Measurement(OneLine):
+    """One measured impact.
+
+    Attributes:
+        scene: the scene of the impact; the fit starts from its coefficients and inertias.
+        q: (nq,) configuration. v_before: (nv,); both taken as exact without ``covariance``;
+            noise in them then widens the intervals if sigma is None, or too small for it.
+        v_after: (nv,) as measured; NaN for missing entries.
+        sigma: standard deviation of the noise of v_after, one number or (nv,); None if unknown;
+            it is then estimated from the residuals.
+        covariance: (3 nv, 3 nv) of (q on its tangent, v_before, v_after), instead of sigma:
+            errors in variables, carried through the impact to first order.
+        points: by contact, its own point in place of ``at``, as where an ellipse touches.
+        group: what the impacts of a kind share, see ``fit_impacts(by_group=True)``.
+
+    Example:
+        >>> from impulsekit import Contact, Robot, Scene, solve
+        >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+        >>> scene = Scene(ball, contacts=[Contact("ball", restitution=0.5, name="floor")])
+        >>> q, v = ball.neutral(), [0.0, 0, -2, 0, 0, 0]
+        >>> measured = Measurement(scene, q, v, solve(scene, q, v).v_after, sigma=1e-3)
+        >>> measured.sigma
+        0.001
+    """
+
+    scene: Scene
+    q: ArrayLike
+    v_before: ArrayLike
+    v_after: ArrayLike
+    sigma: ArrayLike | None = None
+    covariance: ArrayLike | None = None
+    points: Mapping[str, ArrayLike] = field(default_factory=dict)
+    group: str = ""

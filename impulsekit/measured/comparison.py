@@ -1,0 +1,271 @@
+"""``compare_laws``: which law predicts measured impacts best, on impacts held out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..design.batched import predicted
+from ..design.fit import fit_impacts
+from ..design.fit_result import Fit
+from ..design.measurement import Measurement
+from ..design.parameters import parameters_of
+from ..display import Displayed, one_line
+from ..errors import ImpulsekitError, InputError, RangeError
+from .candidates import LawCandidate, usual_candidates
+
+__all__ = ["LawComparison", "compare_laws"]
+
+# Impacts for each fold at least, to fit and to be held against.
+FEWEST_A_FOLD = 2
+# Resamples tell a probability to some 0.01.
+RESAMPLES = 4000
+# A law as good as the best one with more than this probability is not told apart from it.
+NOT_TOLD_APART = 0.05
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LawComparison(Displayed):
+    """How well laws predict impacts that took no part in their fits; arrays are read-only.
+
+    Sizes of velocities are in the metric of the kinetic energy, |v| = √(vᵀ M v), so that metres
+    and radians go together.
+
+    Attributes:
+        names: (K,) the candidates, the best first.
+        errors: (K, N) |v⁺ predicted − measured| over |v⁻|, of each impact when it was held out.
+        of_after, of_change: (K,) the median of the same over |v⁺| and over |v⁺ − v⁻|.
+        better: (K, K) the probability that the mean error of one is less than that of another,
+            by resampled impacts (bootstrap of the differences).
+        fits: (K,) the fit of each to all impacts.
+        left_out: candidates that could not be compared, and why.
+        notes: what to look at.
+
+    Example:
+        >>> import impulsekit as ik
+        >>> ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+        >>> scene = ik.Scene(ball, contacts=[ik.Contact("ball", restitution=0.5, name="floor")])
+        >>> seen = [ik.measured.Measurement(scene, ball.neutral(), [0, 0, -w, 0, 0, 0],
+        ...                                 [0, 0, 0.8 * w, 0, 0, 0]) for w in (1, 2, 3, 4, 5, 6)]
+        >>> laws = [ik.measured.LawCandidate("Newton"),
+        ...         ik.measured.LawCandidate("Poisson", ik.Law("poisson"))]
+        >>> found = compare_laws(seen, laws, restitution=["floor"], folds=3)
+        >>> bool(found.errors.max() < 1e-6), found.better.shape
+        (True, (2, 2))
+    """
+
+    names: tuple[str, ...]
+    errors: np.ndarray = field(repr=False)
+    of_after: np.ndarray
+    of_change: np.ndarray
+    better: np.ndarray = field(repr=False)
+    fits: tuple[Fit, ...] = field(repr=False)
+    left_out: tuple[tuple[str, str], ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        medians = np.median(self.errors, axis=1)
+        told = [f"{n}: {100 * e:.3g} %" for n, e in zip(self.names, medians, strict=True)]
+        return one_line("LawComparison", f"{self.errors.shape[1]} impacts", *told)
+
+    def table(self) -> tuple[tuple[str, ...], list[list[str]]]:
+        """Titles and rows: errors in per cent, probabilities, coefficients."""
+        head = ("law", "mean", "median", "of v after", "of change", "better than the best",
+                "coefficients")  # fmt: skip
+        rows = []
+        for k, (name, fit) in enumerate(zip(self.names, self.fits, strict=True)):
+            values = zip(fit.names, fit.values, fit.sigma, strict=True)
+            own = self.errors[k]
+            numbers = (own.mean(), np.median(own), self.of_after[k], self.of_change[k])
+            rows.append(
+                [
+                    name,
+                    *(f"{100.0 * number:.2f} %" for number in numbers),
+                    "" if k == 0 else f"{self.better[k, 0]:.3f}",
+                    ", ".join(f"{n} = {value:.3g} ± {s:.1g}" for n, value, s in values),
+                ]
+            )
+        return head, rows
+
+    def report(self) -> str:
+        """The table as text."""
+        head, rows = self.table()
+        widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
+        lines = [
+            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+            for row in (head, *rows)
+        ]
+        lines += [f"left out: {name}: {why}" for name, why in self.left_out]
+        lines += [f"note: {note}" for note in self.notes]
+        return "\n".join(lines) + "\n"
+
+    def to_dict(self) -> dict[str, Any]:
+        """All numbers of the table, ready for JSON."""
+        return {
+            "impacts": int(self.errors.shape[1]),
+            "laws": [
+                {
+                    "name": name,
+                    "mean_error": float(self.errors[k].mean()),
+                    "median_error": float(np.median(self.errors[k])),
+                    "median_of_after": float(self.of_after[k]),
+                    "median_of_change": float(self.of_change[k]),
+                    "better_than": dict(zip(self.names, self.better[k].tolist(), strict=True)),
+                    "parameters": dict(zip(fit.names, fit.values.tolist(), strict=True)),
+                }
+                for k, (name, fit) in enumerate(zip(self.names, self.fits, strict=True))
+            ],
+            "left_out": dict(self.left_out),
+            "notes": list(self.notes),
+        }
+
+
+def compare_laws(
+    measurements: Sequence[Measurement],
+    candidates: Sequence[LawCandidate] | None = None,
+    *,
+    restitution: Sequence[str | Sequence[str]] = (),
+    friction: Sequence[str | Sequence[str]] = (),
+    robust: str = "huber",
+    folds: int = 5,
+    progress: Callable[[int, int], object] | None = None,
+    seed: int = 0,
+) -> LawComparison:
+    """Fit each law to a part of measured impacts, and predict the others with it.
+
+    All impacts are held out once (cross-validation, Stone 1974), all laws in the same folds.
+
+    Args:
+        measurements: the impacts; ``FoundImpacts.measurements`` gives them.
+        candidates: what to compare; by default Newton's, Poisson's and Stronge's law, slip at
+            the end and along the path, e by speed, and e by ``Measurement.group``.
+        restitution, friction, robust: as for ``fit_impacts``.
+        folds: how many parts.
+        progress: called with fits done and in all.
+        seed: of folds and resamples.
+
+    Raises:
+        InputError: too few impacts, names twice, no candidate that can be compared, or as
+            ``fit_impacts`` has it.
+        RangeError: ``folds`` is below 2.
+
+    Example:
+        >>> import impulsekit as ik
+        >>> file = ik.load_scene("examples/cube_tosses.toml")
+        >>> tosses = ik.measured.load_recordings("examples/cube_tosses.npz", file.scene.robot)
+        >>> seen = ik.measured.find_impacts(tosses, file.scene).measurements(file.scene)
+        >>> found = compare_laws(seen, restitution=["corner_*"],
+        ...                      friction=["corner_*"])  # doctest: +SKIP
+        >>> print(found.report())  # doctest: +SKIP
+    """
+    seen = list(measurements)
+    if folds < 2:
+        raise RangeError.of("compare_laws: folds", folds, "2 or more")
+    if len(seen) < FEWEST_A_FOLD * folds:
+        raise InputError(
+            f"compare_laws: {len(seen)} impacts are too few for {folds} folds, "
+            f"{FEWEST_A_FOLD * folds} is the least"
+        )
+    chosen = usual_candidates(seen) if candidates is None else list(candidates)
+    if len({each.name for each in chosen}) < len(chosen):
+        raise InputError("compare_laws: two candidates have one name")
+    parts = np.random.default_rng(seed).permutation(len(seen)) % folds
+    sizes = _sizes(seen)
+    rows, fits, left_out = [], [], []
+    done, total = 0, len(chosen) * (folds + 1)
+    for candidate in chosen:
+        try:
+            misses, fit = _held_out(
+                seen, candidate, parts, sizes[0],
+                {"restitution": restitution, "friction": friction, "robust": robust},
+            )  # fmt: skip
+            rows.append((candidate.name, misses))
+            fits.append(fit)
+        except ImpulsekitError as error:
+            left_out.append((candidate.name, str(error)))
+        done += folds + 1
+        if progress is not None:
+            progress(done, total)
+    if not rows:
+        raise InputError(f"compare_laws: no law could be compared; {left_out[0][1]}")
+    return _judged(rows, fits, left_out, sizes, seed)
+
+
+def _sizes(seen: Sequence[Measurement]) -> tuple[list[np.ndarray], np.ndarray]:
+    """W with WᵀW = M of each impact, and (3, N) |v⁻|, |v⁺|, |v⁺ − v⁻|."""
+    roots, sizes = [], np.empty((3, len(seen)))
+    for k, m in enumerate(seen):
+        model = m.scene.robot.model
+        mass = pin.crba(model, model.createData(), np.array(m.q, dtype=float))
+        mass = np.triu(mass) + np.triu(mass, 1).T
+        roots.append(np.linalg.cholesky(mass).T)
+        before, after = np.array(m.v_before, dtype=float), np.array(m.v_after, dtype=float)
+        for i, v in enumerate((before, after, after - before)):
+            sizes[i, k] = np.linalg.norm(roots[-1] @ np.nan_to_num(v))
+    return roots, np.maximum(sizes, 1e-300)
+
+
+def _held_out(
+    seen: Sequence[Measurement],
+    candidate: LawCandidate,
+    parts: np.ndarray,
+    roots: list[np.ndarray],
+    options: dict[str, Any],
+) -> tuple[np.ndarray, Fit]:
+    """(N,) the size of what the prediction of each impact is off, and the fit to all."""
+    scenes = {id(m.scene): candidate.scene(m.scene) for m in seen}
+    own = [replace(m, scene=scenes[id(m.scene)]) for m in seen]
+    misses = np.empty(len(own))
+
+    def fitted(some: Sequence[Measurement]) -> tuple[Fit, list[Any]]:
+        fit = fit_impacts(some, **options, by_group=candidate.by_group)
+        groups = sorted({m.group for m in some}) if candidate.by_group else ()
+        names = options["restitution"], options["friction"]
+        return fit, parameters_of([m.scene for m in some], *names, {}, groups)
+
+    for part in range(int(parts.max()) + 1):
+        held = np.flatnonzero(parts == part).tolist()
+        fit, parameters = fitted([own[k] for k in np.flatnonzero(parts != part)])
+        found = predicted([own[k] for k in held], parameters, fit.values)
+        for k, after in zip(held, found, strict=True):
+            off = np.nan_to_num(np.array(own[k].v_after, dtype=float) - after)
+            misses[k] = np.linalg.norm(roots[k] @ off)
+    return misses, fitted(own)[0]
+
+
+def _judged(
+    rows: Sequence[tuple[str, np.ndarray]],
+    fits: Sequence[Fit],
+    left_out: Sequence[tuple[str, str]],
+    sizes: tuple[list[np.ndarray], np.ndarray],
+    seed: int,
+) -> LawComparison:
+    before, after, change = sizes[1]
+    misses = np.array([own for _, own in rows])
+    order = np.argsort((misses / before).mean(axis=1), kind="stable")
+    misses, names = misses[order], [rows[k][0] for k in order]
+    errors = misses / before
+    rng = np.random.default_rng(seed)
+    drawn = rng.integers(errors.shape[1], size=(RESAMPLES, errors.shape[1]))
+    means = np.array([own[drawn].mean(axis=1) for own in errors])
+    less = (means[:, None] < means[None]).mean(axis=2)
+    better = less + 0.5 * (means[:, None] == means[None]).mean(axis=2)
+    close = [name for name, p in zip(names[1:], better[1:, 0], strict=True) if p > NOT_TOLD_APART]
+    notes = []
+    if close:
+        notes.append(f"the impacts do not tell {names[0]} from {'; '.join(close)}")
+    ordered = [fits[k] for k in order]
+    for name, fit in zip(names, ordered, strict=True):
+        notes += [f"{name}: {note}" for note in fit.notes if "not determined" in note]
+    of_after = np.median(misses / after, axis=1)
+    of_change = np.median(misses / change, axis=1)
+    for array in (errors, better, of_after, of_change):
+        array.setflags(write=False)
+    return LawComparison(
+        tuple(names), errors, of_after, of_change, better, tuple(ordered), tuple(left_out),
+        tuple(notes),
+    )  # fmt: skip
