@@ -19,6 +19,7 @@ from ...errors import ImpulsekitError
 from ...impact.laws import ContactProblem, ContactSolution, find_impulses
 from ...impact.laws.measured_friction import solve_measured
 from ...impact.laws.problem import Turning
+from ...laws.status import judged as judged_of
 from ...scene.friction import EllipticFriction, FrictionTable, StaticKinetic
 from ...scene.law import Law
 from .sweep import STATES, Point, Sweep
@@ -243,8 +244,8 @@ def _points(judged: Callable[[int, np.random.Generator], Judged]) -> Any:
             start = time.perf_counter()
             try:
                 told = judged(int(value), rng)
-                status, left = told.solution.status.name, told.left
-                valid = told.solution.status.valid
+                own = judged_of(told.solution.status, told.solution.residual)
+                status, left, valid = own.name, told.left, own.valid
             except ImpulsekitError as error:
                 status, left, valid = type(error).__name__, math.nan, False
             seconds = time.perf_counter() - start
