@@ -110,8 +110,8 @@ def foremost(
     if not nn > 0.0:
         return found, False
     pace = pace_of(velocity[3 * found + 2], nn)
-    best, tied = found, False
-    traits = _traits(found, W, velocity, e, mu)
+    best, tied, known = found, False, False
+    traits = (0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(count):
         n = 3 * i + 2
         nn = W[n, n]
@@ -119,6 +119,8 @@ def foremost(
             continue
         if abs(pace_of(velocity[n], nn) - pace) > EVEN * pace:
             continue
+        if not known:
+            known, traits = True, _traits(found, W, velocity, e, mu)
         own = _traits(i, W, velocity, e, mu)
         apart = 0.0
         for k in range(5):

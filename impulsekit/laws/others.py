@@ -14,9 +14,9 @@ from .status import Status
 from .uniqueness import (
     MOST_FOUND,
     NEGLIGIBLE,
+    NOTHING_TRIED,
     SAME,
     TRIED_ALL,
-    TRIED_SOME,
     is_another,
     search_modes,
 )
@@ -76,31 +76,36 @@ def find_answers(
         pressed: (MOST_ANSWERS, 3n), written under Poisson's law: P of their compressions.
     """
     n = len(mu)
-    work = workspace(n)
+    own, b, own_mu = np.zeros((3 * n, 3 * n)), np.zeros(3 * n), np.zeros(n)
     rubs, releases = False, False
     for i in range(n):
-        work.mu[i] = mu[i] if mu[i] > NEGLIGIBLE else 0.0
-        rubs = rubs or work.mu[i] > 0.0
+        own_mu[i] = mu[i] if mu[i] > NEGLIGIBLE else 0.0
+        rubs = rubs or own_mu[i] > 0.0
         releases = releases or (restitution != NEWTON and e[i] > 0.0)
     if not rubs:
         return SMOOTH, 0, 0, False
     for r in range(3 * n):
-        work.b[r] = free[r]
+        if r % 3 < 2 and own_mu[r // 3] == 0.0:
+            continue
+        b[r] = free[r]
         if restitution == NEWTON:
             if r % 3 < 2:
-                work.b[r] += e_t[r // 3] * before[r]
+                b[r] += e_t[r // 3] * before[r]
             else:
-                work.b[r] += e[r // 3] * min(before[r], 0.0)
-        if r % 3 < 2 and work.mu[r // 3] == 0.0:
-            work.b[r] = 0.0
+                b[r] += e[r // 3] * min(before[r], 0.0)
         for c in range(3 * n):
-            smooth = (r % 3 < 2 and work.mu[r // 3] == 0.0) or (
-                c % 3 < 2 and work.mu[c // 3] == 0.0
-            )
-            work.W[r, c] = 0.0 if smooth else W[r, c]
-    if friction_is_weak(work.W, work.mu):
+            if c % 3 == 2 or own_mu[c // 3] > 0.0:
+                own[r, c] = W[r, c]
+    if friction_is_weak(own, own_mu):
         return WEAK, 0, 0, False
-    how, count = _compressions(work, n, scale, shown, found)
+    tried, count = search_modes(own, b, own_mu, np.zeros(n), scale, NO, found[:MOST_FOUND])
+    if tried == NOTHING_TRIED:
+        return TOO_MANY, 0, 0, False
+    how = ALL_TRIED if tried == TRIED_ALL else SEARCHED
+    work = workspace(n)
+    work.W[:], work.b[:], work.mu[:] = own, b, own_mu
+    if how == SEARCHED:
+        count = _add_held(work, n, shown, found, count)
     full = count == MOST_FOUND
     if releases:
         count = _expansions(work, free, e, n, scale, how, count, found, pressed)
@@ -112,18 +117,6 @@ def find_answers(
     split = releases and _is_split(W, count, found, pressed, scale)
     others = _others_first(W, shown, start, free, scale, found, count)
     return how, count, others, split
-
-
-@compiled
-def _compressions(
-    work: Workspace, n: int, scale: float, shown: np.ndarray, found: np.ndarray
-) -> tuple[int, int]:
-    """The answers of the first phase, and what is known of them."""
-    tried, count = search_modes(work.W, work.b, work.mu, work.floor, scale, NO, found[:MOST_FOUND])
-    how = ALL_TRIED if tried == TRIED_ALL else (SEARCHED if tried == TRIED_SOME else TOO_MANY)
-    if how == SEARCHED:
-        count = _add_held(work, n, shown, found, count)
-    return how, count
 
 
 @compiled

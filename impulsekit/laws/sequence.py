@@ -10,7 +10,21 @@ from .approach import block_at
 from .compiled import compiled, entry
 from .order import NOISE, fastest, foremost, pace_of
 from .path import follow
-from .progress import FRICTION, NORMAL, P1, P2, RESIDUAL, U1, U2, UN, P, PathMemory, path_memory
+from .progress import (
+    FRICTION,
+    NORMAL,
+    P1,
+    P2,
+    RESIDUAL,
+    U1,
+    U2,
+    UN,
+    Block,
+    P,
+    PathMemory,
+    Triple,
+    path_memory,
+)
 from .single import GAIN, NEGLIGIBLE, Hit, hit_at_end
 from .status import Status
 from .words import END, NEWTON
@@ -159,11 +173,14 @@ def advance(
         who, hits: (m,) and (m, 3), written: contact and impulse of each hit.
         memory: of ``path.follow``.
     """
-    now, velocity, e, mu = sequence.now, sequence.velocity, contacts.e, contacts.mu
-    W = contacts.W
+    # Taken out here: an array that is taken out of a tuple is counted every time.
+    now, velocity, impulse = sequence.now, sequence.velocity, sequence.impulse
+    normal, friction, limited = sequence.normal, sequence.friction, sequence.limited
+    W, free, e, mu, e_t = contacts.W, contacts.free, contacts.e, contacts.mu, contacts.e_t
+    plain = contacts.slip == END and contacts.restitution == NEWTON
     first_hit = int(now[COUNT])
     while True:
-        found = fastest(W, velocity, contacts.free, sequence.impulse, mu, now[SCALE], n)
+        found = fastest(W, velocity, free, impulse, mu, now[SCALE], n)
         if found < 0:
             return ENDED
         i, tied = foremost(found, W, velocity, e, mu, n)
@@ -187,10 +204,16 @@ def advance(
             return ENDED
         if count >= until:
             return GOES_ON
-        plain = contacts.slip == END and contacts.restitution == NEWTON
-        if not plain and contacts.e_t[i] != 0.0 and mu[i] > NEGLIGIBLE:
+        if not plain and e_t[i] != 0.0 and mu[i] > NEGLIGIBLE:
             return REFUSED
-        hit = _struck(sequence, contacts, n, i, memory)
+        if limited[i]:
+            _leave_possible(sequence, free, n, i)
+        block, k = block_at(W, 3 * i), 3 * i
+        start = (velocity[k], velocity[k + 1], velocity[k + 2])
+        if contacts.slip == END:
+            hit = hit_at_end(block, start, start, e[i], mu[i], e_t[i], contacts.restitution)
+        else:
+            hit = _followed(block, start, e[i], mu[i], contacts.restitution, memory)
         jams = hit.code not in (_SOLVED, _JAM, _NOT_UNIQUE, _GAIN)
         if jams and 0.0 < pace <= LEFT * first:
             # What the hits before have left has no impulse to answer it.
@@ -199,64 +222,71 @@ def advance(
         at = count - first_hit
         who[at] = i
         hits[at, 0], hits[at, 1], hits[at, 2] = hit.impulse
-        _take(sequence, W, n, i, hit)
+        normal[i] += hit.normal_work
+        friction[i] += hit.friction_work
+        _take(now, velocity, impulse, W, n, k, hit)
+        if hit.code == _NOT_UNIQUE:
+            sequence.unique[i] = False
         if jams:
             return ENDED
 
 
 @compiled
-def _struck(sequence: Sequence, contacts: Contacts, n: int, i: int, memory: PathMemory) -> Hit:
-    """What the next hit of contact i does."""
-    velocity, k = sequence.velocity, 3 * i
-    if sequence.limited[i]:
-        # What faster hits have left along motions that the bodies do not have is rounding.
-        motions = sequence.motions[i]
-        size, off = sequence.now[SCALE], 0.0
-        u = (velocity[k], velocity[k + 1], velocity[k + 2])
-        possible = (
-            motions[0, 0] * u[0] + motions[0, 1] * u[1] + motions[0, 2] * u[2],
-            motions[1, 0] * u[0] + motions[1, 1] * u[1] + motions[1, 2] * u[2],
-            motions[2, 0] * u[0] + motions[2, 1] * u[1] + motions[2, 2] * u[2],
-        )
-        for j in range(3 * n):
-            size = max(size, abs(velocity[j]), abs(contacts.free[j]))
-        for j in range(3):
-            off = max(off, abs(possible[j] - u[j]))
-        if off <= NOISE * size:
-            velocity[k], velocity[k + 1], velocity[k + 2] = possible
-    start = (velocity[k], velocity[k + 1], velocity[k + 2])
-    block = block_at(contacts.W, k)
-    e, mu = contacts.e[i], contacts.mu[i]
-    if contacts.slip == END:
-        return hit_at_end(block, start, start, e, mu, contacts.e_t[i], contacts.restitution)
+def _leave_possible(sequence: Sequence, free: np.ndarray, n: int, i: int) -> None:
+    """Take away what is but rounding along motions that the bodies at contact i do not have."""
+    velocity, motions, k = sequence.velocity, sequence.motions[i], 3 * i
+    size, off = sequence.now[SCALE], 0.0
+    u = (velocity[k], velocity[k + 1], velocity[k + 2])
+    possible = (
+        motions[0, 0] * u[0] + motions[0, 1] * u[1] + motions[0, 2] * u[2],
+        motions[1, 0] * u[0] + motions[1, 1] * u[1] + motions[1, 2] * u[2],
+        motions[2, 0] * u[0] + motions[2, 1] * u[1] + motions[2, 2] * u[2],
+    )
+    for j in range(3 * n):
+        size = max(size, abs(velocity[j]), abs(free[j]))
+    for j in range(3):
+        off = max(off, abs(possible[j] - u[j]))
+    if off <= NOISE * size:
+        velocity[k], velocity[k + 1], velocity[k + 2] = possible
+
+
+@compiled
+def _followed(
+    block: Block, start: Triple, e: float, mu: float, restitution: int, memory: PathMemory
+) -> Hit:
+    """What a hit does along the path of its slip."""
     mu = mu if mu > NEGLIGIBLE else 0.0
     e = e if e > NEGLIGIBLE else 0.0
-    code = follow(block, start[2], start, e, mu, contacts.restitution, memory)
+    code = follow(block, start[2], start, e, mu, restitution, memory)
     path = memory.now
     impulse, after = (path[P1], path[P2], path[P]), (path[U1], path[U2], path[UN])
     return Hit(impulse, after, code, path[RESIDUAL], path[NORMAL], path[FRICTION])
 
 
 @compiled
-def _take(sequence: Sequence, W: np.ndarray, n: int, i: int, hit: Hit) -> None:
-    """Go on from behind a hit."""
-    now, velocity, k = sequence.now, sequence.velocity, 3 * i
+def _take(
+    now: np.ndarray,
+    velocity: np.ndarray,
+    impulse: np.ndarray,
+    W: np.ndarray,
+    n: int,
+    k: int,
+    hit: Hit,
+) -> None:
+    """Go on from behind a hit of the contact whose rows begin at k."""
     p1, p2, pn = hit.impulse
-    sequence.normal[i] += hit.normal_work
-    sequence.friction[i] += hit.friction_work
     now[WORST] = max(now[WORST], hit.residual)
     # Where nothing is lost, works are but the rounding of what went in and came back.
     now[SPENT] += abs(hit.normal_work) + abs(hit.friction_work)
     now[SPENT] += abs(p1 * velocity[k]) + abs(p2 * velocity[k + 1]) + abs(pn * velocity[k + 2])
-    sequence.impulse[k] += p1
-    sequence.impulse[k + 1] += p2
-    sequence.impulse[k + 2] += pn
+    impulse[k] += p1
+    impulse[k + 1] += p2
+    impulse[k + 2] += pn
     for j in range(3 * n):
         velocity[j] += W[j, k] * p1 + W[j, k + 1] * p2 + W[j, k + 2] * pn
     now[COUNT] += 1.0
-    if hit.code == _NOT_UNIQUE:
-        sequence.unique[i] = False
-    elif hit.code not in (_SOLVED, _GAIN) and now[CODE] in (_SOLVED, _JAM):
+    lawful = hit.code in (_SOLVED, _GAIN, _NOT_UNIQUE)
+    if not lawful and now[CODE] in (_SOLVED, _JAM):
         now[CODE] = hit.code
 
 

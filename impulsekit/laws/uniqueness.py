@@ -11,8 +11,8 @@ from .plane_modes import plane_modes, plane_of
 from .space_modes import space_modes
 
 __all__ = [
-    "MOST_FOUND", "MOST_IN_PLANE", "MOST_IN_SPACE", "NEGLIGIBLE", "SAME", "TRIED_ALL",
-    "TRIED_SOME", "is_another", "search_modes",
+    "MOST_FOUND", "MOST_IN_PLANE", "MOST_IN_SPACE", "NEGLIGIBLE", "NOTHING_TRIED", "SAME",
+    "TRIED_ALL", "TRIED_SOME", "is_another", "search_modes",
 ]  # fmt: skip
 
 # Contacts of which all modes are tried: 4⁴ linear systems in the plane (6⁴ at release), and 3³

@@ -14,14 +14,14 @@ from ...laws.status import Status
 from ...laws.words import NEWTON, SIMULTANEOUS
 from .articulated import collected, press, respond, twists
 from .blows import strike, work_of_blows
-from .doubt import doubted
+from .doubt import doubted, jump_of_row
 from .held_again import begin_again, end_again, lacking_rows
 from .inertia import factor, weigh
 from .jit import inlined, kernel
 from .kinematics import place_bodies
 from .lanes import digits, width
-from .layout import BODY, CONTACT_INTS, DOF, FORCE, INVERSE, JUMP, TARGET, TWIST
-from .lost_digits import lacking, press_more
+from .layout import DOF, INVERSE, TARGET, TWIST
+from .lost_digits import MORE, contact_of, lacking, press_more
 from .meetings import place_meetings
 from .memory import load, put, same, store
 from .one_contact import solve_alone
@@ -34,8 +34,6 @@ __all__ = ["solve_blocks"]
 
 _SOLVED, _NOT_FINITE = int(Status.SOLVED), int(Status.NOT_FINITE)
 _OFF = int(Status.OFF_MANIFOLD)
-# Of the one contact on a plane: tangential restitution, speed below which restitution is 0.
-_OWN_E_T, _CAPTURE = 11, 12
 # Behind the spare values that a second elimination of bilateral rows tells by.
 _AGAIN = 3
 
@@ -81,10 +79,7 @@ def solve_blocks(span, moving, touch, meet, law, inputs, outputs, work, code, wi
         )  # fmt: skip
         if sizes.refines:
             _act(moving, touch, inputs, base, work, witness)
-            refine(
-                tree.ints, tree.floats, tree.dofs, tree.armature, sizes.bodies, sets.loaded,
-                sets.loaded_list, work, at.dof, at.dv, at.sum, at.loads, witness,
-            )  # fmt: skip
+            refine(tree, sets, at, work, witness)
         if touch is not None:
             if law is None:
                 _alone_again(moving, touch, inputs, base, work, code, witness)
@@ -155,11 +150,7 @@ def _place_rows(moving, touch, meet, work, witness):
     if len(balls[0]) > 0:
         meet(balls[0], balls[1], work, at.meeting, at.p + count, width(witness))
     place_terms(rows.term_ints, rows.term_floats, work, at.meeting, at.term, witness)
-    reduce_rows(
-        tree.ints, tree.floats, tree.dofs, moving.sizes.bodies, rows.term_ints, rows.term_floats,
-        rows.first, rows.alike, rows.reach, rows.reach_first, rows.reach_mask, rows.dof_list,
-        rows.dof_first, work, at.dof, at.term, at.reduced, nv, witness,
-    )  # fmt: skip
+    reduce_rows(tree, rows, work, at, nv, witness)
     delassus(
         rows.dof_list, rows.dof_first, rows.reach_dofs, work, at.dof, at.reduced, nv, at.delassus,
         witness,
@@ -210,12 +201,8 @@ def _alone(moving, touch, inputs, base, work, code, witness):
     count = len(touch.rows.first) - 1
     for lane in range(w):
         if code[lane] == _SOLVED:
-            state = base + lane
-            code[lane] = solve_alone(
-                count, touch.floats[_CAPTURE], touch.floats[_OWN_E_T],
-                inputs.e[state * inputs.e_step], inputs.mu[state * inputs.mu_step],
-                work, at.delassus, at.before, at.free, at.p, w, lane, digits(witness),
-            )  # fmt: skip
+            contact = contact_of(touch, inputs, base + lane)
+            code[lane] = solve_alone(count, contact, at, work, w, lane, digits(witness))
         else:
             for r in range(count):
                 work[(at.p + r) * w + lane] = math.nan
@@ -272,60 +259,36 @@ def _act(moving, touch, inputs, base, work, witness):
 @inlined
 def _alone_again(moving, touch, inputs, base, work, code, witness):
     """What digits one contact has lost, where a blow alone would throw it."""
-    w, at, rows = width(witness), moving.at, touch.rows
-    count, more_at = len(rows.first) - 1, BODY + FORCE
-    if lacking(
-        count, touch.floats[_CAPTURE], touch.floats[_OWN_E_T], inputs.e, base * inputs.e_step,
-        inputs.e_step, inputs.mu, base * inputs.mu_step, inputs.mu_step, rows.term_ints,
-        rows.term_floats, rows.first, work, at.delassus, at.before, at.free, at.p, at.dv, at.term,
-        at.spare, more_at, w, code, witness,
-    ):  # fmt: skip
-        _press_more(moving, touch, more_at, work, witness)
+    at = moving.at
+    if lacking(touch, inputs, base, at, work, code, witness):
+        press_more(moving.tree, touch.rows, moving.sets, at, MORE, work, witness)
 
 
 @inlined
 def _held_again(moving, touch, law, inputs, base, work, code, witness):
     """Bilateral rows once more where Δv does not make their velocities."""
-    w, at, rows = width(witness), moving.at, touch.rows
-    count = len(rows.first) - 1
-    if len(touch.ints) == 0 and digits(witness) == 53 and lacking_rows(
-        count, rows.term_ints, rows.term_floats, rows.first, work, at.before, at.dv, at.term,
-        at.spare, touch.held, w, code, witness,
-    ):  # fmt: skip
-        begin_again(
-            count, rows.term_ints, rows.term_floats, rows.first, work, at.before, at.free, at.p,
-            at.dv, at.term, at.spare, w, code, witness,
-        )  # fmt: skip
+    at, rows = moving.at, touch.rows
+    if (
+        len(touch.ints) == 0
+        and digits(witness) == 53
+        and lacking_rows(rows, touch.held, at, work, code, witness)
+    ):
+        begin_again(rows, at, work, code, witness)
         _by_law(moving, touch, law, inputs, base, work, code, witness)
-        end_again(count, work, at.free, at.p, at.spare, w, code, witness)
-        _press_more(moving, touch, at.spare + _AGAIN, work, witness)
-
-
-@inlined
-def _press_more(moving, touch, more_at, work, witness):
-    """Impulses that stand at ``more_at``, in addition."""
-    tree, sizes, at, rows = moving.tree, moving.sizes, moving.at, touch.rows
-    press_more(
-        tree.ints, tree.floats, tree.dofs, sizes.bodies, moving.sets.loaded, len(rows.first) - 1,
-        rows.dof_list, rows.dof_first, work, at.dof, at.reduced, sizes.nv, at.p, more_at, at.dv,
-        at.sum, witness,
-    )  # fmt: skip
+        end_again(rows, at, work, code, witness)
+        press_more(moving.tree, rows, moving.sets, at, at.spare + _AGAIN, work, witness)
 
 
 @inlined
 def _look_for_doubt(moving, touch, work, code, witness):
     """Leave to single states what Δv does not make of the rows' velocities."""
-    at, rows = moving.at, touch.rows
     restitution, _, order = touch.words
-    contacts = len(touch.ints) // CONTACT_INTS
-    at_once = contacts > 0 and len(touch.held[0]) > 0
-    at_once = at_once and restitution == NEWTON and order == SIMULTANEOUS
+    aims = 0
+    if len(touch.ints) > 0:
+        at_once = restitution == NEWTON and order == SIMULTANEOUS
+        aims = 2 if at_once and len(touch.held[0]) > 0 else 1
     if digits(witness) == 53:
-        doubted(
-            len(rows.first) - 1, rows.term_ints, rows.term_floats, rows.first, work, at.delassus,
-            at.before, at.free, at.p, at.dv, at.term, at.spare, width(witness), code, touch.held,
-            contacts > 0, at_once, witness,
-        )  # fmt: skip
+        doubted(touch.rows, touch.held, aims, moving.at, work, code, witness)
 
 
 @inlined
@@ -370,10 +333,7 @@ def _write_energy(moving, touch, inputs, outputs, base, work, witness):
     if touch is not None:
         rows = touch.rows
         for r in range(len(rows.first) - 1):
-            jump = row_velocity(
-                rows.term_ints, rows.term_floats, rows.first[r], rows.first[r + 1],
-                JUMP, work, at.dv, at.term, witness,
-            )  # fmt: skip
+            jump = jump_of_row(rows, r, at, work, witness)
             mean = load(work, (at.before + r) * w, witness) + 0.5 * jump
             total = total + mean * load(work, (at.p + r) * w, witness)
     put(outputs.energy, base, 1, total)

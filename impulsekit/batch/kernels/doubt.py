@@ -12,7 +12,7 @@ from .layout import ALONG_DOF, BODY, COUPLE, JUMP, TERM, TERM_FLOATS, TERM_INTS
 from .memory import load, same, store
 from .rows import row_velocity
 
-__all__ = ["doubted", "size_of_terms"]
+__all__ = ["doubted", "jump_of_row", "size_of_terms"]
 
 # By how much rounding alone may set J Δv and W p apart, relative to the velocities before and
 # to the terms that J Δv is the sum of: with contacts, which are redundant in fours, and with
@@ -23,47 +23,42 @@ _NOT_UNIQUE, _JAM = int(Status.NOT_UNIQUE), int(Status.PAINLEVE_JAM)
 
 
 @inlined
-def doubted(
-    count, term_ints, term_floats, row_first, work, w_at, before_at, free_at, p_at, dv_at,
-    term_at, spare_at, w, code, held, has_contacts, at_once, witness,
-):  # fmt: skip
+def doubted(rows, held, aims, places, work, code, witness):
     """Leave states to the solver of single ones where Δv does not make the rows' velocities.
 
     The law was told W p; where light bodies are held, that has lost digits to J Δv.
 
     Args:
-        held: velocities that the bilateral rows, which come first, are brought to, and whether
-            they keep their own.
-        at_once: whether contacts aim at velocities of before the bilateral rows act, too: then
-            both together may gain energy, which is left to the solver of single ones as well.
+        aims: 0 where there are constraints alone, 1 with contacts, 2 where these aim at
+            velocities of before the bilateral rows act, too: then both together may gain energy,
+            which is left to the solver of single ones as well.
     """
+    w = width(witness)
+    count = len(rows.first) - 1
     target, keeps = held
-    doubt = DOUBT if has_contacts else DOUBT_HELD
+    at_once = aims == 2
+    doubt = DOUBT if aims > 0 else DOUBT_HELD
     scale = same(0.0, witness)
     worst = same(0.0, witness)
     gain, works = same(0.0, witness), same(0.0, witness)
     for r in range(count):
-        before = load(work, (before_at + r) * w, witness)
-        made = row_velocity(
-            term_ints, term_floats, row_first[r], row_first[r + 1],
-            JUMP, work, dv_at, term_at, witness,
-        )  # fmt: skip
-        told = load(work, (free_at + r) * w, witness) - before
+        before = load(work, (places.before + r) * w, witness)
+        made = jump_of_row(rows, r, places, work, witness)
+        told = load(work, (places.free + r) * w, witness) - before
         for s in range(count):
-            share = load(work, (w_at + r * count + s) * w, witness)
-            told = told + share * load(work, (p_at + s) * w, witness)
+            share = load(work, (places.delassus + r * count + s) * w, witness)
+            told = told + share * load(work, (places.p + s) * w, witness)
         left = absolute(made - told)
         worst = where_less(worst, left, left, worst)
-        size = size_of_terms(
-            term_ints, term_floats, row_first[r], row_first[r + 1], work, dv_at, term_at, witness
-        )
+        size = size_of_terms(rows, r, places, work, witness)
         for speed in (absolute(before), size):
             scale = where_less(scale, speed, speed, scale)
         if at_once and not (r < len(target) and (keeps[r] or target[r] != 0.0)):
-            impulse = load(work, (p_at + r) * w, witness)
+            impulse = load(work, (places.p + r) * w, witness)
             own = impulse * (before + 0.5 * made)
             gain = gain + own
             works = works + absolute(own) + absolute(impulse * before)
+    spare_at = places.spare
     store(work, spare_at * w, worst - doubt * scale)
     store(work, (spare_at + 1) * w, gain - GAIN * works)
     for lane in range(w):
@@ -76,11 +71,23 @@ def doubted(
 
 
 @inlined
-def size_of_terms(term_ints, term_floats, begin, end, work, dv_at, term_at, witness):
-    """What ``rows.row_velocity`` of the jump would be if nothing cancelled."""
+def jump_of_row(rows, row, places, work, witness):
+    """By how much Δv changes the velocity of a row."""
+    return row_velocity(
+        rows.term_ints, rows.term_floats, rows.first[row], rows.first[row + 1],
+        JUMP, work, places.dv, places.term, witness,
+    )  # fmt: skip
+
+
+@inlined
+def size_of_terms(rows, number, places, work, witness):
+    """What ``jump_of_row`` would be if nothing cancelled."""
     w = width(witness)
+    term_ints, term_floats, dv_at, term_at = (
+        rows.term_ints, rows.term_floats, places.dv, places.term,
+    )  # fmt: skip
     size = same(0.0, witness)
-    for term in range(begin, end):
+    for term in range(rows.first[number], rows.first[number + 1]):
         kind, body = term_ints[term * TERM_INTS], term_ints[term * TERM_INTS + 1]
         if kind == ALONG_DOF:
             own = load(work, (dv_at + term_ints[term * TERM_INTS + 3]) * w, witness)

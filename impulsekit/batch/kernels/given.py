@@ -9,7 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-__all__ = ["Inputs", "Known", "Moving", "Outputs", "Rows", "Sets", "Sizes", "Span", "Touch", "Tree"]
+__all__ = [
+    "Contact", "Inputs", "Known", "Moving", "Outputs", "Rows", "Sets", "Sizes", "Span", "Touch",
+    "Tree",
+]  # fmt: skip
 
 
 class Span(NamedTuple):
@@ -191,3 +194,12 @@ class Outputs(NamedTuple):
     rows: np.ndarray
     energy: np.ndarray
     codes: np.ndarray
+
+
+class Contact(NamedTuple):
+    """The numbers of a lone contact on a plane, in one state; capture: below it e is 0 [m/s]."""
+
+    capture: float
+    e_t: float
+    e: float
+    mu: float

@@ -12,14 +12,19 @@ import math
 from ...laws.coulomb import stopping
 from ..codes import AGAIN
 from .articulated import respond
-from .doubt import size_of_terms
+from .doubt import jump_of_row, size_of_terms
+from .given import Contact
 from .jit import built_in, inlined
 from .lanes import absolute, any_less, where_less, width
-from .layout import BODY, DOF, FORCE, JUMP, TARGET
+from .layout import BODY, BODY_INTS, DOF, FORCE, JUMP, TARGET
 from .memory import load, same, store
-from .rows import row_velocity
 
-__all__ = ["lacking", "press_more"]
+__all__ = ["MORE", "contact_of", "lacking", "press_more"]
+
+# Where ΔP of a lone contact goes: FORCE of the first body, which is done with.
+MORE = BODY + FORCE
+# Among the floats of a contact: the speed below which restitution is 0, and e_t.
+_CAPTURE, _OWN_E_T = 12, 11
 
 # How many times as fast as all that makes up the point's motion the blow alone would throw it.
 THROWN = 3.0
@@ -33,18 +38,18 @@ LEFT, EPS = 1e-13, 2.0**-52
 
 
 @inlined
-def lacking(
-    count, capture, e_t, e, e_at, e_step, mu, mu_at, mu_step, term_ints, term_floats, row_first,
-    work, w_at, before_at, free_at, p_at, dv_at, term_at, spare_at, more_at, w, code, witness,
-):  # fmt: skip
+def lacking(touch, inputs, base, places, work, code, witness):
     """Whether digits are lost in any lane; then ΔP is written, 0 where nothing is lacking.
 
+    It goes to FORCE of the first body, with room behind it for as much again.
+
     Args:
-        count: 3, or 1 without friction.
-        e_at, e_step, mu_at, mu_step: the contact's own numbers of each lane.
-        spare_at: room for two values.
-        more_at: where ΔP goes, with room for as much again.
+        touch: of which one contact is all there is; three rows, or one without friction.
+        inputs: of which the states from ``base`` on are those of the lanes.
     """
+    rows = touch.rows
+    w, count = width(witness), len(rows.first) - 1
+    before_at, free_at, p_at, spare_at = places.before, places.free, places.p, places.spare
     zero = same(0.0, witness)
     free, slow = zero, zero
     for r in range(count):
@@ -54,15 +59,14 @@ def lacking(
         slow = where_less(slow, speed, speed, slow)
     trace, impulses = zero, zero
     for r in range(count):
-        trace = trace + load(work, (w_at + r * (count + 1)) * w, witness)
+        trace = trace + load(work, (places.delassus + r * (count + 1)) * w, witness)
         impulses = impulses + absolute(load(work, (p_at + r) * w, witness))
     terms = BALANCED * trace * impulses
     free = where_less(free, terms, terms, free)
     if not any_less(THROWN * slow, free):
         return False
     for r in range(count):
-        begin, end = row_first[r], row_first[r + 1]
-        size = size_of_terms(term_ints, term_floats, begin, end, work, dv_at, term_at, witness)
+        size = size_of_terms(rows, r, places, work, witness)
         slow = where_less(slow, size, size, slow)
     slow = THROWN * slow
     if not any_less(slow, free):
@@ -70,23 +74,18 @@ def lacking(
     store(work, spare_at * w, slow)
     store(work, (spare_at + 1) * w, free)
     for r in range(count):
-        begin, end = row_first[r], row_first[r + 1]
-        speed = row_velocity(
-            term_ints, term_floats, begin, end, JUMP, work, dv_at, term_at, witness
-        )
+        speed = jump_of_row(rows, r, places, work, witness)
         speed = speed + load(work, (before_at + r) * w, witness)
-        store(work, (more_at + count + r) * w, speed)
-        store(work, (more_at + r) * w, zero)
+        store(work, (MORE + count + r) * w, speed)
+        store(work, (MORE + r) * w, zero)
     some = False
     for lane in range(w):
         thrown = float(work[(spare_at + 1) * w + lane])
         pn = float(work[(p_at + count - 1) * w + lane])
         if thrown > float(work[spare_at * w + lane]) and pn > 0.0 and code[lane] != AGAIN:
-            mended = _lack(
-                count, capture, e_t, e[e_at + lane * e_step], mu[mu_at + lane * mu_step], thrown,
-                float(work[spare_at * w + lane]) / THROWN,
-                work, w_at, before_at, p_at, more_at, w, lane,
-            )  # fmt: skip
+            contact = contact_of(touch, inputs, base + lane)
+            slowest = float(work[spare_at * w + lane]) / THROWN
+            mended = _lack(count, contact, thrown, slowest, places, work, w, lane)
             if not mended:
                 code[lane] = AGAIN
             some = True
@@ -94,16 +93,29 @@ def lacking(
 
 
 @inlined
-def press_more(
-    ints, floats, dofs, bodies, loaded, count, dof_list, dof_first, work, dof_at, reduced_at, nv,
-    p_at, more_at, dv_at, spare_at, witness,
-):  # fmt: skip
+def contact_of(touch, inputs, state):
+    """The numbers of the one contact there is."""
+    return Contact(
+        touch.floats[_CAPTURE],
+        touch.floats[_OWN_E_T],
+        inputs.e[state * inputs.e_step],
+        inputs.mu[state * inputs.mu_step],
+    )
+
+
+@inlined
+def press_more(tree, rows, sets, places, more_at, work, witness):
     """Add ΔP to P, and what it makes to Δv and to the jumps of all bodies.
+
+    Where the generalized impulse stands there is room for another Δv.
 
     Args:
         more_at: where ΔP stands, which may be in FORCE of a body.
-        spare_at: room for another Δv.
     """
+    ints, floats, dofs = tree.ints, tree.floats, tree.dofs
+    last, nv = len(ints) // BODY_INTS - 1, len(tree.armature)
+    count = len(rows.first) - 1
+    dof_at, p_at, dv_at, spare_at = places.dof, places.p, places.dv, places.sum
     w = width(witness)
     zero = same(0.0, witness)
     for dof in range(nv):
@@ -112,16 +124,16 @@ def press_more(
     for r in range(count):
         more = load(work, (more_at + r) * w, witness)
         store(work, (p_at + r) * w, load(work, (p_at + r) * w, witness) + more)
-        for k in range(dof_first[r], dof_first[r + 1]):
-            at = (dof_at + dof_list[k] * DOF + TARGET) * w
-            u = load(work, (reduced_at + r * nv + dof_list[k]) * w, witness)
+        for k in range(rows.dof_first[r], rows.dof_first[r + 1]):
+            at = (dof_at + rows.dof_list[k] * DOF + TARGET) * w
+            u = load(work, (places.reduced + r * nv + rows.dof_list[k]) * w, witness)
             store(work, at, load(work, at, witness) + more * u)
-    for body in range(1, bodies + 1):
+    for body in range(1, last + 1):
         for k in range(6):
             jump = load(work, (body * BODY + JUMP + k) * w, witness)
             store(work, (body * BODY + FORCE + k) * w, jump)
-    respond(ints, floats, dofs, bodies, loaded, work, dof_at, dv_at, witness)
-    for body in range(1, bodies + 1):
+    respond(ints, floats, dofs, last, sets.loaded, work, dof_at, dv_at, witness)
+    for body in range(1, last + 1):
         for k in range(6):
             at = (body * BODY + JUMP + k) * w
             jump = load(work, (body * BODY + FORCE + k) * w, witness)
@@ -132,13 +144,13 @@ def press_more(
 
 
 @built_in
-def _lack(
-    rows, capture, e_t, e, mu, thrown, slow, work, w_at, before_at, p_at, more_at, w, lane
-):  # fmt: skip
+def _lack(rows, contact, thrown, slow, places, work, w, lane):
     """Write ΔP of one lane by one Newton step in the mode that P tells; whether that is enough.
 
     Sticking: ξ = 0. Sliding against s: ξ_n = 0 and ξ_t along s, with P_t = −μ P_n s.
     """
+    capture, e_t, e, mu = contact
+    w_at, before_at, p_at, more_at = places.delassus, places.before, places.p, MORE
     n = (rows - 1) * w + lane
     before = float(work[before_at * w + n])
     xn = float(work[(more_at + rows) * w + n])

@@ -16,14 +16,16 @@ _NONE = int(Status.NO_SOLUTION)
 
 
 @built_in
-def solve_alone(rows, capture, e_t, e, mu, work, w_at, before_at, free_at, p_at, w, lane, digits):
+def solve_alone(rows, contact, places, work, w, lane, digits):
     """``law.solve_state`` for such a one: no arrays on the way.
 
     Args:
         rows: 3, or 1 without friction.
-        capture, e_t, e, mu: numbers of the contact.
+        contact: its numbers.
     """
-    n = (p_at + rows - 1) * w + lane
+    w_at, before_at, free_at = places.delassus, places.before, places.free
+    capture, e_t, e, mu = contact
+    n = (places.p + rows - 1) * w + lane
     # Widened, that the law itself is exact where the rest is in single precision.
     before = float(work[(before_at + rows - 1) * w + lane])
     free = float(work[(free_at + rows - 1) * w + lane])

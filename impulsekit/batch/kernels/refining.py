@@ -19,21 +19,21 @@ __all__ = ["refine"]
 
 
 @inlined
-def refine(
-    ints, floats, dofs, armature, count, everyone, bodies, work, dof_at, dv_at, spare_at, loads_at,
-    witness,
-):  # fmt: skip
+def refine(tree, sets, places, work, witness):
     """Correct Δv and the jumps of all bodies.
 
-    On entry FORCE holds minus the impulse from outside of every body, and TARGET τ.
+    On entry FORCE holds minus the impulse from outside of every body, and TARGET τ; where the
+    generalized impulse stands there is room for another Δv.
 
     Args:
-        everyone, bodies: mask and list of all bodies.
-        spare_at: where there is room for another Δv.
+        sets: of which all bodies are loaded.
     """
+    ints, floats, dofs, armature = tree.ints, tree.floats, tree.dofs, tree.armature
+    count, everyone = len(ints) // BODY_INTS - 1, sets.loaded
+    dof_at, dv_at, spare_at = places.dof, places.dv, places.sum
     w = width(witness)
     zero = same(0.0, witness)
-    bear(ints, floats, count, work, loads_at, witness)
+    bear(ints, floats, count, work, places.loads, witness)
     for body in range(1, count + 1):
         row = (body * BODY + FORCE) * w
         p, m = triple(work, row, w, witness), triple(work, row + 3 * w, w, witness)
@@ -53,4 +53,4 @@ def refine(
     for dof in range(last):
         before = load(work, (spare_at + dof) * w, witness)
         store(work, (dv_at + dof) * w, before + load(work, (dv_at + dof) * w, witness))
-    twists(ints, floats, dofs, bodies, work, dv_at, JUMP, witness)
+    twists(ints, floats, dofs, sets.loaded_list, work, dv_at, JUMP, witness)

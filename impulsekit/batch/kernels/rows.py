@@ -165,45 +165,36 @@ def row_velocity(term_ints, term_floats, begin, end, twist, work, v_at, term_at,
 
 
 @inlined
-def reduce_rows(
-    ints, floats, dofs, count, term_ints, term_floats, row_first, alike, reach, reach_first,
-    reach_mask, dof_list, dof_first, work, dof_at, term_at, reduced_at, nv, witness,
-):  # fmt: skip
-    """Write u of every row: entry (row, dof) at ``reduced_at + row · nv + dof``.
-
-    Args:
-        row_first: where the terms of each row begin.
-        alike: 3 for a row that is a force at a point, as the next two are at the same point
-            of the same body; 0 for these two, 1 for all others.
-        reach, reach_first: the bodies that each row passes through.
-        reach_mask: (rows · (bodies + 1),) the same as a mask.
-        dof_list, dof_first: the degrees of freedom of those bodies, rising.
-    """
+def reduce_rows(tree, rows, work, places, nv, witness):
+    """Write u of every row: entry (row, dof) at ``places.reduced + row · nv + dof``."""
     w = width(witness)
     one = same(1.0, witness)
-    for row in range(len(row_first) - 1):
-        if alike[row] == 0:
+    ints, floats, dofs, dof_at = tree.ints, tree.floats, tree.dofs, places.dof
+    # The world's row and those of all bodies.
+    size = len(ints) // BODY_INTS
+    for row in range(len(rows.first) - 1):
+        begin, end = rows.first[row], rows.first[row + 1]
+        if rows.alike[row] == 0:
             continue
-        if alike[row] == 3:
-            body = term_ints[row_first[row] * TERM_INTS + 1]
-            at = (term_at + row_first[row] * TERM) * w
-            to = reduced_at + row * nv
+        if rows.alike[row] == 3:
+            body = rows.term_ints[begin * TERM_INTS + 1]
+            at = (places.term + begin * TERM) * w
+            to = places.reduced + row * nv
             _reduce_three(ints, floats, dofs, body, work, dof_at, at, to, nv, witness)
             continue
-        clear(ints, reach, reach_first[row], reach_first[row + 1], work, dof_at, witness)
+        first, last = rows.reach_first[row], rows.reach_first[row + 1]
+        clear(ints, rows.reach, first, last, work, dof_at, witness)
         add_row(
-            term_ints, term_floats, row_first[row], row_first[row + 1], one,
-            work, dof_at, term_at, witness,
-        )  # fmt: skip
-        last = np.int64(0)
-        for k in range(reach_first[row], reach_first[row + 1]):
-            last = max(last, reach[k])
-        mask_at = row * (count + 1)
-        press(ints, floats, dofs, last, reach_mask, mask_at, work, dof_at, witness)
-        for k in range(dof_first[row], dof_first[row + 1]):
-            dof = dof_list[k]
+            rows.term_ints, rows.term_floats, begin, end, one, work, dof_at, places.term, witness
+        )
+        most = np.int64(0)
+        for k in range(first, last):
+            most = max(most, rows.reach[k])
+        press(ints, floats, dofs, most, rows.reach_mask, row * size, work, dof_at, witness)
+        for k in range(rows.dof_first[row], rows.dof_first[row + 1]):
+            dof = rows.dof_list[k]
             u = load(work, (dof_at + dof * DOF + TARGET) * w, witness)
-            store(work, (reduced_at + row * nv + dof) * w, u)
+            store(work, (places.reduced + row * nv + dof) * w, u)
 
 
 @inlined
