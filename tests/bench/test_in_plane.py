@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.bench.stress.in_plane import SWEEPS
+from impulsekit.bench.stress.in_plane import SWEEPS, plane_scene
 from impulsekit.bench.stress.mechanisms import built, random_world
 from impulsekit.bench.stress.rewritten import REWRITTEN
 from impulsekit.bench.stress.rewritten import SWEEPS as REWRITTEN_SWEEPS
@@ -27,11 +27,19 @@ def test_scenes_written_in_other_ways_have_the_same_answer():
     assert [p for p in points if p.verdict == "wrong"] == []
 
 
-def test_the_share_of_a_compression_at_the_edge_of_its_cones_knows_no_units():
-    # The least split was 1e-13 off, and another taken in its place: v⁺ moved by 0.08.
+@pytest.mark.parametrize(
+    ("contacts", "place"),
+    [
+        # The least split was 1e-13 off, and another taken in its place: v⁺ moved by 0.08.
+        (3, (2, 83, 902)),
+        # Of two answers the one was found that the directions of the tangents led to.
+        (4, (3, 89, 2)),
+    ],
+)
+def test_which_answer_is_found_knows_no_units_and_no_axes(contacts, place):
     (sweep,) = REWRITTEN_SWEEPS
-    rng = sweep.rng(2, 83, 902)
-    world = random_world(3, rng)
+    rng = sweep.rng(*place)
+    world = random_world(contacts, rng)
     scene, q, v = built(world)
     first = ik.solve(scene, q, v)
     for name, rewrite in REWRITTEN.items():
@@ -40,6 +48,18 @@ def test_the_share_of_a_compression_at_the_edge_of_its_cones_knows_no_units():
             scene, q, v = built(other.world)
             back = (ik.solve(scene, q, v).v_after - other.shift) / other.ratio
             np.testing.assert_allclose(back, first.v_after, rtol=0, atol=1e-11)
+
+
+def test_other_answers_are_told_where_one_load_has_many_shares():
+    # Some fifty shares of one compression, with all their expansions, hid the other compression.
+    (sweep,) = (one for one in SWEEPS if one.name == "plane-poisson")
+    rng = sweep.rng(3, 7, 2)
+    case = plane_scene(4, ik.Law(restitution="poisson"), rng)
+    v = rng.normal(size=(4, case.rows.shape[1]))[3]
+    impact = ik.solve(case.scene, case.scene.robot.neutral(), v)
+    assert impact.status is ik.Status.MANY_SOLUTIONS
+    found = sorted(np.abs(one).max() for one in (impact.v_after, *impact.uniqueness.others))
+    np.testing.assert_allclose(found, [0.0, 1.055675], atol=1e-6)
 
 
 @pytest.mark.slow
