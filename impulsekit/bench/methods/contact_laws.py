@@ -14,7 +14,6 @@ import pinocchio as pin
 
 from ...impact.factor import SparseFactor
 from ...impact.known import KnownImpulses
-from ...impact.laws.admm import admm
 from ...laws.approach import sweep
 from ...laws.compiled import entry
 from ...laws.several import hit_contacts
@@ -26,6 +25,7 @@ from ...rows.reach import reached_model, touched_joints
 from ...scene import Contact, Law
 from ..problems.problem import Problem
 from .method import Answer, Method
+from .pinocchio_admm import admm
 
 __all__ = ["METHODS"]
 
