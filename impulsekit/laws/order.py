@@ -22,6 +22,9 @@ TIE, TIE_ROUNDING = 1e-12, 1e-14
 # Paces that differ by less than this share were the same before rounding, and so were numbers of
 # two contacts that differ by less than the second.
 EVEN, ALIKE = 1e-11, 1e-9
+# Paces that differ by more than this share are two, whatever their rounding: small hits that
+# others hand on would not be told from each other, and the largest would wait.
+APART = 0.1
 # Where W_nn is this small against W of the contact's own tangents, or against the largest W,
 # it is the square of a rounding error: no normal impulse moves that contact.
 IMMOVABLE, IMMOVABLE_BESIDE = 1e-26, 1e-24
@@ -85,9 +88,7 @@ def fastest(
             continue
         if mu[i] > 0.0 and approach <= AT_REST * max(abs(velocity[n - 2]), abs(velocity[n - 1])):
             continue
-        terms = abs(free[n])
-        for k in range(3 * count):
-            terms += abs(W[n, k] * impulse[k])
+        terms = _terms(W, free, impulse, n, count)
         pace = pace_of(approach, nn)
         tied = TIE * most + TIE_ROUNDING * terms / math.sqrt(nn)
         if approach > ROUNDING * terms and (found < 0 or pace > most + tied):
@@ -96,8 +97,23 @@ def fastest(
 
 
 @compiled
+def _terms(W: np.ndarray, free: np.ndarray, impulse: np.ndarray, n: int, count: int) -> float:
+    """The terms that row n of u_free + W P is the sum of, added up as if nothing cancelled."""
+    terms = abs(free[n])
+    for k in range(3 * count):
+        terms += abs(W[n, k] * impulse[k])
+    return terms
+
+
+@compiled
 def foremost(
-    found: int, W: np.ndarray, velocity: np.ndarray, e: np.ndarray, mu: np.ndarray, count: int
+    found: int,
+    W: np.ndarray,
+    velocity: np.ndarray,
+    free: np.ndarray,
+    impulse: np.ndarray,
+    e: np.ndarray,
+    mu: np.ndarray,
 ) -> tuple[int, bool]:
     """Of the contacts as fast as ``found``, the one that is hit first; whether others are alike.
 
@@ -106,10 +122,12 @@ def foremost(
     most: what no unit, axis or order of entries changes. Where they are alike in all of it, as
     corners of a box that falls flat, it is the first entry. Arguments as of ``fastest``.
     """
-    nn = W[3 * found + 2, 3 * found + 2]
+    nn, count = W[3 * found + 2, 3 * found + 2], len(mu)
     if not nn > 0.0:
         return found, False
     pace = pace_of(velocity[3 * found + 2], nn)
+    # After many hits what is left is small, and its rounding is that of what it was.
+    rounding = TIE_ROUNDING * _terms(W, free, impulse, 3 * found + 2, count) / math.sqrt(nn)
     best, tied, known = found, False, False
     traits = (0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(count):
@@ -117,19 +135,20 @@ def foremost(
         nn = W[n, n]
         if i == found or not (velocity[n] < 0.0 and nn > 0.0):
             continue
-        if abs(pace_of(velocity[n], nn) - pace) > EVEN * pace:
+        own = TIE_ROUNDING * _terms(W, free, impulse, n, count) / math.sqrt(nn)
+        if abs(pace_of(velocity[n], nn) - pace) > min(EVEN * pace + rounding + own, APART * pace):
             continue
         if not known:
             known, traits = True, _traits(found, W, velocity, e, mu)
-        own = _traits(i, W, velocity, e, mu)
+        others = _traits(i, W, velocity, e, mu)
         apart = 0.0
         for k in range(5):
-            if apart == 0.0 and abs(own[k] - traits[k]) > ALIKE * (own[k] + traits[k]):
-                apart = own[k] - traits[k]
+            if apart == 0.0 and abs(others[k] - traits[k]) > ALIKE * (others[k] + traits[k]):
+                apart = others[k] - traits[k]
         if apart == 0.0:
             tied = True
         elif apart > 0.0:
-            best, tied, traits = i, False, own
+            best, tied, traits = i, False, others
     return best, tied
 
 

@@ -183,7 +183,7 @@ def advance(
         found = fastest(W, velocity, free, impulse, mu, now[SCALE], n)
         if found < 0:
             return ENDED
-        i, tied = foremost(found, W, velocity, e, mu, n)
+        i, tied = foremost(found, W, velocity, contacts.free, sequence.impulse, e, mu)
         nn = W[3 * i + 2, 3 * i + 2]
         pace = pace_of(velocity[3 * i + 2], nn) if nn > 0.0 else 0.0
         count = int(now[COUNT])

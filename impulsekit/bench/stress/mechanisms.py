@@ -278,9 +278,17 @@ def random_world(count: int, rng: np.random.Generator) -> World:
 
 
 def split(link: Link, rng: np.random.Generator) -> Link:
-    """The same link, a part of it behind a fixed joint."""
+    """The same link, a part of it behind a fixed joint, as near as leaves the rest an inertia."""
     share = float(rng.uniform(0.05, 0.5))
     away = 0.03 * rng.normal(size=3)
+    found = _parted(link, share, away)
+    while np.linalg.eigvalsh(found.inertia)[0] <= 0.0:
+        away = 0.5 * away
+        found = _parted(link, share, away)
+    return found
+
+
+def _parted(link: Link, share: float, away: np.ndarray) -> Link:
     mass, centre = share * link.mass, link.com + away
     rest = link.mass - mass
     other = (link.mass * link.com - mass * centre) / rest
