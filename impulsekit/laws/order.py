@@ -126,8 +126,7 @@ def foremost(
     if not nn > 0.0:
         return found, False
     pace = pace_of(velocity[3 * found + 2], nn)
-    # After many hits what is left is small, and its rounding is that of what it was.
-    rounding = TIE_ROUNDING * _terms(W, free, impulse, 3 * found + 2, count) / math.sqrt(nn)
+    at, root = 3 * found + 2, math.sqrt(nn)
     best, tied, known = found, False, False
     traits = (0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(count):
@@ -135,8 +134,13 @@ def foremost(
         nn = W[n, n]
         if i == found or not (velocity[n] < 0.0 and nn > 0.0):
             continue
-        own = TIE_ROUNDING * _terms(W, free, impulse, n, count) / math.sqrt(nn)
-        if abs(pace_of(velocity[n], nn) - pace) > min(EVEN * pace + rounding + own, APART * pace):
+        apart = abs(pace_of(velocity[n], nn) - pace)
+        if apart > APART * pace:
+            continue
+        # After many hits what is left is small, and its rounding is that of what it was.
+        terms = _terms(W, free, impulse, at, count) / root
+        terms += _terms(W, free, impulse, n, count) / math.sqrt(nn)
+        if apart > EVEN * pace + TIE_ROUNDING * terms:
             continue
         if not known:
             known, traits = True, _traits(found, W, velocity, e, mu)
