@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -116,23 +116,28 @@ class SceneContacts:
             np.array([touch.turns for touch in turned], dtype=int), rolling, torsion
         )
 
-    def _by_law(self, problem: ContactProblem, touches: list[Touch]) -> ContactSolution:
-        if self._models is None:
-            return self._solve(problem, self._law)
+    def _measured(
+        self, problem: ContactProblem, models: list[Any], touches: list[Touch]
+    ) -> ContactSolution:
+        """P where friction is more than one number."""
         from .laws.measured_friction import solve_measured
 
         points = [touch for touch in touches if touch.turns < 0]
         return solve_measured(
             problem,
             self._law,
-            [self._models[touch.entry] for touch in points],
-            [ellipse_axis(self._models[touch.entry], touch) for touch in points],
+            [models[touch.entry] for touch in points],
+            [ellipse_axis(models[touch.entry], touch) for touch in points],
             self._solve,
         )
 
     def solve(self, problem: ContactProblem, touches: list[Touch]) -> ContactSolution:
         """P by the law."""
-        solution = self._by_law(problem, touches)
+        solution = (
+            self._solve(problem, self._law)
+            if self._models is None
+            else self._measured(problem, self._models, touches)
+        )
         if self._uneven and solution.status is Status.NOT_UNIQUE:
             # Beside grams and tonnes W does not tell rows that depend from rows that nearly do.
             return dataclasses.replace(solution, status=Status.NEARLY_DEPENDENT)

@@ -6,6 +6,7 @@ import importlib
 
 from ..laws.compiled import ENTRIES
 from ..scene import Scene
+from ..scene.contacts import turns
 
 __all__ = ["compile_all_laws", "compile_laws", "laws_of"]
 
@@ -15,6 +16,8 @@ _AT_THE_END = ("single", "coulomb")
 _TOGETHER = ("modes", "frictional", "least_shares")
 # Whether there are other solutions.
 _RUBBING = ("others",)
+# Of which some resist rolling or spin.
+_TURNING = ("product_cones",)
 
 
 def laws_of(scene: Scene) -> tuple[str, ...]:
@@ -28,7 +31,9 @@ def laws_of(scene: Scene) -> tuple[str, ...]:
         return _ALONG_THE_PATH + in_turn
     rubs = any(getattr(contact, "friction", 0.0) for contact in scene.contacts)
     together = len(scene.contacts) > 1 and scene.law.order == "simultaneous"
-    several = ("several",) if together else ()
+    several: tuple[str, ...] = ("several",) if together else ()
+    if any(map(turns, scene.contacts)):
+        several = (*several, *_TURNING)
     more = (_TOGETHER if together else ()) + _RUBBING if rubs else ()
     return _AT_THE_END + in_turn + several + more
 
@@ -40,7 +45,8 @@ def compile_laws(scene: Scene) -> None:
 
 def compile_all_laws() -> None:
     """Compile the laws of all scenes."""
-    _compile((*_ALONG_THE_PATH, "lzb", *_AT_THE_END, "several", "sequence", *_TOGETHER, *_RUBBING))
+    at_once = "several", *_TOGETHER, *_RUBBING, *_TURNING
+    _compile((*_ALONG_THE_PATH, "lzb", *_AT_THE_END, "sequence", *at_once))
 
 
 def _compile(modules: tuple[str, ...]) -> None:

@@ -75,8 +75,8 @@ class ContactRows:
             if isinstance(entry, Contact | Collision)
             and isinstance(entry.friction, EllipticFriction)
         }
-        by_entry = any(entry.needs_places for entry in self._entries)
-        self._needs_places = by_entry or bool(self._turning or self._elliptic)
+        self._plain = not (self._turning or self._elliptic)
+        self._needs_places = not self._plain or any(e.needs_places for e in self._entries)
 
     def touching(
         self, data: pin.Data, q: np.ndarray, only: Container[int] | None = None
@@ -102,6 +102,10 @@ class ContactRows:
                     entry.touch_anyway(touches, data)
                 else:
                     entry.touch(touches, self.model, data, q)
+        return touches if self._plain else self._with_more(data, touches)
+
+    def _with_more(self, data: pin.Data, touches: list[Touch]) -> list[Touch]:
+        """The touches with what ellipses need, and those of turning after them."""
         if self._elliptic:
             touches = [
                 touch._replace(turn=self._turn_of(data, touch.entry))

@@ -23,6 +23,13 @@ def test_no_law_runs_interpreted_after_a_warm_up(law, monkeypatch):
         assert ik.solve(scene, robot.neutral(), rng.normal(size=robot.nv)).status
 
 
+def test_scenes_in_which_something_turns_need_its_law():
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    for rolling in (0.0, 1e-3):
+        scene = ik.Scene(ball, contacts=[ik.Contact("ball", rolling=rolling)])
+        assert ("product_cones" in laws_of(scene)) == bool(rolling)
+
+
 def test_a_blow_alone_needs_none():
     robot = ik.Robot.from_example("panda")
     assert laws_of(ik.Scene(robot, [ik.AppliedImpulse("panda_hand", linear=[0, 0, 1])])) == ()
