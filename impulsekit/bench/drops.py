@@ -11,11 +11,10 @@ import numpy as np
 from ..design.measurement import Measurement
 from ..errors import FileError, shown
 from ..files import file_told, open_plain_file
-from ..measured.candidates import LawCandidate
 from ..measured.comparison import compare_laws
 from ..measured.mirrored import MirroredAxes, find_mirrored
 from ..robot import Robot
-from ..scene import Contact, Law, Scene
+from ..scene import Contact, Scene
 
 __all__ = ["Drops", "drop_report", "load_drops"]
 
@@ -30,13 +29,6 @@ WHERE = (
     "(BSD-3-Clause)"
 )
 LARGEST = 100_000_000
-CANDIDATES = (
-    LawCandidate("Newton, slip at the end", Law()),
-    LawCandidate("Poisson, slip at the end", Law("poisson")),
-    LawCandidate("Newton, along the path", Law("newton", "path")),
-    LawCandidate("Poisson, along the path", Law("poisson", "path")),
-    LawCandidate("Stronge, along the path", Law("stronge", "path")),
-)
 
 
 @dataclass(frozen=True)
@@ -132,7 +124,7 @@ def drop_report(
         for name, sign in zip(("v_x", "v_y", "omega"), drops.mirrored.signs, strict=True)
     )
     compared = compare_laws(
-        drops.measurements, CANDIDATES, restitution=["floor"], friction=["floor"], folds=2,
+        drops.measurements, restitution=["floor"], friction=["floor"], folds=2,
         robust="biweight", progress=progress,
     )  # fmt: skip
     lines = [

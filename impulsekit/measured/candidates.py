@@ -89,7 +89,8 @@ def usual_candidates(measurements: Sequence[Measurement]) -> list[LawCandidate]:
     """
     found = [LawCandidate("Newton, slip at the end", Law())]
     found.append(LawCandidate("Poisson, slip at the end", Law("poisson")))
-    if all(len(m.scene.contacts) == 1 for m in measurements):
+    alone = all(len(m.scene.contacts) == 1 for m in measurements)
+    if alone:
         found += [
             LawCandidate(f"{law.capitalize()}, along the path", Law(law, "path"))
             for law in ("newton", "poisson", "stronge")
@@ -97,6 +98,9 @@ def usual_candidates(measurements: Sequence[Measurement]) -> list[LawCandidate]:
     speeds = _speeds(measurements)
     if len(speeds) > 1:
         found.append(LawCandidate("Newton, e by speed", Law(), speeds=speeds))
+        if alone:
+            law = Law("poisson", "path")
+            found.append(LawCandidate("Poisson, along the path, e by speed", law, speeds=speeds))
     if len({m.group for m in measurements}) > 1:
         found.append(LawCandidate("Newton, e by what meets", Law(), by_group=True))
     return found
