@@ -250,3 +250,11 @@ def contact_rows(impact):
     absolute = np.array([[-np.cos(a), -np.cos(b)], [np.sin(a), np.sin(b)]])
     # The joints' rates: the first is the rod's own, the second adds to it.
     return absolute @ np.array([[1, 0], [1, 1]])
+
+
+def test_the_law_that_was_at_work_predicts_best():
+    lines = printed("which_law")
+    assert lines[1][:4] == ("Stronge,", "along", "the", "path")
+    assert float(lines[1][4]) < 2.0 < float(lines[2][5])
+    # The probability that another law is better.
+    assert all(line[line.index("tip:") - 1] == "0.000" for line in lines[2:4])
