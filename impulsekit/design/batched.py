@@ -14,14 +14,20 @@ from ..scene import Scene
 from .measurement import Measurement
 from .parameters import Parameter, changed_scene, scene_of
 
-__all__ = ["FEWEST_FOR_BATCH", "BatchedImpacts", "predicted"]
+__all__ = ["BatchedImpacts", "is_batch", "predicted"]
 
-# Below so many impacts one by one takes less than to compile a batch, and has exact derivatives.
+# Below so many impacts a scene, one by one takes less than a compilation, with exact derivatives.
 FEWEST_FOR_BATCH = 24
 # Step of central differences [of a coefficient]: truncation 1e-10, rounding 1e-10 of the speed.
 STEP = 1e-5
 # Derivatives below this share of the largest speed are rounding of differences.
 NO_SLOPE = 1e-8
+
+
+def is_batch(measurements: Sequence[Measurement]) -> bool:
+    """Whether so many impacts share a scene that batches are faster than one by one."""
+    parts = {(id(m.scene), m.group) for m in measurements}
+    return len(measurements) >= FEWEST_FOR_BATCH * len(parts)
 
 
 class BatchedImpacts:
@@ -90,7 +96,7 @@ def predicted(
     Raises:
         InputError: an impact that has no valid solution.
     """
-    if len(measurements) >= FEWEST_FOR_BATCH:
+    if is_batch(measurements):
         return BatchedImpacts(measurements, parameters).v_after(x)
     kept: dict[Any, Scene] = {}
     return [

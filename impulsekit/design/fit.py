@@ -22,7 +22,7 @@ from ..errors import (
 from ..impact.derivatives import derivatives
 from ..impact.solver import solve_without_warnings
 from ..scene import Scene
-from .batched import FEWEST_FOR_BATCH, BatchedImpacts
+from .batched import BatchedImpacts, is_batch
 from .doubts import (
     bounds_reached,
     is_misfit,
@@ -60,7 +60,7 @@ def fit_impacts(
     ``RestitutionTable`` in the scene is e by approach speed: its values are fitted. The fit starts
     from the values in the first measurement's scene. If a friction coefficient has no effect at
     the end (a contact that sticks does not depend on µ), the fit is repeated from a better start.
-    From 24 measurements on they are solved as batches, with derivatives by differences.
+    From 24 measurements a scene on they are solved as batches, with derivatives by differences.
 
     Args:
         measurements: the impacts, in one scene or in several with one robot.
@@ -121,7 +121,7 @@ class _Problem:
         self._high = np.array([parameter.high for parameter in self._parameters])
         self._read_measured()
         self._batched: BatchedImpacts | None = None
-        if len(self._measurements) >= FEWEST_FOR_BATCH and not inertias:
+        if is_batch(self._measurements) and not inertias:
             self._batched = BatchedImpacts(self._measurements, self._parameters)
 
     def _read_measured(self) -> None:

@@ -148,4 +148,11 @@ class FoundImpacts(OneLine):
 
     def measurements(self, scene: Scene) -> list[Measurement]:
         """All impacts at known contacts as ``fit_impacts`` takes them."""
-        return [each.measurement(scene) for each in self.impacts if each.contacts]
+        kept: dict[tuple[str, ...], Scene] = {}
+        found = []
+        for each in self.impacts:
+            if each.contacts:
+                # Impacts at the same contacts share one scene, and are solved together.
+                own = each.measurement(scene)
+                found.append(replace(own, scene=kept.setdefault(each.contacts, own.scene)))
+        return found

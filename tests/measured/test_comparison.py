@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.design import fit as module
+from impulsekit.design import batched as batched_module
 from impulsekit.errors import InputError, RangeError
 from impulsekit.measured import (
     LawCandidate,
@@ -47,15 +47,12 @@ def rod_impacts(law, e, mu, count, sigma, seed=0):
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_many_impacts_with_points_are_fitted_as_one_by_one():
+def test_many_impacts_with_points_are_fitted_as_one_by_one(monkeypatch):
     seen = rod_impacts(ik.Law(), 0.55, 0.12, 60, 0.01)
     assert len(seen) >= 45
     batched = fit_impacts(seen, **NAMES)
-    old, module.FEWEST_FOR_BATCH = module.FEWEST_FOR_BATCH, 1000
-    try:
-        by_one = fit_impacts(seen, **NAMES)
-    finally:
-        module.FEWEST_FOR_BATCH = old
+    monkeypatch.setattr(batched_module, "FEWEST_FOR_BATCH", 1000)
+    by_one = fit_impacts(seen, **NAMES)
     assert batched.values == pytest.approx(by_one.values, abs=1e-8)
     assert batched.sigma == pytest.approx(by_one.sigma, rel=1e-5)
 
