@@ -200,7 +200,7 @@ def check_pivots(model: pin.Model, data: pin.Data) -> None:
     if (pivots > FAINT_PIVOT * diagonal).all():
         return
     vanished = ~(pivots > SMALLEST_PIVOT * diagonal)
-    if not vanished.any():
+    if not (vanished.any() or has_uneven_masses(model)):
         vanished = shares_of_inertia(symmetric(data.M)) < SMALLEST_PIVOT
     if vanished.any():
         # Elimination starts at the leaves: behind a pivot of zero, all others are NaN.

@@ -18,7 +18,7 @@ from ..rows.constraints import ConstraintRows
 from ..rows.contacts import Touch
 from ..rows.reach import ReachedModel
 from ..scene import JointCoupling, JointLock, Scene
-from .algorithms import FAINT_PIVOT, crba, decompose, has_uneven_masses, symmetric
+from .algorithms import FAINT_PIVOT, SMALLEST_PIVOT, crba, decompose, has_uneven_masses, symmetric
 from .elimination import (
     BilateralSolution,
     Elimination,
@@ -74,7 +74,10 @@ class ConstrainedJump:
         motions = () if always_regular else scene.robot.massless_motions
         self._singular = any(motion.joint in reached.model.names for motion in motions)
         # A row may speak of speeds that are far smaller than others.
-        self._row_by_row = has_uneven_masses(reached.model) or any(
+        uneven = has_uneven_masses(reached.model)
+        # Small pivots of light bodies beside heavy ones are inertia, and are refined.
+        self._least_pivot = SMALLEST_PIVOT if uneven else FAINT_PIVOT
+        self._row_by_row = uneven or any(
             isinstance(entry, JointCoupling | JointLock) for entry in scene.held
         )
         # Pinocchio's sparse Cholesky takes neither mimic joints nor a model with one row.
@@ -108,9 +111,9 @@ class ConstrainedJump:
         doubtful = self._singular
         if not (self._dense or self._singular):
             decompose(model, data)
-            if self._always_regular or pivots_are_safe(data, FAINT_PIVOT):
+            if self._always_regular or pivots_are_safe(data, self._least_pivot):
                 factor = SparseFactor(model, data)
-            doubtful = True
+            doubtful = self._least_pivot == FAINT_PIVOT
         if factor is None:
             own = np.empty((0, model.nv)) if rows is None else rows
             factor = FilledFactor(model, data.M, own, singular=doubtful)
