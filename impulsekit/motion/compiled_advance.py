@@ -35,8 +35,9 @@ class Track(NamedTuple):
 
     Attributes:
         q, v: (nq,), (nv,) the state.
-        clock: (5,) time, next length, latest end of a step, longest step, and of the last look
-            the time at which a gap closes [s]; infinity for none.
+        clock: (7,) time, next length, latest end of a step, longest step, and of the last look
+            the time at which a gap closes [s], infinity for none; length [s] and error of the
+            last step, 0 without one.
         turning: (nv,) 1 for speeds of joints that turn without end.
         all_gaps: every gap. deepest: (m,) how deep each may be.
     """
@@ -102,9 +103,11 @@ def advance(
     while count < len(log.ends) and clock[0] < clock[2]:
         log.before[count] = work.before
         log.references[count] = system.reference
+        lengths = clock[1], clock[5], clock[6]
         state, end, tries = _step(system, tableau, work, track, rtol, atol)
         made += tries
         if state != SOLVED:
+            clock[1], clock[5], clock[6] = lengths
             return STUCK, count, made, False
         clock[4], stops = look_through(system, work, watched, clock[0], end - clock[0])
         log.ends[count] = end
@@ -114,7 +117,6 @@ def advance(
         if clock[4] < math.inf or stops:
             return HAPPENS, count, made, stops
         begin = clock[0]
-        length = clock[1]
         write_configuration(system.tree, system.reference, work.after[:nv], system.q)
         look_at(system.tree, system.room, system.q, work.after[nv:])
         q, v = system.q.copy(), work.after[nv:].copy()
@@ -125,7 +127,7 @@ def advance(
         if state != SOLVED or _too_deep(system, track, q, v):
             stand.slides[:] = log.slides[count]
             stand.begins[:] = log.begins[count]
-            clock[0], clock[1] = begin, length
+            clock[0], clock[1], clock[5], clock[6] = begin, *lengths
             return STUCK, count, made, False
         track.q[:] = q
         track.v[:] = v
@@ -190,7 +192,8 @@ def _step(
         if state != SOLVED:
             return state, t, made
         if error < 1.0:
-            clock[1] = length_after(length, error, rejected)
+            clock[1] = length_after(length, error, rejected, (clock[5], clock[6]))
+            clock[5], clock[6] = length, error
             return SOLVED, end, made
         length = shorter_length(length, error)
         rejected = True

@@ -62,9 +62,15 @@ class CompiledStepper(ExplicitStepper):
         """Of the next step to try [s]."""
         return self._length
 
-    def go_on(self, t: float, y: np.ndarray, f: np.ndarray, length: float) -> None:
-        """Go on after steps that were made elsewhere, with this length of the next one [s]."""
-        self.t, self.y, self.f, self._length = t, y, f, length
+    @property
+    def before(self) -> tuple[float, float]:
+        """Length [s] and error of the last step; 0 and 0 without one."""
+        return self._before
+
+    def go_on(self, t: float, y: np.ndarray, f: np.ndarray, clock: np.ndarray) -> None:
+        """Go on after steps that were made elsewhere; ``clock`` of ``Track``."""
+        self.t, self.y, self.f, self._length = t, y, f, float(clock[1])
+        self._before = float(clock[5]), float(clock[6])
 
     def reset(self, t: float, y: np.ndarray, first: float | None, end: float) -> None:
         """Go on from elsewhere."""
@@ -81,6 +87,7 @@ class CompiledStepper(ExplicitStepper):
             super().reset(t, y, first, end)
         else:
             self.t, self.y, self._end = t, y, end
+            self._before = 0.0, 0.0
             self.f = self._work.slopes[0].copy()
             given = 0.0 if first is None else min(first, span)
             self._length = given if given > 0.0 else length

@@ -90,7 +90,7 @@ class Strides:
         watched = mover.watched(now.base, resting, ways, begins)
         stand = Stand(ways, begins, now.resting.grown, False, False)
         longest = math.inf if now.settings.max_step is None else now.settings.max_step
-        clock = np.array([now.t, stepper.length, until, longest, math.inf])
+        clock = np.array([now.t, stepper.length, until, longest, math.inf, *stepper.before])
         table = None if now.gaps is None else now.gaps.rated_table
         track = Track(
             now.q.copy(),
@@ -112,13 +112,13 @@ class Strides:
             now.resting.slide_as(ways, begins)
             now.t, now.q, now.v = start, track.q, track.v
             self._chart.reference = system.reference
-            stepper.go_on(start, work.before.copy(), work.slopes[0].copy(), float(clock[1]))
+            stepper.go_on(start, work.before.copy(), work.slopes[0].copy(), clock)
         if why != HAPPENS:
             return Stride(why, count)
         end = float(log.ends[count])
         last = Output(start, end - start, log.before[count].copy(), log.powers[count].copy())
         after = work.slopes[len(tableau().result)].copy()
-        stepper.go_on(end, work.after.copy(), after, float(clock[1]))
+        stepper.go_on(end, work.after.copy(), after, clock)
         return Stride(why, count, mover.seen(watched, float(clock[4]), stops), (last, end))
 
     def _keep(self, log: Log, count: int, t: float) -> float:
