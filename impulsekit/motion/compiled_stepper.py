@@ -62,11 +62,6 @@ class CompiledStepper(ExplicitStepper):
         """Of the next step to try [s]."""
         return self._length
 
-    @property
-    def before(self) -> tuple[float, float]:
-        """Length [s] and error of the last step; 0 and 0 without one."""
-        return self._before
-
     def go_on(self, t: float, y: np.ndarray, f: np.ndarray, clock: np.ndarray) -> None:
         """Go on after steps that were made elsewhere; ``clock`` of ``Track``."""
         self.t, self.y, self.f, self._length = t, y, f, float(clock[1])

@@ -86,14 +86,18 @@ def first_length(guess: float, rate: float, bend: float) -> float:
 
 
 class Output:
-    """y within a step: y₀ + x (F₀ + (1 − x) (F₁ + x (F₂ + (1 − x) (F₃ + …))))."""
+    """y within a step: y₀ + x (F₀ + (1 − x) (F₁ + x (F₂ + (1 − x) (F₃ + …)))).
+
+    Attributes:
+        start: of the step [s].
+    """
 
     def __init__(self, start: float, length: float, y: np.ndarray, powers: np.ndarray) -> None:
-        self._start, self._length, self._y, self._powers = start, length, y, powers
+        self.start, self._length, self._y, self._powers = start, length, y, powers
 
     def __call__(self, t: float) -> np.ndarray:
         """(2 nv,) y at a time [s]."""
-        x = (t - self._start) / self._length
+        x = (t - self.start) / self._length
         factors = (1.0 - x, x)
         y = self._powers[-1] * x
         for i, power in enumerate(self._powers[-2::-1]):
@@ -170,6 +174,20 @@ class ExplicitStepper:
         output = self._output(t, h, y, after)
         self.t, self.y, self.f = until, after, slopes[count].copy()
         return output
+
+    @property
+    def before(self) -> tuple[float, float]:
+        """Length [s] and error of the last step; 0 and 0 without one."""
+        return self._before
+
+    def shortened(self, step: Output, end: float) -> Output:
+        """The last step made once more, up to an earlier time [s].
+
+        Its end is right to the order of a step; the dense output of the longer one is not.
+        """
+        t, y = step.start, step(step.start)
+        after, _ = self._try(t, end - t, y)
+        return self._output(t, end - t, y, after)
 
     def _try(self, t: float, h: float, y: np.ndarray) -> tuple[np.ndarray, float]:
         """(2 nv,) y after a step, and its error in units of what is allowed."""

@@ -13,10 +13,12 @@ from .compiled_advance import LONGEST_TURN
 from .compiled_mover import mover_of
 from .compiled_stepper import CompiledStepper
 from .crossing import Seen
+from .explicit import ExplicitStepper, Output
 from .footing import Footing
 from .path import Path
 from .present import Present, Stopped
 from .rest_law import RestNotSolved
+from .roots import States
 from .status import MotionStatus
 from .steppers import Dense, Stepper, stepper_of
 from .strides import MOST, Stride, Strides
@@ -27,6 +29,11 @@ __all__ = ["Flight", "Step"]
 # Steps that cannot be made are tried again with this part of their length, or of LONG [s].
 SHORTER, LONG = 0.1, 1e-2
 MOST_TRIES = 7
+# Of steps with errors below this [of what is allowed] dense output is as good as they are allowed
+# to be: it is of seventh order, its errors are a hundred times those of a step at its limit.
+EXACT = 1e-4
+# A gap closes elsewhere than dense output says by no more than this part of the step.
+NEAR = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,17 +132,14 @@ class Flight:
         longest = math.inf if now.settings.max_step is None else now.settings.max_step
         if speed > 0.0:
             longest = min(longest, LONGEST_TURN / speed)
-        nv, y = now.model.nv, stepper.y.copy()
+        y = stepper.y.copy()
         while True:
             with now.told():
                 dense = self._tried(longest)
             if not np.isfinite(stepper.y).all():
                 raise Stopped(MotionStatus.NOT_FINITE)
 
-            def states(t: float, dense: Dense = dense) -> tuple[np.ndarray, np.ndarray]:
-                y = dense(t)
-                return chart.configuration(y[:nv]), y[nv:]
-
+            states = self._states(dense)
             shorter = self._watch.shorter(now.t, stepper.t, states)
             if shorter is None:
                 break
@@ -166,13 +170,7 @@ class Flight:
             return stride, None
         self.steps += 1
         dense, end = stride.last
-        nv = now.model.nv
-
-        def states(t: float) -> tuple[np.ndarray, np.ndarray]:
-            y = dense(t)
-            return chart.configuration(y[:nv]), y[nv:]
-
-        return stride, Step(now.t, end, chart.reference, dense, states)
+        return stride, Step(now.t, end, chart.reference, dense, self._states(dense))
 
     def _tried(self, longest: float) -> Dense:
         """One step; a shorter one where a trial state within it has no forces at rest.
@@ -210,6 +208,41 @@ class Flight:
         now.t = step.end
         now.q = np.array(self._chart.configuration(self._stepper.y[:nv]))
         now.v = self._stepper.y[nv:].copy()
+
+    def closing(self, step: Step, time: float, gap: int) -> tuple[Step, float]:
+        """A step up to where a gap closes, and when that is, to the accuracy of steps.
+
+        Dense output, by which the time was found, is a hundred times less accurate.
+        """
+        now, stepper = self._present, self._stepper
+        gaps, dense = now.gaps, step.dense
+        if not (isinstance(stepper, ExplicitStepper) and isinstance(dense, Output)):
+            return step, time
+        if gaps is None or not gaps.rated[gap] or not step.start < time < step.end:
+            return step, time
+        if stepper.before[1] < EXACT:
+            return step, time
+        try:
+            with now.resting.unchanged():
+                dense = stepper.shortened(dense, time)
+        except RestNotSolved:
+            return step, time
+        states = self._states(dense)
+        values, rates = gaps.measure(*states(time), (gap,))
+        off, rate = float(values[gap] - now.base[gap]), float(rates[gap])
+        if not (rate < 0.0 and abs(off) <= NEAR * -rate * (time - step.start)):
+            return step, time
+        time -= off / rate
+        return Step(step.start, time, step.reference, dense, states), time
+
+    def _states(self, dense: Dense) -> States:
+        chart, nv = self._chart, self._present.model.nv
+
+        def states(t: float) -> tuple[np.ndarray, np.ndarray]:
+            y = dense(t)
+            return chart.configuration(y[:nv]), y[nv:]
+
+        return states
 
     def take_until(self, step: Step, time: float) -> None:
         """Go to a time within a step; the integrator has to be told how to go on."""

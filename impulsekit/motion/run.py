@@ -249,7 +249,7 @@ class Run:
                 settle(now)
                 self._flight.restart()
         elif crossing is not None:
-            self._flight.take_until(step, crossing.t)
+            self._flight.take_until(*self._flight.closing(step, crossing.t, crossing.gaps[0]))
             met = crossing.gaps
             if gaps.has_conditions:
                 met = now.let_pass(met)
