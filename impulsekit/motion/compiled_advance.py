@@ -192,7 +192,7 @@ def _step(
         if state != SOLVED:
             return state, t, made
         if error < 1.0:
-            clock[1] = length_after(length, error, rejected, (clock[5], clock[6]))
+            clock[1] = length_after(length, error, rejected)
             clock[5], clock[6] = length, error
             return SOLVED, end, made
         length = shorter_length(length, error)

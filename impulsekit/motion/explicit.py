@@ -33,8 +33,6 @@ Rhs = Callable[[float, np.ndarray], np.ndarray]
 LONGER, SHORTER, SAFETY = 10.0, 0.2, 0.9
 # Of the error that steps are chosen by.
 ORDER = 7
-# Errors below this tell nothing of how steps change.
-LEAST_ERROR = 1e-2
 # The least step, in units of the last place of time.
 LEAST = 10.0
 
@@ -44,22 +42,9 @@ class StepFailed(Exception):
 
 
 @compiled
-def length_after(length: float, error: float, rejected: bool, before: tuple[float, float]) -> float:
-    """The length to try after a step of this length and error, which may be a second try [s].
-
-    Where steps become ever shorter, as before a slip stops, the last one says by how much
-    (Gustafsson 1994, as in Hairer's RADAU5).
-
-    Args:
-        before: length [s] and error of the step before; 0 and 0 without one.
-    """
-    grown = LONGER
-    if error > 0.0:
-        grown = SAFETY * error ** (-1.0 / (ORDER + 1))
-        if before[0] > 0.0:
-            ratio = max(before[1], LEAST_ERROR) / (error * error)
-            grown = min(grown, SAFETY * length / before[0] * ratio ** (1.0 / (ORDER + 1)))
-        grown = max(grown, SHORTER)
+def length_after(length: float, error: float, rejected: bool) -> float:
+    """The length to try after a step of this length and error, which may be a second try [s]."""
+    grown = LONGER if error == 0.0 else SAFETY * error ** (-1.0 / (ORDER + 1))
     return length * min(1.0 if rejected else LONGER, grown)
 
 
@@ -166,7 +151,7 @@ class ExplicitStepper:
             length = h
             after, error = self._try(t, h, y)
             if error < 1.0:
-                self._length = length_after(length, error, rejected, self._before)
+                self._length = length_after(length, error, rejected)
                 self._before = length, error
                 break
             length = shorter_length(length, error)
