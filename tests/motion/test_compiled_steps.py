@@ -246,3 +246,28 @@ def test_a_tumbling_box_moves_as_step_by_step(stepped):
         assert abs(ours[0] - theirs[0]) < 1e-6
     for _, impact in motion.impacts:
         assert impact.is_valid()
+
+
+def test_impacts_of_an_oscillator_are_as_accurate_as_its_steps(stepped):
+    """A mass between a spring and a stop: m q̈ = −k (q − r), arc by arc in closed form."""
+    robot = ik.Robot.from_urdf(
+        '<robot name="o"><link name="w"/><link name="b"><inertial><mass value="1"/><inertia ixx="1"'
+        ' iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="x"'
+        ' type="prismatic"><parent link="w"/><child link="b"/><axis xyz="0 0 1"/>'
+        '<limit lower="0" upper="1e6" effort="1" velocity="1"/></joint></robot>'
+    )
+    spring = ik.JointSpring("x", stiffness=4.0, rest=-0.5)
+    stop = ik.JointStop("x", restitution=0.9)
+    scene = ik.Scene(robot, contacts=[stop], forces=[spring], gravity=[0, 0, 0])
+    # Over an arc q = r + R cos(2 t − φ), which falls to 0 at cos = 0.5/R.
+    place, speed, t, times = 1.5, 0.0, 0.0, []
+    for _ in range(4):
+        size, phase = np.hypot(place, 0.5 * speed), np.arctan2(0.5 * speed, place)
+        angle = np.arccos(0.5 / size)
+        t += 0.5 * (angle + phase)
+        times.append(t)
+        place, speed = 0.5, 0.9 * 2.0 * size * np.sin(angle)
+    motion = ik.simulate(scene, [1.0], [0.0], duration=t + 0.01, samples=2)
+    seen = [time for time, _ in motion.impacts]
+    np.testing.assert_allclose(seen, times, rtol=1e-11)
+    np.testing.assert_allclose(motion.impacts[-1][1].v_after, speed, rtol=2e-11)
