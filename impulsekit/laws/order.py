@@ -99,7 +99,7 @@ def fastest(
 @compiled
 def _terms(W: np.ndarray, free: np.ndarray, impulse: np.ndarray, n: int, count: int) -> float:
     """The terms that row n of u_free + W P is the sum of, added up as if nothing cancelled."""
-    terms = abs(free[n])
+    terms: float = abs(free[n])
     for k in range(3 * count):
         terms += abs(W[n, k] * impulse[k])
     return terms
