@@ -108,15 +108,14 @@ class ConstrainedJump:
         touches = [] if self._contacts is None else self._contacts.rows.touching(data, q, touching)
         crba(model, data, q)
         factor: SparseFactor | FilledFactor | None = None
-        doubtful = self._singular
         if not (self._dense or self._singular):
             decompose(model, data)
             if self._always_regular or pivots_are_safe(data, self._least_pivot):
                 factor = SparseFactor(model, data)
-            doubtful = self._least_pivot == FAINT_PIVOT
         if factor is None:
+            faint = not self._dense and self._least_pivot == FAINT_PIVOT
             own = np.empty((0, model.nv)) if rows is None else rows
-            factor = FilledFactor(model, data.M, own, singular=doubtful)
+            factor = FilledFactor(model, data.M, own, singular=self._singular or faint)
             if wanted is not None:
                 impulse = factor.filled_impulse(impulse, wanted)
         if not touches:

@@ -69,7 +69,9 @@ def sizes_of(work: Workspace, n: int, scale: float) -> Sizes:
             largest = max(largest, work.W[k, k])
             own += work.W[k, k]
         lightest, heaviest = max(lightest, own), min(heaviest, own)
-    return Sizes(scale, largest, NULL * largest, heaviest > ALIKE * lightest)
+    # Where no impulse moves anything any size will do.
+    least = NULL * largest if largest > 0.0 else 1.0
+    return Sizes(scale, largest, least, heaviest > ALIKE * lightest)
 
 
 @compiled

@@ -18,6 +18,10 @@ from .tree import factorize_mass, look_at, write_jacobian, write_mass
 
 __all__ = ["strike_point"]
 
+# [of the terms of the approach] What closes more slowly is known to few digits, and Δv is not to
+# be told beside impulses that another program finds from the same state.
+FAINT_APPROACH = 1e-4
+
 
 def _examples() -> tuple:
     from .compiled_model import NO_POINTS, example_step
@@ -45,9 +49,9 @@ def strike_point(
         mass: (nv, nv) room.
 
     Returns:
-        The code of the law's status, −1 where a pivot of M is rounding; how far the law and Δv
-        are from what they should be [of the velocities at the point]; a bound on the largest
-        residual (``impact.residuals.at_most``); and (nv,) Δv.
+        The code of the law's status, −1 where a pivot of M or the approach is near rounding; how
+        far the law and Δv are from what they should be [of the velocities at the point]; a
+        bound on the largest residual (``impact.residuals.at_most``); and (nv,) Δv.
     """
     nv = len(v)
     factor, kinematics = system.room.factor, system.room.kinematics
@@ -87,6 +91,8 @@ def strike_point(
         for k in range(nv):
             size += abs(rows[i, k]) * max(abs(v[k]), abs(v[k] + dv[k]))
         sizes = max(sizes, size)
+    if abs(u[2]) < FAINT_APPROACH * sizes:
+        return -1, 0.0, 0.0, dv
     bound = max(hit.residual, _momentum(rows, p, dv, mass))
     if sizes > 0.0:
         bound = max(bound, left / sizes)

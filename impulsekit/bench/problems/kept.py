@@ -8,6 +8,7 @@ or old.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import hashlib
 import json
@@ -55,12 +56,23 @@ def exact_or_kept(
 def digest(scene: Scene, q: np.ndarray, v: np.ndarray, duration: float) -> str:
     """What an answer belongs to: the robot as text, all entries, the state bit for bit."""
     parts = [(p.prefix, p.urdf, p.root, p.mimic, p.placement) for p in scene.robot.parts]
-    entries = (scene.impulses, scene.constraints, scene.contacts, scene.law)
+    held = (scene.impulses, scene.constraints, scene.contacts)
+    entries = [*([_said(entry) for entry in entries] for entries in held), _said(scene.law)]
     state = (q.tolist(), v.tolist())
     whole = repr((parts, entries, state))
     if duration:
         whole += repr((scene.forces, scene.gravity, duration))
     return hashlib.sha256(whole.encode()).hexdigest()[:32]
+
+
+def _said(entry: Any) -> tuple[str, list[tuple[str, str]]]:
+    """An entry by what it says: fields at their defaults are left out, later ones among them."""
+    said = [
+        (field.name, repr(getattr(entry, field.name)))
+        for field in dataclasses.fields(entry)
+        if repr(getattr(entry, field.name)) != repr(field.default)
+    ]
+    return type(entry).__name__, said
 
 
 @functools.cache
