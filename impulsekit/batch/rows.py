@@ -96,7 +96,7 @@ def row_tables(
         rows, entry, meeting, numbers = maker.contact(contact, (places or {}).get(index))
         friction = getattr(contact, "friction", 0.0)
         if not is_plain(friction):
-            raise NoKernelError("friction that is no number")
+            raise NoKernelError("friction other than a number")
         if len(rows) == 3 and not friction and not frictional:
             rows = rows[2:]
         restitution: Any = contact.restitution

@@ -251,8 +251,8 @@ def _only_contact(impact: Impact, contact: str | int | None) -> tuple[int, int]:
             )
     if any(map(turns, scene.contacts)):
         raise InputError(
-            "force_history: how moments against rolling and spin grow in time is not defined; "
-            "leave rolling and torsion out"
+            "force_history: not available with rolling or torsion, whose moments over time are not "
+            "defined; set both to 0"
         )
     names = scene.entry_names("contacts")
     if contact is not None:

@@ -119,8 +119,8 @@ def impact_invariant(scene: Scene, q: ArrayLike) -> ImpactInvariant:
         entry: Any = scene.contacts[touch.entry]
         if touch.turns >= 0:
             raise InputError(
-                "impact_invariant: which moments resist rolling and spin is not linear; leave "
-                "rolling and torsion out"
+                "impact_invariant: not available with rolling or torsion, whose moments are not "
+                "linear in the impulses; set both to 0"
             )
         if callable(entry.restitution):
             raise InputError(

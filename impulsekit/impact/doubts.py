@@ -110,7 +110,7 @@ def _under_grounds(scene: Scene, posture: Posture) -> Iterator[str]:
 
 
 def _next_to_no_inertia(impact: Impact) -> Iterator[str]:
-    """Joints that move, though at this configuration hardly any inertia resists them."""
+    """Joints that move, though almost no inertia resists them at this configuration."""
     model = impact.scene.robot.model
     if not np.isfinite(impact.dv).all() or is_always_regular(model):
         return
@@ -121,9 +121,9 @@ def _next_to_no_inertia(impact: Impact) -> Iterator[str]:
         ids = np.searchsorted(model.idx_vs[1:], faint, side="right")
         named = ", ".join(f'"{name}"' for name in dict.fromkeys(model.names[int(i)] for i in ids))
         yield (
-            f"next to no inertia resists {'joints' if ',' in named else 'joint'} {named} here "
-            f"({shares[faint].min():.2g} of what hangs there): velocities there, such as "
-            f"{impact.dv[faint[0]]:.3g}, depend on rounding in the model's numbers; lock one of "
+            f"almost no inertia resists {'joints' if ',' in named else 'joint'} {named} here "
+            f"({shares[faint].min():.2g} of the inertia that they carry): their velocities, such "
+            f"as {impact.dv[faint[0]]:.3g}, depend on rounding in the model's numbers; lock one of "
             "these joints or correct the <inertial> of their links"
         )
 

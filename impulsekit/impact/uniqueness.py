@@ -71,10 +71,12 @@ def uniqueness_of(impact: Impact) -> Uniqueness:
         return Uniqueness("proven", "no contact took part")
     if any(touch.turns >= 0 for touch in outcome.touches):
         return Uniqueness(
-            "not proven", "of contacts that resist rolling or spin none were searched"
+            "not proven", "other solutions are not searched for contacts with rolling or torsion"
         )
     if outcome.contacts.friction is not None:
-        return Uniqueness("not proven", "of friction that is no number none were searched")
+        return Uniqueness(
+            "not proven", "other solutions are not searched for friction other than a number"
+        )
     from .laws.others import find_others
 
     solution = outcome.contacts

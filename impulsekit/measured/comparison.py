@@ -167,8 +167,8 @@ def compare_laws(
         raise RangeError.of("compare_laws: folds", folds, "2 or more")
     if len(seen) < FEWEST_A_FOLD * folds:
         raise InputError(
-            f"compare_laws: {len(seen)} impacts are too few for {folds} folds, "
-            f"{FEWEST_A_FOLD * folds} is the least"
+            f"compare_laws: too few impacts; {folds} folds need {FEWEST_A_FOLD * folds} or more, "
+            f"got {len(seen)}"
         )
     chosen = usual_candidates(seen) if candidates is None else list(candidates)
     if len({each.name for each in chosen}) < len(chosen):
@@ -257,7 +257,7 @@ def _judged(
     close = [name for name, p in zip(names[1:], better[1:, 0], strict=True) if p > NOT_TOLD_APART]
     notes = []
     if close:
-        notes.append(f"the impacts do not tell {names[0]} from {'; '.join(close)}")
+        notes.append(f"not significantly worse than {names[0]}: {'; '.join(close)}")
     ordered = [fits[k] for k in order]
     for name, fit in zip(names, ordered, strict=True):
         notes += [f"{name}: {note}" for note in fit.notes if "not determined" in note]

@@ -92,9 +92,9 @@ def find_mirrored(measurements: Sequence[Measurement]) -> MirroredAxes:
         raise InputError("find_mirrored: no measurements; give one or more")
     nv = seen[0].scene.robot.nv
     if nv < 2:
-        raise InputError("find_mirrored: one velocity component has no other sign than its own")
+        raise InputError("find_mirrored: needs two velocity components or more, got 1")
     if nv > MOST_COMPONENTS:
-        raise InputError(f"find_mirrored: {nv} velocity components, {MOST_COMPONENTS} is the most")
+        raise InputError(f"find_mirrored: at most {MOST_COMPONENTS} velocity components, got {nv}")
     chosen = seen[:: -(-len(seen) // MOST)]
     parts = [_parts(m) for m in chosen]
     pairs = list(zip(parts, chosen, strict=True))
@@ -115,7 +115,7 @@ def find_mirrored(measurements: Sequence[Measurement]) -> MirroredAxes:
     if left[best] > EXPLAINED:
         notes.append("no signs make the jumps conserve momentum: contacts or inertias may be off")
     if min(left[s] for s in left if s != best) < TIMES * left[best] + 1e-12:
-        notes.append("the impacts do not tell all signs: others explain the jumps nearly as well")
+        notes.append("not all signs are determined: others explain the jumps nearly as well")
     signs.setflags(write=False)
     return MirroredAxes(signs, left[best], plain, tuple(notes))
 

@@ -94,8 +94,8 @@ def sensitivity(motion: Trajectory) -> Sensitivity:
         )
     if any(turns(c) or not is_plain(getattr(c, "friction", 0.0)) for c in motion.scene.contacts):
         raise InputError(
-            "sensitivity: of rolling, torsion and friction that is no number there are none here; "
-            "use differences of simulate"
+            "sensitivity: not available for contacts with rolling or torsion, or with friction "
+            "other than a number; use finite differences of simulate"
         )
     bounces = dict(zip(motion.scene.entry_names("contacts"), motion.scene.contacts, strict=True))
     for rest in motion.rests:

@@ -104,7 +104,7 @@ def simulate(
         )
     if any(isinstance(getattr(c, "friction", 0), EllipticFriction) for c in scene.contacts):
         raise InputError(
-            "simulate: an EllipticFriction is known at impacts alone; give one µ, a pair, a "
+            "simulate: EllipticFriction is available in solve only; give one µ, a pair, a "
             "FrictionTable or a function of the slip speed"
         )
     if not (progress is None or isinstance(progress, bool) or callable(progress)):

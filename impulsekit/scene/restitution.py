@@ -111,9 +111,10 @@ def restitution_at(
     Raises:
         RangeError, NotFiniteError, ShapeError, CallbackError: the function raised, or gave
             something else than 0 to 1.
+        InputError: "material", outside of a scene with materials.
     """
     if isinstance(value, str):
-        raise InputError(f'{what}: "{value}" is for a Scene with materials, which has the number')
+        raise InputError(f'{what}: "{value}" needs the Scene(materials=[...]) that has its pair')
     if not callable(value):
         return value
     if type(value) in (Restitution, RestitutionTable):

@@ -161,8 +161,8 @@ class Scene(Displayed):
                 or (law.slip, law.order) != ("end", "simultaneous")
             ):
                 raise InputError(
-                    f"contacts[{i}]: rolling and torsion belong to Newton's or Poisson's law with "
-                    'slip="end" and order="simultaneous", without adhesion; else they are 0'
+                    f"contacts[{i}]: rolling and torsion need Newton's or Poisson's law with "
+                    'slip="end" and order="simultaneous", without adhesion; else set both to 0'
                 )
 
     def _check_friction(self) -> None:
@@ -175,8 +175,8 @@ class Scene(Displayed):
         for i, contact in enumerate(self.contacts):
             if not is_plain(getattr(contact, "friction", 0.0)):
                 raise InputError(
-                    f"contacts[{i}]: friction that is no number belongs to Newton's or Poisson's "
-                    'law with slip="end" and order="simultaneous"; else give a number'
+                    f"contacts[{i}]: friction other than a number needs Newton's or Poisson's law "
+                    'with slip="end" and order="simultaneous"; for other laws give a number'
                 )
 
     def _check_entries(self) -> None:

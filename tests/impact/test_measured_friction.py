@@ -150,9 +150,9 @@ def test_what_is_no_friction_is_refused(friction, words):
             lambda: ik.Scene(
                 BOX, contacts=[ik.Contact("block", friction=(0.2, 0.1))], law=ik.Law(slip="path")
             ),
-            "friction that is no number belongs to",
+            "friction other than a number needs",
         ),
-        (lambda: ik.derivatives(struck([0, 0, 0], (0.2, 0.1))), "friction that is no number"),
+        (lambda: ik.derivatives(struck([0, 0, 0], (0.2, 0.1))), "friction other than a number"),
     ],
 )
 def test_faults_say_what_is_wrong(make, words):

@@ -140,7 +140,7 @@ def test_batches_solve_such_rows_one_by_one():
 )
 def test_other_laws_refuse_it(law, more):
     contact = ik.Contact("ball", rolling=1e-3, **more)
-    with pytest.raises(ik.errors.InputError, match="rolling and torsion belong to"):
+    with pytest.raises(ik.errors.InputError, match="rolling and torsion need"):
         ik.Scene(BALL, contacts=[contact], law=law)
 
 

@@ -85,7 +85,7 @@ def test_laws_that_do_not_differ_are_not_told_apart():
     laws = [LawCandidate("Newton"), LawCandidate("Poisson", ik.Law("poisson"))]
     found = compare_laws(seen, laws, restitution=["tip"], robust="none", folds=3)
     assert found.errors[0] == pytest.approx(found.errors[1], abs=1e-9)
-    assert any("do not tell" in note for note in found.notes)
+    assert any("not significantly worse" in note for note in found.notes)
 
 
 def test_e_by_speed_is_found_and_told():

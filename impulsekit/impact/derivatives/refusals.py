@@ -18,23 +18,23 @@ def refuse_what_has_none(impact: Impact) -> None:
     """
     if impact.scene.law.restitution == "lzb" and impact.scene.contacts:
         raise InputError(
-            'derivatives: of impacts under restitution="lzb" there are none here: where waves '
-            "meet, contacts part and close again; use differences of solve"
+            'derivatives: not available for restitution="lzb", where contacts part and close '
+            "again as waves meet; use finite differences of solve"
         )
     if any(getattr(contact, "adhesion", 0.0) for contact in impact.scene.contacts):
         raise InputError(
-            "derivatives: of contacts with adhesion there are none here; where they hold, use a "
-            "PointAnchor or FrameAnchor instead, or differences of solve"
+            "derivatives: not available for contacts with adhesion; where they hold, use a "
+            "PointAnchor or FrameAnchor instead, or finite differences of solve"
         )
     if any(map(turns, impact.scene.contacts)):
         raise InputError(
-            "derivatives: of contacts that resist rolling or spin there are none here; use "
+            "derivatives: not available for contacts with rolling or torsion; use finite "
             "differences of solve"
         )
     if not all(is_plain(getattr(c, "friction", 0.0)) for c in impact.scene.contacts):
         raise InputError(
-            "derivatives: of friction that is no number there are none here; use differences of "
-            "solve"
+            "derivatives: not available for friction other than a number; use finite differences "
+            "of solve"
         )
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:

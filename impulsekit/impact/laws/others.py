@@ -84,7 +84,8 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
     if solution.status in _NO_ANSWER:
         return Finding(NOT_PROVEN, "the law gave no solution")
     if problem.turning is not None:
-        return Finding(NOT_PROVEN, "of contacts that resist rolling or spin none were searched")
+        reason = "other solutions are not searched for contacts with rolling or torsion"
+        return Finding(NOT_PROVEN, reason)
     n = len(problem.friction)
     if law.order == "sequential" and n > 1:
         if solution.tied:

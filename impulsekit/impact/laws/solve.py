@@ -85,8 +85,8 @@ def _turning(problem: ContactProblem, law: Law) -> ContactSolution:
     """Contacts of which some resist rolling or spin."""
     if (law.slip, law.order) != ("end", "simultaneous"):
         raise InputError(
-            'contacts: rolling and torsion need slip="end" and order="simultaneous"; how they act '
-            "along an impact is not defined"
+            'contacts: rolling and torsion need slip="end" and order="simultaneous"; they are not '
+            "defined along the path of an impact"
         )
     from .turning import solve_turning
 
