@@ -1,4 +1,4 @@
-"""Which law says best what a hopping rod does? Impacts "measured" with Stronge's law and noise.
+"""Which law predicts the impacts of a rod best? They are "measured" with Stronge's law and noise.
 
 A rod hits the floor with its lower end, slips, sticks or slips back. Newton's, Poisson's and
 Stronge's law are fitted to a part of the impacts and predict the others.
