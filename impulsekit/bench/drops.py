@@ -28,6 +28,7 @@ WHERE = (
     "github.com/DAIRLab/ImpactModeling, ellipse_uniform.mat or squareDataPhilUpdated.mat "
     "(BSD-3-Clause)"
 )
+# [bytes] No list of impacts is that large, and scipy reads files as a whole.
 LARGEST = 100_000_000
 
 

@@ -22,8 +22,8 @@ __all__ = ["dominoes", "drawn_box", "shaken_block", "tosses"]
 GRAVITY = (0.0, 0.0, -9.81)
 # Of MuJoCo [s].
 STEP = 1e-3
-ROUNDS = 3
-TOSSES = 12
+# How often times are measured, and how many tosses are one measurement.
+ROUNDS, TOSSES = 3, 12
 PLANE = '<geom type="plane" size="0 0 1" friction="{mu} .005 .0001"/>'
 BOX = (
     '<body pos="{x} 0 {z}"><freejoint/><geom type="box" size="{a} {b} {c}" mass="{mass}"'

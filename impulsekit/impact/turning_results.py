@@ -18,6 +18,9 @@ __all__ = ["NO_SLIP", "ON_CONE", "TurningResult", "turning_result"]
 ON_CONE = 1e-9
 # Slip that is rounding, against the velocities of all contacts.
 NO_SLIP = 1e-12
+# Angular velocities that differ by less than this share of the terms they are sums of are one: some
+# hundreds of roundings.
+SAME_START = 1e-13
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,7 +55,8 @@ def turning_result(impact: Impact, k: int) -> TurningResult:
     local, normal = solution.impulse[own], float(solution.impulse[3 * touch.turns + 2])
     before, after = touch.jacobian @ impact.v_before, touch.jacobian @ impact.v_after
     start = solution.velocity_start[own]
-    size = np.abs(touch.jacobian).sum() * 1e-13 * max(np.abs(before).max(), np.abs(after).max())
+    fastest = max(np.abs(before).max(), np.abs(after).max())
+    size = np.abs(touch.jacobian).sum() * fastest * SAME_START
     # As for forces: a law that follows the impact knows the work, if nothing else acts.
     work = float(solution.friction_work[k])
     if np.abs(start - before).max() > size:

@@ -35,6 +35,7 @@ RATE = 0.05
 FIRST, LEAST, MOST = 0.1, 1e-6, 1.0
 # Contacts that move next to nothing count as moving this share of what the lightest does.
 LIGHTEST = 1e-14
+# ε halves at each step that gets there: from FIRST to LEAST in some twenty.
 PROXIMAL_STEPS = 80
 # What a proximal step's own residual must come down to.
 STEP_BAR = 1e-9

@@ -31,6 +31,7 @@ __all__ = ["SMALL", "Cones", "find_cone_impulses"]
 
 # Newton stops at the first residual, relative; after so many steps the second is a solution too.
 NOTHING, SMALL = 2e-16, 1e-12
+# Newton's steps from one start, at most; then impulses are relaxed.
 MOST_STEPS = 40
 # Rounds of relaxing and Newton; how often a round goes over all groups.
 MOST_ROUNDS, SWEEPS = 12, 60

@@ -1,4 +1,4 @@
-"""Several contacts with friction by operator splitting (ADMM), for where sweeps are too slow.
+"""Several contacts with friction by operator splitting (ADMM), which knows no order of contacts.
 
 ½ xᵀW x + (b + s)ᵀx over the friction cones, s_n = µ|ξ_t| being De Saxcé's correction, which
 makes a convex problem of Coulomb's law at every step (Acary, Cadoux, Lemaréchal & Malick

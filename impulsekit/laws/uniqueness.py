@@ -1,4 +1,4 @@
-"""Whether other velocities obey the law of contact as well: all modes, or a proof without them."""
+"""Whether other velocities obey the law of contact as well: all modes are tried."""
 
 from __future__ import annotations
 

@@ -23,6 +23,11 @@ MOST_COMPONENTS = 6
 # The best signs leave less than this share of the jump, or the axes are not what is wrong; and
 # others leave at least so many times as much, or the impacts do not tell them apart.
 EXPLAINED, TIMES = 0.5, 1.3
+# Signs that leave no more than this many times the least explain the jumps as well; shares below
+# the second are rounding.
+AS_WELL, NOTHING = 1.001, 1e-12
+# Singular values of rows below this share of the largest are those of redundant rows.
+REDUNDANT = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -106,7 +111,7 @@ def find_mirrored(measurements: Sequence[Measurement]) -> MirroredAxes:
     plain = left[(1.0,) * nv]
     least = min(left.values())
     # Of those that explain it as well, the one with the fewest changes.
-    best = max((s for s in left if left[s] <= 1.001 * least + 1e-12), key=sum)
+    best = max((s for s in left if left[s] <= AS_WELL * least + NOTHING), key=sum)
     signs = np.array(best)
     speeds = [float(normal @ (signs * np.asarray(m.v_before))) for (_, normal), m in pairs]
     if np.median(speeds) > 0.0:
@@ -114,7 +119,7 @@ def find_mirrored(measurements: Sequence[Measurement]) -> MirroredAxes:
     notes = []
     if left[best] > EXPLAINED:
         notes.append("no signs make the jumps conserve momentum: contacts or inertias may be off")
-    if min(left[s] for s in left if s != best) < TIMES * left[best] + 1e-12:
+    if min(left[s] for s in left if s != best) < TIMES * left[best] + NOTHING:
         notes.append("not all signs are determined: others explain the jumps nearly as well")
     signs.setflags(write=False)
     return MirroredAxes(signs, left[best], plain, tuple(notes))
@@ -130,7 +135,7 @@ def _parts(m: Measurement) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
     root = np.linalg.cholesky(mass).T
     reach = np.linalg.solve(root.T, rows.T)
     left, values, _ = np.linalg.svd(reach, full_matrices=False)
-    return (root, left[:, values > 1e-9 * values[0]]), normals.sum(axis=0)
+    return (root, left[:, values > REDUNDANT * values[0]]), normals.sum(axis=0)
 
 
 def _share(parts: tuple[np.ndarray, np.ndarray], m: Measurement, signs: np.ndarray) -> float:

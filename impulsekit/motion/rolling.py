@@ -33,6 +33,10 @@ STOPPED = 1e-6
 # How far bodies move for the rate of turning axes [m, rad]; axes that differ by no more than
 # rounding over it do not turn.
 MOVE, STEADY = 1e-4, 1e-13
+# Entries of axes that differ by more than this over MOVE were chosen anew, and did not turn.
+CHOSEN_ANEW = 0.1
+# Motions slower than this [m/s, rad/s] are looked at for no longer than MOVE over it [s].
+SLOWEST = 1e-3
 
 
 class RollingRest:
@@ -140,7 +144,7 @@ class RollingRest:
             return still
         if self._shifted is None:
             self._shifted = gaps.model.createData()
-        time, sides = MOVE / max(size, 1e-3), []
+        time, sides = MOVE / max(size, SLOWEST), []
         for sign in (1.0, -1.0):
             pin.forwardKinematics(
                 gaps.model, self._shifted, pin.integrate(gaps.model, q, sign * time * v)
@@ -152,7 +156,7 @@ class RollingRest:
         for (_, after), (_, before) in zip(*sides, strict=True):
             change = after - before
             # Tangents may be chosen anew where the normal passes an axis.
-            jumps = np.abs(change).max() > 0.1
+            jumps = np.abs(change).max() > CHOSEN_ANEW
             steady = np.abs(change).max() <= STEADY
             found.append(np.zeros((3, 3)) if jumps or steady else change / (2.0 * time))
         return found

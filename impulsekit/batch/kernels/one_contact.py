@@ -17,7 +17,7 @@ _NONE = int(Status.NO_SOLUTION)
 
 @built_in
 def solve_alone(rows, contact, places, work, w, lane, digits):
-    """``law.solve_state`` for such a one: no arrays on the way.
+    """The law for a lone contact on a plane: no arrays on the way.
 
     Args:
         rows: 3, or 1 without friction.

@@ -1,7 +1,7 @@
 """The solvers of contact laws, each alone on the Delassus matrix of the problem.
 
-``solve`` goes through them in turn: ADMM comes near, Newton on the modes that it found goes
-to rounding level, and sweeps come last. Here each has to go the whole way.
+``solve`` combines Newton on the modes with sweeps in closed form and with splitting
+(``laws.frictional``). Here sweeps alone, and Pinocchio's ADMM, have to go the whole way.
 """
 
 from __future__ import annotations

@@ -26,6 +26,7 @@ __all__ = ["solve_measured"]
 NO_SLIP = 1e-12
 # µ by speed is found to this, relative to 1 + µ; and an answer below the second.
 FOUND, BAR = 1e-13, 1e-10
+# Of Broyden's method, at most.
 MOST_STEPS = 60
 
 
