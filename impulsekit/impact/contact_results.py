@@ -66,7 +66,7 @@ class ContactResult(OneLine):
         velocity_before, velocity_after: (3,) at the middle of its points; for a stop (1,).
             NaN where it does not touch.
         mode: "separated", "sliding" or "sticking": of the point that holds most.
-        work: of normal and friction impulses, and of moments against rolling and spin [J].
+        work: of normal and friction impulses, and of angular ones against rolling and spin [J].
         unique: False where only the resultant over redundant points counts.
         measure: gives the gap; called when it is first asked for.
     """
@@ -92,8 +92,8 @@ class ContactResult(OneLine):
 
     @property
     def angular_impulse(self) -> np.ndarray:
-        """(3,) the sum of the moments against rolling and spin on the first body [N m s]; zero
-        where nothing resists them."""
+        """(3,) the sum of the angular impulses against rolling and spin on the first body, world
+        axes [N m s]; zero without ``rolling`` and ``torsion``."""
         own = [point.turning.impulse for point in self.points if point.turning is not None]
         total = np.sum(own, axis=0) if own else np.zeros(3)
         total.setflags(write=False)

@@ -1,4 +1,4 @@
-"""What a contact that resists rolling and spin did against them."""
+"""Results of contacts that resist rolling and spin."""
 
 from __future__ import annotations
 
@@ -25,14 +25,15 @@ SAME_START = 1e-13
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TurningResult(OneLine):
-    """The moments of a point against rolling and spin, world axes.
+    """The angular impulse of a point against rolling and spin, world axes.
 
     Attributes:
-        impulse: (3,) on the first body [N m s].
-        velocity_before, velocity_after: (3,) of the first body relative to the other [rad/s].
-        rolling: "separated", "rolling" (the moment is at its limit) or "sticking".
-        spin: "separated", "spinning" or "sticking".
-        work: [J].
+        impulse: (3,) angular impulse on the first body [N m s].
+        velocity_before, velocity_after: (3,) angular, of the first body relative to the other
+            [rad/s].
+        rolling: "separated", "rolling" (at the limit, rolling·P_n) or "sticking".
+        spin: "separated", "spinning" (at the limit, torsion·P_n) or "sticking".
+        work: of the angular impulse [J].
     """
 
     impulse: np.ndarray

@@ -136,7 +136,9 @@ def identify(
             good.measurements(scene), restitution=restitution, friction=friction, seed=seed
         )
     elif compare:
-        notes.append(f"{len(good)} impacts are too few to compare laws ({FEWEST_TO_COMPARE})")
+        notes.append(
+            f"{len(good)} impacts are too few to compare laws (at least {FEWEST_TO_COMPARE})"
+        )
     by_motion = None
     enough = round((1.0 - held_out) * len(several)) >= FEWEST_RECORDINGS
     if motions and enough:

@@ -65,10 +65,11 @@ class Contact:
         adhesion: the largest pull that it bears [N s], as of a suction cup, magnet or gecko pad
             that catches: 0 ≤ P_n + A ⊥ u_n⁺ ≥ 0, |P_t| ≤ µ (P_n + A). It holds what takes no more
             than A and lets go of the rest. Needs restitution 0 and ``Law()``; in impacts only.
-        rolling: [m] the moment across the normal is at most rolling·P_n, and opposes the relative
-            rolling ω_t: rolling friction, with Newton's or Poisson's law and slip at the end.
-        torsion: [m] the same about the normal: |M_n| ≤ torsion·P_n opposes the spin ω_n. A
-            pressed patch of radius a gives (2/3) µ a.
+        rolling: rolling friction [m]: |M_t| ≤ rolling·P_n across the normal opposes the relative
+            rolling ω_t (Acary & Bourrier 2021; condim 6 of MuJoCo). Needs Newton's or Poisson's
+            law with slip at the end.
+        torsion: torsional friction [m]: |M_n| ≤ torsion·P_n about the normal opposes the spin
+            ω_n. A pressed patch of radius a gives (2/3) µ a.
 
     Raises:
         InputError, ShapeError, NotFiniteError, RangeError.

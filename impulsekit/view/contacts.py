@@ -47,7 +47,7 @@ def contacts_section(impact: Impact) -> list[str]:
 
 
 def _turning(results: list[ContactResult]) -> list[str]:
-    """Moments against rolling and spin, point by point."""
+    """Angular impulses against rolling and spin, point by point."""
     own = [(r.name, p.turning) for r in results for p in r.points if p.turning is not None]
     if not own:
         return []
@@ -68,9 +68,9 @@ def _turning(results: list[ContactResult]) -> list[str]:
         ]
         for name, turning in own
     ]
-    head = ["name", "rolling", "spin", *(f"moment {axis}" for axis in "xyz")]
-    title = "  moments against rolling and spin [N m s], and turning [rad/s]"
-    return [title, *table([*head, "turning before", "after"], rows)]
+    head = ["name", "rolling", "spin", *(f"impulse {axis}" for axis in "xyz")]
+    title = "  angular impulses against rolling and spin [N m s], relative angular speeds [rad/s]"
+    return [title, *table([*head, "speed before", "after"], rows)]
 
 
 def gap_lines(title: str, results: Sequence[ContactResult | ConstraintResult]) -> list[str]:
