@@ -31,5 +31,5 @@ def test_an_impulse_that_is_off_is_seen(sweep, monkeypatch):
 
     monkeypatch.setattr(statements, "find_impulses", off)
     points = sweep.cases(2.0, np.random.default_rng(2))
-    moved = [p for p in points if p.law > 0.0]
+    moved = [p for p in points if p.error > 0.0]
     assert moved and sum(p.verdict == "wrong" for p in moved) >= len(moved) // 2
