@@ -28,8 +28,9 @@ class Measurement(OneLine):
             it is then estimated from the residuals.
         covariance: (3 nv, 3 nv) of (q on its tangent, v_before, v_after), instead of sigma:
             errors in variables, carried through the impact to first order.
-        points: by contact, its own point in place of ``at``, as where an ellipse touches.
-        group: what the impacts of a kind share, see ``fit_impacts(by_group=True)``.
+        points: by name of a contact, (3,) in place of its ``at`` in the coordinates of its frame
+            [m], such as the point at which an ellipse touches.
+        group: name of a kind of impacts, such as "edge"; see ``fit_impacts(by_group=True)``.
 
     Example:
         >>> from impulsekit import Contact, Robot, Scene, solve

@@ -110,7 +110,7 @@ class Loads:
             # Of what slides the law gives the normal force, which friction goes with.
             pushed = resting.ways(resting.slip, resting.friction())[0].dot(pushed)
         forces, slip = pushed.reshape(-1, 3), resting.slip.reshape(-1, 3)
-        turning = {} if resting.rolling is None else resting.rolling.told(resting.contacts)
+        turning = {} if resting.rolling is None else resting.rolling.by_point(resting.contacts)
         i = 0
         for contact in resting.contacts:
             item = gaps.items[contact.gap]

@@ -213,7 +213,9 @@ class RollingRest:
         self.normals = forces[2 : 3 * n : 3][points]
         return forces
 
-    def told(self, contacts: Sequence[RestingContact]) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+    def by_point(
+        self, contacts: Sequence[RestingContact]
+    ) -> dict[int, tuple[np.ndarray, np.ndarray]]:
         """By point among all that rest, (3,) its moment [N m] and turning [rad/s]."""
         moments, speeds = self.moments.reshape(-1, 3), self.speeds.reshape(-1, 3)
         return {i: (moments[j], speeds[j]) for j, (_, _, i) in enumerate(self.owners(contacts))}

@@ -81,7 +81,7 @@ def _newton(problem: ContactProblem) -> ContactSolution:
     impulse, residual, steps = _phase(problem, aim, np.zeros(n), np.zeros(len(aim)))
     after = problem.velocity_free + problem.delassus @ impulse
     works = _works(impulse, before, after)
-    return _told(problem, impulse, after, before, works, residual, steps)
+    return _solution(problem, impulse, after, before, works, residual, steps)
 
 
 def _poisson(problem: ContactProblem) -> ContactSolution:
@@ -99,7 +99,7 @@ def _poisson(problem: ContactProblem) -> ContactSolution:
         impulse = impulse + back
         after = free + problem.delassus @ impulse
         works = works + _works(back, start, after)
-    return _told(problem, impulse, after, free, works, residual, steps)
+    return _solution(problem, impulse, after, free, works, residual, steps)
 
 
 def _phase(
@@ -118,7 +118,7 @@ def _works(impulse: np.ndarray, start: np.ndarray, after: np.ndarray) -> np.ndar
     return (0.5 * impulse * (start + after)).reshape(-1, 3)
 
 
-def _told(
+def _solution(
     problem: ContactProblem,
     impulse: np.ndarray,
     after: np.ndarray,
