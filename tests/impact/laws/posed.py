@@ -1,5 +1,7 @@
 """Contact problems as the compiled law works on them."""
 
+import numpy as np
+
 from impulsekit.laws.frictional import clear_smooth, frictional
 from impulsekit.laws.least_shares import share_least
 from impulsekit.laws.modes import DEPENDENT, sizes_of
@@ -21,6 +23,8 @@ def posed(W, b, mu, P=None):
 def solved_phase(W, b, mu):
     """Status and P of one phase, redundant load shared as under Poisson's law."""
     work, n, _ = posed(W, b, mu)
-    code, residual = frictional.py_func(work, n, 0.0, False, 0.0, DEPENDENT)
-    share_least.py_func(work, n, 0.0, DEPENDENT, residual)
+    # Compiled code does not warn of what is divided by zero, nor does Python in its place.
+    with np.errstate(all="ignore"):
+        code, residual = frictional.py_func(work, n, 0.0, False, 0.0, DEPENDENT)
+        share_least.py_func(work, n, 0.0, DEPENDENT, residual)
     return Status(code), work.P
