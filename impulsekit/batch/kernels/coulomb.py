@@ -16,11 +16,14 @@ __all__ = ["LEFT", "block_at", "care_for", "is_close_call", "is_left"]
 
 # Nearer than this to no answer or to many, single precision has lost the digits that decide.
 NEAR = 1e-4
+# W_nn beside W of the tangents: rows of 1e-2 have lost two digits of their terms.
+FAINT_NORMAL = 1e-4
 # Contacts of which one is this much more mobile than another are left to ``solve``, which refines.
 ALIKE = 1e-3
 # Codes of several contacts that are no answers: there ``solve`` refines what came nearest.
 LEFT = (AGAIN, int(Status.NO_SOLUTION), int(Status.NOT_CONVERGED))
 _SOLVED, _JAM = int(Status.SOLVED), int(Status.PAINLEVE_JAM)
+_NOT_UNIQUE = int(Status.NOT_UNIQUE)
 
 
 @built_in
@@ -47,6 +50,9 @@ def is_left(block, before, free, e, mu, e_t, restitution, hit, digits):
             bn += e * min(before[2], 0.0)
         if can_press(block, b1, b2, bn, mu, abs(b1) + abs(b2) + abs(bn)):
             return True
+    # A normal that hardly moves is what levers leave of each other: ``solve`` refines.
+    if hit.code == _NOT_UNIQUE and block[5] < FAINT_NORMAL * (block[0] + block[2]):
+        return True
     return is_close_call(block, mu, hit.impulse, hit.code, digits)
 
 
