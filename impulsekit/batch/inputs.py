@@ -290,7 +290,7 @@ def _coefficients(scene: Scene, what: str, values: Any, count: int) -> np.ndarra
         own = []
         for entry in scene.contacts:
             value = getattr(entry, what, 0.0)
-            own.append(np.nan if callable(value) else value)
+            own.append(value if isinstance(value, float) else np.nan)
         base = np.array(own, dtype=float).reshape(1, -1)
         for name, one in values.items():
             if name not in names:
@@ -302,7 +302,7 @@ def _coefficients(scene: Scene, what: str, values: Any, count: int) -> np.ndarra
                 raise ShapeError.of(place, (len(base),), array.shape)
             base[:, names.index(name)] = array
         if np.isnan(base).any():
-            raise InputError(f"{what}: give all contacts theirs where one follows the speed")
+            raise InputError(f"{what}: give all contacts theirs where one is more than a number")
         return base
     table: Any = _floats(values, what)
     if table.ndim == 0:

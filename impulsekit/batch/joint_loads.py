@@ -21,6 +21,7 @@ from ..scene import (
     Scene,
 )
 from ..scene.constraints import DIRECTIONS
+from ..scene.contacts import turns
 from .errors import NoKernelError
 
 __all__ = ["JointLoads"]
@@ -178,6 +179,9 @@ class JointLoads:
         self._columns += 6
 
     def _contact(self, entry: Any) -> None:
+        if turns(entry):
+            # Its moments are in no column.
+            raise NoKernelError("loads by contacts that resist rolling or spin")
         if isinstance(entry, Contact):
             frame, against = self._frame(entry.frame), self._frame(entry.against)
             point = self._point(frame, entry.at)

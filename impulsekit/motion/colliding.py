@@ -29,7 +29,7 @@ from ..robot.geometry import geometry_ids
 from ..rows.pair import rows_at
 from ..rows.reach import ReachedModel
 from ..scene import Collision
-from ..scene.friction import static_friction
+from ..scene.friction import friction_at_rest
 from .advancing import PairOfPieces
 from .points import CROSSING, PLANE, TIP, TableRow
 from .wandering import MOVE, bias_by_differences
@@ -77,7 +77,7 @@ class CollidingGap:
     has_rate = False
 
     def __init__(self, robot: Robot, reached: ReachedModel, entry: Collision, index: int) -> None:
-        self.entry, self.friction = index, static_friction(entry.friction)
+        self.entry, self.friction = index, friction_at_rest(entry.friction)
         self._model = reached.model
         self._pieces: list[Solids] = []
         joint_ids = []

@@ -10,7 +10,7 @@ from ..rows.entries import FunctionRows, frame_pair, joint_rows
 from ..rows.pair import Pair
 from ..rows.reach import ReachedModel
 from ..scene import Contact, GapContact, JointStop, Rope
-from ..scene.friction import static_friction
+from ..scene.friction import friction_at_rest
 from .points import PLANE, ROPE, STOP, TableRow
 
 __all__ = ["FunctionGap", "PlaneGap", "RopeGap", "StopGap"]
@@ -23,7 +23,7 @@ class PlaneGap:
     held = None
 
     def __init__(self, robot: Robot, reached: ReachedModel, entry: Contact, index: int) -> None:
-        self.entry, self.friction = index, static_friction(entry.friction)
+        self.entry, self.friction = index, friction_at_rest(entry.friction)
         self._model = reached.model
         said = frame_pair(robot, entry)
         self._pair = Pair(reached, said)

@@ -147,12 +147,17 @@ class Resting:
 
     @contextmanager
     def held(self) -> Iterator[None]:
-        """Within it points with a static friction of their own are held by whatever it takes."""
+        """Within it points with a static friction of their own are held by whatever it takes.
+
+        Forces are found anew each time: shares of redundant points must not depend on what was
+        asked before.
+        """
+        last, self._last = self._last, np.empty(0)
         self._holds = True
         try:
             yield
         finally:
-            self._holds = False
+            self._holds, self._last = False, last
 
     def left_to_tear(self, *, tear: bool = False) -> np.ndarray:
         """(n,) µ P_n − |P_t| of points that are ``held``, by the last evaluation [N].

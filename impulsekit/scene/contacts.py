@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from ..errors import InputError, RangeError, a_thing
 from ..robot import Robot
 from .friction import Friction, checked_friction, is_plain
-from .materials import BY_MATERIAL
+from .materials import is_by_material
 from .numbers import Vector, number, text, vector
 from .restitution import checked_restitution
 
@@ -313,11 +313,11 @@ def turns(entry: Any) -> bool:
 
 def _check_coefficients(entry: Contact | Collision, what: str) -> None:
     set_field = object.__setattr__
-    if entry.restitution != BY_MATERIAL:
+    if not is_by_material(entry.restitution):
         restitution = checked_restitution(entry.restitution, f"{what}: restitution")
         set_field(entry, "restitution", restitution)
     friction = entry.friction
-    if friction != BY_MATERIAL:
+    if not is_by_material(friction):
         friction = checked_friction(entry.friction, f"{what}: friction")
         set_field(entry, "friction", friction)
     for field in ("rolling", "torsion"):

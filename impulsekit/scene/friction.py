@@ -21,9 +21,14 @@ __all__ = [
     "StaticKinetic",
     "checked_friction",
     "friction_at",
+    "friction_at_rest",
     "is_plain",
     "static_friction",
 ]
+
+
+# A length that is 1 but for rounding: such a vector is kept as it is, to the last digit.
+UNIT = 4e-16
 
 
 @dataclass(frozen=True)
@@ -127,8 +132,13 @@ class EllipticFriction:
         length = math.hypot(*along)
         if not length > 0.0:
             raise RangeError.of("EllipticFriction: length of along", length, "above zero")
-        set_field(self, "along", tuple(x / length for x in along))
+        if abs(length - 1.0) > UNIT:
+            along = tuple(x / length for x in along)
+        set_field(self, "along", along)
 
+
+# µ of what rests by a friction that is 0 without slip: it begins to slide at once, and rubs then.
+LEAST_AT_REST = 1e-9
 
 Friction: TypeAlias = (
     float
@@ -163,6 +173,12 @@ def static_friction(friction: Any, what: str = "friction") -> float:
     if isinstance(friction, EllipticFriction):
         return max(friction.first, friction.second)
     return friction_at(friction, 0.0, what)
+
+
+def friction_at_rest(friction: Any) -> float:
+    """As ``static_friction``; above 0 where there may be friction at another slip speed."""
+    static = static_friction(friction)
+    return static if is_plain(friction) else max(static, LEAST_AT_REST)
 
 
 def friction_at(friction: Any, slip_speed: float, what: str = "friction") -> float:

@@ -16,7 +16,14 @@ from .restitution import checked_restitution
 if TYPE_CHECKING:
     from .contacts import Collision, Contact
 
-__all__ = ["BY_MATERIAL", "Material", "MaterialPair", "asks_for_materials", "with_materials"]
+__all__ = [
+    "BY_MATERIAL",
+    "Material",
+    "MaterialPair",
+    "asks_for_materials",
+    "is_by_material",
+    "with_materials",
+]
 
 # What a contact gives instead of a coefficient that the table of pairs has.
 BY_MATERIAL = "material"
@@ -91,10 +98,15 @@ class MaterialPair:
             set_field(self, "stiffness", stiffness)
 
 
+def is_by_material(value: Any) -> bool:
+    """Whether a coefficient is left to the table of pairs."""
+    return isinstance(value, str) and value == BY_MATERIAL
+
+
 def asks_for_materials(contact: Any) -> bool:
     """Whether a contact leaves a coefficient to the table of pairs."""
     given = getattr(contact, "restitution", 0.0), getattr(contact, "friction", 0.0)
-    return any(isinstance(value, str) and value == BY_MATERIAL for value in given)
+    return any(map(is_by_material, given))
 
 
 def with_materials(
@@ -184,7 +196,7 @@ def _materials_of(
             frame_id = objects[geometry_ids(robot, name, where)[0][0]].parentFrame
         material = None
         while material is None:
-            material = of_link.get(frames[frame_id].name)
+            material = of_link.get(frames[frame_id].name if frame_id else "world")
             if frame_id == 0 or frames[frame_id].parentFrame == frame_id:
                 break
             last, frame_id = frame_id, frames[frame_id].parentFrame

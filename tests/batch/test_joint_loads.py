@@ -200,3 +200,18 @@ def test_what_has_no_kernel_for_loads_gets_them_from_solve():
     reactions, bodies = told_by_solve(blow, q, v)
     np.testing.assert_allclose(batch.reactions, reactions, atol=1e-12)
     np.testing.assert_allclose(batch.bodies, bodies, atol=1e-12)
+
+
+def test_moments_against_rolling_and_spin_are_borne_by_joints():
+    arm = ik.Robot.from_urdf(ik.models.pendulum_urdf(3))
+    tip = ik.Contact("link_3", at=[0, 0, -1], normal=[1, 0.2, 0.3], friction=0.4, rolling=0.2)
+    scene = ik.Scene(arm, contacts=[tip], gap_bound=99)
+    q, v = states(arm, 4)
+    batch = ik.solve_batch(scene, q, v, outputs=("reactions",))
+    turned = 0.0
+    for row in range(4):
+        one = ik.solve(scene, q[row], v[row])
+        turned = max(turned, float(np.abs(one.contacts[0].angular_impulse).max()))
+        own = np.array([one.reactions[name] for name in arm.joint_names])
+        assert batch.reactions[row] == pytest.approx(own, abs=1e-12)
+    assert turned > 0.1

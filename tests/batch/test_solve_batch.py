@@ -251,3 +251,14 @@ def test_progress_counts_all_rows(panda):
     told = []
     solve_batch(scene, np.zeros((10_000, 9)), progress=lambda done, total: told.append(done))
     assert told[-1] == 10_000
+
+
+def test_friction_of_some_contacts_beside_one_by_direction():
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    contacts = [
+        ik.Contact("ball", friction=ik.EllipticFriction(0.8, 0.2), name="a"),
+        ik.Contact("ball", friction=0.3, name="b"),
+    ]
+    scene = ik.Scene(ball, contacts=contacts)
+    with pytest.raises(ik.errors.InputError, match="more than a number"):
+        ik.solve_batch(scene, ball.neutral(), friction={"b": [0.1, 0.2]})

@@ -175,3 +175,31 @@ def test_batches_and_files_know_it(tmp_path):
     batch = ik.solve_batch(one, ball.neutral(), v)
     assert "friction" in batch.plan.why[0] and batch.valid.all()
     assert batch.v_after[2].tobytes() == ik.solve(one, ball.neutral(), v[2]).v_after.tobytes()
+
+
+def test_what_adheres_slips_by_its_kinetic_friction_while_it_is_pulled():
+    """P_n = −1 of at most 3 N s: |P_t| = µ (P_n + 3), of slip µ_k; by speed its own µ."""
+    for friction in ((0.8, 0.2), ik.FrictionTable([0.0, 1e-9], [0.8, 0.2])):
+        impact = struck([3.0, 0, 1.0], friction, v=(0, 0, 0), adhesion=3.0)
+        contact = impact.contacts[0]
+        assert impact.is_valid() and contact.mode == "sliding"
+        assert contact.impulse == pytest.approx([-0.2 * 2.0, 0, -1.0], abs=1e-12)
+
+
+def test_adhesion_beside_a_contact_that_resists_turning():
+    """It slides on what turns hard, held down beside it: the moment takes the spin there is."""
+    contacts = [
+        ik.Contact("block", adhesion=5.0, name="cup"),
+        ik.Contact("block", torsion=0.1, name="pad"),
+    ]
+    scene = ik.Scene(BOX, [ik.AppliedImpulse("block", linear=[0, 0, 1.0])], contacts=contacts)
+    impact = ik.solve(scene, BOX.neutral(), BOX.velocity(root_joint=[0, 0, -1.0, 0, 0, 0.05]))
+    # Both push or pull with 1 N s in all; the pad's share says how much spin it takes.
+    total = impact.contacts["cup"].impulse[2] + impact.contacts["pad"].impulse[2]
+    assert total == pytest.approx(1.0, abs=1e-12) and impact.v_after[2] == pytest.approx(0.0)
+    assert abs(impact.energy.imbalance) < 1e-13 and ik.check(impact).agrees
+
+
+def test_a_unit_axis_is_kept_to_the_last_digit():
+    one = ik.EllipticFriction(0.5, 0.2, along=[1, 1, 0])
+    assert ik.EllipticFriction(0.5, 0.2, along=one.along) == one

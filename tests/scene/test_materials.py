@@ -116,3 +116,23 @@ def test_coefficients_of_a_pair_are_checked(change):
 def test_a_scene_without_a_table_says_what_is_missing():
     with pytest.raises(ik.errors.InputError, match="has no material"):
         ik.Scene(BALLS, contacts=[ik.Contact("a/ball", friction="material")])
+
+
+def test_geometry_of_the_world_is_made_of_what_is_fixed():
+    ball = ik.Robot.from_mjcf(
+        """<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+        <body name="ball"><freejoint/><geom name="skin" size="0.1"/></body></worldbody></mujoco>"""
+    )
+    table = [
+        ik.Material("rubber", links=["ball"]),
+        ik.Material("stone", links=["world"]),
+        ik.MaterialPair("stone", "rubber", restitution=0.4),
+    ]
+    meets = ik.Collision("skin", "floor", restitution="material")
+    assert ik.Scene(ball, contacts=[meets], materials=table).contacts[0].restitution == 0.4
+
+
+def test_arrays_are_no_coefficients():
+    for name in ("restitution", "friction"):
+        with pytest.raises(ik.errors.ImpulsekitError, match=name):
+            ik.Contact("ball", **{name: np.array([0.5, 0.3])})

@@ -23,7 +23,8 @@ def _pull(problem: ContactProblem) -> np.ndarray:
     """(3n,) A along the normals."""
     pull = np.zeros(len(problem.velocity_free))
     if problem.adhesion is not None:
-        pull[2::3] = problem.adhesion
+        # What resists turning comes after the points.
+        pull[2 : 3 * len(problem.adhesion) : 3] = problem.adhesion
     return pull
 
 
@@ -46,7 +47,11 @@ def solve_adhesive(problem: ContactProblem, law: Law) -> ContactSolution:
     impulse = found.impulse - _pull(problem)
     before, after = problem.velocity_before, found.velocity_after
     works = 0.5 * impulse * (before + after)
-    normal, friction = works[2::3], works[0::3] + works[1::3]
+    n = len(problem.friction)
+    normal, friction = works[2::3].copy(), works[0::3] + works[1::3]
+    # About the normal a moment acts, not the normal impulse.
+    friction[n:] += normal[n:]
+    normal[n:] = 0.0
     status = found.status
     if status in (Status.SOLVED, Status.NOT_UNIQUE, Status.ENERGY_GAIN):
         # Of P̂ the works would count the pull, which nothing exerts.

@@ -56,7 +56,7 @@ def solve_measured(
         found, mu = _by_speed(rounded, law, mu, models, smooth, solve)
         if not found.status.obeys_law and found.status is not Status.ENERGY_GAIN:
             break
-        slips = {i for i in steps if _speed(found, i) > 0.0} - kinetic
+        slips = {i for i in steps if rounded.speed(found, i) > 0.0} - kinetic
         if not slips:
             break
         kinetic |= slips
@@ -81,7 +81,7 @@ def _by_speed(
         return found, mu
 
     def missing() -> np.ndarray:
-        return np.array([friction_at(models[i], _speed(found, i)) - mu[i] for i in smooth])
+        return np.array([friction_at(models[i], rounded.speed(found, i)) - mu[i] for i in smooth])
 
     # Broyden's method from the fixed point iteration, whose slope is −1.
     left, inverse = missing(), np.eye(len(smooth))
@@ -100,16 +100,6 @@ def _by_speed(
         found = dataclasses.replace(found, status=Status.NOT_CONVERGED)
     residual = max(found.residual, float(np.abs(left).max()) / (1.0 + float(mu.max())))
     return dataclasses.replace(found, residual=residual), mu
-
-
-def _speed(solution: ContactSolution, i: int) -> float:
-    """How fast a contact that is pressed slips at the end, in its own units; 0 for rounding."""
-    if not solution.impulse[3 * i + 2] > 0.0:
-        return 0.0
-    after = solution.velocity_after
-    speed = float(np.hypot(after[3 * i], after[3 * i + 1]))
-    largest = max(float(np.abs(after).max()), float(np.abs(solution.velocity_start).max()))
-    return speed if speed > NO_SLIP * largest else 0.0
 
 
 class _Rounded:
@@ -138,6 +128,18 @@ class _Rounded:
     def with_friction(self, mu: np.ndarray) -> ContactProblem:
         """The problem with one µ by contact."""
         return dataclasses.replace(self._rounded, friction=mu)
+
+    def speed(self, found: ContactSolution, i: int) -> float:
+        """How fast a contact that is pressed slips at the end, in its own units; 0 for rounding."""
+        adhesion = self._problem.adhesion
+        # What adheres rubs while it is pulled, too.
+        pressed = found.impulse[3 * i + 2] + (0.0 if adhesion is None else adhesion[i])
+        if not pressed > 0.0:
+            return 0.0
+        after = found.velocity_after
+        speed = float(np.hypot(after[3 * i], after[3 * i + 1]))
+        largest = max(float(np.abs(after).max()), float(np.abs(found.velocity_start).max()))
+        return speed if speed > NO_SLIP * largest else 0.0
 
     def back(self, found: ContactSolution, mu: np.ndarray, law: Law) -> ContactSolution:
         """The solution in the units of the problem."""
