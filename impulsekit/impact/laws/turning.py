@@ -7,6 +7,8 @@ maximal dissipation each (six-dimensional cones of Siconos, Chrono, and MuJoCo's
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ...laws.product_cones import Cones, find_cone_impulses
@@ -25,6 +27,8 @@ LEAST_RELEASE = 1e-290
 # Eigenvalues of W below this share of the largest, scaled, are those of redundant rows; a contact
 # that has no more than the second of their vectors is determined.
 REDUNDANT, OUTSIDE = 1e-12, 1e-9
+# Velocities that differ by less than this share are one answer, within the bar of both.
+SAME = 1e-8
 
 
 def solve_turning(problem: ContactProblem, law: Law) -> ContactSolution:
@@ -78,16 +82,20 @@ def _newton(problem: ContactProblem) -> ContactSolution:
     shift[:, :2] = problem.tangential_restitution[:, None] * before[points].reshape(n, 3)[:, :2]
     shift[:, 2] = problem.restitution * np.minimum(before[2 : 3 * n : 3], 0.0)
     aim[points] += shift.ravel()
-    impulse, residual, steps = _phase(problem, aim, np.zeros(n), np.zeros(len(aim)))
+    floor = np.zeros(n)
+    impulse, residual, steps = _phase(problem, aim, floor, np.zeros(len(aim)))
     after = problem.velocity_free + problem.delassus @ impulse
     works = _works(impulse, before, after)
-    return _solution(problem, impulse, after, before, works, residual, steps)
+    found = _solution(problem, impulse, after, before, works, residual, steps)
+    return _if_several(problem, aim, floor, impulse, found)
 
 
 def _poisson(problem: ContactProblem) -> ContactSolution:
     """Compression with e = 0, then expansion with P_n ≥ e P_n^c, moments in step with it."""
     n, free = len(problem.friction), problem.velocity_free
-    impulse, residual, steps = _phase(problem, free, np.zeros(n), np.zeros(len(free)))
+    none = np.zeros(n)
+    impulse, residual, steps = _phase(problem, free, none, np.zeros(len(free)))
+    compressed = impulse
     after = free + problem.delassus @ impulse
     works = _works(impulse, free, after)
     floor = problem.restitution * impulse[2 : 3 * n : 3]
@@ -99,7 +107,31 @@ def _poisson(problem: ContactProblem) -> ContactSolution:
         impulse = impulse + back
         after = free + problem.delassus @ impulse
         works = works + _works(back, start, after)
-    return _solution(problem, impulse, after, free, works, residual, steps)
+    found = _solution(problem, impulse, after, free, works, residual, steps)
+    return _if_several(problem, free, none, compressed, found)
+
+
+def _if_several(
+    problem: ContactProblem,
+    aim: np.ndarray,
+    floor: np.ndarray,
+    impulse: np.ndarray,
+    found: ContactSolution,
+) -> ContactSolution:
+    """MANY_SOLUTIONS where redundant points that slide or roll come to another v⁺ elsewhere.
+
+    What a cone gives is in proportion to its load, so shares of the load that W does not tell
+    apart may move the velocities. Another start, of other shares, shows whether they do.
+    """
+    if found.status is not Status.NOT_UNIQUE:
+        return found
+    start = impulse * np.repeat(2.0 / (1.0 + np.arange(len(impulse) // 3)), 3)
+    other, residual, _ = _phase(problem, aim, floor, start)
+    change = problem.delassus @ (other - impulse)
+    size = max(np.abs(aim).max(), np.abs(problem.velocity_before).max())
+    if residual <= BAR and np.abs(change).max() > SAME * size:
+        return replace(found, status=Status.MANY_SOLUTIONS)
+    return found
 
 
 def _phase(
