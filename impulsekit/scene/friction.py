@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import RangeError, ShapeError
 from .functions import numbers_from
-from .numbers import Vector, number, vector
+from .numbers import Vector, listed, number, vector
 
 __all__ = [
     "EllipticFriction",
@@ -85,8 +85,13 @@ class FrictionTable:
     values: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        speeds = tuple(number(s, "FrictionTable: speeds") for s in self.speeds)
-        values = tuple(_coefficient(mu, "FrictionTable: values") for mu in self.values)
+        speeds = tuple(
+            number(s, "FrictionTable: speeds") for s in listed(self.speeds, "FrictionTable: speeds")
+        )
+        values = tuple(
+            _coefficient(mu, "FrictionTable: values")
+            for mu in listed(self.values, "FrictionTable: values")
+        )
         if not speeds:
             raise ShapeError.of("FrictionTable: speeds", (1,), (0,), "one or more")
         if len(speeds) != len(values):

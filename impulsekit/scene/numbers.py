@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ..errors import InputError, NotFiniteError, RangeError, ShapeError, quoted
+from ..errors import InputError, NotFiniteError, RangeError, ShapeError, a_thing, quoted
 
 __all__ = [
     "AXES",
@@ -18,6 +18,7 @@ __all__ = [
     "Vector",
     "Velocity",
     "axes_name",
+    "listed",
     "number",
     "text",
     "vector",
@@ -93,6 +94,20 @@ def _entries(value: Any, what: str) -> Sequence[Any]:
     raise ShapeError(
         f"{what} must be three numbers, got {quoted(value)}", what=what, expected=(3,), got=()
     )
+
+
+def listed(value: Any, what: str) -> tuple[Any, ...]:
+    """The members of a list.
+
+    Raises:
+        InputError: it is none.
+    """
+    if isinstance(value, str):
+        raise InputError(f"{what} must be a list of numbers, got {quoted(value)}")
+    try:
+        return tuple(value)
+    except TypeError:
+        raise InputError(f"{what} must be a list of numbers, got {a_thing(value)}") from None
 
 
 def axes_name(value: Any, what: str) -> str:

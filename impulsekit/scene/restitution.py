@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import InputError, RangeError, ShapeError, quoted
 from .functions import numbers_from
-from .numbers import number
+from .numbers import listed, number
 
 __all__ = ["Restitution", "RestitutionTable", "checked_restitution", "restitution_at"]
 
@@ -69,8 +69,14 @@ class RestitutionTable:
     values: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        speeds = tuple(number(s, "RestitutionTable: speeds") for s in self.speeds)
-        values = tuple(_coefficient(e, "RestitutionTable: values") for e in self.values)
+        speeds = tuple(
+            number(s, "RestitutionTable: speeds")
+            for s in listed(self.speeds, "RestitutionTable: speeds")
+        )
+        values = tuple(
+            _coefficient(e, "RestitutionTable: values")
+            for e in listed(self.values, "RestitutionTable: values")
+        )
         if not speeds:
             raise ShapeError.of("RestitutionTable: speeds", (1,), (0,), "one or more")
         if len(speeds) != len(values):

@@ -46,6 +46,7 @@ def test_a_normal_is_kept_at_unit_length():
         (lambda: ik.Restitution(0.5, capture_speed=-1), errors.RangeError, "capture_speed"),
         (lambda: ik.Restitution(1.5), errors.RangeError, "0 to 1"),
         (lambda: ik.RestitutionTable([0, 1], [1]), errors.ShapeError, "values"),
+        (lambda: ik.RestitutionTable(None, [1]), errors.InputError, "must be a list of numbers"),
         (lambda: ik.RestitutionTable([1, 0], [1, 1]), errors.RangeError, "each above the last"),
         (lambda: ik.RestitutionTable([0, 1], [1, 2]), errors.RangeError, "0 to 1"),
     ],
