@@ -63,7 +63,9 @@ def test_scripts_run(path, tmp_path):
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    assert done.stderr == ""
+    # What a fresh installation compiles is told in a line.
+    told = [line for line in done.stderr.splitlines() if "compiling for this machine" not in line]
+    assert not told
     for name in output:
         assert pathlib.Path(name).stat().st_size > 1000
     if not output and path.stem not in REPORTS:

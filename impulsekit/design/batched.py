@@ -18,9 +18,6 @@ __all__ = ["BatchedImpacts", "is_batch", "predicted"]
 
 # Below so many impacts a scene, one by one takes less than a compilation, with exact derivatives.
 FEWEST_FOR_BATCH = 24
-# So many in all: kernels compile for up to a minute, once per installation, in which some hundred
-# impacts are fitted one by one.
-FEWEST_IN_ALL = 400
 # Step of central differences [of a coefficient]: truncation 1e-10, rounding 1e-10 of the speed.
 STEP = 1e-5
 # Derivatives below this share of the largest speed are rounding of differences.
@@ -28,9 +25,9 @@ NO_SLOPE = 1e-8
 
 
 def is_batch(measurements: Sequence[Measurement]) -> bool:
-    """Whether so many impacts share a scene that batches are faster, compilation included."""
+    """Whether so many impacts share a scene that batches are faster than one by one."""
     parts = {(id(m.scene), m.group) for m in measurements}
-    return len(measurements) >= max(FEWEST_IN_ALL, FEWEST_FOR_BATCH * len(parts))
+    return len(measurements) >= FEWEST_FOR_BATCH * len(parts)
 
 
 class BatchedImpacts:
