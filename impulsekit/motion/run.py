@@ -103,6 +103,7 @@ class Run:
         while now.t < settings.duration:
             if self._flight.steps >= settings.max_steps:
                 raise Stopped(MotionStatus.TOO_MANY_STEPS, f"max_steps is {settings.max_steps}")
+            begin = now.t
             self._last = now.mark(), len(self._flight.path)
             self._interrupts.heed()
             if self._unless_jammed(lambda: self._go_on(penetration.deepest)):
@@ -113,7 +114,7 @@ class Run:
                 # The step is not kept: what it led to cannot be true.
                 self._go_back()
                 raise
-            still = still + 1 if now.t == self._last[0].t else 0
+            still = still + 1 if now.t == begin else 0
             if still == MOST_STILL:
                 raise Stopped(MotionStatus.STEP_TOO_SMALL, "events follow each other at one time")
             if self._progress is not None:

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import DOP853
 
 import impulsekit as ik
-from impulsekit.motion import compiled_look, compiled_mover, compiled_stepper, strides, tree
+from impulsekit.motion import compiled_look, compiled_mover, compiled_stepper, run, strides, tree
 from impulsekit.motion.chart import Chart
 from impulsekit.motion.compiled_chart import write_configuration, write_rate
 from impulsekit.motion.compiled_step import attempt
@@ -271,3 +271,14 @@ def test_impacts_of_an_oscillator_are_as_accurate_as_its_steps(stepped):
     seen = [time for time, _ in motion.impacts]
     np.testing.assert_allclose(seen, times, rtol=1e-11)
     np.testing.assert_allclose(motion.impacts[-1][1].v_after, speed, rtol=2e-11)
+
+
+def test_steps_made_at_once_are_no_standstill(stepped, monkeypatch):
+    monkeypatch.setattr(strides, "MOST", 1)
+    monkeypatch.setattr(run, "MOST_STILL", 3)
+    swing = ik.Robot.from_urdf(ik.models.pendulum_urdf(2))
+    motion = ik.simulate(
+        ik.Scene(swing), swing.configuration(joint_1=1.0), np.zeros(2), duration=0.4
+    )
+    assert stepped[1].calls > 3
+    assert motion.status is ik.MotionStatus.FINISHED
