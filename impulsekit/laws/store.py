@@ -2,7 +2,7 @@
 
 Code of other sources is never found, as it has other names, whatever folder is set and
 whichever installations share it. Files are written whole and put in place at once, so
-processes and threads may compile side by side.
+processes and threads may compile side by side; the same function is compiled by one of them.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from collections.abc import Callable
 from typing import Any
 
 from .fingerprint import fingerprint
+from .one_compiles import begin_compiling, end_compiling
 
 __all__ = ["Store", "cache_folder", "is_stored"]
 
@@ -68,36 +69,34 @@ class Store:
         return str(cache_folder())
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The compiled code for a signature, or None."""
-        from numba.core.compiler import CompileResult
-
+        """The compiled code for a signature; None if it is for this process to compile."""
         target_context.refresh()
         path = self._path(sig, target_context)
-        try:
-            data = path.read_bytes()
-            if hashlib.sha256(data[32:]).digest() != data[:32]:
-                return None
-            found = CompileResult._rebuild(target_context, *pickle.loads(data[32:]))
-        except Exception:
-            # What cannot be read is compiled anew.
-            return None
-        with contextlib.suppress(OSError):
-            os.utime(path)
+        found = _read(path, target_context)
+        if found is None:
+            begin_compiling(path)
+            # Another process may have compiled it meanwhile.
+            found = _read(path, target_context)
+            if found is not None:
+                end_compiling(path)
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep compiled code, if a folder can be written; what is older and unused goes."""
         from numba.core.serialize import dumps
 
+        path = self._path(sig, data.target_context)
         if data.library.has_dynamic_globals or data.lifted:
+            end_compiling(path)
             return
         packed = dumps(data._reduce())
-        path = self._path(sig, data.target_context)
         partial = path.with_name(f"{path.stem}.{os.getpid()}.{time.monotonic_ns()}.partial")
         with contextlib.suppress(OSError):
             path.parent.mkdir(parents=True, exist_ok=True)
             partial.write_bytes(hashlib.sha256(packed).digest() + packed)
             os.replace(partial, path)
+        end_compiling(path)
+        with contextlib.suppress(OSError):
             for other in path.parent.glob(f"{_name_of(self._function)}-*"):
                 if time.time() - other.stat().st_mtime > FORGOTTEN:
                     other.unlink(missing_ok=True)
@@ -114,6 +113,23 @@ class Store:
         key = f"{versions} {sig} {target_context.codegen().magic_tuple()}"
         kind = hashlib.sha256(key.encode()).hexdigest()[:16]
         return cache_folder() / f"{_name_of(self._function)}-{self._own}-{kind}.code"
+
+
+def _read(path: pathlib.Path, target_context: Any) -> Any:
+    """The compiled code in a file; None where there is none, or none that can be read."""
+    from numba.core.compiler import CompileResult
+
+    try:
+        data = path.read_bytes()
+        if hashlib.sha256(data[32:]).digest() != data[:32]:
+            return None
+        found = CompileResult._rebuild(target_context, *pickle.loads(data[32:]))
+    except Exception:
+        # What cannot be read is compiled anew.
+        return None
+    with contextlib.suppress(OSError):
+        os.utime(path)
+    return found
 
 
 def _name_of(function: Callable[..., Any]) -> str:

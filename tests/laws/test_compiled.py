@@ -9,6 +9,7 @@ import subprocess
 import sys
 import textwrap
 import typing
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -75,6 +76,29 @@ def test_what_is_compiled_is_kept(tmp_path):
         print(made.twice(3.0, 4.0), ours.count("twice") + ours.count("length"))
     """
     assert run(tmp_path, loads) == f"{10.0 / 3.0} 0"
+
+
+def test_of_two_processes_one_compiles_and_the_other_waits_for_it(tmp_path):
+    script = """
+        import pathlib, time
+        from numba.core import event
+        from impulsekit.laws.compiled import use_numba
+        use_numba()
+        begin = time.monotonic() + 60.0
+        pathlib.Path({mine!r}).touch()
+        while not pathlib.Path({others!r}).exists() and time.monotonic() < begin:
+            time.sleep(0.001)
+        with event.install_recorder("numba:compile") as seen:
+            made.twice.compile()
+        ours = [e.data["dispatcher"].__name__ for _, e in seen.buffer if e.is_start]
+        print(made.twice(3.0, 4.0), ours.count("twice") + ours.count("length"))
+    """
+    names = [str(tmp_path / "first"), str(tmp_path / "second")]
+    scripts = [script.format(mine=a, others=b) for a, b in (names, names[::-1])]
+    with ThreadPoolExecutor() as pool:
+        shown = list(pool.map(lambda text: run(tmp_path, text).split(), scripts))
+    assert [float(answer) for answer, _ in shown] == [10.0 / 3.0] * 2
+    assert sum(int(count) for _, count in shown) == 2
 
 
 @pytest.mark.parametrize(
