@@ -15,6 +15,8 @@ import impulsekit as ik
 from impulsekit import errors
 from impulsekit.batch.motions import pool
 from impulsekit.cli import main
+from impulsekit.impact.warm import compile_laws
+from impulsekit.motion.warm import compile_motion
 
 MODELS = pathlib.Path(__file__).parents[2] / "models"
 BALL = ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer")
@@ -30,6 +32,14 @@ def drops(count, seed=0):
     return q, rng.normal(size=(count, BALL.nv))
 
 
+@pytest.fixture(scope="module")
+def warm():
+    """Compiled code for all: where one row runs as Python, its last places differ."""
+    compile_laws(SCENE)
+    compile_motion(SCENE)
+
+
+@pytest.mark.usefixtures("warm")
 def test_rows_are_the_motions_of_simulate_bit_for_bit():
     q, v = drops(6)
     restitution = np.linspace(0.1, 0.7, 6)[:, None]
@@ -66,6 +76,7 @@ def test_rows_are_the_motions_of_simulate_bit_for_bit():
         batch.q[0] = 0.0
 
 
+@pytest.mark.usefixtures("warm")
 @pytest.mark.parametrize("processes", [1, 2])
 def test_rows_that_are_wrong_are_told_and_stop_nothing(processes):
     q, v = drops(5)

@@ -70,8 +70,8 @@ class MotionBatch(Displayed):
 
     Attributes:
         t: (T,) the sample times of all [s].
-        q: (B, T, nq), v: (B, T, nv): each row bit for bit what ``simulate`` gives; NaN after a
-            motion has ended, and where one was refused.
+        q: (B, T, nq), v: (B, T, nv): each row what ``simulate`` gives, bit for bit once its
+            code is compiled; NaN after a motion has ended, and where one was refused.
         status: (B,) the ``MotionStatus`` of each row by its ``code``.
         detail: (B,) what else there is to say of the end, "" where there is nothing.
         end: (B,) up to when each was followed [s]. q_end: (B, nq), v_end: (B, nv) there.
