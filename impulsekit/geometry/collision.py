@@ -217,7 +217,7 @@ def _gap(
 ) -> tuple[float, np.ndarray]:
     """The distance of two convex shapes [m], and its direction (3,) from the first.
 
-    Whatever the tolerance, coal is off by up to 4e-7 m where flat shapes all but touch.
+    Whatever the tolerance, coal is off by up to 4e-7 m where flat shapes nearly touch.
     Moved apart along the normal n by a known way d the gap is D − d n·n', D and n' those
     found there, to some 1e-11 m.
     """

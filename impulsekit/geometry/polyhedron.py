@@ -21,7 +21,7 @@ __all__ = ["Polyhedron", "can_be_separated", "polyhedron_of", "separation"]
 SAME_FACE = 1e-9
 # Edges closer to parallel than this have no cross product.
 PARALLEL = 1e-12
-# Of axes all but as good a face's normal is taken [m].
+# Of axes nearly as good a face's normal is taken [m].
 AS_GOOD = 1e-12
 # So many products are the most that are worked out for one distance.
 MOST_PRODUCTS = 2_000_000

@@ -16,7 +16,7 @@ from .tangents import along_circles, cone_sides, of_circle_and_points, of_circle
 
 __all__ = ["separate"]
 
-# Of directions all but as good a face's normal is taken [m], for its digits are those given.
+# Of directions nearly as good a face's normal is taken [m], for its digits are those given.
 AS_GOOD = 1e-12
 # Separations closer than this are the same [m], and of shapes this near the points are looked at.
 ROUNDING, TIPS = 1e-14, 1e-3
@@ -61,7 +61,7 @@ def _best(a: Convex, b: Convex, ways: np.ndarray) -> tuple[float, np.ndarray]:
     i = int(gaps.argmax())
     alike = np.flatnonzero(gaps >= gaps[i] - ROUNDING)
     if len(alike) > 1 and abs(float(gaps[i])) < TIPS:
-        # Close tips are all but as far apart along other directions; the points tell.
+        # Close tips are nearly as far apart along other directions; the points tell.
         signs = np.where(above[alike] >= below[alike], 1.0, -1.0)
         i = int(alike[int(np.argmin([_miss(a, b, n) for n in signs[:, None] * ways[alike]]))])
     return float(gaps[i]), ways[i] if above[i] >= below[i] else -ways[i]

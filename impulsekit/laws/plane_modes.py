@@ -31,7 +31,7 @@ SINGULAR = 1e-11
 EDGE = 1e-9
 # And by this share of the terms of a sum, for its rounding.
 ROUNDING = 1e-13
-# Impulses this many times those that make the velocities are of systems that are all but singular:
+# Impulses this many times those that make the velocities are of systems that are nearly singular:
 # what they leave of the law is rounding of their own.
 LARGEST = 1e8
 # Solutions that differ by less than this share of the velocities are one.

@@ -59,7 +59,7 @@ NULL = 1e-10
 STUCK = 0.5
 # A row whose part across those before it is smaller, in squares, depends on them.
 DEPENDENT = 1e-3
-# A Newton step that is so large, or leaves so much, comes from a slope that is all but singular:
+# A Newton step that is so large, or leaves so much, comes from a slope that is nearly singular:
 # the shortest of those that leave the least is taken, of singular values down to the last.
 HUGE, LEFT, SINGULAR = 1e8, 1e-9, 1e-10
 # What a point does: it sticks, parts (1), carries no friction for it bears no load (2), slips (4).

@@ -209,7 +209,7 @@ def _searcher(node: Callable[[Any, float], Node]) -> Callable[..., float]:
 
     @compiled
     def falling(gap: Any, a: Node, b: Node) -> float:
-        # Newton from the zero of the cubic, which is all but there; where rates are rounding it
+        # Newton from the zero of the cubic, which is nearly there; where rates are rounding it
         # wanders, and the piece that is left is searched without them.
         t = a.t + _zero_of_cubic(a, b) * (b.t - a.t)
         for _ in range(FEW):

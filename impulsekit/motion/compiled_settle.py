@@ -40,7 +40,7 @@ NO_DRIFT = 1e-14
 MOST_STEPS = 3
 # Tangential forces this near the cone are on it.
 ON_CONE = 1.0 - 1e-7
-# Slip that is all but grown has grown.
+# Slip that is nearly grown has grown.
 ALL_BUT = 0.999
 # Rows that depend on each other more than this, by a squared sine, share what they do; parts of
 # them that are smaller [relative] are none.

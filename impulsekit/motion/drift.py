@@ -31,7 +31,7 @@ def take_out_drift(now: Present, bound: list[tuple[int, int]]) -> None:
 def lay_down(now: Present) -> None:
     """Bring points that have come to rest to where they touch, and let them neither part nor press.
 
-    Faces that lie on each other are parallel then and stay so: points that all but depend on
+    Faces that lie on each other are parallel then and stay so: points that nearly depend on
     each other would ask for forces that cannot be. What chatters and can stick does not slip
     either: friction of so little slip would tip it, and let it chatter on.
     """

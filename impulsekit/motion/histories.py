@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -42,7 +43,7 @@ class _Told:
         return np.asarray(self._motion.loads.integral(a, b, value, size))
 
 
-class _Impacts(tuple, _Told, Generic[T]):
+class _Impacts(tuple, _Told, Generic[T], ABC):
     """(time [s], result) of the impacts that an entry took part in, in order of time."""
 
     _index: int
@@ -85,15 +86,17 @@ class _Impacts(tuple, _Told, Generic[T]):
         return float(steady + sum(result.work for result in self._struck(start, end)))
 
     @property
+    @abstractmethod
     def _size(self) -> int:
         """How many numbers a force has."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _force(self, loads: Loads) -> np.ndarray:
-        raise NotImplementedError
+        """What acts at a time."""
 
+    @abstractmethod
     def _power(self, loads: Loads) -> float:
-        raise NotImplementedError
+        """Its power [W]."""
 
     def _struck(self, start: float | None, end: float | None) -> list[T]:
         """The results within a span; those at its end belong to it, not those at its start."""

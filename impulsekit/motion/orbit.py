@@ -182,7 +182,7 @@ class _Search:
                 return self._orbit(x, motion, off)
             derivative, _ = self._derivative(x, motion)
             step = np.linalg.lstsq(np.eye(len(x)) - derivative, off, rcond=None)[0]
-            # Where the map all but keeps x, Newton's step is without bounds.
+            # Where the map nearly keeps x, Newton's step is without bounds.
             step *= min(1.0, max(1.0, float(np.abs(x).max())) / max(np.abs(step).max(), 1e-300))
             x, motion, off = self._nearer(x, step, off)
         raise SolveError(

@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any, TypeAlias
 
-import numpy as np
-
-from ..errors import RangeError, ShapeError
+from ..errors import RangeError
 from .functions import numbers_from
-from .numbers import Vector, listed, number, vector
+from .numbers import Vector, number, vector
+from .speed_table import SpeedTable
 
 __all__ = [
     "EllipticFriction",
@@ -66,7 +64,7 @@ class StaticKinetic:
 
 
 @dataclass(frozen=True)
-class FrictionTable:
+class FrictionTable(SpeedTable):
     """µ by slip speed, linear between the points, constant beyond them.
 
     Attributes:
@@ -81,29 +79,9 @@ class FrictionTable:
         0.5
     """
 
-    speeds: tuple[float, ...]
-    values: tuple[float, ...]
-
-    def __post_init__(self) -> None:
-        speeds = tuple(
-            number(s, "FrictionTable: speeds") for s in listed(self.speeds, "FrictionTable: speeds")
-        )
-        values = tuple(
-            _coefficient(mu, "FrictionTable: values")
-            for mu in listed(self.values, "FrictionTable: values")
-        )
-        if not speeds:
-            raise ShapeError.of("FrictionTable: speeds", (1,), (0,), "one or more")
-        if len(speeds) != len(values):
-            raise ShapeError.of("FrictionTable: values", (len(speeds),), (len(values),))
-        if speeds[0] < 0.0 or any(b <= a for a, b in pairwise(speeds)):
-            raise RangeError.of("FrictionTable: speeds", speeds, "0 or more, each above the last")
-        object.__setattr__(self, "speeds", speeds)
-        object.__setattr__(self, "values", values)
-
-    def __call__(self, slip_speed: float) -> float:
-        """µ at a slip speed [m/s]."""
-        return float(np.interp(slip_speed, self.speeds, self.values))
+    @staticmethod
+    def _coefficient(value: Any, what: str) -> float:
+        return _coefficient(value, what)
 
 
 @dataclass(frozen=True)

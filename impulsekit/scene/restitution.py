@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
-import numpy as np
-
-from ..errors import InputError, RangeError, ShapeError, quoted
+from ..errors import InputError, RangeError, quoted
 from .functions import numbers_from
-from .numbers import listed, number
+from .numbers import number
+from .speed_table import SpeedTable
 
 __all__ = ["Restitution", "RestitutionTable", "checked_restitution", "restitution_at"]
 
@@ -50,7 +48,7 @@ class Restitution:
 
 
 @dataclass(frozen=True)
-class RestitutionTable:
+class RestitutionTable(SpeedTable):
     """A coefficient by approach speed, linear between the points, constant beyond them.
 
     Attributes:
@@ -65,32 +63,9 @@ class RestitutionTable:
         0.75
     """
 
-    speeds: tuple[float, ...]
-    values: tuple[float, ...]
-
-    def __post_init__(self) -> None:
-        speeds = tuple(
-            number(s, "RestitutionTable: speeds")
-            for s in listed(self.speeds, "RestitutionTable: speeds")
-        )
-        values = tuple(
-            _coefficient(e, "RestitutionTable: values")
-            for e in listed(self.values, "RestitutionTable: values")
-        )
-        if not speeds:
-            raise ShapeError.of("RestitutionTable: speeds", (1,), (0,), "one or more")
-        if len(speeds) != len(values):
-            raise ShapeError.of("RestitutionTable: values", (len(speeds),), (len(values),))
-        if speeds[0] < 0.0 or any(b <= a for a, b in pairwise(speeds)):
-            raise RangeError.of(
-                "RestitutionTable: speeds", speeds, "0 or more, each above the last"
-            )
-        object.__setattr__(self, "speeds", speeds)
-        object.__setattr__(self, "values", values)
-
-    def __call__(self, approach_speed: float) -> float:
-        """e at an approach speed."""
-        return float(np.interp(approach_speed, self.speeds, self.values))
+    @staticmethod
+    def _coefficient(value: Any, what: str) -> float:
+        return _coefficient(value, what)
 
 
 def checked_restitution(value: Any, what: str) -> float | Callable[[float], float]:

@@ -160,18 +160,26 @@ def _place_rows(moving, touch, meet, work, witness):
 @inlined
 def _strike(moving, inputs, base, work, witness):
     """Known impulses, gathered towards the root."""
-    tree, at, known, sets = moving.tree, moving.at, moving.known, moving.sets
+    tree, known = moving.tree, moving.known
+    _load(moving, inputs, base, work, witness)
+    if len(known.ints) + len(known.kicks) > 0:
+        press(
+            tree.ints, tree.floats, tree.dofs, moving.sizes.bodies, moving.sets.known_mask,
+            np.int64(0), work, moving.at.dof, witness,
+        )  # fmt: skip
+
+
+@inlined
+def _load(moving, inputs, base, work, witness):
+    """Known impulses into FORCE and TARGET, which were anything before."""
+    at, known, sets = moving.at, moving.known, moving.sets
     zero = np.int64(0)
-    clear(tree.ints, sets.loaded_list, zero, len(sets.loaded_list), work, at.dof, witness)
+    clear(moving.tree.ints, sets.loaded_list, zero, len(sets.loaded_list), work, at.dof, witness)
     if len(known.ints) + len(known.kicks) > 0:
         step = inputs.given_step
         strike(
             known.ints, known.floats, known.kicks, inputs.given, base * step, step, work, at.dof,
             witness,
-        )  # fmt: skip
-        press(
-            tree.ints, tree.floats, tree.dofs, moving.sizes.bodies, sets.known_mask, zero, work,
-            at.dof, witness,
         )  # fmt: skip
 
 
@@ -238,15 +246,8 @@ def _bear(moving, touch, work, witness):
 @inlined
 def _act(moving, touch, inputs, base, work, witness):
     """All that acts, known impulses and those of rows, anew into FORCE and TARGET."""
-    w, at, known, sets = width(witness), moving.at, moving.known, moving.sets
-    zero = np.int64(0)
-    clear(moving.tree.ints, sets.loaded_list, zero, len(sets.loaded_list), work, at.dof, witness)
-    if len(known.ints) + len(known.kicks) > 0:
-        step = inputs.given_step
-        strike(
-            known.ints, known.floats, known.kicks, inputs.given, base * step, step, work, at.dof,
-            witness,
-        )  # fmt: skip
+    w, at = width(witness), moving.at
+    _load(moving, inputs, base, work, witness)
     if touch is not None:
         rows = touch.rows
         for r in range(len(rows.first) - 1):

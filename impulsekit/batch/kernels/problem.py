@@ -224,7 +224,7 @@ def pose(
         for j in range(size):
             for k in range(rank):
                 W[i, j] -= cross_held[i, k] * cross_held[j, k]
-        # What the bilateral rows all but hold still is left with few digits.
+        # What the bilateral rows nearly hold still is left with few digits.
         matters = i % 3 == 2 or mus[i // 3] > 0.0
         if matters and alone > 0.0 and not W[i, i] > HELD_STILL * alone:
             code[lane] = AGAIN

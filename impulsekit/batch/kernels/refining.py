@@ -1,6 +1,6 @@
 """Δv once more, on what it leaves of the impulses.
 
-Where a body is all but a point away from its joint, nearly all of its articulated inertia is
+Where a body is nearly a point away from its joint, nearly all of its articulated inertia is
 taken out as the joint is freed, and the rest has lost digits. What M Δv leaves of the
 impulses is told by the momenta of the bodies, where nothing is taken out.
 """

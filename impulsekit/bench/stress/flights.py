@@ -441,7 +441,7 @@ def turning_plane(rate: float, rng: np.random.Generator) -> Flight:
 
 
 def graze(clearance: float, rng: np.random.Generator) -> Flight:
-    """A tip that turns over a plane, or a ball that passes one, all but touches, or just does."""
+    """A tip that turns over a plane, or a ball that passes one, nearly touches, or just does."""
     place = _anywhere(rng)
     if abs(clearance) < 1e-6 and place.translation.any():
         # Elsewhere in the world rounding is as large.

@@ -97,7 +97,7 @@ def _times(factor: float, vector: tuple[float, float, float]) -> tuple[float, fl
 
 
 def singularity(angle: float, rng: np.random.Generator) -> Case:
-    """An arm stretched out but for an angle, or a wrist whose axes all but fall together."""
+    """An arm stretched out but for an angle, or a wrist whose axes nearly coincide."""
     count = int(rng.integers(2, 6))
     wrist = rng.random() < 0.5
     links = []

@@ -21,8 +21,7 @@ from ...laws.status import Status
 from ...laws.uniqueness import SAME
 from ...laws.words import NEWTON, POISSON
 from ...scene.law import Law
-from .problem import ContactProblem, ContactSolution
-from .simultaneous import in_order
+from .problem import ContactProblem, ContactSolution, arrays_of, in_order
 
 __all__ = ["NOT_PROVEN", "PROVEN", "SEVERAL", "Finding", "find_others", "told_if_several"]
 
@@ -171,12 +170,7 @@ class _Search(NamedTuple):
 def _search(problem: ContactProblem, shown: np.ndarray, scale: float, *, newton: bool) -> _Search:
     found, pressed = np.empty((2, MOST_ANSWERS, len(shown)))
     how, count, others, split = find_answers(
-        in_order(problem.delassus),
-        in_order(problem.velocity_before),
-        in_order(problem.velocity_free),
-        in_order(problem.friction),
-        in_order(problem.restitution),
-        in_order(problem.tangential_restitution),
+        *arrays_of(problem),
         NEWTON if newton else POISSON,
         in_order(shown),
         scale,

@@ -10,7 +10,9 @@ import numpy as np
 from ...errors import NotFiniteError, RangeError, ShapeError
 from ...laws.status import Status
 
-__all__ = ["ContactProblem", "ContactSolution", "Turning", "check_problem"]
+__all__ = ["ContactProblem", "ContactSolution", "Turning", "arrays_of", "check_problem", "in_order"]
+
+_Arrays = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 # How many times as fast as all that makes up the points' motion a blow alone may throw them.
@@ -173,3 +175,21 @@ def is_thrown(free: np.ndarray, before: np.ndarray, jacobian: np.ndarray, dv: np
     thrown = np.abs(free).max()
     terms = max(np.abs(jacobian).dot(np.abs(dv)).max(), np.abs(before).max())
     return bool(RESTS * thrown < terms < thrown / THROWN)
+
+
+def in_order(array: np.ndarray) -> np.ndarray:
+    """The array as compiled code takes it: in order, and such that may be written to."""
+    flags = array.flags
+    return array if flags.c_contiguous and flags.writeable else array.copy()
+
+
+def arrays_of(problem: ContactProblem) -> _Arrays:
+    """W, u⁻, u_free, µ, e and e_t as compiled laws of several contacts take them."""
+    return (
+        in_order(problem.delassus),
+        in_order(problem.velocity_before),
+        in_order(problem.velocity_free),
+        in_order(problem.friction),
+        in_order(problem.restitution),
+        in_order(problem.tangential_restitution),
+    )

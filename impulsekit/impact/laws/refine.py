@@ -19,8 +19,7 @@ import numpy as np
 from ...laws.modes import DEPENDENT, NULL, linearize
 from ...laws.status import Status
 from ...scene.law import Law
-from .problem import RESTS, THROWN, ContactProblem, ContactSolution
-from .simultaneous import in_order
+from .problem import RESTS, THROWN, ContactProblem, ContactSolution, in_order
 
 __all__ = ["Steps", "System", "refined"]
 

@@ -23,8 +23,7 @@ from ...laws.status import BY_CODE, Status
 from ...laws.words import END, PATH
 from ...scene.law import RESTITUTIONS, Law
 from .limit import Hits, find_limit
-from .problem import ContactProblem, ContactSolution
-from .simultaneous import in_order
+from .problem import ContactProblem, ContactSolution, in_order
 from .single import refuse_tangential
 
 __all__ = ["hits_of", "solve_sequential"]

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from ...laws.several import Struck, hit_contacts
 from ...laws.status import Status
 from ...laws.words import NEWTON, POISSON
 from ...scene.law import Law
-from .problem import ContactProblem, ContactSolution
+from .problem import ContactProblem, ContactSolution, arrays_of
 from .single import refuse_tangential
 
-__all__ = ["in_order", "solve_simultaneous"]
+__all__ = ["solve_simultaneous"]
 
 
 def solve_simultaneous(problem: ContactProblem, law: Law) -> ContactSolution:
@@ -25,12 +23,7 @@ def solve_simultaneous(problem: ContactProblem, law: Law) -> ContactSolution:
         refuse_tangential(law)
     hit = Struck(
         *hit_contacts(
-            in_order(problem.delassus),
-            in_order(problem.velocity_before),
-            in_order(problem.velocity_free),
-            in_order(problem.friction),
-            in_order(problem.restitution),
-            in_order(problem.tangential_restitution),
+            *arrays_of(problem),
             NEWTON if newton else POISSON,
         )
     )
@@ -44,9 +37,3 @@ def solve_simultaneous(problem: ContactProblem, law: Law) -> ContactSolution:
         hit.normal_work,
         hit.friction_work,
     )
-
-
-def in_order(array: np.ndarray) -> np.ndarray:
-    """The array as compiled code takes it: in order, and such that may be written to."""
-    flags = array.flags
-    return array if flags.c_contiguous and flags.writeable else array.copy()
