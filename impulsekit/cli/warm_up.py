@@ -30,6 +30,7 @@ def warm_up(single: bool) -> None:
 
     from ..batch.solve import warm_up as warm_up_scene
     from ..impact.warm import compile_all_laws
+    from ..measured.free_body import fly_all, fly_along
     from ..motion.warm import compile_motion
 
     begin = time.process_time()
@@ -38,6 +39,10 @@ def warm_up(single: bool) -> None:
     begin = time.process_time()
     compile_motion()
     click.echo(f"motions: {time.process_time() - begin:.1f} s")
+    begin = time.process_time()
+    for each in (fly_all, fly_along):
+        each.compile()
+    click.echo(f"recordings: {time.process_time() - begin:.1f} s")
     for dtype in (np.float64, np.float32) if single else (np.float64,):
         for name, scene in _scenes():
             begin = time.process_time()

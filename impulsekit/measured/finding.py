@@ -128,9 +128,10 @@ def _of_recording(
     t, q = recording.t, recording.q
     impacts, phases = [], []
     flights = cut.flights
+    known: dict[tuple[bytes, bytes], Any] = {}
     for _ in range(RECUTS):
-        flights = _cut_at(flights, _meetings(flight, t, q, flights, sigma))
-    meetings = _meetings(flight, t, q, flights, sigma)
+        flights = _cut_at(flights, _meetings(flight, t, q, flights, sigma, known))
+    meetings = _meetings(flight, t, q, flights, sigma, known)
     for left, right, found in zip(flights[:-1], flights[1:], meetings, strict=True):
         if found is None or found[0].opening > most_opening or not _fly(found[0]):
             phases.append((recording.name, float(t[left[-1]]), float(t[right[0]])))
@@ -144,11 +145,23 @@ def _of_recording(
 
 
 def _meetings(
-    flight: Flight, t: np.ndarray, q: np.ndarray, flights: list[np.ndarray], sigma: np.ndarray
+    flight: Flight,
+    t: np.ndarray,
+    q: np.ndarray,
+    flights: list[np.ndarray],
+    sigma: np.ndarray,
+    known: dict[tuple[bytes, bytes], Any],
 ) -> list[Any]:
-    """Where each flight meets the next; None where they are too far apart, or short and smooth."""
+    """Where each flight meets the next; None where they are too far apart, or short and smooth.
+
+    ``known``: what was found for two flights, by their samples.
+    """
     found: list[Any] = []
     for left, right in pairwise(flights):
+        key = left.tobytes(), right.tobytes()
+        if key in known:
+            found.append(known[key])
+            continue
         sides = left[-MOST_SAMPLES:], right[:MOST_SAMPLES]
         meeting = None
         if right[0] - left[-1] <= MOST_MISSED:
@@ -158,6 +171,7 @@ def _meetings(
             own = np.concatenate(meeting[1])
             if is_smooth(flight, t, q, own, sigma, meeting[0].cost):
                 meeting = None
+        known[key] = meeting
         found.append(meeting)
     return found
 

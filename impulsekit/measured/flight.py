@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import ceil
+from time import perf_counter
 
 import numpy as np
 import pinocchio as pin
 
 from ..motion.dynamics import Dynamics
 from ..scene import Scene
+from .free_body import fly_all, fly_along, free_body_of
 
-__all__ = ["Flight", "FlightFit", "bracket", "left_by_parabolas"]
+__all__ = ["Flight", "FlightFit", "left_by_parabolas"]
 
 # No step of Runge and Kutta's rule turns or moves a joint by more [rad, m]: its error is then
 # below 1e-6 of the step, far below the noise of any recording.
@@ -54,6 +56,16 @@ class Flight:
     def __init__(self, scene: Scene) -> None:
         self.model = scene.robot.model
         self._dynamics = Dynamics(replace(scene, impulses=(), contacts=()))
+        self._free_body = free_body_of(scene)
+        if self._free_body is not None:
+            fly_all.load()
+            fly_along.load()
+        # Where free joints begin in q and v.
+        self._free = [
+            (joint.idx_q, joint.idx_v)
+            for joint in list(self.model.joints)[1:]
+            if joint.shortname() == "JointModelFreeFlyer"
+        ]
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(nv,) v̇."""
@@ -89,19 +101,37 @@ class Flight:
         q_end = pin.integrate(model, pin.integrate(model, q, first), second)
         return q_end, v + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
 
-    def path(
-        self, time: float, q: np.ndarray, v: np.ndarray, times: np.ndarray
-    ) -> list[np.ndarray]:
-        """Configurations at times before and after that of the state."""
-        found: list[np.ndarray] = [q] * len(times)
-        order = np.argsort(times, kind="stable").tolist()
-        split = int(np.searchsorted(times[order], time)) if len(times) else 0
-        for part in (order[split:], order[:split][::-1]):
+    def step_all(
+        self, t: np.ndarray, q: np.ndarray, v: np.ndarray, dt: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """States (n, nq), (n, nv) at times (n,), each its own ``dt`` (n,) later; new arrays."""
+        q, v = q.copy(), v.copy()
+        if self._free_body is not None and fly_all.is_compiled:
+            fly_all(self._free_body, dt, q, v)
+            return q, v
+        begin = perf_counter()
+        for i in range(len(dt)):
+            q[i], v[i] = self.step(float(t[i]), q[i], v[i], float(dt[i]))
+        if self._free_body is not None:
+            fly_all.wait(perf_counter() - begin)
+        return q, v
+
+    def path(self, time: float, q: np.ndarray, v: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """(N, nq) configurations at times (N,) before and after that of the state, in order."""
+        found = np.tile(q, (len(times), 1))
+        if self._free_body is not None and fly_along.is_compiled:
+            fly_along(self._free_body, times - time, found, np.tile(v, (len(times), 1)))
+            return found
+        begin = perf_counter()
+        split = int(np.searchsorted(times, time))
+        for part in (range(split, len(times)), range(split - 1, -1, -1)):
             at, here, speed = time, q, v
             for k in part:
                 here, speed = self.step(at, here, speed, float(times[k]) - at)
                 at = float(times[k])
                 found[k] = here
+        if self._free_body is not None:
+            fly_along.wait(perf_counter() - begin)
         return found
 
     def fit(
@@ -127,37 +157,56 @@ class Flight:
         tau = times - time
         weights = np.ones(len(times))
         for _ in range(MOST_UPDATES):
-            residuals = np.array(
-                [
-                    in_axes_of(self.model, q, here, pin.difference(self.model, here, seen))
-                    for here, seen in zip(self.path(time, q, v, times), samples, strict=True)
-                ]
-            )
+            path = self.path(time, q, v, times)
+            offsets = [
+                pin.difference(self.model, *pair) for pair in zip(path, samples, strict=True)
+            ]
+            residuals = self._in_axes_of(q, path, np.array(offsets))
             sizes = np.sqrt(np.mean((residuals / sigma) ** 2, axis=1))
             typical = max(1.0, float(np.median(sizes)))
             weights = np.minimum(1.0, HUBER * typical / np.maximum(sizes, 1e-300))
             design = np.stack([np.ones(len(tau)), tau], axis=1)
             share = np.linalg.pinv(design.T @ (weights[:, None] * design), hermitian=True)
             update = share @ design.T @ (weights[:, None] * residuals)
-            v = v + update[1] + bracket(self.model, v) @ update[0]
+            v = v + update[1] + self.bracket(v) @ update[0]
             q = pin.integrate(self.model, q, update[0])
             scale = np.sqrt(np.diagonal(share))[:, None] * sigma
             if (np.abs(update) <= SETTLED * scale).all():
                 break
         return FlightFit(time, q, v, share, residuals, weights)
 
+    def _in_axes_of(self, base: np.ndarray, q: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+        """(N, nv) offsets on the tangents at (N, nq), free bodies' parts in their axes at base."""
+        for at, row in self._free:
+            first = pin.Quaternion(base[at + 3 : at + 7]).matrix()
+            turns = first.T @ turns_of(q[:, at + 3 : at + 7])
+            own = offsets[:, row : row + 6].reshape(len(q), 2, 3) @ np.swapaxes(turns, 1, 2)
+            offsets[:, row : row + 6] = own.reshape(len(q), 6)
+        return offsets
 
-def in_axes_of(model: pin.Model, base: np.ndarray, q: np.ndarray, offset: np.ndarray) -> np.ndarray:
-    """(nv,) an offset on the tangent at q, its free bodies' parts in their axes at ``base``."""
-    for joint in list(model.joints)[1:]:
-        if joint.shortname() != "JointModelFreeFlyer":
-            continue
-        at = slice(joint.idx_q + 3, joint.idx_q + 7)
-        turn = pin.Quaternion(base[at]).conjugate() * pin.Quaternion(q[at])
-        own = slice(joint.idx_v, joint.idx_v + 6)
-        offset = offset.copy()
-        offset[own] = (turn.matrix() @ offset[own].reshape(2, 3).T).T.reshape(-1)
-    return offset
+    def bracket(self, v: np.ndarray) -> np.ndarray:
+        """(nv, nv) [v, ·]: what an offset of q changes of v in the axes of a body.
+
+        A free body that is seen turned by δθ has the velocities v × δθ and ω × δθ besides; 0 for
+        joints of one degree of freedom.
+        """
+        found = np.zeros((self.model.nv, self.model.nv))
+        for _, row in self._free:
+            linear, angular = slice(row, row + 3), slice(row + 3, row + 6)
+            found[linear, angular] = pin.skew(v[linear])
+            found[angular, angular] = pin.skew(v[angular])
+        return found
+
+
+def turns_of(quaternions: np.ndarray) -> np.ndarray:
+    """(N, 3, 3) rotations of (N, 4) unit quaternions xyzw."""
+    x, y, z, w = quaternions.T
+    rows = [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+        [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+        [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), 2, 0)
 
 
 def left_by_parabolas(
@@ -169,19 +218,3 @@ def left_by_parabolas(
     offsets = np.array([pin.difference(model, q[middle], q[k]) for k in own])
     powers = np.stack([np.ones(len(tau)), tau, tau**2], axis=1)
     return np.asarray(offsets - powers @ np.linalg.lstsq(powers, offsets, rcond=None)[0])
-
-
-def bracket(model: pin.Model, v: np.ndarray) -> np.ndarray:
-    """(nv, nv) [v, ·]: what an offset of q changes of v in the axes of a body.
-
-    A free body that is seen turned by δθ has the velocities v × δθ and ω × δθ besides; 0 for
-    joints of one degree of freedom.
-    """
-    found = np.zeros((model.nv, model.nv))
-    for joint in list(model.joints)[1:]:
-        start = joint.idx_v
-        if joint.shortname() == "JointModelFreeFlyer":
-            angular = slice(start + 3, start + 6)
-            found[start : start + 3, angular] = pin.skew(v[start : start + 3])
-            found[angular, angular] = pin.skew(v[angular])
-    return found

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from .flight import bracket, left_by_parabolas
+from .flight import left_by_parabolas
 
 if TYPE_CHECKING:
     from .flight import Flight, FlightFit
@@ -134,11 +134,11 @@ def _joined(
         rows = np.zeros((2 * nv, count))
         rows[:nv, :nv] = np.eye(nv)
         rows[:nv, -1] = -v
-        rows[nv:, :nv] = -bracket(model, v)
+        rows[nv:, :nv] = -flight.bracket(v)
         rows[nv:, (1 + side) * nv : (2 + side) * nv] = np.eye(nv)
         weighed = rows.T @ np.kron(np.linalg.inv(fit.share), np.diag(1.0 / sigma**2))
         normal += weighed @ rows
-        right_side += weighed @ np.concatenate([at, -bracket(model, v) @ at])
+        right_side += weighed @ np.concatenate([at, -flight.bracket(v) @ at])
     covariance = np.linalg.pinv(normal, hermitian=True, rcond=1e-15)
     found = covariance @ right_side
     q = pin.integrate(model, q_left, found[:nv])

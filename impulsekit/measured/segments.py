@@ -40,6 +40,8 @@ NO_FLIGHT = 3.0
 FEWEST_FOR_NOISE = 8
 # The median of χ² with one degree of freedom, as a ratio to sigma: |x| of half the samples.
 MEDIAN_TO_SIGMA = 0.6744897501960817
+# Samples and outliers of a flight, and how many of each count.
+_Ending = tuple[list[int], int, list[int], int]
 # Noise is at least this [m, rad]: of recordings out of a simulator, what the rule that follows
 # flights is off over ten samples; no sensor is better.
 ROUNDING = 1e-6
@@ -125,59 +127,81 @@ def _of_neighbours(flight: Flight, t: np.ndarray, q: np.ndarray) -> np.ndarray:
     return middle / (MEDIAN_TO_SIGMA * np.sqrt(6.0))
 
 
-class _Track:
-    """A flight followed sample by sample: Kalman's filter with fading memory.
+class _Candidates:
+    """Flights that may have begun at a sample, each with the least χ² of all samples up to now.
 
-    All coordinates share one covariance (2, 2) of position and speed, in units of their noise.
+    Each is followed from sample to sample by Kalman's filter with fading memory; its coordinates
+    share one covariance of position and speed, in units of their noise.
+
+    Attributes:
+        cost: (n,) χ². samples, outliers: of each, the indices of what it took and left.
     """
 
-    def __init__(self, flight: Flight, t: np.ndarray, q: np.ndarray, first: int) -> None:
-        self.flight = flight
-        dt = t[first + 1] - t[first]
-        way = pin.difference(flight.model, q[first], q[first + 1])
-        rate = flight.acceleration(t[first], q[first], way / dt)
-        self.time, self.q, self.v = float(t[first + 1]), q[first + 1], way / dt + 0.5 * dt * rate
-        self._spread = np.array([[1.0, 1.0 / dt], [1.0 / dt, 2.0 / dt**2]])
+    def __init__(self, flight: Flight, t: np.ndarray, q: np.ndarray, sigma: np.ndarray) -> None:
+        self._flight, self._t, self._q, self._sigma = flight, t, q, sigma
+        self._time = np.zeros(0)
+        self._states = np.zeros((0, q.shape[1])), np.zeros((0, flight.model.nv))
+        # Variance of the position, covariance, variance of the speed.
+        self._spread = np.zeros((3, 0))
+        self.cost = np.zeros(0)
+        self.samples: list[list[int]] = []
+        self.outliers: list[list[int]] = []
 
-    def predicted(self, time: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Configuration and velocity at a later time, and the covariance there."""
-        dt = time - self.time
-        q, v = self.flight.step(self.time, self.q, self.v, dt)
-        move = np.array([[1.0, dt], [0.0, 1.0]])
-        return q, v, move @ self._spread @ move.T / FADING
+    def begin(self, k: int, cost: float) -> None:
+        """One more, through samples k and k + 1."""
+        t, q, flight = self._t, self._q, self._flight
+        dt = float(t[k + 1] - t[k])
+        way = pin.difference(flight.model, q[k], q[k + 1])
+        rate = flight.acceleration(float(t[k]), q[k], way / dt)
+        v = way / dt + 0.5 * dt * rate
+        self._time = np.append(self._time, t[k + 1])
+        self._states = np.vstack([self._states[0], q[k + 1]]), np.vstack([self._states[1], v])
+        own = np.array([[1.0], [1.0 / dt], [2.0 / dt**2]])
+        self._spread = np.hstack([self._spread, own])
+        self.cost = np.append(self.cost, cost)
+        self.samples.append([k, k + 1])
+        self.outliers.append([])
 
-    def take(self, time: float, seen: np.ndarray, ahead: tuple) -> None:
-        """Go on to a sample, from what was predicted for it."""
-        q, v, spread = ahead
-        gain = spread[:, 0] / (spread[0, 0] + 1.0)
-        left = pin.difference(self.flight.model, q, seen)
-        self.time, self.q, self.v = time, pin.integrate(self.flight.model, q, gain[0] * left), v
-        self.v = v + gain[1] * left
-        self._spread = spread - np.outer(gain, spread[0])
+    def follow(self, k: int, apart: float) -> None:
+        """Take a sample in: it lies where a flight leads, or stands apart from it."""
+        model, seen = self._flight.model, self._q[k]
+        dt = float(self._t[k]) - self._time
+        q, v = self._flight.step_all(self._time, *self._states, dt)
+        place, both, speed = self._spread
+        place = (place + 2.0 * dt * both + dt * dt * speed) / FADING
+        both, speed = (both + dt * speed) / FADING, speed / FADING
+        left = np.array([pin.difference(model, each, seen) for each in q]).reshape(v.shape)
+        off = np.sum((left / self._sigma) ** 2, axis=1) / (place + 1.0)
+        self.cost += np.minimum(off, apart)
+        to_place, to_speed = place / (place + 1.0), both / (place + 1.0)
+        v += to_speed[:, None] * left
+        left *= to_place[:, None]
+        spread = np.array([place, both, speed]) - np.array(
+            [to_place * place, to_place * both, to_speed * both]
+        )
+        for i, far in enumerate((off > apart).tolist()):
+            if far:
+                self.outliers[i].append(k)
+                q[i], v[i] = self._states[0][i], self._states[1][i]
+                spread[:, i] = self._spread[:, i]
+                continue
+            self.samples[i].append(k)
+            self._time[i] = self._t[k]
+            q[i] = pin.integrate(model, q[i], left[i])
+        self._states, self._spread = (q, v), spread
 
-
-@dataclass(eq=False)
-class _Candidate:
-    """A flight that may have begun at a sample, and the least χ² of all samples up to now."""
-
-    track: _Track
-    cost: float
-    samples: list[int]
-    outliers: list[int]
-
-    def follow(self, k: int, t: np.ndarray, q: np.ndarray, sigma: np.ndarray, apart: float) -> None:
-        """Take a sample in: it lies where the flight leads, or stands apart."""
-        ahead = self.track.predicted(float(t[k]))
-        left = pin.difference(self.track.flight.model, ahead[0], q[k])
-        left /= np.sqrt(ahead[2][0, 0] + 1.0)
-        off = float(np.sum((left / sigma) ** 2))
-        if off > apart:
-            self.cost += apart
-            self.outliers.append(k)
+    def keep(self, kept: np.ndarray) -> None:
+        """Leave the others out."""
+        if kept.all():
             return
-        self.cost += off
-        self.track.take(float(t[k]), q[k], ahead)
-        self.samples.append(k)
+        self._time, self.cost, self._spread = (
+            self._time[kept],
+            self.cost[kept],
+            self._spread[:, kept],
+        )
+        self._states = self._states[0][kept], self._states[1][kept]
+        self.samples = [each for each, stays in zip(self.samples, kept, strict=True) if stays]
+        self.outliers = [each for each, stays in zip(self.outliers, kept, strict=True) if stays]
 
 
 def find_segments(flight: Flight, t: np.ndarray, q: np.ndarray, sigma: np.ndarray) -> Segments:
@@ -193,29 +217,26 @@ def find_segments(flight: Flight, t: np.ndarray, q: np.ndarray, sigma: np.ndarra
     apart = float(stats.chi2.isf(FALSE_END, nv))
     new = float(stats.chi2.isf(FALSE_END, 2 * nv))
     # By k: the least χ² of the first k samples; the flight that ends with the last of them there,
-    # by how many of its samples and outliers it has by then.
+    # its samples and outliers, and how many of each it has by then.
     least = np.arange(count + 1) * apart
-    ending: list[tuple[_Candidate, int, int] | None] = [None] * (count + 1)
-    alive: list[_Candidate] = []
+    ending: list[_Ending | None] = [None] * (count + 1)
+    alive = _Candidates(flight, t, q, sigma)
     for k in range(1, count):
-        for each in alive:
-            each.follow(k, t, q, sigma, apart)
-        track = _Track(flight, t, q, k - 1)
-        alive.append(_Candidate(track, least[k - 1] + new, [k - 1, k], []))
+        alive.follow(k, apart)
+        alive.begin(k - 1, least[k - 1] + new)
         least[k + 1] = least[k] + apart
-        for each in alive:
-            ends_here = each.samples[-1] == k and len(each.samples) >= FEWEST
-            if ends_here and each.cost < least[k + 1]:
-                least[k + 1] = each.cost
-                ending[k + 1] = each, len(each.samples), len(each.outliers)
-        alive = [
-            each for each in alive
-            if each.cost <= least[k + 1] + (new if k - each.samples[0] < YOUNG else 0.5 * new)
-        ]  # fmt: skip
+        for cost, samples, off in zip(
+            alive.cost.tolist(), alive.samples, alive.outliers, strict=True
+        ):
+            if samples[-1] == k and len(samples) >= FEWEST and cost < least[k + 1]:
+                least[k + 1] = cost
+                ending[k + 1] = samples, len(samples), off, len(off)
+        young = np.array([k - samples[0] < YOUNG for samples in alive.samples])
+        alive.keep(alive.cost <= least[k + 1] + np.where(young, new, 0.5 * new))
     return _chosen(ending)
 
 
-def _chosen(ending: list[tuple[_Candidate, int, int] | None]) -> Segments:
+def _chosen(ending: list[_Ending | None]) -> Segments:
     """The flights on the way back from the end."""
     found = Segments([], [])
     end = len(ending) - 1
@@ -224,8 +245,8 @@ def _chosen(ending: list[tuple[_Candidate, int, int] | None]) -> Segments:
         if last is None:
             end -= 1
             continue
-        flown, samples, off = last
-        found.flights.insert(0, np.array(flown.samples[:samples]))
-        found.outliers[:0] = flown.outliers[:off]
-        end = flown.samples[0]
+        samples, taken, outliers, off = last
+        found.flights.insert(0, np.array(samples[:taken]))
+        found.outliers[:0] = outliers[:off]
+        end = samples[0]
     return found
