@@ -109,7 +109,10 @@ def advance(
         if state != SOLVED:
             clock[1], clock[5], clock[6] = lengths
             return STUCK, count, made, False
-        clock[4], stops = look_through(system, work, watched, clock[0], end - clock[0])
+        clock[4], stops, bends = look_through(system, work, watched, clock[0], end - clock[0])
+        if bends:
+            clock[1], clock[5], clock[6] = lengths
+            return STUCK, count, made, False
         log.ends[count] = end
         log.powers[count] = work.powers
         log.slides[count] = stand.slides

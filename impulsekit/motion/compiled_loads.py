@@ -14,10 +14,24 @@ from ..laws.compiled import compiled
 from .points import Kinematics, Vector, along, back, cross, dot, origin, three, turned
 from .tree import Room, push
 
-__all__ = ["NO_LENGTH", "Loads", "add_torques", "push_bodies"]
+__all__ = [
+    "ACTS",
+    "NO_LENGTH",
+    "ON",
+    "OUT",
+    "SLACK",
+    "Loads",
+    "add_torques",
+    "push_bodies",
+    "write_pushes",
+]
 
 # Ends of a spring nearer than this [m] have no direction between them.
 NO_LENGTH = 1e-12
+# Where tables of springs say what they do: nothing, out of their zone; they act; nothing, for the
+# damper would pull what the spring pushes.
+ON = 10
+OUT, ACTS, SLACK = 0, 1, 2
 
 
 class Loads(NamedTuple):
@@ -27,11 +41,14 @@ class Loads(NamedTuple):
         constant: (nv,) torques that stay.
         joints: (a, 3) row in v and entry in q of a spring in a joint, and whether it is one of
             a joint that turns without end.
-        in_joints: (a, 6) stiffness, damping, rest, side (0: both), what is added, limit.
+        in_joints: (a, 11) stiffness, damping, rest, side (0: both), what is added, limit; and
+            what it does (ON).
         rows: (b,) of driven torques, in v.
-        springs: (c, 2) joints of both ends. between: (c, 10) both points in these joints' axes,
-            stiffness, damping, rest length, way (1: pulls only, −1: pushes only, 0: both).
-        applied: (d, 2) joint, and whether axes are the world's. at: (d, 12) the frame in the
+        springs: (c, 2) joints of both ends. between: (c, 11) both points in these joints' axes,
+            stiffness, damping, rest length, way (1: pulls only, −1: pushes only, 0: both), and
+            what it does (ON).
+        kinks: (d, 2) the springs that act on one side only: 0 in a joint, 1 between points; row.
+        applied: (e, 2) joint, and whether axes are the world's. at: (e, 12) the frame in the
             joint: R column by column and origin.
     """
 
@@ -41,6 +58,7 @@ class Loads(NamedTuple):
     rows: np.ndarray
     springs: np.ndarray
     between: np.ndarray
+    kinks: np.ndarray
     applied: np.ndarray
     at: np.ndarray
 
@@ -49,24 +67,58 @@ class Loads(NamedTuple):
 def add_torques(
     loads: Loads, driven: np.ndarray, q: np.ndarray, v: np.ndarray, load: np.ndarray
 ) -> None:
-    """Add torques to a load (nv,); ``driven`` (6 d + b,): of applied forces, then torques."""
+    """Add torques to a load (nv,); ``driven`` (6 e + b,): of applied forces, then torques."""
     for k in range(len(load)):
         load[k] += loads.constant[k]
     for i in range(len(loads.joints)):
-        row, entry, endless = loads.joints[i, 0], loads.joints[i, 1], loads.joints[i, 2]
-        numbers = loads.in_joints[i]
-        rest, side, limit = numbers[2], numbers[3], numbers[5]
-        strain = q[entry] - rest
-        if endless:
-            strain = (math.atan2(q[entry + 1], q[entry]) - rest + math.pi) % (2.0 * math.pi)
-            strain -= math.pi
-        torque = -numbers[0] * strain - numbers[1] * v[row]
-        if side != 0.0 and not (side * strain > 0.0 and side * torque < 0.0):
-            torque = 0.0
-        load[row] += min(max(torque + numbers[4], -limit), limit)
+        row, numbers = loads.joints[i, 0], loads.in_joints[i]
+        if numbers[ON] == ACTS:
+            limit = numbers[5]
+            torque = -numbers[0] * _strain(loads, i, q) - numbers[1] * v[row]
+            load[row] += min(max(torque + numbers[4], -limit), limit)
     first = 6 * len(loads.applied)
     for i in range(len(loads.rows)):
         load[loads.rows[i]] += driven[first + i]
+
+
+@compiled
+def _strain(loads: Loads, i: int, q: np.ndarray) -> float:
+    """Of a spring in a joint; without end, within half a turn of the middle of its side."""
+    entry, rest = loads.joints[i, 1], loads.in_joints[i, 2]
+    if not loads.joints[i, 2]:
+        return q[entry] - rest
+    middle = 0.5 * math.pi * loads.in_joints[i, 3]
+    angle = math.atan2(q[entry + 1], q[entry]) - rest - middle
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi + middle
+
+
+@compiled
+def write_pushes(
+    loads: Loads, kinematics: Kinematics, q: np.ndarray, v: np.ndarray, pushes: np.ndarray
+) -> None:
+    """Write (d, 3) of springs on one side: ``springs.Push``, above zero until it changes."""
+    for k in range(len(loads.kinks)):
+        i = loads.kinks[k, 1]
+        if loads.kinks[k, 0] == 0:
+            numbers = loads.in_joints[i]
+            side, strain, rate = numbers[3], _strain(loads, i, q), v[loads.joints[i, 0]]
+            force = side * (numbers[0] * strain + numbers[1] * rate)
+            zone, rate = side * strain, side * rate
+            if loads.joints[i, 2]:
+                zone, rate = side * math.sin(strain), math.cos(strain) * rate
+        else:
+            numbers = loads.between[i]
+            length, _, speed = _stretch(loads, i, kinematics)
+            way, rest = numbers[9], numbers[8]
+            force = way * (numbers[6] * (length - rest) + numbers[7] * speed)
+            scale = way / (rest if rest > 0.0 else 1.0)
+            zone, rate = 0.5 * scale * (length - rest) * (length + rest), scale * length * speed
+        sign = -1.0 if numbers[ON] == OUT else 1.0
+        pushes[k, 0], pushes[k, 1] = sign * zone, sign * rate
+        # Without a damper the zone says it all.
+        pushes[k, 2] = 1.0
+        if numbers[ON] != OUT and numbers[7 if loads.kinks[k, 0] else 1] > 0.0:
+            pushes[k, 2] = force if numbers[ON] == ACTS else -force
 
 
 @compiled
@@ -90,30 +142,40 @@ def push_bodies(loads: Loads, driven: np.ndarray, room: Room) -> None:
 @compiled
 def _pull(loads: Loads, i: int, room: Room) -> None:
     """A spring between two points."""
-    kinematics, numbers = room.kinematics, loads.between[i]
-    places = kinematics.places
+    numbers, places = loads.between[i], room.kinematics.places
+    if numbers[ON] != ACTS:
+        return
     one, two = loads.springs[i, 0], loads.springs[i, 1]
     here, there = three(numbers, 0), three(numbers, 3)
-    stiffness, damping, rest, way = numbers[6], numbers[7], numbers[8], numbers[9]
-    between = along(
-        along(origin(places, one), 1.0, turned(places, one, here)),
-        -1.0,
-        along(origin(places, two), 1.0, turned(places, two, there)),
-    )
-    length = math.sqrt(dot(between, between))
-    if length < NO_LENGTH or way * (length - rest) < 0.0:
+    length, n, rate = _stretch(loads, i, room.kinematics)
+    if length < NO_LENGTH:
         return
-    n = (between[0] / length, between[1] / length, between[2] / length)
-    apart = along(_speed(kinematics, one, here), -1.0, _speed(kinematics, two, there))
-    tension = stiffness * (length - rest) + damping * dot(n, apart)
-    if way * tension < 0.0:
-        return
+    tension = numbers[6] * (length - numbers[8]) + numbers[7] * rate
     pull = (tension * n[0], tension * n[1], tension * n[2])
     if two > 0:
         push(room, two, there, back(places, two, pull))
     pull = (-pull[0], -pull[1], -pull[2])
     if one > 0:
         push(room, one, here, back(places, one, pull))
+
+
+@compiled
+def _stretch(loads: Loads, i: int, kinematics: Kinematics) -> tuple[float, Vector, float]:
+    """The length of a spring between points, its direction, and how fast it grows."""
+    numbers, places = loads.between[i], kinematics.places
+    one, two = loads.springs[i, 0], loads.springs[i, 1]
+    here, there = three(numbers, 0), three(numbers, 3)
+    between = along(
+        along(origin(places, one), 1.0, turned(places, one, here)),
+        -1.0,
+        along(origin(places, two), 1.0, turned(places, two, there)),
+    )
+    length = math.sqrt(dot(between, between))
+    if length < NO_LENGTH:
+        return length, (0.0, 0.0, 0.0), 0.0
+    n = (between[0] / length, between[1] / length, between[2] / length)
+    apart = along(_speed(kinematics, one, here), -1.0, _speed(kinematics, two, there))
+    return length, n, dot(n, apart)
 
 
 @compiled

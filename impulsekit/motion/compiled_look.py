@@ -15,6 +15,7 @@ import numpy as np
 from ..laws.compiled import compiled, entry
 from .closing import MARGIN, Node, zero_finder
 from .compiled_chart import write_configuration
+from .compiled_loads import write_pushes
 from .compiled_step import System, Work
 from .points import PLANE, ROPE, ROUNDED, Table, gaps_and_rates, point_of, rope, write_rows
 from .roots import PIECES
@@ -150,6 +151,31 @@ def _rounding(system: System, watched: Watched, i: int, gap: float) -> float:
 
 
 @compiled
+def _lowest(a: Node, b: Node, error: float) -> float:
+    """What the cubic between two nodes surely stays above, besides a margin."""
+    piece = b.t - a.t
+    one, two = a.gap + piece / 3.0 * a.rate, b.gap - piece / 3.0 * b.rate
+    lowest, highest = min(a.gap, one, two, b.gap), max(a.gap, one, two, b.gap)
+    return lowest - MARGIN * (highest - lowest) - error
+
+
+@compiled
+def _may_bend(piece: float, pushes: np.ndarray) -> bool:
+    """Whether a spring on one side may begin or cease to act; pushes at nodes (k, d, 3)."""
+    for i in range(pushes.shape[1]):
+        for k in range(PIECES):
+            even = k - k % 2
+            one, middle, two = pushes[even, i], pushes[even + 1, i], pushes[even + 2, i]
+            off = middle[0] - 0.5 * (one[0] + two[0]) - 0.25 * piece * (one[1] - two[1])
+            a = Node(0.0, pushes[k, i, 0], pushes[k, i, 1])
+            b = Node(piece, pushes[k + 1, i, 0], pushes[k + 1, i, 1])
+            # What is not a number is looked at as well.
+            if not (_lowest(a, b, 0.25 * abs(off)) > 0.0 and pushes[k + 1, i, 2] > 0.0):
+                return True
+    return False
+
+
+@compiled
 def _first_closing(
     step: Made, times: np.ndarray, values: np.ndarray, rates: np.ndarray
 ) -> tuple[float, int]:
@@ -166,10 +192,8 @@ def _first_closing(
             error = 0.25 * abs(values[even + 1, i] - middle)
             a = Node(times[k], values[k, i] - base[i], rates[k, i])
             b = Node(times[k + 1], values[k + 1, i] - base[i], rates[k + 1, i])
-            one, two = a.gap + piece / 3.0 * a.rate, b.gap - piece / 3.0 * b.rate
-            lowest, highest = min(a.gap, one, two, b.gap), max(a.gap, one, two, b.gap)
             # What is not a number is looked at as well.
-            if lowest > MARGIN * (highest - lowest) + error:
+            if _lowest(a, b, error) > 0.0:
                 continue
             rounding = _rounding(step.system, step.watched, i, max(abs(a.gap), abs(b.gap)))
             t = _first_zero(Course(step, i), a, b, error, rounding)
@@ -215,8 +239,10 @@ def _write_signs(system: System, watched: Watched, v: np.ndarray, signs: np.ndar
 @entry(_examples, seconds=15.0)
 def look(
     system: System, work: Work, watched: Watched, start: float, length: float
-) -> tuple[float, bool]:
+) -> tuple[float, bool, bool]:
     """When a gap closes in the step, infinity if none does, and whether what rests may stop.
+
+    And whether a one-sided spring may begin or cease to act.
 
     Args:
         system, work: of the step, which was made.
@@ -229,9 +255,11 @@ def look(
 @compiled
 def look_through(
     system: System, work: Work, watched: Watched, start: float, length: float
-) -> tuple[float, bool]:
+) -> tuple[float, bool, bool]:
     """As ``look``."""
     nv, n, m = len(system.load), len(system.table.whole), len(watched.base)
+    pushes = np.empty((PIECES + 1, len(system.loads.kinks), 3))
+    bends = False
     step = Made(system, work, watched, start, length)
     times = np.empty(PIECES + 1)
     values, rates = np.empty((PIECES + 1, m)), np.empty((PIECES + 1, m))
@@ -244,17 +272,21 @@ def look_through(
             times[node] = start + part * length
             if window > 0 and node == 0:
                 values[0], rates[0] = values[PIECES], rates[PIECES]
+                pushes[0] = pushes[PIECES]
                 continue
             found = _see(system, work, watched, part)
             values[node], rates[node] = found[0], found[1]
+            kinematics, v = system.room.kinematics, work.trial[nv:]
+            write_pushes(system.loads, kinematics, system.q, v, pushes[node])
             _write_signs(system, watched, work.trial[nv:], signs)
             if window > 0 or node > 0:
                 for i in range(n):
                     for k in range(3):
                         stops |= before[i, k] > 0.0 >= signs[i, k]
             before[:] = signs
+        bends |= _may_bend(times[1] - times[0], pushes)
         t, gap = _first_closing(step, times, values, rates)
         if gap >= 0:
             _note_met(step, t, gap)
-            return t, stops
-    return math.inf, stops
+            return t, stops, bends
+    return math.inf, stops, bends

@@ -54,10 +54,11 @@ def no_loads(nv: int) -> Loads:
     return Loads(
         np.zeros(nv),
         np.zeros((0, 3), np.int64),
-        np.zeros((0, 6)),
+        np.zeros((0, 11)),
         np.zeros(0, np.int64),
         np.zeros((0, 2), np.int64),
-        np.zeros((0, 10)),
+        np.zeros((0, 11)),
+        np.zeros((0, 2), np.int64),
         np.zeros((0, 2), np.int64),
         np.zeros((0, 12)),
     )

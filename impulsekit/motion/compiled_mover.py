@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -26,7 +27,11 @@ NOTHING_SEEN = Seen(False, False)
 
 
 class Mover:
-    """What compiled code knows of a scene: its tree, its forces, and the points that rest."""
+    """What compiled code knows of a scene: its tree, its forces, and the points that rest.
+
+    Attributes:
+        driven: what is a function of time. loads: the forces.
+    """
 
     def __init__(
         self, dynamics: Dynamics, system: System, driven: Driven, chart: Chart, together: float
@@ -37,7 +42,7 @@ class Mover:
         self._points: dict[int, Table] = {}
         self._mass = np.zeros((len(system.load),) * 2)
         self._no_ways, self._no_begins = np.zeros((0, 3)), np.zeros(0, dtype=bool)
-        self.driven = driven
+        self.driven, self.loads = driven, system.loads
 
     def now(self) -> System | None:
         """For the points that rest now; None where some are found anew at each state."""
@@ -86,9 +91,9 @@ class Mover:
         elif resting:
             ways, begins = rests.ways_of_slip()
         asked = self._asked(seen, ways, begins)
-        t, stops = look(system, work, asked, span[0], span[1] - span[0])
+        t, stops, bends = look(system, work, asked, span[0], span[1] - span[0])
         found = self.seen(asked, t, stops or held)
-        return Seen(True, found.stops) if others else found
+        return Seen(True, found.stops) if others else replace(found, bends=bends)
 
     def _asked(self, base: np.ndarray, ways: np.ndarray, begins: np.ndarray) -> Watched:
         gaps = self._dynamics.gaps

@@ -49,11 +49,13 @@ class Seen:
         closes: whether a gap may close.
         stops: whether a resting point may stop or lift.
         crossing: when gaps close; None where that is still to be found out.
+        bends: whether a one-sided spring may begin or cease to act.
     """
 
     closes: bool
     stops: bool
     crossing: Crossing | None = None
+    bends: bool = True
 
 
 def first_crossing(

@@ -80,6 +80,7 @@ class Flight:
             mover = mover_of(now.scene, now.dynamics, self._chart, settings.together)
             now.mover = mover
             if mover is not None:
+                now.kinks.tell(mover.loads)
                 tolerances = settings.rtol, settings.atol
                 stepper = CompiledStepper(self._rates, *tolerances, mover, self._watch.within)
                 self.strides = Strides(now, mover, self._chart, stepper, self.path)
@@ -210,15 +211,29 @@ class Flight:
         now.v = self._stepper.y[nv:].copy()
 
     def closing(self, step: Step, time: float, gap: int) -> tuple[Step, float]:
-        """A step up to where a gap closes, and when that is, to the accuracy of steps.
+        """A step up to where a gap closes, and when that is, to the accuracy of steps."""
+        now, gaps = self._present, self._present.gaps
+        if gaps is None or not gaps.rated[gap]:
+            return step, time
 
-        Dense output, by which the time was found, is a hundred times less accurate.
+        def off(t: float, states: States) -> tuple[float, float]:
+            values, rates = gaps.measure(*states(t), (gap,))
+            return float(values[gap] - now.base[gap]), float(rates[gap])
+
+        return self.up_to(step, time, off)
+
+    def up_to(
+        self, step: Step, time: float, off: Callable[[float, States], tuple[float, float]]
+    ) -> tuple[Step, float]:
+        """A step up to where something falls to zero, and when, to the accuracy of steps.
+
+        Dense output, by which the time was found, is a hundred times less accurate. ``off``:
+        from a time and the states of a step to what falls, and its rate.
         """
-        now, stepper = self._present, self._stepper
-        gaps, dense = now.gaps, step.dense
+        now, stepper, dense = self._present, self._stepper, step.dense
         if not (isinstance(stepper, ExplicitStepper) and isinstance(dense, Output)):
             return step, time
-        if gaps is None or not gaps.rated[gap] or not step.start < time < step.end:
+        if not step.start < time < step.end:
             return step, time
         if stepper.before[1] < EXACT:
             return step, time
@@ -228,11 +243,10 @@ class Flight:
         except RestNotSolved:
             return step, time
         states = self._states(dense)
-        values, rates = gaps.measure(*states(time), (gap,))
-        off, rate = float(values[gap] - now.base[gap]), float(rates[gap])
-        if not (rate < 0.0 and abs(off) <= NEAR * -rate * (time - step.start)):
+        left, rate = off(time, states)
+        if not (rate < 0.0 and abs(left) <= NEAR * -rate * (time - step.start)):
             return step, time
-        time -= off / rate
+        time -= left / rate
         return Step(step.start, time, step.reference, dense, states), time
 
     def _states(self, dense: Dense) -> States:

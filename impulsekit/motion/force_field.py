@@ -12,11 +12,9 @@ from ..robot import Robot
 from ..scene import Actuator, AppliedForce, JointSpring, Scene, Spring
 from ..scene.forces import PD, TorqueTable
 from ..scene.functions import numbers_from
+from .springs import PointOfFrame, SpringBetweenPoints, SpringInJoint
 
 __all__ = ["ForceField"]
-
-# Ends of a spring nearer than this [m] have no direction between them.
-NO_LENGTH = 1e-12
 
 
 class ForceField:
@@ -24,6 +22,7 @@ class ForceField:
 
     Attributes:
         on_bodies: whether some force acts on a body; its wrench needs kinematics.
+        one_sided: its springs that act on one side only, in the scene's order.
         corners: times at which a table has a corner [s].
     """
 
@@ -31,13 +30,21 @@ class ForceField:
         robot = scene.robot
         self._model = robot.model
         self._constant = np.zeros(self._model.nv)
-        self._springs = [_SpringInJoint(robot, f) for f in scene.forces if type(f) is JointSpring]
+        self._springs = [SpringInJoint(robot, f) for f in scene.forces if type(f) is JointSpring]
         self._controlled: list[Callable[[float, np.ndarray, np.ndarray], tuple[slice, Any]]] = []
         self._functions: list[Callable[[float, np.ndarray, np.ndarray], tuple[slice, Any]]] = []
         for i, force in enumerate(scene.forces):
             if isinstance(force, Actuator):
                 self._add_actuator(robot, force, scene.entry_names("forces")[i])
-        self._points = [_SpringBetweenPoints(robot, f) for f in scene.forces if type(f) is Spring]
+        self._points = [SpringBetweenPoints(robot, f) for f in scene.forces if type(f) is Spring]
+        in_joints, between = iter(self._springs), iter(self._points)
+        springs: list[SpringInJoint | SpringBetweenPoints] = []
+        for force in scene.forces:
+            if type(force) is JointSpring:
+                springs.append(next(in_joints))
+            elif type(force) is Spring:
+                springs.append(next(between))
+        self.one_sided = [spring for spring in springs if spring.is_one_sided]
         names = scene.entry_names("forces")
         self.corners = sorted(
             {
@@ -57,7 +64,7 @@ class ForceField:
         self._wrenches = pin.StdVec_Force()
         for _ in range(self._model.njoints):
             self._wrenches.append(pin.Force.Zero())
-        self._on_bodies: list[_SpringBetweenPoints | _OnPoint] = [*self._points, *self._applied]
+        self._on_bodies: list[SpringBetweenPoints | _OnPoint] = [*self._points, *self._applied]
         self._loaded = sorted({j for force in self._on_bodies for j in force.joint_ids})
 
     @property
@@ -127,7 +134,7 @@ class ForceField:
         if isinstance(torque, tuple):
             self._constant[rows] += torque
         elif isinstance(torque, PD):
-            spring = _SpringInJoint(
+            spring = SpringInJoint(
                 robot, JointSpring(force.joint, torque.stiffness, torque.damping, torque.target)
             )
             self._controlled.append(_pd(spring, rows, torque))
@@ -138,7 +145,7 @@ class ForceField:
             self._controlled.append(self._functions[-1])
 
 
-def _pd(spring: _SpringInJoint, rows: slice, law: PD) -> Callable:
+def _pd(spring: SpringInJoint, rows: slice, law: PD) -> Callable:
     def controlled(t: float, q: np.ndarray, v: np.ndarray) -> tuple[slice, float]:
         torque = spring.torque(q, v) + law.damping * law.velocity
         if law.limit is not None:
@@ -158,105 +165,12 @@ def _function(torque: Callable, rows: slice, size: int, name: str) -> Callable:
     return controlled
 
 
-class _SpringInJoint:
-    """τ = −k (q − rest) − c v."""
-
-    def __init__(self, robot: Robot, force: JointSpring) -> None:
-        joint = robot.model.joints[robot.joint_id(force.joint)]
-        self.row, self._entry = joint.idx_v, joint.idx_q
-        self._continuous = joint.nq == 2
-        self._stiffness, self._damping, self._rest = force.stiffness, force.damping, force.rest
-        # Which side of the rest it acts on; 0 for both.
-        self._side = {"both": 0.0, "above": 1.0, "below": -1.0}[force.acts]
-
-    def _strain(self, q: np.ndarray) -> float:
-        if not self._continuous:
-            return q[self._entry] - self._rest
-        angle = np.arctan2(q[self._entry + 1], q[self._entry]) - self._rest
-        return (angle + np.pi) % (2.0 * np.pi) - np.pi
-
-    def torque(self, q: np.ndarray, v: np.ndarray) -> float:
-        strain, side = self._strain(q), self._side
-        torque = -self._stiffness * strain - self._damping * v[self.row]
-        if side and not (side * strain > 0.0 and side * torque < 0.0):
-            return 0.0
-        return torque
-
-    def energy(self, q: np.ndarray) -> float:
-        strain = float(self._strain(q))
-        return 0.5 * self._stiffness * strain**2 if self._side * strain >= 0.0 else 0.0
-
-
-class _Point:
-    """A point of a frame, carried by a joint."""
-
-    def __init__(self, robot: Robot, frame: str, at: Any) -> None:
-        item = robot.model.frames[robot.frame_id(frame)]
-        self.joint_id = item.parentJoint
-        self.placement = item.placement * pin.SE3(np.eye(3), np.array(at, dtype=float))
-        self._at = self.placement.translation.copy()
-
-    def position(self, data: pin.Data) -> np.ndarray:
-        """(3,) in the world."""
-        return data.oMi[self.joint_id].act(self._at)
-
-    def velocity(self, data: pin.Data) -> np.ndarray:
-        """(3,) in the world."""
-        motion = data.v[self.joint_id]
-        local = motion.linear + np.cross(motion.angular, self._at)
-        return data.oMi[self.joint_id].rotation.dot(local)
-
-    def add(self, wrenches: pin.StdVec_Force, data: pin.Data, force_world: np.ndarray) -> None:
-        """Add a force through the point, in world axes; what the world bears is told as well."""
-        local = force_world.dot(data.oMi[self.joint_id].rotation)
-        wrenches[self.joint_id] += pin.Force(local, np.cross(self._at, local))
-
-
-class _SpringBetweenPoints:
-    """A spring and damper along the line between two points."""
-
-    def __init__(self, robot: Robot, force: Spring) -> None:
-        self._force = force
-        # 1 for what only pulls, −1 for what only pushes; 0 for both.
-        self._way = {"both": 0.0, "pull": 1.0, "push": -1.0}[force.acts]
-        self._ends = (
-            _Point(robot, force.frame, force.at),
-            _Point(robot, force.other, force.other_at),
-        )
-        self.joint_ids = tuple(end.joint_id for end in self._ends)
-
-    def add(self, wrenches: pin.StdVec_Force, t: float, data: pin.Data) -> None:
-        first, other = self._ends
-        between = first.position(data) - other.position(data)
-        length = np.sqrt(between.dot(between))
-        if length < NO_LENGTH:
-            return
-        direction = between / length
-        strain = length - self._force.rest_length
-        if self._way * strain < 0.0:
-            return
-        tension = self._force.stiffness * strain
-        if self._force.damping:
-            rate = direction.dot(first.velocity(data) - other.velocity(data))
-            tension += self._force.damping * rate
-        if self._way * tension < 0.0:
-            return
-        first.add(wrenches, data, -tension * direction)
-        other.add(wrenches, data, tension * direction)
-
-    def energy(self, data: pin.Data) -> float:
-        first, other = self._ends
-        length = np.linalg.norm(first.position(data) - other.position(data))
-        strain = float(length - self._force.rest_length)
-        return 0.5 * self._force.stiffness * strain**2 if self._way * strain >= 0.0 else 0.0
-
-
 class _OnPoint:
     """An applied force and couple."""
 
     def __init__(self, robot: Robot, force: AppliedForce, name: str) -> None:
         self._force, self._name = force, name
-        self._point = _Point(robot, force.frame, force.at)
+        self._point = PointOfFrame(robot, force.frame, force.at)
         self.joint_ids = (self._point.joint_id,)
         self.is_constant = force.is_constant
         self._constant = force.force_at(0.0) if force.is_constant else None

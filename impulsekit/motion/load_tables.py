@@ -10,11 +10,13 @@ import numpy as np
 from ..robot import Robot
 from ..scene import Actuator, AppliedForce, JointSpring, Scene, Spring
 from ..scene.forces import PD, TorqueTable
-from .compiled_loads import Loads
+from .compiled_loads import ON, Loads
 
 __all__ = ["Driven", "loads_of"]
 
 _SIDES = {"both": 0.0, "above": 1.0, "below": -1.0}
+# What follows the six numbers of a spring in a joint: it acts.
+_ACTS = (0.0, 0.0, 0.0, 0.0, 1.0)
 _WAYS = {"both": 0.0, "pull": 1.0, "push": -1.0}
 
 
@@ -53,30 +55,32 @@ def _named(force: AppliedForce, name: str) -> Callable[[float], np.ndarray]:
 
 
 def loads_of(scene: Scene) -> tuple[Loads, Driven] | None:
-    """The forces of a scene; None where a torque is a user's function, or a spring one-sided."""
+    """The forces of a scene; None where a torque is a user's function."""
     robot, names = scene.robot, scene.entry_names("forces")
     constant = np.zeros(robot.model.nv)
     joints: list[tuple[int, int, int]] = []
     in_joints: list[tuple[float, ...]] = []
     springs: list[tuple[int, int]] = []
     between: list[np.ndarray] = []
+    kinks: list[tuple[int, int]] = []
     rows: list[int] = []
     tables: list[TorqueTable] = []
     applied: list[tuple[AppliedForce, str]] = []
     for force, name in zip(scene.forces, names, strict=True):
         if getattr(force, "acts", "both") != "both":
-            # Steps over the kinks of such springs are known to 1e-8 in the other way alone.
-            return None
+            between_points = type(force) is Spring
+            kinks.append((int(between_points), len(springs if between_points else joints)))
         if type(force) is JointSpring:
             joints.append(_entries(robot, force.joint))
             side = _SIDES[force.acts]
-            in_joints.append((force.stiffness, force.damping, force.rest, side, 0.0, np.inf))
+            own = force.stiffness, force.damping, force.rest, side, 0.0, np.inf
+            in_joints.append((*own, *_ACTS))
         elif type(force) is Spring:
             ends = (robot, force.frame, force.at), (robot, force.other, force.other_at)
             (one, here), (two, there) = (_point(*end) for end in ends)
             springs.append((one, two))
             more = force.stiffness, force.damping, force.rest_length, _WAYS[force.acts]
-            between.append(np.array([*here, *there, *more]))
+            between.append(np.array([*here, *there, *more, 1.0]))
         elif type(force) is AppliedForce:
             applied.append((force, name))
         elif type(force) is Actuator and isinstance(force.torque, tuple):
@@ -87,7 +91,7 @@ def loads_of(scene: Scene) -> tuple[Loads, Driven] | None:
             joints.append(_entries(robot, force.joint))
             limit = np.inf if law.limit is None else law.limit
             more = law.target, 0.0, law.damping * law.velocity, limit
-            in_joints.append((law.stiffness, law.damping, *more))
+            in_joints.append((law.stiffness, law.damping, *more, *_ACTS))
         elif type(force) is Actuator and isinstance(force.torque, TorqueTable):
             rows.append(_entries(robot, force.joint)[0])
             tables.append(force.torque)
@@ -97,10 +101,11 @@ def loads_of(scene: Scene) -> tuple[Loads, Driven] | None:
     loads = Loads(
         constant,
         np.array(joints, dtype=np.int64).reshape(-1, 3),
-        np.array(in_joints, dtype=float).reshape(-1, 6),
+        np.array(in_joints, dtype=float).reshape(-1, ON + 1),
         np.array(rows, dtype=np.int64),
         np.array(springs, dtype=np.int64).reshape(-1, 2),
-        np.array(between, dtype=float).reshape(-1, 10),
+        np.array(between, dtype=float).reshape(-1, ON + 1),
+        np.array(kinks, dtype=np.int64).reshape(-1, 2),
         np.array([place[0] for place in places], dtype=np.int64).reshape(-1, 2),
         np.array([place[1] for place in places], dtype=float).reshape(-1, 12),
     )

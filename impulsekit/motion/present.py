@@ -16,6 +16,7 @@ from ..scene import Scene
 from ..scene.motion import MotionSettings
 from .compiled_mover import Mover
 from .dynamics import Dynamics
+from .kinks import Kinks
 from .rest_law import RestNotSolved
 from .resting import NO_SLIP, RestingContact
 from .status import MotionStatus
@@ -68,6 +69,7 @@ class Present:
         impacts: (time, impact) up to now.
         rests: those that are over.
         mover: what compiled code knows of what moves, if it knows all.
+        kinks: its one-sided springs.
         soft: by gap, how often it was met below its capture speed in quick succession, and when
             last [s].
     """
@@ -93,6 +95,13 @@ class Present:
         self.soft: dict[int, tuple[int, float]] = {}
         # What compiled code knows of what moves; a flight finds that out.
         self.mover: Mover | None = None
+        self.kinks = Kinks(self.dynamics.forces, self.model)
+        self.kinks.begin(q, v)
+
+    def strike(self, v: np.ndarray) -> None:
+        """The velocity jumps, to (nv,)."""
+        self.v = v
+        self.kinks.heed_jump(self.q, v)
 
     def settle(self, *, fresh: bool, lay: bool) -> bool | None:
         """``settling.settle`` by compiled code, of points that are laid down before if asked for.

@@ -21,6 +21,7 @@ from .drift import take_out_drift
 from .flight import Flight, Step
 from .hops import Hop, find_hops, low_hops
 from .interrupts import Interrupts
+from .kinks import Kink
 from .penetration import Penetration
 from .present import Mark, Present, Stopped
 from .settling import come_to_rest, heed_stop, settle
@@ -205,11 +206,11 @@ class Run:
     def _happens(self, step: Step, seen: Seen) -> bool:
         """Cut the step at its first event, if it has one, and deal with that."""
         now, gaps = self._now, self._now.gaps
-        if gaps is None:
-            return False
-        resting = self._resting()
+        resting, kinks = self._resting(), now.kinks
         closes, stops = seen.closes or bool(now.passing), seen.stops
-        if not (closes or stops):
+        if gaps is None:
+            return seen.bends and self._bends(step, kinks.first(step.states, step.start, step.end))
+        if not (closes or stops or (kinks and seen.bends)):
             return False
         crossing = None if now.passing else seen.crossing
         if closes and crossing is None:
@@ -224,6 +225,9 @@ class Run:
                 now.passing,
             )
         until = step.end if crossing is None else crossing.t
+        kink = kinks.first(step.states, step.start, until) if seen.bends else None
+        if kink is not None and kink.t < until:
+            until, crossing = kink.t, None
         stop = None
         if stops and resting and until > step.start:
             stop = first_stop(
@@ -258,7 +262,23 @@ class Run:
                 self._meet(met)
             else:
                 self._flight.restart()
-        return stop is not None or crossing is not None
+        else:
+            return self._bends(step, kink)
+        return True
+
+    def _bends(self, step: Step, kink: Kink | None) -> bool:
+        """Cut the step where a one-sided spring begins or ceases to act, if one does."""
+        if kink is None:
+            return False
+        now, flight = self._now, self._flight
+        flight.take_until(*flight.up_to(step, kink.t, kink.off))
+        now.kinks.switch(kink)
+        if now.resting.contacts:
+            settle(now)
+        elif now.held is not None:
+            take_out_drift(now, [])
+        flight.restart()
+        return True
 
     def _meet(self, closing: tuple[int, ...]) -> None:
         """An impact of what closes, with all that rests taking part."""

@@ -100,7 +100,7 @@ class Striking:
         which = now.entries_of([gap])
         impact = Impact(scene, q, v, dv, lambda: outcome_of(scene, q, v, which))
         now.impacts.append((now.t, impact))
-        now.v = impact.v_after.copy()
+        now.strike(impact.v_after.copy())
         return True
 
     @cached_property
@@ -176,7 +176,7 @@ class Striking:
         still = np.abs(speeds) < STILL
         if not np.abs(speeds[still]).max(initial=0.0) > 0.0:
             return False
-        now.v = now.v + now.dynamics.moved(now.q, normals[still], -speeds[still])
+        now.strike(now.v + now.dynamics.moved(now.q, normals[still], -speeds[still]))
         return True
 
     def _solver_of(self, soft: bool) -> ImpactSolver:
@@ -200,7 +200,7 @@ class Striking:
                 MotionStatus.IMPACT_NOT_VALID,
                 f"the impact at {now.t:.9g} s is {impact.describe_status()}",
             )
-        now.v = impact.v_after.copy()
+        now.strike(impact.v_after.copy())
 
     @cached_property
     def _later(self) -> Scene:

@@ -282,3 +282,29 @@ def test_steps_made_at_once_are_no_standstill(stepped, monkeypatch):
     )
     assert stepped[1].calls > 3
     assert motion.status is ik.MotionStatus.FINISHED
+
+
+def test_one_sided_springs_against_scipy(stepped):
+    """Steps that end at kinks, many at once, against small steps over them."""
+    box = ik.Robot.from_urdf(BOX, root="freeflyer")
+    both = ik.combine(box=box, arm=ik.Robot.from_urdf("models/double_pendulum.urdf"))
+    shoulder, elbow = [name for name in both.joint_names if name.startswith("arm/")]
+    forces = [
+        ik.JointSpring(shoulder, stiffness=90, damping=0.4, rest=0.1, acts="above"),
+        ik.JointSpring(elbow, stiffness=80, rest=-0.1, acts="below"),
+        ik.Spring("box/box", at=[0.1, 0.2, 0], stiffness=400, rest_length=1.0, acts="pull"),
+        ik.Spring("box/box", other_at=[0, 0, -1], stiffness=900, rest_length=0.9, acts="push"),
+    ]
+    scene = ik.Scene(both, forces=forces)
+    q, v = both.neutral().copy(), np.zeros(both.nv)
+    v[:6], v[6:] = [0.5, 0.2, 0.3, 1.0, 2.0, 0.5], [3.0, -5.0]
+    motion = ik.simulate(scene, q, v, duration=0.8)
+    assert motion.status.finished and stepped[1].calls
+    flow = PlainMotion(scene, q)
+    for start, end in pairwise(np.linspace(0.0, 0.8, 81).tolist()):
+        flow.advance(start, end, v0=v if start == 0.0 else None)
+    q_end, v_end = flow.state()
+    np.testing.assert_allclose(pin.difference(both.model, motion.q[-1], q_end), 0, atol=1e-8)
+    np.testing.assert_allclose(motion.v[-1], v_end, atol=1e-7)
+    told = ik.simulate(scene, q, v, duration=0.8, progress=lambda t: None)
+    assert np.array_equal(told.q, motion.q) and np.array_equal(told.v, motion.v)
