@@ -16,6 +16,7 @@ from .tree import Room, push
 
 __all__ = [
     "ACTS",
+    "BEYOND",
     "NO_LENGTH",
     "ON",
     "OUT",
@@ -32,6 +33,8 @@ NO_LENGTH = 1e-12
 # damper would pull what the spring pushes.
 ON = 10
 OUT, ACTS, SLACK = 0, 1, 2
+# A spring changes this far beyond its kink [m, rad, and by s]: rounding does not bring it back.
+BEYOND = 1e-13
 
 
 class Loads(NamedTuple):
@@ -114,11 +117,13 @@ def write_pushes(
             scale = way / (rest if rest > 0.0 else 1.0)
             zone, rate = 0.5 * scale * (length - rest) * (length + rest), scale * length * speed
         sign = -1.0 if numbers[ON] == OUT else 1.0
-        pushes[k, 0], pushes[k, 1] = sign * zone, sign * rate
+        pushes[k, 0], pushes[k, 1] = sign * zone + BEYOND, sign * rate
         # Without a damper the zone says it all.
         pushes[k, 2] = 1.0
-        if numbers[ON] != OUT and numbers[7 if loads.kinks[k, 0] else 1] > 0.0:
-            pushes[k, 2] = force if numbers[ON] == ACTS else -force
+        first = 6 if loads.kinks[k, 0] else 0
+        if numbers[ON] != OUT and numbers[first + 1] > 0.0:
+            beyond = BEYOND * (numbers[first] + numbers[first + 1])
+            pushes[k, 2] = (force if numbers[ON] == ACTS else -force) + beyond
 
 
 @compiled

@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from .closing import Node, errors_of, may_close, zero_finder
-from .compiled_loads import ACTS, ON, OUT, SLACK, Loads
+from .compiled_loads import ACTS, BEYOND, ON, OUT, SLACK, Loads
 from .force_field import ForceField
 from .roots import States, falling_root
 from .springs import Push
@@ -25,8 +25,6 @@ __all__ = ["Kink", "Kinks"]
 
 # The rate of a force is told by a step of this part of the time in which it is looked for.
 PART = 1e-4
-# Zones this deep [m, rad] are rounding: which side of a kink a state is on is told by its speed.
-ROUNDED = 1e-13
 
 _first_zero = zero_finder(lambda gap, t: gap(t))
 
@@ -70,8 +68,7 @@ class Kinks:
         if not self._springs:
             return
         for i, push in enumerate(self._pushes(q, v)):
-            inside = push.zone > ROUNDED or (push.zone > -ROUNDED and push.rate > 0.0)
-            self._does[i] = self._inside(i, push) if inside else OUT
+            self._does[i] = self._inside(i, push) if push.zone > 0.0 else OUT
         self._set()
 
     def heed_jump(self, q: np.ndarray, v: np.ndarray) -> None:
@@ -100,7 +97,7 @@ class Kinks:
         times = self._turning.nodes(states, start, end)
         seen = np.array([self._pushes(*states(t)) for t in times])
         signs = np.array([-1.0 if does == OUT else 1.0 for does in self._does])
-        zones, rates = signs * seen[:, :, 0], signs * seen[:, :, 1]
+        zones, rates = signs * seen[:, :, 0] + BEYOND, signs * seen[:, :, 1]
         errors = errors_of(np.array(times), zones, rates)
         near = may_close(np.array(times), zones, rates, errors)
         for k, (left, right) in enumerate(pairwise(times)):
@@ -112,8 +109,7 @@ class Kinks:
                     found += self._by_zone(i, states, a, b, float(errors[k, i]))
                 if does != OUT and self._springs[i].is_damped:
                     sign = 1.0 if does == ACTS else -1.0
-                    before, after = sign * seen[k, i, 2], sign * seen[k + 1, i, 2]
-                    if after <= 0.0 and (before > 0.0 or after < before):
+                    if sign * seen[k + 1, i, 2] + self._springs[i].beyond <= 0.0:
                         found.append(self._by_force(i, sign, states, left, right))
             if found:
                 return min(found, key=lambda kink: kink.t)
@@ -126,9 +122,9 @@ class Kinks:
 
         def off(t: float, states: States) -> tuple[float, float]:
             push = self._pushes(*states(t))[i]
-            return sign * push.zone, sign * push.rate
+            return sign * push.zone + BEYOND, sign * push.rate
 
-        t = _first_zero(lambda t: Node(t, *off(t, states)), a, b, error, ROUNDED)
+        t = _first_zero(lambda t: Node(t, *off(t, states)), a, b, error, BEYOND)
         if not t < np.inf:
             return []
         becomes = self._inside(i, self._pushes(*states(t))[i]) if enters else OUT
@@ -136,10 +132,10 @@ class Kinks:
 
     def _by_force(self, i: int, sign: float, states: States, start: float, end: float) -> Kink:
         """Where a damper begins or ceases to outweigh its spring."""
-        step = PART * (end - start)
+        step, beyond = PART * (end - start), self._springs[i].beyond
 
         def force(t: float, states: States) -> float:
-            return sign * self._pushes(*states(t))[i].force
+            return sign * self._pushes(*states(t))[i].force + beyond
 
         def off(t: float, states: States) -> tuple[float, float]:
             here = force(t, states)

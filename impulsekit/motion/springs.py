@@ -13,11 +13,9 @@ import pinocchio as pin
 
 from ..robot import Robot
 from ..scene import JointSpring, Spring
+from .compiled_loads import BEYOND, NO_LENGTH
 
 __all__ = ["PointOfFrame", "Push", "SpringBetweenPoints", "SpringInJoint"]
-
-# Ends of a spring nearer than this [m] have no direction between them.
-NO_LENGTH = 1e-12
 
 
 class Push(NamedTuple):
@@ -42,6 +40,7 @@ class SpringInJoint:
         row: in v.
         acts: whether a one-sided spring acts; None while its state says so.
         is_one_sided: whether it acts on one side only. is_damped: whether it has a damper.
+        beyond: a force that is rounding [N, N m].
     """
 
     def __init__(self, robot: Robot, force: JointSpring) -> None:
@@ -52,6 +51,7 @@ class SpringInJoint:
         # Which side of the rest it acts on; 0 for both.
         self._side = {"both": 0.0, "above": 1.0, "below": -1.0}[force.acts]
         self.is_one_sided, self.is_damped = self._side != 0.0, force.damping > 0.0
+        self.beyond = BEYOND * (force.stiffness + force.damping)
         self.acts: bool | None = None
 
     def _strain(self, q: np.ndarray, middle: float = 0.0) -> float:
@@ -117,7 +117,7 @@ class SpringBetweenPoints:
 
     Attributes:
         joint_ids: of its ends.
-        acts, is_one_sided, is_damped: as of ``SpringInJoint``.
+        acts, is_one_sided, is_damped, beyond: as of ``SpringInJoint``.
     """
 
     def __init__(self, robot: Robot, force: Spring) -> None:
@@ -130,6 +130,7 @@ class SpringBetweenPoints:
         )
         self.joint_ids = tuple(end.joint_id for end in self._ends)
         self.is_one_sided, self.is_damped = self._way != 0.0, force.damping > 0.0
+        self.beyond = BEYOND * (force.stiffness + force.damping)
         self.acts: bool | None = None
 
     def _line(self, data: pin.Data) -> tuple[float, np.ndarray]:

@@ -132,3 +132,17 @@ def test_springs_act_on_what_rests_and_slides():
     truth = solve_ivp(rates, (0, 0.6), [-1.5, 4.0], "DOP853", max_step=1e-3, rtol=1e-10)
     assert motion.status.finished and truth.y[1].min() > 0.1
     np.testing.assert_allclose(motion.q[-1, 0], truth.y[0, -1], atol=1e-7)
+
+
+def test_what_comes_to_rest_at_a_kink_rests_there():
+    # Damped from both sides it is at rest but for rounding after a second.
+    robot = sliders(1)
+    springs = [
+        ik.JointSpring("z00", stiffness=1000.0, damping=60.0, acts="above"),
+        ik.JointSpring("z00", damping=3.0, rest=0.2, acts="below"),
+        ik.JointSpring("z00", stiffness=20.0),
+    ]
+    scene = ik.Scene(robot, forces=springs, gravity=NOWHERE)
+    motion = ik.simulate(scene, [0.05], [1.0], duration=30.0)
+    assert motion.status.finished
+    np.testing.assert_allclose([motion.q[-1, 0], motion.v[-1, 0]], 0.0, atol=1e-11)
