@@ -60,7 +60,11 @@ class Outcome:
 
 
 class ConstrainedJump:
-    """Δv under bilateral rows and contacts, on CRBA with Cholesky."""
+    """Δv under bilateral rows and contacts, on CRBA with Cholesky.
+
+    Attributes:
+        model, data: of what is reached.
+    """
 
     def __init__(
         self, scene: Scene, known: KnownImpulses, reached: ReachedModel, *, always_regular: bool
@@ -68,7 +72,7 @@ class ConstrainedJump:
         self._known, self._struck = known, bool(scene.impulses)
         self._rows = ConstraintRows.of(scene, reached) if scene.held else None
         self._contacts = SceneContacts(scene, reached) if scene.contacts else None
-        self._model, self._data = known.model, known.model.createData()
+        self.model, self.data = known.model, known.model.createData()
         self._always_regular = always_regular
         # Rows have to make up for what M lacks at every configuration, whatever pivots say.
         motions = () if always_regular else scene.robot.massless_motions
@@ -81,23 +85,44 @@ class ConstrainedJump:
             isinstance(entry, JointCoupling | JointLock) for entry in scene.held
         )
         # Pinocchio's sparse Cholesky takes neither mimic joints nor a model with one row.
-        self._dense = self._model.nv < 2 or any(
-            joint.shortname() == "JointModelMimic" for joint in self._model.joints
+        self._dense = self.model.nv < 2 or any(
+            joint.shortname() == "JointModelMimic" for joint in self.model.joints
         )
 
+    @property
+    def contacts(self) -> SceneContacts:
+        """The contacts, of a scene that has some."""
+        if self._contacts is None:
+            raise InputError("no contacts")
+        return self._contacts
+
+    @property
+    def is_sparse(self) -> bool:
+        """Whether Pinocchio's sparse Cholesky takes the model, where pivots allow it."""
+        return not (self._dense or self._singular)
+
+    def is_regular(self) -> bool:
+        """Whether no pivot of the sparse factor in ``data`` is near rounding."""
+        return self._always_regular or pivots_are_safe(self.data, self._least_pivot)
+
     def solve(
-        self, q: np.ndarray, v: np.ndarray, touching: Container[int] | None = None
+        self,
+        q: np.ndarray,
+        v: np.ndarray,
+        touching: Container[int] | None = None,
+        known: ContactSolution | None = None,
     ) -> tuple[np.ndarray, Outcome]:
         """(nv,) Δv of the reached model, and the impulses that constraints and contacts took.
 
         ``touching``: the indices of the contacts that take part; None for all that touch.
+        ``known``: what contacts without bilateral rows do by the law, where that was found before.
 
         Raises:
             ContradictionError: dependent rows demand different things.
             SingularMassError: M is singular and the constraints do not make up for it.
             InputError, RangeError: what the contact law refuses.
         """
-        model, data = self._model, self._data
+        model, data = self.model, self.data
         impulse = struck = self._known.generalized_impulse(data, q)
         rows = wanted = None
         doubt = False
@@ -108,9 +133,9 @@ class ConstrainedJump:
         touches = [] if self._contacts is None else self._contacts.rows.touching(data, q, touching)
         crba(model, data, q)
         factor: SparseFactor | FilledFactor | None = None
-        if not (self._dense or self._singular):
+        if self.is_sparse:
             decompose(model, data)
-            if self._always_regular or pivots_are_safe(data, self._least_pivot):
+            if self.is_regular():
                 factor = SparseFactor(model, data)
         if factor is None:
             faint = not self._dense and self._least_pivot == FAINT_PIVOT
@@ -121,7 +146,8 @@ class ConstrainedJump:
         if not touches:
             dv, outcome = self._without_contacts(factor, impulse, rows, wanted, q, v, doubt)
         else:
-            dv, outcome = self._with_contacts(factor, impulse, rows, wanted, touches, q, v, doubt)
+            given = factor, impulse, rows, wanted, touches, q, v, doubt
+            dv, outcome = self._with_contacts(*given, known)
         if self._singular and rows is not None:
             outcome = with_massless_locks(outcome, self._rows_there, rows, struck, data.M)
         return dv, outcome
@@ -206,11 +232,10 @@ class ConstrainedJump:
         q: np.ndarray,
         v: np.ndarray,
         doubt: bool,
+        known: ContactSolution | None,
     ) -> tuple[np.ndarray, Outcome]:
         """Contacts in the system that is left when the bilateral rows are eliminated."""
-        contacts = self._contacts
-        if contacts is None:
-            raise InputError("no contacts")
+        contacts = self.contacts
         jacobian = np.concatenate([touch.jacobian for touch in touches])
         before = jacobian.dot(v)
         if rows is None or wanted is None:
@@ -218,7 +243,7 @@ class ConstrainedJump:
             if self._struck:
                 free = before + factor.half(impulse[None])[:, 0].dot(half_contacts)
             problem = contacts.problem(half_contacts, before, free, touches)
-            solution = contacts.solve(problem, touches)
+            solution = contacts.solve(problem, touches) if known is None else known
             dv = factor.solve(impulse + solution.impulse.dot(jacobian))
 
             if not contacts.is_met(problem, solution, jacobian, dv):
@@ -267,10 +292,10 @@ class ConstrainedJump:
             def at(contact_impulse: np.ndarray) -> np.ndarray:
                 return at_first + borne(contact_impulse - first)
 
-            known = impulse
+            acting = impulse
             if isinstance(factor, FilledFactor):
-                known = impulse - factor.filled_impulse(np.zeros_like(impulse), wanted)
-            steps = steps_of(self._mass_matrix, known, jacobian, rows, moved_by, at)
+                acting = impulse - factor.filled_impulse(np.zeros_like(impulse), wanted)
+            steps = steps_of(self._mass_matrix, acting, jacobian, rows, moved_by, at)
             solution, dv = contacts.refined(problem, solution, dv, steps)
             multipliers = at(solution.impulse)
         if contacts.acts_at_once:
@@ -282,7 +307,7 @@ class ConstrainedJump:
 
     def _eliminated(self, half_rows: np.ndarray, q: np.ndarray) -> Elimination:
         def magnitude() -> np.ndarray:
-            return without_cancellation(rows.magnitude(self._data, q), self._data.M)
+            return without_cancellation(rows.magnitude(self.data, q), self.data.M)
 
         rows = self._rows_there
         return Elimination(half_rows, magnitude, rows.names, rows.triples)
@@ -299,7 +324,7 @@ class ConstrainedJump:
         half_rows = eliminated.half
 
         def velocity_scale() -> np.ndarray:
-            gross = self._rows_there.magnitude(self._data, q)
+            gross = self._rows_there.magnitude(self.data, q)
             return gross @ np.abs(v) + np.abs(half_rows.T @ start)
 
         return eliminated.solve(wanted - start.dot(half_rows), velocity_scale)
@@ -307,7 +332,7 @@ class ConstrainedJump:
     @property
     def _mass_matrix(self) -> np.ndarray:
         """(nv, nv) M as it is in the data."""
-        return symmetric(np.atleast_2d(self._data.M))
+        return symmetric(np.atleast_2d(self.data.M))
 
     @property
     def _rows_there(self) -> ConstraintRows:

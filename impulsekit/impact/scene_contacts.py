@@ -138,10 +138,31 @@ class SceneContacts:
             if self._models is None
             else self._measured(problem, self._models, touches)
         )
+        return self.told(solution)
+
+    def told(self, solution: ContactSolution) -> ContactSolution:
+        """The solution as it is told of."""
         if self._uneven and solution.status is Status.NOT_UNIQUE:
             # Beside grams and tonnes W does not tell rows that depend from rows that nearly do.
             return dataclasses.replace(solution, status=Status.NEARLY_DEPENDENT)
         return solution
+
+    def plain_coefficients(self) -> np.ndarray | None:
+        """(3, n) µ, e and tangential restitution; None where the law asks for more, or for less."""
+        law, laws = self._law, ("newton", "poisson", "stronge")
+        more = (self._models, self._adhesion, self._resists, self._stiffness)
+        if self._fixed is None or any(m is not None for m in more) or law.restitution not in laws:
+            return None
+        if law.order == "simultaneous" and (law.slip != "end" or law.restitution == "stronge"):
+            return None
+        if not self.acts_at_once and self._tangential.any():
+            return None
+        return np.array([self._friction, self._fixed, self._tangential])
+
+    def is_near(self, residual: float, off: float, fastest: float) -> bool:
+        """Whether a law's residual and what Δv misses of u⁺ [m/s] are but rounding."""
+        rounding = ROUNDING if self._uneven else ROUNDING_OF_SUMS
+        return residual <= ROUNDING and off <= rounding * fastest
 
     def is_met(
         self,
@@ -166,7 +187,7 @@ class SceneContacts:
         if off.dot(off) <= rounding**2 * least:
             return True
         size = max(np.abs(after).max(), np.abs(before).max())
-        return bool(np.abs(off).max() <= rounding * size)
+        return self.is_near(solution.residual, float(np.abs(off).max()), float(size))
 
     def refined(
         self, problem: ContactProblem, solution: ContactSolution, dv: np.ndarray, steps: Steps

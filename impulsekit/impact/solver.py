@@ -300,9 +300,9 @@ def _planned(scene: Scene) -> tuple[Any, Plan, Any]:
             f"Delassus matrix of {len(scene.held)} constraints and {len(scene.contacts)} "
             "contacts, on CRBA with Cholesky"
         )
-        from .constrained import ConstrainedJump
+        from .several_contacts import shortest_way
 
-        algorithm = ConstrainedJump(scene, known, reached, always_regular=regular)
+        algorithm = shortest_way(scene, known, reached, always_regular=regular)
     elif any(joint.shortname() == "JointModelMimic" for joint in reached.model.joints):
         name = "dense"
         why.append("dense Cholesky: Pinocchio's ABA and sparse Cholesky take no mimic joints")

@@ -24,14 +24,16 @@ def laws_of(scene: Scene) -> tuple[str, ...]:
     """Modules of ``laws`` whose entries ``solve`` and ``simulate`` call for a scene."""
     if not scene.contacts:
         return ()
-    in_turn = ("sequence",) if scene.law.order == "sequential" else ()
+    in_turn: tuple[str, ...] = ()
+    if scene.law.order == "sequential":
+        in_turn = ("sequence", "struck_in_turn") if len(scene.contacts) > 1 else ("sequence",)
     if scene.law.restitution == "lzb":
         return (*_ALONG_THE_PATH, "lzb", *in_turn)
     if scene.law.slip == "path":
         return _ALONG_THE_PATH + in_turn
     rubs = any(getattr(contact, "friction", 0.0) for contact in scene.contacts)
     together = len(scene.contacts) > 1 and scene.law.order == "simultaneous"
-    several: tuple[str, ...] = ("several",) if together else ()
+    several: tuple[str, ...] = ("several", "struck") if together else ()
     if any(map(turns, scene.contacts)):
         several = (*several, *_TURNING)
     more = (_TOGETHER if together else ()) + _RUBBING if rubs else ()
@@ -45,8 +47,8 @@ def compile_laws(scene: Scene) -> None:
 
 def compile_all_laws() -> None:
     """Compile the laws of all scenes."""
-    at_once = "several", *_TOGETHER, *_RUBBING, *_TURNING
-    _compile((*_ALONG_THE_PATH, "lzb", *_AT_THE_END, "sequence", *at_once))
+    at_once = "several", "struck", *_TOGETHER, *_RUBBING, *_TURNING
+    _compile((*_ALONG_THE_PATH, "lzb", *_AT_THE_END, "sequence", "struck_in_turn", *at_once))
 
 
 def _compile(modules: tuple[str, ...]) -> None:

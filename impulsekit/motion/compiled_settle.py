@@ -13,10 +13,10 @@ import numpy as np
 
 from ..laws.compiled import compiled, entry
 from ..laws.dense import cholesky, lower_solve
+from ..laws.half import from_half, halve, is_safe
 from .compiled_chart import centre, write_configuration
 from .compiled_step import SOLVED, System, accelerate
 from .points import gaps_and_rates, write_rows
-from .pressed import from_half, halve, is_safe
 from .tree import PLANAR, Tree, look_at, write_factor, write_jacobian
 
 __all__ = [

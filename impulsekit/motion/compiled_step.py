@@ -11,12 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..laws.compiled import compiled, entry
+from ..laws.half import is_safe, solve_mass
 from ..laws.resting import BAR
 from .compiled_chart import write_configuration, write_rate
 from .compiled_loads import Loads, add_torques, push_bodies
 from .explicit import first_guess, first_length
 from .points import Table
-from .pressed import Sliding, is_safe, pressed, solve_mass
+from .pressed import Sliding, pressed
 from .tree import Room, Tree, begin_forces, look_at, take_forces, write_factor, write_jacobian
 
 __all__ = [

@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 
 from ..laws.compiled import compiled, entry
+from ..laws.half import from_half, halve, is_safe
 from ..laws.single import strike_at_end
 from ..laws.words import NEWTON
 from .compiled_step import System
 from .points import Table, write_rows
-from .pressed import from_half, halve, is_safe
 from .tree import factorize_mass, look_at, write_jacobian, write_mass
 
 __all__ = ["strike_point"]

@@ -19,6 +19,7 @@ from ..impact.elimination import (
     without_cancellation,
 )
 from ..impact.factor import FilledFactor, SparseFactor, pivots_are_safe
+from ..laws.half import Factor
 from ..rows.reach import reached_model
 from ..scene import Scene
 from .force_field import ForceField
@@ -26,7 +27,7 @@ from .gaps import Gaps
 from .held import HeldRows
 from .memory import Memory
 from .points import Kinematics, Table
-from .pressed import Factor, pressed
+from .pressed import pressed
 from .rest_law import BAR, RestNotSolved, solve_rest
 from .resting import Resting
 

@@ -12,34 +12,15 @@ from typing import NamedTuple
 import numpy as np
 
 from ..laws.compiled import compiled, entry
+from ..laws.half import Factor, from_half, halve, is_safe
 from ..laws.resting import forces_at_rest
 from .points import MOST, Kinematics, Table, write_bias, write_rows
 
 __all__ = [
-    "Factor",
     "Sliding",
-    "from_half",
-    "halve",
-    "is_safe",
     "pressed",
     "rows_and_bias",
-    "solve_mass",
 ]
-
-
-class Factor(NamedTuple):
-    """M = U D Uᵀ, as ``Memory`` shows it.
-
-    Attributes:
-        factor, pivots, mass, branch: see there.
-        least: pivots that are a smaller part of their diagonal are rounding.
-    """
-
-    factor: np.ndarray
-    pivots: np.ndarray
-    mass: np.ndarray
-    branch: np.ndarray
-    least: float
 
 
 class Sliding(NamedTuple):
@@ -145,41 +126,6 @@ def pressed(
         start[k] += pushed[k]
     from_half(factor, start)
     return residual, start, forces, accelerations, slip
-
-
-@compiled
-def is_safe(factor: Factor) -> bool:
-    """Whether no pivot is rounding."""
-    for i in range(len(factor.pivots)):
-        if not factor.pivots[i] > factor.least * factor.mass[i, i]:
-            return False
-    return True
-
-
-@compiled
-def solve_mass(factor: Factor, x: np.ndarray) -> None:
-    """x ← M⁻¹ x."""
-    halve(factor, x)
-    from_half(factor, x)
-
-
-@compiled
-def halve(factor: Factor, x: np.ndarray) -> None:
-    """x ← D^-½ U⁻¹ x."""
-    for k in range(len(x) - 1, -1, -1):
-        if x[k] != 0.0:
-            for i in range(factor.branch[k], k):
-                x[i] -= factor.factor[k, i] * x[k]
-            x[k] /= math.sqrt(factor.pivots[k])
-
-
-@compiled
-def from_half(factor: Factor, x: np.ndarray) -> None:
-    """x ← U^-T D^-½ x."""
-    for k in range(len(x)):
-        x[k] /= math.sqrt(factor.pivots[k])
-        for i in range(factor.branch[k], k):
-            x[k] -= factor.factor[k, i] * x[i]
 
 
 @compiled

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..laws.compiled import compiled
+from ..laws.half import Factor
 from .points import Kinematics, along, back, cross, dot, three, turned
-from .pressed import Factor
 
 __all__ = ["BALL", "CIRCLE", "FREE", "PLANAR", "SLIDE", "TRANSLATION", "TURN", "Room", "Tree"]
 

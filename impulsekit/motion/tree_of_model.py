@@ -6,9 +6,9 @@ import numpy as np
 import pinocchio as pin
 
 from ..impact.algorithms import SMALLEST_PIVOT
+from ..laws.half import Factor
 from .memory import order_of_speeds
 from .points import Kinematics
-from .pressed import Factor
 from .tree import BALL, CIRCLE, FREE, PLANAR, SLIDE, TRANSLATION, TURN, Room, Tree
 
 __all__ = ["room_of", "tree_of"]

@@ -104,6 +104,12 @@ class ContactRows:
                     entry.touch(touches, self.model, data, q)
         return touches if self._plain else self._with_more(data, touches)
 
+    def plain_points(self) -> list[PairContact]:
+        """The contacts, if all are points on planes that stand still, and plain; else none."""
+        points = [entry for entry in self._entries if type(entry) is PairContact]
+        plain = self._plain and all(point.stands_still for point in points)
+        return points if plain and len(points) == len(self._entries) else []
+
     def _with_more(self, data: pin.Data, touches: list[Touch]) -> list[Touch]:
         """The touches with what ellipses need, and those of turning after them."""
         if self._elliptic:
@@ -167,7 +173,13 @@ def _touched_frame(
 
 
 class PairContact:
-    """A point against a plane, which may move."""
+    """A point against a plane, which may move.
+
+    Attributes:
+        needs_places: whether ``touch`` takes ``data`` with joint Jacobians.
+        stands_still: whether the plane is the world's.
+        jacobian: (3, nv) its rows, from ``data`` and q.
+    """
 
     def __init__(
         self, robot: Robot, reached: ReachedModel, entry: Contact | Rope, index: int
@@ -181,6 +193,7 @@ class PairContact:
         )
         # A point on a plane in the world is the commonest contact, and the quickest.
         self.needs_places = not self._pair.is_alone
+        self.stands_still = self._pair.is_alone and said.carrier == "world"
         self.jacobian = self._pair.jacobian
 
     def touch_of(self, data: pin.Data, jacobian: np.ndarray) -> Touch:

@@ -1,0 +1,158 @@
+"""Several contacts of a system whose mass matrix is factored, in one compiled call.
+
+With C = D^-½ U⁻¹ Jᵀ the Delassus matrix is W = Cᵀ C; the law gives P from it, and
+Δv = M⁻¹ JᵀP. How far J Δv is from what W P makes is told, too.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .compiled import compiled, entry
+from .half import Factor, halve, solve_mass
+from .several import hit_contacts
+from .words import AGAIN, NEWTON
+
+__all__ = [
+    "PlainTogether", "Together", "examples", "is_sound", "posed", "strike_at_once", "write_jump",
+]  # fmt: skip
+
+
+class Together(NamedTuple):
+    """What several contacts did to a system.
+
+    Attributes:
+        code: of the ``Status``; AGAIN where the law has to be asked in another way.
+        residual: how far it is from the law, relative.
+        off, fastest: the largest entries of J Δv − W P, and of u⁻ and u⁺ [m/s].
+        hits: of a sequence; 0 at once.
+        tied: whether the order of the contacts said which is hit first.
+        jump: (nv,) Δv.
+        points: (3, 3n) P [N s], u⁺ and u⁻ [m/s].
+        works: (3, n) of normals and friction [J]; 1 where no other contact could carry what
+            this one carries, else 0.
+    """
+
+    code: int
+    residual: float
+    off: float
+    fastest: float
+    hits: int
+    tied: bool
+    jump: np.ndarray
+    points: np.ndarray
+    works: np.ndarray
+
+
+PlainTogether = tuple[
+    int, float, float, float, int, bool, np.ndarray, np.ndarray, np.ndarray
+]  # fmt: skip
+
+
+def examples() -> tuple[object, ...]:
+    """Arguments of ``strike_at_once``."""
+    return np.eye(3), np.ones(3), np.ones((6, 3)), np.ones(3), np.ones((3, 2)), NEWTON
+
+
+@entry(examples, seconds=4.0)
+def strike_at_once(
+    lower: np.ndarray,
+    pivots: np.ndarray,
+    rows: np.ndarray,
+    v: np.ndarray,
+    coefficients: np.ndarray,
+    restitution: int,
+) -> PlainTogether:
+    """All contacts at once, slip at the end: the fields of a ``Together``.
+
+    Args:
+        lower, pivots: (nv, nv) Uᵀ and (nv,) D of M = U D Uᵀ.
+        rows: (3n, nv) J.
+        v: (nv,) v⁻.
+        coefficients: (3, n) µ, e and tangential restitution.
+        restitution: NEWTON or POISSON.
+    """
+    n = coefficients.shape[1]
+    W, before = posed(lower, pivots, rows, v)
+    points, works, jump = np.empty((3, 3 * n)), np.empty((3, n)), np.empty(len(v))
+    if not is_sound(W, before):
+        return AGAIN, 0.0, 0.0, 0.0, 0, False, jump, points, works
+    mu, e, e_t = coefficients[0], coefficients[1], coefficients[2]
+    code, residual, impulse, after, normal, friction, unique = hit_contacts(
+        W, before, before, mu, e, e_t, restitution
+    )
+    points[0], points[1], points[2] = impulse[: 3 * n], after[: 3 * n], before
+    for i in range(n):
+        works[0, i], works[1, i], works[2, i] = normal[i], friction[i], unique[i]
+    off, fastest = write_jump(lower, pivots, rows, points, jump)
+    return code, residual, off, fastest, 0, False, jump, points, works
+
+
+@compiled
+def _factor(lower: np.ndarray, pivots: np.ndarray) -> Factor:
+    """As ``halve`` takes it; its diagonal is not looked at."""
+    return Factor(lower, pivots, lower, np.zeros(len(pivots), np.int64), 0.0)
+
+
+@compiled
+def posed(
+    lower: np.ndarray, pivots: np.ndarray, rows: np.ndarray, v: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(3n, 3n) W and (3n,) u⁻."""
+    factor, half = _factor(lower, pivots), rows.copy()
+    size, nv = rows.shape
+    W, before = np.empty((size, size)), np.zeros(size)
+    across = np.zeros((nv, size))
+    for r in range(size):
+        for k in range(nv):
+            before[r] += rows[r, k] * v[k]
+        halve(factor, half[r])
+        for k in range(nv):
+            across[k, r] = half[r, k]
+    for r in range(size):
+        for c in range(r + 1):
+            W[r, c] = 0.0
+        for k in range(nv):
+            own = half[r, k]
+            if own != 0.0:
+                for c in range(r + 1):
+                    W[r, c] += own * across[k, c]
+    for r in range(size):
+        for c in range(r):
+            W[c, r] = W[r, c]
+    return W, before
+
+
+@compiled
+def is_sound(W: np.ndarray, before: np.ndarray) -> bool:
+    """Whether all numbers are finite, and impulses move something."""
+    total = 0.0
+    for r in range(len(before)):
+        total += abs(before[r])
+        for c in range(len(before)):
+            total += abs(W[r, c])
+    return W[0, 0] > 0.0 and total < np.inf
+
+
+@compiled
+def write_jump(
+    lower: np.ndarray, pivots: np.ndarray, rows: np.ndarray, points: np.ndarray, jump: np.ndarray
+) -> tuple[float, float]:
+    """Write Δv; how far J Δv is from W P at most, and the largest velocity [m/s]."""
+    impulse, after, before = points[0], points[1], points[2]
+    size, nv = rows.shape
+    jump[:] = 0.0
+    for r in range(size):
+        for k in range(nv):
+            jump[k] += rows[r, k] * impulse[r]
+    solve_mass(_factor(lower, pivots), jump)
+    off, fastest = 0.0, 0.0
+    for r in range(size):
+        moved = before[r]
+        for k in range(nv):
+            moved += rows[r, k] * jump[k]
+        off = max(off, abs(moved - after[r]))
+        fastest = max(fastest, abs(moved), abs(before[r]))
+    return off, fastest
