@@ -62,7 +62,14 @@ FIRST_HOUR = [
 ]
 MODULES = ["compliance", "design", "errors", "long", "measured", "models", "plots", "study"]
 FURTHER = {
-    "compliance": ["ForceHistory", "TransientContact", "BodyRegion", "ISO_TS_15066"],
+    "compliance": [
+        "ForceHistory",
+        "peak_forces",
+        "PowerCurve",
+        "TransientContact",
+        "BodyRegion",
+        "ISO_TS_15066",
+    ],
     "design": ["effective_mass", "impact_ellipsoid", "least_blow", "worst_blow", "spare_joint"],
     "measured": ["fit_impacts", "Measurement", "Fit", "Recording", "load_measurements"],
     "study": ["Study", "Variation", "run_study", "open_study", "load_study", "summarize"],

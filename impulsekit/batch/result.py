@@ -32,6 +32,7 @@ OUTPUTS = (
     "constraint_impulses",
     "reactions",
     "bodies",
+    "normal_components",
 )
 
 
@@ -93,6 +94,14 @@ class ImpactBatch(Displayed):
     def contact_impulses(self) -> np.ndarray:
         """(B, contacts, 3) in world axes [N s]; of a joint stop, along its coordinate, in [0]."""
         return self._asked("contact_impulses")
+
+    @property
+    def normal_components(self) -> np.ndarray:
+        """(B, contacts, 3) along the normal of each contact that carries an impulse: velocity
+        before and after [m/s], positive where it parts, and impulse [N s]; of a joint stop [rad/s,
+        N m s]. Zero where none is carried. A contact of several points has their mean velocity
+        and the sum of their impulses."""
+        return self._asked("normal_components")
 
     @property
     def constraint_impulses(self) -> np.ndarray:

@@ -25,6 +25,7 @@ _KINDS = (
     "contact_impulses",
     "constraint_impulses",
     "energy_change",
+    "normal_components",
 )
 # Blocks per call of the kernel at most, so that progress can be told and no thread waits for
 # another that is held up, and at least, so that what a call costs is forgotten.

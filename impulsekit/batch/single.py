@@ -16,6 +16,7 @@ from ..errors import (
     SingularMassError,
     StateError,
 )
+from ..impact.contact_results import ContactResult
 from ..impact.result import Impact
 from ..impact.solver import solve_without_warnings
 from ..laws.status import Status
@@ -125,6 +126,9 @@ def _write(scene: Scene, impact: Impact, row: int, arrays: dict[str, np.ndarray]
             for i, contact in enumerate(impact.contacts):
                 array[row, i] = 0.0
                 array[row, i, : len(contact.impulse)] = contact.impulse
+        elif name == "normal_components":
+            for i, contact in enumerate(impact.contacts):
+                array[row, i] = _along_normal(contact)
         elif name == "constraint_impulses":
             array[row] = _constraint_impulses(scene, impact)
         elif name == "reactions":
@@ -134,6 +138,22 @@ def _write(scene: Scene, impact: Impact, row: int, arrays: dict[str, np.ndarray]
             array[row] = [[*body.dv_com, *body.domega] for body in moved]
         else:
             array[row] = getattr(impact, name)
+
+
+def _along_normal(contact: ContactResult) -> tuple[float, float, float]:
+    """Mean normal velocity before and after, and normal impulse, of the points that are pressed."""
+    loaded = [point for point in contact.points if point.impulse.any()]
+    if not loaded:
+        return 0.0, 0.0, 0.0
+    found = np.array(
+        [
+            [vector @ normal for vector in (p.velocity_before, p.velocity_after, p.impulse)]
+            for p in loaded
+            # A stop's impulse is along its coordinate, and pushes.
+            for normal in (np.sign(p.impulse) if p.normal is None else p.normal,)
+        ]
+    )
+    return float(found[:, 0].mean()), float(found[:, 1].mean()), float(found[:, 2].sum())
 
 
 def _constraint_impulses(scene: Scene, impact: Impact) -> np.ndarray:

@@ -79,8 +79,8 @@ def solve_batch(
         points: in place of ``at`` of contacts: a mapping from entry names to (B, 3) or (3,), in
             the coordinates of the contact's frame [m].
         outputs: the results to compute: "v_after", "dv", "generalized_impulse", "energy_change",
-            "contact_impulses", "constraint_impulses", "reactions" (what each moving joint
-            carries), "bodies" (how each link moves). The status is always computed.
+            "contact_impulses", "constraint_impulses", "normal_components", "reactions" (what each
+            moving joint carries), "bodies" (how each link moves). The status is always computed.
         dtype: numpy.float64, or numpy.float32 for results in single precision, two to three
             times as fast for many rows. Their error is about 1e-5 of the largest speed, or 1e-7
             of it times the condition number where light bodies follow heavy ones. Arguments are
@@ -147,6 +147,7 @@ def solve_batch(
                 tell(end)
         else:
             _run(program, inputs, arrays, codes, number, _threads(threads), tell)
+            _keep_pressed(arrays.get("normal_components"))
             codes[np.broadcast_to(_beyond_products(inputs), codes.shape)] = AGAIN
             again = np.flatnonzero(codes == AGAIN)
             if len(again) and number == np.float32:
@@ -168,6 +169,13 @@ def solve_batch(
     verdicts[failed | np.isin(codes, NO_ANSWER)] = VERDICTS.index("not proven")
     verdicts.setflags(write=False)
     return ImpactBatch(codes, plan, arrays, single, verdicts)
+
+
+def _keep_pressed(normals: np.ndarray | None) -> None:
+    """Normal components of kernels as they are told: along what pushes, where something does."""
+    if normals is not None:
+        # The row of a joint's stop is that of its coordinate, whichever limit it meets.
+        normals *= np.sign(normals[..., 2:])
 
 
 def _joint_loads(scene: Scene, *, varied: bool) -> tuple[JointLoads | None, str]:
@@ -324,7 +332,7 @@ def _frictional(inputs: BatchInputs) -> bool:
 def _shape(scene: Scene, name: str) -> tuple[int, ...]:
     if name == "energy_change":
         return ()
-    if name == "contact_impulses":
+    if name in ("contact_impulses", "normal_components"):
         return (len(scene.contacts), 3)
     if name == "constraint_impulses":
         return (sum(_row_count(scene, entry) for entry in scene.held),)

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from ..errors import UnknownNameError
-from . import jobs, motions
+from . import forces, jobs, motions
 from .claim import Claim
 from .methods.registry import method_labelled
 from .problems.registry import problem_named
@@ -144,6 +144,26 @@ TABLE: tuple[_Row, ...] = (
         20.0,
         "",
         True,
+    ),
+    *(
+        OfJob(
+            "forces",
+            f"{name}, many states: peak by mujoco to 1 % / peak_forces",
+            forces.batch_of_forces(name),
+            100.0,
+            at_least=True,
+        )
+        for name in forces.STRUCK
+    ),
+    *(
+        OfJob(
+            "forces",
+            f"{name}, one state: peak by mujoco to 1 % / solve, force_history",
+            forces.single_forces(name),
+            1.0,
+            at_least=True,
+        )
+        for name in forces.STRUCK
     ),
     OfJob("motion", "flight of Talos: share of Pinocchio and scipy", jobs.share, 0.75, "", True),
     OfJob("motion", "tosses of a cube / mujoco, 1 ms", motions.tosses, 6.0),

@@ -6,17 +6,21 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from ..errors import RangeError, ShapeError
 from ..scene.numbers import number
 
 __all__ = ["Curve", "Hertz", "HuntCrossley", "MeasuredCurve", "PowerCurve"]
 
+# Of doubles.
+EPSILON = 2.0**-52
+
 if TYPE_CHECKING:
     import numpy as np
 
     Numbers = Sequence[float] | np.ndarray
+    Floats = TypeVar("Floats", float, np.ndarray)
 else:
     Numbers = tuple
 
@@ -99,40 +103,57 @@ class Hertz:
 
 @dataclass(frozen=True)
 class PowerCurve:
-    """A curve F = k δ^n, without losses of its own: what ``Hertz`` is to a motion.
+    """A curve F = k δ^n, of a spring with n = 1; ``Hertz`` is one with n = 1.5.
+
+    What an impact loses stays as a permanent indentation, as for ``Hertz``. Its methods take
+    arrays as they take numbers.
 
     Attributes:
-        stiffness: k [N/m^n].
-        exponent: n.
+        stiffness: k [N/m^n]; of a joint stop with rad in place of m.
+        exponent: n, 1 to 10.
+
+    Raises:
+        RangeError, NotFiniteError.
+
+    Example:
+        >>> PowerCurve(stiffness=2e5, exponent=1.0).deepest(10.0)
+        0.01
     """
 
     stiffness: float
-    exponent: float
+    exponent: float = 1.0
 
-    def energy(self, indentation: float) -> float:
+    def __post_init__(self) -> None:
+        _of_power(self)
+
+    def energy(self, indentation: Floats) -> Floats:
         """∫F dδ [J]."""
         return self.stiffness * indentation ** (self.exponent + 1.0) / (self.exponent + 1.0)
 
-    def force(self, indentation: float) -> float:
+    def force(self, indentation: Floats) -> Floats:
         """F [N]."""
-        return float(self.stiffness * indentation**self.exponent)
+        return self.stiffness * indentation**self.exponent
 
-    def deepest(self, energy: float) -> float:
+    def deepest(self, energy: Floats) -> Floats:
         """The indentation that takes an energy [m]."""
         n = self.exponent + 1.0
-        return float((n * energy / self.stiffness) ** (1.0 / n))
+        return (n * energy / self.stiffness) ** (1.0 / n)
 
     def time(self, indentation: float, mass: float, speed: float) -> float:
         """When a mass that came at a speed has reached an indentation on its way in [s].
 
         δ_max/((n + 1) c) B(x; 1/(n + 1), ½) with x = (δ/δ_max)^(n + 1).
         """
-        from scipy.special import beta, betainc
-
         n = self.exponent + 1.0
         most = self.deepest(0.5 * mass * speed * speed)
-        x = min((indentation / most) ** n, 1.0)
-        return float(most / (n * speed) * beta(1.0 / n, 0.5) * betainc(1.0 / n, 0.5, x))
+        whole = float(most / (n * speed) * _beta(1.0 / n))
+        x = (indentation / most) ** n
+        # The deepest point, which is asked for most often, but for rounding.
+        if x >= 1.0 - 8.0 * EPSILON:
+            return whole
+        from scipy.special import betainc
+
+        return float(whole * betainc(1.0 / n, 0.5, x))
 
 
 @dataclass(frozen=True)
@@ -158,11 +179,7 @@ class HuntCrossley:
     exponent: float = 1.5
 
     def __post_init__(self) -> None:
-        _positive(self, "stiffness")
-        exponent = number(self.exponent, "HuntCrossley: exponent")
-        if not 1.0 <= exponent <= 10.0:
-            raise RangeError.of("HuntCrossley: exponent", exponent, "1 to 10")
-        object.__setattr__(self, "exponent", exponent)
+        _of_power(self)
 
 
 @dataclass(frozen=True)
@@ -278,7 +295,21 @@ def _time_on_spring(f: float, g: float, v: float, w: float, slope: float, mass: 
     return math.log((f + mass * rate * v) / (g + mass * rate * w)) / rate
 
 
-def _positive(entry: Hertz | HuntCrossley, name: str) -> None:
+def _beta(a: float) -> float:
+    """B(a, ½)."""
+    return math.gamma(a) * math.gamma(0.5) / math.gamma(a + 0.5)
+
+
+def _of_power(entry: HuntCrossley | PowerCurve) -> None:
+    _positive(entry, "stiffness")
+    what = f"{type(entry).__name__}: exponent"
+    exponent = number(entry.exponent, what)
+    if not 1.0 <= exponent <= 10.0:
+        raise RangeError.of(what, exponent, "1 to 10")
+    object.__setattr__(entry, "exponent", exponent)
+
+
+def _positive(entry: Hertz | HuntCrossley | PowerCurve, name: str) -> None:
     what = f"{type(entry).__name__}: {name}"
     value = number(getattr(entry, name), what)
     if not value > 0.0:
@@ -286,4 +317,4 @@ def _positive(entry: Hertz | HuntCrossley, name: str) -> None:
     object.__setattr__(entry, name, value)
 
 
-Curve = Hertz | HuntCrossley | MeasuredCurve
+Curve = Hertz | HuntCrossley | MeasuredCurve | PowerCurve

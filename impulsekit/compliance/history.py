@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -15,13 +16,14 @@ from ..impact import Impact
 from ..impact.joint_loads import JointLoad
 from ..impact.named import ByName
 from ..scene.contacts import turns
-from .curves import Curve, Hertz, HuntCrossley, MeasuredCurve, PowerCurve
-from .phases import Elastic, Sample, Viscous, phases_of
+from .curves import Curve, Hertz, HuntCrossley, PowerCurve
+from .phases import Elastic, Phases, Sample, phases_of
+from .viscous import Viscous
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["ForceHistory", "force_history"]
+__all__ = ["ForceHistory", "checked_curve", "force_history", "way_of"]
 
 # An imposed constraint whose rows jump by more than this share of the velocities acts as a blow.
 IMPOSED = 1e-9
@@ -34,21 +36,11 @@ class ForceHistory(OneLine):
     The direction of the force is that of the contact's impulse, and every joint reaction grows
     in proportion to it.
 
+    Everything but the peak is computed when it is first asked for.
+
     Attributes:
         contact: the name of the contact.
         impulse: its normal impulse, ∫F dt [N s].
-        duration: how long it lasts [s].
-        compression: how long the compression lasts [s].
-        peak_force: the largest normal force [N].
-        indentation: the largest indentation [m].
-        remaining: the permanent indentation at the end [m].
-        restitution: √(W_r/W_c), of the work regained to the work of the compression.
-        stored, lost: the energy at the deepest point, and of it what is not regained [J].
-        damping: λ of ``HuntCrossley`` [s/m]; 0 for others.
-        peak_reactions: by joint name, (6,) the wrench that the parent gives the child at the
-            peak [N, N m], at the joint's origin, world axes. Gravity, motors and velocity terms,
-            which are finite beside it, are not included.
-        peak_loads: by joint name, the same in the joint's own axes, a ``JointLoad`` in [N, N m].
 
     Example:
         >>> from impulsekit import Contact, Robot, Scene, solve
@@ -63,19 +55,88 @@ class ForceHistory(OneLine):
 
     contact: str
     impulse: float
-    duration: float
-    compression: float
-    peak_force: float
-    indentation: float
-    remaining: float
-    restitution: float
-    stored: float
-    lost: float
-    damping: float
-    peak_reactions: Mapping[str, np.ndarray]
-    peak_loads: Mapping[str, JointLoad]
+    _impact: Impact = field(repr=False)
+    _point: int = field(repr=False)
     _way: Elastic | Viscous = field(repr=False)
-    _share: np.ndarray = field(repr=False)
+
+    @property
+    def duration(self) -> float:
+        """How long the contact lasts [s]."""
+        return self._way.duration
+
+    @property
+    def compression(self) -> float:
+        """How long the compression lasts [s]."""
+        return self._way.compression
+
+    @property
+    def peak_force(self) -> float:
+        """The largest normal force [N]."""
+        return self._way.peak
+
+    @property
+    def indentation(self) -> float:
+        """The largest indentation [m]."""
+        return self._way.deepest
+
+    @property
+    def remaining(self) -> float:
+        """The permanent indentation at the end [m]."""
+        return self._way.remaining
+
+    @property
+    def restitution(self) -> float:
+        """√(W_r/W_c), of the work regained to the work of the compression."""
+        return math.sqrt(self._way.phases.regained / self.stored)
+
+    @property
+    def stored(self) -> float:
+        """The energy at the deepest point [J]."""
+        return self._way.phases.spent
+
+    @property
+    def lost(self) -> float:
+        """What of ``stored`` is not regained [J]."""
+        return self.stored - self._way.phases.regained
+
+    @property
+    def damping(self) -> float:
+        """λ of ``HuntCrossley`` [s/m]; 0 for others."""
+        return float(getattr(self._way, "damping", 0.0))
+
+    @cached_property
+    def peak_reactions(self) -> Mapping[str, np.ndarray]:
+        """By joint name, (6,) the wrench that the parent gives the child at the peak [N, N m].
+
+        At the joint's origin, world axes. Gravity, motors and velocity terms, which are finite
+        beside it, are not included.
+        """
+        scale = self.peak_force / self.impulse
+        reactions = {}
+        for joint, reaction in self._impact.reactions.items():
+            wrench = scale * reaction
+            wrench.setflags(write=False)
+            reactions[joint] = wrench
+        return ByName(reactions, "joint")
+
+    @cached_property
+    def peak_loads(self) -> Mapping[str, JointLoad]:
+        """By joint name, ``peak_reactions`` in the joint's own axes: a ``JointLoad`` [N, N m]."""
+        scale = self.peak_force / self.impulse
+        loads = {}
+        for joint, load in self._impact.joint_loads.items():
+            parts = scale * load.force, scale * load.moment
+            for part in parts:
+                part.setflags(write=False)
+            loads[joint] = JointLoad(joint, *parts, load.axis)
+        return ByName(loads, "joint")
+
+    @cached_property
+    def _share(self) -> np.ndarray:
+        """(3,) the impulse over its normal part, world axes."""
+        contact = self._impact.contacts[self.contact]
+        touched: np.ndarray = next(p.impulse for p in contact.points if p.impulse.any())
+        return touched / self.impulse
 
     @cached_property
     def _samples(self) -> np.ndarray:
@@ -149,7 +210,7 @@ def force_history(impact: Impact, curve: Curve, contact: str | int | None = None
         impact: a valid impact in which one contact carries an impulse and nothing else strikes.
             Several contacts that act at once share the time by their stiffnesses: that is
             ``Law(restitution="lzb")``.
-        curve: ``Hertz``, ``HuntCrossley`` or ``MeasuredCurve``.
+        curve: ``Hertz``, ``HuntCrossley``, ``PowerCurve`` or ``MeasuredCurve``.
         contact: name or index, of the contact that carries the impulse; may be left out.
 
     Raises:
@@ -170,70 +231,43 @@ def force_history(impact: Impact, curve: Curve, contact: str | int | None = None
     """
     if not isinstance(impact, Impact):
         raise InputError(f"force_history takes an Impact, not {a_thing(impact)}")
-    if not isinstance(curve, Hertz | HuntCrossley | MeasuredCurve | PowerCurve):
+    checked_curve(curve, "force_history")
+    index, point = _only_contact(impact, contact)
+    name = impact.scene.entry_names("contacts")[index]
+    outcome = impact.outcome
+    solution, jacobian = outcome.contacts, outcome.touches[point].jacobian  # type: ignore[union-attr]
+    before, after = float(jacobian[2] @ impact.v_before), float(jacobian[2] @ impact.v_after)
+    impulse, work = solution.impulse[3 * point + 2], solution.normal_work[point]  # type: ignore[union-attr]
+    where = f'contact "{name}"'
+    phases = phases_of(float(impulse), before, after, float(work), where)
+    way = way_of(phases, curve, where)
+    # A curve that does not hold the energy is refused here.
+    _ = way.peak
+    return ForceHistory(name, phases.impulse, impact, point, way)
+
+
+def way_of(phases: Phases, curve: Curve, where: str) -> Elastic | Viscous:
+    """How a contact goes in and out on a curve."""
+    if isinstance(curve, HuntCrossley):
+        return Viscous(phases, curve.stiffness, curve.exponent, where)
+    if isinstance(curve, Hertz):
+        return Elastic(phases, PowerCurve(curve.stiffness, curve.exponent))
+    return Elastic(phases, curve)
+
+
+def checked_curve(curve: Curve, what: str) -> None:
+    """Refuse what is no curve."""
+    if not isinstance(curve, Curve):
         raise InputError(
-            f"force_history: curve must be a Hertz, HuntCrossley or MeasuredCurve, "
+            f"{what}: curve must be a Hertz, HuntCrossley, PowerCurve or MeasuredCurve, "
             f"got {a_thing(curve)}"
         )
-    index, point = _only_contact(impact, contact)
-    name = impact.contacts[index].name
-    solution = impact.outcome.contacts  # type: ignore[union-attr]
-    jacobian = impact.outcome.touches[point].jacobian  # type: ignore[union-attr]
-    before, after = (float(jacobian[2] @ v) for v in (impact.v_before, impact.v_after))
-    impulse = float(solution.impulse[3 * point + 2])  # type: ignore[union-attr]
-    touched = next(p for p in impact.contacts[index].points if p.impulse.any())
-    where = f'contact "{name}"'
-    phases = phases_of(impulse, before, after, touched.normal_work, where)
-    way: Elastic | Viscous
-    if isinstance(curve, HuntCrossley):
-        way = Viscous(phases, curve.stiffness, curve.exponent, where)
-    elif isinstance(curve, Hertz):
-        way = Elastic(phases, PowerCurve(curve.stiffness, curve.exponent))
-    else:
-        way = Elastic(phases, curve)
-    return _history(impact, name, way, touched.impulse)
-
-
-def _history(
-    impact: Impact, name: str, way: Elastic | Viscous, impulse: np.ndarray
-) -> ForceHistory:
-    phases = way.phases
-    peak = way.peak
-    scale = peak / phases.impulse
-    reactions = {}
-    for joint, reaction in impact.reactions.items():
-        wrench = scale * reaction
-        wrench.setflags(write=False)
-        reactions[joint] = wrench
-    loads = {}
-    for joint, load in impact.joint_loads.items():
-        parts = scale * load.force, scale * load.moment
-        for part in parts:
-            part.setflags(write=False)
-        loads[joint] = JointLoad(joint, *parts, load.axis)
-    return ForceHistory(
-        name,
-        phases.impulse,
-        way.duration,
-        way.compression,
-        peak,
-        way.deepest,
-        way.remaining,
-        float(np.sqrt(phases.regained / phases.spent)),
-        phases.spent,
-        phases.spent - phases.regained,
-        getattr(way, "damping", 0.0),
-        ByName(reactions, "joint"),
-        ByName(loads, "joint"),
-        way,
-        impulse / phases.impulse,
-    )
 
 
 def _only_contact(impact: Impact, contact: str | int | None) -> tuple[int, int]:
     """The index of the contact that carries the impulse, and of its touching point."""
     scene = impact.scene
-    if not impact.is_valid():
+    if not _is_valid(impact):
         raise InputError(f"force_history: the impact is not valid: {impact.describe_status()}")
     if scene.impulses:
         raise InputError(
@@ -274,6 +308,13 @@ def _only_contact(impact: Impact, contact: str | int | None) -> tuple[int, int]:
     if contact is not None and contact not in (index, names[index]):
         raise InputError(f'force_history: "{contact}" carries no impulse, "{names[index]}" does')
     return index, loaded[0]
+
+
+def _is_valid(impact: Impact) -> bool:
+    """``impact.is_valid()``, by the bound on residuals and not by the search for each."""
+    if not impact.status_of_shown.valid:
+        return False
+    return not impact.uniqueness.several or impact.uniqueness.settled
 
 
 def _check_name(contact: str | int, names: tuple[str, ...]) -> None:

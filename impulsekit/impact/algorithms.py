@@ -5,6 +5,7 @@ M is never inverted. Each class keeps one workspace and is used by one thread.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Container, Iterable
 from typing import TYPE_CHECKING
 
@@ -167,7 +168,13 @@ class Rescaled:
 
 def symmetric(upper: np.ndarray) -> np.ndarray:
     """The whole of a symmetric matrix of which Pinocchio filled the upper triangle."""
-    return np.triu(upper) + np.triu(upper, 1).T
+    return np.where(_below(len(upper)), upper.T, upper)
+
+
+@functools.cache
+def _below(size: int) -> np.ndarray:
+    """(size, size) mask of what is below the diagonal."""
+    return np.tri(size, k=-1, dtype=bool)
 
 
 def shares_of_inertia(mass_matrix: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:

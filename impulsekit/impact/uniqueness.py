@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..laws.status import Status
 from ..scene.restitution import restitution_at
 
 if TYPE_CHECKING:
@@ -77,9 +78,15 @@ def uniqueness_of(impact: Impact) -> Uniqueness:
         return Uniqueness(
             "not proven", "other solutions are not searched for friction other than a number"
         )
-    from .laws.others import find_others
+    solution, touches = outcome.contacts, outcome.touches
+    from .laws.others import CLOSED_FORM, find_others
 
-    solution = outcome.contacts
+    if len(touches) == 1 and impact.scene.law.slip == "end" and solution.status is Status.SOLVED:
+        entry = impact.scene.contacts[touches[0].entry]
+        plain = getattr(entry, "friction", 0.0) == 0.0 and not getattr(entry, "adhesion", 0.0)
+        if plain and solution.impulse.any():
+            return Uniqueness("proven", CLOSED_FORM)
+
     jacobian = np.vstack([touch.jacobian for touch in outcome.touches])
     moved, delassus = _half_solved(impact, jacobian)
     problem = _problem_of(impact, jacobian, delassus)

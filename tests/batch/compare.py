@@ -51,6 +51,15 @@ def worst_difference(scene, q, v, rows=None, **varying):
                 own = batch.contact_impulses[i, k, : len(contact.impulse)]
                 pairs.append((own, contact.impulse))
                 sizes.append(load)
+                # What pushes, along its normal; the velocities of what does not are not told.
+                if len(contact.points) == 1 and impact.contacts[k].impulse.any():
+                    touch = contact.points[0]
+                    if touch.normal is not None:
+                        told = [touch.normal @ x for x in (touch.velocity_before,
+                                touch.velocity_after, touch.impulse)]  # fmt: skip
+                        pairs.append((batch.normal_components[i, k, :2], np.array(told[:2])))
+                        pairs.append((batch.normal_components[i, k, 2], told[2]))
+                        sizes += [speed * (1.0 + np.abs(contact.impulse).max() / load), load]
         if impact.constraints:
             borne = np.concatenate([c.impulse for c in impact.constraints])
             pairs.append((batch.constraint_impulses[i], borne))

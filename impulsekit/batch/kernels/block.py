@@ -28,7 +28,7 @@ from .one_contact import solve_alone
 from .refining import refine
 from .rows import add_row, clear, delassus, place_terms, reduce_rows, row_velocity
 from .states import is_unit, lead, seen, taken
-from .written import write_contacts
+from .written import write_contacts, write_normals
 
 __all__ = ["solve_blocks"]
 
@@ -321,6 +321,8 @@ def _write_rows(moving, touch, outputs, base, work, witness):
         write_contacts(
             touch.ints, touch.floats, base, at.p, at.meeting, work, outputs.contacts, witness
         )
+    if len(outputs.normals) > 0:
+        write_normals(touch.ints, touch.rows, base, at, work, outputs.normals, witness)
 
 
 @inlined

@@ -185,7 +185,11 @@ class Inputs(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """Flat arrays, each empty where it is not wanted; codes always are."""
+    """Flat arrays, each empty where it is not wanted; codes always are.
+
+    Attributes:
+        normals: of each contact its normal velocity before and after, and its normal impulse.
+    """
 
     dv: np.ndarray
     v: np.ndarray
@@ -193,6 +197,7 @@ class Outputs(NamedTuple):
     contacts: np.ndarray
     rows: np.ndarray
     energy: np.ndarray
+    normals: np.ndarray
     codes: np.ndarray
 
 

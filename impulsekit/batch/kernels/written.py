@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from .algebra import nine, times
+from .doubt import jump_of_row
 from .jit import inlined
 from .lanes import width
 from .layout import CONTACT_FLOATS, CONTACT_INTS, MEETING
 from .memory import load, put, same
 
-__all__ = ["write_contacts"]
+__all__ = ["write_contacts", "write_normals"]
 
 
 @inlined
@@ -44,3 +45,17 @@ def write_contacts(ints, floats, base, p_at, meeting_at, work, out, witness):
         put(out, at, 3 * count, impulse[0])
         put(out, at + 1, 3 * count, impulse[1])
         put(out, at + 2, 3 * count, impulse[2])
+
+
+@inlined
+def write_normals(ints, rows, base, at, work, out, witness):
+    """Velocity of each contact's normal row before and after, and its impulse."""
+    w = width(witness)
+    count = len(ints) // CONTACT_INTS
+    for contact in range(count):
+        row = ints[contact * CONTACT_INTS] + ints[contact * CONTACT_INTS + 1] - 1
+        to = base * 3 * count + 3 * contact
+        before = load(work, (at.before + row) * w, witness)
+        put(out, to, 3 * count, before)
+        put(out, to + 1, 3 * count, before + jump_of_row(rows, row, at, work, witness))
+        put(out, to + 2, 3 * count, load(work, (at.p + row) * w, witness))

@@ -23,6 +23,7 @@ UNITS = {
     "energy_change": "J",
     "contact_impulses": "N s",
     "constraint_impulses": "N s, N m s",
+    "normal_components": "m/s, rad/s, N s, N m s",
     "q": "rad, m",
     "v": "rad/s, m/s",
     "end": "s",
@@ -80,6 +81,7 @@ def arrays_of(study: Study) -> dict[str, tuple]:
     dims = {
         "energy_change": (),
         "contact_impulses": ("contact", "axis"),
+        "normal_components": ("contact", "normal_component"),
         "constraint_impulses": ("constraint_row",),
         "q": ("q_entry",),
         "v": ("dof",),

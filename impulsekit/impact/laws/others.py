@@ -26,6 +26,7 @@ from .problem import ContactProblem, ContactSolution, arrays_of, in_order
 __all__ = ["NOT_PROVEN", "PROVEN", "SEVERAL", "Finding", "find_others", "told_if_several"]
 
 PROVEN, NOT_PROVEN, SEVERAL = "proven", "not proven", "several"
+CLOSED_FORM = "one contact, solved in closed form"
 
 RULE = (
     "the one reached from sticking: all contacts are held still first, and what cannot hold is "
@@ -100,7 +101,7 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
     if not scale:
         return Finding(PROVEN, "nothing moves")
     if n == 1 and _is_closed_form(problem, solution):
-        return Finding(PROVEN, "one contact, solved in closed form")
+        return Finding(PROVEN, CLOSED_FORM)
     newton = law.restitution == "newton"
     search = _search(problem, solution.impulse, scale, newton=newton)
     if not search.others:

@@ -1,0 +1,185 @@
+"""Peak force of an impact, beside MuJoCo's soft contact at the step that gives it to 1 %.
+
+Theirs begins at the instant of touch and ends when it is over, in as few steps of its quickest
+integrator as keep the peak within 1 %, and is not charged for reading forces off its states: it is
+a run that knows beforehand when the impact comes and how long it takes. Both take a spring
+without losses, F = k δ, and tell the peak and the whole impulse.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from ..batch.solve import warm_up
+from ..compliance.curves import PowerCurve
+from ..compliance.history import force_history
+from ..compliance.peaks import peak_forces
+from ..impact import solve
+from ..robot import Robot
+from ..scene import Contact, Scene
+from .jobs import Times
+from .methods.mechanism import mechanism_of
+from .methods.mujoco_model import CONTACT_TIME, Turned, mujoco_configuration, mujoco_model
+from .problems.problem import Problem
+from .timing import time_in_turn
+
+__all__ = ["STRUCK", "batch_of_forces", "single_forces"]
+
+# How far off a peak may be.
+ALLOWED = 0.01
+FEWEST, MOST = 3, 60
+# States of a batch, and how often batches are timed.
+STATES, ROUNDS = 4096, 21
+BALL = """<robot name="ball"><link name="ball"><inertial><mass value="1"/><inertia ixx="0.004"
+iyy="0.004" izz="0.004" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
+
+
+def _ball() -> Problem:
+    ball = Robot.from_urdf(BALL, root="freeflyer")
+    v = ball.velocity(root_joint=[0.3, 0.0, -1.0, 0.0, 0.0, 0.0])
+    return _struck(ball, ball.neutral(), v, Contact("ball", at=[0, 0, -0.1], restitution=1.0))
+
+
+def _panda() -> Problem:
+    panda = Robot.from_example("panda")
+    q = panda.configuration(panda_joint2=0.3, panda_joint4=-1.8)
+    v = panda.velocity(panda_joint2=0.8, panda_joint4=-0.5)
+    return _struck(panda, q, v, Contact("panda_hand", at=[0, 0, 0.1], restitution=1.0))
+
+
+def _talos() -> Problem:
+    talos = Robot.from_example("talos", root="freeflyer")
+    v = np.zeros(talos.nv)
+    v[2] = -1.0
+    return _struck(talos, talos.neutral(), v, Contact("left_sole_link", restitution=1.0))
+
+
+STRUCK: dict[str, Callable[[], Problem]] = {"ball": _ball, "Panda": _panda, "Talos": _talos}
+
+
+def _struck(robot: Robot, q: np.ndarray, v: np.ndarray, contact: Contact) -> Problem:
+    scene = Scene(robot, contacts=[contact], gap_bound=math.inf)
+    return Problem("struck", robot.nv, scene, q, v, lambda: v, "a spring")
+
+
+def single_forces(name: str) -> Callable[[], Times | list[float]]:
+    """One state after the other: ``solve`` and ``force_history`` against a run of steps."""
+
+    def measured() -> Times | list[float]:
+        if importlib.util.find_spec("mujoco") is None:
+            return []
+        import mujoco
+
+        problem = STRUCK[name]()
+        theirs, curve = _Theirs(problem, 1), _spring(problem)
+        model, data = theirs.model, theirs.data[0]
+        warm_up(problem.scene)
+
+        def run() -> None:
+            mujoco.mj_resetData(model, data)
+            data.qpos, data.qvel = theirs.qpos, theirs.qvel[0]
+            mujoco.mj_step(model, data, theirs.steps)
+
+        def ours() -> float:
+            impact = solve(problem.scene, problem.q, problem.v)
+            return force_history(impact, curve).peak_force
+
+        times = time_in_turn({"ours": ours, "theirs": run})
+        return Times(times["ours"], times["theirs"])
+
+    return measured
+
+
+def batch_of_forces(name: str) -> Callable[[], Times | list[float]]:
+    """Many states on one thread: ``peak_forces`` against ``mujoco.rollout``."""
+
+    def measured() -> Times | list[float]:
+        if importlib.util.find_spec("mujoco") is None:
+            return []
+        problem = STRUCK[name]()
+        theirs, curve = _Theirs(problem, STATES), _spring(problem)
+        scene, q, v = problem.scene, problem.q, theirs.v
+        # As theirs, which has a configuration for each state.
+        states = np.repeat(q[None], STATES, axis=0)
+        warm_up(scene)
+        times = time_in_turn(
+            {
+                "ours": lambda: peak_forces(scene, states, v, curve, threads=1),
+                "theirs": theirs.run,
+            },
+            rounds=ROUNDS,
+        )
+        return Times(times["ours"], times["theirs"])
+
+    return measured
+
+
+def _spring(problem: Problem) -> PowerCurve:
+    """k of a half swing of MuJoCo's ``CONTACT_TIME`` with the contact's effective mass."""
+    history = force_history(solve(problem.scene, problem.q, problem.v), PowerCurve(1.0, 1.0))
+    mass = history.stored / (0.5 * _normal_speed(problem, problem.v) ** 2)
+    return PowerCurve(float(mass) * (math.pi / CONTACT_TIME) ** 2, 1.0)
+
+
+def _normal(problem: Problem) -> np.ndarray:
+    """(nv,) the normal row of the contact."""
+    outcome = solve(problem.scene, problem.q, problem.v).outcome
+    row: np.ndarray = outcome.touches[0].jacobian[2]  # type: ignore[union-attr]
+    return row
+
+
+def _normal_speed(problem: Problem, v: np.ndarray) -> np.ndarray:
+    speed: np.ndarray = v @ _normal(problem)
+    return speed
+
+
+class _Theirs:
+    """The same states of MuJoCo, and the fewest steps that keep the peak within 1 %.
+
+    Attributes:
+        steps: how many they take in and out.
+        v: (states, nv) velocities before, in Pinocchio's axes.
+    """
+
+    def __init__(self, problem: Problem, states: int) -> None:
+        import mujoco
+        from mujoco import rollout
+
+        mechanism = mechanism_of(problem)
+        turned = Turned(mechanism)
+        factors = np.linspace(0.5, 2.0, states) if states > 1 else np.ones(1)
+        self.v = factors[:, None] * problem.v
+        self.qvel = np.array([turned.to(v) for v in self.v])
+        normal = turned.to(_normal(problem))
+        peak = factors * _spring_peak(problem)
+        for steps in range(FEWEST, MOST):
+            # The force of a step is that of the state it begins with: the deepest is the last.
+            step = 0.5 * CONTACT_TIME / (steps - 1)
+            self.steps, self.model = steps, mujoco_model(mechanism, step)
+            self.qpos = mujoco_configuration(mechanism, self.model)
+            self.data = [mujoco.MjData(self.model)]
+            places = np.repeat(self.qpos[None], states, axis=0)
+            self._start = np.hstack([np.zeros((states, 1)), places, self.qvel])
+            with rollout.Rollout(nthread=0) as engine:
+                path, _ = engine.rollout(self.model, self.data, self._start, nstep=steps)
+            speeds = np.hstack([self._start[:, None], path])[:, :, 1 + self.model.nq :] @ normal
+            mass = peak / (np.abs(speeds[:, 0]) * math.pi / CONTACT_TIME)
+            found = np.abs(np.diff(speeds, axis=1)).max(axis=1) * mass / step
+            if np.abs(found / peak - 1.0).max() <= ALLOWED:
+                break
+        # And as many out again.
+        self.steps = 2 * self.steps - 1
+        self._engine = rollout.Rollout(nthread=0)
+
+    def run(self) -> None:
+        """All states."""
+        self._engine.rollout(self.model, self.data, self._start, nstep=self.steps)
+
+
+def _spring_peak(problem: Problem) -> float:
+    impact = solve(problem.scene, problem.q, problem.v)
+    return force_history(impact, _spring(problem)).peak_force

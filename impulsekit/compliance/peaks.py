@@ -1,0 +1,181 @@
+"""``peak_forces``: the largest force of a contact at many states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..display import OneLine
+from ..errors import InputError, RangeError, a_thing
+from ..scene import Scene
+from ..scene.contacts import turns
+from .curves import Curve, Hertz, HuntCrossley, PowerCurve
+from .history import checked_curve, way_of
+from .phases import phases_of
+from .viscous import viscous_peaks
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from ..batch.result import ImpactBatch
+
+__all__ = ["PeakForces", "peak_forces"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PeakForces(OneLine):
+    """The largest force of one contact at B states. Arrays are read-only.
+
+    Rows whose impact is not valid, and rows in which the contact was not struck, hold NaN and 0.
+
+    Attributes:
+        contact: the name of the contact.
+        status: (B,) the ``Status`` of each impact, as an integer code.
+        impulse: (B,) normal impulse, ∫F dt [N s].
+        peak_force: (B,) the largest normal force [N].
+        indentation: (B,) the largest indentation [m].
+        stored: (B,) the energy at the deepest point [J].
+        lost: (B,) what of it is not regained [J].
+
+    Example:
+        >>> import numpy as np
+        >>> zero = np.zeros(2)
+        >>> PeakForces("tip", np.zeros(2, dtype=np.int8), zero, zero, zero, zero, zero).contact
+        'tip'
+    """
+
+    contact: str
+    status: np.ndarray
+    impulse: np.ndarray
+    peak_force: np.ndarray
+    indentation: np.ndarray
+    stored: np.ndarray
+    lost: np.ndarray
+
+
+def peak_forces(
+    scene: Scene,
+    q: ArrayLike,
+    v: ArrayLike,
+    curve: Curve,
+    *,
+    restitution: Any = None,
+    friction: Any = None,
+    masses: Mapping[str, ArrayLike] | None = None,
+    points: Mapping[str, ArrayLike] | None = None,
+    threads: int | None = None,
+) -> PeakForces:
+    """The peak of ``force_history`` at many states, at the speed of ``solve_batch``.
+
+    Args:
+        scene: with one contact, no blows and no constraints; without friction, or under Newton's
+            law with slip at the end. There one effective mass, m = P/(c + s), moves in and out;
+            c and s are the normal speeds of approach and separation, P the normal impulse.
+        q, v: (B, nq) or (nq,), and (B, nv) or (nv,).
+        curve: as for ``force_history``.
+        restitution, friction, masses, points, threads: as for ``solve_batch``.
+
+    Raises:
+        InputError: another scene, or a curve that is none; and what ``solve_batch`` raises.
+        RangeError: a row's impact takes more energy than a measured curve holds;
+            ``HuntCrossley`` with restitution below 0.03.
+
+    Example:
+        >>> import numpy as np
+        >>> from impulsekit import Contact, Robot, Scene
+        >>> from impulsekit.compliance import Hertz
+        >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+        >>> floor = Contact("ball", at=[0, 0, -0.1], restitution=0.8)
+        >>> drops = np.zeros((3, 6))
+        >>> drops[:, 2] = [-1.0, -2.0, -4.0]
+        >>> rubber = Hertz(E=1e7, nu=0.5, radius=0.1)
+        >>> found = peak_forces(Scene(ball, contacts=[floor]), ball.neutral(), drops, rubber)
+        >>> found.peak_force.round()
+        array([ 574., 1320., 3032.])
+    """
+    from ..batch.solve import solve_batch
+
+    name = _only_contact(scene, curve, friction)
+    batch = solve_batch(
+        scene, q, v, restitution=restitution, friction=friction, masses=masses, points=points,
+        outputs=("normal_components",), threads=threads,
+    )  # fmt: skip
+    return _peaks(name, batch, curve)
+
+
+def _only_contact(scene: Scene, curve: Curve, friction: Any) -> str:
+    if not isinstance(scene, Scene):
+        raise InputError(f"peak_forces takes a Scene, not {a_thing(scene)}")
+    checked_curve(curve, "peak_forces")
+    if len(scene.contacts) != 1 or scene.impulses or scene.held:
+        raise InputError(
+            "peak_forces: the scene must have one contact, no impulses and no constraints, got "
+            f"{len(scene.contacts)} contacts, {len(scene.impulses)} impulses and "
+            f"{len(scene.held)} constraints; use force_history for each impact"
+        )
+    entry, law = scene.contacts[0], scene.law
+    rubs = friction is not None or getattr(entry, "friction", 0.0) != 0.0
+    if rubs and (law.restitution, law.slip) != ("newton", "end"):
+        raise InputError(
+            "peak_forces: with friction the law must be Newton's with slip at the end, got "
+            f'restitution="{law.restitution}", slip="{law.slip}"; use force_history for each impact'
+        )
+    if turns(entry) or getattr(entry, "adhesion", 0.0) != 0.0:
+        raise InputError("peak_forces: not available with rolling, torsion or adhesion")
+    return scene.entry_names("contacts")[0]
+
+
+def _peaks(name: str, batch: ImpactBatch, curve: Curve) -> PeakForces:
+    parts = batch.normal_components[:, 0]
+    impulse = np.where(batch.valid, parts[:, 2], np.nan)
+    struck = np.flatnonzero(impulse > 0.0)
+    whole = len(struck) == len(impulse)
+    before, after, pressed = (parts if whole else parts[struck]).T
+    approach, separation = -before, np.maximum(after, 0.0)
+    mass = pressed / (approach + separation)
+    spent = 0.5 * mass * approach * approach
+    lost = spent - 0.5 * mass * separation * separation
+    if isinstance(curve, HuntCrossley):
+        found = np.empty((len(struck), 3))
+        viscous_peaks.load()
+        viscous_peaks(
+            np.ascontiguousarray(approach),
+            np.ascontiguousarray(separation),
+            np.ascontiguousarray(mass),
+            curve.stiffness,
+            curve.exponent,
+            found,
+        )
+        _, deepest, peak = found.T
+        if np.isnan(peak).any():
+            slow = float(np.min(separation / approach))
+            raise RangeError.of("HuntCrossley: restitution", slow, "above 0.03")
+    elif isinstance(curve, Hertz | PowerCurve):
+        power = PowerCurve(curve.stiffness, curve.exponent)
+        deepest = power.deepest(spent)
+        peak = power.force(deepest)
+    else:
+        columns = zip(pressed, before, after, strict=True)
+        where = f'contact "{name}"'
+        ways = [
+            way_of(phases_of(P, u, w, 0.5 * P * (u + w), where), curve, where)
+            for P, u, w in columns
+        ]
+        deepest = np.array([way.deepest for way in ways])
+        peak = np.array([way.peak for way in ways])
+    arrays = [peak, deepest, spent, lost]
+    if not whole:
+        nothing = np.where(np.isnan(impulse), np.nan, 0.0)
+        arrays = [_spread(array, struck, nothing) for array in arrays]
+    for array in (impulse, *arrays):
+        array.setflags(write=False)
+    return PeakForces(name, batch.status, impulse, *arrays)
+
+
+def _spread(values: np.ndarray, rows: np.ndarray, nothing: np.ndarray) -> np.ndarray:
+    whole = nothing.copy()
+    whole[rows] = values
+    return whole
