@@ -57,12 +57,8 @@ class Robot(RobotReaders, RobotBuilding, RobotStates):
 
     @property
     def touching_pairs(self) -> tuple[TouchingPair, ...]:
-        """The geoms that may touch by the robot's file: names, friction, second one fixed."""
-        return tuple(
-            (part.prefix + first, part.prefix + second, friction, fixed)
-            for part in self.parts
-            for first, second, friction, fixed in part.pairs
-        )
+        """The geoms that may touch by the robot's file, and their friction."""
+        return tuple(pair.within(part.prefix) for part in self.parts for pair in part.pairs)
 
     @property
     def nq(self) -> int:

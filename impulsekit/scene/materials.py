@@ -20,6 +20,7 @@ __all__ = [
     "BY_MATERIAL",
     "Material",
     "MaterialPair",
+    "as_given",
     "asks_for_materials",
     "is_by_material",
     "with_materials",
@@ -109,10 +110,17 @@ def asks_for_materials(contact: Any) -> bool:
     return any(map(is_by_material, given))
 
 
+def as_given(contact: Any) -> Any:
+    """A contact of a scene as it was given, before a table of pairs put its numbers in."""
+    return getattr(contact, "_as_given", contact)
+
+
 def with_materials(
     robot: Robot, contacts: Sequence[Any], materials: Sequence[Any]
 ) -> tuple[Any, ...]:
     """The contacts, with the coefficients of the table where they ask for it.
+
+    A contact that has its numbers from another table gets those of this one.
 
     Raises:
         InputError: something that is no material or pair, a name or link given twice, materials
@@ -121,7 +129,7 @@ def with_materials(
     """
     of_link, pairs = _tables(robot, materials)
     found = []
-    for i, contact in enumerate(contacts):
+    for i, contact in enumerate(map(as_given, contacts)):
         if not asks_for_materials(contact):
             found.append(contact)
             continue
@@ -139,7 +147,10 @@ def with_materials(
         }
         if contact.stiffness is None:
             changes["stiffness"] = pair.stiffness
-        found.append(replace(contact, **changes))
+        resolved = replace(contact, **changes)
+        # No field: whoever replaces a coefficient of it has a contact with numbers of its own.
+        object.__setattr__(resolved, "_as_given", contact)
+        found.append(resolved)
     return tuple(found)
 
 

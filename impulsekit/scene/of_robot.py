@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, TypedDict
 
-from ..errors import RangeError, quoted
+from ..errors import InputError, RangeError, quoted
 from ..robot import Robot
 from ..robot.loop import Loop
 from .constraints import DIRECTIONS, Constraint, FrameAnchor, JointCoupling, JointLock, PointAnchor
@@ -18,8 +18,10 @@ from .scene import Scene
 if TYPE_CHECKING:
     from typing import Unpack
 
+    from ..robot.mjcf_pairs import TouchingPair
     from .contacts import ContactEntry
     from .forces import Force
+    from .materials import Material, MaterialPair
     from .numbers import Vector
 
 __all__ = ["FromFile", "SceneEntries", "scene_of"]
@@ -40,6 +42,7 @@ class SceneEntries(TypedDict, total=False):
     gravity: Vector
     gap_bound: float
     controlled: Sequence[str]
+    materials: Sequence[Material | MaterialPair]
 
 
 class FromFile(SceneEntries, total=False):
@@ -48,6 +51,7 @@ class FromFile(SceneEntries, total=False):
     file_loops: bool
     file_contacts: bool | str
     joint_damping: bool
+    file_turning: bool
     restitution: float
 
 
@@ -56,6 +60,7 @@ def scene_of(
     *,
     file_loops: bool = True,
     file_contacts: bool | str = False,
+    file_turning: bool = True,
     joint_damping: bool = False,
     restitution: float = 0.0,
     **entries: Unpack[SceneEntries],
@@ -67,6 +72,9 @@ def scene_of(
         file_loops: whether the equality constraints of the file become constraints.
         file_contacts: False for none; "world" (or True) for collisions of the moving geoms with
             those that are fixed; "all" for collisions among moving geoms too.
+        file_turning: whether the torsional and rolling friction of those contacts come along
+            (condim 4 and 6 of MJCF); False keeps sliding friction alone, for laws that do not
+            know the others.
         joint_damping: whether the damping of the file's joints (of a URDF, <dynamics damping>)
             becomes forces, of joints with one degree of freedom; dry friction does not.
         restitution: of those collisions. MJCF knows none; friction is the file's.
@@ -75,6 +83,7 @@ def scene_of(
 
     Raises:
         RangeError: ``file_contacts`` is something else.
+        InputError: friction of a contact that depends on the axes of MuJoCo's contact frame.
         What ``Scene`` raises.
 
     Example:
@@ -89,9 +98,9 @@ def scene_of(
         raise RangeError.of("file_contacts", quoted(which), 'False, "world" or "all"')
     constraints = [_constraint(loop) for loop in robot.loops] if file_loops else []
     contacts = [
-        Collision(first, second, restitution=restitution, friction=friction)
-        for first, second, friction, fixed in (robot.touching_pairs if which else ())
-        if fixed or which == "all"
+        _collision(pair, restitution, turning=file_turning)
+        for pair in (robot.touching_pairs if which else ())
+        if pair.fixed or which == "all"
     ]
     dampers = _dampers(robot) if joint_damping else ()
     own: SceneEntries = {"gravity": tuple(robot.model.gravity.linear)}
@@ -100,6 +109,24 @@ def scene_of(
     own["constraints"] = (*constraints, *entries.get("constraints", ()))
     own["contacts"] = (*contacts, *entries.get("contacts", ()))
     return Scene(robot, **own)
+
+
+def _collision(pair: TouchingPair, restitution: float, *, turning: bool) -> Collision:
+    rolling, torsion = (pair.rolling, pair.torsion) if turning else (0.0, 0.0)
+    if pair.uneven:
+        raise InputError(
+            f'the file\'s friction of "{pair.first}" and "{pair.second}" differs between the two '
+            "tangents of MuJoCo's contact frame, whose directions it does not tell; leave out "
+            "file_contacts and give a Collision with friction=EllipticFriction(...)"
+        )
+    return Collision(
+        pair.first,
+        pair.second,
+        restitution=restitution,
+        friction=pair.friction,
+        rolling=rolling,
+        torsion=torsion,
+    )
 
 
 def _dampers(robot: Robot) -> list[JointSpring]:

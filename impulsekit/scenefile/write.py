@@ -17,6 +17,7 @@ from ..robot import Robot
 from ..robot import state as states
 from ..scene import Scene
 from ..scene.design import DesignPoint
+from ..scene.materials import as_given
 from ..scene.motion import MotionSettings
 from ..scene.points import ReportPoint
 from .entries import MOVED
@@ -73,13 +74,16 @@ def dump_scene(
         if field.name in MOVED and repr(value) != repr(field.default):
             blocks.append(_line(field.name, value))
     blocks += _robot_blocks(robot, None if folder is None else os.path.abspath(folder))
-    entries = _by_joint(robot, q, robot.neutral(), "q"), _by_joint(robot, v, robot.velocity(), "v")
+    parts = _by_joint(robot, q, robot.neutral(), "q"), _by_joint(robot, v, robot.velocity(), "v")
     blocks += [
-        _table(f"[state.{key}]", part) for key, part in zip("qv", entries, strict=True) if part
+        _table(f"[state.{key}]", part) for key, part in zip("qv", parts, strict=True) if part
     ]
     _check_writable(scene)
     for section in SECTIONS:
-        blocks += _section_blocks(section, getattr(scene, section.name))
+        entries = getattr(scene, section.name)
+        blocks += _section_blocks(
+            section, tuple(map(as_given, entries)) if section.name == "contacts" else entries
+        )
     if motion is not None:
         blocks += [_table("[motion]", _entry(MOTION, motion))]
     blocks += _section_blocks(DESIGN, tuple(design))

@@ -321,6 +321,67 @@ def test_geoms_meet_with_the_friction_of_the_file(shape):
         robot.scene(file_contacts="floor")
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_friction_is_that_of_mujocos_contacts(seed):
+    """condim, priorities, pairs and overrides, as MuJoCo's own list of contacts has them."""
+    rng = np.random.default_rng(seed)
+
+    def geom(name, kind):
+        numbers = " ".join(f"{x:.3f}" for x in rng.uniform(0.1, 2.0, 3) * [1, 0.1, 0.01])
+        return (
+            f"<geom name='{name}' type='{kind}' size='.1 .1 .1' friction='{numbers}' "
+            f"condim='{rng.choice([1, 3, 4, 6])}' priority='{rng.integers(0, 2)}'/>"
+        )
+
+    bodies = "".join(
+        f"<body pos='{k} 0 .05'><freejoint/>{geom(f'g{k}', 'sphere')}</body>" for k in range(4)
+    )
+    spin, roll = rng.uniform(0.01, 0.1, 2).tolist()
+    more = (
+        f"<contact><pair geom1='g1' geom2='floor' condim='{rng.choice([1, 3, 4, 6])}' "
+        f"friction='.7 .7 {spin:.4f} {roll:.4f} {roll:.4f}'/></contact>"
+    )
+    if seed == 5:
+        more += "<option o_friction='.3 .3 .02 .01 .01'><flag override='enable'/></option>"
+    text = mjcf(geom("floor", "plane") + bodies, more)
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert data.ncon == 4
+    scene = quiet(text).scene(file_contacts="world")
+    ours = {c.first: c for c in scene.contacts}
+    for one in data.contact:
+        name = next(n for i in one.geom if (n := model.geom(int(i)).name) != "floor")
+        theirs = one.friction * [one.dim >= 3, 0, one.dim >= 4, one.dim >= 6, 0]
+        found = ours[name].friction, ours[name].torsion, ours[name].rolling
+        np.testing.assert_allclose(found, theirs[[0, 2, 3]], rtol=1e-15)
+    plain = quiet(text).scene(file_contacts="world", file_turning=False)
+    assert all(c.rolling == c.torsion == 0.0 for c in plain.contacts)
+
+
+def test_friction_that_depends_on_mujocos_axes_is_refused():
+    pair = "<contact><pair geom1='g' geom2='floor' friction='.7 .2'/></contact>"
+    body = f"{FLOOR}<body><freejoint/><geom name='g' size='.1'/></body>"
+    robot = quiet(mjcf(body, pair))
+    with pytest.raises(ik.errors.InputError, match="differs between the two tangents"):
+        robot.scene(file_contacts=True)
+
+
+def test_a_ball_of_condim_6_stops_rolling():
+    """MuJoCo's limit of the rolling moment is µ_r F_n: ω' = −µ_r m g/(7/5 m R²)."""
+    text = mjcf(
+        "<geom name='floor' type='plane' size='9 9 1' condim='1' friction='0 0 0'/>"
+        "<body pos='0 0 .1'><freejoint name='r'/>"
+        "<geom name='g' size='.1' mass='1' condim='6' friction='1 .1 .004'/></body>"
+    )
+    robot = ik.Robot.from_mjcf(text)
+    scene = robot.scene(file_contacts=True)
+    v = robot.velocity(r=[0.2, 0, 0, 0, 2.0, 0])
+    motion = ik.simulate(scene, robot.configuration(r=[0, 0, 0.1, 0, 0, 0, 1]), v, 0.2)
+    slower = 2.0 - 0.004 * 9.81 / (1.4 * 0.01) * 0.2
+    assert motion.v[-1][4] == pytest.approx(slower, abs=1e-8)
+
+
 def test_parents_and_excluded_bodies_do_not_meet():
     text = mjcf(
         FLOOR + f"<body name='a'><freejoint/>{BALL}<body name='b'><joint/>{BALL}"

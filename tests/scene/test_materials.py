@@ -1,5 +1,8 @@
 """Materials on links, and coefficients by pair."""
 
+import pickle
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -38,6 +41,23 @@ def test_contacts_get_the_coefficients_of_their_pair():
     v = BALLS.velocity({"a/root_joint": [0, 0, -1.0, 0, 0, 0]})
     floor = ik.Scene(BALLS, contacts=contacts[:1], materials=TABLE)
     assert ik.solve(floor, BALLS.neutral(), v).v_after[2] == pytest.approx(0.5, abs=1e-15)
+
+
+def test_another_table_gives_its_own_coefficients():
+    contacts = [ik.Contact("b/ball", **ASKS), ik.Contact("b/ball", restitution=0.1, name="own")]
+    scene = ik.Scene(BALLS, contacts=contacts, materials=TABLE)
+    soft = ik.MaterialPair("steel", "steel", restitution=0.2, friction=0.4, stiffness=9.0)
+    other = replace(pickle.loads(pickle.dumps(scene)), materials=[*TABLE[:3], soft])
+    found = [(c.restitution, c.friction, c.stiffness) for c in other.contacts]
+    assert found == [(0.2, 0.4, 9.0), (0.1, 0.0, None)]
+    fresh = ik.Scene(BALLS, contacts=contacts, materials=[*TABLE[:3], soft])
+    assert other.contacts == fresh.contacts
+    # What is not of the table stays.
+    assert replace(scene, gap_bound=1.0).contacts == scene.contacts
+    harder = replace(scene.contacts[0], restitution=1.0)
+    assert replace(other, contacts=[harder]).contacts[0].restitution == 1.0
+    with pytest.raises(ik.errors.InputError, match="materials without a pair"):
+        replace(scene, materials=TABLE[:3])
 
 
 def test_frames_on_a_link_are_made_of_it():
@@ -82,6 +102,11 @@ friction = [0.8, 0.6]
     ik.save_scene(tmp_path / "again.toml", scene)
     again = ik.load_scene(tmp_path / "again.toml").scene
     assert again.materials == scene.materials and again.contacts == scene.contacts
+    # The words stay, so that a change of the table in the file counts.
+    changed = (tmp_path / "again.toml").read_text().replace("0.7", "0.6")
+    path.write_text(changed)
+    assert ik.load_scene(path).scene.contacts[0].restitution == 0.6
+    path.write_text(text.format(urdf=pathlib.Path("models/ball.urdf").resolve()))
     path.write_text(path.read_text().replace('other = "stone"', 'other = "rubber"'))
     with pytest.raises(ik.errors.ImpulsekitError, match="materials without a pair"):
         ik.load_scene(path)
