@@ -22,7 +22,8 @@ class Residuals:
             that neither units nor scaling of a row matter. Where these terms are themselves
             rounding, as of a body that is struck through its mass centre and does not turn,
             over √(M_ii 2T), T the energy of Δv in all that hangs on the row's joint; among
-            bilateral constraints, over machine precision of that of the whole robot as well.
+            bilateral constraints or several contacts, over machine precision of that of the
+            whole robot as well.
         constraint: of the bilateral constraints; 0 without any.
         complementarity: of the contacts; 0 without any.
     """
@@ -98,8 +99,8 @@ def momentum_residual(impact: Impact) -> float:
         return largest
     diagonal = np.diagonal(mass_matrix)
     scale += np.sqrt(diagonal * impact.mechanics.carried_energy(impact.dv))
-    if outcome is not None and len(outcome.constraint_impulses):
-        # Constraint impulses are found together: the rounding of large ones is in all.
+    if outcome is not None and (len(outcome.constraint_impulses) or len(outcome.touches) > 1):
+        # Their impulses are found together: the rounding of large ones is in all.
         energy = float(impact.dv @ mass_matrix @ impact.dv)
         scale += np.finfo(float).eps * np.sqrt(diagonal * max(energy, 0.0))
     return float(np.max(difference[rows] / scale[rows], initial=0.0))

@@ -73,3 +73,22 @@ def test_a_wrong_speed_of_a_light_finger_shows(off):
     wrong = impact.dv * [1.0, 1.0 + off]
     other = ik.Impact(scene, impact.q, impact.v_before, wrong)
     assert momentum_residual(other) > 0.05 * off
+
+
+@pytest.mark.parametrize("left,low,high", [(1e-35, 0.0, 1e-15), (1e-6, 1e-7, 1.0)])
+def test_what_is_left_at_a_body_that_is_not_struck(left, low, high):
+    """Two balls touch a floor, one strikes it: of the other's speed the rounding is no error."""
+    ball = (
+        '<robot name="b"><link name="b"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
+        'izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+    )
+    one = ik.Robot.from_urdf(ball, root="freeflyer")
+    two = ik.combine(a=one, b=one)
+    scene = ik.Scene(two, contacts=[ik.Contact("a/b"), ik.Contact("b/b", restitution=0.5)])
+    v = np.array([0, 0, 0, 0, 0, 2.0, 0, 0, -1.0, 0, 0, 0])
+    impact = ik.solve(scene, two.neutral(), v)
+    assert impact.dv.tolist() == pytest.approx([0.0] * 8 + [1.5] + [0.0] * 3)
+    dv = impact.dv.copy()
+    dv[3] += left
+    other = ik.Impact(scene, impact.q, v, dv, impact.outcome)
+    assert low <= momentum_residual(other) <= high
