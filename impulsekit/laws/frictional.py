@@ -128,14 +128,14 @@ def _hold_still(work: Workspace, n: int, sizes: Sizes, dependent: float) -> tupl
         residual = polish(work, n, sizes, FEW, ridge)
         return (_SOLVED if residual <= BAR else _OPEN), residual
     residual = residual_of(work, n, sizes)
-    slips = _slips(work, n)
+    slips = _slips(work, n, sizes)
     if residual > ROUNDING or slips:
         start = work.P[: 3 * n].copy()
         # Another share of the same load may be within all cones.
         code, bar = _hold_by_shares(work, n, sizes, dependent)
         if code != _OPEN:
             return code, bar
-        if not _slips(work, n):
+        if not _slips(work, n, sizes):
             # Targets of redundant contacts that contradict each other.
             bar = unload(work, n, sizes, bar)
             if bar <= HELD:
@@ -145,7 +145,7 @@ def _hold_still(work: Workspace, n: int, sizes: Sizes, dependent: float) -> tupl
     if residual > ROUNDING and not slips:
         polish(work, n, sizes, FEW, RIDGE)
         residual = residual_of(work, n, sizes)
-        slips = _slips(work, n)
+        slips = _slips(work, n, sizes)
     if residual > ROUNDING or slips:
         return _OPEN, residual
     return _code_of(work, n, sizes, dependent, NO), residual
@@ -282,9 +282,14 @@ def _is_spread(work: Workspace, n: int, least: float) -> bool:
 
 
 @compiled
-def _slips(work: Workspace, n: int) -> bool:
-    """Whether any contact slides, by the modes seen last."""
+def _slips(work: Workspace, n: int, sizes: Sizes) -> bool:
+    """Whether any contact slides, by the modes seen last.
+
+    One that touches without a load may be told to slide by the rounding of its velocity.
+    """
     count = 0
     for i in range(n):
-        count += 1 if work.mode[i] in (SLIDES, SLIDES_AT_FLOOR) else 0
+        speed = math.hypot(work.xi[3 * i], work.xi[3 * i + 1])
+        slides = work.mode[i] in (SLIDES, SLIDES_AT_FLOOR) and speed > HELD * sizes.scale
+        count += 1 if slides else 0
     return count > 0

@@ -192,7 +192,8 @@ def _heading(block: Block, now: Array, mu: float, scale: float) -> tuple[int, _R
         return _RESTS, (n1, n2, nn, 0.0, 0.0)
     u1, u2 = float(now[U1]), float(now[U2])
     speed = math.sqrt(u1 * u1 + u2 * u2)
-    if speed > STOPPED * scale:
+    begins = not speed > STOPPED * scale
+    if not begins:
         s1, s2 = u1 / speed, u2 / speed
     else:
         now[U1], now[U2] = 0.0, 0.0
@@ -204,7 +205,8 @@ def _heading(block: Block, now: Array, mu: float, scale: float) -> tuple[int, _R
     d1 = n1 - mu * (t11 * s1 + t12 * s2)
     d2 = n2 - mu * (t12 * s1 + t22 * s2)
     size = abs(n1) + abs(n2) + mu * (t11 + t22)
-    if abs(s1 * d2 - s2 * d1) > STRAIGHT * size:
+    # Slip that begins keeps its direction, whatever rounding makes of that where W_tt is stiff.
+    if not begins and abs(s1 * d2 - s2 * d1) > STRAIGHT * size:
         return _TURNS, (0.0, 0.0, 0.0, 0.0, 0.0)
     along = s1 * d1 + s2 * d2
     falls = nn - mu * (n1 * s1 + n2 * s2)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from impulsekit.laws.path import follow
-from impulsekit.laws.progress import P1, P2, RESIDUAL, U1, UN, P, path_memory
+from impulsekit.laws.progress import P1, P2, RESIDUAL, U1, U2, UN, P, path_memory
 from impulsekit.laws.status import Status
 
 from ..impact.laws.problems import rod
@@ -47,6 +47,28 @@ def test_velocities_of_any_size(run, size):
         assert Status(code) is Status.SOLVED
         found.append(memory.now[[P1, P2, P]] / factor)
     np.testing.assert_allclose(found[1], found[0], rtol=1e-13)
+
+
+@both
+@pytest.mark.parametrize("angle", np.linspace(0.0, 3.0, 13))
+def test_slip_begins_again_where_one_direction_hardly_moves(run, angle):
+    """W_tt of a long thin link, wherever its tangents point: slip stops and starts again."""
+    W = np.array(
+        [
+            [0.0018998673375131775, 0.47723990764817609, 0.21037345692150156],
+            [0.47723990764817609, 127.63129413934428, 56.006199408175995],
+            [0.21037345692150156, 56.006199408175995, 24.584116466318282],
+        ]
+    )
+    u = np.array([-0.01758120382579193, -3.434783838578993, -1.5464305085552275])
+    turn = np.eye(3)
+    turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    memory = path_memory()
+    code = run(block_of(turn @ W @ turn.T), u[2], tuple(turn @ u), 1.0, 1.5, 2, memory)
+    assert Status(code) is Status.SOLVED
+    # The work of the compression comes back, and friction takes what slip leaves.
+    after = turn.T @ memory.now[[U1, U2, UN]]
+    np.testing.assert_allclose(after, [0.0041626, 0.0012564, 0.0349572], atol=2e-7)
 
 
 @pytest.mark.parametrize("number", range(3), ids=LAWS)
