@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 
 from ..laws.compiled import ENTRIES
+from ..laws.uniqueness import MOST_IN_PLANE
 from ..scene import Scene
 from ..scene.contacts import turns
 
@@ -13,9 +14,12 @@ __all__ = ["compile_all_laws", "compile_laws", "laws_of"]
 _ALONG_THE_PATH = ("path",)
 _AT_THE_END = ("single", "coulomb")
 # Several that rub.
-_TOGETHER = ("modes", "frictional", "least_shares")
+_TOGETHER = ("modes", "frictional", "redundant", "least_shares", "unloading")
+_SMOOTH = ("frictionless",)
 # Whether there are other solutions.
-_RUBBING = ("others",)
+_RUBBING = ("others", "coupling", "uniqueness")
+# All modes of few contacts are tried.
+_FEW = ("plane_modes", "space_modes")
 # Of which some resist rolling or spin.
 _TURNING = ("product_cones",)
 
@@ -36,7 +40,10 @@ def laws_of(scene: Scene) -> tuple[str, ...]:
     several: tuple[str, ...] = ("several", "struck") if together else ()
     if any(map(turns, scene.contacts)):
         several = (*several, *_TURNING)
-    more = (_TOGETHER if together else ()) + _RUBBING if rubs else ()
+    if not rubs:
+        return _AT_THE_END + in_turn + several + (_SMOOTH if together else ())
+    few = _FEW if together and len(scene.contacts) <= MOST_IN_PLANE else ()
+    more = (_TOGETHER if together else ()) + _RUBBING + few
     return _AT_THE_END + in_turn + several + more
 
 
@@ -47,7 +54,7 @@ def compile_laws(scene: Scene) -> None:
 
 def compile_all_laws() -> None:
     """Compile the laws of all scenes."""
-    at_once = "several", "struck", *_TOGETHER, *_RUBBING, *_TURNING
+    at_once = "several", "struck", *_TOGETHER, *_SMOOTH, *_RUBBING, *_FEW, *_TURNING
     _compile((*_ALONG_THE_PATH, "lzb", *_AT_THE_END, "sequence", "struck_in_turn", *at_once))
 
 

@@ -230,7 +230,21 @@ def dispatcher(function: Callable[..., Any], options: dict[str, Any], *more: str
 
     made = njit(**options)(function)
     made._cache = Store(function, repr(options), *more)
+    _take_literals_as_numbers(made)
     return made
+
+
+def _take_literals_as_numbers(made: Any) -> None:
+    """Let one compilation serve a literal and a variable: numba would make one of each."""
+    from numba import types
+
+    template = made.get_call_template
+
+    def get_call_template(args: Any, kws: Any) -> Any:
+        plain = {name: types.unliteral(kind) for name, kind in dict(kws).items()}
+        return template(tuple(map(types.unliteral, args)), plain)
+
+    made.get_call_template = get_call_template
 
 
 def use_numba() -> None:

@@ -36,7 +36,7 @@ ALPHAS = (2.2, 1.5, 3.3, 1.0, 0.7)
 NULL = 1e-11
 
 
-@entry(lambda: (np.eye(6), np.ones(2)), seconds=3.0)
+@entry(lambda: (np.eye(6), np.ones(2)), seconds=3.0, apart=True)
 def friction_feedback(W: np.ndarray, mu: np.ndarray) -> float:
     """L; infinite where normals are redundant beside the tangents.
 
@@ -96,7 +96,7 @@ def friction_feedback(W: np.ndarray, mu: np.ndarray) -> float:
     return float(np.sqrt(max(feedback, 0.0) * bound / sizes[0]))
 
 
-@entry(lambda: (np.eye(6), np.ones(2)), seconds=2.0)
+@entry(lambda: (np.eye(6), np.ones(2)), seconds=2.0, apart=True)
 def is_monotone(W: np.ndarray, mu: np.ndarray) -> bool:
     """Whether the first proof holds; never where W is singular.
 

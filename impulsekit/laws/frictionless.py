@@ -11,12 +11,12 @@ import math
 
 import numpy as np
 
-from .compiled import compiled
+from .compiled import compiled, entry
 from .dense import cholesky, eliminate
 from .pressing import press, share
 from .status import Status
 from .words import AGAIN
-from .workspace import Workspace
+from .workspace import Workspace, workspace
 
 __all__ = ["frictionless"]
 
@@ -34,7 +34,11 @@ _LOOK = -2
 _NONE, _NOT_CONVERGED = int(Status.NO_SOLUTION), int(Status.NOT_CONVERGED)
 
 
-@compiled
+def _examples() -> tuple[object, ...]:
+    return workspace(1), np.eye(3), np.ones(3), 1, 1.0, 0.0, 0.0, False
+
+
+@entry(_examples, seconds=6.0, apart=True)
 def frictionless(
     work: Workspace,
     W: np.ndarray,

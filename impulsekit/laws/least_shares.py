@@ -115,7 +115,7 @@ def least_split(work: Workspace, n: int, sizes: Sizes) -> float:
     return residual_of(work, n, sizes)
 
 
-@compiled
+@entry(lambda: (workspace(1), 1, Sizes(1.0, 1.0, 1.0, True)), seconds=5.0, apart=True)
 def least_holding(work: Workspace, n: int, sizes: Sizes) -> float:
     """P of least Σ w |P|² in the cones that holds all still, or as near as found; the residual.
 

@@ -103,7 +103,12 @@ def find_answers(
         return TOO_MANY, 0, 0, False
     how = ALL_TRIED if tried == TRIED_ALL else SEARCHED
     work = workspace(n)
-    work.W[:], work.b[:], work.mu[:] = own, b, own_mu
+    for r in range(3 * n):
+        work.b[r] = b[r]
+        for c in range(3 * n):
+            work.W[r, c] = own[r, c]
+    for i in range(n):
+        work.mu[i] = own_mu[i]
     if how == SEARCHED:
         count = _add_held(work, n, shown, found, count)
     full = count == MOST_FOUND
@@ -119,7 +124,11 @@ def find_answers(
     return how, count, others, split
 
 
-@compiled
+def _held_examples() -> tuple[object, ...]:
+    return workspace(1), 1, np.ones(3), np.ones((2, 3)), 1
+
+
+@entry(_held_examples, seconds=2.0, apart=True)
 def _add_held(work: Workspace, n: int, shown: np.ndarray, found: np.ndarray, count: int) -> int:
     """Add P that hold some redundant contacts still, the others being as in a known answer.
 
@@ -166,7 +175,12 @@ def _add_held(work: Workspace, n: int, shown: np.ndarray, found: np.ndarray, cou
     return count
 
 
-@compiled
+def _expansion_examples() -> tuple[object, ...]:
+    found = np.ones((2, 3))
+    return workspace(1), np.ones(3), np.ones(1), 1, 1.0, ALL_TRIED, 1, found, found
+
+
+@entry(_expansion_examples, seconds=3.0, apart=True)
 def _expansions(
     work: Workspace,
     free: np.ndarray,

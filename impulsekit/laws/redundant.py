@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from .compiled import compiled
+from .compiled import compiled, entry
 from .dense import null_rows, pivoted_cholesky
-from .workspace import Sizes, Workspace
+from .workspace import Sizes, Workspace, workspace
 
 __all__ = ["find_shared", "is_redundant"]
 
@@ -47,7 +47,11 @@ def is_redundant(W: np.ndarray, size: int, dependent: float, null: float) -> boo
     return kept == 0 or pivoted_cholesky(scaled, size, dependent, order) < kept
 
 
-@compiled
+def _examples() -> tuple[object, ...]:
+    return workspace(1), 1, Sizes(1.0, 1.0, 1.0, True), 0.0, False
+
+
+@entry(_examples, seconds=3.0, apart=True)
 def find_shared(work: Workspace, n: int, sizes: Sizes, dependent: float, slips: bool) -> bool:
     """Whether load can be shifted between contacts without moving anything.
 

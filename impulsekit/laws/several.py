@@ -109,7 +109,12 @@ def hit_contacts(
     return code, residual, work.P, work.velocity, work.normal, work.friction, work.unique
 
 
-@compiled
+def _newton_examples() -> tuple[object, ...]:
+    line, few = np.ones(6), np.ones(2)
+    return workspace(2), np.eye(6), line, line, few, few, 2, Care(DEPENDENT, 0.0, False)
+
+
+@entry(_newton_examples, seconds=4.0, apart=True)
 def newton(
     work: Workspace,
     W: np.ndarray,
@@ -169,7 +174,11 @@ def newton(
     return code, residual
 
 
-@compiled
+def _poisson_examples() -> tuple[object, ...]:
+    return workspace(2), np.eye(6), np.ones(6), np.ones(2), 2, Care(DEPENDENT, 0.0, False)
+
+
+@entry(_poisson_examples, seconds=5.0, apart=True)
 def poisson(
     work: Workspace, W: np.ndarray, free: np.ndarray, e: np.ndarray, n: int, care: Care
 ) -> tuple[int, float]:

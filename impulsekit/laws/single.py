@@ -52,7 +52,7 @@ class Hit(NamedTuple):
 PlainHit = tuple[Triple, Triple, int, float, float, float]
 
 
-@entry(lambda: ((1.0,) * 6, (1.0,) * 3, (1.0,) * 3, 0.5, 0.5, 0.0, NEWTON), seconds=2.5)
+@entry(lambda: ((1.0,) * 6, (1.0,) * 3, (1.0,) * 3, 0.5, 0.5, 0.0, NEWTON), seconds=2.5, apart=True)
 def hit_contact(
     block: Block, before: Triple, free: Triple, e: float, mu: float, e_t: float, restitution: int
 ) -> PlainHit:

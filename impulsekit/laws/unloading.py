@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from .approach import ALL_ROUNDS, NO_ROUND, approach_in_rounds
-from .compiled import compiled
+from .compiled import compiled, entry
 from .modes import BAR, MOST_STEPS, RIDGE, height_of, polish, residual_of, sizes_of
 from .sticking import held_still
 from .workspace import Sizes, Workspace, workspace
@@ -29,7 +29,7 @@ FEW_ROUNDS: int = np.int64(3)  # type: ignore[assignment]
 TOUCHES = 10.0
 
 
-@compiled
+@entry(lambda: (workspace(1), 1, Sizes(1.0, 1.0, 1.0, True), 0.0), seconds=6.0, apart=True)
 def unload(work: Workspace, n: int, sizes: Sizes, residual: float) -> float:
     """Take load off one contact after the other, where that is nearer; the residual.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...laws.modes import FINE
 from ...laws.several import newton, poisson
-from ...laws.single import strike_at_end
+from ...laws.single import Hit, hit_contact
 from ...laws.status import Status
 from ...laws.words import NEWTON
 from ..codes import AGAIN
@@ -53,7 +53,10 @@ def _solved(count, restitution, digits, space):
     if count == 1:
         block = block_at(W, 0)
         u, start = (before[0], before[1], before[2]), (free[0], free[1], free[2])
-        hit = strike_at_end(block, u, start, es[0], mus[0], ets[0], restitution)
+        impulse, after, code, residual, normal, friction = hit_contact(
+            block, u, start, es[0], mus[0], ets[0], restitution
+        )
+        hit = Hit(impulse, after, code, residual, normal, friction)
         P[0], P[1], P[2] = hit.impulse
         close = is_left(block, u, start, es[0], mus[0], ets[0], restitution, hit, digits)
         return AGAIN if close else hit.code

@@ -56,6 +56,7 @@ def test_what_sticks_and_what_rocks_needs_no_iterations(monkeypatch):
 
     monkeypatch.setattr(frictional, "search_slipping", never)
     monkeypatch.setattr(several.hit_contacts, "_code", several.hit_contacts.py_func)
+    monkeypatch.setattr(several, "newton", several.newton.py_func)
     monkeypatch.setattr(several, "frictional", frictional.frictional.py_func)
     J, inverse = box(half=(0.1, 0.2, 0.3))
     W = J @ inverse @ J.T
