@@ -24,7 +24,7 @@ from ..robot import Robot
 from .convex import Convex, HalfSpace, convex_of
 from .features import CornerOnFace, EdgesCross, touching_features
 from .pairs import ConvexPair, has_closed_form
-from .polyhedron import Polyhedron, can_be_separated, polyhedron_of, separation
+from .polyhedron import Polyhedron, can_be_separated, polyhedron_of, separation_at
 
 __all__ = [
     "MeetingPoint",
@@ -161,8 +161,7 @@ def gap_and_normal(
 ) -> tuple[float, np.ndarray]:
     """The gap of two pieces [m], as ``smallest_gap``, and its normal (3,) from the second."""
     if (pair := _polyhedra(one, two)) is not None:
-        a, b, _ = _near_origin(*pair, placement_a, placement_b)
-        return separation(a, b)
+        return separation_at(pair[0], placement_a, pair[1], placement_b)
     if (curved := _convex(one, placement_a, two, placement_b)) is not None:
         return curved.separate()
     gap, towards_b = _gap(one.geometry, placement_a, two.geometry, placement_b)

@@ -9,13 +9,24 @@ and minus the depth of their overlap. It comes to rounding, as coal's distance d
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import coal
 import numpy as np
 import pinocchio as pin
 
-__all__ = ["Polyhedron", "can_be_separated", "polyhedron_of", "separation"]
+from ..laws.compiled import compiled, entry
+
+__all__ = [
+    "Polyhedron",
+    "can_be_separated",
+    "polyhedron_of",
+    "separate",
+    "separation",
+    "separation_at",
+]
 
 # Facets of a hull whose normals differ by less belong to one face.
 SAME_FACE = 1e-9
@@ -80,23 +91,79 @@ def separation(a: Polyhedron, b: Polyhedron) -> tuple[float, np.ndarray]:
     The gap is negative by the depth where they overlap, and no larger than their distance
     where they are apart.
     """
-    ax, ay, az = a.directions.T[:, :, None]
-    bx, by, bz = b.directions.T[:, None, :]
-    crosses = np.array((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)).reshape(3, -1).T
-    sizes = np.sqrt(np.einsum("ij,ij->i", crosses, crosses))
-    crosses = crosses[sizes > PARALLEL] / sizes[sizes > PARALLEL, None]
-    axes = np.concatenate((a.axes, b.axes, crosses))
-    of_a, of_b = axes.dot(a.vertices.T), axes.dot(b.vertices.T)
-    above = of_a.min(axis=1) - of_b.max(axis=1)
-    below = of_b.min(axis=1) - of_a.max(axis=1)
-    gaps = np.maximum(above, below)
-    faces = len(a.axes) + len(b.axes)
-    best = int(gaps[:faces].argmax())
-    if len(gaps) > faces:
-        edges = faces + int(gaps[faces:].argmax())
-        if gaps[edges] > gaps[best] + AS_GOOD:
-            best = edges
-    return float(gaps.max()), axes[best] if above[best] >= below[best] else -axes[best]
+    here = np.zeros((4, 3))
+    here[:3] = np.eye(3)
+    gap, *normal = separate(Hull.of(a), here, Hull.of(b), here)
+    return gap, np.array(normal)
+
+
+def separation_at(
+    a: Polyhedron, place_a: pin.SE3, b: Polyhedron, place_b: pin.SE3
+) -> tuple[float, np.ndarray]:
+    """``separation`` of two polyhedra that are moved, about an origin at the second one."""
+    places = np.zeros((2, 4, 3))
+    places[0, :3], places[1, :3] = place_a.rotation.T, place_b.rotation.T
+    places[0, 3] = place_a.translation - place_b.translation
+    gap, *normal = separate(Hull.of(a), places[0], Hull.of(b), places[1])
+    return gap, np.array(normal)
+
+
+class Hull(NamedTuple):
+    """What ``separate`` needs of a polyhedron; as there."""
+
+    vertices: np.ndarray
+    axes: np.ndarray
+    directions: np.ndarray
+
+    @classmethod
+    def of(cls, body: Polyhedron) -> Hull:
+        """Of a polyhedron."""
+        return cls(body.vertices, body.axes, body.directions)
+
+
+def _examples() -> tuple[Hull, np.ndarray, Hull, np.ndarray]:
+    hull = Hull(*np.zeros((3, 2, 3)))
+    return hull, np.zeros((4, 3)), hull, np.zeros((4, 3))
+
+
+@compiled
+def _between(one: np.ndarray, two: np.ndarray, axis: np.ndarray) -> tuple[float, float]:
+    """How far apart corners are along an axis: the first above the others, and below."""
+    of_one, of_two = one.dot(axis), two.dot(axis)
+    return of_one.min() - of_two.max(), of_two.min() - of_one.max()
+
+
+@entry(_examples, seconds=4.0)
+def separate(
+    a: Hull, place_a: np.ndarray, b: Hull, place_b: np.ndarray
+) -> tuple[float, float, float, float]:
+    """``separation`` of two polyhedra at places (4, 3), Rᵀ and the origin: gap and normal."""
+    one, two = a.vertices.dot(place_a[:3]) + place_a[3], b.vertices.dot(place_b[:3]) + place_b[3]
+    best, found, sign = -math.inf, np.zeros(3), 1.0
+    for hull, place in ((a, place_a), (b, place_b)):
+        axes = hull.axes.dot(place[:3])
+        for k in range(len(axes)):
+            above, below = _between(one, two, axes[k])
+            if max(above, below) > best:
+                best, found, sign = max(above, below), axes[k], 1.0 if above >= below else -1.0
+    gap, of_edges = best, -math.inf
+    first, second = a.directions.dot(place_a[:3]), b.directions.dot(place_b[:3])
+    for i in range(len(first)):
+        ax, ay, az = first[i, 0], first[i, 1], first[i, 2]
+        for j in range(len(second)):
+            bx, by, bz = second[j, 0], second[j, 1], second[j, 2]
+            axis = np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+            size = math.sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2])
+            if not size > PARALLEL:
+                continue
+            axis /= size
+            above, below = _between(one, two, axis)
+            if max(above, below) > of_edges:
+                of_edges = max(above, below)
+                gap = max(gap, of_edges)
+                if of_edges > best + AS_GOOD:
+                    found, sign = axis, 1.0 if above >= below else -1.0
+    return gap, sign * found[0], sign * found[1], sign * found[2]
 
 
 def _box(half: np.ndarray) -> Polyhedron:

@@ -53,18 +53,23 @@ def first_stop(
     # Where something touches already, it may come no deeper than by rounding.
     lowest = min(lowest, 0.0) - ELSEWHERE
 
-    def signs(t: float) -> np.ndarray:
+    def of_places(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Below zero where a point has left its face or edge; last, where one came down."""
+        below, inside = gaps.beyond_held(contacts, q, v)
+        if len(inside) != count:
+            inside = np.full(count, np.inf)
+        return np.concatenate([inside + LEFT, [below - lowest]])
+
+    def of_speeds(t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Below zero where something has happened: slip along its first direction, or −lift."""
-        q, v = states(t)
         u = gaps.velocities(contacts, q, v)
+        if len(u) != 3 * count:
+            return np.concatenate([np.full(3 * count, np.inf), more])
         turning = np.empty(0)
         if rolling is not None:
             turning = rolling.signs(contacts, rolling.turning(gaps, contacts, q, v))
         if resting.may_tear:
             turning = np.concatenate([turning, left_to_tear(t)])
-        below, inside = gaps.beyond_held(contacts, q, v)
-        if len(u) != 3 * count:
-            return np.concatenate([np.full(4 * count, np.inf), [below - lowest], more])
         along = [
             np.inf if s is None else float(u[3 * i : 3 * i + 2].dot(s))
             for i, s in enumerate(slides)
@@ -73,12 +78,19 @@ def first_stop(
             resting.grown - float(np.hypot(*u[3 * i : 3 * i + 2])) if begins else np.inf
             for i, begins in enumerate(slip_begins)
         ]
-        own = [along, LIFTED - u[2::3], grows, inside + LEFT, [below - lowest]]
-        return (
-            np.concatenate([*own, turning])
-            if len(turning) == len(more)
-            else np.concatenate([*own, more])
-        )
+        own = [along, LIFTED - u[2::3], grows]
+        return np.concatenate([*own, turning if len(turning) == len(more) else more])
+
+    def signs(t: float) -> np.ndarray:
+        q, v = states(t)
+        speeds = of_speeds(t, q, v)
+        return np.concatenate([speeds[: 3 * count], of_places(q, v), speeds[3 * count :]])
+
+    def one(i: int, t: float) -> float:
+        q, v = states(t)
+        if 3 * count <= i <= 4 * count:
+            return float(of_places(q, v)[i - 3 * count])
+        return float(of_speeds(t, q, v)[i if i < 3 * count else i - count - 1])
 
     times = gaps.turning.nodes(states, start, end)
     before = signs(times[0])
@@ -86,16 +98,10 @@ def first_stop(
         after = signs(right)
         crossed = np.flatnonzero((before > 0.0) & (after <= 0.0) & np.isfinite(before))
         # scipy's brentq wants the sign to differ strictly; zero itself is one of them.
-        found = [
-            (falling_root(partial(_entry, signs, i), left, right), i) for i in crossed.tolist()
-        ]
+        found = [(falling_root(partial(one, i), left, right), i) for i in crossed.tolist()]
         for t, i in sorted(found):
             lifted = count <= i < 2 * count
             if not (lifted and pushing(t)[i - count : i - count + 1].any()):
                 return t, 3 * count <= i <= 4 * count
         before = after
     return None
-
-
-def _entry(function: Callable[[float], np.ndarray], i: int, t: float) -> float:
-    return float(function(t)[i])

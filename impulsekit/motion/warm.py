@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..laws.compiled import Entry
-from ..scene import Scene
+from ..scene import Collision, Scene
 
 __all__ = ["compile_motion", "load_shared"]
 
@@ -14,6 +14,7 @@ def compile_motion(scene: Scene | None = None) -> None:
     Args:
         scene: what moves; None for all that any scene needs.
     """
+    from ..geometry.polyhedron import separate
     from ..laws.resting import find_forces
     from .chart import unrolled
     from .compiled_advance import advance
@@ -35,6 +36,8 @@ def compile_motion(scene: Scene | None = None) -> None:
             find_forces,
             pressed,
         ]
+    if scene is None or any(isinstance(entry, Collision) for entry in scene.contacts):
+        entries.append(separate)
     for entry in entries:
         entry.compile()
 
@@ -45,10 +48,11 @@ def load_shared() -> None:
     Else a number of calls that depends on the time they take would run as Python first, which
     rounds otherwise in the last place: no two motions would be the same to the last bit.
     """
+    from ..geometry.polyhedron import separate
     from ..laws.several import hit_contacts
     from .points import gaps_and_rates
     from .pressed import rows_and_bias
 
-    entries: list[Entry] = [hit_contacts, gaps_and_rates, rows_and_bias]
+    entries: list[Entry] = [hit_contacts, gaps_and_rates, rows_and_bias, separate]
     for entry in entries:
         entry.load()
