@@ -53,6 +53,22 @@ class ClosingContacts:
             np.minimum.at(found, gaps.entries, distances)
         return found
 
+    def nearest(
+        self, q: np.ndarray, v: np.ndarray, covariance: np.ndarray
+    ) -> tuple[float, float] | None:
+        """The least gap and its standard deviation, for a ``covariance`` (nv, nv) of q.
+
+        None without a contact whose gap changes with q.
+        """
+        gaps = self.gaps(q, v)
+        if not np.isfinite(gaps).any():
+            return None
+        rows, _ = self._jacobian(q, (int(np.argmin(gaps)),))
+        if not len(rows):
+            return None
+        normal = rows[2] if len(rows) >= 3 else rows[0]
+        return float(gaps.min()), float(np.sqrt(normal @ covariance @ normal))
+
     def of_jump(
         self,
         q: np.ndarray,

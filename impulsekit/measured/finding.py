@@ -15,7 +15,7 @@ from .flight import Flight
 from .found import FoundImpact, FoundImpacts
 from .kink import Kink, is_smooth, meeting_of
 from .recording import Recording
-from .segments import Segments, find_segments, flights_with_noise
+from .segments import MEDIAN_TO_SIGMA, Segments, find_segments, flights_with_noise
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -29,6 +29,11 @@ MOST_SAMPLES = 12
 FALSE_JUMP, FALSE_MEETING = 1e-4, 1e-5
 # Probability that noise alone leaves a flight's residuals as large: else it is no flight.
 FALSE_FLIGHT = 1e-4
+# Probability that noise alone puts the contact of an impact as far off the place where the other
+# impacts have it: flights that meet too deep or too high have more than one impact between them.
+FALSE_GAP = 1e-4
+# Fewer impacts do not tell where contacts are.
+FEWEST_GAPS = 8
 # Flights of no more samples may be pieces of a slide.
 SHORT = 4
 # Flights with more samples missing between them do not meet: something else lies there.
@@ -59,8 +64,9 @@ def find_impacts(
         near: contacts with a larger gap at the impact took no part [m].
 
     Returns:
-        The impacts with at least two samples of flight on both sides; phases without flight;
-        samples that stand apart.
+        The impacts with at least two samples of flight on both sides; phases without flight,
+        jumps among them whose contact is off where eight or more impacts have it (bounces between
+        samples); samples that stand apart.
 
     Raises:
         InputError: no recording, another robot, or samples too few to estimate their noise.
@@ -99,6 +105,13 @@ def find_impacts(
         own_impacts, own_phases = _of_recording(flight, closing, recording, cut, noise, near)
         impacts += own_impacts
         phases += own_phases
+    impacts, merged = _off_their_contacts(closing, impacts)
+    if merged:
+        notes.append(
+            f"{len(merged)} jumps lie off the floor of the other impacts: more than one impact "
+            "each, too close together for the samples; they count as phases without flight"
+        )
+        phases = sorted(phases + merged)
     if not impacts:
         notes.append("no impact with flight on both sides was found")
     far = sum(not each.contacts for each in impacts)
@@ -142,6 +155,34 @@ def _of_recording(
             continue
         impacts.append(_impact(closing, recording, kink, (len(before), len(after)), near))
     return impacts, phases
+
+
+def _off_their_contacts(
+    closing: ClosingContacts, impacts: list[FoundImpact]
+) -> tuple[list[FoundImpact], list[tuple[str, float, float]]]:
+    """The impacts, and phases in place of those whose contact is elsewhere than that of the others.
+
+    A bounce between samples, seen by none, bends both flights: they meet below the floor. Where
+    the floor is, and how much places of contacts vary, is taken from all impacts.
+    """
+    from scipy import stats
+
+    near = [each for each in impacts if each.contacts]
+    nv = len(impacts[0].v_before) if impacts else 0
+    found = [closing.nearest(i.q, i.v_before, i.covariance[:nv, :nv]) for i in near]
+    told = [(each, *gap) for each, gap in zip(near, found, strict=True) if gap is not None]
+    if len(told) < FEWEST_GAPS:
+        return impacts, []
+    gaps, sigmas = np.array([each[1:] for each in told]).T
+    middle = float(np.median(gaps))
+    spread = float(np.median(np.abs(gaps - middle))) / MEDIAN_TO_SIGMA
+    own = max(spread**2 - float(np.median(sigmas)) ** 2, 0.0)
+    far = np.abs(gaps - middle) > stats.norm.isf(0.5 * FALSE_GAP) * np.sqrt(own + sigmas**2)
+    lost = [each for (each, *_), off in zip(told, far.tolist(), strict=True) if off]
+    phases = [
+        (each.recording, each.time - each.time_sigma, each.time + each.time_sigma) for each in lost
+    ]
+    return [each for each in impacts if not any(each is other for other in lost)], phases
 
 
 def _meetings(

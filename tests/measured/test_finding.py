@@ -56,6 +56,24 @@ def test_contacts_noise_and_momentum(found):
     assert (balances > 0.05).mean() > 0.8 and len(impacts.balanced()) == len(impacts)
 
 
+def test_jumps_off_the_floor_of_the_other_impacts_are_phases(found):
+    scene, pairs, impacts = found
+    first, truth = pairs[0]
+    q = first.q.copy()
+    # As flights do that meet below the floor, with a bounce between samples.
+    q[:, 2] -= 0.002
+    low = Recording(scene.robot, first.t, q, name="low")
+    both = find_impacts([low, *(recording for recording, _ in pairs[1:])], scene, sigma=SIGMA)
+    others = [each.time for each in impacts.impacts if each.recording != "0"]
+    assert [each.time for each in both.impacts] == pytest.approx(others, abs=1e-4)
+    middles = [0.5 * (start + end) for name, start, end in both.phases if name == "low"]
+    for time in truth[truth < 0.82]:
+        assert np.abs(np.array(middles) - time).min() < 0.5 / 150
+    assert any("more than one impact" in note for note in both.notes)
+    alone = find_impacts(low, scene, sigma=SIGMA)
+    assert len(alone) == sum(each.recording == "0" for each in impacts.impacts)
+
+
 def test_a_jump_that_no_contact_explains_fails_the_balance(found):
     scene, _, _ = found
     recording, _ = bouncing_ball(scene, 0.4, 0.7, 150, 0.5, SIGMA, np.random.default_rng(1))
