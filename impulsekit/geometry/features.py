@@ -17,7 +17,16 @@ from .axes import cross
 from .lines import nearest_of_lines
 from .polyhedron import Polyhedron, separation
 
-__all__ = ["BESIDE", "CornerOnFace", "EdgesCross", "FeaturePoint", "beside", "touching_features"]
+__all__ = [
+    "BESIDE",
+    "CornerOnFace",
+    "EdgesCross",
+    "FeaturePoint",
+    "beside",
+    "borders_of",
+    "inside",
+    "touching_features",
+]
 
 # A corner beside a face, or a crossing beyond the end of an edge, by less than this [m] is on it.
 BESIDE = 1e-6
@@ -109,13 +118,23 @@ def touching_features(
 
 def beside(body: Polyhedron, face: int, point: np.ndarray) -> float:
     """How far a point of a face's plane is inside its boundary [m], negative outside."""
+    return inside(borders_of(body, face), point)
+
+
+def inside(borders: tuple[np.ndarray, np.ndarray], point: np.ndarray) -> float:
+    """As ``beside``, from the ``borders_of`` a face."""
+    inwards, corners = borders
+    return float(np.einsum("ij,ij->i", inwards, point - corners).min())
+
+
+def borders_of(body: Polyhedron, face: int) -> tuple[np.ndarray, np.ndarray]:
+    """Of a face's edges (k, 3) the directions inwards, along the face, and a corner of each."""
     corners = body.vertices[body.faces[face]]
-    ways = np.roll(corners, -1, axis=0) - corners
+    ways = np.concatenate([corners[1:], corners[:1]]) - corners
     ways /= np.sqrt(np.einsum("ij,ij->i", ways, ways))[:, None]
     # n × way points inwards.
     x, y, z = body.normals[face].tolist()
-    inwards = ways.dot(np.array(((0.0, z, -y), (-z, 0.0, x), (y, -x, 0.0))))
-    return float(np.einsum("ij,ij->i", inwards, point - corners).min())
+    return ways.dot(np.array(((0.0, z, -y), (-z, 0.0, x), (y, -x, 0.0)))), corners
 
 
 def _take(found: list[FeaturePoint], point: FeaturePoint, least: float, most: float) -> None:

@@ -17,13 +17,14 @@ accelerations of the material points with ω × e σ' of the way along the edge.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from .axes import contact_axes, cross
-from .features import CornerOnFace, EdgesCross, beside
+from .features import CornerOnFace, EdgesCross, borders_of, inside
 from .lines import nearest_of_lines
 from .polyhedron import Polyhedron
 
@@ -102,7 +103,11 @@ class HeldCorner:
 
     def inside(self, places: Places) -> float:
         """How far the corner is inside the face [m], negative beside it."""
-        return beside(self._ground, self._face, self._over(places))
+        return inside(self._borders, self._over(places))
+
+    @cached_property
+    def _borders(self) -> tuple[np.ndarray, np.ndarray]:
+        return borders_of(self._ground, self._face)
 
     def place(self, places: Places) -> tuple[np.ndarray, np.ndarray]:
         """(3,) the point and (3, 3) its axes t₁, t₂, n."""
