@@ -15,7 +15,7 @@ import pinocchio as pin
 
 from ..impact.laws.problem import Turning
 from ..impact.laws.turning import cones_of
-from ..laws.product_cones import find_cone_impulses
+from ..laws.product_cones import SMALL, find_cone_impulses
 from ..rows.pair import turning_rows
 from ..scene import Collision, Contact, Scene
 from ..scene.contacts import turns
@@ -194,17 +194,9 @@ class RollingRest:
                 ways[at + 2, 3 * i + 2] = -torsion[j] * s[0]
                 torsion[j] = 0.0
         points = np.array([i for _, _, i in owners], dtype=int)
-        cones = cones_of(friction, Turning(points, rolling, torsion), np.zeros(n))
         start = self._last if len(self._last) == len(free) else np.zeros(len(free))
-        found, residual, _ = find_cone_impulses(
-            np.ascontiguousarray(delassus.dot(ways)),
-            delassus.diagonal().copy(),
-            np.ascontiguousarray(free),
-            start,
-            cones,
-        )
-        if not residual <= BAR:
-            raise RestNotSolved(f"residual {residual:.1e}")
+        turning = Turning(points, rolling, torsion)
+        found = _least_moments(delassus, ways, free, friction, turning, start)
         forces = ways.dot(found)
         rates = free + delassus.dot(forces)
         resting.note(found[: 3 * n], rates[: 3 * n], slip[: 3 * n])
@@ -306,3 +298,46 @@ class RollingRest:
                 if torsion and contact.turns[k].spins is None:
                     chosen.append(3 * j + 2)
         return rows[chosen]
+
+
+def _least_moments(
+    delassus: np.ndarray,
+    ways: np.ndarray,
+    free: np.ndarray,
+    friction: np.ndarray,
+    turning: Turning,
+    start: np.ndarray,
+) -> np.ndarray:
+    """(3n + 3k,) forces and moments that obey the law, before ``ways``.
+
+    Where bodies keep from turning without moments there are none: a face that slides on several
+    points could share its load in many ways with them, each with a yaw of its own.
+
+    Raises:
+        RestNotSolved: there are none, or they were not found.
+    """
+    n = len(friction)
+    coupled = np.ascontiguousarray(delassus.dot(ways))
+    mobility, free = delassus.diagonal().copy(), np.ascontiguousarray(free)
+    none = np.zeros(len(turning.of))
+    held = np.concatenate([np.zeros(3 * n), _by_row(turning.rolling, turning.torsion)]) > 0.0
+    if held.any():
+        plain = cones_of(friction, Turning(turning.of, none, none), np.zeros(n))
+        without, residual, _ = find_cone_impulses(
+            coupled, mobility, free, np.where(held, 0.0, start), plain
+        )
+        if residual <= BAR:
+            unit = 1.0 / np.sqrt(np.maximum(mobility, 1e-300))
+            rates = np.abs(unit * (free + coupled.dot(without)))
+            if rates[held].max() <= SMALL * np.abs(unit * free).max():
+                return without
+    cones = cones_of(friction, turning, np.zeros(n))
+    found, residual, _ = find_cone_impulses(coupled, mobility, free, start, cones)
+    if not residual <= BAR:
+        raise RestNotSolved(f"residual {residual:.1e}")
+    return found
+
+
+def _by_row(rolling: np.ndarray, torsion: np.ndarray) -> np.ndarray:
+    """(3k,) how far each turning row reaches."""
+    return np.column_stack([rolling, rolling, torsion]).ravel()

@@ -140,3 +140,36 @@ def test_a_motion_comes_back_from_its_file(tmp_path):
     assert again.contacts["floor"].moment(0.1) == pytest.approx(
         motion.contacts["floor"].moment(0.1), rel=1e-9
     )
+
+
+BOX = """<robot name="box"><link name="box"><inertial><mass value="1"/><inertia ixx="0.0067"
+iyy="0.0067" izz="0.0067" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
+
+
+@pytest.mark.parametrize("spin", [0.0, 2.0])
+def test_a_box_that_slides_on_four_points_that_resist_turning(spin):
+    """Moments that nothing turns against do no work and share no load: it slides as without."""
+    box = ik.Robot.from_urdf(BOX, root="freeflyer")
+
+    def slid(**more):
+        feet = [
+            ik.Contact("box", at=[x, y, -0.1], friction=0.3, **more)
+            for x in (-0.1, 0.1)
+            for y in (-0.1, 0.1)
+        ]
+        scene = ik.Scene(box, contacts=feet, gravity=[0, 0, -G])
+        q = box.configuration(root_joint=[0, 0, 0.1, 0, 0, 0, 1])
+        v = box.velocity(root_joint=[0.6, 0.1, 0, 0, 0, spin])
+        return ik.simulate(scene, q, v, 0.4)
+
+    own, plain = slid(rolling=0.002), slid()
+    assert own.status is ik.MotionStatus.FINISHED
+    assert np.abs(own.q[-1] - plain.q[-1]).max() < 1e-8
+    if not spin:
+        way = (0.6**2 + 0.1**2) / (2 * 0.3 * G)
+        assert np.hypot(*own.q[-1][:2]) == pytest.approx(way, abs=1e-9)
+        assert np.abs(own.v[:, 3:]).max() < 1e-9
+        return
+    # Torsion takes torsion·m g from its spin: it turns less.
+    turned = [2 * np.arcsin(m.q[-1][5]) for m in (slid(torsion=0.02), plain)]
+    assert 0.0 < turned[0] < turned[1] - 1e-3
