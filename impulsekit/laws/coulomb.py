@@ -8,8 +8,9 @@ from __future__ import annotations
 import math
 
 from .compiled import compiled, entry
+from .pair import Pair, solve_pair
 from .progress import Block, Triple
-from .quartic import Pair, slides
+from .quartic import slides
 from .status import Status
 
 __all__ = [
@@ -176,7 +177,7 @@ def bounded_friction(block: Block, b1: float, b2: float, pn: float, mu: float) -
     if bound <= 0.0 or not trace > 0.0:
         return 0.0, 0.0
     if regular > NULL * t11 * t22:
-        p1, p2 = (t22 * r1 - t12 * r2) / regular, (t11 * r2 - t12 * r1) / regular
+        p1, p2 = solve_pair(t11, t12, t22, r1, r2)
     else:
         # Of rank one, and r in its range.
         p1, p2 = r1 / trace, r2 / trace
@@ -259,7 +260,7 @@ def stopping(
     det = s11 * s22 - s12 * s12
     exists = determined = True
     if det > REGULAR * t11 * t22 and det > 0.0:
-        p1, p2 = (s22 * r1 - s12 * r2) / det, (s11 * r2 - s12 * r1) / det
+        p1, p2 = solve_pair(s11, s12, s22, r1, r2)
     else:
         p1, p2, exists, determined = _stick_in_a_line(block, s11, s12, s22, r1, r2, scale)
     return (p1, p2, -(bn + n1 * p1 + n2 * p2) / nn), exists, determined

@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 
 from .compiled import compiled, entry
+from .pair import solve_pair
 from .progress import (
     COMPRESSING,
     FALLS,
@@ -288,7 +289,7 @@ def _holding(block: Block) -> tuple[float, float]:
     t11, t12, t22, n1, n2, _ = block
     det = t11 * t22 - t12 * t12
     if det > NULL * t11 * t22 and det > 0.0:
-        return (t12 * n2 - t22 * n1) / det, (t12 * n1 - t11 * n2) / det
+        return solve_pair(t11, t12, t22, -n1, -n2)
     # W_tt of rank one at most; w lies in its range, as W is semidefinite.
     trace = t11 + t22
     if not trace > 0.0:

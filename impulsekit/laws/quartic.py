@@ -12,11 +12,12 @@ from __future__ import annotations
 import math
 
 from .compiled import compiled
+from .pair import Pair
 from .progress import Block
 
 __all__ = ["Directions", "slides"]
 
-Pair = tuple[float, float]
+
 # How many directions of slip, and up to four of them.
 Directions = tuple[int, Pair, Pair, Pair, Pair]
 # q0 + q1 λ + q2 λ² + q3 λ³ + λ⁴, or a cubic with three entries that count.
