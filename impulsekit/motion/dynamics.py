@@ -239,6 +239,7 @@ class Dynamics:
         slip = jacobian.dot(v)
         delassus = left.T.dot(left)
         last = resting.last_forces(len(friction))
+        resting.size = float(np.abs(free[: 3 * len(friction)]).max(initial=0.0))
         if rolling is not None:
             contact_forces = rolling.forces(resting, delassus, free, slip)
         elif resting.slide():

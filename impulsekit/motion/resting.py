@@ -22,10 +22,10 @@ __all__ = ["Resting", "RestingContact"]
 NO_SLIP = 1e-9
 # The slip [m/s] of what has begun to slide.
 TINY = 1e-300
-# µ that holds whatever there is.
-HELD = 1e6
-# What is held by all that its static friction has, but for this part of it, tears off.
-TORN = 1e-9
+# What its static friction lets slip with more than this, against the accelerations without contact
+# forces, tears off: ten times what the law of rest may leave. From there on all of them tear off
+# that slip with half of it.
+TORN, WITH_IT = 1e-8, 0.5
 
 
 @dataclass(eq=False)
@@ -80,20 +80,22 @@ class Resting:
         grown: slip that began, and is slower than this [m/s], is opposed by friction along its
             acceleration: that is where it turns to, within a time of slip / (µ P_n / m). Steps
             are not held up by it. 0 where nobody watches for its end.
+        size: the largest acceleration of the contact points without contact forces at the last
+            evaluation [m/s²].
         negligible: accelerations that are nowhere above this are zero [m/s²]. Where all stands
             still without a force they are the squares of rounding, which contradict each other.
     """
 
     def __init__(self, scene: Scene) -> None:
         self.contacts: list[RestingContact] = []
-        self.slow, self.grown, self.negligible = NO_SLIP, 0.0, 0.0
+        self.slow, self.grown, self.negligible, self.size = NO_SLIP, 0.0, 0.0, 0.0
         self.forces = self.accelerations = self.slip = np.empty(0)
         self._last = np.empty(0)
         self._rolling = RollingRest(scene) if any(map(turns, scene.contacts)) else None
         # By contact, friction that is more than one number.
         friction = [getattr(entry, "friction", 0.0) for entry in scene.contacts]
         self._measured = {i: own for i, own in enumerate(friction) if not is_plain(own)}
-        self._keeps = self._holds = False
+        self._keeps = False
         self._kept: Sliding | None = None
 
     @property
@@ -129,12 +131,11 @@ class Resting:
         found: list[float] = []
         for contact in self.contacts:
             own = self._measured.get(contact.entry)
-            held = HELD if own is not None and self._holds else contact.friction
             for k in range(contact.count):
                 slides = k < len(contact.slides) and contact.slides[k] is not None
                 # The least speed there is: what slides has its kinetic friction.
                 moved = own is not None and slides
-                found.append(max(friction_at(own, TINY), TINY) if moved else held)
+                found.append(max(friction_at(own, TINY), TINY) if moved else contact.friction)
         return np.array(found)
 
     @property
@@ -147,33 +148,34 @@ class Resting:
 
     @contextmanager
     def held(self) -> Iterator[None]:
-        """Within it points with a static friction of their own are held by whatever it takes.
+        """Within it forces are found anew each time.
 
-        Forces are found anew each time: shares of redundant points must not depend on what was
-        asked before.
+        Shares of redundant points must not depend on what was asked before.
         """
         last, self._last = self._last, np.empty(0)
-        self._holds = True
         try:
             yield
         finally:
-            self._holds, self._last = False, last
+            self._last = last
 
     def left_to_tear(self, *, tear: bool = False) -> np.ndarray:
-        """(n,) µ P_n − |P_t| of points that are ``held``, by the last evaluation [N].
+        """(n,) what is left until static friction lets points slip, by the last evaluation [m/s²].
 
-        Infinity for all others. ``tear``: those with nothing left begin to slide.
+        Points hold as long as they can together, however they share the load: one of several at
+        the edge of its own cone does not slip. Infinity for all others. ``tear``: those that slip
+        begin to slide.
         """
         found: list[float] = []
-        forces = self.forces.reshape(-1, 3)
+        forces, rates = self.forces.reshape(-1, 3), self.accelerations.reshape(-1, 3)
+        bar = TORN * self.size
         for contact in self.contacts:
             for k in range(contact.count):
                 own = np.inf
                 if contact.entry in self._measured and contact.slides[k] is None:
-                    force = forces[len(found)]
+                    force, rate = forces[len(found)], rates[len(found)]
+                    own = bar - float(np.hypot(rate[0], rate[1]))
                     across = float(np.hypot(force[0], force[1]))
-                    own = contact.friction * float(force[2]) - across
-                    if tear and across and own <= TORN * across:
+                    if tear and across and own <= (1.0 - WITH_IT) * bar:
                         contact.slides[k], contact.begins[k] = -force[:2] / across, True
                 found.append(own)
         return np.array(found)

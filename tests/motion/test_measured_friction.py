@@ -72,3 +72,26 @@ def test_friction_that_is_none_without_slip(friction):
     push = ik.AppliedForce("block", linear=[3.0, 0, 0])
     pushed = slid(friction, np.zeros(6), 0.3, forces=[push])
     assert pushed.v[-1][0] == pytest.approx(3.0 / G * (1 - np.exp(-0.5 * G * 0.3)), abs=1e-7)
+
+
+def test_a_box_on_four_points_holds_until_all_of_them_together_cannot():
+    """A pull through its centre loads the front points more: none of them slips by itself."""
+    box = ik.Robot.from_urdf(
+        '<robot name="box"><link name="box"><inertial><mass value="1"/><inertia ixx="0.0067" '
+        'iyy="0.0067" izz="0.0067" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>',
+        root="freeflyer",
+    )
+    feet = [
+        ik.Contact("box", at=[x, y, -0.1], friction=(0.5, 0.3))
+        for x in (-0.1, 0.1)
+        for y in (-0.1, 0.1)
+    ]
+    pull = ik.AppliedForce("box", linear=lambda t: (6.0 * np.sin(8.0 * t), 0, 0))
+    g = np.array([0.9, 0.0, -9.7])
+    scene = ik.Scene(box, contacts=feet, forces=[pull], gravity=g)
+    q = box.configuration(root_joint=[0, 0, 0.1, 0, 0, 0, 1])
+    motion = ik.simulate(scene, q, box.velocity(), 0.1)
+    begin = np.arcsin((0.5 * 9.7 - 0.9) / 6.0) / 8.0
+    speed = (0.9 - 0.3 * 9.7) * (0.1 - begin) + 0.75 * (np.cos(8.0 * begin) - np.cos(0.8))
+    assert motion.v[-1][0] == pytest.approx(speed, abs=1e-7)
+    assert np.abs(motion.v[-1][1:]).max() < 1e-9
