@@ -39,8 +39,8 @@ def measured(count: int, rng: np.random.Generator) -> list[Measurement]:
 
 
 def main() -> None:
-    seen = measured(120, np.random.default_rng(0))
-    found = compare_laws(seen, LAWS, restitution=["tip"], friction=["tip"])
+    seen = measured(60, np.random.default_rng(0))
+    found = compare_laws(seen, LAWS, restitution=["tip"], friction=["tip"], folds=3)
     print(found.report(), end="")
 
 

@@ -40,6 +40,8 @@ __all__ = ["INERTIA_PARAMETERS", "Fit", "Measurement", "fit_impacts"]
 
 # Weights and values follow from each other in so many rounds at most, or until values settle.
 MOST_ROUNDS, SETTLED = 12, 1e-6
+# Steps of the least squares in a round.
+FEW_STEPS = 3
 # Frictions from which a fit starts as well: dry contacts have 0.1 to 1. A third apart, since
 # above the friction of the fastest slip every contact sticks, and below it all may slide.
 FRICTIONS = tuple(0.02 * 1.36**k for k in range(15))
@@ -168,7 +170,8 @@ class _Problem:
         for turn in range(rounds):
             # Weights that leave out what is far off need a fit that is near already.
             kind = "huber" if robust == "biweight" and turn < 2 else robust
-            found = self._least_squares(start)
+            # Weights change the sum: it is not worth its exact minimum before they have settled.
+            found = self._least_squares(start, FEW_STEPS if rounds > 1 else None)
             moved = np.abs(found.x - start) > SETTLED * np.maximum(np.abs(found.x), 1e-3)
             start = found.x
             if turn + 1 == rounds or (turn > 2 and not moved.any()):
@@ -181,7 +184,7 @@ class _Problem:
                 residual = self._both(start)[0]
                 self._factors = np.sqrt(block_weights(kind, self._blocks_of(residual)))
             self._last = None
-        return self._result(found, robust)
+        return self._result(self._least_squares(start) if rounds > 1 else found, robust)
 
     def _carry_noise(self, x: np.ndarray) -> None:
         """Whiten residuals v⁺ − f(q, v⁻) by the noise of all three, f linear about what was seen.
@@ -207,7 +210,7 @@ class _Problem:
         """Rows by measurement."""
         return np.split(rows, np.cumsum([len(after) for after in self._after])[:-1])
 
-    def _least_squares(self, first: np.ndarray) -> Any:
+    def _least_squares(self, first: np.ndarray, steps: int | None = None) -> Any:
         from scipy.optimize import least_squares
 
         size = np.maximum(np.abs(self._start), 1e-3)
@@ -229,6 +232,7 @@ class _Problem:
                 xtol=1e-12,
                 ftol=1e-12,
                 gtol=1e-12,
+                max_nfev=steps,
             )
 
         found = from_start(inside)

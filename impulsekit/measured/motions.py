@@ -30,7 +30,7 @@ FEWEST_RECORDINGS = 8
 # than to a share of itself.
 WIDENED, LEAST_SHARE = 1.2, 0.12
 # Of the first box: an interval that is wider leaves a parameter weakly determined.
-WEAK = 0.3
+WEAK = 0.1
 
 
 @dataclass(frozen=True, eq=False, repr=False)

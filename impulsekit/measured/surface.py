@@ -72,12 +72,17 @@ def least_of(
         bounds=(bounds, np.inf),
     ).x
 
-    def value(x: np.ndarray) -> float:
-        products = [x[i] * x[j] for i, j in pairs]
-        return float(found @ np.concatenate([[1.0], x, products]))
+    slope, curvature = found[1 : 1 + count], np.zeros((count, count))
+    for (i, j), own in zip(pairs, found[1 + count :], strict=True):
+        curvature[i, j] += own
+        curvature[j, i] += own
+
+    def value(x: np.ndarray) -> tuple[float, np.ndarray]:
+        bent = curvature @ x
+        return float(x @ (slope + 0.5 * bent)), slope + bent
 
     starts = [unit[int(np.argmin(losses))], np.zeros(count)]
-    ends = [minimize(value, start, bounds=[(-1.0, 1.0)] * count) for start in starts]
+    ends = [minimize(value, start, jac=True, bounds=[(-1.0, 1.0)] * count) for start in starts]
     best = min(ends, key=lambda end: end.fun).x
     return np.asarray(low + 0.5 * (best + 1.0) * (high - low))
 

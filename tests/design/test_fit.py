@@ -93,7 +93,7 @@ def test_intervals_cover_as_they_say(told):
     scene, throws = thrown(0.55, 0.25, count=3)
     truth, _ = thrown(0.6, 0.3)
     rng = np.random.default_rng(42)
-    runs = 1000 if told else 400
+    runs = 200 if told else 120
     covered = np.zeros(2)
     after = [ik.solve(truth, q, v).v_after for q, v in throws]
     for _ in range(runs):
@@ -103,7 +103,7 @@ def test_intervals_cover_as_they_say(told):
         ]
         low, high = fit(noisy).intervals(0.95).T
         covered += (low <= [0.6, 0.3]) & (high >= [0.6, 0.3])
-    assert ((covered / runs >= 0.90) & (covered / runs <= 0.98)).all()
+    assert ((covered / runs >= 0.90) & (covered / runs <= 0.99)).all()
 
 
 def test_what_cannot_be_fitted_is_said():
@@ -221,7 +221,7 @@ def noisy_impacts(rng, truth, scene, throws, outliers=0):
 def test_errors_in_variables_and_outliers_are_covered(outliers):
     truth, _ = thrown(0.6, 0.25)
     robust = "biweight" if outliers else "none"
-    covered, drawn, runs = np.zeros(2), np.zeros(2), 8
+    covered, drawn, runs = np.zeros(2), np.zeros(2), 5
     for seed in range(runs):
         scene, throws = thrown(0.5, 0.3, count=12, seed=seed)
         seen = noisy_impacts(np.random.default_rng(seed), truth, scene, throws, outliers)
@@ -233,7 +233,7 @@ def test_errors_in_variables_and_outliers_are_covered(outliers):
             (drawn, np.percentile(found.resampled(200), [2.5, 97.5], axis=0)),
         ):
             count += (low <= [0.6, 0.25]) & (high >= [0.6, 0.25])
-    assert (covered >= 0.75 * runs).all()
+    assert (covered >= 0.8 * runs).all()
     assert (drawn >= 0.6 * runs).all()
 
 

@@ -17,14 +17,18 @@ def ball_scene(e=0.6, mu=0.2):
 
 
 def bounce(height, e, times, speed=0.0):
-    """Heights of a point above a floor at 0, dropped from a height, and when it bounces."""
+    """Heights of a point above a floor at 0, dropped from a height, and when it bounces.
+
+    ``e``: a number, or a function of the speed.
+    """
     start, z, v, found, bounces = 0.0, height, speed, np.empty(len(times)), []
     for k, t in enumerate(times):
         while True:
             fall = (v + np.sqrt(v * v + 2 * G * z)) / G
             if t - start <= fall or (z == 0.0 and fall < 1e-4):
                 break
-            start, z, v = start + fall, 0.0, e * (G * fall - v)
+            down = G * fall - v
+            start, z, v = start + fall, 0.0, (e(down) if callable(e) else e) * down
             bounces.append(start)
         late = t - start
         found[k] = 0.0 if z == 0.0 and fall < 1e-4 else z + v * late - 0.5 * G * late**2

@@ -102,6 +102,39 @@ def test_what_motions_do_not_tell_is_said(balls):
         fit_motion(recordings, scene, friction=["floor"], held_out=1.0)
 
 
+def test_whole_motions_tell_e_by_speed():
+    scene, rng = ball_scene(mu=0.0), np.random.default_rng(1)
+    table = ik.RestitutionTable([1.0, 3.0], [0.3, 0.3])
+    floor = replace(scene.contacts[0], restitution=table)
+    scene = ik.Scene(scene.robot, contacts=[floor], gravity=scene.gravity)
+
+    def e(speed):
+        return 0.6 - 0.1 * (np.clip(speed, 1.0, 3.0) - 1.0)
+
+    # Up to the second bounce.
+    seen = [
+        bouncing_ball(scene, h, e, 200, 2.0 * np.sqrt(2 * h / G), 0.1 * SIGMA, rng)[0]
+        for h in np.linspace(0.06, 0.5, 8)
+    ]
+    found = fit_motion(seen, scene, restitution=["floor"], held_out=0.0, processes=1)
+    assert found.names == ("floor: restitution at 1 m/s", "floor: restitution at 3 m/s")
+    assert found["floor: restitution at 1 m/s"] == pytest.approx(0.6, abs=0.05)
+    assert found["floor: restitution at 3 m/s"] == pytest.approx(0.4, abs=0.01)
+    low, high = found.intervals().T
+    assert (low < [0.6, 0.4]).all() and (high > [0.6, 0.4]).all()
+    fitted = found.scene.contacts[0].restitution
+    assert fitted.values == pytest.approx(found.values)
+
+
+def test_a_friction_that_is_no_number_is_refused():
+    scene = ball_scene()
+    floor = replace(scene.contacts[0], friction=ik.FrictionTable([0.0, 1.0], [0.3, 0.2]))
+    scene = ik.Scene(scene.robot, contacts=[floor], gravity=scene.gravity)
+    seen = [bouncing_ball(scene, 0.3, 0.6, 150, 0.3)[0]] * 8
+    with pytest.raises(InputError, match="floor has no friction that is a number"):
+        fit_motion(seen, scene, friction=["floor"], processes=1)
+
+
 def test_the_least_point_of_a_loss_of_the_form_of_a_mean_distance():
     low, high = np.array([-1.0, 0.0]), np.array([2.0, 4.0])
     points = design_points(low, high, 12, 0)
