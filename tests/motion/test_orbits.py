@@ -145,8 +145,8 @@ def test_compass_gait():
         off = turn_by_hand(x)[0] - x
         slope = differences(lambda y: turn_by_hand(y)[0], x)
         x = x + np.linalg.solve(np.eye(3) - slope, off)
-    np.testing.assert_allclose(orbit.x, x, atol=1e-9)
-    assert orbit.period == pytest.approx(turn_by_hand(x)[1], abs=1e-9)
+    np.testing.assert_allclose(orbit.x, x, atol=1e-11)
+    assert orbit.period == pytest.approx(turn_by_hand(x)[1], abs=1e-11)
     # As published: 0.734 s.
     assert round(orbit.period, 3) == 0.734
     right = np.linalg.eigvals(differences(lambda y: turn_by_hand(y)[0], x))
