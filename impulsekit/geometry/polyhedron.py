@@ -94,7 +94,7 @@ def separation(a: Polyhedron, b: Polyhedron) -> tuple[float, np.ndarray]:
     here = np.zeros((4, 3))
     here[:3] = np.eye(3)
     gap, *normal = separate(Hull.of(a), here, Hull.of(b), here)
-    return gap, np.array(normal)
+    return float(gap), np.array(normal)
 
 
 def separation_at(
@@ -105,7 +105,7 @@ def separation_at(
     places[0, :3], places[1, :3] = place_a.rotation.T, place_b.rotation.T
     places[0, 3] = place_a.translation - place_b.translation
     gap, *normal = separate(Hull.of(a), places[0], Hull.of(b), places[1])
-    return gap, np.array(normal)
+    return float(gap), np.array(normal)
 
 
 class Hull(NamedTuple):
@@ -144,7 +144,8 @@ def separate(
         axes = hull.axes.dot(place[:3])
         for k in range(len(axes)):
             above, below = _between(one, two, axes[k])
-            if max(above, below) > best:
+            # What is not a number has to show.
+            if not max(above, below) <= best:
                 best, found, sign = max(above, below), axes[k], 1.0 if above >= below else -1.0
     gap, of_edges = best, -math.inf
     first, second = a.directions.dot(place_a[:3]), b.directions.dot(place_b[:3])

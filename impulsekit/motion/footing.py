@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from copy import copy
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -67,8 +68,10 @@ class Footing:
 
 
 def _copied(contact: RestingContact) -> RestingContact:
-    turns = [turn.copied() for turn in contact.turns]
-    return replace(contact, slides=list(contact.slides), begins=list(contact.begins), turns=turns)
+    own = copy(contact)
+    own.slides, own.begins = list(contact.slides), list(contact.begins)
+    own.turns = [turn.copied() for turn in contact.turns]
+    return own
 
 
 NOTHING = Footing()
