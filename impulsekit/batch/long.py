@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 __all__ = ["LongTree", "long_chain", "long_tree"]
 
+# By how much a quaternion's length may differ from 1.
+UNIT = 1e-6
 _KINDS = {
     "revolute": layout.ANGLE,
     "prismatic": layout.SLIDE,
@@ -150,7 +152,7 @@ class LongTree:
             bodies = np.flatnonzero(table[1:, 1] == kind) + 1
             units = q[table[bodies, 2][:, None] + skip + np.arange(size)]
             lengths = np.sqrt((units**2).sum(axis=1))
-            wrong = np.flatnonzero(np.abs(lengths - 1.0) > 1e-6)
+            wrong = np.flatnonzero(np.abs(lengths - 1.0) > UNIT)
             if wrong.size:
                 raise StateError(
                     f"configuration q: the unit vector of body {bodies[wrong[0]]} has length "

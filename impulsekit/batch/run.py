@@ -135,15 +135,15 @@ class BatchRun:
         work = np.empty(self._moving.at.end * lanes.width + spare, self._dtype)
         shift = -(work.ctypes.data // self._dtype.itemsize) % spare
         solve_blocks(
-            Span(begin, end, self._states),
+            Span(begin, end, self._states, np.empty(lanes.width, np.int8)),
             self._moving,
             self._touch,
             self._meet,
             self._law,
+            1 if self._law is None else None,
             self._inputs,
             self._outputs,
             work[shift:],
-            np.empty(lanes.width, np.int8),
             lanes,
         )
         with self._lock:

@@ -13,6 +13,8 @@ from ..scene.numbers import number
 
 __all__ = ["Curve", "Hertz", "HuntCrossley", "MeasuredCurve", "PowerCurve"]
 
+# Forces that differ by less are one.
+SAME = 1e-9
 # Of doubles.
 EPSILON = 2.0**-52
 
@@ -286,7 +288,7 @@ class MeasuredCurve:
 
 def _time_on_spring(f: float, g: float, v: float, w: float, slope: float, mass: float) -> float:
     """The time from force f and speed v to g and w, where force grows by ``slope`` [s]."""
-    if abs(g - f) <= 1e-9 * max(f, g):
+    if abs(g - f) <= SAME * max(f, g):
         return 2.0 * mass * (v - w) / (f + g)
     rate = math.sqrt(abs(slope) / mass)
     if slope > 0.0:

@@ -16,6 +16,7 @@ from ..impact import Impact
 from ..impact.joint_loads import JointLoad
 from ..impact.named import ByName
 from ..scene.contacts import turns
+from ..tolerances import NONZERO
 from .curves import Curve, Hertz, HuntCrossley, PowerCurve
 from .phases import Elastic, Phases, Sample, phases_of
 from .viscous import Viscous
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
 
 __all__ = ["ForceHistory", "checked_curve", "force_history", "way_of"]
 
+# A time behind the end by this share of the whole is the end; what a time may be off by, absolute
+# and relative.
+BEHIND, XTOL, RTOL = 1e-12, 1e-15, 1e-14
 # An imposed constraint whose rows jump by more than this share of the velocities acts as a blow.
 IMPOSED = 1e-9
 
@@ -176,7 +180,7 @@ class ForceHistory(OneLine):
         Raises:
             RangeError: not within the contact.
         """
-        if not 0.0 <= t <= self.duration * (1.0 + 1e-12):
+        if not 0.0 <= t <= self.duration * (1.0 + BEHIND):
             raise RangeError.of("t", t, f"0 to {self.duration:.6g} s, the duration")
         from scipy.optimize import brentq
 
@@ -184,7 +188,7 @@ class ForceHistory(OneLine):
             return self._way.at(0.0)
         if t >= self.duration:
             return self._way.at(2.0)
-        place = brentq(lambda x: self._way.at(x).time - t, 0.0, 2.0, xtol=1e-15, rtol=1e-14)
+        place = brentq(lambda x: self._way.at(x).time - t, 0.0, 2.0, xtol=XTOL, rtol=RTOL)
         return self._way.at(float(place))
 
     def force_at(self, t: ArrayLike) -> np.ndarray:
@@ -278,7 +282,7 @@ def _only_contact(impact: Impact, contact: str | int | None) -> tuple[int, int]:
         jump = max(
             float(np.abs(c.velocity_after - c.velocity_before).max()) for c in impact.constraints
         )
-        if jump > IMPOSED * max(float(np.abs(impact.v_before).max()), 1e-300):
+        if jump > IMPOSED * max(float(np.abs(impact.v_before).max()), NONZERO):
             raise InputError(
                 "force_history: a constraint is imposed at the same instant; how long that takes "
                 "is not known, so solve it apart from the contact"

@@ -18,6 +18,8 @@ from ..errors import InputError
 
 __all__ = ["Elastic", "Phases", "Sample", "phases_of"]
 
+# Energy that comes back beyond what was spent, by rounding.
+GAINED = 1e-9
 # A share of the impulse or work below this is rounding.
 ROUNDING = 1e-13
 
@@ -70,7 +72,7 @@ def phases_of(impulse: float, before: float, after: float, work: float, where: s
     if impulse - pressed <= ROUNDING * impulse or separation == 0.0:
         return Phases(approach, 0.0, impulse / approach, 0.0)
     found = Phases(approach, separation, pressed / approach, (impulse - pressed) / separation)
-    if not pressed > 0.0 or found.regained > found.spent * (1.0 + 1e-9):
+    if not pressed > 0.0 or found.regained > found.spent * (1.0 + GAINED):
         raise InputError(
             f"{where}: its normal impulse gives back more work ({found.regained:.6g} J) than the "
             f"compression took ({found.spent:.6g} J), which no force by indentation does; use "

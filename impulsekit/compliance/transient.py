@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 __all__ = ["TransientContact", "transient_contact"]
 
+# Speeds that differ by less are one.
+SAME = 1e-12
 # Speeds below this have no direction [m/s].
 STILL = 1e-12
 
@@ -206,4 +208,4 @@ def _fastest_link(robot: Robot, q: np.ndarray, v: np.ndarray) -> str:
     if not speeds:
         raise InputError("transient_contact: the robot has no moving link")
     most = max(speeds.values())
-    return next(name for name, speed in speeds.items() if speed >= most * (1.0 - 1e-12))
+    return next(name for name, speed in speeds.items() if speed >= most * (1.0 - SAME))

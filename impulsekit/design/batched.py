@@ -11,6 +11,7 @@ from ..batch.solve import solve_batch
 from ..errors import InputError
 from ..impact.solver import solve_without_warnings
 from ..scene import Scene
+from ..tolerances import NONZERO
 from .measurement import Measurement
 from .parameters import Parameter, changed_scene, scene_of
 
@@ -84,7 +85,7 @@ class BatchedImpacts:
             columns.append([(b - a) / (high[i] - low[i]) for a, b in pairs])
         for k, own in enumerate(after):
             slopes = np.array([column[k] for column in columns]).T
-            slopes[np.abs(slopes) < NO_SLOPE * max(float(np.abs(own).max()), 1e-300)] = 0.0
+            slopes[np.abs(slopes) < NO_SLOPE * max(float(np.abs(own).max()), NONZERO)] = 0.0
             yield own, slopes
 
 

@@ -22,6 +22,7 @@ from ..errors import (
 from ..impact.derivatives import derivatives
 from ..impact.solver import solve_without_warnings
 from ..scene import Scene
+from ..tolerances import NONZERO
 from .batched import BatchedImpacts, is_batch
 from .doubts import (
     bounds_reached,
@@ -365,7 +366,7 @@ def _checked_covariance(m: Measurement, index: int, nv: int) -> np.ndarray | Non
 def _covariance(jacobian: np.ndarray) -> np.ndarray:
     """(JᵀJ)⁻¹, with infinite variance for what is not seen."""
     _, values, ways = np.linalg.svd(jacobian, full_matrices=False)
-    seen = values > UNSEEN * max(values[0], 1e-300)
+    seen = values > UNSEEN * max(values[0], NONZERO)
     covariance = (ways[seen].T / values[seen] ** 2) @ ways[seen]
     blind = (ways[~seen] ** 2).sum(axis=0) > 1e-6
     covariance[blind, blind] = np.inf

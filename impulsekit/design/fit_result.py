@@ -8,6 +8,7 @@ import numpy as np
 
 from ..display import Displayed, one_line
 from ..errors import RangeError, UnknownNameError
+from ..tolerances import NONZERO
 
 __all__ = ["UNSEEN", "Fit"]
 
@@ -118,7 +119,7 @@ class Fit(Displayed):
         for k in range(count):
             chosen = rng.integers(len(normals), size=len(normals))
             normal, score = normals[chosen].sum(axis=0), scores[chosen].sum(axis=0)
-            size = np.sqrt(np.maximum(np.diagonal(normal), 1e-300))
+            size = np.sqrt(np.maximum(np.diagonal(normal), NONZERO))
             inverse = np.linalg.pinv(normal / np.outer(size, size), rcond=UNSEEN, hermitian=True)
             found[k] = self.values - (inverse @ (score / size)) / size
         return np.clip(found, self.bounds[:, 0], self.bounds[:, 1])

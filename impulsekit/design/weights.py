@@ -6,6 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..tolerances import NONZERO
+
 __all__ = ["ROBUST", "block_weights", "whitening"]
 
 # Ways to weigh measurements that are off the others.
@@ -39,5 +41,5 @@ def block_weights(kind: str, blocks: Sequence[np.ndarray]) -> np.ndarray:
     excess = np.maximum(sizes / typical - 1.0, 0.0)
     spread = max(1.4826 * float(np.median(np.abs(sizes / typical - 1.0))), 1e-6)
     if kind == "huber":
-        return np.minimum(1.0, HUBER * spread / np.maximum(excess, 1e-300))
+        return np.minimum(1.0, HUBER * spread / np.maximum(excess, NONZERO))
     return np.asarray(np.clip(1.0 - (excess / (BIWEIGHT * spread)) ** 2, 0.0, 1.0) ** 2)

@@ -21,6 +21,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..robot import Robot
+from ..tolerances import NONZERO
 from .convex import Convex, HalfSpace, convex_of
 from .features import CornerOnFace, EdgesCross, touching_features
 from .pairs import ConvexPair, has_closed_form
@@ -38,6 +39,10 @@ __all__ = [
     "solids_of",
 ]
 
+# A normal is of length 1, and along another, to so much.
+UNIT = 1e-6
+# Points of a patch that are nearer than this are one [m].
+PATCH = 1e-6
 # Where two shapes just touch, the direction between them is lost in rounding. The first
 # is moved apart by this much [m] along the direction found, and the two are asked again.
 APART = 1e-3
@@ -225,7 +230,7 @@ def _gap(
     if not _is_told(gap, normal):
         # coal lost its way, as it does where shapes touch: from some way off it sees more.
         normal = placement_b.translation - placement_a.translation
-        normal /= max(float(np.linalg.norm(normal)), 1e-300)
+        normal /= max(float(np.linalg.norm(normal)), NONZERO)
     elif abs(gap) > WELL_APART / 2:
         return gap, normal
     for _ in range(2):
@@ -235,14 +240,14 @@ def _gap(
         if not _is_told(further, turned):
             break
         gap = further - WELL_APART * float(normal.dot(turned))
-        if np.abs(turned - normal).max() < 1e-6:
+        if np.abs(turned - normal).max() < UNIT:
             break
         normal = turned
     return gap, normal
 
 
 def _is_told(gap: float, normal: np.ndarray) -> bool:
-    return abs(gap) < NONSENSE and abs(normal.dot(normal) - 1.0) < 1e-6
+    return abs(gap) < NONSENSE and abs(normal.dot(normal) - 1.0) < UNIT
 
 
 def _distance(
@@ -334,7 +339,7 @@ def _patch(
     request = coal.ContactPatchRequest()
     request.setNumSamplesCurvedShapes(RIM_POINTS)
     # Faces are flat against each other within this much [m].
-    request.setPatchTolerance(1e-6)
+    request.setPatchTolerance(PATCH)
     result = coal.ContactPatchResult(request)
     coal.computeContactPatch(shape_a, a, shape_b, b, hits, request, result)
     if result.numContactPatches() == 0:

@@ -24,6 +24,8 @@ from .polyhedron import Polyhedron
 
 __all__ = ["Convex", "HalfSpace", "convex_of"]
 
+# Heights that differ by less than this share of the highest are one.
+LEVEL = 1e-12
 _NONE = np.empty((0, 3))
 _X, _Z = np.eye(3)[[0, 2]]
 
@@ -130,7 +132,7 @@ class Convex:
             for centre, r in zip(self.centres, self.radii, strict=True):
                 found.append((float(centre.dot(direction)) + r * sine, centre + r * out))
         top = max(height for height, _ in found)
-        size = 1e-12 * max(1e-3, abs(top))
+        size = LEVEL * max(1e-3, abs(top))
         best = [p for height, p in found if height >= top - size]
         return np.mean(best, axis=0) + self.radius * direction
 

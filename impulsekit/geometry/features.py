@@ -28,6 +28,8 @@ __all__ = [
     "touching_features",
 ]
 
+# Faces that look one way to so much are one.
+ALIKE = 1e-6
 # A corner beside a face, or a crossing beyond the end of an edge, by less than this [m] is on it.
 BESIDE = 1e-6
 # Points nearer to each other than this are one [m].
@@ -149,7 +151,7 @@ def _corners_on_faces(
     side: int, own: Polyhedron, corners: np.ndarray, ground: Polyhedron, towards: np.ndarray
 ) -> Iterator[FeaturePoint]:
     looks = ground.normals.dot(towards)
-    facing = np.flatnonzero(looks > max(FACES_NORMAL, float(looks.max()) - 1e-6))
+    facing = np.flatnonzero(looks > max(FACES_NORMAL, float(looks.max()) - ALIKE))
     if not facing.size:
         return
     for corner in corners.tolist():

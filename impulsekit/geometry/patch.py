@@ -28,6 +28,8 @@ from .convex import Convex, HalfSpace
 
 __all__ = ["touching_patch"]
 
+# What is cut off by less than this share is cut off by rounding.
+SLIVER = 1e-6
 # Points nearer to each other than this are one [m].
 ONE_POINT = 3e-6
 # What misses the other shape by less than this [m] is on it.
@@ -184,7 +186,7 @@ def _polygon(
     level = float(np.mean(levels)) - float(slope.dot(middle))
     # Its edges lie in the face, whichever is the first of the shape.
     inside = shape.ways - np.outer(shape.ways.dot(way), way)
-    lies = np.flatnonzero(np.linalg.norm(inside, axis=1) > 1.0 - 1e-6)
+    lies = np.flatnonzero(np.linalg.norm(inside, axis=1) > 1.0 - SLIVER)
     across = shape.ways[lies[0]] if len(lies) else shape.across
     return _Part(spots[order], 0.0, level, slope, around, frame.dot(across))
 
@@ -342,7 +344,7 @@ def _arcs(disc: _Part, area: _Part) -> list[np.ndarray]:
         return [_on_rim(middle, r, first + k * FULL / RIM_POINTS) for k in range(RIM_POINTS)]
     ends: list[np.ndarray] = []
     for start, length in _kept(cuts):
-        pieces = max(int(np.ceil(length / (FULL / RIM_POINTS) - 1e-6)), 1)
+        pieces = max(int(np.ceil(length / (FULL / RIM_POINTS) - SLIVER)), 1)
         ends += [_on_rim(middle, r, start + k * length / pieces) for k in range(pieces + 1)]
     return ends
 

@@ -23,8 +23,14 @@ from typing import Any
 
 import numpy as np
 
+from ..tolerances import NONZERO
+
 __all__ = ["along_circles", "cone_sides", "of_circle_and_points", "of_circles_and_lines"]
 
+# Where a search has come to an end, relative; a vector and a thickness that are none.
+ARRIVED, SHORT, THIN = 1e-15, 1e-15, 1e-12
+# A way, and curvatures, that are none.
+LEVEL = 1e-9
 # Steps at most: nearly all take less than ten, and halving alone some fifty.
 STEPS = 64
 # Two circles grow to this part of their radii, with so many steps at most for each.
@@ -66,7 +72,7 @@ def of_circles_and_lines(
     along = sine <= TINY
     # Seen along its axis the circle is one; any direction will do.
     u = np.where(along[:, None], away, u)
-    u /= np.maximum(np.linalg.norm(u, axis=1), 1e-300)[:, None]
+    u /= np.maximum(np.linalg.norm(u, axis=1), NONZERO)[:, None]
     w = np.cross(ways, u)
     x, y = np.einsum("ij,ij->i", away, u), np.einsum("ij,ij->i", away, w)
     b = np.where(along, 1.0, cosine) * r
@@ -85,7 +91,7 @@ def _nearest_tangent(
     for _ in range(STEPS):
         sin, cos = np.sin(psi), np.cos(psi)
         square = a * a * cos * cos + b * b * sin * sin
-        h = np.sqrt(np.maximum(square, 1e-300))
+        h = np.sqrt(np.maximum(square, NONZERO))
         slope = -x * sin + y * cos + more * sin * cos / h
         bend = (
             -x * cos
@@ -98,7 +104,7 @@ def _nearest_tangent(
             step = psi - slope / bend
         good = (bend < 0.0) & (step > low) & (step < high)
         following = np.where(good, step, 0.5 * (low + high))
-        still = bool((np.abs(following - psi) <= 1e-15 * psi).all())
+        still = bool((np.abs(following - psi) <= ARRIVED * psi).all())
         psi = following
         if still:
             break
@@ -116,7 +122,7 @@ def along_circles(
         a1, a2: (3,) the axes of all first and of all second ones.
     """
     size = np.sqrt(np.einsum("ij,ij->i", between, between))[:, None]
-    n = np.where(size > 0.0, between / np.maximum(size, 1e-300), a1)
+    n = np.where(size > 0.0, between / np.maximum(size, NONZERO), a1)
     for part, steps in GROWING:
         n = _climbed(n, between, part * radii, (a1, a2), THICK * (1.0 - part), steps)
     return n
@@ -139,13 +145,13 @@ def _climbed(
             tried = n + scale * step
             tried /= np.sqrt(np.einsum("ij,ij->i", tried, tried))[:, None]
             new = _apart(tried, between, radii, axes, thick)
-            better = new >= value - 1e-15
+            better = new >= value - ARRIVED
             n, value = np.where(better[:, None], tried, n), np.where(better, new, value)
             if better.all():
                 break
             step = np.where(better[:, None], 0.0, step)
         # Newton's next step would be shorter than rounding.
-        if size < 1e-9:
+        if size < LEVEL:
             break
     return n
 
@@ -179,7 +185,7 @@ def _uphill(
     for i in (0, 1):
         r, flat = radii[:, i : i + 1], np.eye(3) - np.outer(axes[i], axes[i])
         out = n.dot(flat)
-        size = np.sqrt(np.einsum("ij,ij->i", out, out) + max(thick, 1e-12) ** 2)[:, None]
+        size = np.sqrt(np.einsum("ij,ij->i", out, out) + max(thick, THIN) ** 2)[:, None]
         unit = out / size
         slope = slope - r * unit
         bend = bend - (r / size)[:, :, None] * (flat - unit[:, :, None] * unit[:, None, :])
@@ -188,10 +194,10 @@ def _uphill(
     bend = across @ bend @ across - pull[:, None, None] * across
     slope = slope - pull[:, None] * n
     values, vectors = np.linalg.eigh(bend)
-    own = np.einsum("kij,ki->kj", vectors, slope) / np.maximum(np.abs(values), 1e-9)
+    own = np.einsum("kij,ki->kj", vectors, slope) / np.maximum(np.abs(values), LEVEL)
     step = np.einsum("kij,kj->ki", vectors, own)
     length = np.sqrt(np.einsum("ij,ij->i", step, step))[:, None]
-    return step * np.minimum(1.0, 0.5 / np.maximum(length, 1e-300))
+    return step * np.minimum(1.0, 0.5 / np.maximum(length, NONZERO))
 
 
 def cone_sides(apex: np.ndarray, axis: np.ndarray, slant: float, other: Any) -> np.ndarray:
@@ -268,7 +274,7 @@ def _around(
         turned = flat * (np.outer(np.cos(psi), f) - np.outer(np.sin(psi), e))
         d = slant * axis + flat * u
         out = d - np.outer(d.dot(other_axis), other_axis)
-        size = np.maximum(np.linalg.norm(out, axis=1), 1e-15)
+        size = np.maximum(np.linalg.norm(out, axis=1), SHORT)
         return -turned.dot(between) - r * np.einsum("ki,ki->k", out, turned) / size
 
     here = slope(angle)

@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import SingularMassError
+from ..tolerances import NONZERO
 from .known import KnownImpulses
 
 if TYPE_CHECKING:
@@ -145,7 +146,7 @@ class ByDenseCholesky:
 
         impulse = self._known.generalized_impulse(self._data, q)
         mass_matrix = symmetric(pin.crba(self._model, self._data, q))
-        scale = 1.0 / np.sqrt(np.maximum(np.diagonal(mass_matrix), 1e-300))
+        scale = 1.0 / np.sqrt(np.maximum(np.diagonal(mass_matrix), NONZERO))
         try:
             factor = scipy.linalg.cho_factor(mass_matrix * scale * scale[:, None], lower=True)
         except np.linalg.LinAlgError:

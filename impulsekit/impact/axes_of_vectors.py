@@ -12,6 +12,8 @@ import numpy as np
 
 __all__ = ["FAINT_PIVOT", "Shares", "faint_axes", "lengths_of_vectors", "shared_evenly"]
 
+# Singular values below this share of the largest are those of rows that depend on each other.
+DEPENDENT = 1e-9
 # A row that is one axis of a vector is dependent if it stands less than this out of the span of
 # the others, in the length of the longest of its axes: what the digits of files leave of a loop
 # in a plane. An arm stretched to 1e-5 rad leaves more.
@@ -83,5 +85,7 @@ def shared_evenly(
     """
     null = np.eye(len(sizes)) - rows.T.dot(rows)
     weights = shared / sizes
-    shift = np.linalg.lstsq(weights[:, None] * null, -weights * (impulse * sizes), rcond=1e-9)[0]
+    shift = np.linalg.lstsq(weights[:, None] * null, -weights * (impulse * sizes), rcond=DEPENDENT)[
+        0
+    ]
     return impulse + null.dot(shift) / sizes

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 __all__ = ["ContactPoint", "ContactResult", "contact_results"]
 
+# Velocities that differ by no more than this share of their terms are the same.
+SAME_VELOCITY = 1e-13
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactPoint(OneLine):
@@ -187,7 +190,7 @@ def _works(
     """
     before, after = velocities
     start = solution.velocity_start[3 * i : 3 * i + 3]
-    size = np.abs(jacobian).sum() * 1e-13 * max(np.abs(before).max(), np.abs(after).max())
+    size = np.abs(jacobian).sum() * SAME_VELOCITY * max(np.abs(before).max(), np.abs(after).max())
     if np.abs(start - before).max() <= size:
         return float(solution.normal_work[i]), float(solution.friction_work[i])
     shares = 0.5 * impulse * (before + after)

@@ -28,6 +28,8 @@ __all__ = [
     "without_cancellation",
 ]
 
+# A row whose unit vector is spanned by the others but for so little is determined by them.
+DETERMINED = 1.0 - 1e-9
 # A row is dependent if, scaled to unit length in the metric of M⁻¹, it stands less than
 # this (rad) out of the span of the others. Loops closed by hand are off by about as much.
 RANK_TOLERANCE = 1e-7
@@ -252,7 +254,7 @@ class Elimination:
             impulse[live] = shared_evenly(impulse[live], sizes, shared, basis)
         unique = np.zeros(len(right), dtype=bool)
         # A row is determined if no direction of the null space moves it.
-        unique[live] = np.einsum("ij,ij->j", basis, basis) > 1.0 - 1e-9
+        unique[live] = np.einsum("ij,ij->j", basis, basis) > DETERMINED
         return BilateralSolution(impulse, len(values), unique, nearly)
 
 

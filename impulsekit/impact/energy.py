@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..scene import AppliedImpulse
+from ..tolerances import NONZERO
 from .named import ByName
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ class Energy:
     @property
     def imbalance(self) -> float:
         """Sum of the works minus the change, relative to the largest entry of the books."""
-        scale = max(self.before, self.after, *(abs(w) for w in self.work.values()), 1e-300)
+        scale = max(self.before, self.after, *(abs(w) for w in self.work.values()), NONZERO)
         return abs(sum(self.work.values()) - self.change) / scale
 
 

@@ -9,11 +9,14 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import SingularMassError
+from ..tolerances import NONZERO
 from . import lapack
 from .algorithms import SMALLEST_PIVOT, cholesky_solve, singular_mass, symmetric
 
 __all__ = ["FilledFactor", "SparseFactor", "pivots_are_safe"]
 
+# A row this short beside the longest, in the metric of the inertia, is none.
+NULL_ROW = 1e-12
 # A generalized mass this small beside the largest is none.
 LIGHTEST = 1e-12
 
@@ -61,11 +64,11 @@ class FilledFactor:
         mass_matrix = symmetric(np.atleast_2d(mass_matrix))
         # Rows of unit length in the metric of the inertia.
         sizes = np.sqrt((rows**2 / _weights(np.diagonal(mass_matrix), rows)).sum(axis=1))
-        self._live = sizes > 1e-12 * sizes.max(initial=0.0)
+        self._live = sizes > NULL_ROW * sizes.max(initial=0.0)
         self._sizes = np.where(self._live, sizes, 1.0)
         self._unit_rows = np.where(self._live[:, None], rows / self._sizes[:, None], 0.0)
         filled = mass_matrix + self._unit_rows.T @ self._unit_rows
-        self._scale = 1.0 / np.sqrt(np.maximum(np.diagonal(filled), 1e-300))
+        self._scale = 1.0 / np.sqrt(np.maximum(np.diagonal(filled), NONZERO))
         try:
             self._lower = scipy.linalg.cholesky(
                 filled * self._scale * self._scale[:, None], lower=True

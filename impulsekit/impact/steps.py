@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..tolerances import NONZERO
 from .elimination import DEPENDENT
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def steps_of(
     """
     from .laws.refine import Steps
 
-    roots = np.sqrt(np.maximum(mass_matrix.diagonal(), 1e-300))
+    roots = np.sqrt(np.maximum(mass_matrix.diagonal(), NONZERO))
 
     def momentum(impulse: np.ndarray, dv: np.ndarray) -> tuple[np.ndarray, float]:
         """I + JᵀP + Aᵀλ − M Δv, and its largest share in the terms."""

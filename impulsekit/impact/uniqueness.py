@@ -9,6 +9,7 @@ import numpy as np
 
 from ..laws.status import Status
 from ..scene.restitution import restitution_at
+from ..tolerances import NONZERO
 
 if TYPE_CHECKING:
     from .laws import ContactProblem
@@ -139,7 +140,7 @@ def _half_solved(impact: Impact, jacobian: np.ndarray) -> tuple[np.ndarray, np.n
         return moved, jacobian @ moved
     rows = impact.mechanics.constraint_matrix
     # In units of each speed's own inertia, so that no unit decides on ranks.
-    units = 1.0 / np.sqrt(np.maximum(masses.diagonal(), 1e-300))
+    units = 1.0 / np.sqrt(np.maximum(masses.diagonal(), NONZERO))
     _, values, axes = np.linalg.svd(rows * units)
     rank = int(np.count_nonzero(values > DEPENDENT * values.max(initial=0.0)))
     kept = units[:, None] * axes[rank:].T

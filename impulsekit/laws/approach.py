@@ -23,6 +23,8 @@ __all__ = [
     "sweep",
 ]
 
+# Impulses that a round of sweeps changes by less, in velocities relative to all, have settled.
+SETTLED = 1e-13
 # Rounds of sweeps (above 0) and of splitting (below), which knows no order of the contacts: where
 # several answers obey the law, the same is to be found however the contacts are numbered.
 SWEEPS = (-30, -100, -200, -400, 10, 30, -800, 200)
@@ -105,7 +107,7 @@ def sweep(work: Workspace, n: int, scale: float, sweeps: int) -> None:
                 continue
             largest = max(largest, W[k + 2, k + 2] * abs(pn - P[k + 2]))
             P[k], P[k + 1], P[k + 2] = p1, p2, pn
-        if largest <= 1e-13 * scale:
+        if largest <= SETTLED * scale:
             return
 
 

@@ -24,6 +24,12 @@ __all__ = [
     "stopping",
 ]
 
+# A release that is short of its floor by more than this share does not hold.
+SHORT = 1e-12
+# The edge of a disc of friction: what is on it, and where Newton's steps have come to an end.
+ON_EDGE, ARRIVED = 1e-15, 1e-16
+# What no mobility could stop, beside the velocities, where there is an answer.
+STOPPABLE = 1e-10
 _NOTHING = (0.0, 0.0, 0.0)
 _SOLVED, _JAM, _NONE = int(Status.SOLVED), int(Status.PAINLEVE_JAM), int(Status.NO_SOLUTION)
 _MANY, _NOT_UNIQUE = int(Status.MANY_SOLUTIONS), int(Status.NOT_UNIQUE)
@@ -157,7 +163,7 @@ def released(block: Block, b: Triple, mu: float, floor: float, scale: float) -> 
                 return _NOTHING, _NONE
             return stick, _SOLVED if determined else _NOT_UNIQUE
     impulse, code = coulomb(block, b[0], b[1], b[2], mu, scale)
-    if impulse[2] < floor * (1.0 - 1e-12):
+    if impulse[2] < floor * (1.0 - SHORT):
         return impulse, _NONE
     return impulse, code
 
@@ -188,17 +194,17 @@ def bounded_friction(block: Block, b1: float, b2: float, pn: float, mu: float) -
     # from a k that is too small climbs to the root and never passes it.
     mean, half = 0.5 * trace, 0.5 * (t11 - t22)
     spread = math.sqrt(half * half + t12 * t12)
-    k = max(length / bound - mean - spread, 1e-15 * (mean + spread))
+    k = max(length / bound - mean - spread, ON_EDGE * (mean + spread))
     for _ in range(100):
         k1, k2 = t11 + k, t22 + k
         det = k * (k + trace) + regular
         p1, p2 = (k2 * r1 - t12 * r2) / det, (k1 * r2 - t12 * r1) / det
         size = math.sqrt(p1 * p1 + p2 * p2)
-        if size <= bound * (1.0 + 1e-15):
+        if size <= bound * (1.0 + ON_EDGE):
             break
         slope = (k2 * p1 * p1 - 2.0 * t12 * p1 * p2 + k1 * p2 * p2) / det
         step = size * size * (size - bound) / (bound * slope)
-        if step <= 1e-16 * k:
+        if step <= ARRIVED * k:
             break
         k += step
     return p1, p2
@@ -331,7 +337,7 @@ def _stick_in_a_line(
         inertia = t11 * e1 * e1 + 2.0 * t12 * e1 * e2 + t22 * e2 * e2
         if value > NULL * (t11 + t22):
             p1, p2 = p1 + right / value * e1, p2 + right / value * e2
-        elif abs(right) > 1e-10 * scale:
+        elif abs(right) > STOPPABLE * scale:
             exists = False
         elif inertia > NULL * (t11 + t22):
             determined = False

@@ -38,6 +38,9 @@ from .wave_changes import IN_CONE, RISES, change, choose_slips
 
 __all__ = ["AT_REST", "Waved", "strike_by_energy"]
 
+# By how much a flight goes beyond the contact that it leads to; an error of a step that lets the
+# next one grow as far as it may; a change that is found, as a share of the step.
+BEYOND, EXACT, FOUND = 1e-12, 1e-12, 1e-15
 # The error of a step, in units in which velocities, impulses and indentations are of size 1.
 TOLERANCE = 2e-13
 # A step goes so far towards the end of a contact, where the force has no smooth derivatives.
@@ -279,7 +282,7 @@ def _longest(w: Wave) -> float:
         for i in range(len(w.kappa)):
             depth, un = w.y[r + i], w.u[w.normal[i]]
             if un < -AT_REST and depth < 0.0:
-                longest = min(longest, -depth / -un * (1.0 + 1e-12))
+                longest = min(longest, -depth / -un * (1.0 + BEYOND))
     return longest
 
 
@@ -291,7 +294,7 @@ def _adaptive_step(w: Wave, h: float) -> tuple[int, float]:
         if error <= 1.0:
             break
         h *= max(0.2, 0.9 * error ** (-1.0 / 8.0))
-    grown = h * min(6.0, 0.9 * max(error, 1e-12) ** (-1.0 / 8.0))
+    grown = h * min(6.0, 0.9 * max(error, EXACT) ** (-1.0 / 8.0))
     which = _first_crossed(w)
     if which >= 0:
         which = _to_change(w, h, which)
@@ -433,7 +436,7 @@ def _to_change(w: Wave, h: float, which: int) -> int:
             # It was there already: the change is made behind a step of next to nothing.
             high = min(high, NEXT_TO_NOTHING)
             break
-        if high - low <= 1e-15 * h:
+        if high - low <= FOUND * h:
             break
         middle = low + (high - low) * min(max(at_low / (at_low - at_high), 0.01), 0.99)
         _trial(w, middle)

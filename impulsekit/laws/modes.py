@@ -13,6 +13,7 @@ import math
 
 import numpy as np
 
+from ..tolerances import EPS
 from .compiled import compiled, entry
 from .dense import gauss, gauss_of_rank
 from .words import NO, YES
@@ -23,6 +24,8 @@ __all__ = [
     "linearize", "polish", "residual_of", "sizes_of",
 ]  # fmt: skip
 
+# Residuals below this may rise only a few times before Newton ends.
+NEARLY = 1e-11
 # Steps from nearby at most. An integer of numpy, here and where it is an argument elsewhere:
 # for another literal numba would compile all that takes it once more.
 MOST_STEPS: int = np.int64(12)  # type: ignore[assignment]
@@ -46,7 +49,6 @@ ALIKE = 1e-2
 # How many times the velocities W P may be before its rounding counts: beyond it an impulse that
 # solves nothing could be so large that what it leaves drowns in its own rounding.
 BALANCED = 1e3
-EPS = 2.0**-52
 # Parts; sticks; slides; the same two with P_n held at f.
 PARTS, STICKS, SLIDES, STICKS_AT_FLOOR, SLIDES_AT_FLOOR = 0, 1, 2, 3, 4
 
@@ -103,7 +105,7 @@ def polish(work: Workspace, n: int, sizes: Sizes, most: int, ridge: float) -> fl
             # Deep enough; one step more is only for the last digits.
             if last and bar <= FINE:
                 break
-        elif bar < 1e-11:
+        elif bar < NEARLY:
             risen += 1
             if bar <= FINE or risen > RISES:
                 break

@@ -46,6 +46,12 @@ from .words import NEWTON, POISSON, STRONGE
 
 __all__ = ["NULL", "STOPPED", "follow", "outgoing"]
 
+# What approaches by no more than this share of the velocities does not.
+AT_REST = 1e-15
+# A normal velocity that ended with the slip, where friction wedges.
+WEDGED = 1e-6
+# A unit vector but for rounding, and where Newton's steps towards it have come to an end.
+UNIT, ARRIVED = 1e-15, 1e-16
 # Slip this slow against the velocities has ended.
 STOPPED = 1e-15
 # What rises this slowly against them, and no faster, does not.
@@ -116,7 +122,7 @@ def _follow(
     """``follow`` for velocities whose squares are doubles."""
     now = memory.now
     target = max(0.0, -e * before) if law == NEWTON else 0.0
-    if free[2] - target >= -1e-15 * scale:
+    if free[2] - target >= -AT_REST * scale:
         return _SOLVED
     if not block[5] > 0.0:
         now[RESIDUAL] = 1.0
@@ -153,7 +159,7 @@ def _run(
             over, wedged = _straight(now, rates, mu, slips, law, e, target, scale)
             if wedged:
                 # Friction holds all that moves: u_n ended with the slip, up to rounding.
-                if not (now[COMPRESSING] > 0.0 and abs(now[UN]) <= 1e-6 * scale):
+                if not (now[COMPRESSING] > 0.0 and abs(now[UN]) <= WEDGED * scale):
                     return False, True
                 over = is_over(now, law, e, target, scale)
         if over:
@@ -305,18 +311,18 @@ def outgoing(block: Block, mu: float) -> tuple[float, float]:
     mean, half = 0.5 * (t11 + t22), 0.5 * (t11 - t22)
     spread = math.sqrt(half * half + t12 * t12)
     size = math.sqrt(n1 * n1 + n2 * n2)
-    k = max(size - mu * (mean + spread), 1e-15 * size)
+    k = max(size - mu * (mean + spread), UNIT * size)
     s1, s2 = n1 / size, n2 / size
     for _ in range(100):
         k1, k2, k12 = mu * t11 + k, mu * t22 + k, mu * t12
         det = k1 * k2 - k12 * k12
         s1, s2 = (k2 * n1 - k12 * n2) / det, (k1 * n2 - k12 * n1) / det
         length = math.sqrt(s1 * s1 + s2 * s2)
-        if length <= 1.0 + 1e-15:
+        if length <= 1.0 + UNIT:
             break
         slope = (k2 * s1 * s1 - 2.0 * k12 * s1 * s2 + k1 * s2 * s2) / det
         step = length * length * (length - 1.0) / slope
-        if step <= 1e-16 * k:
+        if step <= ARRIVED * k:
             break
         k += step
     length = math.sqrt(s1 * s1 + s2 * s2)

@@ -24,11 +24,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..tolerances import NONZERO
 from .compiled import compiled, entry
 from .dense import cholesky, gauss
 
 __all__ = ["SMALL", "Cones", "find_cone_impulses"]
 
+# A step of Newton is taken where squares fall by this share of it at least.
+FALLS = 1e-4
 # Newton stops at the first residual, relative; after so many steps the second is a solution too.
 NOTHING, SMALL = 2e-16, 1e-12
 # Newton's steps from one start, at most; then impulses are relaxed.
@@ -274,7 +277,7 @@ def _newton(
             for i in range(m):
                 trial[i] = x[i] - size * step[i]
             left = _natural(W, b, trial, centre, give, cones, value)
-            if _squares(value) < (1.0 - 1e-4 * size) * sum_before:
+            if _squares(value) < (1.0 - FALLS * size) * sum_before:
                 break
             size *= 0.5
         if not _squares(value) < sum_before:
@@ -387,7 +390,7 @@ def _relax(
                 xi = b[at + k] + give * (x[at + k] - centre[at + k])
                 for j in range(m):
                     xi += W[at + k, j] * x[j]
-                z[k] = x[at + k] - xi / max(rate, 1e-300)
+                z[k] = x[at + k] - xi / max(rate, NONZERO)
                 length += z[k] * z[k]
             length = math.sqrt(length)
             short = reach / length if length > reach else 1.0

@@ -16,6 +16,8 @@ __all__ = [
     "left_to_go", "path_memory",
 ]  # fmt: skip
 
+# A target below this share of the velocities is none.
+NO_TARGET = 1e-15
 # W of one contact: t1t1, t1t2, t2t2, t1n, t2n, nn [1/kg].
 Block = tuple[float, float, float, float, float, float]
 # Along the tangents and the normal.
@@ -76,4 +78,4 @@ def is_over(
         return True
     now[COMPRESSING] = 0.0
     now[UN] = 0.0
-    return e == 0.0 or (law == NEWTON and target <= 1e-15 * scale)
+    return e == 0.0 or (law == NEWTON and target <= NO_TARGET * scale)

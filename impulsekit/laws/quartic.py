@@ -17,7 +17,15 @@ from .progress import Block
 
 __all__ = ["Directions", "slides"]
 
-
+# A direction that is shorter than this is told by nothing.
+TOLD = 1e-12
+# What is across, or goes back, by less than this share of its terms is rounding.
+ACROSS = 1e-9
+# How near a root has to be for Newton on the directions to go on from; the same of extremes, whose
+# signs tell roots apart.
+ROOT, EXTREME = 1e-7, 1e-15
+# A turn whose square is of rounding [rad], and such a square.
+LITTLE, LAST = 1e-5, 1e-17
 # How many directions of slip, and up to four of them.
 Directions = tuple[int, Pair, Pair, Pair, Pair]
 # q0 + q1 λ + q2 λ² + q3 λ³ + λ⁴, or a cubic with three entries that count.
@@ -89,7 +97,7 @@ def slides(block: Block, b1: float, b2: float, bn: float, mu: float) -> Directio
         root = _pick(roots, k)
         x1, x2 = root * c1 + m1, root * c2 + m2
         length = math.sqrt(x1 * x1 + x2 * x2)
-        good = length >= 1e-12
+        good = length >= TOLD
         s1, s2 = 1.0, 0.0
         if good:
             # x = det(λ' − A) s, so its sign is that of the determinant.
@@ -157,8 +165,8 @@ def _with(
     if abs(left) <= GRAZING * nn:
         a1, a2 = mu * (t11 * s1 + t12 * s2) - n1, mu * (t12 * s1 + t22 * s2) - n2
         across = s1 * a2 - s2 * a1
-        told = abs(across) > 1e-9 * math.sqrt(a1 * a1 + a2 * a2)
-        if told and (b1 * a2 - b2 * a1) / across < -1e-9 * math.sqrt(b1 * b1 + b2 * b2):
+        told = abs(across) > ACROSS * math.sqrt(a1 * a1 + a2 * a2)
+        if told and (b1 * a2 - b2 * a1) / across < -ACROSS * math.sqrt(b1 * b1 + b2 * b2):
             return found
     if count == 0:
         return 1, (s1, s2), two, three, four
@@ -234,7 +242,7 @@ def _roots(a: Monic) -> tuple[int, float, float, float, float]:
     if changes == 0:
         return 0, 0.0, 0.0, 0.0, 0.0
     if changes == 1:
-        return 1, _between(a, 0, 0.0, TOP, 1e-7), 0.0, 0.0, 0.0
+        return 1, _between(a, 0, 0.0, TOP, ROOT), 0.0, 0.0, 0.0
     extremes = _extremes(a)
     count, one, two, three = 0, 0.0, 0.0, 0.0
     low, at_low = -BELOW, _value(a, -BELOW)
@@ -245,7 +253,7 @@ def _roots(a: Monic) -> tuple[int, float, float, float, float]:
         root = high
         is_root = not last and abs(at_high) < TOUCHES
         if (at_low > 0.0) != (at_high > 0.0):
-            root, is_root = _between(a, 0, low, high, 1e-7), True
+            root, is_root = _between(a, 0, low, high, ROOT), True
         if is_root:
             if count == 0:
                 one = root
@@ -279,7 +287,7 @@ def _only_root(a: Monic) -> float:
         following = x - value / slope if slope != 0.0 else 0.5 * (low + high)
         if not low < following < high:
             following = 0.5 * (low + high)
-        if abs(following - x) < 1e-7:
+        if abs(following - x) < ROOT:
             return following
         x = following
     return x
@@ -298,7 +306,7 @@ def _extremes(a: Monic) -> tuple[int, float, float, float, float]:
         if high <= low:
             continue
         if (_slope(a, low) > 0.0) != (_slope(a, high) > 0.0):
-            root = _between(a, 1, low, high, 1e-15)
+            root = _between(a, 1, low, high, EXTREME)
             if count == 0:
                 one = root
             elif count == 1:
@@ -323,14 +331,14 @@ def _turned(matrix: _Matrix, s1: float, s2: float) -> tuple[float, float, bool]:
         if slope == 0.0:
             return s1, s2, False
         turn = -across / slope
-        if abs(turn) < 1e-5:
+        if abs(turn) < LITTLE:
             # The next step would be of the size of its square: rounding.
             s1, s2 = s1 - turn * s2, s2 + turn * s1
             length = math.sqrt(s1 * s1 + s2 * s2)
             s1, s2 = s1 / length, s2 / length
-            if turn * turn > 1e-17:
+            if turn * turn > LAST:
                 continue
-            return s1, s2, along > -1e-12
+            return s1, s2, along > -AHEAD
         turn = max(-0.5, min(0.5, turn))
         cosine, sine = math.cos(turn), math.sin(turn)
         s1, s2 = cosine * s1 - sine * s2, cosine * s2 + sine * s1
@@ -368,7 +376,7 @@ def _scanned(
                     high = middle
             s1, s2 = math.cos(low), math.sin(low)
             along = s1 * (a11 * s1 + a12 * s2 + c1) + s2 * (a21 * s1 + a22 * s2 + c2)
-            if along > -1e-12:
+            if along > -AHEAD:
                 found = _with(found, block, b1, b2, bn, mu, s1, s2)
         before = behind
     return found

@@ -34,6 +34,8 @@ from .dense import cholesky, factorize, solve_factorized
 
 __all__ = ["BAR", "find_forces", "forces_at_rest"]
 
+# Impulses that a round of sweeps changes by less, in accelerations relative to all, have settled.
+SETTLED = 1e-13
 # What the residual has to come down to, relative to the accelerations.
 BAR = 1e-9
 MOST_STEPS = 25
@@ -327,7 +329,7 @@ def _sweep(coupled: np.ndarray, free: np.ndarray, points: Points, P: np.ndarray)
             for j in range(3):
                 largest = max(largest, abs(coupled[k + j, k + j] * (found[j] - P[k + j])))
             P[k], P[k + 1], P[k + 2] = found
-        if largest <= 1e-13 * points.scale:
+        if largest <= SETTLED * points.scale:
             return
 
 

@@ -13,10 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from ..tolerances import NONZERO
 from .compiled import compiled, entry
 
 __all__ = ["space_modes"]
 
+# What Newton may leave where it has arrived for all that rounding lets it.
+LEFT = 1e-6
 PARTED, STICKS, SLIDES = 0, 1, 2
 # Directions to start from, by the number of contacts that slide.
 STARTS = (0, 16, 8, 6)
@@ -218,9 +221,9 @@ def _slides(W: np.ndarray, b: np.ndarray, mu: np.ndarray) -> np.ndarray:
     for lane in range(lanes):
         rest = 0.0
         for i in range(m):
-            rest = max(rest, abs(miss[m + i, lane]), abs(miss[i, lane]) / max(scale, 1e-300))
+            rest = max(rest, abs(miss[m + i, lane]), abs(miss[i, lane]) / max(scale, NONZERO))
         # NaN is nowhere.
-        if not rest < 1e-6:
+        if not rest < LEFT:
             continue
         for i in range(m):
             k, a = load[i, lane], angle[i, lane]

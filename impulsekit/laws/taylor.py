@@ -41,6 +41,12 @@ from .words import STRONGE
 
 __all__ = ["STRAIGHT", "turn"]
 
+# A slip that turns by less than this share of what it was at first, until it ends, keeps.
+KEEPS = 1e-15
+# An extreme this near the end of a step was found by the one before.
+FOUND = 1e-8
+# Where Newton's steps have come to an end, relative.
+ARRIVED = 1e-16
 Array = np.ndarray[tuple[int], np.dtype[np.float64]]
 Matrix = np.ndarray[tuple[int, int], np.dtype[np.float64]]
 
@@ -86,7 +92,7 @@ def turn(
             return False
         s1, s2 = now[U1] / r, now[U2] / r
         turning = abs(s1 * (w2 - a12 * s1 - a22 * s2) - s2 * (w1 - a11 * s1 - a12 * s2))
-        if turning <= straight and turning * r <= 1e-15 * first:
+        if turning <= straight and turning * r <= KEEPS * first:
             return False
         _expand(rates, now, mu, r, series)
         reached = _step(rates, memory, mu, law, e, target, r, inertia)
@@ -159,7 +165,7 @@ def _step(
     if series[_RISE, 0] * _at(series, _RISE, h) < 0.0:
         lowest = _root(series, _RISE, 0.0, h)
         # Where the last step was cut there, rounding may tell so again.
-        if lowest > 1e-8 * h:
+        if lowest > FOUND * h:
             h = lowest
     fell = (
         now[COMPRESSING] == 0.0
@@ -277,7 +283,7 @@ def _root(series: Matrix, row: int, goal: float, high: float) -> float:
         following = x + error / slope if slope != 0.0 else 0.5 * (low + high)
         if not (low <= following <= high):
             following = 0.5 * (low + high)
-        if abs(following - x) <= 1e-16 * x:
+        if abs(following - x) <= ARRIVED * x:
             break
         x = following
     return x

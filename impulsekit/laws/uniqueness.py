@@ -37,7 +37,36 @@ def _examples() -> tuple[Any, ...]:
     return np.eye(6), line, few, few, 1.0, True, np.eye(6)
 
 
-@entry(_examples, seconds=25.0, apart=True)
+def _plane_examples() -> tuple[Any, ...]:
+    line, few = np.ones(6), np.ones(2)
+    return np.eye(6), line, few, few, 1.0, np.ones((2, 2)), np.eye(6)
+
+
+@entry(_plane_examples, seconds=3.0, apart=True)
+def _search_plane(
+    W: np.ndarray,
+    b: np.ndarray,
+    mu: np.ndarray,
+    floor: np.ndarray,
+    scale: float,
+    direction: np.ndarray,
+    found: np.ndarray,
+) -> int:
+    """``search_modes`` of contacts whose tangents (n, 2) all move in one plane."""
+    n = len(mu)
+    basis = np.zeros((2 * n, 3 * n))
+    for i in range(n):
+        basis[2 * i, 3 * i], basis[2 * i, 3 * i + 1] = direction[i, 0], direction[i, 1]
+        basis[2 * i + 1, 3 * i + 2] = 1.0
+    flat = np.empty((len(found), 2 * n))
+    own = np.dot(np.dot(basis, W), basis.T.copy())
+    count = plane_modes(own, np.dot(basis, b), mu, floor, scale, flat)
+    for k in range(count):
+        found[k] = np.dot(flat[k], basis)
+    return count
+
+
+@entry(_examples, seconds=5.0, apart=True)
 def search_modes(
     W: np.ndarray,
     b: np.ndarray,
@@ -60,16 +89,7 @@ def search_modes(
     n = len(mu)
     direction = np.empty((n, 2))
     if n <= MOST_IN_PLANE and plane_of(W, b, mu, direction):
-        basis = np.zeros((2 * n, 3 * n))
-        for i in range(n):
-            basis[2 * i, 3 * i], basis[2 * i, 3 * i + 1] = direction[i, 0], direction[i, 1]
-            basis[2 * i + 1, 3 * i + 2] = 1.0
-        flat = np.empty((len(found), 2 * n))
-        own = np.dot(np.dot(basis, W), basis.T.copy())
-        count = plane_modes(own, np.dot(basis, b), mu, floor, scale, flat)
-        for k in range(count):
-            found[k] = np.dot(flat[k], basis)
-        return TRIED_ALL, count
+        return TRIED_ALL, _search_plane(W, b, mu, floor, scale, direction, found)
     if plane or n > MOST_IN_SPACE or floor.max() > 0.0:
         return NOTHING_TRIED, 0
     return TRIED_SOME, space_modes(W, b, mu, scale, found)

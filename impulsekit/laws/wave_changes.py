@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from ..tolerances import NONZERO
 from .compiled import compiled
 from .wave import (
     CREEPS,
@@ -122,7 +123,7 @@ def _change_normal(w: Wave, i: int, crossed: bool, reloads: bool) -> bool:
 @compiled
 def _push(w: Wave) -> float:
     """The size of the forces, in units of which that of a held contact is zero."""
-    most = 1e-300
+    most = NONZERO
     for k in range(len(w.free)):
         most = max(most, abs(w.force[k]))
     return most

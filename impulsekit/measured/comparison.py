@@ -16,6 +16,7 @@ from ..design.measurement import Measurement
 from ..design.parameters import parameters_of
 from ..display import Displayed, one_line
 from ..errors import ImpulsekitError, InputError, RangeError
+from ..tolerances import NONZERO
 from .candidates import LawCandidate, usual_candidates
 
 __all__ = ["LawComparison", "compare_laws"]
@@ -206,7 +207,7 @@ def _sizes(seen: Sequence[Measurement]) -> tuple[list[np.ndarray], np.ndarray]:
         before, after = np.array(m.v_before, dtype=float), np.array(m.v_after, dtype=float)
         for i, v in enumerate((before, after, after - before)):
             sizes[i, k] = np.linalg.norm(roots[-1] @ np.nan_to_num(v))
-    return roots, np.maximum(sizes, 1e-300)
+    return roots, np.maximum(sizes, NONZERO)
 
 
 def _held_out(

@@ -11,6 +11,7 @@ import pinocchio as pin
 
 from ..motion.dynamics import Dynamics
 from ..scene import Scene
+from ..tolerances import NONZERO
 from .free_body import fly_all, fly_along, free_body_of
 
 __all__ = ["Flight", "FlightFit", "left_by_parabolas"]
@@ -164,7 +165,7 @@ class Flight:
             residuals = self._in_axes_of(q, path, np.array(offsets))
             sizes = np.sqrt(np.mean((residuals / sigma) ** 2, axis=1))
             typical = max(1.0, float(np.median(sizes)))
-            weights = np.minimum(1.0, HUBER * typical / np.maximum(sizes, 1e-300))
+            weights = np.minimum(1.0, HUBER * typical / np.maximum(sizes, NONZERO))
             design = np.stack([np.ones(len(tau)), tau], axis=1)
             share = np.linalg.pinv(design.T @ (weights[:, None] * design), hermitian=True)
             update = share @ design.T @ (weights[:, None] * residuals)

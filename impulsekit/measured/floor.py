@@ -10,6 +10,7 @@ import pinocchio as pin
 from ..geometry.axes import contact_axes
 from ..robot.placing import Posture
 from ..scene import Contact, Scene
+from ..tolerances import NONZERO
 from .recording import Recording
 
 __all__ = ["FloorFit", "fitted_floor", "rest_of"]
@@ -124,7 +125,7 @@ def _robust_plane(
             found = np.linalg.lstsq(own, heights[kept] * root, rcond=None)[0]
             left = np.abs(heights[kept] - scaled[kept] @ basis @ found)
             typical = max(1.5 * float(np.median(left)), 1e-9)
-            weights = np.minimum(1.0, 2.0 * typical / np.maximum(left, 1e-300))
+            weights = np.minimum(1.0, 2.0 * typical / np.maximum(left, NONZERO))
         return np.asarray(basis @ found / size)
 
     values = fitted(np.ones(len(heights), bool))

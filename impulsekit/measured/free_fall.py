@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from ..errors import InputError
 from ..robot import Robot
+from ..tolerances import NONZERO
 from .recording import Recording
 
 __all__ = ["FreeFall", "coarse_scale", "free_fall", "free_root", "mass_centres"]
@@ -175,7 +176,7 @@ def free_fall(
 
 def _solution(normal: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(6,) the least-squares solution, and which unknowns the flights tell."""
-    size = 1.0 / np.sqrt(np.maximum(np.diagonal(normal), 1e-300))
+    size = 1.0 / np.sqrt(np.maximum(np.diagonal(normal), NONZERO))
     values, ways = np.linalg.eigh(normal * np.outer(size, size))
     told = values > UNTOLD * values[-1]
     inverse = (ways[:, told] / values[told]) @ ways[:, told].T * np.outer(size, size)

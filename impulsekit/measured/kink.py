@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
+from ..tolerances import NONZERO
 from .flight import left_by_parabolas
 
 if TYPE_CHECKING:
@@ -78,7 +79,7 @@ def meeting_of(
         jump = fits[1].v - fits[0].v
         weight = 1.0 / sigma**2 / (fits[0].share[0, 0] + fits[1].share[0, 0])
         stiff = float(jump @ (weight * jump))
-        move = -float(jump @ (weight * apart)) / max(stiff, 1e-300)
+        move = -float(jump @ (weight * apart)) / max(stiff, NONZERO)
         # No further than one sample a round: far off, the flights are no straight lines.
         reach = float(np.median(np.diff(t[both])))
         move = float(np.clip(move, -reach, reach))
@@ -87,7 +88,7 @@ def meeting_of(
             for fit in fits
         ]
         time += move
-        if abs(move) <= SETTLED / np.sqrt(max(stiff, 1e-300)):
+        if abs(move) <= SETTLED / np.sqrt(max(stiff, NONZERO)):
             break
     inside = t[left[-1]] <= time + reach and t[right[0]] >= time - reach
     if not inside:

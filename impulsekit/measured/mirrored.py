@@ -12,6 +12,7 @@ from ..design.measurement import Measurement
 from ..design.parameters import scene_of
 from ..display import OneLine
 from ..errors import InputError
+from ..tolerances import NONZERO
 from .closing import ClosingContacts
 
 __all__ = ["MirroredAxes", "find_mirrored"]
@@ -143,4 +144,4 @@ def _share(parts: tuple[np.ndarray, np.ndarray], m: Measurement, signs: np.ndarr
     root, basis = parts
     jump = root @ (signs * (np.asarray(m.v_after, float) - np.asarray(m.v_before, float)))
     size = float(np.linalg.norm(jump))
-    return float(np.linalg.norm(jump - basis @ (basis.T @ jump))) / max(size, 1e-300)
+    return float(np.linalg.norm(jump - basis @ (basis.T @ jump))) / max(size, NONZERO)

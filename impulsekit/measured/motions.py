@@ -12,6 +12,7 @@ from ..display import OneLine, one_line
 from ..errors import InputError, RangeError, UnknownNameError, a_thing
 from ..scene import Scene
 from ..scene.motion import MotionSettings
+from ..tolerances import NONZERO
 from .recording import Recording
 from .rollouts import QUICK, Rollouts
 from .surface import design_points, least_of, resampled_least
@@ -201,7 +202,7 @@ class _Search:
 
     def _inner(self, values: np.ndarray) -> np.ndarray:
         """Coordinates of the search: logarithms of frictions."""
-        return np.where(self._log, np.log(np.maximum(values, 1e-300)), values)
+        return np.where(self._log, np.log(np.maximum(values, NONZERO)), values)
 
     def _outer(self, inner: np.ndarray) -> np.ndarray:
         return np.where(self._log, np.exp(inner), inner)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
+from ..tolerances import NONZERO
 from .flight import left_by_parabolas
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ def _left_by_fits(
         fit = flight.fit(t[piece], q[piece], float(t[middle]), q[middle], v, sigma)
         squares = (fit.residuals**2).sum(axis=0) / (PIECE - 2)
         other = (left_by_parabolas(flight.model, t, q, piece) ** 2).sum(axis=0) / (PIECE - 3)
-        if (squares / np.maximum(other, 1e-300)).mean() < NO_FLIGHT:
+        if (squares / np.maximum(other, NONZERO)).mean() < NO_FLIGHT:
             found.append(squares)
     return found
 

@@ -30,6 +30,7 @@ import pinocchio as pin
 
 from ..geometry.axes import cross
 from ..geometry.support import Support
+from ..tolerances import EPS, NONZERO
 
 __all__ = ["BodyMotion", "PairOfPieces", "Sight", "first_touch", "may_meet"]
 
@@ -46,7 +47,6 @@ TURN_OF_PLANE = 0.2
 IN_PLANE = 1e-7
 # Edges that differ by less are one.
 FLAT = 1e-9
-EPS = float(np.finfo(float).eps)
 _NOT_AT_ALL = np.zeros(3)
 _NEXT, _LAST = [1, 2, 0], [2, 0, 1]
 
@@ -158,7 +158,7 @@ def first_touch(
         sure = look.sure(gap - floor, end - t)
         if t + sure >= end:
             return np.inf
-        t = min(end, t + max(sure, 4.0 * EPS * abs(t), 1e-300))
+        t = min(end, t + max(sure, 4.0 * EPS * abs(t), NONZERO))
         look = bound.look(sight(t))
         gap = look.gap - base
         if parting and gap > touch:

@@ -30,12 +30,15 @@ from ..rows.pair import rows_at
 from ..rows.reach import ReachedModel
 from ..scene import Collision
 from ..scene.friction import friction_at_rest
+from ..tolerances import NONZERO
 from .advancing import PairOfPieces
 from .points import CROSSING, PLANE, TIP, TableRow
 from .wandering import MOVE, bias_by_differences
 
 __all__ = ["CollidingGap"]
 
+# A normal is of length 1 to so much.
+UNIT = 1e-6
 # A resting pair that coal tells of is looked for up to this far apart [m].
 RESTING = 1e-5
 # The same of pairs in closed form: what comes down is met before it is this near.
@@ -320,10 +323,10 @@ def _pair(first: tuple[Solid, pin.SE3], other: tuple[Solid, pin.SE3]) -> PairOfP
     def gap(places: Sequence[pin.SE3]) -> tuple[float, np.ndarray]:
         a, b = places[0] * at_one, places[1] * at_two
         value, normal = gap_and_normal(one, a, two, b)
-        if not abs(normal.dot(normal) - 1.0) < 1e-6:
+        if not abs(normal.dot(normal) - 1.0) < UNIT:
             # Where bodies touch, coal may lose the direction.
             normal = a.translation - b.translation
-            normal = normal / max(float(np.linalg.norm(normal)), 1e-300)
+            normal = normal / max(float(np.linalg.norm(normal)), NONZERO)
         return value, normal
 
     return PairOfPieces(gap, (support_of(one.geometry, at_one), support_of(two.geometry, at_two)))

@@ -14,6 +14,7 @@ import numpy as np
 from ..laws.compiled import compiled, entry
 from ..laws.dense import cholesky, lower_solve
 from ..laws.half import from_half, halve, is_safe
+from ..tolerances import NONZERO
 from .compiled_chart import centre, write_configuration
 from .compiled_step import SOLVED, System, accelerate
 from .points import gaps_and_rates, write_rows
@@ -30,6 +31,8 @@ __all__ = [
     "settle_points",
 ]
 
+# A force across the normal below this share of the largest has no direction.
+NO_DIRECTION = 1e-7
 # What became of it, besides what becomes of a step: a point lifts, and nothing was changed.
 LIFTS = 3
 # A resting contact that does not push and opens faster than this has lifted [m/s].
@@ -113,7 +116,7 @@ def next_slide(
     if speed > slow:
         return way, False
     size = math.hypot(rate[0], rate[1])
-    if not size > 1e-7 * max(largest + force[2], 1e-300):
+    if not size > NO_DIRECTION * max(largest + force[2], NONZERO):
         return (0.0, 0.0, 0.0), False
     return (rate[0] / size, rate[1] / size, 1.0), grown > 0.0
 

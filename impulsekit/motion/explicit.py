@@ -27,6 +27,9 @@ __all__ = [
     "shorter_length",
 ]
 
+# Hairer, Norsett & Wanner (1993), II.4: the first step where sizes or rates are below the second,
+# and rates and bends that are none.
+FIRST, FAINT, NONE = 1e-6, 1e-5, 1e-15
 Rhs = Callable[[float, np.ndarray], np.ndarray]
 
 # By how much the next step may be longer or shorter, and below what its error allows.
@@ -57,14 +60,14 @@ def shorter_length(length: float, error: float) -> float:
 @compiled
 def first_guess(size: float, rate: float) -> float:
     """A step [s] after which y is still near, from sizes of y and ẏ in units of what is allowed."""
-    return 1e-6 if size < 1e-5 or rate < 1e-5 else 0.01 * size / rate
+    return FIRST if size < FAINT or rate < FAINT else 0.01 * size / rate
 
 
 @compiled
 def first_length(guess: float, rate: float, bend: float) -> float:
     """A first step [s] from a guess, and the sizes of ẏ and of how that changes in it."""
-    if rate <= 1e-15 and bend <= 1e-15:
-        other = max(1e-6, guess * 1e-3)
+    if rate <= NONE and bend <= NONE:
+        other = max(FIRST, guess * 1e-3)
     else:
         other = (0.01 / max(rate, bend)) ** (1.0 / (ORDER + 1))
     return min(100.0 * guess, other)

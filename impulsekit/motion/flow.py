@@ -14,6 +14,8 @@ from .resting import RestingContact
 
 __all__ = ["Flow"]
 
+# Errors of the flow that sensitivities are taken of, relative and absolute.
+RTOL, ATOL = 1e-12, 1e-13
 # Of central differences, of which two are extrapolated: their error is of its fourth order,
 # and forces at rest, which are found to some 1e-11, do not shake them.
 STEP = 4e-4
@@ -112,6 +114,6 @@ class Flow:
             return np.concatenate([turn @ y[nv:], rate])
 
         y = np.concatenate([np.zeros(nv), v + by[nv:]])
-        found = solve_ivp(rates, (start, end), y, "DOP853", [end], rtol=1e-12, atol=1e-13)
+        found = solve_ivp(rates, (start, end), y, "DOP853", [end], rtol=RTOL, atol=ATOL)
         y = found.y[:, -1]
         return pin.integrate(model, reference, y[:nv]), y[nv:]

@@ -22,6 +22,7 @@ from ..robot import state
 from ..scene import Scene
 from ..scene.functions import call, numbers_from
 from ..scene.motion import MotionSettings
+from ..tolerances import NONZERO
 from .dynamics import Dynamics
 from .resting import RestingContact
 from .sensitivity import Chain
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Orbit", "find_orbit"]
 
+# Errors of the motions that orbits are found by.
+RTOL, ATOL = 1e-12, 1e-13
 # Steps of the differences of ``start`` and ``back``, and of whole motions where these are needed.
 STEP, COARSE = 1e-4, 1e-5
 # How often Newton goes on, and halves a step that leads further away.
@@ -162,7 +165,7 @@ class _Search:
         for name in self._contacts:
             if name not in names:
                 raise UnknownNameError.among("contact", str(name), names)
-        base = MotionSettings(rtol=1e-12, atol=1e-13, samples=2) if settings is None else settings
+        base = MotionSettings(rtol=RTOL, atol=ATOL, samples=2) if settings is None else settings
         self._settings = base.changed(duration=duration)
         self._model = scene.robot.model
         self._size, self._span = 0, duration / LONGER**2
@@ -183,7 +186,7 @@ class _Search:
             derivative, _ = self._derivative(x, motion)
             step = np.linalg.lstsq(np.eye(len(x)) - derivative, off, rcond=None)[0]
             # Where the map nearly keeps x, Newton's step is without bounds.
-            step *= min(1.0, max(1.0, float(np.abs(x).max())) / max(np.abs(step).max(), 1e-300))
+            step *= min(1.0, max(1.0, float(np.abs(x).max())) / max(np.abs(step).max(), NONZERO))
             x, motion, off = self._nearer(x, step, off)
         raise SolveError(
             f"find_orbit: {MOST_STEPS} steps of Newton's method left {np.abs(off).max():.3g}, "

@@ -14,6 +14,8 @@ from .footing import NOTHING, Footing
 
 __all__ = ["NODES", "Path", "interpolated"]
 
+# Parts of a step that differ by less are one.
+AT_ONCE = 1e-14
 # DOP853's dense output has degree 7, the others less: eight values hold each of them.
 NODES = 0.5 * (1.0 - np.cos(np.pi * np.arange(8) / 7.0))
 _WEIGHTS = np.array([0.5, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -0.5])
@@ -25,7 +27,7 @@ def interpolated(parts: np.ndarray, values: np.ndarray) -> np.ndarray:
     Barycentric (Berrut & Trefethen 2004).
     """
     differences = parts[:, None] - NODES
-    hits = np.abs(differences) < 1e-14
+    hits = np.abs(differences) < AT_ONCE
     weights = _WEIGHTS / np.where(hits, 1.0, differences)
     weights = np.where(hits.any(axis=1)[:, None], hits.astype(float), weights)
     return weights.dot(values) / weights.sum(axis=1)[:, None]

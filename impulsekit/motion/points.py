@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..laws.compiled import compiled, entry
+from ..tolerances import NONZERO
 
 __all__ = [
     "CROSSING",
@@ -243,7 +244,7 @@ def rope(table: Table, i: int, places: np.ndarray) -> tuple[Vector, Vector, Vect
     there = along(origin(places, two), 1.0, turned(places, two, three(numbers, 3)))
     between = along(here, -1.0, there)
     # Ends that meet have no direction: a slack rope, nothing comes of it.
-    length = max(math.sqrt(dot(between, between)), 1e-300)
+    length = max(math.sqrt(dot(between, between)), NONZERO)
     return here, there, (between[0] / length, between[1] / length, between[2] / length), length
 
 

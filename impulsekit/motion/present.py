@@ -25,7 +25,8 @@ from .trajectory import Rest
 
 __all__ = ["Present", "Stopped"]
 
-
+# A speed that is none: the share of the largest. Speeds whose squares are not doubles.
+FAINT, HUGE = 1e-12, 1e100
 # Slip has grown when it is this many times as fast as slip that has no direction of its own.
 GROWN = 100.0
 # Accelerations that make no more than this [m/s], in a second or the whole of a motion, make none.
@@ -170,7 +171,7 @@ class Present:
     @property
     def slow(self) -> float:
         """What opens or closes more slowly does neither [m/s]."""
-        return max(1e-3 * self.settings.capture_speed, 1e-12 * float(np.abs(self.v).max()))
+        return max(1e-3 * self.settings.capture_speed, FAINT * float(np.abs(self.v).max()))
 
     def note_meeting(self, gap: int, *, soft: bool) -> None:
         """Count a meeting, as ``chatters`` wants it."""
@@ -248,6 +249,6 @@ class Present:
             finite = np.isfinite(self.dynamics.acceleration(self.t, self.q, self.v)).all()
         except (ContradictionError, RestNotSolved):
             finite = True
-        large = not np.abs(self.v).max(initial=0.0) < 1e100
+        large = not np.abs(self.v).max(initial=0.0) < HUGE
         status = MotionStatus.STEP_TOO_SMALL if finite and not large else MotionStatus.NOT_FINITE
         return Stopped(status)

@@ -8,6 +8,8 @@ import numpy as np
 
 __all__ = ["PIECES", "States", "falling_root"]
 
+# What a root may be off by, absolute and relative.
+FOUND = 1e-15
 # Between nodes a solution bends little: a window is at most one radian of its fastest motion.
 PIECES = 4
 
@@ -22,4 +24,4 @@ def falling_root(function: Callable[[float], float], start: float, end: float) -
         return start
     if function(end) > 0.0:
         return end
-    return float(brentq(function, start, end, xtol=1e-15, rtol=1e-15))
+    return float(brentq(function, start, end, xtol=FOUND, rtol=FOUND))

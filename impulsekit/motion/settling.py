@@ -13,6 +13,8 @@ from .resting import RestingContact
 
 __all__ = ["come_to_rest", "heed_stop", "settle"]
 
+# Slip below this share of the velocities has ended.
+ENDED = 1e-6
 # Slip [m/s] that stops sooner than time can tell has stopped.
 STOPPED = 1e-8
 
@@ -98,7 +100,7 @@ def heed_stop(now: Present) -> None:
             s = slides[k]
             slip = u[3 * i : 3 * i + 2]
             # In three dimensions it may only have turned.
-            if s is not None and np.hypot(*slip) <= 1e-6 * max(1.0, np.abs(now.v).max()):
+            if s is not None and np.hypot(*slip) <= ENDED * max(1.0, np.abs(now.v).max()):
                 slides[k] = None if slip.dot(s) <= STOPPED else s
                 contact.begins[k] &= slides[k] is not None
             elif s is not None:

@@ -14,6 +14,8 @@ from .explicit import ExplicitStepper, StepFailed
 
 __all__ = ["METHODS", "FixedStepper", "RadauStepper", "StepFailed", "Stepper", "stepper_of"]
 
+# A rest of time below this share of a step is made with it.
+REST = 1e-9
 Rhs = Callable[[float, np.ndarray], np.ndarray]
 Dense = Callable[[float], np.ndarray]
 
@@ -153,7 +155,7 @@ class FixedStepper:
         t, y, f = self.t, self.y, self.f
         h = min(self._step, longest)
         # The last step ends at the end, not a rounding before it.
-        h = self._end - t if t + h * (1.0 + 1e-9) >= self._end else h
+        h = self._end - t if t + h * (1.0 + REST) >= self._end else h
         if not t + h > t:
             raise StepFailed("the step is below the spacing of numbers")
         self.t = self._end if h == self._end - t else t + h

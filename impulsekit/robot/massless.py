@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from ..tolerances import NONZERO
 from .capacity import check_capacity
 
 __all__ = ["Massless", "is_always_regular", "massless_motions"]
@@ -93,7 +94,7 @@ def _null_vectors(matrix: np.ndarray) -> np.ndarray:
     scale = 1.0 / np.sqrt(np.where((diagonal := matrix.diagonal()) > 0.0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(matrix * scale * scale[:, None])
     null = scale[:, None] * vectors[:, values < NO_MASS]
-    return null / np.abs(null).max(axis=0, initial=1e-300)
+    return null / np.abs(null).max(axis=0, initial=NONZERO)
 
 
 def _outermost(null: np.ndarray) -> list[int]:

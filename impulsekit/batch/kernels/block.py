@@ -1,7 +1,8 @@
 """From states to answers, one block of states after the other.
 
-A branch on ``touch`` or ``law`` being None is left out by numba before anything in it is
-compiled: known impulses wait for no contact, and one contact on a plane for no law of several.
+What stands behind ``touch``, ``law`` or ``alone`` not being None is left out by numba where it is
+None, before anything in it is compiled: known impulses wait for no contact, one contact on a plane
+for no law of several, and these not for that one. Where it is not None, numba compiles both sides.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ _AGAIN = 3
 
 
 @kernel
-def solve_blocks(span, moving, touch, meet, law, inputs, outputs, work, code, witness):
+def solve_blocks(span, moving, touch, meet, law, alone, inputs, outputs, work, witness):
     """Solve blocks of states; the last one may reach back over the one before.
 
     The arguments are those of ``given``, and:
@@ -48,10 +49,10 @@ def solve_blocks(span, moving, touch, meet, law, inputs, outputs, work, code, wi
         touch: None without constraints and contacts.
         meet: for the meetings of balls, see ``balls``.
         law: see ``lawful``; None for one contact on a plane alone under Newton's law.
+        alone: 1 for that, else None.
         work: see ``layout``.
-        code: (lanes,) those of a block, while it is solved.
     """
-    w = width(witness)
+    w, code = width(witness), span.code
     sizes, sets, at = moving.sizes, moving.sets, moving.at
     for block in range(span.begin, span.end):
         base = min(block * w, span.states - w)
@@ -67,9 +68,9 @@ def solve_blocks(span, moving, touch, meet, law, inputs, outputs, work, code, wi
         _strike(moving, inputs, base, work, witness)
         if touch is not None:
             _free_velocities(moving, touch, work, witness)
-            if law is None:
+            if alone is not None:
                 _alone(moving, touch, inputs, base, work, code, witness)
-            else:
+            if law is not None:
                 _by_law(moving, touch, law, inputs, base, work, code, witness)
             _bear(moving, touch, work, witness)
         tree = moving.tree
@@ -81,9 +82,9 @@ def solve_blocks(span, moving, touch, meet, law, inputs, outputs, work, code, wi
             _act(moving, touch, inputs, base, work, witness)
             refine(tree, sets, at, work, witness)
         if touch is not None:
-            if law is None:
+            if alone is not None:
                 _alone_again(moving, touch, inputs, base, work, code, witness)
-            else:
+            if law is not None:
                 _held_again(moving, touch, law, inputs, base, work, code, witness)
                 _look_for_doubt(moving, touch, work, code, witness)
         _write(moving, outputs, base, work, code, witness)

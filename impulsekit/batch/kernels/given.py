@@ -21,11 +21,13 @@ class Span(NamedTuple):
     Attributes:
         begin, end: the first, and the one behind the last.
         states: how many there are in all, at least as many as go side by side.
+        code: (lanes,) room for the codes of a block.
     """
 
     begin: int
     end: int
     states: int
+    code: np.ndarray
 
 
 class Tree(NamedTuple):

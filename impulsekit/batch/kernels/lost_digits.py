@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from ...laws.coulomb import stopping
+from ...tolerances import EPS
 from ..codes import AGAIN
 from .articulated import respond
 from .doubt import jump_of_row, size_of_terms
@@ -34,7 +35,7 @@ BALANCED = 2.0**-8
 ON_CONE, SLIPS = 1e-12, 1e-13
 # What a step may leave of the contact's velocities, with the rounding of W itself, relative to
 # the speeds of the point: a tenth of what a batch may be off by.
-LEFT, EPS = 1e-13, 2.0**-52
+LEFT = 1e-13
 
 
 @inlined

@@ -11,6 +11,8 @@ from .jit import built_in
 
 __all__ = ["solve_alone"]
 
+# An approach below this share of the velocities is none.
+AT_REST = 1e-15
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
 _NONE = int(Status.NO_SOLUTION)
 
@@ -38,7 +40,7 @@ def solve_alone(rows, contact, places, work, w, lane, digits):
         if rows == 3:
             work[n - w] = 0.0
             work[n - 2 * w] = 0.0
-        if b >= -1e-15 * max(abs(before), abs(free)):
+        if b >= -AT_REST * max(abs(before), abs(free)):
             return _SOLVED
         if not nn > 0.0:
             return _NONE

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ...scene import Contact, Law, Scene
+from ...tolerances import NONZERO
 from ..truths.planar import PlanarImpacts
 from .bodies import Link, random_links, random_state, robot_of
 from .sweep import STATES, Case, Sweep, decades
@@ -116,7 +117,7 @@ SWEEPS = (
         "restitution e",
         (
             0.0,
-            1e-300,
+            NONZERO,
             *decades(-16, -2, 2),
             0.5,
             *(1.0 - float(f"1e-{k}") for k in range(2, 17, 2)),
@@ -129,7 +130,7 @@ SWEEPS = (
     Sweep(
         "law-friction",
         "friction µ",
-        (0.0, 1e-300, 1e-16, 1e-8, 1e-4, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0),
+        (0.0, NONZERO, 1e-16, 1e-8, 1e-4, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0),
         law_friction,
         110,
         logarithmic=False,

@@ -22,6 +22,7 @@ from ...impact.laws.problem import Turning
 from ...laws.status import judged as judged_of
 from ...scene.friction import EllipticFriction, FrictionTable, StaticKinetic
 from ...scene.law import Law
+from ...tolerances import NONZERO
 from .sweep import STATES, Point, Sweep
 
 __all__ = ["SWEEPS", "Judged"]
@@ -104,9 +105,9 @@ def _ball(P: np.ndarray, speed: np.ndarray, limit: float, scale: float, still: f
 def _sides(problem: ContactProblem, P: np.ndarray, aim: np.ndarray, held: np.ndarray) -> float:
     """What is left of 0 ≤ P_n + held ⊥ ξ_n ≥ 0 of all contacts, relative."""
     m = 3 * len(problem.friction)
-    speeds = max(float(np.abs(problem.velocity_before).max()), 1e-300)
+    speeds = max(float(np.abs(problem.velocity_before).max()), NONZERO)
     normal, xi = P[2:m:3] + held, aim[2:m:3]
-    largest = max(float(np.abs(P).max()), float(held.max(initial=0.0)), 1e-300)
+    largest = max(float(np.abs(P).max()), float(held.max(initial=0.0)), NONZERO)
     both = np.minimum(np.maximum(normal, 0.0) / largest, np.maximum(xi, 0.0) / speeds)
     return float(np.max([-normal.min() / largest, -xi.min() / speeds, both.max()]))
 
@@ -115,13 +116,13 @@ def _energy(problem: ContactProblem, P: np.ndarray) -> tuple[float, float]:
     """What the impulses change the energy by, and the sizes that it is a sum of [J]."""
     after = problem.velocity_before + problem.delassus @ P
     change = 0.5 * float(P @ (problem.velocity_before + after))
-    return change, float(np.abs(P) @ (np.abs(problem.velocity_before) + np.abs(after))) + 1e-300
+    return change, float(np.abs(P) @ (np.abs(problem.velocity_before) + np.abs(after))) + NONZERO
 
 
 def _end(problem: ContactProblem, solution: ContactSolution) -> tuple[np.ndarray, float]:
     """(m,) velocities by u⁻ + W P, and how far the answer's are from them, relative."""
     after = problem.velocity_before + problem.delassus @ solution.impulse
-    size = float(np.abs(problem.velocity_before).max() + np.abs(after).max()) + 1e-300
+    size = float(np.abs(problem.velocity_before).max() + np.abs(after).max()) + NONZERO
     return after, float(np.abs(after - solution.velocity_after).max()) / size
 
 
@@ -140,7 +141,7 @@ def _turning(n: int, rng: np.random.Generator) -> Judged:
         raise TypeError("nothing turns")
     still, scale = (
         STILL * float(np.abs(problem.velocity_before).max()),
-        float(np.abs(P).max()) + 1e-300,
+        float(np.abs(P).max()) + NONZERO,
     )
     for i in range(n):
         normal, at = float(P[3 * i + 2]), m + 3 * i
@@ -167,7 +168,7 @@ def _adhesion(n: int, rng: np.random.Generator) -> Judged:
     left = max(left, _sides(problem, P, after, held))
     still, scale = (
         STILL * float(np.abs(problem.velocity_before).max()),
-        float(np.abs(P).max()) + 1e-300,
+        float(np.abs(P).max()) + NONZERO,
     )
     for i in range(n):
         limit = problem.friction[i] * (float(P[3 * i + 2]) + held[i])
@@ -199,7 +200,7 @@ def _friction(n: int, rng: np.random.Generator) -> Judged:
     left = max(left, _sides(problem, P, after, np.zeros(n)))
     still, scale = (
         STILL * float(np.abs(problem.velocity_before).max()),
-        float(np.abs(P).max()) + 1e-300,
+        float(np.abs(P).max()) + NONZERO,
     )
     for i, (model, axis) in enumerate(zip(models, axes, strict=True)):
         force, slip = P[3 * i : 3 * i + 2], after[3 * i : 3 * i + 2]
@@ -227,7 +228,7 @@ def _lzb(n: int, rng: np.random.Generator) -> Judged:
     solution = find_impulses(problem, Law("lzb", exponent=float(rng.choice([1.0, 1.5]))))
     P = solution.impulse
     after, left = _end(problem, solution)
-    speeds, scale = float(np.abs(problem.velocity_before).max()), float(np.abs(P).max()) + 1e-300
+    speeds, scale = float(np.abs(problem.velocity_before).max()), float(np.abs(P).max()) + NONZERO
     left = max(left, -float(P[2::3].min()) / scale, -float(after[2::3].min()) / speeds)
     across = np.hypot(P[0::3], P[1::3]) - problem.friction * P[2::3]
     change, size = _energy(problem, P)

@@ -22,6 +22,7 @@ import numpy as np
 
 from ...reference import Arithmetic
 from ...reference.arithmetic import Array
+from ...tolerances import NONZERO
 
 __all__ = ["followed"]
 
@@ -211,7 +212,7 @@ def _turned(
     faint = r * numbers.epsilon / 1000
     for _ in range(MOST_PANELS):
         distance = min((abs(complex(float(phi)) - other) for other in others), default=np.inf)
-        share = min(0.5, 0.5 * distance / max(abs(float(phi)), 1e-300))
+        share = min(0.5, 0.5 * distance / max(abs(float(phi)), NONZERO))
         far = -phi * numbers.number(share)
         panel = _panel(rates, phi, far, r, now, mu)
         ends = _events(now, law, e, target, panel)

@@ -13,6 +13,8 @@ from ...errors import InputError
 
 __all__ = ["Factor"]
 
+# Of the largest: a mass and a row that are none.
+LIGHTEST, NULL_ROW = 1e-9, 1e-12
 SMALLEST_PIVOT = 1e-13
 _NONE = np.ones(0)
 
@@ -37,9 +39,9 @@ class Factor:
         if not singular and self._decompose(mass_matrix):
             return
         diagonal = np.diagonal(mass_matrix)
-        weights = np.maximum(diagonal, 1e-9 * diagonal.max(initial=0.0))
+        weights = np.maximum(diagonal, LIGHTEST * diagonal.max(initial=0.0))
         sizes = np.sqrt((rows**2 / weights).sum(axis=1))
-        live = sizes > 1e-12 * sizes.max(initial=0.0)
+        live = sizes > NULL_ROW * sizes.max(initial=0.0)
         self._lengths = np.where(live, sizes, np.inf)
         self._unit = rows / self._lengths[:, None]
         if not self._decompose(mass_matrix + self._unit.T @ self._unit):

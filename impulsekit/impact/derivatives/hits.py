@@ -23,6 +23,10 @@ from .modes import EDGE
 
 __all__ = ["HitFound", "Hits", "follow_hits"]
 
+# Of the largest: a half-solved row that is none, and singular values of dependent rows.
+NULL_ROW, DEPENDENT = 1e-11, 1e-10
+# A normal velocity that a hit changes by less, relative, stays as it was.
+UNMOVED = 1e-12
 # So many are differentiated one by one; longer series are known by their limit.
 MOST_HITS = 2000
 
@@ -83,8 +87,8 @@ class _Elimination:
         if count:
             # λ = −(A M⁻¹ Aᵀ)⁺ A M⁻¹ Jᵀ P, of least norm where rows are redundant.
             sizes = np.sqrt(np.einsum("ij,ij->j", rows, rows))
-            sizes = np.where(sizes > 1e-11 * sizes.max(), sizes, np.inf)
-            self.borne = -np.linalg.lstsq(rows / sizes, points, rcond=1e-10)[0] / sizes[:, None]
+            sizes = np.where(sizes > NULL_ROW * sizes.max(), sizes, np.inf)
+            self.borne = -np.linalg.lstsq(rows / sizes, points, rcond=DEPENDENT)[0] / sizes[:, None]
         else:
             self.borne = np.zeros((0, points.shape[1]))
         left = points + rows @ self.borne
@@ -166,7 +170,7 @@ def _in_sequence(
             if j != i:
                 edges.append(f"{names[i]}: {names[j]} approaches just as fast")
         velocity = now + problem.delassus[:, 3 * i : 3 * i + 3] @ share
-        at_rest &= np.abs(velocity[2::3] - normals) <= 1e-12 * scale
+        at_rest &= np.abs(velocity[2::3] - normals) <= UNMOVED * scale
         at_rest[i] = problem.restitution[i] == 0.0
         yield i, share
     for j in np.flatnonzero((np.abs(velocity[2::3]) <= small) & ~at_rest).tolist():

@@ -20,6 +20,8 @@ from .modes import EDGE
 
 __all__ = ["PARAMETERS", "PathDerivative", "path_derivative"]
 
+# The path ends long before [N s]; relative and absolute errors along it; speeds below are not.
+LONGEST, RTOL, ATOL, LEAST = 1e12, 1e-12, 1e-14, 1e-3
 # W: t1t1, t1t2, t2t2, t1n, t2n, nn; the velocity at the start; u_n⁻, e and µ.
 PARAMETERS = 12
 _N1, _N2, _NN = 3, 4, 5
@@ -319,11 +321,11 @@ class _Path:
         # States lie together, then each parameter's.
         found = solve_ivp(
             both,
-            (0.0, 1e12),
+            (0.0, LONGEST),
             start.T.ravel(),
             "DOP853",
-            rtol=1e-12,
-            atol=1e-14 * max(self.scale, self.scale / inertia, 1e-3),
+            rtol=RTOL,
+            atol=ATOL * max(self.scale, self.scale / inertia, LEAST),
             events=(ends, stops, back),
         )
         if not found.success or len(found.t_events[2]):

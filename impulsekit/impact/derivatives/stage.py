@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg.lapack import dgesv
 
+from ...tolerances import NONZERO
 from ..axes_of_vectors import faint_axes, lengths_of_vectors
 from ..elimination import NULL_ROW, RANK_TOLERANCE
 from .factor import Factor
@@ -117,7 +118,7 @@ class Stage:
         delassus = rows.dot(self._moved)
         diagonal = delassus.diagonal()
         sizes = diagonal.tolist()
-        smallest = NULL_ROW * max(*sizes, 1e-300) if sizes else 0.0
+        smallest = NULL_ROW * max(*sizes, NONZERO) if sizes else 0.0
         any_null = count > 0 and min(sizes) <= smallest
         self.null = diagonal <= smallest if any_null else np.zeros(count, dtype=bool)
         # Φ and E, by equation; Φ is None where it is the identity.

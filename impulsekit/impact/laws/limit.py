@@ -19,6 +19,10 @@ from .problem import ContactProblem
 
 __all__ = ["Jump", "find_limit"]
 
+# Of the largest impulse: a pull, or more than friction gives, by rounding. Of the bound: excess.
+OF_LARGEST, OF_BOUND = 1e-12, 1e-6
+# An approach by rounding, relative.
+ROUNDING = 1e-15
 Hits = list[tuple[int, tuple[float, float, float]]]
 
 # Of the velocities, what a jump may be off where slip turns on the way, or where redundant
@@ -193,11 +197,11 @@ def _holds(
     triples = impulse.reshape(-1, 3)
     tangents = np.hypot(triples[:, 0], triples[:, 1])
     size = np.abs(impulse).max(initial=0.0)
-    if not np.isfinite(size) or (triples[:, 2] < -1e-12 * size).any():
+    if not np.isfinite(size) or (triples[:, 2] < -OF_LARGEST * size).any():
         return False
-    if (tangents > problem.friction * triples[:, 2] * (1.0 + 1e-6) + 1e-12 * size).any():
+    if (tangents > problem.friction * triples[:, 2] * (1.0 + OF_BOUND) + OF_LARGEST * size).any():
         return False
     paces = (roots * velocity)[2::3]
     after = (roots * (velocity + change))[2::3]
-    rounding = 1e-15 * float(np.abs(roots * velocity).max())
+    rounding = ROUNDING * float(np.abs(roots * velocity).max())
     return bool(after.min() >= LEFT * min(paces.min(), 0.0) - rounding)

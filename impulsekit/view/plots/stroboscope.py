@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...errors import RangeError
+from ...tolerances import NONZERO
 from ..motions import Shown, shown_motion
 from .canvas import axes_or_new, ink_of, on_sheet, tidy
 
@@ -116,7 +117,7 @@ def _plane_of(shown: Shown) -> str:
         return "xy"
     moved = np.ptp(poses, axis=0).max(axis=0)
     wide = np.ptp(poses.reshape(-1, 3), axis=0)
-    scale = max(float(wide.max()), 1e-300)
+    scale = max(float(wide.max()), NONZERO)
     # Of a pure shift along one axis the other one is that in which the robot is seen best.
     score = np.where(moved > STILL * scale, moved, 0.0) + STILL * wide
     first, second = sorted(np.argsort(-score, kind="stable")[:2])
