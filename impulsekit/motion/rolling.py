@@ -19,6 +19,7 @@ from ..laws.product_cones import SMALL, find_cone_impulses
 from ..rows.pair import turning_rows
 from ..scene import Collision, Contact, Scene
 from ..scene.contacts import turns
+from ..tolerances import NONZERO
 from .rest_law import BAR, RestNotSolved
 from .turn import GROWN, NO_TURN, Turn, after_stop, direction_of_slip, way_of_slip
 
@@ -327,7 +328,7 @@ def _least_moments(
             coupled, mobility, free, np.where(held, 0.0, start), plain
         )
         if residual <= BAR:
-            unit = 1.0 / np.sqrt(np.maximum(mobility, 1e-300))
+            unit = 1.0 / np.sqrt(np.maximum(mobility, NONZERO))
             rates = np.abs(unit * (free + coupled.dot(without)))
             if rates[held].max() <= SMALL * np.abs(unit * free).max():
                 return without
