@@ -24,6 +24,8 @@ UNCHANGED = 1e-12
 # Beside this share of inertia, rounding (2e-16) in the model's numbers moves velocities by more
 # than the 1e-9 that a valid answer keeps.
 FAINT_INERTIA = 2e-7
+# [m] Moments of contact have shorter levers than this, 1e-5 to 5e-2 m in practice.
+LONG_LEVER = 0.2
 # A plane whose normal is this near the way up (cosine) is a floor.
 UPWARDS = 0.7
 
@@ -45,9 +47,23 @@ def doubts_of(impact: Impact) -> tuple[str, ...]:
                 found.append(f"{opening.name} is open by {opening.gap:.3g} m")
         if scene.gap_bound < np.inf:
             found += _under_grounds(scene, posture)
+    found += _long_levers(scene)
     found += _nothing_strikes(impact, gaps)
     found += _next_to_no_inertia(impact)
     return tuple(found)
+
+
+def _long_levers(scene: Scene) -> Iterator[str]:
+    """Rolling and torsional friction that is likely a number without unit, or in millimetres."""
+    names = scene.entry_names("contacts")
+    for name, entry in zip(names, scene.contacts, strict=True):
+        for word in ("rolling", "torsion"):
+            length = getattr(entry, word, 0.0)
+            if length > LONG_LEVER:
+                yield (
+                    f"{name}: {word} is {length:.3g} m; it is a length, about the size of the area "
+                    "of contact"
+                )
 
 
 def _of_contacts(scene: Scene, gaps: tuple[ContactGap, ...]) -> Iterator[str]:

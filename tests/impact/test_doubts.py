@@ -194,3 +194,13 @@ def test_what_rounding_alone_resists_is_refused(feet):
     touching = ik.Scene(scene.robot, scene.impulses, contacts=contacts)
     with pytest.raises(SingularMassError, match='"neck_roll", "neck_yaw" moves no mass'):
         ik.solve(touching, q, v)
+
+
+def test_rolling_friction_without_a_unit_is_doubted():
+    robot = ball()
+    v = robot.velocity(root_joint=[0, 0, -1, 0, 0, 1])
+    for rolling, torsion, word in ((0.5, 0.01, "rolling is 0.5 m"), (0.01, 5.0, "torsion is 5 m")):
+        floor = ik.Contact("ball", at=[0, 0, -0.1], rolling=rolling, torsion=torsion)
+        scene = ik.Scene(robot, contacts=[floor], gap_bound=np.inf)
+        with pytest.warns(SetupWarning, match=f"{word}; it is a length"):
+            ik.solve(scene, robot.neutral(), v)
