@@ -233,8 +233,9 @@ def calibrate(recordings: Recording | Sequence[Recording], scene: Scene) -> Cali
     if len(several) < 2:
         notes.append("one recording alone tells no uncertainty; give several")
     sigma = {
-        "length_scale": float(np.sqrt(along @ spread @ along)) / size,
-        "gravity_tilt": np.sqrt(np.diagonal(axes[:, :2].T @ spread @ axes[:, :2])) / (scale * size),
+        "length_scale": _deviation(along, spread) / size,
+        "gravity_tilt": np.array([_deviation(axis, spread) for axis in axes[:, :2].T])
+        / (scale * size),
         "sensor_offset": floor.sigma[3:],
         "mass_centre": np.hypot(
             np.where(sure, floor.sigma[3:], 0.0),
@@ -259,6 +260,14 @@ def _with_mass_centre(scene: Scene, shift: np.ndarray) -> Scene:
     lever = own.lever + shift * (pin.computeTotalMass(model) / own.mass)
     model.inertias[root] = pin.Inertia(own.mass, lever, own.inertia)
     return replace(scene, robot=Robot.from_model(model))
+
+
+def _deviation(way: np.ndarray, covariance: np.ndarray) -> float:
+    """The standard deviation along a direction; infinite where an entry that counts is."""
+    counts = np.outer(way, way) != 0.0
+    if not np.isfinite(covariance[counts]).all():
+        return np.inf
+    return float(np.sqrt(np.sum(np.outer(way, way)[counts] * covariance[counts])))
 
 
 def _is_sure(value: np.ndarray, deviation: np.ndarray) -> np.ndarray:

@@ -121,11 +121,15 @@ class _Reader:
         self.columns: dict[str, np.ndarray] = {}
         for name, values in columns.items():
             try:
+                if np.iscomplexobj(values):
+                    raise TypeError
                 self.columns[str(name)] = np.array(values, dtype=float)
             except (TypeError, ValueError, OverflowError):
                 raise NotFiniteError(
                     f'{where}: column "{name}" must be numbers', what=str(name), where=where
                 ) from None
+            if self.columns[str(name)].size == 0:
+                raise InputError(f'{where}: column "{name}" holds no samples')
         if "time" in self.columns:
             self.columns["t"] = self.columns.pop("time")
         self._check_names()

@@ -30,6 +30,8 @@ FEWEST_RECORDINGS = 8
 # A box shrinks to this many times the spread of resampled least points, and no further at once
 # than to a share of itself.
 WIDENED, LEAST_SHARE = 1.2, 0.12
+# Of the last box: what is nearer to its edge may have its least point beyond.
+EDGE = 0.02
 # Of the first box: an interval that is wider leaves a parameter weakly determined.
 WEAK = 0.1
 
@@ -305,6 +307,15 @@ class _Search:
             for edge, word in ((first_low[i], "least"), (first_high[i], "largest")):
                 if abs(self.centre[i] - edge) < 1e-6 * (first_high[i] - first_low[i]):
                     notes.append(f"{name} is the {word} value that was searched")
+            near = EDGE * (self.high[i] - self.low[i])
+            if (first_low[i] < self.low[i] and self.centre[i] - self.low[i] < near) or (
+                self.high[i] < first_high[i] and self.high[i] - self.centre[i] < near
+            ):
+                low, high = (self._outer(end)[i] for end in (self.low, self.high))
+                notes.append(
+                    f"{name} lies at the edge of the last box, {low:.3g} to {high:.3g}: its least "
+                    "point may be beyond; try another seed, or fewer unknowns"
+                )
         if self._failed:
             notes.append(f"{self._failed} motions on the way did not come to their end")
         for what, own in (("fitted", errors), ("held-out", held)):

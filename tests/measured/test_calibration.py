@@ -99,3 +99,14 @@ def test_what_cannot_be_calibrated_is_said():
     recording = Recording(panda, np.arange(40) / 100, np.tile(panda.neutral(), (40, 1)))
     with pytest.raises(InputError, match="no free-flyer"):
         calibrate(recording, ik.Scene(panda, gravity=[0, 0, -9.81]))
+
+
+@pytest.mark.filterwarnings("error")
+def test_one_recording_tells_no_uncertainty():
+    t = np.arange(40) / 148
+    q = np.tile([0, 0, 0.6, 0, 0, 0, 1.0], (40, 1))
+    q[:, 2] += t - 0.5 * 9.7 * t**2
+    found = calibrate(Recording(SCENE.robot, t, q), SCENE)
+    assert found.length_scale == pytest.approx(9.7 / 9.81, abs=1e-4)
+    assert found.sigma["length_scale"] == np.inf and np.isinf(found.sigma["gravity_tilt"]).all()
+    assert any("one recording alone" in note for note in found.notes)

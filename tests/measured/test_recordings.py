@@ -231,3 +231,11 @@ def test_files_that_are_no_recording(tmp_path):
     np.savez(tmp_path / "i.npz", t=[0.0, 1.0], q=np.zeros((2, 7)), offset=[0, 3])
     with pytest.raises(InputError, match="offset must rise"):
         load_recordings(tmp_path / "i.npz", BALL)
+
+
+def test_columns_that_are_empty_or_complex(truth):
+    columns = columns_of(truth)
+    with pytest.raises(InputError, match='column "t" holds no samples'):
+        Recording.from_columns(BALL, {name: each[:0] for name, each in columns.items()})
+    with pytest.raises(NotFiniteError, match='"position" must be numbers'):
+        Recording.from_columns(BALL, {**columns, "position": columns["position"] + 1e-3j})
