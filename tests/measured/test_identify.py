@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import impulsekit as ik
 from impulsekit.cli import main
 from impulsekit.errors import InputError, RangeError, UnknownNameError
 from impulsekit.measured import Recording, fit_motion, identify
+from impulsekit.measured.motions import _Search
 from impulsekit.measured.surface import design_points, least_of
 from tests.measured.bodies import G, ball_scene, bouncing_ball, noisy
 
@@ -124,6 +126,18 @@ def test_whole_motions_tell_e_by_speed():
     assert (low < [0.6, 0.4]).all() and (high > [0.6, 0.4]).all()
     fitted = found.scene.contacts[0].restitution
     assert fitted.values == pytest.approx(found.values)
+
+
+def test_a_value_at_the_edge_of_the_last_box_is_said():
+    search = _Search.__new__(_Search)
+    search._parameters = [SimpleNamespace(name="e"), SimpleNamespace(name="mu")]
+    search._log, search._failed = np.zeros(2, dtype=bool), 0
+    search._searched, search.samples = np.array([[0, 1.0], [0, 1.0]]), np.full((5, 2), 0.5)
+    search.low, search.high = np.array([0.0, 0.2]), np.array([0.3, 0.4])
+    # The edge of the first box is no edge of a last one.
+    search.centre = np.array([0.001, 0.201])
+    notes = search._notes(np.zeros((1, 2)), np.zeros((0, 2)))
+    assert len(notes) == 1 and notes[0].startswith("mu lies at the edge of the last box, 0.2 to")
 
 
 def test_a_friction_that_is_no_number_is_refused():
