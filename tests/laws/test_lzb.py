@@ -230,3 +230,18 @@ def test_bad_input_is_one_clear_error():
     batch = ik.solve_batch(scene, np.tile(ball.neutral(), (2, 1)), fall)
     assert not batch.plan.kernel and "lzb" in batch.plan.why[0]
     assert np.array_equal(batch.v_after[1], impact.v_after)
+
+
+def test_a_change_that_ends_within_a_step_is_not_passed_over():
+    """A soft contact beside one 50 times as stiff: its works and velocities were 2e-6 apart."""
+    across = -1.3792870147130296
+    W = np.zeros((6, 6))
+    W[2, 2], W[5, 5], W[2, 5], W[5, 2] = 0.9835042374499396, 4.03373955332052, across, across
+    free = np.array([0.0, 0.0, -1.5323331430196192, 0.0, 0.0, -1.1786071582628566])
+    stiffness = np.array([19614.97486184975, 956608.1009101571])
+    e = np.full(2, 0.5)
+    code, residual, P, after, work, _, _ = strike_by_energy(W, free, e, np.zeros(2), stiffness, 1.0)
+    assert code == ik.Status.SOLVED
+    assert residual < 1e-12
+    assert after == pytest.approx(free + W @ P, abs=1e-14)
+    assert work.sum() == pytest.approx(0.5 * P @ (free + after), abs=1e-12)
