@@ -14,6 +14,7 @@ __all__ = [
     "factorize",
     "gauss",
     "gauss_of_rank",
+    "invert",
     "lower_solve",
     "null_rows",
     "pivoted_cholesky",
@@ -59,6 +60,38 @@ def eliminate(lower: np.ndarray, n: int, x: np.ndarray) -> None:
         for k in range(i + 1, n):
             total -= lower[k, i] * x[k]
         x[i] = total / lower[i, i]
+
+
+@compiled
+def invert(a: np.ndarray, n: int, row: np.ndarray) -> bool:
+    """A symmetric positive definite matrix becomes its inverse; False where it is none.
+
+    The sweep operator, on the lower triangle (Goodnight 1979). ``row`` is room, (n,).
+    """
+    for k in range(n):
+        pivot = a[k, k]
+        if not pivot > 0.0:
+            return False
+        part = 1.0 / pivot
+        for j in range(k):
+            row[j] = a[k, j]
+        for i in range(k, n):
+            row[i] = a[i, k]
+        for i in range(n):
+            if i != k:
+                factor = row[i] * part
+                for j in range(i + 1):
+                    a[i, j] -= factor * row[j]
+        for j in range(k):
+            a[k, j] = row[j] * part
+        for i in range(k + 1, n):
+            a[i, k] = row[i] * part
+        a[k, k] = -part
+    for i in range(n):
+        for j in range(i + 1):
+            a[i, j] = -a[i, j]
+            a[j, i] = a[i, j]
+    return True
 
 
 @compiled

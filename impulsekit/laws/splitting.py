@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from .compiled import compiled
-from .dense import cholesky, eliminate
+from .dense import invert
 from .workspace import Workspace
 
 __all__ = ["split"]
@@ -25,25 +25,31 @@ def split(work: Workspace, n: int, steps: int, rate: float) -> float:
     y and z are in units of ``work.unit`` (n,): P = unit y, of one size for a contact's three rows.
     """
     W, b, mu, y, z, unit = work.W, work.b, work.mu, work.y, work.z, work.unit
-    matrix, lower, x, last = work.matrix, work.way, work.x, work.moved
+    inverse, x, last, right = work.matrix, work.x, work.moved, work.best
     size = 3 * n
     fresh = True
     for step in range(steps):
         if fresh:
             for i in range(size):
                 for j in range(size):
-                    matrix[i, j] = unit[i // 3] * W[i, j] * unit[j // 3]
-                matrix[i, i] += rate
-            if not cholesky(matrix, size, lower) > 0.0:
+                    inverse[i, j] = unit[i // 3] * W[i, j] * unit[j // 3]
+                inverse[i, i] += rate
+            if not invert(inverse, size, last):
                 return rate
             fresh = False
         for i in range(n):
             k = 3 * i
             slip = math.sqrt(z[k] * z[k] + z[k + 1] * z[k + 1])
             for j in range(k, k + 3):
-                x[j] = rate * y[j] - unit[i] * b[j] - z[j]
-            x[k + 2] -= mu[i] * slip
-        eliminate(lower, size, x)
+                right[j] = rate * y[j] - unit[i] * b[j] - z[j]
+            right[k + 2] -= mu[i] * slip
+        for i in range(size):
+            x[i] = 0.0
+        # By columns, which lie as the rows do: many entries at once.
+        for j in range(size):
+            share = right[j]
+            for i in range(size):
+                x[i] += share * inverse[j, i]
         apart = 0.0
         moved = 0.0
         for i in range(n):
