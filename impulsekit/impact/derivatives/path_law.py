@@ -30,7 +30,6 @@ _U1, _U2, _UN, _BEFORE, _E, _MU = 6, 7, 8, 9, 10, 11
 U1, U2, UN, P1, P2, P, WORK = range(7)
 FAINT = math.log(1e-14)
 MOST_STRETCHES = 200
-
 _ZERO, _NO = np.zeros((2, 2)), np.zeros(2)
 # By parameter of W: ∂W_tt (2, 2) and ∂W_tn (2,).
 _CHANGES = {
@@ -397,6 +396,5 @@ class _Path:
         by_parameter[0, _MU], by_parameter[1, _MU] = across @ by_mu, s @ by_mu
         by_parameter[3, _MU] = -r * float(w @ s)
         by_parameter[4:6, _MU] = -r * s
-        table = z[7:].reshape(PARAMETERS, 7).T
-        change_of_table = slope @ table + by_parameter
+        change_of_table = slope @ z[7:].reshape(PARAMETERS, 7).T + by_parameter
         return np.concatenate([rates, change_of_table.T.ravel()]) / inertia
