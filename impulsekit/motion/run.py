@@ -35,6 +35,8 @@ __all__ = ["Run"]
 
 # So many events without any time between them never end.
 MOST_STILL = 1000
+# Points that jam one after the other, at one time.
+MOST_JAMS = 8
 # A point that comes down faster than this [m/s] beside others that rest is met, not laid down.
 LANDS = 1e-5
 
@@ -141,12 +143,21 @@ class Run:
         except Stopped as stop:
             if stop.status is not MotionStatus.REST_NOT_SOLVED:
                 raise
-            taking_part = [c.gap for c in now.resting.contacts]
-            self._refuse_storm()
-            if not self._striking.without_collision():
-                raise
-            come_to_rest(now, taking_part)
-            return True
+            for _ in range(MOST_JAMS):
+                taking_part = [c.gap for c in now.resting.contacts]
+                self._refuse_storm()
+                if not self._striking.without_collision():
+                    raise
+                try:
+                    come_to_rest(now, taking_part)
+                except Stopped as jammed:
+                    # The one that has stopped may let another jam.
+                    stop = jammed
+                    if stop.status is not MotionStatus.REST_NOT_SOLVED:
+                        raise
+                    continue
+                return True
+            raise stop from None
         return False
 
     def _go_on(self, deepest: np.ndarray) -> None:

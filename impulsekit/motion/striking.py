@@ -27,6 +27,10 @@ __all__ = ["Striking"]
 # Where friction jams a sliding contact it is pressed in by this part of the slip, or of what its
 # velocity is the sum of, whichever is more: beyond rounding, and without weight in the answer.
 PRESSED, PRESSED_OF_SUM = 1e-12, 1e-14
+# Where several points slide the law may take the first for rounding that need not be met: more.
+PRESSED_MORE = 1e-8
+# Slip below the first stops where it jams; below the second it has stopped [m/s].
+SLOW_SLIP, NO_SLIP = 1e-5, 1e-14
 # Changes of velocity so many times the pressing are an impact's, and not the pressing's own.
 AN_IMPACT = 1e3
 
@@ -141,25 +145,39 @@ class Striking:
         slip = np.delete(jacobian.dot(now.v), np.s_[2::3])
         normals = jacobian[2::3]
         sums = np.abs(normals).dot(np.abs(now.v))
-        pressed = max(
-            PRESSED * float(np.abs(slip).max(initial=0.0)),
-            PRESSED_OF_SUM * float(sums.max(initial=0.0)),
-        )
-        if not pressed > 0.0:
+        fastest = float(np.abs(slip).max(initial=0.0))
+        least = PRESSED_OF_SUM * float(sums.max(initial=0.0))
+        taking_part = now.entries_of(c.gap for c in contacts)
+        for share in (PRESSED, PRESSED_MORE):
+            pressed = max(share * fastest, least)
+            if not pressed > 0.0:
+                return False
+            approach = normals.dot(now.v) + pressed
+            v = now.v + now.dynamics.moved(now.q, normals, -approach)
+            try:
+                impact = self._solver_of(True).solve_touching(now.q, v, taking_part)
+            except ImpulsekitError as error:
+                if error.from_function:
+                    raise
+                return False
+            if np.abs(jacobian.dot(impact.dv)).max() > AN_IMPACT * pressed:
+                self._accept(impact)
+                return True
+        return self._stop_slow_slip(jacobian)
+
+    def _stop_slow_slip(self, jacobian: np.ndarray) -> bool:
+        """Where no forces hold what rests, points that hardly slide stop; whether there were any.
+
+        Such a slip is smaller than what the jam's impact could be told from.
+        """
+        now = self._present
+        slip = jacobian.dot(now.v).reshape(-1, 3)
+        speeds = np.hypot(slip[:, 0], slip[:, 1])
+        slow = (speeds > 0.0) & (speeds < SLOW_SLIP)
+        if not speeds[slow].max(initial=0.0) > NO_SLIP:
             return False
-        approach = normals.dot(now.v) + pressed
-        v = now.v + now.dynamics.moved(now.q, normals, -approach)
-        try:
-            impact = self._solver_of(True).solve_touching(
-                now.q, v, now.entries_of(c.gap for c in contacts)
-            )
-        except ImpulsekitError as error:
-            if error.from_function:
-                raise
-            return False
-        if not np.abs(jacobian.dot(impact.dv)).max() > AN_IMPACT * pressed:
-            return False
-        self._accept(impact)
+        rows = np.flatnonzero(np.repeat(slow, 3) & (np.arange(slip.size) % 3 != 2))
+        now.strike(now.v + now.dynamics.moved(now.q, jacobian[rows], -slip.ravel()[rows]))
         return True
 
     def _lie_still(self, impact: Impact) -> bool:

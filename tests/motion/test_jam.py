@@ -114,3 +114,21 @@ def test_what_is_wedged_without_any_force_stands_still(seed):
     motion = ik.simulate(scene, q, v, duration=1.0)
     assert motion.status.finished, motion.detail
     assert np.abs(motion.v[-1]).max() < 1e-12
+
+
+def test_feet_of_a_robot_that_jam_one_after_the_other():
+    """A quadruped lands on stiff joints: a foot that friction jams while it hardly slides stops."""
+    robot = ik.Robot.from_example("anymal", root="freeflyer")
+    feet = ["LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"]
+    q = robot.neutral()
+    height = min(robot.placement(q, foot).position[2] for foot in feet)
+    q = robot.configuration(root_joint=[0, 0, 0.05 - height, 0, 0, 0, 1])
+    joints = list(robot.model.names)[2:]
+    springs = [ik.JointSpring(name, stiffness=3000.0, damping=0.5) for name in joints]
+    contacts = [ik.Contact(foot, friction=0.6) for foot in feet]
+    scene = ik.Scene(robot, contacts=contacts, forces=springs)
+    motion = ik.simulate(scene, q, robot.velocity(), duration=0.21, samples=43)
+    assert motion.status is ik.MotionStatus.FINISHED
+    # Nothing drives it: energy only falls, up to what integration leaves.
+    energy = motion.energy().total
+    assert np.diff(energy).max() < 1e-6 * energy.max() and len(motion.impacts) > 15
