@@ -161,6 +161,8 @@ class Elimination:
             imposed: gives (m,) the velocities that the bilateral rows are to have.
         """
         sizes = np.einsum("ij,ij->j", half_contacts, half_contacts)
+        # A contact's three rows are made of the same terms, and have the rounding of the largest.
+        sizes = sizes.reshape(-1, 3).max(axis=1).repeat(3)
         # The span is known as well as its narrowest direction.
         narrow = self._span.values.min(initial=1.0)
         bar = max(DEPENDENT, SPAN_ROUNDING / narrow)
