@@ -64,6 +64,8 @@ class ConstrainedJump:
 
     Attributes:
         model, data: of what is reached.
+        always_regular: whether no configuration brings pivots near rounding.
+        is_sparse: whether Pinocchio's sparse Cholesky takes the model, where pivots allow it.
     """
 
     def __init__(
@@ -73,7 +75,7 @@ class ConstrainedJump:
         self._rows = ConstraintRows.of(scene, reached) if scene.held else None
         self._contacts = SceneContacts(scene, reached) if scene.contacts else None
         self.model, self.data = known.model, known.model.createData()
-        self._always_regular = always_regular
+        self.always_regular = always_regular
         # Rows have to make up for what M lacks at every configuration, whatever pivots say.
         motions = () if always_regular else scene.robot.massless_motions
         self._singular = any(motion.joint in reached.model.names for motion in motions)
@@ -88,6 +90,7 @@ class ConstrainedJump:
         self._dense = self.model.nv < 2 or any(
             joint.shortname() == "JointModelMimic" for joint in self.model.joints
         )
+        self.is_sparse = not (self._dense or self._singular)
 
     @property
     def contacts(self) -> SceneContacts:
@@ -96,14 +99,9 @@ class ConstrainedJump:
             raise InputError("no contacts")
         return self._contacts
 
-    @property
-    def is_sparse(self) -> bool:
-        """Whether Pinocchio's sparse Cholesky takes the model, where pivots allow it."""
-        return not (self._dense or self._singular)
-
     def is_regular(self) -> bool:
         """Whether no pivot of the sparse factor in ``data`` is near rounding."""
-        return self._always_regular or pivots_are_safe(self.data, self._least_pivot)
+        return pivots_are_safe(self.data, self._least_pivot)
 
     def solve(
         self,
@@ -135,7 +133,7 @@ class ConstrainedJump:
         factor: SparseFactor | FilledFactor | None = None
         if self.is_sparse:
             decompose(model, data)
-            if self.is_regular():
+            if self.always_regular or self.is_regular():
                 factor = SparseFactor(model, data)
         if factor is None:
             faint = not self._dense and self._least_pivot == FAINT_PIVOT

@@ -56,7 +56,7 @@ class SeveralContactsJump:
         rows = np.concatenate([point.jacobian(data, q) for point in self._points])
         crba(model, data, q)
         decompose(model, data)
-        if not self._general.is_regular():
+        if not (self._general.always_regular or self._general.is_regular()):
             return self._general.solve(q, v)
         given = data.U.T, data.D, rows, v, self._coefficients, self._restitution
         found = strike_in_turn(*given, self._slip) if self._in_turn else strike_at_once(*given)

@@ -128,9 +128,13 @@ class Entry(Generic[P, R]):
         """Whether compiled code of these sources is on disk."""
         return is_stored(self.py_func, repr(OPTIONS))
 
-    def load(self) -> None:
-        """Many calls are to come: run compiled code from now on if it is on disk."""
-        if self._code is None and not self._looked:
+    def load(self, *, again: bool = False) -> None:
+        """Many calls are to come: run compiled code from now on if it is on disk.
+
+        Args:
+            again: look even where it was not there the last time.
+        """
+        if self._code is None and (again or not self._looked):
             self._looked = True
             if self.is_stored:
                 self.compile()

@@ -20,10 +20,11 @@ def solve_pair(a: float, b: float, c: float, r1: float, r2: float) -> Pair:
         >>> solve_pair(2.0, 1.0, 1.0, 3.0, 2.0)
         (1.0, 1.0)
     """
+    # No −0 where nothing is asked for.
     if a >= c:
         share = b / a
         x2 = (r2 - share * r1) / (c - share * b)
-        return (r1 - b * x2) / a, x2
+        return (r1 - b * x2) / a + 0.0, x2 + 0.0
     share = b / c
     x1 = (r1 - share * r2) / (a - share * b)
-    return x1, (r2 - b * x1) / c
+    return x1 + 0.0, (r2 - b * x1) / c + 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..laws.compiled import Entry
 from ..scene import Collision, Scene
 
-__all__ = ["compile_motion", "load_shared"]
+__all__ = ["compile_motion", "load_motion", "load_shared"]
 
 
 def compile_motion(scene: Scene | None = None) -> None:
@@ -14,6 +14,18 @@ def compile_motion(scene: Scene | None = None) -> None:
     Args:
         scene: what moves; None for all that any scene needs.
     """
+    for entry in _entries(scene):
+        entry.compile()
+
+
+def load_motion(scene: Scene) -> None:
+    """Load what ``simulate`` calls for a scene where it is compiled by now, by whatever process."""
+    for entry in _entries(scene):
+        entry.load(again=True)
+
+
+def _entries(scene: Scene | None) -> list[Entry]:
+    """What motions of a scene call; of None, of any."""
     from ..geometry.polyhedron import separate
     from ..laws.resting import find_forces
     from .chart import unrolled
@@ -38,8 +50,7 @@ def compile_motion(scene: Scene | None = None) -> None:
         ]
     if scene is None or any(isinstance(entry, Collision) for entry in scene.contacts):
         entries.append(separate)
-    for entry in entries:
-        entry.compile()
+    return entries
 
 
 def load_shared() -> None:
