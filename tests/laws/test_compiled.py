@@ -101,6 +101,27 @@ def test_of_two_processes_one_compiles_and_the_other_waits_for_it(tmp_path):
     assert sum(int(count) for _, count in shown) == 2
 
 
+def test_what_another_process_has_compiled_since_is_loaded_when_looked_for_again(tmp_path):
+    script = f"""
+        import os, subprocess
+        made.twice.load()
+        compiles = "made.twice.compile()"
+        subprocess.run([sys.executable, "-c", begin + compiles], check=True)
+        made.twice.load()
+        first = made.twice.is_compiled
+        made.twice.load(again=True)
+        print(first, made.twice.is_compiled)
+    """
+    begin = (
+        "import importlib.util, sys, impulsekit\n"
+        "spec = importlib.util.spec_from_file_location("
+        f"'impulsekit.made', {str(tmp_path / 'made.py')!r})\n"
+        "made = sys.modules['impulsekit.made'] = importlib.util.module_from_spec(spec)\n"
+        "spec.loader.exec_module(made)\n"
+    )
+    assert run(tmp_path, f"begin = {begin!r}\n" + textwrap.dedent(script)) == "False True"
+
+
 @pytest.mark.parametrize(
     "damage", [lambda data: data[:1000], lambda data: b"", lambda data: b"?" * 99]
 )
