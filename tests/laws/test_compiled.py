@@ -102,7 +102,7 @@ def test_of_two_processes_one_compiles_and_the_other_waits_for_it(tmp_path):
 
 
 def test_what_another_process_has_compiled_since_is_loaded_when_looked_for_again(tmp_path):
-    script = f"""
+    script = """
         import os, subprocess
         made.twice.load()
         compiles = "made.twice.compile()"
