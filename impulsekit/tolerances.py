@@ -1,6 +1,6 @@
-"""Numbers that all rooms share and that decide nothing by themselves.
+"""Numbers that all packages share and that are no thresholds by themselves.
 
-What decides something stands at the top of the module that decides it, with its reason.
+A threshold stands at the top of the module that uses it, with its reason.
 """
 
 from __future__ import annotations
@@ -9,6 +9,6 @@ __all__ = ["EPS", "NONZERO"]
 
 # The rounding of a double, relative: the distance from 1 to the next one.
 EPS = 2.0**-52
-# Taken for a size that is 0 where something is divided by it: far below all that is measured, and
-# its inverse is still a double.
+# In place of a size 0 that something is divided by: far below all measured sizes, and its inverse
+# is still a double.
 NONZERO = 1e-300

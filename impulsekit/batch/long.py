@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LongTree", "long_chain", "long_tree"]
 
-# By how much a quaternion's length may differ from 1.
+# Tolerance for the length of a unit quaternion.
 UNIT = 1e-6
 _KINDS = {
     "revolute": layout.ANGLE,
@@ -156,7 +156,7 @@ class LongTree:
             if wrong.size:
                 raise StateError(
                     f"configuration q: the unit vector of body {bodies[wrong[0]]} has length "
-                    f"{lengths[wrong[0]]:.9g}, expected 1 within 1e-06",
+                    f"{lengths[wrong[0]]:.9g}, expected 1 within {UNIT:g}",
                     joint=f"joint_{bodies[wrong[0]]}",
                     value=float(lengths[wrong[0]]),
                 )

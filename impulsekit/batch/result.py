@@ -97,10 +97,12 @@ class ImpactBatch(Displayed):
 
     @property
     def normal_components(self) -> np.ndarray:
-        """(B, contacts, 3) along the normal of each contact that carries an impulse: velocity
-        before and after [m/s], positive where it parts, and impulse [N s]; of a joint stop [rad/s,
-        N m s]. Zero where none is carried. A contact of several points has their mean velocity
-        and the sum of their impulses."""
+        """(B, contacts, 3) u_n⁻, u_n⁺ [m/s] and P_n [N s] along each contact's normal.
+
+        Velocities are positive where the contact opens. Of a joint stop [rad/s, N m s]. A contact
+        without impulse has zeros; one of several points the mean velocity of the points that
+        carry one, and the sum of their impulses.
+        """
         return self._asked("normal_components")
 
     @property

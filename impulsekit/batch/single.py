@@ -141,7 +141,7 @@ def _write(scene: Scene, impact: Impact, row: int, arrays: dict[str, np.ndarray]
 
 
 def _along_normal(contact: ContactResult) -> tuple[float, float, float]:
-    """Mean normal velocity before and after, and normal impulse, of the points that are pressed."""
+    """Mean normal velocity before and after, and normal impulse, of points that carry one."""
     loaded = [point for point in contact.points if point.impulse.any()]
     if not loaded:
         return 0.0, 0.0, 0.0
@@ -149,7 +149,7 @@ def _along_normal(contact: ContactResult) -> tuple[float, float, float]:
         [
             [vector @ normal for vector in (p.velocity_before, p.velocity_after, p.impulse)]
             for p in loaded
-            # A stop's impulse is along its coordinate, and pushes.
+            # A joint stop pushes along its coordinate: the sign of its impulse is its normal.
             for normal in (np.sign(p.impulse) if p.normal is None else p.normal,)
         ]
     )

@@ -147,7 +147,7 @@ def solve_batch(
                 tell(end)
         else:
             _run(program, inputs, arrays, codes, number, _threads(threads), tell)
-            _keep_pressed(arrays.get("normal_components"))
+            _along_push(arrays.get("normal_components"))
             codes[np.broadcast_to(_beyond_products(inputs), codes.shape)] = AGAIN
             again = np.flatnonzero(codes == AGAIN)
             if len(again) and number == np.float32:
@@ -171,10 +171,10 @@ def solve_batch(
     return ImpactBatch(codes, plan, arrays, single, verdicts)
 
 
-def _keep_pressed(normals: np.ndarray | None) -> None:
-    """Normal components of kernels as they are told: along what pushes, where something does."""
+def _along_push(normals: np.ndarray | None) -> None:
+    """Give normal components of kernels the direction of the push; zero without an impulse."""
     if normals is not None:
-        # The row of a joint's stop is that of its coordinate, whichever limit it meets.
+        # The row of a joint stop is its coordinate's, at the lower and at the upper limit.
         normals *= np.sign(normals[..., 2:])
 
 
@@ -249,9 +249,10 @@ def _on_dask(
 def warm_up(scene: Scene, *, dtype: DTypeLike = np.float64) -> BatchPlan:
     """Compile the code that a scene needs for single states, motions and batches.
 
-    The first call after installation compiles for about ten seconds; later calls load the
+    The first call after installation compiles for ten seconds or more; later calls load the
     compiled code from disk within half a second. ``solve_batch`` does this itself when needed;
-    ``solve`` and ``simulate`` run as Python until compilation pays off.
+    ``solve`` and ``simulate`` run as Python until compilation pays off. Python and compiled code
+    may differ in the last digit: after ``warm_up``, motions are bit for bit the same each time.
 
     Args:
         scene: the scene.

@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING, TypeVar
 
 from ..errors import RangeError, ShapeError
 from ..scene.numbers import number
+from ..tolerances import EPS
 
 __all__ = ["Curve", "Hertz", "HuntCrossley", "MeasuredCurve", "PowerCurve"]
 
-# Forces that differ by less are one.
+# Forces at the ends of a piece that differ by less than this share are equal: the piece has no
+# slope, and its time is that under a constant force.
 SAME = 1e-9
-# Of doubles.
-EPSILON = 2.0**-52
+# Roundings by which the deepest indentation may differ from itself as an argument.
+ROUNDINGS = 8.0
 
 if TYPE_CHECKING:
     import numpy as np
@@ -105,17 +107,18 @@ class Hertz:
 
 @dataclass(frozen=True)
 class PowerCurve:
-    """A curve F = k δ^n, of a spring with n = 1; ``Hertz`` is one with n = 1.5.
+    """A curve F = k δ^n: a linear spring with n = 1, Hertz's contact with n = 1.5.
 
-    What an impact loses stays as a permanent indentation, as for ``Hertz``. Its methods take
-    arrays as they take numbers.
+    The energy that an impact loses stays as a permanent indentation, as for ``Hertz``.
+    ``energy``, ``force`` and ``deepest`` take numbers or arrays.
 
     Attributes:
         stiffness: k [N/m^n]; of a joint stop with rad in place of m.
         exponent: n, 1 to 10.
 
     Raises:
-        RangeError, NotFiniteError.
+        RangeError: a stiffness that is not above 0, an exponent outside 1 to 10.
+        NotFiniteError: something that is not a finite number.
 
     Example:
         >>> PowerCurve(stiffness=2e5, exponent=1.0).deepest(10.0)
@@ -150,8 +153,8 @@ class PowerCurve:
         most = self.deepest(0.5 * mass * speed * speed)
         whole = float(most / (n * speed) * _beta(1.0 / n))
         x = (indentation / most) ** n
-        # The deepest point, which is asked for most often, but for rounding.
-        if x >= 1.0 - 8.0 * EPSILON:
+        # The deepest point, the most frequent argument, needs no incomplete beta function.
+        if x >= 1.0 - ROUNDINGS * EPS:
             return whole
         from scipy.special import betainc
 

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 __all__ = ["ForceHistory", "checked_curve", "force_history", "way_of"]
 
-# A time behind the end by this share of the whole is the end; what a time may be off by, absolute
-# and relative.
+# A time after the end by less than this share of the duration is the end; absolute and relative
+# error of the fraction at which a time is reached.
 BEHIND, XTOL, RTOL = 1e-12, 1e-15, 1e-14
 # An imposed constraint whose rows jump by more than this share of the velocities acts as a blow.
 IMPOSED = 1e-9
@@ -40,7 +40,7 @@ class ForceHistory(OneLine):
     The direction of the force is that of the contact's impulse, and every joint reaction grows
     in proportion to it.
 
-    Everything but the peak is computed when it is first asked for.
+    Everything but the peak is computed on first access.
 
     Attributes:
         contact: the name of the contact.
@@ -245,13 +245,13 @@ def force_history(impact: Impact, curve: Curve, contact: str | int | None = None
     where = f'contact "{name}"'
     phases = phases_of(float(impulse), before, after, float(work), where)
     way = way_of(phases, curve, where)
-    # A curve that does not hold the energy is refused here.
+    # Raises here, not on first access, if a measured curve ends before it holds the energy.
     _ = way.peak
     return ForceHistory(name, phases.impulse, impact, point, way)
 
 
 def way_of(phases: Phases, curve: Curve, where: str) -> Elastic | Viscous:
-    """How a contact goes in and out on a curve."""
+    """Compression and restitution of a contact on a curve."""
     if isinstance(curve, HuntCrossley):
         return Viscous(phases, curve.stiffness, curve.exponent, where)
     if isinstance(curve, Hertz):
@@ -260,7 +260,7 @@ def way_of(phases: Phases, curve: Curve, where: str) -> Elastic | Viscous:
 
 
 def checked_curve(curve: Curve, what: str) -> None:
-    """Refuse what is no curve."""
+    """Raise InputError unless ``curve`` is one of the four kinds; ``what`` names the caller."""
     if not isinstance(curve, Curve):
         raise InputError(
             f"{what}: curve must be a Hertz, HuntCrossley, PowerCurve or MeasuredCurve, "
@@ -315,7 +315,7 @@ def _only_contact(impact: Impact, contact: str | int | None) -> tuple[int, int]:
 
 
 def _is_valid(impact: Impact) -> bool:
-    """``impact.is_valid()``, by the bound on residuals and not by the search for each."""
+    """``impact.is_valid()``, with a bound on the residuals in place of each of them."""
     if not impact.status_of_shown.valid:
         return False
     return not impact.uniqueness.several or impact.uniqueness.settled

@@ -29,7 +29,7 @@ __all__ = ["PeakForces", "peak_forces"]
 class PeakForces(OneLine):
     """The largest force of one contact at B states. Arrays are read-only.
 
-    Rows whose impact is not valid, and rows in which the contact was not struck, hold NaN and 0.
+    Rows whose impact is not valid hold NaN, rows in which the contact is not struck 0.
 
     Attributes:
         contact: the name of the contact.
@@ -38,7 +38,9 @@ class PeakForces(OneLine):
         peak_force: (B,) the largest normal force [N].
         indentation: (B,) the largest indentation [m].
         stored: (B,) the energy at the deepest point [J].
-        lost: (B,) what of it is not regained [J].
+        lost: (B,) the part of ``stored`` that is not regained [J].
+
+    Of a joint stop impulses and forces are N m s and N m, indentations rad.
 
     Example:
         >>> import numpy as np
@@ -70,16 +72,20 @@ def peak_forces(
 ) -> PeakForces:
     """The peak of ``force_history`` at many states, at the speed of ``solve_batch``.
 
+    One effective mass m = P/(c + s) moves in and out, with P the normal impulse, c and s the
+    normal speeds of approach and separation. The deepest indentation δ follows from
+    ∫₀^δ F dδ = ½ m c²; ``HuntCrossley`` has its largest force before it.
+
     Args:
-        scene: with one contact, no blows and no constraints; without friction, or under Newton's
-            law with slip at the end. There one effective mass, m = P/(c + s), moves in and out;
-            c and s are the normal speeds of approach and separation, P the normal impulse.
+        scene: one contact, no impulses, no constraints; no friction, or Newton's law with slip
+            at the end; no rolling, torsion or adhesion.
         q, v: (B, nq) or (nq,), and (B, nv) or (nv,).
-        curve: as for ``force_history``.
+        curve: ``Hertz``, ``HuntCrossley``, ``PowerCurve`` or ``MeasuredCurve``.
         restitution, friction, masses, points, threads: as for ``solve_batch``.
 
     Raises:
-        InputError: another scene, or a curve that is none; and what ``solve_batch`` raises.
+        InputError: another scene, or something that is not a curve.
+        What ``solve_batch`` raises.
         RangeError: a row's impact takes more energy than a measured curve holds;
             ``HuntCrossley`` with restitution below 0.03.
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["TransientContact", "transient_contact"]
 
-# Speeds that differ by less are one.
+# Links whose speeds differ by less than this share are equally fast: the first one is named.
 SAME = 1e-12
 # Speeds below this have no direction [m/s].
 STILL = 1e-12

@@ -21,19 +21,20 @@ if TYPE_CHECKING:
 
 __all__ = ["Viscous", "viscous_peak", "viscous_peaks"]
 
-# Damping λ c above this follows time over the logarithm of 1 + λ δ', which comes near 0 then.
+# Above this damping λ c, time is integrated over ln(1 + λ δ'), since 1 + λ δ' comes near 0.
 DAMPED = 0.3
 # Nodes of Gauss and Jacobi's quadrature; the integrands are analytic, and 40 reach 1e-15.
 NODES = 40
-# Of the work, what is lost and is rounding.
+# A loss below this share of the work is rounding error: no damping.
 LOSSLESS = 1e-14
-# λ times a speed below this leaves the spring alone to 1e-9 of its energy's own rounding.
+# Below this λ times the speed, damping changes the spring's energy by less than a billionth.
 UNDAMPED = 1e-9
 # Below this L(x) is summed as a series, whose terms behind the fifteenth are below 1e-17.
 SERIES = 0.05
 # ln(1/(1 − λ s)) above this leaves no digits in 1 − λ s: e below 0.03.
 STEEP = 34.5
-# Newton's steps take about six, and a bisection in between some more.
+# Newton's method takes about six steps, with a bisection in between some more; a step below
+# ROUNDING, relative, ends it.
 MOST_STEPS = 100
 ROUNDING = 4e-16
 

@@ -85,7 +85,6 @@ def shared_evenly(
     """
     null = np.eye(len(sizes)) - rows.T.dot(rows)
     weights = shared / sizes
-    shift = np.linalg.lstsq(weights[:, None] * null, -weights * (impulse * sizes), rcond=DEPENDENT)[
-        0
-    ]
+    shared_now = -weights * (impulse * sizes)
+    shift = np.linalg.lstsq(weights[:, None] * null, shared_now, rcond=DEPENDENT)[0]
     return impulse + null.dot(shift) / sizes

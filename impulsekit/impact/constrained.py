@@ -63,9 +63,9 @@ class ConstrainedJump:
     """Δv under bilateral rows and contacts, on CRBA with Cholesky.
 
     Attributes:
-        model, data: of what is reached.
-        always_regular: whether no configuration brings pivots near rounding.
-        is_sparse: whether Pinocchio's sparse Cholesky takes the model, where pivots allow it.
+        model, data: of the part of the robot that is reached.
+        always_regular: whether no configuration has pivots near rounding error.
+        is_sparse: whether Pinocchio's sparse Cholesky supports the model, where pivots allow it.
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class ConstrainedJump:
         """(nv,) Δv of the reached model, and the impulses that constraints and contacts took.
 
         ``touching``: the indices of the contacts that take part; None for all that touch.
-        ``known``: what contacts without bilateral rows do by the law, where that was found before.
+        ``known``: the solution of contacts without bilateral rows, where it is known already.
 
         Raises:
             ContradictionError: dependent rows demand different things.
@@ -237,24 +237,7 @@ class ConstrainedJump:
         jacobian = np.concatenate([touch.jacobian for touch in touches])
         before = jacobian.dot(v)
         if rows is None or wanted is None:
-            half_contacts, free = factor.half(jacobian), before
-            if self._struck:
-                free = before + factor.half(impulse[None])[:, 0].dot(half_contacts)
-            problem = contacts.problem(half_contacts, before, free, touches)
-            solution = contacts.solve(problem, touches) if known is None else known
-            dv = factor.solve(impulse + solution.impulse.dot(jacobian))
-
-            if not contacts.is_met(problem, solution, jacobian, dv):
-                steps = steps_of(
-                    self._mass_matrix,
-                    impulse,
-                    jacobian,
-                    np.empty((0, len(impulse))),
-                    lambda change: factor.solve(change.dot(jacobian)),
-                    lambda contact_impulse: np.empty(0),
-                )
-                solution, dv = contacts.refined(problem, solution, dv, steps)
-            return dv, Outcome(np.empty(0), None, tuple(touches), solution)
+            return self._with_contacts_alone(factor, impulse, touches, jacobian, before, known)
         count = len(rows)
         half = factor.half(rows, jacobian, impulse[None])
         half_rows, half_contacts, start = half[:, :count], half[:, count:-1], half[:, -1]
@@ -302,6 +285,34 @@ class ConstrainedJump:
                 solution, multipliers[passive], rows[passive].dot(v), rows[passive].dot(dv)
             )
         return dv, Outcome(multipliers, held.unique, tuple(touches), solution, doubt or held.nearly)
+
+    def _with_contacts_alone(
+        self,
+        factor: SparseFactor | FilledFactor,
+        impulse: np.ndarray,
+        touches: list[Touch],
+        jacobian: np.ndarray,
+        before: np.ndarray,
+        known: ContactSolution | None,
+    ) -> tuple[np.ndarray, Outcome]:
+        """Contacts without bilateral rows."""
+        contacts, half_contacts, free = self.contacts, factor.half(jacobian), before
+        if self._struck:
+            free = before + factor.half(impulse[None])[:, 0].dot(half_contacts)
+        problem = contacts.problem(half_contacts, before, free, touches)
+        solution = contacts.solve(problem, touches) if known is None else known
+        dv = factor.solve(impulse + solution.impulse.dot(jacobian))
+        if not contacts.is_met(problem, solution, jacobian, dv):
+            steps = steps_of(
+                self._mass_matrix,
+                impulse,
+                jacobian,
+                np.empty((0, len(impulse))),
+                lambda change: factor.solve(change.dot(jacobian)),
+                lambda contact_impulse: np.empty(0),
+            )
+            solution, dv = contacts.refined(problem, solution, dv, steps)
+        return dv, Outcome(np.empty(0), None, tuple(touches), solution)
 
     def _eliminated(self, half_rows: np.ndarray, q: np.ndarray) -> Elimination:
         def magnitude() -> np.ndarray:

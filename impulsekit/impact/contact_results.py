@@ -183,7 +183,7 @@ def _works(
     velocities: tuple[np.ndarray, np.ndarray],
     impulse: np.ndarray,
 ) -> tuple[float, float]:
-    """The work of normal and friction, so that the books of the whole impact close.
+    """The work of normal and friction, so that the energy balance of the whole impact closes.
 
     A law that follows the impact knows the true work, if nothing else acts in the same
     instant. Beside blows and imposed constraints each entry gets impulse · (u⁻ + u⁺)/2.

@@ -24,7 +24,7 @@ UNCHANGED = 1e-12
 # Beside this share of inertia, rounding (2e-16) in the model's numbers moves velocities by more
 # than the 1e-9 that a valid answer keeps.
 FAINT_INERTIA = 2e-7
-# [m] Moments of contact have shorter levers than this, 1e-5 to 5e-2 m in practice.
+# Rolling and torsion above this [m] are likely a mistake: 1e-5 to 5e-2 m in practice.
 LONG_LEVER = 0.2
 # A plane whose normal is this near the way up (cosine) is a floor.
 UPWARDS = 0.7

@@ -39,7 +39,7 @@ class Energy:
 
     @property
     def imbalance(self) -> float:
-        """Sum of the works minus the change, relative to the largest entry of the books."""
+        """Sum of the works minus the change, relative to the largest energy or work."""
         scale = max(self.before, self.after, *(abs(w) for w in self.work.values()), NONZERO)
         return abs(sum(self.work.values()) - self.change) / scale
 

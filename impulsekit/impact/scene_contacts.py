@@ -138,17 +138,17 @@ class SceneContacts:
             if self._models is None
             else self._measured(problem, self._models, touches)
         )
-        return self.told(solution)
+        return self.with_status(solution)
 
-    def told(self, solution: ContactSolution) -> ContactSolution:
-        """The solution as it is told of."""
+    def with_status(self, solution: ContactSolution) -> ContactSolution:
+        """The solution; NEARLY_DEPENDENT for NOT_UNIQUE where masses are too uneven to tell."""
         if self._uneven and solution.status is Status.NOT_UNIQUE:
             # Beside grams and tonnes W does not tell rows that depend from rows that nearly do.
             return dataclasses.replace(solution, status=Status.NEARLY_DEPENDENT)
         return solution
 
     def plain_coefficients(self) -> np.ndarray | None:
-        """(3, n) µ, e and tangential restitution; None where the law asks for more, or for less."""
+        """(3, n) µ, e and tangential restitution; None where a law needs more or refuses them."""
         law, laws = self._law, ("newton", "poisson", "stronge")
         more = (self._models, self._adhesion, self._resists, self._stiffness)
         if self._fixed is None or any(m is not None for m in more) or law.restitution not in laws:
@@ -160,7 +160,7 @@ class SceneContacts:
         return np.array([self._friction, self._fixed, self._tangential])
 
     def is_near(self, residual: float, off: float, fastest: float) -> bool:
-        """Whether a law's residual and what Δv misses of u⁺ [m/s] are but rounding."""
+        """Whether the law's residual and ``off``, J Δv − (u⁺ − u⁻) [m/s], are rounding errors."""
         rounding = ROUNDING if self._uneven else ROUNDING_OF_SUMS
         return residual <= ROUNDING and off <= rounding * fastest
 

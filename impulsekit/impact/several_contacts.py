@@ -1,7 +1,8 @@
 """Several contacts of points on planes that stand still: the shortest way to Δv.
 
-Between Pinocchio's rows, its factor of M and the answer there is one compiled call. Books are
-made when somebody asks; what is not at rounding level is left to the general way, which refines.
+Between Pinocchio's rows, its factor of M and the answer there is one compiled call. The rest of
+the outcome is computed on first access. Residuals above machine precision go to
+``ConstrainedJump``, which refines the impulses.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from .laws import ContactSolution
 
 __all__ = ["SeveralContactsJump", "shortest_way"]
 
-# What one call takes less than the general way [s], about.
+# Time that one call saves against ``ConstrainedJump`` [s], about: compiling waits until it pays.
 SAVED = 2e-5
 
 
@@ -85,7 +86,7 @@ class SeveralContactsJump:
             said.hits,
             said.tied,
         )
-        return self._general.contacts.told(solution)
+        return self._general.contacts.with_status(solution)
 
     def _outcome(self, rows: np.ndarray, found: PlainTogether) -> Outcome:
         touches = tuple(
@@ -98,7 +99,7 @@ class SeveralContactsJump:
 def shortest_way(
     scene: Scene, known: KnownImpulses, reached: ReachedModel, *, always_regular: bool
 ) -> ConstrainedJump | SeveralContactsJump:
-    """The way to Δv of a scene with bilateral rows or contacts."""
+    """The fastest algorithm for a scene with bilateral rows or contacts."""
     general = ConstrainedJump(scene, known, reached, always_regular=always_regular)
     if scene.held or scene.impulses or len(scene.contacts) < 2 or not general.is_sparse:
         return general

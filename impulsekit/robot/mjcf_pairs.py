@@ -9,21 +9,21 @@ import numpy as np
 
 __all__ = ["TouchingPair", "pairs_of"]
 
-# mjDSBL_FILTERPARENT, mjENBL_OVERRIDE
+# Flags of MuJoCo: mjDSBL_FILTERPARENT, mjENBL_OVERRIDE.
 _FILTER_PARENT, _OVERRIDE = 1 << 9, 1 << 0
-# From this condim on a contact resists sliding, spin, and rolling.
+# The least condim with which a contact resists sliding, spin about the normal, and rolling.
 _SLIDES, _SPINS, _ROLLS = 3, 4, 6
 
 
 class TouchingPair(NamedTuple):
-    """Two geoms by name, and their friction.
+    """Two geoms that may touch, and their friction.
 
     Attributes:
-        first, second: names.
-        friction: of sliding; 0 for condim 1.
-        torsion, rolling: [m]; 0 below condim 4 and 6.
+        first, second: names of the geoms.
+        friction: µ of sliding; 0 for condim 1.
+        torsion, rolling: moments over the normal force [m]; 0 below condim 4 and 6.
         fixed: whether the second one is fixed to the world.
-        uneven: whether sliding or rolling differ between the two tangents.
+        uneven: whether sliding or rolling friction differs between the two tangents.
     """
 
     first: str
@@ -39,7 +39,7 @@ class TouchingPair(NamedTuple):
         return self._replace(first=prefix + self.first, second=prefix + self.second)
 
 
-# Indices of two geoms, condim, and five numbers of friction.
+# Indices of two geoms, condim, and µ twice, torsion, rolling twice.
 _Found = tuple[int, int, int, np.ndarray]
 
 
@@ -92,7 +92,7 @@ def _explicit(mj: Any) -> Iterator[_Found]:
 
 
 def _friction(mj: Any, first: int, second: int) -> tuple[int, np.ndarray]:
-    """condim, and sliding twice, spin and rolling twice.
+    """condim, and µ twice, torsion, rolling twice.
 
     The geom of higher priority decides, otherwise the larger value of both.
     """
@@ -107,7 +107,7 @@ def _friction(mj: Any, first: int, second: int) -> tuple[int, np.ndarray]:
 def _pair(
     mj: Any, names: tuple[str, ...], condim: int, numbers: np.ndarray, *, fixed: bool
 ) -> TouchingPair:
-    """What counts of five numbers of friction at a condim."""
+    """A pair with the coefficients that its condim has; a global override replaces them."""
     if int(mj.opt.enableflags) & _OVERRIDE:
         numbers = mj.opt.o_friction
     slide, across, spin, roll, over = map(float, numbers)

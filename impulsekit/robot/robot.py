@@ -57,7 +57,7 @@ class Robot(RobotReaders, RobotBuilding, RobotStates):
 
     @property
     def touching_pairs(self) -> tuple[TouchingPair, ...]:
-        """The geoms that may touch by the robot's file, and their friction."""
+        """The pairs of geoms that may touch by the robot's file, and their friction."""
         return tuple(pair.within(part.prefix) for part in self.parts for pair in part.pairs)
 
     @property

@@ -111,7 +111,7 @@ def asks_for_materials(contact: Any) -> bool:
 
 
 def as_given(contact: Any) -> Any:
-    """A contact of a scene as it was given, before a table of pairs put its numbers in."""
+    """A contact of a scene as the user gave it, with "material" in place of the pair's numbers."""
     return getattr(contact, "_as_given", contact)
 
 
@@ -120,7 +120,7 @@ def with_materials(
 ) -> tuple[Any, ...]:
     """The contacts, with the coefficients of the table where they ask for it.
 
-    A contact that has its numbers from another table gets those of this one.
+    Contacts with coefficients of another table get those of this one.
 
     Raises:
         InputError: something that is no material or pair, a name or link given twice, materials
@@ -148,7 +148,7 @@ def with_materials(
         if contact.stiffness is None:
             changes["stiffness"] = pair.stiffness
         resolved = replace(contact, **changes)
-        # No field: whoever replaces a coefficient of it has a contact with numbers of its own.
+        # Not a field: after ``replace`` of a coefficient, the contact has numbers of its own.
         object.__setattr__(resolved, "_as_given", contact)
         found.append(resolved)
     return tuple(found)

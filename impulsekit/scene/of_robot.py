@@ -72,9 +72,9 @@ def scene_of(
         file_loops: whether the equality constraints of the file become constraints.
         file_contacts: False for none; "world" (or True) for collisions of the moving geoms with
             those that are fixed; "all" for collisions among moving geoms too.
-        file_turning: whether the torsional and rolling friction of those contacts come along
-            (condim 4 and 6 of MJCF); False keeps sliding friction alone, for laws that do not
-            know the others.
+        file_turning: whether those contacts get the file's torsional and rolling friction too
+            (condim 4 and 6 of MJCF); False takes sliding friction alone, for laws that do not
+            support the others.
         joint_damping: whether the damping of the file's joints (of a URDF, <dynamics damping>)
             becomes forces, of joints with one degree of freedom; dry friction does not.
         restitution: of those collisions. MJCF knows none; friction is the file's.
@@ -83,7 +83,7 @@ def scene_of(
 
     Raises:
         RangeError: ``file_contacts`` is something else.
-        InputError: friction of a contact that depends on the axes of MuJoCo's contact frame.
+        InputError: friction that differs between the two tangents of MuJoCo's contact frame.
         What ``Scene`` raises.
 
     Example:
@@ -116,7 +116,7 @@ def _collision(pair: TouchingPair, restitution: float, *, turning: bool) -> Coll
     if pair.uneven:
         raise InputError(
             f'the file\'s friction of "{pair.first}" and "{pair.second}" differs between the two '
-            "tangents of MuJoCo's contact frame, whose directions it does not tell; leave out "
+            "tangents of MuJoCo's contact frame, whose directions are not in the file; leave out "
             "file_contacts and give a Collision with friction=EllipticFriction(...)"
         )
     return Collision(

@@ -53,8 +53,8 @@ class Scene(Displayed):
             impacts, forces and actuators move the joint. Other joints are free.
         materials: what links are made of (``Material``), and the coefficients of pairs
             (``MaterialPair``), for contacts with ``restitution="material"`` or
-            ``friction="material"``, which get the numbers of their pair here, and those of
-            another table with ``dataclasses.replace(scene, materials=...)``.
+            ``friction="material"``, which get the coefficients of their pair here;
+            ``dataclasses.replace(scene, materials=...)`` gives them those of another table.
 
     Raises:
         UnknownNameError: a frame or joint that the robot does not have.

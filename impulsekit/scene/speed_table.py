@@ -18,10 +18,16 @@ __all__ = ["SpeedTable"]
 class SpeedTable:
     """Values by speed, linear between the points, constant beyond them.
 
-    What may be a value is said by the subclass, in ``_coefficient``.
+    Subclasses check a value in ``_coefficient``.
+
+    Attributes:
+        speeds: (n,) [m/s, rad/s], 0 or more, rising.
+        values: (n,) the coefficient at each speed.
 
     Raises:
-        InputError, ShapeError, RangeError, NotFiniteError.
+        InputError: not a sequence. NotFiniteError: not finite numbers.
+        ShapeError: empty, or not as many values as speeds.
+        RangeError: speeds that are negative or do not rise, a value that is not allowed.
     """
 
     speeds: tuple[float, ...]
@@ -42,7 +48,7 @@ class SpeedTable:
         object.__setattr__(self, "values", values)
 
     def __call__(self, speed: float) -> float:
-        """The value at a speed."""
+        """The coefficient at a speed [m/s, rad/s]."""
         return float(np.interp(speed, self.speeds, self.values))
 
     @staticmethod

@@ -1,8 +1,8 @@
 """From states to answers, one block of states after the other.
 
-What stands behind ``touch``, ``law`` or ``alone`` not being None is left out by numba where it is
-None, before anything in it is compiled: known impulses wait for no contact, one contact on a plane
-for no law of several, and these not for that one. Where it is not None, numba compiles both sides.
+Where ``touch``, ``law`` or ``alone`` is None, numba prunes what needs it before compilation:
+batches of known impulses compile no contacts, those of one contact on a plane no law of several,
+and those of several not the short way of one. Where it is not None, numba compiles both sides.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def solve_blocks(span, moving, touch, meet, law, alone, inputs, outputs, work, w
         touch: None without constraints and contacts.
         meet: for the meetings of balls, see ``balls``.
         law: see ``lawful``; None for one contact on a plane alone under Newton's law.
-        alone: 1 for that, else None.
+        alone: 1 for one contact on a plane alone under Newton's law, else None.
         work: see ``layout``.
     """
     w, code = width(witness), span.code
@@ -172,7 +172,7 @@ def _strike(moving, inputs, base, work, witness):
 
 @inlined
 def _load(moving, inputs, base, work, witness):
-    """Known impulses into FORCE and TARGET, which were anything before."""
+    """Overwrite FORCE and TARGET with the known impulses."""
     at, known, sets = moving.at, moving.known, moving.sets
     zero = np.int64(0)
     clear(moving.tree.ints, sets.loaded_list, zero, len(sets.loaded_list), work, at.dof, witness)

@@ -21,7 +21,7 @@ class Span(NamedTuple):
     Attributes:
         begin, end: the first, and the one behind the last.
         states: how many there are in all, at least as many as go side by side.
-        code: (lanes,) room for the codes of a block.
+        code: (lanes,) buffer for the status codes of a block.
     """
 
     begin: int
@@ -187,10 +187,10 @@ class Inputs(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """Flat arrays, each empty where it is not wanted; codes always are.
+    """Flat arrays, empty where an output was not requested; codes are always written.
 
     Attributes:
-        normals: of each contact its normal velocity before and after, and its normal impulse.
+        normals: (states, contacts, 3) normal velocity before and after, and normal impulse.
     """
 
     dv: np.ndarray

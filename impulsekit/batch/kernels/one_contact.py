@@ -11,7 +11,7 @@ from .jit import built_in
 
 __all__ = ["solve_alone"]
 
-# An approach below this share of the velocities is none.
+# An approach below this share of the velocities is rounding error: the contact is not struck.
 AT_REST = 1e-15
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
 _NONE = int(Status.NO_SOLUTION)

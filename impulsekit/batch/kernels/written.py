@@ -49,7 +49,7 @@ def write_contacts(ints, floats, base, p_at, meeting_at, work, out, witness):
 
 @inlined
 def write_normals(ints, rows, base, at, work, out, witness):
-    """Velocity of each contact's normal row before and after, and its impulse."""
+    """Write each contact's normal velocity before and after, and its normal impulse."""
     w = width(witness)
     count = len(ints) // CONTACT_INTS
     for contact in range(count):

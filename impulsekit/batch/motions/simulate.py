@@ -54,7 +54,7 @@ def simulate_batch(
 
     Whatever varies has a leading axis of B; what has none holds for all rows. Each row is the
     motion that ``simulate`` gives, bit for bit once its code is compiled (``warm_up`` does that):
-    until then some calls run as Python, which rounds otherwise in the last place. Rows are
+    until then some calls run as Python, which may differ in the last digit. Rows are
     followed by processes of their own, which stay for the next batch and need no guard in the
     script that calls; a scene with functions that cannot be pickled (lambdas, functions of the
     script itself) is followed in this one.
