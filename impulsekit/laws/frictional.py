@@ -155,6 +155,11 @@ def _hold_still(work: Workspace, n: int, sizes: Sizes, dependent: float) -> tupl
 def _hold_by_shares(work: Workspace, n: int, sizes: Sizes, dependent: float) -> tuple[int, float]:
     """The answer in which redundant contacts hold all still, where there is one; else _OPEN."""
     residual = least_holding(work, n, sizes)
+    if HELD < residual <= BAR:
+        # At an edge of cones the shares are known to fewer digits than Newton on the modes gives.
+        residual = polish(work, n, sizes, FEW, RIDGE)
+        if _slips(work, n, sizes):
+            return _OPEN, residual
     if not residual <= HELD:
         return _OPEN, residual
     return _code_of(work, n, sizes, dependent, NO), residual

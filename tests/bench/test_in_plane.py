@@ -64,8 +64,8 @@ def test_other_answers_are_told_where_one_load_has_many_shares():
 
 @pytest.mark.parametrize(
     "place,repeat,seed",
-    [(3, 288, 31), (0, 405, 34)],
-    ids=["slip of a contact without a load", "a contact across a locked joint"],
+    [(3, 288, 31), (0, 405, 34), (3, 28, 36)],
+    ids=["slip of a contact without a load", "a contact across a locked joint", "shares that hold"],
 )
 def test_rounding_decides_nothing(place, repeat, seed):
     points = solved_case(("rewritten", place, repeat, seed))
