@@ -1,9 +1,9 @@
 """Peak force of an impact, beside MuJoCo's soft contact at the step that gives it to 1 %.
 
-Theirs begins at the instant of touch and ends when it is over, in as few steps of its quickest
-integrator as keep the peak within 1 %, and is not charged for reading forces off its states: it is
-a run that knows beforehand when the impact comes and how long it takes. Both take a spring
-without losses, F = k δ, and tell the peak and the whole impulse.
+MuJoCo begins at the instant of touch and ends with the contact, in the fewest steps of its fastest
+integrator that keep the peak within 1 %, and the time to read forces off its states is not counted:
+it knows beforehand when the impact comes and how long it lasts. Both have a spring without losses,
+F = k δ, and give the peak and the whole impulse.
 """
 
 from __future__ import annotations
@@ -29,8 +29,9 @@ from .timing import time_in_turn
 
 __all__ = ["STRUCK", "batch_of_forces", "single_forces"]
 
-# How far off a peak may be.
+# Largest relative error of a peak.
 ALLOWED = 0.01
+# Numbers of steps that are tried.
 FEWEST, MOST = 3, 60
 # States of a batch, and how often batches are timed.
 STATES, ROUNDS = 4096, 21

@@ -39,9 +39,9 @@ __all__ = [
     "solids_of",
 ]
 
-# A normal is of length 1, and along another, to so much.
+# Tolerance for the squared length of a unit normal, and for two normals to be the same.
 UNIT = 1e-6
-# Points of a patch that are nearer than this are one [m].
+# Faces within this distance [m] of each other touch over a patch.
 PATCH = 1e-6
 # Where two shapes just touch, the direction between them is lost in rounding. The first
 # is moved apart by this much [m] along the direction found, and the two are asked again.
@@ -338,7 +338,6 @@ def _patch(
 ) -> list[np.ndarray]:
     request = coal.ContactPatchRequest()
     request.setNumSamplesCurvedShapes(RIM_POINTS)
-    # Faces are flat against each other within this much [m].
     request.setPatchTolerance(PATCH)
     result = coal.ContactPatchResult(request)
     coal.computeContactPatch(shape_a, a, shape_b, b, hits, request, result)

@@ -24,7 +24,7 @@ from .polyhedron import Polyhedron
 
 __all__ = ["Convex", "HalfSpace", "convex_of"]
 
-# Heights that differ by less than this share of the highest are one.
+# Heights that differ by less than this share of the highest are equal.
 LEVEL = 1e-12
 _NONE = np.empty((0, 3))
 _X, _Z = np.eye(3)[[0, 2]]

@@ -28,7 +28,7 @@ __all__ = [
     "touching_features",
 ]
 
-# Faces that look one way to so much are one.
+# Faces whose cosines to a direction differ by less face it alike.
 ALIKE = 1e-6
 # A corner beside a face, or a crossing beyond the end of an edge, by less than this [m] is on it.
 BESIDE = 1e-6
@@ -124,13 +124,13 @@ def beside(body: Polyhedron, face: int, point: np.ndarray) -> float:
 
 
 def inside(borders: tuple[np.ndarray, np.ndarray], point: np.ndarray) -> float:
-    """As ``beside``, from the ``borders_of`` a face."""
+    """``beside`` of a point (3,), from the ``borders_of`` a face."""
     inwards, corners = borders
     return float(np.einsum("ij,ij->i", inwards, point - corners).min())
 
 
 def borders_of(body: Polyhedron, face: int) -> tuple[np.ndarray, np.ndarray]:
-    """Of a face's edges (k, 3) the directions inwards, along the face, and a corner of each."""
+    """By edge of a face, (k, 3) the direction inwards, in its plane, and (k, 3) a corner [m]."""
     corners = body.vertices[body.faces[face]]
     ways = np.concatenate([corners[1:], corners[:1]]) - corners
     ways /= np.sqrt(np.einsum("ij,ij->i", ways, ways))[:, None]

@@ -28,7 +28,7 @@ from .convex import Convex, HalfSpace
 
 __all__ = ["touching_patch"]
 
-# What is cut off by less than this share is cut off by rounding.
+# A share below this is rounding error: of an edge out of the face, of a piece of an arc.
 SLIVER = 1e-6
 # Points nearer to each other than this are one [m].
 ONE_POINT = 3e-6

@@ -32,7 +32,7 @@ __all__ = [
 SAME_FACE = 1e-9
 # Edges closer to parallel than this have no cross product.
 PARALLEL = 1e-12
-# Of axes nearly as good a face's normal is taken [m].
+# A face's normal is taken where an axis of edges separates by no more than this beyond it [m].
 AS_GOOD = 1e-12
 # So many products are the most that are worked out for one distance.
 MOST_PRODUCTS = 2_000_000
@@ -109,7 +109,7 @@ def separation_at(
 
 
 class Hull(NamedTuple):
-    """What ``separate`` needs of a polyhedron; as there."""
+    """The arrays of a ``Polyhedron`` that ``separate`` takes."""
 
     vertices: np.ndarray
     axes: np.ndarray
@@ -144,7 +144,7 @@ def separate(
         axes = hull.axes.dot(place[:3])
         for k in range(len(axes)):
             above, below = _between(one, two, axes[k])
-            # What is not a number has to show.
+            # NaN has to reach the result.
             if not max(above, below) <= best:
                 best, found, sign = max(above, below), axes[k], 1.0 if above >= below else -1.0
     gap, of_edges = best, -math.inf

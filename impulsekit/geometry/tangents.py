@@ -27,9 +27,10 @@ from ..tolerances import NONZERO
 
 __all__ = ["along_circles", "cone_sides", "of_circle_and_points", "of_circles_and_lines"]
 
-# Where a search has come to an end, relative; a vector and a thickness that are none.
+# A search ends at steps below ARRIVED, relative; least length of a vector and least thickness that
+# something is divided by.
 ARRIVED, SHORT, THIN = 1e-15, 1e-15, 1e-12
-# A way, and curvatures, that are none.
+# Newton's steps, and curvatures, below this count as zero.
 LEVEL = 1e-9
 # Steps at most: nearly all take less than ten, and halving alone some fifty.
 STEPS = 64

@@ -239,7 +239,7 @@ def dispatcher(function: Callable[..., Any], options: dict[str, Any], *more: str
 
 
 def _take_literals_as_numbers(made: Any) -> None:
-    """Let one compilation serve a literal and a variable: numba would make one of each."""
+    """One specialization for literals and variables: numba would compile one for each."""
     from numba import types
 
     template = made.get_call_template

@@ -66,7 +66,7 @@ def eliminate(lower: np.ndarray, n: int, x: np.ndarray) -> None:
 def invert(a: np.ndarray, n: int, row: np.ndarray) -> bool:
     """A symmetric positive definite matrix becomes its inverse; False where it is none.
 
-    The sweep operator, on the lower triangle (Goodnight 1979). ``row`` is room, (n,).
+    The sweep operator, on the lower triangle (Goodnight 1979). ``row``: buffer (n,).
     """
     for k in range(n):
         pivot = a[k, k]

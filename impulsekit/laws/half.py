@@ -16,11 +16,11 @@ class Factor(NamedTuple):
     """M = U D Uᵀ, in rows of (nv, nv).
 
     Attributes:
-        factor: Uᵀ below its diagonal, which is 1.
+        factor: (nv, nv) Uᵀ, strictly below its diagonal of ones.
         pivots: (nv,) D.
-        mass: M; its diagonal is looked at.
-        branch: (nv,) the first speed of the branch at the world that each belongs to.
-        least: pivots that are a smaller part of their diagonal are rounding.
+        mass: (nv, nv) M; only its diagonal is read.
+        branch: (nv,) the first speed of the branch at the world that each speed belongs to.
+        least: pivots below this share of M's diagonal are rounding error.
     """
 
     factor: np.ndarray
@@ -32,7 +32,7 @@ class Factor(NamedTuple):
 
 @compiled
 def is_safe(factor: Factor) -> bool:
-    """Whether no pivot is rounding."""
+    """Whether no pivot is rounding error."""
     for i in range(len(factor.pivots)):
         if not factor.pivots[i] > factor.least * factor.mass[i, i]:
             return False

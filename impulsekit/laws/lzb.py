@@ -38,8 +38,8 @@ from .wave_changes import IN_CONE, RISES, change, choose_slips
 
 __all__ = ["AT_REST", "Waved", "strike_by_energy"]
 
-# By how much a flight goes beyond the contact that it leads to; an error of a step that lets the
-# next one grow as far as it may; a change that is found, as a share of the step.
+# By how much a flight goes beyond the contact that it leads to; the error below which the next
+# step grows as far as it may; how exactly a change is located, as a share of the step.
 BEYOND, EXACT, FOUND = 1e-12, 1e-12, 1e-15
 # The error of a step, in units in which velocities, impulses and indentations are of size 1.
 TOLERANCE = 2e-13
@@ -52,8 +52,8 @@ WEAK = 1e-12
 # What is beyond a change by less is at it; a step that is none.
 _SMALL, NEXT_TO_NOTHING = 1e-14, 1e-9
 MOST_STEPS, MOST_WITH_FRICTION = 40_000, 1_500
-# Velocities and works that are farther from each other are followed again, in steps of at most so
-# much [of the impact's time], each time of a part of it.
+# Where works and velocities differ by more than CLOSED the impact is integrated again, at most
+# MOST_AGAIN times: in steps of at most LONGEST [of the impact's time], then SHORTER times that.
 CLOSED, LONGEST, SHORTER, MOST_AGAIN = 1e-10, 0.1, 0.3, 3
 # The energy is brought to that of the works where it depends on the impulses by more than this
 # share, and is off by less.

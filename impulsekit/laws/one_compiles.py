@@ -1,7 +1,7 @@
-"""One process compiles a function, and others that want it wait for what that one keeps.
+"""One process compiles a function; others that need it wait for the result on disk.
 
-A process holds one byte of a file in the cache's folder, by the digest of what it compiles; the
-system lets go of it when the process ends. Where files cannot be locked nobody waits.
+A process locks one byte of a file in the cache's folder, by the digest of what it compiles; the
+system releases the lock when the process ends. Where files cannot be locked no process waits.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ import time
 
 __all__ = ["begin_compiling", "end_compiling"]
 
-# Nothing takes so long to compile; a lock held longer is one that nobody lets go of [s].
+# No function takes so long to compile; a lock held longer is not waited for [s].
 PATIENCE = 300.0
-# Between two looks at a lock [s].
+# Between two attempts to lock [s].
 PAUSE = 0.02
 
-# Closing a file lets go of all that the process holds of it: each is opened once.
+# Closing a file releases all locks of the process on it: each is opened once.
 _files: dict[pathlib.Path, int] = {}
 
 
@@ -44,7 +44,7 @@ def begin_compiling(path: pathlib.Path) -> None:
 
 
 def end_compiling(path: pathlib.Path) -> None:
-    """Let others go on."""
+    """Release the lock: others go on."""
     try:
         import fcntl
     except ImportError:
@@ -61,5 +61,5 @@ def _file(folder: pathlib.Path) -> int:
 
 
 def _place(path: pathlib.Path) -> int:
-    """Of the byte that stands for it."""
+    """Offset of the byte that stands for a path."""
     return int.from_bytes(hashlib.sha256(path.name.encode()).digest()[:4], "big") >> 1

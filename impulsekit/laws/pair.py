@@ -11,16 +11,16 @@ Pair = tuple[float, float]
 
 @compiled
 def solve_pair(a: float, b: float, c: float, r1: float, r2: float) -> Pair:
-    """x of [[a, b], [b, c]] x = r, regular and positive definite.
+    """(x₁, x₂) of [[a, b], [b, c]] x = r, regular and positive definite.
 
-    By elimination from the larger diagonal element, which leaves rounding in A x − r. Cramer's rule
-    leaves cond(A) times that, and u_t ≠ 0 would be left where a long thin link sticks.
+    By elimination from the larger diagonal element, which leaves rounding error in A x − r.
+    Cramer's rule leaves cond(A) times that, and slip where a long thin link sticks.
 
     Example:
         >>> solve_pair(2.0, 1.0, 1.0, 3.0, 2.0)
         (1.0, 1.0)
     """
-    # No −0 where nothing is asked for.
+    # + 0.0 turns −0 into 0.
     if a >= c:
         share = b / a
         x2 = (r2 - share * r1) / (c - share * b)

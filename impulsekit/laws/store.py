@@ -69,7 +69,7 @@ class Store:
         return str(cache_folder())
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The compiled code for a signature; None if it is for this process to compile."""
+        """The compiled code for a signature; None if this process has to compile it."""
         target_context.refresh()
         path = self._path(sig, target_context)
         found = _read(path, target_context)

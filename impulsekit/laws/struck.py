@@ -1,7 +1,7 @@
 """Several contacts of a system whose mass matrix is factored, in one compiled call.
 
 With C = D^-½ U⁻¹ Jᵀ the Delassus matrix is W = Cᵀ C; the law gives P from it, and
-Δv = M⁻¹ JᵀP. How far J Δv is from what W P makes is told, too.
+Δv = M⁻¹ JᵀP. The difference of J Δv and W P is a measure of rounding errors.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ class Together(NamedTuple):
     """What several contacts did to a system.
 
     Attributes:
-        code: of the ``Status``; AGAIN where the law has to be asked in another way.
+        code: of the ``Status``; AGAIN where the general algorithm has to solve.
         residual: how far it is from the law, relative.
         off, fastest: the largest entries of J Δv − W P, and of u⁻ and u⁺ [m/s].
         hits: of a sequence; 0 at once.
-        tied: whether the order of the contacts said which is hit first.
+        tied: whether the order of the contacts decided which is hit first.
         jump: (nv,) Δv.
         points: (3, 3n) P [N s], u⁺ and u⁻ [m/s].
         works: (3, n) of normals and friction [J]; 1 where no other contact could carry what

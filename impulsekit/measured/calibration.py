@@ -263,7 +263,7 @@ def _with_mass_centre(scene: Scene, shift: np.ndarray) -> Scene:
 
 
 def _deviation(way: np.ndarray, covariance: np.ndarray) -> float:
-    """The standard deviation along a direction; infinite where an entry that counts is."""
+    """The standard deviation along a direction; infinite if a variance that takes part is."""
     counts = np.outer(way, way) != 0.0
     if not np.isfinite(covariance[counts]).all():
         return np.inf

@@ -29,10 +29,10 @@ MOST_SAMPLES = 12
 FALSE_JUMP, FALSE_MEETING = 1e-4, 1e-5
 # Probability that noise alone leaves a flight's residuals as large: else it is no flight.
 FALSE_FLIGHT = 1e-4
-# Probability that noise alone puts the contact of an impact as far off the place where the other
-# impacts have it: flights that meet too deep or too high have more than one impact between them.
+# Probability that noise alone puts the contact of an impact as far from the median gap of all
+# impacts: flights that meet too deep or too high have more than one impact between them.
 FALSE_GAP = 1e-4
-# Fewer impacts do not tell where contacts are.
+# Fewer impacts do not determine the median gap.
 FEWEST_GAPS = 8
 # Flights of no more samples may be pieces of a slide.
 SHORT = 4
@@ -160,10 +160,10 @@ def _of_recording(
 def _off_their_contacts(
     closing: ClosingContacts, impacts: list[FoundImpact]
 ) -> tuple[list[FoundImpact], list[tuple[str, float, float]]]:
-    """The impacts, and phases in place of those whose contact is elsewhere than that of the others.
+    """The impacts, and phases in place of those whose gap is far from the median of all.
 
-    A bounce between samples, seen by none, bends both flights: they meet below the floor. Where
-    the floor is, and how much places of contacts vary, is taken from all impacts.
+    A bounce between samples bends both flights: they meet below the floor. Median and spread of
+    the gaps are robust estimates from all impacts.
     """
     from scipy import stats
 

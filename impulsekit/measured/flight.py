@@ -105,7 +105,7 @@ class Flight:
     def step_all(
         self, t: np.ndarray, q: np.ndarray, v: np.ndarray, dt: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """States (n, nq), (n, nv) at times (n,), each its own ``dt`` (n,) later; new arrays."""
+        """States (n, nq), (n, nv) at times (n,), each moved by its ``dt`` (n,) [s]; new arrays."""
         q, v = q.copy(), v.copy()
         if self._free_body is not None and fly_all.is_compiled:
             fly_all(self._free_body, dt, q, v)

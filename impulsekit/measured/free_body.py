@@ -23,9 +23,9 @@ Vector = tuple[float, float, float]
 
 
 def free_body_of(scene: Scene) -> np.ndarray | None:
-    """(24,) I about the mass centre, I⁻¹, the mass centre and gravity, in the joint's axes.
+    """(24,) I about the mass centre [kg m²], I⁻¹, mass centre [m], gravity [m/s²], joint's axes.
 
-    None if a scene holds more than one free body under its weight.
+    None unless the scene is one free body under its weight alone.
     """
     model = scene.robot.model
     if scene.forces or scene.constraints or model.njoints != 2:
@@ -138,7 +138,7 @@ def fly_all(numbers: np.ndarray, dt: np.ndarray, q: np.ndarray, v: np.ndarray) -
 
 @entry(_examples, seconds=1.5)
 def fly_along(numbers: np.ndarray, dt: np.ndarray, q: np.ndarray, v: np.ndarray) -> None:
-    """Write one state, given in the first rows, at times (n,) before and after it, in order."""
+    """Write the state of the first rows at ascending times (n,) before and after it, in place."""
     last = len(dt) - 1
     first = 0
     while first < last and dt[first] < 0.0:

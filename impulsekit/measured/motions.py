@@ -30,7 +30,7 @@ FEWEST_RECORDINGS = 8
 # A box shrinks to this many times the spread of resampled least points, and no further at once
 # than to a share of itself.
 WIDENED, LEAST_SHARE = 1.2, 0.12
-# Of the last box: what is nearer to its edge may have its least point beyond.
+# As a share of the last box: a value nearer to its edge may be best beyond it.
 EDGE = 0.02
 # Of the first box: an interval that is wider leaves a parameter weakly determined.
 WEAK = 0.1

@@ -37,7 +37,7 @@ from .wandering import MOVE, bias_by_differences
 
 __all__ = ["CollidingGap"]
 
-# A normal is of length 1 to so much.
+# Tolerance for the squared length of a unit normal.
 UNIT = 1e-6
 # A resting pair that coal tells of is looked for up to this far apart [m].
 RESTING = 1e-5

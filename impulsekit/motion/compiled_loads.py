@@ -29,11 +29,11 @@ __all__ = [
 
 # Ends of a spring nearer than this [m] have no direction between them.
 NO_LENGTH = 1e-12
-# Where tables of springs say what they do: nothing, out of their zone; they act; nothing, for the
-# damper would pull what the spring pushes.
+# Column of the state in tables of springs: out of its zone, without force; acts; without force,
+# since the damper would pull what the spring pushes.
 ON = 10
 OUT, ACTS, SLACK = 0, 1, 2
-# A spring changes this far beyond its kink [m, rad, and by s]: rounding does not bring it back.
+# A spring changes this far beyond its kink [m, rad, m/s, rad/s]: rounding does not bring it back.
 BEYOND = 1e-13
 
 
@@ -44,12 +44,12 @@ class Loads(NamedTuple):
         constant: (nv,) torques that stay.
         joints: (a, 3) row in v and entry in q of a spring in a joint, and whether it is one of
             a joint that turns without end.
-        in_joints: (a, 11) stiffness, damping, rest, side (0: both), what is added, limit; and
-            what it does (ON).
+        in_joints: (a, 11) stiffness, damping, rest, side (0: both), a torque that is added,
+            limit, four unused, and the state (ON).
         rows: (b,) of driven torques, in v.
         springs: (c, 2) joints of both ends. between: (c, 11) both points in these joints' axes,
             stiffness, damping, rest length, way (1: pulls only, −1: pushes only, 0: both), and
-            what it does (ON).
+            the state (ON).
         kinks: (d, 2) the springs that act on one side only: 0 in a joint, 1 between points; row.
         applied: (e, 2) joint, and whether axes are the world's. at: (e, 12) the frame in the
             joint: R column by column and origin.
@@ -86,7 +86,7 @@ def add_torques(
 
 @compiled
 def _strain(loads: Loads, i: int, q: np.ndarray) -> float:
-    """Of a spring in a joint; without end, within half a turn of the middle of its side."""
+    """q − rest of a spring in a joint; continuous: within half a turn of the middle of its side."""
     entry, rest = loads.joints[i, 1], loads.in_joints[i, 2]
     if not loads.joints[i, 2]:
         return q[entry] - rest
@@ -99,7 +99,7 @@ def _strain(loads: Loads, i: int, q: np.ndarray) -> float:
 def write_pushes(
     loads: Loads, kinematics: Kinematics, q: np.ndarray, v: np.ndarray, pushes: np.ndarray
 ) -> None:
-    """Write (d, 3) of springs on one side: ``springs.Push``, above zero until it changes."""
+    """Write (d, 3) ``springs.Push`` of one-sided springs, signed: positive until one changes."""
     for k in range(len(loads.kinks)):
         i = loads.kinks[k, 1]
         if loads.kinks[k, 0] == 0:
@@ -118,7 +118,7 @@ def write_pushes(
             zone, rate = 0.5 * scale * (length - rest) * (length + rest), scale * length * speed
         sign = -1.0 if numbers[ON] == OUT else 1.0
         pushes[k, 0], pushes[k, 1] = sign * zone + BEYOND, sign * rate
-        # Without a damper the zone says it all.
+        # Without a damper the zone alone decides.
         pushes[k, 2] = 1.0
         first = 6 if loads.kinks[k, 0] else 0
         if numbers[ON] != OUT and numbers[first + 1] > 0.0:

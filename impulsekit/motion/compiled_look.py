@@ -152,7 +152,7 @@ def _rounding(system: System, watched: Watched, i: int, gap: float) -> float:
 
 @compiled
 def _lowest(a: Node, b: Node, error: float) -> float:
-    """What the cubic between two nodes surely stays above, besides a margin."""
+    """A lower bound of the cubic between two nodes, with its error and a margin taken off."""
     piece = b.t - a.t
     one, two = a.gap + piece / 3.0 * a.rate, b.gap - piece / 3.0 * b.rate
     lowest, highest = min(a.gap, one, two, b.gap), max(a.gap, one, two, b.gap)
@@ -240,7 +240,7 @@ def _write_signs(system: System, watched: Watched, v: np.ndarray, signs: np.ndar
 def look(
     system: System, work: Work, watched: Watched, start: float, length: float
 ) -> tuple[float, bool, bool]:
-    """When a gap closes in the step, infinity if none does, and whether what rests may stop.
+    """When a gap closes in the step [s], or infinity; whether a resting point may stop or lift.
 
     And whether a one-sided spring may begin or cease to act.
 

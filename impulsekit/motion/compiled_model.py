@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from .compiled_loads import Loads
+from .compiled_loads import ON, Loads
 from .compiled_step import System, Tableau, Work
 from .points import MOST, Table
 from .pressed import Sliding
@@ -54,10 +54,10 @@ def no_loads(nv: int) -> Loads:
     return Loads(
         np.zeros(nv),
         np.zeros((0, 3), np.int64),
-        np.zeros((0, 11)),
+        np.zeros((0, ON + 1)),
         np.zeros(0, np.int64),
         np.zeros((0, 2), np.int64),
-        np.zeros((0, 11)),
+        np.zeros((0, ON + 1)),
         np.zeros((0, 2), np.int64),
         np.zeros((0, 2), np.int64),
         np.zeros((0, 12)),

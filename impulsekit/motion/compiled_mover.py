@@ -27,10 +27,10 @@ NOTHING_SEEN = Seen(False, False)
 
 
 class Mover:
-    """What compiled code knows of a scene: its tree, its forces, and the points that rest.
+    """The tables of a scene for compiled code: its tree, its forces, and the points that rest.
 
     Attributes:
-        driven: what is a function of time. loads: the forces.
+        driven: forces that are functions of time. loads: tables of the forces.
     """
 
     def __init__(

@@ -27,8 +27,8 @@ __all__ = [
     "shorter_length",
 ]
 
-# Hairer, Norsett & Wanner (1993), II.4: the first step where sizes or rates are below the second,
-# and rates and bends that are none.
+# Hairer, Nørsett & Wanner (1993), II.4: the first step [s] where sizes or rates are below FAINT;
+# rates and second derivatives below NONE count as zero.
 FIRST, FAINT, NONE = 1e-6, 1e-5, 1e-15
 Rhs = Callable[[float, np.ndarray], np.ndarray]
 

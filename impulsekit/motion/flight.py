@@ -225,10 +225,10 @@ class Flight:
     def up_to(
         self, step: Step, time: float, off: Callable[[float, States], tuple[float, float]]
     ) -> tuple[Step, float]:
-        """A step up to where something falls to zero, and when, to the accuracy of steps.
+        """A step up to where a function falls to zero, and when, to the accuracy of steps.
 
-        Dense output, by which the time was found, is a hundred times less accurate. ``off``:
-        from a time and the states of a step to what falls, and its rate.
+        Dense output, by which the time was found, is a hundred times less accurate. ``off``
+        gives the function and its rate from a time and the states of a step.
         """
         now, stepper, dense = self._present, self._stepper, step.dense
         if not (isinstance(stepper, ExplicitStepper) and isinstance(dense, Output)):

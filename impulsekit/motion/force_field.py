@@ -22,7 +22,7 @@ class ForceField:
 
     Attributes:
         on_bodies: whether some force acts on a body; its wrench needs kinematics.
-        one_sided: its springs that act on one side only, in the scene's order.
+        one_sided: the springs that act on one side only, in the scene's order.
         corners: times at which a table has a corner [s].
     """
 

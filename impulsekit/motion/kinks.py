@@ -1,8 +1,8 @@
 """Kinks of one-sided springs: steps end where such a spring begins or ceases to act.
 
-While the springs that act stay the same, forces are smooth. A spring is out of its zone, acts, or
-is in its zone but slack, for its damper outweighs it. It changes where its strain, a smooth gap
-with a rate (``closing``), or its force comes to zero.
+Forces are smooth while the same springs act. A spring is out of its zone (OUT), acts (ACTS), or is
+in its zone but slack (SLACK), since its damper outweighs it. It changes where its strain, a smooth
+gap with a rate (``closing``), or its force comes to zero.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .windows import Turning
 
 __all__ = ["Kink", "Kinks"]
 
-# The rate of a force is told by a step of this part of the time in which it is looked for.
+# Step of the difference for the rate of a force, as a part of the time in which its zero lies.
 PART = 1e-4
 
 _first_zero = zero_finder(lambda gap, t: gap(t))
@@ -34,8 +34,8 @@ class Kink(NamedTuple):
 
     Attributes:
         t: [s]. spring: its index.
-        becomes: what it does from then on.
-        off: from a time and the states of a step to what comes to zero, and its rate.
+        becomes: OUT, ACTS or SLACK from then on.
+        off: what comes to zero there and its rate, from a time and the states of a step.
     """
 
     t: float
@@ -45,7 +45,7 @@ class Kink(NamedTuple):
 
 
 class Kinks:
-    """The one-sided springs of a motion: what they do now, and when that changes."""
+    """The one-sided springs of a motion: whether they act now, and when that changes."""
 
     def __init__(self, forces: ForceField, model: pin.Model) -> None:
         self._springs, self._model = forces.one_sided, model
@@ -58,13 +58,13 @@ class Kinks:
         return bool(self._springs)
 
     def tell(self, loads: Loads) -> None:
-        """Let compiled code know, too; ``loads`` of the same scene."""
+        """Keep the tables of compiled code, ``loads`` of the same scene, up to date as well."""
         rows = zip(loads.kinks[:, 0].tolist(), loads.kinks[:, 1].tolist(), strict=True)
         self._tables = [(loads.between if kind else loads.in_joints, row) for kind, row in rows]
         self._set()
 
     def begin(self, q: np.ndarray, v: np.ndarray) -> None:
-        """A motion begins."""
+        """Set all springs for the state at which a motion begins."""
         if not self._springs:
             return
         for i, push in enumerate(self._pushes(q, v)):
@@ -72,7 +72,7 @@ class Kinks:
         self._set()
 
     def heed_jump(self, q: np.ndarray, v: np.ndarray) -> None:
-        """The velocity has jumped: dampers begin or cease to outweigh springs."""
+        """After a jump of the velocity: dampers may begin or cease to outweigh springs."""
         if not any(spring.is_damped for spring in self._springs):
             return
         for i, push in enumerate(self._pushes(q, v)):
@@ -81,7 +81,7 @@ class Kinks:
         self._set()
 
     def switch(self, kink: Kink) -> None:
-        """Go on from a kink."""
+        """Change the spring of a kink."""
         self._does[kink.spring] = kink.becomes
         self._set()
 
@@ -145,7 +145,7 @@ class Kinks:
         return Kink(t, i, SLACK if sign > 0.0 else ACTS, off)
 
     def _inside(self, i: int, push: Push) -> int:
-        """What a spring does in its zone."""
+        """SLACK or ACTS, for a spring in its zone."""
         return SLACK if self._springs[i].is_damped and push.force < 0.0 else ACTS
 
     def _set(self) -> None:

@@ -15,7 +15,7 @@ from .compiled_loads import ON, Loads
 __all__ = ["Driven", "loads_of"]
 
 _SIDES = {"both": 0.0, "above": 1.0, "below": -1.0}
-# What follows the six numbers of a spring in a joint: it acts.
+# Columns after the six numbers of a spring in a joint: four unused, and its state (ON), ACTS.
 _ACTS = (0.0, 0.0, 0.0, 0.0, 1.0)
 _WAYS = {"both": 0.0, "pull": 1.0, "push": -1.0}
 

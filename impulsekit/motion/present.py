@@ -25,7 +25,7 @@ from .trajectory import Rest
 
 __all__ = ["Present", "Stopped"]
 
-# A speed that is none: the share of the largest. Speeds whose squares are not doubles.
+# A share of the largest speed that counts as zero; speeds [m/s] whose squares may overflow.
 FAINT, HUGE = 1e-12, 1e100
 # Slip has grown when it is this many times as fast as slip that has no direction of its own.
 GROWN = 100.0
@@ -100,7 +100,7 @@ class Present:
         self.kinks.begin(q, v)
 
     def strike(self, v: np.ndarray) -> None:
-        """The velocity jumps, to (nv,)."""
+        """Set the velocity (nv,) after a jump."""
         self.v = v
         self.kinks.heed_jump(self.q, v)
 

@@ -22,9 +22,9 @@ __all__ = ["Resting", "RestingContact"]
 NO_SLIP = 1e-9
 # The slip [m/s] of what has begun to slide.
 TINY = 1e-300
-# What its static friction lets slip with more than this, against the accelerations without contact
-# forces, tears off: ten times what the law of rest may leave. From there on all of them tear off
-# that slip with half of it.
+# A point breaks away if it slips with more than this share of the accelerations without contact
+# forces, although static friction acts: ten times the residual that the law of rest allows. With
+# it break away all points that slip with at least half of that.
 TORN, WITH_IT = 1e-8, 0.5
 
 
@@ -148,9 +148,9 @@ class Resting:
 
     @contextmanager
     def held(self) -> Iterator[None]:
-        """Within it forces are found anew each time.
+        """Within it forces are solved for without a start from the last ones.
 
-        Shares of redundant points must not depend on what was asked before.
+        Shares of redundant points must not depend on earlier evaluations.
         """
         last, self._last = self._last, np.empty(0)
         try:
@@ -159,7 +159,7 @@ class Resting:
             self._last = last
 
     def left_to_tear(self, *, tear: bool = False) -> np.ndarray:
-        """(n,) what is left until static friction lets points slip, by the last evaluation [m/s²].
+        """(n,) margin until static friction lets points slip, by the last evaluation [m/s²].
 
         Points hold as long as they can together, however they share the load: one of several at
         the edge of its own cone does not slip. Infinity for all others. ``tear``: those that slip

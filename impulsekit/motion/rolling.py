@@ -311,11 +311,11 @@ def _least_moments(
 ) -> np.ndarray:
     """(3n + 3k,) forces and moments that obey the law, before ``ways``.
 
-    Where bodies keep from turning without moments there are none: a face that slides on several
-    points could share its load in many ways with them, each with a yaw of its own.
+    Moments are zero where bodies do not turn without them: with moments, a face that slides on
+    several points could share its load in many ways, each with another yaw.
 
     Raises:
-        RestNotSolved: there are none, or they were not found.
+        RestNotSolved: there are no such forces, or they were not found.
     """
     n = len(friction)
     coupled = np.ascontiguousarray(delassus.dot(ways))
@@ -340,5 +340,5 @@ def _least_moments(
 
 
 def _by_row(rolling: np.ndarray, torsion: np.ndarray) -> np.ndarray:
-    """(3k,) how far each turning row reaches."""
+    """(3k,) rolling, rolling and torsion [m] by turning row."""
     return np.column_stack([rolling, rolling, torsion]).ravel()

@@ -35,7 +35,7 @@ __all__ = ["Run"]
 
 # So many events without any time between them never end.
 MOST_STILL = 1000
-# Points that jam one after the other, at one time.
+# Most points that jam one after the other at one time.
 MOST_JAMS = 8
 # A point that comes down faster than this [m/s] beside others that rest is met, not laid down.
 LANDS = 1e-5
@@ -278,7 +278,7 @@ class Run:
         return True
 
     def _bends(self, step: Step, kink: Kink | None) -> bool:
-        """Cut the step where a one-sided spring begins or ceases to act, if one does."""
+        """End the step where a one-sided spring begins or ceases to act; whether one does."""
         if kink is None:
             return False
         now, flight = self._now, self._flight

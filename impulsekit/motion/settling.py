@@ -13,7 +13,7 @@ from .resting import RestingContact
 
 __all__ = ["come_to_rest", "heed_stop", "settle"]
 
-# Slip below this share of the velocities has ended.
+# Slip below this share of the velocities counts as zero.
 ENDED = 1e-6
 # Slip [m/s] that stops sooner than time can tell has stopped.
 STOPPED = 1e-8

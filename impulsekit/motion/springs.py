@@ -1,7 +1,7 @@
-"""Springs of a scene, brought to the model: in joints, and between two points.
+"""Springs of a scene on the model: in joints, and between two points.
 
-A spring on one side only has kinks: where its strain is zero, and where its damper would pull what
-it pushes. A motion's steps end there (``kinks``); within them it is told whether the spring acts.
+A one-sided spring has kinks: where its strain is zero, and where its damper would pull what the
+spring pushes. Steps of a motion end there (``kinks``), and ``acts`` is set from one to the next.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ __all__ = ["PointOfFrame", "Push", "SpringBetweenPoints", "SpringInJoint"]
 
 
 class Push(NamedTuple):
-    """What a one-sided spring depends on: it acts while zone and force are positive.
+    """State of a one-sided spring: it acts while zone and force are positive.
 
     Attributes:
-        zone: how far it is strained to its side [m, rad]; of a joint without end the sine, and of
-            a spring between points (l² − l₀²) / 2 l₀, which has no cusp where they meet.
-        rate: of the zone, in time.
-        force: what it would give to its side [N, N m].
+        zone: strain towards its side [m, rad]; of a continuous joint the sine of it, and of a
+            spring between points (l² − l₀²) / 2 l₀, which is smooth where they meet.
+        rate: d zone/dt [m/s, rad/s].
+        force: of spring and damper towards its side [N, N m].
     """
 
     zone: float
@@ -37,10 +37,10 @@ class SpringInJoint:
     """τ = −k (q − rest) − c v.
 
     Attributes:
-        row: in v.
-        acts: whether a one-sided spring acts; None while its state says so.
+        row: of its joint in v.
+        acts: whether a one-sided spring acts; None: decided by the state at each evaluation.
         is_one_sided: whether it acts on one side only. is_damped: whether it has a damper.
-        beyond: a force that is rounding [N, N m].
+        beyond: force below which it counts as zero [N, N m].
     """
 
     def __init__(self, robot: Robot, force: JointSpring) -> None:
@@ -55,14 +55,14 @@ class SpringInJoint:
         self.acts: bool | None = None
 
     def _strain(self, q: np.ndarray, middle: float = 0.0) -> float:
-        """Of a joint without end within half a turn of the middle [rad, m]."""
+        """q − rest [rad, m]; of a continuous joint within half a turn of the middle."""
         if not self._continuous:
             return q[self._entry] - self._rest
         angle = np.arctan2(q[self._entry + 1], q[self._entry]) - self._rest - middle
         return (angle + np.pi) % (2.0 * np.pi) - np.pi + middle
 
     def torque(self, q: np.ndarray, v: np.ndarray) -> float:
-        """[N m, N]."""
+        """Generalized force of the spring at a state [N m, N]."""
         side, acts = self._side, self.acts
         if acts is False:
             return 0.0
@@ -73,7 +73,7 @@ class SpringInJoint:
         return torque
 
     def push(self, q: np.ndarray, v: np.ndarray, data: pin.Data) -> Push:
-        """Of a spring on one side."""
+        """State of a one-sided spring."""
         side, speed = self._side, float(v[self.row])
         strain = float(self._strain(q, 0.5 * np.pi * side))
         force = side * (self._stiffness * strain + self._damping * speed)
@@ -82,7 +82,7 @@ class SpringInJoint:
         return Push(side * strain, side * speed, force)
 
     def energy(self, q: np.ndarray) -> float:
-        """[J]."""
+        """Energy stored in the spring [J]."""
         strain = float(self._strain(q))
         return 0.5 * self._stiffness * strain**2 if self._side * strain >= 0.0 else 0.0
 
@@ -107,7 +107,7 @@ class PointOfFrame:
         return data.oMi[self.joint_id].rotation.dot(local)
 
     def add(self, wrenches: pin.StdVec_Force, data: pin.Data, force_world: np.ndarray) -> None:
-        """Add a force through the point, in world axes; what the world bears is told as well."""
+        """Add a force through the point, in world axes; joint 0 carries that on the world."""
         local = force_world.dot(data.oMi[self.joint_id].rotation)
         wrenches[self.joint_id] += pin.Force(local, np.cross(self._at, local))
 
@@ -141,12 +141,12 @@ class SpringBetweenPoints:
         return length, between / length if length >= NO_LENGTH else np.zeros(3)
 
     def _rate(self, data: pin.Data, direction: np.ndarray) -> float:
-        """Of its length [m/s]."""
+        """d length/dt [m/s]."""
         first, other = self._ends
         return float(direction.dot(first.velocity(data) - other.velocity(data)))
 
     def add(self, wrenches: pin.StdVec_Force, t: float, data: pin.Data) -> None:
-        """Let it act on both bodies; ``data`` with placements and velocities."""
+        """Add its force to both bodies; ``data`` with placements and velocities."""
         if self.acts is False:
             return
         length, direction = self._line(data)
@@ -166,7 +166,7 @@ class SpringBetweenPoints:
         other.add(wrenches, data, tension * direction)
 
     def push(self, q: np.ndarray, v: np.ndarray, data: pin.Data) -> Push:
-        """Of a spring on one side."""
+        """State of a one-sided spring; ``data`` with placements and velocities."""
         length, direction = self._line(data)
         force, rate = self._force, self._rate(data, direction)
         rest = force.rest_length
@@ -176,6 +176,6 @@ class SpringBetweenPoints:
         return Push(scale * zone, scale * length * rate, self._way * tension)
 
     def energy(self, data: pin.Data) -> float:
-        """[J]."""
+        """Energy stored in the spring [J]."""
         strain = self._line(data)[0] - self._force.rest_length
         return 0.5 * self._force.stiffness * strain**2 if self._way * strain >= 0.0 else 0.0

@@ -34,18 +34,16 @@ def first_stop(
 ) -> tuple[float, bool] | None:
     """When a sliding point first stops or has got going, or a contact has lifted, in a step.
 
-    Or when a resting body comes down elsewhere, or a point that touches leaves its face or
-    edge. Gives the time, and whether it was one of these two. ``left_to_tear`` tells by point how
-    much more than it needs its static friction would give. ``pushing`` tells by point which
-    of them are loaded at a time: between the ends of a step the velocity is known to the
-    integrator's tolerance only, so that a point may seem to leave while it is pressed on.
+    Or when a resting body comes down elsewhere, or a point leaves its face or edge; gives the
+    time, and whether it was one of these two. ``left_to_tear``: by point, the margin of static
+    friction [m/s²]. ``pushing``: by point, whether it is loaded: between the ends of a step the
+    velocity is known to tolerance only, so that a loaded point may seem to leave.
     """
     contacts = resting.contacts
     slides, slip_begins = resting.slides(), resting.begins()
     if not contacts:
         return None
     count, rolling = len(slides), resting.rolling
-    # Of points that come and go nothing is told.
     many = 0 if rolling is None else 4 * len(rolling.owners(contacts))
     many += count if resting.may_tear else 0
     more = np.full(many, np.inf)

@@ -27,9 +27,10 @@ __all__ = ["Striking"]
 # Where friction jams a sliding contact it is pressed in by this part of the slip, or of what its
 # velocity is the sum of, whichever is more: beyond rounding, and without weight in the answer.
 PRESSED, PRESSED_OF_SUM = 1e-12, 1e-14
-# Where several points slide the law may take the first for rounding that need not be met: more.
+# A larger part, where several points slide and the law takes the first for rounding error.
 PRESSED_MORE = 1e-8
-# Slip below the first stops where it jams; below the second it has stopped [m/s].
+# Where no forces hold what rests, slip below the first is stopped; below the second there is none
+# [m/s].
 SLOW_SLIP, NO_SLIP = 1e-5, 1e-14
 # Changes of velocity so many times the pressing are an impact's, and not the pressing's own.
 AN_IMPACT = 1e3
@@ -166,9 +167,9 @@ class Striking:
         return self._stop_slow_slip(jacobian)
 
     def _stop_slow_slip(self, jacobian: np.ndarray) -> bool:
-        """Where no forces hold what rests, points that hardly slide stop; whether there were any.
+        """Stop points that hardly slide, where no forces hold what rests; whether there were any.
 
-        Such a slip is smaller than what the jam's impact could be told from.
+        The jam's impact cannot be distinguished from the pressing at so slow a slip.
         """
         now = self._present
         slip = jacobian.dot(now.v).reshape(-1, 3)

@@ -19,13 +19,13 @@ def compile_motion(scene: Scene | None = None) -> None:
 
 
 def load_motion(scene: Scene) -> None:
-    """Load what ``simulate`` calls for a scene where it is compiled by now, by whatever process."""
+    """Load what ``simulate`` calls for a scene, if any process has compiled it by now."""
     for entry in _entries(scene):
         entry.load(again=True)
 
 
 def _entries(scene: Scene | None) -> list[Entry]:
-    """What motions of a scene call; of None, of any."""
+    """What motions of a scene call; None: of any scene."""
     from ..geometry.polyhedron import separate
     from ..laws.resting import find_forces
     from .chart import unrolled
