@@ -113,6 +113,7 @@ def peak_forces(
 
 
 def _only_contact(scene: Scene, curve: Curve, friction: Any) -> str:
+    """The name of the scene's contact; raises where ``peak_forces`` is not available."""
     if not isinstance(scene, Scene):
         raise InputError(f"peak_forces takes a Scene, not {a_thing(scene)}")
     checked_curve(curve, "peak_forces")
@@ -135,6 +136,7 @@ def _only_contact(scene: Scene, curve: Curve, friction: Any) -> str:
 
 
 def _peaks(name: str, batch: ImpactBatch, curve: Curve) -> PeakForces:
+    """From normal velocities and impulses of a batch; rows that are not struck are left out."""
     parts = batch.normal_components[:, 0]
     impulse = np.where(batch.valid, parts[:, 2], np.nan)
     struck = np.flatnonzero(impulse > 0.0)
@@ -182,6 +184,7 @@ def _peaks(name: str, batch: ImpactBatch, curve: Curve) -> PeakForces:
 
 
 def _spread(values: np.ndarray, rows: np.ndarray, nothing: np.ndarray) -> np.ndarray:
+    """``values`` at the given rows, ``nothing`` at all others."""
     whole = nothing.copy()
     whole[rows] = values
     return whole

@@ -170,15 +170,15 @@ def _off_their_contacts(
     near = [each for each in impacts if each.contacts]
     nv = len(impacts[0].v_before) if impacts else 0
     found = [closing.nearest(i.q, i.v_before, i.covariance[:nv, :nv]) for i in near]
-    told = [(each, *gap) for each, gap in zip(near, found, strict=True) if gap is not None]
-    if len(told) < FEWEST_GAPS:
+    measured = [(each, *gap) for each, gap in zip(near, found, strict=True) if gap is not None]
+    if len(measured) < FEWEST_GAPS:
         return impacts, []
-    gaps, sigmas = np.array([each[1:] for each in told]).T
+    gaps, sigmas = np.array([each[1:] for each in measured]).T
     middle = float(np.median(gaps))
     spread = float(np.median(np.abs(gaps - middle))) / MEDIAN_TO_SIGMA
     own = max(spread**2 - float(np.median(sigmas)) ** 2, 0.0)
     far = np.abs(gaps - middle) > stats.norm.isf(0.5 * FALSE_GAP) * np.sqrt(own + sigmas**2)
-    lost = [each for (each, *_), off in zip(told, far.tolist(), strict=True) if off]
+    lost = [each for (each, *_), off in zip(measured, far.tolist(), strict=True) if off]
     phases = [
         (each.recording, each.time - each.time_sigma, each.time + each.time_sigma) for each in lost
     ]

@@ -313,8 +313,8 @@ class _Search:
             ):
                 low, high = (self._outer(end)[i] for end in (self.low, self.high))
                 notes.append(
-                    f"{name} lies at the edge of the last box, {low:.3g} to {high:.3g}: its least "
-                    "point may be beyond; try another seed, or fewer unknowns"
+                    f"{name} lies at the edge of the last box, {low:.3g} to {high:.3g}: its best "
+                    "value may lie beyond; try another seed, or fewer unknowns"
                 )
         if self._failed:
             notes.append(f"{self._failed} motions on the way did not come to their end")

@@ -80,7 +80,7 @@ class Flight:
             mover = mover_of(now.scene, now.dynamics, self._chart, settings.together)
             now.mover = mover
             if mover is not None:
-                now.kinks.tell(mover.loads)
+                now.kinks.connect(mover.loads)
                 tolerances = settings.rtol, settings.atol
                 stepper = CompiledStepper(self._rates, *tolerances, mover, self._watch.within)
                 self.strides = Strides(now, mover, self._chart, stepper, self.path)

@@ -57,7 +57,7 @@ class Kinks:
     def __bool__(self) -> bool:
         return bool(self._springs)
 
-    def tell(self, loads: Loads) -> None:
+    def connect(self, loads: Loads) -> None:
         """Keep the tables of compiled code, ``loads`` of the same scene, up to date as well."""
         rows = zip(loads.kinks[:, 0].tolist(), loads.kinks[:, 1].tolist(), strict=True)
         self._tables = [(loads.between if kind else loads.in_joints, row) for kind, row in rows]

@@ -25,7 +25,21 @@ class RobotBuilding(RobotBase):
     def scene(self, **entries: Unpack[FromFile]) -> Scene:
         """A scene with the loops, and on request the contacts, of the robot's file.
 
-        The same as ``impulsekit.scene.of_robot.scene_of(robot, ...)``, which see.
+        Args:
+            **entries: what ``Scene`` takes (``contacts``, ``law``, ``materials``, ...), and what
+                to take from the file: ``file_loops`` (True), ``file_contacts`` (False; "world"
+                or "all"), ``file_turning`` (True: rolling and torsional friction too),
+                ``restitution`` (0) of those contacts, ``joint_damping`` (False). See
+                ``impulsekit.scene.of_robot.scene_of``.
+
+        Raises:
+            RangeError, InputError: as ``scene_of``, and what ``Scene`` raises.
+
+        Example:
+            >>> from impulsekit import Contact, Robot
+            >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+            >>> ball.scene(contacts=[Contact("ball", restitution=0.5)]).contacts[0].restitution
+            0.5
         """
         from ..scene.of_robot import scene_of
 
