@@ -28,7 +28,7 @@ __all__ = [
     "without_cancellation",
 ]
 
-# A row whose unit vector is spanned by the others but for so little is determined by them.
+# A row whose unit vector lies in the span of the rows to this share has a unique impulse.
 DETERMINED = 1.0 - 1e-9
 # A row is dependent if, scaled to unit length in the metric of M⁻¹, it stands less than
 # this (rad) out of the span of the others. Loops closed by hand are off by about as much.

@@ -15,9 +15,9 @@ from .algorithms import SMALLEST_PIVOT, cholesky_solve, singular_mass, symmetric
 
 __all__ = ["FilledFactor", "SparseFactor", "pivots_are_safe"]
 
-# A row this short beside the longest, in the metric of the inertia, is none.
+# Rows below this share of the longest, in the metric of the inertia, count as zero.
 NULL_ROW = 1e-12
-# A generalized mass this small beside the largest is none.
+# A generalized mass below this share of the largest counts as zero.
 LIGHTEST = 1e-12
 
 

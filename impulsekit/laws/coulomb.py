@@ -24,11 +24,11 @@ __all__ = [
     "stopping",
 ]
 
-# A release that is short of its floor by more than this share does not hold.
+# A release whose normal impulse is below its least value by more than this share is not valid.
 SHORT = 1e-12
-# The edge of a disc of friction: what is on it, and where Newton's steps have come to an end.
+# Relative tolerance for the edge of the disc of friction, and for the last of Newton's steps.
 ON_EDGE, ARRIVED = 1e-15, 1e-16
-# What no mobility could stop, beside the velocities, where there is an answer.
+# Slip that W_tt cannot change, as a share of the velocities: above it nothing sticks.
 STOPPABLE = 1e-10
 _NOTHING = (0.0, 0.0, 0.0)
 _SOLVED, _JAM, _NONE = int(Status.SOLVED), int(Status.PAINLEVE_JAM), int(Status.NO_SOLUTION)

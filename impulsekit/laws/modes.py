@@ -24,7 +24,7 @@ __all__ = [
     "linearize", "polish", "residual_of", "sizes_of",
 ]  # fmt: skip
 
-# Residuals below this may rise only a few times before Newton ends.
+# Below this residual, Newton ends after a few steps that increase it.
 NEARLY = 1e-11
 # Steps from nearby at most. An integer of numpy, here and where it is an argument elsewhere:
 # for another literal numba would compile all that takes it once more.

@@ -46,11 +46,11 @@ from .words import NEWTON, POISSON, STRONGE
 
 __all__ = ["NULL", "STOPPED", "follow", "outgoing"]
 
-# What approaches by no more than this share of the velocities does not.
+# An approach below this share of the velocities counts as zero.
 AT_REST = 1e-15
-# A normal velocity that ended with the slip, where friction wedges.
+# A normal velocity below this share ended with the slip, where friction wedges.
 WEDGED = 1e-6
-# A unit vector but for rounding, and where Newton's steps towards it have come to an end.
+# Relative tolerance for the length of a unit vector, and for the last of Newton's steps.
 UNIT, ARRIVED = 1e-15, 1e-16
 # Slip this slow against the velocities has ended.
 STOPPED = 1e-15

@@ -30,7 +30,7 @@ from .dense import cholesky, gauss
 
 __all__ = ["SMALL", "Cones", "find_cone_impulses"]
 
-# A step of Newton is taken where squares fall by this share of it at least.
+# A Newton step is accepted where the sum of squares falls by this share of it (Armijo).
 FALLS = 1e-4
 # Newton stops at the first residual, relative; after so many steps the second is a solution too.
 NOTHING, SMALL = 2e-16, 1e-12

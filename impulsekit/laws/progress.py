@@ -16,7 +16,7 @@ __all__ = [
     "left_to_go", "path_memory",
 ]  # fmt: skip
 
-# A target below this share of the velocities is none.
+# A target below this share of the velocities counts as zero.
 NO_TARGET = 1e-15
 # W of one contact: t1t1, t1t2, t2t2, t1n, t2n, nn [1/kg].
 Block = tuple[float, float, float, float, float, float]

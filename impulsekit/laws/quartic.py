@@ -17,14 +17,14 @@ from .progress import Block
 
 __all__ = ["Directions", "slides"]
 
-# A direction that is shorter than this is told by nothing.
+# A vector shorter than this has no direction.
 TOLD = 1e-12
-# What is across, or goes back, by less than this share of its terms is rounding.
+# Components across or backwards below this share of their terms are rounding error.
 ACROSS = 1e-9
-# How near a root has to be for Newton on the directions to go on from; the same of extremes, whose
-# signs tell roots apart.
+# Accuracy of a root from which Newton's method on the directions goes on, and of extremes, whose
+# signs separate roots.
 ROOT, EXTREME = 1e-7, 1e-15
-# A turn whose square is of rounding [rad], and such a square.
+# A turn [rad] whose square is near rounding error, and the square at which Newton ends.
 LITTLE, LAST = 1e-5, 1e-17
 # How many directions of slip, and up to four of them.
 Directions = tuple[int, Pair, Pair, Pair, Pair]

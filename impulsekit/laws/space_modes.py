@@ -18,7 +18,7 @@ from .compiled import compiled, entry
 
 __all__ = ["space_modes"]
 
-# What Newton may leave where it has arrived for all that rounding lets it.
+# Largest residual of Newton's method at a solution, near singular systems too.
 LEFT = 1e-6
 PARTED, STICKS, SLIDES = 0, 1, 2
 # Directions to start from, by the number of contacts that slide.

@@ -41,11 +41,11 @@ from .words import STRONGE
 
 __all__ = ["STRAIGHT", "turn"]
 
-# A slip that turns by less than this share of what it was at first, until it ends, keeps.
+# Slip that turns by less than this share of the first slip before it ends keeps its direction.
 KEEPS = 1e-15
-# An extreme this near the end of a step was found by the one before.
+# An extreme this near the start of a step was found by the step before.
 FOUND = 1e-8
-# Where Newton's steps have come to an end, relative.
+# Newton ends at steps below this, relative.
 ARRIVED = 1e-16
 Array = np.ndarray[tuple[int], np.dtype[np.float64]]
 Matrix = np.ndarray[tuple[int, int], np.dtype[np.float64]]

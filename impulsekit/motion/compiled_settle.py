@@ -31,7 +31,7 @@ __all__ = [
     "settle_points",
 ]
 
-# A force across the normal below this share of the largest has no direction.
+# A tangential rate below this share of the largest acceleration has no direction.
 NO_DIRECTION = 1e-7
 # What became of it, besides what becomes of a step: a point lifts, and nothing was changed.
 LIFTS = 3
@@ -43,7 +43,7 @@ NO_DRIFT = 1e-14
 MOST_STEPS = 3
 # Tangential forces this near the cone are on it.
 ON_CONE = 1.0 - 1e-7
-# Slip that is nearly grown has grown.
+# Slip above this share of the speed at which it has grown counts as grown.
 ALL_BUT = 0.999
 # Rows that depend on each other more than this, by a squared sine, share what they do; parts of
 # them that are smaller [relative] are none.

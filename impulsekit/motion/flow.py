@@ -14,7 +14,7 @@ from .resting import RestingContact
 
 __all__ = ["Flow"]
 
-# Errors of the flow that sensitivities are taken of, relative and absolute.
+# Relative and absolute tolerance of the motions that are differentiated.
 RTOL, ATOL = 1e-12, 1e-13
 # Of central differences, of which two are extrapolated: their error is of its fourth order,
 # and forces at rest, which are found to some 1e-11, do not shake them.

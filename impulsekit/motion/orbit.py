@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Orbit", "find_orbit"]
 
-# Errors of the motions that orbits are found by.
+# Default tolerances of the motions in a search for orbits.
 RTOL, ATOL = 1e-12, 1e-13
 # Steps of the differences of ``start`` and ``back``, and of whole motions where these are needed.
 STEP, COARSE = 1e-4, 1e-5

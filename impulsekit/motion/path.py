@@ -14,7 +14,7 @@ from .footing import NOTHING, Footing
 
 __all__ = ["NODES", "Path", "interpolated"]
 
-# Parts of a step that differ by less are one.
+# A place this near to a node, as a part of the step, is the node.
 AT_ONCE = 1e-14
 # DOP853's dense output has degree 7, the others less: eight values hold each of them.
 NODES = 0.5 * (1.0 - np.cos(np.pi * np.arange(8) / 7.0))

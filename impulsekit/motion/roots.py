@@ -8,7 +8,7 @@ import numpy as np
 
 __all__ = ["PIECES", "States", "falling_root"]
 
-# What a root may be off by, absolute and relative.
+# Absolute [s] and relative tolerance for a root.
 FOUND = 1e-15
 # Between nodes a solution bends little: a window is at most one radian of its fastest motion.
 PIECES = 4

@@ -14,7 +14,7 @@ from .explicit import ExplicitStepper, StepFailed
 
 __all__ = ["METHODS", "FixedStepper", "RadauStepper", "StepFailed", "Stepper", "stepper_of"]
 
-# A rest of time below this share of a step is made with it.
+# A remaining time below this share of a step becomes part of the step.
 REST = 1e-9
 Rhs = Callable[[float, np.ndarray], np.ndarray]
 Dense = Callable[[float], np.ndarray]

@@ -29,8 +29,8 @@ __all__ = ["Striking"]
 PRESSED, PRESSED_OF_SUM = 1e-12, 1e-14
 # A larger part, where several points slide and the law takes the first for rounding error.
 PRESSED_MORE = 1e-8
-# Where no forces hold what rests, slip below the first is stopped; below the second there is none
-# [m/s].
+# Where no forces hold what rests, slip below the first is stopped; below the second it counts as
+# zero [m/s].
 SLOW_SLIP, NO_SLIP = 1e-5, 1e-14
 # Changes of velocity so many times the pressing are an impact's, and not the pressing's own.
 AN_IMPACT = 1e3

@@ -13,7 +13,7 @@ from ...errors import InputError
 
 __all__ = ["Factor"]
 
-# Of the largest: a mass and a row that are none.
+# Masses and rows below these shares of the largest count as zero.
 LIGHTEST, NULL_ROW = 1e-9, 1e-12
 SMALLEST_PIVOT = 1e-13
 _NONE = np.ones(0)

@@ -23,7 +23,8 @@ from .modes import EDGE
 
 __all__ = ["HitFound", "Hits", "follow_hits"]
 
-# Of the largest: a half-solved row that is none, and singular values of dependent rows.
+# Shares of the largest: half-solved rows below the first count as zero; singular values below the
+# second are those of dependent rows.
 NULL_ROW, DEPENDENT = 1e-11, 1e-10
 # A normal velocity that a hit changes by less, relative, stays as it was.
 UNMOVED = 1e-12

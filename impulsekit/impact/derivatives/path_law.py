@@ -20,7 +20,7 @@ from .modes import EDGE
 
 __all__ = ["PARAMETERS", "PathDerivative", "path_derivative"]
 
-# The path ends long before [N s]; relative and absolute errors along it; speeds below are not.
+# The path ends long before [N s]; relative and absolute error along it; least scale of velocities.
 LONGEST, RTOL, ATOL, LEAST = 1e12, 1e-12, 1e-14, 1e-3
 # W: t1t1, t1t2, t2t2, t1n, t2n, nn; the velocity at the start; u_n⁻, e and µ.
 PARAMETERS = 12

@@ -19,9 +19,10 @@ from .problem import ContactProblem
 
 __all__ = ["Jump", "find_limit"]
 
-# Of the largest impulse: a pull, or more than friction gives, by rounding. Of the bound: excess.
+# Tolerances for a pull and for friction beyond its bound: shares of the largest impulse and of the
+# bound.
 OF_LARGEST, OF_BOUND = 1e-12, 1e-6
-# An approach by rounding, relative.
+# An approach below this share of the velocities is rounding error.
 ROUNDING = 1e-15
 Hits = list[tuple[int, tuple[float, float, float]]]
 
