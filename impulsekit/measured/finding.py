@@ -38,6 +38,9 @@ FEWEST_GAPS = 8
 SHORT = 4
 # Flights with more samples missing between them do not meet: something else lies there.
 MOST_MISSED = 3
+# Samples that flights are followed through are so far apart [s]; others are of one instant, have
+# times in another unit, or lie on either side of a pause that takes long to follow, for nothing.
+STEPS = (1e-7, 100.0)
 # Rounds in which samples change flights, by the times of the impacts.
 RECUTS = 2
 
@@ -287,8 +290,23 @@ def _check(several: list[Any], scene: Any, near: float) -> None:
             raise InputError(
                 f"find_impacts: recording {each.name or 'given'} is of another robot than the scene"
             )
+        _check_steps(each)
     if not (np.isfinite(near) and near > 0.0):
         raise RangeError.of("find_impacts: near", near, "above 0 m")
+
+
+def _check_steps(recording: Recording) -> None:
+    least, most = STEPS
+    steps = np.diff(recording.t)
+    off = np.flatnonzero(~((steps >= least) & (steps <= most)))
+    if len(off):
+        k = int(off[0])
+        raise RangeError.of(
+            f"find_impacts: recording {recording.name or 'given'}: t[{k + 1}] - t[{k}]",
+            float(steps[k]),
+            f"{least:g} to {most:g} s (give one sample of each instant, cut the recording at "
+            "pauses, and state its time unit in the RecordingFormat)",
+        )
 
 
 def _given_sigma(sigma: Any, several: list[Recording], nv: int) -> np.ndarray | None:

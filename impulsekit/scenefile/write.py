@@ -81,9 +81,10 @@ def dump_scene(
     _check_writable(scene)
     for section in SECTIONS:
         entries = getattr(scene, section.name)
-        blocks += _section_blocks(
-            section, tuple(map(as_given, entries)) if section.name == "contacts" else entries
-        )
+        # Without a table the numbers that contacts have from another one are their own.
+        if section.name == "contacts" and scene.materials:
+            entries = tuple(map(as_given, entries))
+        blocks += _section_blocks(section, entries)
     if motion is not None:
         blocks += [_table("[motion]", _entry(MOTION, motion))]
     blocks += _section_blocks(DESIGN, tuple(design))
