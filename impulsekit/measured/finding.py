@@ -73,7 +73,7 @@ def find_impacts(
 
     Raises:
         InputError: no recording, another robot, or samples too few to estimate their noise.
-        RangeError, ShapeError: what is wrong with ``sigma`` or ``near``.
+        RangeError, ShapeError: what is wrong with ``sigma``, ``near`` or the times of samples.
 
     Example:
         >>> import impulsekit as ik

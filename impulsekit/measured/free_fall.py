@@ -33,6 +33,8 @@ UNITS = {
 }
 # A direction of the unknowns that flights tell less of, relative to the best, is not told.
 UNTOLD = 1e-10
+# Axes that turn by less than the root of this, summed over samples, do so by rounding [rad²].
+UNTURNED = 1e-20
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +178,9 @@ def free_fall(
 
 def _solution(normal: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(6,) the least-squares solution, and which unknowns the flights tell."""
-    size = 1.0 / np.sqrt(np.maximum(np.diagonal(normal), NONZERO))
+    known = np.diagonal(normal)
+    size = 1.0 / np.sqrt(np.maximum(known, NONZERO))
+    size[3:][known[3:] < UNTURNED] = 0.0
     values, ways = np.linalg.eigh(normal * np.outer(size, size))
     told = values > UNTOLD * values[-1]
     inverse = (ways[:, told] / values[told]) @ ways[:, told].T * np.outer(size, size)

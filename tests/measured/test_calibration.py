@@ -110,3 +110,19 @@ def test_one_recording_tells_no_uncertainty():
     assert found.length_scale == pytest.approx(9.7 / 9.81, abs=1e-4)
     assert found.sigma["length_scale"] == np.inf and np.isinf(found.sigma["gravity_tilt"]).all()
     assert any("one recording alone" in note for note in found.notes)
+
+
+def test_bodies_that_do_not_turn_tell_no_mass_centre():
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    floor = ik.Contact("ball", at=[0, 0, -0.05], restitution=0.6)
+    scene = ik.Scene(ball, contacts=[floor], gravity=[0, 0, -9.81])
+    drop = ball.configuration(root_joint=[0, 0, 0.5, 0, 0, 0, 1])
+    motion = ik.simulate(scene, drop, [0.1, 0, 0, 0, 0, 0], duration=0.8, samples=81)
+    rng, several = np.random.default_rng(3), []
+    for _ in range(3):
+        q = motion.q.copy()
+        q[:, :3] += 1e-4 * rng.normal(size=(81, 3))
+        several.append(ik.measured.Recording(ball, motion.t, q))
+    found = ik.measured.calibrate(several, scene)
+    assert np.isinf(found.sigma["mass_centre"]).all() and not found.mass_centre.any()
+    assert found.length_scale == pytest.approx(1.0, abs=0.01)
