@@ -148,20 +148,14 @@ TABLE: tuple[_Row, ...] = (
     *(
         OfJob(
             "forces",
-            f"{name}, many states: peak by mujoco to 1 % / peak_forces",
-            forces.batch_of_forces(name),
+            f"{name}, {states}: peak by mujoco to 1 % / {calls}",
+            timed(name),
             100.0,
             at_least=True,
         )
-        for name in forces.STRUCK
-    ),
-    *(
-        OfJob(
-            "forces",
-            f"{name}, one state: peak by mujoco to 1 % / solve, force_history",
-            forces.single_forces(name),
-            1.0,
-            at_least=True,
+        for states, calls, timed in (
+            ("many states", "peak_forces", forces.batch_of_forces),
+            ("one state", "solve, force_history", forces.single_forces),
         )
         for name in forces.STRUCK
     ),

@@ -134,7 +134,7 @@ class Present:
         """(n,) which points of resting contacts are loaded at another time [s] and state.
 
         Raises:
-            Stopped: there is no answer.
+            Stopped: no solution.
         """
         with self.told():
             self.dynamics.acceleration(t, q, v)
@@ -144,7 +144,7 @@ class Present:
         """(n,) as ``Resting.left_to_tear``, at another time [s] and state.
 
         Raises:
-            Stopped: there is no answer.
+            Stopped: no solution.
         """
         with self.told(), self.resting.held():
             self.dynamics.acceleration(t, q, v)

@@ -131,9 +131,10 @@ class Striking:
         Where W_nn ≤ µ W_nt·s no force keeps a sliding contact from being pressed in
         (Painlevé 1895). It stops by an impact without collision (Lecornu 1905; Génot &
         Brogliato 1999): the limit of impacts whose approach goes to zero, without restitution.
+        Where none can be told from the pressing, points that slide below ``SLOW_SLIP`` stop.
 
         Returns:
-            Whether there is such an impact; if not, nothing has changed.
+            Whether there was such an impact or slip; if not, nothing has changed.
 
         Raises:
             Stopped: no valid answer.
