@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..impact.algorithms import has_uneven_masses
-from ..laws.words import END, NEWTON, SEQUENTIAL, STRONGE
+from ..laws.words import END, LZB, NEWTON, SEQUENTIAL, STRONGE
 from ..robot.massless import is_always_regular
 from ..rows.entries import Site
 from ..rows.reach import branch_of, touched_joints
@@ -135,8 +135,6 @@ def _program(
     scene: Scene, frictional: bool, links: Sequence[str], pointed: Sequence[int]
 ) -> Program:
     robot = scene.robot
-    if scene.contacts and scene.law.restitution == "lzb":
-        raise NoKernelError('restitution="lzb", whose waves have as many steps as they take')
     words = words_of(scene.law if scene.contacts else Law())
     try:
         model, followers = freed_model(robot.model)
@@ -234,6 +232,6 @@ def _plainer(
     restitution, _, order = words
     if restitution == NEWTON and order != SEQUENTIAL and is_struck:
         return words
-    if restitution == STRONGE or any(ints[1] > 1 for ints in contact_ints):
+    if restitution in (STRONGE, LZB) or any(ints[1] > 1 for ints in contact_ints):
         return words
     return restitution, END, order

@@ -21,7 +21,7 @@ from ..scene.restitution import Restitution, RestitutionTable
 from .balls import ball_of
 from .errors import NoKernelError
 from .followers import Follower
-from .kernels.layout import ALONG_DOF, CONTACT_FLOATS, COUPLE, FORCE_AT
+from .kernels.layout import ALONG_DOF, CONTACT_FLOATS, COUPLE, EXPONENT, FORCE_AT, STIFFNESS
 from .tree import Tree
 
 __all__ = ["RowMaker", "RowTables", "row_tables"]
@@ -113,6 +113,8 @@ def row_tables(
         elif callable(restitution):
             raise NoKernelError("a restitution that is a function of one's own")
         numbers[11], numbers[12] = getattr(contact, "tangential_restitution", 0.0), capture
+        if scene.law.restitution == "lzb":
+            numbers[STIFFNESS], numbers[EXPONENT] = contact.stiffness, scene.law.exponent
         tables.terms.extend(rows)
         ball = len(tables.ball_ints) - 1 if isinstance(contact, Collision) else -1
         tables.contact_ints.append((first, len(rows), entry, meeting, table_at, points, ball))
@@ -198,7 +200,7 @@ class RowMaker:
 
         ``place``: the joint at its point, where that varies.
         """
-        numbers = np.zeros(13)
+        numbers = np.zeros(CONTACT_FLOATS)
         if isinstance(entry, JointStop):
             numbers[9:11] = entry.limits(self._robot)
             rows = self.constraint(entry)
@@ -231,7 +233,7 @@ class RowMaker:
             if body > 0:
                 terms.insert(0, _at((FORCE_AT, body, 0), point, along, axes=meeting))
             rows.append(terms)
-        return rows, -1, meeting, np.zeros(13)
+        return rows, -1, meeting, np.zeros(CONTACT_FLOATS)
 
     def _ball(self, entry: Collision) -> tuple[list, int, int, np.ndarray]:
         """A ball and what may touch it; its point and normal are found state by state."""
@@ -257,7 +259,7 @@ class RowMaker:
                 where = (FORCE_AT, other, 0)
                 terms.append(_at(where, ball.translation, -along, arm=meeting, axes=meeting))
             rows.append(terms)
-        numbers = np.zeros(13)
+        numbers = np.zeros(CONTACT_FLOATS)
         numbers[9] = entry.margin
         return rows, -1, meeting, numbers
 

@@ -22,7 +22,7 @@ import numpy as np
 from .apart import tell_by_address
 from .store import Store, is_stored
 
-__all__ = ["ENTRIES", "Entry", "compiled", "dispatcher", "entry", "use_numba"]
+__all__ = ["ENTRIES", "Entry", "borrowing", "compiled", "dispatcher", "entry", "use_numba"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -62,6 +62,16 @@ def compiled(function: F) -> F:
         -0.5
     """
     _tell_numba(lambda: _link(function, dispatcher(function, WITHIN)))
+    return function
+
+
+def borrowing(function: F) -> F:
+    """As ``compiled``, for a function that makes no arrays: it does not count who holds them.
+
+    numba's counting is a call at every use of an array that is a field of a tuple, which takes
+    several times as long as what small loops do with it.
+    """
+    _tell_numba(lambda: _link(function, dispatcher(function, {**WITHIN, "_nrt": False})))
     return function
 
 

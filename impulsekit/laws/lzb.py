@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .compiled import compiled, entry
+from .compiled import borrowing, compiled, entry
 from .dop853 import ERROR_3, ERROR_5, FROM, STAGES, WEIGHTS
 from .status import BY_CODE, Status
 from .wave import (
@@ -166,7 +166,7 @@ def _told(
     return code, residual, impulse, after, normal, friction, steps
 
 
-@compiled
+@borrowing
 def _to_energy(
     impulse: Array, free: Array, after: Array, total: float, added: float, size: float
 ) -> None:
@@ -186,7 +186,7 @@ def _to_energy(
         impulse[k] *= 1.0 + share
 
 
-@compiled
+@borrowing
 def _units(W: np.ndarray, free: np.ndarray, mu: np.ndarray) -> tuple[float, float]:
     """The size of the velocities that count, and of the mobility."""
     speed, mobility = 0.0, 0.0
@@ -250,7 +250,7 @@ def _prepared(
     return w
 
 
-@compiled
+@borrowing
 def _run(w: Wave, cap: float) -> int:
     """Until no contact presses or approaches, in steps of at most ``cap``; how many they were."""
     step, rubs = 1e-3, len(w.free) > len(w.kappa)
@@ -266,7 +266,7 @@ def _run(w: Wave, cap: float) -> int:
     return MOST_STEPS
 
 
-@compiled
+@borrowing
 def _is_over(w: Wave) -> bool:
     """Whether nothing presses any more and nothing that touches or will touch approaches."""
     r = len(w.free)
@@ -283,7 +283,7 @@ def _is_over(w: Wave) -> bool:
     return True
 
 
-@compiled
+@borrowing
 def _longest(w: Wave) -> float:
     """How far a step may go: not beyond what a parting or closing contact allows."""
     r = len(w.free)
@@ -306,7 +306,7 @@ def _longest(w: Wave) -> float:
     return longest
 
 
-@compiled
+@borrowing
 def _adaptive_step(w: Wave, h: float) -> tuple[int, float]:
     """One step of at most h; the change at which it ended or −1, and the next one's length."""
     for _ in range(60):
@@ -318,11 +318,12 @@ def _adaptive_step(w: Wave, h: float) -> tuple[int, float]:
     which = _first_crossed(w)
     if which >= 0:
         which = _to_change(w, h, which)
-    w.y[:] = w.trial
+    for k in range(len(w.y)):
+        w.y[k] = w.trial[k]
     return which, grown
 
 
-@compiled
+@borrowing
 def _trial(w: Wave, h: float) -> float:
     """The error of a step of h over what it may be; y behind it is in ``w.trial``."""
     K, y, trial = w.stages, w.y, w.trial
@@ -356,7 +357,7 @@ def _trial(w: Wave, h: float) -> float:
     return float(abs(h) * fifth / math.sqrt((fifth + 0.01 * third) * m))
 
 
-@compiled
+@borrowing
 def _state_of_stage(y: Array, h: float, K: Matrix, s: int, state: Array) -> None:
     m = len(y)
     for k in range(m):
@@ -370,7 +371,7 @@ def _state_of_stage(y: Array, h: float, K: Matrix, s: int, state: Array) -> None
         state[k] = y[k] + h * state[k]
 
 
-@compiled
+@borrowing
 def _left(w: Wave, which: int) -> float:
     """How far the trial is from a change: below 0 beyond it; infinite where there is none.
 
@@ -414,7 +415,7 @@ def _left(w: Wave, which: int) -> float:
     return math.inf
 
 
-@compiled
+@borrowing
 def _first_crossed(w: Wave) -> int:
     """Of the changes that the trial went beyond, the one that it left farthest behind; or −1."""
     modes, slip, normal, e2, u, y, trial = w.mode, w.slip, w.normal, w.e2, w.u, w.y, w.trial
@@ -443,7 +444,7 @@ def _first_crossed(w: Wave) -> int:
     return found
 
 
-@compiled
+@borrowing
 def _to_change(w: Wave, h: float, which: int) -> int:
     """Shorten the step to the first change, by the Illinois rule on steps of their own.
 
@@ -481,9 +482,10 @@ def _to_change(w: Wave, h: float, which: int) -> int:
     return which
 
 
-@compiled
+@borrowing
 def _left_at_start(w: Wave, which: int) -> float:
     """``_left`` where the step begins."""
-    w.trial[:] = w.y
+    for k in range(len(w.y)):
+        w.trial[k] = w.y[k]
     rates(w, w.y, w.error)
     return _left(w, which)

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .compiled import compiled
+from .compiled import borrowing, compiled
 from .dense import factorize, solve_factorized
 from .path import outgoing
 
@@ -138,7 +138,7 @@ def wave(n: int, r: int) -> Wave:
     )
 
 
-@compiled
+@borrowing
 def rates(w: Wave, y: Array, dy: Array) -> None:
     """dy/dt at y; velocities and forces are left in ``w.u`` and ``w.force``."""
     # Names of their own: numba counts references each time that a field is read.
@@ -169,7 +169,7 @@ def rates(w: Wave, y: Array, dy: Array) -> None:
             dy[r + n + i] = work
 
 
-@compiled
+@borrowing
 def any_held(modes: Integers) -> bool:
     """Whether a contact is held."""
     count = 0
@@ -178,7 +178,7 @@ def any_held(modes: Integers) -> bool:
     return count > 0
 
 
-@compiled
+@borrowing
 def smooth_rates(
     e2: Array,
     kappa: Array,
@@ -200,7 +200,7 @@ def smooth_rates(
         dy[n + i] = -un / e2[i] if mode == UNLOADS else -un
 
 
-@compiled
+@borrowing
 def velocities(W: Matrix, reach: Grid, free: Array, y: Array, u: Array) -> None:
     r = len(free)
     for k in range(r):
@@ -211,7 +211,7 @@ def velocities(W: Matrix, reach: Grid, free: Array, y: Array, u: Array) -> None:
             u[k] += W[j, k] * p
 
 
-@compiled
+@borrowing
 def find_forces(w: Wave, y: Array) -> None:
     """Forces at y, whose velocities stand in ``w.u``: by indentation, by slip, by what is held."""
     modes, kappa, force, normal = w.mode, w.kappa, w.force, w.normal
@@ -229,13 +229,13 @@ def find_forces(w: Wave, y: Array) -> None:
         spread(w)
 
 
-@compiled
+@borrowing
 def power_of(depth: float, power: float) -> float:
     """δ^n, n = 1.5 by a root."""
     return depth * math.sqrt(depth) if power == 1.5 else float(depth**power)
 
 
-@compiled
+@borrowing
 def force_rate(w: Wave, y: Array, i: int) -> float:
     """dF/dt of contact i at y, by a short way along the rates; forces and velocities are kept."""
     row, ahead = w.normal[i], w.stages[0]
@@ -251,7 +251,7 @@ def force_rate(w: Wave, y: Array, i: int) -> float:
     return rate
 
 
-@compiled
+@borrowing
 def spread(w: Wave) -> None:
     """From the normal forces of what gives way to all others: friction, and what is held."""
     solved = 0
@@ -276,7 +276,7 @@ def spread(w: Wave) -> None:
     _creep(w)
 
 
-@compiled
+@borrowing
 def _creep(w: Wave) -> None:
     """Friction of what creeps: against the direction in which it then is accelerated."""
     n = len(w.kappa)
@@ -304,7 +304,7 @@ def _creep(w: Wave) -> None:
             hold(w)
 
 
-@compiled
+@borrowing
 def acceleration(w: Wave, row: int) -> float:
     """du/dt of a row under the forces that are there."""
     total = 0.0
@@ -313,7 +313,7 @@ def acceleration(w: Wave, row: int) -> float:
     return total
 
 
-@compiled
+@borrowing
 def direction(w: Wave, i: int) -> tuple[float, float]:
     """The direction of slip of contact i."""
     t = w.tangent[i]
@@ -325,7 +325,7 @@ def direction(w: Wave, i: int) -> tuple[float, float]:
     return u1 / speed, u2 / speed
 
 
-@compiled
+@borrowing
 def hold(w: Wave) -> None:
     """Add forces in ``w.rows`` so that their velocities keep, beside the forces that are there.
 
@@ -368,7 +368,7 @@ def hold(w: Wave) -> None:
         _rub_on_held(w)
 
 
-@compiled
+@borrowing
 def _fill(w: Wave, solved: int) -> None:
     """W of the rows that are solved; what slides on a held contact rubs with the force sought."""
     for a in range(solved):
@@ -385,7 +385,7 @@ def _fill(w: Wave, solved: int) -> None:
                 w.matrix[a, b] -= w.mu[i] * (s1 * w.W[row, t] + s2 * w.W[row, t + 1])
 
 
-@compiled
+@borrowing
 def _rub_on_held(w: Wave) -> None:
     for i in range(len(w.kappa)):
         if w.mode[i] == HELD and w.slip[i] == SLIPS:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ..tolerances import NONZERO
-from .compiled import compiled
+from .compiled import borrowing
 from .wave import (
     CREEPS,
     FAINT,
@@ -44,7 +44,7 @@ STILL = 1e-6
 IN_CONE = 1e-10
 
 
-@compiled
+@borrowing
 def change(w: Wave, crossed: int) -> None:
     """Let each contact go over to what it does next; velocities and forces are those at y.
 
@@ -79,7 +79,7 @@ def change(w: Wave, crossed: int) -> None:
         _settle(w)
 
 
-@compiled
+@borrowing
 def _change_normal(w: Wave, i: int, crossed: bool, reloads: bool) -> bool:
     r = len(w.free)
     mode, depth, un = w.mode[i], float(w.y[r + i]), float(w.u[w.normal[i]])
@@ -120,7 +120,7 @@ def _change_normal(w: Wave, i: int, crossed: bool, reloads: bool) -> bool:
     return False
 
 
-@compiled
+@borrowing
 def _push(w: Wave) -> float:
     """The size of the forces, in units of which that of a held contact is zero."""
     most = NONZERO
@@ -129,7 +129,7 @@ def _push(w: Wave) -> float:
     return most
 
 
-@compiled
+@borrowing
 def _parts(w: Wave, i: int, depth: float, un: float) -> bool:
     """Give at once what a parting contact still would give, if that is next to nothing."""
     r, row = len(w.free), w.normal[i]
@@ -153,7 +153,7 @@ def _parts(w: Wave, i: int, depth: float, un: float) -> bool:
     return True
 
 
-@compiled
+@borrowing
 def _energy(w: Wave, i: int, depth: float) -> float:
     """E = κ δ^(n + 1)/(n + 1)."""
     if depth <= 0.0 or w.kappa[i] == math.inf:
@@ -161,7 +161,7 @@ def _energy(w: Wave, i: int, depth: float) -> float:
     return float(w.kappa[i] * depth * power_of(depth, w.power[0]) / (w.power[0] + 1.0))
 
 
-@compiled
+@borrowing
 def _reload(w: Wave, i: int) -> None:
     """A contact that was held begins to be loaded again, from the force that it carries."""
     r, row = len(w.free), w.normal[i]
@@ -174,7 +174,7 @@ def _reload(w: Wave, i: int) -> None:
     w.began[i] = _energy(w, i, float(w.y[r + i]))
 
 
-@compiled
+@borrowing
 def _change_slip(w: Wave, i: int, crossed: bool) -> bool:
     """Whether a contact begins or ends to slip."""
     t = w.tangent[i]
@@ -208,7 +208,7 @@ def _change_slip(w: Wave, i: int, crossed: bool) -> bool:
     return False
 
 
-@compiled
+@borrowing
 def choose_slips(w: Wave) -> None:
     """Slip or stick for contacts that begin."""
     find_forces(w, w.y)
@@ -218,7 +218,7 @@ def choose_slips(w: Wave) -> None:
     _settle(w)
 
 
-@compiled
+@borrowing
 def _settle(w: Wave) -> None:
     """What sticks and would need more than its cone begins to slip, the farthest out first."""
     n = len(w.kappa)
@@ -242,7 +242,7 @@ def _settle(w: Wave) -> None:
         _start_slip(w, found)
 
 
-@compiled
+@borrowing
 def _start_slip(w: Wave, i: int) -> None:
     """A contact at rest begins to slip: in the direction that its own friction then opposes."""
     t = w.tangent[i]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 __all__ = [
-    "AGAIN", "END", "NEWTON", "NO", "PATH", "POISSON", "SEQUENTIAL", "SIMULTANEOUS", "STRONGE",
-    "YES",
+    "AGAIN", "END", "LZB", "NEWTON", "NO", "PATH", "POISSON", "SEQUENTIAL", "SIMULTANEOUS",
+    "STRONGE", "YES",
 ]  # fmt: skip
 
-NEWTON, POISSON, STRONGE = 0, 1, 2
+NEWTON, POISSON, STRONGE, LZB = 0, 1, 2, 3
 END, PATH = 0, 1
 SIMULTANEOUS, SEQUENTIAL = 0, 1
 

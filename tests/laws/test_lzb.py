@@ -1,5 +1,7 @@
 """Impulses by stored energy against springs followed in time, and against their own statement."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -227,9 +229,66 @@ def test_bad_input_is_one_clear_error():
     impact = ik.solve(scene, ball.neutral(), fall)
     with pytest.raises(ik.errors.InputError, match="derivatives"):
         ik.derivatives(impact)
-    batch = ik.solve_batch(scene, np.tile(ball.neutral(), (2, 1)), fall)
-    assert not batch.plan.kernel and "lzb" in batch.plan.why[0]
-    assert np.array_equal(batch.v_after[1], impact.v_after)
+    rigid = ik.Scene(ball, contacts=[two[0], replace(two[1], stiffness=np.inf)], law=LZB)
+    with pytest.raises(ik.errors.InputError, match="infinite stiffness"):
+        ik.solve(rigid, ball.neutral(), fall)
+    assert ik.solve_batch(rigid, ball.neutral()[None], fall).status[0] == ik.Status.REFUSED
+
+
+def three_balls(mu, root="freeflyer"):
+    """A scene of balls in a row, the last one at a wall, and what varies from row to row."""
+    ball = ik.Robot.from_urdf("models/ball.urdf", root=root)
+    robot = ik.combine(a=ball, b=ball, c=ball)
+    ways = {"restitution": 0.8, "friction": mu}
+    contacts = [
+        ik.Contact(f"{one}/ball", at=[-0.1, 0, 0], normal=[1, 0, 0], origin=[0.1, 0, 0],
+                   against=f"{other}/ball", stiffness=k, **ways)
+        for one, other, k in (("b", "a", 1e6), ("c", "b", 3e6))
+    ]  # fmt: skip
+    wall = ik.Contact(
+        "c/ball", at=[0.1, 0, 0], normal=[-1, 0, 0], origin=[0.5, 0, 0], stiffness=2e6, **ways
+    )
+    rng = np.random.default_rng(3)
+    v = rng.normal(size=(12, robot.nv))
+    return ik.Scene(robot, contacts=[*contacts, wall], law=LZB, gap_bound=np.inf), robot, v
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_batch_rows_equal_single_states(mu):
+    """To rounding; with friction to the error of steps, which rounding of W lengthens otherwise."""
+    scene, robot, v = three_balls(mu)
+    batch = ik.solve_batch(
+        scene, robot.neutral(), v, outputs=("v_after", "contact_impulses", "energy_change")
+    )
+    assert batch.plan.kernel and not batch.single.any()
+    for i, row in enumerate(v):
+        one = ik.solve(scene, robot.neutral(), row)
+        assert batch.status[i] == one.status
+        near = 1e-12 if mu == 0.0 else 1e-10
+        assert np.abs(batch.v_after[i] - one.v_after).max() < near
+        impulses = [contact.impulse for contact in one.contacts]
+        assert np.abs(batch.contact_impulses[i] - impulses).max() < near
+        assert batch.energy_change[i] == pytest.approx(one.energy.change, abs=10.0 * near)
+
+
+def test_batch_rows_with_coefficients_of_their_own():
+    """Restitution and friction that vary; one contact alone; single precision."""
+    scene, robot, v = three_balls(0.2)
+    e, mu = np.linspace(0, 1, 12), np.linspace(0, 0.5, 12)[:, None] * np.ones(3)
+    batch = ik.solve_batch(
+        scene, robot.neutral(), v, restitution=e[:, None] * np.ones(3), friction=mu
+    )
+    for i in (0, 5, 11):
+        contacts = [replace(c, restitution=e[i], friction=mu[i, 0]) for c in scene.contacts]
+        one = ik.solve(replace(scene, contacts=contacts), robot.neutral(), v[i])
+        assert np.abs(batch.v_after[i] - one.v_after).max() < 1e-10
+    lone = replace(scene, contacts=scene.contacts[:1])
+    rows = ik.solve_batch(lone, robot.neutral(), v)
+    small = ik.solve_batch(lone, robot.neutral(), v, dtype=np.float32)
+    for i, row in enumerate(v):
+        one = ik.solve(lone, robot.neutral(), row).v_after
+        assert np.abs(rows.v_after[i] - one).max() < 1e-12
+        assert np.abs(small.v_after[i] - one).max() < 1e-4
 
 
 def test_a_change_that_ends_within_a_step_is_not_passed_over():

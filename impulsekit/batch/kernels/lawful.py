@@ -13,7 +13,7 @@ from typing import Any
 
 from numba import types
 
-from ...laws.words import PATH, SEQUENTIAL
+from ...laws.words import LZB, PATH, SEQUENTIAL
 from .handed import handed
 
 __all__ = ["law_for"]
@@ -42,7 +42,11 @@ def law_for(number: str, words: tuple[int, int, int]) -> Any:
 
 def _lanes(words: tuple[int, int, int]) -> Callable[..., None]:
     """The lanes of a block under one law."""
-    _, slip, order = words
+    restitution, slip, order = words
+    if restitution == LZB:
+        from .wave_law import wave_lanes
+
+        return wave_lanes
     if order == SEQUENTIAL:
         from .sequential import sequential_lanes
 

@@ -35,6 +35,7 @@ __all__ = [
     "CYLINDER",
     "DOF",
     "DOF_INTS",
+    "EXPONENT",
     "FORCE",
     "FORCE_AT",
     "FREE",
@@ -53,6 +54,7 @@ __all__ = [
     "ROTATION",
     "SHIFT",
     "SLIDE",
+    "STIFFNESS",
     "TARGET",
     "TERM",
     "TERM_FLOATS",
@@ -121,10 +123,12 @@ BLOW_INTS, BLOW_FLOATS = 3, 12
 # Contacts. Integers: first row, how many rows (1 without friction), entry of q of a joint
 # stop or -1, meeting that knows the axes or -1, where a table of restitution begins among
 # the floats and how many points it has (0: none). Floats: the contact's axes in the world
-# (9), limits of a stop (2), tangential restitution, speed below which restitution is 0.
+# (9), limits of a stop (2), tangential restitution, speed below which restitution is 0, and
+# under the law "lzb" stiffness and exponent.
 # Behind those of all contacts: of each table the speeds, then the values. At last, which of
 # the balls it is or -1; the first limit then is the gap up to which it touches.
-CONTACT_INTS, CONTACT_FLOATS = 7, 13
+CONTACT_INTS, CONTACT_FLOATS = 7, 15
+STIFFNESS, EXPONENT = 13, 14
 
 # Balls and what may touch them. Integers: the ball's body, the shape's, the first of two
 # meetings, the shape's kind, 1 or -1 where the normal points away from the ball. The first

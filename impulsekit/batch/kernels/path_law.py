@@ -18,7 +18,7 @@ from .jit import built_in
 from .layout import CONTACT_INTS
 from .problem import pose, problem_in, put_back, room
 
-__all__ = ["path_lanes"]
+__all__ = ["path_lanes", "strike_along"]
 
 
 # Shares of an impulse so many times the velocities leave too few digits of their sum.
@@ -67,7 +67,7 @@ def _solved(count, law, digits, space, memory):
         if acting == 0:
             return _SOLVED
     at = 3 * one
-    code = _strike_along(W, at, before[at + 2], free, es[one], mus[one], ets[one], law, memory)
+    code = strike_along(W, at, before[at + 2], free, es[one], mus[one], ets[one], law, memory)
     if code == _REFUSED:
         return _REFUSED
     now = memory.now
@@ -88,7 +88,7 @@ def _solved(count, law, digits, space, memory):
 
 
 @built_in
-def _strike_along(W, at, before, start, e, mu, e_t, law, memory):
+def strike_along(W, at, before, start, e, mu, e_t, law, memory):
     """``path.follow`` for the contact whose rows of W and of ``start`` [m/s] begin at ``at``."""
     e = e if e > NEGLIGIBLE else 0.0
     mu = mu if mu > NEGLIGIBLE else 0.0

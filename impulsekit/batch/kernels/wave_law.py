@@ -1,0 +1,85 @@
+"""Impulses by stored energy for the contacts of one state, for kernels: as ``solve`` finds them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...laws.lzb import AT_REST, strike_by_energy
+from ...laws.progress import P1, P2, P, path_memory
+from ...laws.status import RESIDUAL_LIMIT, Status
+from ...laws.words import STRONGE
+from ..codes import AGAIN
+from .jit import built_in
+from .layout import CONTACT_FLOATS, CONTACT_INTS, EXPONENT, STIFFNESS
+from .path_law import strike_along
+from .problem import pose, problem_in, put_back, room
+
+__all__ = ["wave_lanes"]
+
+_REFUSED = int(Status.REFUSED)
+
+
+def wave_lanes(
+    base, rows, target, keeps, contact_ints, contact_floats, given, words, digits,
+    work, w_at, before_at, free_at, p_at, w, code,
+):  # fmt: skip
+    """Write the impulses of all rows, and the codes, for the states of a block from ``base`` on.
+
+    The arguments are those of ``problem.pose``.
+    """
+    space = room(rows, len(contact_ints) // CONTACT_INTS)
+    memory = path_memory()
+    for lane in range(w):
+        count = pose(
+            base + lane, lane, rows, target, keeps, contact_ints, contact_floats, given, digits,
+            work, w_at, before_at, free_at, w, code, space,
+        )  # fmt: skip
+        if count == 1:
+            # One contact alone is Stronge's, whatever its stiffness.
+            code[lane] = _alone(space, memory)
+        elif count > 1:
+            # A wave takes its steps by all digits: what single precision has is too few.
+            code[lane] = _solved(count, contact_floats, space) if digits == 53 else AGAIN
+        put_back(lane, count, rows, len(target), contact_ints, work, p_at, w, code, space)
+
+
+@built_in
+def _alone(space, memory):
+    """The code, with P of the contact that touches in ``space``."""
+    W, before, free, mus, es, ets, P_all = problem_in(space)
+    code = strike_along(W, 0, before[2], free, es[0], mus[0], ets[0], STRONGE, memory)
+    now = memory.now
+    P_all[0], P_all[1], P_all[2] = now[P1], now[P2], now[P]
+    return code
+
+
+@built_in
+def _solved(count, contact_floats, space):
+    """The code, with P of the contacts that touch in ``space``."""
+    W, _, free, mus, es, ets, P_all = problem_in(space)
+    stiffness = np.empty(count)
+    mobility, speed, rigid = 0.0, 0.0, 0.0
+    for k in range(count):
+        if mus[k] > 0.0 and ets[k] != 0.0:
+            return _REFUSED
+        stiffness[k] = contact_floats[space.row_of[k] * CONTACT_FLOATS + STIFFNESS]
+        normal = 3 * k + 2
+        mobility = max(mobility, W[normal, normal])
+        speed = max(speed, abs(free[normal]))
+        if stiffness[k] == math.inf:
+            rigid = max(rigid, -free[normal])
+    if mobility == 0.0 or rigid > AT_REST * speed:
+        # Contacts that nothing moves, or supports that are struck: ``solve`` says what is wrong.
+        return AGAIN
+    size = 3 * count
+    code, residual, impulse, _, _, _, _ = strike_by_energy(
+        W[:size, :size].copy(), free[:size].copy(), es[:count].copy(), mus[:count].copy(),
+        stiffness, contact_floats[space.row_of[0] * CONTACT_FLOATS + EXPONENT],
+    )  # fmt: skip
+    if residual > RESIDUAL_LIMIT:
+        return AGAIN
+    for k in range(size):
+        P_all[k] = impulse[k]
+    return code
