@@ -43,6 +43,7 @@ from .scene import FrictionTable as FrictionTable
 from .scene import GapConstraint as GapConstraint
 from .scene import GapContact as GapContact
 from .scene import JointCoupling as JointCoupling
+from .scene import JointFriction as JointFriction
 from .scene import JointImpulse as JointImpulse
 from .scene import JointLock as JointLock
 from .scene import JointSpring as JointSpring

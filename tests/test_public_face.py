@@ -21,6 +21,7 @@ VOCABULARY = [
     "JointCoupling",
     "JointImpulse",
     "JointLock",
+    "JointFriction",
     "JointSpring",
     "JointStop",
     "Law",

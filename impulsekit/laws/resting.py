@@ -18,6 +18,9 @@ turn. Speeds that count as zero leave it turning a little, and what b asks at th
 itself by the square of that. Such a part of b, off the span of W, is left out.
 
 Points with friction have three unknowns, two tangents and the normal; others the normal alone.
+
+Dry friction of a joint is a row by itself with a bound that no normal force sets: |τ| ≤ τ_c, and
+τ = −τ_c sign(ξ) where ξ ≠ 0. It is one problem with the points, for what they carry together.
 """
 
 from __future__ import annotations
@@ -64,7 +67,8 @@ DEPENDENT = 1e-3
 # A Newton step that is so large, or leaves so much, comes from a slope that is nearly singular:
 # the shortest of those that leave the least is taken, of singular values down to the last.
 HUGE, LEFT, SINGULAR = 1e8, 1e-9, 1e-10
-# What a point does: it sticks, parts (1), carries no friction for it bears no load (2), slips (4).
+# What a point does: it sticks, parts or is at its own bound (1), carries no friction for it bears
+# no load (2), slips (4).
 _PARTS, _IDLE, _SLIPS = 1, 2, 4
 
 
@@ -93,7 +97,7 @@ class Points(NamedTuple):
 
     Attributes:
         first: (n,) the first row of each.
-        mu: (n,) µ; 0 for those with the normal alone.
+        mu: (n,) µ; 0 for those with the normal alone, −τ_c for a row with a bound of its own.
         rate, tangential: (n,) rates of normal and tangents [1/kg].
         scale: the size of the accelerations [m/s²].
     """
@@ -122,7 +126,8 @@ def find_forces(
         coupled: (m, m) W with the columns of what slides [1/kg].
         delassus: (m, m) W [1/kg].
         free: (m,) b, the accelerations without contact forces [m/s²].
-        friction: (n,) µ; 0 for points of which the normal alone is told.
+        friction: (n,) µ; 0 for points of which the normal alone is told; −τ_c for a row whose
+            force is at most τ_c, either way.
         start: (m,) the forces to start from.
     """
     return forces_at_rest(coupled, delassus, free, friction, start)
@@ -146,9 +151,9 @@ def forces_at_rest(
     if not abs(coupled.sum() + delassus.sum() + free.sum()) < math.inf:
         return np.zeros(m), math.inf
     if m == 1 and coupled[0, 0] > 0.0:
-        # One normal alone: it pushes, or parts.
+        # One row alone: a normal pushes, or parts; a bound keeps its own.
         alone = np.zeros(1)
-        alone[0] = max(0.0, -free[0] / coupled[0, 0])
+        alone[0] = _bounded(-free[0] / coupled[0, 0], friction[0])
         return alone, 0.0
     points = _points(delassus, friction, scale)
     room = _room(m, len(friction))
@@ -170,6 +175,12 @@ def forces_at_rest(
                     return found, residual
     room.did[0] = -1
     return _found(coupled, free, points, start, room)
+
+
+@compiled
+def _bounded(force: float, mu: float) -> float:
+    """The force of a lone row, or what is nearest to it: no pull (mu = 0), no more than −mu."""
+    return max(0.0, force) if mu == 0.0 else max(mu, min(force, -mu))
 
 
 @compiled
@@ -199,7 +210,7 @@ def _points(delassus: np.ndarray, friction: np.ndarray, scale: float) -> Points:
     for i in range(n):
         first[i] = at
         along = 0.0
-        if friction[i] != 0.0:
+        if friction[i] > 0.0:
             along = delassus[at, at] + delassus[at + 1, at + 1]
             at += 2
         rate[i] = max(delassus[at, at], least)
@@ -311,6 +322,12 @@ def _sweep(coupled: np.ndarray, free: np.ndarray, points: Points, P: np.ndarray)
         largest = 0.0
         for i in range(len(points.mu)):
             k, mu = points.first[i], points.mu[i]
+            if mu < 0.0:
+                own = _by_others(coupled, free, P, k, k, 1)
+                pn = _bounded(-own / max(coupled[k, k], TINY * points.rate[i]), mu)
+                largest = max(largest, abs(coupled[k, k] * (pn - P[k])))
+                P[k] = pn
+                continue
             if mu == 0.0:
                 block = (0.0, 0.0, 0.0, 0.0, 0.0, coupled[k, k])
                 own = _by_others(coupled, free, P, k, k, 1)
@@ -429,6 +446,12 @@ def _value(
     bends = False
     for i in range(len(points.mu)):
         at, mu, rate, tangential = points.first[i], points.mu[i], points.rate[i], 0.0
+        if mu < 0.0:
+            bound = _bounded(P[at] - value[at] / rate, mu)
+            doing[i] = _PARTS if abs(bound) == -mu else 0
+            if doing[i]:
+                value[at] = rate * (P[at] - bound)
+            continue
         n = at if mu == 0.0 else at + 2
         doing[i] = _PARTS if rate * P[n] <= value[n] else 0
         if mu != 0.0:
@@ -460,7 +483,7 @@ def _slope(coupled: np.ndarray, points: Points, room: Room) -> None:
     slope[:] = coupled
     for i in range(len(points.mu)):
         at, mu, doing = points.first[i], points.mu[i], room.doing[i]
-        n = at if mu == 0.0 else at + 2
+        n = at if mu <= 0.0 else at + 2
         rate = points.tangential[i]
         if doing & _IDLE:
             for k in (at, at + 1):

@@ -109,6 +109,10 @@ def _of_velocities(now: Present, chosen: list[Place]) -> None:
         gaps.rows(now.resting.contacts, now.q)
         rows.append(rolling.still_rows(gaps, now.resting.contacts, gaps.data))
         wanted.append(np.zeros(len(rows[-1])))
+    joints = now.resting.joints
+    if joints is not None and len(joints.still):
+        rows.append(np.eye(now.model.nv)[joints.rows[joints.still]])
+        wanted.append(np.zeros(len(rows[-1])))
     if not rows:
         return
     matrix = np.vstack(rows)

@@ -1,7 +1,8 @@
 """Accelerations: by the articulated-body algorithm in free flight, by rows where something holds.
 
 M a = τ − h + Aᵀλ + JᵀP with A a = −Ȧ v for what is held, and Coulomb's law on J a + J̇ v for
-the contacts that rest (Chang & Huston 1995, eq. (17), with multipliers).
+the contacts that rest (Chang & Huston 1995, eq. (17), with multipliers) and for joints with dry
+friction that stand still.
 """
 
 from __future__ import annotations
@@ -36,6 +37,8 @@ __all__ = ["Dynamics"]
 # Dependent rows may differ by 1e-12 of what balances in them, by rounding: in units of what
 # ``Elimination.solve`` lets them differ by.
 ROUNDED = 1e-12 / CONTRADICTION_TOLERANCE
+# Rows that constraints leave less than this of their mobility, in squares, move nothing.
+IMMOBILE = 1e-20
 
 # Bound once: this runs at every stage of every step.
 _aba, _forward, _jacobians = pin.aba, pin.forwardKinematics, pin.computeJointJacobians
@@ -82,6 +85,7 @@ class Dynamics:
         self.resting = Resting(scene)
         # Free flight under constant torques needs nothing but one call.
         free = self.held is None and not mimic
+        free = free and self.resting.joints is None
         self._torque = self.forces.constant_torque if free else None
         self.evaluations = 0
         self.borne: BilateralSolution | None = None
@@ -102,20 +106,27 @@ class Dynamics:
         if self._torque is not None and not self.resting.contacts:
             return _aba(self.model, self._data, q, v, self._torque)
         resting = self.resting
-        if self._in_one_call and resting.contacts and self.gaps is not None and resting.is_compiled:
+        joints, in_one_call = resting.joints, self._in_one_call and resting.is_compiled
+        in_one_call = in_one_call and (joints is None or not len(joints.still))
+        if in_one_call and resting.contacts and self.gaps is not None:
             table, kinematics = self.gaps.table(self.resting.contacts), self._kinematics
             if table is not None and kinematics is not None:
                 found = self._pressed(table, kinematics, t, q, v)
                 if found is not None:
                     return found
-        if self.held is not None or self.resting.contacts or self._no_aba:
+        if self.held is not None or resting.acts or self._no_aba:
             return self._with_rows(t, q, v)
-        torque = self.forces.torque(t, q, v)
+        torque = self._torques(t, q, v)
         if self.forces.on_bodies:
             pin.forwardKinematics(self.model, self._moving, q, v)
             wrenches = self.forces.wrenches(t, self._moving)
             return _aba(self.model, self._data, q, v, torque, wrenches)
         return _aba(self.model, self._data, q, v, torque)
+
+    def _torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(nv,) what acts along the generalized speeds, dry friction of moving joints included."""
+        torque, joints = self.forces.torque(t, q, v), self.resting.joints
+        return torque if joints is None else joints.add_moving(torque)
 
     def moved(self, q: np.ndarray, rows: np.ndarray, change: np.ndarray) -> np.ndarray:
         """(nv,) the velocity change, least in the metric of M, that changes rows' velocities."""
@@ -150,7 +161,7 @@ class Dynamics:
         _jacobians(model, data)
         _crba(model, data, q)
         _decompose(model, data)
-        load = self.forces.torque(t, q, v)
+        load = self._torques(t, q, v)
         if self.forces.on_bodies:
             load = load - pin.rnea(
                 model, self._data, q, v, self._zero, self.forces.wrenches(t, data)
@@ -178,7 +189,7 @@ class Dynamics:
     def _with_rows(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         model, data, moving = self.model, self._data, self._moving
         pin.forwardKinematics(model, moving, q, v, self._zero)
-        load = self.forces.torque(t, q, v)
+        load = self._torques(t, q, v)
         if self.forces.on_bodies:
             load = load - pin.rnea(model, data, q, v, self._zero, self.forces.wrenches(t, moving))
         else:
@@ -191,14 +202,14 @@ class Dynamics:
         factor = self._factor(q, rows)
         if isinstance(factor, FilledFactor):
             load = factor.filled_impulse(load, wanted)
-        if not self.resting.contacts:
+        if not self.resting.acts:
             half = factor.half(rows, load[None])
             eliminated = self._eliminated(half[:, :-1], q)
             multipliers = self._multipliers(eliminated, half[:, -1], wanted, q, v)
             return factor.solve(load + multipliers.dot(rows))
-        return self._with_contacts(factor, load, rows, wanted, q, v)
+        return self._with_rest(factor, load, rows, wanted, q, v)
 
-    def _with_contacts(
+    def _with_rest(
         self,
         factor: SparseFactor | FilledFactor,
         load: np.ndarray,
@@ -207,22 +218,8 @@ class Dynamics:
         q: np.ndarray,
         v: np.ndarray,
     ) -> np.ndarray:
-        resting, gaps = self.resting, self.gaps
-        if gaps is None:
-            raise TypeError("no contacts")
-        jacobian, bias = gaps.rows_and_bias(resting.contacts, q, v, self._memory)
-        count = len(rows)
-        friction = resting.friction()
-        # Tangents without friction carry nothing: they are left zero.
-        used = np.repeat(friction > 0.0, 3)
-        used[2::3] = True
-        rolling = resting.rolling
-        if rolling is not None:
-            data = self._moving
-            turning = rolling.rates_of(gaps, resting.contacts, data, q, v)
-            jacobian = np.vstack([jacobian, rolling.rows(gaps, resting.contacts, data)])
-            bias = np.concatenate([bias, turning])
-            used = np.concatenate([used, np.ones(len(turning), dtype=bool)])
+        resting, count = self.resting, len(rows)
+        jacobian, bias, used = self._rest_rows(q, v)
         half = factor.half(rows, jacobian[used], load[None])
         half_rows, start = half[:, :count], half[:, -1]
         half_contacts = np.zeros((len(half), len(jacobian)))
@@ -236,25 +233,70 @@ class Dynamics:
             left = eliminated.off_the_span(half_contacts)
         if np.abs(free).max(initial=0.0) <= resting.negligible:
             free = np.zeros_like(free)
-        slip = jacobian.dot(v)
+        slip, points = jacobian.dot(v), 3 * len(resting.friction())
         delassus = left.T.dot(left)
-        last = resting.last_forces(len(friction))
-        resting.size = float(np.abs(free[: 3 * len(friction)]).max(initial=0.0))
-        if rolling is not None:
-            contact_forces = rolling.forces(resting, delassus, free, slip)
-        elif resting.slide():
-            ways, friction = resting.ways(slip, friction)
-            forces = solve_rest(delassus, free, friction, last, ways)
-            contact_forces = ways.dot(forces)
+        resting.size = float(np.abs(free[:points]).max(initial=0.0))
+        if resting.rolling is not None:
+            forces = resting.rolling.forces(resting, delassus, free, slip)
         else:
-            contact_forces = forces = solve_rest(delassus, free, friction, last)
-        if rolling is None:
-            resting.note(forces, free + delassus.dot(contact_forces), slip)
-        total = load + contact_forces.dot(jacobian)
+            moves = delassus.diagonal() > IMMOBILE * np.einsum("ij,ij->j", *2 * [half_contacts])
+            forces = self._forces_at_rest(delassus, free, slip, moves)
+        total = load + forces.dot(jacobian)
         if count:
-            start = start + half_contacts.dot(contact_forces)
+            start = start + half_contacts.dot(forces)
             total = total + self._multipliers(eliminated, start, wanted, q, v).dot(rows)
         return factor.solve(total)
+
+    def _rest_rows(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(r, nv) the rows of what rests, (r,) their rates without accelerations, and which count:
+        points, three rows each, then their turning, or joints that stand still."""
+        resting, gaps, nv = self.resting, self.gaps, self.model.nv
+        jacobian, bias, used = np.empty((0, nv)), np.empty(0), np.empty(0, dtype=bool)
+        if gaps is not None and resting.contacts:
+            jacobian, bias = gaps.rows_and_bias(resting.contacts, q, v, self._memory)
+            # Tangents without friction carry nothing: they are left zero.
+            used = np.repeat(resting.friction() > 0.0, 3)
+            used[2::3] = True
+        rolling, joints = resting.rolling, resting.joints
+        more, rates = np.empty((0, nv)), np.empty(0)
+        if gaps is not None and rolling is not None:
+            rates = rolling.rates_of(gaps, resting.contacts, self._moving, q, v)
+            more = rolling.rows(gaps, resting.contacts, self._moving)
+        elif joints is not None:
+            more = np.eye(nv)[joints.rows[joints.still]]
+            rates = np.zeros(len(more))
+        if not len(more):
+            return jacobian, bias, used
+        used = np.concatenate([used, np.ones(len(more), dtype=bool)])
+        return np.vstack([jacobian, more]), np.concatenate([bias, rates]), used
+
+    def _forces_at_rest(
+        self, delassus: np.ndarray, free: np.ndarray, slip: np.ndarray, moves: np.ndarray
+    ) -> np.ndarray:
+        """(r,) forces of points, two tangents and the normal of each, and of joints.
+
+        ``moves``: by row, whether a force along it moves anything that constraints leave.
+        """
+        resting, joints = self.resting, self.resting.joints
+        friction = resting.friction()
+        points, last, bounds = 3 * len(friction), resting.last_forces(len(friction)), None
+        still = np.empty(0, dtype=int) if joints is None else joints.still
+        if joints is not None:
+            bounds = np.where(moves[points:], joints.bounds[still], 0.0)
+            last = np.concatenate([last, joints.last(still)])
+        if resting.slide():
+            ways = np.eye(len(free))
+            ways[:points, :points], friction = resting.ways(slip[:points], friction)
+            found = solve_rest(delassus, free, friction, last, ways, bounds)
+            forces = ways.dot(found)
+        else:
+            forces = found = solve_rest(delassus, free, friction, last, None, bounds)
+        rates = free + delassus.dot(forces)
+        resting.note(found[:points], rates[:points], slip[:points])
+        if joints is not None:
+            rates = np.where(moves[points:], rates[points:], 0.0)
+            joints.note(still, found[points:], rates, float(np.abs(free).max(initial=0.0)))
+        return forces
 
     def _eliminated(self, half_rows: np.ndarray, q: np.ndarray) -> Elimination:
         held, data = self.held, self._data

@@ -33,18 +33,21 @@ class Footing:
         held: by contact, the points of polyhedra that were followed, not to be changed; None
             where none were.
         slow, negligible: as ``Resting`` has them.
+        ways: as ``DryJoints`` has them; empty where no joint has dry friction.
     """
 
     contacts: tuple[RestingContact, ...] = ()
     held: tuple[list[HeldPoint | HeldTip] | None, ...] = ()
     slow: float = 0.0
     negligible: float = 0.0
+    ways: tuple[float, ...] = ()
 
     @classmethod
     def of(cls, resting: Resting, gaps: Gaps | None) -> Footing:
         """What rests now."""
+        ways = () if resting.joints is None else tuple(resting.joints.ways.tolist())
         if gaps is None or not resting.contacts:
-            return NOTHING
+            return cls(ways=ways) if ways else NOTHING
         return cls(
             tuple(_copied(contact) for contact in resting.contacts),
             tuple(
@@ -53,11 +56,14 @@ class Footing:
             ),
             resting.slow,
             resting.negligible,
+            ways,
         )
 
     def restored(self, scene: Scene, gaps: Gaps | None) -> Resting:
         """What rests in the step, without anything of other times."""
         resting = Resting(scene)
+        if resting.joints is not None:
+            resting.joints.ways = np.array(self.ways)
         if gaps is not None and self.contacts:
             resting.contacts = [_copied(contact) for contact in self.contacts]
             resting.slow, resting.negligible = self.slow, self.negligible
@@ -93,7 +99,7 @@ def footings_of(scene: Scene, packed: Sequence[Any]) -> list[Footing]:
     reached = reached_model(
         scene.robot.model, range(1, scene.robot.model.njoints), keep_places=True
     )
-    gaps = Gaps(scene, reached)
+    gaps = Gaps(scene, reached) if scene.contacts else None
     return [NOTHING if own is None else _unpacked(own, gaps) for own in packed]
 
 
@@ -101,6 +107,7 @@ def _packed(footing: Footing) -> dict[str, Any]:
     return {
         "slow": footing.slow,
         "negligible": footing.negligible,
+        "joints": footing.ways,
         "contacts": [
             {
                 "gap": c.gap,
@@ -129,9 +136,11 @@ def _packed_point(point: HeldPoint | HeldTip) -> list[Any]:
     return [list(point.pieces), where, list(point.kept)]
 
 
-def _unpacked(packed: dict[str, Any], gaps: Gaps) -> Footing:
+def _unpacked(packed: dict[str, Any], gaps: Gaps | None) -> Footing:
     contacts, all_held = [], []
     for own in packed["contacts"]:
+        if gaps is None:
+            raise ValueError("a contact that rests is none of the scene's")
         contacts.append(
             RestingContact(
                 int(own["gap"]),
@@ -154,9 +163,9 @@ def _unpacked(packed: dict[str, Any], gaps: Gaps) -> Footing:
                 for pieces, where, kept in held
             ]
         all_held.append(held)
-    return Footing(
-        tuple(contacts), tuple(all_held), float(packed["slow"]), float(packed["negligible"])
-    )
+    numbers = float(packed["slow"]), float(packed["negligible"])
+    ways = tuple(float(way) for way in packed.get("joints", ()))
+    return Footing(tuple(contacts), tuple(all_held), *numbers, ways)
 
 
 def _feature(where: list[Any]) -> CornerOnFace | EdgesCross | TipOnFace:

@@ -1,89 +1,63 @@
-"""Kinks of one-sided springs: steps end where such a spring begins or ceases to act.
+"""Kinks of forces: steps of a motion end where one begins, ceases, saturates or turns round.
 
-Forces are smooth while the same springs act. A spring is out of its zone (OUT), acts (ACTS), or is
-in its zone but slack (SLACK), since its damper outweighs it. It changes where its strain, a smooth
-gap with a rate (``closing``), or its force comes to zero.
+Forces are smooth while what makes them does what it did: one-sided springs (``spring_kinks``) and
+joints with dry friction (``joint_kinks``).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pinocchio as pin
 
-from .closing import Node, errors_of, may_close, zero_finder
-from .compiled_loads import ACTS, BEYOND, ON, OUT, SLACK, Loads
-from .force_field import ForceField
-from .roots import States, falling_root
-from .springs import Push
-from .windows import Turning
+from .joint_kinks import JointKinks
+from .kink import Kink
+from .roots import States
+from .spring_kinks import SpringKinks
+
+if TYPE_CHECKING:
+    from .compiled_loads import Loads
+    from .dynamics import Dynamics
 
 __all__ = ["Kink", "Kinks"]
 
-# Step of the difference for the rate of a force, as a part of the time in which its zero lies.
-PART = 1e-4
-
-_first_zero = zero_finder(lambda gap, t: gap(t))
-
-
-class Kink(NamedTuple):
-    """Where a spring begins or ceases to act.
-
-    Attributes:
-        t: [s]. spring: its index.
-        becomes: OUT, ACTS or SLACK from then on.
-        off: what comes to zero there and its rate, from a time and the states of a step.
-    """
-
-    t: float
-    spring: int
-    becomes: int
-    off: Callable[[float, States], tuple[float, float]]
-
 
 class Kinks:
-    """The one-sided springs of a motion: whether they act now, and when that changes."""
+    """All kinks of a motion.
 
-    def __init__(self, forces: ForceField, model: pin.Model) -> None:
-        self._springs, self._model = forces.one_sided, model
-        if self._springs:
-            self._data, self._turning = model.createData(), Turning(model)
-        self._does = [OUT] * len(self._springs)
-        self._tables: list[tuple[np.ndarray, int]] = []
+    Args:
+        dynamics: of the motion.
+        accelerate: (nv,) v̇ at a time and state, which tells what rests of its forces.
+    """
+
+    def __init__(
+        self,
+        dynamics: Dynamics,
+        accelerate: Callable[[float, np.ndarray, np.ndarray], np.ndarray],
+    ) -> None:
+        self._springs = SpringKinks(dynamics.forces, dynamics.model)
+        joints = dynamics.resting.joints
+        self._joints = None if joints is None else JointKinks(joints, dynamics.model, accelerate)
 
     def __bool__(self) -> bool:
-        return bool(self._springs)
+        return bool(self._springs) or self._joints is not None
 
     def connect(self, loads: Loads) -> None:
         """Keep the tables of compiled code, ``loads`` of the same scene, up to date as well."""
-        rows = zip(loads.kinks[:, 0].tolist(), loads.kinks[:, 1].tolist(), strict=True)
-        self._tables = [(loads.between if kind else loads.in_joints, row) for kind, row in rows]
-        self._set()
+        self._springs.connect(loads)
 
     def begin(self, q: np.ndarray, v: np.ndarray) -> None:
-        """Set all springs for the state at which a motion begins."""
-        if not self._springs:
-            return
-        for i, push in enumerate(self._pushes(q, v)):
-            self._does[i] = self._inside(i, push) if push.zone > 0.0 else OUT
-        self._set()
+        """Set all for the state at which a motion begins."""
+        self._springs.begin(q, v)
+        if self._joints is not None:
+            self._joints.begin(v)
 
     def heed_jump(self, q: np.ndarray, v: np.ndarray) -> None:
-        """After a jump of the velocity: dampers may begin or cease to outweigh springs."""
-        if not any(spring.is_damped for spring in self._springs):
-            return
-        for i, push in enumerate(self._pushes(q, v)):
-            if self._does[i] != OUT:
-                self._does[i] = self._inside(i, push)
-        self._set()
-
-    def switch(self, kink: Kink) -> None:
-        """Change the spring of a kink."""
-        self._does[kink.spring] = kink.becomes
-        self._set()
+        """After a jump of the velocity."""
+        self._springs.heed_jump(q, v)
+        if self._joints is not None:
+            self._joints.begin(v)
 
     def first(self, states: States, start: float, end: float) -> Kink | None:
         """The first kink within a step, if there is one.
@@ -92,68 +66,10 @@ class Kinks:
             states: (q, v) at a time within the step.
             start, end: of the step [s].
         """
-        if not self._springs or not end > start:
+        if not end > start:
             return None
-        times = self._turning.nodes(states, start, end)
-        seen = np.array([self._pushes(*states(t)) for t in times])
-        signs = np.array([-1.0 if does == OUT else 1.0 for does in self._does])
-        zones, rates = signs * seen[:, :, 0] + BEYOND, signs * seen[:, :, 1]
-        errors = errors_of(np.array(times), zones, rates)
-        near = may_close(np.array(times), zones, rates, errors)
-        for k, (left, right) in enumerate(pairwise(times)):
-            found: list[Kink] = []
-            for i, does in enumerate(self._does):
-                if near[k, i]:
-                    a = Node(left, float(zones[k, i]), float(rates[k, i]))
-                    b = Node(right, float(zones[k + 1, i]), float(rates[k + 1, i]))
-                    found += self._by_zone(i, states, a, b, float(errors[k, i]))
-                if does != OUT and self._springs[i].is_damped:
-                    sign = 1.0 if does == ACTS else -1.0
-                    if sign * seen[k + 1, i, 2] + self._springs[i].beyond <= 0.0:
-                        found.append(self._by_force(i, sign, states, left, right))
-            if found:
-                return min(found, key=lambda kink: kink.t)
-        return None
-
-    def _by_zone(self, i: int, states: States, a: Node, b: Node, error: float) -> list[Kink]:
-        """Where a spring comes into its zone, or out of it, between two nodes; none or one."""
-        enters = self._does[i] == OUT
-        sign = -1.0 if enters else 1.0
-
-        def off(t: float, states: States) -> tuple[float, float]:
-            push = self._pushes(*states(t))[i]
-            return sign * push.zone + BEYOND, sign * push.rate
-
-        t = _first_zero(lambda t: Node(t, *off(t, states)), a, b, error, BEYOND)
-        if not t < np.inf:
-            return []
-        becomes = self._inside(i, self._pushes(*states(t))[i]) if enters else OUT
-        return [Kink(t, i, becomes, off)]
-
-    def _by_force(self, i: int, sign: float, states: States, start: float, end: float) -> Kink:
-        """Where a damper begins or ceases to outweigh its spring."""
-        step, beyond = PART * (end - start), self._springs[i].beyond
-
-        def force(t: float, states: States) -> float:
-            return sign * self._pushes(*states(t))[i].force + beyond
-
-        def off(t: float, states: States) -> tuple[float, float]:
-            here = force(t, states)
-            return here, (here - force(t - step, states)) / step
-
-        t = falling_root(lambda t: force(t, states), start, end)
-        return Kink(t, i, SLACK if sign > 0.0 else ACTS, off)
-
-    def _inside(self, i: int, push: Push) -> int:
-        """SLACK or ACTS, for a spring in its zone."""
-        return SLACK if self._springs[i].is_damped and push.force < 0.0 else ACTS
-
-    def _set(self) -> None:
-        for spring, does in zip(self._springs, self._does, strict=True):
-            spring.acts = does == ACTS
-        for (table, row), does in zip(self._tables, self._does, strict=False):
-            table[row, ON] = does
-
-    def _pushes(self, q: np.ndarray, v: np.ndarray) -> list[Push]:
-        pin.forwardKinematics(self._model, self._data, q, v)
-        return [spring.push(q, v, self._data) for spring in self._springs]
+        found = self._springs.first(states, start, end)
+        if self._joints is not None:
+            own = self._joints.first(states, start, end if found is None else found.t)
+            found = own if own is not None else found
+        return found

@@ -19,12 +19,22 @@ import pinocchio as pin
 from ..impact.forces import BodyImpulse, on_both_bodies, on_both_ends, turning_both
 from ..impact.reactions import transmitted
 from ..rows.entries import FramePair, frame_pair, rows_of_entry
-from ..scene import Actuator, AppliedForce, Collision, Contact, JointSpring, Rope, Scene
+from ..scene import (
+    Actuator,
+    AppliedForce,
+    Collision,
+    Contact,
+    JointFriction,
+    JointSpring,
+    Rope,
+    Scene,
+)
 from .dynamics import Dynamics
 from .force_field import ForceField
 from .rated_gaps import StopGap
 
 if TYPE_CHECKING:
+    from .dry_joints import DryJoints
     from .path import Path
 
 __all__ = ["ForceBetween", "Loads", "LoadsOfMotion", "PushedPoint"]
@@ -99,7 +109,13 @@ class Loads:
         self.multipliers, self.unique = np.empty(0), None
         if dynamics.held is not None and dynamics.borne is not None:
             self.multipliers, self.unique = dynamics.borne.impulse, dynamics.borne.unique
-        self.forces = tuple(field.at(self.t, self.q, self.v, data) for field in of.fields)
+        joints = dynamics.resting.joints
+        self.forces = tuple(
+            _dry(joints, i, float(self.v[field]))
+            if isinstance(field, int)
+            else field.at(self.t, self.q, self.v, data)
+            for i, field in enumerate(of.fields)
+        )
 
     def _pushed(self, dynamics: Dynamics, data: pin.Data) -> Iterator[PushedPoint]:
         gaps, resting = dynamics.gaps, dynamics.resting
@@ -207,7 +223,7 @@ class LoadsOfMotion:
         scene, path: of the motion.
         dynamics: its accelerations.
         rows: by constraint, where its rows stand among all.
-        fields: by the scene's forces, what each gives.
+        fields: by the scene's forces, what each gives; of dry friction the joint's row in v.
         anchors: of the constraints between bodies: what they say, where their rows are, names.
     """
 
@@ -220,7 +236,10 @@ class LoadsOfMotion:
         self.data, self.data_of_robot = self.dynamics.model.createData(), self.model.createData()
         names = scene.entry_names("forces")
         self.fields = [
-            _OneForce(scene, force, name) for force, name in zip(scene.forces, names, strict=True)
+            _row_of(scene, force)
+            if isinstance(force, JointFriction)
+            else _OneForce(scene, force, name)
+            for force, name in zip(scene.forces, names, strict=True)
         ]
         said = [rows_of_entry(robot, entry) for entry in scene.constraints]
         ends = np.cumsum([0, *(len(own.labels) for own in said)]).tolist()
@@ -273,6 +292,16 @@ class LoadsOfMotion:
             for name in (contact.first, contact.other)
         ]
         return (frames[ids[0]].parentJoint, frames[ids[1]].parentJoint), (ids[0], ids[1])
+
+
+def _row_of(scene: Scene, friction: JointFriction) -> int:
+    return int(scene.robot.model.joints[scene.robot.joint_id(friction.joint)].idx_v)
+
+
+def _dry(joints: DryJoints | None, entry: int, speed: float) -> ForceBetween:
+    """What an entry of dry friction gave at the last evaluation."""
+    torque = 0.0 if joints is None else joints.torque_of(entry)
+    return ForceBetween(np.array([torque]), torque * speed, ())
 
 
 class _OneForce:

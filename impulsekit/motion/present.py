@@ -70,7 +70,7 @@ class Present:
         impacts: (time, impact) up to now.
         rests: those that are over.
         mover: what compiled code knows of what moves, if it knows all.
-        kinks: its one-sided springs.
+        kinks: its one-sided springs and dry joints.
         soft: by gap, how often it was met below its capture speed in quick succession, and when
             last [s].
     """
@@ -96,7 +96,7 @@ class Present:
         self.soft: dict[int, tuple[int, float]] = {}
         # What compiled code knows of what moves; a flight finds that out.
         self.mover: Mover | None = None
-        self.kinks = Kinks(self.dynamics.forces, self.model)
+        self.kinks = Kinks(self.dynamics, self._accelerations)
         self.kinks.begin(q, v)
 
     def strike(self, v: np.ndarray) -> None:
@@ -130,14 +130,22 @@ class Present:
         with self.told():
             return self.dynamics.acceleration(self.t, self.q, self.v)
 
+    def _accelerations(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(nv,) v̇ at another time [s] and state.
+
+        Raises:
+            Stopped: no solution.
+        """
+        with self.told():
+            return self.dynamics.acceleration(t, q, v)
+
     def pushing(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(n,) which points of resting contacts are loaded at another time [s] and state.
 
         Raises:
             Stopped: no solution.
         """
-        with self.told():
-            self.dynamics.acceleration(t, q, v)
+        self._accelerations(t, q, v)
         return self.resting.loaded()
 
     def left_to_tear(self, t: float, q: np.ndarray, v: np.ndarray, **more: bool) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Coulomb's law for forces at resting contacts, as a motion asks for it."""
+"""Coulomb's law for forces at resting contacts and dry joints, as a motion asks for it."""
 
 from __future__ import annotations
 
@@ -19,15 +19,18 @@ def solve_rest(
     friction: np.ndarray,
     start: np.ndarray,
     ways: np.ndarray | None = None,
+    bounds: np.ndarray | None = None,
 ) -> np.ndarray:
-    """(3n,) contact forces P [N], two tangents and the normal of each contact.
+    """(3n + k,) contact forces P [N], two tangents and the normal of each contact, and joints'.
 
     Args:
-        delassus: (3n, 3n) W [1/kg].
-        free: (3n,) b, the accelerations without contact forces [m/s²].
+        delassus: (3n + k, 3n + k) W [1/kg].
+        free: (3n + k,) b, the accelerations without contact forces [m/s²].
         friction: (n,) µ; 0 for what slides.
-        start: (3n,) the forces to start from.
-        ways: (3n, 3n) contact forces from P where something slides: W times it is what counts.
+        start: (3n + k,) the forces to start from.
+        ways: (3n + k, 3n + k) contact forces from P where something slides: W times it is what
+            counts.
+        bounds: (k,) of the joints that stand still the largest dry friction [N m, N]; 0 for none.
 
     Raises:
         RestNotSolved: there are none, or they were not found.
@@ -35,6 +38,9 @@ def solve_rest(
     forces = np.zeros_like(free)
     used = np.repeat(friction > 0.0, 3)
     used[2::3] = True
+    if bounds is not None:
+        used = np.concatenate([used, bounds > 0.0])
+        friction = np.concatenate([friction, -bounds[bounds > 0.0]])
     coupled = delassus if ways is None else delassus.dot(ways)
     # Tangents without friction carry nothing: they are left out.
     own, few = np.flatnonzero(used), np.ix_(used, used)

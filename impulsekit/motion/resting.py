@@ -8,10 +8,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..scene import Scene
+from ..errors import InputError
+from ..scene import JointFriction, Scene
 from ..scene.contacts import turns
 from ..scene.friction import friction_at, is_plain
 from .compiled_settle import next_slide
+from .dry_joints import DryJoints
 from .pressed import Sliding
 from .rolling import RollingRest
 from .turn import Turn, direction_of_slip
@@ -82,6 +84,7 @@ class Resting:
             are not held up by it. 0 where nobody watches for its end.
         size: the largest acceleration of the contact points without contact forces at the last
             evaluation [m/s²].
+        joints: those with dry friction; None without any.
         negligible: accelerations that are nowhere above this are zero [m/s²]. Where all stands
             still without a force they are the squares of rounding, which contradict each other.
     """
@@ -91,12 +94,24 @@ class Resting:
         self.slow, self.grown, self.negligible, self.size = NO_SLIP, 0.0, 0.0, 0.0
         self.forces = self.accelerations = self.slip = np.empty(0)
         self._last = np.empty(0)
+        dry = any(isinstance(f, JointFriction) and f.torque for f in scene.forces)
+        self.joints = DryJoints(scene) if dry else None
         self._rolling = RollingRest(scene) if any(map(turns, scene.contacts)) else None
+        if dry and self._rolling is not None:
+            raise InputError(
+                "simulate: JointFriction and contacts with rolling or torsion in one scene are "
+                "not supported; leave out one of them"
+            )
         # By contact, friction that is more than one number.
         friction = [getattr(entry, "friction", 0.0) for entry in scene.contacts]
         self._measured = {i: own for i, own in enumerate(friction) if not is_plain(own)}
         self._keeps = False
         self._kept: Sliding | None = None
+
+    @property
+    def acts(self) -> bool:
+        """Whether something rests: contacts, or joints with dry friction that stand still."""
+        return bool(self.contacts) or (self.joints is not None and len(self.joints.still) > 0)
 
     @property
     def rolling(self) -> RollingRest | None:
@@ -299,7 +314,7 @@ class Resting:
         Args:
             fresh: after an impact slip decides alone, for nothing is known of before.
         """
-        changed = False
+        changed = self.joints is not None and self.joints.tear()
         friction = self.friction()
         i = 0
         for contact in self.contacts:

@@ -195,12 +195,12 @@ class Run:
         flight.take(step)
         if flight.is_at_stop:
             # What acts may jump here: nothing of the step before is of use.
-            if now.resting.contacts:
+            if now.resting.acts:
                 settle(now)
             elif now.held is not None:
                 take_out_drift(now, [])
             flight.restart()
-        elif now.resting.contacts:
+        elif now.resting.acts:
             landed = self._landed()
             if landed:
                 self._meet(landed)
@@ -278,13 +278,13 @@ class Run:
         return True
 
     def _bends(self, step: Step, kink: Kink | None) -> bool:
-        """End the step where a one-sided spring begins or ceases to act; whether one does."""
+        """End the step where a force changes its law; whether one does."""
         if kink is None:
             return False
         now, flight = self._now, self._flight
         flight.take_until(*flight.up_to(step, kink.t, kink.off))
-        now.kinks.switch(kink)
-        if now.resting.contacts:
+        kink.switch()
+        if now.resting.acts:
             settle(now)
         elif now.held is not None:
             take_out_drift(now, [])

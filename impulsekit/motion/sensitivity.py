@@ -17,6 +17,7 @@ from ..display import OneLine
 from ..errors import InputError, a_thing
 from ..impact.saltation import Saltation, saltation
 from ..impact.solver import ImpactSolver
+from ..scene import JointFriction
 from ..scene.contacts import turns
 from ..scene.friction import is_plain
 from .flow import Flow
@@ -91,6 +92,11 @@ def sensitivity(motion: Trajectory) -> Sensitivity:
     if not motion.status.finished:
         raise InputError(
             f"sensitivity: the motion was not followed to its end. {motion.status.value}"
+        )
+    if any(isinstance(force, JointFriction) for force in motion.scene.forces):
+        raise InputError(
+            "sensitivity: not available for joints with dry friction; use finite differences of "
+            "simulate"
         )
     if any(turns(c) or not is_plain(getattr(c, "friction", 0.0)) for c in motion.scene.contacts):
         raise InputError(

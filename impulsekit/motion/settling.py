@@ -32,6 +32,8 @@ def come_to_rest(now: Present, candidates: Iterable[int], low: Collection[int] =
     """
     gaps = now.gaps
     if gaps is None:
+        if now.resting.acts:
+            settle(now, fresh=True)
         return
     slow = max(now.slow, now.settings.capture_speed)
     before = {c.gap: c for c in now.resting.contacts}
@@ -50,6 +52,8 @@ def come_to_rest(now: Present, candidates: Iterable[int], low: Collection[int] =
     gaps.let_go_of_rising(stays, now.q, now.v, slow, [c.gap for c in stays if now.chatters(c.gap)])
     if stays and now.settle(fresh=True, lay=True) is None:
         lay_down(now)
+        settle(now, fresh=True)
+    elif not stays and now.resting.acts:
         settle(now, fresh=True)
 
 
@@ -80,7 +84,7 @@ def settle(now: Present, *, fresh: bool = False) -> bool:
         now.acceleration()
     changed |= resting.update_slides(fresh=fresh)
     take_out_drift(now, _bound(now))
-    if resting.contacts:
+    if resting.acts:
         now.acceleration()
         # Once more: what was found to slide may change the loads of the others.
         changed |= resting.update_slides(fresh=False)

@@ -29,8 +29,8 @@ class RobotBuilding(RobotBase):
             **entries: what ``Scene`` takes (``contacts``, ``law``, ``materials``, ...), and what
                 to take from the file: ``file_loops`` (True), ``file_contacts`` (False; "world"
                 or "all"), ``file_turning`` (True: rolling and torsional friction too),
-                ``restitution`` (0) of those contacts, ``joint_damping`` (False). See
-                ``impulsekit.scene.of_robot.scene_of``.
+                ``restitution`` (0) of those contacts, ``joint_damping`` and ``joint_friction``
+                (False). See ``impulsekit.scene.of_robot.scene_of``.
 
         Raises:
             RangeError, InputError: as ``scene_of``, and what ``Scene`` raises.

@@ -25,6 +25,7 @@ from .gap_functions import GapConstraint as GapConstraint
 from .gap_functions import GapContact as GapContact
 from .impulses import AppliedImpulse as AppliedImpulse
 from .impulses import JointImpulse as JointImpulse
+from .joint_friction import JointFriction as JointFriction
 from .law import Law as Law
 from .materials import Material as Material
 from .materials import MaterialPair as MaterialPair

@@ -17,6 +17,7 @@ from ..errors import InputError, RangeError, ShapeError, a_thing, quoted
 from ..robot import Robot
 from ..robot.robot import WORLD
 from .functions import numbers_from
+from .joint_friction import JointFriction
 from .numbers import Vector, axes_name, number, text, vector
 
 __all__ = [
@@ -298,7 +299,7 @@ class AppliedForce:
         return np.array([*halves[0], *halves[1]])
 
 
-Force = JointSpring | Spring | Actuator | AppliedForce
+Force = JointSpring | JointFriction | Spring | Actuator | AppliedForce
 
 
 def check_force(robot: Robot, force: Any, where: str) -> None:
@@ -307,11 +308,13 @@ def check_force(robot: Robot, force: Any, where: str) -> None:
     Raises:
         UnknownNameError: a frame or joint that the robot does not have.
         ShapeError: a torque that does not have the joint's length.
-        InputError: a force that moves nothing, a spring or PD in a joint with several
+        InputError: a force that moves nothing, a spring, friction or PD in a joint with several
             degrees of freedom, or something that is no force.
     """
     if isinstance(force, JointSpring):
         _one_degree(robot, force.joint, where, "a JointSpring")
+    elif isinstance(force, JointFriction):
+        _one_degree(robot, force.joint, where, "a JointFriction")
     elif isinstance(force, Spring):
         frames = robot.model.frames
         ends = [frames[robot.frame_id(n, where)].parentJoint for n in (force.frame, force.other)]
@@ -334,7 +337,8 @@ def check_force(robot: Robot, force: Any, where: str) -> None:
             raise InputError(f"{where}: a force on {whole} moves nothing")
     else:
         raise InputError(
-            f"{where} must be a JointSpring, Spring, Actuator or AppliedForce, got {a_thing(force)}"
+            f"{where} must be a JointSpring, JointFriction, Spring, Actuator or AppliedForce, "
+            f"got {a_thing(force)}"
         )
 
 

@@ -12,6 +12,7 @@ from .constraints import DIRECTIONS, Constraint, FrameAnchor, JointCoupling, Joi
 from .contacts import Collision
 from .forces import JointSpring
 from .impulses import AppliedImpulse, JointImpulse
+from .joint_friction import JointFriction
 from .law import Law
 from .scene import Scene
 
@@ -51,6 +52,7 @@ class FromFile(SceneEntries, total=False):
     file_loops: bool
     file_contacts: bool | str
     joint_damping: bool
+    joint_friction: bool
     file_turning: bool
     restitution: float
 
@@ -62,6 +64,7 @@ def scene_of(
     file_contacts: bool | str = False,
     file_turning: bool = True,
     joint_damping: bool = False,
+    joint_friction: bool = False,
     restitution: float = 0.0,
     **entries: Unpack[SceneEntries],
 ) -> Scene:
@@ -76,7 +79,9 @@ def scene_of(
             (condim 4 and 6 of MJCF); False takes sliding friction alone, for laws that do not
             support the others.
         joint_damping: whether the damping of the file's joints (of a URDF, <dynamics damping>)
-            becomes forces, of joints with one degree of freedom; dry friction does not.
+            becomes forces, of joints with one degree of freedom.
+        joint_friction: whether their dry friction does (of a URDF, <dynamics friction>; of MJCF,
+            frictionloss).
         restitution: of those collisions. MJCF knows none; friction is the file's.
         **entries: what ``Scene`` takes; ``constraints``, ``contacts`` and ``forces`` come
             after the file's. Gravity is the file's unless it is given.
@@ -103,9 +108,10 @@ def scene_of(
         if pair.fixed or which == "all"
     ]
     dampers = _dampers(robot) if joint_damping else ()
+    rubbing = _dry_friction(robot) if joint_friction else ()
     own: SceneEntries = {"gravity": tuple(robot.model.gravity.linear)}
     own.update(entries)
-    own["forces"] = (*dampers, *entries.get("forces", ()))
+    own["forces"] = (*dampers, *rubbing, *entries.get("forces", ()))
     own["constraints"] = (*constraints, *entries.get("constraints", ()))
     own["contacts"] = (*contacts, *entries.get("contacts", ()))
     return Scene(robot, **own)
@@ -138,6 +144,18 @@ def _dampers(robot: Robot) -> list[JointSpring]:
         damping = float(model.damping[joint.idx_v]) if joint.nv == 1 else 0.0
         if damping > 0.0:
             found.append(JointSpring(name, damping=damping))
+    return found
+
+
+def _dry_friction(robot: Robot) -> list[JointFriction]:
+    """The dry friction of the robot's joints."""
+    model = robot.model
+    found = []
+    for name in robot.joint_names:
+        joint = model.joints[robot.joint_id(name)]
+        torque = float(model.upperDryFrictionLimit[joint.idx_v]) if joint.nv == 1 else 0.0
+        if torque > 0.0:
+            found.append(JointFriction(name, torque))
     return found
 
 

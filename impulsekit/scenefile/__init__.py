@@ -30,7 +30,8 @@ A file names a robot, the state it is in, and what happens to it::
     frame = "link_1"
 
     [[forces]]                       # in the motion after the impact
-    kind = "joint_spring"            # joint_spring | spring | actuator | applied_force
+    kind = "joint_spring"            # joint_spring | joint_friction | spring | actuator
+                                     # | applied_force
     joint = "joint_2"
     stiffness = 5
 

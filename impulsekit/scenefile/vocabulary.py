@@ -31,6 +31,7 @@ from ..scene.distances import DistanceAnchor, Rope
 from ..scene.forces import PD, Actuator, AppliedForce, JointSpring, Spring, TorqueTable
 from ..scene.friction import EllipticFriction, FrictionTable, StaticKinetic
 from ..scene.impulses import AppliedImpulse, JointImpulse
+from ..scene.joint_friction import JointFriction
 from ..scene.law import Law
 from ..scene.materials import BY_MATERIAL, Material, MaterialPair
 from ..scene.motion import MotionSettings
@@ -93,6 +94,7 @@ SECTIONS: tuple[Section, ...] = (
         "forces",
         {
             "joint_spring": JointSpring,
+            "joint_friction": JointFriction,
             "spring": Spring,
             "actuator": Actuator,
             "applied_force": AppliedForce,

@@ -46,7 +46,7 @@ def test_points_that_go_while_drift_is_taken_out_leave_the_others_in_place():
         resting = [SimpleNamespace(count=2), SimpleNamespace(count=2)]
         now = SimpleNamespace(
             q=np.array([1e-7, tilt]), v=np.array([1e-9, 0.0]), t=0.0, model=model, held=None,
-            gaps=_Line(), resting=SimpleNamespace(contacts=resting, rolling=None),
+            gaps=_Line(), resting=SimpleNamespace(contacts=resting, rolling=None, joints=None),
             dynamics=SimpleNamespace(moved=moved),
         )  # fmt: skip
         take_out_drift(now, [(point, row) for point in range(4) for row in (2,)])

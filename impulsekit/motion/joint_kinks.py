@@ -1,0 +1,133 @@
+"""When a joint with dry friction stops, or breaks away: steps of a motion end there.
+
+A joint that moves stops, or turns round, where its velocity falls to zero. One that stands still
+moves as soon as friction does not hold it: its acceleration, zero until then, grows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+import pinocchio as pin
+
+from .closing import Node, errors_of, may_close, zero_finder
+from .dry_joints import DryJoints
+from .kink import Kink
+from .roots import States, falling_root
+from .windows import Turning
+
+__all__ = ["JointKinks"]
+
+# A velocity is zero this far beyond zero [rad/s, m/s]: rounding does not stop what has just begun
+# to move.
+BEYOND = 1e-13
+# Step of the differences for rates, as a part of the time that is looked at.
+PART = 1e-4
+
+_first_zero = zero_finder(lambda gap, t: gap(t))
+
+Accelerate = Callable[[float, np.ndarray, np.ndarray], np.ndarray]
+
+
+class JointKinks:
+    """The joints of a motion that have dry friction, and when they stop or move.
+
+    Args:
+        joints: what they do now.
+        model: of the robot.
+        accelerate: evaluates the accelerations at a time and state, and with them the friction.
+    """
+
+    def __init__(self, joints: DryJoints, model: pin.Model, accelerate: Accelerate) -> None:
+        self._joints, self._accelerate = joints, accelerate
+        self._turning = Turning(model)
+
+    def begin(self, v: np.ndarray) -> None:
+        """Let joints move as a velocity (nv,) says, at the start or after a jump of it."""
+        self._joints.begin(v)
+
+    def first(self, states: States, start: float, end: float) -> Kink | None:
+        """The first stop or break-away within a step; see ``Kinks.first``."""
+        times = np.array(self._turning.nodes(states, start, end))
+        stop = self._first_stop(states, times)
+        until = end if stop is None else stop.t
+        torn = self._first_tear(states, [*times[times < until].tolist(), until])
+        return stop if torn is None else torn
+
+    def _first_stop(self, states: States, times: np.ndarray) -> Kink | None:
+        moving = np.flatnonzero(self._joints.ways)
+        if not len(moving):
+            return None
+        signs, rows = self._joints.ways[moving], self._joints.rows[moving]
+        step = PART * (times[-1] - times[0]) / (len(times) - 1)
+
+        def speeds(t: float) -> np.ndarray:
+            return signs * states(t)[1][rows] + BEYOND
+
+        def rates(t: float) -> np.ndarray:
+            a, b = max(t - step, times[0]), min(t + step, times[-1])
+            return (speeds(b) - speeds(a)) / (b - a)
+
+        values = np.array([speeds(t) for t in times])
+        slopes = np.array([rates(t) for t in times])
+        errors = errors_of(times, values, slopes)
+        near = may_close(times, values, slopes, errors)
+        for n, (left, right) in enumerate(pairwise(times.tolist())):
+            found: list[tuple[float, int]] = []
+            for i in np.flatnonzero(near[n]).tolist():
+                a = Node(left, float(values[n, i]), float(slopes[n, i]))
+                b = Node(right, float(values[n + 1, i]), float(slopes[n + 1, i]))
+
+                def node(t: float, i: int = i) -> Node:
+                    return Node(t, float(speeds(t)[i]), float(rates(t)[i]))
+
+                found.append((_first_zero(node, a, b, float(errors[n, i]), BEYOND), i))
+            t, i = min(found, default=(np.inf, -1))
+            if t < np.inf:
+                off = _with_rate(self._speed(int(rows[i]), float(signs[i])), step)
+                return Kink(t, partial(self._set, int(moving[i]), 0.0), off)
+        return None
+
+    def _speed(self, row: int, sign: float) -> Callable[[float, States], float]:
+        return lambda t, states: sign * float(states(t)[1][row])
+
+    def _first_tear(self, states: States, times: list[float]) -> Kink | None:
+        joints = self._joints
+        if not len(joints.still):
+            return None
+
+        def margin(t: float, states: States = states) -> float:
+            self._accelerate(t, *states(t))
+            return joints.left_to_tear()
+
+        for left, right in pairwise(times):
+            if margin(right) < 0.0:
+                t, step = falling_root(margin, left, right), PART * (right - left)
+                off = _with_rate(margin, step)
+                return Kink(t, partial(self._let_go, states, (t, min(t + step, right), right)), off)
+        return None
+
+    def _set(self, joint: int, way: float) -> None:
+        self._joints.ways[joint] = way
+
+    def _let_go(self, states: States, times: Sequence[float]) -> None:
+        """Let move what does not hold at the first of these times at which something does not."""
+        for t in times:
+            self._accelerate(t, *states(t))
+            if self._joints.tear():
+                return
+
+
+def _with_rate(
+    value: Callable[[float, States], float], step: float
+) -> Callable[[float, States], tuple[float, float]]:
+    """A function of time and states, with its rate by a difference over a step [s]."""
+
+    def both(t: float, states: States) -> tuple[float, float]:
+        here = value(t, states)
+        return here, (here - value(t - step, states)) / step
+
+    return both
