@@ -235,7 +235,8 @@ def _try_modes(
     W, b = work.W[:size, :size].copy(), work.b[:size].copy()
     mu, floor = work.mu[:n].copy(), work.floor[:n].copy()
     found, best = np.empty((MOST_FOUND, size)), np.empty(size)
-    how, count = search_modes(W, b, mu, floor, sizes.scale, plane, found)
+    none = np.empty((0, size))
+    how, count, _ = search_modes(W, b, mu, floor, sizes.scale, plane, found, none)
     if how == TRIED_ALL and count == 0:
         for k in range(size):
             work.P[k] = 0.0

@@ -208,7 +208,10 @@ def _stepped(work: Workspace, n: int, sizes: Sizes, ridge: float, near: bool) ->
             # Each unknown its own: beside a gram's contact a tonne's must not drown.
             size = abs(matrix[r, r])
             own = size if size > sizes.least and not sizes.alike else sizes.largest
-            matrix[r, r] += ridge * own
+            work.moved[r] = ridge * own
+        _even_tangents(work, m)
+        for r in range(m):
+            matrix[r, r] += work.moved[r]
     _add_stiffness(work, n)
     if near:
         gauss_of_rank(matrix, m, x, DEPENDENT, work.moved, work.xi)
@@ -216,6 +219,19 @@ def _stepped(work: Workspace, n: int, sizes: Sizes, ridge: float, near: bool) ->
         return False
     _move(work, n, m)
     return True
+
+
+@compiled
+def _even_tangents(work: Workspace, m: int) -> None:
+    """Both tangents of a contact that sticks get one ridge: their directions decide nothing."""
+    for r in range(m - 1):
+        i = work.owner[r]
+        k = 3 * i
+        if work.mode[i] in (SLIDES, SLIDES_AT_FLOOR) or work.owner[r + 1] != i:
+            continue
+        if work.way[r, k] == 1.0 and work.way[r + 1, k + 1] == 1.0:
+            mean = 0.5 * (work.moved[r] + work.moved[r + 1])
+            work.moved[r], work.moved[r + 1] = mean, mean
 
 
 @compiled

@@ -98,7 +98,10 @@ def find_answers(
                 own[r, c] = W[r, c]
     if friction_is_weak(own, own_mu):
         return WEAK, 0, 0, False
-    tried, count = search_modes(own, b, own_mu, np.zeros(n), scale, NO, found[:MOST_FOUND])
+    outside = np.empty((MOST_FOUND, 3 * n))
+    tried, count, beyond = search_modes(
+        own, b, own_mu, np.zeros(n), scale, NO, found[:MOST_FOUND], outside
+    )
     if tried == NOTHING_TRIED:
         return TOO_MANY, 0, 0, False
     how = ALL_TRIED if tried == TRIED_ALL else SEARCHED
@@ -110,7 +113,7 @@ def find_answers(
     for i in range(n):
         work.mu[i] = own_mu[i]
     if how == SEARCHED:
-        count = _add_held(work, n, shown, found, count)
+        count = _add_held(work, n, shown, outside[:beyond], found, count)
     full = count == MOST_FOUND
     if releases:
         count = _expansions(work, free, e, n, scale, how, count, found, pressed)
@@ -125,14 +128,17 @@ def find_answers(
 
 
 def _held_examples() -> tuple[object, ...]:
-    return workspace(1), 1, np.ones(3), np.ones((2, 3)), 1
+    return workspace(1), 1, np.ones(3), np.ones((2, 3)), np.ones((2, 3)), 1
 
 
 @entry(_held_examples, seconds=2.0, apart=True)
-def _add_held(work: Workspace, n: int, shown: np.ndarray, found: np.ndarray, count: int) -> int:
+def _add_held(
+    work: Workspace, n: int, shown: np.ndarray, outside: np.ndarray, found: np.ndarray, count: int
+) -> int:
     """Add P that hold some redundant contacts still, the others being as in a known answer.
 
-    The modes take one share of a redundant load; the cones may ask for another.
+    The modes take one share of a redundant load; the cones may ask for another. What lies
+    ``outside`` of them is an answer where another share lies inside.
     """
     size = 3 * n
     few = workspace(n)
@@ -152,11 +158,14 @@ def _add_held(work: Workspace, n: int, shown: np.ndarray, found: np.ndarray, cou
                 few.W[r, c] = work.W[rows[r], rows[c]]
         if not is_redundant(few.W, 3 * m, DEPENDENT, NULL):
             continue
-        for one in range(-2, known):
+        for one in range(-2 - len(outside), known):
             if count == len(found):
                 return count
             for k in range(size):
-                work.P[k] = 0.0 if one == -2 else (shown[k] if one == -1 else found[one, k])
+                if one < -2:
+                    work.P[k] = outside[-3 - one, k]
+                else:
+                    work.P[k] = 0.0 if one == -2 else (shown[k] if one == -1 else found[one, k])
             for r in range(3 * m):
                 work.P[rows[r]] = 0.0
             for r in range(3 * m):
@@ -201,7 +210,7 @@ def _expansions(
         first = firsts[one]
         if how == ALL_TRIED:
             b, floor = _after_compression(work, e, n, first)
-            _, many = search_modes(work.W, b, work.mu, floor, scale, NO, backs)
+            _, many, _ = search_modes(work.W, b, work.mu, floor, scale, NO, backs, backs[:0])
         else:
             # Of each compression, shared as the law shares it, the expansion from it.
             many = 1 if _expanded(work, free, e, n, first, backs) else 0

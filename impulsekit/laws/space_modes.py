@@ -37,20 +37,30 @@ TINY = 1e-14
 
 
 def _examples() -> tuple[Any, ...]:
-    return np.eye(6), np.ones(6), np.ones(2), 1.0, np.eye(6)
+    return np.eye(6), np.ones(6), np.ones(2), 1.0, np.eye(6), np.eye(6)
 
 
 @entry(_examples, seconds=10.0, apart=True)
 def space_modes(
-    W: np.ndarray, b: np.ndarray, mu: np.ndarray, scale: float, found: np.ndarray
-) -> int:
-    """How many solutions were found; their P (most, 3n) are written to ``found`` [N s].
+    W: np.ndarray,
+    b: np.ndarray,
+    mu: np.ndarray,
+    scale: float,
+    found: np.ndarray,
+    outside: np.ndarray,
+) -> tuple[int, int]:
+    """How many solutions were found, and how many are none by cones of what sticks alone.
+
+    Contacts that stick are given the shortest of the impulses that hold them. Where they are
+    redundant, another share may lie in their cones.
 
     Args:
         W: (3n, 3n) Delassus matrix [1/kg]; n up to 3.
         b: (3n,) ξ without impulse [m/s].
         mu: (n,) friction.
         scale: the size of the velocities [m/s].
+        found: (most, 3n), written: P of the solutions [N s].
+        outside: (any number, 3n), written: P of what obeys all but the cones of sticking.
     """
     n = len(mu)
     unit = np.ones(n)
@@ -63,13 +73,14 @@ def space_modes(
         for c in range(3 * n):
             own[r, c] = W[r, c] / (unit[r // 3] * unit[c // 3])
     modes = np.zeros(n, dtype=np.int64)
-    count = 0
+    count, beyond = 0, 0
     for number in range(3**n):
         rest = number
-        slow = False
+        slow, held = False, False
         for i in range(n):
             modes[i] = rest % 3
             rest //= 3
+            held = held or modes[i] == STICKS
             # Without friction a contact that is pressed "slides" in no direction: see below.
             slow = slow or (modes[i] == STICKS and mu[i] == 0.0)
         if slow:
@@ -78,11 +89,16 @@ def space_modes(
         for k in range(len(candidates)):
             for r in range(3 * n):
                 P[r] = candidates[k, r]
-            if _obeys(own, start, mu, unit, modes, P, scale):
-                for r in range(3 * n):
-                    P[r] /= unit[r // 3]
+            obeys = _obeys(own, start, mu, unit, modes, P, scale, True)
+            if not obeys and not (held and _obeys(own, start, mu, unit, modes, P, scale, False)):
+                continue
+            for r in range(3 * n):
+                P[r] /= unit[r // 3]
+            if obeys:
                 count = _kept(W, P, scale, found, count)
-    return count
+            else:
+                beyond = _kept(W, P, scale, outside, beyond)
+    return count, beyond
 
 
 @compiled
@@ -269,8 +285,12 @@ def _obeys(
     modes: np.ndarray,
     P: np.ndarray,
     scale: float,
+    cones: bool,
 ) -> bool:
-    """Whether P obeys Coulomb's law in its modes, in units of the contacts."""
+    """Whether P obeys Coulomb's law in its modes, in units of the contacts.
+
+    Without ``cones`` those of contacts that stick do not count.
+    """
     size = len(b)
     if not np.abs(P).max() <= LARGEST * scale / unit.min():
         return False
@@ -289,13 +309,14 @@ def _obeys(
             if un < -near:
                 return False
             continue
-        if not abs(un) <= near or P[k + 2] < -near:
+        if not abs(un) <= near:
+            return False
+        friction = math.sqrt(P[k] * P[k] + P[k + 1] * P[k + 1])
+        in_cone = P[k + 2] >= -near and (mu[i] == 0.0 or friction <= mu[i] * P[k + 2] + near)
+        if not in_cone and (cones or modes[i] != STICKS):
             return False
         if mu[i] == 0.0:
             continue
-        friction = math.sqrt(P[k] * P[k] + P[k + 1] * P[k + 1])
-        if friction > mu[i] * P[k + 2] + near:
-            return False
         speed = math.sqrt(u1 * u1 + u2 * u2)
         if modes[i] == STICKS:
             if speed > near:

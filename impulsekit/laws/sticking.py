@@ -24,7 +24,8 @@ def held_still(work: Workspace, n: int, sizes: Sizes) -> float:
     """Write P (3n,) with W P + b = 0, or as near as can be; the ridge, or -1 where W is singular.
 
     Of redundant contacts each gets its share as if it gave way in proportion to its own
-    mobility. Rows that move nothing count as regular, get nothing, and want a ridge.
+    mobility, along the normal and across it. Rows that move nothing count as regular, get
+    nothing, and want a ridge.
     """
     W, b, P, matrix, lower, x = work.W, work.b, work.P, work.matrix, work.way, work.x
     size = 3 * n
@@ -38,8 +39,12 @@ def held_still(work: Workspace, n: int, sizes: Sizes) -> float:
             ridge = RIDGE
     times = 2
     if not cholesky(matrix, size, lower) > REGULAR:
-        for i in range(size):
-            matrix[i, i] *= 1.0 + RIDGE
+        for k in range(0, size, 3):
+            # To both tangents alike, so that their directions decide nothing.
+            across = 0.5 * (matrix[k, k] + matrix[k + 1, k + 1])
+            matrix[k, k] += RIDGE * across
+            matrix[k + 1, k + 1] += RIDGE * across
+            matrix[k + 2, k + 2] *= 1.0 + RIDGE
         ridge = -1.0
         if not cholesky(matrix, size, lower) > 0.0:
             return ridge

@@ -34,7 +34,7 @@ NOTHING_TRIED, TRIED_SOME, TRIED_ALL = 0, 1, 2
 
 def _examples() -> tuple[Any, ...]:
     line, few = np.ones(6), np.ones(2)
-    return np.eye(6), line, few, few, 1.0, True, np.eye(6)
+    return np.eye(6), line, few, few, 1.0, True, np.eye(6), np.eye(6)
 
 
 def _plane_examples() -> tuple[Any, ...]:
@@ -75,8 +75,11 @@ def search_modes(
     scale: float,
     plane: bool,
     found: np.ndarray,
-) -> tuple[int, int]:
-    """What was tried, and how many solutions of one phase were written to ``found``.
+    outside: np.ndarray,
+) -> tuple[int, int, int]:
+    """What was tried, how many solutions of one phase were found, and how many are outside.
+
+    Those outside obey all but the cones of contacts that stick, as ``space_modes`` says.
 
     Args:
         W: (3n, 3n), tangents without friction cleared [1/kg].
@@ -85,14 +88,16 @@ def search_modes(
         scale: the size of the velocities [m/s].
         plane: only where all modes can be tried.
         found: (most, 3n), written: P of the solutions [N s].
+        outside: (any number, 3n), written: P of those outside [N s].
     """
     n = len(mu)
     direction = np.empty((n, 2))
     if n <= MOST_IN_PLANE and plane_of(W, b, mu, direction):
-        return TRIED_ALL, _search_plane(W, b, mu, floor, scale, direction, found)
+        return TRIED_ALL, _search_plane(W, b, mu, floor, scale, direction, found), 0
     if plane or n > MOST_IN_SPACE or floor.max() > 0.0:
-        return NOTHING_TRIED, 0
-    return TRIED_SOME, space_modes(W, b, mu, scale, found)
+        return NOTHING_TRIED, 0, 0
+    count, beyond = space_modes(W, b, mu, scale, found, outside)
+    return TRIED_SOME, count, beyond
 
 
 @compiled

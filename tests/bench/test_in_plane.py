@@ -64,12 +64,18 @@ def test_other_answers_are_told_where_one_load_has_many_shares():
 
 @pytest.mark.parametrize(
     "place,repeat,seed",
-    [(3, 288, 31), (0, 405, 34), (3, 28, 36)],
-    ids=["slip of a contact without a load", "a contact across a locked joint", "shares that hold"],
+    [
+        pytest.param(3, 288, 31, id="slip of a contact without a load"),
+        pytest.param(0, 405, 34, id="a contact across a locked joint"),
+        pytest.param(3, 28, 36, id="shares that hold"),
+        pytest.param(1, 28, 41, id="another answer by another share"),
+        pytest.param(3, 190, 41, id="directions of the tangents"),
+    ],
 )
 def test_rounding_decides_nothing(place, repeat, seed):
     points = solved_case(("rewritten", place, repeat, seed))
-    assert len(points) >= 8 and {point.verdict for point in points} == {"right"}
+    assert len(points) >= 8
+    assert {point.verdict for point in points} in ({"right"}, {"said so"})
 
 
 @pytest.mark.slow

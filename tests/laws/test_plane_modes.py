@@ -58,7 +58,8 @@ def test_all_solutions_in_a_plane_are_found_and_no_other(n, count):
         W, b, basis = in_space(problem, rng)
         scale = np.abs(b).max()
         found, none = np.empty((MOST_FOUND, 3 * n)), np.zeros(n)
-        _, known = search_modes(W, b, np.array(problem.friction), none, scale, False, found)
+        mu, outside = np.array(problem.friction), found[:0]
+        _, known, _ = search_modes(W, b, mu, none, scale, False, found, outside)
         rows = np.array(problem.rows)
         target = b @ basis - rows @ problem.before
         velocities = [rows @ after + target for after, _ in exact]
