@@ -142,7 +142,7 @@ def _swap_both(a: np.ndarray, n: int, j: int, other: int) -> None:
 def gauss_of_rank(
     a: np.ndarray, n: int, x: np.ndarray, tolerance: float, order: np.ndarray, y: np.ndarray
 ) -> None:
-    """Some x with A x = r where r is in the range, A being used up: 0 for what is redundant.
+    """The shortest x with A x = r where r is in the range, A being used up.
 
     Args:
         x: (n,) r on entry.
@@ -183,8 +183,38 @@ def gauss_of_rank(
         for k in range(i + 1, rank):
             total -= a[i, k] * y[k]
         y[i] = total / a[i, i]
+    for j in range(rank, n):
+        y[j] = 0.0
+    if rank < n:
+        _shorten(a, n, rank, y)
     for j in range(n):
-        x[int(order[j])] = y[j] if j < rank else 0.0
+        x[int(order[j])] = y[j]
+
+
+@compiled
+def _shorten(a: np.ndarray, n: int, rank: int, y: np.ndarray) -> None:
+    """Take out of y what lies in the null space of an upper triangle of ``rank`` rows.
+
+    The rows below it, which are nothing, are written: a basis of the null space.
+    """
+    for c in range(rank, n):
+        for j in range(rank, n):
+            a[c, j] = 1.0 if j == c else 0.0
+        for i in range(rank - 1, -1, -1):
+            total = -a[i, c]
+            for k in range(i + 1, rank):
+                total -= a[i, k] * a[c, k]
+            a[c, i] = total / a[i, i]
+        # Twice, for what rounding leaves.
+        _take_out(a, rank, c, n, a[c])
+        _take_out(a, rank, c, n, a[c])
+        size = 0.0
+        for j in range(n):
+            size += a[c, j] ** 2
+        size = math.sqrt(size)
+        for j in range(n):
+            a[c, j] /= size
+    _take_out(a, rank, n, n, y)
 
 
 @compiled

@@ -103,15 +103,19 @@ def frictional(
     code, residual = _OPEN, math.inf
     if not (floors or started):
         code, residual = _hold_still(work, n, sizes, dependent)
-    elif floors and is_redundant(work.W, 3 * n, dependent, NULL):
+    else:
         start = P[: 3 * n].copy()
-        code, residual = _hold_by_shares(work, n, sizes, dependent)
-        for k in range(3 * n):
-            P[k] = P[k] if code != _OPEN else start[k]
-    if code == _OPEN and started:
-        residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
-        if residual <= BAR:
-            return _code_of(work, n, sizes, dependent, YES), residual
+        if floors and is_redundant(work.W, 3 * n, dependent, NULL):
+            code, residual = _hold_by_shares(work, n, sizes, dependent)
+            for k in range(3 * n):
+                P[k] = P[k] if code != _OPEN else start[k]
+        if code == _OPEN and started:
+            residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
+            if residual <= BAR:
+                return _code_of(work, n, sizes, dependent, YES), residual
+            # Where Newton wandered to is decided by rounding.
+            for k in range(3 * n):
+                P[k] = start[k]
     if code == _OPEN:
         code, residual = search_slipping(work, n, sizes, floors, dependent)
     return code, residual
