@@ -110,7 +110,8 @@ def _poisson(block: Block, free: Triple, e: float, mu: float, scale: float) -> H
     """Compression to u_n = 0, then P_n ≥ e P_n^c (Glocker & Pfeiffer 1995)."""
     pressed, code = coulomb(block, free[0], free[1], free[2], mu, scale)
     residual = residual_of(block, free, pressed, mu, 0.0, scale)
-    middle = moved(block, free, pressed, mu)
+    # What sticks is still, but for velocities that W cannot change: the rounding of larger ones.
+    middle = (0.0, 0.0, 0.0) if code == _NOT_UNIQUE else moved(block, free, pressed, mu)
     normal, friction = _works(pressed, free, middle)
     if pressed[2] == 0.0 or e == 0.0:
         return Hit(pressed, middle, code, residual, normal, friction)
