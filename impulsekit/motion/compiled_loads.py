@@ -20,6 +20,7 @@ __all__ = [
     "NO_LENGTH",
     "ON",
     "OUT",
+    "SIDE",
     "SLACK",
     "Loads",
     "add_torques",
@@ -33,6 +34,8 @@ NO_LENGTH = 1e-12
 # since the damper would pull what the spring pushes.
 ON = 10
 OUT, ACTS, SLACK = 0, 1, 2
+# Column of the side of a PD law: 0 below its limit, 1 at the upper one, −1 at the lower one.
+SIDE = 6
 # A spring changes this far beyond its kink [m, rad, m/s, rad/s]: rounding does not bring it back.
 BEYOND = 1e-13
 
@@ -45,12 +48,13 @@ class Loads(NamedTuple):
         joints: (a, 3) row in v and entry in q of a spring in a joint, and whether it is one of
             a joint that turns without end.
         in_joints: (a, 11) stiffness, damping, rest, side (0: both), a torque that is added,
-            limit, four unused, and the state (ON).
+            limit, the side of a PD law (SIDE), three unused, and the state (ON).
         rows: (b,) of driven torques, in v.
         springs: (c, 2) joints of both ends. between: (c, 11) both points in these joints' axes,
             stiffness, damping, rest length, way (1: pulls only, −1: pushes only, 0: both), and
             the state (ON).
-        kinks: (d, 2) the springs that act on one side only: 0 in a joint, 1 between points; row.
+        kinks: (d, 2) what has kinks: springs that act on one side only, 0 in a joint, 1 between
+            points, and PD laws with a limit, 2; its row.
         applied: (e, 2) joint, and whether axes are the world's. at: (e, 12) the frame in the
             joint: R column by column and origin.
     """
@@ -99,9 +103,21 @@ def _strain(loads: Loads, i: int, q: np.ndarray) -> float:
 def write_pushes(
     loads: Loads, kinematics: Kinematics, q: np.ndarray, v: np.ndarray, pushes: np.ndarray
 ) -> None:
-    """Write (d, 3) ``springs.Push`` of one-sided springs, signed: positive until one changes."""
+    """Write (d, 3) ``springs.Push`` of one-sided springs, signed: positive until one changes.
+
+    Of a PD law with a limit the last is how far it is from changing.
+    """
     for k in range(len(loads.kinks)):
         i = loads.kinks[k, 1]
+        if loads.kinks[k, 0] == 2:
+            numbers = loads.in_joints[i]
+            torque = numbers[4] - numbers[0] * _strain(loads, i, q)
+            torque -= numbers[1] * v[loads.joints[i, 0]]
+            limit, side = numbers[5], numbers[SIDE]
+            pushes[k, 0], pushes[k, 1] = 1.0, 0.0
+            pushes[k, 2] = side * torque - limit if side != 0.0 else limit - abs(torque)
+            pushes[k, 2] += BEYOND * limit
+            continue
         if loads.kinks[k, 0] == 0:
             numbers = loads.in_joints[i]
             side, strain, rate = numbers[3], _strain(loads, i, q), v[loads.joints[i, 0]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -14,7 +14,7 @@ from ..scene.forces import PD, TorqueTable
 from ..scene.functions import numbers_from
 from .springs import PointOfFrame, SpringBetweenPoints, SpringInJoint
 
-__all__ = ["ForceField"]
+__all__ = ["ForceField", "LimitedPD"]
 
 
 class ForceField:
@@ -23,6 +23,7 @@ class ForceField:
     Attributes:
         on_bodies: whether some force acts on a body; its wrench needs kinematics.
         one_sided: the springs that act on one side only, in the scene's order.
+        limited: the PD laws that have a limit, in the scene's order.
         corners: times at which a table has a corner [s].
     """
 
@@ -33,6 +34,7 @@ class ForceField:
         self._springs = [SpringInJoint(robot, f) for f in scene.forces if type(f) is JointSpring]
         self._controlled: list[Callable[[float, np.ndarray, np.ndarray], tuple[slice, Any]]] = []
         self._functions: list[Callable[[float, np.ndarray, np.ndarray], tuple[slice, Any]]] = []
+        self.limited: list[LimitedPD] = []
         for i, force in enumerate(scene.forces):
             if isinstance(force, Actuator):
                 self._add_actuator(robot, force, scene.entry_names("forces")[i])
@@ -137,12 +139,26 @@ class ForceField:
             spring = SpringInJoint(
                 robot, JointSpring(force.joint, torque.stiffness, torque.damping, torque.target)
             )
+            if torque.limit is not None:
+                self.limited.append(LimitedPD(spring, torque, torque.limit))
             self._controlled.append(_pd(spring, rows, torque))
         elif isinstance(torque, TorqueTable):
             self._controlled.append(lambda t, q, v: (rows, torque(t, q, v)))
         elif callable(torque):
             self._functions.append(_function(torque, rows, joint.nv, name))
             self._controlled.append(self._functions[-1])
+
+
+class LimitedPD(NamedTuple):
+    """A PD law with its limit [N m, N]."""
+
+    spring: SpringInJoint
+    law: PD
+    limit: float
+
+    def unlimited(self, q: np.ndarray, v: np.ndarray) -> float:
+        """Its torque without the limit."""
+        return float(self.spring.torque(q, v) + self.law.damping * self.law.velocity)
 
 
 def _pd(spring: SpringInJoint, rows: slice, law: PD) -> Callable:

@@ -13,9 +13,8 @@ from itertools import pairwise
 import numpy as np
 import pinocchio as pin
 
-from .closing import Node, errors_of, may_close, zero_finder
 from .dry_joints import DryJoints
-from .kink import Kink
+from .kink import PART, Kink, first_fall, with_rate
 from .roots import States, falling_root
 from .windows import Turning
 
@@ -24,10 +23,6 @@ __all__ = ["JointKinks"]
 # A velocity is zero this far beyond zero [rad/s, m/s]: rounding does not stop what has just begun
 # to move.
 BEYOND = 1e-13
-# Step of the differences for rates, as a part of the time that is looked at.
-PART = 1e-4
-
-_first_zero = zero_finder(lambda gap, t: gap(t))
 
 Accelerate = Callable[[float, np.ndarray, np.ndarray], np.ndarray]
 
@@ -62,34 +57,15 @@ class JointKinks:
         if not len(moving):
             return None
         signs, rows = self._joints.ways[moving], self._joints.rows[moving]
-        step = PART * (times[-1] - times[0]) / (len(times) - 1)
 
         def speeds(t: float) -> np.ndarray:
             return signs * states(t)[1][rows] + BEYOND
 
-        def rates(t: float) -> np.ndarray:
-            a, b = max(t - step, times[0]), min(t + step, times[-1])
-            return (speeds(b) - speeds(a)) / (b - a)
-
-        values = np.array([speeds(t) for t in times])
-        slopes = np.array([rates(t) for t in times])
-        errors = errors_of(times, values, slopes)
-        near = may_close(times, values, slopes, errors)
-        for n, (left, right) in enumerate(pairwise(times.tolist())):
-            found: list[tuple[float, int]] = []
-            for i in np.flatnonzero(near[n]).tolist():
-                a = Node(left, float(values[n, i]), float(slopes[n, i]))
-                b = Node(right, float(values[n + 1, i]), float(slopes[n + 1, i]))
-
-                def node(t: float, i: int = i) -> Node:
-                    return Node(t, float(speeds(t)[i]), float(rates(t)[i]))
-
-                found.append((_first_zero(node, a, b, float(errors[n, i]), BEYOND), i))
-            t, i = min(found, default=(np.inf, -1))
-            if t < np.inf:
-                off = _with_rate(self._speed(int(rows[i]), float(signs[i])), step)
-                return Kink(t, partial(self._set, int(moving[i]), 0.0), off)
-        return None
+        t, i = first_fall(speeds, times, BEYOND)
+        if i < 0:
+            return None
+        off = with_rate(self._speed(int(rows[i]), float(signs[i])), PART * (times[1] - times[0]))
+        return Kink(t, partial(self._set, int(moving[i]), 0.0), off)
 
     def _speed(self, row: int, sign: float) -> Callable[[float, States], float]:
         return lambda t, states: sign * float(states(t)[1][row])
@@ -106,7 +82,7 @@ class JointKinks:
         for left, right in pairwise(times):
             if margin(right) < 0.0:
                 t, step = falling_root(margin, left, right), PART * (right - left)
-                off = _with_rate(margin, step)
+                off = with_rate(margin, step)
                 return Kink(t, partial(self._let_go, states, (t, min(t + step, right), right)), off)
         return None
 
@@ -119,15 +95,3 @@ class JointKinks:
             self._accelerate(t, *states(t))
             if self._joints.tear():
                 return
-
-
-def _with_rate(
-    value: Callable[[float, States], float], step: float
-) -> Callable[[float, States], tuple[float, float]]:
-    """A function of time and states, with its rate by a difference over a step [s]."""
-
-    def both(t: float, states: States) -> tuple[float, float]:
-        here = value(t, states)
-        return here, (here - value(t - step, states)) / step
-
-    return both

@@ -1,13 +1,22 @@
-"""One kink of a force."""
+"""A kink of a force, and the search for the first of several functions that falls to zero."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import NamedTuple
 
+import numpy as np
+
+from .closing import Node, errors_of, may_close, zero_finder
 from .roots import States
 
-__all__ = ["Kink"]
+__all__ = ["PART", "Kink", "first_fall", "with_rate"]
+
+# Step of the differences for rates, as a part of the time that is looked at.
+PART = 1e-4
+
+_first_zero = zero_finder(lambda gap, t: gap(t))
 
 
 class Kink(NamedTuple):
@@ -22,3 +31,53 @@ class Kink(NamedTuple):
     t: float
     switch: Callable[[], None]
     off: Callable[[float, States], tuple[float, float]]
+
+
+def with_rate(
+    value: Callable[[float, States], float], step: float
+) -> Callable[[float, States], tuple[float, float]]:
+    """A function of time and states, with its rate by a difference over a step [s]."""
+
+    def both(t: float, states: States) -> tuple[float, float]:
+        here = value(t, states)
+        return here, (here - value(t - step, states)) / step
+
+    return both
+
+
+def first_fall(
+    values: Callable[[float], np.ndarray], times: np.ndarray, rounding: float
+) -> tuple[float, int]:
+    """The first time at which one of several smooth functions falls to zero, and which.
+
+    Infinity and -1 where none does. Rates are differences.
+
+    Args:
+        values: (m,) at a time [s].
+        times: (k,) the nodes to look at, evenly in pairs. rounding: of the values.
+    """
+    step = PART * (times[-1] - times[0]) / (len(times) - 1)
+
+    def rates(t: float) -> np.ndarray:
+        a, b = max(t - step, times[0]), min(t + step, times[-1])
+        return (values(b) - values(a)) / (b - a)
+
+    seen = np.array([values(t) for t in times])
+    slopes = np.array([rates(t) for t in times])
+    errors = errors_of(times, seen, slopes)
+    near = may_close(times, seen, slopes, errors)
+    for n, (left, right) in enumerate(pairwise(times.tolist())):
+        best, first = np.inf, -1
+        for i in np.flatnonzero(near[n]).tolist():
+            a = Node(left, float(seen[n, i]), float(slopes[n, i]))
+            b = Node(right, float(seen[n + 1, i]), float(slopes[n + 1, i]))
+
+            def node(t: float, i: int = i) -> Node:
+                return Node(t, float(values(t)[i]), float(rates(t)[i]))
+
+            t = _first_zero(node, a, b, float(errors[n, i]), rounding)
+            if t < best:
+                best, first = t, i
+        if first >= 0:
+            return best, first
+    return np.inf, -1

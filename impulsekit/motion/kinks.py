@@ -1,7 +1,7 @@
 """Kinks of forces: steps of a motion end where one begins, ceases, saturates or turns round.
 
-Forces are smooth while what makes them does what it did: one-sided springs (``spring_kinks``) and
-joints with dry friction (``joint_kinks``).
+Forces are smooth while what makes them does what it did: one-sided springs (``spring_kinks``), PD
+laws with a limit (``limit_kinks``) and joints with dry friction (``joint_kinks``).
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from .joint_kinks import JointKinks
 from .kink import Kink
+from .limit_kinks import LimitKinks
 from .roots import States
 from .spring_kinks import SpringKinks
 
@@ -39,23 +40,35 @@ class Kinks:
         self._springs = SpringKinks(dynamics.forces, dynamics.model)
         joints = dynamics.resting.joints
         self._joints = None if joints is None else JointKinks(joints, dynamics.model, accelerate)
+        limited = dynamics.forces.limited
+        self._limits = LimitKinks(limited, dynamics.model) if limited else None
 
     def __bool__(self) -> bool:
-        return bool(self._springs) or self._joints is not None
+        return bool(self._springs) or self._joints is not None or self._limits is not None
 
     def connect(self, loads: Loads) -> None:
         """Keep the tables of compiled code, ``loads`` of the same scene, up to date as well."""
-        self._springs.connect(loads)
+        tables: list[list[tuple[np.ndarray, int]]] = [[], []]
+        for kind, row in loads.kinks.tolist():
+            table = loads.between if kind == 1 else loads.in_joints
+            tables[kind == 2].append((table, row))
+        self._springs.connect(tables[0])
+        if self._limits is not None:
+            self._limits.connect(tables[1])
 
     def begin(self, q: np.ndarray, v: np.ndarray) -> None:
         """Set all for the state at which a motion begins."""
         self._springs.begin(q, v)
+        if self._limits is not None:
+            self._limits.begin(q, v)
         if self._joints is not None:
             self._joints.begin(v)
 
     def heed_jump(self, q: np.ndarray, v: np.ndarray) -> None:
         """After a jump of the velocity."""
         self._springs.heed_jump(q, v)
+        if self._limits is not None:
+            self._limits.begin(q, v)
         if self._joints is not None:
             self._joints.begin(v)
 
@@ -69,7 +82,8 @@ class Kinks:
         if not end > start:
             return None
         found = self._springs.first(states, start, end)
-        if self._joints is not None:
-            own = self._joints.first(states, start, end if found is None else found.t)
-            found = own if own is not None else found
+        for others in (self._limits, self._joints):
+            until = end if found is None else found.t
+            if others is not None and until > start:
+                found = others.first(states, start, until) or found
         return found

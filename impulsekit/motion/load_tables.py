@@ -90,6 +90,8 @@ def loads_of(scene: Scene) -> tuple[Loads, Driven] | None:
             law = force.torque
             joints.append(_entries(robot, force.joint))
             limit = np.inf if law.limit is None else law.limit
+            if law.limit is not None:
+                kinks.append((2, len(joints) - 1))
             more = law.target, 0.0, law.damping * law.velocity, limit
             in_joints.append((law.stiffness, law.damping, *more, *_ACTS))
         elif type(force) is Actuator and isinstance(force.torque, TorqueTable):

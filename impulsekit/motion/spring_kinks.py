@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from .closing import Node, errors_of, may_close, zero_finder
-from .compiled_loads import ACTS, BEYOND, ON, OUT, SLACK, Loads
+from .compiled_loads import ACTS, BEYOND, ON, OUT, SLACK
 from .force_field import ForceField
 from .kink import Kink
 from .roots import States, falling_root
@@ -42,10 +42,9 @@ class SpringKinks:
     def __bool__(self) -> bool:
         return bool(self._springs)
 
-    def connect(self, loads: Loads) -> None:
-        """Keep the tables of compiled code, ``loads`` of the same scene, up to date as well."""
-        rows = zip(loads.kinks[:, 0].tolist(), loads.kinks[:, 1].tolist(), strict=True)
-        self._tables = [(loads.between if kind else loads.in_joints, row) for kind, row in rows]
+    def connect(self, tables: list[tuple[np.ndarray, int]]) -> None:
+        """Keep rows of compiled code's tables, by spring, up to date as well."""
+        self._tables = tables
         self._set()
 
     def begin(self, q: np.ndarray, v: np.ndarray) -> None:

@@ -146,3 +146,41 @@ def test_what_comes_to_rest_at_a_kink_rests_there():
     motion = ik.simulate(scene, [0.05], [1.0], duration=30.0)
     assert motion.status.finished
     np.testing.assert_allclose([motion.q[-1, 0], motion.v[-1, 0]], 0.0, atol=1e-11)
+
+
+@pytest.mark.parametrize("damping", [0.0, 20.0])
+def test_a_motor_at_its_limit_comes_back_from_it_when_it_should(damping):
+    # Full torque first, -k q - c v (cosine and sine of the linear law) once that is below it.
+    robot, k, limit, start = sliders(1), 100.0, 15.0, 1.0
+    m = robot.mass
+    motor = ik.Actuator("z00", ik.PD(k, damping, limit=limit))
+    scene = ik.Scene(robot, forces=[motor], gravity=NOWHERE)
+    motion = ik.simulate(scene, [start], [0.0], duration=4.0)
+
+    def rates(t, y):
+        return [y[1], min(max(-k * y[0] - damping * y[1], -limit), limit) / m]
+
+    y, t = np.array([start, 0.0]), 0.0
+    side, seen = 1.0, []
+    while t < 4.0:
+
+        def off(t, y, side=side):
+            torque = -k * y[0] - damping * y[1]
+            return limit - abs(torque) if side == 0.0 else side * -torque - limit
+
+        off.terminal, off.direction = True, -1.0
+
+        def own(t, y, side=side):
+            torque = -k * y[0] - damping * y[1] if side == 0.0 else -side * limit
+            return [y[1], torque / m]
+
+        run = solve_ivp(own, (t, 4.0), y, "DOP853", events=off, rtol=1e-13, atol=1e-15)
+        t, y = run.t[-1], run.y[:, -1]
+        if run.status == 1:
+            seen.append(t)
+            side = np.sign(k * y[0] + damping * y[1]) if side == 0.0 else 0.0
+            y = y + 1e-14 * np.array(own(t, y, side))
+    assert len(seen) > (4 if damping == 0.0 else 0)
+    for when in seen:
+        assert np.abs(motion.step_times - when).min() < 1e-9
+    np.testing.assert_allclose([motion.q[-1, 0], motion.v[-1, 0]], y, atol=1e-9)
