@@ -8,12 +8,14 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import DOP853
 
-__all__ = ["ERROR_3", "ERROR_5", "FROM", "STAGES", "WEIGHTS"]
+__all__ = ["ERROR_3", "ERROR_5", "FROM", "NODES", "STAGES", "WEIGHTS"]
 
 # Stages of one step.
 STAGES = 12
 # Row i: the shares of stages 0 to i − 1 in the state of stage i.
 FROM = np.array(DOP853.A[:STAGES, :STAGES])
+# Where in the step the stages are, as a share of it.
+NODES = np.array(DOP853.C[:STAGES])
 # Of the stages in the step.
 WEIGHTS = np.array(DOP853.B)
 # Of the stages in the two estimates of its error.

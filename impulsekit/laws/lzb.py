@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .compiled import borrowing, compiled, entry
-from .dop853 import ERROR_3, ERROR_5, FROM, STAGES, WEIGHTS
+from .dop853 import ERROR_3, ERROR_5, FROM, NODES, STAGES, WEIGHTS
 from .status import BY_CODE, Status
 from .wave import (
     CREEPS,
@@ -41,8 +41,15 @@ __all__ = ["AT_REST", "Waved", "strike_by_energy"]
 # By how much a flight goes beyond the contact that it leads to; the error below which the next
 # step grows as far as it may; how exactly a change is located, as a share of the step.
 BEYOND, EXACT, FOUND = 1e-12, 1e-12, 1e-15
+# Contacts that end by this much later than the one that leads end with it.
+SAME_END = 1.0 + 1e-9
 # The error of a step, in units in which velocities, impulses and indentations are of size 1.
-TOLERANCE = 2e-13
+# With friction slip may pass 0 at next to no distance, which makes of errors many times as large.
+TOLERANCE, WITH_FRICTION = 2e-12, 2e-13
+# The first step, in units in which the impact takes about 3.
+FIRST = 0.03
+# A contact leads the step where its start or end is nearer than this many steps.
+NEARBY = 1.5
 # A step goes so far towards the end of a contact, where the force has no smooth derivatives.
 NEARER = 0.6
 # Approaches this small have ended [of the largest velocity].
@@ -253,13 +260,14 @@ def _prepared(
 @borrowing
 def _run(w: Wave, cap: float) -> int:
     """Until no contact presses or approaches, in steps of at most ``cap``; how many they were."""
-    step, rubs = 1e-3, len(w.free) > len(w.kappa)
+    step, rubs = FIRST, len(w.free) > len(w.kappa)
     choose_slips(w)
     for count in range(MOST_STEPS):
         if _is_over(w):
             return count
         if rubs and count >= MOST_WITH_FRICTION:
             return MOST_STEPS
+        _choose_lead(w, step)
         h = min(step, _longest(w), cap)
         crossed, step = _adaptive_step(w, h)
         change(w, crossed)
@@ -284,17 +292,53 @@ def _is_over(w: Wave) -> bool:
 
 
 @borrowing
+def _rate(w: Wave, i: int) -> float:
+    """dδ/dt of a contact that gives way."""
+    un = float(w.u[w.normal[i]])
+    return -un / float(w.e2[i]) if w.mode[i] == UNLOADS else -un
+
+
+@borrowing
+def _choose_lead(w: Wave, step: float) -> None:
+    """Where a contact starts or ends within a step, its √δ is the variable of the step, not t.
+
+    With δ = s² its force κ δ^n has derivatives in s, as δ has where it goes through 0 at a
+    speed. Of several the one whose force bends most leads.
+    """
+    r, power, most = len(w.free), w.power[0], 0.0
+    w.lead[0] = -1
+    for i in range(len(w.kappa)):
+        if w.mode[i] != LOADS and w.mode[i] != UNLOADS:
+            continue
+        depth, rate = w.y[r + i], _rate(w, i)
+        speed = abs(rate)
+        # What others press in from rest did not start at a speed.
+        pressed = rate > 0.0 and acceleration(w, int(w.normal[i])) < 0.0
+        if depth < 0.0 or speed <= AT_REST or pressed or (rate < 0.0 and depth == 0.0):
+            continue
+        near = depth / speed
+        if near < NEARBY * step:
+            bend = w.kappa[i] * speed**power * (near + FIRST * step) ** (power - 8.0)
+            if bend > most:
+                w.lead[0], w.pace[0], most = i, rate, bend
+
+
+@borrowing
 def _longest(w: Wave) -> float:
     """How far a step may go: not beyond what a parting or closing contact allows."""
     r = len(w.free)
     longest, still = math.inf, True
+    lead, leads = w.lead[0], 0.0
+    if lead >= 0 and w.pace[0] < 0.0:
+        leads = float(-w.y[r + lead] / w.pace[0])
     for i in range(len(w.kappa)):
         depth, un = w.y[r + i], w.u[w.normal[i]]
         if w.mode[i] in (LOADS, UNLOADS) and depth > 0.0:
             still = False
             if un > 0.0:
                 rate = un / w.e2[i] if w.mode[i] == UNLOADS else un
-                longest = min(longest, NEARER * depth / rate)
+                whole = i == lead or depth <= SAME_END * leads * rate
+                longest = min(longest, depth / rate if whole else NEARER * depth / rate)
         elif w.mode[i] == HELD:
             still = still and w.force[w.normal[i]] == 0.0
     if still:
@@ -326,35 +370,62 @@ def _adaptive_step(w: Wave, h: float) -> tuple[int, float]:
 @borrowing
 def _trial(w: Wave, h: float) -> float:
     """The error of a step of h over what it may be; y behind it is in ``w.trial``."""
-    K, y, trial = w.stages, w.y, w.trial
-    m = len(y)
+    K, y, trial, lead = w.stages, w.y, w.trial, w.lead[0]
+    m, r = len(y), len(w.free)
+    # What the rates are multiplied by is the variable's way of the step: time, or √δ.
+    length, root = h, 0.0
+    if lead >= 0:
+        root = math.sqrt(max(y[r + lead], 0.0))
+        length = math.sqrt(max(y[r + lead] + w.pace[0] * h, 0.0)) - root
     smooth = len(w.free) == len(w.kappa) and not any_held(w.mode)
     if smooth:
         kappa, e2, power, modes = w.kappa, w.e2, w.power[0], w.mode
         W, reach, free, u, force = w.W, w.reach, w.free, w.u, w.force
         for s in range(STAGES):
-            _state_of_stage(y, h, K, s, trial)
+            _state_of_stage(y, length, K, s, trial)
             velocities(W, reach, free, trial, u)
             smooth_rates(e2, kappa, power, modes, trial, K[s], u, force)
+            if lead >= 0 and not _led(w, K, s, root + NODES[s] * length):
+                return math.inf
     else:
         for s in range(STAGES):
-            _state_of_stage(y, h, K, s, trial)
+            _state_of_stage(y, length, K, s, trial)
             rates(w, trial, K[s])
+            if lead >= 0 and not _led(w, K, s, root + NODES[s] * length):
+                return math.inf
     fifth, third = 0.0, 0.0
+    tolerance = TOLERANCE if r == len(w.kappa) else WITH_FRICTION
     for k in range(m):
         total, e5, e3 = 0.0, 0.0, 0.0
         for j in range(STAGES):
             total += WEIGHTS[j] * K[j, k]
             e5 += ERROR_5[j] * K[j, k]
             e3 += ERROR_3[j] * K[j, k]
-        trial[k] = y[k] + h * total
-        allowed = TOLERANCE * (0.1 + abs(y[k]))
+        trial[k] = y[k] + length * total
+        allowed = tolerance * (0.1 + abs(y[k]))
         fifth += (e5 / allowed) ** 2
         third += (e3 / allowed) ** 2
+    if lead >= 0:
+        trial[r + lead] = (root + length) ** 2
     rates(w, trial, w.error)
     if fifth == 0.0 and third == 0.0:
         return 0.0
-    return float(abs(h) * fifth / math.sqrt((fifth + 0.01 * third) * m))
+    return float(abs(length) * fifth / math.sqrt((fifth + 0.01 * third) * m))
+
+
+@borrowing
+def _led(w: Wave, K: Matrix, s: int, root: float) -> bool:
+    """Let the rates of a stage be by √δ of the contact that leads: dy/d√δ = dy/dt 2 √δ/(dδ/dt).
+
+    False where its δ turns back.
+    """
+    rate = K[s, len(w.free) + w.lead[0]]
+    if not rate * w.pace[0] > 0.0:
+        return False
+    share = 2.0 * root / rate
+    for k in range(len(w.y)):
+        K[s, k] *= share
+    return True
 
 
 @borrowing

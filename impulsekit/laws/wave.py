@@ -74,6 +74,8 @@ class Wave(NamedTuple):
         matrix, right, order: room for what sticks or is held.
         rows: (r,) those rows; solved: (1,) how many.
         stages, trial, error: room of a step.
+        lead: (1,) the contact whose √δ is the variable of the step; −1: time.
+        pace: (1,) its dδ/dt where the step begins.
     """
 
     W: Matrix
@@ -102,6 +104,8 @@ class Wave(NamedTuple):
     stages: Matrix
     trial: Array
     error: Array
+    lead: Integers
+    pace: Array
 
 
 @compiled
@@ -135,6 +139,8 @@ def wave(n: int, r: int) -> Wave:
         np.zeros((12, m)),
         np.zeros(m),
         np.zeros(m),
+        np.full(1, -1),
+        np.zeros(1),
     )
 
 
