@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import os
-import pickle
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ..errors import FileError, InputError, shown
-from ..files import file_told, open_plain_file
 from ..measured.calibration import calibrate
 from ..measured.columns import RecordingFormat
 from ..measured.motions import fit_motion
@@ -22,8 +19,9 @@ from ..measured.recording import Recording
 from ..measured.rollouts import QUICK, Rollouts
 from ..robot import Robot
 from ..scene import Contact, Scene
+from .tensors import read_tensor
 
-__all__ = ["WIDTH", "cube_scene", "load_tosses", "read_legacy_tensor", "toss_report"]
+__all__ = ["WIDTH", "cube_scene", "load_tosses", "toss_report"]
 
 # The cube as published: side [m], samples a second, restitution and friction (tilt test).
 WIDTH, RATE, RESTITUTION, FRICTION = 0.1048, 148.0, 0.125, 0.18
@@ -51,46 +49,6 @@ def cube_scene(restitution: float = RESTITUTION, friction: float = FRICTION) -> 
     return Scene(robot, contacts=contacts, gravity=[0, 0, -9.81])
 
 
-class _Plain(pickle.Unpickler):
-    """Reads what a saved tensor consists of, and calls nothing that a file names."""
-
-    def find_class(self, module: str, name: str) -> Any:
-        if (module, name) == ("torch._utils", "_rebuild_tensor_v2"):
-            return lambda storage, offset, shape, stride, *_: (storage, offset, shape, stride)
-        if (module, name) in (("torch", "DoubleStorage"), ("collections", "OrderedDict")):
-            return dict
-        raise pickle.UnpicklingError(f"{module}.{name} has no place in a tensor")
-
-    def persistent_load(self, pid: Any) -> Any:
-        return pid
-
-
-def read_legacy_tensor(path: str | os.PathLike[str]) -> np.ndarray:
-    """A tensor of doubles as torch saved it before version 1.6, read without torch.
-
-    Raises:
-        FileError: the file is none.
-    """
-    label = shown(Path(path).name, 80)
-    with file_told(path), open_plain_file(path) as file:
-        try:
-            parts = [_Plain(file).load() for _ in range(5)]
-            _, offset, shape, stride = parts[3]
-            count = int.from_bytes(file.read(8), "little")
-            numbers = np.frombuffer(file.read(8 * count), dtype="<f8")
-            strides = tuple(8 * step for step in stride)
-            if offset + sum((n - 1) * s for n, s in zip(shape, stride, strict=True)) >= len(
-                numbers
-            ):
-                raise ValueError("numbers are missing")
-            view = np.lib.stride_tricks.as_strided(numbers[offset:], shape, strides)
-        except Exception as error:  # whatever a pickle that is none raises
-            raise FileError(
-                f"{label}: no tensor of doubles ({type(error).__name__}: {error})", path=label
-            ) from None
-        return np.array(view)
-
-
 def load_tosses(path: str | os.PathLike[str], robot: Robot) -> list[Recording]:
     """The tosses in a file of recordings, or in a folder of the original ``.pt`` files.
 
@@ -107,7 +65,7 @@ def load_tosses(path: str | os.PathLike[str], robot: Robot) -> list[Recording]:
         raise InputError(f"{shown(os.fspath(path), 200)}: no tosses called NUMBER.pt; {WHERE}")
     tosses = []
     for file in sorted(files, key=lambda each: int(each.stem)):
-        state = read_legacy_tensor(file).reshape(-1, 19)
+        state = read_tensor(file).reshape(-1, 19)
         # Lengths in these files are in halves of the side.
         state[:, [0, 1, 2, 7, 8, 9]] *= 0.5 * WIDTH
         columns = {"position": state[:, :3], "quaternion_wxyz": state[:, 3:7],

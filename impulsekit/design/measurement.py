@@ -31,6 +31,7 @@ class Measurement(OneLine):
         points: by name of a contact, (3,) in place of its ``at`` in the coordinates of its frame
             [m], such as the point at which an ellipse touches.
         group: name of a kind of impacts, such as "edge"; see ``fit_impacts(by_group=True)``.
+        recording: where it is from; ``compare_laws`` holds out all impacts of a recording at once.
 
     Example:
         >>> from impulsekit import Contact, Robot, Scene, solve
@@ -50,3 +51,4 @@ class Measurement(OneLine):
     covariance: ArrayLike | None = None
     points: Mapping[str, ArrayLike] = field(default_factory=dict)
     group: str = ""
+    recording: str = ""

@@ -35,11 +35,13 @@ class ClosingContacts:
 
     def __init__(self, scene: Scene) -> None:
         scene = replace(scene, impulses=())
-        self._model = scene.robot.model
-        self._data = self._model.createData()
         self._dynamics = Dynamics(scene)
+        # Not the robot's own model: that has no frames for the points of constraints.
+        self._model = self._dynamics.model
+        self._data = self._model.createData()
         self._names = scene.entry_names("contacts")
-        reached = reached_model(self._model, range(1, self._model.njoints), keep_places=True)
+        own = scene.robot.model
+        reached = reached_model(own, range(1, own.njoints), keep_places=True)
         self._rows = ContactRows(scene, reached)
         self._reached = reached.model
         self._reached_data = reached.model.createData()

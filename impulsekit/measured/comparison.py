@@ -139,6 +139,8 @@ def compare_laws(
     """Fit each law to a part of measured impacts, and predict the others with it.
 
     All impacts are held out once (cross-validation, Stone 1974), all laws in the same folds.
+    Impacts of one recording (``Measurement.recording``) are held out together: they share its
+    errors, so that one tells of the others.
 
     Args:
         measurements: the impacts; ``FoundImpacts.measurements`` gives them.
@@ -174,7 +176,7 @@ def compare_laws(
     chosen = usual_candidates(seen) if candidates is None else list(candidates)
     if len({each.name for each in chosen}) < len(chosen):
         raise InputError("compare_laws: two candidates have one name")
-    parts = np.random.default_rng(seed).permutation(len(seen)) % folds
+    parts = _dealt(seen, folds, seed)
     sizes = _sizes(seen)
     rows, fits, left_out = [], [], []
     done, total = 0, len(chosen) * (folds + 1)
@@ -194,6 +196,32 @@ def compare_laws(
     if not rows:
         raise InputError(f"compare_laws: no law could be compared; {left_out[0][1]}")
     return _judged(rows, fits, left_out, sizes, seed)
+
+
+def _dealt(seen: Sequence[Measurement], folds: int, seed: int) -> np.ndarray:
+    """(N,) the fold of each impact, one for all impacts of a recording; folds of like sizes.
+
+    Raises:
+        InputError: fewer recordings than folds.
+    """
+    names = [m.recording or f"\0{k}" for k, m in enumerate(seen)]
+    own: dict[str, list[int]] = {}
+    for k, name in enumerate(names):
+        own.setdefault(name, []).append(k)
+    if len(own) < folds:
+        raise InputError(
+            f"compare_laws: {folds} folds need as many recordings, got {len(own)}; impacts of one "
+            "recording are held out together"
+        )
+    order = np.random.default_rng(seed).permutation(len(own))
+    several = list(own.values())
+    parts, counts = np.empty(len(seen), dtype=int), np.zeros(folds, dtype=int)
+    # Long ones first, each to the smallest fold.
+    for k in sorted(order.tolist(), key=lambda k: -len(several[k])):
+        part = int(np.argmin(counts))
+        parts[several[k]] = part
+        counts[part] += len(several[k])
+    return parts
 
 
 def _sizes(seen: Sequence[Measurement]) -> tuple[list[np.ndarray], np.ndarray]:

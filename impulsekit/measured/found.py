@@ -77,6 +77,7 @@ class FoundImpact(OneLine):
             self.v_after,
             covariance=self.covariance,
             group=WHAT_MEETS.get(len(self.contacts), "face"),
+            recording=self.recording,
         )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..design.parameters import Parameter, changed_scene, parameters_of
+from ..design.parameters import INERTIA_PARAMETERS, Parameter, changed_scene, parameters_of
 from ..display import OneLine, one_line
 from ..errors import InputError, RangeError, UnknownNameError, a_thing
 from ..scene import Scene
@@ -22,7 +22,8 @@ __all__ = ["MotionFit", "fit_motion"]
 # Where a friction is looked for: dry contacts have 0.1 to 1; on a logarithmic scale.
 FRICTION = (0.03, 1.5)
 RESTITUTION = (0.0, 0.95)
-# An inertia is looked for within this share of the scene's value, on either side.
+# An inertia is looked for within this share of the scene's value, on either side; first moments and
+# products, which may be zero, within this share of the mass times the radius of gyration.
 INERTIA = 0.5
 # Stages: evaluations for each unknown besides two, share of the recordings, resamples.
 STAGES = ((5, 0.12, 60), (4, 0.4, 60), (4, 1.0, 200))
@@ -48,7 +49,8 @@ class MotionFit(OneLine):
         box: (P, 2) the last one, within which values and samples lie.
         points: (K, P) all parameters that were tried, losses: (K,) the mean loss of each over
             those recordings that it was tried on, stage: (K,) in which round.
-        errors: (F, 2) mean distance [m] and angle [rad] of each fitted recording, at ``values``.
+        errors: (F, 2) mean distance [m] and angle [rad] of the links over each fitted recording,
+            at ``values``.
         held_out: (H, 2) the same of recordings that took no part in the fit.
         held_names: (H,) their names.
         scene: the scene with the values.
@@ -123,9 +125,9 @@ def fit_motion(
     """Fit coefficients so that simulated motions follow the recorded ones.
 
     Each recording is followed from the state at its first sample, which a fit to its first
-    flight gives. The loss of a recording is its mean distance and its mean angle, each over the
-    median of the first round. It is evaluated at points of a box (Sobol's sequence), first on
-    few recordings; a quadratic through the squares of the mean losses tells the least point;
+    flight gives. The loss of a recording is the mean distance and the mean angle of its links, each
+    over the median of the first round. It is evaluated at points of a box (Sobol's sequence), first
+    on few recordings; a quadratic through the squares of the mean losses tells the least point;
     least points of resampled recordings (bootstrap) tell the next box, and the intervals. No
     derivative is needed: motions with many impacts have none of use.
 
@@ -196,7 +198,7 @@ class _Search:
         self._fitted, self._seed = np.array(fitted), seed
         self._progress, self._done = progress, 0
         self._log = np.array([each.kind == "friction" for each in parameters])
-        self._searched = self._inner(np.array([_searched(each) for each in parameters]).T).T
+        self._searched = self._inner(np.array([_searched(each, scene) for each in parameters]).T).T
         self._kept: list[tuple[int, np.ndarray, float]] = []
         self._sizes = np.ones(2)
         self._failed = 0
@@ -325,10 +327,16 @@ class _Search:
         return notes
 
 
-def _searched(parameter: Parameter) -> tuple[float, float]:
+def _searched(parameter: Parameter, scene: Scene) -> tuple[float, float]:
     if parameter.kind == "friction":
         return FRICTION
     if parameter.kind == "restitution":
         return RESTITUTION
-    reach = INERTIA * max(abs(parameter.start), 1e-9)
+    body = scene.robot.model.inertias[scene.robot.joint_id(parameter.entry)]
+    # tr I = 2 ∫ r² dm: first moments and products may be zero, and are looked for in its scale.
+    second = 0.5 * float(body.toDynamicParameters()[[4, 6, 9]].sum())
+    scale = {"m": float(np.sqrt(body.mass * second)), "i": second}
+    name = INERTIA_PARAMETERS[parameter.index]
+    size = scale[name[0]] if parameter.low < 0.0 else 0.0
+    reach = INERTIA * max(abs(parameter.start), size)
     return max(parameter.start - reach, parameter.low), parameter.start + reach

@@ -16,7 +16,7 @@ from ..batch.motions.pool import CannotSend, Lost, follow_rows, worker_count
 from ..batch.motions.row import followed_row
 from ..errors import InputError
 from ..impact.warm import compile_laws
-from ..motion.comparing import first_link, frame_distances
+from ..motion.comparing import frame_distances, moving_links
 from ..motion.status import MotionStatus
 from ..scene import Scene
 from ..scene.motion import MotionSettings
@@ -97,7 +97,7 @@ class Rollouts:
     ) -> None:
         self.recordings = tuple(recordings)
         self.starts = starts_of(recordings, scene)
-        self.frame = first_link(scene.robot)
+        self.links = moving_links(scene.robot)
         self._settings, self._processes = settings, processes
 
     def rows(self, scene: Scene, which: Sequence[int]) -> list[Any]:
@@ -130,7 +130,7 @@ class Rollouts:
         return [followed_row(scene, *row) for row in rows]
 
     def errors(self, scene: Scene, which: Sequence[int] | None = None) -> np.ndarray:
-        """(K, 2) mean distance [m] and angle [rad] of the first link over each recording.
+        """(K, 2) mean distance [m] and angle [rad] over each recording and all links.
 
         NaN where a motion does not come to its end.
         """
@@ -139,6 +139,9 @@ class Rollouts:
         for i, (k, row) in enumerate(zip(chosen, self.rows(scene, chosen), strict=True)):
             if row is None or row.status is not MotionStatus.FINISHED:
                 continue
-            far = frame_distances(scene.robot, self.frame, row.q, self.recordings[k].q)
-            found[i] = far[0].mean(), far[1].mean()
+            far = [
+                frame_distances(scene.robot, link, row.q, self.recordings[k].q)
+                for link in self.links
+            ]
+            found[i] = np.mean(far, axis=(0, 2))
         return found

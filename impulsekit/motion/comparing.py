@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ..robot import Robot
     from .trajectory import Trajectory
 
-__all__ = ["Comparison", "compare", "first_link", "frame_distances"]
+__all__ = ["Comparison", "compare", "first_link", "frame_distances", "moving_links"]
 
 
 class Recorded(Protocol):
@@ -109,3 +109,18 @@ def first_link(robot: Robot) -> str:
         if frame.type == pin.FrameType.BODY and frame.parentJoint > 0:
             return str(frame.name)
     raise InputError("this robot has no link that moves; name a frame")
+
+
+def moving_links(robot: Robot) -> list[str]:
+    """The first body behind each joint that moves, in the order of the joints.
+
+    Raises:
+        InputError: there is none.
+    """
+    found: dict[int, str] = {}
+    for frame in robot.model.frames:
+        if frame.type == pin.FrameType.BODY and frame.parentJoint > 0:
+            found.setdefault(int(frame.parentJoint), str(frame.name))
+    if not found:
+        first_link(robot)
+    return [found[joint] for joint in sorted(found)]

@@ -17,6 +17,7 @@ from impulsekit.measured import (
     fit_impacts,
 )
 from impulsekit.measured.candidates import usual_candidates
+from impulsekit.measured.comparison import _dealt
 from tests.measured.bodies import ball_scene
 
 NAMES = {"restitution": ["tip"], "friction": ["tip"]}
@@ -123,6 +124,26 @@ def test_e_by_what_meets():
     found = compare_laws(seen, laws, restitution=["floor"], robust="none", folds=2)
     assert found.names[0] == "e by what meets"
     assert usual_candidates(seen)[-1].by_group
+
+
+def test_impacts_of_one_recording_are_held_out_together():
+    scene = ball_scene(0.4, 0.0)
+    q = scene.robot.neutral()
+    # Each recording has an e of its own: what one impact of it tells must not help another.
+    seen = [
+        Measurement(scene, q, [0, 0, -w, 0, 0, 0], [0, 0, e * w, 0, 0, 0], 1e-3, recording=name)
+        for name, e in (("a", 0.2), ("b", 0.4), ("c", 0.6))
+        for w in (1.0, 2.0)
+    ]
+    found = compare_laws(seen, [LawCandidate("Newton")], restitution=["floor"], robust="none",
+                         folds=3)  # fmt: skip
+    # Least squares on the other two: the mean of their e.
+    assert found.errors[0] == pytest.approx([0.3, 0.3, 0, 0, 0.3, 0.3], abs=1e-6)
+    with pytest.raises(InputError, match="5 folds need as many recordings, got 3"):
+        compare_laws([*seen, *seen], [LawCandidate("Newton")], restitution=["floor"], folds=5)
+    many = [replace(seen[0], recording=str(k % 7)) for k in range(40)]
+    sizes = np.bincount(_dealt(many, 3, 0))
+    assert sizes.min() >= 11 and sizes.max() <= 16
 
 
 def test_mirrored_axes_are_found_and_mended():

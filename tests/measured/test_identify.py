@@ -10,9 +10,11 @@ from click.testing import CliRunner
 
 import impulsekit as ik
 from impulsekit.cli import main
+from impulsekit.design.parameters import changed_scene, parameters_of
 from impulsekit.errors import InputError, RangeError, UnknownNameError
 from impulsekit.measured import Recording, fit_motion, identify
 from impulsekit.measured.motions import _Search
+from impulsekit.measured.rollouts import Rollouts
 from impulsekit.measured.surface import design_points, least_of
 from tests.measured.bodies import G, ball_scene, bouncing_ball, noisy
 
@@ -104,7 +106,8 @@ def test_what_motions_do_not_tell_is_said(balls):
         fit_motion(recordings, scene, friction=["floor"], held_out=1.0)
 
 
-def test_whole_motions_tell_e_by_speed():
+def balls_with_e_by_speed(count):
+    """Balls up to their second bounce, e from 0.6 at 1 m/s to 0.4 at 3 m/s, and their scene."""
     scene, rng = ball_scene(mu=0.0), np.random.default_rng(1)
     table = ik.RestitutionTable([1.0, 3.0], [0.3, 0.3])
     floor = replace(scene.contacts[0], restitution=table)
@@ -113,11 +116,31 @@ def test_whole_motions_tell_e_by_speed():
     def e(speed):
         return 0.6 - 0.1 * (np.clip(speed, 1.0, 3.0) - 1.0)
 
-    # Up to the second bounce.
     seen = [
         bouncing_ball(scene, h, e, 200, 2.0 * np.sqrt(2 * h / G), 0.1 * SIGMA, rng)[0]
-        for h in np.linspace(0.06, 0.5, 8)
+        for h in np.linspace(0.06, 0.5, count)
     ]
+    return scene, seen
+
+
+def test_motions_follow_e_by_speed():
+    scene, seen = balls_with_e_by_speed(3)
+    parameters = parameters_of(scene, ["floor"], [], {})
+    assert [each.speeds[each.index] for each in parameters] == [1.0, 3.0]
+    rollouts = Rollouts(seen, scene, processes=1)
+
+    def off(*values):
+        changed = changed_scene(scene, parameters, np.array(values))
+        return rollouts.errors(changed)[:, 0].mean()
+
+    truth = off(0.6, 0.4)
+    assert truth < 1e-3
+    assert min(off(0.5, 0.4), off(0.6, 0.5), off(0.4, 0.6)) > 5.0 * truth
+
+
+@pytest.mark.slow
+def test_whole_motions_tell_e_by_speed():
+    scene, seen = balls_with_e_by_speed(8)
     found = fit_motion(seen, scene, restitution=["floor"], held_out=0.0, processes=1)
     assert found.names == ("floor: restitution at 1 m/s", "floor: restitution at 3 m/s")
     assert found["floor: restitution at 1 m/s"] == pytest.approx(0.6, abs=0.05)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from impulsekit.bench.tosses import cube_scene, load_tosses, read_legacy_tensor
+from impulsekit.bench.tensors import read_tensor
+from impulsekit.bench.tosses import cube_scene, load_tosses
 from impulsekit.cli import main
 from impulsekit.errors import FileError, InputError
 
@@ -62,11 +63,11 @@ def save(monkeypatch):
 def test_a_tensor_is_read_without_torch(save, tmp_path):
     array = np.random.default_rng(0).normal(size=(1, 4, 19))
     save(tmp_path / "0.pt", array)
-    assert np.array_equal(read_legacy_tensor(tmp_path / "0.pt"), array)
+    assert np.array_equal(read_tensor(tmp_path / "0.pt"), array)
     whole = (tmp_path / "0.pt").read_bytes()
     (tmp_path / "1.pt").write_bytes(whole[:-40])
     with pytest.raises(FileError, match="no tensor of doubles"):
-        read_legacy_tensor(tmp_path / "1.pt")
+        read_tensor(tmp_path / "1.pt")
 
 
 def test_a_file_that_names_what_is_no_tensor_calls_nothing(tmp_path):
@@ -76,7 +77,7 @@ def test_a_file_that_names_what_is_no_tensor_calls_nothing(tmp_path):
 
     (tmp_path / "0.pt").write_bytes(pickle.dumps(Evil(), protocol=2))
     with pytest.raises(FileError, match="has no place in a tensor"):
-        read_legacy_tensor(tmp_path / "0.pt")
+        read_tensor(tmp_path / "0.pt")
 
 
 def test_tosses_of_a_folder(save, tmp_path):
