@@ -7,7 +7,7 @@ the outcome is computed on first access. Residuals above machine precision go to
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from functools import partial
 
 import numpy as np
@@ -23,8 +23,9 @@ from .algorithms import crba, decompose
 from .constrained import ConstrainedJump, Outcome
 from .known import KnownImpulses
 from .laws import ContactSolution
+from .scene_contacts import SceneContacts
 
-__all__ = ["SeveralContactsJump", "shortest_way"]
+__all__ = ["SeveralContactsJump", "outcome_of_some", "shortest_way"]
 
 # Time that one call saves against ``ConstrainedJump`` [s], about: compiling waits until it pays.
 SAVED = 2e-5
@@ -69,24 +70,7 @@ class SeveralContactsJump:
         return found[6], partial(self._outcome, rows, found)
 
     def _solution(self, found: PlainTogether) -> ContactSolution:
-        said = Together(*found)
-        status = BY_CODE[said.code]
-        impulse, after, before = said.points
-        normal, friction, unique = said.works
-        none_shared = status is Status.SOLVED and not self._in_turn
-        solution = ContactSolution(
-            impulse,
-            after,
-            status,
-            said.residual,
-            None if none_shared or unique.all() else unique > 0.0,
-            before,
-            normal,
-            friction,
-            said.hits,
-            said.tied,
-        )
-        return self._general.contacts.with_status(solution)
+        return _solution(self._general.contacts, Together(*found), in_turn=self._in_turn)
 
     def _outcome(self, rows: np.ndarray, found: PlainTogether) -> Outcome:
         touches = tuple(
@@ -94,6 +78,39 @@ class SeveralContactsJump:
             for i, point in enumerate(self._points)
         )
         return Outcome(np.empty(0), None, touches, self._solution(found))
+
+
+def outcome_of_some(
+    general: ConstrainedJump, q: np.ndarray, said: Together, touching: Container[int]
+) -> Outcome:
+    """The outcome of some plain contacts that were solved at once.
+
+    Args:
+        q: (nq,) of the reached model.
+    """
+    touches = general.contacts.rows.touching(general.data, q, touching)
+    solution = _solution(general.contacts, said, in_turn=False)
+    return Outcome(np.empty(0), None, tuple(touches), solution)
+
+
+def _solution(contacts: SceneContacts, said: Together, *, in_turn: bool) -> ContactSolution:
+    status = BY_CODE[said.code]
+    impulse, after, before = said.points
+    normal, friction, unique = said.works
+    none_shared = status is Status.SOLVED and not in_turn
+    solution = ContactSolution(
+        impulse,
+        after,
+        status,
+        said.residual,
+        None if none_shared or unique.all() else unique > 0.0,
+        before,
+        normal,
+        friction,
+        said.hits,
+        said.tied,
+    )
+    return contacts.with_status(solution)
 
 
 def shortest_way(

@@ -29,9 +29,10 @@ from .yielding import YieldingControls, own_stops
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from ..laws.struck import Together
     from .constrained import ConstrainedJump, Outcome
 
-__all__ = ["ImpactSolver", "outcome_of", "solve", "solve_without_warnings"]
+__all__ = ["ImpactSolver", "outcome_told", "solve", "solve_without_warnings"]
 
 
 class ImpactSolver:
@@ -160,6 +161,25 @@ class _Workspace:
             freed = self._yielding.scene(scene, q, v, touching)
             if freed is not scene:
                 return self._freed(freed).solve_touching(q, v, touching)
+        reached = self._reached
+        own_v = v if reached.whole else v[reached.v_index]
+        dv, outcome = self._of_some(scene).solve(reached.configuration(q), own_v, touching)
+        if reached.whole:
+            return Impact(scene, q, v, dv, outcome)
+        return Impact(scene, q, v, self._spread(dv), self._widened(outcome))
+
+    def outcome_told(
+        self, scene: Scene, q: np.ndarray, found: Together, touching: Container[int]
+    ) -> Outcome:
+        """The outcome of some plain contacts, whose law is solved."""
+        from .several_contacts import outcome_of_some
+
+        general, reached = self._of_some(scene), self._reached
+        outcome = outcome_of_some(general, reached.configuration(q), found, touching)
+        return outcome if reached.whole else self._widened(outcome)
+
+    def _of_some(self, scene: Scene) -> ConstrainedJump:
+        """The way that takes any choice of contacts."""
         if self._general is None:
             from .constrained import ConstrainedJump
 
@@ -167,12 +187,7 @@ class _Workspace:
             regular = is_always_regular(reached.model)
             known = KnownImpulses(scene, reached)
             self._general = ConstrainedJump(scene, known, reached, always_regular=regular)
-        reached = self._reached
-        own_v = v if reached.whole else v[reached.v_index]
-        dv, outcome = self._general.solve(reached.configuration(q), own_v, touching)
-        if reached.whole:
-            return Impact(scene, q, v, dv, outcome)
-        return Impact(scene, q, v, self._spread(dv), self._widened(outcome))
+        return self._general
 
     def _velocity_jump_of_reached(self, q: np.ndarray) -> np.ndarray:
         if self._algorithm is None:
@@ -249,12 +264,15 @@ def solve_without_warnings(scene: Scene, q: Any, v: Any) -> Impact:
     return _workspaces.of(scene).solve(scene, q, v)
 
 
-def outcome_of(scene: Scene, q: np.ndarray, v: np.ndarray, touching: Container[int]) -> Outcome:
-    """What ``ImpactSolver.solve_touching`` finds besides Δv, by the solver kept for the scene."""
-    found = _workspaces.of(scene).solve_touching(scene, q, v, touching).outcome
-    if found is None:
-        raise InputError("nothing touches")
-    return found
+def outcome_told(scene: Scene, q: np.ndarray, found: Together, touching: Container[int]) -> Outcome:
+    """What ``ImpactSolver.solve_touching`` finds besides Δv, of plain contacts solved already.
+
+    Args:
+        q: (nq,) configuration.
+        found: what they did, all at once.
+        touching: which took part.
+    """
+    return _workspaces.of(scene).outcome_told(scene, q, found, touching)
 
 
 _workspaces: KeptByThread[_Workspace] = KeptByThread(lambda scene: ImpactSolver(scene)._workspace)

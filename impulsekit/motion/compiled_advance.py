@@ -15,13 +15,16 @@ import numpy as np
 from ..laws.compiled import compiled, entry
 from .compiled_chart import centre, write_configuration, write_rate
 from .compiled_look import Watched, look_through
-from .compiled_settle import Stand, settle
+from .compiled_settle import Stand, begin_stage, settle
 from .compiled_step import SOLVED, System, Tableau, Work, evaluate, try_step
 from .explicit import LEAST, length_after, shorter_length
 from .points import Table, gaps_and_rates
 from .tree import look_at
 
-__all__ = ["CHANGED", "GOES_ON", "HAPPENS", "LONGEST_TURN", "STUCK", "Log", "Track", "advance"]
+__all__ = [
+    "CHANGED", "GOES_ON", "HAPPENS", "LONGEST_TURN", "STUCK", "Log", "Track", "advance",
+    "example_advance", "note", "too_deep",
+]  # fmt: skip
 
 # Why it came back: the log is full or the end reached, something happens in the last step, what
 # rests has changed, or a step has to be made in another way.
@@ -54,12 +57,15 @@ class Log(NamedTuple):
     """The steps that were made, k at most.
 
     Attributes:
-        ends: (k,) [s]. references: (k, nq). before: (k, 2 nv). powers: (k, 7, 2 nv).
-        slides: (k, n, 3) and begins: (k, n) of ``Stand`` in the step.
-        rest: (3, 3n) forces, accelerations and velocities of what rests, after the last one.
+        starts, ends: (k,) [s]. lengths: (k,) of their dense output [s].
+        references: (k, nq). before: (k, 2 nv). powers: (k, 7, 2 nv).
+        slides: (k, m, 3) and begins: (k, m) of ``Stand`` in the step, of the n points that rest.
+        rest: (3, 3m) forces, accelerations and velocities of what rests, after the last one.
     """
 
+    starts: np.ndarray
     ends: np.ndarray
+    lengths: np.ndarray
     references: np.ndarray
     before: np.ndarray
     powers: np.ndarray
@@ -68,7 +74,8 @@ class Log(NamedTuple):
     rest: np.ndarray
 
 
-def _examples() -> tuple:
+def example_advance() -> tuple:
+    """Arguments of ``advance``."""
     from .compiled_look import example_look
     from .compiled_model import NO_POINTS
 
@@ -77,11 +84,11 @@ def _examples() -> tuple:
     stand = Stand(np.zeros((0, 3)), np.zeros(0, np.bool_), 0.0, False, False)
     track = Track(none, none, none, none, NO_POINTS, none)
     more = np.zeros((0, 0, 0)), np.zeros((0, 0, 3)), np.zeros((0, 0), np.bool_), no
-    log = Log(none, no, no, *more)
+    log = Log(none, none, none, no, no, *more)
     return system, tableau, work, watched, stand, track, log, 1e-10, 1e-12
 
 
-@entry(_examples, seconds=45.0)
+@entry(example_advance, seconds=45.0, apart=True)
 def advance(
     system: System,
     tableau: Tableau,
@@ -100,6 +107,7 @@ def advance(
         and of ``HAPPENS`` whether a resting point may stop.
     """
     nv, clock, count, made = len(track.v), track.clock, 0, 0
+    n = len(stand.slides)
     while count < len(log.ends) and clock[0] < clock[2]:
         log.before[count] = work.before
         log.references[count] = system.reference
@@ -113,10 +121,10 @@ def advance(
         if bends:
             clock[1], clock[5], clock[6] = lengths
             return STUCK, count, made, False
-        log.ends[count] = end
+        log.starts[count], log.ends[count], log.lengths[count] = clock[0], end, end - clock[0]
         log.powers[count] = work.powers
-        log.slides[count] = stand.slides
-        log.begins[count] = stand.begins
+        log.slides[count, :n] = stand.slides
+        log.begins[count, :n] = stand.begins
         if clock[4] < math.inf or stops:
             return HAPPENS, count, made, stops
         begin = clock[0]
@@ -124,12 +132,12 @@ def advance(
         look_at(system.tree, system.room, system.q, work.after[nv:])
         q, v = system.q.copy(), work.after[nv:].copy()
         changed = False
-        if len(stand.slides) > 0:
+        if n > 0:
             state, changed = settle(system, stand, work.driven[0], q, v)
             made += 2
-        if state != SOLVED or _too_deep(system, track, q, v):
-            stand.slides[:] = log.slides[count]
-            stand.begins[:] = log.begins[count]
+        if state != SOLVED or too_deep(system, track, q, v):
+            stand.slides[:] = log.slides[count, :n]
+            stand.begins[:] = log.begins[count, :n]
             clock[0], clock[1], clock[5], clock[6] = begin, *lengths
             return STUCK, count, made, False
         track.q[:] = q
@@ -138,38 +146,30 @@ def advance(
         count += 1
         centre(system.tree, q, system.reference, work.before[:nv])
         work.before[nv:] = v
-        _note(system, log)
+        note(system, log)
         if changed:
             return CHANGED, count, made, False
-        if len(stand.slides) == 0:
+        if n == 0:
             # The accelerations at the end of the step are those at the next one's start.
             work.slopes[0, nv:] = work.slopes[len(tableau.result), nv:]
             write_configuration(system.tree, system.reference, work.before[:nv], system.q)
             write_rate(system.tree, work.before[:nv], system.q, v, work.slopes[0, :nv])
             continue
-        _begin_stage(system, stand)
+        begin_stage(system, stand)
         if evaluate(system, work.driven[0], work.before, work.slopes[0]) != SOLVED:
             return CHANGED, count, made, False
-        _note(system, log)
+        note(system, log)
         made += 1
     return GOES_ON, count, made, False
 
 
 @compiled
-def _note(system: System, log: Log) -> None:
+def note(system: System, log: Log) -> None:
     """Keep what is known of the points that rest."""
-    log.rest[0] = system.last
-    log.rest[1] = system.accelerations
-    log.rest[2] = system.slip
-
-
-@compiled
-def _begin_stage(system: System, stand: Stand) -> None:
-    """Let the law know what slides."""
-    for i in range(len(stand.slides)):
-        system.sliding.ways[i] = 0.0
-        if not stand.begins[i]:
-            system.sliding.ways[i] = stand.slides[i]
+    count = len(system.last)
+    log.rest[0, :count] = system.last
+    log.rest[1, :count] = system.accelerations
+    log.rest[2, :count] = system.slip
 
 
 @compiled
@@ -203,7 +203,7 @@ def _step(
 
 
 @compiled
-def _too_deep(system: System, track: Track, q: np.ndarray, v: np.ndarray) -> bool:
+def too_deep(system: System, track: Track, q: np.ndarray, v: np.ndarray) -> bool:
     """Whether a gap is deeper than is credible; see ``Penetration``."""
     from_tree = system.room.kinematics
     # Placements at q are there: of the last look at it.

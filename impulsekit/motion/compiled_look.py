@@ -23,7 +23,7 @@ from .stops import LIFTED
 from .tree import look_at, write_jacobian
 from .windows import TURN
 
-__all__ = ["Watched", "example_look", "look", "look_through"]
+__all__ = ["Watched", "example_look", "look", "look_through", "rounding_of", "write_dense"]
 
 
 class Watched(NamedTuple):
@@ -84,7 +84,7 @@ def _examples() -> tuple:
 
 
 @compiled
-def _dense(work: Work, x: float) -> None:
+def write_dense(work: Work, x: float) -> None:
     """Write y at a part of the step in ``trial``, as ``explicit.Output`` has it."""
     powers, y = work.powers, work.trial
     for k in range(len(y)):
@@ -102,7 +102,7 @@ def _windows(system: System, work: Work, turning: np.ndarray, length: float) -> 
     nv = len(system.load)
     fastest = np.zeros(nv)
     for n in range(PIECES + 1):
-        _dense(work, n / PIECES)
+        write_dense(work, n / PIECES)
         for k in range(nv):
             fastest[k] = max(fastest[k], abs(work.trial[nv + k]))
     turned = 0.0
@@ -118,7 +118,7 @@ def _windows(system: System, work: Work, turning: np.ndarray, length: float) -> 
 @compiled
 def _see(system: System, work: Work, watched: Watched, part: float) -> np.ndarray:
     """(2, m) gaps and rates at a part of the step, whose state is left in ``system``."""
-    _dense(work, part)
+    write_dense(work, part)
     nv, y = len(system.load), work.trial
     write_configuration(system.tree, system.reference, y[:nv], system.q)
     look_at(system.tree, system.room, system.q, y[nv:])
@@ -138,7 +138,7 @@ _first_zero = zero_finder(_node)
 
 
 @compiled
-def _rounding(system: System, watched: Watched, i: int, gap: float) -> float:
+def rounding_of(system: System, watched: Watched, i: int, gap: float) -> float:
     """By how much a gap of this size is rounded [m, rad]; see ``Gaps.rounding``."""
     size, places = watched.arms[i], system.room.kinematics.places
     if watched.rated.whole[i, 0] == PLANE:
@@ -195,7 +195,7 @@ def _first_closing(
             # What is not a number is looked at as well.
             if _lowest(a, b, error) > 0.0:
                 continue
-            rounding = _rounding(step.system, step.watched, i, max(abs(a.gap), abs(b.gap)))
+            rounding = rounding_of(step.system, step.watched, i, max(abs(a.gap), abs(b.gap)))
             t = _first_zero(Course(step, i), a, b, error, rounding)
             if t < best:
                 best, found = t, i
@@ -211,7 +211,8 @@ def _note_met(step: Made, t: float, first: int) -> None:
     found = _see(step.system, step.work, watched, (t - step.start) / step.length)
     for i in range(len(watched.base)):
         speed, gap = -found[1, i], found[0, i] - watched.base[i]
-        watched.met[i] = i == first or (speed > 0.0 and gap <= speed * watched.window)
+        near = watched.base[i] < math.inf and speed > 0.0 and gap <= speed * watched.window
+        watched.met[i] = i == first or near
 
 
 @compiled

@@ -13,7 +13,7 @@ from .compiled_look import Watched, look
 from .compiled_model import NO_POINTS, NOTHING_SLIDES
 from .compiled_settle import Stand, settle_points
 from .compiled_step import NOT_SOLVED, SOLVED, System, Work, begin_steps, rates_at
-from .compiled_strike import strike_point
+from .compiled_strike import Blow, room_for_blow, strike_point
 from .crossing import Crossing, Seen
 from .dynamics import Dynamics
 from .load_tables import Driven, loads_of
@@ -40,7 +40,6 @@ class Mover:
         self._together = together
         self._driven = np.zeros(driven.count)
         self._points: dict[int, Table] = {}
-        self._mass = np.zeros((len(system.load),) * 2)
         self._no_ways, self._no_begins = np.zeros((0, 3)), np.zeros(0, dtype=bool)
         self.driven, self.loads = driven, system.loads
 
@@ -111,16 +110,9 @@ class Mover:
             self._dynamics.resting.grown,
         )
 
-    def watched(
-        self, base: np.ndarray, resting: Sequence[int], ways: np.ndarray, begins: np.ndarray
-    ) -> Watched:
-        """What is looked for where all gaps are in a table; ``base`` and ``resting`` of ``look``.
-
-        ``ways`` and ``begins``: of ``Stand``, by which points that rest are looked at.
-        """
-        base = base.copy()
-        base[list(resting)] = np.inf
-        return self._asked(base, ways, begins)
+    def watched(self, base: np.ndarray) -> Watched:
+        """What is looked for where all gaps are in a table; (m,) ``base`` is copied."""
+        return self._asked(base.copy(), self._no_ways, self._no_begins)
 
     def seen(self, watched: Watched, t: float, stops: bool) -> Seen:
         """What was found at a time [s], infinity for none, with what closes then."""
@@ -173,8 +165,8 @@ class Mover:
         v: np.ndarray,
         coefficients: tuple[float, float, float],
         restitution: int,
-    ) -> tuple[int, float, float, np.ndarray] | None:
-        """What ``strike_point`` says of a point over a plane; None where it can't be asked."""
+    ) -> Blow | None:
+        """What a point does that meets a plane; None where ``strike_point`` can't tell."""
         gaps = self._dynamics.gaps
         strike_point.load()
         if gaps is None or not strike_point.is_compiled:
@@ -185,8 +177,9 @@ class Mover:
             if not rows or rows[0][0] != PLANE:
                 return None
             table = self._points[gap] = table_of(rows)
-        mass = self._mass
-        return strike_point(self._system, table, q, v, coefficients, restitution, mass)
+        blow = room_for_blow(len(v), 1)
+        good = strike_point(self._system, table, q, v, coefficients, restitution, blow)
+        return blow if good else None
 
     def rates(self, t: float, y: np.ndarray) -> np.ndarray | None:
         """(2 nv,) ẏ at a time [s]; None where that is not known here."""

@@ -26,6 +26,7 @@ __all__ = [
     "MOST_STEPS",
     "NO_DRIFT",
     "Stand",
+    "begin_stage",
     "next_slide",
     "settle",
     "settle_points",
@@ -121,7 +122,7 @@ def next_slide(
     return (rate[0] / size, rate[1] / size, 1.0), grown > 0.0
 
 
-@entry(_examples, seconds=15.0)
+@entry(_examples, seconds=15.0, apart=True)
 def settle_points(
     system: System, stand: Stand, driven: np.ndarray, q: np.ndarray, v: np.ndarray
 ) -> tuple[int, bool]:
@@ -189,14 +190,20 @@ def settle(
 
 
 @compiled
-def _accelerate(
-    system: System, stand: Stand, driven: np.ndarray, q: np.ndarray, v: np.ndarray
-) -> int:
-    """Forces at rest at a state, for what slides now."""
+def begin_stage(system: System, stand: Stand) -> None:
+    """Let the law know what slides."""
     for i in range(len(stand.slides)):
         system.sliding.ways[i] = 0.0
         if not stand.begins[i]:
             system.sliding.ways[i] = stand.slides[i]
+
+
+@compiled
+def _accelerate(
+    system: System, stand: Stand, driven: np.ndarray, q: np.ndarray, v: np.ndarray
+) -> int:
+    """Forces at rest at a state, for what slides now."""
+    begin_stage(system, stand)
     system.q[:] = q
     rate = np.empty(len(v))
     return accelerate(system, driven, v, rate)

@@ -28,6 +28,7 @@ __all__ = [
     "Tableau",
     "Work",
     "accelerate",
+    "accelerations_at",
     "attempt",
     "begin_steps",
     "evaluate",
@@ -146,6 +147,17 @@ def accelerate(system: System, driven: np.ndarray, v: np.ndarray, rate: np.ndarr
     return SOLVED
 
 
+@entry(lambda: _examples_of_accelerations(), seconds=2.0, apart=True)
+def accelerations_at(system: System, driven: np.ndarray, v: np.ndarray, rate: np.ndarray) -> int:
+    """``accelerate`` for code that is compiled apart."""
+    return accelerate(system, driven, v, rate)
+
+
+def _examples_of_accelerations() -> tuple:
+    system, _, work, *_ = _examples()
+    return system, work.driven[0], system.load, system.load
+
+
 @compiled
 def _stage(system: System, tableau: Tableau, work: Work, s: int, h: float) -> int:
     """Write the slope of a stage."""
@@ -157,7 +169,7 @@ def _stage(system: System, tableau: Tableau, work: Work, s: int, h: float) -> in
     return evaluate(system, work.driven[s], work.trial, work.slopes[s])
 
 
-@entry(_examples, seconds=45.0)
+@entry(_examples, seconds=45.0, apart=True)
 def attempt(
     system: System, tableau: Tableau, work: Work, h: float, rtol: float, atol: float
 ) -> tuple[int, float]:
@@ -224,7 +236,7 @@ def _examples_of_begin() -> tuple:
     return system, work, work.before, 1.0, 1e-10, 1e-12
 
 
-@entry(_examples_of_begin, seconds=4.0)
+@entry(_examples_of_begin, seconds=4.0, apart=True)
 def begin_steps(
     system: System, work: Work, y: np.ndarray, span: float, rtol: float, atol: float
 ) -> tuple[int, float]:

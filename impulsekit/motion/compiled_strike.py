@@ -1,4 +1,4 @@
-"""A lone point meets a plane while nothing rests, in one compiled call: rows, law, v⁺, residuals.
+"""Points meet planes, in one compiled call: rows, law, v⁺, residuals.
 
 It gives the velocities of what ``ImpactSolver`` gives, and a bound on the residuals by which that
 is judged; what it can't answer to rounding is left to it.
@@ -6,28 +6,61 @@ is judged; what it can't answer to rounding is left to it.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from ..impact.scene_contacts import ROUNDING, ROUNDING_OF_SUMS
 from ..laws.compiled import compiled, entry
 from ..laws.half import from_half, halve, is_safe
 from ..laws.single import strike_at_end
+from ..laws.status import RESIDUAL_LIMIT, Status
+from ..laws.struck import strike_at_once
 from ..laws.words import NEWTON
 from .compiled_step import System
 from .points import Table, write_rows
 from .tree import factorize_mass, look_at, write_jacobian, write_mass
 
-__all__ = ["strike_point"]
+__all__ = ["Blow", "room_for_blow", "strike_alone", "strike_point", "strike_together"]
 
-# [of the terms of the approach] What closes more slowly is known to few digits, and Δv is not to
-# be told beside impulses that another program finds from the same state.
-FAINT_APPROACH = 1e-4
+# The statuses of several contacts that a motion follows.
+_SOLVED, _NOT_UNIQUE, _JAM = int(Status.SOLVED), int(Status.NOT_UNIQUE), int(Status.PAINLEVE_JAM)
+
+
+class Blow(NamedTuple):
+    """What points did that met planes at once; room for m of them.
+
+    Attributes:
+        dv: (nv,) Δv.
+        numbers: (4,) of a ``Together`` its code, ``residual``, ``off`` and ``fastest``.
+        points: (3, 3m) and works: (3, m), as a ``Together`` has them.
+        mass: (nv, nv) M.
+    """
+
+    dv: np.ndarray
+    numbers: np.ndarray
+    points: np.ndarray
+    works: np.ndarray
+    mass: np.ndarray
 
 
 def _examples() -> tuple:
     from .compiled_model import NO_POINTS, example_step
 
     system, *_ = example_step()
-    return system, NO_POINTS, system.q, system.load, (0.5, 0.5, 0.0), NEWTON, np.zeros((6, 6))
+    coefficients = 0.5, 0.5, 0.0
+    return system, NO_POINTS, system.q, system.load, coefficients, NEWTON, room_for_blow(6, 1)
+
+
+def room_for_blow(nv: int, points: int) -> Blow:
+    """Room for so many points."""
+    return Blow(
+        np.zeros(nv),
+        np.zeros(4),
+        np.zeros((3, 3 * points)),
+        np.zeros((3, points)),
+        np.zeros((nv, nv)),
+    )
 
 
 @entry(_examples, seconds=4.0)
@@ -38,33 +71,41 @@ def strike_point(
     v: np.ndarray,
     coefficients: tuple[float, float, float],
     restitution: int,
-    mass: np.ndarray,
-) -> tuple[int, float, float, np.ndarray]:
-    """The impact of one point.
+    blow: Blow,
+) -> bool:
+    """The impact of one point; see ``strike_alone``."""
+    return strike_alone(system, table, q, v, coefficients, restitution, blow)
+
+
+@compiled
+def strike_alone(
+    system: System,
+    table: Table,
+    q: np.ndarray,
+    v: np.ndarray,
+    coefficients: tuple[float, float, float],
+    restitution: int,
+    blow: Blow,
+) -> bool:
+    """The impact of one point, written into ``blow``.
 
     Args:
         system: what moves. table: the point.
         q, v: the state before.
         coefficients: e, µ and tangential restitution. restitution: the law's word.
-        mass: (nv, nv) room.
+        blow: what it did.
 
     Returns:
-        The code of the law's status, −1 where a pivot of M or the approach is near rounding; how
-        far the law and Δv are from what they should be [of the velocities at the point]; a
-        bound on the largest residual (``impact.residuals.at_most``); and (nv,) Δv.
+        Whether that is the answer to rounding: not where a pivot of M is near rounding, the law
+        has another status than solved, or residuals (``impact.residuals.at_most``) may be above
+        rounding.
     """
-    nv = len(v)
-    factor, kinematics = system.room.factor, system.room.kinematics
-    look_at(system.tree, system.room, q, v)
-    write_jacobian(system.tree, system.room)
-    write_mass(system.tree, system.room)
-    mass[:] = factor.factor
-    factorize_mass(system.room)
-    dv = np.zeros(nv)
-    if not is_safe(factor):
-        return -1, 0.0, 0.0, dv
+    nv, mass, dv = len(v), blow.mass, blow.dv
+    factor = system.room.factor
+    if not _has_mass(system, q, v, mass):
+        return False
     rows = np.empty((3, nv))
-    write_rows(table, kinematics, rows)
+    write_rows(table, system.room.kinematics, rows)
     half = rows.copy()
     for i in range(3):
         halve(factor, half[i])
@@ -79,26 +120,91 @@ def strike_point(
     )
     e, mu, e_t = coefficients
     hit = strike_at_end(block, u, u, e, mu, e_t, restitution)
-    p = hit.impulse
+    p = np.array(hit.impulse)
     for k in range(nv):
         dv[k] = p[0] * half[0, k] + p[1] * half[1, k] + p[2] * half[2, k]
     from_half(factor, dv)
-    off, most, left, sizes = hit.residual, 0.0, 0.0, 0.0
+    off, most, left = hit.residual, 0.0, 0.0
     for i in range(3):
-        after, size = u[i] + _dot(rows[i], dv), 0.0
+        after = u[i] + _dot(rows[i], dv)
         most = max(most, abs(u[i]), abs(after))
         left = max(left, abs(after - hit.after[i]))
-        for k in range(nv):
-            size += abs(rows[i, k]) * max(abs(v[k]), abs(v[k] + dv[k]))
-        sizes = max(sizes, size)
-    if abs(u[2]) < FAINT_APPROACH * sizes:
-        return -1, 0.0, 0.0, dv
+    sizes = _sizes(rows, v, dv)
     bound = max(hit.residual, _momentum(rows, p, dv, mass))
     if sizes > 0.0:
         bound = max(bound, left / sizes)
     if most > 0.0:
         off = max(off, left / most)
-    return hit.code, off, bound, dv
+    for i in range(3):
+        blow.points[0, i], blow.points[1, i], blow.points[2, i] = p[i], hit.after[i], u[i]
+    numbers, works = blow.numbers, blow.works
+    numbers[0], numbers[1], numbers[2], numbers[3] = hit.code, hit.residual, left, most
+    works[0, 0], works[1, 0], works[2, 0] = hit.normal_work, hit.friction_work, 1.0
+    return hit.code == _SOLVED and off <= ROUNDING and bound <= RESIDUAL_LIMIT
+
+
+@compiled
+def strike_together(
+    system: System,
+    table: Table,
+    q: np.ndarray,
+    v: np.ndarray,
+    coefficients: np.ndarray,
+    restitution: int,
+    blow: Blow,
+) -> bool:
+    """The impact of several points at once, written into ``blow``; whether it can be followed.
+
+    Args:
+        system, table, q, v, restitution: as for ``strike_alone``.
+        coefficients: (3, n) µ, e and tangential restitution.
+    """
+    count = len(table.whole)
+    factor = system.room.factor
+    if not _has_mass(system, q, v, blow.mass):
+        return False
+    rows = np.empty((3 * count, len(v)))
+    write_rows(table, system.room.kinematics, rows)
+    code, residual, off, fastest, _, _, jump, points, works = strike_at_once(
+        factor.factor, factor.pivots, rows, v, coefficients, restitution
+    )
+    if code not in (_SOLVED, _NOT_UNIQUE, _JAM):
+        return False
+    if not (residual <= ROUNDING and off <= ROUNDING_OF_SUMS * fastest):
+        return False
+    if not _momentum(rows, points[0], jump, blow.mass) <= RESIDUAL_LIMIT:
+        return False
+    if not off <= RESIDUAL_LIMIT * _sizes(rows, v, jump):
+        return False
+    numbers = blow.numbers
+    numbers[0], numbers[1], numbers[2], numbers[3] = code, residual, off, fastest
+    blow.dv[:] = jump
+    blow.points[:, : 3 * count] = points
+    blow.works[:, :count] = works
+    return True
+
+
+@compiled
+def _has_mass(system: System, q: np.ndarray, v: np.ndarray, mass: np.ndarray) -> bool:
+    """Look at a state; write M (nv, nv), its lower half; whether no pivot of it is rounding."""
+    look_at(system.tree, system.room, q, v)
+    write_jacobian(system.tree, system.room)
+    write_mass(system.tree, system.room)
+    mass[:] = system.room.factor.factor
+    factorize_mass(system.room)
+    return is_safe(system.room.factor)
+
+
+@compiled
+def _sizes(rows: np.ndarray, v: np.ndarray, dv: np.ndarray) -> float:
+    """The largest sum of the terms of J v⁻ or J v⁺ [m/s]."""
+    sizes = 0.0
+    for i in range(len(rows)):
+        size = 0.0
+        for k in range(len(v)):
+            size += abs(rows[i, k]) * max(abs(v[k]), abs(v[k] + dv[k]))
+        sizes = max(sizes, size)
+    return sizes
 
 
 @compiled
@@ -110,9 +216,7 @@ def _dot(a: np.ndarray, b: np.ndarray) -> float:
 
 
 @compiled
-def _momentum(
-    rows: np.ndarray, p: tuple[float, float, float], dv: np.ndarray, mass: np.ndarray
-) -> float:
+def _momentum(rows: np.ndarray, p: np.ndarray, dv: np.ndarray, mass: np.ndarray) -> float:
     """|M Δv − JᵀP| over the sum of its terms, the largest row's; M by its lower half."""
     nv, worst = len(dv), 0.0
     for i in range(nv):
@@ -121,7 +225,7 @@ def _momentum(
             term = mass[max(i, k), min(i, k)] * dv[k]
             left += term
             size += abs(term)
-        for k in range(3):
+        for k in range(len(p)):
             term = rows[k, i] * p[k]
             left -= term
             size += abs(term)

@@ -12,6 +12,7 @@ from .chart import Chart
 from .compiled_advance import LONGEST_TURN
 from .compiled_mover import mover_of
 from .compiled_stepper import CompiledStepper
+from .compiled_travel import EXACT, NEAR
 from .crossing import Seen
 from .explicit import ExplicitStepper, Output
 from .footing import Footing
@@ -29,11 +30,6 @@ __all__ = ["Flight", "Step"]
 # Steps that cannot be made are tried again with this part of their length, or of LONG [s].
 SHORTER, LONG = 0.1, 1e-2
 MOST_TRIES = 7
-# Of steps with errors below this [of what is allowed] dense output is as good as they are allowed
-# to be: it is of seventh order, its errors are a hundred times those of a step at its limit.
-EXACT = 1e-4
-# A gap closes elsewhere than dense output says by no more than this part of the step.
-NEAR = 1e-3
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ from ..errors import ContradictionError
 from ..impact import Impact
 from ..scene import Scene
 from ..scene.motion import MotionSettings
+from .compiled_meet import FAINT
 from .compiled_mover import Mover
 from .dynamics import Dynamics
 from .kinks import Kinks
@@ -25,8 +26,8 @@ from .trajectory import Rest
 
 __all__ = ["Present", "Stopped"]
 
-# A share of the largest speed that counts as zero; speeds [m/s] whose squares may overflow.
-FAINT, HUGE = 1e-12, 1e100
+# Speeds [m/s] whose squares may overflow.
+HUGE = 1e100
 # Slip has grown when it is this many times as fast as slip that has no direction of its own.
 GROWN = 100.0
 # Accelerations that make no more than this [m/s], in a second or the whole of a motion, make none.

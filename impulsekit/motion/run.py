@@ -171,6 +171,8 @@ class Run:
                 flight.strides.wait(time.perf_counter() - begin)
             return
         stride, step = found
+        for met in stride.met:
+            self._striking.note(met)
         self._last = self._now.mark(), len(flight.path)
         if step is not None:
             if not self._happens(step, stride.seen):

@@ -8,21 +8,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from .chart import Chart
-from .compiled_advance import HAPPENS, Log, Track, advance
+from .compiled_advance import HAPPENS, Log, Track
 from .compiled_model import NO_POINTS, tableau
 from .compiled_mover import Mover
-from .compiled_settle import Stand
 from .compiled_stepper import CompiledStepper
+from .compiled_travel import Trip, travel
 from .crossing import Seen
 from .explicit import Output
 from .footing import NOTHING, Footing
+from .meetings import Met, hold_of, ledger_of, met_in, rest_as, rules_of
 from .path import Path
 from .present import Present
+from .resting import RestingContact
 
 __all__ = ["MOST", "Stride", "Strides"]
 
-# So many steps are made at once at most.
-MOST = 32
+# So many steps are made at once at most; after so many events without time between them it is
+# looked whether there is an end to them.
+MOST, STILL = 64, 4
 
 
 @dataclass(frozen=True)
@@ -32,12 +35,14 @@ class Stride:
     Attributes:
         why: what ended them, as ``advance`` says it.
         count: how many they are, without the one in which something happens.
+        met: the impacts in them.
         seen: of ``HAPPENS`` what that is.
         last: of ``HAPPENS`` the output of that step, and its end [s].
     """
 
     why: int
     count: int
+    met: list[Met]
     seen: Seen = Seen(False, False)  # noqa: RUF009
     last: tuple[Output, float] | None = None
 
@@ -55,21 +60,22 @@ class Strides:
     ) -> None:
         self._now, self._mover, self._chart = now, mover, chart
         self._stepper, self._path = stepper, path
-        self._logs: dict[int, Log] = {}
+        self._log, self._ledger = self._made_log(), ledger_of(now, MOST, MOST)
+        self._rules = rules_of(now, changes=bool(len(mover.loads.kinks)))
         self._turning = chart.turning.astype(float)
         gaps = now.gaps
         self._known = mover.driven.is_constant and (gaps is None or bool(gaps.tabled.all()))
-        advance.load()
+        travel.load()
 
     @property
     def can(self) -> bool:
         """Whether there is compiled code for what moves now."""
-        return self._known and advance.is_compiled and not self._now.passing
+        return self._known and travel.is_compiled and not self._now.passing
 
     def wait(self, seconds: float) -> None:
         """Steps took so long in another way [s]."""
         if self._known:
-            advance.wait(seconds)
+            travel.wait(seconds)
 
     def make(self, until: float, most: int, deepest: np.ndarray) -> Stride | None:
         """Steps from the present state to a time [s], ``most`` or fewer; None if there are none.
@@ -80,78 +86,105 @@ class Strides:
         found = mover.now()
         if found is None:
             return None
-        contacts = now.resting.contacts
-        log, work = self._log(len(contacts), most), stepper.work
+        log, work, hold = self._log._replace(ends=self._log.ends[:most]), stepper.work, hold_of(now)
         system = found._replace(
             reference=self._chart.reference.copy(), sliding=now.resting.sliding()
         )
-        resting = [contact.gap for contact in contacts]
-        ways, begins = now.resting.ways_of_slip()
-        watched = mover.watched(now.base, resting, ways, begins)
-        stand = Stand(ways, begins, now.resting.grown, False, False)
+        ledger = self._ledger
+        ledger.counts[:] = 0
+        impacts = min(len(ledger.times), now.settings.max_impacts - len(now.impacts))
+        track, watched = self._track(until, deepest), mover.watched(now.base)
+        trip = Trip(
+            tableau(), work, watched, track, log, self._rules, hold, ledger, STILL,
+            *stepper.tolerances,
+        )  # fmt: skip
+        work.before[:], work.slopes[0] = stepper.y, stepper.f
+        why, count, made, stops = travel(system, trip, impacts)
+        mover.count(made)
+        self._keep(log, count)
+        met = met_in(ledger)
+        if met:
+            rest_as(now, hold)
+        n = int(hold.number[0])
+        now.resting.slide_as(hold.ways[:n], hold.begins[:n])
+        if count:
+            if n:
+                now.resting.note(*log.rest[:, : 3 * n].copy())
+            start = now.t = float(track.clock[0])
+            now.q, now.v = track.q, track.v
+            self._chart.reference = system.reference
+            stepper.go_on(start, work.before.copy(), work.slopes[0].copy(), track.clock)
+        if why != HAPPENS:
+            return Stride(why, count, met)
+        end = float(log.ends[count])
+        last = _output(log, count)
+        after = work.slopes[len(tableau().result)].copy()
+        stepper.go_on(end, work.after.copy(), after, track.clock)
+        seen = mover.seen(watched, float(track.clock[4]), stops)
+        return Stride(why, count, met, seen, (last, end))
+
+    def _track(self, until: float, deepest: np.ndarray) -> Track:
+        """Where the motion is, and how far it may go."""
+        now, stepper = self._now, self._stepper
         longest = math.inf if now.settings.max_step is None else now.settings.max_step
         clock = np.array([now.t, stepper.length, until, longest, math.inf, *stepper.before])
         table = None if now.gaps is None else now.gaps.rated_table
-        track = Track(
-            now.q.copy(),
-            now.v.copy(),
-            clock,
-            self._turning,
-            NO_POINTS if table is None else table,
-            deepest,
-        )
-        work.before[:], work.slopes[0] = stepper.y, stepper.f
-        why, count, made, stops = advance(
-            system, tableau(), work, watched, stand, track, log, *stepper.tolerances
-        )
-        mover.count(made)
-        start = self._keep(log, count, now.t)
-        if count:
-            if contacts:
-                now.resting.note(*log.rest.copy())
-            now.resting.slide_as(ways, begins)
-            now.t, now.q, now.v = start, track.q, track.v
-            self._chart.reference = system.reference
-            stepper.go_on(start, work.before.copy(), work.slopes[0].copy(), clock)
-        if why != HAPPENS:
-            return Stride(why, count)
-        end = float(log.ends[count])
-        last = Output(start, end - start, log.before[count].copy(), log.powers[count].copy())
-        after = work.slopes[len(tableau().result)].copy()
-        stepper.go_on(end, work.after.copy(), after, clock)
-        return Stride(why, count, mover.seen(watched, float(clock[4]), stops), (last, end))
+        all_gaps = NO_POINTS if table is None else table
+        return Track(now.q.copy(), now.v.copy(), clock, self._turning, all_gaps, deepest)
 
-    def _keep(self, log: Log, count: int, t: float) -> float:
-        """Add steps to the path; where they end [s]."""
-        now, footing = self._now, NOTHING
+    def _keep(self, log: Log, count: int) -> None:
+        """Add steps to the path."""
+        footing, reference = NOTHING, log.references[:count].copy()
         for k in range(count):
-            end = float(log.ends[k])
-            if now.resting.contacts and not (footing is not NOTHING and _as_before(log, k)):
-                now.resting.slide_as(log.slides[k], log.begins[k])
-                footing = Footing.of(now.resting, now.gaps)
-            dense = Output(t, end - t, log.before[k].copy(), log.powers[k].copy())
-            self._path.append(t, end, log.references[k].copy(), dense, footing)
-            t = end
-        return t
+            if k == 0 or not self._as_before(log, k):
+                footing = self._footing(log, k)
+            start, end = float(log.starts[k]), float(log.ends[k])
+            self._path.append(start, end, reference[k], _output(log, k), footing)
 
-    def _log(self, points: int, most: int) -> Log:
-        log = self._logs.get(points)
-        if log is None:
-            nq, nv = len(self._now.q), len(self._now.v)
-            log = Log(
-                np.zeros(MOST),
-                np.zeros((MOST, nq)),
-                np.zeros((MOST, 2 * nv)),
-                np.zeros((MOST, 7, 2 * nv)),
-                np.zeros((MOST, points, 3)),
-                np.zeros((MOST, points), dtype=bool),
-                np.zeros((3, 3 * points)),
+    def _footing(self, log: Log, k: int) -> Footing:
+        """What rested in a step."""
+        gaps, ledger = self._now.gaps, self._ledger
+        n = int(ledger.resting[k])
+        if gaps is None or not n:
+            return NOTHING
+        resting = self._now.resting
+        contacts = [
+            RestingContact(i, int(gaps.entries[i]), gaps.items[i].friction, since, 1, [], [begins])
+            for i, since, begins in zip(
+                ledger.gaps[k, :n].tolist(),
+                ledger.since[k, :n].tolist(),
+                log.begins[k, :n].tolist(),
+                strict=True,
             )
-            self._logs[points] = log
-        return log._replace(ends=log.ends[:most])
+        ]
+        for contact, way in zip(contacts, log.slides[k, :n].tolist(), strict=True):
+            contact.slides = [np.array(way[:2]) if way[2] else None]
+        return Footing(tuple(contacts), (None,) * n, resting.slow, resting.negligible)
+
+    def _as_before(self, log: Log, k: int) -> bool:
+        """Whether the same points did in a step what they did in the one before."""
+        ledger = self._ledger
+        n = int(ledger.resting[k])
+        return n == ledger.resting[k - 1] and all(
+            np.array_equal(own[k, :n], own[k - 1, :n])
+            for own in (ledger.gaps, ledger.since, log.slides, log.begins)
+        )
+
+    def _made_log(self) -> Log:
+        m, nq, nv = len(self._now.base), len(self._now.q), len(self._now.v)
+        return Log(
+            np.zeros(MOST),
+            np.zeros(MOST),
+            np.zeros(MOST),
+            np.zeros((MOST, nq)),
+            np.zeros((MOST, 2 * nv)),
+            np.zeros((MOST, 7, 2 * nv)),
+            np.zeros((MOST, m, 3)),
+            np.zeros((MOST, m), dtype=bool),
+            np.zeros((3, 3 * m)),
+        )
 
 
-def _as_before(log: Log, k: int) -> bool:
-    """Whether points did in a step what they did in the one before."""
-    same = np.array_equal(log.slides[k], log.slides[k - 1])
-    return same and np.array_equal(log.begins[k], log.begins[k - 1])
+def _output(log: Log, k: int) -> Output:
+    start, length = float(log.starts[k]), float(log.lengths[k])
+    return Output(start, length, log.before[k].copy(), log.powers[k].copy())

@@ -10,15 +10,15 @@ import numpy as np
 
 from ..errors import ImpulsekitError
 from ..impact import Impact, ImpactSolver
-from ..impact.algorithms import has_uneven_masses
-from ..impact.scene_contacts import ROUNDING
-from ..impact.solver import outcome_of
+from ..impact.constrained import Outcome
+from ..impact.solver import outcome_told
 from ..laws.status import RESIDUAL_LIMIT, Status
 from ..scene import Contact, Scene
 from ..scene.contacts import turns
 from ..scene.driven import is_driven, scene_at
 from ..scene.friction import is_plain, static_friction
 from ..scene.law import RESTITUTIONS
+from .meetings import Met, strikes_plainly, together
 from .present import Present, Stopped
 from .status import MotionStatus
 
@@ -82,43 +82,41 @@ class Striking:
         self._accept(impact)
 
     def _alone(self, gap: int, soft: bool) -> bool:
-        """Let one point meet a plane while nothing rests, by compiled code; whether it could.
-
-        What else is told of the impact is worked out when somebody asks for it.
-        """
+        """Let one point meet a plane while nothing rests, by compiled code; whether it could."""
         now = self._present
         entry = now.entry_of(gap)
-        if now.mover is None or not self._lone or not isinstance(entry, Contact):
+        if now.mover is None or not self._plainly or not isinstance(entry, Contact):
             return False
         if not isinstance(entry.restitution, float) or turns(entry) or not is_plain(entry.friction):
             return False
         e = 0.0 if soft else entry.restitution
         own = e, static_friction(entry.friction), entry.tangential_restitution
         word = RESTITUTIONS.index(now.scene.law.restitution)
-        found = now.mover.strike(gap, now.q, now.v, own, word)
-        if found is None:
+        blow = now.mover.strike(gap, now.q, now.v, own, word)
+        if blow is None:
             return False
-        code, off, bound, dv = found
-        if code != Status.SOLVED or not (off <= ROUNDING and bound <= RESIDUAL_LIMIT):
-            return False
-        scene, q, v = self._soft if soft else self._later, now.q.copy(), now.v.copy()
-        which = now.entries_of([gap])
-        impact = Impact(scene, q, v, dv, lambda: outcome_of(scene, q, v, which))
-        now.impacts.append((now.t, impact))
-        now.strike(impact.v_after.copy())
+        q, v = now.q.copy(), now.v.copy()
+        self.note(Met(now.t, q, v, [gap], soft, together(blow, 1)))
+        now.strike(v + blow.dv)
         return True
 
+    def note(self, met: Met) -> None:
+        """Note an impact that compiled code has solved; the motion is past it.
+
+        What else is told of it is worked out when somebody asks for it.
+        """
+        now = self._present
+        scene, q, v, found = self._soft if met.soft else self._later, met.q, met.v, met.found
+        which = now.entries_of(met.gaps)
+
+        def outcome() -> Outcome:
+            return outcome_told(scene, q, found, which)
+
+        now.impacts.append((met.t, Impact(scene, q, v, found.jump, outcome)))
+
     @cached_property
-    def _lone(self) -> bool:
-        """Whether lone points are known to compiled code: slip at the end, nothing driven."""
-        scene = self._present.scene
-        return (
-            scene.law.slip == "end"
-            and scene.law.restitution in ("newton", "poisson")
-            and not scene.held
-            and not has_uneven_masses(scene.robot.model)
-            and not any(getattr(entry, "tangential_restitution", 0.0) for entry in scene.contacts)
-        )
+    def _plainly(self) -> bool:
+        return strikes_plainly(self._present.scene)
 
     @cached_property
     def _soft(self) -> Scene:

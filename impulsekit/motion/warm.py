@@ -34,10 +34,11 @@ def _entries(scene: Scene | None) -> list[Entry]:
     from .compiled_settle import settle_points
     from .compiled_step import attempt, begin_steps, rates_at
     from .compiled_strike import strike_point
+    from .compiled_travel import travel
     from .points import gaps_and_rates
     from .pressed import pressed, rows_and_bias
 
-    entries: list[Entry] = [unrolled, attempt, begin_steps, rates_at, advance]
+    entries: list[Entry] = [unrolled, attempt, begin_steps, rates_at, advance, travel]
     if scene is None or scene.contacts:
         entries += [
             look,
