@@ -61,7 +61,7 @@ class Strides:
         self._now, self._mover, self._chart = now, mover, chart
         self._stepper, self._path = stepper, path
         self._log, self._ledger = self._made_log(), ledger_of(now, MOST, MOST)
-        self._rules = rules_of(now, changes=bool(len(mover.loads.kinks)))
+        self._rules = rules_of(now, changes=bool(now.kinks))
         self._turning = chart.turning.astype(float)
         gaps = now.gaps
         self._known = mover.driven.is_constant and (gaps is None or bool(gaps.tabled.all()))
