@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,12 +11,14 @@ import numpy as np
 from ..design.measurement import Measurement
 from ..errors import FileError, shown
 from ..files import file_told, open_plain_file
-from ..measured.comparison import compare_laws
+from ..measured.candidates import LawCandidate, usual_candidates
+from ..measured.comparison import LawComparison, compare_laws
 from ..measured.mirrored import MirroredAxes, find_mirrored
 from ..robot import Robot
-from ..scene import Contact, Scene
+from ..scene import Contact, Law, Scene
+from .section import Section
 
-__all__ = ["Drops", "drop_report", "load_drops"]
+__all__ = ["Drops", "drop_section", "load_drops"]
 
 # The bodies as published: mass [kg] and inertia about the mass centre over it [m²]; an ellipse with
 # axes of 70 and 50 mm (m (a² + b²)/4), a square of 60 mm (m s²/6).
@@ -111,9 +113,44 @@ def drop_scene(body: str) -> Scene:
     return Scene(Robot.from_urdf(urdf, root="planar"), contacts=[floor])
 
 
-def drop_report(
+def _candidates(seen: Sequence[Measurement]) -> list[LawCandidate]:
+    """The usual ones; and e by the angle of flight, and e and µ by it and by where it touches."""
+    angles = [_angle(m) for m in seen]
+    places = [_place(m) for m in seen]
+    fifths, thirds = (np.percentile(angles, np.linspace(0, 100, n + 1)[1:-1]) for n in (5, 3))
+    places_at = np.percentile(places, [100 / 3, 200 / 3])
+
+    def by_angle(m: Measurement) -> str:
+        return f"angle {1 + np.searchsorted(fifths, _angle(m))} of 5"
+
+    def by_both(m: Measurement) -> str:
+        angle, place = np.searchsorted(thirds, _angle(m)), np.searchsorted(places_at, _place(m))
+        return f"angle {1 + angle} and place {1 + place} of 3"
+
+    law = Law("poisson", "path")
+    return [
+        *usual_candidates(seen),
+        LawCandidate("Poisson, along the path, e by angle of flight", law, by_group=True,
+                     group_of=by_angle),
+        LawCandidate("Poisson, along the path, e and µ by angle and place", law,
+                     by_group=("restitution", "friction"), group_of=by_both),
+    ]  # fmt: skip
+
+
+def _angle(m: Measurement) -> float:
+    """The direction of flight against the vertical [rad]."""
+    x, y = np.array(m.v_before, dtype=float)[:2]
+    return float(np.arctan2(x, -y))
+
+
+def _place(m: Measurement) -> float:
+    """How far beside the mass centre it touches [m]."""
+    return float(np.array(m.points["floor"], dtype=float)[0])
+
+
+def drop_section(
     path: str | os.PathLike[str], *, progress: Callable[[int, int], object] | None = None
-) -> str:
+) -> Section:
     """Errors of laws on impacts held out, each with one e and µ fitted to the others.
 
     Raises:
@@ -125,8 +162,8 @@ def drop_report(
         for name, sign in zip(("v_x", "v_y", "omega"), drops.mirrored.signs, strict=True)
     )
     compared = compare_laws(
-        drops.measurements, restitution=["floor"], friction=["floor"], folds=2,
-        robust="biweight", progress=progress,
+        drops.measurements, _candidates(drops.measurements), restitution=["floor"],
+        friction=["floor"], folds=2, robust="biweight", progress=progress,
     )  # fmt: skip
     lines = [
         f"{drops.body}: {len(drops.measurements)} impacts, {drops.flagged} flagged ones left out, "
@@ -141,4 +178,27 @@ def drop_report(
         "",
         "No error of a law for these drops is published.",
     ]
-    return "\n".join(lines) + "\n"
+    return Section(
+        f"drops of the {drops.body}",
+        lines,
+        [
+            (
+                f"{drops.body}, v after, median, held out: {name}",
+                f"{100 * after:.1f} %",
+                "nothing published",
+            )
+            for name, after in _told(compared)
+        ],
+    )
+
+
+def _told(compared: LawComparison) -> list[tuple[str, float]]:
+    """Of each kind of law the best, and its error of v after."""
+    pairs = list(zip(compared.names, compared.of_after.tolist(), strict=True))
+    one = [pair for pair in pairs if " by " not in pair[0]]
+    kinds = (
+        [pair for pair in one if "path" in pair[0]],
+        [pair for pair in one if "path" not in pair[0]],
+        [pair for pair in pairs if " by " in pair[0]],
+    )
+    return [min(kind, key=lambda pair: pair[1]) for kind in kinds if kind]

@@ -34,9 +34,9 @@ PARTS = ("rows", "skip", "claims")
     "--measured",
     type=click.Path(),
     metavar="PATH",
-    help="Instead, hold motions against recorded tosses of a cube: the folder of ContactNets' "
-    "tosses_processed, or a file of recordings; or laws against the planar drops of "
-    "ImpactModeling, a .mat file.",
+    help="Instead, hold motions and laws against public recordings in a folder: tosses of a cube "
+    "(ContactNets), of an elbow (dair_pll), planar drops (ImpactModeling) and landings of Cassie "
+    "(cassie_impact_dataset); or one file of them.",
 )
 @click.option("--quiet", "-q", is_flag=True, help="No progress.")
 def bench(
@@ -58,14 +58,9 @@ def bench(
     """
     _one_thread_each()
     if measured is not None:
-        if measured.endswith(".mat"):
-            from ..bench.drops import drop_report
+        from ..bench.recorded import measured_report
 
-            click.echo(drop_report(measured), nl=False)
-            return
-        from ..bench.tosses import toss_report
-
-        click.echo(toss_report(measured), nl=False)
+        click.echo(measured_report(measured), nl=False)
         return
     from ..bench.methods.registry import few
     from ..bench.methods.registry import methods as named

@@ -34,7 +34,7 @@ from .doubts import (
 )
 from .fit_result import UNSEEN, Fit
 from .measurement import Measurement
-from .parameters import INERTIA_PARAMETERS, column_of, parameters_of, scene_of
+from .parameters import INERTIA_PARAMETERS, column_of, groups_of, parameters_of, scene_of
 from .weights import ROBUST, block_weights, whitening
 
 __all__ = ["INERTIA_PARAMETERS", "Fit", "Measurement", "fit_impacts"]
@@ -55,7 +55,7 @@ def fit_impacts(
     friction: Sequence[str | Sequence[str]] = (),
     inertias: Mapping[str, Sequence[str]] | None = None,
     robust: str = "none",
-    by_group: bool = False,
+    by_group: bool | Sequence[str] = False,
 ) -> Fit:
     """Fit coefficients and inertias to measured impacts.
 
@@ -74,7 +74,8 @@ def fit_impacts(
         robust: "none"; "huber" weighs down measurements that are off the others, "biweight"
             leaves out those that are far off.
         by_group: a restitution of its own for the measurements of each ``group``, such as impacts
-            on a corner, an edge and a face.
+            on a corner, an edge and a face; or which coefficients a group has of its own, such as
+            ["restitution", "friction"].
 
     Raises:
         InputError: nothing to fit, too few numbers for the parameters, a restitution that
@@ -105,14 +106,15 @@ class _Problem:
         restitution: Sequence[str | Sequence[str]],
         friction: Sequence[str | Sequence[str]],
         inertias: Mapping[str, Sequence[str]],
-        by_group: bool,
+        by_group: bool | Sequence[str],
     ) -> None:
         self._measurements = tuple(measurements)
         if not self._measurements:
             raise InputError("fit_impacts: no measurements; give one or more")
         scenes = [measurement.scene for measurement in self._measurements]
-        groups = sorted({each.group for each in self._measurements}) if by_group else ()
-        self._parameters = parameters_of(scenes, restitution, friction, inertias, groups)
+        self._parameters = parameters_of(
+            scenes, restitution, friction, inertias, *groups_of(self._measurements, by_group)
+        )
         if not self._parameters:
             raise InputError(
                 "fit_impacts: nothing is to be found; name contacts in restitution or friction, "

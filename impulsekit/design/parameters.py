@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError, UnknownNameError
+from ..errors import InputError, UnknownNameError, shown
 from ..robot import Robot
 from ..scene import JointStop, RestitutionTable, Rope, Scene
 
@@ -24,6 +24,7 @@ __all__ = [
     "Parameter",
     "changed_scene",
     "column_of",
+    "groups_of",
     "parameters_of",
     "scene_of",
 ]
@@ -77,6 +78,7 @@ def parameters_of(
     friction: Sequence[str | Sequence[str]],
     inertias: Mapping[str, Sequence[str]],
     groups: Sequence[str] = (),
+    grouped: Sequence[str] = ("restitution",),
 ) -> list[Parameter]:
     """The unknowns by their names, starting from the values of the scenes, the first one's first.
 
@@ -84,7 +86,8 @@ def parameters_of(
     these contacts share. A ``RestitutionTable`` is one unknown for each of its points.
 
     Args:
-        groups: of measurements, each with restitutions of its own; none: all share them.
+        groups: of measurements, each with coefficients of its own; none: all share them.
+        grouped: which coefficients these are.
 
     Raises:
         UnknownNameError: no such contact, joint or inertia parameter.
@@ -115,7 +118,7 @@ def parameters_of(
                 if not (speeds or isinstance(value, float)):
                     raise InputError(f"fit_impacts: {name} has no {kind} that is a number")
             high = 1.0 if kind == "restitution" else np.inf
-            for group in groups if groups and kind == "restitution" else (None,):
+            for group in groups if groups and kind in grouped else (None,):
                 for k in range(len(speeds) or 1):
                     own = [each.values[k] if speeds else each for each in values]
                     start = float(np.mean(own))
@@ -131,6 +134,27 @@ def parameters_of(
             low = 0.0 if item in ("mass", "ixx", "iyy", "izz") else -np.inf
             found.append(Parameter("inertia", joint, index, float(values[index]), low, np.inf))
     return found
+
+
+def groups_of(
+    measurements: Sequence[Measurement], by_group: bool | Sequence[str]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of the groups, and the coefficients that each has of its own, for ``parameters_of``.
+
+    Raises:
+        InputError: no such coefficient.
+    """
+    if isinstance(by_group, bool | np.bool_):
+        by_group = ("restitution",) if by_group else ()
+    kinds = (by_group,) if isinstance(by_group, str) else tuple(by_group)
+    for kind in kinds:
+        if kind not in ("restitution", "friction"):
+            raise InputError(
+                'by_group must be True, False or of "restitution" and "friction", '
+                f"got {shown(kind, 80)}"
+            )
+    groups = tuple(sorted({each.group for each in measurements})) if kinds else ()
+    return groups, kinds
 
 
 def _speeds(values: Sequence[Any]) -> tuple[float, ...]:

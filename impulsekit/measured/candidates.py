@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -30,7 +30,10 @@ class LawCandidate:
         name: in the table.
         law: in place of the scene's; None: the scene's own.
         speeds: e by approach speed, at these speeds [m/s]; none: the scene's own.
-        by_group: e of its own for each ``Measurement.group``.
+        by_group: e of its own for each ``Measurement.group``; or the names of the coefficients
+            that a group has of its own, "restitution" and "friction".
+        group_of: the group of an impact by what is known before it, in place of
+            ``Measurement.group``.
         locked, controlled: joints that keep their velocity, as a lock with velocity="kept" or in
             ``Scene.controlled``; the others are as in the scene.
 
@@ -46,7 +49,8 @@ class LawCandidate:
     name: str
     law: Law | None = None
     speeds: tuple[float, ...] = ()
-    by_group: bool = False
+    by_group: bool | Sequence[str] = False
+    group_of: Callable[[Measurement], str] | None = None
     locked: tuple[str, ...] = ()
     controlled: tuple[str, ...] = ()
 

@@ -121,7 +121,7 @@ class _Reader:
         self.columns: dict[str, np.ndarray] = {}
         for name, values in columns.items():
             try:
-                if np.iscomplexobj(values):
+                if np.iscomplexobj(values) or np.asarray(values).dtype.kind in ("M", "m"):
                     raise TypeError
                 self.columns[str(name)] = np.array(values, dtype=float)
             except (TypeError, ValueError, OverflowError):

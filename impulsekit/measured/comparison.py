@@ -13,7 +13,7 @@ from ..design.batched import predicted
 from ..design.fit import fit_impacts
 from ..design.fit_result import Fit
 from ..design.measurement import Measurement
-from ..design.parameters import parameters_of
+from ..design.parameters import groups_of, parameters_of
 from ..display import Displayed, one_line
 from ..errors import ImpulsekitError, InputError, RangeError
 from ..tolerances import NONZERO
@@ -248,13 +248,15 @@ def _held_out(
     """(N,) the size of what the prediction of each impact is off, and the fit to all."""
     scenes = {id(m.scene): candidate.scene(m.scene) for m in seen}
     own = [replace(m, scene=scenes[id(m.scene)]) for m in seen]
+    if candidate.group_of is not None:
+        own = [replace(m, group=str(candidate.group_of(m))) for m in own]
     misses = np.empty(len(own))
 
     def fitted(some: Sequence[Measurement]) -> tuple[Fit, list[Any]]:
         fit = fit_impacts(some, **options, by_group=candidate.by_group)
-        groups = sorted({m.group for m in some}) if candidate.by_group else ()
         names = options["restitution"], options["friction"]
-        return fit, parameters_of([m.scene for m in some], *names, {}, groups)
+        groups = groups_of(some, candidate.by_group)
+        return fit, parameters_of([m.scene for m in some], *names, {}, *groups)
 
     for part in range(int(parts.max()) + 1):
         held = np.flatnonzero(parts == part).tolist()

@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import InputError, RangeError, ShapeError, a_thing
 from ..scene import Scene
 from .closing import ClosingContacts
+from .columns import TIME_UNITS
 from .flight import Flight
 from .found import FoundImpact, FoundImpacts
 from .kink import Kink, is_smooth, meeting_of
@@ -41,6 +42,9 @@ MOST_MISSED = 3
 # Samples that flights are followed through are so far apart [s]; others are of one instant, have
 # times in another unit, or lie on either side of a pause that takes long to follow, for nothing.
 STEPS = (1e-7, 100.0)
+# A body falls 0.2 m in this time [s]: no flight shows in slower samples; their times are likely in
+# another unit, if they are samples of 10 Hz to 100 kHz in it.
+SLOWEST, LIKELY = 0.2, (1e-5, 0.1)
 # Rounds in which samples change flights, by the times of the impacts.
 RECUTS = 2
 
@@ -298,11 +302,26 @@ def _check(several: list[Any], scene: Any, near: float) -> None:
 def _check_steps(recording: Recording) -> None:
     least, most = STEPS
     steps = np.diff(recording.t)
+    name = recording.name or "given"
+    middle = float(np.median(steps)) if len(steps) else 0.0
+    if middle > SLOWEST:
+        units = [
+            unit for unit, size in TIME_UNITS.items() if LIKELY[0] <= size * middle <= LIKELY[1]
+        ]
+        advice = (
+            f'times look like {" or ".join(units)}; state time="{units[0]}" in the RecordingFormat'
+            if units
+            else "state the unit of times in the RecordingFormat"
+        )
+        raise RangeError.of(
+            f"find_impacts: recording {name}: median time between samples", middle,
+            f"{SLOWEST:g} s or less ({advice})",
+        )  # fmt: skip
     off = np.flatnonzero(~((steps >= least) & (steps <= most)))
     if len(off):
         k = int(off[0])
         raise RangeError.of(
-            f"find_impacts: recording {recording.name or 'given'}: t[{k + 1}] - t[{k}]",
+            f"find_impacts: recording {name}: t[{k + 1}] - t[{k}]",
             float(steps[k]),
             f"{least:g} to {most:g} s (give one sample of each instant, cut the recording at "
             "pauses, and state its time unit in the RecordingFormat)",

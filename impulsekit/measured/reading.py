@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 import re
 from collections.abc import Mapping, Sequence
@@ -16,6 +15,7 @@ from ..errors import FileError, InputError, MissingExtraError, ShapeError, quote
 from ..files import file_told, open_plain_file
 from ..robot import Robot
 from .columns import RecordingFormat, recording_of_columns
+from .csv_table import csv_columns, without_unit
 from .recording import Recording
 
 __all__ = ["load_recordings"]
@@ -84,9 +84,9 @@ def load_recordings(
             if ending == ".npz":
                 pieces = _of_npz(file, label)
             elif ending in (".parquet", ".pq"):
-                pieces = _of_table(_parquet(path, label), label)
+                pieces = _of_table(_parquet(path, label), label, format)
             elif ending in (".csv", ".txt"):
-                pieces = _of_table(_csv(file.read(), label), label)
+                pieces = _of_table(csv_columns(file.read(), label), label, format)
             else:
                 raise InputError(
                     f"{label}: unknown ending {quoted(ending)}; choose .npz, .csv, .parquet or the "
@@ -148,22 +148,6 @@ def _scalar(value: np.ndarray, what: str) -> float:
     return float(value.reshape(-1)[0])
 
 
-def _csv(data: bytes, label: str) -> dict[str, list[str]]:
-    try:
-        lines = [line for line in csv.reader(data.decode("utf-8-sig").splitlines()) if any(line)]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{label}: no CSV table in UTF-8 ({error})") from None
-    if len(lines) < 2:
-        raise InputError(f"{label}: there is no row below the names of the columns")
-    header = [cell.strip() for cell in lines[0]]
-    for number, line in enumerate(lines[1:], start=2):
-        if len(line) != len(header):
-            raise InputError(
-                f"{label}: row {number} has {len(line)} cells, the first has {len(header)} columns"
-            )
-    return {name: [line[k].strip() for line in lines[1:]] for k, name in enumerate(header)}
-
-
 def _parquet(path: Any, label: str) -> dict[str, Any]:
     try:
         import pandas
@@ -179,9 +163,17 @@ def _parquet(path: Any, label: str) -> dict[str, Any]:
 
 
 def _of_table(
-    table: Mapping[str, Any], label: str
+    table: Mapping[str, Any], label: str, format: RecordingFormat
 ) -> list[tuple[str, dict[str, Any], float | None, list[str]]]:
     """The columns of a table put together, and cut where its labels change."""
+    stated = format.time, format.length, format.angle
+    plain = [without_unit(name, stated, label) for name in table]
+    twice = next((name for name in plain if plain.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(f"{label}: two columns are called {quoted(twice)}; keep one")
+    table = dict(zip(plain, table.values(), strict=True))
+    if format.time != "s" and _are_dates(table.get("t")):
+        raise InputError(f"{label}: t holds dates, which need no unit; leave time out")
     ids = next((list(table[name]) for name in LABELS if name in table), None)
     columns = _joined({k: v for k, v in table.items() if k not in LABELS}, label)
     if ids is None:
@@ -222,12 +214,20 @@ def _joined(table: Mapping[str, Any], label: str) -> dict[str, np.ndarray]:
 
 
 def _numbers(values: Any, what: str) -> np.ndarray:
-    """Floats; an empty cell is a gap."""
+    """Floats; an empty cell is a gap, dates are seconds after the first."""
+    if _are_dates(values):
+        since = values - values[:1] if values.dtype.kind == "M" else values
+        return np.asarray(since / np.timedelta64(1, "s"), dtype=float)
     try:
         return np.array([np.nan if v in ("", None) else float(v) for v in values])
     except (TypeError, ValueError):
         bad = next(v for v in values if not _is_number(v))
         raise InputError(f"{what} must hold numbers, got {quoted(bad)}") from None
+
+
+def _are_dates(values: Any) -> bool:
+    """Dates and spans of time, as tables have them."""
+    return isinstance(values, np.ndarray) and values.dtype.kind in ("M", "m")
 
 
 def _is_number(value: Any) -> bool:

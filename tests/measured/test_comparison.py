@@ -146,6 +146,40 @@ def test_impacts_of_one_recording_are_held_out_together():
     assert sizes.min() >= 11 and sizes.max() <= 16
 
 
+def test_coefficients_by_what_is_known_before_an_impact():
+    scene = ball_scene(0.4, 0.3)
+    q = scene.robot.neutral()
+    # A ball that slides along the floor all through: u_x falls by µ (1 + e) times its fall.
+    seen = [
+        Measurement(scene, q, [9.0, 0, -w, 0, 0, 0], slid(scene, 9.0, w, e, mu), 1e-3)
+        for w, e, mu in ((1.0, 0.6, 0.1), (1.2, 0.6, 0.1), (1.4, 0.6, 0.1),
+                         (2.0, 0.3, 0.2), (2.2, 0.3, 0.2), (2.4, 0.3, 0.2))
+    ]  # fmt: skip
+    by_speed = LawCandidate(
+        "by speed", by_group=["restitution", "friction"],
+        group_of=lambda m: "slow" if m.v_before[2] > -1.5 else "fast",
+    )  # fmt: skip
+    laws = [LawCandidate("one e"), by_speed]
+    found = compare_laws(seen, laws, restitution=["floor"], friction=["floor"], robust="none",
+                         folds=2)  # fmt: skip
+    assert found.names[0] == "by speed" and found.errors[0].max() < 1e-6
+    fit = found.fits[0]
+    assert fit.names == ("floor: restitution, fast", "floor: restitution, slow",
+                         "floor: friction, fast", "floor: friction, slow")  # fmt: skip
+    assert fit.values == pytest.approx([0.3, 0.6, 0.2, 0.1], abs=1e-6)
+    with pytest.raises(InputError, match="by_group must be"):
+        fit_impacts(seen, restitution=["floor"], by_group="mass")
+
+
+def slid(scene, slip, fall, e, mu):
+    """v⁺ of the ball, which lies with its centre over the contact, radius r."""
+    inertia = scene.robot.model.inertias[1]
+    blow = (1 + e) * inertia.mass * fall
+    radius = -scene.contacts[0].at[2]
+    spin = mu * blow * radius / inertia.inertia[1, 1]
+    return np.array([slip - mu * blow / inertia.mass, 0, e * fall, 0, spin, 0])
+
+
 def test_mirrored_axes_are_found_and_mended():
     seen = rod_impacts(ik.Law(), 0.5, 0.2, 25, 0.01)
     for signs in ([-1.0, 1, 1], [-1.0, 1, -1], [1.0, 1, 1]):

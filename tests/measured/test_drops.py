@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner
 from scipy.io import savemat
 
-from impulsekit.bench.drops import SQUARED_RADII, drop_report, load_drops
+from impulsekit.bench.drops import SQUARED_RADII, drop_section, load_drops
 from impulsekit.cli import main
 from impulsekit.errors import FileError
 
@@ -58,7 +58,7 @@ def test_the_report_tells_the_coefficients(drops):
 
 def test_what_is_no_file_of_drops_is_said_with_where_it_is(tmp_path):
     with pytest.raises(FileError, match="ImpactModeling"):
-        drop_report(tmp_path / "none.mat")
+        drop_section(tmp_path / "none.mat")
     (tmp_path / "text.mat").write_text("nothing")
     with pytest.raises(FileError, match="no list of planar impacts"):
         load_drops(tmp_path / "text.mat")

@@ -13,7 +13,7 @@ from impulsekit.cli import main
 from impulsekit.design.parameters import changed_scene, parameters_of
 from impulsekit.errors import InputError, RangeError, UnknownNameError
 from impulsekit.measured import Recording, fit_motion, identify
-from impulsekit.measured.motions import _Search
+from impulsekit.measured.motions import _Search, _searched
 from impulsekit.measured.rollouts import Rollouts
 from impulsekit.measured.surface import design_points, least_of
 from tests.measured.bodies import G, ball_scene, bouncing_ball, noisy
@@ -149,6 +149,18 @@ def test_whole_motions_tell_e_by_speed():
     assert (low < [0.6, 0.4]).all() and (high > [0.6, 0.4]).all()
     fitted = found.scene.contacts[0].restitution
     assert fitted.values == pytest.approx(found.values)
+
+
+def test_first_moments_and_products_are_looked_for_where_they_are_zero():
+    scene = ball_scene()
+    body = scene.robot.model.inertias[1]
+    names = ["mass", "mx", "iyy", "ixz"]
+    found = [_searched(p, scene) for p in parameters_of(scene, [], [], {"root_joint": names})]
+    radius = np.sqrt(0.5 * np.trace(body.inertia) / body.mass)
+    assert body.lever == pytest.approx([0, 0, 0])
+    reaches = [0.5 * body.mass, 0.5 * body.mass * radius, 0.5 * body.inertia[1, 1],
+               0.5 * body.mass * radius**2]  # fmt: skip
+    assert [0.5 * (high - low) for low, high in found] == pytest.approx(reaches)
 
 
 def test_a_value_at_the_edge_of_the_last_box_is_said():

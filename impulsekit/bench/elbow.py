@@ -1,0 +1,188 @@
+"""Recorded tosses of two boxes on a hinge: where motions are 68 ms after first contact."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import InputError, shown
+from ..measured.calibration import calibrate
+from ..measured.closing import ClosingContacts
+from ..measured.flight import Flight
+from ..measured.motions import MotionFit, fit_motion
+from ..measured.recording import Recording
+from ..measured.rollouts import QUICK, Rollouts
+from ..measured.segments import flights_with_noise
+from ..robot import Robot
+from ..scene import Contact, Scene
+from .section import Section
+from .tensors import read_tensor
+
+__all__ = ["ELBOW_COLUMNS", "elbow_scene", "elbow_section", "load_elbow", "windows"]
+
+# Samples a second; numbers of a sample: quaternion wxyz, position, hinge, and their rates.
+RATE, ELBOW_COLUMNS = 148.0, 15
+# Restitution and friction to start from: those of the cube, of the same acrylic and table.
+RESTITUTION, FRICTION = 0.125, 0.18
+# As published: half sides of a box, masses, the hinge in the first box and the second box from it
+# [m, kg]. The published inertias are those of the cube; these are of homogeneous boxes.
+HALF, MASS, HINGE, ALONG = (0.05, 0.025, 0.025), 0.37, (-0.035, 0.06, 0.0), 0.035
+# A gap from which samples count as in contact: half of what a fall of 1 m/s makes in a sample [m].
+TOUCHING = 0.004
+# Samples of flight that tell the first state, and those within 68 ms of the contact, which lies
+# before the first that touches.
+BEFORE, AFTER = 8, 9
+# Recordings that the calibration and the noise rest on, evenly taken; the share held out.
+CALIBRATED, HELD_OUT = 60, 0.8
+INERTIAS = ("ixx", "iyy", "izz")
+WHERE = "github.com/DAIRLab/dair_pll, branch ebianchi/downstream, assets/contactnets_elbow (BSD-3)"
+
+
+def elbow_scene(restitution: float = RESTITUTION, friction: float = FRICTION) -> Scene:
+    """Two boxes on a hinge, each with its eight corners over a table."""
+    boxes = []
+    for name, centre in (("elbow_1", 0.0), ("elbow_2", ALONG)):
+        a, b, c = (4.0 * MASS / 12.0 * side**2 for side in HALF)
+        boxes.append(
+            f'<link name="{name}"><inertial><origin xyz="{centre} 0 0"/><mass value="{MASS}"/>'
+            f'<inertia ixx="{b + c}" iyy="{a + c}" izz="{a + b}" ixy="0" ixz="0" iyz="0"/>'
+            "</inertial></link>"
+        )
+    joint = (
+        '<joint name="hinge" type="continuous"><parent link="elbow_1"/><child link="elbow_2"/>'
+        f'<origin xyz="{HINGE[0]} {HINGE[1]} {HINGE[2]}"/><axis xyz="0 1 0"/></joint>'
+    )
+    robot = Robot.from_urdf(
+        f'<robot name="elbow">{"".join(boxes)}{joint}</robot>', root="freeflyer"
+    )
+    signs = [(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]
+    contacts = [
+        Contact(name, at=np.add(np.multiply(HALF, sign), [centre, 0, 0]), restitution=restitution,
+                friction=friction, name=f"corner_{name[-1]}{k}")
+        for name, centre in (("elbow_1", 0.0), ("elbow_2", ALONG))
+        for k, sign in enumerate(signs)
+    ]  # fmt: skip
+    return Scene(robot, contacts=contacts, gravity=[0, 0, -9.81])
+
+
+def load_elbow(folder: str | os.PathLike[str], robot: Robot) -> list[Recording]:
+    """The tosses in a folder of ``NUMBER.pt`` files.
+
+    Raises:
+        FileError: a file is no tensor.
+        InputError: there are none, or of another robot, with where they can be had.
+    """
+    files = [file for file in Path(folder).glob("*.pt") if re.fullmatch(r"\d+", file.stem)]
+    if not files:
+        raise InputError(f"{shown(os.fspath(folder), 200)}: no tosses called NUMBER.pt; {WHERE}")
+    tosses = []
+    for file in sorted(files, key=lambda each: int(each.stem)):
+        state = read_tensor(file)
+        if state.ndim != 2 or state.shape[1] != ELBOW_COLUMNS or len(state) < 2:
+            raise InputError(
+                f"{shown(file.name, 80)}: expected (T, {ELBOW_COLUMNS}) numbers of an elbow, got "
+                f"{state.shape}; {WHERE}"
+            )
+        turn = state[:, [1, 2, 3, 0]] / np.linalg.norm(state[:, :4], axis=1)[:, None]
+        hinge = np.stack([np.cos(state[:, 7]), np.sin(state[:, 7])], axis=1)
+        q = np.hstack([state[:, 4:7], turn, hinge])
+        tosses.append(Recording(robot, np.arange(len(q)) / RATE, q, name=f"toss {file.stem}"))
+    return tosses
+
+
+def windows(tosses: Sequence[Recording], scene: Scene) -> list[Recording]:
+    """From flight up to the last sample within 68 ms of the first contact.
+
+    Tosses without flight before it, or that end sooner, are left out.
+    """
+    closing, found = ClosingContacts(scene), []
+    rest = np.zeros(scene.robot.nv)
+    for toss in tosses:
+        for k, q in enumerate(toss.q):
+            if closing.gaps(q, rest).min() < TOUCHING:
+                if k >= 4 and k + AFTER < len(toss.t):
+                    first = max(0, k - BEFORE)
+                    found.append(toss.part(toss.t[first], toss.t[k + AFTER]))
+                break
+    return found
+
+
+def elbow_section(
+    folder: str | os.PathLike[str],
+    *,
+    processes: int | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> Section:
+    """Errors of motions on tosses that took no part in the fit.
+
+    Raises:
+        FileError, InputError: as ``load_elbow``, or as ``calibrate`` and ``fit_motion``.
+    """
+    scene = elbow_scene()
+    tosses = load_elbow(folder, scene.robot)
+    some = tosses[:: max(1, len(tosses) // CALIBRATED)]
+    calibration = calibrate(some, scene)
+    scene = calibration.scene(scene)
+    noise = flights_with_noise(Flight(scene), [calibration.apply(toss) for toss in some])
+    sigma = None if noise is None else noise[0]
+    # Before they are cut: a part has too few samples to tell its noise.
+    seen = windows([replace(calibration.apply(t), sigma=sigma) for t in tosses], scene)
+    fit = fit_motion(
+        seen, scene, restitution=["corner_*"], friction=["corner_*"], held_out=HELD_OUT,
+        inertias={"root_joint": INERTIAS, "hinge": INERTIAS}, processes=processes,
+        progress=progress,
+    )  # fmt: skip
+    held = [toss for toss in seen if toss.name in set(fit.held_names)]
+    rollouts = Rollouts(held, scene, QUICK, processes)
+    cases = (
+        ("homogeneous boxes, e and mu of the cube", scene),
+        ("e, mu and inertias fitted", fit.scene),
+        ("no floor", replace(scene, contacts=())),
+    )
+    rows = [(name, _at_the_end(rollouts, each)) for name, each in cases]
+    return Section(
+        "elbow", _lines(len(tosses), len(seen), fit, rows),
+        [("elbow, 68 ms after contact, median, held out", _cells(rows[1][1]),
+          "nothing published")],
+    )  # fmt: skip
+
+
+def _lines(
+    count: int, used: int, fit: MotionFit, rows: Sequence[tuple[str, np.ndarray]]
+) -> list[str]:
+    values = [f"{n} = {v:.4g}" for n, v in zip(fit.names, fit.values, strict=True)]
+    return [
+        f"{count} tosses, {used} with flight before the first contact and 68 ms after it, "
+        f"{len(fit.held_names)} of these held out",
+        "fitted: " + ", ".join(values),
+        *(f"note: {note}" for note in fit.notes),
+        "",
+        f"{'68 ms after first contact, held out, median':46} place, turn, hinge",
+        *(f"{name:46} {_cells(errors)}" for name, errors in rows),
+    ]
+
+
+def _at_the_end(rollouts: Rollouts, scene: Scene) -> np.ndarray:
+    """(K, 3) distance [m] and angle [rad] of the first box and angle of the hinge at the end."""
+    model, found = scene.robot.model, np.full((len(rollouts.recordings), 3), np.nan)
+    rows = rollouts.rows(scene, range(len(rollouts.recordings)))
+    for k, (recording, row) in enumerate(zip(rollouts.recordings, rows, strict=True)):
+        if row is None or not np.isfinite(row.q[-1]).all():
+            continue
+        ours, theirs = row.q[-1], recording.q[-1]
+        off = pin.difference(model, np.array(ours), np.array(theirs))
+        found[k] = np.linalg.norm(ours[:3] - theirs[:3]), np.linalg.norm(off[3:6]), abs(off[6])
+    return found
+
+
+def _cells(errors: np.ndarray) -> str:
+    place, turn, hinge = np.nanmedian(errors, axis=0)
+    lost = int(np.isnan(errors[:, 0]).sum())
+    tail = f" ({lost} not followed to the end)" if lost else ""
+    return f"{1e3 * place:.1f} mm, {np.degrees(turn):.1f}°, {np.degrees(hinge):.1f}°{tail}"

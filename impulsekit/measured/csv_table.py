@@ -1,0 +1,88 @@
+"""CSV tables as loggers and vendors write them: separators, decimal commas, units in names."""
+
+from __future__ import annotations
+
+import csv
+import re
+
+from ..errors import InputError, quoted, shown
+
+__all__ = ["csv_columns", "without_unit"]
+
+# A unit behind a name, as in "t [s]" or "position.x (mm)".
+_UNIT = re.compile(r"(.+?)\s*(?:\[\s*([^\]\d]*?)\s*\]|\(\s*(.*?)\s*\))$")
+# Units that columns have without further words, and what to state for the others.
+_PLAIN = ("", "-", "1", "s", "m", "rad", "m/s", "rad/s")
+_STATED = {"ms": 'time="ms"', "us": 'time="us"', "µs": 'time="us"', "ns": 'time="ns"',
+           "mm": 'length="mm"', "cm": 'length="cm"', "mm/s": 'length="mm"', "cm/s": 'length="cm"',
+           "deg": 'angle="deg"', "°": 'angle="deg"', "deg/s": 'angle="deg"',
+           "°/s": 'angle="deg"'}  # fmt: skip
+SEPARATORS = (";", "\t")
+
+
+def csv_columns(data: bytes, label: str) -> dict[str, list[str]]:
+    """The cells of each column by its name.
+
+    Columns are separated by commas, or by semicolons or tabs where the names are; numbers may
+    then have decimal commas. Lines that begin with # before the names are comments.
+
+    Raises:
+        InputError: no table in UTF-8, no rows, rows of other lengths, a name twice.
+    """
+    try:
+        text = data.decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        raise InputError(f"{label}: no CSV table in UTF-8 ({error})") from None
+    while text and (not text[0].strip() or text[0].lstrip().startswith("#")):
+        text.pop(0)
+    separator = next((s for s in SEPARATORS if text and s in text[0] and "," not in text[0]), ",")
+    try:
+        lines = [line for line in csv.reader(text, delimiter=separator) if any(line)]
+    except csv.Error as error:
+        raise InputError(f"{label}: no CSV table in UTF-8 ({error})") from None
+    if len(lines) < 2:
+        raise InputError(f"{label}: there is no row below the names of the columns")
+    header = [cell.strip() for cell in lines[0]]
+    for number, line in enumerate(lines[1:], start=2):
+        if len(line) != len(header):
+            raise InputError(
+                f"{label}: row {number} has {len(line)} cells, the first has {len(header)} "
+                "columns; names of the columns stand in the first row, comments begin with #"
+            )
+    found: dict[str, list[str]] = {}
+    for k, name in enumerate(header):
+        cells = [line[k].strip() for line in lines[1:]]
+        if not name and not any(cells):
+            continue  # what a separator at the end of each line makes
+        if name in found:
+            raise InputError(f"{label}: two columns are called {quoted(name)}; keep one")
+        found[name] = cells if separator == "," else [_with_point(cell) for cell in cells]
+    return found
+
+
+def _with_point(cell: str) -> str:
+    """A number with its decimal comma as a point; with both it stays, which is no number."""
+    return cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell
+
+
+def without_unit(name: str, stated: tuple[str, str, str], label: str) -> str:
+    """The name of a column without the unit behind it.
+
+    Args:
+        stated: units of time, length and angle of the ``RecordingFormat``.
+
+    Raises:
+        InputError: a unit that is not the stated one, or is not known.
+    """
+    found = _UNIT.match(name)
+    unit = None if found is None else (found.group(2) or found.group(3) or "").strip()
+    if found is None or unit is None or unit in _PLAIN:
+        return name if found is None else found.group(1)
+    if unit not in _STATED:
+        raise InputError(f"{label}: column {quoted(shown(name, 80))} has an unknown unit")
+    needed = _STATED[unit]
+    if needed.split('"')[1] not in stated:
+        raise InputError(
+            f"{label}: column {quoted(shown(name, 80))}: state {needed} in the RecordingFormat"
+        )
+    return found.group(1)
