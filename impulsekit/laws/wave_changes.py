@@ -48,7 +48,7 @@ IN_CONE = 1e-10
 def change(w: Wave, crossed: int) -> None:
     """Let each contact go over to what it does next; velocities and forces are those at y.
 
-    ``crossed``: the change at which the step ended, see ``lzb``; −1 for none.
+    ``crossed``: the change at which the step ended, see ``wave_steps``; −1 for none.
     """
     n = len(w.kappa)
     changed, rubs = False, False
