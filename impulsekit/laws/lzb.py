@@ -22,7 +22,7 @@ __all__ = ["AT_REST", "Waved", "strike_by_energy"]
 
 # Forces this small have ended where nothing moves: they hold energies of 1e-20.
 WEAK = 1e-12
-MOST_STEPS, MOST_WITH_FRICTION = 40_000, 1_500
+MOST_STEPS, MOST_WITH_FRICTION = 40_000, 4_000
 # Where works and velocities differ by more than CLOSED the impact is integrated again, at most
 # MOST_AGAIN times: in steps of at most LONGEST [of the impact's time], then SHORTER times that.
 CLOSED, LONGEST, SHORTER, MOST_AGAIN = 1e-10, 0.1, 0.3, 3
