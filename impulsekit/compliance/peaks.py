@@ -14,7 +14,7 @@ from ..scene import Scene
 from ..scene.contacts import turns
 from .curves import Curve, Hertz, HuntCrossley, PowerCurve
 from .history import checked_curve, way_of
-from .phases import phases_of
+from .phases import FASTEST, phases_of
 from .viscous import viscous_peaks
 
 if TYPE_CHECKING:
@@ -86,8 +86,8 @@ def peak_forces(
     Raises:
         InputError: another scene, or something that is not a curve.
         What ``solve_batch`` raises.
-        RangeError: a row's impact takes more energy than a measured curve holds;
-            ``HuntCrossley`` with restitution below 0.03.
+        RangeError: an approach above 1e100 m/s; a row's impact takes more energy than a measured
+            curve holds; ``HuntCrossley`` with restitution below 0.03.
 
     Example:
         >>> import numpy as np
@@ -143,6 +143,9 @@ def _peaks(name: str, batch: ImpactBatch, curve: Curve) -> PeakForces:
     whole = len(struck) == len(impulse)
     before, after, pressed = (parts if whole else parts[struck]).T
     approach, separation = -before, np.maximum(after, 0.0)
+    fastest = float(approach.max(initial=0.0))
+    if fastest > FASTEST:
+        raise RangeError.of(f'contact "{name}": approach speed', fastest, f"up to {FASTEST:g} m/s")
     mass = pressed / (approach + separation)
     spent = 0.5 * mass * approach * approach
     lost = spent - 0.5 * mass * separation * separation

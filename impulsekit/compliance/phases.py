@@ -14,12 +14,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Protocol
 
-from ..errors import InputError
+from ..errors import InputError, RangeError
 
-__all__ = ["Elastic", "Phases", "Sample", "phases_of"]
+__all__ = ["FASTEST", "SLOWEST", "Elastic", "Phases", "Sample", "phases_of"]
 
 # Energy that comes back beyond what was spent, by rounding.
 GAINED = 1e-9
+# Approaches [m/s] whose energies, and powers of what these press in, are doubles.
+SLOWEST, FASTEST = 1e-60, 1e100
 # A share of the impulse or work below this is rounding.
 ROUNDING = 1e-13
 
@@ -59,6 +61,7 @@ def phases_of(impulse: float, before: float, after: float, work: float, where: s
 
     Raises:
         InputError: it was not approaching, or its normal impulse gained energy.
+        RangeError: it approached at more than 1e100 or less than 1e-60 m/s.
     """
     approach = -before
     separation = after if after > ROUNDING * abs(before) else 0.0
@@ -67,6 +70,9 @@ def phases_of(impulse: float, before: float, after: float, work: float, where: s
             f"{where} was not approaching (normal velocity {before:.6g} m/s): its impulse belongs "
             "to what happened elsewhere, and takes as long as that"
         )
+    if not SLOWEST <= approach <= FASTEST:
+        allowed = f"{SLOWEST:g} to {FASTEST:g} m/s"
+        raise RangeError.of(f"{where}: approach speed", approach, allowed)
     pressed = (0.5 * impulse * separation - work) / (0.5 * (approach + separation))
     pressed = min(pressed, impulse)
     if impulse - pressed <= ROUNDING * impulse or separation == 0.0:

@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..laws.residual_bound import bound_residual
+from .laws.problem import in_order
+
 if TYPE_CHECKING:
     from .result import Impact
 
@@ -50,27 +53,26 @@ def residuals_of(impact: Impact) -> Residuals:
 def at_most(impact: Impact) -> float:
     """A bound on the largest residual of contacts alone, for a part of what that takes.
 
-    It is told by sizes that leave out what impulses make one by one, and so are smaller than
-    those of ``residuals_of``. Infinity where known impulses or constraints take part.
+    Infinity where known impulses or constraints take part.
     """
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None or impact.scene.impulses:
         return np.inf
     if len(outcome.constraint_impulses) or impact.scene.constraints:
         return np.inf
-    mass_matrix, dv, solution = impact.mechanics.mass_matrix, impact.dv, outcome.contacts
-    jacobian = np.concatenate([touch.jacobian for touch in outcome.touches])
-    impulse = solution.impulse
-    difference = np.abs(mass_matrix.dot(dv) - impulse.dot(jacobian))
-    sizes = np.abs(jacobian)
-    scale = np.abs(mass_matrix).dot(np.abs(dv)) + np.abs(impulse).dot(sizes)
-    # What is nothing but zeros is no error; of all else a NaN has to show.
-    momentum = np.where(scale == 0.0, 0.0, difference / np.where(scale == 0.0, 1.0, scale))
-    left = np.abs(jacobian.dot(impact.v_after) - solution.velocity_after)
-    speeds = np.maximum(np.abs(impact.v_before), np.abs(impact.v_after))
-    mismatch = _mismatch(left, sizes.dot(speeds), impact)
-    bounds = [float(momentum.max(initial=0.0)), mismatch]
-    return float(np.max([*bounds, float(solution.residual)]))
+    touches, solution = outcome.touches, outcome.contacts
+    points = 3 * sum(touch.turns < 0 for touch in touches)
+    rows = touches[0].jacobian if len(touches) == 1 else np.vstack([t.jacobian for t in touches])
+    bound = bound_residual(
+        in_order(impact.mechanics.mass_matrix),
+        in_order(rows),
+        in_order(solution.impulse),
+        in_order(impact.v_before),
+        in_order(impact.dv),
+        in_order(solution.velocity_after),
+        points,
+    )
+    return float(solution.residual) if bound <= solution.residual else bound
 
 
 # From here on [relative] a row is measured by what could stand in it: below, no answer is worse

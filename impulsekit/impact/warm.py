@@ -11,6 +11,8 @@ from ..scene.contacts import turns
 
 __all__ = ["compile_all_laws", "compile_laws", "laws_of"]
 
+# How well an answer satisfies its equations.
+_JUDGED = ("residual_bound",)
 _ALONG_THE_PATH = ("path",)
 _AT_THE_END = ("single", "coulomb")
 # Several that rub.
@@ -28,6 +30,10 @@ def laws_of(scene: Scene) -> tuple[str, ...]:
     """Modules of ``laws`` whose entries ``solve`` and ``simulate`` call for a scene."""
     if not scene.contacts:
         return ()
+    return (*_JUDGED, *_laws_of_contacts(scene))
+
+
+def _laws_of_contacts(scene: Scene) -> tuple[str, ...]:
     in_turn: tuple[str, ...] = ()
     if scene.law.order == "sequential":
         in_turn = ("sequence", "struck_in_turn") if len(scene.contacts) > 1 else ("sequence",)
@@ -55,7 +61,9 @@ def compile_laws(scene: Scene) -> None:
 def compile_all_laws() -> None:
     """Compile the laws of all scenes."""
     at_once = "several", "struck", *_TOGETHER, *_SMOOTH, *_RUBBING, *_FEW, *_TURNING
-    _compile((*_ALONG_THE_PATH, "lzb", *_AT_THE_END, "sequence", "struck_in_turn", *at_once))
+    _compile(
+        (*_JUDGED, *_ALONG_THE_PATH, "lzb", *_AT_THE_END, "sequence", "struck_in_turn", *at_once)
+    )
 
 
 def _compile(modules: tuple[str, ...]) -> None:
