@@ -147,15 +147,15 @@ def accelerate(system: System, driven: np.ndarray, v: np.ndarray, rate: np.ndarr
     return SOLVED
 
 
-@entry(lambda: _examples_of_accelerations(), seconds=2.0, apart=True)
-def accelerations_at(system: System, driven: np.ndarray, v: np.ndarray, rate: np.ndarray) -> int:
-    """``accelerate`` for code that is compiled apart."""
-    return accelerate(system, driven, v, rate)
-
-
 def _examples_of_accelerations() -> tuple:
     system, _, work, *_ = _examples()
     return system, work.driven[0], system.load, system.load
+
+
+@entry(_examples_of_accelerations, seconds=2.0, apart=True)
+def accelerations_at(system: System, driven: np.ndarray, v: np.ndarray, rate: np.ndarray) -> int:
+    """``accelerate`` for code that is compiled apart."""
+    return accelerate(system, driven, v, rate)
 
 
 @compiled

@@ -1,5 +1,8 @@
 """The same answers as ``solve``, one row at a time."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -262,3 +265,11 @@ def test_friction_of_some_contacts_beside_one_by_direction():
     scene = ik.Scene(ball, contacts=contacts)
     with pytest.raises(ik.errors.InputError, match="more than a number"):
         ik.solve_batch(scene, ball.neutral(), friction={"b": [0.1, 0.2]})
+
+
+def test_motions_can_be_loaded_after_numba():
+    """Functions called by their address are made as soon as numba is there."""
+    code = (
+        "import numba, impulsekit.laws.compiled as c; c.use_numba(); import impulsekit.motion.warm"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
