@@ -8,6 +8,7 @@ from ..errors import InputError, SingularMassError
 from ..impact.algorithms import refuse_massless
 from .held import HeldRows
 from .present import Present
+from .resting import NO_SLIP
 from .settling import come_to_rest
 from .striking import Striking
 
@@ -64,7 +65,17 @@ def begin(now: Present, striking: Striking) -> None:
             "force of the scene is not a number",
             joints=now.scene.robot.joint_names,
         )
-    come_to_rest(now, touching)
+    _come_to_rest(now, touching)
+
+
+def _come_to_rest(now: Present, touching: list[int]) -> None:
+    """What touches stays; slip that was given is kept, be it below the capture speed."""
+    resting = now.resting
+    slow, resting.slow = resting.slow, NO_SLIP
+    try:
+        come_to_rest(now, touching)
+    finally:
+        resting.slow = slow
 
 
 def _has_to_move(held: HeldRows, q: np.ndarray, v: np.ndarray) -> bool:

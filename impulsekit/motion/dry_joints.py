@@ -69,6 +69,11 @@ class DryJoints:
         own = v[self.rows]
         self.ways = np.where(np.abs(own) > least, np.sign(own), 0.0)
 
+    def heed(self, v: np.ndarray) -> None:
+        """Let joints stand still that a velocity (nv,) does not move the way they went: what rests
+        has stopped them."""
+        self.ways[self.ways * v[self.rows] <= 0.0] = 0.0
+
     def add_moving(self, load: np.ndarray) -> np.ndarray:
         """(nv,) a load with the friction of joints that move."""
         self.torques = -self.ways * self.bounds

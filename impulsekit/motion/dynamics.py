@@ -132,8 +132,7 @@ class Dynamics:
         """(nv,) the velocity change, least in the metric of M, that changes rows' velocities."""
         factor = self._factor(q, rows)
         impulse = Elimination(factor.half(rows), None, ()).solve(change).impulse
-        if isinstance(factor, FilledFactor):
-            return factor.solve(factor.filled_impulse(impulse.dot(rows), change))
+        # Of M + ρ AᵀA, too: it differs from M by what is prescribed.
         return factor.solve(impulse.dot(rows))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:

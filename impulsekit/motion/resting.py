@@ -229,6 +229,14 @@ class Resting:
         slides = self.slides()
         return any(s is not None and not b for s, b in zip(slides, self.begins(), strict=True))
 
+    def slowest_slide(self) -> float:
+        """The least slip of points that slide, by the last evaluation [m/s]; infinity for none."""
+        speeds = np.hypot(self.slip[0::3], self.slip[1::3])
+        slides = [s is not None for s in self.slides()]
+        return (
+            float(np.min(speeds[slides], initial=np.inf)) if len(speeds) == len(slides) else np.inf
+        )
+
     @contextmanager
     def unchanged(self) -> Iterator[None]:
         """Within it no point begins or ceases to slide: what is told of them is put down once."""

@@ -37,6 +37,8 @@ __all__ = ["Run"]
 MOST_STILL = 1000
 # Most points that jam one after the other at one time.
 MOST_JAMS = 8
+# Slip [m/s] whose direction friction turns within some 1e-4 s.
+SLOW = 1e-3
 # A point that comes down faster than this [m/s] beside others that rest is met, not laid down.
 LANDS = 1e-5
 
@@ -105,7 +107,7 @@ class Run:
         still = 0
         while now.t < settings.duration:
             if self._flight.steps >= settings.max_steps:
-                raise Stopped(MotionStatus.TOO_MANY_STEPS, f"max_steps is {settings.max_steps}")
+                raise Stopped(MotionStatus.TOO_MANY_STEPS, self._why_many())
             begin = now.t
             self._last = now.mark(), len(self._flight.path)
             self._interrupts.heed()
@@ -124,6 +126,16 @@ class Run:
                 call(self._progress, "progress", now.t)
         self._last = now.mark(), len(self._flight.path)
         self._interrupts.heed()
+
+    def _why_many(self) -> str:
+        """What to say of a motion that needs too many steps."""
+        told, slip = f"max_steps is {self._settings.max_steps}", self._now.resting.slowest_slide()
+        if slip < SLOW and self._settings.method == "dop853":
+            told += (
+                f"; a point slides at {slip:.1e} m/s: friction turns so slow a slip too fast for "
+                'long steps, but for those of method="radau"'
+            )
+        return told
 
     def _go_back(self) -> None:
         """Let the last step be undone."""

@@ -73,6 +73,8 @@ def settle(now: Present, *, fresh: bool = False) -> bool:
     if settled is not None:
         return settled
     resting = now.resting
+    if resting.joints is not None:
+        resting.joints.heed(now.v)
     if fresh and now.gaps is not None:
         resting.begin(now.gaps.velocities(resting.contacts, now.q, now.v))
         if resting.rolling is not None:
@@ -84,6 +86,8 @@ def settle(now: Present, *, fresh: bool = False) -> bool:
         now.acceleration()
     changed |= resting.update_slides(fresh=fresh)
     take_out_drift(now, _bound(now))
+    if resting.joints is not None:
+        resting.joints.heed(now.v)
     if resting.acts:
         now.acceleration()
         # Once more: what was found to slide may change the loads of the others.

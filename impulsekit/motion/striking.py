@@ -129,7 +129,8 @@ class Striking:
         Where W_nn ≤ µ W_nt·s no force keeps a sliding contact from being pressed in
         (Painlevé 1895). It stops by an impact without collision (Lecornu 1905; Génot &
         Brogliato 1999): the limit of impacts whose approach goes to zero, without restitution.
-        Where none can be told from the pressing, points that slide below ``SLOW_SLIP`` stop.
+        Points that slide below ``SLOW_SLIP`` stop before: their directions turn faster than time
+        can tell, and contradict each other where bodies rock on each other.
 
         Returns:
             Whether there was such an impact or slip; if not, nothing has changed.
@@ -148,6 +149,8 @@ class Striking:
         fastest = float(np.abs(slip).max(initial=0.0))
         least = PRESSED_OF_SUM * float(sums.max(initial=0.0))
         taking_part = now.entries_of(c.gap for c in contacts)
+        if self._stop_slow_slip(jacobian):
+            return True
         for share in (PRESSED, PRESSED_MORE):
             pressed = max(share * fastest, least)
             if not pressed > 0.0:
@@ -163,20 +166,18 @@ class Striking:
             if np.abs(jacobian.dot(impact.dv)).max() > AN_IMPACT * pressed:
                 self._accept(impact)
                 return True
-        return self._stop_slow_slip(jacobian)
+        return False
 
     def _stop_slow_slip(self, jacobian: np.ndarray) -> bool:
-        """Stop points that hardly slide, where no forces hold what rests; whether there were any.
-
-        The jam's impact cannot be distinguished from the pressing at so slow a slip.
-        """
+        """Stop points that hardly slide; whether there were any."""
         now = self._present
         slip = jacobian.dot(now.v).reshape(-1, 3)
         speeds = np.hypot(slip[:, 0], slip[:, 1])
         slow = (speeds > 0.0) & (speeds < SLOW_SLIP)
         if not speeds[slow].max(initial=0.0) > NO_SLIP:
             return False
-        rows = np.flatnonzero(np.repeat(slow, 3) & (np.arange(slip.size) % 3 != 2))
+        # Normals as well: what stops neither parts from the others nor presses into them.
+        rows = np.flatnonzero(np.repeat(slow, 3) | (np.arange(slip.size) % 3 == 2))
         now.strike(now.v + now.dynamics.moved(now.q, jacobian[rows], -slip.ravel()[rows]))
         return True
 

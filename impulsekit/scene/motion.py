@@ -32,7 +32,8 @@ class MotionSettings:
         step: length of the fixed step [s].
         capture_speed: a contact that approaches more slowly than this stays [m/s]. With
             the default a ball with e = 0.9 comes to rest within 1e-6 s of its true time.
-            Slip slower than this keeps the direction in which it began; where slip begins,
+            Slip slower than this keeps the direction in which it began (at the start slip of
+            less than 1e-9 m/s is none); where slip begins,
             friction opposes its acceleration until it is 100 times as fast.
         max_step: no step is longer than this [s]; None for no limit but accuracy. Short forces
             need it where they act for less than a thousandth of ``duration``.

@@ -4,8 +4,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pinocchio as pin
+import pytest
 
+import impulsekit as ik
 from impulsekit.motion.drift import take_out_drift
+from impulsekit.motion.dynamics import Dynamics
+
+from .models import sliders
 
 
 class _Line:
@@ -53,3 +58,13 @@ def test_points_that_go_while_drift_is_taken_out_leave_the_others_in_place():
         low = min(now.q[0] + now.q[1], now.q[0] - now.q[1])
         assert abs(low) < 1e-14
         assert abs(now.gaps.rows(resting, now.q)[2::3] @ now.v).max() < 1e-14
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_what_rows_ask_for_is_met_at_once_also_where_they_depend_on_each_other(count):
+    dynamics = Dynamics(ik.Scene(sliders(count)))
+    row = np.eye(count)[0]
+    for rows in ([row], [row, row], [row, -row, row]):
+        change = np.array(rows).dot(3.0 * row)
+        moved = dynamics.moved(np.zeros(count), np.array(rows), change)
+        np.testing.assert_allclose(moved, 3.0 * row, atol=1e-12)

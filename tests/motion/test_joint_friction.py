@@ -302,3 +302,16 @@ def test_what_is_not_supported_says_so():
     rolls = ik.Contact("b00", friction=0.3, rolling=0.01)
     with pytest.raises(InputError, match="rolling"):
         ik.simulate(ik.Scene(robot, contacts=[rolls], forces=scene.forces), [1.0], [0.0])
+
+
+def test_a_joint_at_its_stop_is_held_by_both():
+    # The motor pulls with 10, friction takes its 3 in the way it came, the stop the rest.
+    robot = sliders(1)
+    stop = ik.JointStop("z00", upper=0.2, restitution=0.5, name="stop")
+    forces = [ik.Actuator("z00", 10.0), ik.JointFriction("z00", 3.0, name="dry")]
+    scene = ik.Scene(robot, contacts=[stop], forces=forces, gravity=NOWHERE)
+    motion = ik.simulate(scene, [0.0], [0.0], duration=1.0)
+    assert abs(motion.v[-1, 0]) < 1e-13
+    assert motion.contacts["stop"].force(0.9) + motion.forces["dry"].force(0.9) == pytest.approx(
+        -10
+    )

@@ -214,3 +214,12 @@ def test_solo12_dropped_on_a_rough_floor_comes_to_rest():
     assert {rest.contact for rest in motion.rests if rest.end == np.inf} == set(FEET)
     energy = motion.energy().total
     assert np.diff(energy).max() < 1e-12 * energy[0]
+
+
+def test_slow_slip_at_the_start_is_kept():
+    # Half the capture speed, against a friction that the pull just balances: it goes on.
+    robot, mu, slip = particle(mass=2.0), 0.5, 5e-8
+    pull = ik.AppliedForce("z", linear=[mu * 2.0 * GRAVITY, 0, 0])
+    scene = ik.Scene(robot, contacts=[ik.Contact("z", friction=mu)], forces=[pull])
+    motion = ik.simulate(scene, robot.neutral(), robot.velocity(along_x=slip), duration=1.0)
+    np.testing.assert_allclose(motion.q[-1, 0], slip, rtol=1e-6)
