@@ -12,13 +12,12 @@ from .chart import Chart
 from .compiled_look import Watched, look
 from .compiled_model import NO_POINTS, NOTHING_SLIDES
 from .compiled_settle import Stand, settle_points
-from .compiled_step import NOT_SOLVED, SOLVED, System, Work, begin_steps, rates_at
+from .compiled_step import SOLVED, System, Work, begin_steps, rates_at
 from .compiled_strike import Blow, room_for_blow, strike_point
 from .crossing import Crossing, Seen
 from .dynamics import Dynamics
 from .load_tables import Driven, loads_of
 from .points import PLANE, Table, table_of
-from .rest_law import RestNotSolved
 from .tree_of_model import room_of, tree_of
 
 __all__ = ["Mover", "mover_of"]
@@ -129,9 +128,6 @@ class Mover:
         """What rests is looked at, as in ``settling.settle``; q and v then, and whether it changed.
 
         None where that is still to be done.
-
-        Raises:
-            RestNotSolved: no forces hold it.
         """
         dynamics = self._dynamics
         gaps, resting = dynamics.gaps, dynamics.resting
@@ -150,8 +146,6 @@ class Mover:
         q, v = q.copy(), v.copy()
         state, changed = settle_points(system, stand, self._driven, q, v)
         self.count(2)
-        if state == NOT_SOLVED:
-            raise RestNotSolved("no forces at rest")
         if state != SOLVED:
             return None
         resting.slide_as(ways, begins)

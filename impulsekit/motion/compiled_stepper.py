@@ -30,6 +30,10 @@ class CompiledStepper(ExplicitStepper):
         rhs, rtol, atol: as for ``ExplicitStepper``.
         mover: what moves.
         within: the time at which forces are evaluated, for a time of the integrator.
+
+    Attributes:
+        is_patient: whether a step whose forces at rest compiled code does not find is made stage
+            by stage, where another search is at hand.
     """
 
     code: Entry = attempt
@@ -46,6 +50,7 @@ class CompiledStepper(ExplicitStepper):
         self._mover, self._within = mover, within
         self._work = work_of(0, 0)
         self._is_compiled = False
+        self.is_patient = False
 
     @property
     def work(self) -> Work:
@@ -112,9 +117,9 @@ class CompiledStepper(ExplicitStepper):
                     driven.write(self._within(t + times[s] * h), work.driven[s])
         state, error = self.code(system, tableau(), work, h, self._rtol, self._atol)
         self._mover.count(len(work.slopes) - 1 if error < 1.0 else self._count)
-        if state == NOT_SOLVED:
+        if state == NOT_SOLVED and not self.is_patient:
             raise RestNotSolved("no forces at a stage of a step")
-        if state == UNSAFE:
+        if state in (NOT_SOLVED, UNSAFE):
             self._is_compiled = False
             return super()._try(t, h, y)
         self._mover.note()

@@ -30,6 +30,8 @@ __all__ = ["Flight", "Step"]
 # Steps that cannot be made are tried again with this part of their length, or of LONG [s].
 SHORTER, LONG = 0.1, 1e-2
 MOST_TRIES = 7
+# So many of them, and one, by compiled code alone, which knows but one search for forces at rest.
+QUICK_TRIES = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,13 +178,17 @@ class Flight:
         """
         stepper = self._stepper
         t, y = stepper.t, stepper.y.copy()
+        if isinstance(stepper, CompiledStepper):
+            stepper.is_patient = False
         with self._present.resting.unchanged():
-            for _ in range(MOST_TRIES):
+            for tries in range(MOST_TRIES):
                 try:
                     return stepper.step(longest)
                 except RestNotSolved:
                     longest = SHORTER * min(longest, LONG)
                     stepper.reset(t, y, longest, self._until)
+                    if tries == QUICK_TRIES and isinstance(stepper, CompiledStepper):
+                        stepper.is_patient = True
             return stepper.step(longest)
 
     def look(self, step: Step, base: np.ndarray, resting: Sequence[int]) -> Seen:

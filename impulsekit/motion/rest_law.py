@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..impact.laws.problem import Turning
+from ..impact.laws.turning import cones_of
+from ..laws.product_cones import find_cone_impulses
 from ..laws.resting import BAR, find_forces
 
 __all__ = ["BAR", "RestNotSolved", "solve_rest"]
@@ -47,6 +50,24 @@ def solve_rest(
     all_of_it, own_part = (np.ascontiguousarray(w[few]) for w in (coupled, delassus))
     found, residual = find_forces(all_of_it, own_part, free[own], friction, start[own])
     if not residual <= BAR:
-        raise RestNotSolved(f"residual {residual:.1e}")
+        others = None if bounds is not None else _by_cones(coupled, delassus, free, friction)
+        if others is None:
+            raise RestNotSolved(f"residual {residual:.1e}")
+        return others
     forces[own] = found
     return forces
+
+
+def _by_cones(
+    coupled: np.ndarray, delassus: np.ndarray, free: np.ndarray, friction: np.ndarray
+) -> np.ndarray | None:
+    """The same by another search, which finds forces of many points that stick; None if not."""
+    if not friction.any():
+        return None
+    nothing = Turning(np.zeros(0, dtype=int), np.zeros(0), np.zeros(0))
+    cones = cones_of(friction, nothing, np.zeros(len(friction)))
+    whole, mobility = np.ascontiguousarray(coupled), delassus.diagonal().copy()
+    found, residual, _ = find_cone_impulses(
+        whole, mobility, np.ascontiguousarray(free), np.zeros(len(free)), cones
+    )
+    return found if residual <= BAR else None
