@@ -10,7 +10,7 @@ LEFT = {
     "bench": 22,
     "design": 9,
     "impact": 1,
-    "measured": 9,
+    "measured": 8,
     "motion": 6,
     "robot": 5,
     "scene": 5,
