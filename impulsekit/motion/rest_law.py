@@ -9,7 +9,7 @@ from ..impact.laws.turning import cones_of
 from ..laws.product_cones import find_cone_impulses
 from ..laws.resting import BAR, find_forces
 
-__all__ = ["BAR", "RestNotSolved", "solve_rest"]
+__all__ = ["BAR", "RestNotSolved", "by_cones", "solve_rest"]
 
 
 class RestNotSolved(Exception):
@@ -50,7 +50,7 @@ def solve_rest(
     all_of_it, own_part = (np.ascontiguousarray(w[few]) for w in (coupled, delassus))
     found, residual = find_forces(all_of_it, own_part, free[own], friction, start[own])
     if not residual <= BAR:
-        others = None if bounds is not None else _by_cones(coupled, delassus, free, friction)
+        others = None if bounds is not None else by_cones(coupled, delassus, free, friction)
         if others is None:
             raise RestNotSolved(f"residual {residual:.1e}")
         return others
@@ -58,7 +58,7 @@ def solve_rest(
     return forces
 
 
-def _by_cones(
+def by_cones(
     coupled: np.ndarray, delassus: np.ndarray, free: np.ndarray, friction: np.ndarray
 ) -> np.ndarray | None:
     """The same by another search, which finds forces of many points that stick; None if not."""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from impulsekit.motion.rest_law import RestNotSolved, solve_rest
+from impulsekit.motion.rest_law import RestNotSolved, by_cones, solve_rest
 
 WEIGHT = 9.81
 
@@ -110,3 +110,39 @@ def test_points_that_contradict_each_other_by_more_than_slow_speeds_do_are_refus
     for acceleration, force in zip(left, forces.reshape(4, 3), strict=True):
         if np.hypot(*acceleration[:2]) > 1e-6:
             assert np.hypot(*force[:2]) == pytest.approx(0.5 * force[2], rel=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_joints_with_bounds_and_points_obey_the_law_together(seed):
+    # Three points with friction and five bounded rows on six speeds: many share the load.
+    rng = np.random.default_rng(seed)
+    rows = rng.normal(size=(14, 6))
+    bounds, friction = rng.choice([0.0, 0.3, 3.0], 5), rng.uniform(0.1, 0.8, 3)
+    delassus, free = rows @ rows.T, rows @ rng.normal(0.0, 5.0, 6)
+    forces = solve_rest(delassus, free, friction, np.zeros(14), None, bounds)
+    rates, size = free + delassus @ forces, np.abs(free).max()
+    for rate, torque, bound in zip(rates[9:], forces[9:], bounds, strict=True):
+        assert abs(torque) <= bound * (1 + 1e-12)
+        if abs(rate) > 1e-8 * size:
+            assert torque == pytest.approx(-bound * np.sign(rate))
+    for (a, b, c), (x, y, z), mu in zip(
+        rates[:9].reshape(3, 3), forces[:9].reshape(3, 3), friction, strict=True
+    ):
+        assert min(c, z) > -1e-8 * size
+        assert c * z < 1e-7 * size * max(z, 1.0)
+        assert np.hypot(x, y) <= mu * z * (1 + 1e-9) + 1e-9
+        if np.hypot(a, b) > 1e-7 * size:
+            np.testing.assert_allclose(
+                [x, y], -mu * z * np.array([a, b]) / np.hypot(a, b), atol=1e-6
+            )
+
+
+def test_the_second_search_gives_the_same_accelerations():
+    rng = np.random.default_rng(2)
+    for _ in range(10):
+        delassus, rows = plate(rng.uniform(-1, 1, (5, 2)))
+        free = at_rest(rows) + rows @ rng.normal(0.0, 3.0, 6)
+        friction = rng.uniform(0.1, 0.8, 5)
+        one = solve_rest(delassus, free, friction, np.zeros(15))
+        other = by_cones(delassus, delassus, free, friction)
+        np.testing.assert_allclose(delassus @ other, delassus @ one, atol=1e-8)
