@@ -37,7 +37,7 @@ HALF, MASS, HINGE, ALONG = (0.05, 0.025, 0.025), 0.37, (-0.035, 0.06, 0.0), 0.03
 TOUCHING = 0.004
 # Samples of flight that tell the first state, and those within 68 ms of the contact, which lies
 # before the first that touches.
-BEFORE, AFTER = 8, 9
+BEFORE, AFTER = 6, 9
 # Recordings that the calibration and the noise rest on, evenly taken; the share held out.
 CALIBRATED, HELD_OUT = 60, 0.8
 INERTIAS = ("ixx", "iyy", "izz")

@@ -63,7 +63,8 @@ def fit_impacts(
     ``RestitutionTable`` in the scene is e by approach speed: its values are fitted. The fit starts
     from the values in the first measurement's scene. If a friction coefficient has no effect at
     the end (a contact that sticks does not depend on µ), the fit is repeated from a better start.
-    From 24 measurements a scene on they are solved as batches, with derivatives by differences.
+    From 24 measurements a scene on (6 with points) they are solved as batches, with derivatives by
+    differences.
 
     Args:
         measurements: the impacts, in one scene or in several with one robot.

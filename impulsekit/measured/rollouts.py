@@ -101,14 +101,14 @@ class Rollouts:
         self._settings, self._processes = settings, processes
 
     def rows(self, scene: Scene, which: Sequence[int]) -> list[Any]:
-        """What ``followed_row`` gives, for each of some recordings."""
+        """What ``followed_row`` gives without impacts, for each of some recordings."""
         rows: list[Any] = []
         for k in which:
             start, recording = self.starts[k], self.recordings[k]
             times = recording.t - recording.t[0]
             settings = self._settings.changed(duration=float(times[-1]), samples=len(times))
             inputs = batch_inputs(scene, start.q, start.v, None, None, None, None)
-            rows.append((inputs, settings, times))
+            rows.append((inputs, settings, times, False))
         count = worker_count(len(rows), self._processes)
         if count > 1:
             # Long ones first, so that no process waits for the last.

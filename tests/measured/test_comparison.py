@@ -52,7 +52,7 @@ def test_many_impacts_with_points_are_fitted_as_one_by_one(monkeypatch):
     seen = rod_impacts(ik.Law(), 0.55, 0.12, 60, 0.01)
     assert len(seen) >= 45
     batched = fit_impacts(seen, **NAMES)
-    monkeypatch.setattr(batched_module, "FEWEST_FOR_BATCH", 1000)
+    monkeypatch.setattr(batched_module, "FEWEST_WITH_POINTS", 1000)
     by_one = fit_impacts(seen, **NAMES)
     assert batched.values == pytest.approx(by_one.values, abs=1e-8)
     assert batched.sigma == pytest.approx(by_one.sigma, rel=1e-5)

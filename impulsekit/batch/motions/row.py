@@ -72,9 +72,13 @@ def followed_row(
     inputs: BatchInputs,
     settings: MotionSettings,
     times: np.ndarray,
+    impacts: bool = True,
     progress: Callable[[float], None] | None = None,
 ) -> RowResult:
     """Follow the only row of ``inputs``; a row that is refused is told as such.
+
+    Args:
+        impacts: whether they are kept; half of the work where motions are short.
 
     Raises:
         ImpulsekitError: a function of the scene is at fault, which is no fault of the row.
@@ -87,7 +91,7 @@ def followed_row(
         if error.from_function:
             raise
         return _refused(scene, times, str(error))
-    return _kept(motion, times)
+    return _kept(motion, times, impacts)
 
 
 def _refused(scene: Scene, times: np.ndarray, detail: str) -> RowResult:
@@ -106,7 +110,7 @@ def _refused(scene: Scene, times: np.ndarray, detail: str) -> RowResult:
     )
 
 
-def _kept(motion: Trajectory, times: np.ndarray) -> RowResult:
+def _kept(motion: Trajectory, times: np.ndarray, impacts: bool) -> RowResult:
     robot = motion.scene.robot
     q = np.full((len(times), robot.nq), np.nan)
     v = np.full((len(times), robot.nv), np.nan)
@@ -122,7 +126,7 @@ def _kept(motion: Trajectory, times: np.ndarray) -> RowResult:
         v,
         q_end,
         v_end,
-        impact_columns(motion.scene, motion.impacts),
+        impact_columns(motion.scene, motion.impacts if impacts else ()),
         tuple((rest.contact, rest.start, rest.end) for rest in motion.rests),
         motion.evaluations,
     )

@@ -75,14 +75,14 @@ class _State:
             return f"{type(error).__name__}: {error}"
         return ""
 
-    def row(self, inputs: Any, settings: Any, times: Any) -> Any:
+    def row(self, inputs: Any, settings: Any, times: Any, impacts: bool = True) -> Any:
         """Follow a motion: ("row", its ``RowResult``) or ("error", what is to be raised)."""
         from .row import followed_row
 
         try:
             # Ctrl-C ends the motion, not the process.
             signal.signal(signal.SIGINT, signal.default_int_handler)
-            found = followed_row(self._scene, inputs, settings, times, self._heed)
+            found = followed_row(self._scene, inputs, settings, times, impacts, self._heed)
             return "row", found
         except KeyboardInterrupt:
             return "row", None
