@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import impulsekit as ik
 
@@ -96,3 +97,65 @@ def test_ball_between_ball_and_cloth(v, w):
     for k in (0, 2):
         angles = [np.arctan2(each[k, 0], each[k, 1]) for each in (own, truth)]
         assert abs(np.degrees(angles[0] - angles[1])) < 0.02
+
+
+# Mathavan, Jackson & Parkin (2010): a cushion whose nose is 7R/5 above the cloth.
+E_CUSHION, ON_CUSHION, ON_TABLE = 0.98, 0.14, 0.212
+OUT = np.array([0.0, -np.sqrt(0.84), -0.4])
+
+
+def cushion_rates(state):
+    """By impulse of the cushion: velocity, spin and work; and the slower of both slips."""
+    v, w = state[:3], state[3:6]
+    u = v + np.cross(w, -RADIUS * OUT)
+    slip = u - OUT * (u @ OUT)
+    friction = -ON_CUSHION * slip / np.linalg.norm(slip)
+    load = -(OUT + friction)[2]
+    touch = (v + np.cross(w, -RADIUS * UP)) * (1.0 - UP)
+    cloth = -ON_TABLE * load * touch / np.linalg.norm(touch)
+    dv = (OUT + friction + load * UP + cloth) / MASS
+    dw = (np.cross(-RADIUS * OUT, friction) + np.cross(-RADIUS * UP, cloth)) / INERTIA
+    slowest = min(np.linalg.norm(slip), np.linalg.norm(touch))
+    return np.concatenate([dv, dw, [u @ OUT]]), slowest
+
+
+def along_cushion(v, w):
+    """Velocities and spin behind the cushion, at 1e-12; both contacts slip throughout."""
+    state, most = np.concatenate([v, w, [0.0]]), None
+
+    def turns(_, y):
+        return cushion_rates(y)[0][6]
+
+    def regained(_, y):
+        return y[6] - most * (1.0 - E_CUSHION**2)
+
+    for end in (turns, regained):
+        end.terminal = True
+        way = solve_ivp(
+            lambda _, y: cushion_rates(y)[0], [0, 5 * MASS], state, "DOP853",
+            rtol=1e-12, atol=1e-14, events=end,
+        )  # fmt: skip
+        state = way.y[:, -1]
+        assert way.status == 1 and min(cushion_rates(y)[1] for y in way.y.T) > 0.1
+        most = state[6]
+    return state[:6]
+
+
+@pytest.mark.parametrize(
+    ("angle", "side", "top"), [(20, -2, 0), (45, 1, 3), (70, 2, 0), (45, -1, 0)]
+)
+def test_ball_between_cushion_and_cloth(angle, side, top):
+    ball = ik.Robot.from_urdf(URDF, root="freeflyer")
+    cushion = ik.Contact(
+        "ball", at=-RADIUS * OUT, normal=OUT, restitution=E_CUSHION, friction=ON_CUSHION,
+        stiffness=1.0,
+    )  # fmt: skip
+    cloth = ik.Contact("ball", at=[0, 0, -RADIUS], friction=ON_TABLE, stiffness=np.inf)
+    scene = ik.Scene(ball, contacts=[cushion, cloth], law=ik.Law("lzb"), gap_bound=np.inf)
+    v = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle)), 0.0])
+    w = (np.cross(UP, v) * top + side * UP) / RADIUS
+    impact = ik.solve(scene, ball.neutral(), np.concatenate([v, w]))
+    truth = along_cushion(v, w)
+    assert impact.is_valid()
+    assert np.abs(impact.v_after - truth)[:3].max() < 1e-9
+    assert RADIUS * np.abs(impact.v_after - truth)[3:].max() < 1e-9
