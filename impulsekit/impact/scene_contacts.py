@@ -193,8 +193,12 @@ class SceneContacts:
         self, problem: ContactProblem, solution: ContactSolution, dv: np.ndarray, steps: Steps
     ) -> tuple[ContactSolution, np.ndarray]:
         """The solution and Δv once more, from the velocities that Δv makes."""
-        if not (problem.adhesion is None and problem.turning is None and self._models is None):
+        if problem.turning is not None or self._models is not None:
             return solution, dv
+        if problem.adhesion is not None:
+            from .laws.adhesive import refined_adhesive
+
+            return refined_adhesive(problem, self._law, solution, dv, steps)
         from .laws.refine import refined
 
         return refined(problem, self._law, solution, dv, steps)

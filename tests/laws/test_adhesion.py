@@ -1,10 +1,14 @@
 """Contacts that hold up to a given impulse: closed forms, constraints and their statement."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import impulsekit as ik
 from impulsekit.impact.laws import ContactProblem, solve_contacts
+from impulsekit.impact.laws.adhesive import refined_adhesive
+from impulsekit.impact.steps import steps_of
 
 BALL = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
 MASS = float(BALL.model.inertias[1].mass)
@@ -108,3 +112,27 @@ def test_bad_input_is_one_clear_error():
         ik.derivatives(lifted([0, 0, 1.0], 2.0))
     batch = ik.solve_batch(scene, np.tile(BALL.neutral(), (2, 1)), BALL.velocity())
     assert "adhere" in batch.plan.why[0] and batch.valid.all()
+
+
+def test_what_holds_is_refined_to_rounding():
+    """An answer that is off by 1e-8 comes back to the law, its works with it."""
+    rng = np.random.default_rng(8)
+    root = rng.normal(size=(9, 9))
+    W = root @ root.T
+    before = rng.normal(size=9) - np.tile([0, 0, 1.0], 3)
+    problem = ContactProblem(
+        W, before, before, np.zeros(3), np.array([0.5, 0.2, 0.0]), np.zeros(3),
+        adhesion=np.array([0.1, 0.0, 0.05]),
+    )  # fmt: skip
+    exact = solve_contacts(problem, ik.Law())
+    off = replace(exact, impulse=exact.impulse * (1.0 + 1e-8), residual=1e-8)
+    steps = steps_of(
+        np.linalg.inv(W), np.zeros(9), np.eye(9), np.empty((0, 9)),
+        lambda change: W @ change, lambda impulse: np.empty(0),
+    )  # fmt: skip
+    found, dv = refined_adhesive(problem, ik.Law(), off, W @ off.impulse, steps)
+    assert found.residual < 1e-13
+    assert np.abs(found.impulse - exact.impulse).max() < 1e-13 * np.abs(exact.impulse).max() * 10
+    assert np.abs(dv - (found.velocity_after - before)).max() < 1e-13
+    work = 0.5 * found.impulse * (before + found.velocity_after)
+    assert found.normal_work + found.friction_work == pytest.approx(work.reshape(3, 3).sum(axis=1))

@@ -15,8 +15,9 @@ from ...laws.single import GAIN
 from ...laws.status import Status
 from ...scene.law import Law
 from .problem import ContactProblem, ContactSolution
+from .refine import Steps, refined
 
-__all__ = ["pulled", "pulled_solution", "solve_adhesive"]
+__all__ = ["pulled", "pulled_solution", "refined_adhesive", "solve_adhesive"]
 
 
 def _pull(problem: ContactProblem) -> np.ndarray:
@@ -43,7 +44,23 @@ def solve_adhesive(problem: ContactProblem, law: Law) -> ContactSolution:
     """The impulses of contacts of which some hold, under Newton's law with slip at the end."""
     from .solve import find_impulses
 
-    found = find_impulses(pulled(problem), law)
+    return _as_adhesive(problem, find_impulses(pulled(problem), law))
+
+
+def refined_adhesive(
+    problem: ContactProblem, law: Law, solution: ContactSolution, dv: np.ndarray, steps: Steps
+) -> tuple[ContactSolution, np.ndarray]:
+    """``refine.refined`` of P̂; its arguments."""
+    pull = _pull(problem)
+    of_pushes = dataclasses.replace(
+        steps, momentum=lambda impulse, change: steps.momentum(impulse - pull, change)
+    )
+    found, dv = refined(pulled(problem), law, pulled_solution(problem, solution), dv, of_pushes)
+    return _as_adhesive(problem, found), dv
+
+
+def _as_adhesive(problem: ContactProblem, found: ContactSolution) -> ContactSolution:
+    """The solution of P from one of ``pulled(problem)``."""
     impulse = found.impulse - _pull(problem)
     before, after = problem.velocity_before, found.velocity_after
     works = 0.5 * impulse * (before + after)
