@@ -242,7 +242,10 @@ def dispatcher(function: Callable[..., Any], options: dict[str, Any], *more: str
     """
     from numba import njit
 
-    made = njit(**options)(function)
+    from .linked import EntryCompiler, InnerCompiler
+
+    compiler = InnerCompiler if "no_cpython_wrapper" in options else EntryCompiler
+    made = njit(**options, pipeline_class=compiler)(function)
     made._cache = Store(function, repr(options), *more)
     _take_literals_as_numbers(made)
     return made
