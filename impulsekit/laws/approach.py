@@ -27,12 +27,19 @@ __all__ = [
 SETTLED = 1e-13
 # Rounds of sweeps (above 0) and of splitting (below), which knows no order of the contacts: where
 # several answers obey the law, the same is to be found however the contacts are numbered.
-SWEEPS = (-30, -100, -200, -400, 10, 30, -800, 200)
+SWEEPS = (-30, -20, -40, -80, -160, -400, 10, 30, -800, 200)
 # The first of these, and one behind the last.
 NO_ROUND: int = np.int64(0)  # type: ignore[assignment]
 ALL_ROUNDS: int = np.int64(len(SWEEPS))  # type: ignore[assignment]
-# How much splitting minds the cones at first.
-RATE = 0.05
+# How much splitting minds the cones in its first round, in units of the contacts' own mobilities,
+# and from then on at most: of the size of the geometric mean of W's largest and least eigenvalues
+# where feet of a robot slip.
+RATE, SLOWER = 0.05, 1e-3
+# By what factor a step of splitting is longer from its second round on: fewer steps.
+RELAXED = 1.6
+# Behind the first round of splitting Newton starts where the residual is below this: from farther
+# it mostly fails, or ends at another answer than the one that is near.
+CALM = 1e-4
 # The proximal point: ε at first, at least and at most, as a share of each contact's mobility.
 FIRST, LEAST, MOST = 0.1, 1e-6, 1.0
 # Contacts that move next to nothing count as moving this share of what the lightest does.
@@ -51,7 +58,7 @@ def approach_in_rounds(
     """Rounds ``first`` to ``last`` of sweeps and splitting, Newton after each; the residual.
 
     Args:
-        work: the problem, ``floor`` being 0. Round 0 starts from nothing, the others from P and
+        work: the problem. Round 0 starts from nothing, the others from P and
             what the last ones left in y and z.
         n: how many contacts.
         sizes: what counts as nothing.
@@ -71,9 +78,13 @@ def approach_in_rounds(
         if SWEEPS[k] > 0:
             sweep(work, n, sizes.scale, SWEEPS[k])
         else:
-            rate = split(work, n, -SWEEPS[k], rate)
+            rate = split(work, n, -SWEEPS[k], rate, 1.0 if k == 0 else RELAXED)
+            if k == 0:
+                rate = min(rate, SLOWER)
             for j in range(3 * n):
                 P[j] = unit[j // 3] * work.y[j]
+        if k > 0 and SWEEPS[k] < 0 and residual_of(work, n, sizes) > CALM:
+            continue
         residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
         if residual <= bar:
             if residual > DEEP:

@@ -17,6 +17,7 @@ __all__ = [
     "invert",
     "lower_solve",
     "null_rows",
+    "orthonormalize",
     "pivoted_cholesky",
     "solve_factorized",
 ]
@@ -304,15 +305,23 @@ def null_rows(a: np.ndarray, n: int, rank: int, order: np.ndarray, null: np.ndar
                 total -= a[k, i] * null[c, order[k]]
             null[c, order[i]] = total / a[i, i]
         null[c, order[rank + c]] = 1.0
+    orthonormalize(null[: n - rank])
+
+
+@compiled
+def orthonormalize(rows: np.ndarray) -> None:
+    """Make linearly independent rows orthonormal, one after the other (Gram & Schmidt)."""
+    count, n = rows.shape
+    for r in range(count):
         # Twice, for what rounding leaves.
-        _take_out(null, 0, c, n, null[c])
-        _take_out(null, 0, c, n, null[c])
+        _take_out(rows, 0, r, n, rows[r])
+        _take_out(rows, 0, r, n, rows[r])
         size = 0.0
         for j in range(n):
-            size += null[c, j] ** 2
+            size += rows[r, j] ** 2
         size = math.sqrt(size)
         for j in range(n):
-            null[c, j] /= size
+            rows[r, j] /= size
 
 
 @compiled

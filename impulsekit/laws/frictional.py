@@ -49,7 +49,7 @@ HELD = 1e-13
 # Normal velocities that approach by no more than this share of all do not.
 AT_REST = 1e-15
 # The rounds before all modes are tried; sweeps at last, and how often.
-EARLY: int = np.int64(3)  # type: ignore[assignment]
+EARLY: int = np.int64(5)  # type: ignore[assignment]
 SWEEPS: int = np.int64(50)  # type: ignore[assignment]
 MOST_SWEEPS = 30
 # Nothing found yet.
@@ -173,24 +173,23 @@ def _hold_by_shares(work: Workspace, n: int, sizes: Sizes, dependent: float) -> 
 def search_slipping(
     work: Workspace, n: int, sizes: Sizes, floors: bool, dependent: float
 ) -> tuple[int, float]:
-    """The answer where contacts slip; P to begin with where there are floors."""
-    residual = math.inf
+    """The answer where contacts slip."""
+    residual = approach_in_rounds(work, n, sizes, NO_ROUND, EARLY, BAR)
     if not floors:
-        residual = approach_in_rounds(work, n, sizes, NO_ROUND, EARLY, BAR)
         residual = unload(work, n, sizes, residual)
-        if residual <= BAR:
-            return _code_of(work, n, sizes, dependent, YES), residual
+    if residual <= BAR:
+        return _code_of(work, n, sizes, dependent, YES), residual
     rough = work.P[: 3 * n].copy()
     code, bar = _try_modes(work, n, sizes, YES, dependent)
     if code != _OPEN:
         return code, bar
     for k in range(3 * n):
         work.P[k] = rough[k]
+    residual = approach_in_rounds(work, n, sizes, EARLY, ALL_ROUNDS, BAR)
     if not floors:
-        residual = approach_in_rounds(work, n, sizes, EARLY, ALL_ROUNDS, BAR)
         residual = unload(work, n, sizes, residual)
-        if residual <= BAR:
-            return _code_of(work, n, sizes, dependent, YES), residual
+    if residual <= BAR:
+        return _code_of(work, n, sizes, dependent, YES), residual
     residual = approach_regularized(work, n, sizes, BAR)
     if not floors:
         residual = unload(work, n, sizes, residual)

@@ -19,10 +19,10 @@ from typing import NamedTuple
 import numpy as np
 
 from .compiled import compiled, entry
-from .dense import gauss
+from .dense import gauss, orthonormalize, pivoted_cholesky
 from .modes import BAR, NULL, residual_of, sizes_of
 from .redundant import is_redundant
-from .words import NO
+from .words import NO, YES
 from .workspace import Sizes, Workspace, workspace
 
 __all__ = ["least_holding", "least_split", "share_least"]
@@ -31,11 +31,15 @@ __all__ = ["least_holding", "least_split", "share_least"]
 STILL = 1e-11
 # A contact that moves this share of what the lightest does counts as moving that much.
 LIGHTEST = 1e-12
-# Eigenvalues of W, each contact weighted, below this share of the largest are rounding.
+# Eigenvalues of W, each contact weighted, below this share of the largest are rounding. Pivots
+# below VANISHED and above CLEAR tell the same of its rank.
 NO_RANGE = 1e-13
+CLEAR, VANISHED = 1e-6, 1e-13
 # Newton's steps at most, and halvings of one; what Uᵀp may be off by, relative.
 MOST_STEPS, MOST_HALVINGS = 60, 30
 SHARED = 1e-15
+# What sums of terms that cancel are off by at most, relative to the sum of their sizes.
+CANCELLED = 1e-9
 # Impulses this many times those that make the velocities, and more, hold nothing: it slips.
 LARGEST = 1e6
 # How far the dual may rise by rounding, relative to |p|²; the most that its slope is stiffened.
@@ -100,7 +104,7 @@ def least_split(work: Workspace, n: int, sizes: Sizes) -> float:
     """
     before = residual_of(work, n, sizes)
     roots = _roots(work, n)
-    _, span = _range(work, n, roots)
+    span = _range(_weighted(work, n, roots))
     allowed = _allowed(work, n, sizes, work.xi, roots)
     kept = work.P[: 3 * n].copy()
     weighted = kept * roots
@@ -122,10 +126,13 @@ def least_holding(work: Workspace, n: int, sizes: Sizes) -> float:
     Arguments as those of ``least_split``; P is only written.
     """
     roots = _roots(work, n)
-    values, span = _range(work, n, roots)
+    weighted = _weighted(work, n, roots)
+    span = _range(weighted)
     allowed = _allowed(work, n, sizes, np.zeros(3 * n), roots)
-    wanted = -np.dot(span.T, work.b[: 3 * n] / roots) / values
-    p = _least(span, allowed, wanted, allowed.floor.max() == 0.0)
+    across = np.ascontiguousarray(span.T)
+    wanted = -np.dot(across, work.b[: 3 * n] / roots)
+    gauss(np.dot(across, np.dot(weighted, span)), len(wanted), wanted)
+    p = _least(span, allowed, wanted, YES)
     for k in range(3 * n):
         work.P[k] = p[k] / roots[k]
     return residual_of(work, n, sizes)
@@ -151,18 +158,40 @@ def _roots(work: Workspace, n: int) -> np.ndarray:
 
 
 @compiled
-def _range(work: Workspace, n: int, roots: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues and vectors (3n, r) of W so weighted, but those of rounding."""
+def _range(weighted: np.ndarray) -> np.ndarray:
+    """An orthonormal basis (3n, r) of the range of W so weighted, but for rounding.
+
+    By pivots; where these do not tell the rank clearly, by eigenvalues.
+    """
+    size = len(weighted)
+    factor, order = weighted.copy(), np.empty(size, np.int64)
+    largest = 0.0
+    for k in range(size):
+        largest = max(largest, weighted[k, k])
+    rank = pivoted_cholesky(factor, size, VANISHED * largest, order)
+    if rank > 0 and factor[rank - 1, rank - 1] ** 2 > CLEAR * largest:
+        rows = np.zeros((rank, size))
+        for c in range(rank):
+            for k in range(c, size):
+                rows[c, order[k]] = factor[k, c]
+        orthonormalize(rows)
+        return np.ascontiguousarray(rows.T)
+    values, vectors = np.linalg.eigh(weighted)
+    first = 0
+    while first < size - 1 and not values[first] > NO_RANGE * values[size - 1]:
+        first += 1
+    return np.ascontiguousarray(vectors[:, first:])
+
+
+@compiled
+def _weighted(work: Workspace, n: int, roots: np.ndarray) -> np.ndarray:
+    """(3n, 3n) W / √w √w."""
     size = 3 * n
     weighted = np.empty((size, size))
     for r in range(size):
         for c in range(size):
             weighted[r, c] = work.W[r, c] / (roots[r] * roots[c])
-    values, vectors = np.linalg.eigh(weighted)
-    first = 0
-    while first < size - 1 and not values[first] > NO_RANGE * values[size - 1]:
-        first += 1
-    return values[first:].copy(), np.ascontiguousarray(vectors[:, first:])
+    return weighted
 
 
 @compiled
@@ -192,14 +221,14 @@ def _allowed(
 
 
 @compiled
-def _least(span: np.ndarray, allowed: Allowed, wanted: np.ndarray, cones: bool) -> np.ndarray:
+def _least(span: np.ndarray, allowed: Allowed, wanted: np.ndarray, may_fail: bool) -> np.ndarray:
     """The least of the allowed p with Uᵀp as wanted; the best one tried where it is not found.
 
     Args:
         span: (3n, m) U.
         allowed: the impulses that may be taken.
         wanted: (m,) d.
-        cones: whether these are cones, in which the search ends where it shows that there is none.
+        may_fail: whether there may be none, which ends the search where it shows.
     """
     rows, m = span.shape
     place, step, across = wanted.copy(), np.zeros(m), np.ascontiguousarray(span.T)
@@ -209,6 +238,7 @@ def _least(span: np.ndarray, allowed: Allowed, wanted: np.ndarray, cones: bool) 
     slope, moved, matrix = np.empty((rows, 3)), np.empty((rows, m)), np.empty((m, m))
     least, last, height = math.inf, math.inf, math.inf
     stiffened = STIFFENED
+    cones = allowed.floor.max() == 0.0
     for _ in range(MOST_STEPS):
         error, now, size = 0.0, 0.0, 0.0
         for _ in range(MOST_HALVINGS):
@@ -246,9 +276,9 @@ def _least(span: np.ndarray, allowed: Allowed, wanted: np.ndarray, cones: bool) 
         for k in range(m):
             matrix[k, k] += min(error / size, stiffened) if size > 0.0 else stiffened
             step[k] = -off[k]
-        if not gauss(matrix, m, step) or (cones and _leads_away(span, allowed, wanted, step)):
+        if not gauss(matrix, m, step) or (may_fail and _leads_away(span, allowed, wanted, step)):
             break
-        if cones:
+        if may_fail and cones:
             stiffened = max(SOFTER * stiffened, SOFTEST)
         for k in range(m):
             place[k] += step[k]
@@ -257,20 +287,30 @@ def _least(span: np.ndarray, allowed: Allowed, wanted: np.ndarray, cones: bool) 
 
 @compiled
 def _leads_away(span: np.ndarray, allowed: Allowed, wanted: np.ndarray, step: np.ndarray) -> bool:
-    """Whether a step of the dual shows that no p in the cones with Uᵀp = d is within LARGEST |d|.
+    """Whether a step of the dual shows that no allowed p with Uᵀp = d is within LARGEST |(d, f)|.
 
-    d·m = p·U m ≤ |p| |proj(U m)| for every p in the cones and every m.
+    With g = U m, d·m = p·g ≤ |p| |proj(g)| + Σ f min(0, g_n + µ|g_t|) for every p in the cones
+    above their floors f, and every m.
     """
     pull = np.dot(span, step)
-    near, slope = np.empty(len(pull)), np.empty((len(pull), 3))
-    _go_to_nearest(allowed, pull, near, slope)
-    along, size, left = 0.0, 0.0, 0.0
+    along, summed, size, left = 0.0, 0.0, 0.0, 0.0
     for k in range(len(wanted)):
         along += wanted[k] * step[k]
+        summed += abs(wanted[k] * step[k])
         size += wanted[k] * wanted[k]
-    for k in range(len(near)):
-        left += near[k] * near[k]
-    return along > LARGEST * math.sqrt(size * left)
+    for i in range(len(allowed.mu)):
+        k, mu = 3 * i, allowed.mu[i]
+        size += allowed.floor[i] ** 2
+        across, normal = math.sqrt(pull[k] ** 2 + pull[k + 1] ** 2), pull[k + 2]
+        raised = normal + mu * across
+        if raised <= 0.0:
+            along -= allowed.floor[i] * raised
+            summed -= allowed.floor[i] * raised
+        elif across <= mu * normal:
+            left += across * across + normal * normal
+        else:
+            left += raised * raised / (1.0 + mu * mu)
+    return along > LARGEST * math.sqrt(size * left) + CANCELLED * summed
 
 
 @compiled

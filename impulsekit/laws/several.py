@@ -260,9 +260,9 @@ def _expand(
         for k in range(3 * i, 3 * i + 3):
             P[k] *= e[i]
     code, residual = frictional(work, n, fastest, YES, care.spread, care.dependent)
-    if code in (AGAIN, _NOT_CONVERGED, _NONE):
-        return code, residual
-    return code, share_least(work, n, fastest, care.dependent, residual)
+    if code == _NOT_UNIQUE:
+        residual = share_least(work, n, fastest, care.dependent, residual)
+    return code, residual
 
 
 @compiled

@@ -1,8 +1,8 @@
 """Several contacts with friction by operator splitting (ADMM), which knows no order of contacts.
 
-½ xᵀW x + (b + s)ᵀx over the friction cones, s_n = µ|ξ_t| being De Saxcé's correction, which
-makes a convex problem of Coulomb's law at every step (Acary, Cadoux, Lemaréchal & Malick
-2011); x and its copy y in the cones are brought together by z (Carpentier et al. 2024).
+½ xᵀW x + (b + s)ᵀx over the friction cones, above their floors, s_n = µ|ξ_t| being De Saxcé's
+correction, which makes a convex problem of Coulomb's law at every step (Acary, Cadoux, Lemaréchal
+& Malick 2011); x and its copy y in the cones are brought together by z (Carpentier et al. 2024).
 """
 
 from __future__ import annotations
@@ -17,12 +17,17 @@ from .workspace import Workspace
 
 __all__ = ["split"]
 
+# Steps between looks at the rate; the ratio of what x and y are apart to what y moves by, above
+# which (or below its inverse) the rate follows it; by this factor at most at once.
+LOOK, UNBALANCED, MOST_CHANGE = 10, 5.0, 10.0
+
 
 @compiled
-def split(work: Workspace, n: int, steps: int, rate: float) -> float:
+def split(work: Workspace, n: int, steps: int, rate: float, relaxed: float) -> float:
     """Improve y (3n,) in the cones by some steps, z (3n,) being kept; the rate to go on with.
 
     y and z are in units of ``work.unit`` (n,): P = unit y, of one size for a contact's three rows.
+    x is moved past where a step leads by the factor ``relaxed`` (Eckstein & Bertsekas 1992).
     """
     W, b, mu, y, z, unit = work.W, work.b, work.mu, work.y, work.z, work.unit
     inverse, x, last, right = work.matrix, work.x, work.moved, work.best
@@ -56,31 +61,37 @@ def split(work: Workspace, n: int, steps: int, rate: float) -> float:
             k = 3 * i
             for j in range(k, k + 3):
                 last[j] = y[j]
+                x[j] += (relaxed - 1.0) * (x[j] - y[j])
                 y[j] = x[j] + z[j] / rate
-            _project(y, k, mu[i])
+            _project(y, k, mu[i], work.floor[i] / unit[i])
+            off, change = 0.0, 0.0
             for j in range(k, k + 3):
                 z[j] += rate * (x[j] - y[j])
-                apart = max(apart, abs(x[j] - y[j]))
-                moved = max(moved, abs(y[j] - last[j]))
-        if step % 20 == 19:
-            if apart > 8.0 * moved:
-                rate *= 4.0
+                off += (x[j] - y[j]) ** 2
+                change += (y[j] - last[j]) ** 2
+            # By contact, the same whichever way its tangents point.
+            apart = max(apart, math.sqrt(off))
+            moved = max(moved, math.sqrt(change))
+        if (step + 1) % LOOK == 0:
+            if apart > UNBALANCED * moved:
+                rate *= min(apart / moved, MOST_CHANGE) if moved > 0.0 else MOST_CHANGE
                 fresh = True
-            elif moved > 8.0 * apart:
-                rate *= 0.25
+            elif moved > UNBALANCED * apart:
+                rate *= max(apart / moved, 1.0 / MOST_CHANGE)
                 fresh = True
     return rate
 
 
 @compiled
-def _project(y: np.ndarray, k: int, mu: float) -> None:
-    """The nearest point of the cone |y_t| ≤ µ y_n."""
+def _project(y: np.ndarray, k: int, mu: float, floor: float) -> None:
+    """The nearest point of |y_t| ≤ µ y_n, y_n ≥ floor."""
     size = math.sqrt(y[k] * y[k] + y[k + 1] * y[k + 1])
-    if size <= mu * y[k + 2]:
-        return
-    if mu * size <= -y[k + 2]:
-        y[k], y[k + 1], y[k + 2] = 0.0, 0.0, 0.0
-        return
-    normal = (y[k + 2] + mu * size) / (1.0 + mu * mu)
-    factor = mu * normal / size if size > 0.0 else 0.0
-    y[k], y[k + 1], y[k + 2] = factor * y[k], factor * y[k + 1], normal
+    inside = size <= mu * y[k + 2]
+    normal = y[k + 2] if inside else (y[k + 2] + mu * size) / (1.0 + mu * mu)
+    if normal < floor:
+        normal = floor
+        inside = size <= mu * floor
+    if not inside:
+        factor = mu * normal / size
+        y[k], y[k + 1] = factor * y[k], factor * y[k + 1]
+    y[k + 2] = normal

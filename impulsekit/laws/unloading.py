@@ -24,7 +24,7 @@ __all__ = ["unload"]
 # Residuals between these are looked at: below is rounding, above the modes are not yet known.
 ROUNDING, FAR = 1e-13, 1e-4
 # Rounds of sweeps and splitting that mostly do.
-FEW_ROUNDS: int = np.int64(3)  # type: ignore[assignment]
+FEW_ROUNDS: int = np.int64(5)  # type: ignore[assignment]
 # Times the residual: a contact that parts no faster may bear load.
 TOUCHES = 10.0
 
