@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from ..errors import UnknownNameError
-from . import forces, jobs, motions
+from . import by_hand, forces, jobs, motions
 from .claim import Claim
 from .methods.registry import method_labelled
 from .problems.registry import problem_named
@@ -121,6 +121,10 @@ TABLE: tuple[_Row, ...] = (
     OfProblem("contacts", "foot", "foot that slides 38", SOLVE, DYNAMICS, 3.0),
     OfProblem("contacts", "foot", "foot that sticks 38", SOLVE, DYNAMICS, 3.0),
     OfProblem("contacts", "feet", "feet 8", SOLVE, ADMM, 1.3),
+    *(
+        OfJob("beside bare calls", f"{label}: solve / calls by hand", times, bound)
+        for label, times, bound in by_hand.BESIDE_BARE
+    ),
     *(
         OfJob("derivatives", f"{label}: derivatives / solve", times, 6.0)
         for label, times in jobs.DERIVATIVES.items()

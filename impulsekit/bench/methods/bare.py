@@ -16,7 +16,7 @@ from ...scene import AppliedImpulse, Contact, FrameAnchor, JointImpulse, PointAn
 from ..problems.problem import Problem
 from .method import Answer, Method
 
-__all__ = ["METHODS"]
+__all__ = ["METHODS", "Points"]
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -59,7 +59,7 @@ def _lands(problem: Problem) -> bool:
     )
 
 
-class _Points:
+class Points:
     """A model with frames where a scene strikes, holds and touches."""
 
     def __init__(self, scene: Scene) -> None:
@@ -122,7 +122,7 @@ class _Points:
 
 
 def _crba(problem: Problem) -> Answer:
-    points, q, v = _Points(problem.scene), problem.q, problem.v
+    points, q, v = Points(problem.scene), problem.q, problem.v
 
     def velocity_after() -> np.ndarray:
         impulse = points.impulse(q)
@@ -134,7 +134,7 @@ def _crba(problem: Problem) -> Answer:
 
 def _aba(problem: Problem) -> Answer:
     """The blows as forces on joints, with gravity away and all at rest."""
-    points, q, v = _Points(problem.scene), problem.q, problem.v
+    points, q, v = Points(problem.scene), problem.q, problem.v
     model, data = points.model, points.data
     model.gravity.setZero()
     at_rest = np.zeros(model.nv)
@@ -163,7 +163,7 @@ def _aba(problem: Problem) -> Answer:
 
 def _impulse_dynamics(problem: Problem) -> Answer:
     """Its own impact: rows that are held, one e for all of them, contacts that cannot slip."""
-    points, q, v = _Points(problem.scene), problem.q, problem.v
+    points, q, v = Points(problem.scene), problem.q, problem.v
     model, data = points.model, points.data
     struck = bool(problem.scene.impulses)
     e = float(getattr(problem.scene.contacts[0], "restitution", 0.0)) if _lands(problem) else 0.0
@@ -182,7 +182,7 @@ def _impulse_dynamics(problem: Problem) -> Answer:
 
 def _admm(tolerance: float, problem: Problem) -> Answer:
     """Pinocchio's own solver of Coulomb's law, e in the normal rows."""
-    points, q, v = _Points(problem.scene), problem.q, problem.v
+    points, q, v = Points(problem.scene), problem.q, problem.v
     model, data = points.model, points.data
     entries = [entry for entry in problem.scene.contacts if isinstance(entry, Contact)]
     restitution = np.array([float(entry.restitution) for entry in entries])  # type: ignore[arg-type]
@@ -217,7 +217,7 @@ def _admm(tolerance: float, problem: Problem) -> Answer:
 
 def _dense(solver: Callable[[np.ndarray, np.ndarray], np.ndarray], problem: Problem) -> Answer:
     """M Δv = I, or with rows held the whole of [M Jᵀ; J 0]."""
-    points, q, v = _Points(problem.scene), problem.q, problem.v
+    points, q, v = Points(problem.scene), problem.q, problem.v
     held = bool(points.rows)
 
     def velocity_after() -> np.ndarray:
