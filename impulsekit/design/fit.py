@@ -39,6 +39,15 @@ from .weights import ROBUST, block_weights, whitening
 
 __all__ = ["INERTIA_PARAMETERS", "Fit", "Measurement", "fit_impacts"]
 
+# A start this far inside its bounds: at a bound the solver could not take a first step.
+INSIDE = 1e-6
+# Changes of parameters, of the cost and of its slope, relative, behind which a fit has ended.
+CONVERGED = 1e-12
+# [of the largest] An eigenvalue below minus this is negative, and not a rounded 0.
+INDEFINITE = 1e-9
+# [of the square of a direction] Parameters with more than this in what no measurement tells.
+BLIND = 1e-6
+
 # Weights and values follow from each other in so many rounds at most, or until values settle.
 MOST_ROUNDS, SETTLED = 12, 1e-6
 # Steps of the least squares in a round.
@@ -221,8 +230,8 @@ class _Problem:
         # Off the bounds, where a coefficient could not move both ways.
         inside = np.clip(
             first,
-            np.where(np.isfinite(self._low), self._low + 1e-6, -np.inf),
-            np.where(np.isfinite(self._high), self._high - 1e-6, np.inf),
+            np.where(np.isfinite(self._low), self._low + INSIDE, -np.inf),
+            np.where(np.isfinite(self._high), self._high - INSIDE, np.inf),
         )
         self._last = None
 
@@ -233,9 +242,9 @@ class _Problem:
                 lambda x: self._both(x)[1],
                 bounds=(self._low, self._high),
                 x_scale=size,
-                xtol=1e-12,
-                ftol=1e-12,
-                gtol=1e-12,
+                xtol=CONVERGED,
+                ftol=CONVERGED,
+                gtol=CONVERGED,
                 max_nfev=steps,
             )
 
@@ -361,7 +370,7 @@ def _checked_covariance(m: Measurement, index: int, nv: int) -> np.ndarray | Non
     if not np.isfinite(covariance).all():
         raise NotFiniteError.of(what, "an entry", "a NaN or an infinity")
     values = np.linalg.eigvalsh(0.5 * (covariance + covariance.T))
-    if values[0] < -1e-9 * max(values[-1], 0.0) or not values[-1] > 0.0:
+    if values[0] < -INDEFINITE * max(values[-1], 0.0) or not values[-1] > 0.0:
         raise RangeError.of(what, f"eigenvalues from {values[0]:.3g}", "positive semidefinite")
     return covariance
 
@@ -371,6 +380,6 @@ def _covariance(jacobian: np.ndarray) -> np.ndarray:
     _, values, ways = np.linalg.svd(jacobian, full_matrices=False)
     seen = values > UNSEEN * max(values[0], NONZERO)
     covariance = (ways[seen].T / values[seen] ** 2) @ ways[seen]
-    blind = (ways[~seen] ** 2).sum(axis=0) > 1e-6
+    blind = (ways[~seen] ** 2).sum(axis=0) > BLIND
     covariance[blind, blind] = np.inf
     return covariance

@@ -10,6 +10,9 @@ from ..tolerances import NONZERO
 
 __all__ = ["ROBUST", "block_weights", "whitening"]
 
+# The spread of residuals that are all the same.
+LEAST_SPREAD = 1e-6
+
 # Ways to weigh measurements that are off the others.
 ROBUST = ("none", "huber", "biweight")
 # Beyond these multiples of what is typical a measurement counts less; beyond the last not at all
@@ -39,7 +42,7 @@ def block_weights(kind: str, blocks: Sequence[np.ndarray]) -> np.ndarray:
         return np.ones(len(sizes))
     # A size is of several numbers, so about 1 and never negative: what counts is its excess.
     excess = np.maximum(sizes / typical - 1.0, 0.0)
-    spread = max(1.4826 * float(np.median(np.abs(sizes / typical - 1.0))), 1e-6)
+    spread = max(1.4826 * float(np.median(np.abs(sizes / typical - 1.0))), LEAST_SPREAD)
     if kind == "huber":
         return np.minimum(1.0, HUBER * spread / np.maximum(excess, NONZERO))
     return np.asarray(np.clip(1.0 - (excess / (BIWEIGHT * spread)) ** 2, 0.0, 1.0) ** 2)

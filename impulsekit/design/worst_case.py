@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 __all__ = ["WorstImpact", "worst_impact"]
 
+# [rad] Where the search along a direction ends: the worst case is flat there.
+LEAST_STEP = 1e-4
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class WorstImpact(OneLine):
@@ -120,7 +123,7 @@ def worst_impact(
         raise InputError("worst_impact: no impact of the box is valid")
     x, most = points[best[1]].copy(), best[0]
     step = 0.25
-    while step > 1e-4:
+    while step > LEAST_STEP:
         better = False
         for k, sign in itertools.product(range(len(box)), (-1.0, 1.0)):
             other = x.copy()

@@ -9,6 +9,11 @@ import pinocchio as pin
 
 __all__ = ["Plan", "cheaper_algorithm"]
 
+# [µs] on one 2.5 GHz core, fitted to chains and robots: ABA a joint; CRBA with Cholesky a joint,
+# an entry of M that is not zero and the square of a depth. Only their ratios matter.
+ABA_JOINT = 0.224
+CRBA_JOINT, CRBA_ENTRY, CRBA_SQUARE = 0.07, 0.0073, 1.7e-4
+
 # The error of CRBA with Cholesky grows with the depth of a chain, that of the
 # articulated-body algorithm does not: beyond this depth accuracy decides.
 DEEPEST_FOR_CRBA = 16
@@ -45,8 +50,10 @@ def cheaper_algorithm(model: pin.Model, blows_in_world_axes: int) -> tuple[str, 
     if deepest > DEEPEST_FOR_CRBA:
         return "aba", f"ABA: a chain is {deepest} deep, where it keeps the most digits"
     nonzeros, squares = float(depths.sum()), float((depths**2).sum())
-    aba = 0.224 * model.njoints + (1.0 + 2.2 * blows_in_world_axes if blows_in_world_axes else 0.0)
-    crba = 0.07 * model.njoints + 0.0073 * nonzeros + 1.7e-4 * squares + 1.4
+    aba = ABA_JOINT * model.njoints + (
+        1.0 + 2.2 * blows_in_world_axes if blows_in_world_axes else 0.0
+    )
+    crba = CRBA_JOINT * model.njoints + CRBA_ENTRY * nonzeros + CRBA_SQUARE * squares + 1.4
     if aba < crba:
         return "aba", f"ABA: about {aba:.1f} against {crba:.1f} for CRBA with Cholesky"
     return "crba", f"CRBA with Cholesky: about {crba:.1f} against {aba:.1f} for ABA"

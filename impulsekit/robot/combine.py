@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 __all__ = ["combine"]
 
+# Entries of R Rᵀ that differ by more from the unit matrix: numbers written with ten digits pass.
+ORTHONORMAL = 1e-9
+
 
 def combine(
     robots: Mapping[str, Robot] | None = None,
@@ -133,7 +136,7 @@ def _placement(value: Any, name: str) -> pin.SE3:
     if array.shape == (3,):
         return pin.SE3(np.eye(3), array)
     rotation = array[:3, :3]
-    if abs(rotation @ rotation.T - np.eye(3)).max() > 1e-9 or np.linalg.det(rotation) < 0:
+    if abs(rotation @ rotation.T - np.eye(3)).max() > ORTHONORMAL or np.linalg.det(rotation) < 0:
         raise InputError(
             f'placement of "{name}": its 3×3 part is not a rotation; its columns must be of '
             "unit length, at right angles and right-handed"

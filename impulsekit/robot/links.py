@@ -17,6 +17,9 @@ from .urdf import LinkInertial, read_urdf
 
 __all__ = ["Link", "links_of"]
 
+# Masses that differ by less than this share are the same: sums of a model's masses, rounded.
+SAME_MASS = 1e-12
+
 
 @dataclass(frozen=True, eq=False)
 class Link:
@@ -100,7 +103,7 @@ def _joints_whose_frames_carry_inertia(model: pin.Model) -> set[int]:
     for frame in model.frames:
         mass[frame.parentJoint] += frame.inertia.mass
     whole = np.array([inertia.mass for inertia in model.inertias])
-    return set(np.flatnonzero((mass > 0.0) & (abs(mass - whole) <= 1e-12 * whole)).tolist())
+    return set(np.flatnonzero((mass > 0.0) & (abs(mass - whole) <= SAME_MASS * whole)).tolist())
 
 
 def _inertia_in_joint_axes(inertial: LinkInertial, link_rotation: np.ndarray) -> np.ndarray:

@@ -18,6 +18,9 @@ from .capacity import check_capacity
 
 __all__ = ["Massless", "is_always_regular", "massless_motions"]
 
+# Eigenvalues of the inertia, its diagonal being 1, below which a motion moves no mass.
+WITHOUT_MASS = 1e-9
+
 # A principal moment this far below the largest is that of a line or a point: rounding of
 # three moments that differ is some 1e-16.
 NO_MOMENT = 1e-14
@@ -164,7 +167,7 @@ def _moves_own_inertia(model: pin.Model) -> bool:
             return False
         scale = 1.0 / np.sqrt(whole)
         own = subspace.T @ model.inertias[joint_id].matrix() @ subspace + np.diag(armature)
-        if np.linalg.eigvalsh(own * scale * scale[:, None])[0] < 1e-9:
+        if np.linalg.eigvalsh(own * scale * scale[:, None])[0] < WITHOUT_MASS:
             return False
         to_parent = (model.jointPlacements[joint_id] * data.M).toActionMatrixInverse()
         behind[model.parents[joint_id]] += to_parent.T @ behind[joint_id] @ to_parent

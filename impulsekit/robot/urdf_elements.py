@@ -16,6 +16,11 @@ if TYPE_CHECKING:
 
 __all__ = ["JointLimit", "LinkInertial", "Mimic", "UrdfJoint", "read_joints", "read_links"]
 
+# [kg m²] A moment of inertia below this is negative, and not a rounded 0.
+NEGATIVE = -1e-12
+# A direction shorter than this has none.
+NO_AXIS = 1e-12
+
 Triple = tuple[float, float, float]
 
 JOINT_TYPES = ("continuous", "fixed", "floating", "planar", "prismatic", "revolute")
@@ -146,7 +151,7 @@ def _inertial(link: Element, element: str, source: str) -> LinkInertial:
     for key in MOMENTS:
         moment = number(inertia.get(key), source, element, f"<inertia {key}> [kg m²]")
         # CAD exports round a zero to -1e-20: only a moment that is truly negative is a fault.
-        if key in ("ixx", "iyy", "izz") and moment < -1e-12:
+        if key in ("ixx", "iyy", "izz") and moment < NEGATIVE:
             raise fault(source, element, f"its {key} must be 0 or more, got {moment:g} kg m²")
         moments.append(moment)
     return LinkInertial(mass, *_origin(inertial, element, source), tuple(moments))
@@ -208,7 +213,7 @@ def _axis(joint: Element, kind: str, element: str, source: str) -> Triple | None
     if axis is None or kind not in _WITH_AXIS:
         return None
     xyz = numbers(axis.get("xyz", "1 0 0"), 3, source, element, "<axis xyz>")
-    if math.hypot(*xyz) < 1e-12:
+    if math.hypot(*xyz) < NO_AXIS:
         raise fault(source, element, "its <axis> has no length, expected a direction")
     return xyz
 

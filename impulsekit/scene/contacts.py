@@ -28,6 +28,9 @@ __all__ = [
     "turns",
 ]
 
+# A direction whose length is this near to 1 is left as it is given: dividing would only round it.
+UNIT = 1e-15
+
 # Longer or shorter normals are taken for a mistake, not for a direction.
 SHORTEST_NORMAL = 1e-9
 
@@ -109,7 +112,7 @@ class Contact:
         if length < SHORTEST_NORMAL:
             raise RangeError.of(f"{what}: length of normal", length, "above zero")
         # A normal that is of unit length but for rounding stays as it is, bit for bit.
-        if abs(length - 1.0) > 1e-15:
+        if abs(length - 1.0) > UNIT:
             x, y, z = self.normal
             set_field(self, "normal", (x / length, y / length, z / length))
         _check_coefficients(self, what)

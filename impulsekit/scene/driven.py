@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Driven", "Rates", "at_rest", "is_driven", "scene_at", "velocity_at"]
 
+# A size to measure differences by where all values are 0.
+LEAST_SIZE = 1e-6
+
 # Times at which rates are held against differences [s], and the steps that are tried for these.
 LOOKS = (0.0, 0.0137, 0.131, 0.71)
 STEPS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
@@ -156,7 +159,7 @@ class Rates:
 def _check_rate(given: Callable[[float], Any], rates: Rates, order: int, what: str) -> None:
     said = [float(numbers_from(given, f"{what} at t = {t:g}", 1, t)[0]) for t in LOOKS]
     found = [float(rates(t, order)[0]) for t in LOOKS]
-    largest = max(map(abs, (*found, 1e-6)))
+    largest = max(map(abs, (*found, LEAST_SIZE)))
     for t, one, other in zip(LOOKS, said, found, strict=True):
         if abs(one - other) > MISTAKEN * largest * (1.0 if order == 1 else 10.0):
             raise RangeError.of(

@@ -15,6 +15,9 @@ from .motions import Shown
 
 __all__ = ["Actors"]
 
+# [m] The size of what has none, to draw it at all.
+LEAST_REACH = 1e-6
+
 GHOST_OPACITY = 0.22
 # For the camera's fit a motion is looked at in so many poses.
 LOOKS = 60
@@ -50,7 +53,7 @@ class Actors:
         corners = np.concatenate(poses)
         size = max(float(np.linalg.norm(np.ptp(pose, axis=0))) for pose in poses)
         whole = float(np.linalg.norm(np.ptp(corners, axis=0)))
-        reach = max(0.5 * float(np.sqrt(size * whole)), 1e-6)
+        reach = max(0.5 * float(np.sqrt(size * whole)), LEAST_REACH)
         return cls(shown, shapes, places, corners, reach, notes)
 
     @property

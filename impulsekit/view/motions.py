@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Shown", "shown_motion"]
 
+# [m] Planes nearer than this are drawn once.
+SAME_PLANE = 1e-9
+
 
 @dataclass(frozen=True, eq=False)
 class Shown:
@@ -94,7 +97,7 @@ def planes_of(scene: Scene) -> tuple[Plane, ...]:
         normal = frame.placement.rotation @ np.array(entry.normal)
         origin = frame.placement.act(np.array(entry.origin))
         if not any(
-            np.allclose(plane.normal, normal) and abs(normal @ (origin - plane.origin)) < 1e-9
+            np.allclose(plane.normal, normal) and abs(normal @ (origin - plane.origin)) < SAME_PLANE
             for plane in planes
         ):
             planes.append(Plane(origin, normal))

@@ -36,6 +36,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Replay", "replay"]
 
+# [s] What a motion without duration counts as having.
+LEAST_DURATION = 1e-9
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Replay(Displayed):
@@ -198,7 +201,7 @@ def replay(
 
 
 def _stretched(shown: Shown) -> float:
-    return max(shown.end - shown.start, 1e-9) / 4.0
+    return max(shown.end - shown.start, LEAST_DURATION) / 4.0
 
 
 def _clock(timeline: Timeline) -> dict[str, Any] | None:

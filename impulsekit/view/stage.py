@@ -14,6 +14,17 @@ from .surfaces import Surface
 
 __all__ = ["Camera", "Plane", "draw_stage", "fitting_camera"]
 
+# [m] The extent of what is flat, to divide by.
+LEAST_EXTENT = 1e-9
+# [m] The distance of the camera, and the size of the scene, where all is at one point.
+LEAST_DISTANCE = 1e-6
+# Of the shadows' depth: less draws stripes, more lets shadows come off their bodies.
+BIAS = -0.0008
+# [of the scene's radius] Lines above the floor, so that neither hides the other.
+LIFTED = 6e-4
+# How much an axis is preferred where a normal is as far from two.
+PREFERRED = 1e-12
+
 FIELD_OF_VIEW = 35.0  # degrees
 SKY = (0.90, 0.93, 0.96)
 HORIZON = (0.97, 0.98, 0.99)
@@ -69,7 +80,7 @@ def fitting_camera(points: np.ndarray, planes: Sequence[Plane] = ()) -> Camera:
         up = planes[0].normal
     axes = _triad(up)
     low, high = (points @ axes).min(axis=0), (points @ axes).max(axis=0)
-    extents = np.maximum(high - low, 1e-9)
+    extents = np.maximum(high - low, LEAST_EXTENT)
     thin = int(np.argmin(extents))
     flat = extents[thin] < 0.35 * np.sort(extents)[1]
     if flat and thin == 2:
@@ -93,7 +104,7 @@ def fitting_camera(points: np.ndarray, planes: Sequence[Plane] = ()) -> Camera:
     tangent = math.tan(math.radians(0.5 * FIELD_OF_VIEW)) / 1.15
     needed = np.maximum(np.abs(corners @ right) / 1.15, np.abs(corners @ across)) / tangent
     distance = float((corners @ direction + needed).max())
-    return Camera(target + max(distance, 1e-6) * direction, target, up)
+    return Camera(target + max(distance, LEAST_DISTANCE) * direction, target, up)
 
 
 def draw_stage(
@@ -114,7 +125,7 @@ def draw_stage(
     """
     low, high = points.min(axis=0), points.max(axis=0)
     middle = 0.5 * (low + high)
-    radius = max(0.5 * float(np.linalg.norm(high - low)), 1e-6)
+    radius = max(0.5 * float(np.linalg.norm(high - low)), LEAST_DISTANCE)
     _background(drawing, camera, radius)
     _lights(drawing, middle, radius, camera.up)
     if not planes:
@@ -169,7 +180,7 @@ def _lights(drawing: Drawing, middle: np.ndarray, radius: float, up: np.ndarray)
             "intensity": intensity,
             "matrix": pin.SE3(np.eye(3), place).homogeneous.T.ravel().tolist(),
             "shadow": {
-                "bias": -0.0008,
+                "bias": BIAS,
                 "radius": 3.0,
                 "mapSize": [2048, 2048] if i == 0 else [1, 1],
                 "camera": {
@@ -224,14 +235,14 @@ def _grid(size: float, radius: float, placement: pin.SE3) -> np.ndarray:
                 point[axis], point[1 - axis] = value, end
                 ends.append(point)
     lifted = np.array(ends)
-    lifted[:, 2] = 6e-4 * radius
+    lifted[:, 2] = LIFTED * radius
     return lifted
 
 
 def _triad(normal: np.ndarray) -> np.ndarray:
     """(3, 3) a right-handed frame with ``normal`` as z, the world's own where that is up."""
     across = np.zeros(3)
-    across[int(np.argmin(np.abs(normal) - np.array([0.0, 1e-12, 0.0])))] = 1.0
+    across[int(np.argmin(np.abs(normal) - np.array([0.0, PREFERRED, 0.0])))] = 1.0
     first = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.5 else across
     first = first - normal * float(normal @ first)
     first /= np.linalg.norm(first)

@@ -9,6 +9,9 @@ import numpy as np
 
 __all__ = ["Surface", "arrow", "box", "disc", "ellipsoid", "lathe", "merged", "tube"]
 
+# A vector shorter than this has no direction.
+NO_DIRECTION = 1e-9
+
 SEGMENTS = 32
 
 
@@ -139,7 +142,7 @@ def tube(points: np.ndarray, radius: float, sides: int = 6) -> Surface:
     for i, tangent in enumerate(tangents):
         sideways = last - tangent * tangent.dot(last)
         size = float(np.linalg.norm(sideways))
-        if size > 1e-9:
+        if size > NO_DIRECTION:
             last = sideways / size
         across[i] = last
     upright = np.cross(tangents, across)

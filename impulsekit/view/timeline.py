@@ -11,6 +11,11 @@ from ..errors import RangeError
 
 __all__ = ["Timeline"]
 
+# The share by which a duration of whole frames may fall short of them.
+ROUNDED = 1e-12
+# [of the duration, or s] Instants nearer than this are one frame.
+SAME_TIME = 1e-9
+
 # A page with more frames than this is a mistake, not a picture.
 MOST_FRAMES = 200_000
 
@@ -101,7 +106,7 @@ class Timeline:
             raise RangeError.of("replay: fps", fps, "a finite number above 0")
         if self.duration == 0.0:
             return np.zeros(1)
-        count = int(np.floor(self.duration * fps * (1.0 + 1e-12)))
+        count = int(np.floor(self.duration * fps * (1.0 + ROUNDED)))
         if count > MOST_FRAMES:
             raise RangeError.of(
                 "replay: frames", count, f"at most {MOST_FRAMES} (raise speed or lower fps)"
@@ -109,5 +114,7 @@ class Timeline:
         regular = np.arange(count + 1) / fps
         extra = [self.duration, *self.to_playback(np.array(list(instants), dtype=float))]
         # An instant on the grid, but for rounding, is no frame of its own.
-        extra = [t for t in extra if np.abs(regular - t).min() > 1e-9 * max(1.0, self.duration)]
+        extra = [
+            t for t in extra if np.abs(regular - t).min() > SAME_TIME * max(1.0, self.duration)
+        ]
         return np.unique(np.concatenate([regular, extra]))
