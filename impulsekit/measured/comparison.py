@@ -25,6 +25,8 @@ __all__ = ["LawComparison", "compare_laws"]
 FEWEST_A_FOLD = 2
 # Resamples tell a probability to some 0.01.
 RESAMPLES = 4000
+# A table lists so many coefficients of a law.
+MOST_SHOWN = 8
 # A law as good as the best one with more than this probability is not told apart from it.
 NOT_TOLD_APART = 0.05
 
@@ -87,7 +89,9 @@ class LawComparison(Displayed):
                     name,
                     *(f"{100.0 * number:.2f} %" for number in numbers),
                     "" if k == 0 else f"{self.better[k, 0]:.3f}",
-                    ", ".join(f"{n} = {value:.3g} ± {s:.1g}" for n, value, s in values),
+                    ", ".join(f"{n} = {value:.3g} ± {s:.1g}" for n, value, s in values)
+                    if len(fit.names) <= MOST_SHOWN
+                    else f"{len(fit.names)} coefficients, in fits[{k}]",
                 ]
             )
         return head, rows
