@@ -61,7 +61,7 @@ def compiled(function: F) -> F:
         >>> work(2.0, -1.0, 0.5)
         -0.5
     """
-    _tell_numba(lambda: _link(function, dispatcher(function, WITHIN)))
+    tell_numba(lambda: _link(function, dispatcher(function, WITHIN)))
     return function
 
 
@@ -71,7 +71,7 @@ def borrowing(function: F) -> F:
     numba's counting is a call at every use of an array that is a field of a tuple, which takes
     several times as long as what small loops do with it.
     """
-    _tell_numba(lambda: _link(function, dispatcher(function, {**WITHIN, "_nrt": False})))
+    tell_numba(lambda: _link(function, dispatcher(function, {**WITHIN, "_nrt": False})))
     return function
 
 
@@ -106,9 +106,9 @@ class Entry(Generic[P, R]):
         # Whether its compiled code was looked for on disk.
         self._looked = False
         if apart:
-            _tell_numba(lambda: tell_by_address(self, examples(), self.compile))
+            tell_numba(lambda: tell_by_address(self, examples(), self.compile))
         else:
-            _tell_numba(lambda: _link(self, self._dispatcher()))
+            tell_numba(lambda: _link(self, self._dispatcher()))
         ENTRIES[f"{function.__module__}.{function.__name__}"] = self
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
@@ -278,7 +278,7 @@ def use_numba() -> None:
             _waiting.pop()()
 
 
-def _tell_numba(tell: Callable[[], None]) -> None:
+def tell_numba(tell: Callable[[], None]) -> None:
     """Tell numba of a global that compiled code reads, as soon as numba is there."""
     with _lock:
         if _ready:

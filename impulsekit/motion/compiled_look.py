@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..laws.borrowed import borrowed
 from ..laws.compiled import compiled, entry
 from .closing import MARGIN, Node, zero_finder
 from .compiled_chart import write_configuration
@@ -250,7 +251,7 @@ def look(
         watched: what is looked for; which gaps close is written there.
         start, length: of the step [s].
     """
-    return look_through(system, work, watched, start, length)
+    return look_through(borrowed(system), borrowed(work), borrowed(watched), start, length)
 
 
 @compiled

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..laws.borrowed import borrowed
 from ..laws.compiled import compiled, entry
 from ..laws.dense import cholesky, lower_solve
 from ..laws.half import from_half, halve, is_safe
@@ -138,7 +139,7 @@ def settle_points(
         What became of it, and whether anything has changed. Of ``LIFTS`` nothing has, unless
         points were laid down.
     """
-    return settle(system, stand, driven, q, v)
+    return settle(borrowed(system), borrowed(stand), borrowed(driven), borrowed(q), borrowed(v))
 
 
 @compiled

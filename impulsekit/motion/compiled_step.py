@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..laws.borrowed import borrowed
 from ..laws.compiled import compiled, entry
 from ..laws.half import is_safe, solve_mass
 from ..laws.resting import BAR
@@ -178,6 +179,7 @@ def attempt(
     Returns:
         What became of it, and its error in units of what is allowed.
     """
+    system, tableau, work = borrowed(system), borrowed(tableau), borrowed(work)
     return try_step(system, tableau, work, h, rtol, atol)
 
 
@@ -223,7 +225,7 @@ def try_step(
 @entry(lambda: _examples_of_rates(), seconds=1.0)
 def rates_at(system: System, driven: np.ndarray, y: np.ndarray, rates: np.ndarray) -> int:
     """``evaluate`` as Python calls it."""
-    return evaluate(system, driven, y, rates)
+    return evaluate(borrowed(system), borrowed(driven), borrowed(y), borrowed(rates))
 
 
 def _examples_of_rates() -> tuple:
@@ -245,6 +247,7 @@ def begin_steps(
     Returns:
         What became of it, and a first step [s] of at most ``span``; see ``explicit.first_guess``.
     """
+    system, work, y = borrowed(system), borrowed(work), borrowed(y)
     rates, size = work.slopes[0], len(y)
     state = evaluate(system, work.driven[0], y, rates)
     if state != SOLVED:

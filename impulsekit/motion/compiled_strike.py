@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..impact.scene_contacts import ROUNDING, ROUNDING_OF_SUMS
+from ..laws.borrowed import borrowed
 from ..laws.compiled import compiled, entry
 from ..laws.half import from_half, halve, is_safe
 from ..laws.single import strike_at_end
@@ -74,7 +75,8 @@ def strike_point(
     blow: Blow,
 ) -> bool:
     """The impact of one point; see ``strike_alone``."""
-    return strike_alone(system, table, q, v, coefficients, restitution, blow)
+    system, table, blow = borrowed(system), borrowed(table), borrowed(blow)
+    return strike_alone(system, table, borrowed(q), borrowed(v), coefficients, restitution, blow)
 
 
 @compiled

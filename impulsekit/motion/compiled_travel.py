@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..laws.borrowed import borrowed
 from ..laws.compiled import compiled, entry
 from .compiled_advance import (
     CHANGED,
@@ -112,6 +113,7 @@ def travel(system: System, trip: Trip, most: int) -> tuple[int, int, int, bool]:
     Returns:
         As ``advance``; an impact ends the last of the steps that are told.
     """
+    system, trip = borrowed(system), borrowed(trip)
     track, log, hold, ledger = trip.track, trip.log, trip.hold, trip.ledger
     clock, count, made = track.clock, 0, 0
     while True:

@@ -1,0 +1,60 @@
+"""Arrays that compiled code does not count the references of.
+
+numba counts who holds an array, atomically, each time a field of a named tuple or a row is taken:
+in code that works on tuples of arrays that is most of what it does. Arguments outlive the call,
+so that nobody has to count. What is borrowed must not be returned to Python.
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+from .compiled import tell_numba
+
+__all__ = ["borrowed"]
+
+T = TypeVar("T")
+
+
+def borrowed(value: T) -> T:
+    """The same arrays, or (named) tuples of arrays and numbers, uncounted in compiled code."""
+    return value
+
+
+def _tell() -> None:
+    from numba import types
+    from numba.core.registry import cpu_target
+    from numba.core.typing.templates import AbstractTemplate
+
+    class Template(AbstractTemplate):
+        key = borrowed
+
+        def generic(self, args: Any, kws: Any) -> Any:
+            (value,) = args
+            return value(value)
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return _uncounted(context, builder, sig.args[0], args[0])
+
+    cpu_target.typing_context.insert_global(borrowed, types.Function(Template))
+    cpu_target.target_context.insert_func_defn([(lower, borrowed, (types.Any,))])
+
+
+def _uncounted(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    """The value without the owners of its arrays."""
+    from numba import types
+    from numba.core import cgutils
+
+    if isinstance(kind, types.Array):
+        array = context.make_array(kind)(context, builder, value=value)
+        array.meminfo = cgutils.get_null_value(array.meminfo.type)
+        array.parent = cgutils.get_null_value(array.parent.type)
+        return array._getvalue()
+    if isinstance(kind, types.BaseTuple):
+        for i, part in enumerate(kind.types):
+            own = builder.extract_value(value, i)
+            value = builder.insert_value(value, _uncounted(context, builder, part, own), i)
+    return value
+
+
+tell_numba(_tell)
