@@ -51,7 +51,8 @@ def _uncounted(context: Any, builder: Any, kind: Any, value: Any) -> Any:
         array.parent = cgutils.get_null_value(array.parent.type)
         return array._getvalue()
     if isinstance(kind, types.BaseTuple):
-        for i, part in enumerate(kind.types):
+        parts: Any = kind
+        for i, part in enumerate(parts.types):
             own = builder.extract_value(value, i)
             value = builder.insert_value(value, _uncounted(context, builder, part, own), i)
     return value

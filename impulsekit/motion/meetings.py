@@ -26,7 +26,6 @@ __all__ = [
     "rest_as",
     "rules_of",
     "strikes_plainly",
-    "together",
 ]
 
 # So many contacts that cease to rest are noted, besides two by gap.
@@ -38,18 +37,27 @@ class Met:
     """An impact that compiled code has solved.
 
     Attributes:
-        t: [s]. q: (nq,). v: (nv,) before.
-        gaps: those that took part.
+        t: [s]. q: (nq,). v: (nv,) before, dv: (nv,) Δv.
+        part: (m,) which gaps took part.
         soft: whether without restitution.
-        found: what the points did.
+        blow: what the points did.
     """
 
     t: float
     q: np.ndarray
     v: np.ndarray
-    gaps: list[int]
+    dv: np.ndarray
+    part: np.ndarray
     soft: bool
-    found: Together
+    blow: Blow
+
+    @property
+    def found(self) -> Together:
+        """What the points did."""
+        blow, count = self.blow, int(np.count_nonzero(self.part))
+        code, residual, off, fastest = blow.numbers.tolist()
+        points, works = blow.points[:, : 3 * count].copy(), blow.works[:, :count].copy()
+        return Together(int(code), residual, off, fastest, 0, False, self.dv, points, works)
 
 
 def strikes_plainly(scene: Scene) -> bool:
@@ -148,21 +156,15 @@ def rest_as(now: Present, hold: Hold) -> None:
 
 
 def met_in(ledger: Ledger) -> list[Met]:
-    """The impacts of a ledger."""
-    found = []
-    for i in range(int(ledger.counts[0])):
-        gaps = np.flatnonzero(ledger.part[i]).tolist()
-        blow = Blow(
-            ledger.dv[i], ledger.numbers[i], ledger.points[i], ledger.works[i], ledger.mass
-        )  # fmt: skip
-        q, v = ledger.q[i].copy(), ledger.v[i].copy()
-        t, soft = float(ledger.times[i]), bool(ledger.soft[i])
-        found.append(Met(t, q, v, gaps, soft, together(blow, len(gaps))))
-    return found
-
-
-def together(blow: Blow, count: int) -> Together:
-    """What so many points did, copied."""
-    code, residual, off, fastest = blow.numbers.tolist()
-    points, works = blow.points[:, : 3 * count].copy(), blow.works[:, :count].copy()
-    return Together(int(code), residual, off, fastest, 0, False, blow.dv.copy(), points, works)
+    """The impacts of a ledger, copied."""
+    count = int(ledger.counts[0])
+    if not count:
+        return []
+    own = ledger.q, ledger.v, ledger.dv, ledger.part, ledger.numbers, ledger.points, ledger.works
+    q, v, dv, part, *more = (array[:count].copy() for array in own)
+    numbers, points, works = more
+    seen = zip(ledger.times[:count].tolist(), ledger.soft[:count].tolist(), strict=True)
+    return [
+        Met(t, q[i], v[i], dv[i], part[i], soft, Blow(dv[i], numbers[i], points[i], works[i], dv))
+        for i, (t, soft) in enumerate(seen)
+    ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pinocchio as pin
@@ -12,7 +13,7 @@ import pinocchio as pin
 from .chart import Chart
 from .footing import NOTHING, Footing
 
-__all__ = ["NODES", "Path", "interpolated"]
+__all__ = ["NODES", "Path", "Piece", "interpolated"]
 
 # A place this near to a node, as a part of the step, is the node.
 AT_ONCE = 1e-14
@@ -66,7 +67,8 @@ class Path:
         self._model = model
         self._chart = Chart(model)
         self._starts: list[float] = []
-        self._pieces: list[Piece] = []
+        # What is not asked for is not made.
+        self._pieces: list[Piece | Callable[[], Piece]] = []
 
     def append(
         self,
@@ -80,6 +82,20 @@ class Path:
         self._starts.append(start)
         self._pieces.append(Piece(start, end, reference, dense, footing))
 
+    def extend(self, starts: list[float], piece: Callable[[int], Piece]) -> None:
+        """Add pieces that begin then [s] and are made by number when they are asked for."""
+        self._starts += starts
+        self._pieces += [partial(piece, k) for k in range(len(starts))]
+
+    def _at(self, i: int) -> Piece:
+        piece = self._pieces[i]
+        if not isinstance(piece, Piece):
+            piece = self._pieces[i] = piece()
+        return piece
+
+    def _all(self) -> list[Piece]:
+        return [self._at(i) for i in range(len(self._pieces))]
+
     def shorten(self, count: int) -> None:
         """Keep the first ``count`` pieces only."""
         del self._starts[count:], self._pieces[count:]
@@ -90,7 +106,7 @@ class Path:
     @property
     def end(self) -> float:
         """Where the last piece ends [s]."""
-        return self._pieces[-1].end
+        return self._at(len(self._pieces) - 1).end
 
     @property
     def step_times(self) -> np.ndarray:
@@ -99,11 +115,11 @@ class Path:
 
     def piece(self, t: float) -> Piece:
         """The one that counts at a time: the later one where two meet."""
-        return self._pieces[max(bisect_right(self._starts, t) - 1, 0)]
+        return self._at(max(bisect_right(self._starts, t) - 1, 0))
 
     def between(self, start: float, end: float) -> Iterator[tuple[float, float]]:
         """From when to when pieces reach, within a span of time [s]."""
-        for piece in self._pieces:
+        for piece in self._all():
             a, b = max(piece.start, start), min(piece.end, end)
             if a < b:
                 yield a, b
@@ -111,7 +127,7 @@ class Path:
     @property
     def footings(self) -> list[Footing]:
         """Of every piece, what rested in it."""
-        return [piece.footing for piece in self._pieces]
+        return [piece.footing for piece in self._all()]
 
     def state(self, t: float) -> tuple[np.ndarray, np.ndarray]:
         """q (nq,) and v (nv,) at a time; just after it where an impact happened."""
@@ -124,13 +140,13 @@ class Path:
         """The pieces as plain arrays."""
         nv = self._model.nv
         values = np.empty((len(self._pieces), len(NODES), 2 * nv))
-        for piece, own in zip(self._pieces, values, strict=True):
+        for piece, own in zip(self._all(), values, strict=True):
             for s, row in zip(NODES, own, strict=True):
                 row[:] = piece.dense(piece.start + s * (piece.end - piece.start))
-        references = [piece.reference for piece in self._pieces]
+        references = [piece.reference for piece in self._all()]
         return {
             "path_start": self.step_times,
-            "path_end": np.array([piece.end for piece in self._pieces]),
+            "path_end": np.array([piece.end for piece in self._all()]),
             "path_reference": np.array(references).reshape(len(self._pieces), self._model.nq),
             "path_values": values,
         }

@@ -15,11 +15,10 @@ from .compiled_stepper import CompiledStepper
 from .compiled_travel import Trip, travel
 from .crossing import Seen
 from .explicit import Output
-from .footing import NOTHING, Footing
 from .meetings import Met, hold_of, ledger_of, met_in, rest_as, rules_of
 from .path import Path
 from .present import Present
-from .resting import RestingContact
+from .stretch import Stretch
 
 __all__ = ["MOST", "Stride", "Strides"]
 
@@ -101,7 +100,9 @@ class Strides:
         work.before[:], work.slopes[0] = stepper.y, stepper.f
         why, count, made, stops = travel(system, trip, impacts)
         mover.count(made)
-        self._keep(log, count)
+        if count:
+            stretch = Stretch(log, ledger, count, now.gaps, now.resting)
+            self._path.extend(stretch.starts, stretch.piece)
         met = met_in(ledger)
         if met:
             rest_as(now, hold)
@@ -110,14 +111,15 @@ class Strides:
         if count:
             if n:
                 now.resting.note(*log.rest[:, : 3 * n].copy())
-            start = now.t = float(track.clock[0])
+            now.t = float(track.clock[0])
             now.q, now.v = track.q, track.v
             self._chart.reference = system.reference
-            stepper.go_on(start, work.before.copy(), work.slopes[0].copy(), track.clock)
+            stepper.go_on(now.t, work.before.copy(), work.slopes[0].copy(), track.clock)
         if why != HAPPENS:
             return Stride(why, count, met)
         end = float(log.ends[count])
-        last = _output(log, count)
+        start, length = float(log.starts[count]), float(log.lengths[count])
+        last = Output(start, length, log.before[count].copy(), log.powers[count].copy())
         after = work.slopes[len(tableau().result)].copy()
         stepper.go_on(end, work.after.copy(), after, track.clock)
         seen = mover.seen(watched, float(track.clock[4]), stops)
@@ -132,44 +134,6 @@ class Strides:
         all_gaps = NO_POINTS if table is None else table
         return Track(now.q.copy(), now.v.copy(), clock, self._turning, all_gaps, deepest)
 
-    def _keep(self, log: Log, count: int) -> None:
-        """Add steps to the path."""
-        footing, reference = NOTHING, log.references[:count].copy()
-        for k in range(count):
-            if k == 0 or not self._as_before(log, k):
-                footing = self._footing(log, k)
-            start, end = float(log.starts[k]), float(log.ends[k])
-            self._path.append(start, end, reference[k], _output(log, k), footing)
-
-    def _footing(self, log: Log, k: int) -> Footing:
-        """What rested in a step."""
-        gaps, ledger = self._now.gaps, self._ledger
-        n = int(ledger.resting[k])
-        if gaps is None or not n:
-            return NOTHING
-        resting = self._now.resting
-        contacts = [
-            RestingContact(i, int(gaps.entries[i]), gaps.items[i].friction, since, 1, [], [begins])
-            for i, since, begins in zip(
-                ledger.gaps[k, :n].tolist(),
-                ledger.since[k, :n].tolist(),
-                log.begins[k, :n].tolist(),
-                strict=True,
-            )
-        ]
-        for contact, way in zip(contacts, log.slides[k, :n].tolist(), strict=True):
-            contact.slides = [np.array(way[:2]) if way[2] else None]
-        return Footing(tuple(contacts), (None,) * n, resting.slow, resting.negligible)
-
-    def _as_before(self, log: Log, k: int) -> bool:
-        """Whether the same points did in a step what they did in the one before."""
-        ledger = self._ledger
-        n = int(ledger.resting[k])
-        return n == ledger.resting[k - 1] and all(
-            np.array_equal(own[k, :n], own[k - 1, :n])
-            for own in (ledger.gaps, ledger.since, log.slides, log.begins)
-        )
-
     def _made_log(self) -> Log:
         m, nq, nv = len(self._now.base), len(self._now.q), len(self._now.v)
         return Log(
@@ -183,8 +147,3 @@ class Strides:
             np.zeros((MOST, m), dtype=bool),
             np.zeros((3, 3 * m)),
         )
-
-
-def _output(log: Log, k: int) -> Output:
-    start, length = float(log.starts[k]), float(log.lengths[k])
-    return Output(start, length, log.before[k].copy(), log.powers[k].copy())

@@ -18,7 +18,7 @@ from ..scene.contacts import turns
 from ..scene.driven import is_driven, scene_at
 from ..scene.friction import is_plain, static_friction
 from ..scene.law import RESTITUTIONS
-from .meetings import Met, strikes_plainly, together
+from .meetings import Met, strikes_plainly
 from .present import Present, Stopped
 from .status import MotionStatus
 
@@ -96,7 +96,8 @@ class Striking:
         if blow is None:
             return False
         q, v = now.q.copy(), now.v.copy()
-        self.note(Met(now.t, q, v, [gap], soft, together(blow, 1)))
+        part = np.arange(len(now.base)) == gap
+        self.note(Met(now.t, q, v, blow.dv, part, soft, blow))
         now.strike(v + blow.dv)
         return True
 
@@ -106,13 +107,13 @@ class Striking:
         What else is told of it is worked out when somebody asks for it.
         """
         now = self._present
-        scene, q, v, found = self._soft if met.soft else self._later, met.q, met.v, met.found
-        which = now.entries_of(met.gaps)
+        scene = self._soft if met.soft else self._later
+        owners = np.empty(0) if now.gaps is None else now.gaps.entries
 
         def outcome() -> Outcome:
-            return outcome_told(scene, q, found, which)
+            return outcome_told(scene, met.q, met.found, set(owners[met.part].tolist()))
 
-        now.impacts.append((met.t, Impact(scene, q, v, found.jump, outcome)))
+        now.impacts.append((met.t, Impact(scene, met.q, met.v, met.dv, outcome)))
 
     @cached_property
     def _plainly(self) -> bool:

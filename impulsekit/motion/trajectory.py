@@ -135,9 +135,22 @@ class Trajectory(Displayed):
         self.steps = steps
         self.evaluations = evaluations
         self._path = path
-        states = [path.state(time) for time in t.tolist()]
-        self.q = _read_only(np.array([q for q, _ in states]).reshape(len(t), scene.robot.nq))
-        self.v = _read_only(np.array([v for _, v in states]).reshape(len(t), scene.robot.nv))
+
+    @cached_property
+    def q(self) -> np.ndarray:
+        """(len(t), nq) the configurations at the samples."""
+        own = [q for q, _ in self._states]
+        return _read_only(np.array(own).reshape(len(self.t), self.scene.robot.nq))
+
+    @cached_property
+    def v(self) -> np.ndarray:
+        """(len(t), nv) the velocities at the samples."""
+        own = [v for _, v in self._states]
+        return _read_only(np.array(own).reshape(len(self.t), self.scene.robot.nv))
+
+    @cached_property
+    def _states(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        return [self._path.state(time) for time in self.t.tolist()]
 
     @cached_property
     def several(self) -> tuple[tuple[float, Impact], ...]:
@@ -475,8 +488,18 @@ class Trajectory(Displayed):
         return model, model.createData()
 
     def __getstate__(self) -> dict[str, Any]:
+        # Between samples the path of a copy is its interpolant.
+        _ = self.q, self.v
         state = dict(vars(self))
-        for made in ("_model_with_gravity", "contacts", "constraints", "forces", "joints", "loads"):
+        for made in (
+            "_states",
+            "_model_with_gravity",
+            "contacts",
+            "constraints",
+            "forces",
+            "joints",
+            "loads",
+        ):
             state.pop(made, None)
         state["_path"] = self._path.arrays(), self._path.footings
         return state
