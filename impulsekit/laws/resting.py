@@ -31,6 +31,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .approach import block_at
+from .borrowed import borrowed
 from .compiled import compiled, entry
 from .coulomb import coulomb
 from .dense import cholesky, factorize, solve_factorized
@@ -142,6 +143,8 @@ def forces_at_rest(
     start: np.ndarray,
 ) -> tuple[np.ndarray, float]:
     """As ``find_forces``."""
+    coupled, delassus, free = borrowed(coupled), borrowed(delassus), borrowed(free)
+    friction, start = borrowed(friction), borrowed(start)
     m = len(free)
     scale = 0.0
     for i in range(m):
@@ -263,6 +266,7 @@ def _shared(
     room: Room,
 ) -> tuple[np.ndarray, int]:
     """(m,) forces shared as by stiff springs; 0 where there are none, 1 near them, 2 settled."""
+    points, room = borrowed(points), borrowed(room)
     m = len(free)
     largest = 0.0
     for i in range(m):
@@ -370,6 +374,8 @@ def _newton(
 
     The factor of the last slope serves again where the points do what they did.
     """
+    coupled, free, start = borrowed(coupled), borrowed(free), borrowed(start)
+    points, room = borrowed(points), borrowed(room)
     m = len(free)
     P, best, least = start.copy(), start.copy(), math.inf
     value, step = room.value, room.step

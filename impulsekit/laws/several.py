@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .borrowed import borrowed
 from .compiled import compiled, entry
 from .frictional import frictional
 from .frictionless import frictionless
@@ -133,6 +134,8 @@ def newton(
         n: how many contacts.
         care: what is left.
     """
+    work, W, before, free = borrowed(work), borrowed(W), borrowed(before), borrowed(free)
+    e, e_t = borrowed(e), borrowed(e_t)
     b = work.b
     scale = 0.0
     for k in range(3 * n):
@@ -183,6 +186,7 @@ def poisson(
     work: Workspace, W: np.ndarray, free: np.ndarray, e: np.ndarray, n: int, care: Care
 ) -> tuple[int, float]:
     """Poisson's restitution; the code, or AGAIN, and the residual. Arguments as ``newton``'s."""
+    work, W, free, e = borrowed(work), borrowed(W), borrowed(free), borrowed(e)
     P, b, floor = work.P, work.b, work.floor
     size = 3 * n
     scale, fastest = 0.0, 0.0

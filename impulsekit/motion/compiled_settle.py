@@ -290,6 +290,7 @@ def _moved(
     system: System, rows: np.ndarray, off: np.ndarray, bound: np.ndarray, v: np.ndarray
 ) -> bool:
     """Change v (nv,) by the least in the metric of M that changes bound rows by ``off``."""
+    rows, off, bound, v = borrowed(rows), borrowed(off), borrowed(bound), borrowed(v)
     nv, m = len(v), 0
     factor = system.room.factor
     write_factor(system.tree, system.room)

@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..laws.borrowed import borrowed
 from ..laws.compiled import compiled, entry
 from ..tolerances import NONZERO
 
@@ -274,7 +275,7 @@ def _add_rows(
 @compiled
 def write_rows(table: Table, kinematics: Kinematics, rows: np.ndarray) -> None:
     """Write the rows (3n, nv) of all points; ``kinematics`` with placements and Jacobians."""
-    places = kinematics.places
+    rows, places = borrowed(rows), kinematics.places
     rows[:] = 0.0
     for i in range(len(table.whole)):
         kind, one, two = table.whole[i, 0], table.whole[i, 1], table.whole[i, 2]

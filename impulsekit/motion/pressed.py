@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..laws.borrowed import borrowed
 from ..laws.compiled import compiled, entry
 from ..laws.half import Factor, from_half, halve, is_safe
 from ..laws.resting import forces_at_rest
@@ -105,14 +106,7 @@ def pressed(
     start = load.copy()
     halve(factor, start)
     accelerations = bias
-    for i in range(3 * n):
-        if i % 3 != 2 and sliding.friction[i // 3] == 0.0:
-            # Tangents without friction carry nothing.
-            rows[i] = 0.0
-            continue
-        halve(factor, rows[i])
-        for k in range(nv):
-            accelerations[i] += rows[i, k] * start[k]
+    _halve_rows(factor, sliding, rows, start, accelerations)
     largest = 0.0
     for i in range(3 * n):
         largest = max(largest, abs(accelerations[i]))
@@ -129,6 +123,26 @@ def pressed(
 
 
 @compiled
+def _halve_rows(
+    factor: Factor,
+    sliding: Sliding,
+    rows: np.ndarray,
+    start: np.ndarray,
+    accelerations: np.ndarray,
+) -> None:
+    """C for J in place, and what moves freely: J̇ v and C times the halves of the load."""
+    rows, start, accelerations = borrowed(rows), borrowed(start), borrowed(accelerations)
+    for i in range(len(rows)):
+        if i % 3 != 2 and sliding.friction[i // 3] == 0.0:
+            # Tangents without friction carry nothing.
+            rows[i] = 0.0
+            continue
+        halve(factor, rows[i])
+        for k in range(len(start)):
+            accelerations[i] += rows[i, k] * start[k]
+
+
+@compiled
 def _by_law(
     rows: np.ndarray, free: np.ndarray, sliding: Sliding, slip: np.ndarray, last: np.ndarray
 ) -> tuple[np.ndarray, float, np.ndarray]:
@@ -140,6 +154,7 @@ def _by_law(
         slip: (3n,) velocities [m/s].
         last: (3n,) forces to start from [N].
     """
+    rows, free, slip, last = borrowed(rows), borrowed(free), borrowed(slip), borrowed(last)
     n, nv = len(sliding.friction), rows.shape[1]
     # Which rows have unknowns, and what each pushes with: friction goes with what slides.
     own, mu = np.empty(3 * n, np.int64), np.zeros(n)
@@ -183,6 +198,8 @@ def _products(
     rows: np.ndarray, own: np.ndarray, others: np.ndarray, which: np.ndarray, found: np.ndarray
 ) -> None:
     """Write (m, m) products of chosen rows, over what of each is not zero."""
+    rows, own, others = borrowed(rows), borrowed(own), borrowed(others)
+    which, found = borrowed(which), borrowed(found)
     m, nv = len(found), rows.shape[1]
     for i in range(m):
         row, low, high = rows[own[i]], 0, nv
