@@ -20,6 +20,7 @@ from .approach import ALL_ROUNDS, NO_ROUND, approach_in_rounds, approach_regular
 from .compiled import compiled, entry
 from .least_shares import least_holding
 from .modes import (
+    BALANCED,
     BAR,
     MOST_STEPS,
     NULL,
@@ -100,7 +101,7 @@ def frictional(
         return (_SOLVED if residual <= BAR else _NONE), residual
     if _is_spread(work, n, spread * sizes.largest):
         return AGAIN, 0.0
-    code, residual = _OPEN, math.inf
+    code, residual, heaviest = _OPEN, math.inf, math.inf
     if not (floors or started):
         code, residual = _hold_still(work, n, sizes, dependent)
     else:
@@ -111,14 +112,33 @@ def frictional(
                 P[k] = P[k] if code != _OPEN else start[k]
         if code == _OPEN and started:
             residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
-            if residual <= BAR:
+            heaviest = _heaviest(work, n) if residual <= BAR else math.inf
+            if heaviest <= BALANCED * sizes.scale:
                 return _code_of(work, n, sizes, dependent, YES), residual
             # Where Newton wandered to is decided by rounding.
             for k in range(3 * n):
-                P[k] = start[k]
+                P[k], start[k] = start[k], P[k]
+        if code == _OPEN:
+            code, found = search_slipping(work, n, sizes, floors, dependent)
+            if heaviest < math.inf and not (found <= BAR and _heaviest(work, n) < heaviest):
+                for k in range(3 * n):
+                    P[k] = start[k]
+                found = residual_of(work, n, sizes)
+                code = _code_of(work, n, sizes, dependent, YES)
+            return code, found
     if code == _OPEN:
         code, residual = search_slipping(work, n, sizes, floors, dependent)
     return code, residual
+
+
+@compiled
+def _heaviest(work: Workspace, n: int) -> float:
+    """The largest velocity that a normal impulse makes at its own contact [m/s]."""
+    most = 0.0
+    for i in range(n):
+        k = 3 * i + 2
+        most = max(most, work.W[k, k] * work.P[k])
+    return most
 
 
 @compiled

@@ -20,8 +20,8 @@ from .words import NO, YES
 from .workspace import Sizes, Workspace, workspace
 
 __all__ = [
-    "BAR", "DEEP", "DEPENDENT", "FINE", "MOST_STEPS", "NULL", "RIDGE", "SLIDES", "height_of",
-    "linearize", "polish", "residual_of", "sizes_of",
+    "BALANCED", "BAR", "DEEP", "DEPENDENT", "FINE", "MOST_STEPS", "NULL", "RIDGE", "SLIDES",
+    "height_of", "linearize", "polish", "residual_of", "sizes_of",
 ]  # fmt: skip
 
 # Below this residual, Newton ends after a few steps that increase it.

@@ -70,6 +70,9 @@ def test_other_answers_are_told_where_one_load_has_many_shares():
         pytest.param(3, 28, 36, id="shares that hold"),
         pytest.param(1, 28, 41, id="another answer by another share"),
         pytest.param(3, 190, 41, id="directions of the tangents"),
+        pytest.param(3, 27, 44, id="where Newton's method wandered to"),
+        pytest.param(0, 495, 44, id="the rounding of what cannot move"),
+        pytest.param(3, 12, 46, id="loads beyond all measure"),
     ],
 )
 def test_rounding_decides_nothing(place, repeat, seed):
