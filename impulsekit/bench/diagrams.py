@@ -25,7 +25,7 @@ AGAINST_ERROR = {
         "slipping feet",
         "landing block",
     ),
-    "motions": ("swing after a blow", "flight after a blow"),
+    "motions": ("swing after a blow", "flight after a blow", "sliding block"),
 }
 OVER_SIZE = ("struck chain", "random tree", "closed chain", "landing block")
 THROUGHPUT = (

@@ -11,6 +11,10 @@ from ..laws.resting import BAR, find_forces
 
 __all__ = ["BAR", "RestNotSolved", "by_cones", "solve_rest"]
 
+# More rows are solved by compiled code where it is stored; above the second it is compiled, since
+# the second search takes a minute without.
+FEW_ROWS, MANY_ROWS = 3, 24
+
 
 class RestNotSolved(Exception):
     """No forces found. Internal: a motion ends with a status instead."""
@@ -48,6 +52,8 @@ def solve_rest(
     # Tangents without friction carry nothing: they are left out.
     own, few = np.flatnonzero(used), np.ix_(used, used)
     all_of_it, own_part = (np.ascontiguousarray(w[few]) for w in (coupled, delassus))
+    if len(own) > FEW_ROWS:
+        find_forces.load()
     found, residual = find_forces(all_of_it, own_part, free[own], friction, start[own])
     if not residual <= BAR:
         others = None if bounds is not None else by_cones(coupled, delassus, free, friction)
@@ -66,6 +72,8 @@ def by_cones(
         return None
     nothing = Turning(np.zeros(0, dtype=int), np.zeros(0), np.zeros(0))
     cones = cones_of(friction, nothing, np.zeros(len(friction)))
+    if len(free) > MANY_ROWS:
+        find_cone_impulses.compile()
     whole, mobility = np.ascontiguousarray(coupled), delassus.diagonal().copy()
     found, residual, _ = find_cone_impulses(
         whole, mobility, np.ascontiguousarray(free), np.zeros(len(free)), cones

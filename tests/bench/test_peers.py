@@ -195,6 +195,16 @@ def test_mujocos_motions_are_of_the_order_of_its_integrators(family):
     assert fine < problem.tolerance
 
 
+def test_mujocos_soft_contact_leaves_an_error_at_any_step():
+    pytest.importorskip("mujoco", reason='MuJoCo is a peer: pip install "impulsekit[peers]"')
+    from impulsekit.bench.methods import mujoco, own
+
+    problem = some("sliding block")[-1]
+    theirs = errors(of(mujoco.METHODS, "mujoco, contact, Euler")[:3], problem)
+    assert 1e-6 < min(theirs) < max(theirs) < 1e-2
+    assert max(errors(of(own.METHODS, "impulsekit, simulate dop853"), problem)) < 1e-12
+
+
 def test_exudyns_motions_are_of_the_order_of_its_solvers():
     pytest.importorskip("exudyn", reason='Exudyn is a peer: pip install "impulsekit[peers]"')
     from impulsekit.bench.methods import exudyn

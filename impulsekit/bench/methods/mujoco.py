@@ -23,7 +23,7 @@ from .mujoco_model import (
     mujoco_loads,
     mujoco_model,
 )
-from .mujoco_motion import by_steps
+from .mujoco_motion import by_steps, is_sliding, with_contact_by_steps
 
 __all__ = ["METHODS"]
 
@@ -173,5 +173,17 @@ METHODS: tuple[Method, ...] = (
         )
         for name, steps in (("Euler", (1e-3, 1e-4)), ("RK4", (4e-3, 1e-3, 2.5e-4)))
         for step in steps
+    ),
+    *(
+        Method(
+            f"mujoco, contact, {name}",
+            is_sliding,
+            partial(with_contact_by_steps, step=step, integrator=name.upper()),
+            peer=True,
+            needs=NEEDS,
+            setting=step,
+        )
+        for name in ("Euler", "implicitfast")
+        for step in (4e-3, 1e-3, 2.5e-4, 5e-5)
     ),
 )

@@ -5,12 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
+from ..problems.motions import FRICTION, SIDE, SLIDING
 from ..problems.problem import Problem
 from .mechanism import Mechanism, mechanism_of
 from .method import Answer
 from .mujoco_model import Jump, Turned, mujoco_configuration, mujoco_model
 
-__all__ = ["by_steps"]
+__all__ = ["by_steps", "is_sliding", "with_contact_by_steps"]
+
+WORLD = """<mujoco><worldbody><geom type="plane" size="0 0 1" friction="{mu} .005 .0001"/><body>
+<freejoint/><geom type="box" size="{half} {half} {half}" mass="{mass}" friction="{mu} .005 .0001"/>
+</body></worldbody></mujoco>"""
 
 
 def by_steps(problem: Problem, step: float, integrator: str) -> Answer:
@@ -33,6 +38,33 @@ def by_steps(problem: Problem, step: float, integrator: str) -> Answer:
         data.qvel = v + jump()
         mujoco.mj_step(model, data, count)
         return back(data.qpos, data.qvel)
+
+    return state_after
+
+
+def is_sliding(problem: Problem) -> bool:
+    """Whether it is the motion of a block over a floor."""
+    return problem.family == SLIDING
+
+
+def with_contact_by_steps(problem: Problem, step: float, integrator: str) -> Answer:
+    """q and v of a block on a floor at the end, by steps of about ``step`` [s]; soft contact."""
+    import mujoco
+
+    world = WORLD.format(mu=FRICTION, half=0.5 * SIDE, mass=problem.scene.robot.mass)
+    model = mujoco.MjModel.from_xml_string(world)
+    count = max(1, round(problem.duration / step))
+    model.opt.timestep, model.opt.gravity = problem.duration / count, problem.scene.gravity
+    model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
+    data = mujoco.MjData(model)
+
+    def state_after() -> np.ndarray:
+        mujoco.mj_resetData(model, data)
+        data.qpos, data.qvel = problem.q[[0, 1, 2, 6, 3, 4, 5]], problem.v
+        mujoco.mj_step(model, data, count)
+        pose = _pose(data.qpos[:3], data.qpos[3:])
+        linear = pose.rotation.T @ data.qvel[:3]
+        return np.concatenate([pin.SE3ToXYZQUAT(pose), linear, data.qvel[3:]])
 
     return state_after
 

@@ -8,17 +8,24 @@ import numpy as np
 
 from ...chain import pendulum_urdf
 from ...robot import Robot
-from ...scene import AppliedImpulse, Scene
+from ...scene import AppliedImpulse, Contact, Scene
 from ..truths.flight import state_after_flight
 from .kept import exact_or_kept
 from .problem import Problem
 from .robots import AT, LINEAR
 from .states import drawn_state
 
-__all__ = ["flights", "swings"]
+__all__ = ["FRICTION", "SIDE", "SLIDING", "flights", "sliding_blocks", "swings"]
 
 SOURCE = "Kane's equations, integrated in 40 digits"
 TOLERANCE = 1e-8
+# A block that lands flat and slides: its family, its side [m], the height it falls from [m], its
+# speed across [m/s], and its friction.
+SLIDING, SIDE, FALL, ACROSS, FRICTION = "sliding block", 0.2, 0.05, 1.0, 0.3
+BLOCK = (
+    '<robot name="block"><link name="block"><inertial><mass value="1"/><inertia ixx="{i}" '
+    'iyy="{i}" izz="{i}" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+)
 BODY = (
     '<robot name="racket"><link name="body"><inertial><mass value="1.5"/>'
     '<inertia ixx="0.01" iyy="0.03" izz="0.035" ixy="0.002" ixz="0" iyz="0.001"/></inertial>'
@@ -51,6 +58,25 @@ def flights(quick: bool) -> Iterator[Problem]:
         q, v = drawn_state(robot, 1, spread=0.3)
         struck = Scene(robot, [AppliedImpulse(trunk, LINEAR, at=AT)])
         yield _motion("flight after a blow", robot.nv, struck, q, 0.5 * v, 0.25, 4)
+
+
+def sliding_blocks(quick: bool) -> Iterator[Problem]:
+    """A block that lands flat on four corners, loses µ v_n across, and slides until it stops."""
+    g, half = 9.81, 0.5 * SIDE
+    robot = Robot.from_urdf(BLOCK.format(i=SIDE**2 / 6.0), root="freeflyer")
+    corners = [
+        Contact("block", at=[x, y, -half], friction=FRICTION)
+        for x in (-half, half)
+        for y in (-half, half)
+    ]
+    scene = Scene(robot, contacts=corners, gravity=[0, 0, -g])
+    landed = np.sqrt(2.0 * FALL / g)
+    slides = ACROSS - FRICTION * g * landed
+    end = ACROSS * landed + slides**2 / (2.0 * FRICTION * g)
+    q = robot.configuration(root_joint=[0, 0, half + FALL, 0, 0, 0, 1])
+    exact = np.array([end, 0, half, 0, 0, 0, 1, *6 * [0.0]])
+    v = robot.velocity(root_joint=[ACROSS, 0, 0, 0, 0, 0])
+    yield Problem(SLIDING, 4, scene, q, v, lambda: exact, "closed form", TOLERANCE, 0.5)
 
 
 def _motion(

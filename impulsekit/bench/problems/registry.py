@@ -28,6 +28,7 @@ FAMILIES: dict[str, Callable[[bool], Iterator[Problem]]] = {
     "smooth feet": feet.smooth_feet,
     "swing": motions.swings,
     "flight": motions.flights,
+    "sliding block": motions.sliding_blocks,
 }
 
 
