@@ -223,3 +223,21 @@ def test_slow_slip_at_the_start_is_kept():
     scene = ik.Scene(robot, contacts=[ik.Contact("z", friction=mu)], forces=[pull])
     motion = ik.simulate(scene, robot.neutral(), robot.velocity(along_x=slip), duration=1.0)
     np.testing.assert_allclose(motion.q[-1, 0], slip, rtol=1e-6)
+
+
+def test_very_slow_slip_says_that_radau_helps():
+    # Yaw of a box that slides is damped at a rate of some 15 / slip.
+    box, mu = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer"), 0.5
+    corners = [
+        ik.Contact("box", at=[x, y, -0.05], friction=mu)
+        for x in (-0.05, 0.05)
+        for y in (-0.05, 0.05)
+    ]
+    pull = [mu * box.mass * GRAVITY * (1 + 1e-4), 0, 0]
+    scene = ik.Scene(box, contacts=corners, forces=[ik.AppliedForce("box", pull, at=[0, 0, -0.05])])
+    q = box.configuration(root_joint=[0, 0, 0.05, 0, 0, 0, 1])
+    stopped = ik.simulate(scene, q, box.velocity(), duration=0.2, max_steps=60)
+    assert stopped.status is ik.MotionStatus.TOO_MANY_STEPS
+    assert 'method="radau"' in stopped.detail
+    motion = ik.simulate(scene, q, box.velocity(), duration=0.2, method="radau")
+    np.testing.assert_allclose(motion.v[-1, 0], 0.2 * mu * GRAVITY * 1e-4, rtol=1e-4)
