@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from ..laws.struck import Together
     from .constrained import ConstrainedJump, Outcome
 
-__all__ = ["ImpactSolver", "outcome_told", "solve", "solve_without_warnings"]
+__all__ = ["ImpactSolver", "outcome_told", "solve", "solve_touching", "solve_without_warnings"]
 
 
 class ImpactSolver:
@@ -262,6 +262,13 @@ def solve(scene: Scene, q: ArrayLike, v: ArrayLike) -> Impact:
 def solve_without_warnings(scene: Scene, q: Any, v: Any) -> Impact:
     """The same for a state out of many: none of them warns."""
     return _workspaces.of(scene).solve(scene, q, v)
+
+
+def solve_touching(
+    scene: Scene, q: np.ndarray, v: np.ndarray, touching: Container[int]
+) -> Impact:  # fmt: skip
+    """As ``ImpactSolver.solve_touching``, by the solver kept for the scene."""
+    return _workspaces.of(scene).solve_touching(scene, q, v, touching)
 
 
 def outcome_told(scene: Scene, q: np.ndarray, found: Together, touching: Container[int]) -> Outcome:

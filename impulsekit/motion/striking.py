@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from ..errors import ImpulsekitError
 from ..impact import Impact, ImpactSolver
 from ..impact.constrained import Outcome
-from ..impact.solver import outcome_told
+from ..impact.solver import outcome_told, solve_touching
 from ..laws.status import RESIDUAL_LIMIT, Status
 from ..scene import Contact, Scene
 from ..scene.contacts import turns
 from ..scene.driven import is_driven, scene_at
 from ..scene.friction import is_plain, static_friction
+from ..scene.kept import KeptByScene
 from ..scene.law import RESTITUTIONS
 from .meetings import Met, strikes_plainly
 from .present import Present, Stopped
@@ -70,11 +71,11 @@ class Striking:
         entries = now.entries_of(taking_part)
         if len(entries) == 1 and self._alone(next(iter(closing)), soft):
             return
-        solver = self._solver_of(soft)
+        solve = self._solver_of(soft)
         try:
-            impact = solver.solve_touching(now.q, now.v, entries)
+            impact = solve(now.q, now.v, entries)
             if not _can_be_followed(impact) and self._lie_still(impact):
-                impact = solver.solve_touching(now.q, now.v, entries)
+                impact = solve(now.q, now.v, entries)
         except ImpulsekitError as error:
             if error.from_function:
                 raise
@@ -122,7 +123,7 @@ class Striking:
     @cached_property
     def _soft(self) -> Scene:
         """For approaches below the capture speed: without restitution."""
-        return _without_restitution(self._later)
+        return _soft_scenes.of(self._later)
 
     def without_collision(self) -> bool:
         """Friction jams what slides at rest, so that no finite force holds it: it is struck.
@@ -159,7 +160,7 @@ class Striking:
             approach = normals.dot(now.v) + pressed
             v = now.v + now.dynamics.moved(now.q, normals, -approach)
             try:
-                impact = self._solver_of(True).solve_touching(now.q, v, taking_part)
+                impact = self._solver_of(True)(now.q, v, taking_part)
             except ImpulsekitError as error:
                 if error.from_function:
                     raise
@@ -199,14 +200,13 @@ class Striking:
         now.strike(now.v + now.dynamics.moved(now.q, normals[still], -speeds[still]))
         return True
 
-    def _solver_of(self, soft: bool) -> ImpactSolver:
+    def _solver_of(self, soft: bool) -> Callable[..., Impact]:
         """Of now: where something is driven in time another one for every impact."""
         later = self._later
         if any(map(is_driven, later.constraints)):
-            return ImpactSolver(
-                scene_at(_without_restitution(later) if soft else later, self._present.t)
-            )
-        return self._soft_solver if soft else self._solver
+            now = scene_at(_without_restitution(later) if soft else later, self._present.t)
+            return ImpactSolver(now).solve_touching
+        return partial(solve_touching, self._soft if soft else later)
 
     def _capture_speeds(self, gaps: Iterable[int]) -> list[float]:
         items = [] if self._present.gaps is None else self._present.gaps.items
@@ -225,21 +225,18 @@ class Striking:
     @cached_property
     def _later(self) -> Scene:
         """The scene of impacts on the way: its impulses struck at the start."""
-        return replace(self._present.scene, impulses=())
-
-    @cached_property
-    def _solver(self) -> ImpactSolver:
-        return ImpactSolver(self._later)
-
-    @cached_property
-    def _soft_solver(self) -> ImpactSolver:
-        """For approaches below the capture speed: without restitution."""
-        return ImpactSolver(self._soft)
+        scene = self._present.scene
+        return _later_scenes.of(scene) if scene.impulses else scene
 
 
 def _without_restitution(scene: Scene) -> Scene:
     contacts = [replace(entry, restitution=0.0) for entry in scene.contacts]
     return replace(scene, contacts=contacts)
+
+
+# Made once, so that their solvers serve every motion of a scene.
+_later_scenes = KeptByScene(lambda scene: replace(scene, impulses=()))
+_soft_scenes = KeptByScene(_without_restitution)
 
 
 def _can_be_followed(impact: Impact) -> bool:
