@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass
+from dataclasses import field as a_field
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from ..errors import InputError, RangeError, a_thing
 from ..robot import Robot
 from .friction import Friction, checked_friction, is_plain
-from .materials import is_by_material
+from .materials import ByTable, is_by_material, keep_table
 from .numbers import Vector, number, text, vector
 from .restitution import checked_restitution
 
@@ -96,8 +97,10 @@ class Contact:
     active: Callable[[Any, Any], float] | None = None
     rolling: float = 0.0
     torsion: float = 0.0
+    # Coefficients that a table of materials gave; ``dataclasses.replace`` hands them on.
+    _by_table: InitVar[ByTable] = a_field(default=(), kw_only=True)
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, _by_table: ByTable) -> None:
         text(self.frame, "Contact: frame")
         text(self.against, "Contact: against")
         what = f'Contact of "{self.frame}" against "{self.against}"'
@@ -120,6 +123,7 @@ class Contact:
         if adhesion < 0.0:
             raise RangeError.of(f"{what}: adhesion", adhesion, "0 or more")
         set_field(self, "adhesion", adhesion)
+        keep_table(self, _by_table)
 
     @property
     def frame_names(self) -> tuple[str, ...]:
@@ -229,8 +233,9 @@ class Collision:
     stiffness: float | None = None
     rolling: float = 0.0
     torsion: float = 0.0
+    _by_table: InitVar[ByTable] = a_field(default=(), kw_only=True)
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, _by_table: ByTable) -> None:
         text(self.first, "Collision: first")
         text(self.other, "Collision: other")
         what = f'Collision of "{self.first}" and "{self.other}"'
@@ -241,6 +246,7 @@ class Collision:
             raise RangeError.of(f"{what}: margin", margin, "0 to 1 m")
         object.__setattr__(self, "margin", margin)
         _check_coefficients(self, what)
+        keep_table(self, _by_table)
 
     @property
     def frame_names(self) -> tuple[str, ...]:

@@ -18,14 +18,18 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BY_MATERIAL",
+    "ByTable",
     "Material",
     "MaterialPair",
     "as_given",
     "asks_for_materials",
     "is_by_material",
+    "keep_table",
     "with_materials",
 ]
 
+# Of each coefficient that a table gave: its name, what the user gave, and the table's number.
+ByTable = tuple[tuple[str, Any, Any], ...]
 # What a contact gives instead of a coefficient that the table of pairs has.
 BY_MATERIAL = "material"
 
@@ -110,9 +114,18 @@ def asks_for_materials(contact: Any) -> bool:
     return any(map(is_by_material, given))
 
 
+def keep_table(contact: Any, by_table: ByTable) -> None:
+    """Keep which coefficients of a contact its table of pairs gave: those that are not replaced."""
+    kept = tuple(one for one in by_table if getattr(contact, one[0]) == one[2])
+    object.__setattr__(contact, "_by_table", kept)
+
+
 def as_given(contact: Any) -> Any:
     """A contact of a scene as the user gave it, with "material" in place of the pair's numbers."""
-    return getattr(contact, "_as_given", contact)
+    by_table = getattr(contact, "_by_table", ())
+    if not by_table:
+        return contact
+    return replace(contact, _by_table=(), **{name: given for name, given, _ in by_table})
 
 
 def with_materials(
@@ -140,16 +153,14 @@ def with_materials(
                 f'contacts[{i}]: materials without a pair, "{first}" and "{other}"; add '
                 f'MaterialPair("{first}", "{other}", ...)'
             )
-        changes: dict[str, Any] = {
-            name: getattr(pair, name)
-            for name in ("restitution", "friction")
-            if isinstance(getattr(contact, name), str)
+        names = ["restitution", "friction"]
+        changes = {
+            name: getattr(pair, name) for name in names if isinstance(getattr(contact, name), str)
         }
         if contact.stiffness is None:
             changes["stiffness"] = pair.stiffness
-        resolved = replace(contact, **changes)
-        # Not a field: after ``replace`` of a coefficient, the contact has numbers of its own.
-        object.__setattr__(resolved, "_as_given", contact)
+        by_table = tuple((name, getattr(contact, name), changes[name]) for name in changes)
+        resolved = replace(contact, _by_table=by_table, **changes)
         found.append(resolved)
     return tuple(found)
 

@@ -168,3 +168,21 @@ def test_arrays_are_no_coefficients():
     for name in ("restitution", "friction"):
         with pytest.raises(ik.errors.ImpulsekitError, match=name):
             ik.Contact("ball", **{name: np.array([0.5, 0.3])})
+
+
+def test_a_contact_that_is_replaced_keeps_its_materials():
+    """But for what is replaced itself; in files, too."""
+    given = ik.Contact("b/ball", at=[0, 0, -0.05], **ASKS)
+    scene = ik.Scene(BALLS, contacts=[given], materials=TABLE)
+    own = scene.contacts[0]
+    moved = replace(own, at=[0, 0, -0.07], name="pad")
+    assert moved.restitution == own.restitution and "_by_table" not in repr(moved)
+    hand = replace(own, friction=0.123)
+    soft = replace(TABLE[-1], restitution=0.31, friction=0.47)
+    other = replace(scene, contacts=[moved, hand], materials=[*TABLE[:-1], soft])
+    fresh = ik.Scene(
+        BALLS, contacts=[replace(given, at=[0, 0, -0.07], name="pad")], materials=other.materials
+    )
+    assert other.contacts[0] == fresh.contacts[0]
+    assert other.contacts[1].friction == 0.123
+    assert other.contacts[1].restitution == fresh.contacts[0].restitution
