@@ -126,7 +126,7 @@ BESIDE_BARE = _rows(
     ),
     ("Talos on a corner along the path, Stronge", _one_foot, 1.5),
     ("Talos on eight points", partial(_landing, "talos", 0.5), 0.6),
-    ("Talos on eight points, all slip", partial(_landing, "talos", 0.5, 0.3), 1.9),
+    ("Talos on eight points, all slip", partial(_landing, "talos", 0.5, 0.3), 2.3),
     ("Talos on eight points, half of them slip", partial(_landing, "talos", 0.1), 1.9),
     ("Talos on eight points, sliding", partial(_landing, "talos", 0.3, along=2.0), 0.8),
     ("Talos, eight points, Poisson", partial(_landing, "talos", 0.5, 0.3, law=Law("poisson")), 2.3),
