@@ -248,7 +248,22 @@ def dispatcher(function: Callable[..., Any], options: dict[str, Any], *more: str
     made = njit(**options, pipeline_class=compiler)(function)
     made._cache = Store(function, repr(options), *more)
     _take_literals_as_numbers(made)
+    _give_up_what_fails(made)
     return made
+
+
+def _give_up_what_fails(made: Any) -> None:
+    """Where compiling ends with an error or an interrupt, no other process waits for it."""
+    compile_now = made._compiler.compile
+
+    def compile(args: Any, return_type: Any) -> Any:
+        try:
+            return compile_now(args, return_type)
+        except BaseException:
+            made._cache.give_up()
+            raise
+
+    made._compiler.compile = compile
 
 
 def _take_literals_as_numbers(made: Any) -> None:

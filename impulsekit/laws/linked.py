@@ -165,10 +165,13 @@ def _is_plain_index(kind: Any) -> bool:
 
 
 def _makes_arrays(state: Any) -> bool:
-    """Whether a function makes arrays, or may be given new ones by what it calls."""
+    """Whether a function makes or copies arrays, or may be given new ones by what it calls."""
     if _is_counted(state, state.return_type):
         return True
     for block in state.func_ir.blocks.values():
+        for written in block.find_insts((ir.SetItem, ir.StaticSetItem)):
+            if _is_counted(state, state.typemap[written.value.name]):
+                return True
         for statement in block.find_insts(ir.Assign):
             if not _is_counted(state, state.typemap[statement.target.name]):
                 continue

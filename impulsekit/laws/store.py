@@ -62,6 +62,8 @@ class Store:
 
     def __init__(self, function: Callable[..., Any], *more: str) -> None:
         self._function, self._more = function, more
+        # What this process compiles now, the innermost last.
+        self._begun: list[pathlib.Path] = []
 
     @property
     def cache_path(self) -> str:
@@ -79,7 +81,14 @@ class Store:
             found = _read(path, target_context)
             if found is not None:
                 end_compiling(path)
+            else:
+                self._begun.append(path)
         return found
+
+    def give_up(self) -> None:
+        """What was begun last was not compiled: other processes go on."""
+        if self._begun:
+            end_compiling(self._begun.pop())
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep compiled code, if a folder can be written; what is older and unused goes."""
@@ -88,6 +97,8 @@ class Store:
         from .linked import InnerLibrary, put_on_disk
 
         path = self._path(sig, data.target_context)
+        if path in self._begun:
+            self._begun.remove(path)
         library = data.library
         inner = library.within if isinstance(library, InnerLibrary) else []
         if library.has_dynamic_globals or data.lifted or any(not one.path for one in inner):

@@ -6,8 +6,9 @@ import gc
 
 import numpy as np
 import pytest
+from numba.core.errors import TypingError
 
-from impulsekit.laws import linked
+from impulsekit.laws import linked, store
 from impulsekit.laws.compiled import compiled, entry, use_numba
 
 SOURCE = """
@@ -101,3 +102,36 @@ def test_arrays_made_and_passed_are_given_back():
     _nrt_python.memsys_disable_stats()
     assert after.alloc - before.alloc == after.free - before.free >= 100
     assert a.tolist() == [3.0, 4.0]
+
+
+def test_arrays_are_written_into_arrays_within_a_function_that_makes_none():
+    @compiled
+    def rows_after(a):
+        for k in range(1, len(a)):
+            a[k] = a[k - 1]
+
+    @entry(lambda: (np.ones((2, 2)),), seconds=0.1)
+    def spread(a):
+        rows_after(a)
+
+    table = np.array([[1.0, 2.0], [3.0, 4.0]])
+    spread.compile()(table)
+    np.testing.assert_array_equal(table, [[1.0, 2.0], [1.0, 2.0]])
+
+
+def test_what_cannot_be_compiled_keeps_no_other_process_waiting(monkeypatch):
+    begun, ended = [], []
+    monkeypatch.setattr(store, "begin_compiling", begun.append)
+    monkeypatch.setattr(store, "end_compiling", ended.append)
+
+    @compiled
+    def unknown(a):
+        return a.no_such_thing
+
+    @entry(lambda: (np.ones(2),), seconds=0.1)
+    def asks(a):
+        return unknown(a)
+
+    with pytest.raises(TypingError):
+        asks.compile()
+    assert len(begun) >= 2 and sorted(ended) == sorted(begun)
