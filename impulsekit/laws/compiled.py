@@ -37,7 +37,8 @@ EVERY = 16
 LONG = 1.0
 # An error could not leave a function that is called by its address, and states would be left
 # as they were: what is divided by zero is no number.
-OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
+# Whether arrays are counted is said, as numba would take it from whoever calls first.
+OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": True}
 # Called by compiled code alone: wrappers for Python cost more to compile than some bodies.
 WITHIN: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
@@ -242,10 +243,7 @@ def dispatcher(function: Callable[..., Any], options: dict[str, Any], *more: str
     """
     from numba import njit
 
-    from .linked import EntryCompiler, InnerCompiler
-
-    compiler = InnerCompiler if "no_cpython_wrapper" in options else EntryCompiler
-    made = njit(**options, pipeline_class=compiler)(function)
+    made = njit(**options)(function)
     made._cache = Store(function, repr(options), *more)
     _take_literals_as_numbers(made)
     _give_up_what_fails(made)

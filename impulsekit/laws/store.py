@@ -94,14 +94,10 @@ class Store:
         """Keep compiled code, if a folder can be written; what is older and unused goes."""
         from numba.core.serialize import dumps
 
-        from .linked import InnerLibrary, put_on_disk
-
         path = self._path(sig, data.target_context)
         if path in self._begun:
             self._begun.remove(path)
-        library = data.library
-        inner = library.within if isinstance(library, InnerLibrary) else []
-        if library.has_dynamic_globals or data.lifted or any(not one.path for one in inner):
+        if data.library.has_dynamic_globals or data.lifted:
             end_compiling(path)
             return
         packed = dumps(data._reduce())
@@ -110,8 +106,6 @@ class Store:
             path.parent.mkdir(parents=True, exist_ok=True)
             partial.write_bytes(hashlib.sha256(packed).digest() + packed)
             os.replace(partial, path)
-            if isinstance(library, InnerLibrary):
-                put_on_disk(library, path)
         end_compiling(path)
         with contextlib.suppress(OSError):
             for other in path.parent.glob(f"{_name_of(self._function)}-*"):
@@ -134,13 +128,13 @@ class Store:
 
 def _read(path: pathlib.Path, target_context: Any) -> Any:
     """The compiled code in a file; None where there is none, or none that can be read."""
-    from .linked import rebuild
+    from numba.core.compiler import CompileResult
 
     try:
         data = path.read_bytes()
         if hashlib.sha256(data[32:]).digest() != data[:32]:
             return None
-        found = rebuild(target_context, pickle.loads(data[32:]), path)
+        found = CompileResult._rebuild(target_context, *pickle.loads(data[32:]))
     except Exception:
         # What cannot be read is compiled anew.
         return None

@@ -14,7 +14,8 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 import impulsekit
-from impulsekit.laws.compiled import ENTRIES, compiled, entry
+from impulsekit.laws import store
+from impulsekit.laws.compiled import ENTRIES, compiled, entry, use_numba
 from impulsekit.laws.fingerprint import fingerprint
 
 _MODULE = """
@@ -199,3 +200,26 @@ def test_no_entry_returns_a_named_tuple():
         returned = typing.get_type_hints(made.py_func).get("return")
         parts = (returned, *typing.get_args(returned))
         assert not any(hasattr(part, "_fields") for part in parts), name
+
+
+def test_what_cannot_be_compiled_keeps_no_other_process_waiting(tmp_path, monkeypatch):
+    use_numba()
+    from numba.core.errors import TypingError
+
+    begun: list[pathlib.Path] = []
+    ended: list[pathlib.Path] = []
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(store, "begin_compiling", begun.append)
+    monkeypatch.setattr(store, "end_compiling", ended.append)
+
+    @compiled
+    def unknown(a):
+        return a.no_such_thing
+
+    @entry(lambda: (1.0,), seconds=0.1)
+    def asks(a):
+        return unknown(a)
+
+    with pytest.raises(TypingError):
+        asks.compile()
+    assert len(begun) >= 2 and sorted(ended) == sorted(begun)
