@@ -37,8 +37,7 @@ EVERY = 16
 LONG = 1.0
 # An error could not leave a function that is called by its address, and states would be left
 # as they were: what is divided by zero is no number.
-# Whether arrays are counted is said, as numba would take it from whoever calls first.
-OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": True}
+OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
 # Called by compiled code alone: wrappers for Python cost more to compile than some bodies.
 WITHIN: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
