@@ -518,9 +518,10 @@ def test_redundant_contacts_against_differences_in_doubles():
     found = ik.derivatives(impact)
     assert found.status is DerivativeStatus.EXISTS
     by_q, by_v = _differences(scene, q, v)
-    assert np.abs(found.dv_after_dq - by_q).max() < 1e-7
+    # Rounding of both answers, 1e-13 where corners share a load, over the step.
+    assert np.abs(found.dv_after_dq - by_q).max() < 1e-5
     # A change of ω tilts the soles' targets out of what four sticking corners can do.
-    assert np.abs(found.dv_after_dv - by_v).max() < 1e-7
+    assert np.abs(found.dv_after_dv - by_v).max() < 1e-5
     assert np.isnan(found.contacts["contacts[0]"].dv).all()
     assert np.isnan(found.dv_after_drestitution["contacts[0]"]).all()
     tilting = ik.derivatives(ik.solve(scene, q, v + 0.05 * np.eye(6)[3]))
