@@ -26,20 +26,28 @@ def measured_report(
     *,
     processes: int | None = None,
     progress: Progress | None = None,
+    tell: Callable[[str], object] | None = None,
 ) -> str:
     """Errors of laws and motions on recordings, beside published figures.
 
     A data set that cannot be read is told in its place if there are others.
 
+    Args:
+        path: a file or folder, see ``find_data``.
+        processes: how many follow motions; None for all cores.
+        progress: called with steps done and in all, for each set of data anew.
+        tell: called with the name of each set of data before it is worked on.
+
     Raises:
         FileError, InputError: there is nothing to be read, with where it can be had.
     """
     found = find_data(path)
-    if len(found) == 1:
-        kind, place = found[0]
-        return str(_section(kind, place, processes, progress))
     sections = []
     for kind, place in found:
+        if tell is not None:
+            tell(f"{kind}: {shown(os.fspath(place), 200)}")
+        if len(found) == 1:
+            return str(_section(kind, place, processes, progress))
         try:
             sections.append(_section(kind, place, processes, progress))
         except ImpulsekitError as error:

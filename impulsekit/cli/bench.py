@@ -59,8 +59,10 @@ def bench(
     _one_thread_each()
     if measured is not None:
         from ..bench.recorded import measured_report
+        from .progress import bar_on_terminal
 
-        click.echo(measured_report(measured), nl=False)
+        bar = None if quiet else bar_on_terminal("steps")
+        click.echo(measured_report(measured, progress=bar, tell=_teller(quiet)), nl=False)
         return
     from ..bench.methods.registry import few
     from ..bench.methods.registry import methods as named

@@ -48,6 +48,7 @@ def identify(ctx: click.Context, recording: str, scene: str, **options: Any) -> 
     from ..measured.reading import load_recordings
     from ..scenefile import load_scene
     from .outputs import check_outputs
+    from .progress import bar_on_terminal
 
     check_outputs(options["json_to"], options["scene_out"], picture=options["plot"])
     if not 0.0 < options["level"] < 1.0:
@@ -67,7 +68,7 @@ def identify(ctx: click.Context, recording: str, scene: str, **options: Any) -> 
         compare=options["compare"],
         held_out=options["held_out"],
         processes=options["processes"],
-        progress=None if options["quiet"] else _progress(),
+        progress=None if options["quiet"] else bar_on_terminal("motions"),
         seed=options["seed"],
     )
     _write(found, file.scene, options)
@@ -75,26 +76,6 @@ def identify(ctx: click.Context, recording: str, scene: str, **options: Any) -> 
         reason = found.notes[-1] if found.notes else "nothing could be fitted"
         click.echo(f"not valid: {reason}", err=True)
         ctx.exit(1)
-
-
-def _progress() -> Any:
-    """A bar on stderr, if that is a terminal."""
-    import sys
-
-    if not sys.stderr.isatty():
-        return None
-    from tqdm import tqdm
-
-    bars: list[Any] = []
-
-    def tell(done: int, total: int) -> None:
-        if not bars:
-            bars.append(tqdm(total=total, unit=" motions", leave=False))
-        bars[0].update(done - bars[0].n)
-        if done >= total:
-            bars[0].close()
-
-    return tell
 
 
 def _write(found: Any, scene: Any, options: dict[str, Any]) -> None:
