@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.bench.stress.in_plane import SWEEPS, plane_scene
+from impulsekit.bench.stress.in_plane import STATES, SWEEPS, _Told, judged, plane_scene
 from impulsekit.bench.stress.mechanisms import built, random_world
 from impulsekit.bench.stress.rewritten import REWRITTEN
 from impulsekit.bench.stress.rewritten import SWEEPS as REWRITTEN_SWEEPS
-from impulsekit.bench.stress.run import jobs_of, solved_case
+from impulsekit.bench.stress.run import jobs_of, solved_case, sweep_named
 from impulsekit.bench.truths.enumerated import PlaneProblem, whole_answers
 
 
@@ -93,6 +93,21 @@ def test_of_many_scenes_in_a_plane_none_is_silently_wrong(sweep):
 def test_of_many_scenes_written_in_other_ways_none_has_another_answer(sweep):
     points = [p for job in jobs_of([sweep], seed=2, share=0.02) for p in solved_case(job)]
     assert [p for p in points if p.verdict == "wrong"] == []
+
+
+def test_the_truth_knows_loads_of_rows_that_depend_on_each_other_up_to_rounding():
+    """A body that slides on a second one, held to it at two points: four rows of rank three, to
+    fractions of rank four. The answer is lawful; another 1e-6 beside it is not."""
+    sweep = sweep_named("plane-newton")
+    rng = sweep.rng(2, 19, 43)
+    case = plane_scene(3, ik.Law(), rng)
+    v = rng.normal(size=(STATES, case.rows.shape[1]))[3]
+    impact = ik.solve(case.scene, case.scene.robot.neutral(), v)
+    told = [
+        _Told("SOLVED", True, False, impact.v_after + beside * np.array(case.inverse_masses), 0.0)
+        for beside in (0.0, 1e-6 / max(case.inverse_masses))
+    ]
+    assert [judged(case, [], v, one)[1] for one in told] == ["right", "wrong"]
 
 
 def test_the_truth_knows_poissons_law_of_a_ball_on_a_floor():

@@ -40,6 +40,10 @@ UNDETERMINED = 1e9
 LEFT = 1e-9
 # [relative] To which a linear programme is solved.
 SHARED = 1e-6
+# The same of a lone phase, whose programme is solved as exactly as its solver can.
+SHARED_EXACTLY, FEASIBLE = 1e-8, 1e-10
+# [relative] Singular values of W below this are rounding of rows that depend on each other.
+DEPENDENT = 1e-13
 SEVERAL = 2
 
 
@@ -186,40 +190,61 @@ def judged(
 
 
 def _is_shared(case: PlaneScene, v: np.ndarray, after: np.ndarray) -> bool:
-    """Whether Poisson's law allows a v⁺ by some share of the load of its compression.
+    """Whether the law allows a v⁺ by loads that are no mode's own.
 
-    With the velocities at the end of compression known (those of the impact with e = 0), all that
-    the law says of the impulses of both phases is linear in them: a linear programme tells.
+    Under Poisson's law by some share of the load of its compression, with the velocities at the
+    end of compression known (those of the impact with e = 0). Under Newton's where rows depend on
+    each other up to their rounding: fractions see rows that are independent, and loads beyond all
+    bounds. With the velocities given, all that a law says of the impulses is linear in them: a
+    linear programme tells.
     """
     law = case.scene.law
-    if law.restitution != "poisson":
-        return False
-    still = [replace(contact, restitution=0.0) for contact in case.scene.contacts]
-    scene = Scene(case.scene.robot, contacts=still, law=law)
-    impact = solve(scene, scene.robot.neutral(), v)
     W = case.rows * np.array(case.inverse_masses) @ case.rows.T
     unit = 1.0 / np.sqrt(W.diagonal())
     W = W * unit * unit[:, None]
-    speeds = [unit * (case.rows @ one) for one in (v, impact.v_after, after)]
+    if law.restitution != "poisson":
+        values = np.linalg.svd(W, compute_uv=False)
+        if values[-1] > DEPENDENT * values[0]:
+            return False
+        return _misfit(case, W, unit, [v, after]) <= SHARED_EXACTLY
+    still = [replace(contact, restitution=0.0) for contact in case.scene.contacts]
+    scene = Scene(case.scene.robot, contacts=still, law=law)
+    impact = solve(scene, scene.robot.neutral(), v)
+    return _misfit(case, W, unit, [v, impact.v_after, after]) <= SHARED
+
+
+def _misfit(
+    case: PlaneScene, W: np.ndarray, unit: np.ndarray, velocities: Sequence[np.ndarray]
+) -> float:
+    """What the law of a lone phase or of compression and release lacks at best, of all speeds.
+
+    Args:
+        W: (2n, 2n) of rows in units that make its diagonal one.
+        unit: (2n,) those units.
+        velocities: (nv,) each, before the phases and behind each.
+    """
+    speeds = [unit * (case.rows @ one) for one in velocities]
     scale = max(float(np.abs(one).max()) for one in speeds)
-    size = len(W)
-    # Unknown: the impulses of compression and release, and the largest misfit s.
+    speeds = [one / scale for one in speeds]
+    size, phases = len(W), len(velocities) - 1
+    is_newton = phases == 1
+    # Unknown: the impulses of each phase, and the largest misfit s.
     rows: list[np.ndarray] = []
     bounds: list[float] = []
 
     def at_most(terms: dict[int, float], bound: float = 0.0) -> None:
-        row = np.zeros(2 * size + 1)
+        row = np.zeros(phases * size + 1)
         for place, factor in terms.items():
             row[place] += factor
         rows.append(row)
         bounds.append(bound)
 
-    for phase in range(2):
+    for phase in range(phases):
         first = phase * size
         for r, given in enumerate((speeds[phase + 1] - speeds[phase]).tolist()):
             for sign in (1.0, -1.0):
                 terms = {first + c: sign * float(W[r, c]) for c in range(size)}
-                at_most({**terms, 2 * size: -1.0}, sign * given)
+                at_most({**terms, phases * size: -1.0}, sign * given)
         for i, (mu, e) in enumerate(zip(case.friction, case.restitution, strict=True)):
             t, n = first + 2 * i, first + 2 * i + 1
             own_mu = mu * float(unit[2 * i + 1] / unit[2 * i])
@@ -227,18 +252,23 @@ def _is_shared(case: PlaneScene, v: np.ndarray, after: np.ndarray) -> bool:
             floor = {2 * i + 1: e} if phase else {}
             at_most({**floor, n: -1.0})
             slip, parts = (float(speeds[phase + 1][2 * i + k]) for k in (0, 1))
-            if parts > LEFT * scale:
+            if is_newton:
+                parts += e * min(float(speeds[0][2 * i + 1]), 0.0)
+                if parts < -LEFT:
+                    return math.inf
+            if parts > LEFT:
                 at_most({**dict.fromkeys(floor, -e), n: 1.0})
             for sign in (1.0, -1.0):
                 at_most({t: sign, n: -own_mu})
                 # Where it slips, friction is all of it, against the slip.
-                if own_mu and sign * slip > LEFT * scale:
+                if own_mu and sign * slip > LEFT:
                     at_most({t: sign, n: own_mu})
-    goal = np.zeros(2 * size + 1)
+    goal = np.zeros(phases * size + 1)
     goal[-1] = 1.0
-    free = [(None, None)] * (2 * size) + [(0.0, None)]
-    found = linprog(goal, np.array(rows), np.array(bounds), bounds=free)
-    return bool(found.success) and found.fun <= SHARED * scale
+    free = [(None, None)] * (phases * size) + [(0.0, None)]
+    options = {"primal_feasibility_tolerance": FEASIBLE} if is_newton else {}
+    found = linprog(goal, np.array(rows), np.array(bounds), bounds=free, options=options)
+    return float(found.fun) if found.success else math.inf
 
 
 def _by_solve(case: PlaneScene, v: np.ndarray) -> _Told:
