@@ -1,19 +1,32 @@
 """Arrays that compiled code does not count the references of.
 
 numba counts who holds an array, atomically, each time a field of a named tuple or a row is taken:
-in code that works on tuples of arrays that is most of what it does. Arguments outlive the call,
-so that nobody has to count. What is borrowed must not be returned to Python.
+in code that works on tuples of arrays that is most of what it does. What a function is given
+outlives the call, so that nobody has to count. Two marks say so:
+
+- ``borrowing`` for a function that makes no arrays, writes none into arrays, and is called by
+  compiled code alone: nothing in it is counted, what it calls included as far as that is marked
+  too;
+- ``borrowed`` for single arguments, where a function makes arrays (which have to be counted) or is
+  an ``entry``. What is borrowed must not be returned to Python.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, TypeVar
 
-from .compiled import tell_numba
+from .compiled import compiled, tell_numba
 
-__all__ = ["borrowed"]
+__all__ = ["borrowed", "borrowing"]
 
 T = TypeVar("T")
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def borrowing(function: F) -> F:
+    """As ``compiled``, for a function that makes no arrays: it counts no references."""
+    return compiled(function, _nrt=False)
 
 
 def borrowed(value: T) -> T:

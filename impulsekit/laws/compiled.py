@@ -22,7 +22,7 @@ import numpy as np
 from .apart import tell_by_address
 from .store import Store, is_stored
 
-__all__ = ["ENTRIES", "Entry", "borrowing", "compiled", "dispatcher", "entry", "use_numba"]
+__all__ = ["ENTRIES", "Entry", "compiled", "dispatcher", "entry", "use_numba"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -51,8 +51,12 @@ _held: list[Any] = []
 _ready = False
 
 
-def compiled(function: F) -> F:
+def compiled(function: F, **options: bool) -> F:
     """Let compiled code call this function. To Python it stays what it is.
+
+    Args:
+        function: of floats, integers, arrays and (named) tuples of these.
+        options: of numba's ``njit``, beside those of all.
 
     Example:
         >>> @compiled
@@ -61,17 +65,7 @@ def compiled(function: F) -> F:
         >>> work(2.0, -1.0, 0.5)
         -0.5
     """
-    tell_numba(lambda: _link(function, dispatcher(function, WITHIN)))
-    return function
-
-
-def borrowing(function: F) -> F:
-    """As ``compiled``, for a function that makes no arrays: it does not count who holds them.
-
-    numba's counting is a call at every use of an array that is a field of a tuple, which takes
-    several times as long as what small loops do with it.
-    """
-    tell_numba(lambda: _link(function, dispatcher(function, {**WITHIN, "_nrt": False})))
+    tell_numba(lambda: _link(function, dispatcher(function, {**WITHIN, **options})))
     return function
 
 

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .compiled import borrowing, compiled, entry
+from .borrowed import borrowing
+from .compiled import compiled, entry
 from .status import BY_CODE, Status
 from .wave import HELD, LOADS, OPEN, Array, Wave
 from .wave import wave as new_wave

@@ -21,7 +21,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .compiled import borrowing, compiled
+from .borrowed import borrowing
+from .compiled import compiled
 from .dense import factorize, solve_factorized
 from .path import outgoing
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ..tolerances import NONZERO
-from .compiled import borrowing
+from .borrowed import borrowing
 from .wave import (
     CREEPS,
     FAINT,

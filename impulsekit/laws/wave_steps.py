@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from .compiled import borrowing
+from .borrowed import borrowing
 from .dop853 import ERROR_3, ERROR_5, FROM, NODES, STAGES, WEIGHTS
 from .wave import (
     CREEPS,
