@@ -10,7 +10,8 @@ import numpy as np
 
 from ..errors import InputError, RangeError, ShapeError, a_thing, quoted
 from ..robot import Robot
-from .numbers import Names, Numbers, Vector, Velocity, axes_name, number, text, vector
+from .acting import Acting, BetweenFrames, InJoint
+from .numbers import Names, Numbers, Vector, Velocity, axes_name, check_name, number, text, vector
 
 if TYPE_CHECKING:
     from .distances import DistanceAnchor
@@ -39,7 +40,7 @@ KEPT = "kept"
 
 
 @dataclass(frozen=True)
-class PointAnchor:
+class PointAnchor(BetweenFrames):
     """Two points share one velocity: a pin, a loop closed by a ball joint.
 
     Three rows: the velocity of the point of ``frame`` relative to that of ``other``,
@@ -75,19 +76,9 @@ class PointAnchor:
             self, "velocity", checked_velocity(self.velocity, 3, f"{what}: velocity")
         )
 
-    @property
-    def frame_names(self) -> tuple[str, ...]:
-        """The frames it acts on."""
-        return (self.frame, self.other)
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The joints it acts in."""
-        return ()
-
 
 @dataclass(frozen=True)
-class FrameAnchor:
+class FrameAnchor(BetweenFrames):
     """Two frames share their velocity in all or some directions: a weld, a grip, a hinge.
 
     Up to six rows: the velocity of ``frame`` at the point ``at`` relative to ``other``,
@@ -135,19 +126,9 @@ class FrameAnchor:
             velocity = tuple(velocity[given.index(d)] for d in self.directions)
         object.__setattr__(self, "velocity", velocity)
 
-    @property
-    def frame_names(self) -> tuple[str, ...]:
-        """The frames it acts on."""
-        return (self.frame, self.other)
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The joints it acts in."""
-        return ()
-
 
 @dataclass(frozen=True)
-class JointLock:
+class JointLock(InJoint):
     """A joint stops, or moves at a given speed: a brake, an axle that locks.
 
     Attributes:
@@ -174,21 +155,11 @@ class JointLock:
         what = f'JointLock of "{self.joint}"'
         velocity = checked_velocity(self.velocity, None, f"{what}: velocity")
         object.__setattr__(self, "velocity", velocity)
-        _check_name(self.name, what)
-
-    @property
-    def frame_names(self) -> tuple[str, ...]:
-        """The frames it acts on."""
-        return ()
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The joints it acts in."""
-        return (self.joint,)
+        check_name(self.name, what)
 
 
 @dataclass(frozen=True)
-class JointCoupling:
+class JointCoupling(Acting):
     """Joints that move in a fixed ratio: a gear, a differential, a mimic joint.
 
     One row: y_joint − Σ ratio_i · y_other_i.
@@ -230,18 +201,13 @@ class JointCoupling:
         set_field(self, "other", others)
         set_field(self, "ratio", tuple(number(r, f"{what}: ratio") for r in ratios))
         set_field(self, "velocity", checked_velocity(self.velocity, 1, f"{what}: velocity"))
-        _check_name(self.name, what)
+        check_name(self.name, what)
 
     @property
     def terms(self) -> tuple[tuple[str, float], ...]:
         """Joints and their factors in the row: 1 for ``joint``, −ratio for each leader."""
         ratios = cast("tuple[float, ...]", self.ratio)
         return ((self.joint, 1.0), *((o, -r) for o, r in zip(self.other, ratios, strict=True)))
-
-    @property
-    def frame_names(self) -> tuple[str, ...]:
-        """The frames it acts on."""
-        return ()
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -357,7 +323,7 @@ def _check_ends(anchor: PointAnchor | FrameAnchor) -> str:
     object.__setattr__(anchor, "at", vector(anchor.at, f"{what}: at"))
     if anchor.other_at is not None:
         object.__setattr__(anchor, "other_at", vector(anchor.other_at, f"{what}: other_at"))
-    _check_name(anchor.name, what)
+    check_name(anchor.name, what)
     return what
 
 
@@ -395,8 +361,3 @@ def checked_velocity(value: Any, rows: int | None, what: str) -> Any:
         return entries
     single = number(value, what)
     return single if rows is None else (single,) * rows
-
-
-def _check_name(name: str | None, what: str) -> None:
-    if name is not None:
-        text(name, f"{what}: name")

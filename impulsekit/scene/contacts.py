@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from ..errors import InputError, RangeError, a_thing
 from ..robot import Robot
+from .acting import Acting, InJoint
 from .friction import Friction, checked_friction, is_plain
 from .materials import ByTable, is_by_material, keep_table
-from .numbers import Vector, number, text, vector
+from .numbers import Vector, check_name, number, text, vector
 from .restitution import checked_restitution
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ SHORTEST_NORMAL = 1e-9
 
 
 @dataclass(frozen=True)
-class Contact:
+class Contact(Acting):
     """A contact of a point of a frame with a plane fixed in the world or in another frame.
 
     In ``solve`` it counts as touching whatever its gap. The impulse is the one that
@@ -130,14 +131,9 @@ class Contact:
         """The frames it acts on."""
         return (self.frame, self.against)
 
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The joints it acts in."""
-        return ()
-
 
 @dataclass(frozen=True)
-class JointStop:
+class JointStop(InJoint):
     """The limits of a joint as a contact.
 
     In ``solve`` a stop is touched when q is at the limit or past it. The impulse is the
@@ -177,18 +173,7 @@ class JointStop:
         restitution = checked_restitution(self.restitution, f"{what}: restitution")
         object.__setattr__(self, "restitution", restitution)
         check_stiffness(self, what)
-        if self.name is not None:
-            text(self.name, f"{what}: name")
-
-    @property
-    def frame_names(self) -> tuple[str, ...]:
-        """The frames it acts on."""
-        return ()
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The joints it acts in."""
-        return (self.joint,)
+        check_name(self.name, what)
 
     def limits(self, robot: Robot) -> tuple[float, float]:
         """Lower and upper limit, its own or the model's [rad, m]."""
@@ -200,7 +185,7 @@ class JointStop:
 
 
 @dataclass(frozen=True)
-class Collision:
+class Collision(Acting):
     """A possible contact of two links, or of two pieces of collision geometry.
 
     Points, normals and gaps come from coal at the configuration of the impact; flat
@@ -247,16 +232,6 @@ class Collision:
         object.__setattr__(self, "margin", margin)
         _check_coefficients(self, what)
         keep_table(self, _by_table)
-
-    @property
-    def frame_names(self) -> tuple[str, ...]:
-        """None by name: geometry is looked up when it is needed."""
-        return ()
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The joints it acts in."""
-        return ()
 
 
 ContactEntry: TypeAlias = "Contact | JointStop | Collision | Rope | GapContact"

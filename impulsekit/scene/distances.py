@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from ..errors import InputError, RangeError
 from ..robot import Robot
+from .acting import BetweenFrames
 from .constraints import checked_velocity
 from .contacts import check_stiffness
 from .numbers import Vector, Velocity, number, text, vector
@@ -16,7 +17,7 @@ __all__ = ["DistanceAnchor", "Rope", "check_ends"]
 
 
 @dataclass(frozen=True)
-class DistanceAnchor:
+class DistanceAnchor(BetweenFrames):
     """Two points keep their distance: a massless rod with a ball joint at each end.
 
     One row: the rate of the distance, n·(v_frame − v_other) with n from ``other_at`` to ``at``.
@@ -50,19 +51,9 @@ class DistanceAnchor:
         velocity = checked_velocity(self.velocity, 1, f"{what}: velocity")
         object.__setattr__(self, "velocity", velocity)
 
-    @property
-    def frame_names(self) -> tuple[str, ...]:
-        """The frames it acts on."""
-        return (self.frame, self.other)
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The joints it acts in."""
-        return ()
-
 
 @dataclass(frozen=True)
-class Rope:
+class Rope(BetweenFrames):
     """Two points that a rope joins: no further apart than its length, and free when nearer.
 
     A contact without friction whose gap is length − distance. It pulls and never pushes. In
@@ -103,16 +94,6 @@ class Rope:
         restitution = checked_restitution(self.restitution, f"{what}: restitution")
         object.__setattr__(self, "restitution", restitution)
         check_stiffness(self, what)
-
-    @property
-    def frame_names(self) -> tuple[str, ...]:
-        """The frames it acts on."""
-        return (self.frame, self.other)
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The joints it acts in."""
-        return ()
 
 
 def check_ends(robot: Robot, entry: DistanceAnchor | Rope, where: str) -> None:

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, RangeError
+from .acting import InJoint
 from .constraints import JointLock
 from .functions import numbers_from
-from .numbers import text
+from .numbers import check_name, text
 
 if TYPE_CHECKING:
     from .constraints import Constraint
@@ -36,7 +37,7 @@ MISTAKEN = 1e-5
 
 
 @dataclass(frozen=True)
-class Driven:
+class Driven(InJoint):
     """A joint that follows a given motion: a shaker, a cam shaft, a conveyor's belt.
 
     Whatever it takes to move the joint so is its reaction: in ``simulate`` the force that a motor
@@ -76,24 +77,13 @@ class Driven:
             given = getattr(self, field)
             if not callable(given) and (given is not None or field == "position"):
                 raise InputError(f"{what}: {field} must be a function of time")
-        if self.name is not None:
-            text(self.name, f"{what}: name")
+        check_name(self.name, what)
         rates = Rates(self.position, f"{what}: position", 1)
         for field, order in (("velocity", 1), ("acceleration", 2)):
             given = getattr(self, field)
             if given is not None:
                 _check_rate(given, rates, order, f"{what}: {field}")
         object.__setattr__(self, "_rates", rates)
-
-    @property
-    def frame_names(self) -> tuple[str, ...]:
-        """The frames it acts on."""
-        return ()
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The joints it acts in."""
-        return (self.joint,)
 
     def place(self, t: float) -> float:
         """The coordinate at a time [s]."""

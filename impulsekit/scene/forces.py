@@ -18,7 +18,7 @@ from ..robot import Robot
 from ..robot.robot import WORLD
 from .functions import numbers_from
 from .joint_friction import JointFriction
-from .numbers import Vector, axes_name, number, text, vector
+from .numbers import Vector, axes_name, check_name, number, text, vector
 
 __all__ = [
     "PD",
@@ -75,7 +75,7 @@ class JointSpring:
         _set_not_negative(self, what, "stiffness", "damping")
         object.__setattr__(self, "rest", number(self.rest, f"{what}: rest"))
         _check_choice(self.acts, _SIDES, f"{what}: acts")
-        _check_name(self.name, what)
+        check_name(self.name, what)
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class Spring:
             object.__setattr__(self, field, vector(getattr(self, field), f"{what}: {field}"))
         _set_not_negative(self, what, "stiffness", "damping", "rest_length")
         _check_choice(self.acts, _WAYS, f"{what}: acts")
-        _check_name(self.name, what)
+        check_name(self.name, what)
 
 
 @dataclass(frozen=True)
@@ -227,7 +227,7 @@ class Actuator:
     def __post_init__(self) -> None:
         text(self.joint, "Actuator: joint")
         what = f'Actuator in "{self.joint}"'
-        _check_name(self.name, what)
+        check_name(self.name, what)
         if isinstance(self.torque, PD) or callable(self.torque):
             return
         given = self.torque
@@ -272,7 +272,7 @@ class AppliedForce:
                 object.__setattr__(self, field, vector(value, f"{what}: {field}"))
         object.__setattr__(self, "at", vector(self.at, f"{what}: at"))
         axes_name(self.axes, f"{what}: axes")
-        _check_name(self.name, what)
+        check_name(self.name, what)
 
     @property
     def is_constant(self) -> bool:
@@ -362,8 +362,3 @@ def _set_not_negative(entry: Any, what: str, *fields: str) -> None:
 def _check_choice(value: Any, allowed: tuple[str, ...], what: str) -> None:
     if not isinstance(value, str) or value not in allowed:
         raise RangeError.of(what, quoted(value), ", ".join(f'"{one}"' for one in allowed))
-
-
-def _check_name(name: str | None, what: str) -> None:
-    if name is not None:
-        text(name, f"{what}: name")

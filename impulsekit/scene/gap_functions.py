@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from ..errors import InputError, RangeError, a_thing
+from .acting import Acting
 from .constraints import checked_velocity
 from .contacts import check_stiffness
-from .numbers import Velocity, number, text
+from .numbers import Velocity, check_name, number
 from .restitution import checked_restitution
 
 __all__ = ["GapConstraint", "GapContact"]
@@ -18,7 +19,7 @@ MOST_ROWS = 1000
 
 
 @dataclass(frozen=True)
-class GapConstraint:
+class GapConstraint(Acting):
     """What functions of the configuration keep: g(q) = 0, or what it is at the start.
 
     A bead on a wire, a cam that drives its follower, a gear of varying ratio. The multipliers act
@@ -65,25 +66,14 @@ class GapConstraint:
         object.__setattr__(self, "rows", int(rows))
         velocity = checked_velocity(self.velocity, self.rows, f"{what}: velocity")
         object.__setattr__(self, "velocity", velocity)
-        if self.name is not None:
-            text(self.name, f"{what}: name")
+        check_name(self.name, what)
 
     # What a function of q depends on is not known by name.
     of_whole_robot: ClassVar[bool] = True
 
-    @property
-    def frame_names(self) -> tuple[str, ...]:
-        """The frames it acts on: none by name."""
-        return ()
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The joints it acts in: none by name."""
-        return ()
-
 
 @dataclass(frozen=True)
-class GapContact:
+class GapContact(Acting):
     """A contact whose gap is a function of the configuration: a cam and its follower, clearance.
 
     In ``solve`` it touches where the gap is zero or less. Impulses, forces and velocities are
@@ -136,21 +126,10 @@ class GapContact:
         check_stiffness(self, what)
         if self.friction and self.tangents is None:
             raise InputError(f"{what}: friction needs tangents, the rows of its slip")
-        if self.name is not None:
-            text(self.name, f"{what}: name")
+        check_name(self.name, what)
 
     # What a function of q depends on is not known by name.
     of_whole_robot: ClassVar[bool] = True
-
-    @property
-    def frame_names(self) -> tuple[str, ...]:
-        """The frames it acts on: none by name."""
-        return ()
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The joints it acts in: none by name."""
-        return ()
 
 
 def _check_functions(

@@ -10,13 +10,14 @@ import numpy as np
 from ..errors import InputError, ShapeError, a_thing
 from ..robot import Robot
 from ..robot.robot import WORLD, WORLD_LINK
-from .numbers import Numbers, Vector, axes_name, number, text, vector
+from .acting import Acting, InJoint
+from .numbers import Numbers, Vector, axes_name, check_name, number, text, vector
 
 __all__ = ["AppliedImpulse", "JointImpulse", "check_impulse"]
 
 
 @dataclass(frozen=True)
-class AppliedImpulse:
+class AppliedImpulse(Acting):
     """An external force impulse and couple impulse at a point of a frame.
 
     In Chang & Huston 1995, eq. (18), these are the integrals of F_k and M_k.
@@ -51,22 +52,16 @@ class AppliedImpulse:
         for field in ("linear", "angular", "at"):
             set_field(self, field, vector(getattr(self, field), f"{what}: {field}"))
         axes_name(self.axes, f"{what}: axes")
-        if self.name is not None:
-            text(self.name, f"{what}: name")
+        check_name(self.name, what)
 
     @property
     def frame_names(self) -> tuple[str, ...]:
         """The frames it acts on."""
         return (self.frame,)
 
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The joints it acts in."""
-        return ()
-
 
 @dataclass(frozen=True)
-class JointImpulse:
+class JointImpulse(InJoint):
     """An impulse inside a joint: a motor's kick, combustion in a cylinder.
 
     It acts along the joint's own generalized speeds, on the child, and with opposite sign on
@@ -98,23 +93,12 @@ class JointImpulse:
         )
         impulse = tuple(number(x, f"{what}: impulse[{i}]") for i, x in enumerate(entries))
         object.__setattr__(self, "impulse", impulse)
-        if self.name is not None:
-            text(self.name, f"{what}: name")
+        check_name(self.name, what)
 
     @property
     def values(self) -> tuple[float, ...]:
         """The impulse as it is kept: one number for each degree of freedom of the joint."""
         return cast("tuple[float, ...]", self.impulse)
-
-    @property
-    def frame_names(self) -> tuple[str, ...]:
-        """The frames it acts on."""
-        return ()
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The joints it acts in."""
-        return (self.joint,)
 
 
 def check_impulse(robot: Robot, impulse: Any, where: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..errors import RangeError
-from .numbers import number, text
+from .numbers import check_name, number, text
 
 __all__ = ["JointFriction"]
 
@@ -50,5 +50,4 @@ class JointFriction:
         if value < 0.0:
             raise RangeError.of(f"{what}: torque", value, "0 or more")
         object.__setattr__(self, "torque", value)
-        if self.name is not None:
-            text(self.name, f"{what}: name")
+        check_name(self.name, what)

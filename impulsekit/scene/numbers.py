@@ -18,6 +18,7 @@ __all__ = [
     "Vector",
     "Velocity",
     "axes_name",
+    "check_name",
     "listed",
     "number",
     "text",
@@ -124,3 +125,9 @@ def text(value: Any, what: str) -> str:
     if not value.isprintable():
         raise InputError(f"{what} must be printable text, got {quoted(value)}", what=what)
     return value
+
+
+def check_name(name: str | None, what: str) -> None:
+    """Prove that an entry has a name that can be read, or none."""
+    if name is not None:
+        text(name, f"{what}: name")

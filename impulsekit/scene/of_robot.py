@@ -19,6 +19,8 @@ from .scene import Scene
 if TYPE_CHECKING:
     from typing import Unpack
 
+    import numpy as np
+
     from ..robot.mjcf_pairs import TouchingPair
     from .contacts import ContactEntry
     from .forces import Force
@@ -137,26 +139,21 @@ def _collision(pair: TouchingPair, restitution: float, *, turning: bool) -> Coll
 
 def _dampers(robot: Robot) -> list[JointSpring]:
     """The damping of the robot's joints."""
-    model = robot.model
-    found = []
-    for name in robot.joint_names:
-        joint = model.joints[robot.joint_id(name)]
-        damping = float(model.damping[joint.idx_v]) if joint.nv == 1 else 0.0
-        if damping > 0.0:
-            found.append(JointSpring(name, damping=damping))
-    return found
+    found = _by_joint(robot, robot.model.damping)
+    return [JointSpring(name, damping=damping) for name, damping in found]
 
 
 def _dry_friction(robot: Robot) -> list[JointFriction]:
     """The dry friction of the robot's joints."""
-    model = robot.model
-    found = []
-    for name in robot.joint_names:
-        joint = model.joints[robot.joint_id(name)]
-        torque = float(model.upperDryFrictionLimit[joint.idx_v]) if joint.nv == 1 else 0.0
-        if torque > 0.0:
-            found.append(JointFriction(name, torque))
-    return found
+    found = _by_joint(robot, robot.model.upperDryFrictionLimit)
+    return [JointFriction(name, torque) for name, torque in found]
+
+
+def _by_joint(robot: Robot, values: np.ndarray) -> list[tuple[str, float]]:
+    """Joints of one degree of freedom and their entries of (nv,) values, where above 0."""
+    joints = ((name, robot.model.joints[robot.joint_id(name)]) for name in robot.joint_names)
+    found = [(name, float(values[joint.idx_v])) for name, joint in joints if joint.nv == 1]
+    return [(name, value) for name, value in found if value > 0.0]
 
 
 def _constraint(loop: Loop) -> Constraint:
