@@ -8,9 +8,16 @@ from typing import Any, TypeVar
 
 import pydantic
 
-from ..errors import ImpulsekitError, UnknownNameError, nearest_names, quoted, shown
+from ..errors import (
+    ImpulsekitError,
+    SceneFileError,
+    UnknownNameError,
+    nearest_names,
+    quoted,
+    shown,
+)
 
-__all__ = ["Faults", "no_such_key"]
+__all__ = ["Faults", "no_such_key", "tuples_of"]
 
 Model = TypeVar("Model", bound=pydantic.BaseModel)
 
@@ -27,6 +34,13 @@ _WANTED = {
 }
 
 
+def tuples_of(value: Any) -> Any:
+    """TOML data with tuples for lists, as the frozen dataclasses have them."""
+    if isinstance(value, dict):
+        return {key: tuples_of(entry) for key, entry in value.items()}
+    return tuple(map(tuples_of, value)) if isinstance(value, list) else value
+
+
 class Faults(list[str]):
     """The faults found so far, one sentence each, in the order they were found."""
 
@@ -34,6 +48,14 @@ class Faults(list[str]):
         """Note a fault, once."""
         if sentence not in self:
             self.append(sentence)
+
+    def error(self, path: str) -> SceneFileError:
+        """All of them as the error of a file."""
+        if len(self) == 1:
+            message = f"{path}: {self[0]}"
+        else:
+            message = f"{path}: {len(self)} faults:" + "".join(f"\n  {fault}" for fault in self)
+        return SceneFileError(message, path=path, faults=tuple(self))
 
     def add_error(self, place: str, error: ImpulsekitError) -> str | None:
         """Note an error of the library at a place of the file; gives the field at fault.

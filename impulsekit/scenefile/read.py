@@ -24,7 +24,7 @@ from ..scene.motion import MotionSettings
 from ..scene.numbers import Vector
 from ..scene.points import ReportPoint
 from .entries import MOVED, read_entries, read_section
-from .faults import Faults, no_such_key
+from .faults import Faults, no_such_key, tuples_of
 from .robots import read_robots
 from .vocabulary import DESIGN, MOTION, POINTS, SECTIONS, STRICT, Section
 
@@ -132,15 +132,7 @@ def _scene_file(data: dict[str, Any], path: str, folder: str) -> SceneFile:
         except ImpulsekitError as error:
             # What is wrong with no entry alone, such as two of one name.
             faults.add(str(error).removeprefix("Scene: "))
-    raise _error(path, faults)
-
-
-def _error(path: str, faults: Faults) -> SceneFileError:
-    if len(faults) == 1:
-        message = f"{path}: {faults[0]}"
-    else:
-        message = f"{path}: {len(faults)} faults:" + "".join(f"\n  {fault}" for fault in faults)
-    return SceneFileError(message, path=path, faults=tuple(faults))
+    raise faults.error(path)
 
 
 def _read_toml(path: str) -> dict[str, Any]:
@@ -153,7 +145,7 @@ def _read_toml(path: str) -> dict[str, Any]:
 
 def _parsed(text: Callable[[], str], path: str) -> dict[str, Any]:
     try:
-        return _tuples(tomllib.loads(text()))
+        return tuples_of(tomllib.loads(text()))
     except tomllib.TOMLDecodeError as error:
         words = str(error).replace("Cannot overwrite a value", "a key or table stands there twice")
         reason = f"not well-formed TOML: {words}"
@@ -164,13 +156,6 @@ def _parsed(text: Callable[[], str], path: str) -> dict[str, Any]:
     except (OSError, ValueError) as error:
         reason = reason_of(error) if isinstance(error, OSError) else str(error)
     raise SceneFileError(f"{path}: {reason}", path=path, faults=(reason,)) from None
-
-
-def _tuples(value: Any) -> Any:
-    """TOML data with tuples for lists, as the frozen dataclasses have them."""
-    if isinstance(value, dict):
-        return {key: _tuples(entry) for key, entry in value.items()}
-    return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
 def _read_state(raw: Any, robot: Robot | None, faults: Faults) -> tuple[np.ndarray, np.ndarray]:

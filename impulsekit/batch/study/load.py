@@ -30,11 +30,11 @@ from typing import Any
 
 import pydantic
 
-from ...errors import ImpulsekitError, SceneFileError
+from ...errors import ImpulsekitError
 from ...files import file_told, open_plain_file
 from ...scene.motion import MotionSettings
 from ...scenefile import load_scene
-from ...scenefile.faults import Faults
+from ...scenefile.faults import Faults, tuples_of
 from ...scenefile.vocabulary import STRICT, model_of
 from .study import Study
 from .variation import Variation
@@ -63,15 +63,13 @@ def load_study(path: str | os.PathLike[str]) -> Study:
         >>> study.samples
         20000
     """
-    file = load_scene(path)
+    file, faults = load_scene(path), Faults()
     with file_told(path), open_plain_file(path) as stream:
         raw = tomllib.loads(stream.read().decode("utf-8-sig").replace("\r\n", "\n")).get("batch")
     if raw is None:
-        raise _fault(
-            file.path, ["the table [batch] is missing: how many samples, and what varies?"]
-        )
-    faults = Faults()
-    settings = faults.validated(_Batch, _tuples(raw), "batch")
+        faults.add("the table [batch] is missing: how many samples, and what varies?")
+        raise faults.error(file.path)
+    settings = faults.validated(_Batch, tuples_of(raw), "batch")
     vary = []
     for i, entry in enumerate(settings.vary if settings is not None else ()):
         place = f"batch.vary[{i}]"
@@ -98,18 +96,4 @@ def load_study(path: str | os.PathLike[str]) -> Study:
             )
         except ImpulsekitError as error:
             faults.add_error("batch", error)
-    raise _fault(file.path, faults)
-
-
-def _tuples(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _tuples(entry) for key, entry in value.items()}
-    return tuple(map(_tuples, value)) if isinstance(value, list) else value
-
-
-def _fault(path: str, faults: list[str]) -> SceneFileError:
-    if len(faults) == 1:
-        message = f"{path}: {faults[0]}"
-    else:
-        message = f"{path}: {len(faults)} faults:" + "".join(f"\n  {fault}" for fault in faults)
-    return SceneFileError(message, path=path, faults=tuple(faults))
+    raise faults.error(file.path)
