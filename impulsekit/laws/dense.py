@@ -206,15 +206,7 @@ def _shorten(a: np.ndarray, n: int, rank: int, y: np.ndarray) -> None:
             for k in range(i + 1, rank):
                 total -= a[i, k] * a[c, k]
             a[c, i] = total / a[i, i]
-        # Twice, for what rounding leaves.
-        _take_out(a, rank, c, n, a[c])
-        _take_out(a, rank, c, n, a[c])
-        size = 0.0
-        for j in range(n):
-            size += a[c, j] ** 2
-        size = math.sqrt(size)
-        for j in range(n):
-            a[c, j] /= size
+        _make_orthonormal(a, rank, c, n)
     _take_out(a, rank, n, n, y)
 
 
@@ -313,15 +305,21 @@ def orthonormalize(rows: np.ndarray) -> None:
     """Make linearly independent rows orthonormal, one after the other (Gram & Schmidt)."""
     count, n = rows.shape
     for r in range(count):
-        # Twice, for what rounding leaves.
-        _take_out(rows, 0, r, n, rows[r])
-        _take_out(rows, 0, r, n, rows[r])
-        size = 0.0
-        for j in range(n):
-            size += rows[r, j] ** 2
-        size = math.sqrt(size)
-        for j in range(n):
-            rows[r, j] /= size
+        _make_orthonormal(rows, 0, r, n)
+
+
+@compiled
+def _make_orthonormal(a: np.ndarray, first: int, row: int, n: int) -> None:
+    """Make a row of a orthonormal to those from ``first`` to before it, which are that."""
+    # Twice, for what rounding leaves.
+    _take_out(a, first, row, n, a[row])
+    _take_out(a, first, row, n, a[row])
+    size = 0.0
+    for j in range(n):
+        size += a[row, j] ** 2
+    size = math.sqrt(size)
+    for j in range(n):
+        a[row, j] /= size
 
 
 @compiled

@@ -6,6 +6,7 @@ import numpy as np
 
 from .compiled import compiled, entry
 from .coupling import SURE, friction_is_weak
+from .found import SAME
 from .frictional import frictional
 from .least_shares import least_holding, share_least
 from .modes import DEPENDENT, NULL, residual_of, sizes_of
@@ -15,7 +16,6 @@ from .uniqueness import (
     MOST_FOUND,
     NEGLIGIBLE,
     NOTHING_TRIED,
-    SAME,
     TRIED_ALL,
     is_another,
     search_modes,

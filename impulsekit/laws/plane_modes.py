@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from .compiled import compiled, entry
+from .found import keep_if_new
 
 __all__ = ["most_modes", "plane_modes", "plane_of"]
 
@@ -34,8 +35,6 @@ ROUNDING = 1e-13
 # Impulses this many times those that make the velocities are of systems that are nearly singular:
 # what they leave of the law is rounding of their own.
 LARGEST = 1e8
-# Solutions that differ by less than this share of the velocities are one.
-SAME = 1e-6
 
 
 @entry(lambda: (np.eye(6), np.ones(6), np.ones(2), np.ones((2, 2))), seconds=1.5)
@@ -166,7 +165,7 @@ def plane_modes(
             continue
         for i in range(n):
             P[2 * i], P[2 * i + 1] = P[2 * i] / unit[i], P[2 * i + 1] / unit[i]
-        count = _kept(W, P, scale, found, count)
+        count = keep_if_new(W, P, scale, found, count)
     return count
 
 
@@ -315,19 +314,3 @@ def _obeys(
         elif (mode in (SLIDES_DOWN, HELD_DOWN)) and along > near:
             return False
     return True
-
-
-@compiled
-def _kept(W: np.ndarray, P: np.ndarray, scale: float, found: np.ndarray, count: int) -> int:
-    """How many solutions there are with P, which is written if there is none like it."""
-    size = len(P)
-    for s in range(count):
-        apart = 0.0
-        for r in range(size):
-            apart = max(apart, W[r, r] * abs(P[r] - found[s, r]))
-        if apart <= SAME * scale:
-            return count
-    if count < len(found):
-        found[count] = P
-        return count + 1
-    return count

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..tolerances import NONZERO
 from .compiled import compiled, entry
+from .found import SAME, keep_if_new
 
 __all__ = ["space_modes"]
 
@@ -26,9 +27,8 @@ STARTS = (0, 16, 8, 6)
 MOST_STEPS = 16
 # The largest turn of a step [rad].
 TURN = 0.6
-# As in the plane: shares of velocities and of the terms of a sum, of what is the same, and what
-# is too large to tell.
-EDGE, ROUNDING, SAME, LARGEST = 1e-9, 1e-13, 1e-6, 1e8
+# As in the plane: shares of velocities and of the terms of a sum, and what is too large to tell.
+EDGE, ROUNDING, LARGEST = 1e-9, 1e-13, 1e8
 # Newton has arrived, relative to the velocities.
 ARRIVED = 1e-11
 # Eigenvalues of contacts that stick, below which their impulses are redundant.
@@ -60,7 +60,7 @@ def space_modes(
         mu: (n,) friction.
         scale: the size of the velocities [m/s].
         found: (most, 3n), written: P of the solutions [N s].
-        outside: (any number, 3n), written: P of what obeys all but the cones of sticking.
+        outside: (any number, 3n), written: P of what leaves a cone of sticking, and obeys the rest.
     """
     n = len(mu)
     unit = np.ones(n)
@@ -95,9 +95,9 @@ def space_modes(
             for r in range(3 * n):
                 P[r] /= unit[r // 3]
             if obeys:
-                count = _kept(W, P, scale, found, count)
+                count = keep_if_new(W, P, scale, found, count)
             else:
-                beyond = _kept(W, P, scale, outside, beyond)
+                beyond = keep_if_new(W, P, scale, outside, beyond)
     return count, beyond
 
 
@@ -324,19 +324,3 @@ def _obeys(
         elif P[k] * u1 + P[k + 1] * u2 > friction * (near - (1.0 - SAME) * speed):
             return False
     return True
-
-
-@compiled
-def _kept(W: np.ndarray, P: np.ndarray, scale: float, found: np.ndarray, count: int) -> int:
-    """How many solutions there are with P, which is written if there is none like it."""
-    size = len(P)
-    for s in range(count):
-        apart = 0.0
-        for r in range(size):
-            apart = max(apart, W[r, r] * abs(P[r] - found[s, r]))
-        if apart <= SAME * scale:
-            return count
-    if count < len(found):
-        found[count] = P
-        return count + 1
-    return count

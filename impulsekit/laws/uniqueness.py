@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 
 from .compiled import compiled, entry
+from .found import SAME
 from .plane_modes import plane_modes, plane_of
 from .space_modes import space_modes
 
 __all__ = [
-    "MOST_FOUND", "MOST_IN_PLANE", "MOST_IN_SPACE", "NEGLIGIBLE", "NOTHING_TRIED", "SAME",
+    "MOST_FOUND", "MOST_IN_PLANE", "MOST_IN_SPACE", "NEGLIGIBLE", "NOTHING_TRIED",
     "TRIED_ALL", "TRIED_SOME", "is_another", "search_modes",
 ]  # fmt: skip
 
@@ -20,8 +21,6 @@ __all__ = [
 MOST_IN_PLANE, MOST_IN_SPACE = 4, 3
 # Friction below this counts as none: it would only underflow.
 NEGLIGIBLE = 1e-150
-# Velocities that differ by less than this share of the largest are the same.
-SAME = 1e-6
 # Work above this share of the energies in play is a gain.
 GAIN = 1e-10
 # How many solutions are kept at most: of four contacts in a plane that move along one motion
@@ -79,7 +78,7 @@ def search_modes(
 ) -> tuple[int, int, int]:
     """What was tried, how many solutions of one phase were found, and how many are outside.
 
-    Those outside obey all but the cones of contacts that stick, as ``space_modes`` says.
+    Those outside leave a cone of a contact that sticks, and obey the rest (``space_modes``).
 
     Args:
         W: (3n, 3n), tangents without friction cleared [1/kg].

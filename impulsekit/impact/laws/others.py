@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...laws.found import SAME
 from ...laws.others import (
     ALL_TRIED,
     MOST_ANSWERS,
@@ -18,7 +19,6 @@ from ...laws.others import (
     find_answers,
 )
 from ...laws.status import Status
-from ...laws.uniqueness import SAME
 from ...laws.words import NEWTON, POISSON
 from ...scene.law import Law
 from .problem import ContactProblem, ContactSolution, arrays_of, in_order
