@@ -9,8 +9,6 @@ PACKAGE = pathlib.Path(__file__).parent.parent / "impulsekit"
 LEFT = {
     "bench": 22,
     "measured": 8,
-    "motion": 6,
-    "scene": 3,
 }
 # A number smaller than this decides what counts as nothing.
 SMALL = 1e-3

@@ -39,7 +39,7 @@ try:
     said.append(f"MuJoCo reads it (nv {mujoco.MjModel.from_xml_path(path).nv})")
 except Exception:
     pass
-print("; ".join(said) or "Pinocchio and MuJoCo refuse it, too")
+sys.stdout.write("; ".join(said) or "Pinocchio and MuJoCo refuse it, too")
 """
 
 

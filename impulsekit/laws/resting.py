@@ -57,8 +57,9 @@ GIVEN = 1e-13
 # What b may contradict itself by, relative: speeds of at most the capture speed, squared, over
 # the size of a body and gravity. 1e-2 m/s at 0.1 m is 1e-4 of it.
 CONTRADICTION = 1e-4
-# Eigenvalues of W this small beside the largest are zero where else there is no answer: of rows
-# that differ by the root of it, as the stages of a step turn an edge against another.
+# Where nothing solves the problem otherwise, eigenvalues of W this small beside the largest count
+# as zero: they are of rows that differ by the root of it, as the stages of a step turn an edge
+# against another.
 NULL = 1e-10
 # Rounds that shrink what springs leave by less than this meet a contradiction, or points at the
 # edge of their cones, which take up a load slowly.

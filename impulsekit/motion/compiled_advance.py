@@ -16,7 +16,7 @@ from ..laws.compiled import compiled, entry
 from .compiled_chart import centre, write_configuration, write_rate
 from .compiled_look import Watched, look_through
 from .compiled_settle import Stand, begin_stage, settle
-from .compiled_step import SOLVED, System, Tableau, Work, evaluate, try_step
+from .compiled_step import SOLVED, TOLERANCES, System, Tableau, Work, evaluate, try_step
 from .explicit import LEAST, length_after, shorter_length
 from .points import Table, gaps_and_rates
 from .tree import look_at
@@ -85,7 +85,7 @@ def example_advance() -> tuple:
     track = Track(none, none, none, none, NO_POINTS, none)
     more = np.zeros((0, 0, 0)), np.zeros((0, 0, 3)), np.zeros((0, 0), np.bool_), no
     log = Log(none, none, none, no, no, *more)
-    return system, tableau, work, watched, stand, track, log, 1e-10, 1e-12
+    return system, tableau, work, watched, stand, track, log, *TOLERANCES
 
 
 @entry(example_advance, seconds=45.0, apart=True)

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from .compiled_loads import ON, Loads
-from .compiled_step import System, Tableau, Work
+from .compiled_step import TOLERANCES, System, Tableau, Work
 from .points import MOST, Table
 from .pressed import Sliding
 from .tree_of_model import room_of, tree_of
@@ -85,4 +85,4 @@ def example_step() -> tuple:
         np.zeros(0),
         np.zeros(0),
     )
-    return system, tableau(), work_of(model.nv, 0), 1e-3, 1e-10, 1e-12
+    return system, tableau(), work_of(model.nv, 0), 1e-3, *TOLERANCES

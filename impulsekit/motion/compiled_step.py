@@ -24,6 +24,7 @@ from .tree import Room, Tree, begin_forces, look_at, take_forces, write_factor, 
 __all__ = [
     "NOT_SOLVED",
     "SOLVED",
+    "TOLERANCES",
     "UNSAFE",
     "System",
     "Tableau",
@@ -39,6 +40,8 @@ __all__ = [
 
 # What became of a step: done, no forces at rest, a pivot of M that is rounding.
 SOLVED, NOT_SOLVED, UNSAFE = 0, 1, 2
+# rtol and atol in examples of arguments: those of ``MotionSettings`` unless others are given.
+TOLERANCES = 1e-10, 1e-12
 
 
 class System(NamedTuple):
@@ -235,7 +238,7 @@ def _examples_of_rates() -> tuple:
 
 def _examples_of_begin() -> tuple:
     system, _, work, *_ = _examples()
-    return system, work, work.before, 1.0, 1e-10, 1e-12
+    return system, work, work.before, 1.0, *TOLERANCES
 
 
 @entry(_examples_of_begin, seconds=4.0, apart=True)

@@ -16,6 +16,10 @@ __all__ = ["LEAST_RTOL", "MotionSettings"]
 LONGEST = 1e9
 # Below it rounding is no smaller than the error of a step.
 LEAST_RTOL = 1e-13
+# With atol = 0 an entry of y that is 0 would be allowed no error at all.
+LEAST_ATOL = 1e-300
+# With shorter steps [s] a second takes more of them than ``max_steps`` may allow.
+LEAST_STEP = 1e-9
 METHODS = ("dop853", "radau", "rk4", "semi-implicit")
 
 
@@ -68,9 +72,9 @@ class MotionSettings:
         for name, least, most, allowed in (
             ("duration", 0.0, LONGEST, "0 to 1e9 s"),
             ("rtol", LEAST_RTOL, 0.1, "1e-13 to 0.1"),
-            ("atol", 1e-300, 1.0, "above 0, up to 1"),
-            ("step", 1e-9, 1e3, "1e-9 to 1e3 s"),
-            ("max_step", 1e-9, 1e9, "1e-9 to 1e9 s, or None"),
+            ("atol", LEAST_ATOL, 1.0, "above 0, up to 1"),
+            ("step", LEAST_STEP, 1e3, "1e-9 to 1e3 s"),
+            ("max_step", LEAST_STEP, LONGEST, "1e-9 to 1e9 s, or None"),
             ("capture_speed", 0.0, 1e3, "0 to 1e3 m/s"),
             ("together", 0.0, 1e-3, "0 to 1e-3 s"),
             ("samples", 1, 10_000_000, "1 to 10 million"),

@@ -56,7 +56,7 @@ def rocking_blocks(quick: bool) -> Iterator[Problem]:
 
 
 def landing_blocks(quick: bool) -> Iterator[Problem]:
-    """A block that slides as it lands flat on a ring of n points: all but six rows redundant.
+    """A block that slides as it lands flat on a ring of n points, whose rows have rank six.
 
     v_n⁺ = −e v_n and |v_t⁺| = |v_t| − µ (1 + e) |v_n|, whatever the points' share.
     """

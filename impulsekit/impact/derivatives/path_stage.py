@@ -49,7 +49,7 @@ class PathStage(NamedTuple):
     """One contact struck along its path.
 
     Attributes:
-        bare: the same stage with no contact in it, whose loads have all but ∂P.
+        bare: the same stage without a contact, whose loads leave out ∂P.
         hit, touching: what is struck, among all that touch.
         law: P and its derivatives by the parameters of the law.
         block_by_q: (6, nv) ∂W/∂q.

@@ -29,8 +29,7 @@ from .single import refuse_tangential
 __all__ = ["hits_of", "solve_sequential"]
 
 # The limit of a series of hits is looked for after LONG hits, and again each time there are this
-# many times as many. Shorter series end by themselves, all but a few of those with ratios below
-# 0.7.
+# many times as many. Shorter series end by themselves, as do most of those with ratios below 0.7.
 LATER = 1.5
 
 
