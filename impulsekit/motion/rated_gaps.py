@@ -16,11 +16,32 @@ from .points import PLANE, ROPE, STOP, TableRow
 __all__ = ["FunctionGap", "PlaneGap", "RopeGap", "StopGap"]
 
 
-class PlaneGap:
-    """A point over a plane: n·(p − o), and n·(v_p − v_plane there)."""
+class _PairGap:
+    """Of a point and what it meets or hangs on."""
 
     has_rate = True
     held = None
+    arms: float
+    _pair: Pair
+
+    def size(self, data: pin.Data) -> float:
+        """Of the terms whose sum a gap near zero is [m]; ``data`` with placements."""
+        first = self._pair.first
+        place = data.oMi[first.joint_id].act(first.placement.translation)
+        return float(np.abs(place).max()) + self.arms
+
+    def spots(self, data: pin.Data) -> list[tuple[np.ndarray, np.ndarray]]:
+        """(3,) the point, (3, 3) its axes (n along a rope), in a list; ``data`` with placements."""
+        point, _ = self._pair.placements(data)
+        return [(point.translation.copy(), self._pair.axes(data))]
+
+    def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """(3,) the rows' rates at zero joint acceleration."""
+        return self._pair.bias(data)
+
+
+class PlaneGap(_PairGap):
+    """A point over a plane: n·(p − o), and n·(v_p − v_plane there)."""
 
     def __init__(self, robot: Robot, reached: ReachedModel, entry: Contact, index: int) -> None:
         self.entry, self.friction = index, friction_at_rest(entry.friction)
@@ -49,31 +70,14 @@ class PlaneGap:
         """The joint of a plane that moves, and (3, 3) R in its frame."""
         return self._pair.other.joint_id, self._pair.said.carrying[1]
 
-    def size(self, data: pin.Data) -> float:
-        """Of the terms whose sum a gap near zero is [m]; ``data`` with placements."""
-        first = self._pair.first
-        place = data.oMi[first.joint_id].act(first.placement.translation)
-        return float(np.abs(place).max()) + self.arms
-
-    def spots(self, data: pin.Data) -> list[tuple[np.ndarray, np.ndarray]]:
-        """(3,) the point and (3, 3) its axes t₁, t₂, n, in a list; ``data`` with placements."""
-        point, _ = self._pair.placements(data)
-        return [(point.translation.copy(), self._pair.axes(data))]
-
     def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(3, nv); ``data`` with joint Jacobians."""
         return self._pair.rows(data)
 
-    def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """(3,) the rows' rates at zero joint acceleration."""
-        return self._pair.bias(data)
 
-
-class RopeGap:
+class RopeGap(_PairGap):
     """Two points on a rope: its length − |p − o|, and the rate of that."""
 
-    has_rate = True
-    held = None
     friction = 0.0
 
     def __init__(self, robot: Robot, reached: ReachedModel, entry: Rope, index: int) -> None:
@@ -89,26 +93,11 @@ class RopeGap:
         numbers[6] = self._length
         return [(ROPE, first.joint_id, other.joint_id, numbers)]
 
-    def size(self, data: pin.Data) -> float:
-        """Of the terms whose sum a gap near zero is [m]; ``data`` with placements."""
-        first = self._pair.first
-        place = data.oMi[first.joint_id].act(first.placement.translation)
-        return float(np.abs(place).max()) + self.arms
-
-    def spots(self, data: pin.Data) -> list[tuple[np.ndarray, np.ndarray]]:
-        """(3,) the first end and (3, 3) its axes, n along the rope; ``data`` with placements."""
-        point, _ = self._pair.placements(data)
-        return [(point.translation.copy(), self._pair.axes(data))]
-
     def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(3, nv), of which only the normal row is used; ``data`` with joint Jacobians."""
         rows = self._pair.rows(data)
         rows[:2] = 0.0
         return rows
-
-    def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """(3,) the rows' rates at zero joint acceleration."""
-        return self._pair.bias(data)
 
 
 class FunctionGap:
