@@ -10,6 +10,8 @@ from .rows import Row
 
 __all__ = ["claim_table", "detail_table", "main_table", "report", "short_table", "time_text"]
 
+TIME_UNITS = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6))
+
 # Of the documentation's page.
 CHOSEN = (
     "struck chain 40",
@@ -197,7 +199,7 @@ def time_text(seconds: float | None) -> str:
     """Three digits in the unit that fits."""
     if seconds is None:
         return ""
-    for unit, scale in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+    for unit, scale in TIME_UNITS:
         if seconds >= scale or unit == "µs":
             return f"{seconds / scale:.3g} {unit}"
     return ""

@@ -56,7 +56,9 @@ def bench(
     OUT receives report.md, rows, claims and savings as CSV and JSON, and diagrams as SVG. A
     method that misses a problem's tolerance does not count as fast there.
     """
-    _one_thread_each()
+    from .threads import one_thread_each
+
+    one_thread_each()
     if measured is not None:
         from ..bench.recorded import measured_report
         from .progress import bar_on_terminal
@@ -78,14 +80,6 @@ def bench(
     wish = Wish(quick, tuple(problems), tuple(chosen), part or PARTS, resume)
     path = whole(wish, Path(out), _teller(quiet))
     click.echo(str(path))
-
-
-def _one_thread_each() -> None:
-    """Linear algebra on one thread, as Pinocchio's is: set before numpy is loaded."""
-    import os
-
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
 
 
 def _list(chosen: list[Any]) -> None:

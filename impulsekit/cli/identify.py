@@ -42,6 +42,9 @@ def identify(ctx: click.Context, recording: str, scene: str, **options: Any) -> 
     quaternion_wxyz, q.JOINT, or the folder of a ROS 2 bag. It is calibrated against gravity
     and the floor; impacts are found and fitted; then whole motions are followed.
     """
+    from .threads import one_thread_each
+
+    one_thread_each()
     from ..errors import RangeError
     from ..measured.columns import RecordingFormat
     from ..measured.identification import identify as identify_scene

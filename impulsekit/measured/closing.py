@@ -24,6 +24,8 @@ UNEXPLAINED = 0.01
 MOST = 4
 # Singular values of the contacts' rows below this share of the largest are of dependent rows.
 DEPENDENT = 1e-9
+# Variances below this share of the largest count as that share.
+SINGULAR = 1e-12
 
 
 class ClosingContacts:
@@ -145,4 +147,4 @@ class ClosingContacts:
 def _inverse_root(covariance: np.ndarray) -> np.ndarray:
     """W with WᵀW the inverse of a covariance."""
     values, axes = np.linalg.eigh(covariance)
-    return axes.T / np.sqrt(np.maximum(values, 1e-12 * values.max()))[:, None]
+    return axes.T / np.sqrt(np.maximum(values, SINGULAR * values.max()))[:, None]

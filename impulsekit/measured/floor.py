@@ -12,11 +12,18 @@ from ..robot.placing import Posture
 from ..scene import Contact, Scene
 from ..tolerances import NONZERO
 from .recording import Recording
+from .segments import MEDIAN_TO_SIGMA
 
 __all__ = ["FloorFit", "fitted_floor", "rest_of"]
 
-# A body is at rest where its samples do not move faster for so many samples [m/s, rad/s].
-STILL, STILL_SAMPLES = 0.05, 8
+# A body is at rest where the medians of three parts of a run of samples differ by no more than so
+# slow a way [m/s, rad/s] and so many standard deviations of their noise.
+STILL, NOISY = 0.05, 3.0
+# Runs have so many samples and last so long at least [s]; shorter ones are for recordings without a
+# longer rest: at the top of a flight a body falls 12 mm, or 6 mm, in that time.
+RUNS = ((18, 0.1), (12, 0.07))
+# The deviation of a median over the deviation of a mean.
+MEDIAN_OVER_MEAN = 1.2533141373155003
 # Points this near to the lowest one carry the body [m].
 CARRYING = 0.004
 # A plane whose normal is off by less is the same one [rad], whose origin by less [m].
@@ -24,6 +31,10 @@ SAME = 1e-9
 # Unknowns whose rows vary by less than this [relative, root mean square] are not told apart from
 # those before them; so many rests at least tell an uncertainty.
 UNTOLD, FEWEST_RESTS = 0.05, 3
+# [of the square of a direction] Unknowns with more than this in what no rest tells.
+UNTOLD_SHARE = 1e-3
+# Slopes are told over this way at least [m].
+NARROW = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,18 +104,34 @@ def fitted_floor(several: list[Recording], scene: Scene, scale: float) -> FloorF
 
 
 def rest_of(recording: Recording) -> np.ndarray | None:
-    """(nq,) the mean configuration of the last rest of a recording, if it has one."""
-    if len(recording.t) < STILL_SAMPLES + 1:
-        return None
-    still = np.abs(recording.velocities(reach=5)).max(axis=1) < STILL
-    run = 0
-    for k in range(len(still) - 1, -1, -1):
-        run = run + 1 if still[k] else 0
-        if run == STILL_SAMPLES:
-            q = recording.q[k : k + STILL_SAMPLES]
-            middle = np.array(q[STILL_SAMPLES // 2])
-            middle[:3] = q[:, :3].mean(axis=0)
-            return middle
+    """(nq,) the median configuration of the last rest of a recording, if it has one.
+
+    Medians, since single samples may be far off (a marker taken for another).
+    """
+    for run in RUNS:
+        if (found := _last_rest(recording, *run)) is not None:
+            return found
+    return None
+
+
+def _last_rest(recording: Recording, fewest: int, shortest: float) -> np.ndarray | None:
+    """The same of runs of so many samples and so long a time [s]."""
+    t, q, model = recording.t, recording.q, recording.robot.model
+    for end in range(len(t), fewest - 1, -1):
+        before = int(np.searchsorted(t, t[end - 1] - shortest, side="right")) - 1
+        begin = min(end - fewest, before)
+        if begin < 0:
+            return None
+        base = q[(begin + end) // 2]
+        ways = np.array([pin.difference(model, base, row) for row in q[begin:end]])
+        parts = np.array([np.median(own, axis=0) for own in np.array_split(ways, 3)])
+        # x₋ − 2 x + x₊ of noise σ has √6 σ, whatever the speed.
+        bends = np.median(np.abs(np.diff(ways, n=2, axis=0)), axis=0)
+        noise = bends / (MEDIAN_TO_SIGMA * np.sqrt(6.0))
+        spread = MEDIAN_OVER_MEAN * noise * np.sqrt(2.0 * len(parts) / len(ways))
+        slow = STILL * (t[end - 1] - t[begin]) / len(parts)
+        if (np.ptp(parts, axis=0) <= slow + NOISY * spread).all():
+            return np.asarray(pin.integrate(model, base, np.median(ways, axis=0)))
     return None
 
 
@@ -112,7 +139,7 @@ def _robust_plane(
     rows: np.ndarray, heights: np.ndarray, groups: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Huber's weights; standard deviations by the jackknife over recordings."""
-    size = np.array([1.0, *np.maximum(rows[:, 1:3].std(axis=0), 1e-3), 1.0, 1.0, 1.0])
+    size = np.array([1.0, *np.maximum(rows[:, 1:3].std(axis=0), NARROW), 1.0, 1.0, 1.0])
     scaled = rows / size
     basis = _told(scaled)
 
@@ -124,7 +151,7 @@ def _robust_plane(
             own = (scaled[kept] @ basis) * root[:, None]
             found = np.linalg.lstsq(own, heights[kept] * root, rcond=None)[0]
             left = np.abs(heights[kept] - scaled[kept] @ basis @ found)
-            typical = max(1.5 * float(np.median(left)), 1e-9)
+            typical = max(1.5 * float(np.median(left)), SAME)
             weights = np.minimum(1.0, 2.0 * typical / np.maximum(left, NONZERO))
         return np.asarray(basis @ found / size)
 
@@ -135,7 +162,7 @@ def _robust_plane(
     others = np.array([fitted(groups != name) for name in names])
     count = len(names)
     sigma = np.sqrt((count - 1) / count * ((others - others.mean(axis=0)) ** 2).sum(axis=0))
-    sigma[1.0 - (basis**2).sum(axis=1) > 1e-3] = np.inf
+    sigma[1.0 - (basis**2).sum(axis=1) > UNTOLD_SHARE] = np.inf
     return values, sigma
 
 

@@ -35,6 +35,8 @@ UNITS = {
 UNTOLD = 1e-10
 # Axes that turn by less than the root of this, summed over samples, do so by rounding [rad²].
 UNTURNED = 1e-20
+# [of the square of a direction] Unknowns with more than this in what no flight tells.
+BLIND = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,5 +186,5 @@ def _solution(normal: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.nda
     values, ways = np.linalg.eigh(normal * np.outer(size, size))
     told = values > UNTOLD * values[-1]
     inverse = (ways[:, told] / values[told]) @ ways[:, told].T * np.outer(size, size)
-    blind = (ways[:, ~told] ** 2).sum(axis=1) > 1e-6
+    blind = (ways[:, ~told] ** 2).sum(axis=1) > BLIND
     return inverse @ right, ~blind

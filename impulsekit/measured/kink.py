@@ -22,6 +22,8 @@ BETTER = 15.0
 
 # The time of an impact is settled once it moves by less than this share of its deviation.
 SETTLED = 0.02
+# Eigenvalues of the information below this share of the largest are rounding.
+RANK = 1e-15
 MOST_ROUNDS = 8
 
 
@@ -140,7 +142,7 @@ def _joined(
         weighed = rows.T @ np.kron(np.linalg.inv(fit.share), np.diag(1.0 / sigma**2))
         normal += weighed @ rows
         right_side += weighed @ np.concatenate([at, -flight.bracket(v) @ at])
-    covariance = np.linalg.pinv(normal, hermitian=True, rcond=1e-15)
+    covariance = np.linalg.pinv(normal, hermitian=True, rcond=RANK)
     found = covariance @ right_side
     q = pin.integrate(model, q_left, found[:nv])
     jump = v_right - v_left

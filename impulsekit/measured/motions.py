@@ -33,6 +33,10 @@ FEWEST_RECORDINGS = 8
 WIDENED, LEAST_SHARE = 1.2, 0.12
 # As a share of the last box: a value nearer to its edge may be best beyond it.
 EDGE = 0.02
+# As a share of the first box: nearer to its edge a value lies on it.
+AT_EDGE = 1e-6
+# Distances [m] and angles [rad] that losses are over are at least this.
+LEAST_SIZE = 1e-12
 # Of the first box: an interval that is wider leaves a parameter weakly determined.
 WEAK = 0.1
 
@@ -258,7 +262,7 @@ class _Search:
                 "simulate one with the scene and look at its status"
             )
         if stage == 0:
-            self._sizes = np.maximum(np.median(errors[~failed], axis=0), 1e-12)
+            self._sizes = np.maximum(np.median(errors[~failed], axis=0), LEAST_SIZE)
         losses = (errors / self._sizes).sum(axis=2)
         losses[failed] = losses[~failed].max()
         for point, row in zip(inner, losses, strict=True):
@@ -307,7 +311,7 @@ class _Search:
                 found = f"resampled recordings give {low:.3g} to {high:.3g}"
                 notes.append(f"{name} is weakly determined: {found}")
             for edge, word in ((first_low[i], "least"), (first_high[i], "largest")):
-                if abs(self.centre[i] - edge) < 1e-6 * (first_high[i] - first_low[i]):
+                if abs(self.centre[i] - edge) < AT_EDGE * (first_high[i] - first_low[i]):
                     notes.append(f"{name} is the {word} value that was searched")
             near = EDGE * (self.high[i] - self.low[i])
             if (first_low[i] < self.low[i] and self.centre[i] - self.low[i] < near) or (

@@ -87,7 +87,7 @@ class Recording(OneLine):
                 checked_configuration(model, row)
         if self.sigma is not None:
             arrays["sigma"] = _sigma(self.sigma, model.nv)
-        impacts = tuple((float(time), impact) for time, impact in self.impacts)
+        impacts = _impacts(self.impacts)
         for time, impact in impacts:
             if impact.scene.robot.nq != self.robot.nq:
                 raise InputError(f"Recording: the impact at {time:g} s is of another robot")
@@ -178,6 +178,18 @@ class Recording(OneLine):
         from .smoothing import smoothed_velocities
 
         return smoothed_velocities(self, breaks, reach)
+
+
+def _impacts(given: Any) -> tuple[tuple[float, Impact], ...]:
+    """Pairs of a time and an impact."""
+    if isinstance(given, Iterable):
+        pairs = [each if isinstance(each, tuple | list) else () for each in given]
+        if all(len(pair) == 2 and hasattr(pair[1], "scene") for pair in pairs):
+            return tuple((float(time), impact) for time, impact in pairs)
+    raise InputError(
+        f"Recording: impacts must be pairs of a time [s] and an Impact, got {a_thing(given)}; "
+        "give velocities as v=..."
+    )
 
 
 def _sigma(given: Any, nv: int) -> np.ndarray:

@@ -15,6 +15,9 @@ from .columns import RecordingFormat
 
 __all__ = ["columns_of_bag"]
 
+# [s]
+NANOSECOND = 1e-9
+
 _POSES = ("geometry_msgs/msg/PoseStamped", "nav_msgs/msg/Odometry",
           "geometry_msgs/msg/PoseWithCovarianceStamped",
           "geometry_msgs/msg/TransformStamped")  # fmt: skip
@@ -83,8 +86,8 @@ def _stamp(message: Any, received: int) -> float:
     """The message's own time [s]; when it was received, if it has none."""
     header = getattr(message, "header", None)
     if header is not None and (header.stamp.sec or header.stamp.nanosec):
-        return float(header.stamp.sec) + 1e-9 * float(header.stamp.nanosec)
-    return 1e-9 * received
+        return float(header.stamp.sec) + NANOSECOND * float(header.stamp.nanosec)
+    return NANOSECOND * received
 
 
 def _pose(message: Any) -> list[float]:

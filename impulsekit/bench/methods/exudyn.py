@@ -33,6 +33,8 @@ LEAST = 1e-3
 LASTS = 3.0
 # Steps times contacts times the size of the matrices: about a second.
 MOST_WORK = 5e4
+# Approaches below this share of the fastest have no restitution.
+SLOWEST = 1e-6
 
 
 def _by_mass_matrix(problem: Problem) -> Answer:
@@ -161,7 +163,7 @@ def _by_contacts(problem: Problem, stiffness: float) -> Answer:
                 frictionProportionalZone=approach / math.sqrt(stiffness),
                 contactStiffness=stiffness,
                 restitutionCoefficient=max(touch.restitution, LEAST),
-                minimumImpactVelocity=1e-6 * approach,
+                minimumImpactVelocity=SLOWEST * approach,
                 impactModel=2,
             )
         )

@@ -35,6 +35,12 @@ GONE = 0.9
 HARD = [0.9999, 0.9999, 1.0, 0.5, 1.0]
 # Of the sphere that stands for a point, and how far the bodies behind planes reach [m].
 POINT, REACH = 1e-12, 1e-2
+# Its solver goes on down to rounding [relative], in so many steps at most.
+SOLVED, MOST_ITERATIONS = 1e-15, 50
+# MuJoCo takes no smaller friction.
+LEAST_FRICTION = 1e-5
+# The stiffness of what only damps; with 0 MuJoCo takes it for a time constant [1/s²].
+NO_SPRING = 1e-12
 
 
 def mujoco_model(mechanism: Mechanism, step: float = 1e-3, holds: Sequence[Hold] = ()) -> Any:
@@ -51,7 +57,7 @@ def mujoco_model(mechanism: Mechanism, step: float = 1e-3, holds: Sequence[Hold]
         _add_hold(mujoco, spec, made, hold, step)
     if mechanism.touches or holds:
         spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-        spec.option.tolerance, spec.option.iterations = 1e-15, 50
+        spec.option.tolerance, spec.option.iterations = SOLVED, MOST_ITERATIONS
     else:
         spec.option.disableflags |= (
             mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_CONTACT
@@ -133,7 +139,7 @@ def _add_contact(
         geomname1=f"plane {i}",
         geomname2=f"point {i}",
         condim=3 if touch.friction else 1,
-        friction=[max(touch.friction, 1e-5)] * 2 + [0.0] * 3,
+        friction=[max(touch.friction, LEAST_FRICTION)] * 2 + [0.0] * 3,
         solref=softness,
         solimp=HARD,
     )
@@ -154,7 +160,7 @@ def _add_hold(mujoco: Any, spec: Any, made: list[Any], hold: Hold, step: float) 
 
 def _plastic(step: float) -> list[float]:
     """Velocity goes in a step or a few, and does not come back."""
-    return [-1e-12, -min(GONE / step, 10.0 / CONTACT_TIME)]
+    return [-NO_SPRING, -min(GONE / step, 10.0 / CONTACT_TIME)]
 
 
 def _principal(body: Body) -> tuple[np.ndarray, np.ndarray]:

@@ -6,6 +6,9 @@ import math
 
 __all__ = ["damping_ratio", "restitution_of"]
 
+# The largest damping ratio, where e is 1e-16, and what it is found to: rounding.
+MOST_DAMPED, EXACT = 1e8, 1e-15
+
 
 def restitution_of(ratio: float) -> float:
     """e of a spring with a damper that parts where its force ends, so that it never pulls.
@@ -40,4 +43,6 @@ def damping_ratio(restitution: float) -> float:
 
     if restitution == 1.0:
         return 0.0
-    return float(brentq(lambda ratio: restitution_of(ratio) - restitution, 0.0, 1e8, xtol=1e-15))
+    return float(
+        brentq(lambda ratio: restitution_of(ratio) - restitution, 0.0, MOST_DAMPED, xtol=EXACT)
+    )

@@ -12,11 +12,14 @@ from .mechanism import Mechanism
 
 __all__ = ["approach_speed", "half_swing"]
 
+# Of contacts that do not approach [m/s]: times are over it.
+SLOWEST = 1e-12
+
 
 def approach_speed(problem: Problem, mechanism: Mechanism) -> float:
     """The fastest approach of all contacts [m/s], above zero."""
     rows, _ = _normals(problem, mechanism)
-    return max(float((-rows @ problem.v).max()), 1e-12)
+    return max(float((-rows @ problem.v).max()), SLOWEST)
 
 
 def half_swing(problem: Problem, mechanism: Mechanism, stiffness: float) -> float:

@@ -28,6 +28,9 @@ __all__ = ["SWEEPS", "Flight", "judged"]
 RIGHT, GAP = 1e-9, 2e-12
 # Of a motion: its own error, over thousands of radians, is to stay below that of the search.
 RTOL, ATOL = 1e-12, 1e-14
+# The speed at which gaps close is taken over this way, and clearances below it ask for places near
+# the origin [m]; speeds that divide are at least these [m/s].
+NEAR, SLOWEST, GRAZING = 1e-6, 1e-6, 1e-12
 _NONE = np.zeros(3)
 
 
@@ -82,9 +85,9 @@ def judged(flight: Flight, stretch: float) -> tuple[str, str, float, float] | No
     error = abs(found - meets)
     allowed = RIGHT
     if math.isfinite(meets):
-        step = 1e-6 / max(flight.fastest, 1e-6)
+        step = NEAR / max(flight.fastest, SLOWEST)
         closing = (flight.gap(meets - step) - flight.gap(meets)) / step
-        allowed += GAP / max(closing, 1e-12)
+        allowed += GAP / max(closing, GRAZING)
     return motion.status.name, "right" if error <= allowed else "wrong", error, seconds
 
 
@@ -443,7 +446,7 @@ def turning_plane(rate: float, rng: np.random.Generator) -> Flight:
 def graze(clearance: float, rng: np.random.Generator) -> Flight:
     """A tip that turns over a plane, or a ball that passes one, nearly touches, or just does."""
     place = _anywhere(rng)
-    if abs(clearance) < 1e-6 and place.translation.any():
+    if abs(clearance) < NEAR and place.translation.any():
         # Elsewhere in the world rounding is as large.
         place.translation = place.translation / np.linalg.norm(place.translation)
     if rng.random() < 0.5:

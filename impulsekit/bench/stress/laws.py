@@ -14,6 +14,9 @@ from .sweep import STATES, Case, Sweep, decades
 
 __all__ = ["SWEEPS"]
 
+# The thickness of a rod over its length.
+THIN = 1e-3
+
 LAWS = (
     Law("newton", "end"),
     Law("poisson", "end"),
@@ -64,11 +67,11 @@ def painleve(distance: float, rng: np.random.Generator) -> Case:
     law = _law(rng)
     length, mass = 1.0, 1.0
     # Mass centre half a length along x, thin: inertia m l²/12.
-    rod = robot_of([Link(-1, mass, (length, 1e-3, 1e-3))], "planar")
+    rod = robot_of([Link(-1, mass, (length, THIN, THIN))], "planar")
     angle = float(rng.uniform(0.3, 1.3))
     # The lower end touches; r from the mass centre to it, W = 1/m + r x r / I.
     r_t, r_n = -0.5 * length * math.cos(angle), -0.5 * length * math.sin(angle)
-    inertia = mass * (length**2 + 1e-6) / 12.0
+    inertia = mass * (length**2 + THIN**2) / 12.0
     coupling, normal = -r_t * r_n / inertia, 1.0 / mass + r_t**2 / inertia
     critical = normal / abs(coupling)
     sign = 1.0 if rng.random() < 0.5 else -1.0

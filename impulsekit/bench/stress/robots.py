@@ -31,6 +31,8 @@ LAWS = [
 ]
 # Of velocities, over the largest of them.
 EXACT = 1e-9
+# Loads and energies that residuals are over are at least this [N s, J].
+NO_LOAD = 1e-12
 
 
 def random_scene(rng: np.random.Generator, law: Law) -> Scene:
@@ -82,7 +84,7 @@ def breach_of_law(impact: Impact) -> float:
     for found in impact.contacts:
         speeds += [float(np.abs(x).max()) for x in (found.velocity_before, found.velocity_after)]
     scale = max(speeds)
-    load = max([1e-12] + [float(np.abs(found.impulse).max()) for found in impact.contacts])
+    load = max([NO_LOAD] + [float(np.abs(found.impulse).max()) for found in impact.contacts])
     left = 0.0
     for entry, found in zip(impact.scene.contacts, impact.contacts, strict=True):
         normal = np.array(entry.normal)  # type: ignore[union-attr]
@@ -93,7 +95,7 @@ def breach_of_law(impact: Impact) -> float:
         left = max(left, -pressed / load, (rubbed - friction * pressed) / load, closing)
     # Impulses work on the mean of the velocities before and after, and nothing else does.
     energy = impact.energy
-    size = max(energy.before, energy.after, *map(abs, energy.work.values()), 1e-12)
+    size = max(energy.before, energy.after, *map(abs, energy.work.values()), NO_LOAD)
     return max(left, abs(energy.change - sum(energy.work.values())) / size)
 
 

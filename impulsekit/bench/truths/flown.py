@@ -17,6 +17,11 @@ __all__ = ["Flown", "first_meeting", "from_box", "from_segment", "turned"]
 # A gap below this [m] is closed; it was grazed where it opens again without coming to zero.
 CLOSED = 1e-13
 MOST_STEPS = 200_000
+# A gap that has closed goes on closing over this way [m], at this speed or a faster one [m/s]; else
+# it grazes.
+PAST, SLOWEST = 1e-9, 1e-9
+# Of the time of meeting [s; relative]: rounding.
+XTOL, RTOL = 1e-16, 1e-15
 
 Gap = Callable[[float], float]
 
@@ -84,13 +89,13 @@ def first_meeting(gap: Gap, fastest: float, end: float) -> float | None:
     t, value = 0.0, gap(0.0)
     for _ in range(MOST_STEPS):
         if value <= CLOSED:
-            later = t + 1e-9 / max(fastest, 1e-9) + 4.0 * math.ulp(t)
+            later = t + PAST / max(fastest, SLOWEST) + 4.0 * math.ulp(t)
             if gap(later) >= 0.0:
                 return None
             before = max(0.0, 2.0 * t - later)
             if gap(before) <= 0.0:
                 return None
-            return float(brentq(gap, before, later, xtol=1e-16, rtol=1e-15))
+            return float(brentq(gap, before, later, xtol=XTOL, rtol=RTOL))
         t += value / fastest
         if t >= end:
             return math.inf

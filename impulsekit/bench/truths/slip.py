@@ -32,6 +32,8 @@ MOST_PANELS = 2000
 STRAIGHT = 0.6
 # Angles of which a root in doubles may be one.
 NEAR_CIRCLE = 1e-6
+# Roots below this or above its inverse are zero or infinite: the polynomial has a lower degree.
+FAR = 1e-100
 
 
 @dataclass
@@ -326,7 +328,7 @@ def _root_ahead(
     second = complex(-m * t12 / 2, m * (t22 - t11) / 4)
     first = complex(w2, w1) / 2
     z = np.roots([second, first, 0.0, first.conjugate(), second.conjugate()])
-    z = z[(np.abs(z) > 1e-100) & (np.abs(z) < 1e100)]
+    z = z[(np.abs(z) > FAR) & (np.abs(z) < 1.0 / FAR)]
     places = np.angle(z) - 1j * np.log(np.abs(z))
 
     def turning(angle: Any) -> tuple[Any, Any]:
