@@ -21,6 +21,7 @@ __all__ = [
     "file_told",
     "flush_to_disk",
     "open_plain_file",
+    "read_text_file",
     "reason_of",
     "replaced_file",
     "write_file",
@@ -39,6 +40,8 @@ _KINDS = (
     (stat.S_ISCHR, "a device"),
     (stat.S_ISBLK, "a device"),
 )
+# Of files that describe robots and scenes [bytes]; one of a robot with 10 000 links has 10 MB.
+LARGEST_TEXT = 100_000_000
 # Characters of a file's name that its temporary name keeps: names end at 255 bytes.
 _KEPT_OF_NAME = 40
 
@@ -83,6 +86,19 @@ def open_plain_file(path: str | os.PathLike[str]) -> BinaryIO:
     except BaseException:
         os.close(descriptor)
         raise
+
+
+def read_text_file(path: str | os.PathLike[str]) -> bytes:
+    """The content of a file that describes a robot or a scene.
+
+    Raises:
+        OSError: it is no plain file, cannot be read, or is larger than any such file.
+    """
+    with open_plain_file(path) as file:
+        content = file.read(LARGEST_TEXT + 1)
+    if len(content) > LARGEST_TEXT:
+        raise OSError(None, f"it is larger than {LARGEST_TEXT // 1_000_000} MB")
+    return content
 
 
 def _refuse_special(mode: int) -> None:

@@ -16,7 +16,13 @@ from click.testing import CliRunner
 import impulsekit as ik
 from impulsekit.cli import main
 from impulsekit.errors import FileError, ImpulsekitError
-from impulsekit.files import check_writable, open_plain_file, replaced_file, write_file
+from impulsekit.files import (
+    LARGEST_TEXT,
+    check_writable,
+    open_plain_file,
+    replaced_file,
+    write_file,
+)
 
 SCENE = """[robot]
 example = "panda"
@@ -118,6 +124,31 @@ def test_only_plain_files_are_read(tmp_path, what):
     done = CliRunner().invoke(main, ["replay", str(path), "--html", str(tmp_path / "page.html")])
     assert done.exit_code == 2
     assert f"a {what}, not a file" in done.output
+
+
+def test_a_file_that_is_too_large_to_describe_anything_is_not_read_whole(tmp_path):
+    path = tmp_path / "large.toml"
+    with path.open("wb") as file:
+        file.truncate(50 * LARGEST_TEXT)
+    readers = [ik.load_scene, ik.Robot.from_urdf, ik.Robot.from_sdf, ik.Robot.from_file]
+    for read in readers:
+        with pytest.raises(ImpulsekitError, match=r"large\.toml: it is larger than 100 MB"):
+            read(path)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ([""], "there is no such file"),
+        (["examples/landing_study.toml", "--scheduler", "nonsense"], "tcp://host:8786"),
+    ],
+    ids=["no name", "no address"],
+)
+def test_a_study_with_a_wrong_name_is_one_clear_error(tmp_path, options, message):
+    pytest.importorskip("distributed")
+    store = [] if options == [""] else ["--store", str(tmp_path / "rows")]
+    done = CliRunner().invoke(main, ["batch", *options, *store])
+    assert done.exit_code == 2 and message in done.output
 
 
 @pytest.mark.parametrize(

@@ -40,13 +40,13 @@ def batch(
     Rows stream to a Zarr store. A run that was stopped goes on when it is called again. The
     exit status is 0 only if every row is valid.
     """
-    import pathlib
+    import os
 
     from ..batch.study import load_study, run_study, summarize
     from ..batch.study.store import check_store
     from .outputs import check_outputs
 
-    folder = store or str(pathlib.Path(file).with_suffix("")) + "_rows"
+    folder = store or os.path.splitext(file)[0] + "_rows"
     check_outputs(picture=plot)
     check_store(folder)
     study = load_study(file)
@@ -87,14 +87,19 @@ def _how_to_go_on(folder: str) -> str:
 
 
 def _client(scheduler: str | None, workers: int | None, threads: int | None) -> Any:
-    from ..errors import MissingExtraError
+    from ..errors import MissingExtraError, RangeError, quoted
 
     try:
         from distributed import Client, LocalCluster
     except ImportError:
         raise MissingExtraError.of("distributed", "study", "a study on a cluster") from None
     if scheduler:
-        return Client(scheduler)
+        try:
+            return Client(scheduler)
+        except ValueError as error:
+            raise RangeError.of(
+                "--scheduler", quoted(scheduler), "an address such as tcp://host:8786"
+            ) from error
     return Client(
         LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None),
         set_as_default=False,

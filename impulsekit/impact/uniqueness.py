@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .laws import ContactProblem
     from .result import Impact
 
-__all__ = ["Uniqueness", "uniqueness_of"]
+__all__ = ["HELD", "Uniqueness", "uniqueness_of"]
 
 # Singular values of bilateral rows below this share of the largest are those of dependent rows.
 DEPENDENT = 1e-10

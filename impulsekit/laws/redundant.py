@@ -10,7 +10,7 @@ from .compiled import compiled, entry
 from .dense import null_rows, pivoted_cholesky
 from .workspace import Sizes, Workspace, workspace
 
-__all__ = ["find_shared", "is_redundant"]
+__all__ = ["PART", "find_shared", "is_redundant"]
 
 # Of the largest load: none.
 UNLOADED = 1e-13

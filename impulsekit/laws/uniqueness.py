@@ -12,7 +12,7 @@ from .plane_modes import plane_modes, plane_of
 from .space_modes import space_modes
 
 __all__ = [
-    "MOST_FOUND", "MOST_IN_PLANE", "MOST_IN_SPACE", "NEGLIGIBLE", "NOTHING_TRIED",
+    "GAIN", "MOST_FOUND", "MOST_IN_PLANE", "MOST_IN_SPACE", "NEGLIGIBLE", "NOTHING_TRIED",
     "TRIED_ALL", "TRIED_SOME", "is_another", "search_modes",
 ]  # fmt: skip
 

@@ -15,7 +15,8 @@ from ..design.fit_result import Fit
 from ..design.measurement import Measurement
 from ..design.parameters import groups_of, parameters_of
 from ..display import Displayed, one_line
-from ..errors import ImpulsekitError, InputError, RangeError
+from ..errors import ImpulsekitError, InputError
+from ..scene.numbers import whole
 from ..tolerances import NONZERO
 from .candidates import LawCandidate, usual_candidates
 
@@ -170,8 +171,7 @@ def compare_laws(
         >>> print(found.report())  # doctest: +SKIP
     """
     seen = list(measurements)
-    if folds < 2:
-        raise RangeError.of("compare_laws: folds", folds, "2 or more")
+    folds = whole(folds, "compare_laws: folds", 2)
     if len(seen) < FEWEST_A_FOLD * folds:
         raise InputError(
             f"compare_laws: too few impacts; {folds} folds need {FEWEST_A_FOLD * folds} or more, "
@@ -180,7 +180,7 @@ def compare_laws(
     chosen = usual_candidates(seen) if candidates is None else list(candidates)
     if len({each.name for each in chosen}) < len(chosen):
         raise InputError("compare_laws: two candidates have one name")
-    parts = _dealt(seen, folds, seed)
+    parts = _dealt(seen, folds, whole(seed, "seed", 0))
     sizes = _sizes(seen)
     rows, fits, left_out = [], [], []
     done, total = 0, len(chosen) * (folds + 1)

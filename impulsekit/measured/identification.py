@@ -14,7 +14,7 @@ from .calibration import Calibration, calibrate
 from .comparison import LawComparison, compare_laws
 from .finding import find_impacts
 from .found import FoundImpacts
-from .motions import FEWEST_RECORDINGS, MotionFit, fit_motion
+from .motions import FEWEST_RECORDINGS, MotionFit, check_choices, fit_motion
 from .recording import Recording
 
 __all__ = ["Identification", "identify"]
@@ -108,6 +108,7 @@ def identify(
         >>> identify(tosses, file.scene).by_motion["corner_*: friction"]  # doctest: +SKIP
         0.18
     """
+    check_choices(held_out, processes, seed)
     several = [recordings] if isinstance(recordings, Recording) else list(recordings)
     restitution, friction = _chosen(scene, restitution, friction)
     notes: list[str] = []

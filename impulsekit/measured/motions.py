@@ -12,12 +12,13 @@ from ..display import OneLine, one_line
 from ..errors import InputError, RangeError, UnknownNameError, a_thing
 from ..scene import Scene
 from ..scene.motion import MotionSettings
+from ..scene.numbers import number, whole
 from ..tolerances import NONZERO
 from .recording import Recording
 from .rollouts import QUICK, Rollouts
 from .surface import design_points, least_of, resampled_least
 
-__all__ = ["MotionFit", "fit_motion"]
+__all__ = ["MotionFit", "check_choices", "fit_motion"]
 
 # Where a friction is looked for: dry contacts have 0.1 to 1; on a logarithmic scale.
 FRICTION = (0.03, 1.5)
@@ -162,8 +163,7 @@ def fit_motion(
     for each in several:
         if not isinstance(each, Recording):
             raise InputError(f"fit_motion takes Recordings, not {a_thing(each)}")
-    if not 0.0 <= held_out < 1.0:
-        raise RangeError.of("held_out", held_out, "0 or more and below 1")
+    check_choices(held_out, processes, seed)
     parameters = parameters_of(scene, restitution, friction, inertias or {})
     if not parameters:
         raise InputError(
@@ -179,6 +179,19 @@ def fit_motion(
     rollouts = Rollouts(several, scene, settings or QUICK, processes)
     search = _Search(scene, parameters, rollouts, fitted, seed, progress)
     return search.result(several, sorted(apart))
+
+
+def check_choices(held_out: float, processes: int | None, seed: int) -> None:
+    """Refuse what ``fit_motion`` does not take, before anything long begins.
+
+    Raises:
+        RangeError, NotFiniteError: what is wrong.
+    """
+    if not 0.0 <= number(held_out, "held_out") < 1.0:
+        raise RangeError.of("held_out", held_out, "0 or more and below 1")
+    if processes is not None:
+        whole(processes, "processes", 1)
+    whole(seed, "seed", 0)
 
 
 def _evenly(count: int, share: float) -> set[int]:

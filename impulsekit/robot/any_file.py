@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from ..errors import UrdfError, shown
-from ..files import open_plain_file, reason_of
+from ..files import read_text_file, reason_of
 
 if TYPE_CHECKING:
     from .robot import Robot
@@ -28,8 +28,7 @@ def robot_from_file(
     from .robot import Robot
 
     try:
-        with open_plain_file(path) as file:
-            text = file.read()
+        text = read_text_file(path)
     except (OSError, ValueError) as error:
         reason = reason_of(error) if isinstance(error, OSError) else "the path holds a NUL"
         named = os.fspath(path)

@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import MissingExtraError, MjcfError, ShapeError, a_thing, shown
-from ..files import open_plain_file, reason_of
+from ..files import read_text_file, reason_of
 from .loop import Loop
 from .mjcf_pairs import pairs_of
 from .mjcf_shapes import shapes_of
@@ -342,7 +342,7 @@ def read_mjcf(source: Any) -> tuple[Any, str | None]:
         )
     path = os.fspath(source)
     try:
-        open_plain_file(path).close()
+        read_text_file(path)
     except (OSError, ValueError) as error:
         reason = reason_of(error) if isinstance(error, OSError) else "the path holds a NUL"
         raise MjcfError(f"{shown(path, 200)}: {reason}", source=path, element="") from None

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import quoteattr
 
 from ..errors import MjcfError, a_thing, shown
-from ..files import open_plain_file, reason_of
+from ..files import read_text_file, reason_of
 from .loop import Loop
 from .sdf_elements import SdfElements, sdf_error
 from .sdf_joints import KINDS, joint_texts
@@ -124,8 +124,7 @@ def _text_of(source: Any) -> tuple[str, str | None]:
         raise sdf_error("", "", f"from_sdf takes a path or SDF text, got {a_thing(source)}")
     path = os.fspath(source)
     try:
-        with open_plain_file(path) as file:
-            return file.read().decode("utf-8-sig").lstrip(), os.path.abspath(path)
+        return read_text_file(path).decode("utf-8-sig").lstrip(), os.path.abspath(path)
     except UnicodeDecodeError:
         raise sdf_error(shown(path, 200), "", "the file is not UTF-8 text") from None
     except (OSError, ValueError) as error:

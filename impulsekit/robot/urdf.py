@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from ..errors import MjcfError, UrdfError, a_thing, shown
-from ..files import open_plain_file, reason_of
+from ..files import read_text_file, reason_of
 from .urdf_elements import LinkInertial, UrdfJoint, read_joints, read_links
 from .urdf_numbers import checked_name
 from .urdf_repairs import is_expanded, repair_text, repair_tree, uses_xacro
@@ -112,8 +112,7 @@ def _text_of(path_or_xml: str | os.PathLike[str]) -> tuple[str, str | None]:
         )
     path = os.fspath(path_or_xml)
     try:
-        with open_plain_file(path) as file:
-            return _lines_of(file.read()).lstrip(), path
+        return _lines_of(read_text_file(path)).lstrip(), path
     except (OSError, ValueError) as error:
         raise UrdfError(f"{shown(path, 200)}: {_reason(error)}", source=path, element="") from None
 

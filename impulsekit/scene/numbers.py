@@ -23,6 +23,7 @@ __all__ = [
     "number",
     "text",
     "vector",
+    "whole",
 ]
 
 if TYPE_CHECKING:
@@ -62,6 +63,17 @@ def number(value: Any, what: str) -> float:
     if abs(result) > LARGEST:
         raise RangeError.of(what, result, f"-{LARGEST:g} to {LARGEST:g}")
     return result
+
+
+def whole(value: Any, what: str, least: int) -> int:
+    """A whole number, at least so much.
+
+    Raises:
+        RangeError: another number, or none.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+        raise RangeError.of(what, quoted(value), f"a whole number, {least} or more")
+    return int(value)
 
 
 def vector(value: Any, what: str) -> Vector:

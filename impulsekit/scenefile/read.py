@@ -14,7 +14,7 @@ import pydantic
 
 from ..display import OneLine
 from ..errors import ImpulsekitError, SceneFileError, quoted, warn_of_setup
-from ..files import open_plain_file, reason_of
+from ..files import read_text_file, reason_of
 from ..robot import Robot
 from ..robot import state as states
 from ..robot.limits import outside_limits
@@ -137,8 +137,7 @@ def _scene_file(data: dict[str, Any], path: str, folder: str) -> SceneFile:
 
 def _read_toml(path: str) -> dict[str, Any]:
     def text() -> str:
-        with open_plain_file(path) as file:
-            return file.read().decode("utf-8-sig").replace("\r\n", "\n")
+        return read_text_file(path).decode("utf-8-sig").replace("\r\n", "\n")
 
     return _parsed(text, path)
 

@@ -179,3 +179,21 @@ def test_by_inertia_along_the_path():
         )
         truth = (4 * fine - coarse) / 3
         assert np.abs(found[:, k] - truth).max() < 1e-7 * max(1.0, np.abs(truth).max())
+
+
+@pytest.mark.parametrize("order", ["sequential", "simultaneous"])
+@pytest.mark.parametrize("restitution", ["poisson", "stronge"])
+def test_a_contact_of_what_is_held_fast_has_an_end(restitution, order):
+    """Rounding of its velocity, met by a mobility of rounding, was once followed for minutes."""
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    law = ik.Law(restitution, "path", order)
+    for seed in (1, 2, 5):
+        rng = np.random.default_rng(seed)
+        normal = rng.normal(size=3)
+        hold = ik.FrameAnchor("ball", at=rng.normal(size=3))
+        floor = ik.Contact("ball", at=rng.normal(size=3), normal=normal / np.linalg.norm(normal),
+                           restitution=0.3, friction=1.0)  # fmt: skip
+        scene = ik.Scene(ball, [], [hold], [floor], law=law, gap_bound=9.0)
+        found = ik.derivatives(ik.solve(scene, ball.neutral(), rng.normal(size=6)))
+        assert np.abs(found.dv_after_dv).max() < 1e-11
+        assert np.abs(found.dv_after_dq).max() < 1e-7

@@ -9,7 +9,12 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from tests.robots_with_armature import IN_KERNELS, random_configuration, random_robot
+from tests.robots_with_armature import (
+    IN_KERNELS,
+    LEFT_TO_SOLVE,
+    random_configuration,
+    random_robot,
+)
 
 LAWS = [
     ik.Law(restitution=restitution, slip=slip, order=order)
@@ -166,3 +171,43 @@ def test_what_comes_back_of_a_load_that_may_be_shared_has_no_derivative(order, s
         error = largest_error(scene, q, v, rng)
         assert error is None or error < RIGHT
     assert shared
+
+
+@pytest.mark.parametrize("kind", [kind for kind in LEFT_TO_SOLVE if kind != "ellipsoid"])
+def test_armature_of_joints_put_as_chains_counts(kind):
+    """A joint of several axes is differentiated as a chain, each with its own rotor."""
+    rng = np.random.default_rng(5)
+    robot = random_robot(rng, ["free", kind], armature=False)
+    model = pin.Model(robot.model)
+    model.armature = np.linspace(0.1, 0.9, model.nv)
+    robot = ik.Robot.from_model(model)
+    blow = ik.AppliedImpulse("link_1", linear=[1, 2, 3], at=[0.1, 0, 0.2], name="blow")
+    hold = ik.FrameAnchor("link_1", directions=("x",))
+    for scene in (ik.Scene(robot, [blow]), ik.Scene(robot, [blow], [hold])):
+        q = random_configuration(robot, rng)
+        error = largest_error(scene, q, rng.normal(size=robot.nv), rng)
+        assert error is not None and error < 1e-6
+
+
+def test_armature_of_a_joint_that_others_mimic_counts_once():
+    links = [
+        f'<link name="link_{k}"><inertial><origin xyz="0.1 0.2 0.3"/><mass value="{k + 1}"/>'
+        '<inertia ixx=".1" iyy=".2" izz=".15" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        for k in range(3)
+    ]
+    joints = [
+        f'<joint name="j{k}" type="revolute"><parent link="link_{k - 1}"/><child link="link_{k}"/>'
+        f'<origin xyz="0.3 0 0.1"/><axis xyz="0 {k - 1} 1"/>'
+        '<limit lower="-2" upper="2" effort="1" velocity="1"/>'
+        + ('<mimic joint="j1" multiplier="-0.7"/>' if k == 2 else "")
+        + "</joint>"
+        for k in (1, 2)
+    ]
+    text = f'<robot name="m">{"".join(links)}{"".join(joints)}</robot>'
+    robot = ik.Robot.from_urdf(text, mimic=True).with_armature({"j1": 0.4})
+    blow = ik.AppliedImpulse("link_2", linear=[1, 2, 3], at=[0.1, 0, 0.2], name="blow")
+    floor = ik.Contact("link_2", at=[0.2, 0, 0], normal=[1, 0, 0], restitution=0.4)
+    rng = np.random.default_rng(1)
+    for scene in (ik.Scene(robot, [blow]), ik.Scene(robot, contacts=[floor])):
+        error = largest_error(scene, robot.configuration(j1=0.3), np.ones(1), rng)
+        assert error is not None and error < 1e-6

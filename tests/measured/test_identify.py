@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from time import process_time
 from types import SimpleNamespace
 
 import numpy as np
@@ -222,6 +223,18 @@ def test_the_command_says_what_is_wrong(tmp_path):
     done = run("identify", "examples/cube_tosses.npz", "examples/cube_tosses.toml",
                "--friction", "edge_*")  # fmt: skip
     assert done.exit_code == 2 and 'unknown contact "edge_*"' in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("held-out", "2"), ("held-out", "nan"), ("processes", "0"), ("seed", "-1")],
+)
+def test_a_choice_that_cannot_be_is_refused_before_any_work(option, value):
+    start = process_time()
+    done = run("identify", "examples/cube_tosses.npz", "examples/cube_tosses.toml",
+               f"--{option}", value)  # fmt: skip
+    assert done.exit_code == 2 and option.replace("-", "_") in done.stderr
+    assert process_time() - start < 5.0
 
 
 def test_contacts_that_share_a_coefficient(balls):

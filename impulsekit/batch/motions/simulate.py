@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...errors import InputError, RangeError, a_thing
+from ...errors import InputError, a_thing
 from ...impact.warm import compile_laws
 from ...motion.simulate import chosen_settings
 from ...motion.status import MotionStatus
 from ...robot.capacity import free_memory
 from ...scene import Scene
 from ...scene.motion import MotionSettings
+from ...scene.numbers import whole
 from ..inputs import BatchInputs, batch_inputs
 from ..progress import shown
 from .pool import CannotSend, Lost, follow_rows, worker_count
@@ -89,10 +90,8 @@ def simulate_batch(
     """
     if not isinstance(scene, Scene):
         raise InputError(f"simulate_batch takes a Scene, not {a_thing(scene)}")
-    if processes is not None and (
-        not isinstance(processes, int) or isinstance(processes, bool) or processes < 1
-    ):
-        raise RangeError.of("processes", processes, "a whole number, 1 or more")
+    if processes is not None:
+        processes = whole(processes, "processes", 1)
     chosen, times = chosen_settings(settings, duration, samples, changes)
     inputs = batch_inputs(scene, q, v, impulses, restitution, friction, masses)
     _check_memory(scene, inputs.size, len(times))

@@ -15,6 +15,7 @@ from ...display import OneLine
 from ...errors import InputError, RangeError, UnknownNameError
 from ...scene import AppliedImpulse, Scene
 from ...scene.motion import MotionSettings
+from ...scene.numbers import whole
 from ..masses import heavy_links, link_inertia
 from ..result import OUTPUTS
 from .fingerprint import described, geometry_digest, robot_digest, versions
@@ -96,9 +97,7 @@ class Study(OneLine):
             set_field(self, "chunk", MOTIONS if moves else IMPACTS)
         set_field(self, "outputs", tuple(self.outputs or ()))
         for name, least in (("samples", 1), ("seed", 0), ("chunk", 8)):
-            value = getattr(self, name)
-            if not isinstance(value, int) or isinstance(value, bool) or value < least:
-                raise RangeError.of(f"study: {name}", value, f"a whole number, {least} or more")
+            set_field(self, name, whole(getattr(self, name), f"study: {name}", least))
         if self.seed >= 2**64:
             raise RangeError.of("study: seed", self.seed, "less than 2**64")
         for name in self.names:

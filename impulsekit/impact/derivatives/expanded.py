@@ -85,6 +85,7 @@ def expanded_model(model: pin.Model) -> ExpandedModel:
     for joint_id in range(1, model.njoints):
         build.add(joint_id)
     build.model.gravity.setZero()
+    build.model.armature = np.array(build.armature)
     return ExpandedModel(
         build.model,
         tuple(build.joint_ids),
@@ -121,6 +122,8 @@ class _Build:
         self.source, self.model = source, pin.Model()
         self.joint_ids = [0]
         self.spread: list[np.ndarray] = []
+        # By degree of freedom; what a mimic joint turns stands with its leader.
+        self.armature: list[float] = []
         self.coordinates: list[Callable[[np.ndarray], np.ndarray]] = []
         self._leaders = dict(zip(source.mimicking_joints, source.mimicked_joints, strict=True))
 
@@ -177,6 +180,7 @@ class _Build:
         own = self.model.joints[added]
         self.coordinates.append(lambda whole: whole[q : q + own.nq])
         self.spread += list(np.eye(self.source.nv)[v : v + own.nv])
+        self.armature += list(self.source.armature[v : v + own.nv])
         return added
 
     def _add_mimic(self, joint_id: int, parent: int, placement: pin.SE3) -> int:
@@ -209,4 +213,5 @@ class _Build:
 
         self.coordinates.append(coordinate)
         self.spread.append(scaling * np.eye(self.source.nv)[leader.idx_v])
+        self.armature.append(0.0)
         return added

@@ -17,6 +17,7 @@ from ...scene import Law
 from ..laws import ContactProblem
 from ..laws.sequential import hits_of
 from ..laws.single import block_of, strike
+from ..uniqueness import HELD
 from .factor import Factor
 from .linear import Touching
 from .modes import EDGE
@@ -93,6 +94,9 @@ class _Elimination:
         else:
             self.borne = np.zeros((0, points.shape[1]))
         left = points + rows @ self.borne
+        # What bilateral rows hold still leaves rounding, which is no way to move.
+        still = np.einsum("ij,ij->j", left, left) <= HELD**2 * np.einsum("ij,ij->j", points, points)
+        left[:, still] = 0.0
         self.delassus = left.T @ left
         self.response = factor.back(left)
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...laws.found import SAME
+from ...laws.modes import DEPENDENT
 from ...laws.others import (
     ALL_TRIED,
     MOST_ANSWERS,
@@ -18,9 +19,12 @@ from ...laws.others import (
     WEAK,
     find_answers,
 )
+from ...laws.redundant import PART
 from ...laws.status import Status
+from ...laws.uniqueness import GAIN
 from ...laws.words import NEWTON, POISSON
 from ...scene.law import Law
+from ...tolerances import NONZERO
 from .problem import ContactProblem, ContactSolution, arrays_of, in_order
 
 __all__ = ["NOT_PROVEN", "PROVEN", "SEVERAL", "Finding", "find_others", "told_if_several"]
@@ -38,6 +42,7 @@ RULE_OF_SPLIT = (
     "the compression of least Σ w |P|², w being the mobility of each contact (of one contact the "
     "least friction impulse); what is given back is e times its load"
 )
+SHARED = "the compression's load may be shared in many ways, and e times it comes back"
 _NO_ANSWER = (Status.NO_SOLUTION, Status.NOT_CONVERGED, Status.SEQUENCE_TOO_LONG)
 
 
@@ -105,10 +110,11 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
     newton = law.restitution == "newton"
     search = _search(problem, solution.impulse, scale, newton=newton)
     if not search.others:
+        if search.how in (SMOOTH, WEAK) and not newton and _gives_back_shares(problem, solution):
+            return _of_shares(problem, solution, scale)
         return _alone(problem, solution, search, newton=newton)
     if search.split:
-        reason = "the compression's load may be shared in many ways, and e times it comes back"
-        return Finding(SEVERAL, reason, search.others, RULE_OF_SPLIT, settled=True)
+        return Finding(SEVERAL, SHARED, search.others, RULE_OF_SPLIT, settled=True)
     if n == 1 and not solution.impulse.any():
         reason = "the contact parts, and friction could press it in as well"
         return Finding(SEVERAL, reason, search.others, RULE_OF_PARTING, settled=True)
@@ -180,6 +186,73 @@ def _search(problem: ContactProblem, shown: np.ndarray, scale: float, *, newton:
     )
     found.setflags(write=False)
     return _Search(how, count, tuple(found[:others].copy()), split)
+
+
+def _gives_back_shares(problem: ContactProblem, solution: ContactSolution) -> bool:
+    """Whether Poisson's v⁺ may depend on how redundant contacts share their load.
+
+    It does not where they are without friction and have one e: e times the resultant comes back.
+    """
+    if solution.unique is None:
+        return False
+    e, mu = problem.restitution[~solution.unique], problem.friction[~solution.unique]
+    return bool(e.any() and (mu.any() or np.ptp(e) > 0.0))
+
+
+def _of_shares(problem: ContactProblem, solution: ContactSolution, scale: float) -> Finding:
+    """What other shares of the compression's load come to; only without friction are they tried.
+
+    Along each null direction of the normals that press, the shares are those as far as no
+    contact pulls.
+    """
+    if problem.friction.any():
+        return Finding(NOT_PROVEN, SHARED)
+    W, free = problem.delassus, problem.velocity_free
+    pressed = _without_release(problem, free)
+    if not pressed.status.valid:
+        return Finding(NOT_PROVEN, SHARED)
+    closed = np.flatnonzero(pressed.velocity_after[2::3] <= SAME * scale)
+    sizes = np.sqrt(np.maximum(W.diagonal()[2::3][closed], NONZERO))
+    values, axes = np.linalg.eigh(W[2::3, 2::3][np.ix_(closed, closed)] / np.outer(sizes, sizes))
+    found: list[np.ndarray] = []
+    for axis in axes.T[values <= DEPENDENT * values.max(initial=0.0)]:
+        for direction in (axis / sizes, -axis / sizes):
+            load = pressed.impulse[2::3][closed]
+            gives = direction < -PART * np.abs(direction).max()
+            if not gives.any():
+                continue
+            share = pressed.impulse.copy()
+            step = (load[gives] / -direction[gives]).min()
+            share[3 * closed + 2] = np.maximum(load + step * direction, 0.0)
+            P = _released(problem, share)
+            if P is not None and all(
+                _apart(problem, one, P, scale) for one in (solution.impulse, *found)
+            ):
+                P.setflags(write=False)
+                found.append(P)
+    if not found:
+        return Finding(NOT_PROVEN, SHARED)
+    return Finding(SEVERAL, SHARED, tuple(found), RULE_OF_SPLIT, settled=True)
+
+
+def _released(problem: ContactProblem, share: np.ndarray) -> np.ndarray | None:
+    """P of an impact without friction whose compression was shared so; None if it gains energy."""
+    W, free = problem.delassus, problem.velocity_free
+    P = share * (1.0 + np.repeat(problem.restitution, 3))
+    rest = _without_release(problem, free + W @ P)
+    P = P + rest.impulse
+    work = 0.5 * P * (2.0 * free + W @ P)
+    if not rest.status.valid or work.sum() > GAIN * np.abs(P * free).sum():
+        return None
+    return P
+
+
+def _without_release(problem: ContactProblem, free: np.ndarray) -> ContactSolution:
+    """What holds the normals of a problem without friction from this velocity."""
+    from .simultaneous import solve_simultaneous
+
+    none = np.zeros_like(problem.restitution)
+    return solve_simultaneous(ContactProblem(problem.delassus, free, free, none, none, none), Law())
 
 
 def _alone(
