@@ -12,6 +12,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -24,8 +25,9 @@ from ...laws.status import Status
 from ...robot import Robot
 from ...robot.combine import combine
 from ...scene import Contact, Law, Scene
+from ..truths.elimination import generalized_inverse
 from ..truths.enumerated import After, PlaneProblem, whole_answers
-from ..truths.numbers import EPS
+from ..truths.numbers import EPS, truth_numbers
 from .judge import BOUND
 from .sweep import STATES, Point, Sweep
 
@@ -42,7 +44,7 @@ LEFT = 1e-9
 SHARED = 1e-6
 # The same of a lone phase, whose programme is solved as exactly as its solver can.
 SHARED_EXACTLY, FEASIBLE = 1e-8, 1e-10
-# [relative] Singular values of W below this are rounding of rows that depend on each other.
+# [relative] Singular values of rows below this are rounding of rows that depend on each other.
 DEPENDENT = 1e-13
 SEVERAL = 2
 
@@ -54,12 +56,14 @@ class PlaneScene:
     Attributes:
         scene: of the bodies at their neutral pose, where their axes are those of the world.
         rows: (2n, nv) tangent and normal of each contact.
+        terms: (2n, nv) the size of what they add up.
         inverse_masses: (nv,).
         friction, restitution: (n,).
     """
 
     scene: Scene
     rows: np.ndarray
+    terms: np.ndarray
     inverse_masses: list[float]
     friction: list[float]
     restitution: list[float]
@@ -67,7 +71,12 @@ class PlaneScene:
     def after(self, v: np.ndarray) -> list[After]:
         """All v⁺ that the law allows."""
         problem = PlaneProblem(
-            self.rows.tolist(), self.inverse_masses, v.tolist(), self.friction, self.restitution
+            self.rows.tolist(),
+            self.inverse_masses,
+            v.tolist(),
+            self.friction,
+            self.restitution,
+            self.terms.tolist(),
         )
         return whole_answers(problem, self.scene.law.restitution)
 
@@ -112,7 +121,8 @@ def plane_scene(count: int, law: Law, rng: np.random.Generator) -> PlaneScene:
     """One or two bodies in a plane with that many contacts."""
     bodies = [_body(rng, float(rng.integers(0, 4))) for _ in range(int(rng.integers(1, 3)))]
     firsts = np.cumsum([0] + [body.moves.shape[1] for body in bodies])
-    rows, contacts = np.zeros((2 * count, firsts[-1])), []
+    rows, terms = np.zeros((2, 2 * count, firsts[-1]))
+    contacts = []
     friction = rng.choice(FRICTIONS, count).tolist()
     restitution = rng.choice(RESTITUTIONS, count).tolist()
     for i in range(count):
@@ -121,10 +131,16 @@ def plane_scene(count: int, law: Law, rng: np.random.Generator) -> PlaneScene:
         c, s = math.cos(angle), math.sin(angle)
         x, y = rng.uniform(-1.0, 1.0, 2).tolist()
         own = np.array([[c, s, x * s - y * c], [-s, c, x * c + y * s]])
+        across, along = abs(x * s) + abs(y * c), abs(x * c) + abs(y * s)
+        sizes = np.array([[abs(c), abs(s), across], [abs(s), abs(c), along]])
         against = "world"
+        terms[2 * i : 2 * i + 2, firsts[a] : firsts[a + 1]] = sizes @ np.abs(bodies[a].moves)
         rows[2 * i : 2 * i + 2, firsts[a] : firsts[a + 1]] = own @ bodies[a].moves
         if other != a and rng.random() < 0.7:
             rows[2 * i : 2 * i + 2, firsts[other] : firsts[other + 1]] = -own @ bodies[other].moves
+            terms[2 * i : 2 * i + 2, firsts[other] : firsts[other + 1]] = sizes @ np.abs(
+                bodies[other].moves
+            )
             against = f"b{other}/b"
         contacts.append(
             Contact(
@@ -140,7 +156,7 @@ def plane_scene(count: int, law: Law, rng: np.random.Generator) -> PlaneScene:
     world = combine({f"b{k}": body.robot for k, body in enumerate(bodies)})
     inverse = [x for body in bodies for x in body.inverse_masses]
     scene = Scene(world, contacts=contacts, law=law)
-    return PlaneScene(scene, rows, inverse, friction, restitution)
+    return PlaneScene(scene, rows, terms, inverse, friction, restitution)
 
 
 @dataclass(frozen=True)
@@ -203,14 +219,39 @@ def _is_shared(case: PlaneScene, v: np.ndarray, after: np.ndarray) -> bool:
     unit = 1.0 / np.sqrt(W.diagonal())
     W = W * unit * unit[:, None]
     if law.restitution != "poisson":
-        values = np.linalg.svd(W, compute_uv=False)
-        if values[-1] > DEPENDENT * values[0]:
+        if not _hangs_on_rounding(case, unit, v, after):
             return False
         return _misfit(case, W, unit, [v, after]) <= SHARED_EXACTLY
     still = [replace(contact, restitution=0.0) for contact in case.scene.contacts]
     scene = Scene(case.scene.robot, contacts=still, law=law)
     impact = solve(scene, scene.robot.neutral(), v)
     return _misfit(case, W, unit, [v, impact.v_after, after]) <= SHARED
+
+
+def _hangs_on_rounding(
+    case: PlaneScene, unit: np.ndarray, v: np.ndarray, after: np.ndarray
+) -> bool:
+    """Whether rows that hold under Newton's law are dependent but for their rounding."""
+    rows = case.rows * unit[:, None]
+    goal = np.zeros(len(rows))
+    goal[1::2] = np.array(case.restitution) * np.minimum(rows[1::2] @ v, 0.0)
+    scale = max(float(np.abs(rows @ one).max()) for one in (v, after))
+    holds = np.abs(rows @ after + goal) <= LEFT * scale
+    holds[::2] &= np.array(case.friction) > 0.0
+    kept = np.flatnonzero(holds).tolist()
+    some = (part for size in range(2, len(kept) + 1) for part in combinations(kept, size))
+    return any(_loses_rank(case, list(part)) for part in some)
+
+
+def _loses_rank(case: PlaneScene, kept: list[int]) -> bool:
+    """Whether rows are dependent in doubles that are independent as their digits stand."""
+    rows = case.rows[kept] / np.linalg.norm(case.rows[kept], axis=1)[:, None]
+    values = np.linalg.svd(rows * np.sqrt(case.inverse_masses), compute_uv=False)
+    rank = int(np.count_nonzero(values > DEPENDENT * values[0]))
+    numbers = truth_numbers()
+    exact = numbers.array(case.rows[kept])
+    W = (exact * numbers.array(case.inverse_masses)) @ exact.T
+    return rank < generalized_inverse(numbers, W)[1]
 
 
 def _misfit(

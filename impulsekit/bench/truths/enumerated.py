@@ -37,6 +37,8 @@ class PlaneProblem:
         inverse_masses: (nv,) the diagonal of M⁻¹.
         before: (nv,) v⁻.
         friction, restitution: (n,).
+        terms: (2n, nv) the size of the terms that each row adds up, where they cancel; the rows'
+            own size where they do not.
     """
 
     rows: Sequence[Sequence[float]]
@@ -44,6 +46,7 @@ class PlaneProblem:
     before: Sequence[float]
     friction: Sequence[float]
     restitution: Sequence[float]
+    terms: Sequence[Sequence[float]] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,10 +84,13 @@ class _Data:
         moved = [[a * m for a, m in zip(row, self.inverse, strict=True)] for row in self.rows]
         self.W = [[_dot(one, other) for other in self.rows] for one in moved]
         rows = np.abs(np.array(problem.rows, dtype=float))
-        self.moved = rows * np.array(problem.inverse_masses, dtype=float)
+        terms = rows if problem.terms is None else np.array(problem.terms, dtype=float)
+        inverse = np.array(problem.inverse_masses, dtype=float)
+        self.moved, self.terms_moved = rows * inverse, terms * inverse
         self.W_doubles = np.array(self.W, dtype=float)
-        self.W_size = 3.0 * self.moved @ rows.T
-        self.u_size = 2.0 * rows @ np.abs(np.array(problem.before, dtype=float))
+        half = 1.5 * self.moved @ terms.T
+        self.W_size = half + half.T
+        self.u_size = 2.0 * terms @ np.abs(np.array(problem.before, dtype=float))
 
 
 def all_after(problem: PlaneProblem) -> list[tuple[np.ndarray, bool]]:
@@ -134,7 +140,7 @@ def _that_differ(data: _Data, answers: list[_Answer]) -> list[After]:
             speed + m * sum((p * row[k] for p, row in zip(P, data.rows, strict=True)), Fraction(0))
             for k, (speed, m) in enumerate(zip(data.v, data.inverse, strict=True))
         )
-        slack = data.moved.T @ (answer.slack + 3.0 * np.abs(_doubles(P)))
+        slack = data.moved.T @ answer.slack + 3.0 * data.terms_moved.T @ np.abs(_doubles(P))
         slack += np.abs(_doubles(data.v))
         # Where two modes meet, the one of least slack tells how well it is determined.
         if after in found and slack.max() >= found[after].slack.max():
