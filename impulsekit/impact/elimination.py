@@ -114,7 +114,11 @@ class Elimination:
         self.half, self._magnitude, self._names = half, magnitude, names
         self._triples = np.array(triples, dtype=int)
         self._delassus = half.T.dot(half)
-        self._factor = _regular_factor(self._delassus, self._triples)
+        self._squares = self._delassus.diagonal().tolist()
+        # A row of zeros: no factor is tried.
+        self._factor = None
+        if 0.0 not in self._squares:
+            self._factor = _regular_factor(self._delassus, self._triples)
 
     def solve(
         self, right: np.ndarray, velocity_scale: Callable[[], np.ndarray] | None = None
@@ -206,31 +210,35 @@ class Elimination:
 
     @cached_property
     def _moving(self) -> tuple[list[int], np.ndarray] | None:
-        """The rows but those of zeros, as they are across a plane, where the others are regular.
+        """The rows of zeros, as they are across a plane, where the others are regular.
 
-        With the factor of their W; None where it takes a closer look.
+        With the factor of W, in which each of them stands for itself; None where it takes a
+        closer look.
         """
-        squares = self._delassus.diagonal().tolist()
-        moving = [i for i, square in enumerate(squares) if square]
-        least = COMPARABLE * max(squares, default=0.0)
-        if len(moving) in (0, len(squares)) or any(squares[i] < least for i in moving):
+        squares = self._squares
+        still = [i for i, square in enumerate(squares) if not square]
+        largest = max(squares, default=0.0)
+        least = COMPARABLE * largest
+        if len(still) in (0, len(squares)) or any(0.0 < square < least for square in squares):
             return None
-        factor = _regular_factor(self._delassus[moving][:, moving])
-        return None if factor is None else (moving, factor)
+        apart = self._delassus.copy()
+        for i in still:
+            apart[i, i] = largest
+        factor = _regular_factor(apart)
+        return None if factor is None else (still, factor)
 
     def _without_still_rows(self, right: np.ndarray) -> BilateralSolution | None:
         """λ where some rows are zeros and the others regular; None for all other cases."""
         if self._moving is None:
             return None
-        moving, factor = self._moving
-        unique = np.zeros(len(right), dtype=bool)
-        unique[moving] = True
+        still, factor = self._moving
         # A row of no effect cannot change its velocity.
-        if right[~unique].any():
+        if any(right[still].tolist()):
             return None
-        impulse = np.zeros(len(right))
-        impulse[moving] = lapack.dpotrs(factor, right[moving], lower=1)[0]
-        return BilateralSolution(impulse, len(moving), unique)
+        unique = np.ones(len(right), dtype=bool)
+        unique[still] = False
+        impulse = lapack.dpotrs(factor, right, lower=1)[0]
+        return BilateralSolution(impulse, len(right) - len(still), unique)
 
     def _of_dependent(
         self, right: np.ndarray, velocity_scale: Callable[[], np.ndarray] | None
