@@ -4,11 +4,12 @@ numba counts who holds an array, atomically, each time a field of a named tuple 
 in code that works on tuples of arrays that is most of what it does. What a function is given
 outlives the call, so that nobody has to count. Two marks say so:
 
-- ``borrowing`` for a function that makes no arrays, writes none into arrays, and is called by
-  compiled code alone: nothing in it is counted, what it calls included as far as that is marked
-  too;
+- ``borrowing`` for a function that makes no arrays, returns none, writes none into arrays, and
+  calls only such functions: nothing in it is counted, nor in what numba compiles for it;
 - ``borrowed`` for single arguments, where a function makes arrays (which have to be counted) or is
-  an ``entry``. What is borrowed must not be returned to Python.
+  an ``entry``.
+
+What is not counted must not be returned: who gets it would count it down.
 """
 
 from __future__ import annotations
@@ -18,15 +19,18 @@ from typing import Any, TypeVar
 
 from .compiled import compiled, tell_numba
 
-__all__ = ["borrowed", "borrowing"]
+__all__ = ["UNCOUNTED", "borrowed", "borrowing"]
 
 T = TypeVar("T")
 F = TypeVar("F", bound=Callable[..., Any])
 
+# The option of the compiler.
+UNCOUNTED: dict[str, Any] = {"_nrt": False}
+
 
 def borrowing(function: F) -> F:
     """As ``compiled``, for a function that makes no arrays: it counts no references."""
-    return compiled(function, _nrt=False)
+    return compiled(function, **UNCOUNTED)
 
 
 def borrowed(value: T) -> T:

@@ -16,6 +16,7 @@ from ...laws.words import NEWTON, SIMULTANEOUS
 from .articulated import collected, press, respond, twists
 from .blows import strike, work_of_blows
 from .doubt import doubted, jump_of_row
+from .given import Lanes, Posed
 from .held_again import begin_again, end_again, lacking_rows
 from .inertia import factor, weigh
 from .jit import inlined, kernel
@@ -221,14 +222,16 @@ def _alone(moving, touch, inputs, base, work, code, witness):
 def _by_law(moving, touch, law, inputs, base, work, code, witness):
     """The law of the scene on every lane."""
     at, rows, (target, keeps) = moving.at, touch.rows, touch.held
-    law(
-        base, len(rows.first) - 1, target,
-        (keeps, rows.lever, rows.dof_first, rows.dof_list, at.dof, at.reduced),
-        touch.ints, touch.floats,
-        ((inputs.q, inputs.q_step), (inputs.e, inputs.e_step), (inputs.mu, inputs.mu_step)),
-        touch.words, digits(witness),
-        work, at.delassus, at.before, at.free, at.p, width(witness), code,
+    posed = Posed(
+        len(rows.first) - 1, target, keeps, rows.lever, rows.dof_first, rows.dof_list,
+        touch.ints, touch.floats, inputs.q, inputs.q_step, inputs.e, inputs.e_step,
+        inputs.mu, inputs.mu_step, touch.words,
     )  # fmt: skip
+    lanes = Lanes(
+        base, width(witness), digits(witness), work, code,
+        at.delassus, at.before, at.free, at.p, at.dof, at.reduced,
+    )  # fmt: skip
+    law(posed, lanes)
 
 
 @inlined

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 __all__ = [
-    "Contact", "Inputs", "Known", "Moving", "Outputs", "Rows", "Sets", "Sizes", "Span", "Touch",
-    "Tree",
+    "Contact", "Inputs", "Known", "Lanes", "Moving", "Outputs", "Posed", "Rows", "Sets", "Sizes",
+    "Span", "Touch", "Tree",
 ]  # fmt: skip
 
 
@@ -210,3 +210,57 @@ class Contact(NamedTuple):
     e_t: float
     e: float
     mu: float
+
+
+class Posed(NamedTuple):
+    """What the law is told of all states: rows, contacts, and their coefficients.
+
+    Attributes:
+        rows: how many, the bilateral ones first.
+        target: (count,) velocities that these are brought to; keeps: which keep their own.
+        lever: as in ``Rows``.
+        first, listed: where the part of each row in a list begins, and that list, of the degrees
+            of freedom that it passes through.
+        ints, floats: of the contacts.
+        q, e, mu: flat arrays of the batch, each with its stride.
+        words: of the law, see ``words``.
+    """
+
+    rows: int
+    target: np.ndarray
+    keeps: np.ndarray
+    lever: np.ndarray
+    first: np.ndarray
+    listed: np.ndarray
+    ints: np.ndarray
+    floats: np.ndarray
+    q: np.ndarray
+    q_step: int
+    e: np.ndarray
+    e_step: int
+    mu: np.ndarray
+    mu_step: int
+    words: tuple[int, int, int]
+
+
+class Lanes(NamedTuple):
+    """The states of a block side by side: number k of a lane stands in ``work[k · w + lane]``.
+
+    Attributes:
+        base: the state in the first lane. w: how many lanes there are.
+        digits: binary digits of the numbers in ``work``.
+        code: (w,) status codes.
+        delassus, before, free, p, dof, reduced: where in ``work`` these stand, see ``layout``.
+    """
+
+    base: int
+    w: int
+    digits: int
+    work: np.ndarray
+    code: np.ndarray
+    delassus: int
+    before: int
+    free: int
+    p: int
+    dof: int
+    reduced: int

@@ -14,10 +14,10 @@ import math
 import numpy as np
 
 from ...laws.dense import cholesky, lower_solve
-from .jit import built_in
+from .jit import built_in, uncounted
 from .layout import DOF, INVERSE
 
-__all__ = ["COARSE", "bear", "half_solved", "hold"]
+__all__ = ["COARSE", "bear", "half_solve", "hold"]
 
 # Pivots of W below the first lose digits that those of C keep, whose squares they are; below
 # the second rounding could have a say in the rank, as in ``impact.elimination``.
@@ -35,70 +35,93 @@ IDLE = 2e-14
 
 
 @built_in
-def hold(
-    rows, target, held, digits, work, w_at, before_at, free_at, w, lane,
-    matrix, lower, known, scale_of, order, at,
-):  # fmt: skip
+def hold(lane, posed, lanes, space):
     """Factor the bilateral rows and half-solve what they want; how many count, -1 in doubt.
 
     Args:
-        rows: how many, the bilateral ones first.
-        target: (count,) velocities that these are brought to.
-        held: (count,) whether they keep their own; (rows · nv,) the size of the terms of each
-            row by degree of freedom; where a row's part of a list begins, and that list, of
-            the degrees of freedom it passes through; where in ``work`` these, and u, stand.
-        matrix, lower, known, scale_of: room. ``lower`` (L) and ``known`` (L⁻¹ r) of the rows
-            that count, in their order, and the scale of every row are kept for ``bear``; so is
-            in ``matrix`` from its second row on what a row that is set aside is of those.
-        order: from ``at`` on the rows that count, dependent ones, null ones, and how many
-            are not null.
+        lane: of which state. posed, lanes: see ``given``.
+        space: a ``problem.Room``. Its ``lower`` (L) and ``known`` (L⁻¹ r) of the rows that
+            count, in their order, and ``scale_of`` every row are kept for ``bear``; so is in
+            ``matrix`` from its second row on what a row that is set aside is of those. From
+            ``few`` on ``row_of`` has the rows that count, dependent ones, null ones, and how
+            many are not null.
     """
-    keeps, lever, first, listed, dof_at, _ = held
-    count = len(target)
+    live, short = _told_apart(lane, posed, lanes, space)
+    if live < 0:
+        return -1
+    rank = _factored(live, short, lane, posed, lanes, space)
+    if rank < 0 or not _can_have(rank, live, lane, posed, lanes, space):
+        return -1
+    lower_solve(space.lower, rank, space.known)
+    space.row_of[space.few + len(posed.target)] = live
+    return rank
+
+
+@uncounted
+def _told_apart(lane, posed, lanes, space):
+    """How many rows are live, and whether one is short; -1 in doubt. Null ones come last."""
+    lever, first, listed, work, w = posed.lever, posed.first, posed.listed, lanes.work, lanes.w
+    scale_of, order, at, rows = space.scale_of, space.row_of, space.few, posed.rows
+    count = len(posed.target)
     nv = len(lever) // rows
     live = 0
     short = False
     null = count
     for i in range(count):
-        own = float(work[(w_at + i * rows + i) * w + lane])
+        own = float(work[(lanes.delassus + i * rows + i) * w + lane])
         gross = 0.0
         for k in range(first[i], first[i + 1]):
             dof = listed[k]
             size = lever[i * nv + dof]
-            gross += size * size * float(work[(dof_at + dof * DOF + INVERSE) * w + lane])
+            gross += size * size * float(work[(lanes.dof + dof * DOF + INVERSE) * w + lane])
         if own > LIVE_ROW * gross:
             scale_of[i] = 1.0 / math.sqrt(own)
             order[at + live] = i
             live += 1
             short |= own < SHORT_ROW * gross
-        elif digits == 53 and own <= NULL_ROW * gross:
+        elif lanes.digits == 53 and own <= NULL_ROW * gross:
             scale_of[i] = 0.0
             null -= 1
             order[at + null] = i
         else:
-            return -1
+            return -1, False
+    return live, short
+
+
+@built_in
+def _factored(live, short, lane, posed, lanes, space):
+    """The rank of the live rows, with their L; -1 in doubt."""
+    matrix, scale_of, order, at = space.matrix, space.scale_of, space.row_of, space.few
+    work, rows = lanes.work, posed.rows
     for k in range(live):
         i = order[at + k]
         for j in range(k):
             other = order[at + j]
-            value = float(work[(w_at + i * rows + other) * w + lane])
+            value = float(work[(lanes.delassus + i * rows + other) * lanes.w + lane])
             matrix[k, j] = value * scale_of[i] * scale_of[other]
         matrix[k, k] = 1.0
-    rank = live
-    if not cholesky(matrix, live, lower) > (GOOD_PIVOT if digits == 53 else COARSE):
-        if digits < 53:
-            return -1
-        rank = _ranked(live, nv, held, work, w, lane, matrix, lower, scale_of, order, at)
-        # Short rows bear by the length of their vectors, which is not known here.
-        if rank < 0 or (short and rank < live):
-            return -1
+    good = GOOD_PIVOT if lanes.digits == 53 else COARSE
+    if cholesky(matrix, live, space.lower) > good:
+        return live
+    if lanes.digits < 53:
+        return -1
+    rank = _ranked(live, lane, posed, lanes, space)
+    # Short rows bear by the length of their vectors, which is not known here.
+    return -1 if short and rank < live else rank
+
+
+@uncounted
+def _can_have(rank, live, lane, posed, lanes, space):
+    """Whether the rows can have what they want, which of those that count ``known`` gets."""
+    target, keeps, work, w = posed.target, posed.keeps, lanes.work, lanes.w
+    matrix, known, order, at = space.matrix, space.known, space.row_of, space.few
+    scale_of, count = space.scale_of, len(target)
     speed = 0.0
     for i in range(count):
-        wanted = target[i]
-        if keeps[i]:
-            wanted = float(work[(before_at + i) * w + lane])
-        free = float(work[(free_at + i) * w + lane])
-        speed = max(speed, abs(wanted), abs(free), abs(float(work[(before_at + i) * w + lane])))
+        before = float(work[(lanes.before + i) * w + lane])
+        wanted = before if keeps[i] else target[i]
+        free = float(work[(lanes.free + i) * w + lane])
+        speed = max(speed, abs(wanted), abs(free), abs(before))
         # By row; in the order of the rows that count only from here on.
         matrix[0, i] = wanted - free
     for k in range(rank):
@@ -106,37 +129,35 @@ def hold(
     for k in range(live, count):
         # A row of no effect cannot change its velocity.
         if abs(matrix[0, order[at + k]]) > IDLE * speed:
-            return -1
+            return False
     for k in range(rank, live):
         i = order[at + k]
         left = matrix[0, i] * scale_of[i]
         for j in range(rank):
             left -= matrix[1 + k - rank, j] * known[j]
         if abs(left) > IDLE * speed * scale_of[i]:
-            return -1
-    lower_solve(lower, rank, known)
-    order[at + count] = live
-    return rank
+            return False
+    return True
 
 
 @built_in
-def _ranked(
-    live, nv, held, work, w, lane, matrix, lower, scale_of, order, at
-):  # fmt: skip
+def _ranked(live, lane, posed, lanes, space):
     """The rank of the live rows, ``order`` with the rows that count first; -1 in doubt.
 
     C P = Q R by Gram and Schmidt, each column once more; L = Rᵀ. A row that is set aside is
     R₁⁻¹ R₂ of the others.
     """
-    _, _, first, listed, dof_at, reduced_at = held
+    first, listed, work, w = posed.first, posed.listed, lanes.work, lanes.w
+    matrix, lower, order, at = space.matrix, space.lower, space.row_of, space.few
+    scale_of, nv = space.scale_of, len(posed.lever) // posed.rows
     half = np.zeros((live, nv))
     upper = np.zeros((live, live))
     for k in range(live):
         row = order[at + k]
         for m in range(first[row], first[row + 1]):
             dof = listed[m]
-            inverse = float(work[(dof_at + dof * DOF + INVERSE) * w + lane])
-            u = float(work[(reduced_at + row * nv + dof) * w + lane])
+            inverse = float(work[(lanes.dof + dof * DOF + INVERSE) * w + lane])
+            u = float(work[(lanes.reduced + row * nv + dof) * w + lane])
             half[k, dof] = scale_of[row] * math.sqrt(inverse) * u
     rank = live
     for k in range(live):
@@ -194,29 +215,35 @@ def _ranked(
 
 
 @built_in
-def half_solved(rows, rank, row, work, w_at, w, lane, lower, scale_of, order, at, x):
-    """L⁻¹ W of the rows that count, for another row, into ``x``."""
+def half_solve(lane, row, rank, posed, lanes, space):
+    """Write L⁻¹ W of the rows that count, for another row, into ``rest``."""
+    order, scale_of, rest, at = space.row_of, space.scale_of, space.rest, space.few
+    work, rows = lanes.work, posed.rows
     for k in range(rank):
-        x[k] = float(work[(w_at + order[at + k] * rows + row) * w + lane]) * scale_of[order[at + k]]
-    lower_solve(lower, rank, x)
+        i = order[at + k]
+        rest[k] = float(work[(lanes.delassus + i * rows + row) * lanes.w + lane]) * scale_of[i]
+    lower_solve(space.lower, rank, rest)
 
 
 @built_in
-def bear(count, rank, known, across, lower, scale_of, order, at, matrix, work, p_at, w, lane):
-    """Write λ of all bilateral rows; ``across`` (rank,) is L⁻¹ W_bc P, used up."""
+def bear(lane, rank, count, lanes, space):
+    """Write λ of all ``count`` bilateral rows; ``rest`` (rank,) is L⁻¹ W_bc P, used up."""
+    across, known, lower, matrix = space.rest, space.known, space.lower, space.matrix
+    order, scale_of, at, work = space.row_of, space.scale_of, space.few, lanes.work
     for k in range(rank - 1, -1, -1):
         total = known[k] - across[k]
         for j in range(k + 1, rank):
             total -= lower[j, k] * across[j]
         across[k] = total / lower[k, k]
     for i in range(count):
-        work[(p_at + i) * w + lane] = 0.0
+        work[(lanes.p + i) * lanes.w + lane] = 0.0
     live = order[at + count]
     if live > rank:
         _spread(rank, live - rank, across, matrix)
     for k in range(live):
+        i = order[at + k]
         value = across[k] if k < rank else matrix[0, k - rank]
-        work[(p_at + order[at + k]) * w + lane] = scale_of[order[at + k]] * value
+        work[(lanes.p + i) * lanes.w + lane] = scale_of[i] * value
 
 
 @built_in

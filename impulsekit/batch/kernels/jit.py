@@ -1,8 +1,8 @@
 """How the kernels are compiled: those that Python calls, and those built into them.
 
-Arrays belong to Python, which holds them while a kernel runs. Kernels of lanes do not count
-who else does: numba's counting calls a function at every use, for which all that is in
-registers is put down first. They can make no arrays of their own.
+Arrays belong to Python, which holds them while a kernel runs. Kernels of lanes make none and do
+not count who else holds them, as ``laws.borrowed`` says: before every call that counts, all that
+is in registers would be put down.
 """
 
 from __future__ import annotations
@@ -11,9 +11,10 @@ import pathlib
 from collections.abc import Callable
 from typing import Any
 
+from ...laws.borrowed import UNCOUNTED
 from ...laws.compiled import OPTIONS, WITHIN, dispatcher, use_numba
 
-__all__ = ["CODE_OF_LANES", "built_in", "inlined", "kernel"]
+__all__ = ["CODE_OF_LANES", "built_in", "inlined", "kernel", "uncounted"]
 
 use_numba()
 
@@ -28,8 +29,10 @@ def _with(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 
 # Called from Python, without its lock.
-kernel = _with(**OPTIONS, _nrt=False)
+kernel = _with(**OPTIONS, **UNCOUNTED)
 # On lanes: part of the kernel, so that values stay in registers from one to the next.
-inlined = _with(**WITHIN, _nrt=False, forceinline=True)
+inlined = _with(**WITHIN, **UNCOUNTED, forceinline=True)
 # On numbers, one state after the other; these may make arrays.
 built_in = _with(**WITHIN)
+# Likewise, where neither they nor what they call make any, and none are returned.
+uncounted = _with(**WITHIN, **UNCOUNTED)

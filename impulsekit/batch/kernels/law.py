@@ -7,42 +7,30 @@ from ...laws.several import newton, poisson
 from ...laws.single import Hit, hit_contact
 from ...laws.status import Status
 from ...laws.words import NEWTON
+from ...laws.workspace import workspace
 from ..codes import AGAIN
 from .coulomb import LEFT, block_at, care_for, is_left
 from .jit import built_in
-from .layout import CONTACT_INTS
-from .problem import pose, problem_in, put_back, room
+from .problem import problem_in
 from .uniqueness import judge_others
 
-__all__ = ["contact_lanes"]
+__all__ = ["memory", "solved"]
 
 # Beyond this many times what rounding leaves, ``solve`` refines.
 ROUGH = 10.0 * FINE
 _SOLVED, _NOT_UNIQUE = int(Status.SOLVED), int(Status.NOT_UNIQUE)
 
 
-def contact_lanes(
-    base, rows, target, keeping, contact_ints, contact_floats, given, words, digits,
-    work, w_at, before_at, free_at, p_at, w, code,
-):  # fmt: skip
-    """Write the impulses of all rows, and the codes, for the states of a block from ``base`` on.
-
-    The arguments are those of ``problem.pose``.
-    """
-    space = room(rows, len(contact_ints) // CONTACT_INTS)
-    for lane in range(w):
-        count = pose(
-            base + lane, lane, rows, target, keeping, contact_ints, contact_floats, given, digits,
-            work, w_at, before_at, free_at, w, code, space,
-        )  # fmt: skip
-        if count > 0:
-            code[lane] = _solved(count, words[0], digits, space)
-        put_back(lane, count, rows, len(target), contact_ints, work, p_at, w, code, space)
+@built_in
+def memory(contacts):
+    """What the law of several contacts works in."""
+    return workspace(max(contacts, 1))
 
 
 @built_in
-def _solved(count, restitution, digits, space):
+def solved(count, posed, digits, space, work):
     """The code, with P of the contacts that touch in ``space``."""
+    restitution = posed.words[0]
     W, before, free, mus, es, ets, P = problem_in(space)
     smooth = True
     for i in range(count):
@@ -60,7 +48,6 @@ def _solved(count, restitution, digits, space):
         P[0], P[1], P[2] = hit.impulse
         close = is_left(block, u, start, es[0], mus[0], ets[0], restitution, hit, digits)
         return AGAIN if close else hit.code
-    work = space.law
     care = care_for(digits)
     for i in range(count):
         work.mu[i] = mus[i]

@@ -14,7 +14,9 @@ from typing import Any
 from numba import types
 
 from ...laws.words import LZB, PATH, SEQUENTIAL
+from .given import Lanes, Posed
 from .handed import handed
+from .problem import lanes_under
 
 __all__ = ["law_for"]
 
@@ -27,34 +29,28 @@ def law_for(number: str, words: tuple[int, int, int]) -> Any:
         number: of the work array, "float64" or "float32".
         words: of the law, see ``words``.
     """
-    whole = types.int64
-    numbers = types.float64[::1]
-    strided = types.Tuple((numbers, whole))
-    places = types.int64[::1]
-    held = types.Tuple((types.boolean[::1], numbers, places, places, whole, whole))
-    signature = types.none(
-        whole, whole, numbers, held, places, numbers,
-        types.UniTuple(strided, 3), types.UniTuple(whole, 3), whole, getattr(types, number)[::1],
-        whole, whole, whole, whole, whole, types.int8[::1],
-    )  # fmt: skip
-    return handed(signature, _lanes(words))
+    whole, places, numbers = types.int64, types.int64[::1], types.float64[::1]
+    strided = (numbers, whole)
+    posed = types.NamedTuple(
+        (whole, numbers, types.boolean[::1], numbers, places, places, places, numbers)
+        + 3 * strided
+        + (types.UniTuple(whole, 3),),
+        Posed,
+    )
+    work, code = getattr(types, number)[::1], types.int8[::1]
+    lanes = types.NamedTuple((whole, whole, whole, work, code) + 6 * (whole,), Lanes)
+    return handed(types.none(posed, lanes), _law_of_lanes(words))
 
 
-def _lanes(words: tuple[int, int, int]) -> Callable[..., None]:
+def _law_of_lanes(words: tuple[int, int, int]) -> Callable[..., None]:
     """The lanes of a block under one law."""
     restitution, slip, order = words
     if restitution == LZB:
-        from .wave_law import wave_lanes
-
-        return wave_lanes
-    if order == SEQUENTIAL:
-        from .sequential import sequential_lanes
-
-        return sequential_lanes
-    if slip == PATH:
-        from .path_law import path_lanes
-
-        return path_lanes
-    from .law import contact_lanes
-
-    return contact_lanes
+        from .wave_law import memory, solved
+    elif order == SEQUENTIAL:
+        from .sequential import memory, solved
+    elif slip == PATH:
+        from .path_law import memory, solved
+    else:
+        from .law import memory, solved
+    return lanes_under(memory, solved)

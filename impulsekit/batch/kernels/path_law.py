@@ -15,10 +15,9 @@ from ...laws.status import Status
 from ...laws.words import STRONGE
 from ..codes import AGAIN
 from .jit import built_in
-from .layout import CONTACT_INTS
-from .problem import pose, problem_in, put_back, room
+from .problem import problem_in
 
-__all__ = ["path_lanes", "strike_along"]
+__all__ = ["memory", "solved", "strike_along"]
 
 
 # Shares of an impulse so many times the velocities leave too few digits of their sum.
@@ -29,29 +28,16 @@ _SOLVED, _JAM = int(Status.SOLVED), int(Status.PAINLEVE_JAM)
 _REFUSED = int(Status.REFUSED)
 
 
-def path_lanes(
-    base, rows, target, keeps, contact_ints, contact_floats, given, words, digits,
-    work, w_at, before_at, free_at, p_at, w, code,
-):  # fmt: skip
-    """Write the impulses of all rows, and the codes, for the states of a block from ``base`` on.
-
-    The arguments are those of ``problem.pose``.
-    """
-    space = room(rows, len(contact_ints) // CONTACT_INTS)
-    memory = path_memory()
-    for lane in range(w):
-        count = pose(
-            base + lane, lane, rows, target, keeps, contact_ints, contact_floats, given, digits,
-            work, w_at, before_at, free_at, w, code, space,
-        )  # fmt: skip
-        if count > 0:
-            code[lane] = _solved(count, words[0], digits, space, memory)
-        put_back(lane, count, rows, len(target), contact_ints, work, p_at, w, code, space)
+@built_in
+def memory(contacts):
+    """What following one path takes."""
+    return path_memory()
 
 
 @built_in
-def _solved(count, law, digits, space, memory):
+def solved(count, posed, digits, space, memory):
     """The code, with P of the contacts that touch in ``space``."""
+    law = posed.words[0]
     W, before, free, mus, es, ets, P_all = problem_in(space)
     sure = SURE if digits == 53 else COARSE
     for i in range(3 * count):

@@ -12,13 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ...laws.status import Status
-from ...laws.workspace import Workspace, workspace
 from ..codes import AGAIN
-from .held import COARSE, bear, half_solved, hold
-from .jit import built_in
+from .held import bear, half_solve, hold
+from .jit import built_in, uncounted
 from .layout import CONTACT_FLOATS, CONTACT_INTS
 
-__all__ = ["COARSE", "Room", "pose", "problem_in", "put_back", "room"]
+__all__ = ["Room", "lanes_under", "problem_in"]
 
 # As in ``impact``: q this near a limit is at it.
 AT_STOP = 1e-9
@@ -44,7 +43,6 @@ class Room(NamedTuple):
         row_of: the contacts, then the bilateral rows in their order, how many of these are not
             null, and their rank.
         few: how many contacts and rows ``row_of`` has before the bilateral ones.
-        law: what the law of several contacts works in.
     """
 
     W: np.ndarray
@@ -63,7 +61,27 @@ class Room(NamedTuple):
     scale_of: np.ndarray
     row_of: np.ndarray
     few: int
-    law: Workspace
+
+
+def lanes_under(memory, solved):
+    """The function that ``solve_blocks`` is handed: a law on every lane of a block.
+
+    Args:
+        memory: what the law works in besides a ``Room``, by the number of contacts.
+        solved: the code, with P of the contacts that touch, of whom there is one at least, in
+            ``space``, by their number, ``given.Posed``, digits, ``space`` and the memory.
+    """
+
+    def lanes_of_law(posed, lanes):
+        contacts = len(posed.ints) // CONTACT_INTS
+        space, own, code = _room(posed.rows, contacts), memory(contacts), lanes.code
+        for lane in range(lanes.w):
+            count = _pose(lane, posed, lanes, space)
+            if count > 0:
+                code[lane] = solved(count, posed, lanes.digits, space, own)
+            _put_back(lane, count, posed, lanes, space)
+
+    return lanes_of_law
 
 
 @built_in
@@ -73,7 +91,7 @@ def problem_in(space):
 
 
 @built_in
-def room(rows, contacts):
+def _room(rows, contacts):
     """Room for so many rows and contacts."""
     size = max(3 * contacts, rows, 1)
     few = max(contacts, 1)
@@ -84,25 +102,27 @@ def room(rows, contacts):
         np.zeros(size), np.zeros(size), np.zeros(size),
         np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
         np.zeros(size), np.zeros(size), np.zeros(size),
-        np.zeros(few + rows + 2, dtype=np.int64), few, workspace(few),
+        np.zeros(few + rows + 2, dtype=np.int64), few,
     )  # fmt: skip
 
 
-@built_in
-def _touching(contact_ints, contact_floats, q, q_row, contact, work, gap_at, w, lane, digits):
+@uncounted
+def _touching(lane, contact, posed, lanes):
     """0 where a stop or a ball does not touch, else the sign of its row; 2 where in doubt."""
-    entry = contact_ints[contact * CONTACT_INTS + 2]
-    ball = contact_ints[contact * CONTACT_INTS + 6]
-    at = contact * CONTACT_FLOATS
+    entry = posed.ints[contact * CONTACT_INTS + 2]
+    ball = posed.ints[contact * CONTACT_INTS + 6]
+    floats, at = posed.floats, contact * CONTACT_FLOATS
     if ball >= 0:
-        over = float(work[(gap_at + ball) * w + lane]) - contact_floats[at + 9]
-        if not abs(over) > (NEAR_MARGIN if digits == 53 else NEAR_MARGIN32):
+        # Behind the free velocities stand the impulses, and behind these the gaps.
+        gap = lanes.free + 2 * posed.rows + ball
+        over = float(lanes.work[gap * lanes.w + lane]) - floats[at + 9]
+        if not abs(over) > (NEAR_MARGIN if lanes.digits == 53 else NEAR_MARGIN32):
             return 2
         return 1 if over < 0.0 else 0
     if entry < 0:
         return 1
-    lower, upper = contact_floats[at + 9], contact_floats[at + 10]
-    x = q[q_row + entry]
+    lower, upper = floats[at + 9], floats[at + 10]
+    x = posed.q[(lanes.base + lane) * posed.q_step + entry]
     low = x - lower <= AT_STOP * max(1.0, abs(lower))
     high = upper - x <= AT_STOP * max(1.0, abs(upper))
     if low and high:
@@ -110,13 +130,13 @@ def _touching(contact_ints, contact_floats, q, q_row, contact, work, gap_at, w, 
     return 1 if low else (-1 if high else 0)
 
 
-@built_in
+@uncounted
 def _counted(coefficient):
     """The same, or 0 where it would only underflow."""
     return coefficient if coefficient > NEGLIGIBLE else 0.0
 
 
-@built_in
+@uncounted
 def _coefficient(contact_ints, contact_floats, contact, given, approach):
     """e at an approach speed: what is given, 0 below the capture speed, or from a table."""
     first = contact_ints[contact * CONTACT_INTS + 4]
@@ -135,87 +155,80 @@ def _coefficient(contact_ints, contact_floats, contact, given, approach):
 
 
 @built_in
-def pose(
-    state, lane, rows, target, keeping, contact_ints, contact_floats, given, digits,
-    work, w_at, before_at, free_at, w, code, space,
-):  # fmt: skip
+def _pose(lane, posed, lanes, space):
     """Write the problem of one lane into ``space``; how many contacts touch.
 
-    0 where the law has nothing to do, -1 where the state was bad before; ``code`` tells.
-
-    Args:
-        state: the state that stands in the lane.
-        rows: how many.
-        target, keeping: of the bilateral ones, velocities they are brought to, and what
-            ``held.hold`` wants besides.
-        given: (array, stride) of q, restitution and friction.
-        digits: binary digits of the numbers in ``work``.
-        w_at, before_at, free_at: where W, u⁻ and u_free stand in ``work``.
-        w: how many lanes there are.
+    0 where the law has nothing to do, -1 where the state was bad before; the code tells.
     """
-    if code[lane] != _SOLVED:
+    if lanes.code[lane] != _SOLVED:
         return np.int64(-1)
-    (q, q_step), (e, e_step), (mu, mu_step) = given
-    q_row, e_row, mu_row, held = state * q_step, state * e_step, state * mu_step, len(target)
-    W, before, free, mus, es, ets, _ = problem_in(space)
-    lower, cross_held, matrix, row_of = space.lower, space.cross_held, space.matrix, space.row_of
-    sign, known, rest, scale_of = space.sign, space.known, space.rest, space.scale_of
+    count = _gather(lane, posed, lanes, space)
+    if count < 0 or (len(posed.target) > 0 and not _eliminate(lane, count, posed, lanes, space)):
+        lanes.code[lane] = AGAIN
+        return np.int64(0)
+    return count
+
+
+@uncounted
+def _gather(lane, posed, lanes, space):
+    """Who touches, how many, with W, velocities and coefficients; -1 in doubt."""
+    ints, state, row_of, sign, mus = (
+        posed.ints, lanes.base + lane, space.row_of, space.sign, space.mu,
+    )  # fmt: skip
+    W, before, free, work, w, rows = (
+        space.W, space.before, space.free, lanes.work, lanes.w, posed.rows,
+    )  # fmt: skip
     # np.int64(0), for with a 0 numba would compile all that takes it once more.
     count = np.int64(0)
-    for contact in range(len(contact_ints) // CONTACT_INTS):
-        # Behind the velocities stand the impulses, and behind these the gaps.
-        side = _touching(
-            contact_ints, contact_floats, q, q_row, contact, work, free_at + 2 * rows, w, lane,
-            digits,
-        )  # fmt: skip
+    for contact in range(len(ints) // CONTACT_INTS):
+        side = _touching(lane, contact, posed, lanes)
         if side == 2:
-            code[lane] = AGAIN
-            return np.int64(0)
+            return np.int64(-1)
         if side != 0:
             row_of[count] = contact
             sign[count] = side
             mus[count] = 0.0
-            if contact_ints[contact * CONTACT_INTS + 1] == 3:
-                mus[count] = _counted(mu[mu_row + contact])
+            if ints[contact * CONTACT_INTS + 1] == 3:
+                mus[count] = _counted(posed.mu[state * posed.mu_step + contact])
             count += 1
     # The rows of the contacts, three each, without friction the normal alone.
-    size = 3 * count
-    for i in range(size):
-        r = _row(contact_ints, row_of, i)
+    for i in range(3 * count):
+        r = _row(ints, row_of, i)
         s = sign[i // 3]
-        before[i] = 0.0 if r < 0 else s * work[(before_at + r) * w + lane]
-        free[i] = 0.0 if r < 0 else s * work[(free_at + r) * w + lane]
+        before[i] = 0.0 if r < 0 else s * work[(lanes.before + r) * w + lane]
+        free[i] = 0.0 if r < 0 else s * work[(lanes.free + r) * w + lane]
         for j in range(i + 1):
-            c = _row(contact_ints, row_of, j)
+            c = _row(ints, row_of, j)
             value = 0.0
             if r >= 0 and c >= 0:
-                value = s * sign[j // 3] * work[(w_at + r * rows + c) * w + lane]
+                value = s * sign[j // 3] * work[(lanes.delassus + r * rows + c) * w + lane]
             W[i, j] = value
             W[j, i] = value
     for k in range(count):
         contact = row_of[k]
         approach = max(-before[3 * k + 2], 0.0)
-        given = e[e_row + contact]
-        es[k] = _counted(_coefficient(contact_ints, contact_floats, contact, given, approach))
-        ets[k] = contact_floats[contact * CONTACT_FLOATS + 11]
-    if held == 0:
-        return count
-    at = space.few
-    rank = hold(
-        rows, target, keeping, digits, work, w_at, before_at, free_at, w, lane,
-        matrix, lower, known, scale_of, row_of, at,
-    )  # fmt: skip
+        given = posed.e[state * posed.e_step + contact]
+        space.e[k] = _counted(_coefficient(ints, posed.floats, contact, given, approach))
+        space.e_t[k] = posed.floats[contact * CONTACT_FLOATS + 11]
+    return count
+
+
+@built_in
+def _eliminate(lane, count, posed, lanes, space):
+    """Take the bilateral rows out of W and u_free; whether enough digits are left."""
+    rank = hold(lane, posed, lanes, space)
     if rank < 0:
-        code[lane] = AGAIN
-        return np.int64(0)
-    row_of[at + held + 1] = rank
+        return False
+    W, free, sign, known, rest = space.W, space.free, space.sign, space.known, space.rest
+    cross_held, row_of, mus, size = space.cross_held, space.row_of, space.mu, 3 * count
+    row_of[space.few + len(posed.target) + 1] = rank
     # Half-solved columns of the contacts, for W and for what the rows bear.
     for j in range(size):
-        c = _row(contact_ints, row_of, j)
+        c = _row(posed.ints, row_of, j)
         for k in range(rank):
             cross_held[j, k] = 0.0
         if c >= 0:
-            half_solved(rows, rank, c, work, w_at, w, lane, lower, scale_of, row_of, at, rest)
+            half_solve(lane, c, rank, posed, lanes, space)
             for k in range(rank):
                 cross_held[j, k] = sign[j // 3] * rest[k]
                 free[j] += cross_held[j, k] * known[k]
@@ -227,47 +240,41 @@ def pose(
         # What the bilateral rows nearly hold still is left with few digits.
         matters = i % 3 == 2 or mus[i // 3] > 0.0
         if matters and alone > 0.0 and not W[i, i] > HELD_STILL * alone:
-            code[lane] = AGAIN
-            return np.int64(0)
-    return count
+            return False
+    return True
 
 
 @built_in
-def put_back(lane, count, rows, held, contact_ints, work, p_at, w, code, space):
+def _put_back(lane, count, posed, lanes, space):
     """Write the impulses of all rows of one lane, of which ``count`` contacts touch."""
+    code, work, w, P = lanes.code, lanes.work, lanes.w, space.P
+    held, size = len(posed.target), 3 * count
     total = 0.0
-    for k in range(3 * count):
-        total += space.P[k]
+    for k in range(size):
+        total += P[k]
     if not math.isfinite(total):
         code[lane] = AGAIN
     if count < 0 or code[lane] == AGAIN:
-        for r in range(rows):
-            work[(p_at + r) * w + lane] = math.nan if count < 0 else 0.0
+        for r in range(posed.rows):
+            work[(lanes.p + r) * w + lane] = math.nan if count < 0 else 0.0
         return
-    lower, cross_held, matrix, row_of = space.lower, space.cross_held, space.matrix, space.row_of
-    sign, known, rest, scale_of, P = (
-        space.sign, space.known, space.rest, space.scale_of, space.P,
-    )  # fmt: skip
-    size = 3 * count
-    for r in range(held, rows):
-        work[(p_at + r) * w + lane] = 0.0
+    for r in range(held, posed.rows):
+        work[(lanes.p + r) * w + lane] = 0.0
     if held > 0:
-        at = space.few
-        rank = row_of[at + held + 1]
+        cross_held, rest = space.cross_held, space.rest
+        rank = space.row_of[space.few + held + 1]
         for k in range(rank):
             rest[k] = 0.0
             for j in range(size):
                 rest[k] += cross_held[j, k] * P[j]
-        bear(
-            held, rank, known, rest, lower, scale_of, row_of, at, matrix, work, p_at, w, lane
-        )  # fmt: skip
+        bear(lane, rank, held, lanes, space)
     for j in range(size):
-        c = _row(contact_ints, row_of, j)
+        c = _row(posed.ints, space.row_of, j)
         if c >= 0:
-            work[(p_at + c) * w + lane] = sign[j // 3] * P[j]
+            work[(lanes.p + c) * w + lane] = space.sign[j // 3] * P[j]
 
 
-@built_in
+@uncounted
 def _row(contact_ints, row_of, i):
     """The row behind entry i of the contacts' own vectors; -1 where there is none."""
     contact = row_of[i // 3] * CONTACT_INTS

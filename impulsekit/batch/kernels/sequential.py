@@ -24,10 +24,9 @@ from ...laws.words import END
 from ..codes import AGAIN
 from .coulomb import block_at, is_close_call
 from .jit import built_in
-from .layout import CONTACT_INTS
-from .problem import pose, problem_in, put_back, room
+from .problem import problem_in
 
-__all__ = ["sequential_lanes"]
+__all__ = ["memory", "solved"]
 
 # In single precision approaches this even, against themselves and against the first velocities,
 # may come in either order. Below SLOW the order is of no matter.
@@ -42,30 +41,16 @@ _FINAL = (
 _SOLVED, _REFUSED = int(Status.SOLVED), int(Status.REFUSED)
 
 
-def sequential_lanes(
-    base, rows, target, keeping, contact_ints, contact_floats, given, words, digits,
-    work, w_at, before_at, free_at, p_at, w, code,
-):  # fmt: skip
-    """Write the impulses of all rows, and the codes, for the states of a block from ``base`` on.
-
-    The arguments are those of ``problem.pose``.
-    """
-    contacts = len(contact_ints) // CONTACT_INTS
-    space = room(rows, contacts)
-    memory = (sequence_of(contacts), np.empty(LONG, np.int64), np.empty((LONG, 3)), path_memory())
-    for lane in range(w):
-        count = pose(
-            base + lane, lane, rows, target, keeping, contact_ints, contact_floats, given, digits,
-            work, w_at, before_at, free_at, w, code, space,
-        )  # fmt: skip
-        if count > 0:
-            code[lane] = _solved(count, words, digits, space, memory)
-        put_back(lane, count, rows, len(target), contact_ints, work, p_at, w, code, space)
+@built_in
+def memory(contacts):
+    """The sequence, who is hit, by what, and the path of one hit."""
+    return sequence_of(contacts), np.empty(LONG, np.int64), np.empty((LONG, 3)), path_memory()
 
 
 @built_in
-def _solved(count, words, digits, space, memory):
+def solved(count, posed, digits, space, memory):
     """The code, with P of the contacts that touch in ``space``."""
+    words = posed.words
     W, before, free, mus, es, ets, P = problem_in(space)
     sequence, who, hits, path = memory
     contacts = Contacts(

@@ -7,42 +7,28 @@ import math
 import numpy as np
 
 from ...laws.lzb import AT_REST, strike_by_energy
-from ...laws.progress import P1, P2, P, path_memory
+from ...laws.progress import P1, P2, P
 from ...laws.status import RESIDUAL_LIMIT, Status
 from ...laws.words import STRONGE
 from ..codes import AGAIN
 from .jit import built_in
-from .layout import CONTACT_FLOATS, CONTACT_INTS, EXPONENT, STIFFNESS
-from .path_law import strike_along
-from .problem import pose, problem_in, put_back, room
+from .layout import CONTACT_FLOATS, EXPONENT, STIFFNESS
+from .path_law import memory, strike_along
+from .problem import problem_in
 
-__all__ = ["wave_lanes"]
+__all__ = ["memory", "solved"]
 
 _REFUSED = int(Status.REFUSED)
 
 
-def wave_lanes(
-    base, rows, target, keeps, contact_ints, contact_floats, given, words, digits,
-    work, w_at, before_at, free_at, p_at, w, code,
-):  # fmt: skip
-    """Write the impulses of all rows, and the codes, for the states of a block from ``base`` on.
-
-    The arguments are those of ``problem.pose``.
-    """
-    space = room(rows, len(contact_ints) // CONTACT_INTS)
-    memory = path_memory()
-    for lane in range(w):
-        count = pose(
-            base + lane, lane, rows, target, keeps, contact_ints, contact_floats, given, digits,
-            work, w_at, before_at, free_at, w, code, space,
-        )  # fmt: skip
-        if count == 1:
-            # One contact alone is Stronge's, whatever its stiffness.
-            code[lane] = _alone(space, memory)
-        elif count > 1:
-            # A wave takes its steps by all digits: what single precision has is too few.
-            code[lane] = _solved(count, contact_floats, space) if digits == 53 else AGAIN
-        put_back(lane, count, rows, len(target), contact_ints, work, p_at, w, code, space)
+@built_in
+def solved(count, posed, digits, space, memory):
+    """The code, with P of the contacts that touch in ``space``."""
+    if count == 1:
+        # One contact alone is Stronge's, whatever its stiffness.
+        return _alone(space, memory)
+    # A wave takes its steps by all digits: what single precision has is too few.
+    return _together(count, posed.floats, space) if digits == 53 else AGAIN
 
 
 @built_in
@@ -56,7 +42,7 @@ def _alone(space, memory):
 
 
 @built_in
-def _solved(count, contact_floats, space):
+def _together(count, contact_floats, space):
     """The code, with P of the contacts that touch in ``space``."""
     W, _, free, mus, es, ets, P_all = problem_in(space)
     stiffness = np.empty(count)
