@@ -53,7 +53,7 @@ def solve_lazily(
         import dask.array as da
     except ImportError:
         raise MissingExtraError.of("dask", "study", "a batch of dask arrays") from None
-    from .solve import _shape
+    from .shapes import shape_of
 
     rows, chunks = _chunks(given)
     packed = pickle.dumps(scene)
@@ -70,7 +70,7 @@ def solve_lazily(
         }
         answer = solve(packed, key, cut, tuple(outputs), number, threads)
         for name in outputs:
-            shape = (size, *_shape(scene, name))
+            shape = (size, *shape_of(scene, name))
             parts[name].append(da.from_delayed(answer[name], shape, number))
         parts["status"].append(da.from_delayed(answer["status"], (size,), np.int8))
         begin += size

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import functools
+import os
 import threading
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from .codes import AGAIN
 from .inputs import BatchInputs
 from .kernels import layout
 from .kernels.balls import balls_for
@@ -16,7 +20,7 @@ from .kernels.lanes import LANES, LANES32
 from .kernels.lawful import law_for
 from .program import Program
 
-__all__ = ["BatchRun"]
+__all__ = ["BatchRun", "run_all", "run_in_double"]
 
 _KINDS = (
     "dv",
@@ -162,6 +166,59 @@ class BatchRun:
                 wanted[...] = rows[:, first : first + wanted[0].size].reshape(wanted.shape)
         if self._whole[-1] is not self._codes:
             self._codes[:] = self._whole[-1][: self._size]
+
+
+def run_all(
+    program: Program,
+    inputs: BatchInputs,
+    arrays: dict[str, np.ndarray],
+    codes: np.ndarray,
+    number: np.dtype,
+    threads: int,
+    tell: Callable[[int], object],
+) -> None:
+    """All rows by the kernels, pieces of the batch on several threads."""
+    run = BatchRun(program, inputs, arrays, codes, number)
+    pieces = run.pieces(threads)
+    if threads == 1 or len(pieces) == 1:
+        for begin, end in pieces:
+            run.solve(begin, end)
+            tell(run.rows_done)
+        return
+    from concurrent.futures import as_completed
+
+    pool = _pool(threads, os.getpid())
+    for done in as_completed([pool.submit(run.solve, *piece) for piece in pieces]):
+        done.result()
+        tell(run.rows_done)
+
+
+def run_in_double(
+    program: Program,
+    inputs: BatchInputs,
+    rows: np.ndarray,
+    arrays: dict[str, np.ndarray],
+    codes: np.ndarray,
+    threads: int,
+) -> np.ndarray:
+    """Solve the rows that single precision cannot decide; those that are still open."""
+    few = {name: np.empty((len(rows), *array.shape[1:])) for name, array in arrays.items()}
+    own = np.zeros(len(rows), dtype=np.int8)
+    double = np.dtype(np.float64)
+    run_all(program, inputs.rows(rows), few, own, double, threads, lambda _: None)
+    for name, array in arrays.items():
+        array[rows] = few[name]
+    codes[rows] = own
+    return rows[own == AGAIN]
+
+
+@functools.cache
+def _pool(threads: int, process: int) -> Any:
+    """Threads that stay, for to start them costs as much as some thousand states; a process
+    that was forked off has to have its own."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    return ThreadPoolExecutor(threads, thread_name_prefix="impulsekit batch")
 
 
 def _of_given_restitution(ints: np.ndarray, floats: np.ndarray) -> tuple[np.ndarray, ...]:

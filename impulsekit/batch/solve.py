@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -13,13 +12,14 @@ import numpy as np
 from ..errors import InputError, RangeError, UnknownNameError, a_thing, quoted
 from ..impact.warm import compile_laws
 from ..laws.status import Status
-from ..scene import FrameAnchor, GapConstraint, JointLock, PointAnchor, Scene
-from ..scene.kept import KeptByScene
+from ..scene import Scene
 from .codes import AGAIN, OPEN, SHARED
 from .errors import NoKernelError
 from .inputs import BatchInputs, batch_inputs
+from .plans import plan_batch
 from .remote import is_lazy, solve_lazily, solve_remotely
 from .result import NO_ANSWER, OUTPUTS, VERDICTS, ImpactBatch
+from .shapes import shape_of
 from .single import solve_rows
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from .joint_loads import JointLoads
     from .program import BatchPlan, Program
 
-__all__ = ["plan_batch", "solve_batch", "warm_up"]
+__all__ = ["solve_batch", "warm_up"]
 
 # Blows of other sizes are brought near 1 by the solver of single states.
 SMALLEST_BLOW, LARGEST_BLOW = 1e-150, 1e150
@@ -123,51 +123,78 @@ def solve_batch(
         if loads is not None:
             return _with_joint_loads(loads, scene, given, outputs, number, progress, threads)
     inputs = batch_inputs(scene, **given)
-    program: Program | None = None
     if by_solve:
         from .program import BatchPlan
 
-        plan = BatchPlan(False, 0, (f"state by state: {by_solve}",))
+        program, plan = None, BatchPlan(False, 0, (f"state by state: {by_solve}",))
     else:
         program, plan = plan_batch(
             scene, frictional=_frictional(inputs), links=inputs.links, pointed=inputs.pointed
         )
-    shapes = {name: (inputs.size, *_shape(scene, name)) for name in outputs}
+    shapes = {name: (inputs.size, *shape_of(scene, name)) for name in outputs}
     arrays = {name: np.empty(shape, number) for name, shape in shapes.items()}
-    codes = np.zeros(inputs.size, dtype=np.int8)
+    codes, verdicts = (np.zeros(inputs.size, dtype=np.int8) for _ in range(2))
     from .progress import shown
 
-    single = np.full(inputs.size, program is None)
-    verdicts = np.zeros(inputs.size, dtype=np.int8)
     with shown(progress, inputs.size) as tell:
         if program is None:
+            single = np.full(inputs.size, True)
             for begin in range(0, inputs.size, 256):
                 end = min(begin + 256, inputs.size)
                 solve_rows(scene, inputs, range(begin, end), arrays, codes, verdicts)
                 tell(end)
         else:
-            _run(program, inputs, arrays, codes, number, _threads(threads), tell)
-            _along_push(arrays.get("normal_components"))
-            codes[np.broadcast_to(_beyond_products(inputs), codes.shape)] = AGAIN
-            again = np.flatnonzero(codes == AGAIN)
-            if len(again) and number == np.float32:
-                again = _in_double(program, inputs, again, arrays, codes, _threads(threads))
-            verdicts[codes >= SHARED] = VERDICTS.index("several")
-            codes[codes >= SHARED] -= SHARED
-            verdicts[codes >= OPEN] = VERDICTS.index("not proven")
-            codes[codes >= OPEN] -= OPEN
+            single = np.full(inputs.size, False)
+            again = _by_kernels(
+                program, inputs, arrays, codes, verdicts, number, _threads(threads), tell
+            )
             solve_rows(scene, inputs, again.tolist(), arrays, codes, verdicts)
             single[again] = True
+    return _judged(plan, arrays, codes, single, verdicts)
+
+
+def _by_kernels(
+    program: Program,
+    inputs: BatchInputs,
+    arrays: dict[str, np.ndarray],
+    codes: np.ndarray,
+    verdicts: np.ndarray,
+    number: np.dtype,
+    threads: int,
+    tell: Callable[[int], object],
+) -> np.ndarray:
+    """Solve all rows by the kernels; gives the indices of those that are left to ``solve``."""
+    from .run import run_all, run_in_double
+
+    run_all(program, inputs, arrays, codes, number, threads, tell)
+    _along_push(arrays.get("normal_components"))
+    codes[np.broadcast_to(_beyond_products(inputs), codes.shape)] = AGAIN
+    again = np.flatnonzero(codes == AGAIN)
+    if len(again) and number == np.float32:
+        again = run_in_double(program, inputs, again, arrays, codes, threads)
+    verdicts[codes >= SHARED] = VERDICTS.index("several")
+    codes[codes >= SHARED] -= SHARED
+    verdicts[codes >= OPEN] = VERDICTS.index("not proven")
+    codes[codes >= OPEN] -= OPEN
+    return again
+
+
+def _judged(
+    plan: BatchPlan,
+    arrays: dict[str, np.ndarray],
+    codes: np.ndarray,
+    single: np.ndarray,
+    verdicts: np.ndarray,
+) -> ImpactBatch:
+    """The result, without numbers where there is no answer."""
     verdicts[codes == int(Status.MANY_SOLUTIONS)] = VERDICTS.index("several")
     failed = (codes >= int(Status.NOT_FINITE)) & (codes != int(Status.NEARLY_DEPENDENT))
+    verdicts[failed | np.isin(codes, NO_ANSWER)] = VERDICTS.index("not proven")
     for array in arrays.values():
         if failed.any():
             array[failed] = np.nan
+    for array in (*arrays.values(), codes, single, verdicts):
         array.setflags(write=False)
-    codes.setflags(write=False)
-    single.setflags(write=False)
-    verdicts[failed | np.isin(codes, NO_ANSWER)] = VERDICTS.index("not proven")
-    verdicts.setflags(write=False)
     return ImpactBatch(codes, plan, arrays, single, verdicts)
 
 
@@ -207,7 +234,7 @@ def _with_joint_loads(
         threads=threads,
     )  # fmt: skip
     own: dict[str, np.ndarray | None] = {
-        name: np.empty((len(batch), *_shape(scene, name)), number) if name in outputs else None
+        name: np.empty((len(batch), *shape_of(scene, name)), number) if name in outputs else None
         for name in ("reactions", "bodies")
     }
     inputs = batch_inputs(scene, *given.values())
@@ -276,7 +303,10 @@ def warm_up(scene: Scene, *, dtype: DTypeLike = np.float64) -> BatchPlan:
         inputs = batch_inputs(scene, scene.robot.neutral(), None, None, None, None, None)
         # A row that is known to be bad passes through all kernels but the laws of contact.
         inputs.codes[:] = int(Status.OUT_OF_RANGE)
-        _run(program, inputs, {}, np.zeros(1, dtype=np.int8), _number(dtype), 1, lambda _: None)
+        from .run import run_all
+
+        codes = np.zeros(1, dtype=np.int8)
+        run_all(program, inputs, {}, codes, _number(dtype), 1, lambda _: None)
     return plan
 
 
@@ -288,34 +318,6 @@ def _number(dtype: Any) -> np.dtype:
     if number not in (np.float64, np.float32):
         raise InputError(f"dtype must be numpy.float64 or numpy.float32, got {quoted(dtype)}")
     return number
-
-
-# By whether contacts get tangent rows whatever their friction, the links whose masses vary, and
-# the contacts whose points do.
-_Programs = dict[tuple[bool, tuple[str, ...], tuple[int, ...]], tuple[Any, Any]]
-_programs: KeptByScene[_Programs] = KeptByScene(lambda scene: {})
-
-
-def plan_batch(
-    scene: Scene,
-    *,
-    frictional: bool = False,
-    links: tuple[str, ...] = (),
-    pointed: tuple[int, ...] = (),
-) -> tuple[Program | None, BatchPlan]:
-    """The program of a scene for the kernels (None: there is none) and the plan; kept with it.
-
-    Args:
-        frictional: give contacts tangent rows even where their own friction is 0.
-        links: those whose masses vary.
-        pointed: indices of the contacts whose points vary.
-    """
-    own, key = _programs.of(scene), (frictional, links, pointed)
-    if key not in own:
-        from .program import compiled
-
-        own[key] = compiled(scene, frictional=frictional, links=links, pointed=pointed)
-    return own[key]
 
 
 def _beyond_products(inputs: BatchInputs) -> np.ndarray:
@@ -330,89 +332,9 @@ def _frictional(inputs: BatchInputs) -> bool:
     return inputs.friction is not None and bool(inputs.friction.any())
 
 
-def _shape(scene: Scene, name: str) -> tuple[int, ...]:
-    if name == "energy_change":
-        return ()
-    if name in ("contact_impulses", "normal_components"):
-        return (len(scene.contacts), 3)
-    if name == "constraint_impulses":
-        return (sum(_row_count(scene, entry) for entry in scene.held),)
-    if name == "reactions":
-        return (scene.robot.model.njoints - 1, 6)
-    if name == "bodies":
-        return (len(scene.robot.links), 6)
-    return (scene.robot.nv,)
-
-
-def _row_count(scene: Scene, entry: Any) -> int:
-    """How many rows a constraint has."""
-    if isinstance(entry, FrameAnchor):
-        return len(entry.directions)
-    if isinstance(entry, GapConstraint):
-        return entry.rows
-    if isinstance(entry, JointLock):
-        return scene.robot.model.joints[scene.robot.joint_id(entry.joint)].nv
-    return 3 if isinstance(entry, PointAnchor) else 1
-
-
 def _threads(threads: int | None) -> int:
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
     if threads < 1:
         raise RangeError.of("threads", threads, "1 or more")
     return int(threads)
-
-
-def _run(
-    program: Program,
-    inputs: BatchInputs,
-    arrays: dict[str, np.ndarray],
-    codes: np.ndarray,
-    number: np.dtype,
-    threads: int,
-    tell: Callable[[int], object],
-) -> None:
-    """All rows by the kernels, pieces of the batch on several threads."""
-    from .run import BatchRun
-
-    run = BatchRun(program, inputs, arrays, codes, number)
-    pieces = run.pieces(threads)
-    if threads == 1 or len(pieces) == 1:
-        for begin, end in pieces:
-            run.solve(begin, end)
-            tell(run.rows_done)
-        return
-    from concurrent.futures import as_completed
-
-    pool = _pool(threads, os.getpid())
-    for done in as_completed([pool.submit(run.solve, *piece) for piece in pieces]):
-        done.result()
-        tell(run.rows_done)
-
-
-def _in_double(
-    program: Program,
-    inputs: BatchInputs,
-    rows: np.ndarray,
-    arrays: dict[str, np.ndarray],
-    codes: np.ndarray,
-    threads: int,
-) -> np.ndarray:
-    """Solve the rows that single precision cannot decide; those that are still open."""
-    few = {name: np.empty((len(rows), *array.shape[1:])) for name, array in arrays.items()}
-    own = np.zeros(len(rows), dtype=np.int8)
-    double = np.dtype(np.float64)
-    _run(program, inputs.rows(rows), few, own, double, threads, lambda _: None)
-    for name, array in arrays.items():
-        array[rows] = few[name]
-    codes[rows] = own
-    return rows[own == AGAIN]
-
-
-@functools.cache
-def _pool(threads: int, process: int) -> Any:
-    """Threads that stay, for to start them costs as much as some thousand states; a process
-    that was forked off has to have its own."""
-    from concurrent.futures import ThreadPoolExecutor
-
-    return ThreadPoolExecutor(threads, thread_name_prefix="impulsekit batch")

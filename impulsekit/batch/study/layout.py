@@ -120,7 +120,7 @@ def arrays_of(study: Study) -> dict[str, tuple]:
 
 def _shape_of(study: Study, name: str) -> tuple[int, ...]:
     """Of one row of an output."""
-    from ..solve import _shape
+    from ..shapes import shape_of
 
     robot = study.scene.robot
     samples = 0 if study.motion is None else len(chosen_settings(study.motion, None, None, {})[1])
@@ -131,7 +131,7 @@ def _shape_of(study: Study, name: str) -> tuple[int, ...]:
         "q_samples": (samples, robot.nq),
         "v_samples": (samples, robot.nv),
     }
-    return own[name] if name in own else _shape(study.scene, name)
+    return own[name] if name in own else shape_of(study.scene, name)
 
 
 def _dof_names(robot: Any) -> list[str]:

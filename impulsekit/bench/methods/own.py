@@ -11,7 +11,8 @@ import numpy as np
 import pinocchio as pin
 
 from ...batch.long import long_tree
-from ...batch.solve import plan_batch, solve_batch, warm_up
+from ...batch.plans import plan_batch
+from ...batch.solve import solve_batch, warm_up
 from ...checking.demands import constraint_rows, known_impulses
 from ...checking.system import reference_robot
 from ...errors import ImpulsekitError, SetupWarning
