@@ -45,7 +45,8 @@ SHRUNK = 1e-3
 # Every so many hits it is looked whether they shrink: what does not come down to the second share
 # in these does not.
 LONG, HANDED_ON = 100, 0.5
-# What the closed form of a hit may leave in directions that it does not know of, relative.
+# What the closed form of a hit may leave in directions that it does not know of, and what hits may
+# hand on as rounding, relative.
 LEFT = 1e-10
 # Where contacts gain from each other, speeds would leave the doubles in time.
 FASTER = 1e30
@@ -58,8 +59,8 @@ ENDED, GOES_ON, REFUSED = 0, 1, 2
 # Where in ``Sequence.now`` is what: how many hits; |u_n|/√W_nn of the fastest contact at first, and
 # LONG hits ago; at how many hits it was looked; whether the order of the entries said which
 # of two was hit first; the sum of |works| and |P·u|; the largest residual; the status so far; the
-# size of u⁻.
-COUNT, FIRST, LAST, LOOKED, TIED, SPENT, WORST, CODE, SCALE, _SIZE = range(10)
+# size of u⁻; as LAST, at the last count that was LONG times a power of two.
+COUNT, FIRST, LAST, LOOKED, TIED, SPENT, WORST, CODE, SCALE, HALFWAY, _SIZE = range(11)
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
 _JAM, _NOT_UNIQUE = int(Status.PAINLEVE_JAM), int(Status.NOT_UNIQUE)
 _TOO_LONG = int(Status.SEQUENCE_TOO_LONG)
@@ -198,6 +199,12 @@ def advance(
             if HANDED_ON * now[LAST] < pace <= NOISE * first:
                 return ENDED
             now[LAST] = pace
+            # Light bodies hand on more: seen over twice as many hits.
+            if count // LONG & (count // LONG - 1) == 0:
+                if 0.0 < HANDED_ON * now[HALFWAY] < pace <= LEFT * first:
+                    now[WORST] = max(now[WORST], pace / first)
+                    return ENDED
+                now[HALFWAY] = pace
         most = MOST_HITS if pace > SHRUNK * first else MOST_SHRINKING_HITS
         if count >= most or pace > FASTER * first:
             now[CODE] = _TOO_LONG

@@ -73,6 +73,8 @@ def test_other_answers_are_told_where_one_load_has_many_shares():
         pytest.param(3, 27, 44, id="where Newton's method wandered to"),
         pytest.param(0, 495, 44, id="the rounding of what cannot move"),
         pytest.param(3, 12, 46, id="loads beyond all measure"),
+        pytest.param(3, 96, 46, id="slip that turns by rounding in a long series"),
+        pytest.param(3, 434, 47, id="what hits of light bodies hand on"),
     ],
 )
 def test_rounding_decides_nothing(place, repeat, seed):

@@ -27,8 +27,9 @@ ROUNDING = 1e-15
 Hits = list[tuple[int, tuple[float, float, float]]]
 
 # Of the velocities, what a jump may be off where slip turns on the way, or where redundant
-# contacts share otherwise than they would.
-OFF = 2e-14
+# contacts share otherwise than they would; and for each period that the series goes on, as slip
+# turns by rounding, too.
+OFF, OFF_BY_PERIOD = 2e-14, 1e-15
 # The same of impulses.
 OFF_SHARES = 1e-9
 # An impulse this near the edge of its cone slides.
@@ -37,6 +38,8 @@ ON_CONE = 1.0 - 1e-9
 STEADY = 1.0 - 1e-10
 # Singular values this small beside the largest are those of redundant contacts.
 DEPENDENT = 1e-11
+# Solved, and again for what that has left: the slower a series, the worse are its equations.
+REFINED = 3
 # The longest period that is looked for, in hits of each contact.
 LONGEST = 6
 # What approaches after a jump more than this share of what was left did not come to its limit.
@@ -82,10 +85,12 @@ def find_limit(problem: ContactProblem, velocity: np.ndarray, hits: Hits) -> Jum
         return None
     scaled = matrix * rows * rows[:, None]
     expected = ratio / (1.0 - ratio) * _along(way, last)
-    missing = -rows * (aim.T @ (velocity + problem.delassus @ (way @ expected)))
     values = np.linalg.svd(scaled, compute_uv=False)
     regular = values[-1] > DEPENDENT * values[0]
-    correction = rows * np.linalg.lstsq(scaled, missing, rcond=DEPENDENT)[0]
+    correction = np.zeros(len(rows))
+    for _ in range(REFINED):
+        missing = velocity + problem.delassus @ (way @ (expected + correction))
+        correction -= rows * np.linalg.lstsq(scaled, rows * (aim.T @ missing), rcond=DEPENDENT)[0]
     impulse = way @ (expected + correction)
     change = problem.delassus @ impulse
     roots = _roots(problem)
@@ -97,7 +102,8 @@ def find_limit(problem: ContactProblem, velocity: np.ndarray, hits: Hits) -> Jum
             return None
         if np.abs(share).max() > OFF_SHARES * np.abs(_summed(hits, n)).max():
             return None
-    if _turns(problem, slides, velocity, change, roots) > OFF * size:
+    off = max(OFF, OFF_BY_PERIOD / (1.0 - ratio))
+    if _turns(problem, slides, velocity, change, roots) > off * size:
         return None
     return Jump(impulse, change) if _holds(problem, impulse, velocity, change, roots) else None
 
