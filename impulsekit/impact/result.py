@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from .residuals import Residuals
     from .uniqueness import Uniqueness
 
-__all__ = ["Impact"]
+__all__ = ["Impact", "read_only"]
 
 
 class Impact(Displayed):
@@ -67,22 +67,22 @@ class Impact(Displayed):
     @property
     def q(self) -> np.ndarray:
         """(nq,) the configuration; an impact does not change it."""
-        return _read_only(self._q)
+        return read_only(self._q)
 
     @property
     def v_before(self) -> np.ndarray:
         """(nv,) the velocity before the impact."""
-        return _read_only(self._v)
+        return read_only(self._v)
 
     @property
     def dv(self) -> np.ndarray:
         """(nv,) the velocity jump Δv = v⁺ − v⁻."""
-        return _read_only(self._dv)
+        return read_only(self._dv)
 
     @cached_property
     def v_after(self) -> np.ndarray:
         """(nv,) the velocity after the impact."""
-        return _read_only(self._v + self._dv)
+        return read_only(self._v + self._dv)
 
     @cached_property
     def mechanics(self) -> Mechanics:
@@ -94,7 +94,7 @@ class Impact(Displayed):
     @cached_property
     def generalized_impulse(self) -> np.ndarray:
         """(nv,) I_l = Σ_k v_k^l·∫F_k dt + ω_k^l·∫M_k dt (Chang & Huston 1995, eq. (18))."""
-        return _read_only(sum(self.impulse_shares.values(), np.zeros(len(self._v))))
+        return read_only(sum(self.impulse_shares.values(), np.zeros(len(self._v))))
 
     @cached_property
     def impulse_shares(self) -> Mapping[str, np.ndarray]:
@@ -105,7 +105,7 @@ class Impact(Displayed):
             for result, where in zip(self.constraints, rows.slices, strict=True):
                 shares[result.name] = result.impulse @ matrix[where]
         shares.update(self._contact_shares())
-        return ByName({n: _read_only(share) for n, share in shares.items()}, "entry")
+        return ByName({n: read_only(share) for n, share in shares.items()}, "entry")
 
     def _contact_shares(self) -> dict[str, np.ndarray]:
         shares = {n: np.zeros(len(self._v)) for n in self.scene.entry_names("contacts")}
@@ -141,12 +141,12 @@ class Impact(Displayed):
     @cached_property
     def momentum_before(self) -> np.ndarray:
         """(nv,) P_l = a_lp y_p before the impact (Chang & Huston 1995, eq. (29))."""
-        return _read_only(self.mechanics.mass_matrix @ self._v)
+        return read_only(self.mechanics.mass_matrix @ self._v)
 
     @cached_property
     def momentum_after(self) -> np.ndarray:
         """(nv,) P_l after the impact (Chang & Huston 1995, eq. (29))."""
-        return _read_only(self.mechanics.mass_matrix @ self.v_after)
+        return read_only(self.mechanics.mass_matrix @ self.v_after)
 
     @cached_property
     def bodies(self) -> Mapping[str, LinkJump]:
@@ -290,6 +290,7 @@ class Impact(Displayed):
         return one_line("Impact", self.status.name, repr(name), jump, residual)
 
 
-def _read_only(array: np.ndarray) -> np.ndarray:
+def read_only(array: np.ndarray) -> np.ndarray:
+    """The same array, which nobody can write to any more."""
     array.setflags(write=False)
     return array

@@ -1,17 +1,50 @@
-"""The events of a motion as a labelled table."""
+"""The states and the events of a motion as labelled tables."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pinocchio as pin
 
 from ..errors import MissingExtraError
 
 if TYPE_CHECKING:
     from .trajectory import Trajectory
 
-__all__ = ["event_table"]
+__all__ = ["event_table", "state_table"]
+
+
+def state_table(motion: Trajectory) -> Any:
+    """States, energies and momenta over time as an ``xarray.Dataset``; see ``to_xarray``."""
+    try:
+        import xarray
+    except ImportError:
+        raise MissingExtraError.of("xarray", "study", "Trajectory.to_xarray") from None
+    energy, momentum = motion.energy(), motion.momentum()
+    robot = motion.scene.robot
+    names_q, names_v = _coordinate_names(robot.model)
+    return xarray.Dataset(
+        {
+            "q": (("time", "coordinate"), motion.q),
+            "v": (("time", "speed"), motion.v),
+            "kinetic_energy": ("time", energy.kinetic, {"units": "J"}),
+            "potential_energy": ("time", energy.gravity + energy.springs, {"units": "J"}),
+            "linear_momentum": (("time", "axis"), momentum.linear, {"units": "kg m/s"}),
+            "angular_momentum": (("time", "axis"), momentum.angular, {"units": "kg m2/s"}),
+        },
+        coords={
+            "time": ("time", motion.t, {"units": "s"}),
+            "coordinate": names_q,
+            "speed": names_v,
+            "axis": ["x", "y", "z"],
+        },
+        attrs={
+            "robot": robot.name,
+            "status": motion.status.name,
+            "impact_times": np.array([time for time, _ in motion.impacts]),
+        },
+    )
 
 
 def event_table(motion: Trajectory) -> Any:
@@ -52,3 +85,12 @@ def event_table(motion: Trajectory) -> Any:
         },
         attrs={"robot": motion.scene.robot.name, "status": motion.status.name},
     )
+
+
+def _coordinate_names(model: pin.Model) -> tuple[list[str], list[str]]:
+    """A name for every entry of q and of v."""
+    names: tuple[list[str], list[str]] = ([], [])
+    for joint, name in zip(list(model.joints)[1:], list(model.names)[1:], strict=True):
+        for own, count in zip(names, (joint.nq, joint.nv), strict=True):
+            own.extend([name] if count == 1 else [f"{name}[{i}]" for i in range(count)])
+    return names

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-import dataclasses
-import json
 import os
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-import pinocchio as pin
 
-from ..display import Displayed, OneLine, one_line
-from ..errors import ImpulsekitError, InputError, MissingExtraError, RangeError, ShapeError
-from ..files import replaced_file
-from ..impact.algorithms import symmetric
+from ..display import Displayed, one_line
+from ..errors import RangeError, ShapeError
 from ..impact.named import ByName
+from ..impact.result import read_only
 from ..laws.status import Status
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number
 from . import histories
-from .footing import footings_of, packed_footings
-from .force_field import ForceField
 from .path import Path
 from .status import MotionStatus
 
@@ -33,46 +27,11 @@ if TYPE_CHECKING:
     from ..scene import Scene
     from .balance import MomentumBalance
     from .comparing import Comparison, Recorded
+    from .energies import EnergyHistory, MomentumHistory
     from .histories import ConstraintHistory, ContactHistory, ForceHistory, JointHistory
     from .loads import LoadsOfMotion
 
-__all__ = ["EnergyHistory", "MomentumHistory", "Rest", "Trajectory"]
-
-# Of the file that ``save`` writes; 1 held a pickle, 2 nothing of what rested.
-FORMAT = 3
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class EnergyHistory(OneLine):
-    """Energies at the times of a trajectory, (T,) each [J].
-
-    Attributes:
-        kinetic: ½ vᵀ M v.
-        gravity: potential energy of weight, zero where all mass is at the world's origin.
-        springs: in ``JointSpring`` and ``Spring``.
-    """
-
-    kinetic: np.ndarray
-    gravity: np.ndarray
-    springs: np.ndarray
-
-    @property
-    def total(self) -> np.ndarray:
-        """(T,) the sum [J]."""
-        return self.kinetic + self.gravity + self.springs
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class MomentumHistory(OneLine):
-    """Momenta of the whole robot at the times of a trajectory, world axes.
-
-    Attributes:
-        linear: (T, 3) [kg m/s].
-        angular: (T, 3) about the world's origin [kg m²/s].
-    """
-
-    linear: np.ndarray
-    angular: np.ndarray
+__all__ = ["Rest", "Trajectory"]
 
 
 @dataclass(frozen=True)
@@ -127,7 +86,7 @@ class Trajectory(Displayed):
         evaluations: int = 0,
     ) -> None:
         self.scene = scene
-        self.t = _read_only(t)
+        self.t = read_only(t)
         self.impacts = impacts
         self.rests = rests
         self.status, self.settings = status, settings
@@ -140,13 +99,13 @@ class Trajectory(Displayed):
     def q(self) -> np.ndarray:
         """(len(t), nq) the configurations at the samples."""
         own = [q for q, _ in self._states]
-        return _read_only(np.array(own).reshape(len(self.t), self.scene.robot.nq))
+        return read_only(np.array(own).reshape(len(self.t), self.scene.robot.nq))
 
     @cached_property
     def v(self) -> np.ndarray:
         """(len(t), nv) the velocities at the samples."""
         own = [v for _, v in self._states]
-        return _read_only(np.array(own).reshape(len(self.t), self.scene.robot.nv))
+        return read_only(np.array(own).reshape(len(self.t), self.scene.robot.nv))
 
     @cached_property
     def _states(self) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -298,31 +257,15 @@ class Trajectory(Displayed):
 
     def energy(self) -> EnergyHistory:
         """Kinetic and potential energies at the sample times."""
-        model, data = self._model_with_gravity
-        forces = ForceField(self.scene) if self.scene.forces else None
-        rows = np.empty((len(self.t), 3))
-        for row, q, v in zip(rows, self.q, self.v, strict=True):
-            # By M itself: Pinocchio's own function takes no mimic joints.
-            mass_matrix = np.array(pin.crba(model, data, q)).reshape(model.nv, model.nv)
-            row[0] = 0.5 * v.dot(symmetric(mass_matrix)).dot(v)
-            pin.forwardKinematics(model, data, q)
-            row[1] = -sum(
-                inertia.mass * model.gravity.linear.dot(placement.act(inertia.lever))
-                for inertia, placement in zip(model.inertias, data.oMi, strict=True)
-            )
-            row[2] = forces.potential(q, data) if forces is not None else 0.0
-        kinetic, gravity, springs = (_read_only(column.copy()) for column in rows.T)
-        return EnergyHistory(kinetic, gravity, springs)
+        from .energies import energies_of
+
+        return energies_of(self)
 
     def momentum(self) -> MomentumHistory:
         """Linear and angular momentum at the sample times, the latter about the world's origin."""
-        model, data = self._model_with_gravity
-        linear, angular = np.empty((len(self.t), 3)), np.empty((len(self.t), 3))
-        for i, (q, v) in enumerate(zip(self.q, self.v, strict=True)):
-            about_com = pin.computeCentroidalMomentum(model, data, q, v)
-            linear[i] = about_com.linear
-            angular[i] = about_com.angular + np.cross(data.com[0], about_com.linear)
-        return MomentumHistory(_read_only(linear), _read_only(angular))
+        from .energies import momenta_of
+
+        return momenta_of(self)
 
     def compare(self, recording: Recorded, frame: str | None = None) -> Comparison:
         """How far a frame is from where a recording has it, and how far turned, over time.
@@ -351,36 +294,9 @@ class Trajectory(Displayed):
         Raises:
             OSError: nothing can be written there.
         """
-        from .archive import bytes_of, scene_text
-        from .impact_arrays import packed_impacts
+        from .saved import save_motion
 
-        text, reason = scene_text(self.scene)
-        impacts, numbers = packed_impacts(self.impacts)
-        record = {
-            "format": FORMAT,
-            "without_scene": reason,
-            "impacts": impacts,
-            "footings": packed_footings(self._path.footings),
-            "rests": [[rest.contact, rest.start, rest.end] for rest in self.rests],
-            "status": self.status.name,
-            "settings": dataclasses.asdict(self.settings),
-            "detail": self.detail,
-            "steps": self.steps,
-            "evaluations": self.evaluations,
-        }
-        arrays: dict[str, Any] = {
-            "t": self.t,
-            "q": self.q,
-            "v": self.v,
-            "impact_times": np.array([time for time, _ in self.impacts]),
-            "status": np.array(self.status.name),
-            "scene": bytes_of(text),
-            "record": bytes_of(json.dumps(record)),
-            "numbers": numbers,
-            **self._path.arrays(),
-        }
-        with replaced_file(path) as file:
-            np.savez_compressed(file, **arrays)
+        save_motion(self, path)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], scene: Scene | None = None) -> Trajectory:
@@ -394,42 +310,9 @@ class Trajectory(Displayed):
             InputError: no trajectory, one without its scene, or one of another robot.
             OSError: it cannot be read.
         """
-        from .archive import check_arrays, read_arrays, record_of, scene_of, text_of
-        from .impact_arrays import impacts_of
+        from .saved import load_motion
 
-        name, arrays = os.fspath(path), read_arrays(path)
-        try:
-            record, text = record_of(arrays["record"]), text_of(arrays["scene"])
-            if record["format"] != FORMAT:
-                raise InputError(f"{name}: expected format {FORMAT}, got {record['format']}")
-            if scene is None and not text:
-                raise InputError(
-                    f"{name} comes without its scene ({record['without_scene']}); give it: "
-                    "Trajectory.load(path, scene=...)"
-                )
-            scene = scene_of(text, name) if scene is None else scene
-            check_arrays(arrays, scene, name)
-            motion = cls(
-                scene,
-                arrays["t"],
-                Path.of_arrays(scene.robot.model, arrays, footings_of(scene, record["footings"])),
-                impacts_of(scene, record["impacts"], arrays["numbers"]),
-                tuple(Rest(str(c), float(a), float(b)) for c, a, b in record["rests"]),
-                MotionStatus[record["status"]],
-                MotionSettings(**record["settings"]),
-                detail=str(record["detail"]),
-                steps=int(record["steps"]),
-                evaluations=int(record["evaluations"]),
-            )
-            # Between the samples the steps count, at them the very numbers that were saved.
-            motion.q, motion.v = _read_only(arrays["q"]), _read_only(arrays["v"])
-            return motion
-        except ImpulsekitError:
-            raise
-        except KeyError as error:
-            raise InputError(f"{name} holds no trajectory: {error} is missing in it") from None
-        except (ValueError, TypeError, IndexError, AttributeError, RecursionError) as error:
-            raise InputError(f"{name} holds no trajectory: {error}") from None
+        return load_motion(path, scene)
 
     def to_xarray(self) -> Any:
         """An ``xarray.Dataset`` over time: q, v by coordinate name, energies, momenta.
@@ -437,34 +320,9 @@ class Trajectory(Displayed):
         Raises:
             MissingExtraError: xarray is not installed.
         """
-        try:
-            import xarray
-        except ImportError:
-            raise MissingExtraError.of("xarray", "study", "Trajectory.to_xarray") from None
-        energy, momentum = self.energy(), self.momentum()
-        robot = self.scene.robot
-        names_q, names_v = _coordinate_names(robot.model)
-        return xarray.Dataset(
-            {
-                "q": (("time", "coordinate"), self.q),
-                "v": (("time", "speed"), self.v),
-                "kinetic_energy": ("time", energy.kinetic, {"units": "J"}),
-                "potential_energy": ("time", energy.gravity + energy.springs, {"units": "J"}),
-                "linear_momentum": (("time", "axis"), momentum.linear, {"units": "kg m/s"}),
-                "angular_momentum": (("time", "axis"), momentum.angular, {"units": "kg m2/s"}),
-            },
-            coords={
-                "time": ("time", self.t, {"units": "s"}),
-                "coordinate": names_q,
-                "speed": names_v,
-                "axis": ["x", "y", "z"],
-            },
-            attrs={
-                "robot": robot.name,
-                "status": self.status.name,
-                "impact_times": np.array([time for time, _ in self.impacts]),
-            },
-        )
+        from .events import state_table
+
+        return state_table(self)
 
     def events(self) -> Any:
         """An ``xarray.Dataset`` of the impacts (by contact: impulse, mode) and of the rests.
@@ -481,19 +339,12 @@ class Trajectory(Displayed):
 
         return event_table(self)
 
-    @cached_property
-    def _model_with_gravity(self) -> tuple[pin.Model, pin.Data]:
-        model = pin.Model(self.scene.robot.model)
-        model.gravity.linear = np.array(self.scene.gravity)
-        return model, model.createData()
-
     def __getstate__(self) -> dict[str, Any]:
         # Between samples the path of a copy is its interpolant.
         _ = self.q, self.v
         state = dict(vars(self))
         for made in (
             "_states",
-            "_model_with_gravity",
             "contacts",
             "constraints",
             "forces",
@@ -512,17 +363,3 @@ class Trajectory(Displayed):
         name, span = self.scene.robot.name, f"0 to {self.duration:g} s"
         count = f"{len(self.impacts)} impact{'s' if len(self.impacts) != 1 else ''}"
         return one_line("Trajectory", self.status.name, repr(name), span, count)
-
-
-def _coordinate_names(model: pin.Model) -> tuple[list[str], list[str]]:
-    """A name for every entry of q and of v."""
-    names: tuple[list[str], list[str]] = ([], [])
-    for joint, name in zip(list(model.joints)[1:], list(model.names)[1:], strict=True):
-        for own, count in zip(names, (joint.nq, joint.nv), strict=True):
-            own.extend([name] if count == 1 else [f"{name}[{i}]" for i in range(count)])
-    return names
-
-
-def _read_only(array: np.ndarray) -> np.ndarray:
-    array.setflags(write=False)
-    return array
