@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from .compiled import entry
+from .compiled import compiled, entry
 
-__all__ = ["bound_residual"]
+__all__ = ["bound_residual", "momentum_misfit"]
 
 
 def _examples() -> tuple[object, ...]:
@@ -38,23 +38,10 @@ def bound_residual(
         after: (m,) u⁺ of the law.
         points: how many rows are of points [m/s]; those of turning [rad/s] are judged apart.
     """
-    nv, m, worst = len(dv), len(impulse), 0.0
-    for i in range(nv):
-        left, size = 0.0, 0.0
-        for k in range(nv):
-            term = mass[max(i, k), min(i, k)] * dv[k]
-            left += term
-            size += abs(term)
-        for k in range(m):
-            term = rows[k, i] * impulse[k]
-            left -= term
-            size += abs(term)
-        # What is nothing but zeros is no error; of all else a NaN has to show.
-        if left != left:
-            return math.nan
-        if left != 0.0:
-            worst = max(worst, abs(left) / size)
-    for begin, end in ((0, points), (points, m)):
+    nv, worst = len(dv), momentum_misfit(mass, rows, impulse, dv)
+    if worst != worst:
+        return worst
+    for begin, end in ((0, points), (points, len(impulse))):
         off, fastest = 0.0, 0.0
         for r in range(begin, end):
             moved, size = -after[r], 0.0
@@ -67,4 +54,34 @@ def bound_residual(
             fastest = max(fastest, size)
         if fastest > 0.0:
             worst = max(worst, off / fastest)
+    return worst
+
+
+@compiled
+def momentum_misfit(
+    mass: np.ndarray, rows: np.ndarray, impulse: np.ndarray, dv: np.ndarray
+) -> float:
+    """|M Δv − JᵀP| over the sum of its terms, the largest entry's; NaN shows.
+
+    Args:
+        mass: (nv, nv) M; its lower half is read.
+        rows: (m, nv) J. impulse: (m,) P.
+        dv: (nv,) Δv.
+    """
+    worst = 0.0
+    for i in range(len(dv)):
+        left, size = 0.0, 0.0
+        for k in range(len(dv)):
+            term = mass[max(i, k), min(i, k)] * dv[k]
+            left += term
+            size += abs(term)
+        for k in range(len(impulse)):
+            term = rows[k, i] * impulse[k]
+            left -= term
+            size += abs(term)
+        # What is nothing but zeros is no error; of all else a NaN has to show.
+        if left != left:
+            return math.nan
+        if left != 0.0:
+            worst = max(worst, abs(left) / size)
     return worst

@@ -14,6 +14,7 @@ from ..impact.scene_contacts import ROUNDING, ROUNDING_OF_SUMS
 from ..laws.borrowed import borrowed
 from ..laws.compiled import compiled, entry
 from ..laws.half import from_half, halve, is_safe
+from ..laws.residual_bound import momentum_misfit
 from ..laws.single import strike_at_end
 from ..laws.status import RESIDUAL_LIMIT, Status
 from ..laws.struck import strike_at_once
@@ -132,7 +133,7 @@ def strike_alone(
         most = max(most, abs(u[i]), abs(after))
         left = max(left, abs(after - hit.after[i]))
     sizes = _sizes(rows, v, dv)
-    bound = max(hit.residual, _momentum(rows, p, dv, mass))
+    misfit, bound = momentum_misfit(mass, rows, p, dv), hit.residual
     if sizes > 0.0:
         bound = max(bound, left / sizes)
     if most > 0.0:
@@ -142,7 +143,8 @@ def strike_alone(
     numbers, works = blow.numbers, blow.works
     numbers[0], numbers[1], numbers[2], numbers[3] = hit.code, hit.residual, left, most
     works[0, 0], works[1, 0], works[2, 0] = hit.normal_work, hit.friction_work, 1.0
-    return hit.code == _SOLVED and off <= ROUNDING and bound <= RESIDUAL_LIMIT
+    is_met = misfit <= RESIDUAL_LIMIT and bound <= RESIDUAL_LIMIT
+    return hit.code == _SOLVED and off <= ROUNDING and is_met
 
 
 @compiled
@@ -174,7 +176,7 @@ def strike_together(
         return False
     if not (residual <= ROUNDING and off <= ROUNDING_OF_SUMS * fastest):
         return False
-    if not _momentum(rows, points[0], jump, blow.mass) <= RESIDUAL_LIMIT:
+    if not momentum_misfit(blow.mass, rows, points[0], jump) <= RESIDUAL_LIMIT:
         return False
     if not off <= RESIDUAL_LIMIT * _sizes(rows, v, jump):
         return False
@@ -215,22 +217,3 @@ def _dot(a: np.ndarray, b: np.ndarray) -> float:
     for k in range(len(a)):
         total += a[k] * b[k]
     return total
-
-
-@compiled
-def _momentum(rows: np.ndarray, p: np.ndarray, dv: np.ndarray, mass: np.ndarray) -> float:
-    """|M Δv − JᵀP| over the sum of its terms, the largest row's; M by its lower half."""
-    nv, worst = len(dv), 0.0
-    for i in range(nv):
-        left, size = 0.0, 0.0
-        for k in range(nv):
-            term = mass[max(i, k), min(i, k)] * dv[k]
-            left += term
-            size += abs(term)
-        for k in range(len(p)):
-            term = rows[k, i] * p[k]
-            left -= term
-            size += abs(term)
-        if left != 0.0:
-            worst = max(worst, abs(left) / size)
-    return worst
