@@ -6,7 +6,7 @@ rows need: at one contact the books of the general way cost more than its sums.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -16,11 +16,13 @@ from ...scene import Contact
 from ..constrained import Outcome
 from ..result import Impact
 from .building import Builder
-from .modes import coefficients_of, found_mode
+from .linear import Rows
+from .modes import Coefficients, coefficients_of, found_mode
 from .motion import Motion
 from .result import Derivatives, ImpulseDerivatives
 from .stage import NULL_ROW, equations_of
 from .status import DerivativeStatus
+from .tables import parts_of
 from .workspace import Workspace
 
 __all__ = ["of_one_contact"]
@@ -64,9 +66,7 @@ def of_one_contact(
         return None
     entering: float | np.ndarray = -1.0
     if own.e or own.e_t:
-        by_tangent = own.e_t if own.mu > 0.0 else 0.0
-        by_normal = own.e if normal < 0.0 else 0.0
-        shift = np.array((by_tangent, by_tangent, by_normal))
+        shift = _given_back(own, normal)
         shifted += shift * u
         motion.set_speed(v)
         before = pair.change_of_velocity()
@@ -79,35 +79,19 @@ def of_one_contact(
     pulls = list(zip(blows, workspace.impulses, strict=True))
     load = builder.load(after - v, [*pulls, (pair, impulse)])
     width = workspace.width_of_state
-    # The rows, then what M d is given by q, then by each blow.
-    right = np.empty((nv, 3 + width - nv), order="F")
-    right[:, :3], right[:, 3 : 3 + nv] = rows.T, load
-    at = 3 + nv
-    for placed in blows:
-        until = at + len(placed.matrix)
-        right[:, at:until] = placed.matrix.T
-        at = until
     per_mass = 1.0 / builder.masses.diagonal()
     factor = builder.factor()
     if factor.is_filled:
         return None
-    solved = factor.solve(right)
+    solved = factor.solve(_right_sides(rows, load, blows, width))
     moved, free = solved[:, :3], solved[:, 3:]
     mode = found_mode(impulse, shifted, own.mu, (rows * rows).dot(per_mass), scale, name)
     if mode.parted or mode.edges:
         return None
-    delassus = rows.dot(moved)
-    sizes = delassus.diagonal()
-    t1, t2, n = sizes.tolist()
-    if min(t1, t2, n) <= NULL_ROW * max(t1, t2, n):
-        return None
     mix, beside = equations_of(mode)
-    unit = 1.0 / np.sqrt(sizes)
-    square = unit * unit[:, None]
-    _, _, by_direct, failed = dgesv((mix.dot(delassus) + beside) * square, _EYE)
-    if failed:
+    by_direct = _inverse(rows.dot(moved), mix, beside)
+    if by_direct is None:
         return None
-    by_direct *= square
     given = np.zeros((3, width + 2))
     lifted = rows.dot(free)
     np.subtract(-rates, lifted[:, :nv], out=given[:, :nv])
@@ -119,39 +103,71 @@ def of_one_contact(
     change = by_direct.dot(mix).dot(given)
     if not mode.sticking:
         change[:, width + 1] = by_direct[:, :2].dot(-mode.normal_impulse * mode.slip)
-    # Column by column, so that a share of them lies together.
-    columns = change.T.dot(moved.T)
-    columns[:nv] += free[:, :nv].T
-    columns[nv : 2 * nv].reshape(-1)[:: nv + 1] += 1.0
-    if blows:
-        columns[2 * nv : width] += free[:, nv:].T
-    velocity = columns.T
+    velocity = _change_of_velocity(change, moved, free, len(blows) > 0)
     told = change
     if not pair.is_level and touch.axes is not None:
         told = touch.axes.dot(change)
         turned = pair.turned(touch.axes.dot(impulse))
         if turned is not None:
             told[:, :nv] += turned
-    velocity.setflags(write=False)
-    told.setflags(write=False)
-    where = workspace.blow_columns
-    contact = ImpulseDerivatives(
-        told[:, :nv],
-        told[:, nv : 2 * nv],
-        MappingProxyType({k: told[:, s] for k, s in where.items()}) if where else _NONE,
-        MappingProxyType({name: told[:, width]}),
-        MappingProxyType({name: told[:, width + 1]}),
-    )
+    places = workspace, [(name, width)], [(name, width + 1)]
+    contact = ImpulseDerivatives(*parts_of(told, *places))
     return Derivatives(
         impact,
         DerivativeStatus.EXISTS,
         (),
-        velocity[:, :nv],
-        velocity[:, nv : 2 * nv],
-        MappingProxyType({k: velocity[:, s] for k, s in where.items()}) if where else _NONE,
-        MappingProxyType({name: velocity[:, width]}),
-        MappingProxyType({name: velocity[:, width + 1]}),
+        *parts_of(velocity, *places),
         _NONE,
         MappingProxyType({name: contact}),
         by_inertia,
     )
+
+
+def _given_back(own: Coefficients, normal: float) -> np.ndarray:
+    """(3,) shares of u⁻ that the law gives back."""
+    by_tangent = own.e_t if own.mu > 0.0 else 0.0
+    return np.array((by_tangent, by_tangent, own.e if normal < 0.0 else 0.0))
+
+
+def _right_sides(
+    rows: np.ndarray, load: np.ndarray, blows: Sequence[Rows], width: int
+) -> np.ndarray:
+    """(nv, 3 + width − nv) the rows, then what M d is given by q, then by each blow."""
+    nv = rows.shape[1]
+    right = np.empty((nv, 3 + width - nv), order="F")
+    right[:, :3], right[:, 3 : 3 + nv] = rows.T, load
+    at = 3 + nv
+    for placed in blows:
+        until = at + len(placed.matrix)
+        right[:, at:until] = placed.matrix.T
+        at = until
+    return right
+
+
+def _inverse(delassus: np.ndarray, mix: np.ndarray, beside: np.ndarray) -> np.ndarray | None:
+    """(3, 3) of the equations of the mode; None where a row moves next to nothing."""
+    sizes = delassus.diagonal()
+    t1, t2, n = sizes.tolist()
+    if min(t1, t2, n) <= NULL_ROW * max(t1, t2, n):
+        return None
+    unit = 1.0 / np.sqrt(sizes)
+    square = unit * unit[:, None]
+    _, _, inverse, failed = dgesv((mix.dot(delassus) + beside) * square, _EYE)
+    if failed:
+        return None
+    inverse *= square
+    return inverse
+
+
+def _change_of_velocity(
+    change: np.ndarray, moved: np.ndarray, free: np.ndarray, struck: bool
+) -> np.ndarray:
+    """(nv, width + 2) of v⁺, by the change of P, and by q, v and blows themselves."""
+    nv, width = len(moved), change.shape[1] - 2
+    # Column by column, so that a share of them lies together.
+    columns = change.T.dot(moved.T)
+    columns[:nv] += free[:, :nv].T
+    columns[nv : 2 * nv].reshape(-1)[:: nv + 1] += 1.0
+    if struck:
+        columns[2 * nv : width] += free[:, nv:].T
+    return columns.T

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
+from typing import TypeAlias
 
 import numpy as np
 
@@ -13,9 +14,11 @@ from .result import Derivatives, ImpulseDerivatives
 from .status import DerivativeStatus
 from .workspace import Workspace
 
-__all__ = ["told"]
+__all__ = ["parts_of", "told"]
 
 _NONE: MappingProxyType = MappingProxyType({})
+_ByName: TypeAlias = Mapping[str, np.ndarray]
+_Parts: TypeAlias = tuple[np.ndarray, np.ndarray, _ByName, _ByName, _ByName]
 
 
 def told(
@@ -49,43 +52,46 @@ def told(
             status = DerivativeStatus.RANK_CHANGES
     if edges and status.exists:
         status = DerivativeStatus.MODE_EDGE
-    blows = workspace.blow_columns
     by_restitution, by_friction = columns.restitution.values(), columns.friction.values()
     restitution = [(n, c.start) for n, c in zip(columns.names, by_restitution, strict=True)]
     friction = [(n, c.start) for n, c in zip(columns.names, by_friction, strict=True)]
 
     def parts(table: np.ndarray) -> ImpulseDerivatives:
-        table.setflags(write=False)
-        return ImpulseDerivatives(
-            table[:, :nv],
-            table[:, nv : 2 * nv],
-            _by_blow(table, blows),
-            MappingProxyType({name: table[:, c] for name, c in restitution}),
-            MappingProxyType({name: table[:, c] for name, c in friction}),
-        )
+        return ImpulseDerivatives(*parts_of(table, workspace, restitution, friction))
 
-    velocity.setflags(write=False)
     of_constraints = _constraint_tables(impact, workspace, bilateral, passed.multipliers, null)
     of_contacts = _contact_tables(impact, workspace, touching, passed.contacts, columns, nv)
     return Derivatives(
         impact,
         status,
         edges,
-        velocity[:, :nv],
-        velocity[:, nv : 2 * nv],
-        _by_blow(velocity, blows),
-        MappingProxyType({name: velocity[:, c] for name, c in restitution}),
-        MappingProxyType({name: velocity[:, c] for name, c in friction}),
+        *parts_of(velocity, workspace, restitution, friction),
         MappingProxyType({name: parts(table) for name, table in of_constraints.items()}),
         MappingProxyType({name: parts(table) for name, table in of_contacts.items()}),
         by_inertia,
     )
 
 
-def _by_blow(table: np.ndarray, blows: Mapping[str, slice]) -> Mapping[str, np.ndarray]:
-    if not blows:
-        return _NONE
-    return MappingProxyType({name: table[:, where] for name, where in blows.items()})
+def parts_of(
+    table: np.ndarray,
+    workspace: Workspace,
+    restitution: Sequence[tuple[str, int]],
+    friction: Sequence[tuple[str, int]],
+) -> _Parts:
+    """The columns of a table, which is made read-only: by q, v, blow, restitution and friction.
+
+    Args:
+        restitution, friction: by contact, its column.
+    """
+    nv, blows = workspace.model.nv, workspace.blow_columns
+    table.setflags(write=False)
+    return (
+        table[:, :nv],
+        table[:, nv : 2 * nv],
+        MappingProxyType({name: table[:, s] for name, s in blows.items()}) if blows else _NONE,
+        MappingProxyType({name: table[:, c] for name, c in restitution}),
+        MappingProxyType({name: table[:, c] for name, c in friction}),
+    )
 
 
 def _constraint_tables(
