@@ -31,6 +31,8 @@ U1, U2, UN, P1, P2, P, WORK = range(7)
 FAINT = math.log(1e-14)
 MOST_STRETCHES = 200
 _ZERO, _NO = np.zeros((2, 2)), np.zeros(2)
+# Where (θ, ln r, p, u_n, P_1, P_2, work) have entries of a state as they are.
+_CARRIED = ((2, P), (3, UN), (4, P1), (5, P2), (6, WORK))
 # By parameter of W: ∂W_tt (2, 2) and ∂W_tn (2,).
 _CHANGES = {
     0: (np.array(((1.0, 0.0), (0.0, 0.0))), _NO),
@@ -276,37 +278,14 @@ class _Path:
         """
         from scipy.integrate import solve_ivp
 
-        first = self._speed()
+        first, event = self._speed(), self._event()
         inertia = float(np.abs(self.coupling).sum() + self.mu * np.trace(self.tangents) + self.nn)
-        event = self._event()
-
-        def state_of(z: np.ndarray) -> np.ndarray:
-            r = first * math.exp(z[1])
-            turn = (r * math.cos(z[0]), r * math.sin(z[0]))
-            return np.array([*turn, z[3], z[4], z[5], z[2], z[6]])
 
         def both(_: float, z: np.ndarray) -> np.ndarray:
             return self._variations(z, first, inertia)
 
-        s = self.y[:2] / first
-        across = np.array((-s[1], s[0]))
-        start = np.zeros((7, 1 + PARAMETERS))
-        start[:, 0] = (
-            math.atan2(s[1], s[0]),
-            0.0,
-            self.y[P],
-            self.y[UN],
-            self.y[P1],
-            self.y[P2],
-            self.y[WORK],
-        )
-        start[0, 1:] = across @ self.table[:2] / first
-        start[1, 1:] = s @ self.table[:2] / first
-        for place, entry in ((2, P), (3, UN), (4, P1), (5, P2), (6, WORK)):
-            start[place, 1:] = self.table[entry]
-
         def ends(_: float, z: np.ndarray) -> float:
-            return event.value(state_of(z[:7]))
+            return event.value(_state_of(z, first))
 
         def stops(_: float, z: np.ndarray) -> float:
             return float(z[1]) - FAINT
@@ -321,7 +300,7 @@ class _Path:
         found = solve_ivp(
             both,
             (0.0, LONGEST),
-            start.T.ravel(),
+            self._begin_to_slide(first).T.ravel(),
             "DOP853",
             rtol=RTOL,
             atol=ATOL * max(self.scale, self.scale / inertia, LEAST),
@@ -336,32 +315,41 @@ class _Path:
         reached = len(found.t_events[0]) > 0
         rates = both(0.0, z)[:7]
         table = z[7:].reshape(PARAMETERS, 7).T
-        r = first * math.exp(z[1])
         if reached:
             # What is left to the event is of the size of an integration error.
-            whole = self._as_state(rates, z, r)
-            step = -event.value(state_of(z[:7])) / float(event.by_state @ whole)
+            whole = self._as_state(rates, z, first * math.exp(z[1]))
+            step = -event.value(_state_of(z, first)) / float(event.by_state @ whole)
             z = z.copy()
             z[:7] += step * rates
-            r = first * math.exp(z[1])
-        self.y = state_of(z[:7])
-        s = np.array((math.cos(z[0]), math.sin(z[0])))
-        across = np.array((-s[1], s[0]))
+        self.y = _state_of(z, first)
         self.table = np.zeros((7, PARAMETERS))
-        for place, entry in ((2, P), (3, UN), (4, P1), (5, P2), (6, WORK)):
+        for place, entry in _CARRIED:
             self.table[entry] = table[place]
         if not reached:
             self.y[:2] = 0.0
             return False
+        r = first * math.exp(z[1])
+        s, across = _directions(z[0])
         self.table[:2] = r * (np.outer(s, table[1]) + np.outer(across, table[0]))
         whole = self._as_state(rates, z, r)
         self.table = self.table + np.outer(whole, event.shift(self.table, whole))
         return True
 
+    def _begin_to_slide(self, first: float) -> np.ndarray:
+        """(7, 13) of (θ, ln r, p, u_n, P_1, P_2, work): the state, and by each parameter."""
+        s = self.y[:2] / first
+        across = np.array((-s[1], s[0]))
+        start = np.zeros((7, 1 + PARAMETERS))
+        start[0, 0] = math.atan2(s[1], s[0])
+        start[0, 1:] = across @ self.table[:2] / first
+        start[1, 1:] = s @ self.table[:2] / first
+        for place, entry in _CARRIED:
+            start[place, 0], start[place, 1:] = self.y[entry], self.table[entry]
+        return start
+
     def _as_state(self, rates: np.ndarray, z: np.ndarray, r: float) -> np.ndarray:
         """(7,) rates of a state, out of those of (θ, ln r, p, u_n, P_1, P_2, work)."""
-        s = np.array((math.cos(z[0]), math.sin(z[0])))
-        across = np.array((-s[1], s[0]))
+        s, across = _directions(z[0])
         moving = r * (s * rates[1] + across * rates[0])
         return np.array([*moving, rates[3], rates[4], rates[5], rates[2], rates[6]])
 
@@ -369,8 +357,7 @@ class _Path:
         """Rates in τ of the state and, behind it, of what each parameter does to it."""
         angle, log, _, un = z[:4].tolist()
         mu, tangents, w = self.mu, self.tangents, self.coupling
-        s = np.array((math.cos(angle), math.sin(angle)))
-        across = np.array((-s[1], s[0]))
+        s, across = _directions(angle)
         r = first * math.exp(log)
         g = w - mu * (tangents @ s)
         g_turn = -mu * (tangents @ across)
@@ -398,3 +385,16 @@ class _Path:
         by_parameter[4:6, _MU] = -r * s
         change_of_table = slope @ z[7:].reshape(PARAMETERS, 7).T + by_parameter
         return np.concatenate([rates, change_of_table.T.ravel()]) / inertia
+
+
+def _state_of(z: np.ndarray, first: float) -> np.ndarray:
+    """(7,) the state at (θ, ln r, p, u_n, P_1, P_2, work), r over the first speed of slip."""
+    r = first * math.exp(z[1])
+    turn = (r * math.cos(z[0]), r * math.sin(z[0]))
+    return np.array([*turn, z[3], z[4], z[5], z[2], z[6]])
+
+
+def _directions(angle: float) -> tuple[np.ndarray, np.ndarray]:
+    """(2,) along the slip, and (2,) across it."""
+    s = np.array((math.cos(angle), math.sin(angle)))
+    return s, np.array((-s[1], s[0]))
