@@ -55,12 +55,14 @@ class Run:
         progress: Callable[[float], None] | None,
     ) -> None:
         self._settings, self._progress = settings, progress
-        if scene.contacts:
-            load_shared()
-        self._now = Present(scene, q, v, settings)
-        self._striking = Striking(self._now)
-        self._flight = Flight(self._now)
         self._interrupts = Interrupts()
+        # Loading compiled code takes its time, and what is raised within it may be dropped.
+        with self._interrupts:
+            if scene.contacts:
+                load_shared()
+            self._now = Present(scene, q, v, settings)
+            self._striking = Striking(self._now)
+            self._flight = Flight(self._now)
         # Before the last step: the state, and of how many pieces the path was.
         self._last: tuple[Mark, int] = self._now.mark(), 0
 
@@ -71,6 +73,7 @@ class Run:
         penetration = Penetration(now)
         try:
             with self._interrupts:
+                self._interrupts.heed()
                 self._unless_jammed(lambda: begin(now, self._striking))
                 self._follow(penetration)
         except Stopped as stop:

@@ -12,6 +12,7 @@ from click.testing import CliRunner
 import impulsekit as ik
 from impulsekit import errors
 from impulsekit.cli import main
+from impulsekit.motion import run
 from impulsekit.motion.interrupts import Interrupts
 from impulsekit.scene import MotionSettings
 
@@ -114,6 +115,16 @@ def test_an_interrupt_before_the_first_step_leaves_the_start():
     assert motion.q.tolist() == [[0.2]]
     assert motion.v.tolist() == [[0.1]]
     assert motion.impacts == ()
+
+
+@pytest.mark.parametrize("duration", [0.0, 1.0])
+def test_an_interrupt_while_compiled_code_is_loaded_is_not_lost(monkeypatch, duration):
+    """Raised there, in a function that C calls, it is dropped with a line on stderr."""
+    monkeypatch.setattr(run, "load_shared", lambda: signal.raise_signal(signal.SIGINT))
+    scene = ik.Scene(sliders(1), contacts=[ik.Contact("b00")])
+    motion = ik.simulate(scene, [0.2], [0.1], duration=duration)
+    assert motion.status is INTERRUPTED
+    assert motion.t.tolist() == [0.0] and motion.v.tolist() == [[0.1]]
 
 
 def test_the_command_writes_what_was_computed_and_fails(tmp_path):
