@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import SingularMassError
+from ..robot.mass_matrix import crba_of
 from ..tolerances import NONZERO
 from .known import KnownImpulses
 
@@ -135,6 +136,7 @@ class ByDenseCholesky:
     def __init__(self, known: KnownImpulses) -> None:
         self._known = known
         self._model, self._data = known.model, known.model.createData()
+        self._crba = crba_of(self._model)
 
     def velocity_jump(self, q: np.ndarray) -> np.ndarray:
         """(nv,) Δv of the reached model at q.
@@ -145,7 +147,7 @@ class ByDenseCholesky:
         import scipy.linalg
 
         impulse = self._known.generalized_impulse(self._data, q)
-        mass_matrix = symmetric(pin.crba(self._model, self._data, q))
+        mass_matrix = symmetric(self._crba(self._model, self._data, q))
         scale = 1.0 / np.sqrt(np.maximum(np.diagonal(mass_matrix), NONZERO))
         try:
             factor = scipy.linalg.cho_factor(mass_matrix * scale * scale[:, None], lower=True)

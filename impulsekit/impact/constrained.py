@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InputError
+from ..robot.mass_matrix import crba_of
 from ..rows.constraints import ConstraintRows
 from ..rows.contacts import Touch
 from ..rows.reach import ReachedModel
 from ..scene import JointCoupling, JointLock, Scene
-from .algorithms import FAINT_PIVOT, SMALLEST_PIVOT, crba, decompose, has_uneven_masses, symmetric
+from .algorithms import FAINT_PIVOT, SMALLEST_PIVOT, decompose, has_uneven_masses, symmetric
 from .elimination import (
     BilateralSolution,
     Elimination,
@@ -75,6 +76,7 @@ class ConstrainedJump:
         self._rows = ConstraintRows.of(scene, reached) if scene.held else None
         self._contacts = SceneContacts(scene, reached) if scene.contacts else None
         self.model, self.data = known.model, known.model.createData()
+        self._crba = crba_of(self.model)
         self.always_regular = always_regular
         # Rows have to make up for what M lacks at every configuration, whatever pivots say.
         motions = () if always_regular else scene.robot.massless_motions
@@ -129,7 +131,7 @@ class ConstrainedJump:
             before = rows.dot(v)
             wanted = self._rows.target(before) - before
         touches = [] if self._contacts is None else self._contacts.rows.touching(data, q, touching)
-        crba(model, data, q)
+        self._crba(model, data, q)
         factor: SparseFactor | FilledFactor | None = None
         if self.is_sparse:
             decompose(model, data)

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..robot.capacity import check_capacity
+from ..robot.mass_matrix import crba_of
 from ..rows.constraints import ConstraintRows, needs_places
 from ..rows.reach import reached_model
 from ..scene import AppliedImpulse
@@ -114,7 +115,9 @@ class Mechanics:
     def mass_matrix(self) -> np.ndarray:
         """(nv, nv) the generalized masses a_lp (Chang & Huston 1995, eq. (30)), symmetric."""
         data = self.scratch()
-        return symmetric(pin.crba(self.model, data, self._q).reshape(self.model.nv, self.model.nv))
+        return symmetric(
+            crba_of(self.model)(self.model, data, self._q).reshape(self.model.nv, self.model.nv)
+        )
 
     def carried_energy(self, v: np.ndarray) -> np.ndarray:
         """(nv,) twice the kinetic energy of what hangs on each degree of freedom's joint [J].

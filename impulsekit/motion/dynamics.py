@@ -21,6 +21,7 @@ from ..impact.elimination import (
 )
 from ..impact.factor import FilledFactor, SparseFactor, pivots_are_safe
 from ..laws.half import Factor
+from ..robot.mass_matrix import crba_of
 from ..rows.reach import reached_model
 from ..scene import Scene
 from .force_field import ForceField
@@ -75,6 +76,7 @@ class Dynamics:
         )
         self._own_bias = memory.bias
         self._zero = np.zeros(self.model.nv)
+        self._crba = crba_of(self.model)
         mimic = any(joint.shortname() == "JointModelMimic" for joint in self.model.joints)
         # Pinocchio's sparse Cholesky takes neither mimic joints nor a model with one row.
         self._dense = mimic or self.model.nv < 2
@@ -138,11 +140,11 @@ class Dynamics:
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """(nv, nv) M at q."""
         nv = self.model.nv
-        return symmetric(np.array(pin.crba(self.model, self._data, q)).reshape(nv, nv))
+        return symmetric(np.array(self._crba(self.model, self._data, q)).reshape(nv, nv))
 
     def _factor(self, q: np.ndarray, rows: np.ndarray) -> SparseFactor | FilledFactor:
         model, data = self.model, self._data
-        pin.crba(model, data, q)
+        self._crba(model, data, q)
         if not (self._dense or self._singular):
             pin.cholesky.decompose(model, data)
             if pivots_are_safe(data):

@@ -11,6 +11,7 @@ import pinocchio as pin
 from ..display import OneLine
 from ..impact.algorithms import symmetric
 from ..impact.result import read_only
+from ..robot.mass_matrix import crba_of
 from .force_field import ForceField
 
 if TYPE_CHECKING:
@@ -56,10 +57,10 @@ def energies_of(motion: Trajectory) -> EnergyHistory:
     """See ``Trajectory.energy``."""
     model, data = _with_gravity(motion)
     forces = ForceField(motion.scene) if motion.scene.forces else None
-    rows = np.empty((len(motion.t), 3))
+    rows, crba = np.empty((len(motion.t), 3)), crba_of(model)
     for row, q, v in zip(rows, motion.q, motion.v, strict=True):
         # By M itself: Pinocchio's own function takes no mimic joints.
-        mass_matrix = np.array(pin.crba(model, data, q)).reshape(model.nv, model.nv)
+        mass_matrix = np.array(crba(model, data, q)).reshape(model.nv, model.nv)
         row[0] = 0.5 * v.dot(symmetric(mass_matrix)).dot(v)
         pin.forwardKinematics(model, data, q)
         row[1] = -sum(

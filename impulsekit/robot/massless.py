@@ -15,6 +15,7 @@ import pinocchio as pin
 
 from ..tolerances import NONZERO
 from .capacity import check_capacity
+from .mass_matrix import crba_of
 
 __all__ = ["Massless", "is_always_regular", "massless_motions"]
 
@@ -57,13 +58,13 @@ def massless_motions(model: pin.Model) -> tuple[Massless, ...]:
         return ()
     check_capacity(model)
     sizes = _of_one_size(model)
-    data = sizes.createData()
+    data, crba = sizes.createData(), crba_of(sizes)
     rng = np.random.default_rng(0)
     null = np.eye(model.nv)
     there = neutral = pin.neutral(model)
     for _ in range(TRIALS):
         q = pin.integrate(model, neutral, rng.uniform(-1.0, 1.0, model.nv))
-        upper = np.triu(pin.crba(sizes, data, q).reshape(model.nv, model.nv))
+        upper = np.triu(crba(sizes, data, q).reshape(model.nv, model.nv))
         found = _null_vectors(upper + np.triu(upper, 1).T)
         if found.shape[1] < null.shape[1]:
             null, there = found, q

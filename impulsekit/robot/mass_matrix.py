@@ -1,0 +1,26 @@
+"""The mass matrix by Pinocchio's composite rigid bodies, also where joints mimic others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+__all__ = ["crba_of"]
+
+
+def crba_of(model: pin.Model) -> Callable[[pin.Model, Any, np.ndarray], np.ndarray]:
+    """The function of (model, data, q) that writes the upper triangle of M(q) to ``data.M``.
+
+    Pinocchio 4.1's ``crba`` in the joints' own axes adds to what its last call left in the columns
+    of joints behind one that mimics another; in world axes it does not.
+    """
+    if not len(model.mimicking_joints):
+        return pin.crba
+    return _in_world_axes
+
+
+def _in_world_axes(model: pin.Model, data: Any, q: np.ndarray) -> np.ndarray:
+    return pin.crba(model, data, q, pin.Convention.WORLD)

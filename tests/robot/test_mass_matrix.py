@@ -1,0 +1,86 @@
+"""The mass matrix where joints mimic others, again and again with the same memory."""
+
+import numpy as np
+import pinocchio as pin
+
+import impulsekit as ik
+from impulsekit.robot.mass_matrix import crba_of
+
+
+def arm(mimic):
+    """Three hinges one behind the other, of which the second follows the first, 0.7 times."""
+    links = [
+        f'<link name="link_{k}"><inertial><origin xyz="0.1 0.2 0.3"/><mass value="{k + 1}"/>'
+        '<inertia ixx=".1" iyy=".2" izz=".15" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        for k in range(4)
+    ]
+    joints = [
+        f'<joint name="j{k}" type="revolute"><parent link="link_{k - 1}"/><child link="link_{k}"/>'
+        f'<origin xyz="0.3 0 0.1" rpy="0.4 {k} 0"/><axis xyz="0 {k - 2} 1"/>'
+        '<limit lower="-2" upper="2" effort="1" velocity="1"/>'
+        + ('<mimic joint="j1" multiplier="0.7"/>' if k == 2 else "")
+        + "</joint>"
+        for k in (1, 2, 3)
+    ]
+    text = f'<robot name="m">{"".join(links)}{"".join(joints)}</robot>'
+    return ik.Robot.from_urdf(text, root="freeflyer", mimic=mimic)
+
+
+LED, FREE = arm(True), arm(False)
+# Speeds of all joints from those of the arm's.
+SPREAD = np.zeros((9, 8))
+SPREAD[:7, :7], SPREAD[7, 6], SPREAD[8, 7] = np.eye(7), 0.7, 1.0
+
+
+def states(seed, count=4):
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        q = pin.integrate(LED.model, LED.neutral(), rng.uniform(-0.8, 0.8, 8))
+        yield q, np.r_[q[:8], 0.7 * q[7], q[8]], rng.normal(size=8)
+
+
+def masses(q):
+    """(8, 8) M out of that of the arm whose joints are all free."""
+    upper = np.triu(pin.crba(FREE.model, FREE.model.createData(), q))
+    return SPREAD.T @ (upper + np.triu(upper, 1).T) @ SPREAD
+
+
+def test_the_mass_matrix_is_right_every_time():
+    data, crba = LED.model.createData(), crba_of(LED.model)
+    for led, free, _ in states(0):
+        upper = np.triu(crba(LED.model, data, led))
+        np.testing.assert_allclose(upper, np.triu(masses(free)), atol=1e-13)
+
+
+def test_impacts_of_one_scene_are_right_every_time():
+    blow = ik.AppliedImpulse("link_3", linear=[1, 2, 3], at=[0.1, 0, 0.2])
+    hold = ik.FrameAnchor("link_1", directions=("x",), velocity=0.3)
+    for held in ([], [hold]):
+        scene, full = ik.Scene(LED, [blow], held), ik.Scene(FREE, [blow], held)
+        for led, free, v in states(1):
+            impact = ik.solve(scene, led, v)
+            assert impact.is_valid()
+            # M Δv, carried over to all joints: the blow and the anchor, nothing else.
+            there = ik.solve(full, free, SPREAD @ v)
+            struck = (
+                there.mechanics.mass_matrix
+                @ ik.solve(ik.Scene(FREE, [blow]), free, np.zeros(9)).v_after
+            )
+            got = masses(free) @ (impact.v_after - v) - SPREAD.T @ struck
+            for item in impact.constraints:
+                rows = there.mechanics.constraint_matrix @ SPREAD
+                np.testing.assert_allclose(rows @ impact.v_after, [0.3], atol=1e-12)
+                got = got - rows.T @ np.atleast_1d(item.impulse)
+            assert np.abs(got).max() < 1e-11
+
+
+def test_a_motion_keeps_its_energy():
+    led, _, v = next(states(2))
+    motion = ik.simulate(ik.Scene(LED), led, 0.5 * v, duration=0.3, samples=7)
+    energy = motion.energy().total
+    assert motion.status.finished
+    assert np.abs(energy - energy[0]).max() < 1e-8 * abs(energy[0])
+    q = motion.q[-1]
+    v = motion.v[-1]
+    kinetic = 0.5 * v @ masses(np.r_[q[:8], 0.7 * q[7], q[8]]) @ v
+    assert abs(motion.energy().kinetic[-1] - kinetic) < 1e-11 * kinetic
