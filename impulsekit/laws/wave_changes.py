@@ -6,10 +6,13 @@ import math
 
 from ..tolerances import NONZERO
 from .borrowed import borrowing
-from .wave import (
+from .wave import find_forces, force_rate, power_of, velocities
+from .wave_holds import acceleration, hold
+from .wave_state import (
     CREEPS,
     FAINT,
     HELD,
+    LEANS,
     LOADS,
     NONE,
     OPEN,
@@ -17,13 +20,7 @@ from .wave import (
     STICKS,
     UNLOADS,
     Wave,
-    acceleration,
-    find_forces,
-    force_rate,
-    hold,
-    power_of,
-    velocities,
-)
+)  # fmt: skip
 
 __all__ = ["IN_CONE", "RISES", "change", "choose_slips"]
 
@@ -38,8 +35,13 @@ NEAR = 1e-13
 SLOW = 1e-6
 # A held contact is loaded again where its force rises faster [in units of the impact].
 RISES = 1e-8
+# Slip below this may have ended with that of others [of the largest velocity].
+STOPPED = 1e-9
 # What moves by less than this share of what it would alone is held by others.
 STILL = 1e-6
+# Shares of what depends on each other are tried so often; and so often where all are in their
+# cones.
+MOST_SHARES, INSIDE = 40, 8
 # A friction force this far beyond its cone still is in it.
 IN_CONE = 1e-10
 
@@ -51,6 +53,8 @@ def change(w: Wave, crossed: int) -> None:
     ``crossed``: the change at which the step ended, see ``wave_steps``; −1 for none.
     """
     n = len(w.kappa)
+    for i in range(n):
+        w.load[i] = max(w.force[w.normal[i]], 0.0)
     changed, rubs = False, False
     modes, normal, u, y, r = w.mode, w.normal, w.u, w.y, len(w.free)
     for i in range(len(modes)):
@@ -76,7 +80,7 @@ def change(w: Wave, crossed: int) -> None:
     if changed:
         find_forces(w, w.y)
     if rubs or changed:
-        _settle(w)
+        _settle(w, crossed - n)
 
 
 @borrowing
@@ -197,12 +201,23 @@ def _change_slip(w: Wave, i: int, crossed: bool) -> bool:
         if crossed:
             w.slip[i] = STICKS
         return crossed
+    if w.slip[i] == LEANS and speed > SLOW:
+        w.slip[i] = SLIPS
+        w.way[i, 0], w.way[i, 1] = u1 / speed, u2 / speed
+        return True
     if w.slip[i] != SLIPS:
         return False
     slows = acceleration(w, int(t)) * w.way[i, 0] + acceleration(w, int(t) + 1) * w.way[i, 1]
     if slows < 0.0 and speed <= FAINT:
         w.slip[i] = STICKS
         return True
+    if speed <= STOPPED:
+        # Where others stick and hold it, its slip is what their steps have left.
+        _, _, b11, _, b22 = _free_of(w, i)
+        held = _is_held(w, i, b11 + b22)
+        w.slip[i] = STICKS if held else SLIPS
+        find_forces(w, w.y)
+        return held
     if speed > FAINT:
         w.way[i, 0], w.way[i, 1] = u1 / speed, u2 / speed
     return False
@@ -215,31 +230,90 @@ def choose_slips(w: Wave) -> None:
     for i in range(len(w.kappa)):
         _change_slip(w, i, False)
     find_forces(w, w.y)
-    _settle(w)
+    _settle(w, -1)
 
 
 @borrowing
-def _settle(w: Wave) -> None:
-    """What sticks and would need more than its cone begins to slip, the farthest out first."""
+def _settle(w: Wave, at: int) -> None:
+    """What sticks and would need more than its cone begins to slip, the farthest out first.
+
+    ``at``: the contact that has just come to the edge of its cone; −1 for none.
+    """
     n = len(w.kappa)
+    edge = 1.0 + (0.5 * IN_CONE if 0 <= at < n and w.slip[at] == STICKS else IN_CONE)
+    if _farthest(w, edge) < 0:
+        return
+    for i in range(n):
+        # What leaned can take as much as all the others again.
+        if w.slip[i] == LEANS:
+            w.slip[i] = STICKS
+        w.share[i] = 1.0
+    find_forces(w, w.y)
+    if _shared(w, edge):
+        return
     for _ in range(2 * n):
-        found, most = -1, 1.0 + IN_CONE
-        largest = 0.0
-        for k in range(len(w.free)):
-            largest = max(largest, abs(w.force[k]))
-        for i in range(n):
-            if w.slip[i] != STICKS:
-                continue
-            t = w.tangent[i]
-            pull = math.sqrt(w.force[t] ** 2 + w.force[t + 1] ** 2)
-            cone = w.mu[i] * w.force[w.normal[i]]
-            # What pulls by rounding alone does not make slip.
-            share = pull / cone if cone > 0.0 else (math.inf if pull > NEAR * largest else 0.0)
+        found = _farthest(w, edge)
+        if found < 0:
+            break
+        _start_slip(w, found)
+    for i in range(n):
+        if w.slip[i] == LEANS:
+            _start_slip(w, i)
+
+
+@borrowing
+def _farthest(w: Wave, edge: float) -> int:
+    """What sticks farthest beyond ``edge`` [of its cone]; −1 for none."""
+    found, most, largest = -1, edge, _largest(w)
+    for i in range(len(w.kappa)):
+        if w.slip[i] == STICKS:
+            share = _share(w, i, largest)
             if share > most:
                 found, most = i, share
-        if found < 0:
-            return
-        _start_slip(w, found)
+    return found
+
+
+@borrowing
+def _largest(w: Wave) -> float:
+    largest = 0.0
+    for k in range(len(w.free)):
+        largest = max(largest, abs(w.force[k]))
+    return largest
+
+
+@borrowing
+def _share(w: Wave, i: int, largest: float) -> float:
+    """Friction of what sticks over what its cone holds."""
+    t = w.tangent[i]
+    pull = math.sqrt(w.force[t] ** 2 + w.force[t + 1] ** 2)
+    cone = w.mu[i] * w.force[w.normal[i]]
+    # What pulls by rounding alone does not make slip.
+    if pull <= NEAR * largest:
+        return 0.0
+    return float(pull / cone) if cone > 0.0 else math.inf
+
+
+@borrowing
+def _shared(w: Wave, edge: float) -> bool:
+    """Share what redundant contacts hold so that the largest share of a cone is least.
+
+    Whether all are in their cones then. Each takes the less, the more of its cone it had to give.
+    """
+    inside = 0
+    for _ in range(MOST_SHARES):
+        # On from where all are inside, so that they stay there for a while.
+        inside += _farthest(w, edge) < 0
+        if w.redundant[0] == 0 or inside > INSIDE:
+            break
+        largest, most = _largest(w), 0.0
+        for i in range(len(w.kappa)):
+            if w.slip[i] == STICKS:
+                w.share[i] *= min(max(_share(w, i, largest), 0.1), 10.0)
+                most = max(most, w.share[i])
+        for i in range(len(w.kappa)):
+            w.share[i] = max(w.share[i] / most, NEAR) if w.slip[i] == STICKS else 1.0
+        find_forces(w, w.y)
+    return _farthest(w, edge) < 0
 
 
 @borrowing
@@ -248,35 +322,52 @@ def _start_slip(w: Wave, i: int) -> None:
     t = w.tangent[i]
     force = float(w.force[w.normal[i]])
     f1, f2 = float(w.force[t]), float(w.force[t + 1])
-    w.slip[i] = NONE
-    find_forces(w, w.y)
-    n1, n2 = acceleration(w, int(t)), acceleration(w, int(t) + 1)
+    n1, n2, b11, b12, b22 = _free_of(w, i)
     size = math.sqrt(n1 * n1 + n2 * n2)
     w.slip[i] = SLIPS
     if not size > 0.0:
         w.slip[i] = STICKS
         find_forces(w, w.y)
         return
-    w.way[i, 0], w.way[i, 1] = n1 / size, n2 / size
+    s1, s2 = n1 / size, n2 / size
     if force > 0.0:
-        w.slip[i] = NONE
-        w.force[t] = 1.0
-        hold(w)
-        b11, b12 = acceleration(w, int(t)) - n1, acceleration(w, int(t) + 1) - n2
-        find_forces(w, w.y)
-        w.force[t + 1] = 1.0
-        hold(w)
-        b22 = acceleration(w, int(t) + 1) - n2
-        w.slip[i] = SLIPS
-        if b11 + b22 <= STILL * (w.W[t, t] + w.W[t + 1, t + 1]):
-            # Others hold it: it gives all it has, and they take the rest.
+        if _is_held(w, i, b11 + b22):
+            # It gives all it has, and the others take the rest.
             pull = math.sqrt(f1 * f1 + f2 * f2)
             if pull > 0.0:
-                w.way[i, 0], w.way[i, 1] = -f1 / pull, -f2 / pull
+                s1, s2 = -f1 / pull, -f2 / pull
+                w.slip[i] = LEANS
         elif w.mode[i] != HELD and b11 * b22 - b12 * b12 > STILL * b11 * b22:
             w.give[i, 0], w.give[i, 1], w.give[i, 2] = b11, b12, b22
             w.slip[i] = CREEPS
+    w.way[i, 0], w.way[i, 1] = s1, s2
     find_forces(w, w.y)
     if w.slip[i] == CREEPS:
         w.way[i, 0] = -w.force[t] / (w.mu[i] * force)
         w.way[i, 1] = -w.force[t + 1] / (w.mu[i] * force)
+
+
+@borrowing
+def _is_held(w: Wave, i: int, give: float) -> bool:
+    """Whether others hold the tangents of contact i still, which give so much to its forces."""
+    t = w.tangent[i]
+    return bool(give <= STILL * (w.W[t, t] + w.W[t + 1, t + 1]))
+
+
+@borrowing
+def _free_of(w: Wave, i: int) -> tuple[float, float, float, float, float]:
+    """Without friction of contact i: how its tangents accelerate, and W of them, 11, 12 and 22.
+
+    Its slip is NONE after that, and forces are to be found again.
+    """
+    t = w.tangent[i]
+    w.slip[i] = NONE
+    find_forces(w, w.y)
+    n1, n2 = acceleration(w, int(t)), acceleration(w, int(t) + 1)
+    w.force[t] = 1.0
+    hold(w)
+    b11, b12 = acceleration(w, int(t)) - n1, acceleration(w, int(t) + 1) - n2
+    find_forces(w, w.y)
+    w.force[t + 1] = 1.0
+    hold(w)
+    return n1, n2, b11, b12, acceleration(w, int(t) + 1) - n2

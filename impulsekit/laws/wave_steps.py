@@ -9,7 +9,10 @@ import math
 
 from .borrowed import borrowing
 from .dop853 import ERROR_3, ERROR_5, FROM, NODES, STAGES, WEIGHTS
-from .wave import (
+from .wave import any_held, force_rate, rates, smooth_rates, velocities
+from .wave_changes import IN_CONE, RISES
+from .wave_holds import acceleration
+from .wave_state import (
     CREEPS,
     HELD,
     LOADS,
@@ -21,14 +24,7 @@ from .wave import (
     Array,
     Matrix,
     Wave,
-    acceleration,
-    any_held,
-    force_rate,
-    rates,
-    smooth_rates,
-    velocities,
-)
-from .wave_changes import IN_CONE, RISES
+)  # fmt: skip
 
 __all__ = ["AT_REST", "FIRST", "adaptive_step", "choose_lead", "longest_step"]
 

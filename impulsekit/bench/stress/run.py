@@ -26,6 +26,7 @@ def _all() -> tuple[Sweep, ...]:
         held,
         in_plane,
         laws,
+        paths,
         rewritten,
         robots,
         sequences,
@@ -47,6 +48,7 @@ def _all() -> tuple[Sweep, ...]:
         *rewritten.SWEEPS,
         *robots.SWEEPS,
         *statements.SWEEPS,
+        *paths.SWEEPS,
     )
 
 

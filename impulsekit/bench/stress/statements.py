@@ -25,7 +25,7 @@ from ...scene.law import Law
 from ...tolerances import NONZERO
 from .sweep import STATES, Point, Sweep
 
-__all__ = ["SWEEPS", "Judged"]
+__all__ = ["CONTACTS", "SWEEPS", "Judged", "energetic", "points_of", "problem_of_points"]
 
 # What may be left of a statement, relative to the velocities or impulses in play.
 LEFT = 1e-9
@@ -91,6 +91,13 @@ def _of_points(problem: ContactProblem) -> ContactProblem:
     W = np.ascontiguousarray(problem.delassus[:m, :m])
     before = problem.velocity_before[:m].copy()
     return replace(problem, delassus=W, velocity_before=before, velocity_free=before, turning=None)
+
+
+def problem_of_points(
+    n: int, rng: np.random.Generator, e: float, *, stands: bool
+) -> ContactProblem:
+    """Contacts without turning at a random velocity."""
+    return _of_points(_problem(n, rng, e, stands=stands))
 
 
 def _ball(P: np.ndarray, speed: np.ndarray, limit: float, scale: float, still: float) -> float:
@@ -220,12 +227,17 @@ def _friction(n: int, rng: np.random.Generator) -> Judged:
 def _lzb(n: int, rng: np.random.Generator) -> Judged:
     """Liu, Zhao & Brogliato's law: nothing approaches, cones, works of each contact, energy."""
     e, stands = float(rng.choice([0.0, 0.5, 1.0])), bool(rng.random() < 0.3)
-    problem = _of_points(_problem(n, rng, e, stands=stands))
+    problem = problem_of_points(n, rng, e, stands=stands)
     if stands:
-        # Of points that depend on each other without friction: with it they are slow.
+        # With friction they are of the sweep of paths.
         problem = replace(problem, friction=np.zeros(n))
     problem = replace(problem, stiffness=10.0 ** rng.uniform(4, 6, n))
-    solution = find_impulses(problem, Law("lzb", exponent=float(rng.choice([1.0, 1.5]))))
+    return energetic(problem, Law("lzb", exponent=float(rng.choice([1.0, 1.5]))))
+
+
+def energetic(problem: ContactProblem, law: Law) -> Judged:
+    """What is left of velocities, cones, works and energy of contacts with stiffness."""
+    solution = find_impulses(problem, law)
     P = solution.impulse
     after, left = _end(problem, solution)
     speeds, scale = float(np.abs(problem.velocity_before).max()), float(np.abs(P).max()) + NONZERO
@@ -238,7 +250,9 @@ def _lzb(n: int, rng: np.random.Generator) -> Judged:
     return Judged(solution, max(left, *(float(work.max()) / size for work in works)))
 
 
-def _points(judged: Callable[[int, np.random.Generator], Judged]) -> Any:
+def points_of(judged: Callable[[int, np.random.Generator], Judged]) -> Any:
+    """The cases of a sweep: each state judged, and timed."""
+
     def points(value: float, rng: np.random.Generator) -> list[Point]:
         found = []
         for i in range(STATES):
@@ -262,7 +276,7 @@ def _points(judged: Callable[[int, np.random.Generator], Judged]) -> Any:
 
 
 SWEEPS = tuple(
-    Sweep(f"statement-{name}", "contacts", CONTACTS, _points(own), 420, logarithmic=False)
+    Sweep(f"statement-{name}", "contacts", CONTACTS, points_of(own), 420, logarithmic=False)
     for name, own in (
         ("turning", _turning),
         ("adhesion", _adhesion),

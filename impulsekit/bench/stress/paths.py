@@ -1,0 +1,87 @@
+"""Friction along the path at several contacts, against paths followed in time.
+
+In the plane ``truths.along_paths`` follows the same impact by another program: slip that stops,
+sticks, turns back and starts again, contacts that meet twice, bodies on several points of one
+floor. In space bodies stand on several points, and what is left of cones, works and energy counts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...impact.laws import ContactProblem
+from ...scene.law import Law
+from ...tolerances import NONZERO
+from ..truths.along_paths import Planar, follow_in_time
+from .statements import CONTACTS, Judged, energetic, points_of, problem_of_points
+from .sweep import Sweep
+
+__all__ = ["SWEEPS"]
+
+# Of the states, those in space, and of those in the plane the bodies that stand on all points.
+IN_SPACE, STANDING = 0.25, 0.4
+
+
+def _rows(n: int, rng: np.random.Generator, *, stands: bool) -> tuple[np.ndarray, np.ndarray]:
+    """(2n, 3k) rows of n normals and n tangents of bodies in the plane, (3k,) inverse masses."""
+    count = 1 if stands else n + 1
+    inverse, rows = np.empty(3 * count), np.zeros((2 * n, 3 * count))
+    for body in range(count):
+        mass, radius = 10.0 ** rng.uniform(-1, 1), rng.uniform(0.05, 0.3)
+        inertia = mass * radius**2 * rng.uniform(0.3, 1.0)
+        inverse[3 * body : 3 * body + 3] = 1.0 / mass, 1.0 / mass, 1.0 / inertia
+    for i in range(n):
+        angle = 0.5 * np.pi if stands else rng.uniform(0, 2 * np.pi)
+        normal = np.array([np.cos(angle), np.sin(angle)])
+        for body, sign in [(0, 1.0)] if stands else [(i, -1.0), (i + 1, 1.0)]:
+            arm = rng.uniform(-0.3, 0.3, 2)
+            if stands:
+                arm[1] = -0.2
+            for row, way in ((i, normal), (n + i, np.array([-normal[1], normal[0]]))):
+                turns = arm[0] * way[1] - arm[1] * way[0]
+                rows[row, 3 * body : 3 * body + 3] = sign * np.array([*way, turns])
+    return rows, inverse
+
+
+def _planar(n: int, rng: np.random.Generator) -> tuple[ContactProblem, Planar, np.ndarray]:
+    """The same contacts for the law and for the truth, whose rows stand where in the law's."""
+    stands = n > 1 and bool(rng.random() < STANDING)
+    rows, inverse = _rows(n, rng, stands=stands)
+    v = rng.normal(size=rows.shape[1]) * np.tile([1, 1, 3], rows.shape[1] // 3)
+    if stands:
+        v[1] -= 2.0
+    free, W = rows @ v, rows * inverse @ rows.T
+    W = 0.5 * (W + W.T)
+    mu = rng.choice([0.0, 0.2, 0.5, 0.8], n)
+    e = np.where(rng.random(n) < 0.5, 1.0, rng.uniform(0.3, 1.0, n))
+    kappa = 10.0 ** rng.uniform(-2, 0, n)
+    kappa /= kappa.max()
+    at = np.concatenate([3 * np.arange(n) + 2, 3 * np.arange(n)])
+    delassus, before = np.eye(3 * n), np.zeros(3 * n)
+    delassus[np.ix_(at, at)], before[at] = W, free
+    own = ContactProblem(delassus, before, before, e, mu, np.zeros(n), stiffness=1e5 * kappa)
+    m = n + 1 if stands else 2 * n
+    rub = mu[None] if stands else np.diag(mu)
+    power = float(rng.choice([1.0, 1.5]))
+    return own, Planar(W[:m, :m], free[:m], e, kappa, power, rub), at[:m]
+
+
+def _path(n: int, rng: np.random.Generator) -> Judged:
+    """Friction along the path at several contacts, against the same impact followed in time."""
+    if rng.random() < IN_SPACE:
+        problem = problem_of_points(n, rng, float(rng.choice([0.0, 0.5, 1.0])), stands=True)
+        problem = replace(problem, stiffness=10.0 ** rng.uniform(4, 6, n))
+        return energetic(problem, Law("lzb", exponent=float(rng.choice([1.0, 1.5]))))
+    problem, planar, at = _planar(n, rng)
+    judged = energetic(problem, Law("lzb", exponent=planar.power))
+    impulse = follow_in_time(planar)
+    if impulse is None:
+        return replace(judged, left=np.inf)
+    after = planar.free + planar.W @ impulse
+    off = float(np.abs(after - judged.solution.velocity_after[at]).max())
+    return replace(judged, left=max(judged.left, off / (np.abs(planar.free).max() + NONZERO)))
+
+
+SWEEPS = (Sweep("statement-path", "contacts", CONTACTS, points_of(_path), 420, logarithmic=False),)
