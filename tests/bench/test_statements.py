@@ -5,14 +5,17 @@ import dataclasses
 import numpy as np
 import pytest
 
-from impulsekit.bench.stress import statements
+from impulsekit.bench.stress import paths, statements
 from impulsekit.bench.stress.run import jobs_of, solved_case
 from impulsekit.bench.stress.statements import SWEEPS
+from impulsekit.bench.truths import slip
+from impulsekit.bench.truths.along_paths import Planar, follow_in_time
+from impulsekit.reference import Arithmetic
 
 SHARES = {"statement-turning": 8, "statement-adhesion": 10, "statement-friction": 8}
 
 
-@pytest.mark.parametrize("sweep", SWEEPS, ids=lambda sweep: sweep.name)
+@pytest.mark.parametrize("sweep", [*SWEEPS, *paths.SWEEPS], ids=lambda sweep: sweep.name)
 def test_every_answer_obeys_its_statement(sweep):
     share = SHARES.get(sweep.name, 1) / sweep.repeats
     points = [p for job in jobs_of([sweep], seed=5, share=share) for p in solved_case(job)]
@@ -20,7 +23,7 @@ def test_every_answer_obeys_its_statement(sweep):
     assert sum(p.verdict == "right" for p in points) > 0.9 * len(points)
 
 
-@pytest.mark.parametrize("sweep", SWEEPS[:3], ids=lambda sweep: sweep.name)
+@pytest.mark.parametrize("sweep", [*SWEEPS[:3], *paths.SWEEPS], ids=lambda sweep: sweep.name)
 def test_an_impulse_that_is_off_is_seen(sweep, monkeypatch):
     """A thousandth more of all impulses breaks every statement."""
     plain = statements.find_impulses
@@ -33,3 +36,28 @@ def test_an_impulse_that_is_off_is_seen(sweep, monkeypatch):
     points = sweep.cases(2.0, np.random.default_rng(2))
     moved = [p for p in points if p.error > 0.0]
     assert moved and sum(p.verdict == "wrong" for p in moved) >= len(moved) // 2
+
+
+@pytest.mark.parametrize(
+    ("u", "e", "mu"), [((2.0, -1.0), 0.5, 0.3), ((0.4, -1.0), 0.7, 0.8), ((0.3, -2.0), 1.0, 0.1)]
+)
+def test_a_path_followed_in_time_is_the_one_in_closed_form(u, e, mu):
+    """One contact whose slip goes on, turns back or sticks: Stronge's law by its quadrature."""
+    W = np.array([[3.0, 0.0, -1.4], [0.0, 1.0, 0.0], [-1.4, 0.0, 1.5]])
+    line = np.array([u[0], 0.0, u[1]])
+    known = slip.followed(Arithmetic.double(), W, line, e, mu, "stronge")
+    turned = W[np.ix_([2, 0], [2, 0])]
+    one, rub = np.array([e]), np.array([[mu]])
+    found = follow_in_time(Planar(turned, np.array([u[1], u[0]]), one, np.ones(1), 1.5, rub))
+    assert np.abs(found - known[[2, 0]]).max() < 1e-10
+
+
+@pytest.mark.parametrize(("points", "seed"), [(2, 0), (3, 1), (3, 2), (4, 3), (4, 4)])
+def test_corners_that_share_their_friction_on_one_floor(points, seed):
+    """Rods and boxes that stick and slip on several corners, with dependent tangents."""
+    rng = np.random.default_rng([0, points, seed])
+    problem, planar, at = paths._planar(points, rng, stands=True)
+    judged = statements.energetic(problem, paths.Law("lzb", exponent=planar.power))
+    after = planar.free + planar.W @ follow_in_time(planar)
+    assert judged.left < 1e-9
+    assert np.abs(after - judged.solution.velocity_after[at]).max() < 1e-9

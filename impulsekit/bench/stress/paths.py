@@ -45,9 +45,10 @@ def _rows(n: int, rng: np.random.Generator, *, stands: bool) -> tuple[np.ndarray
     return rows, inverse
 
 
-def _planar(n: int, rng: np.random.Generator) -> tuple[ContactProblem, Planar, np.ndarray]:
+def _planar(
+    n: int, rng: np.random.Generator, *, stands: bool
+) -> tuple[ContactProblem, Planar, np.ndarray]:
     """The same contacts for the law and for the truth, whose rows stand where in the law's."""
-    stands = n > 1 and bool(rng.random() < STANDING)
     rows, inverse = _rows(n, rng, stands=stands)
     v = rng.normal(size=rows.shape[1]) * np.tile([1, 1, 3], rows.shape[1] // 3)
     if stands:
@@ -74,7 +75,7 @@ def _path(n: int, rng: np.random.Generator) -> Judged:
         problem = problem_of_points(n, rng, float(rng.choice([0.0, 0.5, 1.0])), stands=True)
         problem = replace(problem, stiffness=10.0 ** rng.uniform(4, 6, n))
         return energetic(problem, Law("lzb", exponent=float(rng.choice([1.0, 1.5]))))
-    problem, planar, at = _planar(n, rng)
+    problem, planar, at = _planar(n, rng, stands=n > 1 and bool(rng.random() < STANDING))
     judged = energetic(problem, Law("lzb", exponent=planar.power))
     impulse = follow_in_time(planar)
     if impulse is None:
