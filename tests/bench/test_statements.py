@@ -61,3 +61,9 @@ def test_corners_that_share_their_friction_on_one_floor(points, seed):
     after = planar.free + planar.W @ follow_in_time(planar)
     assert judged.left < 1e-9
     assert np.abs(after - judged.solution.velocity_after[at]).max() < 1e-9
+
+
+def test_slow_slip_of_a_contact_that_holds_has_its_direction():
+    """Slip at 4 % of the velocities before: what is left of the law turns it by much more."""
+    [state] = [p for p in solved_case(("statement-adhesion", 2, 333, 57)) if p.state == 2]
+    assert state.verdict == "right" and state.error < 1e-13

@@ -21,7 +21,7 @@ from ...laws.status import Status
 from ...scene.law import Law
 from .problem import RESTS, THROWN, ContactProblem, ContactSolution, in_order
 
-__all__ = ["Steps", "System", "refined"]
+__all__ = ["BAR", "Steps", "System", "refined"]
 
 MOST_STEPS = 6
 # Rounding level: further steps gain nothing.
