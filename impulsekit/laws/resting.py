@@ -3,8 +3,7 @@
 With accelerations for velocities it is the law of ``frictional``:
 0 ≤ P_n ⊥ ξ_n ≥ 0, |P_t| ≤ µ P_n, P_t = −µ P_n ξ_t/|ξ_t| where ξ_t ≠ 0, ξ = W P + b. W need
 not be symmetric: a contact that slides is given as one without friction whose column of W
-holds the friction that goes with its normal force. Newton on the natural map (Alart &
-Curnier 1991) from the last solution; contact after contact where that does not get there.
+holds the friction that goes with its normal force. ``resting_newton`` solves it.
 
 Where rows depend on each other (four corners on a floor) many P do, and with sliding each
 moves the body otherwise. Every point then gives way a little, by ε D P with D the diagonal
@@ -26,28 +25,16 @@ Dry friction of a joint is a row by itself with a bound that no normal force set
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
-from .approach import block_at
 from .borrowed import borrowed
 from .compiled import compiled, entry
-from .coulomb import coulomb
-from .dense import cholesky, factorize, solve_factorized
+from .dense import cholesky
+from .resting_newton import BAR, TINY, Points, Room, bounded, points_of, room_of, solve_points
 
-__all__ = ["BAR", "find_forces", "forces_at_rest"]
+__all__ = ["find_forces", "forces_at_rest"]
 
-# Impulses that a round of sweeps changes by less, in accelerations relative to all, have settled.
-SETTLED = 1e-13
-# What the residual has to come down to, relative to the accelerations.
-BAR = 1e-9
-MOST_STEPS = 25
-# Rounds of contact after contact, and how often each goes over all of them.
-MOST_ROUNDS_OF_SWEEPS, SWEEPS = 20, 50
-TINY = 1e-14
-# Newton stops below the first, and after a few steps below the second: rounding is all there is.
-NOTHING, ENOUGH, FEW = 1e-14, 1e-12, 8
 # How much points give way where they depend on each other, relative to D. Rounding in W shows
 # in the split of loads enlarged by 1/ε, and what b asks along rows of size ε takes its rounds.
 GIVE = 1e-5
@@ -66,49 +53,6 @@ NULL = 1e-10
 STUCK = 0.5
 # A row whose part across those before it is smaller, in squares, depends on them.
 DEPENDENT = 1e-3
-# A Newton step that is so large, or leaves so much, comes from a slope that is nearly singular:
-# the shortest of those that leave the least is taken, of singular values down to the last.
-HUGE, LEFT, SINGULAR = 1e8, 1e-9, 1e-10
-# What a point does: it sticks, parts or is at its own bound (1), carries no friction for it bears
-# no load (2), slips (4).
-_PARTS, _IDLE, _SLIPS = 1, 2, 4
-
-
-class Room(NamedTuple):
-    """What Newton works in, and the last slope with its factor.
-
-    Attributes:
-        slope, factor: (m, m). order: (m,) of the rows of the factor.
-        doing, did: (n,) what the points do, and did when the slope was factorized; −1 for none.
-        slip: (n, 3) of what slips the direction, and which part of what it aims at is its cone.
-        value, step: (m,) F, and room.
-    """
-
-    slope: np.ndarray
-    factor: np.ndarray
-    order: np.ndarray
-    doing: np.ndarray
-    did: np.ndarray
-    slip: np.ndarray
-    value: np.ndarray
-    step: np.ndarray
-
-
-class Points(NamedTuple):
-    """The points, and how their unknowns are laid out.
-
-    Attributes:
-        first: (n,) the first row of each.
-        mu: (n,) µ; 0 for those with the normal alone, −τ_c for a row with a bound of its own.
-        rate, tangential: (n,) rates of normal and tangents [1/kg].
-        scale: the size of the accelerations [m/s²].
-    """
-
-    first: np.ndarray
-    mu: np.ndarray
-    rate: np.ndarray
-    tangential: np.ndarray
-    scale: float
 
 
 @entry(
@@ -157,10 +101,10 @@ def forces_at_rest(
     if m == 1 and coupled[0, 0] > 0.0:
         # One row alone: a normal pushes, or parts; a bound keeps its own.
         alone = np.zeros(1)
-        alone[0] = _bounded(-free[0] / coupled[0, 0], friction[0])
+        alone[0] = bounded(-free[0] / coupled[0, 0], friction[0])
         return alone, 0.0
-    points = _points(delassus, friction, scale)
-    room = _room(m, len(friction))
+    points = points_of(delassus, friction, scale)
+    room = room_of(m, len(friction))
     if _depend(delassus, room.factor):
         found, state = _shared(coupled, delassus, free, points, start, room)
         if state == 2:
@@ -174,53 +118,11 @@ def forces_at_rest(
             if state == 1:
                 # Near enough: from here to rigid points.
                 room.did[0] = -1
-                found, residual = _found(spanned, within, points, found, room)
+                found, residual = solve_points(spanned, within, points, found, room)
                 if residual <= BAR:
                     return found, residual
     room.did[0] = -1
-    return _found(coupled, free, points, start, room)
-
-
-@compiled
-def _bounded(force: float, mu: float) -> float:
-    """The force of a lone row, or what is nearest to it: no pull (mu = 0), no more than −mu."""
-    return max(0.0, force) if mu == 0.0 else max(mu, min(force, -mu))
-
-
-@compiled
-def _room(m: int, n: int) -> Room:
-    return Room(
-        np.empty((m, m)),
-        np.empty((m, m)),
-        np.empty(m, np.int64),
-        np.zeros(n, np.int64),
-        np.full(n, -1, np.int64),
-        np.empty((n, 3)),
-        np.empty(m),
-        np.empty(m),
-    )
-
-
-@compiled
-def _points(delassus: np.ndarray, friction: np.ndarray, scale: float) -> Points:
-    """The points with their rates: without friction's part, which may turn a diagonal's sign."""
-    n = len(friction)
-    first, rate, tangential = np.empty(n, np.int64), np.empty(n), np.empty(n)
-    least = 0.0
-    for i in range(len(delassus)):
-        least = max(least, TINY * abs(delassus[i, i]))
-    least = least if least > 0.0 else 1.0
-    at = 0
-    for i in range(n):
-        first[i] = at
-        along = 0.0
-        if friction[i] > 0.0:
-            along = delassus[at, at] + delassus[at + 1, at + 1]
-            at += 2
-        rate[i] = max(delassus[at, at], least)
-        tangential[i] = max(along, least)
-        at += 1
-    return Points(first, friction, rate, tangential, scale)
+    return solve_points(coupled, free, points, start, room)
 
 
 @compiled
@@ -283,7 +185,7 @@ def _shared(
         for i in range(m):
             shifted[i] = free[i] - give[i] * forces[i]
         # A residual that counts for rigid points as well.
-        nearer, residual = _found(soft, shifted, points, begin, room)
+        nearer, residual = solve_points(soft, shifted, points, begin, room)
         if not residual <= BAR:
             return forces, 0
         left = 0.0
@@ -296,220 +198,3 @@ def _shared(
             break
         begin = forces
     return forces, 2 if left <= BAR * points.scale else 1
-
-
-@compiled
-def _found(
-    coupled: np.ndarray, free: np.ndarray, points: Points, start: np.ndarray, room: Room
-) -> tuple[np.ndarray, float]:
-    """(m,) the best forces, and their residual relative to the accelerations."""
-    best, residual = _newton(coupled, free, points, start, room)
-    if residual <= BAR:
-        return best, residual
-    if np.abs(start).max() > 0.0:
-        other, error = _newton(coupled, free, points, np.zeros(len(start)), room)
-        if error < residual:
-            best, residual = other, error
-    if residual > BAR:
-        swept = np.zeros(len(start))
-        for _ in range(MOST_ROUNDS_OF_SWEEPS):
-            _sweep(coupled, free, points, swept)
-            best, residual = _newton(coupled, free, points, swept, room)
-            if residual <= BAR:
-                break
-    return best, residual
-
-
-@compiled
-def _sweep(coupled: np.ndarray, free: np.ndarray, points: Points, P: np.ndarray) -> None:
-    """Contact after contact in closed form (projected Gauss-Seidel): slow and hardy."""
-    for _ in range(SWEEPS):
-        largest = 0.0
-        for i in range(len(points.mu)):
-            k, mu = points.first[i], points.mu[i]
-            if mu < 0.0:
-                own = _by_others(coupled, free, P, k, k, 1)
-                pn = _bounded(-own / max(coupled[k, k], TINY * points.rate[i]), mu)
-                largest = max(largest, abs(coupled[k, k] * (pn - P[k])))
-                P[k] = pn
-                continue
-            if mu == 0.0:
-                block = (0.0, 0.0, 0.0, 0.0, 0.0, coupled[k, k])
-                own = _by_others(coupled, free, P, k, k, 1)
-                (_, _, pn), _ = coulomb(block, 0.0, 0.0, own, 0.0, points.scale)
-                largest = max(largest, abs(coupled[k, k] * (pn - P[k])))
-                P[k] = pn
-                continue
-            found, _ = coulomb(
-                block_at(coupled, k),
-                _by_others(coupled, free, P, k, k, 3),
-                _by_others(coupled, free, P, k + 1, k, 3),
-                _by_others(coupled, free, P, k + 2, k, 3),
-                mu,
-                points.scale,
-            )
-            for j in range(3):
-                largest = max(largest, abs(coupled[k + j, k + j] * (found[j] - P[k + j])))
-            P[k], P[k + 1], P[k + 2] = found
-        if largest <= SETTLED * points.scale:
-            return
-
-
-@compiled
-def _by_others(
-    coupled: np.ndarray, free: np.ndarray, P: np.ndarray, row: int, k: int, count: int
-) -> float:
-    """ξ of a row without what its own contact, of rows k to k + count, adds."""
-    total = free[row]
-    for j in range(len(P)):
-        if j < k or j >= k + count:
-            total += coupled[row, j] * P[j]
-    return float(total)
-
-
-@compiled
-def _newton(
-    coupled: np.ndarray, free: np.ndarray, points: Points, start: np.ndarray, room: Room
-) -> tuple[np.ndarray, float]:
-    """The best P found from a start, and its residual relative to the accelerations.
-
-    The factor of the last slope serves again where the points do what they did.
-    """
-    coupled, free, start = borrowed(coupled), borrowed(free), borrowed(start)
-    points, room = borrowed(points), borrowed(room)
-    m = len(free)
-    P, best, least = start.copy(), start.copy(), math.inf
-    value, step = room.value, room.step
-    for count in range(MOST_STEPS + 1):
-        bends = _value(coupled, free, points, P, room)
-        size = total = 0.0
-        for i in range(m):
-            size = max(size, abs(value[i]))
-            total += abs(value[i])
-        residual = size / points.scale
-        # The sum tells of what is no number; the largest need not.
-        if not total < math.inf:
-            break
-        if residual < least:
-            least = residual
-            best[:] = P
-        if residual < NOTHING or count == MOST_STEPS or (count > FEW and least < ENOUGH):
-            break
-        if bends or not _as_before(room):
-            _slope(coupled, points, room)
-            room.factor[:] = room.slope
-            regular = factorize(room.factor, m, room.order)
-            room.did[:] = room.doing
-            if bends or not regular:
-                room.did[0] = -1
-        else:
-            regular = True
-        if regular:
-            step[:] = value
-            solve_factorized(room.factor, m, room.order, step)
-            regular = _solves(room.slope, step, value, size)
-        if not regular:
-            step[:] = np.linalg.lstsq(room.slope, value, SINGULAR)[0]
-        for i in range(m):
-            P[i] -= step[i]
-    return best, least
-
-
-@compiled
-def _as_before(room: Room) -> bool:
-    same = True
-    for i in range(len(room.did)):
-        same = same and room.did[i] == room.doing[i]
-    return same
-
-
-@compiled
-def _solves(slope: np.ndarray, step: np.ndarray, value: np.ndarray, size: float) -> bool:
-    """Whether a Newton step is what a regular slope gives."""
-    m = len(step)
-    longest = largest = 0.0
-    for i in range(m):
-        off = -value[i]
-        longest = max(longest, abs(step[i]))
-        for j in range(m):
-            off += slope[i, j] * step[j]
-            largest = max(largest, abs(slope[i, j]))
-        if not abs(off) <= LEFT * size:
-            return False
-    return longest * largest <= HUGE * size
-
-
-@compiled
-def _value(
-    coupled: np.ndarray, free: np.ndarray, points: Points, P: np.ndarray, room: Room
-) -> bool:
-    """Write F(P) [m/s²] and what the points do; whether some slip, so that F bends with P."""
-    m, value, doing = len(free), room.value, room.doing
-    for i in range(m):
-        total = free[i]
-        for j in range(m):
-            total += coupled[i, j] * P[j]
-        value[i] = total
-    bends = False
-    for i in range(len(points.mu)):
-        at, mu, rate, tangential = points.first[i], points.mu[i], points.rate[i], 0.0
-        if mu < 0.0:
-            bound = _bounded(P[at] - value[at] / rate, mu)
-            doing[i] = _PARTS if abs(bound) == -mu else 0
-            if doing[i]:
-                value[at] = rate * (P[at] - bound)
-            continue
-        n = at if mu == 0.0 else at + 2
-        doing[i] = _PARTS if rate * P[n] <= value[n] else 0
-        if mu != 0.0:
-            tangential = points.tangential[i]
-            aim1 = P[at] - value[at] / tangential
-            aim2 = P[at + 1] - value[at + 1] / tangential
-            size, bound = math.sqrt(aim1 * aim1 + aim2 * aim2), mu * max(P[n], 0.0)
-            if not size <= bound:
-                if bound > 0.0:
-                    doing[i] += _SLIPS
-                    bends = True
-                    room.slip[i, 0], room.slip[i, 1] = aim1 / size, aim2 / size
-                    room.slip[i, 2] = bound / size
-                    value[at] = tangential * (P[at] - bound * aim1 / size)
-                    value[at + 1] = tangential * (P[at + 1] - bound * aim2 / size)
-                else:
-                    doing[i] += _IDLE
-                    value[at] = tangential * P[at]
-                    value[at + 1] = tangential * P[at + 1]
-        if doing[i] & _PARTS:
-            value[n] = rate * P[n]
-    return bends
-
-
-@compiled
-def _slope(coupled: np.ndarray, points: Points, room: Room) -> None:
-    """Write the slope of F for what the points do."""
-    m, slope = len(coupled), room.slope
-    slope[:] = coupled
-    for i in range(len(points.mu)):
-        at, mu, doing = points.first[i], points.mu[i], room.doing[i]
-        n = at if mu <= 0.0 else at + 2
-        rate = points.tangential[i]
-        if doing & _IDLE:
-            for k in (at, at + 1):
-                slope[k] = 0.0
-                slope[k, k] = rate
-        elif doing & _SLIPS:
-            # P_t = bound · aim/|aim|, and the bound goes with P_n.
-            s1, s2, part = room.slip[i, 0], room.slip[i, 1], room.slip[i, 2]
-            t11, t12, t22 = part * (1.0 - s1 * s1), -part * s1 * s2, part * (1.0 - s2 * s2)
-            for j in range(m):
-                one, two = coupled[at, j], coupled[at + 1, j]
-                slope[at, j] = t11 * one + t12 * two
-                slope[at + 1, j] = t12 * one + t22 * two
-            slope[at, at] += rate * (1.0 - t11)
-            slope[at, at + 1] -= rate * t12
-            slope[at + 1, at] -= rate * t12
-            slope[at + 1, at + 1] += rate * (1.0 - t22)
-            slope[at, n] -= rate * mu * s1
-            slope[at + 1, n] -= rate * mu * s2
-        if doing & _PARTS:
-            slope[n] = 0.0
-            slope[n, n] = points.rate[i]

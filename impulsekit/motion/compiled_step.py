@@ -13,7 +13,7 @@ import numpy as np
 from ..laws.borrowed import borrowed
 from ..laws.compiled import compiled, entry
 from ..laws.half import is_safe, solve_mass
-from ..laws.resting import BAR
+from ..laws.resting_newton import BAR
 from .compiled_chart import write_configuration, write_rate
 from .compiled_loads import Loads, add_torques, push_bodies
 from .explicit import first_guess, first_length

@@ -7,7 +7,8 @@ import numpy as np
 from ..impact.laws.problem import Turning
 from ..impact.laws.turning import cones_of
 from ..laws.product_cones import find_cone_impulses
-from ..laws.resting import BAR, find_forces
+from ..laws.resting import find_forces
+from ..laws.resting_newton import BAR
 
 __all__ = ["BAR", "RestNotSolved", "by_cones", "solve_rest"]
 
