@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio as pin
 
 from ..impact.algorithms import has_uneven_masses
 from ..laws.words import END, LZB, NEWTON, SEQUENTIAL, STRONGE
@@ -14,7 +15,7 @@ from ..rows.entries import Site
 from ..rows.reach import branch_of, touched_joints
 from ..scene import Law, Scene
 from .errors import NoKernelError
-from .followers import freed_model, pointed_model
+from .followers import Follower, freed_model, pointed_model
 from .kernels import given as by_name
 from .kernels import layout
 from .kernels.words import words_of
@@ -136,25 +137,7 @@ def _program(
 ) -> Program:
     robot = scene.robot
     words = words_of(scene.law if scene.contacts else Law())
-    try:
-        model, followers = freed_model(robot.model)
-    except KeyError as kind:
-        raise NoKernelError(f"joints of the kind {kind.args[0]}") from None
-    unknown = {joint.shortname() for joint in list(model.joints)[1:]} - KINDS.keys()
-    if unknown:
-        raise NoKernelError(f"joints of the kind {', '.join(sorted(unknown))}")
-    branches = {branch_of(model, joint_id) for joint_id in touched_joints(scene)} - {0}
-    joints = [
-        j
-        for j in range(1, model.njoints)
-        if (branches and followers) or branch_of(model, j) in branches
-    ]
-    if not joints:
-        raise NoKernelError("nothing acts")
-    if not is_always_regular(model):
-        raise NoKernelError("joints without inertia of their own, whose pivots are watched")
-    if has_uneven_masses(model):
-        raise NoKernelError("very light beside very heavy bodies, where answers are refined")
+    model, followers, joints = _moved(scene)
     sites = [Site.of(robot, scene.contacts[index].frame_names[0]) for index in pointed]
     if not all(site.moves for site in sites):
         raise NoKernelError("points that vary on what is fixed")
@@ -218,6 +201,34 @@ def _program(
         len(followers),
         _plainer(words, tables.contact_ints, is_struck=len(given) + len(tables.target) > 0),
     )
+
+
+def _moved(scene: Scene) -> tuple[pin.Model, tuple[Follower, ...], list[int]]:
+    """The model without joints that follow others, these, and the joints that anything moves.
+
+    Raises:
+        NoKernelError: the kernels do not know such a robot.
+    """
+    try:
+        model, followers = freed_model(scene.robot.model)
+    except KeyError as kind:
+        raise NoKernelError(f"joints of the kind {kind.args[0]}") from None
+    unknown = {joint.shortname() for joint in list(model.joints)[1:]} - KINDS.keys()
+    if unknown:
+        raise NoKernelError(f"joints of the kind {', '.join(sorted(unknown))}")
+    branches = {branch_of(model, joint_id) for joint_id in touched_joints(scene)} - {0}
+    joints = [
+        j
+        for j in range(1, model.njoints)
+        if (branches and followers) or branch_of(model, j) in branches
+    ]
+    if not joints:
+        raise NoKernelError("nothing acts")
+    if not is_always_regular(model):
+        raise NoKernelError("joints without inertia of their own, whose pivots are watched")
+    if has_uneven_masses(model):
+        raise NoKernelError("very light beside very heavy bodies, where answers are refined")
+    return model, followers, joints
 
 
 def _plainer(

@@ -155,10 +155,7 @@ def replay(
     actors = Actors.of(shown, motion_times)
     drawing = Drawing()
     actors.draw(drawing, times)
-    for instant in (ghost_times := [float(g) for g in ghosts]):
-        if not shown.start <= instant <= shown.end:
-            raise RangeError.of("replay: ghosts", instant, f"{shown.start:g} to {shown.end:g} s")
-    actors.draw_ghosts(drawing, ghost_times)
+    actors.draw_ghosts(drawing, _ghost_times(shown, ghosts))
     effects = draw_effects(
         drawing,
         shown,
@@ -198,6 +195,14 @@ def replay(
     return Replay(
         times, motion_times, actors.nodes, effects.arrows, notes, tuple(commands), text, page
     )
+
+
+def _ghost_times(shown: Shown, ghosts: Iterable[float]) -> list[float]:
+    times = [float(ghost) for ghost in ghosts]
+    for time in times:
+        if not shown.start <= time <= shown.end:
+            raise RangeError.of("replay: ghosts", time, f"{shown.start:g} to {shown.end:g} s")
+    return times
 
 
 def _stretched(shown: Shown) -> float:

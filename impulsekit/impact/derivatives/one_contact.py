@@ -111,16 +111,10 @@ def of_one_contact(
         if turned is not None:
             told[:, :nv] += turned
     places = workspace, [(name, width)], [(name, width + 1)]
-    contact = ImpulseDerivatives(*parts_of(told, *places))
-    return Derivatives(
-        impact,
-        DerivativeStatus.EXISTS,
-        (),
-        *parts_of(velocity, *places),
-        _NONE,
-        MappingProxyType({name: contact}),
-        by_inertia,
-    )
+    contact = MappingProxyType({name: ImpulseDerivatives(*parts_of(told, *places))})
+    of_velocity = parts_of(velocity, *places)
+    status = DerivativeStatus.EXISTS
+    return Derivatives(impact, status, (), *of_velocity, _NONE, contact, by_inertia)
 
 
 def _given_back(own: Coefficients, normal: float) -> np.ndarray:
