@@ -8,6 +8,12 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
+# OpenBLAS starts threads for a triangle with more right-hand sides than make so many numbers,
+# which takes it a thousand times as long as these; where it has to, larger ones pay.
+WITHOUT_THREADS, WITH_THREADS = 1024, 512
+
 ROUTINES = {
     "blas": ("dtrsm",),
     "lapack": ("dgesdd", "dgesv", "dpotrf", "dpotrs", "dpstrf"),
@@ -29,3 +35,20 @@ def __getattr__(name: str) -> Any:
         return globals()[name]
     except KeyError:
         raise AttributeError(f"impulsekit.impact.lapack has no routine {name!r}") from None
+
+
+def solve_triangle(triangle: np.ndarray, columns: np.ndarray, **options: int) -> np.ndarray:
+    """(n, m) X with T X = columns, by ``dtrsm`` and its options; columns (n, m) may be overwritten.
+
+    Args:
+        triangle: (n, n) T. columns: (n, m). options: ``lower``, ``trans_a`` and ``diag``.
+    """
+    dtrsm: Any = globals().get("dtrsm") or __getattr__("dtrsm")
+    n, m = columns.shape
+    if n * m <= WITHOUT_THREADS or n > WITH_THREADS:
+        return dtrsm(1.0, triangle, columns, overwrite_b=1, **options)
+    found, few = np.empty((n, m), order="F"), WITHOUT_THREADS // n
+    for first in range(0, m, few):
+        part = columns[:, first : first + few]
+        found[:, first : first + few] = dtrsm(1.0, triangle, part, **options)
+    return found
