@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 
+from . import vectors
+
 __all__ = ["contact_axes", "cross"]
 
 
@@ -35,6 +37,4 @@ def contact_axes(normal: np.ndarray) -> np.ndarray:
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """(3,) a × b; numpy's own is slow for one pair."""
-    a0, a1, a2 = a.tolist()
-    b0, b1, b2 = b.tolist()
-    return np.array((a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0))
+    return np.array(vectors.cross(a.tolist(), b.tolist()))

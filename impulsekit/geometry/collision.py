@@ -23,7 +23,7 @@ import pinocchio as pin
 from ..robot import Robot
 from ..tolerances import NONZERO
 from .convex import Convex, HalfSpace, convex_of
-from .features import CornerOnFace, EdgesCross, touching_features
+from .features import CornerOnFace, EdgesCross, touching_at
 from .pairs import ConvexPair, has_closed_form
 from .polyhedron import Polyhedron, can_be_separated, polyhedron_of, separation_at
 
@@ -106,16 +106,19 @@ def solid_of(geometry: coal.CollisionGeometry) -> Solid:
 def solids_of(robot: Robot, ids: Iterable[int]) -> list[tuple[Solid, pin.SE3]]:
     """Pieces of collision geometry by index, each with its placement in its joint.
 
-    The hull of a mesh takes longer than an impact: a robot keeps those of its meshes.
+    The hull of a mesh takes longer than an impact: a robot keeps those of its meshes, and boxes.
     """
     objects = robot.collision_model.geometryObjects
     return [(_kept_solid(robot, i, objects[i].geometry), objects[i].placement) for i in ids]
 
 
 def _kept_solid(robot: Robot, index: int, geometry: coal.CollisionGeometry) -> Solid:
-    if not isinstance(geometry, coal.BVHModelBase):
+    if isinstance(geometry, coal.BVHModelBase):
+        corners = np.array(geometry.vertices())
+    elif isinstance(geometry, coal.Box):
+        corners = np.array([*geometry.halfSide, geometry.getSweptSphereRadius()])
+    else:
         return solid_of(geometry)
-    corners = np.array(geometry.vertices())
     kept = robot.kept_hulls.get(index)
     # A mesh that was changed since then is another one.
     if kept is None or not np.array_equal(kept[0], corners):
@@ -179,15 +182,6 @@ def _polyhedra(one: Solid, two: Solid) -> tuple[Polyhedron, Polyhedron] | None:
     return None if a is None or b is None or not can_be_separated(a, b) else (a, b)
 
 
-def _near_origin(
-    a: Polyhedron, b: Polyhedron, placement_a: pin.SE3, placement_b: pin.SE3
-) -> tuple[Polyhedron, Polyhedron, np.ndarray]:
-    """Both placed about an origin at the second one, which is (3,) in the world [m]."""
-    origin = placement_b.translation.copy()
-    here = pin.SE3(placement_a.rotation, placement_a.translation - origin)
-    return a.at(here), b.at(pin.SE3(placement_b.rotation, np.zeros(3))), origin
-
-
 def _features(
     one: Polyhedron,
     two: Polyhedron,
@@ -196,10 +190,9 @@ def _features(
     margin: float,
     numbers: tuple[int, int],
 ) -> Iterator[MeetingPoint]:
-    a, b, origin = _near_origin(one, two, placement_a, placement_b)
-    normal, points = touching_features(a, b, margin)
+    normal, points = touching_at(one, placement_a, two, placement_b, margin)
     for point in points:
-        place = point.position + origin
+        place = point.position + placement_b.translation
         yield MeetingPoint(place, normal, point.gap, point.feature, numbers)
 
 

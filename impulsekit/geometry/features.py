@@ -8,14 +8,17 @@ points at which two edges are nearest, along their cross product n.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
 
-from .axes import cross
-from .lines import nearest_of_lines
-from .polyhedron import Polyhedron, separation
+from ..laws.compiled import compiled, entry
+from .lines import nearest
+from .polyhedron import Hull, Polyhedron, places_about_second, separate
+from .vectors import Vector, along, cross, dot, row_of
 
 __all__ = [
     "BESIDE",
@@ -25,6 +28,9 @@ __all__ = [
     "beside",
     "borders_of",
     "inside",
+    "inside_of",
+    "touch",
+    "touching_at",
     "touching_features",
 ]
 
@@ -80,6 +86,48 @@ class FeaturePoint:
     gap: float
 
 
+class _Solid(NamedTuple):
+    """The arrays of a ``Polyhedron`` that ``touch`` takes."""
+
+    hull: Hull
+    normals: np.ndarray
+    heights: np.ndarray
+    loops: np.ndarray
+    starts: np.ndarray
+    edges: np.ndarray
+
+    @classmethod
+    def of(cls, body: Polyhedron) -> _Solid:
+        """Of a polyhedron."""
+        return cls(Hull.of(body), body.normals, body.heights, *body.loops, body.edges)
+
+
+class _Placed(NamedTuple):
+    """A polyhedron somewhere, and (k,) which of its corners are near the other."""
+
+    solid: _Solid
+    vertices: np.ndarray
+    normals: np.ndarray
+    heights: np.ndarray
+    near: np.ndarray
+
+
+class _Found(NamedTuple):
+    """Points that were found, so many of them.
+
+    Attributes:
+        many: (1,). features: (n, 5) 0, side, corner and face; or 1, and the corners at the ends
+            of both edges. numbers: (n, 4) where, and the gap [m].
+        least, most: gaps that count [m].
+    """
+
+    many: np.ndarray
+    features: np.ndarray
+    numbers: np.ndarray
+    least: float
+    most: float
+
+
 def touching_features(
     a: Polyhedron, b: Polyhedron, margin: float
 ) -> tuple[np.ndarray, list[FeaturePoint]]:
@@ -91,31 +139,185 @@ def touching_features(
         lie in one plane: those of faces that are flat on each other but for 1e-6 m would make
         rows that depend on each other but for as little, and ask for what cannot be.
     """
-    gap, normal = separation(a, b)
+    here = np.zeros((4, 3))
+    here[:3] = np.eye(3)
+    return _in_words(*touch(_Solid.of(a), here, _Solid.of(b), here, margin))
+
+
+def touching_at(
+    a: Polyhedron, place_a: pin.SE3, b: Polyhedron, place_b: pin.SE3, margin: float
+) -> tuple[np.ndarray, list[FeaturePoint]]:
+    """``touching_features`` of two polyhedra that are moved, from an origin at the second one."""
+    one, two = places_about_second(place_a, place_b)
+    return _in_words(*touch(_Solid.of(a), one, _Solid.of(b), two, margin))
+
+
+def _in_words(
+    normal: np.ndarray, features: np.ndarray, numbers: np.ndarray
+) -> tuple[np.ndarray, list[FeaturePoint]]:
+    found = []
+    for (kind, a, b, c, d), (*at, gap) in zip(features.tolist(), numbers.tolist(), strict=True):
+        feature = CornerOnFace(a, b, c) if kind == CORNER else EdgesCross((a, b), (c, d))
+        found.append(FeaturePoint(feature, np.array(at), gap))
+    return normal, found
+
+
+# Kinds of features.
+CORNER, CROSSING = 0, 1
+
+
+def _examples() -> tuple[_Solid, np.ndarray, _Solid, np.ndarray, float]:
+    none, no, whole = np.zeros(0), np.zeros((0, 3)), np.zeros(0, np.int64)
+    solid = _Solid(Hull(no, no, no), no, none, whole, whole, np.zeros((0, 2), np.int64))
+    return solid, np.zeros((4, 3)), solid, np.zeros((4, 3)), 0.0
+
+
+@entry(_examples, seconds=8.0)
+def touch(
+    a: _Solid, place_a: np.ndarray, b: _Solid, place_b: np.ndarray, margin: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """``touching_features``: the normal (3,), features (n, 5) and numbers (n, 4) of ``_Found``.
+
+    Args:
+        a, b: both. place_a, place_b: (4, 3) Rᵀ and the origin.
+        margin: as there.
+    """
+    gap, x, y, z = separate(a.hull, place_a, b.hull, place_b)
+    normal, n = np.array((x, y, z)), (x, y, z)
     if gap > margin:
-        return normal, []
-    along_a, along_b = a.vertices.dot(normal), b.vertices.dot(normal)
-    size = max(float(np.ptp(along_a)), float(np.ptp(along_b)))
-    near = margin + ROUNDING * size
-    on_a = np.flatnonzero(along_a <= along_a.min() + near)
-    on_b = np.flatnonzero(along_b >= along_b.max() - near)
-    found: list[FeaturePoint] = []
-    for side, corners in ((0, on_a), (1, on_b)):
-        own, ground = (a, b) if side == 0 else (b, a)
-        towards = normal if side == 0 else -normal
-        for point in _corners_on_faces(side, own, corners, ground, towards):
-            _take(found, point, gap - near, margin)
-    crossings = list(_crossings(a, on_a, b, on_b, normal))
-    for sine, point in crossings:
-        if sine > SINE:
-            _take(found, point, gap - near, margin)
-    if not found:
-        for _, point in crossings:
-            _take(found, point, gap - near, margin)
-    level = 0.5 * float(along_a.min() + along_b.max())
-    return normal, [
-        replace(p, position=p.position + (level - p.position.dot(normal)) * normal) for p in found
-    ]
+        return normal, np.zeros((0, 5), np.int64), np.zeros((0, 4))
+    one, lowest, size = _place(a, place_a, n, -1.0, margin)
+    two, highest, other = _place(b, place_b, n, 1.0, margin)
+    near = margin + ROUNDING * max(size, other)
+    for placed, level, sign in ((one, lowest, 1.0), (two, highest, -1.0)):
+        for i in range(len(placed.vertices)):
+            placed.near[i] = sign * (dot(row_of(placed.vertices, i), n) - level) <= near
+    most = len(one.vertices) + len(two.vertices) + _edges_near(one) * _edges_near(two)
+    found = _Found(
+        np.zeros(1, np.int64), np.zeros((most, 5), np.int64), np.zeros((most, 4)),
+        gap - near, margin,
+    )  # fmt: skip
+    _take_corners(found, 0, one, two, n)
+    _take_corners(found, 1, two, one, (-x, -y, -z))
+    _take_crossings(found, one, two, n, SINE)
+    if found.many[0] == 0:
+        _take_crossings(found, one, two, n, 0.0)
+    count, level = found.many[0], 0.5 * (lowest + highest)
+    for i in range(count):
+        at = row_of(found.numbers, i)
+        at = along(at, level - dot(at, n), n)
+        found.numbers[i, 0], found.numbers[i, 1], found.numbers[i, 2] = at
+    return normal, found.features[:count].copy(), found.numbers[:count].copy()
+
+
+@compiled
+def _place(
+    solid: _Solid, place: np.ndarray, n: Vector, sign: float, margin: float
+) -> tuple[_Placed, float, float]:
+    """A polyhedron at a place, how far it reaches along ±n [m], and how thick it is there [m]."""
+    vertices = solid.hull.vertices.dot(place[:3]) + place[3]
+    normals = solid.normals.dot(place[:3])
+    heights = solid.heights + normals.dot(place[3])
+    highest, lowest = -math.inf, math.inf
+    for i in range(len(vertices)):
+        height = dot(row_of(vertices, i), n)
+        highest, lowest = max(highest, height), min(lowest, height)
+    near = np.zeros(len(vertices), np.bool_)
+    placed = _Placed(solid, vertices, normals, heights, near)
+    return placed, highest if sign > 0.0 else lowest, highest - lowest
+
+
+@compiled
+def _edges_near(body: _Placed) -> int:
+    """How many edges have both ends near the other body."""
+    count = 0
+    for i in range(len(body.solid.edges)):
+        count += body.near[body.solid.edges[i, 0]] and body.near[body.solid.edges[i, 1]]
+    return count
+
+
+@compiled
+def _take(found: _Found, at: Vector, gap: float, feature: tuple[int, int, int, int, int]) -> None:
+    """Add a point whose gap counts, and that is not there yet."""
+    n = found.many[0]
+    if not found.least <= gap <= found.most:
+        return
+    for i in range(n):
+        away = along(at, -1.0, row_of(found.numbers, i))
+        if max(abs(away[0]), abs(away[1]), abs(away[2])) <= ONE_POINT:
+            return
+    for k in range(5):
+        found.features[n, k] = feature[k]
+    found.numbers[n, 0], found.numbers[n, 1], found.numbers[n, 2] = at
+    found.numbers[n, 3] = gap
+    found.many[0] += 1
+
+
+@compiled
+def _take_corners(found: _Found, side: int, own: _Placed, ground: _Placed, towards: Vector) -> None:
+    """Take the corners of a body on faces of the other that look ``towards`` it."""
+    best = -math.inf
+    for face in range(len(ground.normals)):
+        best = max(best, dot(row_of(ground.normals, face), towards))
+    least = max(FACES_NORMAL, best - ALIKE)
+    starts, loops = ground.solid.starts, ground.solid.loops
+    for corner in range(len(own.vertices)):
+        if not own.near[corner]:
+            continue
+        at, over, face = row_of(own.vertices, corner), -math.inf, -1
+        for k in range(len(ground.normals)):
+            normal = row_of(ground.normals, k)
+            if dot(normal, towards) > least:
+                above = dot(normal, at) - ground.heights[k]
+                if above > over:
+                    over, face = above, k
+        if face < 0:
+            continue
+        normal = row_of(ground.normals, face)
+        borders = np.empty((starts[face + 1] - starts[face], 6))
+        _write_borders(ground.vertices, loops, starts[face], normal, borders)
+        if inside_of(borders, 0, len(borders), at) < -BESIDE:
+            continue
+        _take(found, along(at, -0.5 * over, normal), over, (CORNER, side, corner, face, 0))
+
+
+@compiled
+def _take_crossings(found: _Found, a: _Placed, b: _Placed, normal: Vector, least: float) -> None:
+    """Take points where edges cross at more than an angle (sine)."""
+    for one in range(len(a.solid.edges)):
+        i, j = a.solid.edges[one, 0], a.solid.edges[one, 1]
+        if not (a.near[i] and a.near[j]):
+            continue
+        start = row_of(a.vertices, i)
+        way, length = _unit(along(row_of(a.vertices, j), -1.0, start))
+        for two in range(len(b.solid.edges)):
+            k, m = b.solid.edges[two, 0], b.solid.edges[two, 1]
+            if not (b.near[k] and b.near[m]):
+                continue
+            there = row_of(b.vertices, k)
+            across, reach = _unit(along(row_of(b.vertices, m), -1.0, there))
+            turn = cross(way, across)
+            sine = math.sqrt(dot(turn, turn))
+            if sine < LEAST_SINE or sine <= least:
+                continue
+            facing = dot(turn, normal) / sine
+            if abs(facing) < FACES_NORMAL:
+                continue
+            s, u, _, _ = nearest(start, way, there, across)
+            if min(min(s, length - s), min(u, reach - u)) < -BESIDE:
+                continue
+            here, below = along(start, s, way), along(there, u, across)
+            sign = 1.0 if facing >= 0.0 else -1.0
+            gap = sign * dot(turn, along(here, -1.0, below)) / sine
+            middle = along(here, 0.5, along(below, -1.0, here))
+            _take(found, middle, gap, (CROSSING, i, j, k, m))
+
+
+@compiled
+def _unit(way: Vector) -> tuple[Vector, float]:
+    """A direction, and how long it is."""
+    length = math.sqrt(dot(way, way))
+    return (way[0] / length, way[1] / length, way[2] / length), length
 
 
 def beside(body: Polyhedron, face: int, point: np.ndarray) -> float:
@@ -123,75 +325,37 @@ def beside(body: Polyhedron, face: int, point: np.ndarray) -> float:
     return inside(borders_of(body, face), point)
 
 
-def inside(borders: tuple[np.ndarray, np.ndarray], point: np.ndarray) -> float:
+def inside(borders: np.ndarray, point: np.ndarray) -> float:
     """``beside`` of a point (3,), from the ``borders_of`` a face."""
-    inwards, corners = borders
-    return float(np.einsum("ij,ij->i", inwards, point - corners).min())
+    return inside_of(borders, 0, len(borders), point.tolist())
 
 
-def borders_of(body: Polyhedron, face: int) -> tuple[np.ndarray, np.ndarray]:
-    """By edge of a face, (k, 3) the direction inwards, in its plane, and (k, 3) a corner [m]."""
-    corners = body.vertices[body.faces[face]]
-    ways = np.concatenate([corners[1:], corners[:1]]) - corners
-    ways /= np.sqrt(np.einsum("ij,ij->i", ways, ways))[:, None]
-    # n × way points inwards.
-    x, y, z = body.normals[face].tolist()
-    return ways.dot(np.array(((0.0, z, -y), (-z, 0.0, x), (y, -x, 0.0)))), corners
+@compiled
+def inside_of(borders: np.ndarray, first: int, last: int, point: Vector) -> float:
+    """``inside`` some of many borders (b, 6); infinite where these are none."""
+    least = math.inf
+    for k in range(first, last):
+        corner = borders[k, 3], borders[k, 4], borders[k, 5]
+        least = min(least, dot(row_of(borders, k), along(point, -1.0, corner)))
+    return least
 
 
-def _take(found: list[FeaturePoint], point: FeaturePoint, least: float, most: float) -> None:
-    """Add a point whose gap is between the two [m], and that is not there yet."""
-    if least <= point.gap <= most and all(
-        np.abs(point.position - known.position).max() > ONE_POINT for known in found
-    ):
-        found.append(point)
+def borders_of(body: Polyhedron, face: int) -> np.ndarray:
+    """By edge of a face, (k, 6) the direction inwards, in its plane, and a corner [m]."""
+    loop = body.faces[face]
+    borders = np.empty((len(loop), 6))
+    _write_borders(body.vertices, loop, 0, body.normals[face].tolist(), borders)
+    return borders
 
 
-def _corners_on_faces(
-    side: int, own: Polyhedron, corners: np.ndarray, ground: Polyhedron, towards: np.ndarray
-) -> Iterator[FeaturePoint]:
-    looks = ground.normals.dot(towards)
-    facing = np.flatnonzero(looks > max(FACES_NORMAL, float(looks.max()) - ALIKE))
-    if not facing.size:
-        return
-    for corner in corners.tolist():
-        at = own.vertices[corner]
-        over = ground.normals[facing].dot(at) - ground.heights[facing]
-        face = int(facing[over.argmax()])
-        if beside(ground, face, at) < -BESIDE:
-            continue
-        normal, gap = ground.normals[face], float(over.max())
-        middle = at - 0.5 * gap * normal
-        yield FeaturePoint(CornerOnFace(side, corner, face), middle, gap)
-
-
-def _crossings(
-    a: Polyhedron, on_a: np.ndarray, b: Polyhedron, on_b: np.ndarray, normal: np.ndarray
-) -> Iterator[tuple[float, FeaturePoint]]:
-    """Points where edges cross, with the sine of the angle between them."""
-    own = a.edges[np.isin(a.edges, on_a).all(axis=1)]
-    others = b.edges[np.isin(b.edges, on_b).all(axis=1)]
-    for i, j in own.tolist():
-        start = a.vertices[i]
-        way = a.vertices[j] - start
-        length = float(np.sqrt(way.dot(way)))
-        way = way / length
-        for k, m in others.tolist():
-            there = b.vertices[k]
-            across = b.vertices[m] - there
-            reach = float(np.sqrt(across.dot(across)))
-            across = across / reach
-            turn = cross(way, across)
-            sine = float(np.sqrt(turn.dot(turn)))
-            if sine < LEAST_SINE:
-                continue
-            n = turn / sine
-            n = n if n.dot(normal) >= 0.0 else -n
-            if n.dot(normal) < FACES_NORMAL:
-                continue
-            s, u, _, _ = nearest_of_lines(start, way, there, across)
-            if min(s, length - s, u, reach - u) < -BESIDE:
-                continue
-            here, below = start + s * way, there + u * across
-            gap = float(n.dot(here - below))
-            yield sine, FeaturePoint(EdgesCross((i, j), (k, m)), 0.5 * (here + below), gap)
+@compiled
+def _write_borders(
+    vertices: np.ndarray, loops: np.ndarray, start: int, normal: Vector, borders: np.ndarray
+) -> None:
+    """Write ``borders_of`` a face whose corners stand in ``loops`` from ``start`` on."""
+    count = len(borders)
+    for k in range(count):
+        corner = row_of(vertices, loops[start + k])
+        way, _ = _unit(along(row_of(vertices, loops[start + (k + 1) % count]), -1.0, corner))
+        borders[k, 0], borders[k, 1], borders[k, 2] = cross(normal, way)
+        borders[k, 3], borders[k, 4], borders[k, 5] = corner

@@ -103,10 +103,11 @@ class HeldCorner:
 
     def inside(self, places: Places) -> float:
         """How far the corner is inside the face [m], negative beside it."""
-        return inside(self._borders, self._over(places))
+        return inside(self.borders, self._over(places))
 
     @cached_property
-    def _borders(self) -> tuple[np.ndarray, np.ndarray]:
+    def borders(self) -> np.ndarray:
+        """``borders_of`` the face, in its body's frame."""
         return borders_of(self._ground, self._face)
 
     def place(self, places: Places) -> tuple[np.ndarray, np.ndarray]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .axes import cross
+from ..laws.compiled import compiled
+from .vectors import Vector, along, cross, dot
 
-__all__ = ["nearest_of_lines"]
+__all__ = ["nearest", "nearest_of_lines"]
 
 
 def nearest_of_lines(
@@ -30,9 +31,17 @@ def nearest_of_lines(
         >>> s, u
         (1.0, 2.0)
     """
+    s, u, turn, square = nearest(start.tolist(), way.tolist(), other.tolist(), other_way.tolist())
+    return s, u, np.array(turn), square
+
+
+@compiled
+def nearest(
+    start: Vector, way: Vector, other: Vector, other_way: Vector
+) -> tuple[float, float, Vector, float]:
+    """``nearest_of_lines`` of single numbers."""
     turn = cross(way, other_way)
-    square = float(turn.dot(turn))
-    apart = other - start
-    s = float(cross(apart, other_way).dot(turn)) / square
-    u = float(cross(apart, way).dot(turn)) / square
-    return s, u, turn, square
+    square = dot(turn, turn)
+    apart = along(other, -1.0, start)
+    s = dot(cross(apart, other_way), turn) / square
+    return s, dot(cross(apart, way), turn) / square, turn, square

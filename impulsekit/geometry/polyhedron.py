@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import coal
@@ -22,6 +23,7 @@ from ..laws.compiled import compiled, entry
 __all__ = [
     "Polyhedron",
     "can_be_separated",
+    "places_about_second",
     "polyhedron_of",
     "separate",
     "separation",
@@ -59,6 +61,12 @@ class Polyhedron:
     axes: np.ndarray
     faces: tuple[np.ndarray, ...]
     edges: np.ndarray
+
+    @cached_property
+    def loops(self) -> tuple[np.ndarray, np.ndarray]:
+        """(l,) the corners of all faces, one after the other, and (f + 1,) where each begins."""
+        counts = [len(loop) for loop in self.faces]
+        return np.concatenate(self.faces), np.concatenate(([0], np.cumsum(counts)))
 
     def at(self, place: pin.SE3) -> Polyhedron:
         """The same one, moved."""
@@ -101,11 +109,17 @@ def separation_at(
     a: Polyhedron, place_a: pin.SE3, b: Polyhedron, place_b: pin.SE3
 ) -> tuple[float, np.ndarray]:
     """``separation`` of two polyhedra that are moved, about an origin at the second one."""
+    places = places_about_second(place_a, place_b)
+    gap, *normal = separate(Hull.of(a), places[0], Hull.of(b), places[1])
+    return float(gap), np.array(normal)
+
+
+def places_about_second(place_a: pin.SE3, place_b: pin.SE3) -> np.ndarray:
+    """(2, 4, 3) Rᵀ and the origin of both, about that of the second [m]."""
     places = np.zeros((2, 4, 3))
     places[0, :3], places[1, :3] = place_a.rotation.T, place_b.rotation.T
     places[0, 3] = place_a.translation - place_b.translation
-    gap, *normal = separate(Hull.of(a), places[0], Hull.of(b), places[1])
-    return float(gap), np.array(normal)
+    return places
 
 
 class Hull(NamedTuple):

@@ -8,16 +8,55 @@ a ball, of which each has h in closed form (Ericson, Real-Time Collision Detecti
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
 
 import coal
 import numpy as np
 import pinocchio as pin
 
-__all__ = ["Support", "support_of"]
+from ..laws.compiled import compiled
+
+__all__ = ["Shape", "Support", "furthest", "support_of"]
 
 # Directions this near to the normal of a half-space are along it.
 SAME_WAY = 1e-6
+
+
+class Shape(NamedTuple):
+    """A ``Support`` as compiled code takes it: arrays that are empty for what it lacks."""
+
+    centre: np.ndarray
+    points: np.ndarray
+    discs: np.ndarray
+    axis: np.ndarray
+    ellipsoid: np.ndarray
+    normal: np.ndarray
+    ball: float
+    reach: float
+    radius: float
+
+
+@compiled
+def furthest(shape: Shape, direction: np.ndarray) -> float:
+    """h [m] beside the centre, in a direction (3,) of any length in the frame of the body."""
+    if len(shape.normal) > 0:
+        up = shape.normal.dot(direction)
+        beside = np.abs(direction - up * shape.normal).max()
+        return 0.0 if beside <= SAME_WAY * up else math.inf
+    far = shape.points.dot(direction)
+    if len(shape.discs) > 0:
+        across = direction - shape.axis.dot(direction) * shape.axis
+        far = far + shape.discs * math.sqrt(across.dot(across))
+    h = float(far.max())
+    if len(shape.ellipsoid) > 0:
+        turned = shape.ellipsoid.dot(direction)
+        h += math.sqrt(turned.dot(turned))
+    if shape.ball > 0.0:
+        h += shape.ball * math.sqrt(direction.dot(direction))
+    return h
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,19 +98,23 @@ class Support:
 
     def about_centre(self, direction: np.ndarray) -> float:
         """h [m] beside the centre, in a direction of any length in the frame of the body."""
-        if self.normal is not None:
-            up = float(self.normal.dot(direction))
-            beside = np.abs(direction - up * self.normal).max()
-            return 0.0 if beside <= SAME_WAY * up else np.inf
-        far = self.points.dot(direction)
-        if self.discs is not None and self.axis is not None:
-            across = direction - self.axis.dot(direction) * self.axis
-            far = far + self.discs * np.sqrt(across.dot(across))
-        h = float(far.max())
-        if self.ellipsoid is not None:
-            turned = self.ellipsoid.dot(direction)
-            h += float(np.sqrt(turned.dot(turned)))
-        return h + self.ball * float(np.sqrt(direction.dot(direction))) if self.ball else h
+        return furthest(self.shape, direction)
+
+    @cached_property
+    def shape(self) -> Shape:
+        """The same in arrays."""
+        none, no = np.zeros(0), np.zeros((0, 3))
+        return Shape(
+            self.centre,
+            self.points,
+            none if self.discs is None else self.discs,
+            none if self.axis is None else self.axis,
+            no if self.ellipsoid is None else self.ellipsoid,
+            none if self.normal is None else self.normal,
+            self.ball,
+            self.reach,
+            self.radius,
+        )
 
 
 def support_of(shape: coal.CollisionGeometry, placement: pin.SE3) -> Support:

@@ -15,15 +15,14 @@ from ..geometry.collision import (
     gap_and_normal,
     is_exact,
     meeting_points,
-    smallest_gap,
     solids_of,
 )
 from ..geometry.convex import Convex
 from ..geometry.features import CornerOnFace, EdgesCross
 from ..geometry.held_points import HeldCorner, HeldCrossing, HeldPoint, held_point
 from ..geometry.held_tips import HeldTip, TipOnFace, held_tips
-from ..geometry.polyhedron import Polyhedron, can_be_separated
-from ..geometry.support import support_of
+from ..geometry.polyhedron import Polyhedron, can_be_separated, separation_at
+from ..geometry.support import Support, support_of
 from ..robot import Robot
 from ..robot.geometry import geometry_ids
 from ..rows.pair import rows_at
@@ -31,7 +30,7 @@ from ..rows.reach import ReachedModel
 from ..scene import Collision
 from ..scene.friction import friction_at_rest
 from ..tolerances import NONZERO
-from .advancing import PairOfPieces
+from .pairs import PairOfPieces, gap_if_far
 from .points import CROSSING, PLANE, TIP, TableRow
 from .wandering import MOVE, bias_by_differences
 
@@ -89,7 +88,6 @@ class CollidingGap:
             self._pieces.append(solids_of(robot, ids))
             joint_ids.append(reached.joint_id(joint_id))
         self.joint_ids = (joint_ids[0], joint_ids[1])
-        self.pairs = tuple(_pair(a, b) for a in self._pieces[0] for b in self._pieces[1])
         self._reaches = [_reach(pieces) for pieces in self._pieces]
         self._shifted: pin.Data | None = None
         self._polyhedra = [_in_joint(pieces) for pieces in self._pieces]
@@ -97,6 +95,12 @@ class CollidingGap:
             a is not None and b is not None and can_be_separated(a, b)
             for a in self._polyhedra[0]
             for b in self._polyhedra[1]
+        )
+        supports = [[support_of(p.geometry, at) for p, at in own] for own in self._pieces]
+        self.pairs = tuple(
+            self._pair(supports, i, j)
+            for i in range(len(self._pieces[0]))
+            for j in range(len(self._pieces[1]))
         )
         self._shapes = [
             [shape or _rounded(*piece) for shape, piece in zip(own, pieces, strict=True)]
@@ -132,10 +136,16 @@ class CollidingGap:
         """
         places = self._places(data)
         (a, reach_a), (b, reach_b) = self._reaches
-        apart = float(np.linalg.norm(places[0].act(a) - places[1].act(b))) - reach_a - reach_b
-        if apart > 0.1 * min(reach_a, reach_b):
+        apart = gap_if_far(places[0].act(a).tolist(), reach_a, places[1].act(b).tolist(), reach_b)
+        if apart > -np.inf:
             return apart
-        return smallest_gap(*self._placed(places))
+        return min(pair.gap(places)[0] for pair in self.pairs)
+
+    @property
+    def balls(self) -> np.ndarray:
+        """(8,) the balls around both bodies: centre, in the joint's frame, and radius [m]."""
+        (a, reach_a), (b, reach_b) = self._reaches
+        return np.array([*a, reach_a, *b, reach_b])
 
     def drift(self, data: pin.Data) -> float:
         """Overlaps of less may be drift within a step [m]; ``data`` with placements."""
@@ -293,6 +303,25 @@ class CollidingGap:
                     found += tips
         return found or None
 
+    def _pair(self, supports: list[list[Support]], i: int, j: int) -> PairOfPieces:
+        """Two pieces, each with its placement in the frame of its joint."""
+        (one, at_one), (two, at_two) = self._pieces[0][i], self._pieces[1][j]
+        a, b = self._polyhedra[0][i], self._polyhedra[1][j]
+        polyhedra = None if a is None or b is None or not can_be_separated(a, b) else (a, b)
+
+        def gap(places: Sequence[pin.SE3]) -> tuple[float, np.ndarray]:
+            if polyhedra is not None:
+                return separation_at(polyhedra[0], places[0], polyhedra[1], places[1])
+            a, b = places[0] * at_one, places[1] * at_two
+            value, normal = gap_and_normal(one, a, two, b)
+            if not abs(normal.dot(normal) - 1.0) < UNIT:
+                # Where bodies touch, coal may lose the direction.
+                normal = a.translation - b.translation
+                normal = normal / max(float(np.linalg.norm(normal)), NONZERO)
+            return value, normal
+
+        return PairOfPieces(gap, (supports[0][i], supports[1][j]), polyhedra)
+
     def _both(self, pieces: tuple[int, int]) -> list[Convex | Polyhedron]:
         return [of[i] for of, i in zip(self._shapes, pieces, strict=True)]  # type: ignore[misc]
 
@@ -314,22 +343,6 @@ class CollidingGap:
         if not rows:
             return np.empty((0, self._model.nv)), np.empty((0, 3))
         return np.vstack(rows), np.array(points)
-
-
-def _pair(first: tuple[Solid, pin.SE3], other: tuple[Solid, pin.SE3]) -> PairOfPieces:
-    """Two pieces, each with its placement in the frame of its joint."""
-    (one, at_one), (two, at_two) = first, other
-
-    def gap(places: Sequence[pin.SE3]) -> tuple[float, np.ndarray]:
-        a, b = places[0] * at_one, places[1] * at_two
-        value, normal = gap_and_normal(one, a, two, b)
-        if not abs(normal.dot(normal) - 1.0) < UNIT:
-            # Where bodies touch, coal may lose the direction.
-            normal = a.translation - b.translation
-            normal = normal / max(float(np.linalg.norm(normal)), NONZERO)
-        return value, normal
-
-    return PairOfPieces(gap, (support_of(one.geometry, at_one), support_of(two.geometry, at_two)))
 
 
 def _rounded(solid: Solid, placement: pin.SE3) -> Convex | None:

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
+from ..geometry.vectors import Vector, along, cross
 from ..laws.compiled import compiled
 from .chart import SMALL, unrolled
-from .points import Vector, along, cross, three
+from .points import three
 from .tree import BALL, CIRCLE, FREE, PLANAR, Tree
 
 __all__ = ["centre", "write_configuration", "write_rate"]

@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.vectors import Vector, along, cross, dot
 from ..laws.compiled import compiled
-from .points import Kinematics, Vector, along, back, cross, dot, origin, three, turned
+from .points import Kinematics, back, origin, three, turned
 from .tree import Room, push
 
 __all__ = [

@@ -24,7 +24,17 @@ from .stops import LIFTED
 from .tree import look_at, write_jacobian
 from .windows import TURN
 
-__all__ = ["Watched", "example_look", "look", "look_through", "rounding_of", "write_dense"]
+__all__ = [
+    "Watched",
+    "count_windows",
+    "example_look",
+    "look",
+    "look_through",
+    "rounding_of",
+    "see_state",
+    "write_dense",
+    "write_signs",
+]
 
 
 class Watched(NamedTuple):
@@ -98,7 +108,7 @@ def write_dense(work: Work, x: float) -> None:
 
 
 @compiled
-def _windows(system: System, work: Work, turning: np.ndarray, length: float) -> int:
+def count_windows(system: System, work: Work, turning: np.ndarray, length: float) -> int:
     """How many windows a step is looked at in; see ``windows.Turning``."""
     nv = len(system.load)
     fastest = np.zeros(nv)
@@ -117,14 +127,20 @@ def _windows(system: System, work: Work, turning: np.ndarray, length: float) -> 
 
 
 @compiled
-def _see(system: System, work: Work, watched: Watched, part: float) -> np.ndarray:
-    """(2, m) gaps and rates at a part of the step, whose state is left in ``system``."""
+def see_state(system: System, work: Work, part: float) -> None:
+    """Leave the state at a part of the step in ``trial`` and ``system``."""
     write_dense(work, part)
     nv, y = len(system.load), work.trial
     write_configuration(system.tree, system.reference, y[:nv], system.q)
     look_at(system.tree, system.room, system.q, y[nv:])
-    kinematics = system.room.kinematics
-    return gaps_and_rates(watched.rated, kinematics.places, kinematics.speeds, system.q, y[nv:])
+
+
+@compiled
+def _see(system: System, work: Work, watched: Watched, part: float) -> np.ndarray:
+    """(2, m) gaps and rates at a part of the step, whose state is left in ``system``."""
+    see_state(system, work, part)
+    kinematics, v = system.room.kinematics, work.trial[len(system.load) :]
+    return gaps_and_rates(watched.rated, kinematics.places, kinematics.speeds, system.q, v)
 
 
 @compiled
@@ -217,7 +233,7 @@ def _note_met(step: Made, t: float, first: int) -> None:
 
 
 @compiled
-def _write_signs(system: System, watched: Watched, v: np.ndarray, signs: np.ndarray) -> None:
+def write_signs(system: System, watched: Watched, v: np.ndarray, signs: np.ndarray) -> None:
     """Write (n, 3): slip along its first direction, −lift, and how far slip is from grown."""
     n, nv = len(signs), len(v)
     if n == 0:
@@ -267,7 +283,7 @@ def look_through(
     values, rates = np.empty((PIECES + 1, m)), np.empty((PIECES + 1, m))
     signs, before = np.empty((n, 3)), np.empty((n, 3))
     stops = False
-    windows = _windows(system, work, watched.turning, length)
+    windows = count_windows(system, work, watched.turning, length)
     for window in range(windows):
         for node in range(PIECES + 1):
             part = (window + node / PIECES) / windows
@@ -280,7 +296,7 @@ def look_through(
             values[node], rates[node] = found[0], found[1]
             kinematics, v = system.room.kinematics, work.trial[nv:]
             write_pushes(system.loads, kinematics, system.q, v, pushes[node])
-            _write_signs(system, watched, work.trial[nv:], signs)
+            write_signs(system, watched, work.trial[nv:], signs)
             if window > 0 or node > 0:
                 for i in range(n):
                     for k in range(3):

@@ -10,7 +10,7 @@ import numpy as np
 from ..scene import Scene
 from .chart import Chart
 from .compiled_look import Watched, look
-from .compiled_model import NO_POINTS, NOTHING_SLIDES
+from .compiled_model import NO_POINTS, NOTHING_SLIDES, work_of
 from .compiled_settle import Stand, settle_points
 from .compiled_step import SOLVED, System, Work, begin_steps, rates_at
 from .compiled_strike import Blow, room_for_blow, strike_point
@@ -41,6 +41,8 @@ class Mover:
         self._points: dict[int, Table] = {}
         self._no_ways, self._no_begins = np.zeros((0, 3)), np.zeros(0, dtype=bool)
         self.driven, self.loads = driven, system.loads
+        # To look at steps that were made.
+        self.room = work_of(len(system.load), driven.count)
 
     def now(self) -> System | None:
         """For the points that rest now; None where some are found anew at each state."""
@@ -108,6 +110,14 @@ class Mover:
             begins,
             self._dynamics.resting.grown,
         )
+
+    def flown(self, reference: np.ndarray) -> System:
+        """What moved in a step that was made in a chart at ``reference`` (nq,); nothing rests."""
+        return self._system._replace(table=NO_POINTS, sliding=NOTHING_SLIDES, reference=reference)
+
+    def slipping(self, ways: np.ndarray, begins: np.ndarray) -> Watched:
+        """Points that rest are looked at, and no gaps; see ``Resting.ways_of_slip``."""
+        return self._asked(np.zeros(0), ways, begins)
 
     def watched(self, base: np.ndarray) -> Watched:
         """What is looked for where all gaps are in a table; (m,) ``base`` is copied."""

@@ -7,25 +7,35 @@ advances by what is surely free of contact (``advancing``).
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .advancing import BodyMotion, Sight, first_touch, may_meet
+from .advancing import BodyMotion, bound_of, may_meet, motion_of, touch_finder
 from .closing import Node, errors_of, may_close, zero_finder
+from .compiled_touch import TOUCH, touch_pairs
 from .gaps import Gaps
+from .pairs import PairOfPieces
 from .roots import States
+from .turning_planes import Pose
 from .windows import nodes_between
+
+if TYPE_CHECKING:
+    from .passage import Passage
 
 __all__ = ["Crossing", "Seen", "first_crossing"]
 
-# Colliding bodies this near touch [m], where their gap is told to rounding and where it is coal's.
-TOUCH, TOUCH_OF_COAL = 1e-12, 1e-10
+# Colliding bodies this near touch [m], where their gap is coal's.
+TOUCH_OF_COAL = 1e-10
 
 # Of gaps that are functions of time.
 _first_zero = zero_finder(lambda gap, t: gap(t))
+# Of pairs of pieces that are functions of time as well.
+_first_touch = touch_finder(lambda sight, t: sight(t))
 
 
 @dataclass(frozen=True)
@@ -67,6 +77,7 @@ def first_crossing(
     resting: Sequence[int],
     window: float,
     passing: Collection[int] = (),
+    passage: Passage | None = None,
 ) -> Crossing | None:
     """The first closing of a gap in a step.
 
@@ -78,23 +89,18 @@ def first_crossing(
         resting: the indices of gaps that are closed and stay so.
         window: gaps that close this soon after the first count as closing with it [s].
         passing: the indices of gaps that are below zero, and looked at for when they open.
+        passage: the step as compiled code sees it; None where it does not.
     """
     watched = np.ones(len(gaps.items), dtype=bool)
     watched[list(resting)] = False
     if not watched.any():
         return None
-    search = _Search(gaps, states, base, watched, passing)
-    nodes = nodes_between(start, end)
-    seen = [states(t) for t in nodes]
-    windows = gaps.turning.windows([v for _, v in seen], start, end)
-    for left, right in pairwise(windows):
-        if len(windows) > 2:
-            nodes = nodes_between(left, right)
-            seen = [states(t) for t in nodes]
-        t, found = search.first(nodes, seen)
-        if found >= 0:
-            return Crossing(t, search.together(t, found, window))
-    return None
+    compiled = passage is not None and passage.can_touch
+    search = _Search(gaps, states, base, watched, passing, not compiled)
+    t, found = search.in_step(start, end)
+    if passage is not None and compiled:
+        t, found = search.before(t, found, end, passage)
+    return None if found < 0 else Crossing(t, search.together(t, found, window))
 
 
 class _Search:
@@ -107,16 +113,46 @@ class _Search:
         base: np.ndarray,
         watched: np.ndarray,
         passing: Collection[int],
+        one_by_one: bool,
     ) -> None:
         # What opens is what closes upside down.
         self._signs = np.ones(len(base))
         self._signs[sorted(passing)] = -1.0
         self._gaps, self._states, self._base = gaps, states, base
-        self._watched = np.flatnonzero(watched).tolist()
+        self._watched = np.flatnonzero(watched)
         self._rated = np.flatnonzero(watched & gaps.rated)
-        self._others = np.flatnonzero(watched & ~gaps.rated).tolist()
+        self._others: list[int] = []
+        if one_by_one:
+            self._others = np.flatnonzero(watched & ~gaps.rated).tolist()
         self._joints = {j for i in self._others for j in gaps.items[i].joint_ids}
-        self._speeds: dict[int, float] = {}
+        self._speeds = np.zeros(len(base))
+
+    def in_step(self, start: float, end: float) -> tuple[float, int]:
+        """The time and the gap, in a step; infinity and -1 where none closes."""
+        states, turning = self._states, self._gaps.turning
+        if not (len(self._rated) or self._others):
+            return np.inf, -1
+        nodes = nodes_between(start, end)
+        seen = [states(t) for t in nodes]
+        windows = turning.windows([v for _, v in seen], start, end)
+        for left, right in pairwise(windows):
+            if len(windows) > 2:
+                nodes = nodes_between(left, right)
+                seen = [states(t) for t in nodes]
+            t, found = self.first(nodes, seen)
+            if found >= 0:
+                return t, found
+        return np.inf, -1
+
+    def before(self, t: float, found: int, end: float, passage: Passage) -> tuple[float, int]:
+        """The same of colliding bodies where they touch before another gap closes at t."""
+        base = np.full(len(self._base), np.inf)
+        own = self._watched[~self._gaps.rated[self._watched]]
+        if not len(own):
+            return t, found
+        base[own] = self._base[own]
+        first, gap = passage.touch(base, min(end, t), self._speeds)
+        return (first, gap) if first < t else (t, found)
 
     def first(
         self, nodes: Sequence[float], seen: Sequence[tuple[np.ndarray, np.ndarray]]
@@ -138,19 +174,22 @@ class _Search:
             own = (values[:, rated] - self._base[rated]) * self._signs[rated]
             first, found = self._first_rated(times, own, rates[:, rated] * self._signs[rated])
         if self._others:
-            motions = {j: BodyMotion(times, known) for j, known in poses.items()}
+            begin = time.perf_counter()
+            motions = {j: motion_of(times, known) for j, known in poses.items()}
             for i in self._others:
                 t = self._touch(i, motions, start, min(end, first))
                 if t < first:
                     first, found = t, i
+            touch_pairs.wait(time.perf_counter() - begin)
         return first, found
 
     def together(self, t: float, found: int, window: float) -> tuple[int, ...]:
         """The gaps that close with the first, within a window after it [s]."""
-        gap, rate = self._gaps.measure(*self._states(t), self._watched)
+        watched = self._watched.tolist()
+        gap, rate = self._gaps.measure(*self._states(t), watched)
         together = {found}
-        for i in self._watched:
-            speed = -rate[i] if self._gaps.rated[i] else self._speeds.get(i, 0.0)
+        for i in watched:
+            speed = -rate[i] if self._gaps.rated[i] else self._speeds[i]
             if self._signs[i] > 0.0 and speed > 0.0 and gap[i] - self._base[i] <= speed * window:
                 together.add(i)
         return tuple(sorted(together))
@@ -191,19 +230,23 @@ class _Search:
         exact = self._gaps.exact(i)
         touch = TOUCH if exact else TOUCH_OF_COAL
 
-        def sight(t: float) -> Sight:
-            self._gaps.move(*self._states(t))
-            seen = [self._gaps.pose(j) for j in item.joint_ids]
-            places = [self._gaps.data.oMi[j] for j in item.joint_ids]
-            return Sight(places, [pose[2] for pose in seen], [pose[3] for pose in seen])
+        def sight_of(pair: PairOfPieces) -> Callable[[float], tuple]:
+            def sight(t: float) -> tuple[float, np.ndarray, Pose, Pose]:
+                self._gaps.move(*self._states(t))
+                one, two = (self._gaps.pose(j) for j in item.joint_ids)
+                gap, normal = pair.gap([self._gaps.data.oMi[j] for j in item.joint_ids])
+                return gap, normal, one, two
+
+            return sight
 
         self._speeds[i], first = 0.0, np.inf
         base = float(self._base[i])
         for pair in item.pairs:
-            meets, speed = may_meet(pair, own)
+            shapes = (pair.supports[0].shape, pair.supports[1].shape)
+            meets, speed = may_meet(*shapes, *own)
             self._speeds[i] = max(self._speeds[i], speed)
             if meets:
-                span = (start, min(end, first))
-                t = first_touch(pair, own, sight, span, base, touch, exact=exact)
+                bound, last = bound_of(*shapes, *own), min(end, first)
+                t = _first_touch(sight_of(pair), bound, start, last, base, touch, exact)
                 first = min(first, t)
         return first

@@ -77,21 +77,22 @@ class Output:
     """y within a step: y₀ + x (F₀ + (1 − x) (F₁ + x (F₂ + (1 − x) (F₃ + …)))).
 
     Attributes:
-        start: of the step [s].
+        start, length: of the step [s].
+        before: (2 nv,) y₀. powers: (7, 2 nv) F₀, F₁, ….
     """
 
     def __init__(self, start: float, length: float, y: np.ndarray, powers: np.ndarray) -> None:
-        self.start, self._length, self._y, self._powers = start, length, y, powers
+        self.start, self.length, self.before, self.powers = start, length, y, powers
 
     def __call__(self, t: float) -> np.ndarray:
         """(2 nv,) y at a time [s]."""
-        x = (t - self.start) / self._length
+        x = (t - self.start) / self.length
         factors = (1.0 - x, x)
-        y = self._powers[-1] * x
-        for i, power in enumerate(self._powers[-2::-1]):
+        y = self.powers[-1] * x
+        for i, power in enumerate(self.powers[-2::-1]):
             y += power
             y *= factors[i % 2]
-        y += self._y
+        y += self.before
         return y
 
 

@@ -16,6 +16,7 @@ from .compiled_travel import EXACT, NEAR
 from .crossing import Seen
 from .explicit import ExplicitStepper, Output
 from .footing import Footing
+from .passage import Passage
 from .path import Path
 from .present import Present, Stopped
 from .rest_law import RestNotSolved
@@ -203,6 +204,16 @@ class Flight:
         if isinstance(stepper, CompiledStepper):
             return stepper.look(step.start, step.end, base, resting)
         return Seen(True, bool(resting))
+
+    def passage(self, step: Step) -> Passage | None:
+        """A step as compiled code sees it, where bodies with corners may collide; else None."""
+        now, dense = self._present, step.dense
+        if now.mover is None or now.gaps is None or not isinstance(dense, Output):
+            return None
+        pairs = now.gaps.pairs
+        if pairs is None or not len(pairs.whole):
+            return None
+        return Passage(now.mover, now.gaps, pairs, step.reference, dense)
 
     def take(self, step: Step) -> None:
         """Go to the end of a step."""

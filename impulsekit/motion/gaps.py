@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from operator import is_not
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
 
+from ..geometry.held_points import HeldCorner
 from ..rows.reach import ReachedModel
 from ..scene import Collision, Contact, GapContact, JointStop, Rope, Scene
 from ..scene.functions import numbers_from
 from .memory import Memory
+from .pairs import Held, Pairs, pairs_of, write_gaps
 from .points import ROUNDED, Table, TableRow, gaps_and_rates, table_of
 from .pressed import rows_and_bias
 from .rated_gaps import FunctionGap, PlaneGap, RopeGap, StopGap
+from .turning_planes import Pose
 from .windows import Turning
 
 if TYPE_CHECKING:
@@ -101,6 +105,7 @@ class Gaps:
         self._rated_table = table_of(rows) if rows else None
         self.arms = np.array([self.items[i].arms for i in np.flatnonzero(self.tabled)])
         self._tables: dict[tuple[int, ...], _KnownTable] = {}
+        self._ends: tuple[tuple[int, ...], list, Held | None] | None = None
 
     @property
     def model(self) -> pin.Model:
@@ -127,6 +132,20 @@ class Gaps:
     def has_conditions(self) -> bool:
         """Whether some contacts count only while a condition holds."""
         return bool(self._conditions)
+
+    @cached_property
+    def pairs(self) -> Pairs | None:
+        """All pairs of pieces of bodies that may collide; None where one is not of polyhedra."""
+        others = [(i, self.items[i]) for i in np.flatnonzero(~self.rated).tolist()]
+        return pairs_of([(i, item.joint_ids, item.pairs) for i, item in others])
+
+    @cached_property
+    def _balls(self) -> np.ndarray:
+        """(m, 8) around both bodies of each gap that comes without a rate."""
+        balls = np.zeros((len(self.items), 8))
+        for i in np.flatnonzero(~self.rated).tolist():
+            balls[i] = self.items[i].balls
+        return balls
 
     @property
     def rated_table(self) -> Table | None:
@@ -175,25 +194,28 @@ class Gaps:
         for i in self._functions:
             found[:, i] = self.items[i].gap_and_rate(q, v)
         if which is not None and not self._all_rated:
-            for i in which:
-                if not self.rated[i]:
-                    found[0, i] = self.items[i].distance(memory.data)
+            if self.pairs is None:
+                for i in which:
+                    if not self.rated[i]:
+                        found[0, i] = self.items[i].distance(memory.data)
+            else:
+                asked = np.zeros(count, dtype=bool)
+                asked[list(which)] = True
+                asked &= ~self.rated
+                write_gaps(self.pairs, self._balls, memory.places, asked, found[0])
         return found[0], found[1]
 
     def move(self, q: np.ndarray, v: np.ndarray) -> None:
         """Let ``data`` have the placements and velocities of a state."""
         pin.forwardKinematics(self._model, self.data, q, v)
 
-    def pose(self, joint_id: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Of a joint's frame in ``data``, in world axes.
-
-        Returns:
-            (3, 3) its rotation, (3,) its origin [m], (3,) that one's velocity [m/s] and (3,) its
-            angular velocity [1/s].
-        """
+    def pose(self, joint_id: int) -> Pose:
+        """Of a joint's frame in ``data``, in world axes."""
         place, motion = self.data.oMi[joint_id], self.data.v[joint_id]
         turn = place.rotation.copy()
-        return turn, place.translation.copy(), turn.dot(motion.linear), turn.dot(motion.angular)
+        return Pose(
+            turn, place.translation.copy(), turn.dot(motion.linear), turn.dot(motion.angular)
+        )
 
     def everything(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """As ``measure``, with the distances of colliding bodies."""
@@ -240,6 +262,36 @@ class Gaps:
             for contact, count in zip(contacts, known.counts, strict=True):
                 contact.count = count
         return known.table
+
+    def ends_of_held(self, contacts: Sequence[RestingContact]) -> Held | None:
+        """Where held points of contacts end; None where some are not on bodies with corners."""
+        key, pairs = tuple(c.gap for c in contacts), self.pairs
+        held = [self.items[i].held for i in key]
+        known = self._ends
+        if known is not None and known[0] == key and not any(map(is_not, known[1], held)):
+            return known[2]
+        self._ends = (key, held, None if pairs is None else self._made_ends(contacts, pairs))
+        return self._ends[2]
+
+    def _made_ends(self, contacts: Sequence[RestingContact], pairs: Pairs) -> Held | None:
+        own = [(c, self.items[c.gap]) for c in contacts]
+        if not all(self.rated[c.gap] or (item.has_corners and item.holds) for c, item in own):
+            return None
+        borders, spans, rows, first = [np.zeros((0, 6))], [(0, 0)], [np.zeros((0, 3), int)], 0
+        for contact, item in own:
+            held = [None] if self.rated[contact.gap] else item.held
+            for point in held:
+                edges = np.zeros((0, 6))
+                if isinstance(point, HeldCorner):
+                    edges = point.borders
+                borders.append(edges)
+                spans.append((spans[-1][1], spans[-1][1] + len(edges)))
+            if not self.rated[contact.gap]:
+                numbers = np.flatnonzero(pairs.whole[:, 0] == contact.gap)
+                last = np.full(len(numbers), first + len(held))
+                rows.append(np.column_stack([numbers, np.full(len(numbers), first), last]))
+            first += len(held)
+        return Held(np.concatenate(borders), np.array(spans[1:]), np.concatenate(rows))
 
     def hold(self, contacts: Sequence[RestingContact], q: np.ndarray) -> None:
         """Follow the points at which polyhedra touch at q from here on; let go of all others."""

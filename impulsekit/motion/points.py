@@ -21,6 +21,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.lines import nearest
+from ..geometry.vectors import Vector, along, cross, dot
 from ..laws.borrowed import borrowed
 from ..laws.compiled import compiled, entry
 from ..tolerances import NONZERO
@@ -49,7 +51,6 @@ MOST = 21
 # Gaps are sums of some ten rounded terms, in units of the largest one's rounding error.
 ROUNDED = 8.0 * float(np.finfo(float).eps)
 
-Vector = tuple[float, float, float]
 # Kind, two joints, and numbers, as a ``Table`` has them.
 TableRow = tuple[int, int, int, np.ndarray]
 
@@ -90,28 +91,6 @@ def table_of(rows: Sequence[TableRow]) -> Table:
     for own, row in zip(numbers, rows, strict=True):
         own[: len(row[3])] = row[3]
     return Table(whole, numbers)
-
-
-@compiled
-def cross(a: Vector, b: Vector) -> Vector:
-    """a × b."""
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )
-
-
-@compiled
-def dot(a: Vector, b: Vector) -> float:
-    """a·b."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@compiled
-def along(a: Vector, factor: float, b: Vector) -> Vector:
-    """a + factor b."""
-    return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
 
 
 @compiled
@@ -227,11 +206,7 @@ def crossing(
     e = turned(places, one, three(numbers, 3))
     there = along(origin(places, two), 1.0, turned(places, two, three(numbers, 6)))
     f = turned(places, two, three(numbers, 9))
-    turn = cross(e, f)
-    square = dot(turn, turn)
-    between = along(there, -1.0, start)
-    s = dot(cross(between, f), turn) / square
-    u = dot(cross(between, e), turn) / square
+    s, u, turn, square = nearest(start, e, there, f)
     sign = numbers[14]
     way = (sign * turn[0], sign * turn[1], sign * turn[2])
     return e, f, way, square, along(start, s, e), along(there, u, f), s, u

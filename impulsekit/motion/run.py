@@ -241,6 +241,7 @@ class Run:
         if not (closes or stops or (kinks and seen.bends)):
             return False
         crossing = None if now.passing else seen.crossing
+        passage = self._flight.passage(step)
         if closes and crossing is None:
             crossing = first_crossing(
                 gaps,
@@ -251,6 +252,7 @@ class Run:
                 resting,
                 self._settings.together,
                 now.passing,
+                passage,
             )
         until = step.end if crossing is None else crossing.t
         kink = kinks.first(step.states, step.start, until) if seen.bends else None
@@ -266,6 +268,7 @@ class Run:
                 until,
                 lambda t: now.pushing(t, *step.states(t)),
                 lambda t: now.left_to_tear(t, *step.states(t)),
+                passage,
             )
         if stop is not None:
             when, elsewhere = stop

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from ..geometry.features import BESIDE
 from .gaps import Gaps
 from .resting import Resting
 from .roots import States, falling_root
+
+if TYPE_CHECKING:
+    from .passage import Passage
 
 __all__ = ["first_stop"]
 
@@ -31,13 +35,15 @@ def first_stop(
     end: float,
     pushing: Callable[[float], np.ndarray],
     left_to_tear: Callable[[float], np.ndarray],
+    passage: Passage | None = None,
 ) -> tuple[float, bool] | None:
     """When a sliding point first stops or has got going, or a contact has lifted, in a step.
 
     Or when a resting body comes down elsewhere, or a point leaves its face or edge; gives the
     time, and whether it was one of these two. ``left_to_tear``: by point, the margin of static
     friction [m/s²]. ``pushing``: by point, whether it is loaded: between the ends of a step the
-    velocity is known to tolerance only, so that a loaded point may seem to leave.
+    velocity is known to tolerance only, so that a loaded point may seem to leave. ``passage``: the
+    step as compiled code sees it, where it does.
     """
     contacts = resting.contacts
     slides, slip_begins = resting.slides(), resting.begins()
@@ -47,7 +53,13 @@ def first_stop(
     many = 0 if rolling is None else 4 * len(rolling.owners(contacts))
     many += count if resting.may_tear else 0
     more = np.full(many, np.inf)
-    lowest, _ = gaps.beyond_held(contacts, *states(start))
+    told = None if passage is None else passage.signs(resting)
+    # Both ends of a piece are asked for again and again.
+    told = None if told is None else cache(told)
+    if told is None:
+        lowest, _ = gaps.beyond_held(contacts, *states(start))
+    else:
+        lowest = float(told(start)[-1])
     # Where something touches already, it may come no deeper than by rounding.
     lowest = min(lowest, 0.0) - ELSEWHERE
 
@@ -80,11 +92,18 @@ def first_stop(
         return np.concatenate([*own, turning if len(turning) == len(more) else more])
 
     def signs(t: float) -> np.ndarray:
+        if told is not None:
+            found = np.delete(told(t), np.s_[4 * count : 5 * count])
+            found[3 * count : 4 * count] += LEFT
+            found[-1] -= lowest
+            return found
         q, v = states(t)
         speeds = of_speeds(t, q, v)
         return np.concatenate([speeds[: 3 * count], of_places(q, v), speeds[3 * count :]])
 
     def one(i: int, t: float) -> float:
+        if told is not None:
+            return float(signs(t)[i])
         q, v = states(t)
         if 3 * count <= i <= 4 * count:
             return float(of_places(q, v)[i - 3 * count])

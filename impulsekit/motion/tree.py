@@ -14,16 +14,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.vectors import Vector, along, cross, dot
 from ..laws.compiled import compiled
 from ..laws.half import Factor
-from .points import Kinematics, along, back, cross, dot, three, turned
+from .points import Kinematics, back, three, turned
 
 __all__ = ["BALL", "CIRCLE", "FREE", "PLANAR", "SLIDE", "TRANSLATION", "TURN", "Room", "Tree"]
 
 # Kinds of joints.
 TURN, CIRCLE, SLIDE, BALL, FREE, PLANAR, TRANSLATION = 0, 1, 2, 3, 4, 5, 6
-
-Vector = tuple[float, float, float]
 
 
 class Tree(NamedTuple):

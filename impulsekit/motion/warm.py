@@ -26,6 +26,7 @@ def load_motion(scene: Scene) -> None:
 
 def _entries(scene: Scene | None) -> list[Entry]:
     """What motions of a scene call; None: of any scene."""
+    from ..geometry.features import touch
     from ..geometry.polyhedron import separate
     from ..laws.resting import find_forces
     from .chart import unrolled
@@ -33,8 +34,11 @@ def _entries(scene: Scene | None) -> list[Entry]:
     from .compiled_look import look
     from .compiled_settle import settle_points
     from .compiled_step import attempt, begin_steps, rates_at
+    from .compiled_stops import signs_at
     from .compiled_strike import strike_point
+    from .compiled_touch import first_touch_of, touch_pairs
     from .compiled_travel import travel
+    from .pairs import write_gaps
     from .points import gaps_and_rates
     from .pressed import pressed, rows_and_bias
 
@@ -50,7 +54,7 @@ def _entries(scene: Scene | None) -> list[Entry]:
             pressed,
         ]
     if scene is None or any(isinstance(entry, Collision) for entry in scene.contacts):
-        entries.append(separate)
+        entries += [separate, touch, touch_pairs, first_touch_of, signs_at, write_gaps]
     return entries
 
 
@@ -60,11 +64,20 @@ def load_shared() -> None:
     Else a number of calls that depends on the time they take would run as Python first, which
     rounds otherwise in the last place: no two motions would be the same to the last bit.
     """
+    from ..geometry.features import touch
     from ..geometry.polyhedron import separate
     from ..laws.several import hit_contacts
+    from .pairs import write_gaps
     from .points import gaps_and_rates
     from .pressed import rows_and_bias
 
-    entries: list[Entry] = [hit_contacts, gaps_and_rates, rows_and_bias, separate]
+    entries: list[Entry] = [
+        hit_contacts,
+        gaps_and_rates,
+        rows_and_bias,
+        separate,
+        touch,
+        write_gaps,
+    ]
     for entry in entries:
         entry.load()
