@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError, UnknownNameError, shown
-from ..robot import Robot
+from ..errors import InputError, UnknownNameError, quoted, shown
+from ..robot.changes import with_masses
 from ..scene import JointStop, RestitutionTable, Rope, Scene
 
 if TYPE_CHECKING:
@@ -103,6 +103,11 @@ def parameters_of(
         }
     found = []
     for kind, wanted in (("restitution", restitution), ("friction", friction)):
+        if isinstance(wanted, str):
+            raise InputError(
+                f"fit: {kind} takes a list of contacts, got {quoted(wanted)}; "
+                f"give [{quoted(wanted)}]"
+            )
         taken: dict[str, str] = {}
         for given in wanted:
             entry, names = _tied(given, contacts)
@@ -271,5 +276,5 @@ def changed_scene(
             for index, value in items.items():
                 values[index] = value
             model.inertias[joint_id] = pin.Inertia.FromDynamicParameters(values)
-        robot = Robot.from_model(model)
+        robot = with_masses(robot, model)
     return replace(scene, robot=robot, contacts=contacts)

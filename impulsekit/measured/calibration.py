@@ -10,12 +10,12 @@ import numpy as np
 import pinocchio as pin
 
 from ..display import OneLine
-from ..errors import InputError, a_thing
-from ..robot import Robot
+from ..errors import InputError, RangeError, a_thing
+from ..robot.changes import with_masses
 from ..scene import Scene
 from .flight import Flight
 from .floor import fitted_floor
-from .free_fall import coarse_scale, free_fall, free_root, mass_centres
+from .free_fall import coarse_scale, free_bodies, free_fall, free_root, mass_centres
 from .recording import Recording
 from .segments import ROUNDING, flights_with_noise
 
@@ -51,7 +51,7 @@ class Calibration(OneLine):
         floor_height: of the floor in the recordings above the scene's, true lengths [m].
         floor_tilt: (2,) its slope along the scene's contact axes [rad].
         sigma: by the same names, standard deviations; infinite for what is not determined.
-        flights, rests: how many these rest on.
+        flights, rests: how many these rest on. recordings: how many have flights.
         notes: what to look at.
 
     Example:
@@ -74,46 +74,76 @@ class Calibration(OneLine):
     flights: int
     rests: int
     notes: tuple[str, ...] = ()
+    recordings: int = 0
     _plane: tuple[np.ndarray, np.ndarray] | None = field(default=None, repr=False)
+
+    def intervals(self, level: float = 0.95) -> dict[str, np.ndarray]:
+        """(2,) or (2, n) ends by name; NaN for what is not determined.
+
+        Deviations are of few recordings (jackknife), so that Student's quantiles hold where free
+        fall tells a value. Floor and sensor offset have several unknowns for few rests, which makes
+        a jackknife's deviation larger by as much (Efron & Stein 1981): normal quantiles hold there.
+
+        Raises:
+            RangeError: the level is not between 0 and 1.
+        """
+        from scipy import stats
+
+        if not 0.0 < level < 1.0:
+            raise RangeError.of("level", level, "between 0 and 1")
+        tail, found = 0.5 * (1.0 - level), {}
+        for name, sigma in self.sigma.items():
+            if sigma is None:
+                continue
+            by_rests = name in ("floor_height", "floor_tilt", "sensor_offset")
+            normal = by_rests or self.recordings < 2
+            factor = stats.norm.isf(tail) if normal else stats.t.isf(tail, self.recordings - 1)
+            reach = factor * np.where(np.isfinite(sigma), sigma, np.nan)
+            value = np.array(getattr(self, name))
+            found[name] = np.array([value - reach, value + reach])
+        return found
 
     def apply(self, recording: Recording) -> Recording:
         """The recording in the world of the scene: true lengths, the floor where it is there.
 
         The sensor offset and the floor's tilt are taken off where they are three times their
-        standard deviation or more; velocities are taken at times later by their lag.
+        standard deviation or more; velocities are taken at times later by their lag. All free
+        bodies are moved alike.
 
         Raises:
             InputError: the robot's root is no free-flyer.
         """
         model = recording.robot.model
-        start = model.joints[free_root(recording.robot)].idx_q
+        free = [model.joints[joint] for joint in free_bodies(recording.robot)]
         q = recording.q.copy()
-        v = None if recording.v is None else self._timely(recording, start)
+        v = None if recording.v is None else self._timely(recording, free)
         turn, shift, offset = self._motion()
         for row in q:
-            place = row[start : start + 3]
-            axes = pin.Quaternion(np.array(row[start + 3 : start + 7])).matrix()
-            place[:] = turn @ (place / self.length_scale - axes @ offset) + shift
-            turned = pin.Quaternion(turn @ axes).coeffs()
-            row[start + 3 : start + 7] = (
-                turned if turned @ row[start + 3 : start + 7] > 0 else -turned
-            )
+            for start in (joint.idx_q for joint in free):
+                place, attitude = row[start : start + 3], row[start + 3 : start + 7]
+                axes = pin.Quaternion(np.array(attitude)).matrix()
+                place[:] = turn @ (place / self.length_scale - axes @ offset) + shift
+                turned = pin.Quaternion(turn @ axes).coeffs()
+                attitude[:] = turned if turned @ attitude > 0 else -turned
         sigma = recording.sigma
         if sigma is not None:
             sigma = np.broadcast_to(sigma, (model.nv,)).copy()
-            sigma[:3] /= self.length_scale
+            for joint in free:
+                sigma[joint.idx_v : joint.idx_v + 3] /= self.length_scale
         return replace(recording, q=q, v=v, sigma=sigma)
 
-    def _timely(self, recording: Recording, start: int) -> np.ndarray:
+    def _timely(self, recording: Recording, free: Sequence[Any]) -> np.ndarray:
         """(T, nv) velocities at the times of the samples, true lengths; linear ones in the world
-        while they are shifted, since the body's axes turn."""
-        v = recording.v.copy()
-        turns = [pin.Quaternion(np.array(q[start + 3 : start + 7])).matrix() for q in recording.q]
-        v[:, :3] = [turn @ each for turn, each in zip(turns, v[:, :3], strict=True)]
+        while they are shifted, since the axes of bodies turn."""
         late = recording.t + (self.velocity_lag or 0.0)
-        v = np.stack([np.interp(late, recording.t, column) for column in v.T], axis=1)
-        v[:, :3] = [turn.T @ each for turn, each in zip(turns, v[:, :3], strict=True)]
-        v[:, :3] /= self.length_scale
+        v = np.stack([np.interp(late, recording.t, column) for column in recording.v.T], axis=1)
+        for joint in free:
+            attitudes = recording.q[:, joint.idx_q + 3 : joint.idx_q + 7]
+            turns = np.array([pin.Quaternion(np.array(each)).matrix() for each in attitudes])
+            own = slice(joint.idx_v, joint.idx_v + 3)
+            world = np.einsum("tij,tj->ti", turns, recording.v[:, own])
+            world = np.stack([np.interp(late, recording.t, column) for column in world.T], axis=1)
+            v[:, own] = np.einsum("tji,tj->ti", turns, world) / self.length_scale
         return v
 
     def scene(self, scene: Scene) -> Scene:
@@ -248,7 +278,7 @@ def calibrate(recordings: Recording | Sequence[Recording], scene: Scene) -> Cali
     return Calibration(
         scale, tilt, floor.values[3:], own - fall.offset / scale, None if lag is None else lag[0],
         float(floor.values[0]), floor.values[1:3], sigma, len(flights), floor.rests,
-        tuple(notes), floor.plane,
+        tuple(notes), len({flight[0] for flight in flights}), floor.plane,
     )  # fmt: skip
 
 
@@ -259,7 +289,7 @@ def _with_mass_centre(scene: Scene, shift: np.ndarray) -> Scene:
     own = model.inertias[root]
     lever = own.lever + shift * (pin.computeTotalMass(model) / own.mass)
     model.inertias[root] = pin.Inertia(own.mass, lever, own.inertia)
-    return replace(scene, robot=Robot.from_model(model))
+    return replace(scene, robot=with_masses(scene.robot, model))
 
 
 def _deviation(way: np.ndarray, covariance: np.ndarray) -> float:

@@ -21,6 +21,7 @@ from ..errors import (
 )
 from ..robot import Robot
 from .recording import Recording
+from .repeats import repeated_poses
 from .velocity_check import checked_velocities
 
 __all__ = ["REPAIRS", "RecordingFormat", "recording_of_columns"]
@@ -108,6 +109,7 @@ def recording_of_columns(
     t, q, v = _in_order(t, q, v, reader.where, repair, notes)
     q = _of_unit_length(robot.model, q, reader.where, repair, notes)
     v = checked_velocities(robot, t, q, v, reader.where, notes)
+    notes += repeated_poses(q)
     return Recording(robot, t, q, v=v, name=name, notes=tuple(notes))
 
 

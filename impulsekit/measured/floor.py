@@ -11,6 +11,7 @@ from ..geometry.axes import contact_axes
 from ..robot.placing import Posture
 from ..scene import Contact, Scene
 from ..tolerances import NONZERO
+from .free_fall import free_bodies
 from .recording import Recording
 from .segments import MEDIAN_TO_SIGMA
 
@@ -82,8 +83,11 @@ def fitted_floor(several: list[Recording], scene: Scene, scale: float) -> FloorF
         if q is None:
             continue
         q = q.copy()
-        turn = pin.Quaternion(np.array(q[3:7])).matrix()
-        q[:3] /= scale
+        free = [recording.robot.model.joints[joint].idx_q for joint in free_bodies(recording.robot)]
+        # The points of several bodies have no offset in common.
+        turn = pin.Quaternion(np.array(q[3:7])).matrix() * (len(free) == 1)
+        for start in free:
+            q[start : start + 3] /= scale
         posture = Posture(recording.robot, q)
         points = np.array(
             [posture.frame(entry.frame).act(np.array(entry.at, dtype=float)) for entry in contacts]

@@ -12,7 +12,14 @@ from ..robot import Robot
 from ..tolerances import NONZERO
 from .recording import Recording
 
-__all__ = ["FreeFall", "coarse_scale", "free_fall", "free_root", "mass_centres"]
+__all__ = [
+    "FreeFall",
+    "coarse_scale",
+    "free_bodies",
+    "free_fall",
+    "free_root",
+    "mass_centres",
+]
 
 # Samples of windows to look for free fall in.
 WINDOWS = (15, 25)
@@ -21,6 +28,8 @@ SMOOTH = 0.12
 # Cosine to the scene's gravity above which a window's acceleration is free fall; logarithms of
 # accelerations this near are one.
 DOWN, ALIKE = 0.95, 0.1
+# So many windows at least tell the size of free fall.
+FEWEST_FALLS = 3
 # Scales that are uncertain calibrations; beyond, units are mistaken.
 LEAST_SCALE, MOST_SCALE = 0.5, 2.0
 UNITS = {
@@ -57,15 +66,33 @@ class FreeFall:
 
 
 def mass_centres(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
-    """(T, 3) mass centres in the world and (T, 3, 3) axes of the first free body."""
+    """(T, 3) mass centres in the world and (T, 3, 3) axes of the free body.
+
+    Axes of several are 0: the common mass centre does not tell where the points on each are.
+    """
     model = recording.robot.model
     data = model.createData()
-    root = free_root(recording.robot)
+    root, alone = free_root(recording.robot), len(free_bodies(recording.robot)) == 1
     places, axes = [], []
     for q in recording.q:
         places.append(np.array(pin.centerOfMass(model, data, np.array(q))))
-        axes.append(np.array(data.oMi[root].rotation))
+        axes.append(np.array(data.oMi[root].rotation) * alone)
     return np.array(places), np.array(axes)
+
+
+def free_bodies(robot: Robot) -> list[int]:
+    """The indices of the free joints, that of the root first.
+
+    Raises:
+        InputError: the root is none.
+    """
+    found = [
+        int(joint.id)
+        for joint in list(robot.model.joints)[1:]
+        if joint.shortname() == "JointModelFreeFlyer"
+    ]
+    free_root(robot)
+    return found
 
 
 def free_root(robot: Robot) -> int:
@@ -95,9 +122,10 @@ def coarse_scale(recordings: list[Recording], gravity: np.ndarray) -> float:
         for window in WINDOWS
         for fall in _falls(recording, gravity, window)
     ]
-    if len(found) < 3:
+    if len(found) < FEWEST_FALLS:
         raise InputError(
             "calibrate: no free fall in the recordings; give recordings of a body in flight"
+            + _other_way(recordings, gravity)
         )
     # Impacts give windows of any acceleration; those of free fall are all alike.
     size = float(np.linalg.norm(gravity))
@@ -113,6 +141,28 @@ def coarse_scale(recordings: list[Recording], gravity: np.ndarray) -> float:
             f"calibrate: bodies fall with {scale * size:.4g} instead of {size:.4g} m/s²: {words}"
         )
     return scale
+
+
+def _other_way(recordings: list[Recording], gravity: np.ndarray) -> str:
+    """What to say if bodies fall along another axis of the recordings than the scene's gravity."""
+    size = float(np.linalg.norm(gravity))
+    for sign in (-1.0, 1.0):
+        for axis, name in enumerate("xyz"):
+            along = sign * np.eye(3)[axis]
+            found = [
+                fall
+                for recording in recordings
+                for window in WINDOWS
+                for fall in _falls(recording, size * along, window)
+            ]
+            near = [LEAST_SCALE < fall / size < MOST_SCALE for fall in found]
+            if sum(near) >= FEWEST_FALLS and abs(float(along @ gravity)) < DOWN * size:
+                return (
+                    f"; bodies fall along {'+' if sign > 0.0 else '-'}{name} of the recordings, "
+                    f"and the scene's gravity is {np.round(gravity, 3).tolist()}: turn the "
+                    "recordings into the scene's axes"
+                )
+    return ""
 
 
 def _falls(recording: Recording, gravity: np.ndarray, window: int) -> list[float]:

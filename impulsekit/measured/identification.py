@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from ..design.fit import Fit, fit_impacts
 from ..display import OneLine
-from ..errors import InputError
+from ..errors import InputError, a_thing
 from ..scene import Scene
 from .calibration import Calibration, calibrate
 from .comparison import LawComparison, compare_laws
@@ -109,7 +109,7 @@ def identify(
         0.18
     """
     check_choices(held_out, processes, seed)
-    several = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    several = _checked(recordings, scene)
     restitution, friction = _chosen(scene, restitution, friction)
     notes: list[str] = []
     found_calibration = None
@@ -157,6 +157,18 @@ def identify(
     return Identification(
         tuple(several), found_calibration, impacts, by_impact, by_motion, fitted, tuple(notes), laws
     )
+
+
+def _checked(recordings: Any, scene: Any) -> list[Recording]:
+    """The recordings as a list."""
+    if not isinstance(scene, Scene):
+        raise InputError(f"identify takes a Scene, not {a_thing(scene)}")
+    alone = isinstance(recordings, Recording)
+    several = [recordings] if alone or not isinstance(recordings, Iterable) else list(recordings)
+    for each in several:
+        if not isinstance(each, Recording):
+            raise InputError(f"identify takes Recordings, not {a_thing(each)}")
+    return several
 
 
 def _shared(names: tuple[str, ...], known: Sequence[str]) -> str | tuple[str, ...]:

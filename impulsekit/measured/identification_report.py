@@ -14,11 +14,21 @@ if TYPE_CHECKING:
 
 __all__ = ["as_dict", "error_row", "report_text"]
 
+# Of recordings, so many notes are shown.
+MOST_NOTES = 8
+
 
 def report_text(found: Identification, level: float) -> str:
     """The report as text."""
     samples = sum(len(each.t) for each in found.recordings)
-    lines = [f"{_count(len(found.recordings), 'recording')}, {samples} samples", ""]
+    lines = [f"{_count(len(found.recordings), 'recording')}, {samples} samples"]
+    # What was repaired or left out while reading.
+    told = [f"{each.name or 'recording'}: {note}" for each in found.recordings
+            for note in each.notes]  # fmt: skip
+    lines += [f"note: {line}" for line in told[:MOST_NOTES]]
+    if len(told) > MOST_NOTES:
+        lines.append(f"note: {len(told) - MOST_NOTES} more such notes")
+    lines.append("")
     if found.calibration is not None:
         lines += ["Calibration", *str(found.calibration).splitlines(), ""]
     impacts = found.impacts

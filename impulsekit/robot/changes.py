@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from .robot import Robot
 
-__all__ = ["with_armature", "with_body", "with_ground", "with_lock"]
+__all__ = ["with_armature", "with_body", "with_ground", "with_lock", "with_masses"]
 
 # A principal moment may exceed the sum of the others by so much of it: rounding.
 TRIANGLE = 1e-9
@@ -143,6 +143,15 @@ def with_armature(robot: Robot, armature: Mapping[str, Any], gear: Mapping[str, 
         robot = _changed(robot, model, part, changes, None)
     model.armature = whole
     return type(robot)(model, robot.parts, robot.name)
+
+
+def with_masses(robot: Robot, model: pin.Model) -> Robot:
+    """The robot with the inertias of a model that is its own but for these, and its geometry.
+
+    Its files do not say these masses, so that it cannot be built from them, nor written to one.
+    """
+    parts = [replace(part, urdf=None, geometry=part.urdf or part.geometry) for part in robot.parts]
+    return type(robot)(pin.Model(model), parts, robot.name)
 
 
 def with_ground(robot: Robot, height: float, normal: Any, name: str) -> Robot:

@@ -45,9 +45,10 @@ def geometry_of(robot: Robot, kind: pin.GeometryType) -> pin.GeometryModel:
         _add_plain(robot, part, kind, whole)
         if kind == pin.GeometryType.COLLISION:
             _add_grounds(robot, part, whole)
-        if part.urdf is None:
+        written = part.geometry if part.urdf is None else part.urdf
+        if written is None:
             continue
-        urdf = replace(read_urdf(part.urdf), path=part.path)
+        urdf = replace(read_urdf(written), path=part.path)
         folders = mesh_folders(part)
         shapes = checked_shapes(urdf, tag, folders)
         text = plain_urdf(urdf.name, urdf.inertials, urdf.joints, shapes)

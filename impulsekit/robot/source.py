@@ -33,6 +33,7 @@ class RobotPart:
         shapes: the geometry of such a file.
         pairs: which of the shapes may touch, with their friction.
         changes: what was added to the part after it was read.
+        geometry: URDF text that counts for its geometry alone, since masses are other ones.
     """
 
     urdf: str | None
@@ -47,6 +48,7 @@ class RobotPart:
     shapes: tuple[PlainShape, ...] = ()
     pairs: tuple[TouchingPair, ...] = ()
     changes: Changes = NONE
+    geometry: str | None = None
 
     @property
     def label(self) -> str:

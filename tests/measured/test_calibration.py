@@ -5,8 +5,9 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.errors import InputError
+from impulsekit.errors import InputError, RangeError
 from impulsekit.measured import Recording, calibrate
+from impulsekit.measured.calibration import _with_mass_centre
 from tests.measured.bodies import ball_scene, bouncing_ball, flying_body
 
 SCENE = ball_scene()
@@ -126,3 +127,49 @@ def test_bodies_that_do_not_turn_tell_no_mass_centre():
     found = ik.measured.calibrate(several, scene)
     assert np.isinf(found.sigma["mass_centre"]).all() and not found.mass_centre.any()
     assert found.length_scale == pytest.approx(1.0, abs=0.01)
+
+
+def test_intervals_are_wider_for_few_recordings():
+    found = calibrate(throws(np.random.default_rng(4), 5, sigma=1e-3), SCENE)
+    low, high = found.intervals()["length_scale"]
+    # Student's quantile of four degrees of freedom.
+    assert high - low == pytest.approx(2 * 2.776445 * found.sigma["length_scale"])
+    assert found.recordings == 5 and low < 1.0 < high
+    ends = found.intervals(0.5)
+    assert np.isnan(ends["floor_height"]).all() and ends["gravity_tilt"].shape == (2, 2)
+    with pytest.raises(RangeError, match="level"):
+        found.intervals(1.0)
+
+
+def test_bodies_that_fall_another_way_are_told():
+    turn = pin.SE3(pin.exp3(np.array([-np.pi / 2, 0, 0])), np.zeros(3))
+    turned = []
+    for each in throws(np.random.default_rng(5), 3):
+        q = np.array([pin.SE3ToXYZQUAT(turn * pin.XYZQUATToSE3(np.array(row))) for row in each.q])
+        turned.append(Recording(SCENE.robot, each.t, q))
+    with pytest.raises(
+        InputError, match=r"fall along -y of the recordings, .* \[0.0, 0.0, -9.81\]"
+    ):
+        calibrate(turned, SCENE)
+
+
+def test_two_free_bodies_are_moved_alike_and_keep_their_geometry():
+    ball = SCENE.robot
+    two = ik.combine(a=ball, b=ball)
+    hit = ik.Collision("a/ball", "b/ball", restitution=0.7, friction=0.1, name="hit")
+    scene = ik.Scene(two, contacts=[hit], gravity=[0, 0, -9.81])
+    rng, scale, several = np.random.default_rng(6), 0.97, []
+    for _ in range(4):
+        t, first = flying_body(rng, scale=scale)
+        _, second = flying_body(rng, scale=scale)
+        several.append(Recording(two, t, np.hstack([first, second])))
+    found = calibrate(several, scene)
+    assert found.length_scale == pytest.approx(scale, abs=1e-4)
+    # Two offsets cannot be told from one mass centre of both.
+    assert np.isinf(found.sigma["mass_centre"]).all()
+    level, given = found.apply(several[0]).q, several[0].q
+    for at in (slice(0, 3), slice(7, 10)):
+        assert level[:, at] == pytest.approx(given[:, at] / found.length_scale)
+    moved = _with_mass_centre(scene, np.array([1e-3, 0, 0]))
+    assert len(moved.robot.collision_model.geometryObjects) == 2
+    assert moved.robot.mass == pytest.approx(two.mass)

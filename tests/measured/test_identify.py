@@ -265,3 +265,27 @@ def test_contacts_that_share_a_coefficient(balls):
     assert fit.values == pytest.approx([0.7, 0.1], abs=1e-6)
     with pytest.raises(InputError, match="name it once"):
         ik.measured.fit_impacts(seen, friction=["foot_*", "foot_0"])
+
+
+def test_what_identify_cannot_take_is_said(balls):
+    scene, recordings = balls
+    with pytest.raises(InputError, match="takes a Scene, not an int"):
+        identify(recordings, 3)
+    for bad in (None, [3], recordings[0].q):
+        with pytest.raises(InputError, match="takes Recordings, not"):
+            identify(bad, scene)
+    for share in (2.0, float("nan"), "a"):
+        with pytest.raises(RangeError, match="held_out"):
+            identify(recordings, scene, held_out=share)
+    with pytest.raises(
+        InputError, match=r'takes a list of contacts, got "floor"; give \["floor"\]'
+    ):
+        fit_motion(recordings, scene, friction="floor")
+
+
+def test_notes_of_recordings_stand_in_the_report(balls):
+    scene, recordings = balls
+    noted = [replace(each, notes=(f"sample {k} left out",)) for k, each in enumerate(recordings)]
+    text = identify(noted, scene, calibration=False, motions=False).report()
+    assert "note: 0: sample 0 left out" in text or ": sample 0 left out" in text
+    assert f"note: {len(recordings) - 8} more such notes" in text

@@ -239,3 +239,23 @@ def test_columns_that_are_empty_or_complex(truth):
         Recording.from_columns(BALL, {name: each[:0] for name, each in columns.items()})
     with pytest.raises(NotFiniteError, match='"position" must be numbers'):
         Recording.from_columns(BALL, {**columns, "position": columns["position"] + 1e-3j})
+
+
+def test_impacts_that_are_none_are_said(truth):
+    t, poses = truth
+    for wrong in (np.zeros((len(t), 6)), 3, [(0.0, 1)]):
+        with pytest.raises(InputError, match=r"pairs of a time \[s\] and an Impact, .* v=\.\.\."):
+            Recording(BALL, t, poses, wrong)
+
+
+def test_a_tracker_that_lost_the_body_is_noted(truth):
+    columns = columns_of(truth)
+    held = {name: array.copy() for name, array in columns.items()}
+    for name in ("position", "quaternion_xyzw"):
+        held[name][10:14] = held[name][9]
+    (note,) = Recording.from_columns(BALL, held).notes
+    assert note.startswith("4 of 30 samples repeat the pose before them exactly, sample 10 the fi")
+    # At rest at the end, as out of a simulator.
+    for name in ("position", "quaternion_xyzw"):
+        columns[name][20:] = columns[name][20]
+    assert Recording.from_columns(BALL, columns).notes == ()

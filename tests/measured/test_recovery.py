@@ -93,7 +93,9 @@ def scores(seed, count):
     names = ("floor_height", "velocity_lag", "length_scale")
     off = [getattr(found, n) - x for n, x in zip(names, (FLOOR, LAG, SCALE), strict=True)]
     off = np.array([*(fit.values - [E, MU]), *off])
-    return off / [*spread, *(found.sigma[name] for name in names)], off
+    # Likewise for Student's quantiles.
+    spread = [*spread, *(np.ptp(found.intervals()[name]) / (2 * 1.959964) for name in names)]
+    return off / spread, off
 
 
 def test_coefficients_floor_and_lag_come_back():
