@@ -9,9 +9,9 @@ import numpy as np
 import pinocchio as pin
 
 from ..motion.dynamics import Dynamics
-from ..rows.contacts import ContactRows
+from ..rows.contacts import ContactRows, Touch
 from ..rows.reach import reached_model
-from ..scene import Scene
+from ..scene import Collision, Scene
 
 __all__ = ["ClosingContacts"]
 
@@ -26,6 +26,8 @@ MOST = 4
 DEPENDENT = 1e-9
 # Variances below this share of the largest count as that share.
 SINGULAR = 1e-12
+# Bodies that collide are looked at up to this gap [m], the largest that a scene can say.
+FAR = 1.0
 
 
 class ClosingContacts:
@@ -44,7 +46,16 @@ class ClosingContacts:
         self._names = scene.entry_names("contacts")
         own = scene.robot.model
         reached = reached_model(own, range(1, own.njoints), keep_places=True)
-        self._rows = ContactRows(scene, reached)
+        self._margins = {
+            k: entry.margin
+            for k, entry in enumerate(scene.contacts)
+            if isinstance(entry, Collision)
+        }
+        contacts = [
+            replace(entry, margin=FAR) if isinstance(entry, Collision) else entry
+            for entry in scene.contacts
+        ]
+        self._rows = ContactRows(replace(scene, contacts=contacts), reached)
         self._reached = reached.model
         self._reached_data = reached.model.createData()
 
@@ -128,12 +139,26 @@ class ClosingContacts:
 
     def _jacobian(self, q: np.ndarray, chosen: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
         """(3 k, nv) rows and (k, 3, 3) axes of contacts; of a stop, its row as the normal."""
-        touches = self._rows.touching(self._reached_data, q, chosen)
+        touches = self._nearest_points(self._rows.touching(self._reached_data, q, chosen))
         if not touches:
             return np.zeros((0, self._model.nv)), np.zeros((0, 3, 3))
         rows = np.vstack([touch.jacobian for touch in touches])
         axes = np.array([np.eye(3) if t.axes is None else t.axes for t in touches])
         return rows, axes
+
+    def _nearest_points(self, touches: list[Touch]) -> list[Touch]:
+        """Of bodies that collide, the points that are nearest, however far: noise parts them."""
+        least: dict[int, float] = {}
+        for touch in touches:
+            if touch.entry in self._margins and touch.gap is not None:
+                least[touch.entry] = min(least.get(touch.entry, np.inf), touch.gap)
+        return [
+            touch
+            for touch in touches
+            if touch.entry not in least
+            or touch.gap is None
+            or touch.gap <= max(least[touch.entry], 0.0) + self._margins[touch.entry]
+        ]
 
     def _held(self, q: np.ndarray) -> np.ndarray:
         """(m, nv) rows of the constraints."""

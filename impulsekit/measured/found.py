@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from math import ceil, log2
+from typing import Any
 
 import numpy as np
 
 from ..design.fit import Measurement
 from ..display import OneLine, one_line
-from ..scene import Scene
+from ..scene import Collision, JointStop, Scene
 
 __all__ = ["FoundImpact", "FoundImpacts"]
 
@@ -62,6 +64,21 @@ class FoundImpact(OneLine):
     balance: float
     samples: tuple[int, int]
 
+    def margins(self) -> tuple[float, ...]:
+        """Of each contact, the gap that noise leaves to what touches, rounded up [m]."""
+        return tuple(_margin(float(gap)) for gap in self.gaps)
+
+    def _touching(self, scene: Scene) -> np.ndarray:
+        """(nq,) the configuration with joints at the limits that they hit, not before them."""
+        q, model = self.q.copy(), scene.robot.model
+        for name, entry in zip(scene.entry_names("contacts"), scene.contacts, strict=True):
+            if isinstance(entry, JointStop) and name in self.contacts:
+                at = model.joints[scene.robot.joint_id(entry.joint)].idx_q
+                lower, upper = entry.limits(scene.robot)
+                near_upper = upper - q[at] < q[at] - lower
+                q[at] = max(q[at], upper) if near_upper else min(q[at], lower)
+        return q
+
     def measurement(self, scene: Scene) -> Measurement:
         """The impact as ``fit_impacts`` takes it: the scene with these contacts alone.
 
@@ -71,8 +88,8 @@ class FoundImpact(OneLine):
             UnknownNameError: the scene has no such contact.
         """
         return Measurement(
-            only_contacts(scene, self.contacts),
-            self.q,
+            only_contacts(scene, self.contacts, self.margins()),
+            self._touching(scene),
             self.v_before,
             self.v_after,
             covariance=self.covariance,
@@ -81,8 +98,17 @@ class FoundImpact(OneLine):
         )
 
 
-def only_contacts(scene: Scene, names: tuple[str, ...]) -> Scene:
+def _margin(gap: float) -> float:
+    """The next power of two [m], so that impacts share scenes; 0 for what touches."""
+    return 0.0 if gap <= 0.0 else 2.0 ** ceil(log2(gap))
+
+
+def only_contacts(
+    scene: Scene, names: tuple[str, ...], margins: tuple[float, ...] | None = None
+) -> Scene:
     """The scene with some of its contacts alone, each with its name; no impulses.
+
+    ``margins``: of these, up to which gap bodies that collide are to count as touching [m].
 
     Raises:
         UnknownNameError: there is no such contact.
@@ -93,11 +119,15 @@ def only_contacts(scene: Scene, names: tuple[str, ...]) -> Scene:
     for name in names:
         if name not in known:
             raise UnknownNameError.among("contact", name, known)
-    kept = [
-        replace(entry, name=name)
-        for name, entry in zip(known, scene.contacts, strict=True)
-        if name in names
-    ]
+    wider = dict(zip(names, margins or (0.0,) * len(names), strict=True))
+    kept = []
+    for name, entry in zip(known, scene.contacts, strict=True):
+        if name not in names:
+            continue
+        own = replace(entry, name=name)
+        if isinstance(own, Collision):
+            own = replace(own, margin=max(own.margin, wider[name]))
+        kept.append(own)
     return replace(scene, impulses=(), contacts=kept)
 
 
@@ -149,11 +179,12 @@ class FoundImpacts(OneLine):
 
     def measurements(self, scene: Scene) -> list[Measurement]:
         """All impacts at known contacts as ``fit_impacts`` takes them."""
-        kept: dict[tuple[str, ...], Scene] = {}
+        kept: dict[tuple[Any, ...], Scene] = {}
         found = []
         for each in self.impacts:
             if each.contacts:
                 # Impacts at the same contacts share one scene, and are solved together.
                 own = each.measurement(scene)
-                found.append(replace(own, scene=kept.setdefault(each.contacts, own.scene)))
+                key = each.contacts, each.margins()
+                found.append(replace(own, scene=kept.setdefault(key, own.scene)))
         return found

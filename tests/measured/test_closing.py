@@ -10,6 +10,15 @@ import impulsekit as ik
 from impulsekit.measured.closing import ClosingContacts
 from tests.measured.bodies import ball_scene
 
+# A rod that swings down towards negative angles.
+ROD = (
+    '<robot name="rod"><link name="base"/><link name="rod"><inertial><origin xyz="-0.3 0 0"/>'
+    '<mass value="1"/><inertia ixx="0.03" iyy="0.03" izz="0.03" ixy="0" ixz="0" iyz="0"/>'
+    '</inertial></link><joint name="hinge" type="revolute"><parent link="base"/>'
+    '<child link="rod"/><axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="9" velocity="9"/>'
+    "</joint></robot>"
+)
+
 
 def test_rows_of_a_rod_are_the_rate_of_its_length():
     scene = ball_scene()
@@ -27,3 +36,45 @@ def test_rows_of_a_rod_are_the_rate_of_its_length():
 
     assert rows.shape == (4, 6)
     assert rows[-1] @ v == pytest.approx((length(1e-6) - length(-1e-6)) / 2e-6, abs=1e-8)
+
+
+def noisy_motion(scene, q, v, duration, count, sigma, rng, name):
+    motion = ik.simulate(scene, q, v, duration=duration, samples=count)
+    model = scene.robot.model
+    seen = [pin.integrate(model, row, sigma * rng.normal(size=model.nv)) for row in motion.q]
+    return ik.measured.Recording(scene.robot, motion.t, np.array(seen), name=name)
+
+
+def test_bodies_that_noise_parts_have_collided():
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    two = ik.combine(a=ball, b=ball)
+    hit = ik.Collision("a/ball", "b/ball", restitution=0.7, friction=0.1, name="hit")
+    scene, rng = ik.Scene(two, contacts=[hit], gravity=[0, 0, -9.81]), np.random.default_rng(0)
+    v, seen = np.zeros(12), []
+    v[[0, 2, 6, 8]] = [1.0, 1.0, -1.0, 1.0]
+    for k in range(4):
+        q = two.neutral().copy()
+        q[[0, 2, 7, 8, 9]] = [0.0, 1.0, 0.5, 0.02 * k - 0.03, 1.0]
+        seen.append(noisy_motion(scene, q, v, 0.4, 41, 1e-4, rng, str(k)))
+    found = ik.measured.find_impacts(seen, scene, sigma=1e-4)
+    gaps = np.array([each.gaps[0] for each in found.impacts])
+    assert len(gaps) == 4 and (gaps > 1e-6).any() and (gaps < 0.0).any()
+    # The line of centres says which impulse: along it, but for friction.
+    assert all(len(each.impulses) == 1 and each.impulses[0][0] < -0.5 for each in found.impacts)
+    start = replace(scene, contacts=[replace(hit, restitution=0.5)])
+    fit = ik.measured.fit_impacts(found.measurements(start), restitution=["hit"])
+    assert fit["hit: restitution"] == pytest.approx(0.7, abs=0.01)
+
+
+def test_joints_that_noise_keeps_from_their_limits_have_hit_them():
+    rod = ik.Robot.from_urdf(ROD)
+    stop = ik.JointStop("hinge", lower=-0.4, upper=2.0, restitution=0.6, name="stop")
+    scene, rng = ik.Scene(rod, contacts=[stop], gravity=[0, 0, -9.81]), np.random.default_rng(1)
+    seen = [
+        noisy_motion(scene, [1.0 + 0.05 * k], [0.0], 0.7, 71, 2e-4, rng, str(k)) for k in range(5)
+    ]
+    found = ik.measured.find_impacts(seen, scene)
+    assert any(each.gaps[0] > 0.0 for each in found.impacts if each.contacts)
+    start = replace(scene, contacts=[replace(stop, restitution=0.3)])
+    fit = ik.measured.fit_impacts(found.measurements(start), restitution=["stop"])
+    assert fit["stop: restitution"] == pytest.approx(0.6, abs=0.01)
