@@ -12,7 +12,7 @@ from click.testing import CliRunner
 import impulsekit as ik
 from impulsekit.cli import main
 from impulsekit.design.parameters import changed_scene, parameters_of
-from impulsekit.errors import InputError, RangeError, UnknownNameError
+from impulsekit.errors import ImpulsekitError, InputError, RangeError, UnknownNameError
 from impulsekit.measured import Recording, fit_motion, identify
 from impulsekit.measured.motions import _Search, _searched
 from impulsekit.measured.rollouts import Rollouts
@@ -275,7 +275,7 @@ def test_what_identify_cannot_take_is_said(balls):
         with pytest.raises(InputError, match="takes Recordings, not"):
             identify(bad, scene)
     for share in (2.0, float("nan"), "a"):
-        with pytest.raises(RangeError, match="held_out"):
+        with pytest.raises(ImpulsekitError, match="held_out"):
             identify(recordings, scene, held_out=share)
     with pytest.raises(
         InputError, match=r'takes a list of contacts, got "floor"; give \["floor"\]'
