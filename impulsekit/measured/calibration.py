@@ -154,7 +154,12 @@ class Calibration(OneLine):
         Raises:
             InputError: the robot's root is no free-flyer.
         """
-        sure = _is_sure(self.mass_centre, self.sigma["mass_centre"])
+        from scipy import stats
+
+        # As improbable by chance as three deviations are that many recordings tell.
+        chance = stats.norm.sf(SURE)
+        factor = stats.t.isf(chance, self.recordings - 1) if self.recordings > 1 else SURE
+        sure = _is_sure(self.mass_centre, self.sigma["mass_centre"] * factor / SURE)
         if not sure.any():
             return scene
         return _with_mass_centre(scene, np.where(sure, self.mass_centre, 0.0))

@@ -1,5 +1,7 @@
 """Calibration: what was put into recordings in closed form comes out, with its uncertainty."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -173,3 +175,11 @@ def test_two_free_bodies_are_moved_alike_and_keep_their_geometry():
     moved = _with_mass_centre(scene, np.array([1e-3, 0, 0]))
     assert len(moved.robot.collision_model.geometryObjects) == 2
     assert moved.robot.mass == pytest.approx(two.mass)
+
+
+def test_few_recordings_move_no_mass_centre_by_chance():
+    found = calibrate(throws(np.random.default_rng(4), 5, sigma=1e-3), SCENE)
+    # 3.5 deviations of Student's distribution with four degrees of freedom: once in 40 times.
+    few = replace(found, mass_centre=3.5 * found.sigma["mass_centre"])
+    assert few.scene(SCENE) is SCENE
+    assert replace(few, recordings=200).scene(SCENE) is not SCENE
