@@ -27,6 +27,8 @@ MOST_EVENTS = 200
 LONGEST = 1e4
 # Forces and accelerations below this share of the largest are zero where modes are tried.
 ZERO = 1e-9
+# Singular values of W below this share of the largest are rounding: the shortest forces are taken.
+NULL = 1e-12
 OPEN, LOADS, UNLOADS, HELD = range(4)
 
 
@@ -85,7 +87,7 @@ class Planar:
         for k, i in enumerate(np.flatnonzero(held)):
             way[n:, k] -= slip * self.rub[:, i]
         matrix = self.W[rows] @ way
-        x: np.ndarray = np.linalg.lstsq(matrix, -self.W[rows] @ start, rcond=1e-12)[0]
+        x: np.ndarray = np.linalg.lstsq(matrix, -self.W[rows] @ start, rcond=NULL)[0]
         return start + way @ x
 
     def speed(self, y: np.ndarray, row: int) -> float:
