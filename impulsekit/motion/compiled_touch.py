@@ -78,6 +78,15 @@ def _see_pair(approach: Approach, t: float) -> tuple[float, np.ndarray, Pose, Po
 _find_touch = touch_finder(_see_pair)
 
 
+def _examples() -> tuple:
+    from .compiled_look import example_look
+
+    system, _, work, watched = example_look()
+    none = np.zeros(0)
+    more = np.zeros((PIECES + 1, PIECES + 1)), none, 0.0, 1.0, 1.0, none
+    return system, work, NO_PAIRS, watched.turning, *more
+
+
 def _examples_of_pair() -> tuple:
     system, work, pairs, *_ = _examples()
     none, rows = np.zeros(0), np.zeros((0, 3))
@@ -128,15 +137,6 @@ def _first_in_window(
             if t < first:
                 first, found = t, gap
     return first, found
-
-
-def _examples() -> tuple:
-    from .compiled_look import example_look
-
-    system, _, work, watched = example_look()
-    none = np.zeros(0)
-    more = np.zeros((PIECES + 1, PIECES + 1)), none, 0.0, 1.0, 1.0, none
-    return system, work, NO_PAIRS, watched.turning, *more
 
 
 @entry(_examples, seconds=35.0)
