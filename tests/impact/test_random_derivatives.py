@@ -206,7 +206,7 @@ def test_armature_of_a_joint_that_others_mimic_counts_once():
     text = f'<robot name="m">{"".join(links)}{"".join(joints)}</robot>'
     robot = ik.Robot.from_urdf(text, mimic=True).with_armature({"j1": 0.4})
     blow = ik.AppliedImpulse("link_2", linear=[1, 2, 3], at=[0.1, 0, 0.2], name="blow")
-    floor = ik.Contact("link_2", at=[0.2, 0, 0], normal=[1, 0, 0], restitution=0.4)
+    floor = ik.Contact("link_2", at=[0.2, 0, 0], normal=[1, 0, 0], restitution=0.4, name="floor")
     rng = np.random.default_rng(1)
     for scene in (ik.Scene(robot, [blow]), ik.Scene(robot, contacts=[floor])):
         error = largest_error(scene, robot.configuration(j1=0.3), np.ones(1), rng)
