@@ -53,6 +53,8 @@ AT_REST = 1e-15
 EARLY: int = np.int64(5)  # type: ignore[assignment]
 SWEEPS: int = np.int64(50)  # type: ignore[assignment]
 MOST_SWEEPS = 30
+# Shares of the normal impulse that stops a contact alone, from which Newton starts at last.
+PUSHES = (0.25, 0.5, 1.0, 2.0)
 # Nothing found yet.
 _OPEN = -2
 _SOLVED, _NOT_UNIQUE = int(Status.SOLVED), int(Status.NOT_UNIQUE)
@@ -240,9 +242,28 @@ def search_slipping(
             break
         for k in range(3 * n):
             work.P[k] = rough[k]
+    residual = _from_pushes(work, n, sizes)
+    if residual <= BAR:
+        return _code_of(work, n, sizes, dependent, YES), residual
     for k in range(3 * n):
         work.P[k] = best[k] if least < math.inf else 0.0
     return _NOT_CONVERGED, least
+
+
+@compiled
+def _from_pushes(work: Workspace, n: int, sizes: Sizes) -> float:
+    """Newton from shares of what would stop each contact alone, where all else diverged."""
+    residual = math.inf
+    for share in PUSHES:
+        for i in range(n):
+            k = 3 * i + 2
+            stops = -work.b[k] / work.W[k, k] if work.W[k, k] > 0.0 else 0.0
+            work.P[k - 2], work.P[k - 1] = 0.0, 0.0
+            work.P[k] = max(work.floor[i], share * stops, 0.0)
+        residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
+        if residual <= BAR:
+            break
+    return residual
 
 
 @compiled

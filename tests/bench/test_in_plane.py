@@ -83,6 +83,13 @@ def test_rounding_decides_nothing(place, repeat, seed):
     assert {point.verdict for point in points} in ({"right"}, {"said so"})
 
 
+def test_an_answer_is_found_where_sweeps_diverge():
+    """On one body whatever its axes, with nothing to swap."""
+    points = solved_case(("rewritten", 3, 492, 48))
+    assert {point.method for point in points} > {"moved", "mirrored", "units", "order", "split"}
+    assert {point.verdict for point in points} == {"right"}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("sweep", SWEEPS, ids=lambda sweep: sweep.name)
 def test_of_many_scenes_in_a_plane_none_is_silently_wrong(sweep):
