@@ -211,10 +211,10 @@ def _change_slip(w: Wave, i: int, crossed: bool) -> bool:
     if slows < 0.0 and speed <= FAINT:
         w.slip[i] = STICKS
         return True
-    if speed <= STOPPED:
+    if FAINT < speed <= STOPPED:
         # Where others stick and hold it, its slip is what their steps have left.
-        _, _, b11, _, b22 = _free_of(w, i)
-        held = _is_held(w, i, b11 + b22)
+        _, _, b11, b12, b22 = _free_of(w, i)
+        held = _is_held(w, i, b11, b12, b22, u1, u2)
         w.slip[i] = STICKS if held else SLIPS
         find_forces(w, w.y)
         return held
@@ -323,21 +323,18 @@ def _start_slip(w: Wave, i: int) -> None:
     force = float(w.force[w.normal[i]])
     f1, f2 = float(w.force[t]), float(w.force[t + 1])
     n1, n2, b11, b12, b22 = _free_of(w, i)
-    size = math.sqrt(n1 * n1 + n2 * n2)
-    w.slip[i] = SLIPS
-    if not size > 0.0:
+    size, pull = math.sqrt(n1 * n1 + n2 * n2), math.sqrt(f1 * f1 + f2 * f2)
+    s1, s2 = 0.0, 0.0
+    if force > 0.0 and pull > 0.0 and _is_held(w, i, b11, b12, b22, f1, f2):
+        # It gives all it has, and the others take the rest.
+        w.slip[i], s1, s2 = LEANS, -f1 / pull, -f2 / pull
+    elif not size > 0.0:
         w.slip[i] = STICKS
         find_forces(w, w.y)
         return
-    s1, s2 = n1 / size, n2 / size
-    if force > 0.0:
-        if _is_held(w, i, b11 + b22):
-            # It gives all it has, and the others take the rest.
-            pull = math.sqrt(f1 * f1 + f2 * f2)
-            if pull > 0.0:
-                s1, s2 = -f1 / pull, -f2 / pull
-                w.slip[i] = LEANS
-        elif w.mode[i] != HELD and b11 * b22 - b12 * b12 > STILL * b11 * b22:
+    else:
+        w.slip[i], s1, s2 = SLIPS, n1 / size, n2 / size
+        if force > 0.0 and w.mode[i] != HELD and b11 * b22 - b12 * b12 > STILL * b11 * b22:
             w.give[i, 0], w.give[i, 1], w.give[i, 2] = b11, b12, b22
             w.slip[i] = CREEPS
     w.way[i, 0], w.way[i, 1] = s1, s2
@@ -348,10 +345,12 @@ def _start_slip(w: Wave, i: int) -> None:
 
 
 @borrowing
-def _is_held(w: Wave, i: int, give: float) -> bool:
-    """Whether others hold the tangents of contact i still, which give so much to its forces."""
+def _is_held(w: Wave, i: int, b11: float, b12: float, b22: float, d1: float, d2: float) -> bool:
+    """Whether others hold contact i along d: W of its tangents beside them is none along it."""
     t = w.tangent[i]
-    return bool(give <= STILL * (w.W[t, t] + w.W[t + 1, t + 1]))
+    give = b11 * d1 * d1 + 2.0 * b12 * d1 * d2 + b22 * d2 * d2
+    alone = w.W[t, t] * d1 * d1 + 2.0 * w.W[t, t + 1] * d1 * d2 + w.W[t + 1, t + 1] * d2 * d2
+    return bool(give <= STILL * alone)
 
 
 @borrowing
