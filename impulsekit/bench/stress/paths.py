@@ -79,7 +79,8 @@ def _path(n: int, rng: np.random.Generator) -> Judged:
     judged = energetic(problem, Law("lzb", exponent=planar.power))
     impulse = follow_in_time(planar)
     if impulse is None:
-        return replace(judged, left=np.inf)
+        # Not followed to its end: then cones, works and energy count alone.
+        return judged
     after = planar.free + planar.W @ impulse
     off = float(np.abs(after - judged.solution.velocity_after[at]).max())
     return replace(judged, left=max(judged.left, off / (np.abs(planar.free).max() + NONZERO)))

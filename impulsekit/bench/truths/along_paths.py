@@ -29,6 +29,8 @@ LONGEST = 1e4
 ZERO = 1e-9
 # Singular values of W below this share of the largest are rounding: the shortest forces are taken.
 NULL = 1e-12
+# An event that lies this far behind was passed over; ways are tried so often.
+PASSED, MOST_TRIES = 1e-8, 4
 OPEN, LOADS, UNLOADS, HELD = range(4)
 
 
@@ -238,7 +240,7 @@ def follow_in_time(planar: Planar) -> np.ndarray | None:
             return y[:r]
         events = planar.events()
         ends: list[Any] = [_Ends(planar, *event) for event in events]
-        way = solve_ivp(planar.rates, (0.0, end), y, "DOP853", rtol=RTOL, atol=ATOL, events=ends)
+        way = _until_an_end(planar, y, end, ends)
         if way.status != 1:
             return None
         y, moved = way.y[:, -1], -1
@@ -247,3 +249,22 @@ def follow_in_time(planar: Planar) -> np.ndarray | None:
                 planar.change(row, what, y)
                 moved = row if what in ("slips", "lifts") else moved
     return None
+
+
+def _until_an_end(planar: Planar, y: np.ndarray, end: float, ends: list[Any]) -> Any:
+    """The way from y to the first event; in shorter steps where one was passed over."""
+    longest = np.inf
+    for _ in range(MOST_TRIES):
+        way = solve_ivp(
+            planar.rates, (0.0, end), y, "DOP853", rtol=RTOL, atol=ATOL, events=ends,
+            max_step=longest,
+        )  # fmt: skip
+        beyond = [
+            t
+            for t, state in zip(way.t, way.y.T, strict=True)
+            if any(event(t, state) < -PASSED for event in ends)
+        ]
+        if not beyond:
+            break
+        longest = 0.05 * beyond[0]
+    return way
