@@ -30,7 +30,10 @@ CLOSED, LONGEST, SHORTER, MOST_AGAIN = 1e-10, 0.1, 0.3, 3
 # The energy is brought to that of the works where it depends on the impulses by more than this
 # share, and is off by less.
 STEEP, NEARLY = 1e-3, 1e-9
+# A support is met again where it is still approached by more than this share of the velocities.
+MET = 1e-9
 _SOLVED, _ENDLESS = int(Status.SOLVED), int(Status.NOT_CONVERGED)
+_REFUSED = int(Status.REFUSED)
 
 
 class Waved(NamedTuple):
@@ -84,6 +87,8 @@ def strike_by_energy(
         restitution, mu: (n,) e and friction.
         stiffness: (n,) k in F = k δ^exponent; infinite ones are held from the start.
         exponent: n.
+
+    The code is that of REFUSED where an infinite one is left and met again.
     """
     n = len(mu)
     speed, mobility = _units(W, free, mu)
@@ -102,6 +107,11 @@ def strike_by_energy(
         if other[1] < best[1]:
             best = other
         cap *= SHORTER
+    after = best[3]
+    for i in range(n):
+        if stiffness[i] == math.inf and after[3 * i + 2] < -MET * speed:
+            # A support that was left and met again: how it strikes has no stiffness to tell.
+            return _REFUSED, 1.0, best[2], after, best[4], best[5], best[6]
     return best
 
 

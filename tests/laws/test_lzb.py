@@ -304,3 +304,15 @@ def test_a_change_that_ends_within_a_step_is_not_passed_over():
     assert residual < 1e-12
     assert after == pytest.approx(free + W @ P, abs=1e-14)
     assert work.sum() == pytest.approx(0.5 * P @ (free + after), abs=1e-12)
+
+
+def test_a_support_that_parts_and_is_met_again_is_refused():
+    """The spring at one end turns the box until the other end, which parted, comes down."""
+    box = ik.Robot.from_urdf("models/box.urdf", root="freeflyer")
+    spring = ik.Contact("box", at=[-0.2, 0, -0.1], stiffness=1.0, restitution=0.5)
+    support = ik.Contact("box", at=[0.2, 0, -0.1], stiffness=np.inf, restitution=0.5)
+    scene = ik.Scene(box, contacts=[spring, support], law=LZB)
+    v = np.array([0, 0, -0.23, 0, -3.7, 0])
+    with pytest.raises(ik.errors.InputError, match=r"contact 1 .* met again at .* m/s"):
+        ik.solve(scene, box.neutral(), v)
+    assert ik.solve_batch(scene, box.neutral(), v[None]).status[0] == ik.Status.REFUSED

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...laws.lzb import AT_REST, Waved, strike_by_energy
+from ...laws.status import Status
 from ...scene.law import Law
 from .problem import ContactProblem, ContactSolution
 from .single import refuse_tangential
@@ -18,7 +19,7 @@ def solve_by_energy(problem: ContactProblem, law: Law) -> ContactSolution:
 
     Raises:
         InputError: a contact without stiffness, tangential restitution, or an infinite
-            stiffness where a contact approaches.
+            stiffness where a contact approaches, at first or after it has parted.
     """
     stiffness, free = problem.stiffness, problem.velocity_free
     if stiffness is None or stiffness.shape != problem.friction.shape:
@@ -44,6 +45,13 @@ def solve_by_energy(problem: ContactProblem, law: Law) -> ContactSolution:
             law.exponent,
         )
     )
+    if hit.status is Status.REFUSED:
+        met = int(np.where(np.isinf(stiffness), hit.after[2::3], np.inf).argmin())
+        raise InputError(
+            f"contacts: contact {met} has an infinite stiffness, parts in this impact and is met "
+            f"again at {-hit.after[3 * met + 2]:.6g} m/s; such a stiffness is for supports that "
+            "stay, give it a finite one"
+        )
     return ContactSolution(
         hit.impulse,
         hit.after,
