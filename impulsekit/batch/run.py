@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..laws.apart import failed, raise_failed
 from .codes import AGAIN
 from .inputs import BatchInputs
 from .kernels import layout
@@ -150,6 +151,8 @@ class BatchRun:
             work[shift:],
             lanes,
         )
+        if failed:
+            raise_failed()
         with self._lock:
             self.rows_done += min(end * lanes.width, self._size)
             self.rows_done -= min(begin * lanes.width, self._size)

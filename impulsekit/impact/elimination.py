@@ -114,11 +114,7 @@ class Elimination:
         self.half, self._magnitude, self._names = half, magnitude, names
         self._triples = np.array(triples, dtype=int)
         self._delassus = half.T.dot(half)
-        self._squares = self._delassus.diagonal().tolist()
-        # A row of zeros: no factor is tried.
-        self._factor = None
-        if 0.0 not in self._squares:
-            self._factor = _regular_factor(self._delassus, self._triples)
+        self._factor = _regular_factor(self._delassus, self._triples)
 
     def solve(
         self, right: np.ndarray, velocity_scale: Callable[[], np.ndarray] | None = None
@@ -215,15 +211,15 @@ class Elimination:
         With the factor of W, in which each of them stands for itself; None where it takes a
         closer look.
         """
-        squares = self._squares
-        still = [i for i, square in enumerate(squares) if not square]
-        largest = max(squares, default=0.0)
-        least = COMPARABLE * largest
-        if len(still) in (0, len(squares)) or any(0.0 < square < least for square in squares):
+        diagonal = self._delassus.diagonal()
+        still, squares = (diagonal == 0.0).nonzero()[0].tolist(), diagonal.tolist()
+        if len(still) in (0, len(squares)):
+            return None
+        largest = max(squares)
+        if min(filter(None, squares)) < COMPARABLE * largest:
             return None
         apart = self._delassus.copy()
-        for i in still:
-            apart[i, i] = largest
+        apart[still, still] = largest
         factor = _regular_factor(apart)
         return None if factor is None else (still, factor)
 
@@ -276,18 +272,21 @@ def without_cancellation(gross: np.ndarray, mass_matrix: np.ndarray) -> np.ndarr
 
 def _regular_factor(delassus: np.ndarray, triples: np.ndarray | None = None) -> np.ndarray | None:
     """(m, m) the Cholesky factor of W, or None where rows may be dependent."""
+    diagonal = delassus.diagonal()
+    squares = diagonal.tolist()
+    if 0.0 in squares:
+        return None
     # Cholesky does not feel how rows are scaled, so only its pivots are compared scaled.
     factor, failed = lapack.dpotrf(delassus, lower=1)
     if failed:
         return None
-    roots, least = factor.diagonal(), SAFE_PIVOT * delassus.diagonal()
+    roots, least = factor.diagonal(), SAFE_PIVOT * diagonal
     # Without an array of truths, which costs more than its few entries.
     pivots = roots * roots
     if not all(map(operator.gt, pivots.tolist(), least.tolist())):
         return None
-    largest = float(delassus.diagonal().max(initial=0.0))
-    if triples is not None and len(triples) and float(pivots.min()) < FAINT_PIVOT * largest:
-        shared = lengths_of_vectors(np.sqrt(delassus.diagonal()), triples)
+    if triples is not None and len(triples) and pivots.min() < FAINT_PIVOT * max(squares):
+        shared = lengths_of_vectors(np.sqrt(diagonal), triples)
         if shared is not None and (pivots < FAINT_PIVOT * shared**2).any():
             return None
     return factor

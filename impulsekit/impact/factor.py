@@ -30,7 +30,7 @@ class SparseFactor:
     def half(self, *rows: np.ndarray) -> np.ndarray:
         """(nv, m) C = D^-½ U⁻¹ Aᵀ for rows A (m, nv), given in parts."""
         # Not LAPACK's dtrtrs: OpenBLAS starts threads for it, at any size.
-        half = lapack.solve_triangle(self._data.U, np.concatenate(rows).T, diag=1)
+        half = lapack.solve_triangle(lapack.dtrsm, self._data.U, np.concatenate(rows).T, diag=1)
         half /= np.sqrt(self._data.D)[:, None]
         return half
 
@@ -89,12 +89,14 @@ class FilledFactor:
         """(nv, m) C for rows A (m, nv), given in parts."""
         # Not solve_triangular: OpenBLAS starts threads for it, at any size.
         columns = self._scale[:, None] * np.vstack(rows).T
-        return lapack.solve_triangle(self._lower, columns, lower=1)
+        return lapack.solve_triangle(lapack.dtrsm, self._lower, columns, lower=1)
 
     def solve(self, impulse: np.ndarray) -> np.ndarray:
         """(nv,) of an impulse that has been filled."""
-        column = lapack.solve_triangle(self._lower, (self._scale * impulse)[:, None], lower=1)
-        column = lapack.solve_triangle(self._lower, column, lower=1, trans_a=1)
+        column = lapack.solve_triangle(
+            lapack.dtrsm, self._lower, (self._scale * impulse)[:, None], lower=1
+        )
+        column = lapack.solve_triangle(lapack.dtrsm, self._lower, column, lower=1, trans_a=1)
         return self._scale * column[:, 0]
 
     def _singular(self, filled: np.ndarray) -> SingularMassError:

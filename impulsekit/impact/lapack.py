@@ -37,16 +37,18 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"impulsekit.impact.lapack has no routine {name!r}") from None
 
 
-def solve_triangle(triangle: np.ndarray, columns: np.ndarray, **options: int) -> np.ndarray:
+def solve_triangle(
+    dtrsm: Any, triangle: np.ndarray, columns: np.ndarray, **options: int
+) -> np.ndarray:
     """(n, m) X with T X = columns, by ``dtrsm`` and its options; columns (n, m) may be overwritten.
 
     Args:
+        dtrsm: the routine of that name here.
         triangle: (n, n) T. columns: (n, m). options: ``lower``, ``trans_a`` and ``diag``.
     """
-    dtrsm: Any = globals().get("dtrsm") or __getattr__("dtrsm")
-    n, m = columns.shape
-    if n * m <= WITHOUT_THREADS or n > WITH_THREADS:
+    if columns.size <= WITHOUT_THREADS or len(columns) > WITH_THREADS:
         return dtrsm(1.0, triangle, columns, overwrite_b=1, **options)
+    n, m = columns.shape
     found, few = np.empty((n, m), order="F"), WITHOUT_THREADS // n
     for first in range(0, m, few):
         part = columns[:, first : first + few]

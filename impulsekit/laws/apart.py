@@ -2,8 +2,9 @@
 
 What compiled code calls is otherwise linked into it, and optimized again with every caller. An
 entry that is ``apart`` is compiled once, and only when it is first reached: its callers look up
-its address, and where there is none yet they have Python compile it. Should that fail, the call
-returns zeros.
+its address, and where there is none yet they have Python compile it. Should that fail or be
+interrupted, the call returns zeros: an error cannot pass through compiled code. It waits, and who
+called compiled code from Python raises it behind the call.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import typing
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["tell_by_address"]
+__all__ = ["failed", "raise_failed", "tell_by_address"]
 
 # The name of ``_compile`` for the linker; with the name of an entry behind it, of its address.
 SYMBOL = "impulsekit_compile"
@@ -23,11 +24,25 @@ SYMBOL = "impulsekit_compile"
 _compilers: dict[int, Callable[[], int]] = {}
 # Memory that compiled code reads.
 _addresses: list[Any] = []
+# What ended a compilation that compiled code asked for, until it is raised.
+failed: list[BaseException] = []
 
 
 def _compile(where: int) -> None:
     """Compile the entry whose address is to stand there. Compiled code calls this."""
-    ctypes.c_int64.from_address(where).value = _compilers[where]()
+    if failed:
+        return
+    try:
+        ctypes.c_int64.from_address(where).value = _compilers[where]()
+    except BaseException as error:
+        failed.append(error)
+
+
+def raise_failed() -> None:
+    """Raise what ended a compilation: what compiled code has returned since is no answer."""
+    error = failed[0]
+    failed.clear()
+    raise error
 
 
 # Python's lock is taken for the call.

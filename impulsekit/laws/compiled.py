@@ -19,7 +19,7 @@ from typing import Any, Generic, ParamSpec, TypeVar
 
 import numpy as np
 
-from .apart import tell_by_address
+from .apart import failed, raise_failed, tell_by_address
 from .store import Store, is_stored
 
 __all__ = ["ENTRIES", "Entry", "compiled", "dispatcher", "entry", "use_numba"]
@@ -110,10 +110,13 @@ class Entry(Generic[P, R]):
         code = self._code
         if code is not None:
             try:
-                return code(*args, **kwargs)
+                result = code(*args, **kwargs)
             except TypeError:
                 # Compiled code takes arrays that may be written to, as its examples are.
-                return code(*map(_writable, args), **kwargs)
+                result = code(*map(_writable, args), **kwargs)
+            if failed:
+                raise_failed()
+            return result
         self._calls += 1
         if self._calls % EVERY == 0 or self._arrays is not False:
             return self._interpret(*args, **kwargs)

@@ -31,6 +31,14 @@ def length(x, y):
 @entry(lambda: (1.0, 1.0), seconds={seconds})
 def twice(x, y):
     return 2.0 * length(x, y) / x
+
+@entry(lambda: (1.0,), seconds={seconds}, apart=True)
+def half(x: float) -> float:
+    return 0.5 * x
+
+@entry(lambda: (1.0,), seconds={seconds})
+def quarter(x: float) -> float:
+    return 0.5 * half(x)
 """
 
 
@@ -223,3 +231,19 @@ def test_what_cannot_be_compiled_keeps_no_other_process_waiting(tmp_path, monkey
     with pytest.raises(TypingError):
         asks.compile()
     assert len(begun) >= 2 and sorted(ended) == sorted(begun)
+
+
+def test_an_interrupt_while_compiled_code_has_more_compiled_is_raised_behind_it(tmp_path):
+    script = """
+        def interrupted():
+            raise KeyboardInterrupt
+        made.quarter.compile()
+        made.half._dispatcher = interrupted
+        try:
+            print(made.quarter(2.0))
+        except KeyboardInterrupt:
+            print("interrupted")
+        del made.half._dispatcher
+        print(made.quarter(2.0))
+    """
+    assert run(tmp_path, script).split() == ["interrupted", "0.5"]
