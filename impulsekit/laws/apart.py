@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import threading
 import typing
 from collections.abc import Callable
 from typing import Any
@@ -24,25 +25,26 @@ SYMBOL = "impulsekit_compile"
 _compilers: dict[int, Callable[[], int]] = {}
 # Memory that compiled code reads.
 _addresses: list[Any] = []
-# What ended a compilation that compiled code asked for, until it is raised.
-failed: list[BaseException] = []
+# By thread: what ended a compilation that its compiled code asked for, until it is raised.
+failed: dict[int, BaseException] = {}
 
 
 def _compile(where: int) -> None:
     """Compile the entry whose address is to stand there. Compiled code calls this."""
-    if failed:
+    thread = threading.get_ident()
+    if thread in failed:
         return
     try:
         ctypes.c_int64.from_address(where).value = _compilers[where]()
     except BaseException as error:
-        failed.append(error)
+        failed[thread] = error
 
 
 def raise_failed() -> None:
-    """Raise what ended a compilation: what compiled code has returned since is no answer."""
-    error = failed[0]
-    failed.clear()
-    raise error
+    """Raise what ended a compilation in this thread: do not use what its compiled code returned."""
+    error = failed.pop(threading.get_ident(), None)
+    if error is not None:
+        raise error
 
 
 # Python's lock is taken for the call.
