@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import pytest
 from hypothesis import settings
 
@@ -17,3 +19,11 @@ def session_browser():
     """One browser for all tests of pages: a process can drive no second one."""
     with browser() as opened:
         yield opened
+
+
+@pytest.fixture(autouse=True)
+def closed_figures():
+    """Figures that a test leaves open are closed: pyplot warns of more than twenty."""
+    yield
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
