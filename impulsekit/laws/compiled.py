@@ -20,6 +20,7 @@ from typing import Any, Generic, ParamSpec, TypeVar
 import numpy as np
 
 from .apart import failed, raise_failed, tell_by_address
+from .parts import pipeline
 from .store import Store, is_stored
 
 __all__ = ["ENTRIES", "Entry", "compiled", "dispatcher", "entry", "use_numba"]
@@ -65,7 +66,10 @@ def compiled(function: F, **options: bool) -> F:
         >>> work(2.0, -1.0, 0.5)
         -0.5
     """
-    tell_numba(lambda: _link(function, dispatcher(function, {**WITHIN, **options})))
+    chosen = {**WITHIN, **options}
+    # Read by the digest of what calls it.
+    vars(function)["compiled_with"] = chosen
+    tell_numba(lambda: _link(function, dispatcher(function, chosen)))
     return function
 
 
@@ -81,6 +85,7 @@ class Entry(Generic[P, R]):
 
     Attributes:
         py_func: the function as Python runs it.
+        compiled_with: what the code of those that call it depends on.
     """
 
     def __init__(
@@ -92,6 +97,7 @@ class Entry(Generic[P, R]):
     ) -> None:
         functools.update_wrapper(self, function)
         self.py_func = function
+        self.compiled_with = {**OPTIONS, "apart": apart}
         self._examples, self._seconds = examples, seconds
         self._spent, self._limit, self._calls = 0.0, LOADING, 0
         self._code: Callable[P, R] | None = None
@@ -239,7 +245,10 @@ def dispatcher(function: Callable[..., Any], options: dict[str, Any], *more: str
     """
     from numba import njit
 
-    made = njit(**options)(function)
+    if options.get("no_cpython_wrapper") and options.get("no_cfunc_wrapper"):
+        made = njit(**options, pipeline_class=pipeline())(function)
+    else:
+        made = njit(**options)(function)
     made._cache = Store(function, repr(options), *more)
     _take_literals_as_numbers(made)
     _give_up_what_fails(made)

@@ -1,7 +1,8 @@
 """A digest of all that compiled code of a function depends on.
 
 It is taken from the code objects that are loaded, not from files, which may have changed
-since: the function's own, those of all that it calls, and the constants that they read.
+since: the function's own, those of all that it calls, and the constants that they read; and from
+the options that what it calls is compiled with.
 """
 
 from __future__ import annotations
@@ -35,6 +36,9 @@ def fingerprint(function: Callable[..., Any], *more: str) -> str:
 
 def _words(value: Any, seen: set[int]) -> Iterator[str]:
     """The value as text that is the same in every process."""
+    options = getattr(value, "targetoptions", getattr(value, "compiled_with", None))
+    if isinstance(options, dict):
+        yield repr(sorted(options.items()))
     value = getattr(value, "py_func", value)
     if id(value) in seen:
         yield "seen"

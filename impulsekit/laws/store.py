@@ -19,6 +19,7 @@ from typing import Any
 
 from .fingerprint import fingerprint
 from .one_compiles import begin_compiling, end_compiling
+from .parts import give_environments, rebuilt
 
 __all__ = ["Store", "cache_folder", "is_stored"]
 
@@ -97,6 +98,7 @@ class Store:
         path = self._path(sig, data.target_context)
         if path in self._begun:
             self._begun.remove(path)
+        give_environments(data)
         if data.library.has_dynamic_globals or data.lifted:
             end_compiling(path)
             return
@@ -128,13 +130,11 @@ class Store:
 
 def _read(path: pathlib.Path, target_context: Any) -> Any:
     """The compiled code in a file; None where there is none, or none that can be read."""
-    from numba.core.compiler import CompileResult
-
     try:
         data = path.read_bytes()
         if hashlib.sha256(data[32:]).digest() != data[:32]:
             return None
-        found = CompileResult._rebuild(target_context, *pickle.loads(data[32:]))
+        found = rebuilt(target_context, pickle.loads(data[32:]))
     except Exception:
         # What cannot be read is compiled anew.
         return None

@@ -15,7 +15,7 @@ import pytest
 
 import impulsekit
 from impulsekit.laws import store
-from impulsekit.laws.compiled import ENTRIES, compiled, entry, use_numba
+from impulsekit.laws.compiled import ENTRIES, compiled, dispatcher, entry, use_numba
 from impulsekit.laws.fingerprint import fingerprint
 
 _MODULE = """
@@ -186,6 +186,55 @@ def test_a_fingerprint_sees_all_that_is_called():
 
     assert of(2.0, math.sqrt) == of(2.0, math.sqrt)
     assert len({of(2.0, math.sqrt), of(3.0, math.sqrt), of(2.0, math.sin)}) == 3
+
+
+def test_a_fingerprint_sees_how_what_is_called_is_compiled():
+    def of(mark):
+        def inner(x: float) -> float:
+            return 2.0 * x
+
+        marked = mark(inner)
+
+        def outer(x):
+            return marked(x) + 1.0
+
+        inner.__module__ = outer.__module__ = "impulsekit.made"
+        return fingerprint(outer)
+
+    use_numba()
+    marks = [
+        compiled,
+        lambda function: compiled(function, forceinline=True),
+        entry(lambda: (1.0,), seconds=1.0),
+        entry(lambda: (1.0,), seconds=1.0, apart=True),
+        lambda function: dispatcher(function, {"nogil": True}),
+        lambda function: dispatcher(function, {"nogil": True, "error_model": "numpy"}),
+    ]
+    seen = [of(mark) for mark in marks]
+    assert seen[0] == of(compiled)
+    assert len(set(seen)) == len(marks)
+
+
+def test_what_only_compiled_code_calls_is_no_machine_code_of_its_own(tmp_path):
+    script = """
+        import pathlib, pickle
+        made.twice.compile()
+        kept = {}
+        for path in pathlib.Path(__import__("os").environ["NUMBA_CACHE_DIR"]).rglob("*.code"):
+            kept[path.name.partition("-")[0]] = pickle.loads(path.read_bytes()[32:])[0][1]
+        print(kept["made.length"], kept["made.twice"], made.twice(3.0, 4.0))
+    """
+    assert run(tmp_path, script) == f"part object {10.0 / 3.0}"
+    # It is read from disk for a caller that is not there.
+    for path in (tmp_path / "kept").rglob("made.twice-*.code"):
+        path.unlink()
+    script = """
+        from numba.core import event
+        with event.install_recorder("numba:compile") as seen:
+            made.twice.compile()
+        print(*{e.data["dispatcher"].__name__ for _, e in seen.buffer}, made.twice(3.0, 4.0))
+    """
+    assert run(tmp_path, script) == f"twice {10.0 / 3.0}"
 
 
 def test_what_is_marked_stays_the_function_that_it_is():

@@ -1,5 +1,6 @@
 """Forces and [motion] in scene files, and the command that follows them."""
 
+import os
 import subprocess
 import sys
 
@@ -148,6 +149,8 @@ def test_the_bar_is_silent_in_a_pipe(tmp_path):
     path = written(tmp_path, FILE.replace("duration = 2.0", "duration = 60.0"))
     done = subprocess.run(
         [sys.executable, "-c", "from impulsekit.cli import main; main()", "simulate", str(path)],
+        # Where a part of the compiled code is on disk the rest is compiled, which a line says.
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
         capture_output=True,
         text=True,
         check=False,
