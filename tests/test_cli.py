@@ -155,7 +155,7 @@ def test_in_a_process_of_its_own_nothing_else_is_said(tmp_path):
     # Pinocchio's readers in C++ write past Python's stderr.
     (tmp_path / "broken.urdf").write_text(RODS["broken.urdf"])
     (tmp_path / "scene.toml").write_text(on("broken.urdf"))
-    command = [sys.executable, "-c", "from impulsekit.cli import main; main()", "solve"]
+    command = [sys.executable, "-m", "impulsekit", "solve"]
     done = subprocess.run(
         [*command, str(tmp_path / "scene.toml")], capture_output=True, text=True, check=False
     )

@@ -92,16 +92,26 @@ class Chart:
         """(nv,) move the reference to q where there is one; gives the x of q."""
         if self._identity:
             return q.copy()
-        reference = np.where(self._plain, 0.0, q)
-        x = pin.difference(self._model, reference, q)
-        x[self._referred] = 0.0
+        self.reference = np.where(self._plain, 0.0, q)
         neutral = pin.neutral(self._model)
+        for at, _ in self._planar:
+            self.reference[at : at + 4] = neutral[at : at + 4]
+        x = self.coordinates(q)
+        x[self._referred] = 0.0
+        return x
+
+    def coordinates(self, q: np.ndarray) -> np.ndarray:
+        """(nv,) the x of a q near the reference; angles of planar joints within half a turn."""
+        x = np.array(pin.difference(self._model, self.reference, q))
         for at, to in self._planar:
-            reference[at : at + 4] = neutral[at : at + 4]
             c, s = q[at + 2 : at + 4].tolist()
             x[to], x[to + 1], x[to + 2] = q[at], q[at + 1], math.atan2(s, c)
-        self.reference = reference
         return x
+
+    def unwrap(self, x: np.ndarray) -> None:
+        """Let angles of planar joints in rows x (k, nv or more) go on from row to row, in place."""
+        for _, to in self._planar:
+            x[:, to + 2] = np.unwrap(x[:, to + 2])
 
     def configuration(self, x: np.ndarray, reference: np.ndarray | None = None) -> np.ndarray:
         """(nq,) q; ``reference`` for another one than the chart's own."""

@@ -325,7 +325,9 @@ class Dynamics:
                 return sums
             # What hangs or turns in balance has accelerations of rounding alone, which is small
             # beside what balances: weights, and the turning of all that moves.
-            turning = held.magnitude(data, q).sum(axis=1) * float(np.abs(v).max()) ** 2
+            # Not by a power, which fails where a product is infinite.
+            fastest = float(np.abs(v).max())
+            turning = held.magnitude(data, q).sum(axis=1) * (fastest * fastest)
             weight = float(np.linalg.norm(self.model.gravity.linear))
             return sums + ROUNDED * (turning + weight)
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import ContradictionError
+from .change_point import find_leap, strays
 from .chart import Chart
 from .compiled_advance import LONGEST_TURN
 from .compiled_mover import mover_of
@@ -33,6 +35,8 @@ SHORTER, LONG = 0.1, 1e-2
 MOST_TRIES = 7
 # So many of them, and one, by compiled code alone, which knows but one search for forces at rest.
 QUICK_TRIES = 2
+# Steps that leave the constraints within them are halved so often: to what is laid over by a leap.
+MOST_HALVINGS = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +71,8 @@ class Flight:
         self._present = present
         self._chart = Chart(present.model)
         self._watch = ForceWatch(present.dynamics.forces, settings)
-        self._until = settings.duration
+        # The stretch from the last event to where a step has to end.
+        self._since, self._until = 0.0, settings.duration
         self.path = Path(present.model)
         self.steps = 0
         self.strides: Strides | None = None
@@ -94,7 +99,7 @@ class Flight:
         """
         now = self._present
         x = self._chart.centred(now.q)
-        self._until = self._watch.begin(now.t)
+        self._since, self._until = now.t, self._watch.begin(now.t)
         with now.told():
             self._stepper.reset(now.t, np.concatenate([x, now.v]), first, self._until)
 
@@ -132,7 +137,7 @@ class Flight:
         longest = math.inf if now.settings.max_step is None else now.settings.max_step
         if speed > 0.0:
             longest = min(longest, LONGEST_TURN / speed)
-        y = stepper.y.copy()
+        y, halvings = stepper.y.copy(), 0
         while True:
             with now.told():
                 dense = self._tried(longest)
@@ -141,6 +146,10 @@ class Flight:
 
             states = self._states(dense)
             shorter = self._watch.shorter(now.t, stepper.t, states)
+            if shorter is None and halvings < MOST_HALVINGS:
+                if not strays(now, now.t, stepper.t, states):
+                    break
+                halvings, shorter = halvings + 1, 0.5 * (stepper.t - now.t)
             if shorter is None:
                 break
             longest = shorter
@@ -148,6 +157,20 @@ class Flight:
                 stepper.reset(now.t, y, longest, self._until)
         self.steps += 1
         return Step(now.t, stepper.t, chart.reference, dense, states)
+
+    def leap(self) -> Step | None:
+        """The way past a change point at which no step is short enough; None where there is none.
+
+        Steps that came too near to it are undone.
+        """
+        now, path = self._present, self.path
+        leap = find_leap(now, path, self._since, self._until)
+        if leap is None:
+            return None
+        path.shorten(leap.kept)
+        now.t = leap.start
+        now.q, now.v = map(np.array, leap.states(leap.start))
+        return Step(leap.start, leap.end, leap.reference, leap.dense, leap.states)
 
     def stride(self, deepest: np.ndarray, most: float) -> tuple[Stride, Step | None] | None:
         """Many steps at once, and that in which something happens, which is not taken yet.
@@ -173,9 +196,10 @@ class Flight:
         return stride, Step(now.t, end, chart.reference, dense, self._states(dense))
 
     def _tried(self, longest: float) -> Dense:
-        """One step; a shorter one where a trial state within it has no forces at rest.
+        """One step; a shorter one where a trial state within it has no forces.
 
-        Such a state is one that the motion never comes to: there points slip that stick.
+        Such a state is one that the motion never comes to: there points slip that stick, or
+        what is held is off, next to where its rows depend on each other.
         """
         stepper = self._stepper
         t, y = stepper.t, stepper.y.copy()
@@ -185,7 +209,7 @@ class Flight:
             for tries in range(MOST_TRIES):
                 try:
                     return stepper.step(longest)
-                except RestNotSolved:
+                except (RestNotSolved, ContradictionError):
                     longest = SHORTER * min(longest, LONG)
                     stepper.reset(t, y, longest, self._until)
                     if tries == QUICK_TRIES and isinstance(stepper, CompiledStepper):

@@ -13,7 +13,7 @@ import pinocchio as pin
 from .chart import Chart
 from .footing import NOTHING, Footing
 
-__all__ = ["NODES", "Path", "Piece", "interpolated"]
+__all__ = ["NODES", "Interpolant", "Path", "Piece", "interpolated"]
 
 # A place this near to a node, as a part of the step, is the node.
 AT_ONCE = 1e-14
@@ -45,7 +45,7 @@ class Piece:
     footing: Footing
 
 
-class _Interpolant:
+class Interpolant:
     """The polynomial through eight values of a step (barycentric; Berrut & Trefethen 2004)."""
 
     def __init__(self, start: float, end: float, values: np.ndarray) -> None:
@@ -165,5 +165,5 @@ class Path:
             footings,
             strict=True,
         ):
-            path.append(start, end, reference, _Interpolant(start, end, values), footing)
+            path.append(start, end, reference, Interpolant(start, end, values), footing)
         return path

@@ -199,9 +199,36 @@ class Run:
 
     def _step(self) -> None:
         """Make a step, up to what happens first in it."""
-        step = self._flight.step()
-        if not self._happens(step, self._flight.look(step, self._now.base, self._resting())):
+        try:
+            step = self._flight.step()
+        except Stopped as stop:
+            self._leap(stop)
+            return
+        if self._happens(step, self._flight.look(step, self._now.base, self._resting())):
+            return
+        try:
             self._take(step)
+        except Stopped as stop:
+            self._leap(stop)
+
+    def _leap(self, stop: Stopped) -> None:
+        """Go past a change point of what is held.
+
+        Raises:
+            Stopped: none is near; as ``stop``.
+        """
+        now, flight = self._now, self._flight
+        stuck = stop.status in (MotionStatus.CONTRADICTION, MotionStatus.STEP_TOO_SMALL)
+        if not stuck or now.held is None or now.resting.acts:
+            raise stop
+        step = flight.leap()
+        if step is None:
+            raise stop
+        self._last = now.mark(), len(flight.path)
+        if not self._happens(step, Seen(closes=True, stops=False)):
+            flight.take_until(step, step.end)
+            take_out_drift(now, [])
+            flight.restart()
 
     def _resting(self) -> list[int]:
         return [c.gap for c in self._now.resting.contacts]

@@ -274,3 +274,9 @@ def test_no_answer_at_all_is_said_so_or_wrong():
     found = methods.Found(np.array([math.nan]), "SOLVED", True, 0.0)
     told, _ = judge(None, None, found)
     assert told.verdict == "wrong"
+
+
+def test_scenes_at_the_edge_are_not_doubted(recwarn):
+    # Points far from their planes, of which `solve` warns.
+    points = solved_case(("parallel-contacts", 0, 0, 0))
+    assert points and not recwarn.list
