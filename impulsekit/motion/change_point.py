@@ -155,4 +155,6 @@ def _velocities_off(
 ) -> tuple[np.ndarray, np.ndarray]:
     """(m,) how far velocities of rows are off, and (m,) the size of the terms in them."""
     rows, wanted = held.matrix(held.data, q), held.velocity_at(t)
-    return np.abs(rows.dot(v) - wanted), np.abs(rows).dot(np.abs(v)) + np.abs(wanted)
+    # Rows, and the speeds that they hold, may be of rounding alone: all that moves counts.
+    terms = held.magnitude(held.data, q).sum(axis=1) * float(np.abs(v).max()) + np.abs(wanted)
+    return np.abs(rows.dot(v) - wanted), terms

@@ -35,6 +35,8 @@ __all__ = ["Run"]
 
 # So many events without any time between them never end.
 MOST_STILL = 1000
+# So many steps that together take less than this part of the time before them get nowhere.
+MANY, NOWHERE = 200, 1e-10
 # Most points that jam one after the other at one time.
 MOST_JAMS = 8
 # Slip [m/s] whose direction friction turns within some 1e-4 s.
@@ -107,10 +109,11 @@ class Run:
             return
         penetration.refuse()
         self._flight.restart()
-        still = 0
+        still, looked_at = 0, (0, 0.0)
         while now.t < settings.duration:
             if self._flight.steps >= settings.max_steps:
                 raise Stopped(MotionStatus.TOO_MANY_STEPS, self._why_many())
+            looked_at = self._unless_stuck(*looked_at)
             begin = now.t
             self._last = now.mark(), len(self._flight.path)
             self._interrupts.heed()
@@ -129,6 +132,24 @@ class Run:
                 call(self._progress, "progress", now.t)
         self._last = now.mark(), len(self._flight.path)
         self._interrupts.heed()
+
+    def _unless_stuck(self, steps: int, t: float) -> tuple[int, float]:
+        """How many steps were made, and until when, when that was last looked at.
+
+        Raises:
+            Stopped: steps get shorter and shorter, and lead nowhere.
+        """
+        now, made = self._now, self._flight.steps
+        if made < steps + MANY:
+            return steps, t
+        if now.t - t <= NOWHERE * t:
+            speed = float(np.abs(now.v).max())
+            raise Stopped(
+                MotionStatus.STEP_TOO_SMALL,
+                f"{made - steps} steps took {now.t - t:.1e} s, and speeds are up to {speed:.1e}: "
+                "a linkage that is driven into a dead centre, or a force without bound",
+            )
+        return made, now.t
 
     def _why_many(self) -> str:
         """What to say of a motion that needs too many steps."""

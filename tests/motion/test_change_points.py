@@ -116,3 +116,26 @@ def test_a_crossed_parallelogram_stays_crossed():
     assert motion.v[:, drive].mean() * motion.duration < -np.pi
     kinetic = motion.energy().kinetic
     assert np.ptp(kinetic) < 1e-6 * kinetic[0]
+
+
+def test_a_linkage_driven_into_a_dead_centre_is_told_to_stand():
+    # A rod of .5 m holds the tip of a crank of 1 m to a slider, which is pulled away evenly.
+    parts = rod("crank", 1.0) + rod("rod", 0.5) + rod("slide", 0.1)
+    parts += hinge("drive", "base", "crank", 0.0) + hinge("pin", "crank", "rod", 1.0)
+    parts += (
+        '<joint name="rail" type="prismatic"><parent link="base"/><child link="slide"/>'
+        '<axis xyz="1 0 0"/><limit lower="-9" upper="9" effort="0" velocity="0"/></joint>'
+    )
+    robot = ik.Robot.from_urdf(f'<robot name="slider"><link name="base"/>{parts}</robot>')
+    loop = ik.PointAnchor("rod", "slide", at=[0.5, 0, 0])
+    scene = ik.Scene(robot, constraints=[loop, ik.JointLock("rail", velocity=0.5)])
+    # The rod slants down to the rail by as much as the crank rises.
+    up, down = 0.3, np.arcsin(2.0 * np.sin(0.3))
+    reach = np.cos(up) + 0.5 * np.cos(down)
+    q = robot.configuration(drive=-up, pin=up + down, rail=reach)
+    turn = 0.5 / (np.sin(up) + np.cos(up) * np.tan(down))
+    v = robot.velocity(drive=turn, pin=-turn * (1.0 + 2.0 * np.cos(up) / np.cos(down)), rail=0.5)
+    motion = ik.simulate(scene, q, v, duration=1.0, rtol=1e-6)
+    # At full reach, 1.5 m, at the latest.
+    assert motion.status.name in ("STEP_TOO_SMALL", "CONTRADICTION", "NOT_FINITE")
+    assert motion.t[-1] == pytest.approx((1.5 - reach) / 0.5, abs=1e-5)
