@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import RangeError
-from ..laws.compiled import compiled, entry
+from ..laws.borrowed import borrowing
+from ..laws.compiled import entry
 
 if TYPE_CHECKING:
     from .phases import Phases, Sample
@@ -39,7 +40,7 @@ MOST_STEPS = 100
 ROUNDING = 4e-16
 
 
-@compiled
+@borrowing
 def _excess(x: float) -> float:
     """x − ln(1 + x), to all its digits near 0."""
     if abs(x) > SERIES:
@@ -51,7 +52,7 @@ def _excess(x: float) -> float:
     return total
 
 
-@compiled
+@borrowing
 def _damping(c: float, s: float, m_in: float, m_out: float) -> float:
     """λ [s/m] with m_r L(−λ s) = m_c L(λ c): what is spent and regained returns to δ = 0.
 
@@ -87,7 +88,7 @@ def _damping(c: float, s: float, m_in: float, m_out: float) -> float:
     return -math.expm1(-y) / s if y < STEEP else math.nan
 
 
-@compiled
+@borrowing
 def _stored(mass: float, x: float, end: float, rate: float) -> float:
     """The energy of the spring where the rate is, of a phase that begins or ends with ``end``."""
     if abs(x * end) < UNDAMPED:
@@ -95,13 +96,13 @@ def _stored(mass: float, x: float, end: float, rate: float) -> float:
     return mass / (x * x) * (_excess(x * end) - _excess(x * rate))
 
 
-@compiled
+@borrowing
 def _depth_of(stored: float, k: float, n: float) -> float:
     """δ at which k δ^(n + 1)/(n + 1) is an energy."""
     return ((n + 1.0) * max(stored, 0.0) / k) ** (1.0 / (n + 1.0))
 
 
-@compiled
+@borrowing
 def _rate_at_peak(x: float, c: float, n: float) -> float:
     """δ' where the force is largest; Newton's steps come down to it from c."""
     end = x * c

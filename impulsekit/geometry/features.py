@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from ..laws.borrowed import borrowing
 from ..laws.compiled import compiled, entry
 from .lines import nearest
 from .polyhedron import Hull, Polyhedron, places_about_second, separate
@@ -227,7 +228,7 @@ def _place(
     return placed, highest if sign > 0.0 else lowest, highest - lowest
 
 
-@compiled
+@borrowing
 def _edges_near(body: _Placed) -> int:
     """How many edges have both ends near the other body."""
     count = 0
@@ -236,7 +237,7 @@ def _edges_near(body: _Placed) -> int:
     return count
 
 
-@compiled
+@borrowing
 def _take(found: _Found, at: Vector, gap: float, feature: tuple[int, int, int, int, int]) -> None:
     """Add a point whose gap counts, and that is not there yet."""
     n = found.many[0]
@@ -281,7 +282,7 @@ def _take_corners(found: _Found, side: int, own: _Placed, ground: _Placed, towar
         _take(found, along(at, -0.5 * over, normal), over, (CORNER, side, corner, face, 0))
 
 
-@compiled
+@borrowing
 def _take_crossings(found: _Found, a: _Placed, b: _Placed, normal: Vector, least: float) -> None:
     """Take points where edges cross at more than an angle (sine)."""
     for one in range(len(a.solid.edges)):
@@ -313,7 +314,7 @@ def _take_crossings(found: _Found, a: _Placed, b: _Placed, normal: Vector, least
             _take(found, middle, gap, (CROSSING, i, j, k, m))
 
 
-@compiled
+@borrowing
 def _unit(way: Vector) -> tuple[Vector, float]:
     """A direction, and how long it is."""
     length = math.sqrt(dot(way, way))
@@ -330,7 +331,7 @@ def inside(borders: np.ndarray, point: np.ndarray) -> float:
     return inside_of(borders, 0, len(borders), point.tolist())
 
 
-@compiled
+@borrowing
 def inside_of(borders: np.ndarray, first: int, last: int, point: Vector) -> float:
     """``inside`` some of many borders (b, 6); infinite where these are none."""
     least = math.inf
@@ -348,7 +349,7 @@ def borders_of(body: Polyhedron, face: int) -> np.ndarray:
     return borders
 
 
-@compiled
+@borrowing
 def _write_borders(
     vertices: np.ndarray, loops: np.ndarray, start: int, normal: Vector, borders: np.ndarray
 ) -> None:

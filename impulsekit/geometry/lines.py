@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..laws.compiled import compiled
+from ..laws.borrowed import borrowing
 from .vectors import Vector, along, cross, dot
 
 __all__ = ["nearest", "nearest_of_lines"]
@@ -35,7 +35,7 @@ def nearest_of_lines(
     return s, u, np.array(turn), square
 
 
-@compiled
+@borrowing
 def nearest(
     start: Vector, way: Vector, other: Vector, other_way: Vector
 ) -> tuple[float, float, Vector, float]:

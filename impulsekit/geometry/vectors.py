@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..laws.borrowed import borrowing
 from ..laws.compiled import compiled
 
 __all__ = ["Vector", "along", "cross", "cross_of", "dot", "row_of"]
@@ -11,7 +12,7 @@ __all__ = ["Vector", "along", "cross", "cross_of", "dot", "row_of"]
 Vector = tuple[float, float, float]
 
 
-@compiled
+@borrowing
 def cross(a: Vector, b: Vector) -> Vector:
     """a × b."""
     return (
@@ -21,19 +22,19 @@ def cross(a: Vector, b: Vector) -> Vector:
     )
 
 
-@compiled
+@borrowing
 def dot(a: Vector, b: Vector) -> float:
     """a·b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@compiled
+@borrowing
 def along(a: Vector, factor: float, b: Vector) -> Vector:
     """a + factor b."""
     return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
 
 
-@compiled
+@borrowing
 def row_of(rows: np.ndarray, i: int) -> Vector:
     """A row of three numbers."""
     return rows[i, 0], rows[i, 1], rows[i, 2]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .compiled import compiled
+from .borrowed import borrowing
 from .taylor import Array
 from .words import NEWTON
 
@@ -12,7 +12,7 @@ __all__ = ["AT_REST", "find_acting"]
 AT_REST = 1e-12
 
 
-@compiled
+@borrowing
 def find_acting(
     before: Array, free: Array, restitution: Array, count: int, law: int, sure: float
 ) -> tuple[int, int, float]:
@@ -40,7 +40,7 @@ def find_acting(
     return acting, last, scale
 
 
-@compiled
+@borrowing
 def _approach(before: Array, free: Array, restitution: Array, k: int, law: int) -> float:
     approach = float(free[3 * k + 2])
     if law == NEWTON:

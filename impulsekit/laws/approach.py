@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from .borrowed import borrowing
 from .compiled import compiled
 from .coulomb import coulomb, released
 from .modes import DEEP, FINE, MOST_STEPS, NULL, RIDGE, polish, residual_of
@@ -51,7 +52,7 @@ STEP_BAR = 1e-9
 _NONE, _MANY = int(Status.NO_SOLUTION), int(Status.MANY_SOLUTIONS)
 
 
-@compiled
+@borrowing
 def approach_in_rounds(
     work: Workspace, n: int, sizes: Sizes, first: int, last: int, bar: float
 ) -> float:
@@ -94,7 +95,7 @@ def approach_in_rounds(
     return residual
 
 
-@compiled
+@borrowing
 def sweep(work: Workspace, n: int, scale: float, sweeps: int) -> None:
     """Contact after contact in closed form; one that needs a second look keeps what it has."""
     W, b, mu, floor, P = work.W, work.b, work.mu, work.floor, work.P
@@ -122,13 +123,13 @@ def sweep(work: Workspace, n: int, scale: float, sweeps: int) -> None:
             return
 
 
-@compiled
+@borrowing
 def block_at(W: np.ndarray, k: int) -> Block:
     """W of the contact whose rows begin at k with itself, as the law of one contact takes it."""
     return W[k, k], W[k, k + 1], W[k + 1, k + 1], W[k, k + 2], W[k + 1, k + 2], W[k + 2, k + 2]
 
 
-@compiled
+@borrowing
 def mobility_of(W: np.ndarray, k: int) -> float:
     """How much the contact whose rows begin at k moves at most: in its plane or across [1/kg].
 

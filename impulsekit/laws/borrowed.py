@@ -4,8 +4,9 @@ numba counts who holds an array, atomically, each time a field of a named tuple 
 in code that works on tuples of arrays that is most of what it does. What a function is given
 outlives the call, so that nobody has to count. Two marks say so:
 
-- ``borrowing`` for a function that makes no arrays, returns none, writes none into arrays, and
-  calls only such functions: nothing in it is counted, nor in what numba compiles for it;
+- ``borrowing`` for a function that makes no arrays, returns none, writes none into arrays (numbers
+  one by one, as ``dense.put`` does), and calls none that returns any: nothing in it is counted,
+  nor in what numba compiles for it;
 - ``borrowed`` for single arguments, where a function makes arrays (which have to be counted) or is
   an ``entry``.
 

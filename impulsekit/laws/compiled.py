@@ -37,8 +37,9 @@ EVERY = 16
 # A compilation longer than this is announced [s].
 LONG = 1.0
 # An error could not leave a function that is called by its address, and states would be left
-# as they were: what is divided by zero is no number.
-OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
+# as they were: what is divided by zero is no number. Whether references are counted is not left to
+# what calls first (``borrowed.borrowing``).
+OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": True}
 # Called by compiled code alone: wrappers for Python cost more to compile than some bodies.
 WITHIN: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
@@ -153,7 +154,7 @@ class Entry(Generic[P, R]):
                 self.compile()
 
     def wait(self, seconds: float) -> None:
-        """What it would have done took so long in another way [s]: compile it when that pays."""
+        """What it would have done took so long of this thread [s]: compile it when that pays."""
         if self._code is None:
             self._spent += seconds
             if self._spent > self._limit:
@@ -180,7 +181,7 @@ class Entry(Generic[P, R]):
             return self._made
 
     def _interpret(self, *args: Any, **kwargs: Any) -> R:
-        begin = time.perf_counter()
+        begin = time.thread_time()
         if self._arrays is None:
             self._arrays = _has_arrays(self._examples())
         try:
@@ -192,7 +193,7 @@ class Entry(Generic[P, R]):
         except (ArithmeticError, ValueError):
             # Beyond what doubles hold: compiled code goes on with infinities.
             return self.compile()(*args, **kwargs)
-        self._spent += (1 if self._arrays else EVERY) * (time.perf_counter() - begin)
+        self._spent += (1 if self._arrays else EVERY) * (time.thread_time() - begin)
         if self._spent > self._limit:
             self._weigh()
         return result

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 
-from .compiled import compiled, entry
+from .borrowed import borrowing
+from .compiled import entry
 from .pair import Pair, solve_pair
 from .progress import Block, Triple
 from .quartic import slides
@@ -47,7 +48,7 @@ ROUNDING = 1e-14
 APART, SLIPS = 1e-7, 1e-6
 
 
-@compiled
+@borrowing
 def coulomb(
     block: Block, b1: float, b2: float, bn: float, mu: float, scale: float
 ) -> tuple[Triple, int]:
@@ -99,7 +100,7 @@ def coulomb(
     return chosen, code
 
 
-@compiled
+@borrowing
 def _slips(block: Block, b1: float, b2: float, impulse: Triple, scale: float) -> bool:
     """Whether an impulse leaves slip."""
     t11, t12, t22, n1, n2, _ = block
@@ -127,7 +128,7 @@ def coulomb_impulse(
     return _sliding(block, bn, mu, one)
 
 
-@compiled
+@borrowing
 def is_jammed(block: Block, u1: float, u2: float, mu: float, scale: float) -> bool:
     """Whether slip at u presses the contact further in: W_nn ≤ µ W_nt·s."""
     speed = math.sqrt(u1 * u1 + u2 * u2)
@@ -136,7 +137,7 @@ def is_jammed(block: Block, u1: float, u2: float, mu: float, scale: float) -> bo
     return block[5] * speed <= mu * (block[3] * u1 + block[4] * u2)
 
 
-@compiled
+@borrowing
 def can_press(block: Block, b1: float, b2: float, bn: float, mu: float, scale: float) -> bool:
     """Whether a contact that parts, b_n > 0, could bear load all the same: friction draws it in."""
     _, _, _, n1, n2, nn = block
@@ -147,7 +148,7 @@ def can_press(block: Block, b1: float, b2: float, bn: float, mu: float, scale: f
     return sticks or not determined or slides(block, b1, b2, bn, mu)[0] > 0
 
 
-@compiled
+@borrowing
 def released(block: Block, b: Triple, mu: float, floor: float, scale: float) -> tuple[Triple, int]:
     """Coulomb's law with P_n ≥ floor instead of 0, as ``coulomb``."""
     if floor > 0.0:
@@ -168,7 +169,7 @@ def released(block: Block, b: Triple, mu: float, floor: float, scale: float) -> 
     return impulse, code
 
 
-@compiled
+@borrowing
 def bounded_friction(block: Block, b1: float, b2: float, pn: float, mu: float) -> Pair:
     """P_t of least ½ P_tᵀ W_tt P_t + P_t·b_t' within |P_t| ≤ µ P_n, P_n being given.
 
@@ -210,7 +211,7 @@ def bounded_friction(block: Block, b1: float, b2: float, pn: float, mu: float) -
     return p1, p2
 
 
-@compiled
+@borrowing
 def residual_of(
     block: Block, b: Triple, impulse: Triple, mu: float, floor: float, scale: float
 ) -> float:
@@ -237,7 +238,7 @@ def residual_of(
     return worst / scale if worst > 0.0 else 0.0
 
 
-@compiled
+@borrowing
 def _stick(
     block: Block, b1: float, b2: float, bn: float, mu: float, scale: float
 ) -> tuple[Triple, bool, bool]:
@@ -252,7 +253,7 @@ def _stick(
     return (p1, p2, pn), exists and holds, determined
 
 
-@compiled
+@borrowing
 def stopping(
     block: Block, b1: float, b2: float, bn: float, scale: float
 ) -> tuple[Triple, bool, bool]:
@@ -272,14 +273,14 @@ def stopping(
     return (p1, p2, -(bn + n1 * p1 + n2 * p2) / nn), exists, determined
 
 
-@compiled
+@borrowing
 def _reduced(block: Block) -> Triple:
     """W_tt with the normal held at its velocity: s11, s12, s22 [1/kg]."""
     t11, t12, t22, n1, n2, nn = block
     return t11 - n1 * n1 / nn, t12 - n1 * n2 / nn, t22 - n2 * n2 / nn
 
 
-@compiled
+@borrowing
 def _into_the_cone(
     block: Block, reduced: Triple, p1: float, p2: float, pn: float, mu: float
 ) -> tuple[float, float, float, bool]:
@@ -317,7 +318,7 @@ def _into_the_cone(
     return best, e1, e2, found
 
 
-@compiled
+@borrowing
 def _stick_in_a_line(
     block: Block, s11: float, s12: float, s22: float, r1: float, r2: float, scale: float
 ) -> tuple[float, float, bool, bool]:
@@ -345,14 +346,14 @@ def _stick_in_a_line(
     return p1, p2, exists, determined
 
 
-@compiled
+@borrowing
 def _sliding(block: Block, bn: float, mu: float, s: Pair) -> Triple:
     """P = P_n (−µ s, 1) with ξ_n = 0."""
     pn = -bn / (block[5] - mu * (block[3] * s[0] + block[4] * s[1]))
     return -mu * s[0] * pn, -mu * s[1] * pn, pn
 
 
-@compiled
+@borrowing
 def _apart(one: Triple, other: Triple) -> bool:
     """Whether two impulses differ by more than rounding."""
     size = APART * (abs(one[2]) + abs(other[2]))

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .compiled import compiled
+from .borrowed import borrowing
 
 __all__ = [
     "cholesky",
@@ -19,11 +19,28 @@ __all__ = [
     "null_rows",
     "orthonormalize",
     "pivoted_cholesky",
+    "put",
+    "put_rows",
     "solve_factorized",
 ]
 
 
-@compiled
+@borrowing
+def put(values: np.ndarray, into: np.ndarray) -> None:
+    """Write numbers (n,) into an array: numba would ask whether they overlap, and copy them."""
+    for k in range(len(values)):
+        into[k] = values[k]
+
+
+@borrowing
+def put_rows(values: np.ndarray, into: np.ndarray) -> None:
+    """Write rows (m, n) into an array; see ``put``."""
+    for i in range(len(values)):
+        for k in range(values.shape[1]):
+            into[i, k] = values[i, k]
+
+
+@borrowing
 def cholesky(a: np.ndarray, n: int, lower: np.ndarray) -> float:
     """L of the leading n rows of a symmetric matrix; the least pivot over its diagonal."""
     least = math.inf
@@ -42,7 +59,7 @@ def cholesky(a: np.ndarray, n: int, lower: np.ndarray) -> float:
     return least
 
 
-@compiled
+@borrowing
 def lower_solve(lower: np.ndarray, n: int, x: np.ndarray) -> None:
     """x ← L⁻¹ x."""
     for i in range(n):
@@ -52,7 +69,7 @@ def lower_solve(lower: np.ndarray, n: int, x: np.ndarray) -> None:
         x[i] = total / lower[i, i]
 
 
-@compiled
+@borrowing
 def eliminate(lower: np.ndarray, n: int, x: np.ndarray) -> None:
     """x ← (L Lᵀ)⁻¹ x."""
     lower_solve(lower, n, x)
@@ -63,7 +80,7 @@ def eliminate(lower: np.ndarray, n: int, x: np.ndarray) -> None:
         x[i] = total / lower[i, i]
 
 
-@compiled
+@borrowing
 def invert(a: np.ndarray, n: int, row: np.ndarray) -> bool:
     """A symmetric positive definite matrix becomes its inverse; False where it is none.
 
@@ -95,7 +112,7 @@ def invert(a: np.ndarray, n: int, row: np.ndarray) -> bool:
     return True
 
 
-@compiled
+@borrowing
 def gauss(a: np.ndarray, n: int, x: np.ndarray) -> bool:
     """x ← A⁻¹ x with row pivoting, A being used up; False where it is singular."""
     for j in range(n):
@@ -120,7 +137,7 @@ def gauss(a: np.ndarray, n: int, x: np.ndarray) -> bool:
     return True
 
 
-@compiled
+@borrowing
 def _substitute_back(a: np.ndarray, n: int, x: np.ndarray) -> None:
     """x ← U⁻¹ x, U being the upper triangle."""
     for i in range(n - 1, -1, -1):
@@ -130,7 +147,7 @@ def _substitute_back(a: np.ndarray, n: int, x: np.ndarray) -> None:
         x[i] = total / a[i, i]
 
 
-@compiled
+@borrowing
 def _swap_both(a: np.ndarray, n: int, j: int, other: int) -> None:
     """Swap two rows and columns."""
     for k in range(n):
@@ -139,7 +156,7 @@ def _swap_both(a: np.ndarray, n: int, j: int, other: int) -> None:
         a[k, j], a[k, other] = a[k, other], a[k, j]
 
 
-@compiled
+@borrowing
 def gauss_of_rank(
     a: np.ndarray, n: int, x: np.ndarray, tolerance: float, order: np.ndarray, y: np.ndarray
 ) -> None:
@@ -192,7 +209,7 @@ def gauss_of_rank(
         x[int(order[j])] = y[j]
 
 
-@compiled
+@borrowing
 def _shorten(a: np.ndarray, n: int, rank: int, y: np.ndarray) -> None:
     """Take out of y what lies in the null space of an upper triangle of ``rank`` rows.
 
@@ -210,7 +227,7 @@ def _shorten(a: np.ndarray, n: int, rank: int, y: np.ndarray) -> None:
     _take_out(a, rank, n, n, y)
 
 
-@compiled
+@borrowing
 def factorize(a: np.ndarray, n: int, order: np.ndarray) -> bool:
     """L U of the leading n rows with row pivoting, in their place; False where it is singular.
 
@@ -238,7 +255,7 @@ def factorize(a: np.ndarray, n: int, order: np.ndarray) -> bool:
     return True
 
 
-@compiled
+@borrowing
 def solve_factorized(a: np.ndarray, n: int, order: np.ndarray, x: np.ndarray) -> None:
     """x ← A⁻¹ x by what ``factorize`` made of A."""
     for j in range(n):
@@ -251,7 +268,7 @@ def solve_factorized(a: np.ndarray, n: int, order: np.ndarray, x: np.ndarray) ->
     _substitute_back(a, n, x)
 
 
-@compiled
+@borrowing
 def pivoted_cholesky(a: np.ndarray, n: int, tolerance: float, order: np.ndarray) -> int:
     """The rank of a positive semidefinite matrix: L Lᵀ of its rows and columns in a new order.
 
@@ -284,7 +301,7 @@ def pivoted_cholesky(a: np.ndarray, n: int, tolerance: float, order: np.ndarray)
     return n
 
 
-@compiled
+@borrowing
 def null_rows(a: np.ndarray, n: int, rank: int, order: np.ndarray, null: np.ndarray) -> None:
     """An orthonormal basis of the null space, n − rank rows, of what ``pivoted_cholesky`` made."""
     for c in range(n - rank):
@@ -300,7 +317,7 @@ def null_rows(a: np.ndarray, n: int, rank: int, order: np.ndarray, null: np.ndar
     orthonormalize(null[: n - rank])
 
 
-@compiled
+@borrowing
 def orthonormalize(rows: np.ndarray) -> None:
     """Make linearly independent rows orthonormal, one after the other (Gram & Schmidt)."""
     count, n = rows.shape
@@ -308,7 +325,7 @@ def orthonormalize(rows: np.ndarray) -> None:
         _make_orthonormal(rows, 0, r, n)
 
 
-@compiled
+@borrowing
 def _make_orthonormal(a: np.ndarray, first: int, row: int, n: int) -> None:
     """Make a row of a orthonormal to those from ``first`` to before it, which are that."""
     # Twice, for what rounding leaves.
@@ -322,7 +339,7 @@ def _make_orthonormal(a: np.ndarray, first: int, row: int, n: int) -> None:
         a[row, j] /= size
 
 
-@compiled
+@borrowing
 def _take_out(a: np.ndarray, first: int, last: int, n: int, x: np.ndarray) -> None:
     """Take the parts along rows ``first`` to ``last`` of a, which are orthonormal, out of x."""
     for r in range(first, last):

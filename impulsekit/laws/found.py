@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiled import compiled
+from .borrowed import borrowing
+from .dense import put
 
 __all__ = ["SAME", "keep_if_new"]
 
@@ -12,7 +13,7 @@ __all__ = ["SAME", "keep_if_new"]
 SAME = 1e-6
 
 
-@compiled
+@borrowing
 def keep_if_new(W: np.ndarray, P: np.ndarray, scale: float, found: np.ndarray, count: int) -> int:
     """How many answers there are with P, which is written if there is none like it.
 
@@ -31,6 +32,6 @@ def keep_if_new(W: np.ndarray, P: np.ndarray, scale: float, found: np.ndarray, c
         if apart <= SAME * scale:
             return count
     if count < len(found):
-        found[count] = P
+        put(P, found[count])
         return count + 1
     return count

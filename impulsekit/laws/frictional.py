@@ -17,6 +17,7 @@ import math
 import numpy as np
 
 from .approach import ALL_ROUNDS, NO_ROUND, approach_in_rounds, approach_regularized, sweep
+from .borrowed import borrowing
 from .compiled import compiled, entry
 from .least_shares import least_holding
 from .modes import (
@@ -133,7 +134,7 @@ def frictional(
     return code, residual
 
 
-@compiled
+@borrowing
 def _heaviest(work: Workspace, n: int) -> float:
     """The largest velocity that a normal impulse makes at its own contact [m/s]."""
     most = 0.0
@@ -250,7 +251,7 @@ def search_slipping(
     return _NOT_CONVERGED, least
 
 
-@compiled
+@borrowing
 def _from_pushes(work: Workspace, n: int, sizes: Sizes) -> float:
     """Newton from shares of what would stop each contact alone, where all else diverged."""
     residual = math.inf
@@ -308,7 +309,7 @@ def _code_of(work: Workspace, n: int, sizes: Sizes, dependent: float, slips: boo
     return _NOT_UNIQUE if find_shared(work, n, sizes, dependent, slips) else _SOLVED
 
 
-@compiled
+@borrowing
 def clear_smooth(work: Workspace, n: int) -> None:
     """Clear W and b of tangents without friction, which carry nothing."""
     W, b = work.W, work.b
@@ -321,7 +322,7 @@ def clear_smooth(work: Workspace, n: int) -> None:
                     W[j, k] = 0.0
 
 
-@compiled
+@borrowing
 def _is_spread(work: Workspace, n: int, least: float) -> bool:
     """Whether a contact moves by less than ``least`` [1/kg] in all of its directions."""
     for i in range(n):
@@ -331,7 +332,7 @@ def _is_spread(work: Workspace, n: int, least: float) -> bool:
     return False
 
 
-@compiled
+@borrowing
 def _slips(work: Workspace, n: int, sizes: Sizes) -> bool:
     """Whether any contact slides, by the modes seen last.
 

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from .borrowed import borrowing
 from .compiled import compiled, entry
 from .dense import cholesky, eliminate
 from .pressing import press, share
@@ -100,7 +101,7 @@ def _press_in(work: Workspace, W: np.ndarray, b: np.ndarray, n: int, scale: floa
     return _NOT_UNIQUE if shared else _SOLVED
 
 
-@compiled
+@borrowing
 def _exchange(
     work: Workspace,
     W: np.ndarray,
@@ -168,7 +169,7 @@ def _exchange(
     return _LOOK
 
 
-@compiled
+@borrowing
 def _residual(work: Workspace, W: np.ndarray, b: np.ndarray, n: int) -> float:
     """max |min(W P + b, W_kk P_k)| over the normals [m/s]."""
     P = work.P

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .compiled import compiled
+from .borrowed import borrowing
 
 __all__ = ["Factor", "from_half", "halve", "is_safe", "solve_mass"]
 
@@ -30,7 +30,7 @@ class Factor(NamedTuple):
     least: float
 
 
-@compiled
+@borrowing
 def is_safe(factor: Factor) -> bool:
     """Whether no pivot is rounding error."""
     for i in range(len(factor.pivots)):
@@ -39,14 +39,14 @@ def is_safe(factor: Factor) -> bool:
     return True
 
 
-@compiled
+@borrowing
 def solve_mass(factor: Factor, x: np.ndarray) -> None:
     """x ← M⁻¹ x."""
     halve(factor, x)
     from_half(factor, x)
 
 
-@compiled
+@borrowing
 def halve(factor: Factor, x: np.ndarray) -> None:
     """x ← D^-½ U⁻¹ x."""
     for k in range(len(x) - 1, -1, -1):
@@ -56,7 +56,7 @@ def halve(factor: Factor, x: np.ndarray) -> None:
             x[k] /= math.sqrt(factor.pivots[k])
 
 
-@compiled
+@borrowing
 def from_half(factor: Factor, x: np.ndarray) -> None:
     """x ← U^-T D^-½ x."""
     for k in range(len(x)):

@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .borrowed import borrowing
 from .compiled import compiled, entry
 from .dense import gauss, orthonormalize, pivoted_cholesky
 from .modes import BAR, NULL, residual_of, sizes_of
@@ -313,7 +314,7 @@ def _leads_away(span: np.ndarray, allowed: Allowed, wanted: np.ndarray, step: np
     return along > LARGEST * math.sqrt(size * left) + CANCELLED * summed
 
 
-@compiled
+@borrowing
 def _go_to_nearest(allowed: Allowed, pull: np.ndarray, near: np.ndarray, slope: np.ndarray) -> None:
     """The allowed impulse nearest to one, (3n,), and how it moves with it, (3n, 3) by contact.
 

@@ -14,7 +14,8 @@ import math
 import numpy as np
 
 from ..tolerances import EPS
-from .compiled import compiled, entry
+from .borrowed import borrowing
+from .compiled import entry
 from .dense import gauss, gauss_of_rank
 from .words import NO, YES
 from .workspace import Sizes, Workspace, workspace
@@ -53,7 +54,7 @@ BALANCED = 1e3
 PARTS, STICKS, SLIDES, STICKS_AT_FLOOR, SLIDES_AT_FLOOR = 0, 1, 2, 3, 4
 
 
-@compiled
+@borrowing
 def sizes_of(work: Workspace, n: int, scale: float) -> Sizes:
     """What counts as nothing.
 
@@ -76,7 +77,7 @@ def sizes_of(work: Workspace, n: int, scale: float) -> Sizes:
     return Sizes(scale, largest, least, heaviest > ALIKE * lightest)
 
 
-@compiled
+@borrowing
 def polish(work: Workspace, n: int, sizes: Sizes, most: int, ridge: float) -> float:
     """Bring P (3n,) from nearby to rounding level; the residual.
 
@@ -116,7 +117,7 @@ def polish(work: Workspace, n: int, sizes: Sizes, most: int, ridge: float) -> fl
     return bar
 
 
-@compiled
+@borrowing
 def residual_of(work: Workspace, n: int, sizes: Sizes) -> float:
     """The natural map's distance from its fixed point, relative; writes ξ, modes and slips."""
     _form(work, n)
@@ -126,7 +127,7 @@ def residual_of(work: Workspace, n: int, sizes: Sizes) -> float:
     return _map_naturally(work, n, sizes, YES)
 
 
-@compiled
+@borrowing
 def height_of(work: Workspace, n: int) -> float:
     """½ PᵀW P + b·P [J]: of several answers the one where it is least is nearest to sticking."""
     height = 0.0
@@ -138,7 +139,7 @@ def height_of(work: Workspace, n: int) -> float:
     return height
 
 
-@compiled
+@borrowing
 def _form(work: Workspace, n: int) -> None:
     """ξ = W P + b."""
     W, b, P, xi = work.W, work.b, work.P, work.xi
@@ -149,7 +150,7 @@ def _form(work: Workspace, n: int) -> None:
         xi[k] = total
 
 
-@compiled
+@borrowing
 def _map_naturally(work: Workspace, n: int, sizes: Sizes, formed: bool) -> float:
     """The residual of P and ξ as they stand, with modes and slips.
 
@@ -194,7 +195,7 @@ def _map_naturally(work: Workspace, n: int, sizes: Sizes, formed: bool) -> float
     return worst / size if size > 0.0 else 0.0
 
 
-@compiled
+@borrowing
 def _stepped(work: Workspace, n: int, sizes: Sizes, ridge: float, near: bool) -> bool:
     """One Newton step on the modes; False where the system is singular."""
     m = _write_onto_modes(work, n)
@@ -221,7 +222,7 @@ def _stepped(work: Workspace, n: int, sizes: Sizes, ridge: float, near: bool) ->
     return True
 
 
-@compiled
+@borrowing
 def _even_tangents(work: Workspace, m: int) -> None:
     """Both tangents of a contact that sticks get one ridge: their directions decide nothing."""
     for r in range(m - 1):
@@ -234,7 +235,7 @@ def _even_tangents(work: Workspace, m: int) -> None:
             work.moved[r], work.moved[r + 1] = mean, mean
 
 
-@compiled
+@borrowing
 def _write_onto_modes(work: Workspace, n: int) -> int:
     """Write P onto its modes, and the way and aim of its change; the number of unknowns."""
     mu, floor, P = work.mu, work.floor, work.P
@@ -281,7 +282,7 @@ def _write_onto_modes(work: Workspace, n: int) -> int:
     return m
 
 
-@compiled
+@borrowing
 def _assemble(work: Workspace, m: int) -> None:
     """Write Aimᵀ W Way x = Aimᵀ ξ, the system of the change of P."""
     W, xi, way, aim, matrix = work.W, work.xi, work.way, work.aim, work.matrix
@@ -301,7 +302,7 @@ def _assemble(work: Workspace, m: int) -> None:
             )
 
 
-@compiled
+@borrowing
 def _add_stiffness(work: Workspace, n: int) -> None:
     """As slip turns, so does what is across it."""
     mu, P, xi, mode, slip, matrix = work.mu, work.P, work.xi, work.mode, work.slip, work.matrix
@@ -323,7 +324,7 @@ def _add_stiffness(work: Workspace, n: int) -> None:
             c += 3 if pushing else 2
 
 
-@compiled
+@borrowing
 def _move(work: Workspace, n: int, m: int) -> None:
     """P by the step, slip back on the edge of its cone in the direction that it has turned to."""
     mu, floor, P, mode, slip = work.mu, work.floor, work.P, work.mode, work.slip

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .compiled import compiled
+from .borrowed import borrowing
 
 __all__ = ["NOISE", "Traits", "fastest", "foremost", "pace_of"]
 
@@ -35,7 +35,7 @@ NOISE = 1e-12
 Traits = tuple[float, float, float, float, float]
 
 
-@compiled
+@borrowing
 def pace_of(normal_velocity: float, nn: float) -> float:
     """|u_n|/√W_nn [√J]: the approach in one unit for contacts [m/s] and joint stops [rad/s].
 
@@ -44,7 +44,7 @@ def pace_of(normal_velocity: float, nn: float) -> float:
     return abs(normal_velocity) / math.sqrt(nn)
 
 
-@compiled
+@borrowing
 def fastest(
     W: np.ndarray,
     velocity: np.ndarray,
@@ -96,7 +96,7 @@ def fastest(
     return found
 
 
-@compiled
+@borrowing
 def _terms(W: np.ndarray, free: np.ndarray, impulse: np.ndarray, n: int, count: int) -> float:
     """The terms that row n of u_free + W P is the sum of, added up as if nothing cancelled."""
     terms: float = abs(free[n])
@@ -105,7 +105,7 @@ def _terms(W: np.ndarray, free: np.ndarray, impulse: np.ndarray, n: int, count: 
     return terms
 
 
-@compiled
+@borrowing
 def foremost(
     found: int,
     W: np.ndarray,
@@ -156,7 +156,7 @@ def foremost(
     return best, tied
 
 
-@compiled
+@borrowing
 def _traits(i: int, W: np.ndarray, velocity: np.ndarray, e: np.ndarray, mu: np.ndarray) -> Traits:
     n = 3 * i + 2
     nn = W[n, n]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .borrowed import borrowing
 from .compiled import compiled, entry
 from .coupling import SURE, friction_is_weak
 from .found import SAME
@@ -304,7 +305,7 @@ def _others_first(
     return others
 
 
-@compiled
+@borrowing
 def _is_split(
     W: np.ndarray, count: int, found: np.ndarray, pressed: np.ndarray, scale: float
 ) -> bool:
@@ -322,7 +323,7 @@ def _is_split(
     return count > 0
 
 
-@compiled
+@borrowing
 def _speed_between(W: np.ndarray, P: np.ndarray, other: np.ndarray) -> float:
     """The largest velocity that a difference of impulses makes."""
     most = 0.0

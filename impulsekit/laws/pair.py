@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from .compiled import compiled
+from .borrowed import borrowing
 
 __all__ = ["Pair", "solve_pair"]
 
 Pair = tuple[float, float]
 
 
-@compiled
+@borrowing
 def solve_pair(a: float, b: float, c: float, r1: float, r2: float) -> Pair:
     """(x₁, x₂) of [[a, b], [b, c]] x = r, regular and positive definite.
 

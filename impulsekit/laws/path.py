@@ -16,7 +16,8 @@ from __future__ import annotations
 
 import math
 
-from .compiled import compiled, entry
+from .borrowed import borrowing
+from .compiled import entry
 from .pair import solve_pair
 from .progress import (
     COMPRESSING,
@@ -108,7 +109,7 @@ def follow(
     return code
 
 
-@compiled
+@borrowing
 def _follow(
     block: Block,
     before: float,
@@ -142,7 +143,7 @@ def _follow(
     return _book(block, free, scale, code, now)
 
 
-@compiled
+@borrowing
 def _run(
     block: Block, memory: PathMemory, mu: float, law: int, e: float, target: float, scale: float
 ) -> tuple[bool, bool]:
@@ -167,7 +168,7 @@ def _run(
     return False, False
 
 
-@compiled
+@borrowing
 def _book(block: Block, free: Triple, scale: float, code: int, now: Array) -> int:
     """Write u⁺ from the impulse, so that both agree to rounding, and the works; the code."""
     t11, t12, t22, n1, n2, nn = block
@@ -191,7 +192,7 @@ def _book(block: Block, free: Triple, scale: float, code: int, now: Array) -> in
     return code
 
 
-@compiled
+@borrowing
 def _heading(block: Block, now: Array, mu: float, scale: float) -> tuple[int, _Rates]:
     """What goes on, and the rates du_1, du_2, du_n, dP_1, dP_2 over dp if they keep."""
     t11, t12, t22, n1, n2, nn = block
@@ -220,7 +221,7 @@ def _heading(block: Block, now: Array, mu: float, scale: float) -> tuple[int, _R
     return _SLIPS, (along * s1, along * s2, falls, -mu * s1, -mu * s2)
 
 
-@compiled
+@borrowing
 def _straight(
     now: Array,
     rates: _Rates,
@@ -268,7 +269,7 @@ def _straight(
     return False, False
 
 
-@compiled
+@borrowing
 def _to_end_of_phase(
     now: Array, dn: float, slips: bool, law: int, e: float, target: float, scale: float
 ) -> float:
@@ -289,7 +290,7 @@ def _to_end_of_phase(
     return max(phase, 0.0) if in_work > 0.0 else 0.0
 
 
-@compiled
+@borrowing
 def _holding(block: Block) -> tuple[float, float]:
     """dP_t/dp that keeps u_t = 0."""
     t11, t12, t22, n1, n2, _ = block
@@ -303,7 +304,7 @@ def _holding(block: Block) -> tuple[float, float]:
     return -n1 / trace, -n2 / trace
 
 
-@compiled
+@borrowing
 def outgoing(block: Block, mu: float) -> tuple[float, float]:
     """s with (λ + µ W_tt) s = w and λ > 0: the direction in which slip starts again."""
     t11, t12, t22, n1, n2, _ = block
@@ -329,7 +330,7 @@ def outgoing(block: Block, mu: float) -> tuple[float, float]:
     return s1 / length, s2 / length
 
 
-@compiled
+@borrowing
 def _residual(now: Array, law: int, e: float, target: float, scale: float) -> float:
     """How far the end is from what the law asks, relative."""
     if law == NEWTON:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from .borrowed import borrowing
 from .compiled import compiled, entry
 from .found import keep_if_new
 
@@ -77,7 +78,7 @@ def plane_of(W: np.ndarray, b: np.ndarray, mu: np.ndarray, direction: np.ndarray
     return True
 
 
-@compiled
+@borrowing
 def _main_direction(
     W: np.ndarray, b: np.ndarray, mu: np.ndarray, speed: float, i: int, direction: np.ndarray
 ) -> None:
@@ -99,7 +100,7 @@ def _main_direction(
         direction[i, 0], direction[i, 1] = math.cos(angle), math.sin(angle)
 
 
-@compiled
+@borrowing
 def _longer(x: float, y: float, most: float, i: int, direction: np.ndarray) -> float:
     """The length of (x, y) where it is larger than all before; then it is the direction."""
     length = math.sqrt(x * x + y * y)
@@ -109,7 +110,7 @@ def _longer(x: float, y: float, most: float, i: int, direction: np.ndarray) -> f
     return most
 
 
-@compiled
+@borrowing
 def most_modes(mu: np.ndarray, floor: np.ndarray) -> int:
     """How many combinations of modes there are."""
     count = 1
@@ -169,14 +170,14 @@ def plane_modes(
     return count
 
 
-@compiled
+@borrowing
 def _modes_of(mu: float, floor: float) -> int:
     if mu > 0.0:
         return 6 if floor > 0.0 else 4
     return 2
 
 
-@compiled
+@borrowing
 def _mode(choice: int, mu: float, floor: float) -> int:
     """The mode behind the number of a choice."""
     if mu > 0.0:
@@ -243,7 +244,7 @@ def _solved(
     return True
 
 
-@compiled
+@borrowing
 def eliminated(matrix: np.ndarray, right: np.ndarray) -> bool:
     """Whether a system is regular; then its solution stands in ``right``, by elimination."""
     m = len(right)

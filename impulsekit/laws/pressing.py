@@ -13,6 +13,7 @@ import math
 
 import numpy as np
 
+from .borrowed import borrowing
 from .compiled import compiled
 from .dense import gauss, null_rows, pivoted_cholesky
 
@@ -86,7 +87,7 @@ def press(A: np.ndarray, c: np.ndarray, n: int, tiny: float, p: np.ndarray, u: n
     return False
 
 
-@compiled
+@borrowing
 def _give_way(
     A: np.ndarray,
     n: int,
@@ -137,7 +138,7 @@ def _solve_pushing(
         p[order[r]] = max(right[r], 0.0)
 
 
-@compiled
+@borrowing
 def _form(A: np.ndarray, c: np.ndarray, n: int, p: np.ndarray, u: np.ndarray) -> None:
     """u = A p + c."""
     for i in range(n):

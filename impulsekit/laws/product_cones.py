@@ -25,6 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..tolerances import NONZERO
+from .borrowed import borrowing
 from .compiled import compiled, entry
 from .dense import cholesky, gauss
 
@@ -210,7 +211,7 @@ def _settled(
     return best, steps
 
 
-@compiled
+@borrowing
 def _natural(
     W: np.ndarray,
     b: np.ndarray,
@@ -288,7 +289,7 @@ def _newton(
     return MOST_STEPS
 
 
-@compiled
+@borrowing
 def _squares(value: np.ndarray) -> float:
     total = 0.0
     for entry_of_it in value:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .borrowed import borrowing
 from .compiled import compiled
 from .words import NEWTON, POISSON
 
@@ -51,7 +52,7 @@ def path_memory() -> PathMemory:
     return PathMemory(np.zeros(_COUNT), np.zeros((8, ORDER + 1)))
 
 
-@compiled
+@borrowing
 def left_to_go(
     now: np.ndarray[tuple[int], np.dtype[np.float64]], law: int, e: float, target: float
 ) -> Triple:
@@ -65,7 +66,7 @@ def left_to_go(
     return math.inf, math.inf, -e * e * now[SPENT] - now[REGAINED]
 
 
-@compiled
+@borrowing
 def is_over(
     now: np.ndarray[tuple[int], np.dtype[np.float64]],
     law: int,

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from .compiled import compiled
+from .borrowed import borrowing
 from .pair import Pair
 from .progress import Block
 
@@ -49,7 +49,7 @@ SAME = 1e-7
 _NONE = (0.0, 0.0)
 
 
-@compiled
+@borrowing
 def slides(block: Block, b1: float, b2: float, bn: float, mu: float) -> Directions:
     """All directions of slip (s_1, s_2), each with P_n > 0.
 
@@ -112,7 +112,7 @@ def slides(block: Block, b1: float, b2: float, bn: float, mu: float) -> Directio
     return found
 
 
-@compiled
+@borrowing
 def _line(block: Block, b1: float, b2: float, bn: float) -> tuple[bool, float, float]:
     """Whether one tangent alone moves anything, as of bodies in a plane, and that tangent."""
     t11, t12, t22, n1, n2, nn = block
@@ -132,7 +132,7 @@ def _line(block: Block, b1: float, b2: float, bn: float) -> tuple[bool, float, f
     return flat and abs(b2 * d1 - b1 * d2) <= FLAT * speed, d1, d2
 
 
-@compiled
+@borrowing
 def _with(
     found: Directions,
     block: Block,
@@ -177,24 +177,24 @@ def _with(
     return 4, one, two, three, (s1, s2)
 
 
-@compiled
+@borrowing
 def _value(a: Monic, x: float) -> float:
     return (((x + a[3]) * x + a[2]) * x + a[1]) * x + a[0]
 
 
-@compiled
+@borrowing
 def _slope(a: Monic, x: float) -> float:
     """The derivative over 4: monic, too."""
     return ((x + 0.75 * a[3]) * x + 0.5 * a[2]) * x + 0.25 * a[1]
 
 
-@compiled
+@borrowing
 def _curve(a: Monic, x: float) -> float:
     """The derivative of ``_slope`` over 3."""
     return (x + 0.5 * a[3]) * x + a[2] / 6.0
 
 
-@compiled
+@borrowing
 def _between(a: Monic, order: int, low: float, high: float, near: float) -> float:
     """The root of the quartic or of its derivative (order 0 or 1) between opposite signs."""
     rising = (_slope(a, high) if order else _value(a, high)) > 0.0
@@ -216,7 +216,7 @@ def _between(a: Monic, order: int, low: float, high: float, near: float) -> floa
     return x
 
 
-@compiled
+@borrowing
 def _pick(values: tuple[int, float, float, float, float], k: int) -> float:
     if k == 0:
         return values[1]
@@ -227,7 +227,7 @@ def _pick(values: tuple[int, float, float, float, float], k: int) -> float:
     return values[4]
 
 
-@compiled
+@borrowing
 def _roots(a: Monic) -> tuple[int, float, float, float, float]:
     """How many roots in [0, 1], or what may be one, and up to four of them.
 
@@ -268,7 +268,7 @@ def _roots(a: Monic) -> tuple[int, float, float, float, float]:
     return count, one, two, three, 0.0
 
 
-@compiled
+@borrowing
 def _only_root(a: Monic) -> float:
     """The one positive root, below 1 as the coefficients are scaled.
 
@@ -293,7 +293,7 @@ def _only_root(a: Monic) -> float:
     return x
 
 
-@compiled
+@borrowing
 def _extremes(a: Monic) -> tuple[int, float, float, float, float]:
     """Where in [0, 1] the quartic is highest or lowest: how many, and up to three."""
     half = -0.25 * a[3]
@@ -318,7 +318,7 @@ def _extremes(a: Monic) -> tuple[int, float, float, float, float]:
     return count, one, two, three, 0.0
 
 
-@compiled
+@borrowing
 def _turned(matrix: _Matrix, s1: float, s2: float) -> tuple[float, float, bool]:
     """s turned until A s + c points along s, by Newton; whether it does, and not backwards."""
     a11, a12, a21, a22, c1, c2 = matrix
@@ -345,7 +345,7 @@ def _turned(matrix: _Matrix, s1: float, s2: float) -> tuple[float, float, bool]:
     return s1, s2, False
 
 
-@compiled
+@borrowing
 def _across(matrix: _Matrix, angle: float) -> float:
     """How far A s + c is from pointing along s."""
     a11, a12, a21, a22, c1, c2 = matrix
@@ -353,7 +353,7 @@ def _across(matrix: _Matrix, angle: float) -> float:
     return s1 * (a21 * s1 + a22 * s2 + c2) - s2 * (a11 * s1 + a12 * s2 + c1)
 
 
-@compiled
+@borrowing
 def _scanned(
     matrix: _Matrix, block: Block, b1: float, b2: float, bn: float, mu: float
 ) -> Directions:

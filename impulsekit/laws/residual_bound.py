@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from .compiled import compiled, entry
+from .borrowed import borrowing
+from .compiled import entry
 
 __all__ = ["bound_residual", "momentum_misfit"]
 
@@ -57,7 +58,7 @@ def bound_residual(
     return worst
 
 
-@compiled
+@borrowing
 def momentum_misfit(
     mass: np.ndarray, rows: np.ndarray, impulse: np.ndarray, dv: np.ndarray
 ) -> float:

@@ -28,7 +28,7 @@ import math
 
 import numpy as np
 
-from .borrowed import borrowed
+from .borrowed import borrowed, borrowing
 from .compiled import compiled, entry
 from .dense import cholesky
 from .resting_newton import BAR, TINY, Points, Room, bounded, points_of, room_of, solve_points
@@ -125,7 +125,7 @@ def forces_at_rest(
     return solve_points(coupled, free, points, start, room)
 
 
-@compiled
+@borrowing
 def _depend(delassus: np.ndarray, room: np.ndarray) -> bool:
     """Whether rows depend on each other, or all but."""
     return not cholesky(delassus, len(delassus), room) >= DEPENDENT

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from .approach import block_at
-from .borrowed import borrowed
+from .borrowed import borrowed, borrowing
 from .compiled import compiled
 from .coulomb import coulomb
-from .dense import factorize, solve_factorized
+from .dense import factorize, put_rows, solve_factorized
 
 __all__ = ["BAR", "TINY", "Points", "Room", "bounded", "points_of", "room_of", "solve_points"]
 
@@ -74,7 +74,7 @@ class Points(NamedTuple):
     scale: float
 
 
-@compiled
+@borrowing
 def bounded(force: float, mu: float) -> float:
     """The force of a lone row, or what is nearest to it: no pull (mu = 0), no more than −mu."""
     return max(0.0, force) if mu == 0.0 else max(mu, min(force, -mu))
@@ -139,7 +139,7 @@ def solve_points(
     return best, residual
 
 
-@compiled
+@borrowing
 def _sweep(coupled: np.ndarray, free: np.ndarray, points: Points, P: np.ndarray) -> None:
     """Contact after contact in closed form (projected Gauss-Seidel): slow and hardy."""
     for _ in range(SWEEPS):
@@ -174,7 +174,7 @@ def _sweep(coupled: np.ndarray, free: np.ndarray, points: Points, P: np.ndarray)
             return
 
 
-@compiled
+@borrowing
 def _by_others(
     coupled: np.ndarray, free: np.ndarray, P: np.ndarray, row: int, k: int, count: int
 ) -> float:
@@ -216,7 +216,7 @@ def _newton(
             break
         if bends or not _as_before(room):
             _slope(coupled, points, room)
-            room.factor[:] = room.slope
+            put_rows(room.slope, room.factor)
             regular = factorize(room.factor, m, room.order)
             room.did[:] = room.doing
             if bends or not regular:
@@ -234,7 +234,7 @@ def _newton(
     return best, least
 
 
-@compiled
+@borrowing
 def _as_before(room: Room) -> bool:
     same = True
     for i in range(len(room.did)):
@@ -242,7 +242,7 @@ def _as_before(room: Room) -> bool:
     return same
 
 
-@compiled
+@borrowing
 def _solves(slope: np.ndarray, step: np.ndarray, value: np.ndarray, size: float) -> bool:
     """Whether a Newton step is what a regular slope gives."""
     m = len(step)
@@ -258,7 +258,7 @@ def _solves(slope: np.ndarray, step: np.ndarray, value: np.ndarray, size: float)
     return longest * largest <= HUGE * size
 
 
-@compiled
+@borrowing
 def _value(
     coupled: np.ndarray, free: np.ndarray, points: Points, P: np.ndarray, room: Room
 ) -> bool:
@@ -302,11 +302,11 @@ def _value(
     return bends
 
 
-@compiled
+@borrowing
 def _slope(coupled: np.ndarray, points: Points, room: Room) -> None:
     """Write the slope of F for what the points do."""
     m, slope = len(coupled), room.slope
-    slope[:] = coupled
+    put_rows(coupled, slope)
     for i in range(len(points.mu)):
         at, mu, doing = points.first[i], points.mu[i], room.doing[i]
         n = at if mu <= 0.0 else at + 2

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .approach import block_at
+from .borrowed import borrowing
 from .compiled import compiled, entry
 from .order import NOISE, fastest, foremost, pace_of
 from .path import follow
@@ -116,7 +117,7 @@ def sequence_of(n: int) -> Sequence:
     )  # fmt: skip
 
 
-@compiled
+@borrowing
 def begin(sequence: Sequence, contacts: Contacts, before: np.ndarray, n: int) -> None:
     """Write the start of a sequence of n contacts, ``before`` being u⁻."""
     sequence.now[:] = 0.0
@@ -154,7 +155,7 @@ def _limit(W: np.ndarray, k: int, mu: float, motions: np.ndarray) -> bool:
     return True
 
 
-@compiled
+@borrowing
 def advance(
     sequence: Sequence,
     contacts: Contacts,
@@ -238,7 +239,7 @@ def advance(
             return ENDED
 
 
-@compiled
+@borrowing
 def _leave_possible(sequence: Sequence, free: np.ndarray, n: int, i: int) -> None:
     """Take away what is but rounding along motions that the bodies at contact i do not have."""
     velocity, motions, k = sequence.velocity, sequence.motions[i], 3 * i
@@ -257,7 +258,7 @@ def _leave_possible(sequence: Sequence, free: np.ndarray, n: int, i: int) -> Non
         velocity[k], velocity[k + 1], velocity[k + 2] = possible
 
 
-@compiled
+@borrowing
 def _followed(
     block: Block, start: Triple, e: float, mu: float, restitution: int, memory: PathMemory
 ) -> Hit:
@@ -270,7 +271,7 @@ def _followed(
     return Hit(impulse, after, code, path[RESIDUAL], path[NORMAL], path[FRICTION])
 
 
-@compiled
+@borrowing
 def _take(
     now: np.ndarray,
     velocity: np.ndarray,
@@ -297,7 +298,7 @@ def _take(
         now[CODE] = hit.code
 
 
-@compiled
+@borrowing
 def end_code(sequence: Sequence, n: int) -> int:
     """The code of a sequence that is over."""
     code = int(sequence.now[CODE])

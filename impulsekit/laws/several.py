@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .borrowed import borrowed
+from .borrowed import borrowed, borrowing
 from .compiled import compiled, entry
 from .frictional import frictional
 from .frictionless import frictionless
@@ -269,7 +269,7 @@ def _expand(
     return code, residual
 
 
-@compiled
+@borrowing
 def _book(work: Workspace, W: np.ndarray, n: int) -> None:
     """Add the impulses P of one part, with what they do and their works."""
     P, velocity = work.P, work.velocity
@@ -306,7 +306,7 @@ def _solved(
     return frictional(work, n, fastest, NO, care.spread, care.dependent)
 
 
-@compiled
+@borrowing
 def _is_regular(W: np.ndarray, size: int, dependent: float) -> bool:
     """Whether every row moves something, and none depends on others."""
     for r in range(size):

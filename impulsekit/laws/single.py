@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from .compiled import compiled, entry
+from .borrowed import borrowing
+from .compiled import entry
 from .coulomb import coulomb, released, residual_of
 from .progress import Block, Triple
 from .status import BY_CODE, Status
@@ -62,7 +63,7 @@ def hit_contact(
     return impulse, after, code, residual, normal, friction
 
 
-@compiled
+@borrowing
 def strike_at_end(
     block: Block, before: Triple, free: Triple, e: float, mu: float, e_t: float, restitution: int
 ) -> Hit:
@@ -83,7 +84,7 @@ def strike_at_end(
     return hit
 
 
-@compiled
+@borrowing
 def hit_at_end(
     block: Block, before: Triple, free: Triple, e: float, mu: float, e_t: float, restitution: int
 ) -> Hit:
@@ -105,7 +106,7 @@ def hit_at_end(
     return _poisson(block, free, e, mu, scale)
 
 
-@compiled
+@borrowing
 def _poisson(block: Block, free: Triple, e: float, mu: float, scale: float) -> Hit:
     """Compression to u_n = 0, then P_n ≥ e P_n^c (Glocker & Pfeiffer 1995)."""
     pressed, code = coulomb(block, free[0], free[1], free[2], mu, scale)
@@ -126,7 +127,7 @@ def _poisson(block: Block, free: Triple, e: float, mu: float, scale: float) -> H
     return Hit(impulse, after, code, residual, normal + more, friction + rubbed)
 
 
-@compiled
+@borrowing
 def moved(block: Block, velocity: Triple, impulse: Triple, mu: float) -> Triple:
     """u + W P; without friction the tangents are left out of it."""
     p1, p2, pn = impulse
@@ -138,7 +139,7 @@ def moved(block: Block, velocity: Triple, impulse: Triple, mu: float) -> Triple:
     return u1, u2, un
 
 
-@compiled
+@borrowing
 def _works(impulse: Triple, start: Triple, after: Triple) -> tuple[float, float]:
     """P·(u_start + u⁺)/2 along the normal and along the tangents."""
     p1, p2, pn = impulse
@@ -146,7 +147,7 @@ def _works(impulse: Triple, start: Triple, after: Triple) -> tuple[float, float]
     return normal, 0.5 * (p1 * (start[0] + after[0]) + p2 * (start[1] + after[1]))
 
 
-@compiled
+@borrowing
 def gained(code: int, normal: float, friction: float, impulse: Triple, start: Triple) -> bool:
     """Whether an impulse that obeys the law raised the energy by more than rounding."""
     total = normal + friction

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from .compiled import compiled
+from .borrowed import borrowing
 from .dense import invert
 from .workspace import Workspace
 
@@ -22,7 +22,7 @@ __all__ = ["split"]
 LOOK, UNBALANCED, MOST_CHANGE = 10, 5.0, 10.0
 
 
-@compiled
+@borrowing
 def split(work: Workspace, n: int, steps: int, rate: float, relaxed: float) -> float:
     """Improve y (3n,) in the cones by some steps, z (3n,) being kept; the rate to go on with.
 
@@ -82,7 +82,7 @@ def split(work: Workspace, n: int, steps: int, rate: float, relaxed: float) -> f
     return rate
 
 
-@compiled
+@borrowing
 def _project(y: np.ndarray, k: int, mu: float, floor: float) -> None:
     """The nearest point of |y_t| ≤ µ y_n, y_n ≥ floor."""
     size = math.sqrt(y[k] * y[k] + y[k + 1] * y[k + 1])

@@ -8,7 +8,7 @@ first decides. Where W is regular, Newton on the modes starts from here as well.
 
 from __future__ import annotations
 
-from .compiled import compiled
+from .borrowed import borrowing
 from .dense import cholesky, eliminate
 from .modes import RIDGE
 from .workspace import Sizes, Workspace
@@ -19,7 +19,7 @@ __all__ = ["held_still"]
 REGULAR = 1e-6
 
 
-@compiled
+@borrowing
 def held_still(work: Workspace, n: int, sizes: Sizes) -> float:
     """Write P (3n,) with W P + b = 0, or as near as can be; the ridge, or -1 where W is singular.
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .borrowed import borrowing
 from .compiled import compiled, entry
 from .half import Factor, halve, solve_mass
 from .several import hit_contacts
@@ -125,7 +126,7 @@ def posed(
     return W, before
 
 
-@compiled
+@borrowing
 def is_sound(W: np.ndarray, before: np.ndarray) -> bool:
     """Whether all numbers are finite, and impulses move something."""
     total = 0.0

@@ -17,7 +17,7 @@ import math
 
 import numpy as np
 
-from .compiled import compiled
+from .borrowed import borrowing
 from .progress import (
     COMPRESSING,
     FALLS,
@@ -64,7 +64,7 @@ INVERSE = np.array([1.0 / (k + 1) for k in range(ORDER + 1)])
 _U1, _U2, _UN, _SPEED, _SQUARE, _POWER, _RISE, _END = range(8)
 
 
-@compiled
+@borrowing
 def turn(
     block: Block, memory: PathMemory, mu: float, law: int, e: float, target: float, scale: float
 ) -> bool:
@@ -101,7 +101,7 @@ def turn(
     return False
 
 
-@compiled
+@borrowing
 def _expand(rates: Block, now: Array, mu: float, r: float, series: Matrix) -> None:
     """Write the Taylor coefficients in τ, in units of r."""
     a11, a12, a22, w1, w2, wn = rates
@@ -129,7 +129,7 @@ def _expand(rates: Block, now: Array, mu: float, r: float, series: Matrix) -> No
         series[_SPEED, k + 1] = square - own
 
 
-@compiled
+@borrowing
 def _multiply(series: Matrix) -> None:
     """Write the series of |u_t| u_n."""
     for k in range(ORDER + 1):
@@ -139,7 +139,7 @@ def _multiply(series: Matrix) -> None:
         series[_POWER, k] = total
 
 
-@compiled
+@borrowing
 def _step(
     rates: Block,
     memory: PathMemory,
@@ -221,7 +221,7 @@ def _step(
     return reached
 
 
-@compiled
+@borrowing
 def _at(series: Matrix, row: int, x: float) -> float:
     total = 0.0
     for k in range(ORDER, -1, -1):
@@ -229,7 +229,7 @@ def _at(series: Matrix, row: int, x: float) -> float:
     return total
 
 
-@compiled
+@borrowing
 def _gain(series: Matrix, row: int, x: float) -> float:
     """By how much a series is more at x than at 0."""
     total = 0.0
@@ -238,7 +238,7 @@ def _gain(series: Matrix, row: int, x: float) -> float:
     return x * total
 
 
-@compiled
+@borrowing
 def _total(series: Matrix, row: int, x: float) -> float:
     """The integral of a series from 0 to x."""
     total = 0.0
@@ -247,7 +247,7 @@ def _total(series: Matrix, row: int, x: float) -> float:
     return x * total
 
 
-@compiled
+@borrowing
 def _shift(series: Matrix, row: int) -> None:
     """A series less where it begins, as that of the end."""
     series[_END, 0] = 0.0
@@ -255,7 +255,7 @@ def _shift(series: Matrix, row: int) -> None:
         series[_END, k] = series[row, k]
 
 
-@compiled
+@borrowing
 def _integrate(series: Matrix, row: int) -> None:
     """The integral of a series, as that of the end."""
     series[_END, 0] = 0.0
@@ -263,7 +263,7 @@ def _integrate(series: Matrix, row: int) -> None:
         series[_END, k + 1] = series[row, k] * INVERSE[k]
 
 
-@compiled
+@borrowing
 def _root(series: Matrix, row: int, goal: float, high: float) -> float:
     """Where between 0 and ``high`` a series is ``goal``: Newton, kept in by bisection."""
     low, x = 0.0, high

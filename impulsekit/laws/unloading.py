@@ -14,6 +14,7 @@ import math
 import numpy as np
 
 from .approach import ALL_ROUNDS, NO_ROUND, approach_in_rounds
+from .borrowed import borrowing
 from .compiled import compiled, entry
 from .modes import BAR, MOST_STEPS, RIDGE, height_of, polish, residual_of, sizes_of
 from .sticking import held_still
@@ -129,7 +130,7 @@ def _solve_few(
     return _with_few(work, n, few, sizes, rows[: 3 * m])
 
 
-@compiled
+@borrowing
 def _with_few(work: Workspace, n: int, few: Workspace, sizes: Sizes, rows: np.ndarray) -> float:
     """The residual with P of a few contacts, of which ``rows`` are."""
     for k in range(3 * n):

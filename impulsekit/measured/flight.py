@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import ceil
-from time import perf_counter
+from time import thread_time
 
 import numpy as np
 import pinocchio as pin
@@ -110,11 +110,11 @@ class Flight:
         if self._free_body is not None and fly_all.is_compiled:
             fly_all(self._free_body, dt, q, v)
             return q, v
-        begin = perf_counter()
+        begin = thread_time()
         for i in range(len(dt)):
             q[i], v[i] = self.step(float(t[i]), q[i], v[i], float(dt[i]))
         if self._free_body is not None:
-            fly_all.wait(perf_counter() - begin)
+            fly_all.wait(thread_time() - begin)
         return q, v
 
     def path(self, time: float, q: np.ndarray, v: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -123,7 +123,7 @@ class Flight:
         if self._free_body is not None and fly_along.is_compiled:
             fly_along(self._free_body, times - time, found, np.tile(v, (len(times), 1)))
             return found
-        begin = perf_counter()
+        begin = thread_time()
         split = int(np.searchsorted(times, time))
         for part in (range(split, len(times)), range(split - 1, -1, -1)):
             at, here, speed = time, q, v
@@ -132,7 +132,7 @@ class Flight:
                 at = float(times[k])
                 found[k] = here
         if self._free_body is not None:
-            fly_along.wait(perf_counter() - begin)
+            fly_along.wait(thread_time() - begin)
         return found
 
     def fit(

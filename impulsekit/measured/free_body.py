@@ -12,7 +12,8 @@ import math
 
 import numpy as np
 
-from ..laws.compiled import compiled, entry
+from ..laws.borrowed import borrowing
+from ..laws.compiled import entry
 from ..scene import Scene
 
 __all__ = ["fly_all", "fly_along", "free_body_of"]
@@ -40,7 +41,7 @@ def free_body_of(scene: Scene) -> np.ndarray | None:
     return np.concatenate([*(each.reshape(-1) for each in matrices), own.lever, gravity])
 
 
-@compiled
+@borrowing
 def _times(numbers: np.ndarray, at: int, x: Vector) -> Vector:
     """A matrix of the body times x."""
     return (
@@ -50,23 +51,23 @@ def _times(numbers: np.ndarray, at: int, x: Vector) -> Vector:
     )
 
 
-@compiled
+@borrowing
 def _cross(a: Vector, b: Vector) -> Vector:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@compiled
+@borrowing
 def _plus(a: Vector, factor: float, b: Vector) -> Vector:
     return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
 
 
-@compiled
+@borrowing
 def _euler(numbers: np.ndarray, w: Vector) -> Vector:
     """ω̇ = I⁻¹ (I ω × ω)."""
     return _times(numbers, 9, _cross(_times(numbers, 0, w), w))
 
 
-@compiled
+@borrowing
 def _turned(q: np.ndarray, x: Vector) -> Vector:
     """x turned by the quaternion of a configuration."""
     u, w = (q[3], q[4], q[5]), q[6]
@@ -74,7 +75,7 @@ def _turned(q: np.ndarray, x: Vector) -> Vector:
     return _plus(_plus(x, 2.0 * w, t), 2.0, _cross(u, t))
 
 
-@compiled
+@borrowing
 def _turn_by(q: np.ndarray, x: Vector) -> None:
     """Turn the quaternion of a configuration by the rotation vector x, in the body's axes."""
     angle = math.sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
@@ -87,7 +88,7 @@ def _turn_by(q: np.ndarray, x: Vector) -> None:
     q[6] = d * w - a * i - b * j - c * k
 
 
-@compiled
+@borrowing
 def _fly(numbers: np.ndarray, dt: float, q: np.ndarray, v: np.ndarray) -> None:
     """Move a state (7,), (6,) by dt."""
     lever = (numbers[18], numbers[19], numbers[20])

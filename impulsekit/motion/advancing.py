@@ -30,6 +30,7 @@ import numpy as np
 
 from ..geometry.support import Shape
 from ..geometry.vectors import cross, dot, row_of
+from ..laws.borrowed import borrowing
 from ..laws.compiled import compiled
 from ..tolerances import EPS, NONZERO
 from .turning_planes import BETWEEN, Bound, Look, Pose, look_at, rate, sure
@@ -76,7 +77,7 @@ def _slope(count: int) -> np.ndarray:
     return slopes.dot(np.linalg.inv(powers))
 
 
-@compiled
+@borrowing
 def _longest(vectors: np.ndarray) -> float:
     """The largest length of vectors (k, 3)."""
     square = 0.0

@@ -19,7 +19,8 @@ import math
 import numpy as np
 import pinocchio as pin
 
-from ..laws.compiled import compiled, entry
+from ..laws.borrowed import borrowing
+from ..laws.compiled import entry
 
 __all__ = ["Chart", "unrolled"]
 
@@ -162,7 +163,7 @@ def unrolled(x: Motion, v: Motion) -> Motion:
     return rate
 
 
-@compiled
+@borrowing
 def _plus(v: Motion, factor: float, w: Motion) -> Motion:
     return (
         v[0] + factor * w[0],
@@ -174,7 +175,7 @@ def _plus(v: Motion, factor: float, w: Motion) -> Motion:
     )
 
 
-@compiled
+@borrowing
 def _bracket(x: Motion, v: Motion) -> Motion:
     """ad_x v = (ω_x × v + v_x × ω, ω_x × ω)."""
     a, b, c, d, e, f = x
@@ -189,7 +190,7 @@ def _bracket(x: Motion, v: Motion) -> Motion:
     )
 
 
-@compiled
+@borrowing
 def _factors(square: float) -> tuple[float, float]:
     """a and b for θ²."""
     if square < TINY:

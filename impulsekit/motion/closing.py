@@ -15,9 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..laws.borrowed import borrowing
 from ..laws.compiled import compiled
 
-__all__ = ["Node", "errors_of", "may_close", "zero_finder"]
+__all__ = ["GAP", "Node", "errors_of", "may_close", "root_finder", "zero_finder"]
 
 # A gap that only dips this far below zero [m] was grazed.
 GRAZED = 1e-12
@@ -66,7 +67,7 @@ def may_close(
     return lowest <= MARGIN * (highest - lowest) + errors
 
 
-@compiled
+@borrowing
 def _turning_points(a: Node, b: Node) -> tuple[int, float, float]:
     """How often the cubic between two nodes turns, and where, in order."""
     h = b.t - a.t
@@ -88,7 +89,7 @@ def _turning_points(a: Node, b: Node) -> tuple[int, float, float]:
     return int(one < math.inf) + int(two < math.inf), one, two
 
 
-@compiled
+@borrowing
 def _zero_of_cubic(a: Node, b: Node) -> float:
     """Where the cubic between two nodes falls to zero, from 0 to 1."""
     h = b.t - a.t
@@ -111,7 +112,7 @@ def _zero_of_cubic(a: Node, b: Node) -> float:
     return s
 
 
-@compiled
+@borrowing
 def _is_clear(a: Node, b: Node, error: float, rounding: float) -> bool:
     """Whether the cubic between two nodes stays above zero, or only grazes it."""
     h = b.t - a.t
@@ -124,7 +125,7 @@ def _is_clear(a: Node, b: Node, error: float, rounding: float) -> bool:
 _RISES, _UNSURE, _SURE = 0, 1, 2
 
 
-@compiled
+@borrowing
 def _shape(a: Node, b: Node, error: float) -> int:
     """How a gap surely runs between two nodes whose cubic is off by ``error`` [m]."""
     h, change = b.t - a.t, b.gap - a.gap
@@ -140,7 +141,7 @@ def _shape(a: Node, b: Node, error: float) -> int:
     )
 
 
-@compiled
+@borrowing
 def _put(pieces: np.ndarray, at: int, a: Node, b: Node, error: float, halved: int) -> None:
     """Put a piece on the pile of those that are still to be looked at."""
     row = pieces[at]
@@ -200,14 +201,14 @@ def zero_finder(node: Callable[[Any, float], Node]) -> Callable[..., float]:
 
 
 # What is asked of a node: its gap, or its rate turned round or as it is.
-_GAP, _FALL, _RISE = 0, -1, 1
+GAP, _FALL, _RISE = 0, -1, 1
 
 
 def _searcher(node: Callable[[Any, float], Node]) -> Callable[..., float]:
     """The zero in a piece in which the gap falls, or bends one way only."""
-    root = _root_finder(node)
+    root = root_finder(node)
 
-    @compiled
+    @borrowing
     def falling(gap: Any, a: Node, b: Node) -> float:
         # Newton from the zero of the cubic, which is nearly there; where rates are rounding it
         # wanders, and the piece that is left is searched without them.
@@ -226,9 +227,9 @@ def _searcher(node: Callable[[Any, float], Node]) -> Callable[..., float]:
             t += step
             if not a.t < t < b.t:
                 break
-        return root(gap, a.t, b.t, _GAP, 0.0)
+        return root(gap, a.t, b.t, GAP, 0.0)
 
-    @compiled
+    @borrowing
     def where(gap: Any, a: Node, b: Node) -> float:
         if a.gap > 0.0 >= b.gap and b.gap < 0.0:
             return falling(gap, a, b)
@@ -236,13 +237,13 @@ def _searcher(node: Callable[[Any, float], Node]) -> Callable[..., float]:
             # It may have been below in between.
             lowest = node(gap, root(gap, a.t, b.t, _FALL, 0.0))
             if lowest.gap < -GRAZED:
-                return root(gap, a.t, lowest.t, _GAP, 0.0) if a.gap > 0.0 else a.t
+                return root(gap, a.t, lowest.t, GAP, 0.0) if a.gap > 0.0 else a.t
             return math.inf
         if a.rate > 0.0 > b.rate and b.gap < min(a.gap, 0.0):
             # It starts at zero, or below it by rounding, and comes back.
             highest = node(gap, root(gap, a.t, b.t, _RISE, 0.0))
             level = min(0.0, a.gap) if highest.gap <= 0.0 else 0.0
-            return root(gap, highest.t, b.t, _GAP, level)
+            return root(gap, highest.t, b.t, GAP, level)
         if b.gap < min(a.gap, -GRAZED) and a.gap <= 0.0:
             return a.t
         return math.inf
@@ -250,15 +251,15 @@ def _searcher(node: Callable[[Any, float], Node]) -> Callable[..., float]:
     return where
 
 
-def _root_finder(node: Callable[[Any, float], Node]) -> Callable[..., float]:
+def root_finder(node: Callable[[Any, float], Node]) -> Callable[..., float]:
     """Where a gap, above a level, or a rate falls to zero in a piece (Brent 1973, as in scipy)."""
 
-    @compiled
+    @borrowing
     def value(gap: Any, t: float, kind: int, level: float) -> float:
         here = node(gap, t)
-        return here.gap - level if kind == _GAP else kind * here.rate
+        return here.gap - level if kind == GAP else kind * here.rate
 
-    @compiled
+    @borrowing
     def root(gap: Any, start: float, end: float, kind: int, level: float) -> float:
         last, t, other = start, end, start
         of_last, of_t = value(gap, start, kind, level), value(gap, end, kind, level)

@@ -12,13 +12,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..laws.compiled import compiled, entry
+from ..laws.borrowed import borrowing
+from ..laws.compiled import entry
+from ..laws.dense import put
 from .compiled_chart import centre, write_configuration, write_rate
 from .compiled_look import Watched, look_through
 from .compiled_settle import Stand, begin_stage, settle
 from .compiled_step import SOLVED, TOLERANCES, System, Tableau, Work, evaluate, try_step
 from .explicit import LEAST, length_after, shorter_length
-from .points import Table, gaps_and_rates
+from .points import Table, gap_and_rate
 from .tree import look_at
 
 __all__ = [
@@ -163,16 +165,15 @@ def advance(
     return GOES_ON, count, made, False
 
 
-@compiled
+@borrowing
 def note(system: System, log: Log) -> None:
     """Keep what is known of the points that rest."""
-    count = len(system.last)
-    log.rest[0, :count] = system.last
-    log.rest[1, :count] = system.accelerations
-    log.rest[2, :count] = system.slip
+    put(system.last, log.rest[0])
+    put(system.accelerations, log.rest[1])
+    put(system.slip, log.rest[2])
 
 
-@compiled
+@borrowing
 def _step(
     system: System, tableau: Tableau, work: Work, track: Track, rtol: float, atol: float
 ) -> tuple[int, float, int]:
@@ -202,10 +203,13 @@ def _step(
         rejected = True
 
 
-@compiled
+@borrowing
 def too_deep(system: System, track: Track, q: np.ndarray, v: np.ndarray) -> bool:
     """Whether a gap is deeper than is credible; see ``Penetration``."""
     from_tree = system.room.kinematics
     # Placements at q are there: of the last look at it.
-    gaps = gaps_and_rates(track.all_gaps, from_tree.places, from_tree.speeds, q, v)[0]
-    return not (gaps >= track.deepest).all()
+    for i in range(len(track.deepest)):
+        gap, _ = gap_and_rate(track.all_gaps, i, from_tree.places, from_tree.speeds, q, v)
+        if not gap >= track.deepest[i]:
+            return True
+    return False

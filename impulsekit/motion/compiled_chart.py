@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ..geometry.vectors import Vector, along, cross
-from ..laws.compiled import compiled
+from ..laws.borrowed import borrowing
 from .chart import SMALL, unrolled
 from .points import three
 from .tree import BALL, CIRCLE, FREE, PLANAR, Tree
@@ -15,7 +15,7 @@ from .tree import BALL, CIRCLE, FREE, PLANAR, Tree
 __all__ = ["centre", "write_configuration", "write_rate"]
 
 
-@compiled
+@borrowing
 def write_configuration(tree: Tree, reference: np.ndarray, x: np.ndarray, q: np.ndarray) -> None:
     """Write q (nq,) of x (nv,), as ``Chart.configuration`` has it; not into ``reference``."""
     for j in range(1, len(tree.joints)):
@@ -38,7 +38,7 @@ def write_configuration(tree: Tree, reference: np.ndarray, x: np.ndarray, q: np.
                 q[at + k] = x[row + k]
 
 
-@compiled
+@borrowing
 def write_rate(tree: Tree, x: np.ndarray, q: np.ndarray, v: np.ndarray, rate: np.ndarray) -> None:
     """Write ẋ (nv,), as ``Chart.rate`` has it."""
     for j in range(1, len(tree.joints)):
@@ -63,7 +63,7 @@ def write_rate(tree: Tree, x: np.ndarray, q: np.ndarray, v: np.ndarray, rate: np
                 rate[row + k] = v[row + k]
 
 
-@compiled
+@borrowing
 def centre(tree: Tree, q: np.ndarray, reference: np.ndarray, x: np.ndarray) -> None:
     """Write the reference (nq,) of the chart around q, and x (nv,); see ``Chart.centred``."""
     for j in range(1, len(tree.joints)):
@@ -81,12 +81,12 @@ def centre(tree: Tree, q: np.ndarray, reference: np.ndarray, x: np.ndarray) -> N
                 x[row + k] = q[at + k]
 
 
-@compiled
+@borrowing
 def _six(x: np.ndarray, at: int) -> tuple[float, float, float, float, float, float]:
     return x[at], x[at + 1], x[at + 2], x[at + 3], x[at + 4], x[at + 5]
 
 
-@compiled
+@borrowing
 def _turn(reference: np.ndarray, at: int, x: Vector, q: np.ndarray) -> None:
     """Write the quaternion q_ref exp(x)."""
     square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
@@ -100,7 +100,7 @@ def _turn(reference: np.ndarray, at: int, x: Vector, q: np.ndarray) -> None:
     q[at + 3] = d * w - a * i - b * j - c * k
 
 
-@compiled
+@borrowing
 def _rotated(reference: np.ndarray, at: int, x: Vector) -> Vector:
     """x turned by a unit quaternion."""
     u = three(reference, at)
@@ -109,7 +109,7 @@ def _rotated(reference: np.ndarray, at: int, x: Vector) -> Vector:
     return along(along(x, reference[at + 3], t), 1.0, cross(u, t))
 
 
-@compiled
+@borrowing
 def _screwed(x: Vector, w: Vector) -> Vector:
     """How far the origin goes in a screw: x + (1 − cos θ)/θ² w × x + (θ − sin θ)/θ³ w × (w × x)."""
     square = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
@@ -126,7 +126,7 @@ def _screwed(x: Vector, w: Vector) -> Vector:
     return along(along(x, a, once), b, cross(w, once))
 
 
-@compiled
+@borrowing
 def _less(square: float, factor: float) -> float:
     """The last factors of a series that is cut there."""
     return 1.0 - square / factor

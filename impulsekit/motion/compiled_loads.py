@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.vectors import Vector, along, cross, dot
-from ..laws.compiled import compiled
+from ..laws.borrowed import borrowing
 from .points import Kinematics, back, origin, three, turned
 from .tree import Room, push
 
@@ -71,7 +71,7 @@ class Loads(NamedTuple):
     at: np.ndarray
 
 
-@compiled
+@borrowing
 def add_torques(
     loads: Loads, driven: np.ndarray, q: np.ndarray, v: np.ndarray, load: np.ndarray
 ) -> None:
@@ -89,7 +89,7 @@ def add_torques(
         load[loads.rows[i]] += driven[first + i]
 
 
-@compiled
+@borrowing
 def _strain(loads: Loads, i: int, q: np.ndarray) -> float:
     """q − rest of a spring in a joint; continuous: within half a turn of the middle of its side."""
     entry, rest = loads.joints[i, 1], loads.in_joints[i, 2]
@@ -100,7 +100,7 @@ def _strain(loads: Loads, i: int, q: np.ndarray) -> float:
     return (angle + math.pi) % (2.0 * math.pi) - math.pi + middle
 
 
-@compiled
+@borrowing
 def write_pushes(
     loads: Loads, kinematics: Kinematics, q: np.ndarray, v: np.ndarray, pushes: np.ndarray
 ) -> None:
@@ -143,7 +143,7 @@ def write_pushes(
             pushes[k, 2] = (force if numbers[ON] == ACTS else -force) + beyond
 
 
-@compiled
+@borrowing
 def push_bodies(loads: Loads, driven: np.ndarray, room: Room) -> None:
     """Let springs and applied forces act on the bodies; ``room`` with velocities."""
     places = room.kinematics.places
@@ -161,7 +161,7 @@ def push_bodies(loads: Loads, driven: np.ndarray, room: Room) -> None:
             room.force[j, 3 + k] -= angular[k]
 
 
-@compiled
+@borrowing
 def _pull(loads: Loads, i: int, room: Room) -> None:
     """A spring between two points."""
     numbers, places = loads.between[i], room.kinematics.places
@@ -181,7 +181,7 @@ def _pull(loads: Loads, i: int, room: Room) -> None:
         push(room, one, here, back(places, one, pull))
 
 
-@compiled
+@borrowing
 def _stretch(loads: Loads, i: int, kinematics: Kinematics) -> tuple[float, Vector, float]:
     """The length of a spring between points, its direction, and how fast it grows."""
     numbers, places = loads.between[i], kinematics.places
@@ -200,7 +200,7 @@ def _stretch(loads: Loads, i: int, kinematics: Kinematics) -> tuple[float, Vecto
     return length, n, dot(n, apart)
 
 
-@compiled
+@borrowing
 def _speed(kinematics: Kinematics, j: int, point: Vector) -> Vector:
     """Of a joint's point, given in its axes, in the world."""
     speeds = kinematics.speeds

@@ -12,13 +12,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..laws.borrowed import borrowed
+from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import compiled, entry
+from ..laws.dense import put, put_rows
 from .closing import MARGIN, Node, zero_finder
 from .compiled_chart import write_configuration
 from .compiled_loads import write_pushes
 from .compiled_step import System, Work
-from .points import PLANE, ROPE, ROUNDED, Table, gaps_and_rates, point_of, rope, write_rows
+from .points import PLANE, ROPE, ROUNDED, Table, gap_and_rate, point_of, rope, write_rows
 from .roots import PIECES
 from .stops import LIFTED
 from .tree import look_at, write_jacobian
@@ -72,6 +73,25 @@ class Made(NamedTuple):
     length: float
 
 
+class Seen(NamedTuple):
+    """What is seen of a step at the nodes of a window, and room.
+
+    Attributes:
+        times: (k,) [s]. values, rates: (k, m) of gaps. pushes: (k, d, 3) of springs.
+        signs, before: (n, 3) of points that rest, at a node and the one before it.
+        rows: (3n, nv) and fastest: (nv,) room.
+    """
+
+    times: np.ndarray
+    values: np.ndarray
+    rates: np.ndarray
+    pushes: np.ndarray
+    signs: np.ndarray
+    before: np.ndarray
+    rows: np.ndarray
+    fastest: np.ndarray
+
+
 class Course(NamedTuple):
     """One of the gaps along a step."""
 
@@ -94,7 +114,7 @@ def _examples() -> tuple:
     return system, work, watched, 0.0, 1.0
 
 
-@compiled
+@borrowing
 def write_dense(work: Work, x: float) -> None:
     """Write y at a part of the step in ``trial``, as ``explicit.Output`` has it."""
     powers, y = work.powers, work.trial
@@ -110,8 +130,15 @@ def write_dense(work: Work, x: float) -> None:
 @compiled
 def count_windows(system: System, work: Work, turning: np.ndarray, length: float) -> int:
     """How many windows a step is looked at in; see ``windows.Turning``."""
-    nv = len(system.load)
-    fastest = np.zeros(nv)
+    return _count_windows(system, work, turning, length, np.zeros(len(system.load)))
+
+
+@borrowing
+def _count_windows(
+    system: System, work: Work, turning: np.ndarray, length: float, fastest: np.ndarray
+) -> int:
+    """As ``count_windows``; ``fastest``: (nv,) zeros, written."""
+    nv = len(fastest)
     for n in range(PIECES + 1):
         write_dense(work, n / PIECES)
         for k in range(nv):
@@ -126,7 +153,7 @@ def count_windows(system: System, work: Work, turning: np.ndarray, length: float
     return max(1, math.ceil(turned / TURN)) if turned < math.inf else 1
 
 
-@compiled
+@borrowing
 def see_state(system: System, work: Work, part: float) -> None:
     """Leave the state at a part of the step in ``trial`` and ``system``."""
     write_dense(work, part)
@@ -135,26 +162,26 @@ def see_state(system: System, work: Work, part: float) -> None:
     look_at(system.tree, system.room, system.q, y[nv:])
 
 
-@compiled
-def _see(system: System, work: Work, watched: Watched, part: float) -> np.ndarray:
-    """(2, m) gaps and rates at a part of the step, whose state is left in ``system``."""
-    see_state(system, work, part)
+@borrowing
+def _gap(system: System, work: Work, watched: Watched, i: int) -> tuple[float, float]:
+    """A gap and its rate, of the state that ``see_state`` left."""
     kinematics, v = system.room.kinematics, work.trial[len(system.load) :]
-    return gaps_and_rates(watched.rated, kinematics.places, kinematics.speeds, system.q, v)
+    return gap_and_rate(watched.rated, i, kinematics.places, kinematics.speeds, system.q, v)
 
 
-@compiled
+@borrowing
 def _node(course: Course, t: float) -> Node:
     """A gap at a time."""
-    step, gap = course.step, course.gap
-    found = _see(step.system, step.work, step.watched, (t - step.start) / step.length)
-    return Node(t, found[0, gap] - step.watched.base[gap], found[1, gap])
+    step, i = course.step, course.gap
+    see_state(step.system, step.work, (t - step.start) / step.length)
+    gap, rate = _gap(step.system, step.work, step.watched, i)
+    return Node(t, gap - step.watched.base[i], rate)
 
 
 _first_zero = zero_finder(_node)
 
 
-@compiled
+@borrowing
 def rounding_of(system: System, watched: Watched, i: int, gap: float) -> float:
     """By how much a gap of this size is rounded [m, rad]; see ``Gaps.rounding``."""
     size, places = watched.arms[i], system.room.kinematics.places
@@ -167,7 +194,7 @@ def rounding_of(system: System, watched: Watched, i: int, gap: float) -> float:
     return ROUNDED * (gap + size)
 
 
-@compiled
+@borrowing
 def _lowest(a: Node, b: Node, error: float) -> float:
     """A lower bound of the cubic between two nodes, with its error and a margin taken off."""
     piece = b.t - a.t
@@ -176,7 +203,7 @@ def _lowest(a: Node, b: Node, error: float) -> float:
     return lowest - MARGIN * (highest - lowest) - error
 
 
-@compiled
+@borrowing
 def _may_bend(piece: float, pushes: np.ndarray) -> bool:
     """Whether a spring on one side may begin or cease to act; pushes at nodes (k, d, 3)."""
     for i in range(pushes.shape[1]):
@@ -192,7 +219,7 @@ def _may_bend(piece: float, pushes: np.ndarray) -> bool:
     return False
 
 
-@compiled
+@borrowing
 def _first_closing(
     step: Made, times: np.ndarray, values: np.ndarray, rates: np.ndarray
 ) -> tuple[float, int]:
@@ -221,13 +248,14 @@ def _first_closing(
     return best, found
 
 
-@compiled
+@borrowing
 def _note_met(step: Made, t: float, first: int) -> None:
     """Write which gaps close with the first."""
     watched = step.watched
-    found = _see(step.system, step.work, watched, (t - step.start) / step.length)
+    see_state(step.system, step.work, (t - step.start) / step.length)
     for i in range(len(watched.base)):
-        speed, gap = -found[1, i], found[0, i] - watched.base[i]
+        gap, rate = _gap(step.system, step.work, watched, i)
+        gap, speed = gap - watched.base[i], -rate
         near = watched.base[i] < math.inf and speed > 0.0 and gap <= speed * watched.window
         watched.met[i] = i == first or near
 
@@ -235,11 +263,18 @@ def _note_met(step: Made, t: float, first: int) -> None:
 @compiled
 def write_signs(system: System, watched: Watched, v: np.ndarray, signs: np.ndarray) -> None:
     """Write (n, 3): slip along its first direction, −lift, and how far slip is from grown."""
+    _write_signs(system, watched, v, np.empty((3 * len(signs), len(v))), signs)
+
+
+@borrowing
+def _write_signs(
+    system: System, watched: Watched, v: np.ndarray, rows: np.ndarray, signs: np.ndarray
+) -> None:
+    """As ``write_signs``; ``rows``: (3n, nv) room."""
     n, nv = len(signs), len(v)
     if n == 0:
         return
     write_jacobian(system.tree, system.room)
-    rows = np.empty((3 * n, nv))
     write_rows(system.table, system.room.kinematics, rows)
     for i in range(n):
         one, two, normal = 0.0, 0.0, 0.0
@@ -276,32 +311,47 @@ def look_through(
 ) -> tuple[float, bool, bool]:
     """As ``look``."""
     nv, n, m = len(system.load), len(system.table.whole), len(watched.base)
-    pushes = np.empty((PIECES + 1, len(system.loads.kinks), 3))
-    bends = False
-    step = Made(system, work, watched, start, length)
-    times = np.empty(PIECES + 1)
-    values, rates = np.empty((PIECES + 1, m)), np.empty((PIECES + 1, m))
-    signs, before = np.empty((n, 3)), np.empty((n, 3))
-    stops = False
-    windows = count_windows(system, work, watched.turning, length)
+    nodes = PIECES + 1
+    seen = Seen(
+        np.empty(nodes),
+        np.empty((nodes, m)),
+        np.empty((nodes, m)),
+        np.empty((nodes, len(system.loads.kinks), 3)),
+        np.empty((n, 3)),
+        np.empty((n, 3)),
+        np.empty((3 * n, nv)),
+        np.zeros(nv),
+    )
+    return _look(Made(system, work, watched, start, length), seen)
+
+
+@borrowing
+def _look(step: Made, seen: Seen) -> tuple[float, bool, bool]:
+    """As ``look``."""
+    system, work, watched = step.system, step.work, step.watched
+    nv, n, bends, stops = len(system.load), len(seen.signs), False, False
+    times, values, rates, pushes = seen.times, seen.values, seen.rates, seen.pushes
+    windows = _count_windows(system, work, watched.turning, step.length, seen.fastest)
     for window in range(windows):
         for node in range(PIECES + 1):
             part = (window + node / PIECES) / windows
-            times[node] = start + part * length
+            times[node] = step.start + part * step.length
             if window > 0 and node == 0:
-                values[0], rates[0] = values[PIECES], rates[PIECES]
-                pushes[0] = pushes[PIECES]
+                put(values[PIECES], values[0])
+                put(rates[PIECES], rates[0])
+                put_rows(pushes[PIECES], pushes[0])
                 continue
-            found = _see(system, work, watched, part)
-            values[node], rates[node] = found[0], found[1]
+            see_state(system, work, part)
+            for i in range(len(watched.base)):
+                values[node, i], rates[node, i] = _gap(system, work, watched, i)
             kinematics, v = system.room.kinematics, work.trial[nv:]
             write_pushes(system.loads, kinematics, system.q, v, pushes[node])
-            write_signs(system, watched, work.trial[nv:], signs)
+            _write_signs(system, watched, v, seen.rows, seen.signs)
             if window > 0 or node > 0:
                 for i in range(n):
                     for k in range(3):
-                        stops |= before[i, k] > 0.0 >= signs[i, k]
-            before[:] = signs
+                        stops |= seen.before[i, k] > 0.0 >= seen.signs[i, k]
+            put_rows(seen.signs, seen.before)
         bends |= _may_bend(times[1] - times[0], pushes)
         t, gap = _first_closing(step, times, values, rates)
         if gap >= 0:

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..laws.borrowed import borrowed
+from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import compiled, entry
-from ..laws.dense import cholesky, lower_solve
+from ..laws.dense import cholesky, lower_solve, put
 from ..laws.half import from_half, halve, is_safe
 from ..tolerances import NONZERO
 from .compiled_chart import centre, write_configuration
@@ -77,7 +77,7 @@ def _examples() -> tuple:
     return system, stand, np.zeros(0), system.q, system.load
 
 
-@compiled
+@borrowing
 def next_slide(
     before: tuple[float, float, float],
     begins: bool,
@@ -190,13 +190,13 @@ def settle(
     return SOLVED, _update(system, stand, False) or changed
 
 
-@compiled
+@borrowing
 def begin_stage(system: System, stand: Stand) -> None:
     """Let the law know what slides."""
     for i in range(len(stand.slides)):
         system.sliding.ways[i] = 0.0
         if not stand.begins[i]:
-            system.sliding.ways[i] = stand.slides[i]
+            put(stand.slides[i], system.sliding.ways[i])
 
 
 @compiled
@@ -210,7 +210,7 @@ def _accelerate(
     return accelerate(system, driven, v, rate)
 
 
-@compiled
+@borrowing
 def _update(system: System, stand: Stand, fresh: bool) -> bool:
     """Which points slide from now on; whether that has changed."""
     changed, largest = False, 0.0
@@ -235,7 +235,7 @@ def _update(system: System, stand: Stand, fresh: bool) -> bool:
     return changed
 
 
-@compiled
+@borrowing
 def _look(system: System, q: np.ndarray, v: np.ndarray) -> None:
     """Places, velocities and Jacobians at a state."""
     look_at(system.tree, system.room, q, v)
@@ -328,7 +328,7 @@ def _moved(
     return True
 
 
-@compiled
+@borrowing
 def _add_to_chart(tree: Tree, q: np.ndarray, change: np.ndarray, x: np.ndarray) -> None:
     """Add a small change of q, as velocities count it, to x."""
     for j in range(1, len(tree.joints)):

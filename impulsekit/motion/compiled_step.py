@@ -10,15 +10,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..laws.borrowed import borrowed
-from ..laws.compiled import compiled, entry
+from ..laws.borrowed import borrowed, borrowing
+from ..laws.compiled import entry
+from ..laws.dense import put
 from ..laws.half import is_safe, solve_mass
 from ..laws.resting_newton import BAR
 from .compiled_chart import write_configuration, write_rate
 from .compiled_loads import Loads, add_torques, push_bodies
 from .explicit import first_guess, first_length
 from .points import Table
-from .pressed import Sliding, pressed
+from .pressed import Found, Sliding, press
 from .tree import Room, Tree, begin_forces, look_at, take_forces, write_factor, write_jacobian
 
 __all__ = [
@@ -103,7 +104,7 @@ def _examples() -> tuple:
     return example_step()
 
 
-@compiled
+@borrowing
 def evaluate(system: System, driven: np.ndarray, y: np.ndarray, rates: np.ndarray) -> int:
     """Write ẏ (2 nv,) of y = (x, v); what became of it."""
     nv = len(system.load)
@@ -112,7 +113,7 @@ def evaluate(system: System, driven: np.ndarray, y: np.ndarray, rates: np.ndarra
     return accelerate(system, driven, y[nv:], rates[nv:])
 
 
-@compiled
+@borrowing
 def accelerate(system: System, driven: np.ndarray, v: np.ndarray, rate: np.ndarray) -> int:
     """Write v̇ (nv,) at ``system.q``; what became of it."""
     tree, room, load, q = system.tree, system.room, system.load, system.q
@@ -134,21 +135,14 @@ def accelerate(system: System, driven: np.ndarray, v: np.ndarray, rate: np.ndarr
         if not is_safe(room.factor):
             return UNSAFE
         solve_mass(room.factor, load)
-        rate[:] = load
+        put(load, rate)
         return SOLVED
     write_jacobian(tree, room)
-    residual, found, forces, accelerations, slip = pressed(
-        system.table, room.kinematics, room.factor, system.sliding, load, v, system.last
-    )
+    found = Found(rate, system.last, system.accelerations, system.slip)
+    residual = press(system.table, room.kinematics, room.factor, system.sliding, load, v, found)
     if residual < 0.0:
         return UNSAFE
-    if not residual <= BAR:
-        return NOT_SOLVED
-    rate[:] = found
-    system.last[:] = forces
-    system.accelerations[:] = accelerations
-    system.slip[:] = slip
-    return SOLVED
+    return SOLVED if residual <= BAR else NOT_SOLVED
 
 
 def _examples_of_accelerations() -> tuple:
@@ -162,7 +156,7 @@ def accelerations_at(system: System, driven: np.ndarray, v: np.ndarray, rate: np
     return accelerate(system, driven, v, rate)
 
 
-@compiled
+@borrowing
 def _stage(system: System, tableau: Tableau, work: Work, s: int, h: float) -> int:
     """Write the slope of a stage."""
     for k in range(len(work.trial)):
@@ -186,7 +180,7 @@ def attempt(
     return try_step(system, tableau, work, h, rtol, atol)
 
 
-@compiled
+@borrowing
 def try_step(
     system: System, tableau: Tableau, work: Work, h: float, rtol: float, atol: float
 ) -> tuple[int, float]:
@@ -267,7 +261,7 @@ def begin_steps(
     return SOLVED, min(first_length(guess, _size(rates, y, rtol, atol), bend), span)
 
 
-@compiled
+@borrowing
 def _size(values: np.ndarray, y: np.ndarray, rtol: float, atol: float) -> float:
     """The root mean square of values in units of what is allowed of y."""
     total = 0.0
@@ -276,7 +270,7 @@ def _size(values: np.ndarray, y: np.ndarray, rtol: float, atol: float) -> float:
     return math.sqrt(total / len(y))
 
 
-@compiled
+@borrowing
 def _error(tableau: Tableau, work: Work, h: float, rtol: float, atol: float) -> float:
     """The error of a step in units of what is allowed."""
     square, other, size = 0.0, 0.0, len(work.before)

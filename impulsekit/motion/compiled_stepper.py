@@ -99,9 +99,9 @@ class CompiledStepper(ExplicitStepper):
         system = self._mover.now() if self.code.is_compiled else None
         self._is_compiled = system is not None
         if system is None:
-            begin = time.perf_counter()
+            begin = time.thread_time()
             found = super()._try(t, h, y)
-            spent = time.perf_counter() - begin
+            spent = time.thread_time() - begin
             self.code.wait(spent)
             look.wait(spent)
             return found

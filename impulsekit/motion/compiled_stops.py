@@ -6,22 +6,49 @@ It tells what ``stops.first_stop`` looks for at a time within a step.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ..geometry.features import inside_of
 from ..geometry.vectors import along, dot
-from ..laws.borrowed import borrowed
+from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import compiled, entry
+from ..laws.dense import put
+from .closing import GAP, Node, root_finder
 from .compiled_look import Watched, see_state, write_signs
 from .compiled_step import System, Work
 from .pairs import NO_PAIRS, Held, Pairs, gap_of
 from .points import CROSSING, Table, axis, back, crossing, origin, point_of, three, turned
+from .stops import ELSEWHERE, LEFT
 
-__all__ = ["signs_at"]
+__all__ = ["crossings_of"]
 
 
-@compiled
+class Course(NamedTuple):
+    """The signs of a step, of which one is followed.
+
+    Attributes:
+        system, work, watched: of the step. pairs, held: of the gaps, and of points that are held.
+        start, length: of the step [s].
+        which: (1,) which of (4n + 1,) signs. lowest: of the last sign what counts as zero [m].
+        signs: (n, 3) and found: (5n + 1,) room.
+    """
+
+    system: System
+    work: Work
+    watched: Watched
+    pairs: Pairs
+    held: Held
+    start: float
+    length: float
+    which: np.ndarray
+    lowest: np.ndarray
+    signs: np.ndarray
+    found: np.ndarray
+
+
+@borrowing
 def _held_gap(table: Table, i: int, places: np.ndarray) -> float:
     """The gap of a corner on a face or of two edges [m]."""
     if table.whole[i, 0] == CROSSING:
@@ -33,7 +60,7 @@ def _held_gap(table: Table, i: int, places: np.ndarray) -> float:
     return numbers[15] * dot(axis(table, i, 2, places), over)
 
 
-@compiled
+@borrowing
 def _inside(table: Table, held: Held, i: int, places: np.ndarray) -> float:
     """How far a point is from where its face or edge ends [m]; infinite where it isn't held."""
     numbers = table.numbers[i]
@@ -47,33 +74,6 @@ def _inside(table: Table, held: Held, i: int, places: np.ndarray) -> float:
     return inside_of(held.borders, held.spans[i, 0], held.spans[i, 1], at)
 
 
-def _examples() -> tuple:
-    from .compiled_look import example_look
-
-    system, _, work, watched = example_look()
-    held = Held(np.zeros((0, 6)), np.zeros((0, 2), np.int64), np.zeros((0, 3), np.int64))
-    return system, work, watched, NO_PAIRS, held, 0.5
-
-
-@entry(_examples, seconds=8.0)
-def signs_at(
-    system: System, work: Work, watched: Watched, pairs: Pairs, held: Held, part: float
-) -> np.ndarray:
-    """(5n + 1,) what ``first_stop`` asks, at a part of a step.
-
-    Of the n points that rest slip along its first direction, −lift, how far slip is from grown
-    [m/s], how far they are from where their faces and edges end [m], and their gap [m], infinite
-    where they are not held; last, by how much the smallest gap of a body is below that of its
-    points or zero [m].
-    """
-    found, signs = np.empty(5 * len(system.table.whole) + 1), np.empty((len(watched.ways), 3))
-    _write(
-        borrowed(system), borrowed(work), borrowed(watched), borrowed(pairs), borrowed(held),
-        part, borrowed(signs), borrowed(found),
-    )  # fmt: skip
-    return found
-
-
 @compiled
 def _write(
     system: System,
@@ -85,6 +85,13 @@ def _write(
     signs: np.ndarray,
     found: np.ndarray,
 ) -> None:
+    """Write (5n + 1,) what ``first_stop`` asks, at a part of a step.
+
+    Of the n points that rest slip along its first direction, −lift, how far slip is from grown
+    [m/s], how far they are from where their faces and edges end [m], and their gap [m], infinite
+    where they are not held; last, by how much the smallest gap of a body is below that of its
+    points or zero [m].
+    """
     see_state(system, work, part)
     table, places, n = system.table, system.room.kinematics.places, len(signs)
     write_signs(system, watched, work.trial[len(system.load) :], signs)
@@ -101,3 +108,90 @@ def _write(
             least = min(least, found[4 * n + i])
         below = min(below, gap_of(pairs, held.pairs[k, 0], places)[0] - least)
     found[5 * n] = below
+
+
+@borrowing
+def _write_all(course: Course, t: float) -> None:
+    """See the step at a time [s]."""
+    _write(
+        course.system,
+        course.work,
+        course.watched,
+        course.pairs,
+        course.held,
+        (t - course.start) / course.length,
+        course.signs,
+        course.found,
+    )
+
+
+@borrowing
+def _sign(course: Course, i: int) -> float:
+    """One of (4n + 1,) signs of what ``_write_all`` wrote: below zero where that has happened."""
+    n, found = len(course.signs), course.found
+    if i < 3 * n:
+        return found[i]
+    return found[i] + LEFT if i < 4 * n else found[5 * n] - course.lowest[0]
+
+
+@borrowing
+def _node(course: Course, t: float) -> Node:
+    """The sign that is followed; its rate is not known."""
+    _write_all(course, t)
+    return Node(t, _sign(course, course.which[0]), 0.0)
+
+
+_root = root_finder(_node)
+
+
+def _examples() -> tuple:
+    from .compiled_look import example_look
+
+    system, _, work, watched = example_look()
+    held = Held(np.zeros((0, 6)), np.zeros((0, 2), np.int64), np.zeros((0, 3), np.int64))
+    return system, work, watched, NO_PAIRS, held, 0.0, 1.0, np.zeros(2)
+
+
+@entry(_examples, seconds=9.0)
+def crossings_of(
+    system: System,
+    work: Work,
+    watched: Watched,
+    pairs: Pairs,
+    held: Held,
+    start: float,
+    length: float,
+    times: np.ndarray,
+) -> np.ndarray:
+    """(k, 3) which signs fall to zero in which piece between times, and when [s].
+
+    Signs as ``first_stop`` has them: 3n of speeds, n of places, and of the bodies' smallest gap.
+
+    Args:
+        start, length: of the step [s].
+        times: ends of pieces, the first of which begins where the step does.
+    """
+    n, pieces = len(watched.ways), len(times) - 1
+    course = Course(
+        borrowed(system), borrowed(work), borrowed(watched), borrowed(pairs), borrowed(held),
+        start, length, np.zeros(1, np.int64), np.zeros(1), np.empty((n, 3)),
+        np.empty(5 * len(system.table.whole) + 1),
+    )  # fmt: skip
+    crossed, count = np.empty((pieces * (4 * n + 1), 3)), 0
+    before, after = np.empty(4 * n + 1), np.empty(4 * n + 1)
+    _write_all(course, times[0])
+    course.lowest[0] = min(course.found[5 * n], 0.0) - ELSEWHERE
+    for i in range(4 * n + 1):
+        before[i] = _sign(course, i)
+    for k in range(pieces):
+        _write_all(course, times[k + 1])
+        for i in range(4 * n + 1):
+            after[i] = _sign(course, i)
+        for i in range(4 * n + 1):
+            if math.inf > before[i] > 0.0 >= after[i]:
+                course.which[0] = i
+                crossed[count, 0], crossed[count, 1] = k, i
+                crossed[count, 2] = _root(course, times[k], times[k + 1], GAP, 0.0)
+                count += 1
+        put(after, before)
+    return crossed[:count].copy()

@@ -11,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..impact.scene_contacts import ROUNDING, ROUNDING_OF_SUMS
-from ..laws.borrowed import borrowed
+from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import compiled, entry
+from ..laws.dense import put_rows
 from ..laws.half import from_half, halve, is_safe
 from ..laws.residual_bound import momentum_misfit
 from ..laws.single import strike_at_end
@@ -188,18 +189,18 @@ def strike_together(
     return True
 
 
-@compiled
+@borrowing
 def _has_mass(system: System, q: np.ndarray, v: np.ndarray, mass: np.ndarray) -> bool:
     """Look at a state; write M (nv, nv), its lower half; whether no pivot of it is rounding."""
     look_at(system.tree, system.room, q, v)
     write_jacobian(system.tree, system.room)
     write_mass(system.tree, system.room)
-    mass[:] = system.room.factor.factor
+    put_rows(system.room.factor.factor, mass)
     factorize_mass(system.room)
     return is_safe(system.room.factor)
 
 
-@compiled
+@borrowing
 def _sizes(rows: np.ndarray, v: np.ndarray, dv: np.ndarray) -> float:
     """The largest sum of the terms of J v⁻ or J v⁺ [m/s]."""
     sizes = 0.0
@@ -211,7 +212,7 @@ def _sizes(rows: np.ndarray, v: np.ndarray, dv: np.ndarray) -> float:
     return sizes
 
 
-@compiled
+@borrowing
 def _dot(a: np.ndarray, b: np.ndarray) -> float:
     total = 0.0
     for k in range(len(a)):

@@ -174,13 +174,13 @@ class _Search:
             own = (values[:, rated] - self._base[rated]) * self._signs[rated]
             first, found = self._first_rated(times, own, rates[:, rated] * self._signs[rated])
         if self._others:
-            begin = time.perf_counter()
+            begin = time.thread_time()
             motions = {j: motion_of(times, known) for j, known in poses.items()}
             for i in self._others:
                 t = self._touch(i, motions, start, min(end, first))
                 if t < first:
                     first, found = t, i
-            touch_pairs.wait(time.perf_counter() - begin)
+            touch_pairs.wait(time.thread_time() - begin)
         return first, found
 
     def together(self, t: float, found: int, window: float) -> tuple[int, ...]:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..laws.compiled import compiled
+from ..laws.borrowed import borrowing
 
 __all__ = [
     "LEAST",
@@ -44,26 +44,26 @@ class StepFailed(Exception):
     """No step is short enough. Internal: a motion ends with a status instead."""
 
 
-@compiled
+@borrowing
 def length_after(length: float, error: float, rejected: bool) -> float:
     """The length to try after a step of this length and error, which may be a second try [s]."""
     grown = LONGER if error == 0.0 else SAFETY * error ** (-1.0 / (ORDER + 1))
     return length * min(1.0 if rejected else LONGER, grown)
 
 
-@compiled
+@borrowing
 def shorter_length(length: float, error: float) -> float:
     """The length to try instead of a step that is off by too much [s]."""
     return length * max(SHORTER, SAFETY * error ** (-1.0 / (ORDER + 1)))
 
 
-@compiled
+@borrowing
 def first_guess(size: float, rate: float) -> float:
     """A step [s] after which y is still near, from sizes of y and ẏ in units of what is allowed."""
     return FIRST if size < FAINT or rate < FAINT else 0.01 * size / rate
 
 
-@compiled
+@borrowing
 def first_length(guess: float, rate: float, bend: float) -> float:
     """A first step [s] from a guess, and the sizes of ẏ and of how that changes in it."""
     if rate <= NONE and bend <= NONE:

@@ -13,6 +13,7 @@ import pinocchio as pin
 from ..geometry.polyhedron import Hull, Polyhedron, separate
 from ..geometry.support import Shape, Support
 from ..geometry.vectors import Vector, along, dot
+from ..laws.borrowed import borrowing
 from ..laws.compiled import compiled, entry
 
 __all__ = [
@@ -177,7 +178,7 @@ def gap_of(pairs: Pairs, i: int, places: np.ndarray) -> tuple[float, np.ndarray]
     return gap, np.array((x, y, z))
 
 
-@compiled
+@borrowing
 def gap_if_far(a: Vector, reach_a: float, b: Vector, reach_b: float) -> float:
     """The gap of balls around two bodies [m]; −∞ where these are to be looked at themselves."""
     between = along(a, -1.0, b)
@@ -218,7 +219,7 @@ def write_gaps(
             found[gap] = value
 
 
-@compiled
+@borrowing
 def _at(places: np.ndarray, j: int, x: Vector) -> Vector:
     """A point of a joint's frame, in the world."""
     place = places[j]

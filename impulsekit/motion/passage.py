@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from ..laws.compiled import Entry
 from .advancing import slope_of
 from .compiled_look import Watched
 from .compiled_mover import Mover
-from .compiled_stops import signs_at
+from .compiled_stops import crossings_of
 from .compiled_touch import touch_pairs
 from .explicit import Output
 from .gaps import Gaps
@@ -55,25 +53,21 @@ class Passage:
             speeds,
         )
 
-    def signs(self, resting: Resting) -> Callable[[float], np.ndarray] | None:
-        """What ``signs_at`` tells of points that rest, at a time; None where it can't be told."""
+    def crossings(self, resting: Resting, times: list[float]) -> np.ndarray | None:
+        """What ``crossings_of`` tells of points that rest; None where it can't be told."""
         contacts, mover, dense = resting.contacts, self._mover, self._dense
-        if resting.rolling is not None or resting.may_tear or not _is_there(signs_at):
+        if resting.rolling is not None or resting.may_tear or not _is_there(crossings_of):
             return None
         table = self._gaps.table(contacts)
         held = None if table is None else self._gaps.ends_of_held(contacts)
         if table is None or held is None:
             return None
-        ways, begins = resting.ways_of_slip()
         system = mover.flown(self._reference)._replace(table=table)
         work = mover.room._replace(before=dense.before, powers=dense.powers)
-        watched: Watched = mover.slipping(ways, begins)
-        start, length, pairs = dense.start, dense.length, self._pairs
-
-        def signs(t: float) -> np.ndarray:
-            return signs_at(system, work, watched, pairs, held, (t - start) / length)
-
-        return signs
+        watched: Watched = mover.slipping(*resting.ways_of_slip())
+        return crossings_of(
+            system, work, watched, self._pairs, held, dense.start, dense.length, np.array(times)
+        )
 
     @property
     def can_touch(self) -> bool:

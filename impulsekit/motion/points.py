@@ -23,8 +23,8 @@ import numpy as np
 
 from ..geometry.lines import nearest
 from ..geometry.vectors import Vector, along, cross, dot
-from ..laws.borrowed import borrowed
-from ..laws.compiled import compiled, entry
+from ..laws.borrowed import borrowed, borrowing
+from ..laws.compiled import entry
 from ..tolerances import NONZERO
 
 __all__ = [
@@ -38,6 +38,7 @@ __all__ = [
     "Kinematics",
     "Table",
     "TableRow",
+    "gap_and_rate",
     "gaps_and_rates",
     "table_of",
     "write_bias",
@@ -93,7 +94,7 @@ def table_of(rows: Sequence[TableRow]) -> Table:
     return Table(whole, numbers)
 
 
-@compiled
+@borrowing
 def turned(places: np.ndarray, j: int, x: Vector) -> Vector:
     """A direction of a joint's frame, in the world."""
     return (
@@ -103,7 +104,7 @@ def turned(places: np.ndarray, j: int, x: Vector) -> Vector:
     )
 
 
-@compiled
+@borrowing
 def back(places: np.ndarray, j: int, x: Vector) -> Vector:
     """A direction of the world, in a joint's frame."""
     return (
@@ -113,19 +114,19 @@ def back(places: np.ndarray, j: int, x: Vector) -> Vector:
     )
 
 
-@compiled
+@borrowing
 def origin(places: np.ndarray, j: int) -> Vector:
     """Of a joint's frame, in the world."""
     return places[j, 9], places[j, 10], places[j, 11]
 
 
-@compiled
+@borrowing
 def three(numbers: np.ndarray, at: int) -> Vector:
     """Three numbers of a row."""
     return numbers[at], numbers[at + 1], numbers[at + 2]
 
 
-@compiled
+@borrowing
 def moving(kinematics: Kinematics, j: int, point: Vector) -> tuple[Vector, Vector]:
     """Velocity and acceleration of a joint's point (in the world), in the world."""
     places, speeds, rates = kinematics.places, kinematics.speeds, kinematics.rates
@@ -137,20 +138,20 @@ def moving(kinematics: Kinematics, j: int, point: Vector) -> tuple[Vector, Vecto
     return turned(places, j, velocity), turned(places, j, rate)
 
 
-@compiled
+@borrowing
 def axis(table: Table, i: int, k: int, places: np.ndarray) -> Vector:
     """Column k of R of a point on a plane, in the world."""
     return turned(places, table.whole[i, 2], three(table.numbers[i], 3 + 3 * k))
 
 
-@compiled
+@borrowing
 def point_of(table: Table, i: int, places: np.ndarray) -> Vector:
     """A point on a plane, in the world."""
     j = table.whole[i, 1]
     return along(origin(places, j), 1.0, turned(places, j, three(table.numbers[i], 0)))
 
 
-@compiled
+@borrowing
 def tip_of(
     table: Table, i: int, places: np.ndarray
 ) -> tuple[Vector, Vector, Vector, Vector, float]:
@@ -171,7 +172,7 @@ def tip_of(
     return along(x, -rim, d), n, a, d, sine
 
 
-@compiled
+@borrowing
 def _write_bias_of_tip(table: Table, i: int, kinematics: Kinematics, bias: np.ndarray) -> None:
     places, speeds, numbers = kinematics.places, kinematics.speeds, table.numbers[i]
     one, two, sign = table.whole[i, 1], table.whole[i, 2], numbers[15]
@@ -196,7 +197,7 @@ def _write_bias_of_tip(table: Table, i: int, kinematics: Kinematics, bias: np.nd
         bias[3 * i + k] = sign * dot(axis(table, i, k, places), change)
 
 
-@compiled
+@borrowing
 def crossing(
     table: Table, i: int, places: np.ndarray
 ) -> tuple[Vector, Vector, Vector, float, Vector, Vector, float, float]:
@@ -212,7 +213,7 @@ def crossing(
     return e, f, way, square, along(start, s, e), along(there, u, f), s, u
 
 
-@compiled
+@borrowing
 def rope(table: Table, i: int, places: np.ndarray) -> tuple[Vector, Vector, Vector, float]:
     """Both ends of a rope, the direction from the second to the first, and how far that is."""
     one, two, numbers = table.whole[i, 1], table.whole[i, 2], table.numbers[i]
@@ -224,7 +225,7 @@ def rope(table: Table, i: int, places: np.ndarray) -> tuple[Vector, Vector, Vect
     return here, there, (between[0] / length, between[1] / length, between[2] / length), length
 
 
-@compiled
+@borrowing
 def axes_of_crossing(e: Vector, turn: Vector, square: float) -> tuple[Vector, Vector, Vector]:
     """(e, n × e, n)."""
     size = math.sqrt(square)
@@ -232,7 +233,7 @@ def axes_of_crossing(e: Vector, turn: Vector, square: float) -> tuple[Vector, Ve
     return e, cross(n, e), n
 
 
-@compiled
+@borrowing
 def _add_rows(
     kinematics: Kinematics, j: int, sign: float, point: Vector, axes: tuple, rows: np.ndarray
 ) -> None:
@@ -247,7 +248,7 @@ def _add_rows(
         k = kinematics.before[k]
 
 
-@compiled
+@borrowing
 def write_rows(table: Table, kinematics: Kinematics, rows: np.ndarray) -> None:
     """Write the rows (3n, nv) of all points; ``kinematics`` with placements and Jacobians."""
     rows, places = borrowed(rows), kinematics.places
@@ -277,7 +278,7 @@ def write_rows(table: Table, kinematics: Kinematics, rows: np.ndarray) -> None:
             _add_rows(kinematics, two, -1.0, middle, axes, own)
 
 
-@compiled
+@borrowing
 def write_bias(table: Table, kinematics: Kinematics, bias: np.ndarray) -> None:
     """Write the rows' rates (3n,) where no joint accelerates."""
     places = kinematics.places
@@ -310,7 +311,7 @@ def write_bias(table: Table, kinematics: Kinematics, bias: np.ndarray) -> None:
             _write_bias_of_crossing(table, i, kinematics, bias)
 
 
-@compiled
+@borrowing
 def _write_bias_of_crossing(table: Table, i: int, kinematics: Kinematics, bias: np.ndarray) -> None:
     places, speeds = kinematics.places, kinematics.speeds
     one, two, sign = table.whole[i, 1], table.whole[i, 2], table.numbers[i, 14]
@@ -356,28 +357,34 @@ def gaps_and_rates(
     """
     found = np.empty((2, len(table.whole)))
     for i in range(len(table.whole)):
-        one, two, numbers = table.whole[i, 1], table.whole[i, 2], table.numbers[i]
-        if table.whole[i, 0] == STOP:
-            found[0, i], found[1, i] = numbers[1] * (q[two] - numbers[2]), numbers[1] * v[one]
-            continue
-        if table.whole[i, 0] == ROPE:
-            here, there, n, length = rope(table, i, places)
-            apart = along(
-                _velocity(places, speeds, one, here), -1.0, _velocity(places, speeds, two, there)
-            )
-            found[0, i], found[1, i] = numbers[6] - length, -dot(n, apart)
-            continue
-        point, normal = point_of(table, i, places), axis(table, i, 2, places)
-        ground = along(origin(places, two), 1.0, turned(places, two, three(numbers, 12)))
-        velocity = along(
-            _velocity(places, speeds, one, point), -1.0, _velocity(places, speeds, two, point)
-        )
-        found[0, i] = numbers[15] * dot(normal, along(point, -1.0, ground))
-        found[1, i] = numbers[15] * dot(normal, velocity)
+        found[0, i], found[1, i] = gap_and_rate(table, i, places, speeds, q, v)
     return found
 
 
-@compiled
+@borrowing
+def gap_and_rate(
+    table: Table, i: int, places: np.ndarray, speeds: np.ndarray, q: np.ndarray, v: np.ndarray
+) -> tuple[float, float]:
+    """Of one of them; see ``gaps_and_rates``."""
+    one, two, numbers = table.whole[i, 1], table.whole[i, 2], table.numbers[i]
+    if table.whole[i, 0] == STOP:
+        return numbers[1] * (q[two] - numbers[2]), numbers[1] * v[one]
+    if table.whole[i, 0] == ROPE:
+        here, there, n, length = rope(table, i, places)
+        apart = along(
+            _velocity(places, speeds, one, here), -1.0, _velocity(places, speeds, two, there)
+        )
+        return numbers[6] - length, -dot(n, apart)
+    point, normal = point_of(table, i, places), axis(table, i, 2, places)
+    ground = along(origin(places, two), 1.0, turned(places, two, three(numbers, 12)))
+    velocity = along(
+        _velocity(places, speeds, one, point), -1.0, _velocity(places, speeds, two, point)
+    )
+    gap = numbers[15] * dot(normal, along(point, -1.0, ground))
+    return gap, numbers[15] * dot(normal, velocity)
+
+
+@borrowing
 def _velocity(places: np.ndarray, speeds: np.ndarray, j: int, point: Vector) -> Vector:
     """Of a joint's point (in the world), in the world."""
     at = back(places, j, along(point, -1.0, origin(places, j)))

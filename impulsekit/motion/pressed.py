@@ -11,14 +11,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..laws.borrowed import borrowed
+from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import compiled, entry
+from ..laws.dense import put
 from ..laws.half import Factor, from_half, halve, is_safe
 from ..laws.resting import forces_at_rest
+from ..laws.resting_newton import BAR
 from .points import MOST, Kinematics, Table, write_bias, write_rows
 
 __all__ = [
+    "Found",
     "Sliding",
+    "press",
     "pressed",
     "rows_and_bias",
 ]
@@ -38,6 +42,15 @@ class Sliding(NamedTuple):
     ways: np.ndarray
     slow: float
     negligible: float
+
+
+class Found(NamedTuple):
+    """What ``press`` writes: v̇ (nv,), and of the points (3n,) as ``pressed`` tells it."""
+
+    rate: np.ndarray
+    forces: np.ndarray
+    accelerations: np.ndarray
+    slip: np.ndarray
 
 
 def _table() -> Table:
@@ -93,6 +106,42 @@ def pressed(
         The residual of the law, relative, or −1 where a pivot of M is rounding; (nv,) v̇; and of
         the points (3n,) forces (of what slides the normal alone), accelerations and velocities.
     """
+    return _pressed(table, kinematics, factor, sliding, load, v, last)
+
+
+@compiled
+def press(
+    table: Table,
+    kinematics: Kinematics,
+    factor: Factor,
+    sliding: Sliding,
+    load: np.ndarray,
+    v: np.ndarray,
+    found: Found,
+) -> float:
+    """As ``pressed``, from and into arrays that are there; nothing is written without forces."""
+    residual, rate, forces, accelerations, slip = _pressed(
+        table, kinematics, factor, sliding, load, v, found.forces
+    )
+    if 0.0 <= residual <= BAR:
+        put(rate, found.rate)
+        put(forces, found.forces)
+        put(accelerations, found.accelerations)
+        put(slip, found.slip)
+    return residual
+
+
+@compiled
+def _pressed(
+    table: Table,
+    kinematics: Kinematics,
+    factor: Factor,
+    sliding: Sliding,
+    load: np.ndarray,
+    v: np.ndarray,
+    last: np.ndarray,
+) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """As ``pressed``."""
     nv, n = len(load), len(table.whole)
     rows, bias = np.empty((3 * n, nv)), np.empty(3 * n)
     if not is_safe(factor):
@@ -122,7 +171,7 @@ def pressed(
     return residual, start, forces, accelerations, slip
 
 
-@compiled
+@borrowing
 def _halve_rows(
     factor: Factor,
     sliding: Sliding,
@@ -193,7 +242,7 @@ def _by_law(
     return forces, residual, pushed
 
 
-@compiled
+@borrowing
 def _products(
     rows: np.ndarray, own: np.ndarray, others: np.ndarray, which: np.ndarray, found: np.ndarray
 ) -> None:
@@ -214,7 +263,7 @@ def _products(
             found[i, j] = total
 
 
-@compiled
+@borrowing
 def _direction(s1: float, s2: float, way: np.ndarray, slow: float) -> tuple[float, float]:
     """The unit direction of slip; where it is slow, that in which it began."""
     # Past its stop, within a step that will be cut there, it goes on smoothly.

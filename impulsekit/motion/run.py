@@ -201,10 +201,10 @@ class Run:
         flight = self._flight
         found = flight.stride(deepest, math.inf if self._progress is None else 1)
         if found is None:
-            begin = time.perf_counter()
+            begin = time.thread_time()
             self._step()
             if flight.strides is not None:
-                flight.strides.wait(time.perf_counter() - begin)
+                flight.strides.wait(time.thread_time() - begin)
             return
         stride, step = found
         for met in stride.met:

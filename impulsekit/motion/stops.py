@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache, partial
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -53,13 +53,16 @@ def first_stop(
     many = 0 if rolling is None else 4 * len(rolling.owners(contacts))
     many += count if resting.may_tear else 0
     more = np.full(many, np.inf)
-    told = None if passage is None else passage.signs(resting)
-    # Both ends of a piece are asked for again and again.
-    told = None if told is None else cache(told)
-    if told is None:
-        lowest, _ = gaps.beyond_held(contacts, *states(start))
-    else:
-        lowest = float(told(start)[-1])
+    times = gaps.turning.nodes(states, start, end)
+    told = None if passage is None else passage.crossings(resting, times)
+    if told is not None:
+        for k in range(len(times) - 1):
+            fallen = [(t, int(i)) for _, i, t in told[told[:, 0] == k].tolist()]
+            stop = _first_of(fallen, count, pushing)
+            if stop is not None:
+                return stop
+        return None
+    lowest, _ = gaps.beyond_held(contacts, *states(start))
     # Where something touches already, it may come no deeper than by rounding.
     lowest = min(lowest, 0.0) - ELSEWHERE
 
@@ -92,33 +95,35 @@ def first_stop(
         return np.concatenate([*own, turning if len(turning) == len(more) else more])
 
     def signs(t: float) -> np.ndarray:
-        if told is not None:
-            found = np.delete(told(t), np.s_[4 * count : 5 * count])
-            found[3 * count : 4 * count] += LEFT
-            found[-1] -= lowest
-            return found
         q, v = states(t)
         speeds = of_speeds(t, q, v)
         return np.concatenate([speeds[: 3 * count], of_places(q, v), speeds[3 * count :]])
 
     def one(i: int, t: float) -> float:
-        if told is not None:
-            return float(signs(t)[i])
         q, v = states(t)
         if 3 * count <= i <= 4 * count:
             return float(of_places(q, v)[i - 3 * count])
         return float(of_speeds(t, q, v)[i if i < 3 * count else i - count - 1])
 
-    times = gaps.turning.nodes(states, start, end)
     before = signs(times[0])
     for left, right in pairwise(times):
         after = signs(right)
         crossed = np.flatnonzero((before > 0.0) & (after <= 0.0) & np.isfinite(before))
         # scipy's brentq wants the sign to differ strictly; zero itself is one of them.
         found = [(falling_root(partial(one, i), left, right), i) for i in crossed.tolist()]
-        for t, i in sorted(found):
-            lifted = count <= i < 2 * count
-            if not (lifted and pushing(t)[i - count : i - count + 1].any()):
-                return t, 3 * count <= i <= 4 * count
+        stop = _first_of(found, count, pushing)
+        if stop is not None:
+            return stop
         before = after
+    return None
+
+
+def _first_of(
+    crossed: list[tuple[float, int]], count: int, pushing: Callable[[float], np.ndarray]
+) -> tuple[float, bool] | None:
+    """The first of the signs that fall to zero, for which see ``first_stop``; None without one."""
+    for t, i in sorted(crossed):
+        lifted = count <= i < 2 * count
+        if not (lifted and pushing(t)[i - count : i - count + 1].any()):
+            return t, 3 * count <= i <= 4 * count
     return None

@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.vectors import Vector, along, cross, dot
-from ..laws.compiled import compiled
+from ..laws.borrowed import borrowing
+from ..laws.dense import put
 from ..laws.half import Factor
 from .points import Kinematics, back, three, turned
 
@@ -62,7 +63,7 @@ class Room(NamedTuple):
     force: np.ndarray
 
 
-@compiled
+@borrowing
 def look_at(tree: Tree, room: Room, q: np.ndarray, v: np.ndarray) -> None:
     """Write placements, velocities and accelerations at zero joint acceleration."""
     places, speeds = room.kinematics.places, room.kinematics.speeds
@@ -98,13 +99,13 @@ def look_at(tree: Tree, room: Room, q: np.ndarray, v: np.ndarray) -> None:
         _put_two(rates[j], rate, up)
 
 
-@compiled
+@borrowing
 def _put_two(row: np.ndarray, a: Vector, b: Vector) -> None:
     row[0], row[1], row[2] = a
     row[3], row[4], row[5] = b
 
 
-@compiled
+@borrowing
 def _place_in_parent(
     tree: Tree, local: np.ndarray, j: int, kind: int, q: np.ndarray, at: int
 ) -> None:
@@ -137,7 +138,7 @@ def _place_in_parent(
     row[9], row[10], row[11] = along(three(numbers[j], 9), 1.0, turned(numbers, j, shift))
 
 
-@compiled
+@borrowing
 def _about(axis: Vector, c: float, s: float) -> tuple[Vector, Vector, Vector]:
     """The columns of a turn about an axis (Rodrigues)."""
     x, y, z = axis
@@ -149,7 +150,7 @@ def _about(axis: Vector, c: float, s: float) -> tuple[Vector, Vector, Vector]:
     )
 
 
-@compiled
+@borrowing
 def _of_quaternion(x: float, y: float, z: float, w: float) -> tuple[Vector, Vector, Vector]:
     """The columns of a unit quaternion's rotation."""
     return (
@@ -159,7 +160,7 @@ def _of_quaternion(x: float, y: float, z: float, w: float) -> tuple[Vector, Vect
     )
 
 
-@compiled
+@borrowing
 def write_jacobian(tree: Tree, room: Room) -> None:
     """Write the Jacobian at the origin of the world; ``room`` with placements."""
     places, jacobian = room.kinematics.places, room.kinematics.jacobian
@@ -171,7 +172,7 @@ def write_jacobian(tree: Tree, room: Room) -> None:
             _put_two(jacobian[k], along(move, 1.0, cross(origin, spin)), spin)
 
 
-@compiled
+@borrowing
 def _weighed(inertia: np.ndarray, move: Vector, spin: Vector) -> tuple[Vector, Vector]:
     """Momentum, linear and about the joint, of a body with this velocity."""
     m, h = inertia[0], three(inertia, 1)
@@ -184,7 +185,7 @@ def _weighed(inertia: np.ndarray, move: Vector, spin: Vector) -> tuple[Vector, V
     return linear, along(turning, 1.0, cross(h, move))
 
 
-@compiled
+@borrowing
 def begin_forces(tree: Tree, room: Room) -> None:
     """Write what each body needs to move so, weight taken off; ``room`` with velocities."""
     places, speeds = room.kinematics.places, room.kinematics.speeds
@@ -201,7 +202,7 @@ def begin_forces(tree: Tree, room: Room) -> None:
         _put_two(force[j], linear, angular)
 
 
-@compiled
+@borrowing
 def push(room: Room, j: int, point: Vector, force: Vector) -> None:
     """A force acts on a body at a point, both in the joint's axes."""
     turning, row = cross(point, force), room.force[j]
@@ -210,7 +211,7 @@ def push(room: Room, j: int, point: Vector, force: Vector) -> None:
         row[3 + k] -= turning[k]
 
 
-@compiled
+@borrowing
 def take_forces(tree: Tree, room: Room, load: np.ndarray) -> None:
     """Bring the forces of bodies inwards, and take them off the load (nv,)."""
     local, force = room.local, room.force
@@ -227,7 +228,7 @@ def take_forces(tree: Tree, room: Room, load: np.ndarray) -> None:
                 force[parent, 3 + k] += angular[k]
 
 
-@compiled
+@borrowing
 def _inwards(local: np.ndarray, j: int, linear: Vector, angular: Vector) -> tuple[Vector, Vector]:
     """A force on a body, in the axes of its parent and about the parent's joint."""
     linear = turned(local, j, linear)
@@ -235,27 +236,27 @@ def _inwards(local: np.ndarray, j: int, linear: Vector, angular: Vector) -> tupl
     return linear, along(turned(local, j, angular), 1.0, moment)
 
 
-@compiled
+@borrowing
 def write_factor(tree: Tree, room: Room) -> None:
     """Write M's diagonal and its factor; ``room`` with placements."""
     write_mass(tree, room)
     factorize_mass(room)
 
 
-@compiled
+@borrowing
 def factorize_mass(room: Room) -> None:
     """The factor of M in place of what ``write_mass`` wrote."""
     _factorize(room.factor, room.kinematics.before)
 
 
-@compiled
+@borrowing
 def write_mass(tree: Tree, room: Room) -> None:
     """Write M's lower half where its factor is to be; ``room`` with placements."""
     composite, count = room.composite, len(tree.joints)
     mass, factor = room.factor.mass, room.factor.factor
     before = room.kinematics.before
     for j in range(1, count):
-        composite[j] = tree.numbers[j, 15:]
+        put(tree.numbers[j, 15:], composite[j])
     for j in range(count - 1, 0, -1):
         parent = tree.joints[j, 0]
         if parent > 0:
@@ -277,7 +278,7 @@ def write_mass(tree: Tree, room: Room) -> None:
             mass[k, k] = factor[k, k]
 
 
-@compiled
+@borrowing
 def _factorize(found: Factor, before: np.ndarray) -> None:
     """M in place to L and D."""
     factor, pivots = found.factor, found.pivots
@@ -294,7 +295,7 @@ def _factorize(found: Factor, before: np.ndarray) -> None:
             i = before[i]
 
 
-@compiled
+@borrowing
 def _join(composite: np.ndarray, parent: int, j: int, local: np.ndarray) -> None:
     """Add a body's inertia to its parent's, about the parent's joint."""
     own, sum_ = composite[j], composite[parent]

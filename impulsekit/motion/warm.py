@@ -34,7 +34,7 @@ def _entries(scene: Scene | None) -> list[Entry]:
     from .compiled_look import look
     from .compiled_settle import settle_points
     from .compiled_step import attempt, begin_steps, rates_at
-    from .compiled_stops import signs_at
+    from .compiled_stops import crossings_of
     from .compiled_strike import strike_point
     from .compiled_touch import first_touch_of, touch_pairs
     from .compiled_travel import travel
@@ -54,7 +54,7 @@ def _entries(scene: Scene | None) -> list[Entry]:
             pressed,
         ]
     if scene is None or any(isinstance(entry, Collision) for entry in scene.contacts):
-        entries += [separate, touch, touch_pairs, first_touch_of, signs_at, write_gaps]
+        entries += [separate, touch, touch_pairs, first_touch_of, crossings_of, write_gaps]
     return entries
 
 

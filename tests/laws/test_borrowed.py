@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impulsekit.laws.borrowed import borrowed
+from impulsekit.laws.borrowed import borrowed, borrowing
 from impulsekit.laws.compiled import compiled, entry
 
 
@@ -48,3 +48,36 @@ def test_borrowed_arrays_are_the_same_arrays():
     assert [sys.getrefcount(array) for array in (rows, sums, out)] == held
     np.testing.assert_allclose(sums, 8.0 * rows.sum(axis=1))
     np.testing.assert_allclose(out, 2.0 * rows.sum(axis=1))
+
+
+@compiled
+def doubled(row: np.ndarray) -> float:
+    made = np.empty(len(row))
+    for k in range(len(row)):
+        made[k] = 2.0 * row[k]
+    return total(made)
+
+
+@borrowing
+def passed_on(pair: Pair) -> float:
+    return doubled(pair.rows[0]) + doubled(pair.inner[0])
+
+
+@entry(lambda: (np.zeros(1),), seconds=1.0)
+def made_and_passed(row: np.ndarray) -> float:
+    made = np.ones((2, len(row)))
+    return passed_on(Pair(made, (row, 1.0))) + total(made[1])
+
+
+def test_what_borrows_may_call_what_makes_arrays():
+    from numba.core.runtime import _nrt_python, rtsys
+
+    code, row = made_and_passed.compile(), np.arange(3.0)
+    _nrt_python.memsys_enable_stats()
+    before, held = rtsys.get_allocation_stats(), sys.getrefcount(row)
+    assert [code(row) for _ in range(5)] == [15.0] * 5
+    after = rtsys.get_allocation_stats()
+    _nrt_python.memsys_disable_stats()
+    # All that was made is gone, and nothing else is.
+    assert after.alloc - before.alloc == after.free - before.free > 0
+    assert sys.getrefcount(row) == held

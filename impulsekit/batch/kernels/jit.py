@@ -29,10 +29,10 @@ def _with(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 
 # Called from Python, without its lock.
-kernel = _with(**OPTIONS, **UNCOUNTED)
+kernel = _with(**{**OPTIONS, **UNCOUNTED})
 # On lanes: part of the kernel, so that values stay in registers from one to the next.
-inlined = _with(**WITHIN, **UNCOUNTED, forceinline=True)
+inlined = _with(**{**WITHIN, **UNCOUNTED}, forceinline=True)
 # On numbers, one state after the other; these may make arrays.
 built_in = _with(**WITHIN)
 # Likewise, where neither they nor what they call make any, and none are returned.
-uncounted = _with(**WITHIN, **UNCOUNTED)
+uncounted = _with(**{**WITHIN, **UNCOUNTED})
