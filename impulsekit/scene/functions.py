@@ -12,6 +12,9 @@ from ..errors import CallbackError, NotFiniteError, ShapeError, a_thing, shown
 
 __all__ = ["call", "numbers_from"]
 
+# Types of numbers that need no second look.
+_PLAIN = frozenset((float, int, np.float64))
+
 
 def call(function: Callable[..., Any], what: str, *arguments: Any) -> Any:
     """What a user's function gives. Arrays among its arguments are read-only copies.
@@ -52,6 +55,9 @@ def numbers_from(
         NotFiniteError: it gave NaN, or an infinity.
     """
     given = call(function, what, *arguments)
+    plain = _plain(given, size)
+    if plain is not None:
+        return plain
     try:
         array = np.asarray(given)
         if array.dtype.kind == "O" and not _holds_no_numbers(array):
@@ -76,6 +82,19 @@ def numbers_from(
         first = int(np.argmax(bad))
         raise _of_function(NotFiniteError.of(what, f"entry {first}", array[first]), what)
     return array
+
+
+def _plain(given: Any, size: int) -> np.ndarray | None:
+    """(size,) finite plain numbers of a list or tuple, as most functions give; else None."""
+    if type(given) not in (list, tuple) or len(given) != size:
+        return None
+    if not _PLAIN.issuperset(map(type, given)):
+        return None
+    try:
+        array = np.array(given, dtype=float)
+    except OverflowError:
+        return None
+    return array if all(map(math.isfinite, given)) else None
 
 
 def _copy(array: np.ndarray) -> np.ndarray:
