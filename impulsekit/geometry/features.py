@@ -173,7 +173,7 @@ def _examples() -> tuple[_Solid, np.ndarray, _Solid, np.ndarray, float]:
     return solid, np.zeros((4, 3)), solid, np.zeros((4, 3)), 0.0
 
 
-@entry(_examples, seconds=8.0)
+@entry(_examples, seconds=5.0)
 def touch(
     a: _Solid, place_a: np.ndarray, b: _Solid, place_b: np.ndarray, margin: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -147,7 +147,7 @@ def _between(one: np.ndarray, two: np.ndarray, axis: np.ndarray) -> tuple[float,
     return of_one.min() - of_two.max(), of_two.min() - of_one.max()
 
 
-@entry(_examples, seconds=4.0)
+@entry(_examples, seconds=2.0)
 def separate(
     a: Hull, place_a: np.ndarray, b: Hull, place_b: np.ndarray
 ) -> tuple[float, float, float, float]:

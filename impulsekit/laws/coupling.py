@@ -36,7 +36,7 @@ ALPHAS = (2.2, 1.5, 3.3, 1.0, 0.7)
 NULL = 1e-11
 
 
-@entry(lambda: (np.eye(6), np.ones(2)), seconds=3.0, apart=True)
+@entry(lambda: (np.eye(6), np.ones(2)), seconds=2.0, apart=True)
 def friction_feedback(W: np.ndarray, mu: np.ndarray) -> float:
     """L; infinite where normals are redundant beside the tangents.
 

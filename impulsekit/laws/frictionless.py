@@ -39,7 +39,7 @@ def _examples() -> tuple[object, ...]:
     return workspace(1), np.eye(3), np.ones(3), 1, 1.0, 0.0, 0.0, False
 
 
-@entry(_examples, seconds=6.0, apart=True)
+@entry(_examples, seconds=4.0, apart=True)
 def frictionless(
     work: Workspace,
     W: np.ndarray,

@@ -70,7 +70,7 @@ class Allowed(NamedTuple):
     ray: np.ndarray
 
 
-@entry(lambda: (workspace(1), 1, 1.0, 0.0, 0.0), seconds=6.0, apart=True)
+@entry(lambda: (workspace(1), 1, 1.0, 0.0, 0.0), seconds=4.0, apart=True)
 def share_least(
     work: Workspace, n: int, fastest: float, dependent: float, residual: float
 ) -> float:
@@ -120,7 +120,7 @@ def least_split(work: Workspace, n: int, sizes: Sizes) -> float:
     return residual_of(work, n, sizes)
 
 
-@entry(lambda: (workspace(1), 1, Sizes(1.0, 1.0, 1.0, True)), seconds=5.0, apart=True)
+@entry(lambda: (workspace(1), 1, Sizes(1.0, 1.0, 1.0, True)), seconds=3.0, apart=True)
 def least_holding(work: Workspace, n: int, sizes: Sizes) -> float:
     """P of least Σ w |P|² in the cones that holds all still, or as near as found; the residual.
 

@@ -70,7 +70,7 @@ def _examples() -> tuple[object, ...]:
     return np.eye(6), np.ones(6), few, few, few, 1.5
 
 
-@entry(_examples, seconds=20.0)
+@entry(_examples, seconds=12.0)
 def strike_by_energy(
     W: np.ndarray,
     free: np.ndarray,

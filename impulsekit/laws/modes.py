@@ -351,7 +351,7 @@ def _move(work: Workspace, n: int, m: int) -> None:
 Linear = tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
-@entry(lambda: (np.eye(6), np.ones(2), np.ones(6), np.ones(6), 1.0), seconds=3.0)
+@entry(lambda: (np.eye(6), np.ones(2), np.ones(6), np.ones(6), 1.0), seconds=2.0)
 def linearize(W: np.ndarray, mu: np.ndarray, P: np.ndarray, xi: np.ndarray, scale: float) -> Linear:
     """The residual with ξ known better than W P + b, and the equations of a Newton step.
 

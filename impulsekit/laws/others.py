@@ -46,7 +46,7 @@ def _examples() -> tuple[object, ...]:
     return np.eye(6), line, line, few, few, few, NEWTON, line, 1.0, found, found
 
 
-@entry(_examples, seconds=20.0, apart=True)
+@entry(_examples, seconds=12.0, apart=True)
 def find_answers(
     W: np.ndarray,
     before: np.ndarray,
@@ -190,7 +190,7 @@ def _expansion_examples() -> tuple[object, ...]:
     return workspace(1), np.ones(3), np.ones(1), 1, 1.0, ALL_TRIED, 1, found, found
 
 
-@entry(_expansion_examples, seconds=3.0, apart=True)
+@entry(_expansion_examples, seconds=2.0, apart=True)
 def _expansions(
     work: Workspace,
     free: np.ndarray,

@@ -75,7 +75,7 @@ _TURNS, _SLIPS, _RESTS = 0, 1, 2
 _Rates = tuple[float, float, float, float, float]
 
 
-@entry(lambda: ((1.0,) * 6, -1.0, (1.0, 1.0, -1.0), 0.5, 0.5, STRONGE, path_memory()), seconds=6.0)
+@entry(lambda: ((1.0,) * 6, -1.0, (1.0, 1.0, -1.0), 0.5, 0.5, STRONGE, path_memory()), seconds=4.0)
 def follow(
     block: Block, before: float, free: Triple, e: float, mu: float, law: int, memory: PathMemory
 ) -> int:

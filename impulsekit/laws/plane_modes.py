@@ -124,7 +124,7 @@ def _examples() -> tuple[Any, ...]:
     return square, line, few, few, 1.0, square
 
 
-@entry(_examples, seconds=4.0, apart=True)
+@entry(_examples, seconds=2.0, apart=True)
 def plane_modes(
     W: np.ndarray, b: np.ndarray, mu: np.ndarray, floor: np.ndarray, scale: float, found: np.ndarray
 ) -> int:

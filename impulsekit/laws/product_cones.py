@@ -74,7 +74,7 @@ def _examples() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, Cones]:
     return np.eye(3), np.ones(3), np.zeros(3), np.zeros(3), cones
 
 
-@entry(_examples, seconds=8.0)
+@entry(_examples, seconds=5.0)
 def find_cone_impulses(
     coupled: np.ndarray, mobility: np.ndarray, free: np.ndarray, start: np.ndarray, cones: Cones
 ) -> tuple[np.ndarray, float, int]:

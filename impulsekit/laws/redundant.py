@@ -51,7 +51,7 @@ def _examples() -> tuple[object, ...]:
     return workspace(1), 1, Sizes(1.0, 1.0, 1.0, True), 0.0, False
 
 
-@entry(_examples, seconds=3.0, apart=True)
+@entry(_examples, seconds=2.0, apart=True)
 def find_shared(work: Workspace, n: int, sizes: Sizes, dependent: float, slips: bool) -> bool:
     """Whether load can be shifted between contacts without moving anything.
 

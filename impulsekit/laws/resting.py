@@ -57,7 +57,7 @@ DEPENDENT = 1e-3
 
 @entry(
     lambda: (np.eye(3), np.eye(3), np.zeros(3), np.zeros(1), np.zeros(3)),
-    seconds=12.0,
+    seconds=7.0,
 )
 def find_forces(
     coupled: np.ndarray,

@@ -319,7 +319,7 @@ def _examples() -> tuple[object, ...]:
     return sequence_of(2), contacts, line, 1, np.ones(2, np.int64), np.ones((2, 3)), path_memory()
 
 
-@entry(_examples, seconds=10.0, apart=True)
+@entry(_examples, seconds=8.0, apart=True)
 def advance_sequence(
     sequence: Sequence,
     contacts: Contacts,

@@ -40,7 +40,7 @@ def _examples() -> tuple[Any, ...]:
     return np.eye(6), np.ones(6), np.ones(2), 1.0, np.eye(6), np.eye(6)
 
 
-@entry(_examples, seconds=10.0, apart=True)
+@entry(_examples, seconds=6.0, apart=True)
 def space_modes(
     W: np.ndarray,
     b: np.ndarray,

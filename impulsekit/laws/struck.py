@@ -57,7 +57,7 @@ def examples() -> tuple[object, ...]:
     return np.eye(3), np.ones(3), np.ones((6, 3)), np.ones(3), np.ones((3, 2)), NEWTON
 
 
-@entry(examples, seconds=4.0)
+@entry(examples, seconds=2.0)
 def strike_at_once(
     lower: np.ndarray,
     pivots: np.ndarray,

@@ -17,7 +17,7 @@ def _examples() -> tuple[object, ...]:
     return *examples(), END
 
 
-@entry(_examples, seconds=4.0)
+@entry(_examples, seconds=2.0)
 def strike_in_turn(
     lower: np.ndarray,
     pivots: np.ndarray,

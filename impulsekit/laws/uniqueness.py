@@ -41,7 +41,7 @@ def _plane_examples() -> tuple[Any, ...]:
     return np.eye(6), line, few, few, 1.0, np.ones((2, 2)), np.eye(6)
 
 
-@entry(_plane_examples, seconds=3.0, apart=True)
+@entry(_plane_examples, seconds=2.0, apart=True)
 def _search_plane(
     W: np.ndarray,
     b: np.ndarray,
@@ -65,7 +65,7 @@ def _search_plane(
     return count
 
 
-@entry(_examples, seconds=5.0, apart=True)
+@entry(_examples, seconds=3.0, apart=True)
 def search_modes(
     W: np.ndarray,
     b: np.ndarray,

@@ -30,7 +30,7 @@ FEW_ROUNDS: int = np.int64(5)  # type: ignore[assignment]
 TOUCHES = 10.0
 
 
-@entry(lambda: (workspace(1), 1, Sizes(1.0, 1.0, 1.0, True), 0.0), seconds=6.0, apart=True)
+@entry(lambda: (workspace(1), 1, Sizes(1.0, 1.0, 1.0, True), 0.0), seconds=4.0, apart=True)
 def unload(work: Workspace, n: int, sizes: Sizes, residual: float) -> float:
     """Take load off one contact after the other, where that is nearer; the residual.
 

@@ -90,7 +90,7 @@ def example_advance() -> tuple:
     return system, tableau, work, watched, stand, track, log, *TOLERANCES
 
 
-@entry(example_advance, seconds=45.0, apart=True)
+@entry(example_advance, seconds=27.0, apart=True)
 def advance(
     system: System,
     tableau: Tableau,

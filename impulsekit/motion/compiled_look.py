@@ -289,7 +289,7 @@ def _write_signs(
         signs[i, 2] = grown if watched.begins[i] else math.inf
 
 
-@entry(_examples, seconds=15.0)
+@entry(_examples, seconds=9.0)
 def look(
     system: System, work: Work, watched: Watched, start: float, length: float
 ) -> tuple[float, bool, bool]:

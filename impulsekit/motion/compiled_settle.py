@@ -123,7 +123,7 @@ def next_slide(
     return (rate[0] / size, rate[1] / size, 1.0), grown > 0.0
 
 
-@entry(_examples, seconds=15.0, apart=True)
+@entry(_examples, seconds=9.0, apart=True)
 def settle_points(
     system: System, stand: Stand, driven: np.ndarray, q: np.ndarray, v: np.ndarray
 ) -> tuple[int, bool]:

@@ -167,7 +167,7 @@ def _stage(system: System, tableau: Tableau, work: Work, s: int, h: float) -> in
     return evaluate(system, work.driven[s], work.trial, work.slopes[s])
 
 
-@entry(_examples, seconds=45.0, apart=True)
+@entry(_examples, seconds=24.0, apart=True)
 def attempt(
     system: System, tableau: Tableau, work: Work, h: float, rtol: float, atol: float
 ) -> tuple[int, float]:
@@ -235,7 +235,7 @@ def _examples_of_begin() -> tuple:
     return system, work, work.before, 1.0, *TOLERANCES
 
 
-@entry(_examples_of_begin, seconds=4.0, apart=True)
+@entry(_examples_of_begin, seconds=2.0, apart=True)
 def begin_steps(
     system: System, work: Work, y: np.ndarray, span: float, rtol: float, atol: float
 ) -> tuple[int, float]:

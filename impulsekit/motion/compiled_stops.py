@@ -152,7 +152,7 @@ def _examples() -> tuple:
     return system, work, watched, NO_PAIRS, held, 0.0, 1.0, np.zeros(2)
 
 
-@entry(_examples, seconds=9.0)
+@entry(_examples, seconds=5.0)
 def crossings_of(
     system: System,
     work: Work,

@@ -66,7 +66,7 @@ def room_for_blow(nv: int, points: int) -> Blow:
     )
 
 
-@entry(_examples, seconds=4.0)
+@entry(_examples, seconds=2.0)
 def strike_point(
     system: System,
     table: Table,

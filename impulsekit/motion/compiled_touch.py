@@ -96,7 +96,7 @@ def _examples_of_pair() -> tuple:
     return Approach(Flown(system, work, 0.0, 1.0, pairs), 0), bound, 0.0, 1.0, 0.0
 
 
-@entry(_examples_of_pair, seconds=20.0, apart=True)
+@entry(_examples_of_pair, seconds=12.0, apart=True)
 def first_touch_of(
     approach: Approach, bound: Bound, start: float, end: float, base: float
 ) -> float:
@@ -139,7 +139,7 @@ def _first_in_window(
     return first, found
 
 
-@entry(_examples, seconds=35.0)
+@entry(_examples, seconds=21.0)
 def touch_pairs(
     system: System,
     work: Work,

@@ -106,7 +106,7 @@ def _examples() -> tuple:
     return system, Trip(tableau, work, watched, track, log, rules, hold, ledger, 1, *tolerances), 1
 
 
-@entry(_examples, seconds=70.0)
+@entry(_examples, seconds=32.0)
 def travel(system: System, trip: Trip, most: int) -> tuple[int, int, int, bool]:
     """Go on from the state of ``trip.track`` with so many impacts at most.
 

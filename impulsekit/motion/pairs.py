@@ -190,7 +190,7 @@ def _examples() -> tuple[Pairs, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     return NO_PAIRS, np.zeros((0, 8)), np.zeros((1, 12)), np.zeros(0, np.bool_), NOTHING
 
 
-@entry(_examples, seconds=6.0)
+@entry(_examples, seconds=4.0)
 def write_gaps(
     pairs: Pairs, balls: np.ndarray, places: np.ndarray, asked: np.ndarray, found: np.ndarray
 ) -> None:

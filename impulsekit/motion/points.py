@@ -344,7 +344,7 @@ def _write_bias_of_crossing(table: Table, i: int, kinematics: Kinematics, bias: 
         np.zeros(2),
         np.zeros(2),
     ),
-    seconds=3.0,
+    seconds=2.0,
 )
 def gaps_and_rates(
     table: Table, places: np.ndarray, speeds: np.ndarray, q: np.ndarray, v: np.ndarray

@@ -75,7 +75,7 @@ def _examples() -> tuple:
     return _table(), _kinematics(), factor, sliding, vector, vector, np.zeros(3)
 
 
-@entry(lambda: (_table(), _kinematics()), seconds=4.0)
+@entry(lambda: (_table(), _kinematics()), seconds=2.0)
 def rows_and_bias(table: Table, kinematics: Kinematics) -> tuple[np.ndarray, np.ndarray]:
     """(3n, nv) the rows of points that rest, and (3n,) their rates without joint acceleration."""
     count = 3 * len(table.whole)
@@ -85,7 +85,7 @@ def rows_and_bias(table: Table, kinematics: Kinematics) -> tuple[np.ndarray, np.
     return rows, bias
 
 
-@entry(_examples, seconds=18.0)
+@entry(_examples, seconds=11.0)
 def pressed(
     table: Table,
     kinematics: Kinematics,

@@ -115,7 +115,7 @@ def _sweeps(
     return sweep_contacts(delassus, shifted, friction, scale, 50 * int(rounds))
 
 
-@entry(lambda: (np.eye(6), np.ones(6), np.ones(2), 1.0, 1), seconds=3.0)
+@entry(lambda: (np.eye(6), np.ones(6), np.ones(2), 1.0, 1), seconds=2.0)
 def sweep_contacts(
     delassus: np.ndarray, shifted: np.ndarray, friction: np.ndarray, scale: float, sweeps: int
 ) -> np.ndarray:

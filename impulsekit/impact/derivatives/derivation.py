@@ -1,0 +1,387 @@
+"""An impact made linear in its modes.
+
+With M Δv = I + Aᵀλ + JᵀP differentiated as it stands,
+
+    M d = −∂(M Δv)/∂q + ∂(I + Aᵀλ + JᵀP)/∂q + ∂I + Aᵀ dλ + Jᵀ dP,
+
+and beside it the rows that hold in the modes found: A v⁺ = b, ξ_n = 0, ξ_t = 0 where it
+sticks, P_t = −µ P_n ξ_t/|ξ_t| where it slips. Σ of the first terms is Pinocchio's
+derivative of inverse dynamics at rest, with Δv for the acceleration and impulses for
+outside forces (Carpentier & Mansard 2018).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ...errors import InputError
+from ...laws.coulomb import coulomb
+from ...scene import Collision, Contact, JointStop, Rope
+from ..constrained import Outcome
+from ..laws import ContactSolution
+from ..result import Impact
+from .building import Builder
+from .hits import HitFound, follow_hits
+from .linear import Columns, LinearStage, ModeStage, Rows, Touching, pass_through
+from .modes import PARTED, Coefficients, ContactMode, coefficients_of, found_mode
+from .motion import Motion
+from .pairs import FixedRows, of_functions
+from .path_law import path_derivative
+from .path_stage import PathStage, change_of_block
+from .regressor import inertia_regressor
+from .result import Derivatives
+from .stage import Loads
+from .tables import told
+from .workspace import Workspace
+
+__all__ = ["Derivation", "acts_before"]
+
+
+def acts_before(impact: Impact) -> bool:
+    """Whether something changes the velocity before a sequence of hits begins.
+
+    Then even one contact has two laws: e of its approach before the impact where all acts
+    together, and of its approach behind the blow where it is hit after it.
+    """
+    scene = impact.scene
+    struck = scene.law.order == "sequential" and bool(scene.impulses)
+    return struck or bool(scene.held)
+
+
+def _is_split_open(impact: Impact) -> bool:
+    """Whether v⁺ may depend on how redundant contacts share the load of a compression.
+
+    Under Poisson's law e times each share comes back. Without friction, and with one e for all,
+    that is e times the resultant; otherwise the share is that of a rule, which is not linear.
+    """
+    outcome, scene = impact.outcome, impact.scene
+    if outcome is None or outcome.contacts is None or outcome.contacts.unique is None:
+        return False
+    if scene.law.restitution != "poisson":
+        return False
+    shared = [
+        scene.contacts[touch.entry]
+        for touch, unique in zip(outcome.touches, outcome.contacts.unique, strict=True)
+        if not unique
+    ]
+    names = ("restitution", "friction")
+    e, mu = ([getattr(entry, name, 0.0) for entry in shared] for name in names)
+    if (not any(mu) and all(one == e[0] for one in e)) or all(one == 0.0 for one in e):
+        return False
+    return scene.law.order == "sequential" or not impact.uniqueness.proven
+
+
+class Derivation:
+    """One call of ``derivatives``."""
+
+    def __init__(self, impact: Impact, workspace: Workspace, outcome: Outcome) -> None:
+        self.impact, self.workspace = impact, workspace
+        self.scene = impact.scene
+        self.nv = workspace.model.nv
+        self.q = workspace.configuration(impact.q)
+        # Pinocchio takes no arrays that are read-only.
+        self.v, self.after = impact.v_before.copy(), impact.v_after.copy()
+        motion = Motion(workspace.expanded, workspace.data, self.q, self.after)
+        self.motion = motion
+        self.blows: list[Rows] = [rows.placed(motion) for rows in workspace.blows]
+        self.bilateral: list[Rows] = [rows.placed(motion) for rows in workspace.bilateral]
+        contacts = outcome.contacts
+        self.multipliers = outcome.constraint_impulses
+        if not len(self.multipliers):
+            self.multipliers = np.zeros(len(workspace.kept))
+        redundant = outcome.unique is not None or (
+            contacts is not None and contacts.unique is not None
+        )
+        self.builder = Builder(workspace, motion, self.q, self.bilateral, redundant=redundant)
+        self.edges: list[str] = []
+        self.touching: list[Touching] = []
+        self.impulses: list[np.ndarray] = []
+        self.scale = 0.0
+        if contacts is not None:
+            self._find_touching(outcome, contacts)
+        self.stages = self._stages()
+
+    def _find_touching(self, outcome: Outcome, solution: ContactSolution) -> None:
+        names, motion = self.workspace.contact_names, self.motion
+        placed: list[Rows] = []
+        for touch in outcome.touches:
+            entry = self.scene.contacts[touch.entry]
+            if isinstance(entry, Contact | Rope):
+                placed.append(self.workspace.touching_rows(touch.entry).placed(motion))
+            elif isinstance(entry, Collision):
+                placed.append(self.workspace.meetings(touch.entry).placed(touch, motion))
+            elif isinstance(entry, JointStop):
+                placed.append(FixedRows(touch.jacobian))
+            else:
+                raise of_functions()
+        matrix = self.builder.stacked([rows.matrix for rows in placed])
+        before, after = matrix.dot(self.v).tolist(), matrix.dot(self.after).tolist()
+        self.scale = max(map(abs, (*before, *after)))
+        self.impulses = list(solution.impulse.reshape(-1, 3))
+        for touch, rows, normal, impulse in zip(
+            outcome.touches, placed, before[2::3], self.impulses, strict=True
+        ):
+            name = names[touch.entry]
+            own = coefficients_of(self.scene.contacts[touch.entry], normal, self.scale, name)
+            if own.edge and impulse[2] > 0.0:
+                self.edges.append(f"{name}: {own.edge}")
+            if own.slope and own.approach > 0.0:
+                self.touching.append(self._with_slope(touch.entry, rows, own))
+            else:
+                self.touching.append(Touching(touch.entry, rows, own))
+
+    def _with_slope(self, entry: int, rows: Rows, own: Coefficients) -> Touching:
+        """A touching point whose restitution has a slope."""
+        self.motion.set_speed(self.v)
+        change = rows.change_of_velocity()
+        by_q = np.zeros(self.nv) if change is None else -own.slope * change[2]
+        return Touching(entry, rows, own, by_q, -own.slope * rows.matrix[2])
+
+    def _stages(self) -> list[LinearStage]:
+        v, after, law = self.v, self.after, self.scene.law
+        in_turn = len(self.touching) > 1 or acts_before(self.impact)
+        # Without friction the path of slip is of no matter, but for the work on the way.
+        along = law.slip == "path" and (
+            law.restitution == "stronge" or any(point.coefficients.mu for point in self.touching)
+        )
+        if self.touching and (along or (law.order == "sequential" and in_turn)):
+            return self._hit_stages(along)
+        if not self.touching or law.restitution == "newton":
+            return [self._stage(v, after, self.multipliers, self.impulses)]
+        entries = {point.entry for point in self.touching}
+        pressed = self.workspace.compression.solve_touching(self.impact.q, v, entries)
+        outcome = pressed.outcome
+        if outcome is None or outcome.contacts is None or not pressed.status.obeys_law:
+            raise InputError("derivatives: the compression of this impact has no solution")
+        triples = list(outcome.contacts.impulse.reshape(-1, 3))
+        held = outcome.constraint_impulses
+        back = [all_of - share for all_of, share in zip(self.impulses, triples, strict=True)]
+        compressed = [float(share[2]) for share in triples]
+        middle = pressed.v_after.copy()
+        first = self._stage(v, middle, held, triples)
+        rest = self.multipliers - held if len(held) else held
+        return [first, self._stage(middle, after, rest, back, compressed, first=False)]
+
+    def _hit_stages(self, along_path: bool) -> list[LinearStage]:
+        """What acts freely, then one contact after the other."""
+        law, names = self.scene.law, self.workspace.contact_names
+        nothing = [np.zeros(3)] * len(self.touching)
+        # A load without anything, for the masses.
+        self.builder.load(np.zeros(self.nv), ())
+        hits = follow_hits(
+            law,
+            self.builder.factor(),
+            self.builder.stacked([rows.matrix for rows in self.bilateral]),
+            self.touching,
+            [names[point.entry] for point in self.touching],
+            self.v,
+            self.after,
+            self.multipliers,
+            self.impulses,
+            self.scale,
+        )
+        self.edges += hits.edges
+        stages: list[LinearStage] = [
+            self._stage(self.v, hits.free, hits.free_multipliers, nothing, acting=-1)
+        ]
+        for hit in hits.found:
+            if along_path:
+                stages.append(self._path_stage(hit))
+                continue
+            own = list(nothing)
+            own[hit.point] = hit.impulse
+            if law.restitution == "newton":
+                way = [(hit.start, hit.end, hit.multipliers, own, None)]
+            else:
+                way = self._halves(hit, own)
+            for start, end, multipliers, impulses, compressed in way:
+                stages.append(
+                    self._stage(
+                        start,
+                        end,
+                        multipliers,
+                        impulses,
+                        compressed,
+                        first=False,
+                        acting=hit.point,
+                    )
+                )
+        return stages
+
+    def _path_stage(self, hit: HitFound) -> PathStage:
+        """One contact along the path of its slip."""
+        law, point = self.scene.law, self.touching[hit.point]
+        own = point.coefficients
+        free = point.rows.matrix @ hit.start
+        from_start = law.order == "sequential"
+        before = float(free[2]) if from_start else float(point.rows.matrix[2] @ self.v)
+        found = path_derivative(hit.block, free.tolist(), before, own.e, own.mu, law.restitution)
+        name = self.workspace.contact_names[point.entry]
+        self.edges += [f"{name}: {edge}" for edge in found.edges]
+        by_start, by_before = (
+            self.builder.changes(v, self.touching)[len(self.bilateral) + hit.point]
+            for v in (hit.start, self.v)
+        )
+        none = np.zeros((3, self.nv))
+        impulses = [np.zeros(3)] * len(self.touching)
+        impulses[hit.point] = hit.impulse
+        bare = self._stage(hit.start, hit.end, hit.multipliers, impulses, first=False, acting=-1)
+        return PathStage(
+            bare,
+            hit,
+            self.touching,
+            found,
+            change_of_block(self.builder, hit, self.touching),
+            none if by_start is None else by_start,
+            None if from_start else (none if by_before is None else by_before)[2],
+        )
+
+    def _halves(self, hit: HitFound, own: list[np.ndarray]) -> list[Any]:
+        """Compression and expansion of one hit under Poisson's law."""
+        point = self.touching[hit.point]
+        u = (point.rows.matrix @ hit.start).tolist()
+        size = max(map(abs, u))
+        pressed, _ = coulomb(hit.block, u[0], u[1], u[2], point.coefficients.mu, size)
+        share = np.array(pressed)
+        # Bilateral rows bear and bodies move in proportion to the impulse of one contact.
+        held, middle = hit.at(share)
+        first, back = list(own), list(own)
+        first[hit.point], back[hit.point] = share, hit.impulse - share
+        compressed = [0.0] * len(own)
+        compressed[hit.point] = float(share[2])
+        return [
+            (hit.start, middle, held, first, None),
+            (middle, hit.end, hit.multipliers - held, back, compressed),
+        ]
+
+    def _pulls(
+        self, multipliers: np.ndarray, impulses: Sequence[np.ndarray], *, blows: bool
+    ) -> list[tuple[Rows, np.ndarray]]:
+        """What pulls in a stage: rows with their impulses."""
+        pulls: list[tuple[Rows, np.ndarray]] = []
+        if blows:
+            pulls += zip(self.blows, self.workspace.impulses, strict=True)
+        pulls += self.builder.pulls_of(multipliers)
+        pulls += [
+            (point.rows, impulse)
+            for point, impulse in zip(self.touching, impulses, strict=True)
+            if impulse[2] != 0.0
+        ]
+        return pulls
+
+    def _stage(
+        self,
+        start: np.ndarray,
+        end: np.ndarray,
+        multipliers: np.ndarray,
+        impulses: Sequence[np.ndarray],
+        compressed: list[float] | None = None,
+        *,
+        first: bool = True,
+        acting: int | None = None,
+    ) -> ModeStage:
+        """A stage.
+
+        Args:
+            compressed: the P_n^c that an expansion starts from.
+            first: whether known impulses and imposed velocities act in it.
+            acting: the one touching point that takes part, −1 for none; None for all.
+        """
+        newton = self.scene.law.restitution == "newton"
+        pulls = self._pulls(multipliers, impulses, blows=first)
+        # Before the load, which overwrites what Pinocchio knows of speeds.
+        changes = self.builder.changes(end, self.touching)
+        loads: list[tuple[slice, np.ndarray]] = [
+            (slice(0, self.nv), self.builder.load(end - start, pulls))
+        ]
+        if first:
+            columns = self.workspace.blow_columns.values()
+            loads += [
+                (where, rows.matrix.T) for where, rows in zip(columns, self.blows, strict=True)
+            ]
+        modes = self._modes(start, end, impulses, newton, compressed, acting)
+        return self.builder.stage(
+            loads, start, end, changes, self.touching, modes, first=first, newton=newton
+        )
+
+    def _modes(
+        self,
+        start: np.ndarray,
+        end: np.ndarray,
+        impulses: Sequence[np.ndarray],
+        newton: bool,
+        compressed: list[float] | None,
+        acting: int | None,
+    ) -> list[ContactMode]:
+        names = self.workspace.contact_names
+        modes: list[ContactMode] = []
+        if not self.touching:
+            return modes
+        per_mass = 1.0 / self.builder.masses.diagonal()
+        for i, point in enumerate(self.touching):
+            if acting is not None and i != acting:
+                modes.append(PARTED)
+                continue
+            own, rows = point.coefficients, point.rows.matrix
+            shifted = rows.dot(end)
+            if newton and own.e_t and own.mu > 0.0:
+                shifted[:2] += own.e_t * rows[:2].dot(start)
+            if newton and own.e:
+                shifted[2] += own.e * min(float(rows[2].dot(start)), 0.0)
+            # Mobility without the coupling of joints: of the size of W, from below.
+            mobility = (rows * rows).dot(per_mass)
+            mode = found_mode(
+                impulses[i],
+                shifted,
+                own.mu,
+                mobility,
+                self.scale,
+                names[point.entry],
+                own.e if compressed else 0.0,
+                compressed[i] if compressed else 0.0,
+            )
+            self.edges += mode.edges
+            modes.append(mode)
+        return modes
+
+    def result(self) -> Derivatives:
+        """All derivatives."""
+        passed = pass_through(
+            self.stages,
+            self.touching,
+            self.workspace.columns(tuple(point.entry for point in self.touching)),
+            len(self.multipliers),
+        )
+        if _is_split_open(self.impact):
+            passed.consistent = np.zeros(passed.columns.width, dtype=bool)
+        return told(
+            self.impact,
+            self.workspace,
+            passed,
+            self.touching,
+            self.bilateral,
+            self.stages[0].null,
+            tuple(dict.fromkeys(self.edges)),
+            self.by_inertia,
+        )
+
+    def by_inertia(self, joint_id: int) -> np.ndarray:
+        """(nv, 10) ∂v⁺ by the dynamic parameters of a joint's body."""
+        loads: list[Loads] = []
+        for stage in self.stages:
+            own = inertia_regressor(self.workspace, self.q, stage.velocity_change, joint_id)
+            parts = [(slice(0, 10), -own)]
+            if isinstance(stage, PathStage):
+                parts += [
+                    (slice(0, 10), -inertia_regressor(self.workspace, self.q, x.copy(), joint_id))
+                    for x in stage.unit_changes
+                ]
+            loads.append(parts)
+        count = len(self.multipliers)
+        passed = pass_through(self.stages, self.touching, Columns(10, loads=loads), count)
+        if passed.velocity is None:
+            raise InputError("derivatives: no stage")
+        return passed.velocity
