@@ -14,7 +14,8 @@ import numpy as np
 from .borrowed import borrowing
 from .compiled import compiled, entry
 from .status import BY_CODE, Status
-from .wave_changes import change, choose_slips
+from .wave_changes import change
+from .wave_slips import choose_slips
 from .wave_state import HELD, LOADS, OPEN, Array, Wave
 from .wave_state import wave as new_wave
 from .wave_steps import AT_REST, FIRST, adaptive_step, choose_lead, longest_step

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from .borrowed import borrowing
-from .path import outgoing
-from .wave_holds import acceleration, direction, hold
+from .wave_creep import creep
+from .wave_holds import direction, hold
 from .wave_state import (
     CREEPS,
     HELD,
@@ -33,8 +33,6 @@ __all__ = [
 SHALLOW = 1e-20
 # Forces rise or fall over this time [in units of the impact] where their rate is asked for.
 AHEAD = 1e-6
-# How often contacts that creep take turns to find their directions.
-SWEEPS = 12
 
 
 @borrowing
@@ -172,32 +170,4 @@ def spread(w: Wave) -> None:
                 solved += 2
     w.solved[0] = solved
     hold(w)
-    _creep(w)
-
-
-@borrowing
-def _creep(w: Wave) -> None:
-    """Friction of what creeps: against the direction in which it then is accelerated."""
-    n = len(w.kappa)
-    count = 0
-    for i in range(n):
-        count += w.slip[i] == CREEPS
-    if count == 0:
-        return
-    # Those that feel each other take turns.
-    for _ in range(1 if count == 1 else SWEEPS):
-        for i in range(n):
-            if w.slip[i] != CREEPS:
-                continue
-            t, force = w.tangent[i], float(w.force[w.normal[i]])
-            w.force[t], w.force[t + 1] = 0.0, 0.0
-            if not force > 0.0:
-                continue
-            hold(w)
-            n1, n2 = acceleration(w, int(t)), acceleration(w, int(t) + 1)
-            b11, b12, b22 = w.give[i, 0], w.give[i, 1], w.give[i, 2]
-            s1, s2 = float(w.way[i, 0]), float(w.way[i, 1])
-            if n1 != 0.0 or n2 != 0.0:
-                s1, s2 = outgoing((b11, b12, b22, n1 / force, n2 / force, 1.0), float(w.mu[i]))
-            w.force[t], w.force[t + 1] = -w.mu[i] * force * s1, -w.mu[i] * force * s2
-            hold(w)
+    creep(w)

@@ -54,7 +54,10 @@ class Wave(NamedTuple):
         power: (1,) n.
         mode, slip: (n,) along the normal and along the tangents.
         way: (n, 2) the direction of slip where it began.
-        give: (n, 3) W of the tangents, 11, 12 and 22, of a contact that creeps.
+        drift: (n,) what was left of the slip, beyond rest, when it began from there (<= 0).
+        creeping: (n,) the contacts that creep together. pulls: (r, r + 1) how their friction
+            accelerates them, and in the column behind it how they are without.
+        rested: (n,) what stuck before some began to slip. guess: (n, 2) against its friction.
         y: P by row (r), δ by contact (n), and where any rubs the work of friction (n).
         u: (r,) velocity. force: (r,) dP/dt.
         began, loaded: (n,) E where the loading at hand began; all that was loaded so far.
@@ -79,7 +82,11 @@ class Wave(NamedTuple):
     mode: Integers
     slip: Integers
     way: Matrix
-    give: Matrix
+    drift: Array
+    creeping: Integers
+    pulls: Matrix
+    rested: Integers
+    guess: Matrix
     y: Array
     u: Array
     force: Array
@@ -117,7 +124,11 @@ def wave(n: int, r: int) -> Wave:
         np.zeros(n, dtype=np.int64),
         np.zeros(n, dtype=np.int64),
         np.zeros((n, 2)),
-        np.zeros((n, 3)),
+        np.zeros(n),
+        np.zeros(n, dtype=np.int64),
+        np.zeros((r, r + 1)),
+        np.zeros(n, dtype=np.int64),
+        np.zeros((n, 2)),
         np.zeros(m),
         np.zeros(r),
         np.zeros(r),

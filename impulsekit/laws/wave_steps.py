@@ -10,10 +10,12 @@ import math
 from .borrowed import borrowing
 from .dop853 import ERROR_3, ERROR_5, FROM, NODES, STAGES, WEIGHTS
 from .wave import any_held, force_rate, rates, smooth_rates, velocities
-from .wave_changes import IN_CONE, RISES
+from .wave_changes import RISES
 from .wave_holds import acceleration
+from .wave_slips import IN_CONE
 from .wave_state import (
     CREEPS,
+    FAINT,
     HELD,
     LOADS,
     NONE,
@@ -82,8 +84,13 @@ def choose_lead(w: Wave, step: float) -> None:
 
 @borrowing
 def longest_step(w: Wave) -> float:
-    """How far a step may go: not beyond what a parting or closing contact allows."""
+    """How far a step may go: not beyond what a parting or closing contact allows, nor a slip.
+
+    A slip that slows down might end, and come back, within one step: it goes to where its line
+    ends, which is Newton's iteration to its first zero.
+    """
     r = len(w.free)
+    rubs = r > len(w.kappa)
     longest, still = math.inf, True
     lead, leads = w.lead[0], 0.0
     if lead >= 0 and w.pace[0] < 0.0:
@@ -98,6 +105,8 @@ def longest_step(w: Wave) -> float:
                 longest = min(longest, depth / rate if whole else NEARER * depth / rate)
         elif w.mode[i] == HELD:
             still = still and w.force[w.normal[i]] == 0.0
+        if rubs and w.slip[i] == SLIPS:
+            longest = min(longest, _line_of_slip(w, i))
     if still:
         # Free flight to the next contact.
         for i in range(len(w.kappa)):
@@ -105,6 +114,17 @@ def longest_step(w: Wave) -> float:
             if un < -AT_REST and depth < 0.0:
                 longest = min(longest, -depth / -un * (1.0 + BEYOND))
     return longest
+
+
+@borrowing
+def _line_of_slip(w: Wave, i: int) -> float:
+    """When the slip of contact i would end at the rate it has; infinity where it does not fall."""
+    t = w.tangent[i]
+    speed = w.u[t] * w.way[i, 0] + w.u[t + 1] * w.way[i, 1]
+    rate = acceleration(w, int(t)) * w.way[i, 0] + acceleration(w, int(t) + 1) * w.way[i, 1]
+    if rate >= 0.0 or speed <= FAINT:
+        return math.inf
+    return float(-speed / rate)
 
 
 @borrowing
@@ -214,8 +234,8 @@ def _left(w: Wave, which: int) -> float:
             return float(-un)
         if mode == UNLOADS:
             return float(un)
-        if mode == OPEN and w.y[r + i] < 0.0:
-            return float(-depth) if un < 0.0 else math.inf
+        if mode == OPEN and w.y[r + i] <= 0.0:
+            return float(-depth)
         if mode == HELD:
             return float(w.force[w.normal[i]])
         return math.inf
@@ -229,7 +249,7 @@ def _left(w: Wave, which: int) -> float:
     if t < 0 or w.mode[i] == OPEN:
         return math.inf
     if w.slip[i] == SLIPS:
-        return float(w.u[t] * w.way[i, 0] + w.u[t + 1] * w.way[i, 1])
+        return float(w.u[t] * w.way[i, 0] + w.u[t + 1] * w.way[i, 1] - w.drift[i])
     if w.slip[i] == CREEPS:
         # Along its friction it is accelerated, as long as it could not stick.
         force = w.mu[i] * w.force[w.normal[i]]
@@ -257,7 +277,7 @@ def _first_crossed(w: Wave) -> int:
                 left = -un
         elif mode == UNLOADS:
             left = un
-        elif mode == HELD or (y[r + i] < 0.0 and trial[r + i] > 0.0):
+        elif mode == HELD or (y[r + i] <= 0.0 and trial[r + i] > 0.0):
             left = _left(w, i)
         if left < -_SMALL and left < most:
             found, most = i, left

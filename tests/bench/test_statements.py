@@ -67,3 +67,21 @@ def test_slow_slip_of_a_contact_that_holds_has_its_direction():
     """Slip at 4 % of the velocities before: what is left of the law turns it by much more."""
     [state] = [p for p in solved_case(("statement-adhesion", 2, 333, 57)) if p.state == 2]
     assert state.verdict == "right" and state.error < 1e-13
+
+
+@pytest.mark.parametrize(
+    ("place", "repeat", "state"),
+    [(3, 223, 5), (2, 360, 4), (1, 262, 4), (2, 54, 5), (3, 125, 2), (3, 141, 2)],
+    ids=["slip passed over", "met again", "rod", "held", "box", "three corners"],
+)
+def test_changes_within_one_step_or_at_several_points_at_once(place, repeat, state, monkeypatch):
+    """What ends and comes back within one step; dependent points that start together."""
+    drawn, energetic, follow = [], paths.energetic, paths.follow_in_time
+    monkeypatch.setattr(paths, "energetic", lambda *args: drawn.append(0) or energetic(*args))
+    # The states before it are drawn alone.
+    monkeypatch.setattr(
+        paths, "follow_in_time", lambda planar: follow(planar) if len(drawn) > state else None
+    )
+    monkeypatch.setattr(statements, "STATES", state + 1)
+    found = solved_case(("statement-path", place, repeat, 0))[state]
+    assert found.verdict == "right" and found.error < 1e-9
