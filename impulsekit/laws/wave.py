@@ -151,9 +151,10 @@ def force_rate(w: Wave, y: Array, i: int) -> float:
 @borrowing
 def spread(w: Wave) -> None:
     """From the normal forces of what gives way to all others: friction, and what is held."""
-    solved = 0
+    solved, creeps = 0, False
     for i in range(len(w.kappa)):
         row, mode = w.normal[i], w.mode[i]
+        creeps = creeps or w.slip[i] == CREEPS
         force = w.force[row]
         if mode == HELD:
             w.force[row] = 0.0
@@ -170,4 +171,5 @@ def spread(w: Wave) -> None:
                 solved += 2
     w.solved[0] = solved
     hold(w)
-    creep(w)
+    if creeps:
+        creep(w)

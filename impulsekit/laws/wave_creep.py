@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 
-from .borrowed import borrowing
+from .borrowed import borrowed, borrowing
+from .compiled import entry
 from .dense import factorize, solve_factorized
 from .path import outgoing
 from .wave_holds import acceleration, hold
-from .wave_state import CREEPS, Wave
+from .wave_state import CREEPS, Wave, wave
 
 __all__ = ["creep"]
 
@@ -18,37 +19,42 @@ SWEEPS = 12
 ARRIVED, MOST_TURN, MOST_TURNS = 1e-14, 0.5, 30
 
 
-@borrowing
-def creep(w: Wave) -> None:
-    """Friction of what creeps: against the direction in which it then is accelerated."""
-    n, count = len(w.kappa), 0
-    for i in range(n):
-        count += w.slip[i] == CREEPS
-    if count == 0:
-        return
+def _examples() -> tuple[object, ...]:
+    return (wave(1, 3),)
+
+
+@entry(_examples, seconds=5.0, apart=True)
+def creep(w: Wave) -> int:
+    """Friction of what creeps, against the direction in which it then is accelerated; how many."""
+    w = borrowed(w)
     count = _lay_out(w)
-    if count == 1:
-        _direct(w, 0, count)
-    elif not _together(w, count):
+    if count == 1 or not _together(w, count):
         # Those that feel each other take turns.
-        for _ in range(SWEEPS):
+        for _ in range(1 if count == 1 else SWEEPS):
             for a in range(count):
                 _direct(w, a, count)
     for a in range(count):
-        i = w.creeping[a]
+        i = _creeping(w, a)
         t, force = w.tangent[i], w.mu[i] * w.force[w.normal[i]]
         w.force[t], w.force[t + 1] = -force * w.way[i, 0], -force * w.way[i, 1]
     hold(w)
+    return count
+
+
+@borrowing
+def _creeping(w: Wave, a: int) -> int:
+    """The contact that is number a of those that creep."""
+    return int(w.rows[len(w.free) + a])
 
 
 @borrowing
 def _direct(w: Wave, a: int, count: int) -> None:
     """The direction of one, beside the friction of the others."""
-    i, k = w.creeping[a], 2 * a
+    i, k = _creeping(w, a), 2 * a
     n1, n2 = float(w.pulls[k, 2 * count]), float(w.pulls[k + 1, 2 * count])
     for b in range(count):
         if b != a:
-            j = w.creeping[b]
+            j = _creeping(w, b)
             f = w.mu[j] * w.force[w.normal[j]]
             n1 -= f * (w.pulls[k, 2 * b] * w.way[j, 0] + w.pulls[k, 2 * b + 1] * w.way[j, 1])
             n2 -= f * (
@@ -71,11 +77,11 @@ def _together(w: Wave, count: int) -> bool:
     """
     for _ in range(MOST_TURNS):
         for a in range(count):
-            i = w.creeping[a]
+            i = _creeping(w, a)
             s1, s2 = float(w.way[i, 0]), float(w.way[i, 1])
             a1, a2 = float(w.pulls[2 * a, 2 * count]), float(w.pulls[2 * a + 1, 2 * count])
             for b in range(count):
-                j = w.creeping[b]
+                j = _creeping(w, b)
                 f1 = w.mu[j] * w.force[w.normal[j]] * w.way[j, 0]
                 f2 = w.mu[j] * w.force[w.normal[j]] * w.way[j, 1]
                 b11, b12 = w.pulls[2 * a, 2 * b], w.pulls[2 * a, 2 * b + 1]
@@ -108,26 +114,22 @@ def _lay_out(w: Wave) -> int:
             t = w.tangent[i]
             w.force[t], w.force[t + 1] = 0.0, 0.0
             if w.force[w.normal[i]] > 0.0:
-                w.creeping[count] = i
+                w.rows[len(w.free) + count] = i
                 count += 1
-    hold(w)
-    rows, last = 2 * count, 2 * count
-    for a in range(rows):
-        w.pulls[a, last] = acceleration(w, int(w.tangent[w.creeping[a // 2]] + a % 2))
-    for b in range(rows):
-        column = w.tangent[w.creeping[b // 2]] + b % 2
-        if w.solved[0] > 0:
-            w.force[column] = 1.0
-            hold(w)
+    rows = 2 * count
+    # First the forces without what creeps, then each of its forces alone.
+    for b in range(-1, rows):
+        if b >= 0:
+            w.force[w.tangent[_creeping(w, b // 2)] + b % 2] = 1.0
+        hold(w)
         for a in range(rows):
-            row = w.tangent[w.creeping[a // 2]] + a % 2
-            if w.solved[0] > 0:
-                w.pulls[a, b] = acceleration(w, int(row)) - w.pulls[a, last]
+            rate = acceleration(w, int(w.tangent[_creeping(w, a // 2)] + a % 2))
+            if b < 0:
+                w.pulls[a, rows] = rate
             else:
-                w.pulls[a, b] = w.W[row, column]
-        if w.solved[0] > 0:
-            w.force[column] = 0.0
-            hold(w)
+                w.pulls[a, b] = rate - w.pulls[a, rows]
+        if b >= 0:
+            w.force[w.tangent[_creeping(w, b // 2)] + b % 2] = 0.0
     return count
 
 
@@ -135,7 +137,7 @@ def _lay_out(w: Wave) -> int:
 def _turn(w: Wave, count: int, share: float) -> None:
     """Turn the directions by so much of the angles in ``w.right``."""
     for a in range(count):
-        i, angle = w.creeping[a], share * w.right[a]
+        i, angle = _creeping(w, a), share * w.right[a]
         c, s = math.cos(angle), math.sin(angle)
         s1, s2 = float(w.way[i, 0]), float(w.way[i, 1])
         w.way[i, 0], w.way[i, 1] = c * s1 - s * s2, s * s1 + c * s2

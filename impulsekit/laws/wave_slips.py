@@ -84,7 +84,7 @@ def _go(w: Wave, i: int) -> None:
     t = w.tangent[i]
     u1, u2 = float(w.u[t]), float(w.u[t + 1])
     speed = math.sqrt(u1 * u1 + u2 * u2)
-    w.slip[i], w.drift[i] = SLIPS, 0.0
+    w.slip[i], w.way[i, 2] = SLIPS, 0.0
     w.way[i, 0], w.way[i, 1] = u1 / speed, u2 / speed
 
 
@@ -131,36 +131,30 @@ def settle(w: Wave, at: int) -> None:
 @borrowing
 def _note_rest(w: Wave) -> None:
     """What sticks, and the directions against its friction."""
+    r = len(w.free)
     for i in range(len(w.kappa)):
-        w.rested[i] = 0
+        w.pulls[i, r + 1] = 0.0
         if w.slip[i] == STICKS:
             t = w.tangent[i]
             pull = math.sqrt(w.force[t] ** 2 + w.force[t + 1] ** 2)
             if pull > 0.0:
-                w.rested[i] = 1
-                w.guess[i, 0], w.guess[i, 1] = -w.force[t] / pull, -w.force[t + 1] / pull
+                w.pulls[i, r + 1] = 1.0
+                w.pulls[i, r + 2], w.pulls[i, r + 3] = -w.force[t] / pull, -w.force[t + 1] / pull
 
 
 @borrowing
 def _start_together(w: Wave) -> None:
-    """What began to slip while the others still held it in part: all creep from rest together."""
-    n, found, count = len(w.kappa), False, 0
-    for i in range(n):
-        began = w.rested[i] == 1 and (w.slip[i] == SLIPS or w.slip[i] == CREEPS)
-        count += began
-        found = found or (began and w.slip[i] == SLIPS and w.mode[i] != HELD)
-    if not found or count < 2:
+    """What began to slip while others still held it in part, and do no more: all creep."""
+    began, sticks, r = 0, 0, len(w.free)
+    for i in range(len(w.kappa)):
+        began += w.pulls[i, r + 1] == 1.0 and w.slip[i] != STICKS
+        sticks += w.slip[i] == STICKS
+    if began < 2 or sticks > 0:
         return
-    for i in range(n):
-        if w.rested[i] == 0 or w.mode[i] == HELD or not w.force[w.normal[i]] > 0.0:
-            continue
-        if w.slip[i] == SLIPS:
-            _, _, b11, b12, b22 = _free_of(w, i)
-            w.slip[i] = SLIPS
-            if b11 * b22 - b12 * b12 > STILL * b11 * b22:
-                w.slip[i] = CREEPS
-        if w.slip[i] == CREEPS:
-            w.way[i, 0], w.way[i, 1] = w.guess[i, 0], w.guess[i, 1]
+    for i in range(len(w.kappa)):
+        if w.pulls[i, r + 1] == 1.0 and w.mode[i] != HELD and w.force[w.normal[i]] > 0.0:
+            w.slip[i] = CREEPS
+            w.way[i, 0], w.way[i, 1] = w.pulls[i, r + 2], w.pulls[i, r + 3]
     find_forces(w, w.y)
 
 
@@ -240,7 +234,7 @@ def _start_slip(w: Wave, i: int) -> None:
         if force > 0.0 and w.mode[i] != HELD and b11 * b22 - b12 * b12 > STILL * b11 * b22:
             w.slip[i] = CREEPS
     w.way[i, 0], w.way[i, 1] = s1, s2
-    w.drift[i] = min(float(w.u[t] * s1 + w.u[t + 1] * s2), 0.0)
+    w.way[i, 2] = min(float(w.u[t] * s1 + w.u[t + 1] * s2), 0.0)
     find_forces(w, w.y)
     if w.slip[i] == CREEPS:
         w.way[i, 0] = -w.force[t] / (w.mu[i] * force)

@@ -53,16 +53,17 @@ class Wave(NamedTuple):
         e2: (n,) e². mu: (n,) friction.
         power: (1,) n.
         mode, slip: (n,) along the normal and along the tangents.
-        way: (n, 2) the direction of slip where it began.
-        drift: (n,) what was left of the slip, beyond rest, when it began from there (<= 0).
-        creeping: (n,) the contacts that creep together. pulls: (r, r + 1) how their friction
-            accelerates them, and in the column behind it how they are without.
-        rested: (n,) what stuck before some began to slip. guess: (n, 2) against its friction.
+        way: (n, 3) the direction of slip where it began; what was left of it, beyond rest, when
+            it began from there (<= 0).
+        pulls: (r, r + 4) how friction of what creeps together accelerates it, and how it is
+            without in the column behind; the last three by contact: whether it stuck before some
+            began to slip, and the direction against its friction then.
         y: P by row (r), δ by contact (n), and where any rubs the work of friction (n).
         u: (r,) velocity. force: (r,) dP/dt.
         began, loaded: (n,) E where the loading at hand began; all that was loaded so far.
         matrix, right, order: room for what sticks or is held.
-        rows: (r,) those rows. solved: (1,) how many. redundant: (1,) whether they depend.
+        rows: (r + n,) those rows, and behind r the contacts that creep.
+        solved: (1,) how many. redundant: (1,) whether they depend.
         load: (n,) the normal force of what is held, before the step.
         share: (n,) by how much less than its cone allows a contact takes of what is shared.
         stages, trial, error: room of a step.
@@ -82,11 +83,7 @@ class Wave(NamedTuple):
     mode: Integers
     slip: Integers
     way: Matrix
-    drift: Array
-    creeping: Integers
     pulls: Matrix
-    rested: Integers
-    guess: Matrix
     y: Array
     u: Array
     force: Array
@@ -123,12 +120,8 @@ def wave(n: int, r: int) -> Wave:
         np.zeros(1),
         np.zeros(n, dtype=np.int64),
         np.zeros(n, dtype=np.int64),
-        np.zeros((n, 2)),
-        np.zeros(n),
-        np.zeros(n, dtype=np.int64),
-        np.zeros((r, r + 1)),
-        np.zeros(n, dtype=np.int64),
-        np.zeros((n, 2)),
+        np.zeros((n, 3)),
+        np.zeros((r, r + 4)),
         np.zeros(m),
         np.zeros(r),
         np.zeros(r),
@@ -137,7 +130,7 @@ def wave(n: int, r: int) -> Wave:
         np.zeros((r, r)),
         np.zeros(r),
         np.zeros(r, dtype=np.int64),
-        np.zeros(r, dtype=np.int64),
+        np.zeros(r + n, dtype=np.int64),
         np.zeros(1, dtype=np.int64),
         np.zeros(1, dtype=np.int64),
         np.zeros(n),

@@ -249,7 +249,7 @@ def _left(w: Wave, which: int) -> float:
     if t < 0 or w.mode[i] == OPEN:
         return math.inf
     if w.slip[i] == SLIPS:
-        return float(w.u[t] * w.way[i, 0] + w.u[t + 1] * w.way[i, 1] - w.drift[i])
+        return float(w.u[t] * w.way[i, 0] + w.u[t + 1] * w.way[i, 1] - w.way[i, 2])
     if w.slip[i] == CREEPS:
         # Along its friction it is accelerated, as long as it could not stick.
         force = w.mu[i] * w.force[w.normal[i]]
