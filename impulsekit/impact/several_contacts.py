@@ -29,6 +29,7 @@ __all__ = ["SeveralContactsJump", "outcome_of_some", "shortest_way"]
 
 # Time that one call saves against ``ConstrainedJump`` [s], about: compiling waits until it pays.
 SAVED = 2e-5
+_GAIN = int(Status.ENERGY_GAIN)
 
 
 class SeveralContactsJump:
@@ -63,7 +64,8 @@ class SeveralContactsJump:
         given = data.U.T, data.D, rows, v, self._coefficients, self._restitution
         found = strike_in_turn(*given, self._slip) if self._in_turn else strike_at_once(*given)
         code, residual, off, fastest = found[:4]
-        if code == AGAIN:
+        if code in (AGAIN, _GAIN):
+            # Another answer may gain no energy.
             return self._general.solve(q, v)
         if not self._general.contacts.is_near(residual, off, fastest):
             return self._general.solve(q, v, known=self._solution(found))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container
 from dataclasses import replace
-from math import isfinite
+from math import hypot
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -123,13 +123,11 @@ class _Workspace:
         if (
             q.shape != self._q_shape
             or v.shape != self._v_shape
-            # One number that is not finite makes a scalar product so, too.
+            # One number that is not finite makes this so, too; it does not overflow by squares.
+            or not hypot(*q.tolist(), *v.tolist()) <= state.LARGEST
             or (
-                not isfinite(q.dot(q))
-                or not isfinite(v.dot(v))
-                or not pin.isNormalized(self._model, q, state.QUATERNION_TOLERANCE)
-                if self._has_unit_entries
-                else not isfinite(q.dot(v))
+                self._has_unit_entries
+                and not pin.isNormalized(self._model, q, state.QUATERNION_TOLERANCE)
             )
         ):
             q = state.checked_configuration(self._model, q)

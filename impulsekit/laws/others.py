@@ -63,7 +63,7 @@ def find_answers(
     """What is known, how many answers there are, how many of them are others, and if split.
 
     The others, with velocities that neither ``shown`` nor another has and no gain of energy, are
-    the first in ``found``. They are split where all have one velocity at the end of their
+    the first in ``found`` and ``pressed``. They are split where all have one velocity at the end of their
     compression, and only the shares of its load differ.
 
     Args:
@@ -124,7 +124,7 @@ def find_answers(
         how = TOO_MANY
     start = before if restitution == NEWTON else free
     split = releases and _is_split(W, count, found, pressed, scale)
-    others = _others_first(W, shown, start, free, scale, found, count)
+    others = _others_first(W, shown, start, free, scale, found, pressed, count)
     return how, count, others, split
 
 
@@ -288,6 +288,7 @@ def _others_first(
     free: np.ndarray,
     scale: float,
     found: np.ndarray,
+    pressed: np.ndarray,
     count: int,
 ) -> int:
     """Bring the answers with velocities of their own and no gain of energy to the front."""
@@ -301,6 +302,7 @@ def _others_first(
             for k in range(len(P)):
                 found[one, k] = found[others, k]
                 found[others, k] = P[k]
+                pressed[one, k], pressed[others, k] = pressed[others, k], pressed[one, k]
             others += 1
     return others
 

@@ -12,6 +12,7 @@ import pinocchio as pin
 from ..errors import (
     InputError,
     NotFiniteError,
+    RangeError,
     ShapeError,
     StateError,
     UnknownNameError,
@@ -19,6 +20,7 @@ from ..errors import (
 )
 
 __all__ = [
+    "LARGEST",
     "QUATERNION_TOLERANCE",
     "checked_configuration",
     "checked_velocity",
@@ -28,6 +30,8 @@ __all__ = [
 
 # How far a quaternion or a (cos, sin) pair may be off unit length.
 QUATERNION_TOLERANCE = 1e-6
+# Beyond this energies and other products of a solve would overflow.
+LARGEST = 1e100
 
 
 def configuration(model: pin.Model, values: Mapping[str, Any]) -> np.ndarray:
@@ -56,10 +60,10 @@ def velocity(model: pin.Model, values: Mapping[str, Any]) -> np.ndarray:
 
 
 def checked_configuration(model: pin.Model, q: Any) -> np.ndarray:
-    """A copy of q as (nq,) floats, proved finite and on its manifold.
+    """A copy of q as (nq,) floats, proved finite, at most LARGEST, and on its manifold.
 
     Raises:
-        ShapeError, NotFiniteError, StateError: each names the joint.
+        ShapeError, NotFiniteError, RangeError, StateError: each names the joint.
     """
     q = _vector(q, model.nq, "configuration q")
     _check_finite(model, q, "configuration q", "idx_q", "nq")
@@ -69,7 +73,7 @@ def checked_configuration(model: pin.Model, q: Any) -> np.ndarray:
 
 
 def checked_velocity(model: pin.Model, v: Any) -> np.ndarray:
-    """A copy of v as (nv,) floats, proved finite."""
+    """A copy of v as (nv,) floats, proved finite and at most LARGEST."""
     v = _vector(v, model.nv, "velocity v")
     _check_finite(model, v, "velocity v", "idx_v", "nv")
     return v
@@ -139,7 +143,7 @@ def _no_numbers(value: Any, size: int, what: str) -> NotFiniteError:
 
 
 def _check_finite(model: pin.Model, vector: np.ndarray, what: str, start: str, count: str) -> None:
-    bad = np.flatnonzero(~np.isfinite(vector))
+    bad = np.flatnonzero(~(np.abs(vector) <= LARGEST))
     if bad.size:
         index = int(bad[0])
         name = next(
@@ -147,7 +151,11 @@ def _check_finite(model: pin.Model, vector: np.ndarray, what: str, start: str, c
             for name, joint in zip(model.names, model.joints, strict=True)
             if getattr(joint, start) <= index < getattr(joint, start) + getattr(joint, count)
         )
-        raise NotFiniteError.of(what, f'entry {index} (joint "{name}")', vector[index])
+        where = f'entry {index} (joint "{name}")'
+        if math.isfinite(vector[index]):
+            allowed = f"-{LARGEST:g} to {LARGEST:g}"
+            raise RangeError.of(f"{what}: {where}", float(vector[index]), allowed)
+        raise NotFiniteError.of(what, where, vector[index])
 
 
 def _off_unit(model: pin.Model, q: np.ndarray) -> StateError:

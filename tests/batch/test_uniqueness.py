@@ -61,3 +61,14 @@ def test_rows_of_redundant_contacts_in_space_are_told_as_by_solve(restitution):
         law = ik.Law(restitution=restitution)
         scene = ik.Scene(robot, contacts=contacts, law=law)
         agree(scene, robot.neutral(), rng.normal(size=(8, robot.nv)))
+
+
+def test_rows_show_answers_without_a_gain_of_energy_as_solve_does():
+    scene, v, _ = bodies_in_a_plane(5041, frictions=(0.0, 1.0, 3.0, 10.0))
+    rows = v * np.linspace(0.99, 1.01, 40)[:, None]
+    batch = ik.solve_batch(scene, scene.robot.neutral(), rows)
+    for row in (0, 39):
+        impact = ik.solve(scene, scene.robot.neutral(), rows[row])
+        assert ik.Status(batch.status[row]) is impact.status is ik.Status.MANY_SOLUTIONS
+        assert np.allclose(batch.v_after[row], impact.v_after, rtol=0, atol=1e-14)
+    assert not (batch.status == ik.Status.ENERGY_GAIN).any()

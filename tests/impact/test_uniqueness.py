@@ -58,6 +58,7 @@ def test_no_answer_is_called_solved_where_fractions_find_another():
         impact = ik.solve(scene, scene.robot.neutral(), v)
         lawful = [after for after, gains in all_after(problem) if not gains]
         if impact.status is ik.Status.ENERGY_GAIN:
+            assert not lawful
             continue
         size = np.abs(v).max()
         if not lawful:

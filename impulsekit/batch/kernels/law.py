@@ -19,6 +19,7 @@ __all__ = ["memory", "solved"]
 # Beyond this many times what rounding leaves, ``solve`` refines.
 ROUGH = 10.0 * FINE
 _SOLVED, _NOT_UNIQUE = int(Status.SOLVED), int(Status.NOT_UNIQUE)
+_GAIN = int(Status.ENERGY_GAIN)
 
 
 @built_in
@@ -55,7 +56,8 @@ def solved(count, posed, digits, space, work):
         code, residual = newton(work, W, before, free, es, ets, count, care)
     else:
         code, residual = poisson(work, W, free, es, count, care)
-    if code in LEFT or (not smooth and residual > ROUGH):
+    # Of answers that gain energy ``solve`` looks for others.
+    if code in LEFT or (not smooth and (residual > ROUGH or code == _GAIN)):
         return AGAIN
     for k in range(3 * count):
         P[k] = work.P[k]

@@ -182,7 +182,7 @@ def judged(
             different.append(one)
     if not told.valid:
         status = told.status
-        if len(different) == 1 and status not in ("ENERGY_GAIN",):
+        if len(different) == 1 or (different and status == "ENERGY_GAIN"):
             status += " though one exists"
         return status, "said so", math.nan, 1.0, math.nan
     nearest = min(

@@ -34,7 +34,8 @@ CLOSED_FORM = "one contact, solved in closed form"
 
 RULE = (
     "the one reached from sticking: all contacts are held still first, and what cannot hold is "
-    "let go; an answer in which nothing slips is shown wherever there is one"
+    "let go; an answer in which nothing slips is shown wherever there is one. Where that one gains "
+    "energy it is the one of least energy among those that do not"
 )
 RULE_OF_PARTING = "a contact that parts gets no impulse"
 RULE_OF_TIES = "of contacts that are alike in speed and all else, the first entry is hit first"

@@ -27,7 +27,7 @@ def solve_simultaneous(problem: ContactProblem, law: Law) -> ContactSolution:
             NEWTON if newton else POISSON,
         )
     )
-    return ContactSolution(
+    solution = ContactSolution(
         hit.impulse,
         hit.after,
         hit.status,
@@ -37,3 +37,8 @@ def solve_simultaneous(problem: ContactProblem, law: Law) -> ContactSolution:
         hit.normal_work,
         hit.friction_work,
     )
+    if hit.status is Status.ENERGY_GAIN and len(problem.friction) > 1 and problem.friction.any():
+        from .quiet import without_gain
+
+        return without_gain(problem, solution, newton=newton)
+    return solution
