@@ -121,10 +121,14 @@ def batch_inputs(
     if len(arrays["q"]) == 1:
         state.checked_configuration(robot.model, arrays["q"][0])
     if len(arrays["v"]) == 1:
-        state.checked_velocity(robot.model, arrays["v"][0])
+        v = state.checked_velocity(robot.model, arrays["v"][0])
+        if scene.held or scene.contacts:
+            state.refuse_overflow(v)
     if len(arrays["impulses"]) == 1 and not np.isfinite(arrays["impulses"]).all():
         raise NotFiniteError.of("impulses", "an entry", "a NaN or an infinity")
     codes = np.zeros(size, dtype=np.int8)
+    if scene.held or scene.contacts:
+        arrays["v"] = _not_too_fast(arrays["v"], codes)
     for name, low, high, allowed, harmless in (
         ("restitution", 0.0, 1.0, "0 to 1", 0.0),
         ("friction", 0.0, np.inf, "0 or more", 0.0),
@@ -167,6 +171,15 @@ def _mark(
     codes[bad & ~np.isfinite(array).all(axis=1)] = int(Status.NOT_FINITE)
     # The kernels compute every lane; a coefficient that is out of range must not make them fail.
     array[bad] = harmless
+
+
+def _not_too_fast(v: np.ndarray, codes: np.ndarray) -> np.ndarray:
+    """v, its rows at rest that no law of contact can multiply; these are noted."""
+    if v.max() <= state.FASTEST and v.min() >= -state.FASTEST:
+        return v
+    bad = np.isfinite(v).all(axis=1) & (np.abs(v).max(axis=1) > state.FASTEST)
+    codes[bad] = int(Status.OUT_OF_RANGE)
+    return np.where(bad[:, None], 0.0, v)
 
 
 def _matrix(values: Any, width: int, what: str) -> np.ndarray:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..errors import RangeError
 from ..scene import AppliedImpulse
 from ..tolerances import NONZERO
 from .named import ByName
@@ -45,7 +47,23 @@ class Energy:
 
 
 def energy_books(impact: Impact) -> Energy:
-    """The energy of an impact by entry."""
+    """The energy of an impact by entry.
+
+    Raises:
+        RangeError: velocities so large that their energy is no double.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        books = _books(impact)
+    numbers = (books.before, books.after, books.change, books.of_lost_velocities)
+    if not all(map(math.isfinite, (*numbers, *books.work.values()))):
+        largest = float(max(np.abs(impact.v_before).max(), np.abs(impact.v_after).max()))
+        if math.isfinite(largest):
+            allowed = "such that their energy does not overflow, 1e150 at most"
+            raise RangeError.of("velocities", largest, allowed)
+    return books
+
+
+def _books(impact: Impact) -> Energy:
     mechanics = impact.mechanics
     mean = 0.5 * (impact.v_before + impact.v_after)
     work: dict[str, float] = {}

@@ -123,8 +123,8 @@ class _Workspace:
         if (
             q.shape != self._q_shape
             or v.shape != self._v_shape
-            # One number that is not finite makes this so, too; it does not overflow by squares.
-            or not hypot(*q.tolist(), *v.tolist()) <= state.LARGEST
+            # One number that is not finite makes this so, too; squares would overflow.
+            or not hypot(*q.tolist(), *v.tolist()) < state.FASTEST
             or (
                 self._has_unit_entries
                 and not pin.isNormalized(self._model, q, state.QUATERNION_TOLERANCE)
@@ -132,6 +132,8 @@ class _Workspace:
         ):
             q = state.checked_configuration(self._model, q)
             v = state.checked_velocity(self._model, v)
+            if self._has_rows:
+                state.refuse_overflow(v)
         if self._has_rows:
             if self._yielding is not None:
                 freed = self._yielding.scene(scene, q, v)

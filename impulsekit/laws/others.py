@@ -63,8 +63,8 @@ def find_answers(
     """What is known, how many answers there are, how many of them are others, and if split.
 
     The others, with velocities that neither ``shown`` nor another has and no gain of energy, are
-    the first in ``found`` and ``pressed``. They are split where all have one velocity at the end of their
-    compression, and only the shares of its load differ.
+    the first in ``found`` and ``pressed``. They are split where all have one velocity at the end
+    of their compression, and only the shares of its load differ.
 
     Args:
         W: (3n, 3n) Delassus matrix [1/kg].

@@ -54,3 +54,27 @@ def test_the_slowest_approach_without_friction_is_no_rest():
     assert impact.velocity_at("link_0", [0.05, 0, -0.05]).after[2] == pytest.approx(
         5e-301, rel=1e-14
     )
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_velocities_whose_squares_overflow_are_solved_by_a_blow_alone():
+    ball = robot_of([Link(-1, 0.5, (0.1, 0.1, 0.1))], "freeflyer")
+    q, v = ball.neutral(), 1e155 * np.array([1.0, 0.2, -2.0, 0.1, 0.0, 0.3])
+    blow = ik.Scene(ball, [ik.AppliedImpulse("link_0", linear=[0, 0, 1.0])])
+    impact = ik.solve(blow, q, v)
+    assert np.abs(impact.v_after - v).max() < 100.0
+    with pytest.raises(ik.errors.RangeError, match="velocities must be such that their energy"):
+        _ = impact.energy
+    for points in (1, 2):
+        contacts = [
+            ik.Contact("link_0", at=[x, 0, 0], origin=[x, 0, 0], restitution=0.5, friction=0.3)
+            for x in (0.05, -0.02)[:points]
+        ]
+        scene = ik.Scene(ball, contacts=contacts)
+        for call in (ik.solve, ik.solve_batch):
+            with pytest.raises(ik.errors.RangeError, match=r"entry must be 1e\+153 at most"):
+                call(scene, q, v)
+        given = np.array([v, 1e-155 * v, np.full(6, np.nan), 1e-155 * v])
+        rows = ik.solve_batch(scene, q, given)
+        assert rows.status[0] == ik.Status.OUT_OF_RANGE
+        assert rows.valid.tolist() == [False, True, False, True] and given[0, 2] == v[2]

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...laws.frictional import frictional
 from ...laws.found import SAME
+from ...laws.frictional import frictional
 from ...laws.least_shares import share_least
 from ...laws.modes import BAR, DEPENDENT
 from ...laws.others import LEAST_RELEASE, MOST_ANSWERS, find_answers
@@ -48,9 +48,7 @@ def without_gain(
     Returns:
         The solution itself where none is found.
     """
-    scale = float(
-        max(np.abs(problem.velocity_before).max(), np.abs(solution.velocity_after).max())
-    )
+    scale = float(max(np.abs(problem.velocity_before).max(), np.abs(solution.velocity_after).max()))
     found, pressed = np.zeros((2, MOST_ANSWERS, len(solution.impulse)))
     _, _, count, _ = find_answers(
         *arrays_of(problem),
@@ -64,9 +62,7 @@ def without_gain(
     works = [float(P @ (start + problem.velocity_free + W @ P)) for P in found[:count]]
     for one in np.argsort(works, kind="stable"):
         P = found[one]
-        parts = (
-            _of_newton(problem, P) if newton else _of_poisson(problem, pressed[one].copy(), P)
-        )
+        parts = _of_newton(problem, P) if newton else _of_poisson(problem, pressed[one].copy(), P)
         if parts is None:
             continue
         answer = _answer(problem, solution, parts)
