@@ -28,6 +28,10 @@ DEPENDENT = 1e-9
 SINGULAR = 1e-12
 # Bodies that collide are looked at up to this gap [m], the largest that a scene can say.
 FAR = 1.0
+# The key of the constraints' rows among those of contacts.
+HELD = -1
+
+Block = tuple[np.ndarray, np.ndarray]
 
 
 class ClosingContacts:
@@ -94,8 +98,11 @@ class ClosingContacts:
     ) -> tuple[tuple[str, ...], np.ndarray, np.ndarray, float]:
         """Names, gaps, impulses (k, 3) in the world, and the probability of the balance.
 
+        What is left of M Δv − JᵀP is weighed by its covariance: that of Δv, and that of q, on
+        which M and the rows depend (a normal between two balls turns by δq over their distance).
+
         Args:
-            q: (nq,). jump: (nv,) v⁺ − v⁻. covariance: (nv, nv) of the jump.
+            q: (nq,). jump: (nv,) v⁺ − v⁻. covariance: (2 nv, 2 nv) of (δq, jump).
             speed: (nv,) v⁻, for the rates of gaps.
             near: contacts farther than this took no part [m].
         """
@@ -104,17 +111,23 @@ class ClosingContacts:
         gaps = self.gaps(q, speed)
         order = [int(k) for k in np.argsort(gaps) if gaps[k] <= near]
         order = [k for k in order if gaps[k] <= gaps[order[0]] + TOGETHER][: 2 * MOST]
-        mass = self._dynamics.mass_matrix(q)
+        mass = self.mass_of(q)
         momentum = mass @ jump
-        weight = _inverse_root(mass @ covariance @ mass.T)
+        here = self._blocks(q, order)
+        spread = _Spread(self, q, jump, covariance, here)
         best: tuple[float, tuple[int, ...], np.ndarray] = (0.0, (), np.zeros((0, 3)))
         for size in range(1, min(len(order), MOST) + 1):
             for chosen in combinations(order, size):
-                rows, axes = self._jacobian(q, chosen)
-                held = self._held(q)
-                basis = weight @ np.vstack([rows, held]).T
-                shares, _, rank, _ = np.linalg.lstsq(basis, weight @ momentum, rcond=DEPENDENT)
-                left = weight @ momentum - basis @ shares
+                rows, axes = _stacked([here[k] for k in chosen], len(momentum))
+                basis = np.vstack([rows, here[HELD][0]]).T
+                # Rows as if q were exact say the impulse, which says what q does to the balance.
+                shares = np.zeros(basis.shape[1])
+                for _ in range(2):
+                    weight = _inverse_root(spread.of(chosen, shares))
+                    shares, _, rank, _ = np.linalg.lstsq(
+                        weight @ basis, weight @ momentum, rcond=DEPENDENT
+                    )
+                left = weight @ (momentum - basis @ shares)
                 freedom = len(momentum) - int(rank)
                 fits = float(stats.chi2.sf(float(left @ left), freedom)) if freedom else 1.0
                 local = shares[: len(rows)].reshape(-1, 3)
@@ -130,9 +143,19 @@ class ClosingContacts:
         names = tuple(self._names[k] for k in chosen)
         return names, gaps[list(chosen)], impulses, probability
 
+    def mass_of(self, q: np.ndarray) -> np.ndarray:
+        """(nv, nv) M at q."""
+        return np.array(self._dynamics.mass_matrix(q))
+
+    def _blocks(self, q: np.ndarray, order: list[int]) -> dict[int, Block]:
+        """Rows and axes of each contact, and under ``HELD`` the rows of the constraints."""
+        found = {k: self._jacobian(q, (k,)) for k in order}
+        found[HELD] = self._held(q), np.zeros((0, 3, 3))
+        return found
+
     def mass_and_rows(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """M (nv, nv), the rows of all contacts and constraints, and the contacts' normal rows."""
-        mass = np.array(self._dynamics.mass_matrix(q))
+        mass = self.mass_of(q)
         rows, _ = self._jacobian(q, tuple(range(len(self._names))))
         normals = rows[2::3] if len(rows) == 3 * len(self._names) else rows
         return mass, np.vstack([rows, self._held(q)]), normals
@@ -167,6 +190,57 @@ class ClosingContacts:
             return np.zeros((0, self._model.nv))
         pin.computeJointJacobians(self._model, self._data, q)
         return held.matrix(self._data, q)
+
+
+class _Spread:
+    """The covariance of M Δv − JᵀP, for one set of contacts after another.
+
+    The change with q is half the difference between one deviation ahead and one behind along each
+    axis of q's covariance: where the nearest point jumps it is no larger than what noise does.
+    """
+
+    def __init__(
+        self,
+        closing: ClosingContacts,
+        q: np.ndarray,
+        jump: np.ndarray,
+        covariance: np.ndarray,
+        here: dict[int, Block],
+    ) -> None:
+        order = [k for k in here if k != HELD]
+        model, nv = closing._model, len(jump)
+        values, axes = np.linalg.eigh(covariance[:nv, :nv])
+        kept = values > SINGULAR * max(float(values.max()), 0.0)
+        steps = axes[:, kept] * np.sqrt(values[kept])
+        # From what changes along each step, in units of it, to what changes with δq.
+        back = (axes[:, kept] / np.sqrt(values[kept])).T
+        mass = np.zeros((nv, len(back)))
+        rows = {k: np.zeros((*block[0].shape, len(back))) for k, block in here.items()}
+        for k, step in enumerate(steps.T):
+            ahead, behind = pin.integrate(model, q, step), pin.integrate(model, q, -step)
+            mass[:, k] = 0.5 * (closing.mass_of(ahead) - closing.mass_of(behind)) @ jump
+            first, last = (closing._blocks(place, order) for place in (ahead, behind))
+            for each, change in rows.items():
+                # A face that tips over gains or loses points: no derivative.
+                if len(first[each][0]) == len(last[each][0]) == len(change):
+                    change[:, :, k] = 0.5 * (first[each][0] - last[each][0])
+        self._of_mass = mass @ back
+        self._of_rows = {each: change @ back for each, change in rows.items()}
+        self._mass, self._covariance = closing.mass_of(q), covariance
+
+    def of(self, chosen: tuple[int, ...], shares: np.ndarray) -> np.ndarray:
+        """(nv, nv), for impulses ``shares`` of the contacts' rows and the constraints'."""
+        changes = np.concatenate([self._of_rows[each] for each in (*chosen, HELD)])
+        change = self._of_mass - np.tensordot(shares, changes, axes=1)
+        both = np.hstack([change, self._mass])
+        return np.asarray(both @ self._covariance @ both.T)
+
+
+def _stacked(blocks: list[Block], nv: int) -> Block:
+    """Rows (n, nv) and axes of several contacts under each other."""
+    if not blocks:
+        return np.zeros((0, nv)), np.zeros((0, 3, 3))
+    return np.vstack([rows for rows, _ in blocks]), np.concatenate([axes for _, axes in blocks])
 
 
 def _inverse_root(covariance: np.ndarray) -> np.ndarray:

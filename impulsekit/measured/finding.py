@@ -260,7 +260,8 @@ def _impact(
     near: float,
 ) -> FoundImpact:
     nv = len(kink.before)
-    to_jump = np.hstack([np.zeros((nv, nv)), -np.eye(nv), np.eye(nv)])
+    none, one = np.zeros((nv, nv)), np.eye(nv)
+    to_jump = np.block([[one, none, none], [none, -one, one]])
     spread = to_jump @ kink.covariance @ to_jump.T
     jump = kink.after - kink.before
     names, gaps, impulses, balance = closing.of_jump(kink.q, jump, spread, kink.before, near)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from scipy import stats
 
 import impulsekit as ik
 from impulsekit.measured.closing import ClosingContacts
@@ -78,3 +79,61 @@ def test_joints_that_noise_keeps_from_their_limits_have_hit_them():
     start = replace(scene, contacts=[replace(stop, restitution=0.3)])
     fit = ik.measured.fit_impacts(found.measurements(start), restitution=["stop"])
     assert fit["stop: restitution"] == pytest.approx(0.6, abs=0.01)
+
+
+def test_balance_of_balls_that_hit_each_other_counts_the_noise_of_their_normal():
+    # Noise of known size in closed form: q, v⁻ and v⁺ are off by independent draws.
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    two = ik.combine(a=ball, b=ball)
+    hit = ik.Collision("a/ball", "b/ball", restitution=0.7, friction=0.1, name="hit")
+    closing, rng = ClosingContacts(ik.Scene(two, contacts=[hit])), np.random.default_rng(3)
+    q = two.neutral().copy()
+    q[[2, 7, 9]] = 1.0, 0.1, 1.0
+    normal, model = np.array([1.0, 0.0, 0.0]), two.model
+    mass = model.inertias[1].mass
+    size = 2.0 * mass
+    impulse = np.array([-size, 0.05 * size, 0.03 * size])
+    inertia = model.inertias[1].inertia
+    jump = np.zeros(12)
+    for side, sign in ((0, 1.0), (6, -1.0)):
+        jump[side : side + 3] = sign * impulse / mass
+        # Both touch at RADIUS along the line of centres.
+        arm = sign * 0.05 * normal
+        jump[side + 3 : side + 6] = np.linalg.solve(inertia, np.cross(arm, sign * impulse))
+    noise = np.concatenate([np.full(12, 1e-4), np.full(12, 1e-3)])
+    noise[12 + np.array([3, 4, 5, 9, 10, 11])] = 1e-2
+    found = []
+    for _ in range(100):
+        off = noise * rng.normal(size=24)
+        found.append(
+            closing.of_jump(
+                pin.integrate(model, q, off[:12]),
+                jump + off[12:],
+                np.diag(noise**2),
+                np.zeros(12),
+                0.01,
+            )[3]
+        )
+    assert stats.kstest(found, "uniform").pvalue > 0.01
+
+
+def test_balance_of_a_corner_that_hits_a_floor_counts_the_noise_of_its_turn():
+    # In the body's axes Δv = R' J / m and Δω = I⁻¹ (r × R' J), J in the world.
+    cube = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    corner = np.array([0.05, -0.05, -0.05])
+    floor = ik.Contact("ball", at=corner, restitution=0.3, friction=0.2, name="corner")
+    closing, rng = ClosingContacts(ik.Scene(cube, contacts=[floor])), np.random.default_rng(5)
+    body, found = cube.model.inertias[1], []
+    noise = np.array([3e-4] * 3 + [5e-3] * 3 + [5e-3] * 3 + [5e-3] * 3)
+    for _ in range(100):
+        q = pin.integrate(cube.model, cube.neutral(), 0.4 * rng.normal(size=6))
+        turn = pin.XYZQUATToSE3(q).rotation
+        q[2] = -(turn @ corner)[2]
+        local = turn.T @ np.array([0.2, 0.1, 1.0])
+        jump = np.concatenate(
+            [local / body.mass, np.linalg.solve(body.inertia, np.cross(corner, local))]
+        )
+        off = noise * rng.normal(size=12)
+        seen = pin.integrate(cube.model, q, off[:6])
+        found.append(closing.of_jump(seen, jump + off[6:], np.diag(noise**2), np.zeros(6), 0.01)[3])
+    assert stats.kstest(found, "uniform").pvalue > 0.01
