@@ -118,7 +118,8 @@ def test_balance_of_balls_that_hit_each_other_counts_the_noise_of_their_normal()
 
 
 def test_balance_of_a_corner_that_hits_a_floor_is_as_likely_as_it_says():
-    # The corner stays where it is in the body: noise of the turn must not widen the balance. In the body's axes Δv = R' J / m and Δω = I⁻¹ (r × R' J), J in the world.
+    # The corner stays where it is in the body: noise of the turn must not widen the balance.
+    # In the body's axes Δv = R' J / m and Δω = I⁻¹ (r × R' J), J in the world.
     cube = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
     corner = np.array([0.05, -0.05, -0.05])
     floor = ik.Contact("ball", at=corner, restitution=0.3, friction=0.2, name="corner")
