@@ -101,6 +101,18 @@ def _pose(message: Any) -> list[float]:
     return [place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w]
 
 
+def _angle(message: Any, name: str, topic: str) -> float:
+    """The position of a joint that the topic's first message has."""
+    positions = dict(zip(message.name, message.position, strict=False))
+    if name not in positions:
+        stamp = message.header.stamp
+        raise InputError(
+            f"{topic}: the joint states at {stamp.sec}.{stamp.nanosec:09d} s have no position of "
+            f"joint {shown(name, 80)}, the first have; every message must have it"
+        )
+    return float(positions[name])
+
+
 def _columns(
     found: Mapping[str, list[tuple[float, Any]]],
     kinds: Mapping[str, str],
@@ -120,7 +132,7 @@ def _columns(
         names = list(own[0][1].name)
         stamps = np.array([time for time, _ in own]) - start
         for name in (str(each) for each in robot.model.names if str(each) in names):
-            seen = np.array([m.position[list(m.name).index(name)] for _, m in own])
+            seen = np.array([_angle(m, name, topic) for _, m in own])
             if times is None:
                 columns |= {"t": stamps, f"q.{name}": seen}
             else:
