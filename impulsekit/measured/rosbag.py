@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -31,7 +32,8 @@ def columns_of_bag(
 
     Without ``format.topics`` the only topic of poses and the only one of joint states are read.
     Where there are both, joints are taken at the times of the poses, on straight lines between
-    their messages.
+    their messages; poses before the first and after the last of these are left out.
+    Twists of Odometry are not read.
 
     Raises:
         MissingExtraError: rosbags is not installed.
@@ -121,6 +123,7 @@ def _columns(
 ) -> dict[str, Any]:
     columns: dict[str, Any] = {}
     times: np.ndarray | None = None
+    span = -math.inf, math.inf
     for topic, own in found.items():
         if kinds[topic] in _POSES and own:
             times = np.array([time for time, _ in own]) - start
@@ -131,10 +134,33 @@ def _columns(
             continue
         names = list(own[0][1].name)
         stamps = np.array([time for time, _ in own]) - start
+        span = max(span[0], stamps[0]), min(span[1], stamps[-1])
         for name in (str(each) for each in robot.model.names if str(each) in names):
             seen = np.array([_angle(m, name, topic) for _, m in own])
             if times is None:
                 columns |= {"t": stamps, f"q.{name}": seen}
             else:
-                columns[f"q.{name}"] = np.interp(times, stamps, seen)
-    return columns
+                columns[f"q.{name}"] = _between(times, stamps, seen, topic)
+    return columns if times is None else _within(columns, *span)
+
+
+def _within(columns: dict[str, Any], first: float, last: float) -> dict[str, Any]:
+    """The rows between two times [s]."""
+    kept = (columns["t"] >= first) & (columns["t"] <= last)
+    if not kept.any():
+        raise InputError(
+            f"no pose of the bag lies between its first and last joint states, at {first:.9g} s "
+            f"and {last:.9g} s after the first message"
+        )
+    return {key: each[kept] for key, each in columns.items()}
+
+
+def _between(times: np.ndarray, stamps: np.ndarray, seen: np.ndarray, topic: str) -> np.ndarray:
+    """Positions of a joint at the times of poses, on straight lines."""
+    if (np.diff(stamps) <= 0.0).any():
+        k = int(np.flatnonzero(np.diff(stamps) <= 0.0)[0])
+        raise InputError(
+            f"{topic}: the stamps of joint states run back at {stamps[k]:.9g} s after the first "
+            "message, expected each later than the one before"
+        )
+    return np.interp(times, stamps, seen)

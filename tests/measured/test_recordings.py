@@ -16,7 +16,7 @@ from impulsekit.errors import (
     StateError,
     UnknownNameError,
 )
-from impulsekit.measured import Recording, RecordingFormat, load_recordings
+from impulsekit.measured import Recording, RecordingFormat, load_recordings, rosbag
 from tests.measured.bodies import flying_body
 
 BALL = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
@@ -72,32 +72,69 @@ def test_files_of_any_kind_hold_the_same(truth, ending, tmp_path):
     same(recording, truth)
 
 
-def test_a_ros_2_bag_holds_the_same(truth, tmp_path):
+def write_bag(path, kind, topic, messages):
+    """A ROS 2 bag of one topic; of each message its time [ns] and fields, the header apart."""
     pytest.importorskip("rosbags")
     from rosbags.rosbag2 import Writer
     from rosbags.typesys import Stores, get_typestore
 
     store = get_typestore(Stores.ROS2_HUMBLE)
     types = store.types
-    kind = "geometry_msgs/msg/PoseStamped"
-    t, poses = truth
-    with Writer(tmp_path / "bag", version=8) as bag:
-        topic = bag.add_connection("/cube/pose", kind, typestore=store)
-        for time, pose in zip(t, poses, strict=True):
-            nanoseconds = 5_000_000_000 + round(1e9 * time)
+    with Writer(path, version=8) as bag:
+        connection = bag.add_connection(topic, kind, typestore=store)
+        for nanoseconds, fields in messages:
             stamp = types["builtin_interfaces/msg/Time"](*divmod(nanoseconds, 10**9))
-            message = types[kind](
-                types["std_msgs/msg/Header"](stamp, "world"),
-                types["geometry_msgs/msg/Pose"](
-                    types["geometry_msgs/msg/Point"](*pose[:3]),
-                    types["geometry_msgs/msg/Quaternion"](*pose[3:]),
-                ),
-            )
-            bag.write(topic, nanoseconds + 10**6, store.serialize_cdr(message, kind))
+            header = types["std_msgs/msg/Header"](stamp, "world")
+            message = types[kind](header, *fields(types))
+            bag.write(connection, nanoseconds + 10**6, store.serialize_cdr(message, kind))
+
+
+def pose_fields(pose):
+    return lambda types: [
+        types["geometry_msgs/msg/Pose"](
+            types["geometry_msgs/msg/Point"](*pose[:3]),
+            types["geometry_msgs/msg/Quaternion"](*pose[3:]),
+        )
+    ]
+
+
+def joint_fields(**positions):
+    given = np.array(list(positions.values()))
+    return lambda types: [list(positions), given, np.empty(0), np.empty(0)]
+
+
+def test_a_ros_2_bag_holds_the_same(truth, tmp_path):
+    times = [5_000_000_000 + round(1e9 * time) for time in truth[0]]
+    messages = list(zip(times, map(pose_fields, truth[1]), strict=True))
+    write_bag(tmp_path / "bag", "geometry_msgs/msg/PoseStamped", "/cube/pose", messages)
     (recording,) = load_recordings(tmp_path / "bag", BALL)
     same(recording, truth)
     with pytest.raises(UnknownNameError, match="unknown topic"):
         load_recordings(tmp_path / "bag", BALL, RecordingFormat(topics={"/cube/pos": ""}))
+
+
+def test_joint_states_of_a_bag_have_all_joints_every_time(tmp_path):
+    robot = ik.Robot.from_urdf(ik.models.pendulum_urdf(2))
+    kind, topic = "sensor_msgs/msg/JointState", "/joint_states"
+    both = [(10**9 * k, joint_fields(joint_2=0.1 * k, joint_1=0.2 * k)) for k in (1, 2, 3)]
+    write_bag(tmp_path / "bag", kind, topic, both)
+    (recording,) = load_recordings(tmp_path / "bag", robot)
+    np.testing.assert_allclose(recording.q, [[0.2, 0.1], [0.4, 0.2], [0.6, 0.3]])
+    write_bag(tmp_path / "less", kind, topic, [*both, (4 * 10**9, joint_fields(joint_2=0.4))])
+    with pytest.raises(InputError, match=r'at 4\.0{9} s have no position of joint "?joint_1'):
+        load_recordings(tmp_path / "less", robot)
+
+
+def test_joints_are_not_guessed_before_and_after_their_messages():
+    times, stamps, seen = np.array([0.0, 1.5, 4.0]), np.array([1.0, 2.0]), np.array([3.0, 5.0])
+    at_poses = rosbag._between(times, stamps, seen, "/joint_states")
+    assert at_poses[1] == 4.0
+    cut = rosbag._within({"t": times, "q.knee": at_poses}, 1.0, 2.0)
+    assert cut["t"].tolist() == [1.5] and cut["q.knee"].tolist() == [4.0]
+    with pytest.raises(InputError, match="no pose of the bag"):
+        rosbag._within({"t": times}, 2.0, 3.0)
+    with pytest.raises(InputError, match="run back"):
+        rosbag._between(times, stamps[::-1], seen, "/joint_states")
 
 
 def test_several_recordings_in_one_file(tmp_path):
