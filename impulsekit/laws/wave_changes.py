@@ -16,6 +16,8 @@ __all__ = ["RISES", "change"]
 # A contact that parts: what its force would still give is below these (beside the velocity with
 # which it parts, and what that moves others), so it is given at once.
 TAIL, MOVED = 1e-8, 1e-15
+# What leaves at a speed is this far away at once, so that it can be met again in the same step.
+APART = 1e-30
 # What takes longer to part is not looked at [time].
 FAR = 0.1
 # A held contact is loaded again where its force rises faster [in units of the impact].
@@ -81,6 +83,7 @@ def _change_normal(w: Wave, i: int, crossed: bool, reloads: bool) -> bool:
     if depth <= 0.0:
         if un > NEAR:
             w.mode[i] = OPEN
+            w.y[r + i] = min(depth, -APART)
             w.loaded[i] += -w.began[i] if mode == LOADS else 0.0
             w.began[i] = 0.0
             return True

@@ -234,7 +234,7 @@ def _left(w: Wave, which: int) -> float:
             return float(-un)
         if mode == UNLOADS:
             return float(un)
-        if mode == OPEN and w.y[r + i] <= 0.0:
+        if mode == OPEN and w.y[r + i] < 0.0:
             return float(-depth)
         if mode == HELD:
             return float(w.force[w.normal[i]])
@@ -277,7 +277,7 @@ def _first_crossed(w: Wave) -> int:
                 left = -un
         elif mode == UNLOADS:
             left = un
-        elif mode == HELD or (y[r + i] <= 0.0 and trial[r + i] > 0.0):
+        elif mode == HELD or (y[r + i] < 0.0 and trial[r + i] > 0.0):
             left = _left(w, i)
         if left < -_SMALL and left < most:
             found, most = i, left
