@@ -56,7 +56,8 @@ def energy_books(impact: Impact) -> Energy:
         books = _books(impact)
     numbers = (books.before, books.after, books.change, books.of_lost_velocities)
     if not all(map(math.isfinite, (*numbers, *books.work.values()))):
-        largest = float(max(np.abs(impact.v_before).max(), np.abs(impact.v_after).max()))
+        largest = float(np.abs([impact.v_before, impact.v_after, impact.dv]).max())
+        # A velocity that is no number itself is for those to tell who put it there.
         if math.isfinite(largest):
             allowed = "such that their energy does not overflow, 1e150 at most"
             raise RangeError.of("velocities", largest, allowed)
