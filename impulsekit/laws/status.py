@@ -62,8 +62,8 @@ class Status(int, enum.Enum):
     )
     MANY_SOLUTIONS = (
         5,
-        "Several v⁺ satisfy the contact law at this state without an energy gain. The "
-        "one shown is reached from sticking, the others are in impact.uniqueness. Lower the "
+        "Several v⁺ satisfy the contact law at this state without an energy gain. By which rule "
+        "one is shown, and the others, are in impact.uniqueness. Lower the "
         'friction, or treat contacts one by one with Law(order="sequential").',
     )
     NO_SOLUTION = (
@@ -93,8 +93,8 @@ class Status(int, enum.Enum):
     )
     OUT_OF_RANGE = (
         11,
-        "A coefficient of the row is out of range: restitution must be 0 to 1, friction >= 0; "
-        "it was not solved.",
+        "A number of the row is out of range: restitution must be 0 to 1, friction >= 0, "
+        "velocities at contacts and constraints below 1e153; it was not solved.",
     )
     SINGULAR_MASS = (
         12,
