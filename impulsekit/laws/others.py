@@ -38,8 +38,6 @@ MOST_ANSWERS = 256
 LAWFUL = 1e-10
 # [N s] Releases of less are none.
 LEAST_RELEASE = 1e-290
-# Velocities below this share of the terms of their sum are rounding: a compression brings to rest.
-AT_REST = 1e-14
 _VALID = (int(Status.SOLVED), int(Status.NOT_UNIQUE))
 
 
@@ -243,13 +241,9 @@ def _after_compression(
         if floor[i] < LEAST_RELEASE:
             floor[i] = 0.0
     for k in range(3 * n):
-        b[k], terms = work.b[k], abs(work.b[k])
+        b[k] = work.b[k]
         for j in range(3 * n):
             b[k] += work.W[k, j] * first[j]
-            terms += abs(work.W[k, j] * first[j])
-        if abs(b[k]) <= AT_REST * terms:
-            # Where all come to rest, rounding would leave the plane of the contacts.
-            b[k] = 0.0
     return b, floor
 
 

@@ -38,8 +38,10 @@ ROUNDING = 1e-13
 LARGEST = 1e8
 
 
-@entry(lambda: (np.eye(6), np.ones(6), np.ones(2), np.ones((2, 2))), seconds=1.5)
-def plane_of(W: np.ndarray, b: np.ndarray, mu: np.ndarray, direction: np.ndarray) -> bool:
+@entry(lambda: (np.eye(6), np.ones(6), np.ones(2), 1.0, np.ones((2, 2))), seconds=1.5)
+def plane_of(
+    W: np.ndarray, b: np.ndarray, mu: np.ndarray, scale: float, direction: np.ndarray
+) -> bool:
     """Whether each contact with friction has a tangent that has nothing to do with all else.
 
     Such tangents t⊥ move by themselves alone: b = 0 there and W couples them to each other at
@@ -49,10 +51,10 @@ def plane_of(W: np.ndarray, b: np.ndarray, mu: np.ndarray, direction: np.ndarray
         W: (3n, 3n) Delassus matrix.
         b: (3n,) ξ without impulse.
         mu: (n,) friction.
+        scale: the size of the velocities, beside which all of b may be rounding [m/s].
         direction: (n, 2), written: the other direction among the contact's two tangents.
     """
-    n = len(mu)
-    speed = 0.0
+    n, speed = len(mu), scale
     for r in range(3 * n):
         speed = max(speed, abs(b[r]))
     for i in range(n):

@@ -91,7 +91,7 @@ def search_modes(
     """
     n = len(mu)
     direction = np.empty((n, 2))
-    if n <= MOST_IN_PLANE and plane_of(W, b, mu, direction):
+    if n <= MOST_IN_PLANE and plane_of(W, b, mu, scale, direction):
         return TRIED_ALL, _search_plane(W, b, mu, floor, scale, direction, found), 0
     if plane or n > MOST_IN_SPACE or floor.max() > 0.0:
         return NOTHING_TRIED, 0, 0

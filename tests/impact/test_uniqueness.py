@@ -1,5 +1,6 @@
 """Whether other v⁺ obey the law is told: proven, not proven, or the others."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 import impulsekit as ik
 from impulsekit.bench.truths.enumerated import PlaneProblem, all_after
+from impulsekit.impact.laws import ContactProblem, solve_contacts
 
 
 def body(mass, inertia):
@@ -127,3 +129,45 @@ def test_what_was_found_survives_a_pickle():
             assert "several" in ik.report(impact) or "v⁺" in ik.report(impact)
             return
     raise AssertionError("no scene with several answers")
+
+
+def contacts_of_planar_bodies(seed):
+    """A problem of 2 or 3 contacts of 1 or 2 bodies in a plane, with what moves out of it."""
+    rng = np.random.default_rng([1, seed])
+    n, bodies = int(rng.integers(2, 4)), int(rng.integers(1, 3))
+    masses = np.repeat(10 ** rng.uniform(-2, 0, bodies), 3)
+    masses *= np.tile([1, 1, rng.uniform(0.02, 1)], bodies)
+    J = np.zeros((2 * n, 3 * bodies))
+    for i in range(n):
+        one, angle = rng.integers(bodies), rng.uniform(0, 2 * np.pi)
+        c, s = np.cos(angle), np.sin(angle)
+        for body, sign in ((one, 1), (int(rng.integers(bodies)), -1)):
+            if sign < 0 and (body == one or rng.random() < 0.5):
+                continue
+            x, y = rng.uniform(-1, 1, 2)
+            rows = [[c, s, -y * c + x * s], [-s, c, y * s + x * c]]
+            J[2 * i : 2 * i + 2, 3 * body : 3 * body + 3] = sign * np.array(rows)
+    u = J @ rng.normal(size=3 * bodies)
+    mu, e = rng.choice([0.0, 0.3, 1.0, 3.0, 10.0], n), rng.choice([0.0, 0.5, 1.0], n)
+    inside = np.array([[3 * i, 3 * i + 2] for i in range(n)]).ravel()
+    W, before = np.zeros((3 * n, 3 * n)), np.zeros(3 * n)
+    W[np.ix_(inside, inside)], before[inside] = J @ np.diag(1 / masses) @ J.T, u
+    for i in range(n):
+        W[3 * i + 1, 3 * i + 1] = 1.0
+    return ContactProblem(W, before, before, e, mu, np.zeros(n)), rng
+
+
+# One compression brings all contacts to rest and leaves rounding, from which there are expansions.
+@pytest.mark.parametrize("seed", [6580, 18655, 24705])
+def test_what_rounding_leaves_of_a_compression_leaves_no_plane(seed):
+    problem, rng = contacts_of_planar_bodies(seed)
+    law, n = ik.Law(restitution="poisson"), len(problem.friction)
+    assert solve_contacts(problem, law).status is ik.Status.MANY_SOLUTIONS
+    for _ in range(4):
+        turned = np.zeros((3 * n, 3 * n))
+        for i, angle in enumerate(rng.uniform(0.0, 6.0, n)):
+            c, s = np.cos(angle), np.sin(angle)
+            turned[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = [[c, s, 0], [-s, c, 0], [0, 0, 1]]
+        W, u = turned @ problem.delassus @ turned.T, turned @ problem.velocity_before
+        again = dataclasses.replace(problem, delassus=W, velocity_before=u, velocity_free=u)
+        assert solve_contacts(again, law).status is ik.Status.MANY_SOLUTIONS
