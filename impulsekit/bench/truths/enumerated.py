@@ -11,6 +11,7 @@ belong to other modes, as inequalities are closed.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -237,18 +238,38 @@ def _impulse(data: _Data, b: Row, modes: Sequence[Mode], floor: Row) -> Row | No
         else:
             normal[:] = [*data.W[n], -b[n]]
         matrix += [tangent, normal]
+    return _solved(matrix)
+
+
+def _solved(matrix: Sequence[Row]) -> Row | None:
+    """x of A x = b from the rows of (A, b), by elimination in integers; None where A is singular.
+
+    Whatever is divided leaves no rest (Bareiss, E. H. (1968), "Sylvester's identity and multistep
+    integer-preserving Gaussian elimination").
+    """
+    size = len(matrix)
+    whole = [_whole(row) for row in matrix]
+    head = 1
     for k in range(size):
-        pivot = next((r for r in range(k, size) if matrix[r][k]), None)
+        pivot = next((r for r in range(k, size) if whole[r][k]), None)
         if pivot is None:
             return None
-        matrix[k], matrix[pivot] = matrix[pivot], matrix[k]
-        head = matrix[k][k]
-        matrix[k] = [x / head for x in matrix[k]]
+        whole[k], whole[pivot] = whole[pivot], whole[k]
+        row, before, head = whole[k], head, whole[k][k]
         for r in range(size):
-            share = matrix[r][k]
-            if r != k and share:
-                matrix[r] = [x - share * y for x, y in zip(matrix[r], matrix[k], strict=True)]
-    return [row[size] for row in matrix]
+            if r != k:
+                other = whole[r]
+                share = other[k]
+                whole[r] = [
+                    (head * x - share * y) // before for x, y in zip(other, row, strict=True)
+                ]
+    return [Fraction(row[size], head) for row in whole]
+
+
+def _whole(row: Row) -> list[int]:
+    """The numbers of a row times their least common denominator."""
+    scale = math.lcm(*(x.denominator for x in row))
+    return [x.numerator * (scale // x.denominator) for x in row]
 
 
 def _obeys(data: _Data, b: Row, modes: Sequence[Mode], floor: Row, P: Row) -> bool:
