@@ -186,7 +186,7 @@ def _judged(
     single: np.ndarray,
     verdicts: np.ndarray,
 ) -> ImpactBatch:
-    """The result, without numbers where there is no answer."""
+    """The result, NaN in rows without one."""
     verdicts[codes == int(Status.MANY_SOLUTIONS)] = VERDICTS.index("several")
     failed = (codes >= int(Status.NOT_FINITE)) & (codes != int(Status.NEARLY_DEPENDENT))
     verdicts[failed | np.isin(codes, NO_ANSWER)] = VERDICTS.index("not proven")

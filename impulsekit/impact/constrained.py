@@ -124,12 +124,12 @@ class ConstrainedJump:
         """
         model, data = self.model, self.data
         impulse = struck = self._known.generalized_impulse(data, q)
-        rows = wanted = None
+        rows = asked = None
         doubt = False
         if self._rows is not None:
             rows, doubt = self._rows.matrix_and_doubt(data, q)
             before = rows.dot(v)
-            wanted = self._rows.target(before) - before
+            asked = self._rows.target(before) - before
         touches = [] if self._contacts is None else self._contacts.rows.touching(data, q, touching)
         self._crba(model, data, q)
         factor: SparseFactor | FilledFactor | None = None
@@ -141,12 +141,12 @@ class ConstrainedJump:
             faint = not self._dense and self._least_pivot == FAINT_PIVOT
             own = np.empty((0, model.nv)) if rows is None else rows
             factor = FilledFactor(model, data.M, own, singular=self._singular or faint)
-            if wanted is not None:
-                impulse = factor.filled_impulse(impulse, wanted)
+            if asked is not None:
+                impulse = factor.filled_impulse(impulse, asked)
         if not touches:
-            dv, outcome = self._without_contacts(factor, impulse, rows, wanted, q, v, doubt)
+            dv, outcome = self._without_contacts(factor, impulse, rows, asked, q, v, doubt)
         else:
-            given = factor, impulse, rows, wanted, touches, q, v, doubt
+            given = factor, impulse, rows, asked, touches, q, v, doubt
             dv, outcome = self._with_contacts(*given, known)
         if self._singular and rows is not None:
             outcome = with_massless_locks(outcome, self._rows_there, rows, struck, data.M)
@@ -157,22 +157,22 @@ class ConstrainedJump:
         factor: SparseFactor | FilledFactor,
         impulse: np.ndarray,
         rows: np.ndarray | None,
-        wanted: np.ndarray | None,
+        asked: np.ndarray | None,
         q: np.ndarray,
         v: np.ndarray,
         doubt: bool,
     ) -> tuple[np.ndarray, Outcome]:
-        if rows is None or wanted is None:
+        if rows is None or asked is None:
             return factor.solve(impulse), Outcome(np.empty(0), None)
         half = factor.half(rows, impulse[None])
         eliminated = self._eliminated(half[:, :-1], q)
-        solution = self._multipliers(eliminated, half[:, -1], wanted, q, v)
+        solution = self._multipliers(eliminated, half[:, -1], asked, q, v)
         multipliers = solution.impulse
         dv = factor.solve(impulse + multipliers.dot(rows))
-        units = self._lacks(wanted - rows.dot(dv), rows, dv, v, wanted)
+        units = self._lacks(asked - rows.dot(dv), rows, dv, v, asked)
         if units is not None:
             found = dv, multipliers
-            dv, multipliers = self._refined(factor, eliminated, rows, wanted, *found, units)
+            dv, multipliers = self._refined(factor, eliminated, rows, asked, *found, units)
         return dv, Outcome(multipliers, solution.unique, nearly_dependent=doubt or solution.nearly)
 
     def _lacks(
@@ -181,16 +181,16 @@ class ConstrainedJump:
         rows: np.ndarray,
         dv: np.ndarray,
         v: np.ndarray,
-        wanted: np.ndarray,
+        asked: np.ndarray,
     ) -> np.ndarray | None:
         """(m,) the units in which A Δv lacks more than its own rounding; None if it does not."""
         if self._row_by_row:
-            sizes = np.abs(rows).dot(np.abs(dv) + np.abs(v)) + np.abs(wanted)
+            sizes = np.abs(rows).dot(np.abs(dv) + np.abs(v)) + np.abs(asked)
             lacks = (np.abs(missing) > ROUNDING * sizes).any()
             return np.where(sizes > 0.0, sizes, 1.0) if lacks else None
         # In norms, which cost next to nothing.
         flat = rows.reshape(-1)
-        size = flat.dot(flat) * (dv.dot(dv) + v.dot(v)) + wanted.dot(wanted)
+        size = flat.dot(flat) * (dv.dot(dv) + v.dot(v)) + asked.dot(asked)
         return np.ones(len(rows)) if missing.dot(missing) > ROUNDING**2 * size else None
 
     def _refined(
@@ -198,7 +198,7 @@ class ConstrainedJump:
         factor: SparseFactor | FilledFactor,
         eliminated: Elimination,
         rows: np.ndarray,
-        wanted: np.ndarray,
+        asked: np.ndarray,
         dv: np.ndarray,
         multipliers: np.ndarray,
         units: np.ndarray,
@@ -208,7 +208,7 @@ class ConstrainedJump:
         Where bilateral rows hold light bodies, Δv is the small rest of large shares, with
         their rounding; but what it lacks is known to all its own digits.
         """
-        missing = wanted - rows.dot(dv)
+        missing = asked - rows.dot(dv)
         for _ in range(MOST_REFINEMENTS):
             filled, start = np.zeros_like(dv), np.zeros(len(dv))
             if isinstance(factor, FilledFactor):
@@ -216,7 +216,7 @@ class ConstrainedJump:
                 start = factor.half(filled[None])[:, 0]
             change = eliminated.solve(missing - start.dot(eliminated.half)).impulse
             nearer = dv + factor.solve(filled + change.dot(rows))
-            left = wanted - rows.dot(nearer)
+            left = asked - rows.dot(nearer)
             if not np.abs(left / units).max() < 0.5 * np.abs(missing / units).max():
                 break
             dv, multipliers, missing = nearer, multipliers + change, left
@@ -227,7 +227,7 @@ class ConstrainedJump:
         factor: SparseFactor | FilledFactor,
         impulse: np.ndarray,
         rows: np.ndarray | None,
-        wanted: np.ndarray | None,
+        asked: np.ndarray | None,
         touches: list[Touch],
         q: np.ndarray,
         v: np.ndarray,
@@ -238,13 +238,13 @@ class ConstrainedJump:
         contacts = self.contacts
         jacobian = np.concatenate([touch.jacobian for touch in touches])
         before = jacobian.dot(v)
-        if rows is None or wanted is None:
+        if rows is None or asked is None:
             return self._with_contacts_alone(factor, impulse, touches, jacobian, before, known)
         count = len(rows)
         half = factor.half(rows, jacobian, impulse[None])
         half_rows, half_contacts, start = half[:, :count], half[:, count:-1], half[:, -1]
         eliminated = self._eliminated(half_rows, q)
-        held = self._multipliers(eliminated, start, wanted, q, v)
+        held = self._multipliers(eliminated, start, asked, q, v)
         # Rows that are imposed move the contact points, too.
         free = before + (start + half_rows.dot(held.impulse)).dot(half_contacts)
         left = eliminated.off_the_span(half_contacts)
@@ -261,10 +261,10 @@ class ConstrainedJump:
 
         multipliers = held.impulse + borne(solution.impulse)
         dv = factor.solve(impulse + multipliers.dot(rows) + solution.impulse.dot(jacobian))
-        units = self._lacks(wanted - rows.dot(dv), rows, dv, v, wanted)
+        units = self._lacks(asked - rows.dot(dv), rows, dv, v, asked)
         if units is not None:
             found = dv, multipliers
-            dv, multipliers = self._refined(factor, eliminated, rows, wanted, *found, units)
+            dv, multipliers = self._refined(factor, eliminated, rows, asked, *found, units)
 
         def moved_by(change: np.ndarray) -> np.ndarray:
             return factor.solve(borne(change).dot(rows) + change.dot(jacobian))
@@ -277,7 +277,7 @@ class ConstrainedJump:
 
             acting = impulse
             if isinstance(factor, FilledFactor):
-                acting = impulse - factor.filled_impulse(np.zeros_like(impulse), wanted)
+                acting = impulse - factor.filled_impulse(np.zeros_like(impulse), asked)
             steps = steps_of(self._mass_matrix, acting, jacobian, rows, moved_by, at)
             solution, dv = contacts.refined(problem, solution, dv, steps)
             multipliers = at(solution.impulse)
@@ -327,7 +327,7 @@ class ConstrainedJump:
         self,
         eliminated: Elimination,
         start: np.ndarray,
-        wanted: np.ndarray,
+        asked: np.ndarray,
         q: np.ndarray,
         v: np.ndarray,
     ) -> BilateralSolution:
@@ -338,7 +338,7 @@ class ConstrainedJump:
             gross = self._rows_there.magnitude(self.data, q)
             return gross @ np.abs(v) + np.abs(half_rows.T @ start)
 
-        return eliminated.solve(wanted - start.dot(half_rows), velocity_scale)
+        return eliminated.solve(asked - start.dot(half_rows), velocity_scale)
 
     @property
     def _mass_matrix(self) -> np.ndarray:

@@ -6,12 +6,13 @@ import html
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, UnknownNameError, UrdfError
+from .meshes import loader_of, mesh_paths
 from .mjcf_shapes import coal_shape
 from .shapes import checked_shapes
 from .urdf import read_urdf
@@ -54,7 +55,9 @@ def geometry_of(robot: Robot, kind: pin.GeometryType) -> pin.GeometryModel:
         text = plain_urdf(urdf.name, urdf.inertials, urdf.joints, shapes)
         alone = pin.buildModelFromXML(text)
         try:
-            geometry = pin.buildGeomFromUrdfString(alone, text, kind, package_dirs=folders)
+            geometry = pin.buildGeomFromUrdfString(
+                alone, text, kind, package_dirs=folders, **_kept_loader(robot, kind, shapes)
+            )
         except (RuntimeError, ValueError) as error:
             raise _unreadable(str(error), shapes, part.label) from None
         for item in geometry.geometryObjects:
@@ -62,6 +65,20 @@ def geometry_of(robot: Robot, kind: pin.GeometryType) -> pin.GeometryModel:
             _attach(robot, part.prefix, alone, item)
             whole.addGeometryObject(item)
     return whole
+
+
+def _kept_loader(
+    robot: Robot, kind: pin.GeometryType, shapes: Mapping[str, Sequence[str]]
+) -> dict[str, Any]:
+    """What reads the meshes of a part: those that are drawn are read once for all robots.
+
+    Of collisions each robot has its own, to which hulls are added.
+    """
+    if kind == pin.GeometryType.COLLISION:
+        return {}
+    loader = loader_of(mesh_paths(shapes))
+    robot.kept_loaders.append(loader)
+    return {"mesh_loader": loader}
 
 
 def _add_plain(

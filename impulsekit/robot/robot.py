@@ -105,6 +105,11 @@ class Robot(RobotReaders, RobotBuilding, RobotStates):
         return {}
 
     @cached_property
+    def kept_loaders(self) -> list[Any]:
+        """What has read the meshes of ``visual_model``."""
+        return []
+
+    @cached_property
     def visual_model(self) -> pin.GeometryModel:
         """The visual geometry, read when first asked for."""
         from .geometry import geometry_of
