@@ -1,4 +1,4 @@
-"""Ctrl-C while a motion is followed: never lost, wherever it comes."""
+"""Ctrl-C while a motion is followed or a study is run: never lost, wherever it comes."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ __all__ = ["Interrupts"]
 
 
 class Interrupts:
-    """Keeps in mind that Ctrl-C was pressed, and ends the motion before its next step.
+    """Keeps in mind that Ctrl-C was pressed, for a motion to end before its next step.
 
     An exception at any moment is not safe: Python drops what is raised in a finalizer, and
-    compiled code that is just making its result does not survive it. A second Ctrl-C raises at
-    once, for a function of the user's that does not return. Only in the main thread, and only
-    where nobody else handles the signal.
+    compiled code that is just making its result turns it into a SystemError. A second Ctrl-C
+    raises at once, for a function of the user's that does not return. Only in the main thread,
+    and only where nobody else handles the signal.
     """
 
     def __init__(self) -> None:

@@ -19,6 +19,7 @@ from click.testing import CliRunner
 import impulsekit as ik
 from impulsekit.batch.study.layout import UNWRITTEN
 from impulsekit.batch.study.lock import StoreLockedError
+from impulsekit.batch.study.store import StudyStore
 from impulsekit.cli import main
 from impulsekit.study import Study, Variation, load_study, open_study, run_study, summarize
 
@@ -368,6 +369,23 @@ def test_ctrl_c_says_how_to_go_on(files, tmp_path):
     assert "of 50000 rows are written" in told
     assert f"batch {path}" in told
     assert "Traceback" not in told
+
+
+def test_ctrl_c_while_a_chunk_is_written_comes_after_it(files, tmp_path, monkeypatch):
+    write, before = StudyStore.write, signal.getsignal(signal.SIGINT)
+
+    def struck(place, index, arrays):
+        signal.raise_signal(signal.SIGINT)
+        write(place, index, arrays)
+
+    monkeypatch.setattr(StudyStore, "write", struck)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            run_study(load_study(files(samples=256, chunk=64)), tmp_path / "rows")
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert summarize(tmp_path / "rows").written == 64
 
 
 def test_a_paused_writer_is_named(files, tmp_path):

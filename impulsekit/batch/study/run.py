@@ -6,11 +6,13 @@ import os
 import pickle
 import socket
 from collections.abc import Iterator
+from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
 
 from ...errors import InputError, MissingExtraError
+from ...motion.interrupts import Interrupts
 from ...motion.status import MotionStatus
 from ..motions.simulate import simulate_batch
 from ..progress import shown
@@ -70,13 +72,17 @@ def run_study(
     with place.opened() as todo:
         before = study.samples - sum(end - begin for begin, end in map(study.rows, todo))
         done = before
-        with shown(progress, study.samples, before) as tell:
+        # Motions heed Ctrl-C themselves, within a chunk.
+        waits = nullcontext(None) if study.motion is not None else Interrupts()
+        with shown(progress, study.samples, before) as tell, waits as interrupts:
             results = _here(study, todo, threads) if client is None else _there(study, todo, client)
             for index, arrays in results:
                 place.write(index, arrays)
                 begin, end = study.rows(index)
                 done += end - begin
                 tell(done)
+                if interrupts is not None:
+                    interrupts.heed()
     return place
 
 
