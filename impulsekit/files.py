@@ -14,13 +14,14 @@ import stat
 from collections.abc import Iterator
 from typing import BinaryIO
 
-from .errors import FileError, shown
+from .errors import FileError, InputError, a_thing, shown
 
 __all__ = [
     "check_writable",
     "file_told",
     "flush_to_disk",
     "open_plain_file",
+    "path_of",
     "read_text_file",
     "reason_of",
     "replaced_file",
@@ -69,6 +70,18 @@ def file_told(path: str | os.PathLike[str], *, writing: bool = False) -> Iterato
         told = FileError(f"{shown(os.fspath(path), 200)}: {reason}", path=os.fspath(path))
         told.errno = error.errno
         raise told from error
+
+
+def path_of(path: object, what: str) -> str:
+    """The path of a file, in text.
+
+    Raises:
+        InputError: it is neither text nor a path.
+    """
+    text = os.fspath(path) if isinstance(path, str | os.PathLike) else None
+    if not isinstance(text, str):
+        raise InputError(f"{what} is given by its path, got {a_thing(path)}")
+    return text
 
 
 def open_plain_file(path: str | os.PathLike[str]) -> BinaryIO:

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from ..errors import UrdfError, shown
-from ..files import read_text_file, reason_of
+from ..files import path_of, read_text_file, reason_of
 
 if TYPE_CHECKING:
     from .robot import Robot
@@ -27,12 +27,12 @@ def robot_from_file(
     """See ``Robot.from_file``."""
     from .robot import Robot
 
+    path = path_of(path, "the file of a robot")
     try:
         text = read_text_file(path)
     except (OSError, ValueError) as error:
         reason = reason_of(error) if isinstance(error, OSError) else "the path holds a NUL"
-        named = os.fspath(path)
-        raise UrdfError(f"{shown(named, 200)}: {reason}", source=named, element="") from None
+        raise UrdfError(f"{shown(path, 200)}: {reason}", source=path, element="") from None
     element = outermost(text)
     if element == "mujoco":
         return Robot.from_mjcf(path, root)

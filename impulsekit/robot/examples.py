@@ -103,7 +103,7 @@ def example_path(name: str) -> pathlib.Path:
     try:
         return _paths()[name]
     except (KeyError, TypeError):
-        if name in _NO_URDF:
+        if isinstance(name, str) and name in _NO_URDF:
             raise UrdfError(
                 f'example robot "{name}": {_NO_URDF[name]}, expected a URDF',
                 source=str(name),

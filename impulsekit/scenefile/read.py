@@ -14,7 +14,7 @@ import pydantic
 
 from ..display import OneLine
 from ..errors import ImpulsekitError, SceneFileError, quoted, warn_of_setup
-from ..files import read_text_file, reason_of
+from ..files import path_of, read_text_file, reason_of
 from ..robot import Robot
 from ..robot import state as states
 from ..robot.limits import outside_limits
@@ -87,7 +87,7 @@ def load_scene(path: str | os.PathLike[str]) -> SceneFile:
         >>> file.scene.impulses[0].linear
         (0.0, 5.0, 0.0)
     """
-    path = os.fspath(path)
+    path = path_of(path, "a scene file")
     file = _scene_file(_read_toml(path), path, os.path.dirname(os.path.abspath(path)))
     warn_of_setup(outside_limits(file.scene.robot, file.q))
     return file

@@ -87,6 +87,8 @@ def _store_in_use() -> None:
 _FILES = (
     Fault("loads a scene file that does not exist", lambda: load_scene("no_scene.toml")),
     Fault("loads a folder as a scene", _folder),
+    Fault("loads None as a scene", lambda: load_scene(None)),
+    Fault("loads a number as the file of a robot", lambda: Robot.from_file(3)),
     Fault("loads a device as a scene", lambda: load_scene("/dev/zero")),
     _scene("leaves a quote open", ROBOT.replace('urdf"', "urdf"), "quote.toml"),
     _scene("writes a scene in Latin-1", '[robot]\nurdf = "Gerät.urdf"\n'.encode("latin-1"), "latin.toml"),
@@ -160,6 +162,7 @@ _STUDIES = (
     Fault("varies by words", lambda: Variation("velocity", low="little", high=1.0)),
     Fault("goes on with another study in a store", _another_store),
     Fault("stores a study in a folder of letters", _store_in_use),
+    Fault("opens a list as a store", lambda: open_study(["rows"])),
     Fault("opens a store that does not exist", lambda: open_study("no_rows")),
 )  # fmt: skip
 

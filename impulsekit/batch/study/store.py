@@ -22,8 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import ImpulsekitError, InputError, MissingExtraError, a_thing
-from ...files import file_told, flush_to_disk, reason_of, write_file
+from ...errors import ImpulsekitError, InputError, MissingExtraError
+from ...files import file_told, flush_to_disk, path_of, reason_of, write_file
 from .layout import arrays_of, unwritten_rows
 from .lock import NAME as LOCK
 from .lock import StoreLock, lock_store
@@ -227,10 +227,7 @@ def open_study(path: str | os.PathLike[str]) -> Any:
         (100, 1)
     """
     xarray = _xarray()
-    try:
-        folder = pathlib.Path(path)
-    except TypeError:
-        raise InputError(f"the store of a study is a folder, not {a_thing(path)}") from None
+    folder = pathlib.Path(path_of(path, "the store of a study"))
     if not (folder / RECORD).is_file():
         raise InputError(f'"{folder}" is no store of a study')
     try:
