@@ -52,6 +52,8 @@ BLIND = 1e-6
 MOST_ROUNDS, SETTLED = 12, 1e-6
 # Steps of the least squares in a round.
 FEW_STEPS = 3
+# A parameter near zero is as well known as one of this size.
+LEAST_SIZE = 1e-3
 # Frictions from which a fit starts as well: dry contacts have 0.1 to 1. A third apart, since
 # above the friction of the fastest slip every contact sticks, and below it all may slide.
 FRICTIONS = tuple(0.02 * 1.36**k for k in range(15))
@@ -185,7 +187,7 @@ class _Problem:
             kind = "huber" if robust == "biweight" and turn < 2 else robust
             # Weights change the sum: it is not worth its exact minimum before they have settled.
             found = self._least_squares(start, FEW_STEPS if rounds > 1 else None)
-            moved = np.abs(found.x - start) > SETTLED * np.maximum(np.abs(found.x), 1e-3)
+            moved = np.abs(found.x - start) > SETTLED * np.maximum(np.abs(found.x), LEAST_SIZE)
             start = found.x
             if turn + 1 == rounds or (turn > 2 and not moved.any()):
                 break
@@ -226,7 +228,7 @@ class _Problem:
     def _least_squares(self, first: np.ndarray, steps: int | None = None) -> Any:
         from scipy.optimize import least_squares
 
-        size = np.maximum(np.abs(self._start), 1e-3)
+        size = np.maximum(np.abs(self._start), LEAST_SIZE)
         # Off the bounds, where a coefficient could not move both ways.
         inside = np.clip(
             first,
@@ -255,7 +257,7 @@ class _Problem:
         return found
 
     def _result(self, found: Any, robust: str) -> Fit:
-        size = np.maximum(np.abs(self._start), 1e-3)
+        size = np.maximum(np.abs(self._start), LEAST_SIZE)
         residual, jacobian = self._both(found.x)
         noise = float(np.sqrt(residual @ residual / max(self._freedom, 1)))
         covariance = _covariance(jacobian * size) * np.outer(size, size)

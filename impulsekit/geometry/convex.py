@@ -26,6 +26,8 @@ __all__ = ["Convex", "HalfSpace", "convex_of"]
 
 # Heights that differ by less than this share of the highest are equal.
 LEVEL = 1e-12
+# Heights below this count as this [m]: what was added up for them is not smaller.
+SMALLEST = 1e-3
 _NONE = np.empty((0, 3))
 _X, _Z = np.eye(3)[[0, 2]]
 
@@ -132,7 +134,7 @@ class Convex:
             for centre, r in zip(self.centres, self.radii, strict=True):
                 found.append((float(centre.dot(direction)) + r * sine, centre + r * out))
         top = max(height for height, _ in found)
-        size = LEVEL * max(1e-3, abs(top))
+        size = LEVEL * max(SMALLEST, abs(top))
         best = [p for height, p in found if height >= top - size]
         return np.mean(best, axis=0) + self.radius * direction
 

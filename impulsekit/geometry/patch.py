@@ -34,6 +34,8 @@ SLIVER = 1e-6
 ONE_POINT = 3e-6
 # What misses the other shape by less than this [m] is on it.
 BESIDE = 1e-6
+# An arc beyond a rim by less than this is on it [m].
+WITHIN = 1e-3 * BESIDE
 # So many points stand for a whole rim.
 RIM_POINTS = 8
 # Segments that cross at a smaller angle (sine) are parallel where they are both sharp.
@@ -325,7 +327,7 @@ def _arcs(disc: _Part, area: _Part) -> list[np.ndarray]:
     if area.radius > 0.0:
         way = middle - area.corners[0]
         apart = float(np.linalg.norm(way))
-        if apart + r > area.radius + BESIDE * 1e-3 and apart > 0.0:
+        if apart + r > area.radius + WITHIN and apart > 0.0:
             cosine = (area.radius**2 - r * r - apart * apart) / (2.0 * r * apart)
             if cosine <= -1.0:
                 return []

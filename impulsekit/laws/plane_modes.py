@@ -29,6 +29,8 @@ FLAT = 1e-11
 TOLD = 1e-7
 # Pivots below this share of the entries (which are about 1): the system is singular.
 SINGULAR = 1e-11
+# A row whose largest entry is below this is taken for as large: it is what rounding has left.
+LEAST_ROW = 1e-3
 # Inequalities may be missed by this share of the velocities, to find what lies on an edge.
 EDGE = 1e-9
 # And by this share of the terms of a sum, for its rounding.
@@ -258,7 +260,7 @@ def eliminated(matrix: np.ndarray, right: np.ndarray) -> bool:
         largest = 0.0
         for j in range(k, m):
             largest = max(largest, abs(matrix[best, j]))
-        if not abs(matrix[best, k]) > SINGULAR * max(largest, 1e-3):
+        if not abs(matrix[best, k]) > SINGULAR * max(largest, LEAST_ROW):
             return False
         if best != k:
             for j in range(k, m):

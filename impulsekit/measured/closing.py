@@ -28,6 +28,8 @@ DEPENDENT = 1e-9
 SINGULAR = 1e-12
 # Bodies that collide are looked at up to this gap [m], the largest that a scene can say.
 FAR = 1.0
+# So likely it is, beside one that pushes, that a contact pulls: noise may turn a small impulse.
+PULLING = 1e-3
 # The key of the constraints' rows among those of contacts.
 HELD = -1
 
@@ -133,7 +135,7 @@ class ClosingContacts:
                 local = shares[: len(rows)].reshape(-1, 3)
                 if (local[:, 2] < 0.0).any():
                     # No contact pulls.
-                    fits *= 1e-3
+                    fits *= PULLING
                 if fits > best[0] or not best[1]:
                     world = np.einsum("kij,kj->ki", axes, local)
                     best = fits, chosen, world

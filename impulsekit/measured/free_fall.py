@@ -25,6 +25,8 @@ __all__ = [
 WINDOWS = (15, 25)
 # A window's parabola leaves residuals below this share of what it falls [relative].
 SMOOTH = 0.12
+# A part bends by this share of its way at least, or nothing is told of its acceleration.
+LEAST_FALL = 1e-3
 # Cosine to the scene's gravity above which a window's acceleration is free fall; logarithms of
 # accelerations this near are one.
 DOWN, ALIKE = 0.95, 0.1
@@ -180,7 +182,7 @@ def _falls(recording: Recording, gravity: np.ndarray, window: int) -> list[float
         rough = float(np.sqrt(np.mean(left**2)))
         # What slides or rolls on a level floor is not accelerated down.
         down = float(fit[2] @ gravity) / float(np.linalg.norm(gravity))
-        if fall > 1e-3 * way and rough < SMOOTH * fall and down > DOWN * fall:
+        if fall > LEAST_FALL * way and rough < SMOOTH * fall and down > DOWN * fall:
             found.append(2.0 * fall / span**2)
     return found
 

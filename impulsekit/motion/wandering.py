@@ -11,6 +11,8 @@ __all__ = ["MOVE", "bias_by_differences"]
 
 # How far the bodies move for the rates of their rows [m, rad].
 MOVE = 1e-4
+# What moves more slowly is moved as if at this speed [m/s or rad/s]: not for seconds.
+SLOWEST = 1e-3
 
 # (3k, nv) rows and (k, 3) points; of data with joint Jacobians.
 Rows = Callable[[pin.Data], tuple[np.ndarray, np.ndarray]]
@@ -39,7 +41,7 @@ def bias_by_differences(
     size = float(np.abs(v).max(initial=0.0))
     if size == 0.0 or not len(here):
         return np.zeros(3 * len(here))
-    time = MOVE / max(size, 1e-3)
+    time = MOVE / max(size, SLOWEST)
     velocities = []
     for sign in (1.0, -1.0):
         there = pin.integrate(model, q, sign * time * v)
