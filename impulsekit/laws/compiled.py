@@ -75,9 +75,12 @@ def compiled(function: F, **options: bool) -> F:
 
 
 def _writable(value: Any) -> Any:
-    """An array that is read-only, copied; all else as it is."""
+    """An array that is read-only, copied, within tuples too; all else as it is."""
     if isinstance(value, np.ndarray) and not value.flags.writeable:
         return value.copy()
+    if isinstance(value, tuple):
+        parts = map(_writable, value)
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
     return value
 
 

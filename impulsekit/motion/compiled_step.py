@@ -19,7 +19,7 @@ from .compiled_chart import write_configuration, write_rate
 from .compiled_loads import Loads, add_torques, push_bodies
 from .explicit import first_guess, first_length
 from .points import Table
-from .pressed import Found, Sliding, press
+from .pressed import Found, Loaded, Sliding, press
 from .tree import Room, Tree, begin_forces, look_at, take_forces, write_factor, write_jacobian
 
 __all__ = [
@@ -139,7 +139,8 @@ def accelerate(system: System, driven: np.ndarray, v: np.ndarray, rate: np.ndarr
         return SOLVED
     write_jacobian(tree, room)
     found = Found(rate, system.last, system.accelerations, system.slip)
-    residual = press(system.table, room.kinematics, room.factor, system.sliding, load, v, found)
+    state = Loaded(system.table, room.kinematics, room.factor, system.sliding, load, v)
+    residual = press(state, found)
     if residual < 0.0:
         return UNSAFE
     return SOLVED if residual <= BAR else NOT_SOLVED

@@ -29,7 +29,7 @@ from .gaps import Gaps
 from .held import HeldRows
 from .memory import Memory
 from .points import Kinematics, Table
-from .pressed import pressed
+from .pressed import Loaded, pressed
 from .rest_law import BAR, solve_rest
 from .resting import Resting
 
@@ -172,15 +172,10 @@ class Dynamics:
             load = load - pin.nonLinearEffects(model, self._data, q, v)
         if not isfinite(load.sum()):
             return np.full(model.nv, np.nan)
-        residual, rate, forces, accelerations, slip = pressed(
-            table,
-            kinematics,
-            self._own_factor,
-            resting.sliding(),
-            load,
-            np.ascontiguousarray(v),
-            resting.last_forces(len(table.whole)),
-        )
+        v = np.ascontiguousarray(v)
+        state = Loaded(table, kinematics, self._own_factor, resting.sliding(), load, v)
+        last = resting.last_forces(len(table.whole))
+        residual, rate, forces, accelerations, slip = pressed(state, last)
         if not 0.0 <= residual <= BAR:
             return None
         resting.note(forces, accelerations, slip)

@@ -21,11 +21,14 @@ from .points import MOST, Kinematics, Table, write_bias, write_rows
 
 __all__ = [
     "Found",
+    "Loaded",
     "Sliding",
     "press",
     "pressed",
     "rows_and_bias",
 ]
+
+Pressed = tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 class Sliding(NamedTuple):
@@ -42,6 +45,25 @@ class Sliding(NamedTuple):
     ways: np.ndarray
     slow: float
     negligible: float
+
+
+class Loaded(NamedTuple):
+    """A state at which points rest.
+
+    Attributes:
+        table, kinematics: of the points.
+        factor: of M.
+        sliding: what is known of the points.
+        load: (nv,) τ − h, what acts besides contacts [N, N m].
+        v: (nv,) the velocity.
+    """
+
+    table: Table
+    kinematics: Kinematics
+    factor: Factor
+    sliding: Sliding
+    load: np.ndarray
+    v: np.ndarray
 
 
 class Found(NamedTuple):
@@ -68,11 +90,11 @@ def _kinematics() -> Kinematics:
     )
 
 
-def _examples() -> tuple:
+def _examples() -> tuple[Loaded, np.ndarray]:
     factor = Factor(np.eye(2), np.ones(2), np.eye(2), np.zeros(2, np.int64), 0.0)
     sliding = Sliding(np.zeros(1), np.zeros((1, 3)), 0.0, 0.0)
     vector = np.zeros(2)
-    return _table(), _kinematics(), factor, sliding, vector, vector, np.zeros(3)
+    return Loaded(_table(), _kinematics(), factor, sliding, vector, vector), np.zeros(3)
 
 
 @entry(lambda: (_table(), _kinematics()), seconds=2.0)
@@ -86,43 +108,23 @@ def rows_and_bias(table: Table, kinematics: Kinematics) -> tuple[np.ndarray, np.
 
 
 @entry(_examples, seconds=11.0)
-def pressed(
-    table: Table,
-    kinematics: Kinematics,
-    factor: Factor,
-    sliding: Sliding,
-    load: np.ndarray,
-    v: np.ndarray,
-    last: np.ndarray,
-) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def pressed(state: Loaded, last: np.ndarray) -> Pressed:
     """The accelerations with points that rest.
 
     Args:
-        load: (nv,) τ − h, what acts besides contacts [N, N m].
-        v: (nv,) the velocity.
         last: (3n,) forces to start from [N].
 
     Returns:
         The residual of the law, relative, or −1 where a pivot of M is rounding; (nv,) v̇; and of
         the points (3n,) forces (of what slides the normal alone), accelerations and velocities.
     """
-    return _pressed(table, kinematics, factor, sliding, load, v, last)
+    return _pressed(state, last)
 
 
 @compiled
-def press(
-    table: Table,
-    kinematics: Kinematics,
-    factor: Factor,
-    sliding: Sliding,
-    load: np.ndarray,
-    v: np.ndarray,
-    found: Found,
-) -> float:
+def press(state: Loaded, found: Found) -> float:
     """As ``pressed``, from and into arrays that are there; nothing is written without forces."""
-    residual, rate, forces, accelerations, slip = _pressed(
-        table, kinematics, factor, sliding, load, v, found.forces
-    )
+    residual, rate, forces, accelerations, slip = _pressed(state, found.forces)
     if 0.0 <= residual <= BAR:
         put(rate, found.rate)
         put(forces, found.forces)
@@ -132,20 +134,14 @@ def press(
 
 
 @compiled
-def _pressed(
-    table: Table,
-    kinematics: Kinematics,
-    factor: Factor,
-    sliding: Sliding,
-    load: np.ndarray,
-    v: np.ndarray,
-    last: np.ndarray,
-) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def _pressed(state: Loaded, last: np.ndarray) -> Pressed:
     """As ``pressed``."""
+    table, kinematics, factor, sliding, load, v = state
     nv, n = len(load), len(table.whole)
-    rows, bias = np.empty((3 * n, nv)), np.empty(3 * n)
     if not is_safe(factor):
-        return -1.0, load, bias, bias, bias
+        nothing = np.empty(0)
+        return -1.0, load, nothing, nothing, nothing
+    rows, bias = np.empty((3 * n, nv)), np.empty(3 * n)
     write_rows(table, kinematics, rows)
     write_bias(table, kinematics, bias)
     slip = np.zeros(3 * n)

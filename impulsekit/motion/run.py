@@ -19,6 +19,7 @@ from .compiled_advance import CHANGED, STUCK
 from .crossing import Seen, first_crossing
 from .drift import take_out_drift
 from .flight import Flight, Step
+from .headway import Headway
 from .hops import Hop, find_hops, low_hops
 from .interrupts import Interrupts
 from .kinks import Kink
@@ -33,14 +34,8 @@ from .warm import load_shared
 
 __all__ = ["Run"]
 
-# So many events without any time between them never end.
-MOST_STILL = 1000
-# So many steps that together take less than this part of the time before them get nowhere.
-MANY, NOWHERE = 200, 1e-10
 # Most points that jam one after the other at one time.
 MOST_JAMS = 8
-# Slip [m/s] whose direction friction turns within some 1e-4 s.
-SLOW = 1e-3
 # A point that comes down faster than this [m/s] beside others that rest is met, not laid down.
 LANDS = 1e-5
 
@@ -109,12 +104,8 @@ class Run:
             return
         penetration.refuse()
         self._flight.restart()
-        still, looked_at = 0, (0, 0.0)
+        headway = Headway(now, self._flight)
         while now.t < settings.duration:
-            if self._flight.steps >= settings.max_steps:
-                raise Stopped(MotionStatus.TOO_MANY_STEPS, self._why_many())
-            looked_at = self._unless_stuck(*looked_at)
-            begin = now.t
             self._last = now.mark(), len(self._flight.path)
             self._interrupts.heed()
             if self._unless_jammed(lambda: self._go_on(penetration.deepest)):
@@ -125,41 +116,11 @@ class Run:
                 # The step is not kept: what it led to cannot be true.
                 self._go_back()
                 raise
-            still = still + 1 if now.t == begin else 0
-            if still == MOST_STILL:
-                raise Stopped(MotionStatus.STEP_TOO_SMALL, "events follow each other at one time")
+            headway.check()
             if self._progress is not None:
                 call(self._progress, "progress", now.t)
         self._last = now.mark(), len(self._flight.path)
         self._interrupts.heed()
-
-    def _unless_stuck(self, steps: int, t: float) -> tuple[int, float]:
-        """How many steps were made, and until when, when that was last looked at.
-
-        Raises:
-            Stopped: steps get shorter and shorter, and lead nowhere.
-        """
-        now, made = self._now, self._flight.steps
-        if made < steps + MANY:
-            return steps, t
-        if now.t - t <= NOWHERE * t:
-            speed = float(np.abs(now.v).max())
-            raise Stopped(
-                MotionStatus.STEP_TOO_SMALL,
-                f"{made - steps} steps took {now.t - t:.1e} s, and speeds are up to {speed:.1e}: "
-                "a linkage that is driven into a dead centre, or a force without bound",
-            )
-        return made, now.t
-
-    def _why_many(self) -> str:
-        """What to say of a motion that needs too many steps."""
-        told, slip = f"max_steps is {self._settings.max_steps}", self._now.resting.slowest_slide()
-        if slip < SLOW and self._settings.method == "dop853":
-            told += (
-                f"; a point slides at {slip:.1e} m/s: friction turns so slow a slip too fast for "
-                'long steps, but for those of method="radau"'
-            )
-        return told
 
     def _go_back(self) -> None:
         """Let the last step be undone."""

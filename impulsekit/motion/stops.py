@@ -45,14 +45,9 @@ def first_stop(
     velocity is known to tolerance only, so that a loaded point may seem to leave. ``passage``: the
     step as compiled code sees it, where it does.
     """
-    contacts = resting.contacts
-    slides, slip_begins = resting.slides(), resting.begins()
-    if not contacts:
+    if not resting.contacts:
         return None
-    count, rolling = len(slides), resting.rolling
-    many = 0 if rolling is None else 4 * len(rolling.owners(contacts))
-    many += count if resting.may_tear else 0
-    more = np.full(many, np.inf)
+    count = len(resting.slides())
     times = gaps.turning.nodes(states, start, end)
     told = None if passage is None else passage.crossings(resting, times)
     if told is not None:
@@ -62,60 +57,87 @@ def first_stop(
             if stop is not None:
                 return stop
         return None
-    lowest, _ = gaps.beyond_held(contacts, *states(start))
-    # Where something touches already, it may come no deeper than by rounding.
-    lowest = min(lowest, 0.0) - ELSEWHERE
-
-    def of_places(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Below zero where a point has left its face or edge; last, where one came down."""
-        below, inside = gaps.beyond_held(contacts, q, v)
-        if len(inside) != count:
-            inside = np.full(count, np.inf)
-        return np.concatenate([inside + LEFT, [below - lowest]])
-
-    def of_speeds(t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Below zero where something has happened: slip along its first direction, or −lift."""
-        u = gaps.velocities(contacts, q, v)
-        if len(u) != 3 * count:
-            return np.concatenate([np.full(3 * count, np.inf), more])
-        turning = np.empty(0)
-        if rolling is not None:
-            turning = rolling.signs(contacts, rolling.turning(gaps, contacts, q, v))
-        if resting.may_tear:
-            turning = np.concatenate([turning, left_to_tear(t)])
-        along = [
-            np.inf if s is None else float(u[3 * i : 3 * i + 2].dot(s))
-            for i, s in enumerate(slides)
-        ]
-        grows = [
-            resting.grown - float(np.hypot(*u[3 * i : 3 * i + 2])) if begins else np.inf
-            for i, begins in enumerate(slip_begins)
-        ]
-        own = [along, LIFTED - u[2::3], grows]
-        return np.concatenate([*own, turning if len(turning) == len(more) else more])
-
-    def signs(t: float) -> np.ndarray:
-        q, v = states(t)
-        speeds = of_speeds(t, q, v)
-        return np.concatenate([speeds[: 3 * count], of_places(q, v), speeds[3 * count :]])
-
-    def one(i: int, t: float) -> float:
-        q, v = states(t)
-        if 3 * count <= i <= 4 * count:
-            return float(of_places(q, v)[i - 3 * count])
-        return float(of_speeds(t, q, v)[i if i < 3 * count else i - count - 1])
-
-    before = signs(times[0])
+    signs = _Signs(gaps, resting, states, start, left_to_tear)
+    before = signs.all(times[0])
     for left, right in pairwise(times):
-        after = signs(right)
+        after = signs.all(right)
         crossed = np.flatnonzero((before > 0.0) & (after <= 0.0) & np.isfinite(before))
         # scipy's brentq wants the sign to differ strictly; zero itself is one of them.
-        found = [(falling_root(partial(one, i), left, right), i) for i in crossed.tolist()]
+        found = [(falling_root(partial(signs.one, i), left, right), i) for i in crossed.tolist()]
         stop = _first_of(found, count, pushing)
         if stop is not None:
             return stop
         before = after
     return None
+
+
+class _Signs:
+    """What falls below zero within a step where something happens to what rests.
+
+    By point: slip along its first direction, −lift, growth of slip, and whether it is still on its
+    face or edge; one for all that comes down elsewhere; then what rolls and tears.
+    """
+
+    def __init__(
+        self,
+        gaps: Gaps,
+        resting: Resting,
+        states: States,
+        start: float,
+        left_to_tear: Callable[[float], np.ndarray],
+    ) -> None:
+        self._gaps, self._resting, self._states = gaps, resting, states
+        self._left_to_tear = left_to_tear
+        self._slides, self._begins = resting.slides(), resting.begins()
+        self._count, rolling = len(self._slides), resting.rolling
+        many = 0 if rolling is None else 4 * len(rolling.owners(resting.contacts))
+        many += self._count if resting.may_tear else 0
+        self._more = np.full(many, np.inf)
+        lowest, _ = gaps.beyond_held(resting.contacts, *states(start))
+        # Where something touches already, it may come no deeper than by rounding.
+        self._lowest = min(lowest, 0.0) - ELSEWHERE
+
+    def all(self, t: float) -> np.ndarray:
+        q, v = self._states(t)
+        speeds, by_point = self._of_speeds(t, q, v), 3 * self._count
+        return np.concatenate([speeds[:by_point], self._of_places(q, v), speeds[by_point:]])
+
+    def one(self, i: int, t: float) -> float:
+        q, v = self._states(t)
+        count = self._count
+        if 3 * count <= i <= 4 * count:
+            return float(self._of_places(q, v)[i - 3 * count])
+        return float(self._of_speeds(t, q, v)[i if i < 3 * count else i - count - 1])
+
+    def _of_places(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Below zero where a point has left its face or edge; last, where one came down."""
+        below, inside = self._gaps.beyond_held(self._resting.contacts, q, v)
+        if len(inside) != self._count:
+            inside = np.full(self._count, np.inf)
+        return np.concatenate([inside + LEFT, [below - self._lowest]])
+
+    def _of_speeds(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Below zero where something has happened: slip along its first direction, or −lift."""
+        resting, more = self._resting, self._more
+        contacts, rolling = resting.contacts, resting.rolling
+        u = self._gaps.velocities(contacts, q, v)
+        if len(u) != 3 * self._count:
+            return np.concatenate([np.full(3 * self._count, np.inf), more])
+        turning = np.empty(0)
+        if rolling is not None:
+            turning = rolling.signs(contacts, rolling.turning(self._gaps, contacts, q, v))
+        if resting.may_tear:
+            turning = np.concatenate([turning, self._left_to_tear(t)])
+        along = [
+            np.inf if s is None else float(u[3 * i : 3 * i + 2].dot(s))
+            for i, s in enumerate(self._slides)
+        ]
+        grows = [
+            resting.grown - float(np.hypot(*u[3 * i : 3 * i + 2])) if begins else np.inf
+            for i, begins in enumerate(self._begins)
+        ]
+        own = [along, LIFTED - u[2::3], grows]
+        return np.concatenate([*own, turning if len(turning) == len(more) else more])
 
 
 def _first_of(

@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import signal
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -41,7 +42,16 @@ class ForkedCommand:
             os.kill(self._process.pid, number)
 
     def kill(self) -> None:
+        """End it, and wait until it has ended."""
         self.send_signal(signal.SIGKILL)
+        self.wait(60.0)
+
+    def pause(self) -> None:
+        """Stop it, and wait until it stands still, as far as the system tells."""
+        self.send_signal(signal.SIGSTOP)
+        state = Path(f"/proc/{self._process.pid}/stat")
+        while state.exists() and state.read_text().rpartition(")")[2].split()[0] not in "TZX":
+            time.sleep(0.001)
 
     def wait(self, timeout: float) -> None:
         self._process.join(timeout)

@@ -428,7 +428,7 @@ def test_killed_and_paused_at_fifty_random_moments_two_at_once(files, tmp_path):
                 if rng.random() < 0.5:
                     process.kill()
                 else:
-                    process.send_signal(signal.SIGSTOP)
+                    process.pause()
                     paused.append(process)
         assert_own_rows(folder, truth)
         # What was paused goes on beside those that are started then.

@@ -16,7 +16,7 @@ from impulsekit.motion import (
     compiled_mover,
     compiled_stepper,
     compiled_travel,
-    run,
+    headway,
     strides,
     tree,
 )
@@ -321,7 +321,7 @@ def test_impacts_of_an_oscillator_are_as_accurate_as_its_steps(stepped):
 
 def test_steps_made_at_once_are_no_standstill(stepped, monkeypatch):
     monkeypatch.setattr(strides, "MOST", 1)
-    monkeypatch.setattr(run, "MOST_STILL", 3)
+    monkeypatch.setattr(headway, "MOST_STILL", 3)
     swing = ik.Robot.from_urdf(ik.models.pendulum_urdf(2))
     motion = ik.simulate(
         ik.Scene(swing), swing.configuration(joint_1=1.0), np.zeros(2), duration=0.4
