@@ -24,6 +24,7 @@ from ..impact.solver import solve_without_warnings
 from ..scene import Scene
 from ..tolerances import NONZERO
 from .batched import BatchedImpacts, is_batch
+from .differences import has_functions, slopes_by_differences
 from .doubts import (
     bounds_reached,
     is_misfit,
@@ -138,7 +139,8 @@ class _Problem:
         self._high = np.array([parameter.high for parameter in self._parameters])
         self._read_measured()
         self._batched: BatchedImpacts | None = None
-        if is_batch(self._measurements) and not inertias:
+        functions = any(has_functions(scene) for scene in scenes)
+        if (functions or is_batch(self._measurements)) and not inertias:
             self._batched = BatchedImpacts(self._measurements, self._parameters)
 
     def _read_measured(self) -> None:
@@ -214,10 +216,13 @@ class _Problem:
             if own is None:
                 continue
             scene = scene_of(m, self._parameters, x, scenes)
-            found = derivatives(solve_without_warnings(scene, m.q, m.v_before))
-            nv = scene.robot.nv
+            if has_functions(scene):
+                by_q, by_v = slopes_by_differences(scene, m.q, m.v_before)
+            else:
+                found = derivatives(solve_without_warnings(scene, m.q, m.v_before))
+                by_q, by_v = found.dv_after_dq, found.dv_after_dv
             to_residual = np.hstack(
-                [np.nan_to_num(found.dv_after_dq), np.nan_to_num(found.dv_after_dv), -np.eye(nv)]
+                [np.nan_to_num(by_q), np.nan_to_num(by_v), -np.eye(scene.robot.nv)]
             )[seen]
             self._whiteners[i] = whitening(to_residual @ own @ to_residual.T)
 

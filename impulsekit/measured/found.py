@@ -11,7 +11,8 @@ import numpy as np
 
 from ..design.fit import Measurement
 from ..display import OneLine, one_line
-from ..scene import Collision, JointStop, Scene
+from ..scene import Collision, Scene
+from .touching import at_touch
 
 __all__ = ["FoundImpact", "FoundImpacts"]
 
@@ -68,17 +69,6 @@ class FoundImpact(OneLine):
         """Of each contact, the gap that noise leaves to what touches, rounded up [m]."""
         return tuple(_margin(float(gap)) for gap in self.gaps)
 
-    def _touching(self, scene: Scene) -> np.ndarray:
-        """(nq,) the configuration with joints at the limits that they hit, not before them."""
-        q, model = self.q.copy(), scene.robot.model
-        for name, entry in zip(scene.entry_names("contacts"), scene.contacts, strict=True):
-            if isinstance(entry, JointStop) and name in self.contacts:
-                at = model.joints[scene.robot.joint_id(entry.joint)].idx_q
-                lower, upper = entry.limits(scene.robot)
-                near_upper = upper - q[at] < q[at] - lower
-                q[at] = max(q[at], upper) if near_upper else min(q[at], lower)
-        return q
-
     def measurement(self, scene: Scene) -> Measurement:
         """The impact as ``fit_impacts`` takes it: the scene with these contacts alone.
 
@@ -87,9 +77,10 @@ class FoundImpact(OneLine):
         Raises:
             UnknownNameError: the scene has no such contact.
         """
+        nv = len(self.v_before)
         return Measurement(
             only_contacts(scene, self.contacts, self.margins()),
-            self._touching(scene),
+            at_touch(scene, self.contacts, self.q, self.covariance[:nv, :nv]),
             self.v_before,
             self.v_after,
             covariance=self.covariance,
