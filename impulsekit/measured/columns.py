@@ -22,7 +22,9 @@ from ..errors import (
 from ..robot import Robot
 from .recording import Recording
 from .repeats import repeated_poses
+from .samples import in_order, without_gaps
 from .velocity_check import checked_velocities
+from .vendors import hint_for_name
 
 __all__ = ["REPAIRS", "RecordingFormat", "recording_of_columns"]
 
@@ -95,18 +97,19 @@ def recording_of_columns(
     columns: Mapping[str, Any],
     format: RecordingFormat | None = None,
     *,
-    repair: Sequence[str] = (),
+    repair: str | Sequence[str] = (),
     name: str = "",
 ) -> Recording:
     """See ``Recording.from_columns``."""
+    repair = (repair,) if isinstance(repair, str) else repair
     for each in repair:
         if each not in REPAIRS:
             raise UnknownNameError.among("repair", each, REPAIRS)
     reader = _Reader(robot, columns, format or RecordingFormat(), name or "recording")
     t, q, v = reader.read()
     notes: list[str] = []
-    t, q, v = _without_gaps(t, q, v, reader.where, repair, notes)
-    t, q, v = _in_order(t, q, v, reader.where, repair, notes)
+    t, q, v = without_gaps(t, q, v, reader.where, repair, notes)
+    t, q, v = in_order(t, q, v, reader.where, repair, notes)
     q = _of_unit_length(robot.model, q, reader.where, repair, notes)
     v = checked_velocities(robot, t, q, v, reader.where, notes)
     notes += repeated_poses(q)
@@ -143,6 +146,13 @@ class _Reader:
             if found and found.group(2) not in joints:
                 raise UnknownNameError.among("joint", found.group(2), joints, self.where)
             if not found and name not in (*_WHOLE, *_BODY):
+                ours = hint_for_name(name)
+                if ours is not None:
+                    raise UnknownNameError(
+                        f"{self.where}: unknown column {quoted(name)}; call it {quoted(ours)} if "
+                        "that is what it holds",
+                        kind="column", name=name, nearest=(ours,), known=(*_WHOLE, *_BODY),
+                    )  # fmt: skip
                 known = (*_WHOLE, *_BODY, "q.JOINT", "v.JOINT")
                 raise UnknownNameError.among("column", name, known, self.where)
 
@@ -293,48 +303,6 @@ def _rotations(quaternions: np.ndarray) -> np.ndarray:
         ],
         axis=1,
     )
-
-
-def _without_gaps(
-    t: np.ndarray, q: np.ndarray, v: np.ndarray | None, where: str, repair: Any, notes: list[str]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """Samples that are finite."""
-    fine = np.isfinite(t) & np.isfinite(q).all(axis=1)
-    if v is not None:
-        fine &= np.isfinite(v).all(axis=1)
-    bad = np.flatnonzero(~fine)
-    if not len(bad):
-        return t, q, v
-    if "gaps" not in repair:
-        raise NotFiniteError(
-            f"{where}: {len(bad)} of {len(t)} samples hold a NaN or an infinity, the first is "
-            f'sample {bad[0]}; repair="gaps" leaves them out',
-            what=where, where=int(bad[0]),
-        )  # fmt: skip
-    if not fine.any():
-        raise InputError(f"{where}: every sample holds a NaN or an infinity")
-    notes.append(f"{len(bad)} of {len(t)} samples with a NaN or an infinity are left out")
-    return t[fine], q[fine], None if v is None else v[fine]
-
-
-def _in_order(
-    t: np.ndarray, q: np.ndarray, v: np.ndarray | None, where: str, repair: Any, notes: list[str]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """Samples whose times rise."""
-    back = np.flatnonzero(np.diff(t) <= 0.0)
-    if not len(back):
-        return t, q, v
-    if "time" not in repair:
-        k = int(back[0])
-        raise RangeError(
-            f"{where}: times must rise, got {t[k + 1]:.9g} s after {t[k]:.9g} s at sample {k + 1} "
-            f'({len(back)} such); repair="time" sorts them and leaves out repeated ones',
-            what=where, value=float(t[k + 1]), allowed="rising times",
-        )  # fmt: skip
-    order = np.argsort(t, kind="stable")
-    kept = order[np.concatenate([[True], np.diff(t[order]) > 0.0])]
-    notes.append(f"times ran back {len(back)} times; sorted, {len(t) - len(kept)} samples left out")
-    return t[kept], q[kept], None if v is None else v[kept]
 
 
 def _of_unit_length(

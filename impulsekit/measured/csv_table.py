@@ -6,6 +6,7 @@ import csv
 import re
 
 from ..errors import InputError, quoted, shown
+from .vendors import hint_for_table
 
 __all__ = ["csv_columns", "without_unit"]
 
@@ -27,7 +28,8 @@ def csv_columns(data: bytes, label: str) -> dict[str, list[str]]:
     then have decimal commas. Lines that begin with # before the names are comments.
 
     Raises:
-        InputError: no table in UTF-8, no rows, rows of other lengths, a name twice.
+        InputError: no table in UTF-8, an export of motion capture as it is, no rows, rows of other
+            lengths, a name twice.
     """
     try:
         text = data.decode("utf-8-sig").splitlines()
@@ -35,6 +37,9 @@ def csv_columns(data: bytes, label: str) -> dict[str, list[str]]:
         raise InputError(f"{label}: no CSV table in UTF-8 ({error})") from None
     while text and (not text[0].strip() or text[0].lstrip().startswith("#")):
         text.pop(0)
+    hint = hint_for_table(text[0]) if text else None
+    if hint is not None:
+        raise InputError(f"{label}: {hint}")
     separator = next((s for s in SEPARATORS if text and s in text[0] and "," not in text[0]), ",")
     try:
         lines = [line for line in csv.reader(text, delimiter=separator) if any(line)]

@@ -36,7 +36,7 @@ def load_recordings(
     robot: Robot,
     format: RecordingFormat | None = None,
     *,
-    repair: Sequence[str] = (),
+    repair: str | Sequence[str] = (),
 ) -> list[Recording]:
     """Load the recordings in a file.
 
@@ -49,7 +49,7 @@ def load_recordings(
     ``rate_hz`` may stand for ``t``.
 
     Args:
-        path: ``.npz``, ``.csv``, ``.parquet``, or the folder of a ROS 2 bag.
+        path: ``.npz``, ``.csv``, ``.tsv``, ``.txt``, ``.parquet``, or the folder of a ROS 2 bag.
         robot: the robot.
         format: units and orders that the names do not say.
         repair: which repairs may be made; each one made is noted in ``notes``: "gaps" leaves
@@ -85,12 +85,12 @@ def load_recordings(
                 pieces = _of_npz(file, label)
             elif ending in (".parquet", ".pq"):
                 pieces = _of_table(_parquet(path, label), label, format)
-            elif ending in (".csv", ".txt"):
+            elif ending in (".csv", ".txt", ".tsv"):
                 pieces = _of_table(csv_columns(file.read(), label), label, format)
             else:
                 raise InputError(
-                    f"{label}: unknown ending {quoted(ending)}; choose .npz, .csv, .parquet or the "
-                    "folder of a ROS 2 bag"
+                    f"{label}: unknown ending {quoted(ending)}; choose .npz, .csv, .tsv, .parquet "
+                    "or the folder of a ROS 2 bag"
                 )
     found = []
     for name, columns, rate, note in pieces:

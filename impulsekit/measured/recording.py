@@ -103,7 +103,7 @@ class Recording(OneLine):
         columns: Mapping[str, ArrayLike],
         format: RecordingFormat | None = None,
         *,
-        repair: Sequence[str] = (),
+        repair: str | Sequence[str] = (),
         name: str = "",
     ) -> Recording:
         """A recording of named columns; see ``load_recordings`` for the names and the repairs.

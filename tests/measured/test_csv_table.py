@@ -68,3 +68,22 @@ def test_dates_are_seconds_after_the_first(ball, tmp_path):
     assert found.t.tolist() == [0.0, 0.25]
     with pytest.raises(InputError, match="t holds dates, which need no unit"):
         load_recordings(tmp_path / "a.parquet", ball, RecordingFormat(time="ns"))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.csv", "Format Version,1.23,Take Name,Take 01\n\n,,Rigid Body", "export of Motive"),
+        ("a.csv", "Objects\n100\n,,ball\nFrame,Sub Frame,RX", "export of Vicon Nexus"),
+        ("a.csv", "Trajectories,,,\n100,,,\n", "export of Vicon Nexus"),
+        ("a.tsv", "NO_OF_FRAMES\t2\nNO_OF_CAMERAS\t8", "export of Qualisys Track Manager"),
+        ("a.txt", "0.0 1 2 3 0 0 0 1\n0.1 1 2 3 0 0 0 1", "first row holds numbers"),
+        ("a.csv", "t,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1", 'column "x"; call it "position.x"'),
+        ("a.csv", "timestamp,q\n0,1", 'column "timestamp"; call it "t"'),
+        ("a.csv", "t,Quat_W\n0,1", '"Quat_W"; call it "quaternion_xyzw.w"'),
+    ],
+)
+def test_exports_and_names_of_others_are_told_by_what_they_are(ball, tmp_path, name, text, message):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError, match=message):
+        load_recordings(tmp_path / name, ball)

@@ -182,6 +182,7 @@ def test_gaps_and_times_that_run_back_are_an_error_or_a_named_repair(truth):
     with pytest.raises(RangeError, match=r'sample 5.*repair="time"'):
         Recording.from_columns(BALL, columns)
     assert (np.diff(Recording.from_columns(BALL, columns, repair=["time"]).t) > 0).all()
+    assert (np.diff(Recording.from_columns(BALL, columns, repair="time").t) > 0).all()
     with pytest.raises(UnknownNameError):
         Recording.from_columns(BALL, columns, repair=["everything"])
 
@@ -296,3 +297,18 @@ def test_a_tracker_that_lost_the_body_is_noted(truth):
     for name in ("position", "quaternion_xyzw"):
         columns[name][20:] = columns[name][20]
     assert Recording.from_columns(BALL, columns).notes == ()
+
+
+@pytest.mark.parametrize("moved", [(2, 3), (10, 15), (3, 20)])
+def test_times_of_late_stretches_are_sorted_and_a_clock_that_begins_again_is_told(moved):
+    t = 0.01 * np.arange(30)
+    q = np.zeros((30, 7))
+    q[:, 2], q[:, 6] = 1.0 - t, 1.0
+    start, end = moved
+    late = np.r_[np.arange(start), np.arange(end, 28), np.arange(start, end), [28, 29]]
+    found = Recording.from_columns(BALL, {"t": t[late], "q": q[late]}, repair="time")
+    assert found.t.tolist() == t.tolist() and found.q.tolist() == q.tolist()
+    for shift in (0.15, 0.153):
+        again = np.where(np.arange(30) < 15, t, t - shift)
+        with pytest.raises(RangeError, match=r"begin again .* at sample 15.*two recordings"):
+            Recording.from_columns(BALL, {"t": again, "q": q}, repair="time")
