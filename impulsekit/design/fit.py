@@ -7,7 +7,7 @@ given or larger than given, no less than what the measurements differ by among t
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,12 +19,7 @@ from ..errors import (
     ShapeError,
     quoted,
 )
-from ..impact.derivatives import derivatives
-from ..impact.solver import solve_without_warnings
-from ..scene import Scene
 from ..tolerances import NONZERO
-from .batched import BatchedImpacts, is_batch
-from .differences import has_functions, slopes_by_differences
 from .doubts import (
     bounds_reached,
     is_misfit,
@@ -35,7 +30,8 @@ from .doubts import (
 )
 from .fit_result import UNSEEN, Fit
 from .measurement import Measurement
-from .parameters import INERTIA_PARAMETERS, column_of, groups_of, parameters_of, scene_of
+from .parameters import INERTIA_PARAMETERS, groups_of, parameters_of
+from .solved import SolvedImpacts
 from .weights import ROBUST, block_weights, whitening
 
 __all__ = ["INERTIA_PARAMETERS", "Fit", "Measurement", "fit_impacts"]
@@ -138,15 +134,12 @@ class _Problem:
         self._low = np.array([parameter.low for parameter in self._parameters])
         self._high = np.array([parameter.high for parameter in self._parameters])
         self._read_measured()
-        self._batched: BatchedImpacts | None = None
-        functions = any(has_functions(scene) for scene in scenes)
-        if (functions or is_batch(self._measurements)) and not inertias:
-            self._batched = BatchedImpacts(self._measurements, self._parameters)
+        self._solved = SolvedImpacts(self._measurements, self._parameters, bool(inertias))
 
     def _read_measured(self) -> None:
         self._after, self._seen = [], []
         self._whiteners: list[np.ndarray] = []
-        self._covariances: list[np.ndarray | None] = []
+        self._covariances: dict[int, np.ndarray] = {}
         given = [m.sigma is not None or m.covariance is not None for m in self._measurements]
         if any(given) and not all(given):
             raise InputError("fit_impacts: give sigma for all measurements or for none")
@@ -165,7 +158,8 @@ class _Problem:
             self._after.append(after[seen])
             self._seen.append(seen)
             self._whiteners.append(np.diag(1.0 / sigma[seen]))
-            self._covariances.append(_checked_covariance(m, i, nv))
+            if m.covariance is not None:
+                self._covariances[i] = _checked_covariance(m, i, nv)
         self._factors = np.ones(len(self._measurements))
         self._last: tuple[bytes, np.ndarray, np.ndarray] | None = None
         count = sum(len(after) for after in self._after)
@@ -180,7 +174,7 @@ class _Problem:
         """The least squares; weights follow from its residuals, and it from them."""
         found = None
         start = self._start
-        noisy = any(each is not None for each in self._covariances)
+        noisy = bool(self._covariances)
         rounds = MOST_ROUNDS if noisy or robust != "none" else 1
         if noisy:
             self._carry_noise(start)
@@ -209,21 +203,10 @@ class _Problem:
         The effective variance of Orear (1982): the first order of errors in variables.
         """
         self._last = None
-        scenes: dict[Any, Scene] = {}
-        for i, (m, seen, own) in enumerate(
-            zip(self._measurements, self._seen, self._covariances, strict=True)
-        ):
-            if own is None:
-                continue
-            scene = scene_of(m, self._parameters, x, scenes)
-            if has_functions(scene):
-                by_q, by_v = slopes_by_differences(scene, m.q, m.v_before)
-            else:
-                found = derivatives(solve_without_warnings(scene, m.q, m.v_before))
-                by_q, by_v = found.dv_after_dq, found.dv_after_dv
-            to_residual = np.hstack(
-                [np.nan_to_num(by_q), np.nan_to_num(by_v), -np.eye(scene.robot.nv)]
-            )[seen]
+        for i, (by_q, by_v) in self._solved.slopes(x).items():
+            own, seen = self._covariances[i], self._seen[i]
+            to_residual = np.hstack([np.nan_to_num(by_q), np.nan_to_num(by_v), -np.eye(len(by_v))])
+            to_residual = to_residual[seen]
             self._whiteners[i] = whitening(to_residual @ own @ to_residual.T)
 
     def _blocks_of(self, rows: np.ndarray) -> list[np.ndarray]:
@@ -339,9 +322,8 @@ class _Problem:
             return self._last[1], self._last[2]
         residuals, rows = [], []
         whiteners = [w * f for w, f in zip(self._whiteners, self._factors, strict=True)]
-        found = self._batched(x) if self._batched is not None else self._one_by_one(x)
         for (v_after, columns), after, seen, whiten in zip(
-            found, self._after, self._seen, whiteners, strict=True
+            self._solved.at(x), self._after, self._seen, whiteners, strict=True
         ):
             residuals.append(whiten @ (v_after[seen] - after))
             rows.append(whiten @ columns[seen])
@@ -354,20 +336,8 @@ class _Problem:
         self._last = (key, residual, jacobian)
         return residual, jacobian
 
-    def _one_by_one(self, x: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """By measurement: v⁺ (nv,) and its derivatives (nv, P)."""
-        scenes: dict[Any, Scene] = {}
-        for m in self._measurements:
-            scene = scene_of(m, self._parameters, x, scenes)
-            impact = solve_without_warnings(scene, m.q, m.v_before)
-            found = derivatives(impact)
-            columns = [column_of(parameter, found, m.group) for parameter in self._parameters]
-            yield impact.v_after, np.array(columns).T
 
-
-def _checked_covariance(m: Measurement, index: int, nv: int) -> np.ndarray | None:
-    if m.covariance is None:
-        return None
+def _checked_covariance(m: Measurement, index: int, nv: int) -> np.ndarray:
     what = f"measurements[{index}]: covariance"
     if m.sigma is not None:
         raise InputError(f"{what} and sigma are both given; give one")

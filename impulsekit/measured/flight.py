@@ -24,6 +24,8 @@ SETTLED = 1e-2
 MOST_UPDATES = 6
 # Residuals above so many standard deviations count with less weight (Huber 1964).
 HUBER = 2.5
+# [of the product of its diagonal] A determinant up to this is that of samples at one time, rounded.
+NO_INVERSE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,6 +158,7 @@ class Flight:
         it settles in some three updates. Weights by Huber's rule.
         """
         tau = times - time
+        design = np.stack([np.ones(len(tau)), tau], axis=1)
         weights = np.ones(len(times))
         for _ in range(MOST_UPDATES):
             path = self.path(time, q, v, times)
@@ -166,8 +169,7 @@ class Flight:
             sizes = np.sqrt(np.mean((residuals / sigma) ** 2, axis=1))
             typical = max(1.0, float(np.median(sizes)))
             weights = np.minimum(1.0, HUBER * typical / np.maximum(sizes, NONZERO))
-            design = np.stack([np.ones(len(tau)), tau], axis=1)
-            share = np.linalg.pinv(design.T @ (weights[:, None] * design), hermitian=True)
+            share = _inverse(design.T @ (weights[:, None] * design))
             update = share @ design.T @ (weights[:, None] * residuals)
             v = v + update[1] + self.bracket(v) @ update[0]
             q = pin.integrate(self.model, q, update[0])
@@ -197,6 +199,15 @@ class Flight:
             found[linear, angular] = pin.skew(v[linear])
             found[angular, angular] = pin.skew(v[angular])
         return found
+
+
+def _inverse(matrix: np.ndarray) -> np.ndarray:
+    """(2, 2) inverse of a symmetric positive one, or its pseudoinverse where it has none."""
+    (a, b), (_, c) = matrix.tolist()
+    det = a * c - b * b
+    if det <= NO_INVERSE * a * c:
+        return np.linalg.pinv(matrix, hermitian=True)
+    return np.array([[c, -b], [-b, a]]) / det
 
 
 def turns_of(quaternions: np.ndarray) -> np.ndarray:

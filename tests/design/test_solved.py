@@ -1,0 +1,44 @@
+"""Impacts of a fit are solved once at each value, with their derivatives by values and states."""
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+from impulsekit.design import solved
+from impulsekit.design.measurement import Measurement
+from impulsekit.design.parameters import parameters_of
+
+BALL = (
+    '<robot name="ball"><link name="ball"><inertial><mass value="2"/><inertia ixx="1" iyy="1" '
+    'izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+)
+
+
+def test_values_are_solved_once_while_they_are_remembered(monkeypatch):
+    count, derive = [0], solved.derivatives
+
+    def counted(impact):
+        count[0] += 1
+        return derive(impact)
+
+    monkeypatch.setattr(solved, "derivatives", counted)
+    robot = ik.Robot.from_urdf(BALL, root="freeflyer")
+    scene = ik.Scene(robot, contacts=[ik.Contact("ball", restitution=0.5, name="floor")])
+    seen = [
+        Measurement(scene, robot.neutral(), [0, 0, -w, 0, 0, 0], np.zeros(6), covariance=np.eye(18))
+        for w in (1.0, 2.0)
+    ]
+    impacts = solved.SolvedImpacts(seen, parameters_of([scene], ["floor"], (), {}), False)
+    x = np.array([0.3])
+    for (after, columns), w in zip(impacts.at(x), (1.0, 2.0), strict=True):
+        # v⁺ = −e v⁻, by e and by v⁻.
+        assert after[2] == pytest.approx(0.3 * w) and columns[2, 0] == pytest.approx(w)
+    assert [by_v[2, 2] for _, by_v in impacts.slopes(x).values()] == pytest.approx([-0.3, -0.3])
+    assert count == [2]
+    for k in range(solved.REMEMBERED):
+        impacts.at(x + 0.1 * k)
+    impacts.slopes(x)
+    assert count == [2 * solved.REMEMBERED]
+    impacts.at(x + 0.5)
+    impacts.slopes(x)
+    assert count == [2 * solved.REMEMBERED + 4]
