@@ -74,10 +74,9 @@ def load_recordings(
         if os.path.isdir(path) or ending in (".db3", ".mcap", ".bag"):
             from .rosbag import columns_of_bag
 
-            return [
-                recording_of_columns(robot, columns_of_bag(path, format, robot), format,
-                                     repair=repair, name=label)
-            ]  # fmt: skip
+            columns, notes = columns_of_bag(path, format, robot)
+            found = recording_of_columns(robot, columns, format, repair=repair, name=label)
+            return [replace(found, notes=(*notes, *found.notes))]
         with open_plain_file(path) as file:
             if os.fstat(file.fileno()).st_size > LARGEST:
                 raise InputError(f"{label}: the file is too large for a recording")
@@ -92,12 +91,12 @@ def load_recordings(
                     f"{label}: unknown ending {quoted(ending)}; choose .npz, .csv, .tsv, .parquet "
                     "or the folder of a ROS 2 bag"
                 )
-    found = []
+    several = []
     for name, columns, rate, note in pieces:
         own = replace(format, rate=rate) if rate is not None and format.rate is None else format
         recording = recording_of_columns(robot, columns, own, repair=repair, name=name)
-        found.append(replace(recording, notes=(*note, *recording.notes)) if note else recording)
-    return found
+        several.append(replace(recording, notes=(*note, *recording.notes)) if note else recording)
+    return several
 
 
 def _of_npz(file: Any, label: str) -> list[tuple[str, dict[str, Any], float | None, list[str]]]:

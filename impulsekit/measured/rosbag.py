@@ -27,13 +27,15 @@ _JOINTS = "sensor_msgs/msg/JointState"
 
 def columns_of_bag(
     path: str | os.PathLike[str], format: RecordingFormat, robot: Robot
-) -> dict[str, Any]:
-    """Times from the messages' own stamps; poses of the free root, joints by name.
+) -> tuple[dict[str, Any], list[str]]:
+    """Columns by name, and notes on what is left out.
+
+    Times are from the messages' own stamps; poses of the free root, joints by name.
 
     Without ``format.topics`` the only topic of poses and the only one of joint states are read.
     Where there are both, joints are taken at the times of the poses, on straight lines between
     their messages; poses before the first and after the last of these are left out.
-    Twists of Odometry are not read.
+    Twists of Odometry are not read, and noted: smoothed poses say the velocity.
 
     Raises:
         MissingExtraError: rosbags is not installed.
@@ -61,7 +63,15 @@ def columns_of_bag(
     start = min((own[0][0] for own in found.values() if own), default=None)
     if start is None:
         raise InputError(f"{label}: there is no message in its topics {', '.join(chosen)}")
-    return _columns(found, kinds, start, robot)
+    return _columns(found, kinds, start, robot), _notes(found)
+
+
+def _notes(found: Mapping[str, list[tuple[float, Any]]]) -> list[str]:
+    return [
+        f"the twists of {topic} are not read: velocities are those of its poses"
+        for topic, own in found.items()
+        if own and hasattr(own[0][1], "twist")
+    ]
 
 
 def _chosen(kinds: Mapping[str, str], asked: Mapping[str, str] | None, label: str) -> list[str]:
@@ -141,6 +151,12 @@ def _columns(
                 columns |= {"t": stamps, f"q.{name}": seen}
             else:
                 columns[f"q.{name}"] = _between(times, stamps, seen, topic)
+        joints = [str(each) for each in robot.model.names if str(each) != "universe"]
+        if not set(names) & set(joints):
+            raise InputError(
+                f"{topic}: none of its joints ({shown(', '.join(names), 80)}) is one of the "
+                f"robot's ({shown(', '.join(joints), 80)})"
+            )
     return columns if times is None else _within(columns, *span)
 
 

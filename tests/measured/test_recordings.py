@@ -113,6 +113,28 @@ def test_a_ros_2_bag_holds_the_same(truth, tmp_path):
         load_recordings(tmp_path / "bag", BALL, RecordingFormat(topics={"/cube/pos": ""}))
 
 
+def test_an_odometry_is_read_for_its_poses_and_its_twists_are_said_to_be_left(truth, tmp_path):
+    def fields(pose):
+        def of(types):
+            (own,) = pose_fields(pose)(types)
+            zero = types["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0)
+            twist = types["geometry_msgs/msg/Twist"](zero, zero)
+            return [
+                "cube",
+                types["geometry_msgs/msg/PoseWithCovariance"](own, np.zeros(36)),
+                types["geometry_msgs/msg/TwistWithCovariance"](twist, np.zeros(36)),
+            ]
+
+        return of
+
+    times = [5_000_000_000 + round(1e9 * time) for time in truth[0]]
+    messages = list(zip(times, map(fields, truth[1]), strict=True))
+    write_bag(tmp_path / "bag", "nav_msgs/msg/Odometry", "/odom", messages)
+    (recording,) = load_recordings(tmp_path / "bag", BALL)
+    same(recording, truth)
+    assert recording.v is None and "twists of /odom are not read" in recording.notes[0]
+
+
 def test_joint_states_of_a_bag_have_all_joints_every_time(tmp_path):
     robot = ik.Robot.from_urdf(ik.models.pendulum_urdf(2))
     kind, topic = "sensor_msgs/msg/JointState", "/joint_states"
@@ -123,6 +145,9 @@ def test_joint_states_of_a_bag_have_all_joints_every_time(tmp_path):
     write_bag(tmp_path / "less", kind, topic, [*both, (4 * 10**9, joint_fields(joint_2=0.4))])
     with pytest.raises(InputError, match=r'at 4\.0{9} s have no position of joint "?joint_1'):
         load_recordings(tmp_path / "less", robot)
+    write_bag(tmp_path / "other", kind, topic, [(10**9, joint_fields(knee=0.1))])
+    with pytest.raises(InputError, match=r"none of its joints \(knee\) .* \(joint_1, joint_2\)"):
+        load_recordings(tmp_path / "other", robot)
 
 
 def test_joints_are_not_guessed_before_and_after_their_messages():
