@@ -70,7 +70,10 @@ def change_slip(w: Wave, i: int, crossed: bool) -> bool:
         # Where others stick and hold it, its slip is what their steps have left.
         _, _, b11, b12, b22 = _free_of(w, i)
         held = _is_held(w, i, b11, b12, b22, u1, u2)
-        w.slip[i] = STICKS if held else SLIPS
+        if held:
+            w.slip[i] = STICKS
+        else:
+            _go(w, i)
         find_forces(w, w.y)
         return held
     if speed > FAINT:

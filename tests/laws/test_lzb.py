@@ -189,6 +189,24 @@ def test_one_contact_with_friction_is_stronges():
         assert np.abs(found[3] - np.tile(after, 2)).max() < 1e-9 * np.abs(u).max()
 
 
+def test_a_slip_that_turns_aside_as_it_ends_ends():
+    """Its direction was kept below 1e-9, and it went back and forth: 603 steps, or no answer."""
+    W = np.array(
+        [
+            [2.1366897885304414, 0.011631718604952254, 0.25246535543689974],
+            [0.011631718604952254, 0.2308082962491068, 0.08689133942844333],
+            [0.25246535543689974, 0.08689133942844333, 1.0780433217434724],
+        ]
+    )
+    u = np.array([0.16895899451257218, -0.04062888177872317, -0.5127947934357485])
+    one, memory = np.ones(1), path_memory()
+    found = strike_by_energy(W, u, 0.5 * one, 0.7 * one, one, 1.5)
+    block = W[0, 0], W[0, 1], W[1, 1], W[0, 2], W[1, 2], W[2, 2]
+    assert follow(block, u[2], tuple(u), 0.5, 0.7, STRONGE, memory) in (0, 3)
+    assert found[0] == 0 and found[6] < 200
+    assert np.abs(found[3] - W @ memory.now[3:6] - u).max() < 1e-9
+
+
 def test_random_contacts_obey_cone_and_energy():
     """Slip that creeps past zero and starts again is among them."""
     rng = np.random.default_rng(7)
