@@ -48,6 +48,9 @@ FEW: int = np.int64(8)  # type: ignore[assignment]
 ROUNDING = 2e-15
 # Of contacts that hold all still by one share of the load among many.
 HELD = 1e-13
+# What a W of dependent rows leaves of the terms of W P, its own rounding being some ten ulps: less
+# than that must not decide whether what holds all still is an answer.
+UNEVEN = 1e-14
 # Normal velocities that approach by no more than this share of all do not.
 AT_REST = 1e-15
 # The rounds before all modes are tried; sweeps at last, and how often.
@@ -173,9 +176,21 @@ def _hold_still(work: Workspace, n: int, sizes: Sizes, dependent: float) -> tupl
         polish(work, n, sizes, FEW, RIDGE)
         residual = residual_of(work, n, sizes)
         slips = _slips(work, n, sizes)
-    if residual > ROUNDING or slips:
+    if slips or residual > max(ROUNDING, min(UNEVEN * _largest_term(work, n, sizes), HELD)):
         return _OPEN, residual
     return _code_of(work, n, sizes, dependent, NO), residual
+
+
+@borrowing
+def _largest_term(work: Workspace, n: int, sizes: Sizes) -> float:
+    """The largest Σ_j |W_ij P_j|, relative to the velocities."""
+    most = 0.0
+    for r in range(3 * n):
+        total = 0.0
+        for c in range(3 * n):
+            total += abs(work.W[r, c] * work.P[c])
+        most = max(most, total)
+    return most / sizes.scale
 
 
 @compiled

@@ -113,3 +113,29 @@ def test_impulses_beyond_what_doubles_hold_are_no_answer():
     with np.errstate(all="ignore"):
         code, _, P, *_ = strike(W, np.array([0.0, 0.0, -1e10, 1.0, 0.0, -2e10]), 0.5, 0.0)
     assert code == AGAIN or np.isfinite(P).all()
+
+
+def test_rounding_of_dependent_rows_does_not_choose_between_two_answers():
+    """The last contact parts unless friction wedges it, and it has two motions for three rows.
+
+    It is held still, as the rule says, whatever the last digits of W are.
+    """
+    J = np.zeros((9, 6))
+    J[0, [0, 1, 3]] = -0.625, 0.281, 3.397
+    J[1, [0, 1, 3, 4]] = -0.127, 0.811, 0.268, 2.579
+    J[2, [0, 1, 3, 4, 5]] = 0.934, -1.333, -0.263, -0.906, 2.052
+    J[5, 2] = -13.939
+    J[6:, :2] = (16.809, 0.0), (-4.65, 4.857), (6.413, -3.411)
+    free = np.array([-0.005, 1.239, 1.89, 0.0, 0.0, -0.236, *(J[6:, :2] @ (0.0409, -0.0861))])
+    mu, e = np.array([1.5, 0.0, 1.5]), np.array([1.0, 1.0, 0.0])
+    rng = np.random.default_rng(84)
+    W = J @ J.T
+    wedged = None
+    for _ in range(40):
+        noise = rng.normal(size=W.shape)
+        near = W * (1.0 + 2e-15 * (noise + noise.T))
+        hit = Struck(*hit_contacts(near, free, free, mu, e, np.zeros(3), NEWTON))
+        assert hit.impulse[8] > 0.0
+        wedged = hit.after if wedged is None else wedged
+        np.testing.assert_allclose(hit.after, wedged, atol=1e-13)
+        np.testing.assert_allclose(hit.after[6:], 0.0, atol=1e-13)
