@@ -109,7 +109,8 @@ def next_slide(
         return way, False
     on_cone = force[2] > 0.0 and math.hypot(force[0], force[1]) >= mu * force[2] * ON_CONE
     if before[2] != 0.0:
-        turning = slip[0] * rate[0] + slip[1] * rate[1]
+        # Slip that has only begun is rounding: its direction is that in which it begins.
+        turning = way[0] * rate[0] + way[1] * rate[1]
         if on_cone and speed < ALL_BUT * grown and turning >= 0.0:
             return way, True
         return way if speed > slow else (0.0, 0.0, 0.0), False

@@ -161,6 +161,12 @@ class _Search:
         self._scene = replace(scene, impulses=())
         self._start, self._back = start, back
         names = scene.entry_names("contacts")
+        if not (isinstance(contact, Sequence) and len(contact)):
+            raise InputError(
+                f"find_orbit: contact must be a name or a list of names, got {quoted(contact)}"
+            )
+        if not (settings is None or isinstance(settings, MotionSettings)):
+            raise InputError(f"find_orbit: settings must be MotionSettings, got {quoted(settings)}")
         self._contacts = [contact] if isinstance(contact, str) else list(contact)
         for name in self._contacts:
             if name not in names:
@@ -172,9 +178,14 @@ class _Search:
 
     def found(self, x: ArrayLike, tol: float) -> Orbit:
         """The orbit near x."""
-        x = np.array(x, dtype=float, ndmin=1)
-        if x.ndim != 1 or not np.isfinite(x).all() or not x.size:
-            raise InputError("find_orbit: x must be a list of finite numbers")
+        try:
+            guess = np.array(x, ndmin=1)
+        except ValueError:  # lists of different lengths
+            guess = np.empty(0)
+        numbers = guess.dtype.kind in "iuf" and guess.ndim == 1 and guess.size > 0
+        if not (numbers and np.isfinite(guess).all()):
+            raise InputError(f"find_orbit: x must be a list of finite numbers, got {quoted(x)}")
+        x = guess.astype(float)
         if not tol > 0.0:
             raise RangeError.of("find_orbit: tol", tol, "above 0")
         self._size = len(x)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import ContradictionError
+from ..errors import ContradictionError, RangeError
 from ..impact import Impact
 from ..scene import Scene
 from ..scene.motion import MotionSettings
@@ -79,6 +79,9 @@ class Present:
     def __init__(
         self, scene: Scene, q: np.ndarray, v: np.ndarray, settings: MotionSettings
     ) -> None:
+        largest = float(np.abs(v).max(initial=0.0))
+        if not largest < HUGE:
+            raise RangeError.of("velocity v: its largest entry", largest, f"below {HUGE:g}")
         self.scene, self.settings = scene, settings
         self.dynamics = Dynamics(scene)
         self.model = self.dynamics.model

@@ -28,6 +28,7 @@ from impulsekit.impact.freed import freed_joint
 from impulsekit.impact.saltation import saltation, saltation_matrix
 from impulsekit.measured.recording import Recording
 from impulsekit.motion import Trajectory, simulate
+from impulsekit.motion.orbit import find_orbit
 from impulsekit.motion.sensitivity import sensitivity
 from impulsekit.robot import Robot
 from impulsekit.scene import (
@@ -68,6 +69,18 @@ def _chain() -> LongTree:
 
 def _followed(what: str, **settings: Any) -> Fault:
     return Fault(what, lambda: simulate(struck(), Q, V, **settings))
+
+
+def _orbit(what: str, x: Any = (1.0,), contact: Any = "floor", **settings: Any) -> Fault:
+    def start(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return ball().neutral(), ball().velocity(root_joint=[0, 0, x[0], 0, 0, 0])
+
+    return Fault(
+        what,
+        lambda: find_orbit(
+            resting(), x, start=start, back=lambda q, v: [v[2]], contact=contact, **settings
+        ),
+    )
 
 
 def _batch(what: str, q: Any = Q, v: Any = V, scene: Any = struck, **given: Any) -> Fault:
@@ -143,6 +156,13 @@ _SOLVING = (
     Fault("follows a robot instead of a scene", lambda: simulate(arm(), Q, V)),
     _followed("follows a motion for NaN seconds", duration=math.nan),
     _followed("follows a motion for words", duration="long"),
+    Fault("follows a motion of 1e150 rad/s", lambda: simulate(struck(), Q, [1e150, 0.0])),
+    _orbit("looks for an orbit of a complex number", x=[1j]),
+    _orbit("looks for an orbit from lists of different lengths", x=[[1.0], [1.0, 2.0]]),
+    _orbit("looks for an orbit in words", x="fast"),
+    _orbit("looks for an orbit without a contact", contact=None),
+    _orbit("looks for an orbit with an empty list of contacts", contact=[]),
+    _orbit("looks for an orbit with a number for settings", settings=3),
     _followed("misspells a setting", rtl=1e-8),
     _followed("gives falling sample times", duration=1.0, samples=[0.5, 0.1]),
     _followed("gives sample times after the end", duration=0.1, samples=[0.0, 0.5]),
