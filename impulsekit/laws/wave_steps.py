@@ -12,7 +12,7 @@ from .dop853 import ERROR_3, ERROR_5, FROM, NODES, STAGES, WEIGHTS
 from .wave import any_held, force_rate, rates, smooth_rates, velocities
 from .wave_changes import RISES
 from .wave_holds import acceleration
-from .wave_slips import IN_CONE
+from .wave_slips import IN_CONE, SLOW
 from .wave_state import (
     CREEPS,
     FAINT,
@@ -44,6 +44,8 @@ FIRST = 0.03
 NEARBY = 1.5
 # A step goes so far towards the end of a contact, where the force has no smooth derivatives.
 NEARER = 0.6
+# A step goes so far at most beyond the slip up to which it creeps.
+OUT_OF_CREEP = 2.0
 # Approaches this small have ended [of the largest velocity].
 AT_REST = 1e-10
 # What is beyond a change by less is at it; a step that is none.
@@ -132,9 +134,14 @@ def adaptive_step(w: Wave, h: float) -> tuple[int, float]:
     """One step of at most h; the change at which it ended or −1, and the next one's length."""
     for _ in range(60):
         error = _trial(w, h)
-        if error <= 1.0:
+        if error > 1.0:
+            h *= max(0.2, 0.9 * error ** (-1.0 / 8.0))
+            continue
+        slip = _creeping_slip(w)
+        if slip <= OUT_OF_CREEP * SLOW:
             break
-        h *= max(0.2, 0.9 * error ** (-1.0 / 8.0))
+        # Friction against the acceleration: no error of a step tells that it is slip's by now.
+        h *= max(0.2, math.sqrt(SLOW / slip))
     grown = h * min(6.0, 0.9 * max(error, EXACT) ** (-1.0 / 8.0))
     which = _first_crossed(w)
     if which >= 0:
@@ -142,6 +149,17 @@ def adaptive_step(w: Wave, h: float) -> tuple[int, float]:
     for k in range(len(w.y)):
         w.y[k] = w.trial[k]
     return which, grown
+
+
+@borrowing
+def _creeping_slip(w: Wave) -> float:
+    """The fastest slip of what creeps, at the end of a trial."""
+    most = 0.0
+    for i in range(len(w.kappa)):
+        if w.slip[i] == CREEPS:
+            u1, u2 = float(w.u[w.tangent[i]]), float(w.u[w.tangent[i] + 1])
+            most = max(most, math.sqrt(u1 * u1 + u2 * u2))
+    return most
 
 
 @borrowing
