@@ -24,7 +24,7 @@ __all__ = ["IN_CONE", "NEAR", "SLOW", "change_slip", "choose_slips", "settle"]
 # This near a change it is made.
 NEAR = 1e-13
 # Slip that began from rest creeps up to here [of the largest velocity].
-SLOW = 1e-7
+SLOW = 3e-7
 # Slip below this may have ended with that of others [of the largest velocity].
 STOPPED = 1e-9
 # What moves by less than this share of what it would alone is held by others.
