@@ -122,6 +122,17 @@ def solve_points(
     coupled: np.ndarray, free: np.ndarray, points: Points, start: np.ndarray, room: Room
 ) -> tuple[np.ndarray, float]:
     """(m,) the best forces, and their residual relative to the accelerations."""
+    best, residual = _solved(coupled, free, points, start, room)
+    if residual <= BAR:
+        _free(coupled, free, points, best)
+    return best, residual
+
+
+@compiled
+def _solved(
+    coupled: np.ndarray, free: np.ndarray, points: Points, start: np.ndarray, room: Room
+) -> tuple[np.ndarray, float]:
+    """As ``solve_points``; what parts may be left a load of rounding."""
     best, residual = _newton(coupled, free, points, start, room)
     if residual <= BAR:
         return best, residual
@@ -137,6 +148,19 @@ def solve_points(
             if residual <= BAR:
                 break
     return best, residual
+
+
+@borrowing
+def _free(coupled: np.ndarray, free: np.ndarray, points: Points, P: np.ndarray) -> None:
+    """Take loads of rounding off points that part: one that bears a load does not lift."""
+    for i in range(len(points.mu)):
+        mu, at = points.mu[i], points.first[i]
+        n = at if mu <= 0.0 else at + 2
+        load = points.rate[i] * P[n]
+        if mu < 0.0 or abs(load) > BAR * points.scale:
+            continue
+        if load <= _by_others(coupled, free, P, n, n, 0):
+            P[at : n + 1] = 0.0
 
 
 @borrowing

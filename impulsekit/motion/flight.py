@@ -310,7 +310,7 @@ class Flight:
         self.path.append(step.start, end, step.reference, step.dense, footing)
 
     def stand(self) -> None:
-        """A path of no length, for motions that end where they begin."""
+        """A piece of no length, for motions that end where they begin or in an impact."""
         now = self._present
         x = self._chart.centred(now.q)
         y = np.concatenate([x, now.v])

@@ -52,6 +52,8 @@ class Interpolant:
         self._start, self._length, self._values = start, end - start, values
 
     def __call__(self, t: float) -> np.ndarray:
+        if not self._length:
+            return self._values[0]
         difference = (t - self._start) / self._length - NODES
         hit = np.flatnonzero(difference == 0.0)
         if hit.size:

@@ -79,7 +79,8 @@ class Run:
             # Whatever it broke off in: back to where all was in order.
             self._go_back()
             status = MotionStatus.INTERRUPTED
-        if not len(flight.path):
+        if not len(flight.path) or (now.impacts and now.impacts[-1][0] == now.t):
+            # Just after the last impact: no step has begun there.
             flight.stand()
         if now.t < settings.duration:
             times = np.append(times[times < now.t], now.t)

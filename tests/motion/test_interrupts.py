@@ -1,9 +1,11 @@
 """Ctrl-C keeps what was computed; limits say which setting they are."""
 
 import os
+import pickle
 import signal
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -230,3 +232,19 @@ def test_an_interrupt_that_is_dropped_is_heeded_at_the_next_step():
     assert motion.status is INTERRUPTED
     assert motion.duration == pytest.approx(0.6)
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_motion_that_ends_in_an_impact_ends_with_the_velocity_after_it():
+    def progress(t):
+        if t > 0.49:
+            signal.raise_signal(signal.SIGINT)
+
+    scene = ik.Scene(sliders(1), contacts=[ik.JointStop("z00", lower=0.0, restitution=0.5)])
+    start = {"q": [1.0], "v": [-2.0], "duration": 2.0}
+    motion = ik.simulate(replace(scene, gravity=(0.0, 0.0, 0.0)), **start, progress=progress)
+    assert motion.status is INTERRUPTED
+    ((t, impact),) = motion.impacts
+    assert motion.t[-1] == t == pytest.approx(0.5)
+    for told in (motion, pickle.loads(pickle.dumps(motion))):
+        assert told.v[-1] == told.at(t)[1] == impact.v_after == pytest.approx(1.0)
+        assert np.abs(told.balance().residual).max() < 1e-12

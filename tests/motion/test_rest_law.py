@@ -146,3 +146,20 @@ def test_the_second_search_gives_the_same_accelerations():
         one = solve_rest(delassus, free, friction, np.zeros(15))
         other = by_cones(delassus, delassus, free, friction)
         np.testing.assert_allclose(delassus @ other, delassus @ one, atol=1e-8)
+
+
+def test_points_that_part_bear_nothing_at_all_wherever_the_search_begins():
+    # A load of 1e-24 N let what parts at 7 m/s² count as loaded: it was laid down again.
+    rng = np.random.default_rng(3)
+    parted = 0
+    for _ in range(150):
+        n = int(rng.integers(2, 5))
+        rows = rng.normal(size=(3 * n, 3 * n + 2))
+        friction = rng.choice([0.0, 0.3, 0.8], size=n)
+        delassus, free = rows @ rows.T, 3.0 * rng.normal(size=3 * n)
+        start = rng.normal(size=3 * n) * rng.integers(0, 2)
+        forces = solve_rest(delassus, free, friction, start)
+        parts = (delassus @ forces + free)[2::3] > 1e-6
+        parted += np.count_nonzero(parts)
+        assert not forces.reshape(-1, 3)[parts].any()
+    assert parted > 100
