@@ -25,7 +25,7 @@ def take_out_drift(now: Present, bound: list[tuple[int, int]]) -> None:
     owners = [(c, k) for c, one in enumerate(now.resting.contacts) for k in range(one.count)]
     places = [(*owners[point], row) for point, row in bound]
     _of_positions(now, [place for place in places if place[2] == 2])
-    _of_velocities(now, places)
+    _of_velocities(now, places, turning=True)
 
 
 def lay_down(now: Present) -> None:
@@ -40,7 +40,8 @@ def lay_down(now: Present) -> None:
         gaps.of_points(resting, now.q, now.v)
         places = [(c, k, 2) for c, one in enumerate(resting) for k in range(one.count)]
         _of_positions(now, places)
-        _of_velocities(now, places + _stuck(now, gaps))
+        # Whether they roll or spin is not known yet.
+        _of_velocities(now, places + _stuck(now, gaps), turning=False)
 
 
 def _stuck(now: Present, gaps: Gaps) -> list[Place]:
@@ -93,7 +94,7 @@ def _of_positions(now: Present, pressed: list[Place]) -> None:
         now.q = pin.integrate(now.model, now.q, change)
 
 
-def _of_velocities(now: Present, chosen: list[Place]) -> None:
+def _of_velocities(now: Present, chosen: list[Place], *, turning: bool) -> None:
     held, gaps = now.held, now.gaps
     rows, wanted = [], []
     if held is not None:
@@ -105,7 +106,7 @@ def _of_velocities(now: Present, chosen: list[Place]) -> None:
         rows.append(matrix[kept])
         wanted.append(np.zeros(len(kept)))
     rolling = now.resting.rolling
-    if gaps is not None and chosen and rolling is not None:
+    if turning and gaps is not None and chosen and rolling is not None:
         gaps.rows(now.resting.contacts, now.q)
         rows.append(rolling.still_rows(gaps, now.resting.contacts, gaps.data))
         wanted.append(np.zeros(len(rows[-1])))

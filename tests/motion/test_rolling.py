@@ -173,3 +173,25 @@ def test_a_box_that_slides_on_four_points_that_resist_turning(spin):
     # Torsion takes torsion·m g from its spin: it turns less.
     turned = [2 * np.arcsin(m.q[-1][5]) for m in (slid(torsion=0.02), plain)]
     assert 0.0 < turned[0] < turned[1] - 1e-3
+
+
+def test_a_point_that_comes_to_rest_again_goes_on_rolling():
+    """A block rocks from one edge to the other: in each impact it keeps 0.81 of its turning."""
+    body = """<robot name="b"><link name="b"><inertial><mass value="2"/>
+    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link></robot>"""
+    robot = ik.Robot.from_urdf(body, root="freeflyer")
+    edges = [
+        ik.Contact("b", at=[x, 0, -0.3], friction=0.8, rolling=rolling)
+        for x, rolling in ((-0.1, 1e-4), (0.1, 0.0))
+    ]
+    tilt = 0.1
+    height = 0.3 * np.cos(tilt) + 0.1 * np.sin(tilt)
+    q = [0, 0, height, 0, np.sin(tilt / 2), 0, np.cos(tilt / 2)]
+    motion = ik.simulate(ik.Scene(robot, contacts=edges), q, robot.velocity(), duration=0.7)
+    assert motion.status.name == "FINISHED"
+    assert len(motion.impacts) == 3
+    # About the new edge: I + m (0.3² − 0.1²) of I + m (0.3² + 0.1²).
+    for t, impact in motion.impacts:
+        assert motion.at(t)[1] == pytest.approx(impact.v_after, abs=1e-9)
+        assert impact.v_after[4] == pytest.approx(0.17 / 0.21 * impact.v_before[4], rel=1e-3)
+    assert np.abs(motion.balance().residual).max() < 1e-9
