@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -42,33 +42,51 @@ def first_stop(
     Or when a resting body comes down elsewhere, or a point leaves its face or edge; gives the
     time, and whether it was one of these two. ``left_to_tear``: by point, the margin of static
     friction [m/s²]. ``pushing``: by point, whether it is loaded: between the ends of a step the
-    velocity is known to tolerance only, so that a loaded point may seem to leave. ``passage``: the
-    step as compiled code sees it, where it does.
+    velocity is known to tolerance only, so that a loaded point may seem to leave: it does when its
+    load ends. ``passage``: the step as compiled code sees it, where it does.
     """
-    if not resting.contacts:
+    contacts = resting.contacts
+    if not contacts:
         return None
     count = len(resting.slides())
+
+    def loaded(i: int, t: float) -> bool:
+        return bool(pushing(t)[i : i + 1].any())
+
     times = gaps.turning.nodes(states, start, end)
     told = None if passage is None else passage.crossings(resting, times)
-    if told is not None:
-        for k in range(len(times) - 1):
-            fallen = [(t, int(i)) for _, i, t in told[told[:, 0] == k].tolist()]
-            stop = _first_of(fallen, count, pushing)
-            if stop is not None:
-                return stop
-        return None
-    signs = _Signs(gaps, resting, states, start, left_to_tear)
+    if told is None:
+        fallen = _fallen(_Signs(gaps, resting, states, start, left_to_tear), times)
+    else:
+        fallen = _by_piece(told, len(times) - 1)
+    opening: dict[int, float] = {}
+    for right, found in zip(times[1:], fallen, strict=True):
+        stop = _first_of(found, count, loaded, opening)
+        if opening:
+            speeds = gaps.velocities(contacts, *states(right))[2::3]
+            let_go = _let_go(opening, speeds, loaded, right)
+            if let_go is not None and (stop is None or let_go < stop[0]):
+                stop = let_go, False
+        if stop is not None:
+            return stop
+    return None
+
+
+def _by_piece(told: np.ndarray, pieces: int) -> Iterator[list[tuple[float, int]]]:
+    """By piece of a step, when which of its signs fall to zero, as ``crossings_of`` tells."""
+    for k in range(pieces):
+        yield [(t, int(i)) for _, i, t in told[told[:, 0] == k].tolist()]
+
+
+def _fallen(signs: _Signs, times: list[float]) -> Iterator[list[tuple[float, int]]]:
+    """By piece of a step, when which of its signs fall to zero."""
     before = signs.all(times[0])
     for left, right in pairwise(times):
         after = signs.all(right)
         crossed = np.flatnonzero((before > 0.0) & (after <= 0.0) & np.isfinite(before))
         # scipy's brentq wants the sign to differ strictly; zero itself is one of them.
-        found = [(falling_root(partial(signs.one, i), left, right), i) for i in crossed.tolist()]
-        stop = _first_of(found, count, pushing)
-        if stop is not None:
-            return stop
+        yield [(falling_root(partial(signs.one, i), left, right), i) for i in crossed.tolist()]
         before = after
-    return None
 
 
 class _Signs:
@@ -141,11 +159,49 @@ class _Signs:
 
 
 def _first_of(
-    crossed: list[tuple[float, int]], count: int, pushing: Callable[[float], np.ndarray]
+    crossed: list[tuple[float, int]],
+    count: int,
+    loaded: Callable[[int, float], bool],
+    opening: dict[int, float],
 ) -> tuple[float, bool] | None:
-    """The first of the signs that fall to zero, for which see ``first_stop``; None without one."""
+    """The first of the signs that fall to zero, for which see ``first_stop``; None without one.
+
+    Points that seem to leave while they are loaded are written to ``opening``, with the time.
+    """
     for t, i in sorted(crossed):
-        lifted = count <= i < 2 * count
-        if not (lifted and pushing(t)[i - count : i - count + 1].any()):
+        point = i - count
+        if not (0 <= point < count and loaded(point, t)):
             return t, 3 * count <= i <= 4 * count
+        opening[point] = t
     return None
+
+
+def _let_go(
+    opening: dict[int, float],
+    speeds: np.ndarray,
+    loaded: Callable[[int, float], bool],
+    end: float,
+) -> float | None:
+    """When the first of the points that seemed to leave is loaded no longer; None without one.
+
+    Their signs are below zero already and do not fall again: it is the load that is asked, at the
+    end of each piece of a step. Those that are closed again there are forgotten.
+
+    Args:
+        opening: by point, when it was loaded last [s].
+        speeds: (n,) at which points open at the end [m/s].
+        end: of the piece [s].
+    """
+    first = None
+    for i, low in list(opening.items()):
+        if i >= len(speeds) or not speeds[i] > LIFTED:
+            del opening[i]
+        elif loaded(i, end):
+            opening[i] = end
+        else:
+            # To the first double at which it is not: there it rests no longer.
+            high = end
+            while low < (middle := 0.5 * (low + high)) < high:
+                low, high = (middle, high) if loaded(i, middle) else (low, middle)
+            first = high if first is None else min(first, high)
+    return first
