@@ -42,7 +42,7 @@ __all__ = [
 # What became of a step: done, no forces at rest, a pivot of M that is rounding.
 SOLVED, NOT_SOLVED, UNSAFE = 0, 1, 2
 # rtol and atol in examples of arguments: those of ``MotionSettings`` unless others are given.
-TOLERANCES = 1e-10, 1e-12
+TOLERANCES = 5e-11, 1e-12
 
 
 class System(NamedTuple):

@@ -57,7 +57,7 @@ class MotionSettings:
     duration: float = 1.0
     samples: int = 201
     method: str = "dop853"
-    rtol: float = 1e-10
+    rtol: float = 5e-11
     atol: float = 1e-12
     step: float = 1e-3
     max_step: float | None = None
