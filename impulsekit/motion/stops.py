@@ -170,8 +170,11 @@ def _first_of(
     """
     for t, i in sorted(crossed):
         point = i - count
-        if not (0 <= point < count and loaded(point, t)):
+        if not 0 <= point < count:
             return t, 3 * count <= i <= 4 * count
+        if not loaded(point, t):
+            when = _end_of_load(loaded, point, opening[point], t) if point in opening else t
+            return when, False
         opening[point] = t
     return None
 
@@ -185,7 +188,7 @@ def _let_go(
     """When the first of the points that seemed to leave is loaded no longer; None without one.
 
     Their signs are below zero already and do not fall again: it is the load that is asked, at the
-    end of each piece of a step. Those that are closed again there are forgotten.
+    end of each piece of a step. Those that are closed again there may seem to leave once more.
 
     Args:
         opening: by point, when it was loaded last [s].
@@ -193,15 +196,23 @@ def _let_go(
         end: of the piece [s].
     """
     first = None
-    for i, low in list(opening.items()):
-        if i >= len(speeds) or not speeds[i] > LIFTED:
-            del opening[i]
-        elif loaded(i, end):
+    for i, low in opening.items():
+        if loaded(i, end):
             opening[i] = end
-        else:
-            # To the first double at which it is not: there it rests no longer.
-            high = end
-            while low < (middle := 0.5 * (low + high)) < high:
-                low, high = (middle, high) if loaded(i, middle) else (low, middle)
-            first = high if first is None else min(first, high)
+        elif i < len(speeds) and speeds[i] > LIFTED:
+            let_go = _end_of_load(loaded, i, low, end)
+            first = let_go if first is None else min(first, let_go)
     return first
+
+
+def _end_of_load(
+    loaded: Callable[[int, float], bool], point: int, low: float, high: float
+) -> float:
+    """The last double at which a point is loaded, between a time at which it is and one later.
+
+    A step that ends there has no jump of the load in it, nor has the next one, in which the point
+    leaves: dense output of a step that has one wavers by more than ``LIFTED``.
+    """
+    while low < (middle := 0.5 * (low + high)) < high:
+        low, high = (middle, high) if loaded(point, middle) else (low, middle)
+    return low
