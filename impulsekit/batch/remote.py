@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import InputError, MissingExtraError
 from ..scene import Scene
+from .meanwhile import by_kernels_only
 
 __all__ = ["is_lazy", "solve_lazily", "solve_remotely", "warm_workers"]
 
@@ -148,5 +149,6 @@ def _sent_rows(
     if key not in _scenes:
         _scenes.clear()
         _scenes[key] = pickle.loads(packed)
-    batch = solve_batch(_scenes[key], **given, outputs=outputs, dtype=number, threads=threads)
+    with by_kernels_only():
+        batch = solve_batch(_scenes[key], **given, outputs=outputs, dtype=number, threads=threads)
     return {**batch.arrays, "status": batch.status}

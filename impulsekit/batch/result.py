@@ -45,7 +45,8 @@ class ImpactBatch(Displayed):
         plan: which outputs were computed, and by which method.
         arrays: the requested outputs, by name.
         single: (B,) whether each row was solved by ``solve``: all rows if no kernel supports
-            the scene, else rows that are redundant, ambiguous or nearly so. None on Dask.
+            the scene or while they are not compiled yet, else rows that are redundant, ambiguous
+            or nearly so. None on Dask.
         uniqueness: (B,) the index of each row's verdict in ``VERDICTS``: 0 if it is proven
             that no other v⁺ obeys the law, 1 if it is not proven, 2 if others were found. None
             on Dask. ``solve`` of the row gives the others, in ``impact.uniqueness``.

@@ -38,11 +38,16 @@ LARGEST_PIECE = 512
 SMALLEST_PIECE = 64
 ALIGNMENT = 64
 
+# Kinds of kernels that this process has run.
+_compiled: set[object] = set()
+
 
 class BatchRun:
     """A batch on its way through the kernels.
 
     Attributes:
+        kind: what its kernels differ in from others, and whether they know no rows, those of one
+            contact, or a law: 0, 1 or 2.
         rows_done: how many rows are solved.
     """
 
@@ -73,6 +78,29 @@ class BatchRun:
         number, balls = self._lanes.number, len(program.balls[0]) > 0
         self._meet = None if self._touch is None else balls_for(number, balls)
         self._law = law_for(number, program.words) if program.needs_law else None
+        self.kind = (
+            (number, program.words if program.needs_law else None, balls),
+            (0 if self._touch is None else 1 if self._law is None else 2),
+        )
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether nothing would be compiled for it: its kernels are in memory, or on disk."""
+        if self.kind in _compiled:
+            return True
+        for each in (self._meet, self._law):
+            if each is not None and not each.is_there:
+                return False
+        arguments = self._arguments(0, 0, np.empty(0, self._dtype))
+        kinds = tuple(map(solve_blocks.typeof_pyval, arguments))
+        context = solve_blocks.targetctx
+        return kinds in solve_blocks.overloads or solve_blocks._cache.holds(kinds, context)
+
+    def compile(self) -> None:
+        """Have what is handed to the kernels, before several threads ask for it."""
+        for each in (self._meet, self._law):
+            if each is not None:
+                each.compile()
 
     def _laid_out(self, inputs: BatchInputs) -> Inputs:
         program = self._program
@@ -139,18 +167,8 @@ class BatchRun:
         spare = ALIGNMENT // self._dtype.itemsize
         work = np.empty(self._moving.at.end * lanes.width + spare, self._dtype)
         shift = -(work.ctypes.data // self._dtype.itemsize) % spare
-        solve_blocks(
-            Span(begin, end, self._states, np.empty(lanes.width, np.int8)),
-            self._moving,
-            self._touch,
-            self._meet,
-            self._law,
-            1 if self._law is None else None,
-            self._inputs,
-            self._outputs,
-            work[shift:],
-            lanes,
-        )
+        solve_blocks(*self._arguments(begin, end, work[shift:]))
+        _compiled.add(self.kind)
         if failed:
             raise_failed()
         with self._lock:
@@ -158,6 +176,21 @@ class BatchRun:
             self.rows_done -= min(begin * lanes.width, self._size)
             if self.rows_done == self._size:
                 self._hand_over()
+
+    def _arguments(self, begin: int, end: int, work: np.ndarray) -> tuple[Any, ...]:
+        """What ``solve_blocks`` takes."""
+        return (
+            Span(begin, end, self._states, np.empty(self._lanes.width, np.int8)),
+            self._moving,
+            self._touch,
+            self._meet,
+            self._law,
+            1 if self._law is None else None,
+            self._inputs,
+            self._outputs,
+            work,
+            self._lanes,
+        )
 
     def _hand_over(self) -> None:
         """Copy what the kernel could not write where it was wanted."""
@@ -171,17 +204,9 @@ class BatchRun:
             self._codes[:] = self._whole[-1][: self._size]
 
 
-def run_all(
-    program: Program,
-    inputs: BatchInputs,
-    arrays: dict[str, np.ndarray],
-    codes: np.ndarray,
-    number: np.dtype,
-    threads: int,
-    tell: Callable[[int], object],
-) -> None:
+def run_all(run: BatchRun, threads: int, tell: Callable[[int], object]) -> None:
     """All rows by the kernels, pieces of the batch on several threads."""
-    run = BatchRun(program, inputs, arrays, codes, number)
+    run.compile()
     pieces = run.pieces(threads)
     if threads == 1 or len(pieces) == 1:
         for begin, end in pieces:
@@ -207,8 +232,7 @@ def run_in_double(
     """Solve the rows that single precision cannot decide; those that are still open."""
     few = {name: np.empty((len(rows), *array.shape[1:])) for name, array in arrays.items()}
     own = np.zeros(len(rows), dtype=np.int8)
-    double = np.dtype(np.float64)
-    run_all(program, inputs.rows(rows), few, own, double, threads, lambda _: None)
+    run_all(BatchRun(program, inputs.rows(rows), few, own), threads, lambda _: None)
     for name, array in arrays.items():
         array[rows] = few[name]
     codes[rows] = own

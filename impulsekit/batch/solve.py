@@ -16,6 +16,7 @@ from ..scene import Scene
 from .codes import AGAIN, OPEN, SHARED
 from .errors import NoKernelError
 from .inputs import BatchInputs, batch_inputs
+from .meanwhile import solved_meanwhile
 from .plans import plan_batch
 from .remote import is_lazy, solve_lazily, solve_remotely
 from .result import NO_ANSWER, OUTPUTS, VERDICTS, ImpactBatch
@@ -60,9 +61,11 @@ def solve_batch(
 
     Arguments that vary have a leading axis of length B; the others apply to all rows. The
     results equal those of ``solve``. Rows that the kernels do not support are solved by it, one
-    by one; ``plan`` of the result reports this. With several frictional contacts the law itself
-    can have more than one solution; ``solve`` and ``solve_batch`` may then return different
-    ones, each within the tolerance of the law.
+    by one; ``plan`` of the result reports this. Where kernels are yet to be compiled, batches that
+    are sooner done by ``solve`` than compiled are; ``single`` of the result tells, and digits of
+    rounding may differ from those of later calls: ``warm_up`` compiles beforehand. With several
+    frictional contacts the law itself can have more than one solution; ``solve`` and
+    ``solve_batch`` may then return different ones, each within the tolerance of the law.
 
     Args:
         scene: the robot, its impulses, constraints and contacts, and the law of contact.
@@ -144,29 +147,33 @@ def solve_batch(
                 solve_rows(scene, inputs, range(begin, end), arrays, codes, verdicts)
                 tell(end)
         else:
-            single = np.full(inputs.size, False)
             again = _by_kernels(
-                program, inputs, arrays, codes, verdicts, number, _threads(threads), tell
+                scene, program, inputs, (arrays, codes, verdicts), number, _threads(threads), tell
             )
-            solve_rows(scene, inputs, again.tolist(), arrays, codes, verdicts)
+            single = np.full(inputs.size, False)
             single[again] = True
     return _judged(plan, arrays, codes, single, verdicts)
 
 
 def _by_kernels(
+    scene: Scene,
     program: Program,
     inputs: BatchInputs,
-    arrays: dict[str, np.ndarray],
-    codes: np.ndarray,
-    verdicts: np.ndarray,
+    answers: tuple[dict[str, np.ndarray], np.ndarray, np.ndarray],
     number: np.dtype,
     threads: int,
     tell: Callable[[int], object],
 ) -> np.ndarray:
-    """Solve all rows by the kernels; gives the indices of those that are left to ``solve``."""
-    from .run import run_all, run_in_double
+    """Solve all rows by the kernels; gives the indices of those that ``solve`` did."""
+    from .run import BatchRun, run_all, run_in_double
 
-    run_all(program, inputs, arrays, codes, number, threads, tell)
+    arrays, codes, verdicts = answers
+    run = BatchRun(program, inputs, arrays, codes, number)
+    if not run.is_compiled:
+        if solved_meanwhile(scene, inputs, run.kind, answers, tell):
+            return np.arange(inputs.size)
+        verdicts[:] = 0
+    run_all(run, threads, tell)
     _along_push(arrays.get("normal_components"))
     codes[np.broadcast_to(_beyond_products(inputs), codes.shape)] = AGAIN
     again = np.flatnonzero(codes == AGAIN)
@@ -176,6 +183,7 @@ def _by_kernels(
     codes[codes >= SHARED] -= SHARED
     verdicts[codes >= OPEN] = VERDICTS.index("not proven")
     codes[codes >= OPEN] -= OPEN
+    solve_rows(scene, inputs, again.tolist(), *answers)
     return again
 
 
@@ -303,10 +311,10 @@ def warm_up(scene: Scene, *, dtype: DTypeLike = np.float64) -> BatchPlan:
         inputs = batch_inputs(scene, scene.robot.neutral(), None, None, None, None, None)
         # A row that is known to be bad passes through all kernels but the laws of contact.
         inputs.codes[:] = int(Status.OUT_OF_RANGE)
-        from .run import run_all
+        from .run import BatchRun, run_all
 
         codes = np.zeros(1, dtype=np.int8)
-        run_all(program, inputs, {}, codes, _number(dtype), 1, lambda _: None)
+        run_all(BatchRun(program, inputs, {}, codes, _number(dtype)), 1, lambda _: None)
     return plan
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..batch.result import OUTPUTS
-from ..batch.solve import solve_batch
+from ..batch.solve import solve_batch, warm_up
 from ..impact import Impact, solve
 from ..impact.algorithms import ByCrba, cholesky_solve, crba, decompose
 from ..impact.constrained import ConstrainedJump
@@ -136,6 +136,7 @@ def _outputs() -> Iterator[Claim]:
     scene = Scene(talos, [AppliedImpulse(HAND, LINEAR, at=AT)])
     blows = np.random.default_rng(0).normal(size=(16384, 3))
     q = talos.neutral()
+    warm_up(scene)
     times = time_in_turn(
         {
             "no": lambda: solve_batch(scene, q, impulses=blows),

@@ -20,6 +20,7 @@ from typing import Any, Generic, ParamSpec, TypeVar
 import numpy as np
 
 from .apart import failed, raise_failed, tell_by_address
+from .fingerprint import called_by
 from .parts import pipeline
 from .store import Store, is_stored
 
@@ -204,8 +205,11 @@ class Entry(Generic[P, R]):
     def _weigh(self) -> None:
         """Compile if the interpreted calls have cost as much by now."""
         cost = LOADING if _ready else IMPORTING
-        if not self.is_stored:
-            cost += self._seconds
+        within: list[Entry[..., Any]] = [self]
+        within += [each for each in called_by(self.py_func) if isinstance(each, Entry)]
+        for each in within:
+            if not (each.is_compiled or each.is_stored):
+                cost += each._seconds
         if self._spent > cost:
             self.compile()
         else:
@@ -225,7 +229,7 @@ def entry(
 
     Args:
         examples: gives arguments of the types that it is compiled for.
-        seconds: what compiling takes, about.
+        seconds: what compiling takes, about, without other entries that it calls.
         apart: whether compiled code that calls it does so by its address, instead of having all
             of it compiled in; it has to return int, float, bool or a tuple of these.
 

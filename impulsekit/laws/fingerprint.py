@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["fingerprint"]
+__all__ = ["called_by", "fingerprint"]
 
 _PACKAGE = __name__.partition(".")[0]
 
@@ -32,6 +32,27 @@ def fingerprint(function: Callable[..., Any], *more: str) -> str:
         digest.update(word.encode())
         digest.update(b"\0")
     return digest.hexdigest()[:32]
+
+
+def called_by(function: Callable[..., Any]) -> Iterator[Any]:
+    """What a function of this package calls, and what that calls, each once; not itself.
+
+    Args:
+        function: a Python function.
+    """
+    seen, found = {id(function)}, [function]
+    while found:
+        inner = found.pop()
+        inner = getattr(inner, "py_func", inner)
+        for name in _names(inner.__code__):
+            value = inner.__globals__.get(name)
+            code = getattr(value, "py_func", value)
+            if not isinstance(code, types.FunctionType) or id(code) in seen:
+                continue
+            if code.__module__.partition(".")[0] == _PACKAGE:
+                seen.add(id(code))
+                found.append(code)
+                yield value
 
 
 def _words(value: Any, seen: set[int]) -> Iterator[str]:

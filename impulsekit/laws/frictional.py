@@ -73,7 +73,7 @@ def _search_examples() -> tuple[object, ...]:
     return workspace(1), 1, Sizes(1.0, 1.0, 1.0, True), False, 0.0
 
 
-@entry(_examples, seconds=7.0, apart=True)
+@entry(_examples, seconds=2.5, apart=True)
 def frictional(
     work: Workspace, n: int, scale: float, started: bool, spread: float, dependent: float
 ) -> tuple[int, float]:
@@ -207,7 +207,7 @@ def _hold_by_shares(work: Workspace, n: int, sizes: Sizes, dependent: float) -> 
     return _code_of(work, n, sizes, dependent, NO), residual
 
 
-@entry(_search_examples, seconds=9.0, apart=True)
+@entry(_search_examples, seconds=3.0, apart=True)
 def search_slipping(
     work: Workspace, n: int, sizes: Sizes, floors: bool, dependent: float
 ) -> tuple[int, float]:

@@ -80,7 +80,7 @@ def _examples() -> tuple[object, ...]:
     return np.eye(6), line, line, few, few, few, NEWTON
 
 
-@entry(_examples, seconds=9.0)
+@entry(_examples, seconds=0.5)
 def hit_contacts(
     W: np.ndarray,
     before: np.ndarray,
@@ -115,7 +115,7 @@ def _newton_examples() -> tuple[object, ...]:
     return workspace(2), np.eye(6), line, line, few, few, 2, Care(DEPENDENT, 0.0, False)
 
 
-@entry(_newton_examples, seconds=2.0, apart=True)
+@entry(_newton_examples, seconds=1.0, apart=True)
 def newton(
     work: Workspace,
     W: np.ndarray,
@@ -181,7 +181,7 @@ def _poisson_examples() -> tuple[object, ...]:
     return workspace(2), np.eye(6), np.ones(6), np.ones(2), 2, Care(DEPENDENT, 0.0, False)
 
 
-@entry(_poisson_examples, seconds=3.0, apart=True)
+@entry(_poisson_examples, seconds=1.5, apart=True)
 def poisson(
     work: Workspace, W: np.ndarray, free: np.ndarray, e: np.ndarray, n: int, care: Care
 ) -> tuple[int, float]:

@@ -86,6 +86,10 @@ class Store:
                 self._begun.append(path)
         return found
 
+    def holds(self, sig: Any, target_context: Any) -> bool:
+        """Whether the compiled code for a signature is on disk, made for this machine."""
+        return self._path(sig, target_context).exists()
+
     def give_up(self) -> None:
         """What was begun last was not compiled: other processes go on."""
         if self._begun:

@@ -65,7 +65,7 @@ def _search_plane(
     return count
 
 
-@entry(_examples, seconds=3.0, apart=True)
+@entry(_examples, seconds=0.5, apart=True)
 def search_modes(
     W: np.ndarray,
     b: np.ndarray,

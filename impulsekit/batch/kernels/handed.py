@@ -23,13 +23,27 @@ class Handed(types.WrapperAddressProtocol):
     some hundred states do.
     """
 
-    def __init__(self, compiled: Any, signature: Any) -> None:
-        self._compiled = compiled
+    def __init__(self, made: Any, signature: Any) -> None:
+        self._made, self._signature = made, signature
+        self._is_compiled = False
         self.type = types.FunctionType(signature)
+
+    def compile(self) -> None:
+        """Have the code, compiled now or loaded from disk."""
+        if not self._is_compiled:
+            self._made.compile()
+            self._is_compiled = True
+
+    @property
+    def is_there(self) -> bool:
+        """Whether nothing would be compiled for it."""
+        context = self._made._targetdescr.target_context
+        return self._is_compiled or self._made._cache.holds(self._made._sig, context)
 
     def __wrapper_address__(self) -> int:
         """Where the code is."""
-        return self._compiled.address
+        self.compile()
+        return self._made.address
 
     def signature(self) -> Any:
         """That of the function."""
@@ -42,8 +56,7 @@ def _typeof_handed(value: Handed, context: Any) -> Any:
 
 
 def handed(signature: Any, function: Callable[..., None]) -> Handed:
-    """The function compiled for a signature."""
+    """The function for a signature, compiled when its address is asked for."""
     made = CFunc(function, sigutils.normalize_signature(signature), {}, {"error_model": "numpy"})
     made._cache = Store(function, CODE_OF_LANES)
-    made.compile()
     return Handed(made, signature)

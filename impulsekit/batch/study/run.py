@@ -14,6 +14,7 @@ import numpy as np
 from ...errors import InputError, MissingExtraError
 from ...motion.interrupts import Interrupts
 from ...motion.status import MotionStatus
+from ..meanwhile import by_kernels_only
 from ..motions.simulate import simulate_batch
 from ..progress import shown
 from ..remote import warm_workers
@@ -112,7 +113,9 @@ def solved_chunk(study: Study, index: int, threads: int | None = None) -> dict[s
 
 
 def _impacts(study: Study, given: dict[str, Any], threads: int | None) -> dict[str, np.ndarray]:
-    batch = solve_batch(study.scene, **given, outputs=study.names, threads=threads)
+    # A study that is broken off and gone on with has the digits of one that is not.
+    with by_kernels_only():
+        batch = solve_batch(study.scene, **given, outputs=study.names, threads=threads)
     return {**batch.arrays, "status": batch.status}
 
 

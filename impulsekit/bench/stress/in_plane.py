@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linprog
 
+from ...batch.meanwhile import by_kernels_only
 from ...batch.solve import solve_batch
 from ...errors import ImpulsekitError
 from ...impact import solve
@@ -328,7 +329,8 @@ def _by_solve(case: PlaneScene, v: np.ndarray) -> _Told:
 def _by_batch(case: PlaneScene, speeds: np.ndarray) -> list[_Told]:
     q = np.tile(case.scene.robot.neutral(), (len(speeds), 1))
     start = time.perf_counter()
-    batch = solve_batch(case.scene, q, speeds, outputs=["dv", "contact_impulses"], threads=1)
+    with by_kernels_only():
+        batch = solve_batch(case.scene, q, speeds, outputs=["dv", "contact_impulses"], threads=1)
     seconds = (time.perf_counter() - start) / len(speeds)
     told = batch.uniqueness if batch.uniqueness is not None else np.zeros(len(speeds))
     return [

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...batch.meanwhile import by_kernels_only
 from ...batch.solve import solve_batch
 from ...errors import ImpulsekitError
 from ...impact import solve
@@ -114,7 +115,7 @@ def _by_batch(case: Case) -> list[Found]:
         outputs.append("contact_impulses")
     start = time.perf_counter()
     try:
-        with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"), by_kernels_only():
             batch = solve_batch(scene, case.q, case.v, outputs=outputs, threads=1)
     except ImpulsekitError as error:
         each = Found(None, type(error).__name__, False, time.perf_counter() - start)

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from ...batch.meanwhile import by_kernels_only
 from ...batch.solve import solve_batch
 from ...errors import ImpulsekitError, SetupWarning
 from ...impact import ImpactSolver, solve
@@ -242,7 +243,8 @@ def _told(call: Callable[[], object]) -> _Told:
 def _by_batch(world: World) -> _Told:
     scene, q, v = built(world)
     start = time.perf_counter()
-    batch = solve_batch(scene, q[None], v[None], outputs=["dv"], threads=1)
+    with by_kernels_only():
+        batch = solve_batch(scene, q[None], v[None], outputs=["dv"], threads=1)
     status = Status(int(batch.status[0]))
     seconds = time.perf_counter() - start
     return _Told(status.name, status.valid, status.obeys_law, v + batch.dv[0], seconds)
