@@ -29,7 +29,7 @@ from .borrowed import borrowing
 from .compiled import compiled, entry
 from .dense import cholesky, gauss
 
-__all__ = ["SMALL", "Cones", "find_cone_impulses"]
+__all__ = ["IMMOBILE", "SMALL", "Cones", "find_cone_impulses"]
 
 # A Newton step is accepted where the sum of squares falls by this share of it (Armijo).
 FALLS = 1e-4

@@ -15,7 +15,7 @@ import pinocchio as pin
 
 from ..impact.laws.problem import Turning
 from ..impact.laws.turning import cones_of
-from ..laws.product_cones import SMALL, find_cone_impulses
+from ..laws.product_cones import IMMOBILE, SMALL, find_cone_impulses
 from ..rows.pair import turning_rows
 from ..scene import Collision, Contact, Scene
 from ..scene.contacts import turns
@@ -328,7 +328,9 @@ def _least_moments(
             coupled, mobility, free, np.where(held, 0.0, start), plain
         )
         if residual <= BAR:
-            unit = 1.0 / np.sqrt(np.maximum(mobility, NONZERO))
+            # Tangents without friction are rows of nothing: rounding is all that b is there.
+            moves = mobility > IMMOBILE * mobility.max()
+            unit = np.where(moves, 1.0 / np.sqrt(np.maximum(mobility, NONZERO)), 0.0)
             rates = np.abs(unit * (free + coupled.dot(without)))
             if rates[held].max() <= SMALL * np.abs(unit * free).max():
                 return without

@@ -195,3 +195,17 @@ def test_a_point_that_comes_to_rest_again_goes_on_rolling():
         assert motion.at(t)[1] == pytest.approx(impact.v_after, abs=1e-9)
         assert impact.v_after[4] == pytest.approx(0.17 / 0.21 * impact.v_before[4], rel=1e-3)
     assert np.abs(motion.balance().residual).max() < 1e-9
+
+
+@pytest.mark.parametrize(("friction", "share"), [(0.0, 0.6), (0.4, 0.6), (0.0, 1.5)])
+def test_a_moment_spins_a_ball_above_what_torsion_bears_with_and_without_friction(friction, share):
+    tau = 2e-3
+    bound = tau * MASS * G
+    floor = ik.Collision("ball", "ground", friction=friction, torsion=tau)
+    moment = ik.AppliedForce("ball", angular=[0, 0, share * bound])
+    scene = ik.Scene(ON_FLOOR, contacts=[floor], forces=[moment], gravity=(1e-9, 0, -G))
+    q = ON_FLOOR.configuration(root_joint=[0, 0, R, 0, 0, 0, 1])
+    motion = ik.simulate(scene, q, ON_FLOOR.velocity(), duration=0.1)
+    spin = max(share - 1.0, 0.0) * bound / INERTIA
+    assert motion.v[:, 5] == pytest.approx(spin * motion.t, abs=1e-8)
+    assert np.abs(motion.balance().residual).max() < 1e-9
