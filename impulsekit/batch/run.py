@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..laws.apart import failed, raise_failed
+from ..laws.status import Status
 from .codes import AGAIN
 from .inputs import BatchInputs
 from .kernels import layout
@@ -124,7 +125,8 @@ class BatchRun:
             if len(array) > 1 and self._states > self._size:
                 array = np.concatenate([array, np.repeat(array[-1:], self._states - self._size, 0)])
             found.extend((_plain(array), array.shape[1] if len(array) > 1 else 0))
-        codes = np.zeros(self._states, dtype=np.int8)
+        # A row that only fills a block passes through all kernels but the laws of contact.
+        codes = np.full(self._states, int(Status.OUT_OF_RANGE), dtype=np.int8)
         codes[: self._size] = inputs.codes
         return Inputs._make([*found, codes])
 

@@ -5,6 +5,9 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
+from impulsekit.batch.inputs import batch_inputs
+from impulsekit.batch.plans import plan_batch
+from impulsekit.batch.run import BatchRun
 from impulsekit.impact.laws import simultaneous
 from impulsekit.laws.modes import residual_of
 from impulsekit.laws.struck import strike_at_once
@@ -107,3 +110,14 @@ def assert_lawful(q, after, scene, before):
         assert np.hypot(p[0], p[1]) < bound + 1e-10 * load
         slip = np.hypot(xi[0], xi[1])
         assert np.abs(p[:2] * slip + bound * xi[:2]).max() < 1e-9 * load * speed
+
+
+def test_states_that_only_fill_a_block_are_not_given_to_the_law():
+    """A batch of one row costs one answer of its law, not one for each lane of a block."""
+    robot = ik.Robot.from_example("solo12", root="freeflyer")
+    scene = ik.Scene(robot, contacts=[ik.Contact(foot) for foot in ("FL_FOOT", "HR_FOOT")])
+    inputs = batch_inputs(scene, robot.neutral(), None, None, None, None, None)
+    run = BatchRun(plan_batch(scene)[0], inputs, {}, np.zeros(1, dtype=np.int8))
+    first, *others = run._inputs.codes.tolist()
+    assert first == int(ik.Status.SOLVED) and len(others) >= 1
+    assert set(others) == {int(ik.Status.OUT_OF_RANGE)}
