@@ -21,6 +21,7 @@ from impulsekit.batch.study.layout import UNWRITTEN
 from impulsekit.batch.study.lock import StoreLockedError
 from impulsekit.batch.study.store import StudyStore
 from impulsekit.cli import main
+from impulsekit.errors import InputError
 from impulsekit.study import Study, Variation, load_study, open_study, run_study, summarize
 
 from .forked import ForkedCommand
@@ -117,6 +118,23 @@ def write_obj(path, height):
     corners = [(0, 0, 0), (0.2, 0, 0), (0, 0.2, 0), (0, 0, height)]
     faces = ["f 1 3 2", "f 1 2 4", "f 1 4 3", "f 2 3 4"]
     path.write_text("\n".join([*("v {} {} {}".format(*c) for c in corners), *faces]) + "\n")
+
+
+@pytest.mark.parametrize("how", ["deleted", "cut off"])
+def test_numbers_that_were_lost_are_told_and_made_again(files, tmp_path, how):
+    study = load_study(files())
+    run_study(study, tmp_path / "rows")
+    whole = open_study(tmp_path / "rows").load()
+    file = tmp_path / "rows" / "rows.zarr" / "v_after" / "2.0"
+    if how == "deleted":
+        file.unlink()
+    else:
+        file.write_bytes(file.read_bytes()[:-8])
+    for look in (open_study, summarize):
+        with pytest.raises(InputError, match="number 2 of v_after; run the same study again"):
+            look(tmp_path / "rows")
+    run_study(study, tmp_path / "rows")
+    assert open_study(tmp_path / "rows").load().identical(whole)
 
 
 @pytest.mark.parametrize("change", ["place", "size", "shape", "corner of a mesh"])

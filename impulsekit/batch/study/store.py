@@ -24,6 +24,7 @@ import numpy as np
 
 from ...errors import ImpulsekitError, InputError, MissingExtraError
 from ...files import file_told, flush_to_disk, path_of, reason_of, write_file
+from .chunks import chunk_name, held_folder, lost_chunks, written_chunks
 from .layout import arrays_of, unwritten_rows
 from .lock import NAME as LOCK
 from .lock import StoreLock, lock_store
@@ -76,7 +77,7 @@ class StudyStore:
                     _check_folder(self.path)
                     with _full_disk_told(self.path):
                         self._create()
-                with _held_folder(self.path / ROWS) as self._rows:
+                with held_folder(self.path / ROWS) as self._rows:
                     self._lock.check()
                     for left in (*self.path.glob(".*.partial"), *self._rows.rglob("*.partial")):
                         left.unlink(missing_ok=True)
@@ -106,18 +107,21 @@ class StudyStore:
         layout = arrays_of(self.study)
         data = {name: (layout[name][0], array) for name, array in arrays.items()}
         region = {"row": slice(*self.study.rows(index))}
-        xr.Dataset(data).to_zarr(self._rows, region=region, consolidated=False)
+        # A chunk of nothing but NaN is written too: what is missing is lost.
+        xr.Dataset(data).to_zarr(
+            self._rows, region=region, consolidated=False, write_empty_chunks=True
+        )
         for name, array in arrays.items():
-            file = self._rows / name / ".".join(map(str, (index, *[0] * (array.ndim - 1))))
-            # Zarr leaves a chunk out that is nothing but NaN, which is what is read without it.
-            if file.exists():
-                flush_to_disk(file)
+            flush_to_disk(self._rows / name / chunk_name(index, array.ndim))
 
     def _unwritten_chunks(self) -> list[int]:
-        """The chunks without statuses; one file holds those of a chunk, a byte each."""
-        width = open_study(self.path)["status"].encoding["chunks"][0]
-        sizes = {entry.name: entry.stat().st_size for entry in os.scandir(self._rows / "status")}
-        return [i for i in range(self.study.chunks) if sizes.get(str(i)) != width]
+        """The chunks without statuses, or that have lost their numbers."""
+        dataset = _dataset(self.path)
+        try:
+            done = written_chunks(self._rows, dataset) - set(lost_chunks(self._rows, dataset))
+        except (OSError, LookupError) as error:
+            raise _damaged(self.path, error) from None
+        return [i for i in range(self.study.chunks) if i not in done]
 
     def _check_same(self) -> None:
         mark = self.path / RECORD
@@ -208,7 +212,7 @@ def open_study(path: str | os.PathLike[str]) -> Any:
     has, and NaN elsewhere.
 
     Raises:
-        InputError: the folder is not a store of a study.
+        InputError: the folder is not a store of a study, or some of its rows are lost.
         MissingExtraError: xarray or zarr is not installed.
 
     Example:
@@ -226,8 +230,24 @@ def open_study(path: str | os.PathLike[str]) -> Any:
         >>> rows["v_after"].shape
         (100, 1)
     """
-    xarray = _xarray()
     folder = pathlib.Path(path_of(path, "the store of a study"))
+    dataset = _dataset(folder)
+    try:
+        lost = lost_chunks(folder / ROWS, dataset)
+    except (OSError, LookupError) as error:
+        raise _damaged(folder, error) from None
+    if lost:
+        index, name = min(lost.items())
+        raise InputError(
+            f'"{folder}" is damaged: {len(lost)} of its chunks of rows are missing or cut off, '
+            f"first number {index} of {name}; run the same study again to write them"
+        )
+    return dataset
+
+
+def _dataset(folder: pathlib.Path) -> Any:
+    """As ``open_study``; rows may be lost."""
+    xarray = _xarray()
     if not (folder / RECORD).is_file():
         raise InputError(f'"{folder}" is no store of a study')
     try:
@@ -235,21 +255,6 @@ def open_study(path: str | os.PathLike[str]) -> Any:
         return xarray.open_zarr(folder / ROWS, consolidated=False, mask_and_scale=False)
     except Exception as error:  # whatever zarr raises on a damaged group
         raise _damaged(folder, error) from None
-
-
-@contextlib.contextmanager
-def _held_folder(folder: pathlib.Path) -> Iterator[pathlib.Path]:
-    """A path to a folder that leads there, or nowhere, whatever becomes of its name.
-
-    Where the system has no such paths, the folder itself.
-    """
-    with file_told(folder):
-        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        held = pathlib.Path(f"/proc/self/fd/{descriptor}")
-        yield held if held.is_dir() else folder
-    finally:
-        os.close(descriptor)
 
 
 def _damaged(folder: pathlib.Path, error: Exception) -> InputError:
