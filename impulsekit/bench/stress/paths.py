@@ -2,7 +2,8 @@
 
 In the plane ``truths.along_paths`` follows the same impact by another program: slip that stops,
 sticks, turns back and starts again, contacts that meet twice, bodies on several points of one
-floor. In space bodies stand on several points, and what is left of cones, works and energy counts.
+floor. In space bodies stand on several points, and what is left of cones, works and energy counts;
+``truths.space_paths`` follows some of them in time as well: that takes a second for each.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from ...impact.laws import ContactProblem
 from ...scene.law import Law
 from ...tolerances import NONZERO
 from ..truths.along_paths import Planar, follow_in_time
+from ..truths.space_paths import Spatial, space_error
 from .statements import CONTACTS, Judged, energetic, points_of, problem_of_points
 from .sweep import Sweep
 
@@ -22,6 +24,11 @@ __all__ = ["SWEEPS"]
 
 # Of the states, those in space, and of those in the plane the bodies that stand on all points.
 IN_SPACE, STANDING = 0.25, 0.4
+# Of the states followed in space those whose slip begins from rest; with any W, and standing.
+FROM_REST, ANY_W, STANDS = 0.5, 0.3, 0.4
+# What may be left of them: slip from rest has a direction of its own from ``wave_slips.SLOW`` on,
+# and where it begins without acceleration some 3e-9 of the velocities are left of that.
+OFF = 1e-8
 
 
 def _rows(n: int, rng: np.random.Generator, *, stands: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -86,4 +93,41 @@ def _path(n: int, rng: np.random.Generator) -> Judged:
     return replace(judged, left=max(judged.left, off / (np.abs(planar.free).max() + NONZERO)))
 
 
-SWEEPS = (Sweep("statement-path", "contacts", CONTACTS, points_of(_path), 420, logarithmic=False),)
+def _in_space(n: int, rng: np.random.Generator) -> Judged:
+    """Friction along the path in space, slip from rest too, against springs followed in time."""
+    kind, rests = rng.random(), bool(rng.random() < FROM_REST)
+    stands = ANY_W <= kind < ANY_W + STANDS
+    problem = problem_of_points(n, rng, 0.5, stands=stands)
+    W, before = problem.delassus, problem.velocity_before
+    if kind < ANY_W:
+        root = rng.normal(size=(3 * n, 3 * n + int(rng.integers(3))))
+        W = root @ root.T
+    if rests:
+        # What stands falls without turning, so that velocities of its points are in the range.
+        before = np.where(np.arange(3 * n) % 3 == 2, -1.0 if stands else before, 0.0)
+    e = np.where(rng.random(n) < 0.3, 1.0, rng.uniform(0.2, 1.0, n))
+    mu, kappa = rng.choice([0.1, 0.3, 0.6, 1.0], n), 10.0 ** rng.uniform(-1.5, 0, n)
+    power, kappa = float(rng.choice([1.0, 1.5])), kappa / kappa.max()
+    problem = replace(
+        problem, delassus=W, velocity_before=before, velocity_free=before, restitution=e,
+        friction=mu, stiffness=1e5 * kappa,
+    )  # fmt: skip
+    judged = energetic(problem, Law("lzb", exponent=power))
+    speed = float(np.abs(before).max()) + NONZERO
+    spatial = Spatial(W / W.diagonal().max(), before / speed, e, kappa, mu, power)
+    off = space_error(spatial, judged.solution.velocity_after / speed)
+    # Not followed to its end: then cones, works and energy count alone.
+    return replace(judged, left=max(judged.left, off or 0.0))
+
+
+SWEEPS = (
+    Sweep("statement-path", "contacts", CONTACTS, points_of(_path), 420, logarithmic=False),
+    Sweep(
+        "statement-path-space",
+        "contacts",
+        CONTACTS,
+        points_of(_in_space, 1, OFF),
+        30,
+        logarithmic=False,
+    ),
+)

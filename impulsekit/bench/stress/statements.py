@@ -250,12 +250,16 @@ def energetic(problem: ContactProblem, law: Law) -> Judged:
     return Judged(solution, max(left, *(float(work.max()) / size for work in works)))
 
 
-def points_of(judged: Callable[[int, np.random.Generator], Judged]) -> Any:
-    """The cases of a sweep: each state judged, and timed."""
+def points_of(
+    judged: Callable[[int, np.random.Generator], Judged],
+    states: int | None = None,
+    bound: float = LEFT,
+) -> Any:
+    """The cases of a sweep: so many states, each judged by what may be left, and timed."""
 
     def points(value: float, rng: np.random.Generator) -> list[Point]:
         found = []
-        for i in range(STATES):
+        for i in range(states or STATES):
             start = time.perf_counter()
             try:
                 told = judged(int(value), rng)
@@ -264,7 +268,7 @@ def points_of(judged: Callable[[int, np.random.Generator], Judged]) -> Any:
             except ImpulsekitError as error:
                 status, left, valid = type(error).__name__, math.nan, False
             seconds = time.perf_counter() - start
-            verdict = "said so" if not valid else "right" if left <= LEFT else "wrong"
+            verdict = "said so" if not valid else "right" if left <= bound else "wrong"
             none = math.nan
             # What is left in double precision is an error here, no residual in 50 digits.
             numbers = (left if valid else none, none, none, none, none, none)
