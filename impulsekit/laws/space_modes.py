@@ -22,8 +22,8 @@ __all__ = ["space_modes"]
 # Largest residual of Newton's method at a solution, near singular systems too.
 LEFT = 1e-6
 PARTED, STICKS, SLIDES = 0, 1, 2
-# Directions to start from, by the number of contacts that slide.
-STARTS = (0, 16, 8, 6)
+# Directions to start from, by the number of contacts that slide with friction.
+STARTS = (1, 16, 8, 6)
 MOST_STEPS = 16
 # The largest turn of a step [rad].
 TURN = 0.6
@@ -180,16 +180,19 @@ def _pseudo_inverse(block: np.ndarray) -> np.ndarray:
 @compiled
 def _slides(W: np.ndarray, b: np.ndarray, mu: np.ndarray) -> np.ndarray:
     """(k, 3m) impulses with ξ_n = 0 and slip along −P_t, of m contacts that all slide."""
-    m = len(mu)
-    each = STARTS[m]
-    lanes = each**m
+    m, rubs = len(mu), 0
+    for i in range(m):
+        rubs += mu[i] > 0.0
+    each = STARTS[rubs]
+    lanes = each**rubs
     angle, load = np.empty((m, lanes)), np.zeros((m, lanes))
     number = np.arange(lanes)
     for i in range(m):
         # From the slip without impulse, to both sides alike: no axes decide what is found.
         first = math.atan2(b[3 * i + 1], b[3 * i])
         angle[i] = first + (number % each + 0.5) * (2.0 * math.pi / each)
-        number = number // each
+        if mu[i] > 0.0:
+            number = number // each
     scale = np.abs(b).max()
     system, miss = np.empty((2 * m, 2 * m, lanes)), np.empty((2 * m, lanes))
     xi, by_load, by_angle = (
