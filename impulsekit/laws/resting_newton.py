@@ -122,31 +122,20 @@ def solve_points(
     coupled: np.ndarray, free: np.ndarray, points: Points, start: np.ndarray, room: Room
 ) -> tuple[np.ndarray, float]:
     """(m,) the best forces, and their residual relative to the accelerations."""
-    best, residual = _solved(coupled, free, points, start, room)
-    if residual <= BAR:
-        _free(coupled, free, points, best)
-    return best, residual
-
-
-@compiled
-def _solved(
-    coupled: np.ndarray, free: np.ndarray, points: Points, start: np.ndarray, room: Room
-) -> tuple[np.ndarray, float]:
-    """As ``solve_points``; what parts may be left a load of rounding."""
     best, residual = _newton(coupled, free, points, start, room)
-    if residual <= BAR:
-        return best, residual
-    if np.abs(start).max() > 0.0:
+    if residual > BAR and np.abs(start).max() > 0.0:
         other, error = _newton(coupled, free, points, np.zeros(len(start)), room)
         if error < residual:
             best, residual = other, error
-    if residual > BAR:
+    if not residual <= BAR:
         swept = np.zeros(len(start))
         for _ in range(MOST_ROUNDS_OF_SWEEPS):
             _sweep(coupled, free, points, swept)
             best, residual = _newton(coupled, free, points, swept, room)
             if residual <= BAR:
                 break
+    if residual <= BAR:
+        _free(coupled, free, points, best)
     return best, residual
 
 
@@ -160,7 +149,8 @@ def _free(coupled: np.ndarray, free: np.ndarray, points: Points, P: np.ndarray) 
         if mu < 0.0 or abs(load) > BAR * points.scale:
             continue
         if load <= _by_others(coupled, free, P, n, n, 0):
-            P[at : n + 1] = 0.0
+            for k in range(at, n + 1):
+                P[k] = 0.0
 
 
 @borrowing
