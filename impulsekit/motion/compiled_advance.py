@@ -24,7 +24,7 @@ from .points import Table, gap_and_rate
 from .tree import look_at
 
 __all__ = [
-    "CHANGED", "GOES_ON", "HAPPENS", "LONGEST_TURN", "STUCK", "Log", "Track", "advance",
+    "CHANGED", "FURTHER", "GOES_ON", "HAPPENS", "LONGEST_TURN", "STUCK", "Log", "Track", "advance",
     "example_advance", "note", "too_deep",
 ]  # fmt: skip
 
@@ -33,6 +33,11 @@ __all__ = [
 GOES_ON, HAPPENS, CHANGED, STUCK = 0, 1, 2, 3
 # A joint that turns goes no further than this in one step [rad].
 LONGEST_TURN = 1.0
+# Steps go so much further than where a gap will close if accelerations stay [of the way there]:
+# near its ends a step's dense output is as good as the step, and nothing is made twice.
+FURTHER = 0.02
+# But a gap that closes within this part of a step, such as one open by rounding, does not bound it.
+SHORT = 1e-3
 
 
 class Track(NamedTuple):
@@ -113,6 +118,9 @@ def advance(
     while count < len(log.ends) and clock[0] < clock[2]:
         log.before[count] = work.before
         log.references[count] = system.reference
+        soon = (1.0 + FURTHER) * _closing_in(system, work, watched, clock[1])
+        if soon > SHORT * clock[1]:
+            clock[1] = min(clock[1], soon)
         lengths = clock[1], clock[5], clock[6]
         state, end, tries = _step(system, tableau, work, track, rtol, atol)
         made += tries
@@ -201,6 +209,45 @@ def _step(
             return SOLVED, end, made
         length = shorter_length(length, error)
         rejected = True
+
+
+@borrowing
+def _closing_in(system: System, work: Work, watched: Watched, length: float) -> float:
+    """How soon the first gap closes if accelerations stay as they are [s]; infinite for none.
+
+    ``length``: of the step before which that is asked [s], whose first slope is there.
+    """
+    nv, base, soonest = len(system.load), watched.base, math.inf
+    kinematics, y = system.room.kinematics, work.trial
+    for turn in range(2):
+        for k in range(len(y)):
+            y[k] = work.before[k] + turn * length * work.slopes[0, k]
+        write_configuration(system.tree, system.reference, y[:nv], system.q)
+        look_at(system.tree, system.room, system.q, y[nv:])
+        for i in range(len(base)):
+            if not base[i] < math.inf:
+                continue
+            gap, rate = gap_and_rate(
+                watched.rated, i, kinematics.places, kinematics.speeds, system.q, y[nv:]
+            )
+            if turn == 0:
+                watched.gaps[0, i], watched.gaps[1, i] = gap - base[i], rate
+                continue
+            gap, speed = watched.gaps[0, i], watched.gaps[1, i]
+            soonest = min(soonest, _falls_in(gap, speed, (rate - speed) / length))
+    return soonest
+
+
+@borrowing
+def _falls_in(gap: float, speed: float, rate: float) -> float:
+    """How soon a gap [m] that opens at a speed, which grows at a rate, falls below zero [s]."""
+    square = speed * speed - 2.0 * rate * gap
+    if not square > 0.0:
+        return math.inf
+    root = math.sqrt(square)
+    if speed < 0.0:
+        return max(0.0, 2.0 * gap / (root - speed))
+    return (root + speed) / -rate if rate < 0.0 else math.inf
 
 
 @borrowing

@@ -50,6 +50,7 @@ class Watched(NamedTuple):
         turning: (k, nv) how fast bodies turn, by speed.
         ways: (n, 3) of resting points the direction of slip, and 1 for those that slip.
         begins: (n,) whether their slip has just begun. grown: slip that has grown [m/s].
+        gaps: (2, m) room.
     """
 
     rated: Table
@@ -61,6 +62,7 @@ class Watched(NamedTuple):
     ways: np.ndarray
     begins: np.ndarray
     grown: float
+    gaps: np.ndarray
 
 
 class Made(NamedTuple):
@@ -105,7 +107,7 @@ def example_look() -> tuple:
 
     system, tableau, work, *_ = example_step()
     none, no, never = np.zeros((0, 3)), np.zeros(0), np.zeros(0, np.bool_)
-    watched = Watched(NO_POINTS, no, no, 0.0, never, np.zeros((1, 6)), none, never, 0.0)
+    watched = Watched(NO_POINTS, no, no, 0.0, never, np.zeros((1, 6)), none, never, 0.0, none)
     return system, tableau, work, watched
 
 

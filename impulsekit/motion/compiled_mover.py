@@ -109,6 +109,7 @@ class Mover:
             ways,
             begins,
             self._dynamics.resting.grown,
+            np.zeros((2, len(base))),
         )
 
     def flown(self, reference: np.ndarray) -> System:

@@ -16,6 +16,7 @@ from ..laws.borrowed import borrowed
 from ..laws.compiled import compiled, entry
 from .compiled_advance import (
     CHANGED,
+    FURTHER,
     GOES_ON,
     HAPPENS,
     Log,
@@ -31,13 +32,15 @@ from .compiled_meet import Hold, Place, Rules, meet, standing
 from .compiled_settle import begin_stage
 from .compiled_step import SOLVED, System, Tableau, Work, attempt, begin_steps
 from .compiled_strike import Blow
+from .explicit import inside, length_after
 from .points import gaps_and_rates
 from .tree import look_at
 
 __all__ = ["EXACT", "NEAR", "Ledger", "Trip", "travel"]
 
 # Of steps with errors below this [of what is allowed] dense output is as good as they are allowed
-# to be: it is of seventh order, its errors are a hundred times those of a step at its limit.
+# to be: it is of seventh order, its errors are a hundred times those of a step at its limit. For
+# a time within a step, as ``explicit.inside`` has it.
 EXACT = 1e-4
 # A gap closes elsewhere than dense output says by no more than this part of the step.
 NEAR = 1e-3
@@ -190,6 +193,7 @@ def _watching(watched: Watched, hold: Hold) -> Watched:
         hold.ways[:n],
         hold.begins[:n],
         watched.grown,
+        watched.gaps,
     )
 
 
@@ -205,7 +209,11 @@ def _begin(system: System, trip: Trip, first: float) -> bool:
     if state != SOLVED:
         return False
     given = min(first, span) if first < math.inf else 0.0
-    clock[1] = given if given > 0.0 else length
+    if clock[5] > 0.0:
+        natural = min(length_after(clock[5], clock[6], False), span)
+        clock[1] = min(natural, (1.0 + FURTHER) * given) if given > 0.0 else natural
+    else:
+        clock[1] = given if given > 0.0 else length
     clock[5], clock[6] = 0.0, 0.0
     return True
 
@@ -225,7 +233,8 @@ def _close(
     length, time, good = log.lengths[k], clock[4], True
     work.before[:], work.powers[:] = log.before[k], log.powers[k]
     q, v, made = np.empty(len(track.q)), np.empty(nv), 0
-    if clock[6] >= EXACT and clock[0] < time < log.ends[k]:
+    part = (time - clock[0]) / length
+    if inside(clock[6], part) >= EXACT and clock[0] < time < log.ends[k]:
         good, shorter, time = _nearer(system, trip, watched, time)
         length = shorter if shorter > 0.0 else length
         made += len(work.slopes) - 1

@@ -23,6 +23,7 @@ __all__ = [
     "StepFailed",
     "first_guess",
     "first_length",
+    "inside",
     "length_after",
     "shorter_length",
 ]
@@ -71,6 +72,16 @@ def first_length(guess: float, rate: float, bend: float) -> float:
     else:
         other = (0.01 / max(rate, bend)) ** (1.0 / (ORDER + 1))
     return min(100.0 * guess, other)
+
+
+@borrowing
+def inside(error: float, part: float) -> float:
+    """What of a step's error counts for its dense output at a part of the step.
+
+    Dense output is as good as the step at both ends, and so is its slope: between them its error
+    goes with x² (1 − x)².
+    """
+    return 16.0 * error * (part * (1.0 - part)) ** 2
 
 
 class Output:

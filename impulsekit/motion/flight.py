@@ -16,7 +16,7 @@ from .compiled_mover import mover_of
 from .compiled_stepper import CompiledStepper
 from .compiled_travel import EXACT, NEAR
 from .crossing import Seen
-from .explicit import ExplicitStepper, Output
+from .explicit import ExplicitStepper, Output, inside
 from .footing import Footing
 from .passage import Passage
 from .path import Path
@@ -272,7 +272,8 @@ class Flight:
             return step, time
         if not step.start < time < step.end:
             return step, time
-        if stepper.before[1] < EXACT:
+        part = (time - dense.start) / dense.length
+        if inside(stepper.before[1], part) < EXACT:
             return step, time
         try:
             with now.resting.unchanged():
