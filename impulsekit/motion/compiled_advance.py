@@ -24,7 +24,7 @@ from .points import Table, gap_and_rate
 from .tree import look_at
 
 __all__ = [
-    "CHANGED", "FURTHER", "GOES_ON", "HAPPENS", "LONGEST_TURN", "STUCK", "Log", "Track", "advance",
+    "CHANGED", "GOES_ON", "HAPPENS", "LONGEST_TURN", "STUCK", "Log", "Track", "advance",
     "example_advance", "note", "too_deep",
 ]  # fmt: skip
 
@@ -36,8 +36,8 @@ LONGEST_TURN = 1.0
 # Steps go so much further than where a gap will close if accelerations stay [of the way there]:
 # near its ends a step's dense output is as good as the step, and nothing is made twice.
 FURTHER = 0.02
-# But a gap that closes within this part of a step, such as one open by rounding, does not bound it.
-SHORT = 1e-3
+# Accelerations of gaps are those over this part of a step.
+CLOSE_BY = 1e-4
 
 
 class Track(NamedTuple):
@@ -118,11 +118,10 @@ def advance(
     while count < len(log.ends) and clock[0] < clock[2]:
         log.before[count] = work.before
         log.references[count] = system.reference
-        soon = (1.0 + FURTHER) * _closing_in(system, work, watched, clock[1])
-        if soon > SHORT * clock[1]:
-            clock[1] = min(clock[1], soon)
         lengths = clock[1], clock[5], clock[6]
-        state, end, tries = _step(system, tableau, work, track, rtol, atol)
+        soon = (1.0 + FURTHER) * _closing_in(system, work, watched, CLOSE_BY * clock[1])
+        soon = soon if soon > watched.window else math.inf
+        state, end, tries = _step(system, tableau, work, track, soon, rtol, atol)
         made += tries
         if state != SOLVED:
             clock[1], clock[5], clock[6] = lengths
@@ -183,16 +182,26 @@ def note(system: System, log: Log) -> None:
 
 @borrowing
 def _step(
-    system: System, tableau: Tableau, work: Work, track: Track, rtol: float, atol: float
+    system: System,
+    tableau: Tableau,
+    work: Work,
+    track: Track,
+    soon: float,
+    rtol: float,
+    atol: float,
 ) -> tuple[int, float, int]:
-    """One step, as ``ExplicitStepper.step`` makes it: what became of it, its end, its cost."""
+    """One step, as ``ExplicitStepper.step`` makes it: what became of it, its end, its cost.
+
+    ``soon``: how long it may be [s], which the next step knows nothing of.
+    """
     clock, speed, made = track.clock, 0.0, 0
     for k in range(len(track.v)):
         speed = max(speed, track.turning[k] * abs(track.v[k]))
     longest = min(clock[3], LONGEST_TURN / speed) if speed > 0.0 else clock[3]
     t = clock[0]
     least = LEAST * (np.nextafter(t, math.inf) - t)
-    length, rejected = max(min(clock[1], longest), least), False
+    length, rejected = max(min(clock[1], longest, soon), least), False
+    allowed = clock[1] if soon < clock[1] else 0.0
     while True:
         if length < least:
             return -1, t, made
@@ -205,6 +214,8 @@ def _step(
             return state, t, made
         if error < 1.0:
             clock[1] = length_after(length, error, rejected)
+            if not rejected:
+                clock[1] = max(clock[1], allowed)
             clock[5], clock[6] = length, error
             return SOLVED, end, made
         length = shorter_length(length, error)

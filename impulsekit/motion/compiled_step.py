@@ -244,11 +244,12 @@ def begin_steps(
 
     Returns:
         What became of it, and a first step [s] of at most ``span``; see ``explicit.first_guess``.
+        With a ``span`` of 0, where it is known already, it is not looked for.
     """
     system, work, y = borrowed(system), borrowed(work), borrowed(y)
     rates, size = work.slopes[0], len(y)
     state = evaluate(system, work.driven[0], y, rates)
-    if state != SOLVED:
+    if state != SOLVED or not span > 0.0:
         return state, 0.0
     guess = min(first_guess(_size(y, y, rtol, atol), _size(rates, y, rtol, atol)), span)
     for k in range(size):

@@ -16,7 +16,6 @@ from ..laws.borrowed import borrowed
 from ..laws.compiled import compiled, entry
 from .compiled_advance import (
     CHANGED,
-    FURTHER,
     GOES_ON,
     HAPPENS,
     Log,
@@ -32,7 +31,7 @@ from .compiled_meet import Hold, Place, Rules, meet, standing
 from .compiled_settle import begin_stage
 from .compiled_step import SOLVED, System, Tableau, Work, attempt, begin_steps
 from .compiled_strike import Blow
-from .explicit import inside, length_after
+from .explicit import inside
 from .points import gaps_and_rates
 from .tree import look_at
 
@@ -143,9 +142,10 @@ def travel(system: System, trip: Trip, most: int) -> tuple[int, int, int, bool]:
             ledger.counts[1] = 0
         if why == CHANGED and count < len(log.ends) and clock[0] < clock[2]:
             begin_stage(system, stand)
-            if not _begin(system, trip, math.inf):
+            tries = _begin(system, trip, math.inf)
+            if tries == 0:
                 return why, count, made, stops
-            made += 2
+            made += tries
             continue
         full = ledger.counts[0] >= most or ledger.counts[1] >= trip.still
         if why != HAPPENS or stops or full or hold.many[0] + 2 * len(hold.base) > len(hold.over):
@@ -198,24 +198,26 @@ def _watching(watched: Watched, hold: Hold) -> Watched:
 
 
 @compiled
-def _begin(system: System, trip: Trip, first: float) -> bool:
-    """Begin steps anew, the first of which is to be so long [s] if it is finite."""
+def _begin(system: System, trip: Trip, first: float) -> int:
+    """Begin steps anew; how often accelerations were worked out, 0 where that can't be done here.
+
+    They go on as long as they were about to be: what closes bounds them by itself. Without one
+    before, the first is to be ``first`` long [s] if that is finite.
+    """
     clock, work = trip.track.clock, trip.work
-    span, last = clock[2] - clock[0], system.last.copy()
+    span, last, known = clock[2] - clock[0], system.last.copy(), clock[5] > 0.0
     if not span > 0.0:
-        return False
-    state, length = begin_steps(system, work, work.before, span, trip.rtol, trip.atol)
+        return 0
+    asked = 0.0 if known else span
+    state, length = begin_steps(system, work, work.before, asked, trip.rtol, trip.atol)
     system.last[:] = last
     if state != SOLVED:
-        return False
-    given = min(first, span) if first < math.inf else 0.0
-    if clock[5] > 0.0:
-        natural = min(length_after(clock[5], clock[6], False), span)
-        clock[1] = min(natural, (1.0 + FURTHER) * given) if given > 0.0 else natural
-    else:
+        return 0
+    if not known:
+        given = min(first, span) if first < math.inf else 0.0
         clock[1] = given if given > 0.0 else length
     clock[5], clock[6] = 0.0, 0.0
-    return True
+    return 1 if known else 2
 
 
 @compiled
@@ -314,14 +316,15 @@ def _meet(
     begin_stage(after, standing(hold, trip.rules.grown))
     note(after, log)
     track.clock[0] = time
-    if not _begin(after, trip, first):
+    tries = _begin(after, trip, first)
+    if tries == 0:
         log.rest[:] = rest
         return False, system, 6
     ledger.part[i], ledger.soft[i] = part, soft
     ledger.counts[0] += 1
     track.q[:], track.v[:] = q, v
     _keep(hold, trip.hold)
-    return True, after, 6
+    return True, after, 4 + tries
 
 
 @compiled
