@@ -64,12 +64,12 @@ class Gaps:
     def __init__(self, scene: Scene, reached: ReachedModel) -> None:
         self._model = reached.model
         self.items: list = []
+        names = scene.entry_names("contacts")
         for i, entry in enumerate(scene.contacts):
             if isinstance(entry, Contact):
                 self.items.append(PlaneGap(scene.robot, reached, entry, i))
             elif isinstance(entry, GapContact):
-                name = scene.entry_names("contacts")[i]
-                self.items.append(FunctionGap(scene.robot, entry, i, name))
+                self.items.append(FunctionGap(scene.robot, entry, i, names[i]))
             elif isinstance(entry, Rope):
                 self.items.append(RopeGap(scene.robot, reached, entry, i))
             elif isinstance(entry, JointStop):
@@ -91,8 +91,7 @@ class Gaps:
         self._conditions: dict[int, tuple[Callable[[Any, Any], Any], str]] = {
             i: (entry.active, name)
             for i, (entry, name) in enumerate(
-                (scene.contacts[item.entry], scene.entry_names("contacts")[item.entry])
-                for item in self.items
+                (scene.contacts[item.entry], names[item.entry]) for item in self.items
             )
             if getattr(entry, "active", None) is not None
         }

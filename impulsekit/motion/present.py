@@ -97,6 +97,7 @@ class Present:
         self.passing: set[int] = set()
         self.impacts: list[tuple[float, Impact]] = []
         self.rests: list[Rest] = []
+        self._names = scene.entry_names("contacts")
         self.soft: dict[int, tuple[int, float]] = {}
         # What compiled code knows of what moves; a flight finds that out.
         self.mover: Mover | None = None
@@ -241,7 +242,7 @@ class Present:
 
     def rest(self, contact: RestingContact, end: float) -> Rest:
         """What is told of a contact that rested until ``end`` [s]."""
-        return Rest(self.scene.entry_names("contacts")[contact.entry], contact.since, end)
+        return Rest(self._names[contact.entry], contact.since, end)
 
     @contextmanager
     def told(self) -> Iterator[None]:
