@@ -169,7 +169,8 @@ def _shared(
     room: Room,
 ) -> tuple[np.ndarray, int]:
     """(m,) forces shared as by stiff springs; 0 where there are none, 1 near them, 2 settled."""
-    points, room = borrowed(points), borrowed(room)
+    points, room, start = borrowed(points), borrowed(room), borrowed(start)
+    coupled, delassus, free = borrowed(coupled), borrowed(delassus), borrowed(free)
     m = len(free)
     largest = 0.0
     for i in range(m):

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..laws.borrowed import borrowing
+from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import entry
 from ..laws.dense import put
 from .compiled_chart import centre, write_configuration, write_rate
@@ -25,7 +25,7 @@ from .tree import look_at
 
 __all__ = [
     "CHANGED", "GOES_ON", "HAPPENS", "LONGEST_TURN", "STUCK", "Log", "Track", "advance",
-    "example_advance", "note", "too_deep",
+    "example_advance", "note", "too_deep", "until_closing",
 ]  # fmt: skip
 
 # Why it came back: the log is full or the end reached, something happens in the last step, what
@@ -119,8 +119,7 @@ def advance(
         log.before[count] = work.before
         log.references[count] = system.reference
         lengths = clock[1], clock[5], clock[6]
-        soon = (1.0 + FURTHER) * _closing_in(system, work, watched, CLOSE_BY * clock[1])
-        soon = soon if soon > watched.window else math.inf
+        soon = _until_closing(system, work, watched, clock[1])
         state, end, tries = _step(system, tableau, work, track, soon, rtol, atol)
         made += tries
         if state != SOLVED:
@@ -222,13 +221,28 @@ def _step(
         rejected = True
 
 
-@borrowing
-def _closing_in(system: System, work: Work, watched: Watched, length: float) -> float:
-    """How soon the first gap closes if accelerations stay as they are [s]; infinite for none.
+@entry(lambda: (*_example_closing(), 1.0), seconds=3.0)
+def until_closing(system: System, work: Work, watched: Watched, length: float) -> float:
+    """How long a step may be to end soon after the first gap closes [s]; infinite without one.
 
-    ``length``: of the step before which that is asked [s], whose first slope is there.
+    If accelerations stay as they are. Of the step ``work`` has the state and first slope.
+
+    Args:
+        length: that it would have [s].
     """
+    return _until_closing(borrowed(system), borrowed(work), borrowed(watched), length)
+
+
+def _example_closing() -> tuple:
+    system, _, work, watched, *_ = example_advance()
+    return system, work, watched
+
+
+@borrowing
+def _until_closing(system: System, work: Work, watched: Watched, length: float) -> float:
+    """As ``until_closing``."""
     nv, base, soonest = len(system.load), watched.base, math.inf
+    length *= CLOSE_BY
     kinematics, y = system.room.kinematics, work.trial
     for turn in range(2):
         for k in range(len(y)):
@@ -246,7 +260,9 @@ def _closing_in(system: System, work: Work, watched: Watched, length: float) -> 
                 continue
             gap, speed = watched.gaps[0, i], watched.gaps[1, i]
             soonest = min(soonest, _falls_in(gap, speed, (rate - speed) / length))
-    return soonest
+    # What closes within the window has closed with what did before.
+    soonest *= 1.0 + FURTHER
+    return soonest if soonest > watched.window else math.inf
 
 
 @borrowing

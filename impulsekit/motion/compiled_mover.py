@@ -9,6 +9,7 @@ import numpy as np
 
 from ..scene import Scene
 from .chart import Chart
+from .compiled_advance import until_closing
 from .compiled_look import Watched, look
 from .compiled_model import NO_POINTS, NOTHING_SLIDES, work_of
 from .compiled_settle import Stand, settle_points
@@ -211,10 +212,27 @@ class Mover:
         if system is None:
             return None
         state, length = begin_steps(system, work, np.ascontiguousarray(y), span, *tolerances)
-        self.count(2)
+        self.count(2 if span > 0.0 else 1)
         if state != SOLVED:
             return None
         return length
+
+    def until_closing(
+        self, y: np.ndarray, rates: np.ndarray, length: float, base: np.ndarray
+    ) -> float:
+        """How long a step may be, as compiled code tells; infinite until it is compiled.
+
+        Args:
+            y, rates: (2 nv,) where it begins. length: that it would have [s].
+            base: (m,) what counts as zero of each gap [m]; infinite for those that rest.
+        """
+        until_closing.load()
+        if not until_closing.is_compiled:
+            return np.inf
+        work = self.room
+        work.before[:], work.slopes[0] = y, rates
+        system = self._system._replace(reference=self._chart.reference)
+        return until_closing(system, work, self.watched(base), length)
 
     def note(self) -> None:
         """Let what rests know the forces of the last evaluation."""

@@ -17,7 +17,7 @@ from .compiled_model import tableau, work_of
 from .compiled_mover import Mover
 from .compiled_step import NOT_SOLVED, UNSAFE, Work, attempt
 from .crossing import Seen
-from .explicit import ExplicitStepper, Output, Rhs
+from .explicit import GO_ON, ExplicitStepper, Output, Rhs
 from .rest_law import RestNotSolved
 
 __all__ = ["CompiledStepper"]
@@ -79,18 +79,20 @@ class CompiledStepper(ExplicitStepper):
             self._work = work_of(len(y) // 2, driven.count)
             for row in self._work.driven if driven.is_constant else ():
                 driven.write(0.0, row)
-        span = end - t
+        span, goes_on = end - t, first == GO_ON
         length = None
         if span > 0.0:
-            length = self._mover.begin(self._work, y, span, self.tolerances)
+            asked = 0.0 if goes_on else span
+            length = self._mover.begin(self._work, y, asked, self.tolerances)
         if length is None:
             super().reset(t, y, first, end)
         else:
             self.t, self.y, self._end = t, y, end
             self._before = 0.0, 0.0
             self.f = self._work.slopes[0].copy()
-            given = 0.0 if first is None else min(first, span)
-            self._length = given if given > 0.0 else length
+            if not goes_on:
+                given = 0.0 if first is None else min(first, span)
+                self._length = given if given > 0.0 else length
         self._slopes = self._work.slopes
 
     def _try(self, t: float, h: float, y: np.ndarray) -> tuple[np.ndarray, float]:

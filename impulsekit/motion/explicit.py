@@ -16,6 +16,7 @@ import numpy as np
 from ..laws.borrowed import borrowing
 
 __all__ = [
+    "GO_ON",
     "LEAST",
     "ExplicitStepper",
     "Output",
@@ -37,6 +38,8 @@ Rhs = Callable[[float, np.ndarray], np.ndarray]
 LONGER, SHORTER, SAFETY = 10.0, 0.2, 0.9
 # Of the error that steps are chosen by.
 ORDER = 7
+# In place of a first length: steps go on as long as they were about to be.
+GO_ON = 0.0
 # The least step, in units of the last place of time.
 LEAST = 10.0
 
@@ -112,6 +115,7 @@ class ExplicitStepper:
 
     Attributes:
         t: time [s]. y: (2 nv,) x and v. f: (2 nv,) the rates there.
+        soon: how long the next step may be [s], which those after it know nothing of.
     """
 
     def __init__(self, rhs: Rhs, rtol: float, atol: float) -> None:
@@ -133,6 +137,7 @@ class ExplicitStepper:
         self._length, self._end = 0.0, 0.0
         # Length and error of the step before.
         self._before = 0.0, 0.0
+        self.soon = math.inf
 
     def reset(self, t: float, y: np.ndarray, first: float | None, end: float) -> None:
         """Go on from elsewhere."""
@@ -140,6 +145,8 @@ class ExplicitStepper:
         self._before = 0.0, 0.0
         self.f = self._rhs(t, y)
         self._slopes = np.empty((self._count + 1 + len(self._more), len(y)))
+        if first == GO_ON:
+            return
         given = 0.0 if first is None else min(first, end - t)
         self._length = given if given > 0.0 else self._first_length()
 
@@ -155,7 +162,8 @@ class ExplicitStepper:
         """
         t, y, slopes, count = self.t, self.y, self._slopes, self._count
         least = LEAST * (math.nextafter(t, math.inf) - t)
-        length = max(min(self._length, longest), least)
+        length = max(min(self._length, longest, self.soon), least)
+        allowed = self._length if self.soon < self._length else 0.0
         slopes[0] = self.f
         rejected = False
         while True:
@@ -167,6 +175,8 @@ class ExplicitStepper:
             after, error = self._try(t, h, y)
             if error < 1.0:
                 self._length = length_after(length, error, rejected)
+                if not rejected:
+                    self._length = max(self._length, allowed)
                 self._before = length, error
                 break
             length = shorter_length(length, error)

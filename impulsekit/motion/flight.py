@@ -16,7 +16,7 @@ from .compiled_mover import mover_of
 from .compiled_stepper import CompiledStepper
 from .compiled_travel import EXACT, NEAR
 from .crossing import Seen
-from .explicit import ExplicitStepper, Output, inside
+from .explicit import GO_ON, ExplicitStepper, Output, inside
 from .footing import Footing
 from .passage import Passage
 from .path import Path
@@ -91,17 +91,39 @@ class Flight:
                 return stepper
         return stepper_of(settings.method, self._rates, settings.rtol, settings.atol, settings.step)
 
-    def restart(self, first: float | None = None) -> None:
+    def restart(self, first: float | None = None, *, jumps: bool = False) -> None:
         """Go on from the present state, as after an event.
+
+        Steps that compiled code makes go on as long as they were about to be.
 
         Args:
             first: the length of the first step to try [s]; None to let the integrator choose.
+            jumps: whether what acts has changed, so that nothing of the steps before is of use.
         """
+        stepper = self._striding
+        if stepper is not None and not jumps and stepper.before[0] > 0.0:
+            first = GO_ON
         now = self._present
         x = self._chart.centred(now.q)
         self._since, self._until = now.t, self._watch.begin(now.t)
         with now.told():
             self._stepper.reset(now.t, np.concatenate([x, now.v]), first, self._until)
+
+    @property
+    def _striding(self) -> CompiledStepper | None:
+        """The stepper, where many steps may be made at once: those made singly are the same."""
+        stepper, strides = self._stepper, self.strides
+        known = strides is not None and strides.known
+        return stepper if known and isinstance(stepper, CompiledStepper) else None
+
+    def _bound_by_closing(self) -> None:
+        """Let the next step end where the next gap closes."""
+        now, stepper = self._present, self._striding
+        if stepper is None or now.mover is None:
+            return
+        base = now.base.copy()
+        base[[c.gap for c in now.resting.contacts]] = math.inf
+        stepper.soon = now.mover.until_closing(stepper.y, stepper.f, stepper.length, base)
 
     @property
     def is_at_stop(self) -> bool:
@@ -137,6 +159,7 @@ class Flight:
         longest = math.inf if now.settings.max_step is None else now.settings.max_step
         if speed > 0.0:
             longest = min(longest, LONGEST_TURN / speed)
+        self._bound_by_closing()
         y, halvings = stepper.y.copy(), 0
         while True:
             with now.told():

@@ -124,6 +124,7 @@ def pressed(state: Loaded, last: np.ndarray) -> Pressed:
 @compiled
 def press(state: Loaded, found: Found) -> float:
     """As ``pressed``, from and into arrays that are there; nothing is written without forces."""
+    found = borrowed(found)
     residual, rate, forces, accelerations, slip = _pressed(state, found.forces)
     if 0.0 <= residual <= BAR:
         put(rate, found.rate)
@@ -136,11 +137,11 @@ def press(state: Loaded, found: Found) -> float:
 @compiled
 def _pressed(state: Loaded, last: np.ndarray) -> Pressed:
     """As ``pressed``."""
-    table, kinematics, factor, sliding, load, v = state
+    table, kinematics, factor, sliding, load, v = borrowed(state)
     nv, n = len(load), len(table.whole)
     if not is_safe(factor):
         nothing = np.empty(0)
-        return -1.0, load, nothing, nothing, nothing
+        return -1.0, load.copy(), nothing, nothing, nothing
     rows, bias = np.empty((3 * n, nv)), np.empty(3 * n)
     write_rows(table, kinematics, rows)
     write_bias(table, kinematics, bias)
@@ -200,6 +201,7 @@ def _by_law(
         last: (3n,) forces to start from [N].
     """
     rows, free, slip, last = borrowed(rows), borrowed(free), borrowed(slip), borrowed(last)
+    sliding = borrowed(sliding)
     n, nv = len(sliding.friction), rows.shape[1]
     # Which rows have unknowns, and what each pushes with: friction goes with what slides.
     own, mu = np.empty(3 * n, np.int64), np.zeros(n)

@@ -178,7 +178,7 @@ class Run:
         elif stride.why == STUCK:
             self._step()
         elif self._now.t < self._settings.duration and (flight.is_at_stop or stride.why == CHANGED):
-            flight.restart()
+            flight.restart(jumps=flight.is_at_stop)
 
     def _step(self) -> None:
         """Make a step, up to what happens first in it."""
@@ -226,7 +226,7 @@ class Run:
                 settle(now)
             elif now.held is not None:
                 take_out_drift(now, [])
-            flight.restart()
+            flight.restart(jumps=True)
         elif now.resting.acts:
             landed = self._landed()
             if landed:
@@ -318,7 +318,7 @@ class Run:
             settle(now)
         elif now.held is not None:
             take_out_drift(now, [])
-        flight.restart()
+        flight.restart(jumps=True)
         return True
 
     def _meet(self, closing: tuple[int, ...]) -> None:

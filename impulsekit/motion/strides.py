@@ -67,6 +67,11 @@ class Strides:
         travel.load()
 
     @property
+    def known(self) -> bool:
+        """Whether compiled code may make many steps of this motion."""
+        return self._known
+
+    @property
     def can(self) -> bool:
         """Whether there is compiled code for what moves now."""
         return self._known and travel.is_compiled and not self._now.passing
