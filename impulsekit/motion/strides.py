@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .chart import Chart
-from .compiled_advance import HAPPENS, Log, Track
+from .compiled_advance import HAPPENS, Log, Track, until_closing
 from .compiled_model import NO_POINTS, tableau
 from .compiled_mover import Mover
 from .compiled_stepper import CompiledStepper
@@ -80,6 +80,9 @@ class Strides:
         """Steps took so long in another way [s]."""
         if self._known:
             travel.wait(seconds)
+            if travel.is_compiled:
+                # Steps made singly are to be those that are made at once.
+                until_closing.compile()
 
     def make(self, until: float, most: int, deepest: np.ndarray) -> Stride | None:
         """Steps from the present state to a time [s], ``most`` or fewer; None if there are none.

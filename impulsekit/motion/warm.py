@@ -30,7 +30,7 @@ def _entries(scene: Scene | None) -> list[Entry]:
     from ..geometry.polyhedron import separate
     from ..laws.resting import find_forces
     from .chart import unrolled
-    from .compiled_advance import advance
+    from .compiled_advance import advance, until_closing
     from .compiled_look import look
     from .compiled_settle import settle_points
     from .compiled_step import attempt, begin_steps, rates_at
@@ -52,6 +52,7 @@ def _entries(scene: Scene | None) -> list[Entry]:
             rows_and_bias,
             find_forces,
             pressed,
+            until_closing,
         ]
     if scene is None or any(isinstance(entry, Collision) for entry in scene.contacts):
         entries += [separate, touch, touch_pairs, first_touch_of, crossings_of, write_gaps]

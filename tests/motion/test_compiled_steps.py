@@ -11,6 +11,7 @@ from scipy.integrate import DOP853
 
 import impulsekit as ik
 from impulsekit.motion import (
+    compiled_advance,
     compiled_look,
     compiled_meet,
     compiled_mover,
@@ -292,6 +293,22 @@ def test_impacts_in_compiled_code_are_those_of_python(stepped, monkeypatch):
     for ours, theirs in zip(motion.rests, other.rests, strict=True):
         assert ours.contact == theirs.contact
         np.testing.assert_allclose([ours.start, ours.end], [theirs.start, theirs.end], atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("gap", "speed", "rate", "soon"),
+    [
+        (0.0, 2.0, -10.0, 0.4),
+        (1.25, 0.0, -10.0, 0.5),
+        (1.25, -4.0, 6.0, 0.5),
+        (1.0, -1.0, 0.0, 1.0),
+        (1.0, -1.0, 2.0, np.inf),
+        (1.0, 1.0, 0.0, np.inf),
+        (0.0, 1.0, 2.0, np.inf),
+    ],
+)
+def test_a_parabola_tells_when_a_gap_closes(gap, speed, rate, soon):
+    assert compiled_advance._falls_in(gap, speed, rate) == pytest.approx(soon, rel=1e-15)
 
 
 def test_impacts_of_an_oscillator_are_as_accurate_as_its_steps(stepped):
