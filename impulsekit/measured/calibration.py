@@ -16,6 +16,7 @@ from ..scene import Scene
 from .flight import Flight
 from .floor import fitted_floor
 from .free_fall import coarse_scale, free_bodies, free_fall, free_root, mass_centres
+from .order_check import check_quaternion_order
 from .recording import Recording
 from .segments import ROUNDING, flights_with_noise
 
@@ -218,7 +219,8 @@ def calibrate(recordings: Recording | Sequence[Recording], scene: Scene) -> Cali
         scene: its gravity, and the contacts with one plane of the world.
 
     Raises:
-        InputError: no free fall, units that are mistaken, a root that is no free-flyer.
+        InputError: no free fall, units or an order of quaternions that are mistaken, a root that
+            is no free-flyer.
 
     Example:
         >>> import impulsekit as ik
@@ -242,6 +244,7 @@ def calibrate(recordings: Recording | Sequence[Recording], scene: Scene) -> Cali
     if not several or not size > 0.0:
         raise InputError("calibrate needs one recording or more, and a scene with gravity")
     scale = coarse_scale(several, gravity)
+    check_quaternion_order(several, scene, "calibrate")
     # A mass centre that is off bends flights: first only impacts are to end them, then noise.
     flights = _flights(several, scene, scale * gravity, BENT)
     if flights:

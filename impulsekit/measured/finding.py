@@ -14,7 +14,9 @@ from .closing import ClosingContacts
 from .columns import TIME_UNITS
 from .flight import Flight
 from .found import FoundImpact, FoundImpacts
+from .free_fall import has_one_free_body, length_unit
 from .kink import Kink, is_smooth, meeting_of
+from .order_check import check_quaternion_order
 from .recording import Recording
 from .segments import MEDIAN_TO_SIGMA, Segments, find_segments, flights_with_noise
 
@@ -45,6 +47,8 @@ STEPS = (1e-7, 100.0)
 # A body falls 0.2 m in this time [s]: no flight shows in slower samples; their times are likely in
 # another unit, if they are samples of 10 Hz to 100 kHz in it.
 SLOWEST, LIKELY = 0.2, (1e-5, 0.1)
+# Recordings whose free fall is looked at for the unit of lengths; one scene's are alike.
+MOST_LOOKED_AT = 8
 # Rounds in which samples change flights, by the times of the impacts.
 RECUTS = 2
 
@@ -76,7 +80,8 @@ def find_impacts(
         samples); samples that stand apart.
 
     Raises:
-        InputError: no recording, another robot, or samples too few to estimate their noise.
+        InputError: no recording, another robot, samples too few to estimate their noise; lengths
+            in mm or cm, by free fall; quaternions in the other order, by contacts under the floor.
         RangeError, ShapeError: what is wrong with ``sigma``, ``near`` or the times of samples.
 
     Example:
@@ -93,6 +98,7 @@ def find_impacts(
     several = [recordings] if isinstance(recordings, Recording) else list(recordings)
     nv = scene.robot.nv
     _check(several, scene, near)
+    _check_readings(several, scene)
     noise = _given_sigma(sigma, several, nv)
     flight, closing = Flight(scene), ClosingContacts(scene)
     notes: list[str] = []
@@ -298,6 +304,18 @@ def _check(several: list[Any], scene: Any, near: float) -> None:
         _check_steps(each)
     if not (np.isfinite(near) and near > 0.0):
         raise RangeError.of("find_impacts: near", near, "above 0 m")
+
+
+def _check_readings(several: list[Recording], scene: Scene) -> None:
+    """Units of lengths and orders of quaternions, by what free bodies do."""
+    if not has_one_free_body(scene.robot):
+        return
+    gravity = np.array(scene.gravity)
+    looked_at = several[:: max(1, len(several) // MOST_LOOKED_AT)]
+    words = length_unit(looked_at, gravity) if gravity.any() else None
+    if words is not None:
+        raise InputError(f"find_impacts: {words}")
+    check_quaternion_order(several, scene, "find_impacts")
 
 
 def _check_steps(recording: Recording) -> None:

@@ -18,6 +18,8 @@ __all__ = [
     "free_bodies",
     "free_fall",
     "free_root",
+    "has_one_free_body",
+    "length_unit",
     "mass_centres",
 ]
 
@@ -42,6 +44,8 @@ UNITS = {
     1e-18: 'times look like nanoseconds; state time="ns" in the RecordingFormat',
     1e-3: "lengths look like kilometres, or millimetres that were divided by 1000 twice",
 }
+# Those of lengths: units of times show in the steps between samples too.
+LENGTHS = (1e3, 1e2)
 # A direction of the unknowns that flights tell less of, relative to the best, is not told.
 UNTOLD = 1e-10
 # Axes that turn by less than the root of this, summed over samples, do so by rounding [rad²].
@@ -97,6 +101,12 @@ def free_bodies(robot: Robot) -> list[int]:
     return found
 
 
+def has_one_free_body(robot: Robot) -> bool:
+    """Whether the root is a free-flyer, and the only one."""
+    free = [j for j in list(robot.model.joints)[1:] if j.shortname() == "JointModelFreeFlyer"]
+    return len(free) == 1 and free[0].idx_q == 0
+
+
 def free_root(robot: Robot) -> int:
     """The index of the free joint at the root.
 
@@ -118,22 +128,13 @@ def coarse_scale(recordings: list[Recording], gravity: np.ndarray) -> float:
     Raises:
         InputError: no free fall, or units that are mistaken.
     """
-    found = [
-        fall
-        for recording in recordings
-        for window in WINDOWS
-        for fall in _falls(recording, gravity, window)
-    ]
-    if len(found) < FEWEST_FALLS:
+    scale = _scale_of_windows(recordings, gravity)
+    if scale is None:
         raise InputError(
             "calibrate: no free fall in the recordings; give recordings of a body in flight"
             + _other_way(recordings, gravity)
         )
-    # Impacts give windows of any acceleration; those of free fall are all alike.
     size = float(np.linalg.norm(gravity))
-    ratios = np.log(np.array(found) / size)
-    near = [(np.abs(ratios - each) < ALIKE).sum() for each in ratios]
-    scale = float(np.exp(ratios[int(np.argmax(near))]))
     if not LEAST_SCALE < scale < MOST_SCALE:
         words = next(
             (text for unit, text in UNITS.items() if LEAST_SCALE < scale / unit < MOST_SCALE),
@@ -143,6 +144,34 @@ def coarse_scale(recordings: list[Recording], gravity: np.ndarray) -> float:
             f"calibrate: bodies fall with {scale * size:.4g} instead of {size:.4g} m/s²: {words}"
         )
     return scale
+
+
+def length_unit(recordings: list[Recording], gravity: np.ndarray) -> str | None:
+    """What to say if free fall in the recordings is that of lengths in mm or cm, else None."""
+    scale = _scale_of_windows(recordings, gravity)
+    if scale is None:
+        return None
+    size = float(np.linalg.norm(gravity))
+    for unit in LENGTHS:
+        if LEAST_SCALE < scale / unit < MOST_SCALE:
+            return f"bodies fall with {scale * size:.4g} instead of {size:.4g} m/s²: {UNITS[unit]}"
+    return None
+
+
+def _scale_of_windows(recordings: list[Recording], gravity: np.ndarray) -> float | None:
+    """Acceleration of free fall over ``gravity`` (3,); None: too few windows fall."""
+    found = [
+        fall
+        for recording in recordings
+        for window in WINDOWS
+        for fall in _falls(recording, gravity, window)
+    ]
+    if len(found) < FEWEST_FALLS:
+        return None
+    # Impacts give windows of any acceleration; those of free fall are all alike.
+    ratios = np.log(np.array(found) / float(np.linalg.norm(gravity)))
+    near = [(np.abs(ratios - each) < ALIKE).sum() for each in ratios]
+    return float(np.exp(ratios[int(np.argmax(near))]))
 
 
 def _other_way(recordings: list[Recording], gravity: np.ndarray) -> str:

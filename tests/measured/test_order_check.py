@@ -1,0 +1,52 @@
+"""Quaternions in the other order and lengths in mm are refused, not followed in silence."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+from impulsekit.errors import InputError
+from impulsekit.measured import Recording, calibrate, find_impacts
+from impulsekit.measured.order_check import check_quaternion_order
+from tests.measured.bodies import ball_scene, bouncing_ball
+
+SCENE = ik.load_scene("examples/cube_tosses.toml").scene
+TOSSES = [
+    Recording(each.robot, each.t, each.q, name=each.name)
+    for each in ik.measured.load_recordings("examples/cube_tosses.npz", SCENE.robot)[:6]
+]
+
+
+@pytest.mark.parametrize("ask", [calibrate, find_impacts])
+@pytest.mark.parametrize("order", [(3, 0, 1, 2), (1, 2, 3, 0)], ids=["w first", "w last"])
+def test_quaternions_in_the_other_order_are_told_by_the_floor(ask, order):
+    wrong = []
+    for each in TOSSES:
+        q = each.q.copy()
+        q[:, 3:7] = q[:, 3:7][:, list(order)]
+        wrong.append(replace(each, q=q))
+    with pytest.raises(InputError, match=f"{ask.__name__}: .*the other one, xyzw or wxyz"):
+        ask(wrong, SCENE)
+
+
+def test_right_orders_pass_also_above_and_below_the_floor():
+    for height in (-0.03, 0.0, 0.03):
+        moved = []
+        for each in TOSSES:
+            q = each.q.copy()
+            q[:, 2] += height
+            moved.append(replace(each, q=q))
+            check_quaternion_order(moved[-1:], SCENE, "find_impacts")
+        check_quaternion_order(moved, SCENE, "find_impacts")
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1e3, "mm"), (1e2, "cm")])
+def test_lengths_in_another_unit_are_told_by_free_fall(factor, unit):
+    scene = ball_scene()
+    recording, _ = bouncing_ball(scene, 0.5, 0.6, 200, 0.8)
+    q = recording.q.copy()
+    q[:, :3] *= factor
+    with pytest.raises(InputError, match=f'find_impacts: bodies fall.*length="{unit}"'):
+        find_impacts(replace(recording, q=q), scene, sigma=1e-4)
+    assert find_impacts(recording, scene, sigma=np.full(6, 1e-4)).impacts
