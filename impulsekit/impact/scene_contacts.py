@@ -9,7 +9,8 @@ import numpy as np
 
 from ..laws.single import GAIN
 from ..laws.status import Status
-from ..rows.contacts import ContactRows, Touch, ellipse_axis
+from ..rows.contacts import ContactRows, Touch
+from ..rows.ellipses import ellipse_axis
 from ..rows.reach import ReachedModel
 from ..scene import Scene
 from ..scene.contacts import turns

@@ -25,6 +25,7 @@ from ..geometry.polyhedron import Polyhedron, can_be_separated, separation_at
 from ..geometry.support import Support, support_of
 from ..robot import Robot
 from ..robot.geometry import geometry_ids
+from ..rows.ellipses import ellipse_of
 from ..rows.pair import rows_at
 from ..rows.reach import ReachedModel
 from ..scene import Collision
@@ -122,6 +123,7 @@ class CollidingGap:
         slow = self.has_corners or (self.has_tips and rims)
         self.capture_speed = SLOW if slow else self.rest_speed
         self.waver = WAVER if self.exact else WAVER_OF_COAL
+        self._ellipse = ellipse_of(robot, reached, entry, index)
         self._held: list[HeldPoint | HeldTip] | None = None
 
     @property
@@ -179,7 +181,7 @@ class CollidingGap:
 
     def in_table(self) -> list[TableRow] | None:
         """The held points as rows of a table; None where points are found anew each time."""
-        if self._held is None:
+        if self._held is None or self._ellipse is not None:
             return None
         rows: list[TableRow] = []
         for point in self._held:
@@ -222,24 +224,28 @@ class CollidingGap:
         return HeldCrossing(bodies, feature, kept, pieces)
 
     def spots(self, data: pin.Data) -> list[tuple[np.ndarray, np.ndarray]]:
-        """By point, (3,) where it is and (3, 3) its axes t₁, t₂, n; ``data`` with placements."""
-        places = self._places(data)
+        """By point, (3,) where it is and (3, 3) its axes t₁, t₂, n; ``data`` with placements.
+
+        Of friction by direction the tangents have its units (``ways_of_ellipse``).
+        """
+        return self._spots(data, self._margin)
+
+    def _spots(self, data: pin.Data, margin: float) -> list[tuple[np.ndarray, np.ndarray]]:
+        """As ``spots``; points that are found anew up to so far apart."""
+        places, own = self._places(data), self._ellipse
         if not self.has_corners and self._held is None:
-            return [(p.position, contact_axes(p.normal)) for p in self._meeting(places)]
-        points = self._touching(places) if self._held is None else self._held
-        return [point.place(places) for point in points]
+            meeting = self._meeting(places, margin)
+            found = [(p.position, contact_axes(p.normal)) for p in meeting]
+        else:
+            points = self._touching(places) if self._held is None else self._held
+            found = [point.place(places) for point in points]
+        if own is None:
+            return found
+        return [(position, own.axes(axes, data)) for position, axes in found]
 
     def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(3k, nv) of all points that touch; ``data`` with joint Jacobians."""
-        if not self.has_corners and self._held is None:
-            return self._wandering(data)[0]
-        places = self._places(data)
-        points = self._touching(places) if self._held is None else self._held
-        if not points:
-            return np.empty((0, self._model.nv))
-        return np.vstack(
-            [rows_at(self._model, data, self.joint_ids, *point.place(places)) for point in points]
-        )
+        return self._rows_of(data, self.spots(data))
 
     def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """(3k,) the rows' rates at zero joint acceleration.
@@ -261,7 +267,14 @@ class CollidingGap:
         places = self._places(data)
         motions = [[of[joint_id] for joint_id in self.joint_ids] for of in (data.v, data.a)]
         points = self._touching(places) if self._held is None else self._held
-        return np.array([point.bias(places, *motions) for point in points]).ravel()
+        rates = [point.bias(places, *motions) for point in points]
+        if (own := self._ellipse) is not None:
+            # Where tangential rates count, nothing slips: how fast the units turn does not.
+            rates = [
+                own.ways(point.place(places)[1], data).T.dot(rate)
+                for point, rate in zip(points, rates, strict=True)
+            ]
+        return np.array(rates).ravel()
 
     def _places(self, data: pin.Data) -> list[pin.SE3]:
         return [data.oMi[joint_id] for joint_id in self.joint_ids]
@@ -335,14 +348,17 @@ class CollidingGap:
         self, data: pin.Data, margin: float | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """(3k, nv) rows and (k, 3) points; ``data`` with joint Jacobians."""
-        rows, points = [], []
-        for point in self._meeting(self._places(data), margin):
-            axes = contact_axes(point.normal)
-            rows.append(rows_at(self._model, data, self.joint_ids, point.position, axes))
-            points.append(point.position)
-        if not rows:
-            return np.empty((0, self._model.nv)), np.empty((0, 3))
-        return np.vstack(rows), np.array(points)
+        spots = self._spots(data, self._margin if margin is None else margin)
+        points = np.array([position for position, _ in spots]).reshape(-1, 3)
+        return self._rows_of(data, spots), points
+
+    def _rows_of(
+        self, data: pin.Data, spots: Sequence[tuple[np.ndarray, np.ndarray]]
+    ) -> np.ndarray:
+        """(3k, nv); ``data`` with joint Jacobians."""
+        if not spots:
+            return np.empty((0, self._model.nv))
+        return np.vstack([rows_at(self._model, data, self.joint_ids, *spot) for spot in spots])
 
 
 def _rounded(solid: Solid, placement: pin.SE3) -> Convex | None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 
 from ..robot import Robot
-from ..rows.entries import FunctionRows, frame_pair, joint_rows
+from ..rows.ellipses import ways_of_ellipse
+from ..rows.entries import FramePair, FunctionRows, frame_pair, joint_rows
 from ..rows.pair import Pair
 from ..rows.reach import ReachedModel
 from ..scene import Contact, GapContact, JointStop, Rope
-from ..scene.friction import friction_at_rest
+from ..scene.friction import EllipticFriction, friction_at_rest
 from .points import PLANE, ROPE, STOP, TableRow
 
 __all__ = ["FunctionGap", "PlaneGap", "RopeGap", "StopGap"]
@@ -46,7 +49,7 @@ class PlaneGap(_PairGap):
     def __init__(self, robot: Robot, reached: ReachedModel, entry: Contact, index: int) -> None:
         self.entry, self.friction = index, friction_at_rest(entry.friction)
         self._model = reached.model
-        said = frame_pair(robot, entry)
+        said = _in_own_units(frame_pair(robot, entry), entry.friction, index)
         self._pair = Pair(reached, said)
         self._fixed = not said.other.moves
         self.joint_ids = (self._pair.first.joint_id, self._pair.other.joint_id)
@@ -73,6 +76,16 @@ class PlaneGap(_PairGap):
     def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(3, nv); ``data`` with joint Jacobians."""
         return self._pair.rows(data)
+
+
+def _in_own_units(said: FramePair, friction: object, index: int) -> FramePair:
+    """A plane with the tangents for which µ is 1, where friction is an ellipse."""
+    if not isinstance(friction, EllipticFriction):
+        return said
+    # The axes of what moves are in its frame, as the ellipse is.
+    turn = np.eye(3) if said.other.moves else said.other.placement.rotation
+    ways = ways_of_ellipse(friction, said.axes, turn, index)
+    return replace(said, axes=said.axes.dot(ways))
 
 
 class RopeGap(_PairGap):

@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InputError
 from ..scene import JointFriction, Scene
 from ..scene.contacts import turns
-from ..scene.friction import friction_at, is_plain
+from ..scene.friction import friction_at
 from .compiled_settle import next_slide
 from .dry_joints import DryJoints
 from .pressed import Sliding
@@ -102,9 +102,9 @@ class Resting:
                 "simulate: JointFriction and contacts with rolling or torsion in one scene are "
                 "not supported; leave out one of them"
             )
-        # By contact, friction that is more than one number.
+        # By contact, friction by slip speed. Ellipses have µ = 1 in the axes of their gaps.
         friction = [getattr(entry, "friction", 0.0) for entry in scene.contacts]
-        self._measured = {i: own for i, own in enumerate(friction) if not is_plain(own)}
+        self._measured = {i: own for i, own in enumerate(friction) if callable(own)}
         self._keeps = False
         self._kept: Sliding | None = None
 

@@ -13,7 +13,6 @@ from ..errors import InputError, NotFiniteError, RangeError, a_thing, quoted
 from ..robot import state
 from ..robot.capacity import check_capacity
 from ..scene import Scene
-from ..scene.friction import EllipticFriction
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number
 from .run import Run
@@ -101,11 +100,6 @@ def simulate(
         raise InputError(
             "simulate: a contact with adhesion holds by an impulse, and no force between impacts "
             "is known of it; go on from v_after with a FrameAnchor where it holds"
-        )
-    if any(isinstance(getattr(c, "friction", 0), EllipticFriction) for c in scene.contacts):
-        raise InputError(
-            "simulate: EllipticFriction is available in solve only; give one µ, a pair, a "
-            "FrictionTable or a function of the slip speed"
         )
     if not (progress is None or isinstance(progress, bool) or callable(progress)):
         raise InputError(f"progress must be True or a function of the time, got {quoted(progress)}")

@@ -12,23 +12,20 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError
 from ..geometry.axes import contact_axes
 from ..geometry.gaps import before_limit
 from ..robot import Robot
 from ..scene import Collision, Contact, GapContact, JointStop, Rope, Scene
 from ..scene.contacts import turns
-from ..scene.friction import EllipticFriction
+from .ellipses import ellipse_of
 from .entries import FunctionRows, frame_pair, joint_rows
 from .pair import Pair, rows_at, turning_rows
 from .reach import ReachedModel
 
-__all__ = ["ContactRows", "PairContact", "Touch", "ellipse_axis", "is_taut"]
+__all__ = ["ContactRows", "PairContact", "Touch", "is_taut"]
 
 # A joint this near its limit, relative to the limit's size, is at its stop.
 AT_STOP = 1e-9
-# An axis of friction whose part in the plane is shorter has none.
-ALONG_NORMAL = 1e-6
 
 
 class Touch(NamedTuple):
@@ -70,10 +67,10 @@ class ContactRows:
         self._turning = {i for i, entry in enumerate(scene.contacts) if turns(entry)}
         self._joint_id = reached.joint_id
         self._elliptic = {
-            i: _touched_frame(scene.robot, reached, entry)
+            i: found
             for i, entry in enumerate(scene.contacts)
             if isinstance(entry, Contact | Collision)
-            and isinstance(entry.friction, EllipticFriction)
+            and (found := ellipse_of(scene.robot, reached, entry, i)) is not None
         }
         self._plain = not (self._turning or self._elliptic)
         self._needs_places = not self._plain or any(e.needs_places for e in self._entries)
@@ -114,7 +111,7 @@ class ContactRows:
         """The touches with what ellipses need, and those of turning after them."""
         if self._elliptic:
             touches = [
-                touch._replace(turn=self._turn_of(data, touch.entry))
+                touch._replace(turn=self._elliptic[touch.entry].turn_in_world(data))
                 if touch.entry in self._elliptic
                 else touch
                 for touch in touches
@@ -127,49 +124,12 @@ class ContactRows:
             ]
         return touches
 
-    def _turn_of(self, data: pin.Data, entry: int) -> np.ndarray:
-        joint_id, turn = self._elliptic[entry]
-        return data.oMi[joint_id].rotation.dot(turn)
-
     def _turned(self, data: pin.Data, touch: Touch, index: int) -> Touch:
         if touch.axes is None:
             raise TypeError("a joint stop does not turn")
         joint_ids = self._joint_id(touch.joint_ids[0]), self._joint_id(touch.joint_ids[1])
         rows = turning_rows(self.model, data, joint_ids, touch.axes)
         return touch._replace(jacobian=rows, turns=index)
-
-
-def ellipse_axis(friction: object, touch: Touch) -> np.ndarray | None:
-    """(2,) unit: the first axis of an ellipse in the tangents of a touch; None of other friction.
-
-    Raises:
-        InputError: it is along the normal.
-    """
-    if not isinstance(friction, EllipticFriction) or touch.axes is None or touch.turn is None:
-        return None
-    axis = touch.axes[:, :2].T.dot(touch.turn.dot(friction.along))
-    length = float(np.hypot(axis[0], axis[1]))
-    if not length > ALONG_NORMAL:
-        raise InputError(
-            f"contacts[{touch.entry}]: the axis `along` of its EllipticFriction is along the "
-            "normal here; give one in the plane of the contact"
-        )
-    return axis / length
-
-
-def _touched_frame(
-    robot: Robot, reached: ReachedModel, entry: Contact | Collision
-) -> tuple[int, np.ndarray]:
-    """The joint of the frame that is touched, and the frame's rotation in it."""
-    if isinstance(entry, Collision):
-        from ..robot.geometry import geometry_ids
-
-        shape = robot.collision_model.geometryObjects[geometry_ids(robot, entry.other)[0][0]]
-        frame_id = shape.parentFrame
-    else:
-        frame_id = robot.frame_id(entry.against)
-    frame = robot.model.frames[frame_id]
-    return reached.joint_id(frame.parentJoint), frame.placement.rotation
 
 
 class PairContact:

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from ..errors import RangeError
 from .functions import numbers_from
 from .numbers import Vector, number, vector
@@ -22,6 +24,7 @@ __all__ = [
     "friction_at_rest",
     "is_plain",
     "static_friction",
+    "units_of_ellipse",
 ]
 
 
@@ -120,6 +123,15 @@ class EllipticFriction:
         set_field(self, "along", along)
 
 
+def units_of_ellipse(friction: EllipticFriction, axis: Any) -> np.ndarray:
+    """(2, 2) A with P_t = A y: in y the ellipse is the circle |y| ≤ P_n, and Aᵀ u_t its slip.
+
+    ``axis``: (2,) unit, ``along`` in the tangents of the contact.
+    """
+    turn = np.array([[axis[0], -axis[1]], [axis[1], axis[0]]])
+    return turn * [friction.first, friction.second]
+
+
 # µ of what rests by a friction that is 0 without slip: it begins to slide at once, and rubs then.
 LEAST_AT_REST = 1e-9
 
@@ -159,8 +171,13 @@ def static_friction(friction: Any, what: str = "friction") -> float:
 
 
 def friction_at_rest(friction: Any) -> float:
-    """As ``static_friction``; above 0 where there may be friction at another slip speed."""
+    """As ``static_friction``; above 0 where there may be friction at another slip speed.
+
+    Of an ellipse in its own units (``units_of_ellipse``).
+    """
     static = static_friction(friction)
+    if isinstance(friction, EllipticFriction):
+        return 1.0 if static > 0.0 else 0.0
     return static if is_plain(friction) else max(static, LEAST_AT_REST)
 
 

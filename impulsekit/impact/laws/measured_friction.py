@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ...laws.status import Status
-from ...scene.friction import EllipticFriction, StaticKinetic, friction_at
+from ...scene.friction import EllipticFriction, StaticKinetic, friction_at, units_of_ellipse
 from ...scene.law import Law
 from .problem import ContactProblem, ContactSolution
 
@@ -114,9 +114,8 @@ class _Rounded:
             ways = np.eye(len(problem.velocity_free))
             for i, (model, axis) in enumerate(zip(models, along, strict=True)):
                 if axis is not None and isinstance(model, EllipticFriction):
-                    turn = np.array([[axis[0], -axis[1]], [axis[1], axis[0]]])
                     own = slice(3 * i, 3 * i + 2)
-                    ways[own, own] = turn * [model.first, model.second]
+                    ways[own, own] = units_of_ellipse(model, axis)
             self._ways = ways
             self._rounded = dataclasses.replace(
                 problem,
