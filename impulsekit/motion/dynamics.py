@@ -215,6 +215,8 @@ class Dynamics:
     ) -> np.ndarray:
         resting, count = self.resting, len(rows)
         jacobian, bias, used = self._rest_rows(q, v)
+        if (pulls := resting.pulls()) is not None:
+            load = load - pulls.dot(jacobian[2 : 3 * len(pulls) : 3])
         half = factor.half(rows, jacobian[used], load[None])
         half_rows, start = half[:, :count], half[:, -1]
         half_contacts = np.zeros((len(half), len(jacobian)))
@@ -231,6 +233,10 @@ class Dynamics:
         slip, points = jacobian.dot(v), 3 * len(resting.friction())
         delassus = left.T.dot(left)
         resting.size = float(np.abs(free[:points]).max(initial=0.0))
+        if pulls is not None:
+            # What they hold may hang in balance with them.
+            alone = delassus.diagonal()[2:points:3] * pulls
+            resting.size = max(resting.size, float(alone.max()))
         if resting.rolling is not None:
             forces = resting.rolling.forces(resting, delassus, free, slip)
         else:

@@ -125,7 +125,9 @@ class Loads:
         if resting.slide():
             # Of what slides the law gives the normal force, which friction goes with.
             pushed = resting.ways(resting.slip, resting.friction())[0].dot(pushed)
-        forces, slip = pushed.reshape(-1, 3), resting.slip.reshape(-1, 3)
+        forces, slip = pushed.reshape(-1, 3).copy(), resting.slip.reshape(-1, 3)
+        if (pulls := resting.pulls()) is not None:
+            forces[:, 2] -= pulls
         turning = {} if resting.rolling is None else resting.rolling.by_point(resting.contacts)
         i = 0
         for contact in resting.contacts:

@@ -9,7 +9,7 @@ import numpy as np
 from ..impact.algorithms import has_uneven_masses
 from ..laws.struck import Together
 from ..scene import Contact, Scene
-from ..scene.contacts import turns
+from ..scene.contacts import adheres, turns
 from ..scene.friction import is_plain, static_friction
 from ..scene.law import RESTITUTIONS
 from .compiled_meet import Hold, Rules
@@ -68,7 +68,7 @@ def strikes_plainly(scene: Scene) -> bool:
         and not scene.held
         and not has_uneven_masses(scene.robot.model)
         and not any(getattr(entry, "tangential_restitution", 0.0) for entry in scene.contacts)
-        and not any(getattr(entry, "adhesion", 0.0) for entry in scene.contacts)
+        and not any(map(adheres, scene.contacts))
     )
 
 

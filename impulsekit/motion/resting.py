@@ -28,6 +28,9 @@ TINY = 1e-300
 # forces, although static friction acts: ten times the residual that the law of rest allows. With
 # it break away all points that slip with at least half of that.
 TORN, WITH_IT = 1e-8, 0.5
+# What a pull holds has let go where it parts with more than this share: until it is told the pull
+# goes on.
+PARTED = 1e-10
 
 
 @dataclass(eq=False)
@@ -74,7 +77,7 @@ class Resting:
 
     Attributes:
         contacts: in the order in which their rows are stacked.
-        forces: (3n,) of the last evaluation [N]: two tangents and the normal each.
+        forces: (3n,) of the last evaluation [N]: two tangents and the normal each, with ``pulls``.
         accelerations: (3n,) of the contact points [m/s²].
         slip: (3n,) their velocities [m/s].
         slow: slip below this keeps the direction in which it began [m/s]. Slower slip turns
@@ -83,7 +86,7 @@ class Resting:
             acceleration: that is where it turns to, within a time of slip / (µ P_n / m). Steps
             are not held up by it. 0 where nobody watches for its end.
         size: the largest acceleration of the contact points without contact forces at the last
-            evaluation [m/s²].
+            evaluation, or by what holds one of them alone [m/s²].
         joints: those with dry friction; None without any.
         negligible: accelerations that are nowhere above this are zero [m/s²]. Where all stands
             still without a force they are the squares of rounding, which contradict each other.
@@ -105,6 +108,8 @@ class Resting:
         # By contact, friction by slip speed. Ellipses have µ = 1 in the axes of their gaps.
         friction = [getattr(entry, "friction", 0.0) for entry in scene.contacts]
         self._measured = {i: own for i, own in enumerate(friction) if callable(own)}
+        pulls = [getattr(entry, "holding_force", 0.0) for entry in scene.contacts]
+        self._pulls = np.array(pulls) if any(pulls) else None
         self._keeps = False
         self._kept: Sliding | None = None
 
@@ -122,10 +127,10 @@ class Resting:
     @property
     def is_compiled(self) -> bool:
         """Whether compiled code has words for what rests."""
-        if not (self._measured or self._rolling):
+        if not (self._measured or self._rolling) and self._pulls is None:
             return True
         own = any(contact.entry in self._measured for contact in self.contacts)
-        return self.rolling is None and not own
+        return self.rolling is None and not own and self.pulls() is None
 
     def slides(self) -> list[np.ndarray | None]:
         """By point: the direction in which it slides, or None."""
@@ -153,10 +158,20 @@ class Resting:
                 found.append(max(friction_at(own, TINY), TINY) if moved else contact.friction)
         return np.array(found)
 
+    def pulls(self) -> np.ndarray | None:
+        """(n,) the force that holds each point to what it touches [N]; None where none does.
+
+        With F̂ = F + pull n the law is that of a contact that pushes: ``forces`` has F̂.
+        """
+        if self._pulls is None:
+            return None
+        found = self._pulls[[c.entry for c in self.contacts for _ in range(c.count)]]
+        return found if found.any() else None
+
     @property
     def may_tear(self) -> bool:
-        """Whether some point sticks by a static friction of its own."""
-        return any(
+        """Whether some point sticks by a static friction of its own, or is held by a pull."""
+        return self.pulls() is not None or any(
             contact.entry in self._measured and any(s is None for s in contact.slides)
             for contact in self.contacts
         )
@@ -174,11 +189,11 @@ class Resting:
             self._last = last
 
     def left_to_tear(self, *, tear: bool = False) -> np.ndarray:
-        """(n,) margin until static friction lets points slip, by the last evaluation [m/s²].
+        """(n,) margin until static friction lets points slip, or what holds them lets go [m/s²].
 
         Points hold as long as they can together, however they share the load: one of several at
-        the edge of its own cone does not slip. Infinity for all others. ``tear``: those that slip
-        begin to slide.
+        the edge of its own cone does not slip. Infinity for all others. By the last evaluation.
+        ``tear``: those that slip begin to slide.
         """
         found: list[float] = []
         forces, rates = self.forces.reshape(-1, 3), self.accelerations.reshape(-1, 3)
@@ -193,7 +208,19 @@ class Resting:
                     if tear and across and own <= (1.0 - WITH_IT) * bar:
                         contact.slides[k], contact.begins[k] = -force[:2] / across, True
                 found.append(own)
-        return np.array(found)
+        margins, pulls = np.array(found), self.pulls()
+        if pulls is not None:
+            margins = np.where(
+                pulls > 0.0, np.minimum(margins, PARTED * self.size - rates[:, 2]), margins
+            )
+        return margins
+
+    def lets_go(self) -> np.ndarray:
+        """(n,) which points that a pull held have parted from it, by the last evaluation."""
+        pulls = self.pulls()
+        if pulls is None:
+            return np.zeros(len(self.forces) // 3, dtype=bool)
+        return (pulls > 0.0) & (self.accelerations[2::3] > WITH_IT * PARTED * self.size)
 
     def _sliding_friction(self, friction: np.ndarray, slip: np.ndarray) -> np.ndarray:
         """(n,) µ of points at their slip (3n,) [m/s], where it depends on that."""

@@ -18,7 +18,7 @@ from ..errors import InputError, a_thing
 from ..impact.saltation import Saltation, saltation
 from ..impact.solver import ImpactSolver
 from ..scene import JointFriction
-from ..scene.contacts import turns
+from ..scene.contacts import adheres, turns
 from ..scene.friction import is_plain
 from .flow import Flow
 
@@ -102,6 +102,11 @@ def sensitivity(motion: Trajectory) -> Sensitivity:
         raise InputError(
             "sensitivity: not available for contacts with rolling or torsion, or with friction "
             "other than a number; use finite differences of simulate"
+        )
+    if any(map(adheres, motion.scene.contacts)):
+        raise InputError(
+            "sensitivity: not available for contacts with adhesion or a holding_force; use finite "
+            "differences of simulate"
         )
     bounces = dict(zip(motion.scene.entry_names("contacts"), motion.scene.contacts, strict=True))
     for rest in motion.rests:

@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterable
 
 import numpy as np
 
+from .closing import GRAZED
 from .compiled_settle import LIFTED
 from .drift import lay_down, take_out_drift
 from .present import Present
@@ -128,14 +129,17 @@ def _release(now: Present) -> bool:
     if gaps is None or not resting.contacts:
         return False
     loaded, speeds = resting.loaded(), resting.slip[2::3]
-    lifted = ~loaded & (speeds > LIFTED)
+    parted = resting.lets_go()
+    lifted = ~loaded & ((speeds > LIFTED) | parted)
+    torn: list[int] = []
     stays: list[RestingContact] = []
     changed = False
     i = 0
     for contact in resting.contacts:
-        gone = lifted[i : i + contact.count]
+        gone, own = lifted[i : i + contact.count], parted[i : i + contact.count]
         i += contact.count
         if gone.all():
+            torn += [contact.gap] if own.any() else []
             now.rests.append(now.rest(contact, now.t))
             gaps.let_go(contact)
         else:
@@ -144,6 +148,9 @@ def _release(now: Present) -> bool:
     if len(stays) < len(resting.contacts):
         resting.contacts = stays
         now.rebase()
+        for gap in torn:
+            # It has no speed yet: rounding alone would close it again.
+            now.base[gap] -= max(GRAZED, gaps.rounding(gap, float(abs(now.base[gap]))))
         changed = True
     return changed
 

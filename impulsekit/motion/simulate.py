@@ -81,7 +81,8 @@ def simulate(
         ShapeError, NotFiniteError, StateError: q or v is not valid.
         RangeError, NotFiniteError: a duration or setting outside its range.
         CallbackError, ShapeError, NotFiniteError, RangeError: a function of the scene failed.
-        InputError: a contact is penetrated at the start, or one has adhesion.
+        InputError: a contact is penetrated at the start, or one has adhesion
+            without a holding_force.
         SingularMassError: a joint moves no inertia at the start.
         ContradictionError: the constraints contradict each other at the start.
 
@@ -96,11 +97,12 @@ def simulate(
     """
     if not isinstance(scene, Scene):
         raise InputError(f"simulate takes a Scene, not {a_thing(scene)}")
-    if any(getattr(contact, "adhesion", 0.0) for contact in scene.contacts):
-        raise InputError(
-            "simulate: a contact with adhesion holds by an impulse, and no force between impacts "
-            "is known of it; go on from v_after with a FrameAnchor where it holds"
-        )
+    for i, contact in enumerate(scene.contacts):
+        if getattr(contact, "adhesion", 0.0) and not contact.holding_force:
+            raise InputError(
+                f"simulate: contacts[{i}] has an adhesion, which bounds the impulse, and bears no "
+                "pull between impacts; give holding_force= [N] too"
+            )
     if not (progress is None or isinstance(progress, bool) or callable(progress)):
         raise InputError(f"progress must be True or a function of the time, got {quoted(progress)}")
     chosen, times = chosen_settings(settings, duration, samples, changes)

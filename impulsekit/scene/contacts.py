@@ -25,6 +25,7 @@ __all__ = [
     "Contact",
     "ContactEntry",
     "JointStop",
+    "adheres",
     "check_contact",
     "check_stiffness",
     "turns",
@@ -69,7 +70,10 @@ class Contact(Acting):
             the others.
         adhesion: the largest pull that it bears [N s], as of a suction cup, magnet or gecko pad
             that catches: 0 ≤ P_n + A ⊥ u_n⁺ ≥ 0, |P_t| ≤ µ (P_n + A). It holds what takes no more
-            than A and lets go of the rest. Needs restitution 0 and ``Law()``; in impacts only.
+            than A and lets go of the rest. Needs restitution 0 and ``Law()``.
+        holding_force: the largest pull that it bears while it rests in ``simulate`` [N], as A for
+            impulses: 0 ≤ F_n + F ⊥ a_n ≥ 0, |F_t| ≤ µ (F_n + F). Once it lets go it pulls no more
+            until it rests again. Needs what ``adhesion`` needs.
         rolling: rolling friction [m]: |M_t| ≤ rolling·P_n across the normal opposes the relative
             rolling ω_t (Acary & Bourrier 2021; condim 6 of MuJoCo). Needs Newton's or Poisson's
             law with slip at the end.
@@ -98,6 +102,7 @@ class Contact(Acting):
     active: Callable[[Any, Any], float] | None = None
     rolling: float = 0.0
     torsion: float = 0.0
+    holding_force: float = 0.0
     # Coefficients that a table of materials gave; ``dataclasses.replace`` hands them on.
     _by_table: InitVar[ByTable] = a_field(default=(), kw_only=True)
 
@@ -120,10 +125,11 @@ class Contact(Acting):
             x, y, z = self.normal
             set_field(self, "normal", (x / length, y / length, z / length))
         _check_coefficients(self, what)
-        adhesion = number(self.adhesion, f"{what}: adhesion")
-        if adhesion < 0.0:
-            raise RangeError.of(f"{what}: adhesion", adhesion, "0 or more")
-        set_field(self, "adhesion", adhesion)
+        for field in ("adhesion", "holding_force"):
+            value = number(getattr(self, field), f"{what}: {field}")
+            if value < 0.0:
+                raise RangeError.of(f"{what}: {field}", value, "0 or more")
+            set_field(self, field, value)
         keep_table(self, _by_table)
 
     @property
@@ -288,6 +294,11 @@ def check_contact(robot: Robot, contact: Any, where: str) -> None:
             f"{where} must be a Contact, JointStop, Collision, Rope or GapContact, "
             f"got {a_thing(contact)}"
         )
+
+
+def adheres(entry: Any) -> bool:
+    """Whether a contact holds what it touches, in impacts or at rest."""
+    return bool(getattr(entry, "adhesion", 0.0) or getattr(entry, "holding_force", 0.0))
 
 
 def turns(entry: Any) -> bool:

@@ -136,28 +136,32 @@ class Scene(Displayed):
                 )
 
     def _check_adhesion(self) -> None:
+        from .contacts import adheres
+
         for i, contact in enumerate(self.contacts):
-            if not getattr(contact, "adhesion", 0.0):
+            if not adheres(contact):
                 continue
-            law = self.law
+            law, what = self.law, "adhesion" if contact.adhesion else "holding_force"
             if (law.restitution, law.slip, law.order) != ("newton", "end", "simultaneous"):
                 raise InputError(
-                    f"contacts[{i}]: adhesion belongs to Law(), without words of its own; under "
+                    f"contacts[{i}]: {what} belongs to Law(), without words of its own; under "
                     "other laws it is 0"
                 )
             if callable(contact.restitution) or contact.restitution:
                 raise InputError(
-                    f"contacts[{i}]: a contact with adhesion holds what it touches: restitution "
+                    f"contacts[{i}]: a contact with {what} holds what it touches: restitution "
                     f"must be 0, got {contact.restitution}"
                 )
 
     def _check_turning(self) -> None:
+        from .contacts import adheres
+
         for i, contact in enumerate(self.contacts):
             if not (getattr(contact, "rolling", 0.0) or getattr(contact, "torsion", 0.0)):
                 continue
-            law, adheres = self.law, bool(getattr(contact, "adhesion", 0.0))
+            law = self.law
             if (
-                adheres
+                adheres(contact)
                 or law.restitution not in ("newton", "poisson")
                 or (law.slip, law.order) != ("end", "simultaneous")
             ):

@@ -59,11 +59,6 @@ def test_a_pull_that_grows_tears_it_off_at_the_static_friction():
     assert motion.v[-1][0] == pytest.approx(v, abs=1e-7)
 
 
-def test_an_ellipse_is_refused():
-    with pytest.raises(ik.errors.InputError, match="available in solve only"):
-        slid(ik.EllipticFriction(0.3, 0.2), np.zeros(6), 0.1)
-
-
 @pytest.mark.parametrize("friction", [lambda u: 0.5 * u, ik.FrictionTable([0, 9], [0, 4.5])])
 def test_friction_that_is_none_without_slip(friction):
     """µ = u/2: v = exp(−g t/2) thrown, and pushed from rest (F/m)/(g/2) (1 − exp(−g t/2))."""

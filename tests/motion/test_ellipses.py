@@ -1,0 +1,159 @@
+"""Motions with friction by direction, against integrations of Goyal's law and closed forms."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.integrate import solve_ivp
+
+import impulsekit as ik
+
+G = 9.81
+ALONG = np.array([1.0, 2.0, 0.0]) / np.sqrt(5.0)
+TURN = np.array([[ALONG[0], -ALONG[1]], [ALONG[1], ALONG[0]]])
+
+
+def link(name, mass=2.0, inertia=0.01, shape=""):
+    collision = f"<collision><geometry>{shape}</geometry></collision>" if shape else ""
+    return (
+        f'<link name="{name}"><inertial><mass value="{mass}"/><inertia ixx="{inertia}" '
+        f'iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/></inertial>{collision}</link>'
+    )
+
+
+BLOCK = ik.Robot.from_urdf(f'<robot name="block">{link("block")}</robot>', root="freeflyer")
+
+
+def on_ground(shape):
+    """A body that floats over a box with its top at z = 0."""
+    return ik.Robot.from_urdf(
+        '<robot name="r"><link name="ground"><collision><origin xyz="0 0 -0.5"/><geometry>'
+        f'<box size="9 9 1"/></geometry></collision></link>{link("body", shape=shape)}'
+        '<joint name="free" type="floating"><parent link="ground"/><child link="body"/></joint>'
+        "</robot>"
+    )
+
+
+def slid(friction, v, duration, gravity=(0, 0, -G), **more):
+    floor = ik.Contact("block", friction=friction, name="floor")
+    scene = ik.Scene(BLOCK, contacts=[floor], gravity=gravity, **more)
+    return ik.simulate(scene, BLOCK.neutral(), BLOCK.velocity(root_joint=v), duration=duration)
+
+
+def friction_on(slip, load, first, second):
+    """(2,) the force of maximal dissipation: −P_n (µ₁² ξ₁, µ₂² ξ₂)/√(µ₁² ξ₁² + µ₂² ξ₂²)."""
+    own = TURN.T @ slip
+    return (
+        -load * (TURN @ (np.array([first, second]) ** 2 * own)) / np.hypot(*(own * [first, second]))
+    )
+
+
+@pytest.mark.parametrize("second", [0.1, 0.001, 0.0])
+def test_a_slide_over_a_ribbed_floor_turns_as_the_law_says(second):
+    motion = slid(ik.EllipticFriction(0.3, second, along=ALONG), [1.2, 1.6, 0, 0, 0, 0], 0.4)
+
+    def rates(t, y):
+        return [*y[2:], *friction_on(y[2:], G, 0.3, second)]
+
+    start = [0, 0, 1.2, 1.6]
+    truth = solve_ivp(rates, (0, 0.4), start, method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+    q, v = motion.at(0.4)
+    assert motion.status.name == "FINISHED"
+    assert np.concatenate([q[:2], v[:2]]) == pytest.approx(truth, abs=1e-10)
+    expected = friction_on(truth[2:], 2 * G, 0.3, second)
+    assert motion.contacts["floor"].force(0.4) == pytest.approx([*expected, 2 * G], abs=1e-8)
+
+
+def test_a_skate_runs_along_its_blade_and_not_across():
+    motion = slid(ik.EllipticFriction(0.0, 0.6, along=ALONG), [0, 0, 0, 0, 0, 0], 0.5, (1, 0, -G))
+    assert motion.v[-1][:2] == pytest.approx(0.5 * ALONG[0] * ALONG[:2], abs=1e-9)
+
+
+@pytest.mark.parametrize(("share", "holds"), [(0.999, True), (1.001, False)])
+def test_it_holds_inside_the_ellipse(share, holds):
+    """Gravity leans by a share of (µ₁ cos φ, µ₂ sin φ)."""
+    lean = share * G * (TURN @ [0.3 * np.cos(0.7), 0.1 * np.sin(0.7)])
+    friction = ik.EllipticFriction(0.3, 0.1, along=ALONG)
+    motion = slid(friction, np.zeros(6), 0.2, (*lean, -G))
+    assert (np.abs(motion.v[-1]).max() < 1e-12) == holds
+
+
+def test_a_ball_slides_and_rolls_over_ribs():
+    ball = on_ground('<sphere radius="0.1"/>')
+    friction = ik.EllipticFriction(0.3, 0.1, along=ALONG)
+    scene = ik.Scene(ball, contacts=[ik.Collision("body", "ground", friction=friction)])
+    start = ball.configuration(free=[0, 0, 0.1, 0, 0, 0, 1])
+    motion = ik.simulate(scene, start, ball.velocity(free=[1.2, 1.6, 0, 0, 0, 0]), 0.3)
+    arm = np.array([0, 0, -0.1])
+
+    def rates(t, y):
+        slip = y[3:6] + np.cross(y[6:], arm)
+        force = np.array([*friction_on(slip[:2], 2 * G, 0.3, 0.1), 0.0])
+        return [*y[3:6], *(force / 2.0), *(np.cross(arm, force) / 0.01)]
+
+    y = [0, 0, 0.1, 1.2, 1.6, 0, 0, 0, 0]
+    truth = solve_ivp(rates, (0, 0.3), y, method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+    turn = pin.Quaternion(motion.q[-1][3:7]).toRotationMatrix()
+    found = [*motion.q[-1][:3], *(turn @ motion.v[-1][:3]), *(turn @ motion.v[-1][3:])]
+    assert found == pytest.approx(truth, abs=1e-10)
+
+
+@pytest.mark.parametrize(
+    "shape", ['<box size="0.2 0.2 0.2"/>', '<cylinder radius="0.1" length="0.2"/>']
+)
+def test_bodies_that_slide_flat_do_as_a_point(shape):
+    """The load's centre moves along the friction, which therefore turns nothing."""
+    body = on_ground(shape)
+    friction = ik.EllipticFriction(0.3, 0.1, along=ALONG)
+    scene = ik.Scene(body, contacts=[ik.Collision("body", "ground", friction=friction)])
+    start = body.configuration(free=[0, 0, 0.1, 0, 0, 0, 1])
+    motion = ik.simulate(scene, start, body.velocity(free=[1.2, 1.6, 0, 0, 0, 0]), 0.2)
+    point = slid(friction, [1.2, 1.6, 0, 0, 0, 0], 0.2)
+    assert motion.status.name == "FINISHED"
+    assert motion.v[-1][:2] == pytest.approx(point.v[-1][:2], abs=1e-9)
+    assert np.abs(motion.v[-1][2:]).max() < 1e-9
+
+
+def test_ribs_turn_with_the_plate_that_has_them():
+    """A plate that spins at Ω carries its ribs: a block held to its rail feels them turn."""
+    table = ik.Robot.from_urdf(
+        f'<robot name="t"><link name="base"/>{link("plate", 1.0, 1.0)}{link("cart")}'
+        '<joint name="spin" type="continuous"><parent link="base"/><child link="plate"/>'
+        '<axis xyz="0 0 1"/></joint>'
+        '<joint name="rail" type="prismatic"><parent link="base"/><child link="cart"/>'
+        '<axis xyz="1 0 0"/><limit lower="-9" upper="9" effort="1" velocity="1"/></joint>'
+        '<joint name="guide" type="prismatic"><parent link="cart"/><child link="shoe"/>'
+        '<axis xyz="0 0 1"/><limit lower="-9" upper="9" effort="1" velocity="1"/></joint>'
+        f"{link('shoe', 2.0)}</robot>"
+    )
+    rate = 0.5
+    friction = ik.EllipticFriction(0.3, 0.1)
+    plane = ik.Contact("shoe", against="plate", friction=friction, name="plane")
+    turning = ik.Driven("spin", lambda t: rate * t)
+    scene = ik.Scene(table, contacts=[plane], constraints=[turning])
+    motion = ik.simulate(
+        scene, table.configuration(rail=[0.2]), table.velocity(spin=[rate], rail=[1.0]), 0.3
+    )
+
+    def rates(t, y):
+        x, u = y
+        slip = np.array([u, -rate * x])
+        c, s = np.cos(rate * t), np.sin(rate * t)
+        ribs = np.array([[c, -s], [s, c]])
+        own = ribs.T @ slip
+        force = -2 * G * ribs @ (np.array([0.09, 0.01]) * own) / np.hypot(*(own * [0.3, 0.1]))
+        return [u, force[0] / 4.0]
+
+    truth = solve_ivp(rates, (0, 0.3), [0.2, 1.0], method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+    q, v = motion.at(0.3)
+    rail = table.model.joints[table.joint_id("rail")]
+    assert [q[rail.idx_q], v[rail.idx_v]] == pytest.approx(truth, abs=1e-9)
+
+
+def test_momentum_is_balanced_by_its_forces():
+    motion = slid(ik.EllipticFriction(0.3, 0.1, along=ALONG), [1.2, 1.6, 0, 0, 0, 0], 1.0)
+    assert np.abs(motion.balance(0.0, 1.0).residual).max() < 1e-8
+
+
+def test_an_axis_along_the_normal_is_refused():
+    with pytest.raises(ik.errors.InputError, match="along the normal"):
+        slid(ik.EllipticFriction(0.3, 0.1, along=[0, 0, 1]), np.zeros(6), 0.1)
