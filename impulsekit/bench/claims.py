@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from ..errors import UnknownNameError
-from . import by_hand, forces, jobs, motions
+from . import by_hand, forces, forces_exudyn, jobs, motions
 from .claim import Claim
 from .methods.registry import method_labelled
 from .problems.registry import problem_named
@@ -152,14 +152,15 @@ TABLE: tuple[_Row, ...] = (
     *(
         OfJob(
             "forces",
-            f"{name}, {states}: peak by mujoco to 1 % / {calls}",
+            f"{name}, {states}: peak by {peer} to 1 % / {calls}",
             timed(name),
             100.0,
             at_least=True,
         )
+        for peer, room in (("mujoco", forces), ("exudyn", forces_exudyn))
         for states, calls, timed in (
-            ("many states", "peak_forces", forces.batch_of_forces),
-            ("one state", "solve, force_history", forces.single_forces),
+            ("many states", "peak_forces", room.batch_of_forces),
+            ("one state", "solve, force_history", room.single_forces),
         )
         for name in forces.STRUCK
     ),

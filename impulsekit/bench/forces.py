@@ -27,7 +27,7 @@ from .methods.mujoco_model import CONTACT_TIME, Turned, mujoco_configuration, mu
 from .problems.problem import Problem
 from .timing import time_in_turn
 
-__all__ = ["STRUCK", "batch_of_forces", "single_forces"]
+__all__ = ["STRUCK", "batch_of_forces", "single_forces", "spring_of", "spring_peak"]
 
 # Largest relative error of a peak.
 ALLOWED = 0.01
@@ -76,7 +76,7 @@ def single_forces(name: str) -> Callable[[], Times | list[float]]:
         import mujoco
 
         problem = STRUCK[name]()
-        theirs, curve = _Theirs(problem, 1), _spring(problem)
+        theirs, curve = _Theirs(problem, 1), spring_of(problem)
         model, data = theirs.model, theirs.data[0]
         warm_up(problem.scene)
 
@@ -102,7 +102,7 @@ def batch_of_forces(name: str) -> Callable[[], Times | list[float]]:
         if importlib.util.find_spec("mujoco") is None:
             return []
         problem = STRUCK[name]()
-        theirs, curve = _Theirs(problem, STATES), _spring(problem)
+        theirs, curve = _Theirs(problem, STATES), spring_of(problem)
         scene, q, v = problem.scene, problem.q, theirs.v
         # As theirs, which has a configuration for each state.
         states = np.repeat(q[None], STATES, axis=0)
@@ -119,7 +119,7 @@ def batch_of_forces(name: str) -> Callable[[], Times | list[float]]:
     return measured
 
 
-def _spring(problem: Problem) -> PowerCurve:
+def spring_of(problem: Problem) -> PowerCurve:
     """k of a half swing of MuJoCo's ``CONTACT_TIME`` with the contact's effective mass."""
     history = force_history(solve(problem.scene, problem.q, problem.v), PowerCurve(1.0, 1.0))
     mass = history.stored / (0.5 * _normal_speed(problem, problem.v) ** 2)
@@ -156,7 +156,7 @@ class _Theirs:
         self.v = factors[:, None] * problem.v
         self.qvel = np.array([turned.to(v) for v in self.v])
         normal = turned.to(_normal(problem))
-        peak = factors * _spring_peak(problem)
+        peak = factors * spring_peak(problem)
         for steps in range(FEWEST, MOST):
             # The force of a step is that of the state it begins with: the deepest is the last.
             step = 0.5 * CONTACT_TIME / (steps - 1)
@@ -181,6 +181,7 @@ class _Theirs:
         self._engine.rollout(self.model, self.data, self._start, nstep=self.steps)
 
 
-def _spring_peak(problem: Problem) -> float:
+def spring_peak(problem: Problem) -> float:
+    """The peak force of ``spring_of`` [N]."""
     impact = solve(problem.scene, problem.q, problem.v)
-    return force_history(impact, _spring(problem)).peak_force
+    return force_history(impact, spring_of(problem)).peak_force

@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import InputError, NotFiniteError, RangeError, a_thing, quoted
 from ..robot import state
 from ..robot.capacity import check_capacity
-from ..scene import Scene
+from ..scene import Contact, Scene
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number
 from .run import Run
@@ -98,7 +98,7 @@ def simulate(
     if not isinstance(scene, Scene):
         raise InputError(f"simulate takes a Scene, not {a_thing(scene)}")
     for i, contact in enumerate(scene.contacts):
-        if getattr(contact, "adhesion", 0.0) and not contact.holding_force:
+        if isinstance(contact, Contact) and contact.adhesion and not contact.holding_force:
             raise InputError(
                 f"simulate: contacts[{i}] has an adhesion, which bounds the impulse, and bears no "
                 "pull between impacts; give holding_force= [N] too"

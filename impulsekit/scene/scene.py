@@ -136,10 +136,10 @@ class Scene(Displayed):
                 )
 
     def _check_adhesion(self) -> None:
-        from .contacts import adheres
+        from .contacts import Contact, adheres
 
         for i, contact in enumerate(self.contacts):
-            if not adheres(contact):
+            if not (isinstance(contact, Contact) and adheres(contact)):
                 continue
             law, what = self.law, "adhesion" if contact.adhesion else "holding_force"
             if (law.restitution, law.slip, law.order) != ("newton", "end", "simultaneous"):

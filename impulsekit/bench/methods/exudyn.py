@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from ..problems.problem import Problem
-from .exudyn_tree import ExudynTree, exudyn_settings, struck_system, third_along
+from .exudyn_touch import add_touch
+from .exudyn_tree import ExudynTree, exudyn_settings, struck_system
 from .mechanism import is_blow, is_flight, is_landing, mechanism_of
 from .method import Answer, Method
 from .swing import approach_speed, half_swing
@@ -25,8 +26,6 @@ __all__ = ["METHODS"]
 
 NEEDS = ("exudyn",)
 STEP = 1e-6
-# Of the triangle that stands for a plane [m].
-REACH = 0.1
 # Exudyn wants a restitution above zero.
 LEAST = 1e-3
 # Half swings that are followed: an impact, and those it sets off.
@@ -118,54 +117,29 @@ def _solved(container: Any, system: Any, settings: Any, solver: Any) -> Answer:
 
 def _by_contacts(problem: Problem, stiffness: float) -> Answer:
     import exudyn as exu
-    from exudyn.itemInterface import (
-        MarkerBodyRigid,
-        NodeGenericData,
-        ObjectContactSphereTriangle,
-        ObjectGround,
-    )
 
     mechanism = mechanism_of(problem)
     tree = ExudynTree(mechanism)
     container, system, item = tree.system(mechanism.v)
-    ground = system.AddObject(ObjectGround())
     approach = approach_speed(problem, mechanism)
     swing = half_swing(problem, mechanism, stiffness)
     # The middle of the sphere stays in front of the triangle.
     radius = 2.0 * approach * swing
 
     for touch in mechanism.touches:
-        centre = touch.place + radius * touch.normal
-        sphere = system.AddMarker(tree.on_body(mechanism, item, touch.body, centre))
-        turn = np.eye(3)
-        if touch.other >= 0:
-            plane = system.AddMarker(tree.on_body(mechanism, item, touch.other, touch.place))
-            turn = (mechanism.rotations[touch.other] @ tree.axes[tree.last[touch.other]]).T
-        else:
-            plane = system.AddMarker(MarkerBodyRigid(bodyNumber=ground, localPosition=touch.place))
-        first, second = third_along(touch.normal)[:, :2].T
-        corners = [
-            REACH * (math.cos(angle) * first + math.sin(angle) * second)
-            for angle in (0.0, 2.0 * math.pi / 3.0, 4.0 * math.pi / 3.0)
-        ]
-        # It was apart before: else the damper takes the impact for one that goes on.
-        memory = system.AddNode(
-            NodeGenericData(numberOfDataCoordinates=4, initialCoordinates=[radius, 0.0, 0.0, 0.0])
-        )
-        system.AddObject(
-            ObjectContactSphereTriangle(
-                markerNumbers=[sphere, plane],
-                nodeNumber=memory,
-                sphereRadius=radius,
-                trianglePoints=exu.Vector3DList([turn @ corner for corner in corners]),
-                includeEdges=0,
-                dynamicFriction=touch.friction,
-                frictionProportionalZone=approach / math.sqrt(stiffness),
-                contactStiffness=stiffness,
-                restitutionCoefficient=max(touch.restitution, LEAST),
-                minimumImpactVelocity=SLOWEST * approach,
-                impactModel=2,
-            )
+        add_touch(
+            system,
+            tree,
+            mechanism,
+            item,
+            touch,
+            radius,
+            dynamicFriction=touch.friction,
+            frictionProportionalZone=approach / math.sqrt(stiffness),
+            contactStiffness=stiffness,
+            restitutionCoefficient=max(touch.restitution, LEAST),
+            minimumImpactVelocity=SLOWEST * approach,
+            impactModel=2,
         )
     system.Assemble()
     steps = int(LASTS * math.sqrt(stiffness))

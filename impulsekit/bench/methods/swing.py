@@ -10,7 +10,7 @@ import pinocchio as pin
 from ..problems.problem import Problem
 from .mechanism import Mechanism
 
-__all__ = ["approach_speed", "half_swing"]
+__all__ = ["approach_speed", "half_swing", "normal_rows"]
 
 # Of contacts that do not approach [m/s]: times are over it.
 SLOWEST = 1e-12
@@ -18,18 +18,18 @@ SLOWEST = 1e-12
 
 def approach_speed(problem: Problem, mechanism: Mechanism) -> float:
     """The fastest approach of all contacts [m/s], above zero."""
-    rows, _ = _normals(problem, mechanism)
+    rows, _ = normal_rows(problem, mechanism)
     return max(float((-rows @ problem.v).max()), SLOWEST)
 
 
 def half_swing(problem: Problem, mechanism: Mechanism, stiffness: float) -> float:
     """π √(m/k) [s] of the lightest contact, for springs of k [N/m]."""
-    rows, inverse = _normals(problem, mechanism)
+    rows, inverse = normal_rows(problem, mechanism)
     lightest = float(np.einsum("ci,ij,cj->c", rows, inverse, rows).max())
     return math.pi / math.sqrt(stiffness * lightest)
 
 
-def _normals(problem: Problem, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
+def normal_rows(problem: Problem, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
     """(c, nv) rows of the normal velocities, and the inverse of M."""
     model = problem.scene.robot.model
     data = model.createData()
