@@ -283,8 +283,15 @@ class ConstrainedJump:
             multipliers = at(solution.impulse)
         if contacts.acts_at_once:
             passive = self._rows_there.passive
+            own, pushed = rows[passive], solution.impulse
+
+            def in_play() -> float:
+                blows = np.abs(own.dot(v + factor.solve(impulse)))
+                contacts_alone = np.abs(pushed).dot(np.abs(problem.velocity_free))
+                return float(np.abs(multipliers[passive]).dot(blows) + contacts_alone)
+
             solution = with_work_of_rows(
-                solution, multipliers[passive], rows[passive].dot(v), rows[passive].dot(dv)
+                solution, multipliers[passive], own.dot(v), own.dot(dv), in_play
             )
         return dv, Outcome(multipliers, held.unique, tuple(touches), solution, doubt or held.nearly)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -219,19 +220,25 @@ class SceneContacts:
 
 
 def with_work_of_rows(
-    solution: ContactSolution, impulse: np.ndarray, before: np.ndarray, change: np.ndarray
+    solution: ContactSolution,
+    impulse: np.ndarray,
+    before: np.ndarray,
+    change: np.ndarray,
+    in_play: Callable[[], float],
 ) -> ContactSolution:
     """The solution, or that the energy went up by what contacts and constraints add together.
 
     Args:
         impulse: (k,) of the bilateral rows that are brought to rest [N s].
         before, change: (k,) their velocities before the impact, and Δ of them [m/s].
+        in_play: gives Σ |P·u| of all rows with the velocities that blows alone would leave [J].
     """
     if not solution.status.valid:
         return solution
     works = impulse * (before + 0.5 * change)
     own = solution.normal_work + solution.friction_work
     size = np.abs(impulse).dot(np.abs(before)) + np.abs(works).sum() + np.abs(own).sum()
-    if not works.sum() + own.sum() > GAIN * size:
+    gain = float(works.sum() + own.sum())
+    if not gain > GAIN * size or not gain > GAIN * (size + in_play()):
         return solution
     return dataclasses.replace(solution, status=Status.ENERGY_GAIN)

@@ -164,7 +164,7 @@ def newton(
             for j in range(3 * n):
                 after += W[k, j] * work.P[j]
             own = 0.5 * work.P[k] * (before[k] + after)
-            size += abs(work.P[k] * before[k])
+            size += abs(work.P[k] * before[k]) + abs(work.P[k] * free[k])
             work.velocity[k] = after
             if k == 3 * i + 2:
                 work.normal[i] = own

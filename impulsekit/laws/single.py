@@ -18,7 +18,8 @@ __all__ = [
 
 # Coefficients this small would only underflow.
 NEGLIGIBLE = 1e-150
-# Work above this share of the energies in play is a gain.
+# Work above this share of the energies in play is a gain. These are |P·u| of the velocities before
+# and of those that blows alone would leave: of what rests and is struck the first are none.
 GAIN = 1e-10
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
 _JAM, _NOT_UNIQUE = int(Status.PAINLEVE_JAM), int(Status.NOT_UNIQUE)
@@ -79,7 +80,7 @@ def strike_at_end(
     hit = hit_at_end(block, before, free, e, mu, e_t, restitution)
     impulse, after, code, residual, normal, friction = hit
     start = before if restitution == NEWTON else free
-    if gained(code, normal, friction, impulse, start):
+    if gained(code, normal, friction, impulse, start, free):
         return Hit(impulse, after, _GAIN, residual, normal, friction)
     return hit
 
@@ -148,11 +149,14 @@ def _works(impulse: Triple, start: Triple, after: Triple) -> tuple[float, float]
 
 
 @borrowing
-def gained(code: int, normal: float, friction: float, impulse: Triple, start: Triple) -> bool:
+def gained(
+    code: int, normal: float, friction: float, impulse: Triple, start: Triple, free: Triple
+) -> bool:
     """Whether an impulse that obeys the law raised the energy by more than rounding."""
     total = normal + friction
     if not total > 0.0 or code not in (_SOLVED, _JAM, _NOT_UNIQUE):
         return False
     p1, p2, pn = impulse
     size = abs(p1 * start[0]) + abs(p2 * start[1]) + abs(pn * start[2])
+    size += abs(p1 * free[0]) + abs(p2 * free[1]) + abs(pn * free[2])
     return total > GAIN * (size + abs(normal) + abs(friction))

@@ -119,5 +119,5 @@ def is_another(W, P, shown, start, free, scale):  # type: ignore[no-untyped-def]
         apart = max(apart, abs(change))
         own = 0.5 * P[r] * (start[r] + after)
         work += own
-        size += abs(own) + abs(P[r] * start[r])
+        size += abs(own) + abs(P[r] * start[r]) + abs(P[r] * free[r])
     return apart > SAME * scale and work <= GAIN * size

@@ -44,7 +44,8 @@ def doubted(rows, held, aims, places, work, code, witness):
     for r in range(count):
         before = load(work, (places.before + r) * w, witness)
         made = jump_of_row(rows, r, places, work, witness)
-        told = load(work, (places.free + r) * w, witness) - before
+        free = load(work, (places.free + r) * w, witness)
+        told = free - before
         for s in range(count):
             share = load(work, (places.delassus + r * count + s) * w, witness)
             told = told + share * load(work, (places.p + s) * w, witness)
@@ -57,7 +58,7 @@ def doubted(rows, held, aims, places, work, code, witness):
             impulse = load(work, (places.p + r) * w, witness)
             own = impulse * (before + 0.5 * made)
             gain = gain + own
-            works = works + absolute(own) + absolute(impulse * before)
+            works = works + absolute(own) + absolute(impulse * before) + absolute(impulse * free)
     spare_at = places.spare
     store(work, spare_at * w, worst - doubt * scale)
     store(work, (spare_at + 1) * w, gain - GAIN * works)

@@ -97,7 +97,7 @@ def _as_adhesive(problem: ContactProblem, found: ContactSolution) -> ContactSolu
     if status in (Status.SOLVED, Status.NOT_UNIQUE, Status.ENERGY_GAIN):
         # Of P̂ the works would count the pull, which nothing exerts.
         gained = float(works.sum()) > GAIN * float(
-            np.abs(impulse) @ (np.abs(before) + np.abs(after))
+            np.abs(impulse) @ (np.abs(before) + np.abs(problem.velocity_free) + np.abs(after))
         )
         unique = found.unique is None or bool(found.unique.all())
         status = Status.SOLVED if unique else Status.NOT_UNIQUE

@@ -67,7 +67,8 @@ def without_gain(
             continue
         answer = _answer(problem, solution, parts)
         work = answer.normal_work.sum() + answer.friction_work.sum()
-        size = np.abs(answer.impulse * start).sum() + np.abs(answer.normal_work).sum()
+        speeds = np.abs(start) + np.abs(problem.velocity_free)
+        size = np.abs(answer.impulse).dot(speeds) + np.abs(answer.normal_work).sum()
         if work <= GAIN * (size + np.abs(answer.friction_work).sum()):
             return answer
     return solution

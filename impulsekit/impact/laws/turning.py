@@ -166,7 +166,7 @@ def _solution(
     normal[n:] = 0.0
     unique = _determined(problem, impulse)
     status = Status.SOLVED if unique is None else Status.NOT_UNIQUE
-    size = np.abs(impulse) @ np.abs(start) + np.abs(works).sum()
+    size = np.abs(impulse) @ (np.abs(start) + np.abs(problem.velocity_free)) + np.abs(works).sum()
     if not residual <= BAR:
         status = Status.NOT_CONVERGED
     elif works.sum() > GAIN * size:

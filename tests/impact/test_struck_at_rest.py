@@ -1,0 +1,84 @@
+"""What rests and is struck gains no energy: its velocities before are zero, so work is rounding."""
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+
+BOX = ik.Robot.from_urdf(
+    '<robot name="box"><link name="box"><inertial><mass value="2"/><inertia ixx="0.1" iyy="0.1" '
+    'izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>',
+    root="freeflyer",
+)
+CORNERS = [(x, y, -0.05) for x in (-0.1, 0.1) for y in (-0.1, 0.1)]
+LAWS = [
+    {},
+    {"restitution": "poisson"},
+    {"order": "sequential"},
+    {"slip": "path"},
+    {"restitution": "stronge", "slip": "path"},
+    {"restitution": "lzb"},
+]
+DRAWS = 25
+
+
+def blows(seed):
+    """Mostly downwards, small and large, within the box."""
+    rng = np.random.default_rng(seed)
+    for _ in range(DRAWS):
+        size = rng.choice([1e-6, 0.05, 1.0])
+        linear = np.array([0.1, 0.1, 1.0]) * rng.normal(size=3) * size
+        yield ik.AppliedImpulse("box", linear, at=[*rng.uniform(-0.1, 0.1, 2), 0.0])
+
+
+def statuses(contacts, law=None, **more):
+    found = set()
+    for blow in blows(len(contacts)):
+        scene = ik.Scene(BOX, [blow], contacts=contacts, law=ik.Law(**(law or {})), **more)
+        impact = ik.solve(
+            scene, BOX.configuration(root_joint=[0, 0, 0.05, 0, 0, 0, 1]), BOX.velocity()
+        )
+        found.add(impact.status.name)
+    return found
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: "-".join(law.values()) or "newton")
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_a_box_on_its_corners_gains_no_energy(law, count):
+    more = {"stiffness": 1e5} if law.get("restitution") == "lzb" else {}
+    feet = [ik.Contact("box", at=at, friction=0.5, restitution=0.3, **more) for at in CORNERS]
+    if "slip" in law and count > 1:
+        pytest.skip("one contact by itself")
+    assert statuses(feet[:count], law) <= {"SOLVED", "NOT_UNIQUE", "MANY_SOLUTIONS"}
+
+
+def test_nor_without_friction_nor_where_it_resists_rolling_nor_where_it_adheres():
+    for more in ({}, {"friction": 0.5, "rolling": 0.01, "torsion": 0.01}, {"adhesion": 0.3}):
+        feet = [ik.Contact("box", at=at, **more) for at in CORNERS]
+        assert "ENERGY_GAIN" not in statuses(feet)
+
+
+def test_nor_where_a_point_of_it_is_pinned():
+    pin = ik.PointAnchor("box", at=CORNERS[0])
+    feet = [ik.Contact("box", at=at, friction=0.5) for at in CORNERS[1:]]
+    assert statuses(feet, constraints=[pin]) <= {"SOLVED", "NOT_UNIQUE", "MANY_SOLUTIONS"}
+
+
+def test_nor_in_batches():
+    feet = [ik.Contact("box", at=at, friction=0.5, restitution=0.3) for at in CORNERS]
+    given = list(blows(7))
+    q = np.tile(BOX.configuration(root_joint=[0, 0, 0.05, 0, 0, 0, 1]), (DRAWS, 1))
+    for count in (1, 4):
+        blow = ik.AppliedImpulse("box", name="blow")
+        scene = ik.Scene(BOX, [blow], contacts=feet[:count])
+        pushes = np.array([one.linear for one in given])
+        batch = ik.solve_batch(scene, q, np.zeros((DRAWS, 6)), impulses={"blow": pushes})
+        assert ik.Status.ENERGY_GAIN not in batch.count()
+
+
+def test_a_box_that_rests_goes_on_from_a_blow():
+    feet = [ik.Contact("box", at=at, friction=0.5) for at in CORNERS]
+    for blow in blows(3):
+        scene = ik.Scene(BOX, [blow], contacts=feet)
+        start = BOX.configuration(root_joint=[0, 0, 0.05, 0, 0, 0, 1])
+        assert ik.simulate(scene, start, BOX.velocity(), 0.01).status.name == "FINISHED"
