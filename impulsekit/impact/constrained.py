@@ -283,16 +283,18 @@ class ConstrainedJump:
             multipliers = at(solution.impulse)
         if contacts.acts_at_once:
             passive = self._rows_there.passive
-            own, pushed = rows[passive], solution.impulse
+            own, borne_by, pushed = rows[passive], multipliers[passive], solution.impulse
 
-            def in_play() -> float:
-                blows = np.abs(own.dot(v + factor.solve(impulse)))
-                contacts_alone = np.abs(pushed).dot(np.abs(problem.velocity_free))
-                return float(np.abs(multipliers[passive]).dot(blows) + contacts_alone)
+            def by_blows() -> tuple[float, float]:
+                change = factor.solve(impulse)
+                total = borne_by.dot(own) + pushed.dot(jacobian)
+                sizes = (np.abs(r.dot(v + change)) for r in (own, jacobian))
+                more = sum(
+                    float(np.abs(p).dot(u)) for p, u in zip((borne_by, pushed), sizes, strict=True)
+                )
+                return 0.5 * float(total.dot(change)), more
 
-            solution = with_work_of_rows(
-                solution, multipliers[passive], own.dot(v), own.dot(dv), in_play
-            )
+            solution = with_work_of_rows(solution, borne_by, own.dot(v), own.dot(dv), by_blows)
         return dv, Outcome(multipliers, held.unique, tuple(touches), solution, doubt or held.nearly)
 
     def _with_contacts_alone(

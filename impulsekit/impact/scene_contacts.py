@@ -224,14 +224,15 @@ def with_work_of_rows(
     impulse: np.ndarray,
     before: np.ndarray,
     change: np.ndarray,
-    in_play: Callable[[], float],
+    by_blows: Callable[[], tuple[float, float]],
 ) -> ContactSolution:
     """The solution, or that the energy went up by what contacts and constraints add together.
 
     Args:
         impulse: (k,) of the bilateral rows that are brought to rest [N s].
         before, change: (k,) their velocities before the impact, and Δ of them [m/s].
-        in_play: gives Σ |P·u| of all rows with the velocities that blows alone would leave [J].
+        by_blows: gives Σ P·Δu/2 of all rows, where Δu is what blows alone would change, and
+            Σ |P·u| with the velocities that they would leave [J].
     """
     if not solution.status.valid:
         return solution
@@ -239,6 +240,9 @@ def with_work_of_rows(
     own = solution.normal_work + solution.friction_work
     size = np.abs(impulse).dot(np.abs(before)) + np.abs(works).sum() + np.abs(own).sum()
     gain = float(works.sum() + own.sum())
-    if not gain > GAIN * size or not gain > GAIN * (size + in_play()):
+    if not gain > GAIN * size:
+        return solution
+    change_of_work, more = by_blows()
+    if not min(gain, gain + change_of_work) > GAIN * (size + more):
         return solution
     return dataclasses.replace(solution, status=Status.ENERGY_GAIN)

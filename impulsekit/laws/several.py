@@ -158,6 +158,7 @@ def newton(
         work.normal[i], work.friction[i] = 0.0, 0.0
     size = 0.0
     works = 0.0
+    by_blows = 0.0
     for i in range(n):
         for k in range(3 * i, 3 * i + 3):
             after = free[k]
@@ -165,6 +166,7 @@ def newton(
                 after += W[k, j] * work.P[j]
             own = 0.5 * work.P[k] * (before[k] + after)
             size += abs(work.P[k] * before[k]) + abs(work.P[k] * free[k])
+            by_blows += 0.5 * work.P[k] * (free[k] - before[k])
             work.velocity[k] = after
             if k == 3 * i + 2:
                 work.normal[i] = own
@@ -172,6 +174,7 @@ def newton(
                 work.friction[i] += own
         size += abs(work.normal[i]) + abs(work.friction[i])
         works += work.normal[i] + work.friction[i]
+    works = min(works, works + by_blows)
     if works > GAIN * size and code != _NONE and code != _NOT_CONVERGED:
         return _GAIN, residual
     return code, residual

@@ -19,7 +19,9 @@ __all__ = [
 # Coefficients this small would only underflow.
 NEGLIGIBLE = 1e-150
 # Work above this share of the energies in play is a gain. These are |P·u| of the velocities before
-# and of those that blows alone would leave: of what rests and is struck the first are none.
+# and of those that blows alone would leave: of what rests and is struck the first are none. Blows
+# and contacts act at one instant: work is P·(u + u⁺)/2 from the velocities before, or from those
+# after the blows if these come first, and a gain is one by both accounts.
 GAIN = 1e-10
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
 _JAM, _NOT_UNIQUE = int(Status.PAINLEVE_JAM), int(Status.NOT_UNIQUE)
@@ -152,11 +154,16 @@ def _works(impulse: Triple, start: Triple, after: Triple) -> tuple[float, float]
 def gained(
     code: int, normal: float, friction: float, impulse: Triple, start: Triple, free: Triple
 ) -> bool:
-    """Whether an impulse that obeys the law raised the energy by more than rounding."""
+    """Whether an impulse that obeys the law raised the energy by more than rounding.
+
+    ``start``: the velocity from which the works count [m/s].
+    """
     total = normal + friction
     if not total > 0.0 or code not in (_SOLVED, _JAM, _NOT_UNIQUE):
         return False
     p1, p2, pn = impulse
+    by_blows = p1 * (free[0] - start[0]) + p2 * (free[1] - start[1]) + pn * (free[2] - start[2])
+    total = min(total, total + 0.5 * by_blows)
     size = abs(p1 * start[0]) + abs(p2 * start[1]) + abs(pn * start[2])
     size += abs(p1 * free[0]) + abs(p2 * free[1]) + abs(pn * free[2])
     return total > GAIN * (size + abs(normal) + abs(friction))

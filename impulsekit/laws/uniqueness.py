@@ -110,7 +110,7 @@ def is_another(W, P, shown, start, free, scale):  # type: ignore[no-untyped-def]
         free: (3n,) u_free [m/s].
         scale: the size of the velocities [m/s].
     """
-    apart, work, size = 0.0, 0.0, 0.0
+    apart, work, size, by_blows = 0.0, 0.0, 0.0, 0.0
     for r in range(len(P)):
         after, change = free[r], 0.0
         for c in range(len(P)):
@@ -119,5 +119,6 @@ def is_another(W, P, shown, start, free, scale):  # type: ignore[no-untyped-def]
         apart = max(apart, abs(change))
         own = 0.5 * P[r] * (start[r] + after)
         work += own
+        by_blows += 0.5 * P[r] * (free[r] - start[r])
         size += abs(own) + abs(P[r] * start[r]) + abs(P[r] * free[r])
-    return apart > SAME * scale and work <= GAIN * size
+    return apart > SAME * scale and min(work, work + by_blows) <= GAIN * size

@@ -47,7 +47,8 @@ def solve_alone(rows, contact, places, work, w, lane, digits):
         pn = -b / nn
         work[n] = pn
         normal = 0.5 * pn * (before + free + nn * pn)
-        gained = normal > GAIN * (abs(pn * before) + abs(pn * free) + abs(normal))
+        work = min(normal, normal + 0.5 * pn * (free - before))
+        gained = work > GAIN * (abs(pn * before) + abs(pn * free) + abs(normal))
         return _GAIN if gained else _SOLVED
     a1, a2 = float(work[before_at * w + lane]), float(work[(before_at + 1) * w + lane])
     f1, f2 = float(work[free_at * w + lane]), float(work[(free_at + 1) * w + lane])

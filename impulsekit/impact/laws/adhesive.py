@@ -96,8 +96,10 @@ def _as_adhesive(problem: ContactProblem, found: ContactSolution) -> ContactSolu
     status = found.status
     if status in (Status.SOLVED, Status.NOT_UNIQUE, Status.ENERGY_GAIN):
         # Of P̂ the works would count the pull, which nothing exerts.
-        gained = float(works.sum()) > GAIN * float(
-            np.abs(impulse) @ (np.abs(before) + np.abs(problem.velocity_free) + np.abs(after))
+        free = problem.velocity_free
+        work = float(works.sum()) + min(0.0, 0.5 * float(impulse @ (free - before)))
+        gained = work > GAIN * float(
+            np.abs(impulse) @ (np.abs(before) + np.abs(free) + np.abs(after))
         )
         unique = found.unique is None or bool(found.unique.all())
         status = Status.SOLVED if unique else Status.NOT_UNIQUE

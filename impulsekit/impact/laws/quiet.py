@@ -68,6 +68,7 @@ def without_gain(
         answer = _answer(problem, solution, parts)
         work = answer.normal_work.sum() + answer.friction_work.sum()
         speeds = np.abs(start) + np.abs(problem.velocity_free)
+        work += min(0.0, 0.5 * float(answer.impulse.dot(problem.velocity_free - start)))
         size = np.abs(answer.impulse).dot(speeds) + np.abs(answer.normal_work).sum()
         if work <= GAIN * (size + np.abs(answer.friction_work).sum()):
             return answer

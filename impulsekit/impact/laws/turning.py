@@ -166,10 +166,12 @@ def _solution(
     normal[n:] = 0.0
     unique = _determined(problem, impulse)
     status = Status.SOLVED if unique is None else Status.NOT_UNIQUE
-    size = np.abs(impulse) @ (np.abs(start) + np.abs(problem.velocity_free)) + np.abs(works).sum()
+    free = problem.velocity_free
+    size = np.abs(impulse) @ (np.abs(start) + np.abs(free)) + np.abs(works).sum()
+    work = works.sum() + min(0.0, 0.5 * impulse @ (free - start))
     if not residual <= BAR:
         status = Status.NOT_CONVERGED
-    elif works.sum() > GAIN * size:
+    elif work > GAIN * size:
         status = Status.ENERGY_GAIN
     return ContactSolution(impulse, after, status, residual, unique, start, normal, friction, steps)
 
