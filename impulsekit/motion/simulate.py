@@ -100,8 +100,8 @@ def simulate(
     for i, contact in enumerate(scene.contacts):
         if isinstance(contact, Contact) and contact.adhesion and not contact.holding_force:
             raise InputError(
-                f"simulate: contacts[{i}] has an adhesion, which bounds the impulse, and bears no "
-                "pull between impacts; give holding_force= [N] too"
+                f"simulate: contacts[{i}] has an adhesion, which bounds the impulse, and no force "
+                "that holds between impacts; give holding_force= [N] too"
             )
     if not (progress is None or isinstance(progress, bool) or callable(progress)):
         raise InputError(f"progress must be True or a function of the time, got {quoted(progress)}")

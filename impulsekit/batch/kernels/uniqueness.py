@@ -30,7 +30,7 @@ def judge_others(code, W, before, free, after, mus, es, ets, count, P, restituti
     size = 3 * count
     scale = 0.0
     for r in range(size):
-        scale = max(scale, abs(before[r]), abs(after[r]))
+        scale = max(scale, abs(before[r]), abs(free[r]), abs(after[r]))
     if not scale > 0.0:
         return code
     found, pressed = np.empty((MOST_ANSWERS, size)), np.empty((MOST_ANSWERS, size))

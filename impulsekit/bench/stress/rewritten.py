@@ -22,13 +22,17 @@ from ...batch.solve import solve_batch
 from ...errors import ImpulsekitError, SetupWarning
 from ...impact import ImpactSolver, solve
 from ...laws.status import Status
+from ...scene import Scene
 from ..truths.numbers import EPS
 from .mechanisms import Chain, Link, Place, Touch, World, built, chain_sizes, random_turn
 from .mechanisms import random_world as random_world
 from .mechanisms import split as split_link
 from .sweep import Point, Sweep
 
-__all__ = ["REWRITTEN", "SWEEPS", "Rewritten"]
+__all__ = [
+    "ALLOWED", "REWRITTEN", "SAME", "SWEEPS", "UNTOLD", "Rewritten", "condition_of", "judged",
+    "told", "told_by_batch",
+]  # fmt: skip
 
 # [of all speeds] Velocities nearer than this are the same, whatever the condition.
 SAME = 1e-9
@@ -228,7 +232,8 @@ class _Told:
     seconds: float = 0.0
 
 
-def _told(call: Callable[[], object]) -> _Told:
+def told(call: Callable[[], object]) -> _Told:
+    """What an impact, or an error of ours, says."""
     start = time.perf_counter()
     try:
         impact = call()
@@ -241,7 +246,11 @@ def _told(call: Callable[[], object]) -> _Told:
 
 
 def _by_batch(world: World) -> _Told:
-    scene, q, v = built(world)
+    return told_by_batch(*built(world))
+
+
+def told_by_batch(scene: Scene, q: np.ndarray, v: np.ndarray) -> _Told:
+    """The answer of ``solve_batch``."""
     start = time.perf_counter()
     with by_kernels_only():
         batch = solve_batch(scene, q[None], v[None], outputs=["dv"], threads=1)
@@ -254,7 +263,7 @@ def _by_solver(world: World) -> _Told:
     scene, q, v = built(world)
     solver = ImpactSolver(scene)
     solver.solve(q, -v)
-    return _told(lambda: solver.solve(q, v))
+    return told(lambda: solver.solve(q, v))
 
 
 def judged(
@@ -275,21 +284,22 @@ def judged(
     return names[1] + " moved", "wrong" if first.valid else "said so", error
 
 
-def _condition(world: World, first: _Told, rng: np.random.Generator) -> float:
+def condition_of(
+    scene: Scene, q: np.ndarray, v: np.ndarray, first: _Told, rng: np.random.Generator
+) -> float:
     """By how much small changes of the state are amplified."""
     if first.after is None:
         return 1.0
-    scene, q, v = built(world)
     model = scene.robot.model
     largest = 1.0
     scale = max(float(np.abs(v).max()), float(np.abs(first.after).max()))
     for _ in range(3):
         near = pin.integrate(model, q, NUDGE * rng.normal(size=model.nv))
         speeds = v + NUDGE * scale * rng.normal(size=model.nv)
-        told = _told(lambda q=near, v=speeds: solve(scene, q, v))  # type: ignore[misc]
-        if told.after is None or told.status != first.status:
+        other = told(lambda q=near, v=speeds: solve(scene, q, v))  # type: ignore[misc]
+        if other.after is None or other.status != first.status:
             return math.inf
-        largest = max(largest, float(np.abs(told.after - first.after).max()) / (NUDGE * scale))
+        largest = max(largest, float(np.abs(other.after - first.after).max()) / (NUDGE * scale))
     return largest
 
 
@@ -304,26 +314,26 @@ def rewritten_points(value: float, rng: np.random.Generator) -> list[Point]:
 def _points(value: float, rng: np.random.Generator) -> list[Point]:
     world = random_world(int(value), rng)
     scene, q, v = built(world)
-    first = _told(lambda: solve(scene, q, v))
+    first = told(lambda: solve(scene, q, v))
     found: list[tuple[str, _Told, np.ndarray | None]] = []
     for name, rewrite in REWRITTEN.items():
         other = rewrite(world, rng)
         if other is None:
             continue
-        told = _told(lambda other=other: _solved(other.world))  # type: ignore[misc]
-        back = None if told.after is None else (told.after - other.shift) / other.ratio
-        found.append((name, told, back))
+        one = told(lambda other=other: _solved(other.world))  # type: ignore[misc]
+        back = None if one.after is None else (one.after - other.shift) / other.ratio
+        found.append((name, one, back))
     for name, way in (("batch", _by_batch), ("solver", _by_solver)):
-        told = way(world)
-        found.append((name, told, told.after))
-    condition = _condition(world, first, rng)
+        one = way(world)
+        found.append((name, one, one.after))
+    condition = condition_of(scene, q, v, first, rng)
     bar = max(SAME, ALLOWED * condition * EPS)
-    scale = max(float(np.abs(one).max()) for one in (v, first.after) if one is not None)
+    scale = max(float(np.abs(speeds).max()) for speeds in (v, first.after) if speeds is not None)
     points = []
-    for name, told, back in found:
-        status, verdict, error = judged(first, told, back, scale, bar)
+    for name, one, back in found:
+        status, verdict, error = judged(first, one, back, scale, bar)
         shares = (error, min(condition, 1e300), error / (condition * EPS))
-        points.append(Point("", value, 0, 0, name, status, verdict, *shares, *UNTOLD, told.seconds))
+        points.append(Point("", value, 0, 0, name, status, verdict, *shares, *UNTOLD, one.seconds))
     return points
 
 

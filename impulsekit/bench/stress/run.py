@@ -32,6 +32,7 @@ def _all() -> tuple[Sweep, ...]:
         robots,
         sequences,
         statements,
+        struck,
         touched,
         trees,
     )
@@ -47,6 +48,7 @@ def _all() -> tuple[Sweep, ...]:
         *flights.SWEEPS,
         *in_plane.SWEEPS,
         *rewritten.SWEEPS,
+        *struck.SWEEPS,
         *robots.SWEEPS,
         *statements.SWEEPS,
         *paths.SWEEPS,

@@ -101,9 +101,7 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
         return _of_hits(solution, "impulses are followed from where contacts touch, step by step")
     if law.slip == "path":
         return _of_hits(solution, "slip is followed along the impact, step by step")
-    scale = max(
-        float(np.abs(problem.velocity_before).max()), float(np.abs(solution.velocity_after).max())
-    )
+    scale = problem.fastest(solution.velocity_after)
     if not scale:
         return Finding(PROVEN, "nothing moves")
     if n == 1 and _is_closed_form(problem, solution):
@@ -140,7 +138,7 @@ def _of_a_tie(problem: ContactProblem, law: Law, solution: ContactSolution) -> F
         ),
         law,
     )
-    scale = float(np.abs(problem.velocity_before).max())
+    scale = problem.fastest(solution.velocity_after)
     P = turned.impulse[np.argsort(rows)]
     if not turned.status.valid or not _apart(problem, solution.impulse, P, scale):
         return Finding(NOT_PROVEN, "contacts approach equally fast and are alike")

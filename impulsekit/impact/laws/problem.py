@@ -67,6 +67,11 @@ class ContactProblem:
     adhesion: np.ndarray | None = None
     turning: Turning | None = None
 
+    def fastest(self, after: np.ndarray) -> float:
+        """The largest of u⁻, u_free and u⁺ [m/s]: what rests and is struck has the second alone."""
+        speeds = (self.velocity_before, self.velocity_free, after)
+        return max(float(np.abs(u).max(initial=0.0)) for u in speeds)
+
 
 @dataclass(frozen=True, eq=False)
 class ContactSolution:

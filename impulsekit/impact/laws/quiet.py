@@ -48,7 +48,7 @@ def without_gain(
     Returns:
         The solution itself where none is found.
     """
-    scale = float(max(np.abs(problem.velocity_before).max(), np.abs(solution.velocity_after).max()))
+    scale = problem.fastest(solution.velocity_after)
     found, pressed = np.zeros((2, MOST_ANSWERS, len(solution.impulse)))
     _, _, count, _ = find_answers(
         *arrays_of(problem),

@@ -1,0 +1,73 @@
+"""A blow is the velocity that it leaves: what is struck, and what moves so, end alike.
+
+Half of the worlds are at rest before, where velocities before say nothing of the energies in play.
+Newton's restitution goes by the velocity before the blow where contacts act at once: it is 0 there.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+
+from ...errors import SetupWarning
+from ...impact import solve
+from ..truths.numbers import EPS
+from .mechanisms import Blow, World, built, random_world
+from .rewritten import ALLOWED, SAME, UNTOLD, condition_of, judged, told, told_by_batch
+from .sweep import Point, Sweep
+
+__all__ = ["SWEEPS"]
+
+
+def struck_points(value: float, rng: np.random.Generator) -> list[Point]:
+    """Chains with so many contacts that are struck, all laws, by ``solve`` and ``solve_batch``."""
+    with warnings.catch_warnings():
+        # Points of contacts are anywhere, also off the planes that they touch.
+        warnings.simplefilter("ignore", SetupWarning)
+        return _points(value, rng)
+
+
+def _points(value: float, rng: np.random.Generator) -> list[Point]:
+    world = _struck_world(int(value), rng)
+    scene, q, v = built(world)
+    if rng.random() < 0.5:
+        v = np.zeros_like(v)
+    blows_alone = told(lambda: solve(replace(scene, contacts=()), q, v))
+    free = blows_alone.after
+    if free is None or not blows_alone.valid or not free.any():
+        return []
+    moving = replace(scene, impulses=())
+    first = told(lambda: solve(scene, q, v))
+    found = {
+        "velocity": told(lambda: solve(moving, q, free)),
+        "batch": told_by_batch(scene, q, v),
+        "velocity in a batch": told_by_batch(moving, q, free),
+    }
+    condition = condition_of(moving, q, free, found["velocity"], rng)
+    bar = max(SAME, ALLOWED * condition * EPS)
+    scale = max(float(np.abs(one).max()) for one in (v, free, first.after) if one is not None)
+    points = []
+    for name, other in found.items():
+        status, verdict, error = judged(first, other, other.after, scale, bar)
+        shares = (error, min(condition, 1e300), error / (condition * EPS))
+        points.append(
+            Point("", value, 0, 0, name, status, verdict, *shares, *UNTOLD, other.seconds)
+        )
+    return points
+
+
+def _struck_world(count: int, rng: np.random.Generator) -> World:
+    world = random_world(count, rng)
+    places = [(c, k) for c, chain in enumerate(world.chains) for k in range(len(chain.links))]
+    place = places[int(rng.integers(len(places)))]
+    size = 10.0 ** rng.uniform(-3, 2)
+    blow = Blow(place, 0.2 * rng.normal(size=3), size * rng.normal(size=3), np.zeros(3))
+    touches = world.touches
+    if world.law.restitution == "newton" and world.law.order == "simultaneous":
+        touches = tuple(replace(touch, restitution=0.0) for touch in touches)
+    return replace(world, blows=(*world.blows, blow), touches=touches)
+
+
+SWEEPS = (Sweep("struck", "contacts", (1.0, 2.0, 3.0, 4.0), struck_points, 900, logarithmic=False),)
