@@ -75,6 +75,9 @@ def at_most(impact: Impact) -> float:
     return float(solution.residual) if bound <= solution.residual else bound
 
 
+# Where rows hold what is slower than this part of the fastest, it is still but for rounding, such
+# as all that hangs on a robot that is held: what is left is measured by the fastest.
+STILL = 1e-12
 # From here on [relative] a row is measured by what could stand in it: below, no answer is worse
 # than its rounding, and the sizes need not be worked out.
 ALL_BUT_ROUNDING = 1e-15
@@ -114,7 +117,7 @@ def constraint_residual(impact: Impact) -> float:
         return 0.0
     matrix, rows = impact.mechanics.constraint_matrix, impact.mechanics.constraint_rows
     difference = np.abs(matrix @ impact.v_after - rows.target(matrix @ impact.v_before))
-    return _share(difference, np.abs(matrix) @ _speeds(impact) + np.abs(rows.velocity))
+    return _share(difference, _terms(matrix, _speeds(impact)) + np.abs(rows.velocity))
 
 
 def complementarity_residual(impact: Impact) -> float:
@@ -127,7 +130,7 @@ def complementarity_residual(impact: Impact) -> float:
     # Rows that the law does not use (tangents without friction) count as well: Δv must
     # give every velocity that the law was solved with.
     difference = np.abs(jacobian @ impact.v_after - solution.velocity_after)
-    mismatch = _mismatch(difference, np.abs(jacobian) @ _speeds(impact), impact)
+    mismatch = _mismatch(difference, _terms(jacobian, _speeds(impact)), impact)
     return max(float(solution.residual), mismatch)
 
 
@@ -149,6 +152,13 @@ def _speeds(impact: Impact) -> np.ndarray:
     # Least squares, since M may be singular where constraints make up for it.
     alone = np.linalg.lstsq(impact.mechanics.mass_matrix, shares.T, rcond=None)[0]
     return speeds + np.abs(alone).sum(axis=1)
+
+
+def _terms(rows: np.ndarray, speeds: np.ndarray) -> np.ndarray:
+    """(m,) how large the terms are that rows are sums of, with the speeds of all (nv,)."""
+    sizes = np.abs(rows)
+    own, fastest = sizes @ speeds, sizes.sum(axis=1) * speeds.max(initial=0.0)
+    return own if own.max(initial=0.0) > STILL * fastest.max(initial=0.0) else fastest
 
 
 def _share(difference: np.ndarray, scale: np.ndarray) -> float:

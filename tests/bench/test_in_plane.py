@@ -90,6 +90,20 @@ def test_an_answer_is_found_where_sweeps_diverge():
     assert {point.verdict for point in points} == {"right"}
 
 
+@pytest.mark.parametrize(
+    "place,repeat,seed",
+    [
+        pytest.param(1, 269, 1, id="another answer for what rests and is struck"),
+        pytest.param(0, 232, 1, id="a contact on what is pinned, beside what moves"),
+        pytest.param(3, 227, 1, id="constraints of what hardly moves"),
+    ],
+)
+def test_a_blow_is_the_velocity_that_it_leaves(place, repeat, seed):
+    points = solved_case(("struck", place, repeat, seed))
+    assert {point.method for point in points} == {"velocity", "batch", "velocity in a batch"}
+    assert {point.verdict for point in points} in ({"right"}, {"said so"})
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("sweep", SWEEPS, ids=lambda sweep: sweep.name)
 def test_of_many_scenes_in_a_plane_none_is_silently_wrong(sweep):

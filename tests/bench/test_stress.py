@@ -37,7 +37,7 @@ def _wrong(points):
 
 
 # Sweeps that tests of their own hold.
-_OF_THEIR_OWN = ("plane-", "rewritten", "robots", "statement-")
+_OF_THEIR_OWN = ("plane-", "rewritten", "robots", "statement-", "struck")
 
 # Cheap cases of each sweep; the costly sizes are in the slow test.
 QUICK = [
