@@ -104,6 +104,19 @@ class Derivation:
             self._find_touching(outcome, contacts)
         self.stages = self._stages()
 
+    def _thrown(self, matrix: np.ndarray) -> np.ndarray:
+        """(r,) what blows alone would add to the velocities of rows.
+
+        What rests and is struck has no other that its modes can be told by.
+        """
+        if not self.scene.impulses:
+            return np.zeros(0)
+        mechanics = self.impact.mechanics
+        blow = np.sum(list(mechanics.known_impulses().values()), axis=0)
+        # Least squares, since M may be singular where constraints make up for it.
+        change: np.ndarray = matrix.dot(np.linalg.lstsq(mechanics.mass_matrix, blow, rcond=None)[0])
+        return change
+
     def _find_touching(self, outcome: Outcome, solution: ContactSolution) -> None:
         names, motion = self.workspace.contact_names, self.motion
         placed: list[Rows] = []
@@ -119,7 +132,7 @@ class Derivation:
                 raise of_functions()
         matrix = self.builder.stacked([rows.matrix for rows in placed])
         before, after = matrix.dot(self.v).tolist(), matrix.dot(self.after).tolist()
-        self.scale = max(map(abs, (*before, *after)))
+        self.scale = max(map(abs, (*before, *after, *self._thrown(matrix))))
         self.impulses = list(solution.impulse.reshape(-1, 3))
         for touch, rows, normal, impulse in zip(
             outcome.touches, placed, before[2::3], self.impulses, strict=True
