@@ -14,6 +14,7 @@ from ..robot.placing import Posture
 from ..scene import Contact, JointStop, Rope, Scene
 from ..scene.contacts import ContactEntry
 from ..scene.friction import static_friction
+from .residuals import cancelling_speeds
 from .turning_results import NO_SLIP, ON_CONE, TurningResult, turning_result
 
 if TYPE_CHECKING:
@@ -168,7 +169,7 @@ def _point(impact: Impact, touch: Touch, i: int, turning: TurningResult | None) 
         impulse,
         before,
         after,
-        mode=_mode(pressed, _friction(solution, i, entry), _still_by_others(solution, i)),
+        mode=_mode(pressed, _friction(solution, i, entry), _still_by_others(impact, solution, i)),
         normal_work=normal_work,
         friction_work=friction_work,
         unique=solution.unique is None or bool(solution.unique[i]),
@@ -197,13 +198,18 @@ def _works(
     return float(shares[2]), float(shares[0] + shares[1])
 
 
-def _still_by_others(solution: ContactSolution, i: int) -> bool:
+def _still_by_others(impact: Impact, solution: ContactSolution, i: int) -> bool:
     """Whether a contact that shares its load does not slip, wherever in its cone its share is."""
     if solution.unique is None or solution.unique[i]:
         return False
     after = solution.velocity_after
+    slip = float(np.abs(after[3 * i : 3 * i + 2]).max())
     speed = max(float(np.abs(after).max()), float(np.abs(solution.velocity_start).max()))
-    return float(np.abs(after[3 * i : 3 * i + 2]).max()) <= NO_SLIP * speed
+    if slip <= NO_SLIP * speed or impact.outcome is None or not impact.scene.impulses:
+        return slip <= NO_SLIP * speed
+    # What rests and is struck has no velocities but those that impulses alone would make.
+    rows = np.abs(impact.outcome.touches[i].jacobian)
+    return slip <= NO_SLIP * float((rows @ cancelling_speeds(impact)).max())
 
 
 def _friction(solution: ContactSolution, i: int, entry: ContactEntry) -> float:

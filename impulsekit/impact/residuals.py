@@ -13,7 +13,7 @@ from .laws.problem import in_order
 if TYPE_CHECKING:
     from .result import Impact
 
-__all__ = ["Residuals", "at_most", "residuals_of"]
+__all__ = ["Residuals", "at_most", "cancelling_speeds", "residuals_of"]
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def constraint_residual(impact: Impact) -> float:
         return 0.0
     matrix, rows = impact.mechanics.constraint_matrix, impact.mechanics.constraint_rows
     difference = np.abs(matrix @ impact.v_after - rows.target(matrix @ impact.v_before))
-    return _share(difference, _terms(matrix, _speeds(impact)) + np.abs(rows.velocity))
+    return _share(difference, _terms(matrix, cancelling_speeds(impact)) + np.abs(rows.velocity))
 
 
 def complementarity_residual(impact: Impact) -> float:
@@ -130,7 +130,7 @@ def complementarity_residual(impact: Impact) -> float:
     # Rows that the law does not use (tangents without friction) count as well: Δv must
     # give every velocity that the law was solved with.
     difference = np.abs(jacobian @ impact.v_after - solution.velocity_after)
-    mismatch = _mismatch(difference, _terms(jacobian, _speeds(impact)), impact)
+    mismatch = _mismatch(difference, _terms(jacobian, cancelling_speeds(impact)), impact)
     return max(float(solution.residual), mismatch)
 
 
@@ -142,7 +142,7 @@ def _mismatch(difference: np.ndarray, scale: np.ndarray, impact: Impact) -> floa
     return max(own, _share(difference[points:], scale[points:]))
 
 
-def _speeds(impact: Impact) -> np.ndarray:
+def cancelling_speeds(impact: Impact) -> np.ndarray:
     """(nv,) the speeds that cancel in v⁺: before, after, and what each impulse alone makes.
 
     Where everything comes to rest, v⁻ and v⁺ alone would measure rounding by rounding.

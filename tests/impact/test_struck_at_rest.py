@@ -10,6 +10,7 @@ BOX = ik.Robot.from_urdf(
     'izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>',
     root="freeflyer",
 )
+AT_REST = BOX.configuration(root_joint=[0, 0, 0.05, 0, 0, 0, 1])
 CORNERS = [(x, y, -0.05) for x in (-0.1, 0.1) for y in (-0.1, 0.1)]
 LAWS = [
     {},
@@ -35,9 +36,7 @@ def statuses(contacts, law=None, **more):
     found = set()
     for blow in blows(len(contacts)):
         scene = ik.Scene(BOX, [blow], contacts=contacts, law=ik.Law(**(law or {})), **more)
-        impact = ik.solve(
-            scene, BOX.configuration(root_joint=[0, 0, 0.05, 0, 0, 0, 1]), BOX.velocity()
-        )
+        impact = ik.solve(scene, AT_REST, BOX.velocity())
         found.add(impact.status.name)
     return found
 
@@ -67,7 +66,7 @@ def test_nor_where_a_point_of_it_is_pinned():
 def test_nor_in_batches():
     feet = [ik.Contact("box", at=at, friction=0.5, restitution=0.3) for at in CORNERS]
     given = list(blows(7))
-    q = np.tile(BOX.configuration(root_joint=[0, 0, 0.05, 0, 0, 0, 1]), (DRAWS, 1))
+    q = np.tile(AT_REST, (DRAWS, 1))
     for count in (1, 4):
         blow = ik.AppliedImpulse("box", name="blow")
         scene = ik.Scene(BOX, [blow], contacts=feet[:count])
@@ -80,7 +79,7 @@ def test_a_box_that_rests_goes_on_from_a_blow():
     feet = [ik.Contact("box", at=at, friction=0.5) for at in CORNERS]
     for blow in blows(3):
         scene = ik.Scene(BOX, [blow], contacts=feet)
-        start = BOX.configuration(root_joint=[0, 0, 0.05, 0, 0, 0, 1])
+        start = AT_REST
         assert ik.simulate(scene, start, BOX.velocity(), 0.01).status.name == "FINISHED"
 
 
@@ -103,3 +102,20 @@ def test_derivatives_of_a_blow_on_what_rests(restitution, count):
     slopes = np.column_stack([(after(step) - after(-step)) / 2e-6 for step in steps])
     assert found.status.name == "EXISTS"
     np.testing.assert_allclose(found.dv_after_dv, slopes, atol=1e-7)
+
+
+@pytest.mark.parametrize("friction", [(0.9, 0.3), ik.FrictionTable([0.0, 1e-6], [0.9, 0.3])])
+@pytest.mark.parametrize("count", [1, 4])
+def test_static_friction_holds_what_rests(friction, count):
+    """Pushed down by 1 and aside by less than 0.9 N s at the floor: it stays."""
+    places = CORNERS if count > 1 else [(0.0, 0.0, -0.05)]
+    feet = [ik.Contact("box", at=at, friction=friction) for at in places]
+    rng = np.random.default_rng(count)
+    for _ in range(DRAWS):
+        aside = rng.normal(size=2)
+        aside *= rng.uniform(0.4, 0.85) / np.hypot(*aside)
+        blow = ik.AppliedImpulse("box", [*aside, -1.0], at=(0.0, 0.0, -0.05))
+        impact = ik.solve(ik.Scene(BOX, [blow], contacts=feet), AT_REST, BOX.velocity())
+        assert impact.is_valid()
+        assert np.abs(impact.v_after).max() < 1e-12
+        assert {point.mode for found in impact.contacts for point in found.points} == {"sticking"}

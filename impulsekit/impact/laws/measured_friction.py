@@ -137,8 +137,7 @@ class _Rounded:
             return 0.0
         after = found.velocity_after
         speed = float(np.hypot(after[3 * i], after[3 * i + 1]))
-        largest = max(float(np.abs(after).max()), float(np.abs(found.velocity_start).max()))
-        return speed if speed > NO_SLIP * largest else 0.0
+        return speed if speed > NO_SLIP * self._rounded.fastest(after) else 0.0
 
     def back(self, found: ContactSolution, mu: np.ndarray, law: Law) -> ContactSolution:
         """The solution in the units of the problem."""
