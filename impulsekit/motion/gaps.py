@@ -360,15 +360,16 @@ class Gaps:
         self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray
     ) -> np.ndarray:
         """(n,) the gaps of resting points [m]: of a held one its own."""
-        values, _ = self.measure(q, v, [contact.gap for contact in contacts])
-        found = []
-        for contact in contacts:
-            item = self.items[contact.gap]
-            if not self.rated[contact.gap] and item.holds:
-                found.append(item.held_gaps(self.data))
-            else:
-                found.append(np.full(contact.count, values[contact.gap]))
-        return np.concatenate(found)
+        held = {c.gap for c in contacts if not self.rated[c.gap] and self.items[c.gap].holds}
+        values, _ = self.measure(q, v, [c.gap for c in contacts if c.gap not in held])
+        return np.concatenate(
+            [
+                self.items[c.gap].held_gaps(self.data)
+                if c.gap in held
+                else np.full(c.count, values[c.gap])
+                for c in contacts
+            ]
+        )
 
     def beyond_held(
         self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray

@@ -350,13 +350,13 @@ class Resting:
             fresh: after an impact slip decides alone, for nothing is known of before.
         """
         changed = self.joints is not None and self.joints.tear()
-        friction = self.friction()
-        i = 0
+        friction, i = self.friction(), 0
+        largest = float(np.abs(self.accelerations).max(initial=0.0))
         for contact in self.contacts:
             contact.fit()
             for k in range(contact.count):
                 before = contact.slides[k], contact.begins[k]
-                now = self._slide(i, *before, float(friction[i]), fresh)
+                now = self._slide(i, *before, (float(friction[i]), largest), fresh)
                 changed |= (before[0] is None, before[1]) != (now[0] is None, now[1])
                 contact.slides[k], contact.begins[k] = now
                 i += 1
@@ -365,23 +365,30 @@ class Resting:
         return changed
 
     def _slide(
-        self, i: int, before: np.ndarray | None, begins: bool, mu: float, fresh: bool
+        self,
+        i: int,
+        before: np.ndarray | None,
+        begins: bool,
+        numbers: tuple[float, float],
+        fresh: bool,
     ) -> tuple[np.ndarray | None, bool]:
-        """Where a point slides, or None; and whether that has just begun."""
+        """Where a point slides, or None; and whether that has just begun.
+
+        ``numbers``: µ, and the largest acceleration of a point [m/s²].
+        """
         slip1, slip2, _ = self.slip[3 * i : 3 * i + 3].tolist()
         rate1, rate2, _ = self.accelerations[3 * i : 3 * i + 3].tolist()
         force1, force2, normal = self.forces[3 * i : 3 * i + 3].tolist()
         if self._measured and begins and np.hypot(slip1, slip2) <= self.slow:
             # What has torn off has no slip yet but by rounding.
             slip1 = slip2 = 0.0
-        largest = float(np.abs(self.accelerations).max())
         way, starts = next_slide(
             (0.0, 0.0, 0.0) if before is None else (float(before[0]), float(before[1]), 1.0),
             begins,
             (slip1, slip2),
             (rate1, rate2),
             (force1, force2, normal),
-            (mu, largest, self.slow, self.grown),
+            (*numbers, self.slow, self.grown),
             fresh,
         )
         return np.array(way[:2]) if way[2] else None, starts
