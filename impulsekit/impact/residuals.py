@@ -75,8 +75,8 @@ def at_most(impact: Impact) -> float:
     return float(solution.residual) if bound <= solution.residual else bound
 
 
-# Where rows hold what is slower than this part of the fastest, it is still but for rounding, such
-# as all that hangs on a robot that is held: what is left is measured by the fastest.
+# What is slower than this part of the fastest is still but for rounding, such as all that hangs on
+# a robot that is held: what is left of it is measured by the fastest.
 STILL = 1e-12
 # From here on [relative] a row is measured by what could stand in it: below, no answer is worse
 # than its rounding, and the sizes need not be worked out.
@@ -106,8 +106,11 @@ def momentum_residual(impact: Impact) -> float:
     scale += np.sqrt(diagonal * impact.mechanics.carried_energy(impact.dv))
     if outcome is not None and (len(outcome.constraint_impulses) or len(outcome.touches) > 1):
         # Their impulses are found together: the rounding of large ones is in all.
-        energy = float(impact.dv @ mass_matrix @ impact.dv)
-        scale += np.finfo(float).eps * np.sqrt(diagonal * max(energy, 0.0))
+        energies = [max(float(u @ mass_matrix @ u), 0.0) for u in (impact.dv, impact.v_before)]
+        scale += np.finfo(float).eps * np.sqrt(diagonal * energies[0])
+        # Of Δv that is but the rounding of v there is nothing else to measure by.
+        whole = np.sqrt(diagonal * max(energies))
+        scale += np.where(scale > STILL * whole, 0.0, whole)
     return float(np.max(difference[rows] / scale[rows], initial=0.0))
 
 
