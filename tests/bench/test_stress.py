@@ -74,6 +74,16 @@ def test_no_answer_at_the_edge_is_silently_wrong(name, place):
     assert not _wrong(points)
 
 
+# Points that are nearly one: what batches left of the law was not asked for without friction, and
+# too generously with it; where one point bears all, up to 3e-12 were left of an answer to a
+# problem that rounding turns into another (off by half).
+@pytest.mark.parametrize(("place", "repeat", "seed"), [(2, 8, 73), (3, 25, 75), (4, 13, 75)])
+def test_rows_that_are_nearly_dependent_are_told(place, repeat, seed):
+    points = solved_case(("parallel-contacts", place, repeat, seed))
+    assert {point.method for point in points} == {"solve", "batch"}
+    assert not _wrong(points)
+
+
 # Where more was left once: rows of small speeds beside large ones, impulses off their cone by
 # the rounding of others, momenta after a change of both, ABA and Jacobians over long levers;
 # ABA beside a body of 364 times the mass, and rows of batches, each beside its own terms.

@@ -16,8 +16,9 @@ from .uniqueness import judge_others
 
 __all__ = ["memory", "solved"]
 
-# Beyond this many times what rounding leaves, ``solve`` refines.
-ROUGH = 10.0 * FINE
+# Where more than this is left ``solve`` refines, or tells that rows are nearly dependent; with
+# friction more than FINE, which is 2e-14 to 1e-11 off where three points are nearly one.
+ROUGH = 2.0 * FINE
 _SOLVED, _NOT_UNIQUE = int(Status.SOLVED), int(Status.NOT_UNIQUE)
 _GAIN = int(Status.ENERGY_GAIN)
 
@@ -57,7 +58,9 @@ def solved(count, posed, digits, space, work):
     else:
         code, residual = poisson(work, W, free, es, count, care)
     # Of answers that gain energy ``solve`` looks for others.
-    if code in LEFT or (not smooth and (residual > ROUGH or code == _GAIN)):
+    if code in LEFT or (not smooth and code == _GAIN):
+        return AGAIN
+    if residual > (ROUGH if smooth else FINE):
         return AGAIN
     for k in range(3 * count):
         P[k] = work.P[k]

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...laws.modes import DEPENDENT, NULL, linearize
+from ...laws.redundant import is_redundant
 from ...laws.status import Status
 from ...scene.law import Law
 from .problem import RESTS, THROWN, ContactProblem, ContactSolution, in_order
@@ -28,7 +29,9 @@ MOST_STEPS = 6
 DEEP = 5e-16
 # What rounding leaves, relative to the velocities or momenta.
 ROUNDING = 2e-15
-# The same of an impulse, relative to itself.
+# More than this of a valid answer tells that rows which depend on each other do so only nearly.
+TOO_MUCH = 1e-14
+# What rounding leaves of an impulse, relative to itself.
 ROUNDING_OF_ONE = 1e-15
 # Iterates that did not converge are taken on from here, and are an answer below the bar.
 NEAR, BAR = 1e-3, 1e-10
@@ -182,8 +185,12 @@ def _told(
     status = solution.status
     if status is Status.NOT_CONVERGED and residual <= BAR:
         status = Status.SOLVED if solution.unique is None else Status.NOT_UNIQUE
-    if status is Status.NOT_UNIQUE and residual > ROUNDING:
-        status = Status.NEARLY_DEPENDENT
+    # Load that one carries alone may be another's where rows depend but for what is left.
+    bar = TOO_MUCH if status is Status.SOLVED else ROUNDING
+    if status in (Status.SOLVED, Status.NOT_UNIQUE) and residual > bar:
+        W = problem.delassus
+        if status is Status.NOT_UNIQUE or is_redundant(W, len(W), DEPENDENT, NULL):
+            status = Status.NEARLY_DEPENDENT
     return dataclasses.replace(
         solution,
         impulse=impulse,
