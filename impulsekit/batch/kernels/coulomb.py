@@ -18,6 +18,8 @@ __all__ = ["LEFT", "block_at", "care_for", "is_close_call", "is_left"]
 NEAR = 1e-4
 # W_nn beside W of the tangents: rows of 1e-2 have lost two digits of their terms.
 FAINT_NORMAL = 1e-4
+# Where friction leaves less of what the normal impulse moves, digits are lost: ``solve`` refines.
+CANCELLED = 0.02
 # Contacts of which one is this much more mobile than another are left to ``solve``, which refines.
 ALIKE = 1e-3
 # Codes of several contacts that are no answers: there ``solve`` refines what came nearest.
@@ -52,6 +54,9 @@ def is_left(block, before, free, e, mu, e_t, restitution, hit, digits):
             return True
     # A normal that hardly moves is what levers leave of each other: ``solve`` refines.
     if hit.code == _NOT_UNIQUE and block[5] < FAINT_NORMAL * (block[0] + block[2]):
+        return True
+    p1, p2, pn = hit.impulse
+    if mu > 0.0 and block[5] * pn + block[3] * p1 + block[4] * p2 < CANCELLED * block[5] * pn:
         return True
     return is_close_call(block, mu, hit.impulse, hit.code, digits)
 
