@@ -36,7 +36,7 @@ from .modes import (
 from .redundant import find_shared, is_redundant
 from .status import Status
 from .sticking import held_still
-from .uniqueness import MOST_FOUND, TRIED_ALL, search_modes
+from .uniqueness import FAR, MOST_FOUND, PLANE, TRIED_ALL, search_modes
 from .unloading import unload
 from .words import AGAIN, NO, YES
 from .workspace import Sizes, Workspace, workspace
@@ -218,7 +218,7 @@ def search_slipping(
     if residual <= BAR:
         return _code_of(work, n, sizes, dependent, YES), residual
     rough = work.P[: 3 * n].copy()
-    code, bar = _try_modes(work, n, sizes, YES, dependent)
+    code, bar = _try_modes(work, n, sizes, PLANE, dependent)
     if code != _OPEN:
         return code, bar
     for k in range(3 * n):
@@ -235,7 +235,7 @@ def search_slipping(
         return _code_of(work, n, sizes, dependent, YES), residual
     for k in range(3 * n):
         rough[k] = work.P[k]
-    code, bar = _try_modes(work, n, sizes, NO, dependent)
+    code, bar = _try_modes(work, n, sizes, FAR, dependent)
     if code != _OPEN:
         return code, bar
     for k in range(3 * n):
@@ -284,19 +284,19 @@ def _from_pushes(work: Workspace, n: int, sizes: Sizes) -> float:
 
 @compiled
 def _try_modes(
-    work: Workspace, n: int, sizes: Sizes, plane: bool, dependent: float
+    work: Workspace, n: int, sizes: Sizes, reach: int, dependent: float
 ) -> tuple[int, float]:
     """The answer nearest to sticking, ½ PᵀWP + b·P being least, among those of the modes tried.
 
     Args:
-        plane: only where all modes can be tried; then it is also known that none solves.
+        reach: of ``search_modes``. Where all modes were tried it is known that none solves.
     """
     size = 3 * n
     W, b = work.W[:size, :size].copy(), work.b[:size].copy()
     mu, floor = work.mu[:n].copy(), work.floor[:n].copy()
     found, best = np.empty((MOST_FOUND, size)), np.empty(size)
     none = np.empty((0, size))
-    how, count, _ = search_modes(W, b, mu, floor, sizes.scale, plane, found, none)
+    how, count, _ = search_modes(W, b, mu, floor, sizes.scale, reach, found, none)
     if how == TRIED_ALL and count == 0:
         for k in range(size):
             work.P[k] = 0.0

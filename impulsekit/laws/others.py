@@ -15,13 +15,14 @@ from .redundant import is_redundant
 from .status import Status
 from .uniqueness import (
     MOST_FOUND,
+    NEAR,
     NEGLIGIBLE,
     NOTHING_TRIED,
     TRIED_ALL,
     is_another,
     search_modes,
 )
-from .words import NEWTON, NO, YES
+from .words import NEWTON, YES
 from .workspace import Workspace, workspace
 
 __all__ = [
@@ -101,7 +102,7 @@ def find_answers(
         return WEAK, 0, 0, False
     outside = np.empty((MOST_FOUND, 3 * n))
     tried, count, beyond = search_modes(
-        own, b, own_mu, np.zeros(n), scale, NO, found[:MOST_FOUND], outside
+        own, b, own_mu, np.zeros(n), scale, NEAR, found[:MOST_FOUND], outside
     )
     if tried == NOTHING_TRIED:
         return TOO_MANY, 0, 0, False
@@ -211,7 +212,7 @@ def _expansions(
         first = firsts[one]
         if how == ALL_TRIED:
             b, floor = _after_compression(work, e, n, first)
-            _, many, _ = search_modes(work.W, b, work.mu, floor, scale, NO, backs, backs[:0])
+            _, many, _ = search_modes(work.W, b, work.mu, floor, scale, NEAR, backs, backs[:0])
         else:
             # Of each compression, shared as the law shares it, the expansion from it.
             many = 1 if _expanded(work, free, e, n, first, backs) else 0

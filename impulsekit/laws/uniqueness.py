@@ -12,13 +12,21 @@ from .plane_modes import plane_modes, plane_of
 from .space_modes import space_modes
 
 __all__ = [
-    "GAIN", "MOST_FOUND", "MOST_IN_PLANE", "MOST_IN_SPACE", "NEGLIGIBLE", "NOTHING_TRIED",
-    "TRIED_ALL", "TRIED_SOME", "is_another", "search_modes",
+    "FAR", "GAIN", "MOST_FOUND", "MOST_IN_PLANE", "MOST_IN_SPACE", "NEAR", "NEGLIGIBLE",
+    "NOTHING_TRIED", "PLANE", "TRIED_ALL", "TRIED_SOME", "is_another", "is_searched",
+    "search_modes",
 ]  # fmt: skip
 
-# Contacts of which all modes are tried: 4⁴ linear systems in the plane (6⁴ at release), and 3³
-# modes with directions of slip in space; one more takes six to ten times as long.
-MOST_IN_PLANE, MOST_IN_SPACE = 4, 3
+# Contacts of which all modes are tried: 4⁴ linear systems in the plane (6⁴ at release), and in
+# space, where one of so many has friction (0, 1, ...), as many as take less than 10 ms.
+MOST_IN_PLANE, MOST_IN_SPACE = 4, (0, 6, 5, 4)
+# The same where no other way led to an answer: less than 60 ms.
+MOST_AT_LAST = (0, 8, 7, 6, 4)
+# How far ``search_modes`` goes: to the former; in the plane alone; to the latter. Integers of
+# numpy: for literals numba would compile all that takes them once more.
+NEAR: int = np.int64(0)  # type: ignore[assignment]
+PLANE: int = np.int64(1)  # type: ignore[assignment]
+FAR: int = np.int64(2)  # type: ignore[assignment]
 # Friction below this counts as none: it would only underflow.
 NEGLIGIBLE = 1e-150
 # Work above this share of the energies in play is a gain.
@@ -33,7 +41,7 @@ NOTHING_TRIED, TRIED_SOME, TRIED_ALL = 0, 1, 2
 
 def _examples() -> tuple[Any, ...]:
     line, few = np.ones(6), np.ones(2)
-    return np.eye(6), line, few, few, 1.0, True, np.eye(6), np.eye(6)
+    return np.eye(6), line, few, few, 1.0, NEAR, np.eye(6), np.eye(6)
 
 
 def _plane_examples() -> tuple[Any, ...]:
@@ -72,7 +80,7 @@ def search_modes(
     mu: np.ndarray,
     floor: np.ndarray,
     scale: float,
-    plane: bool,
+    reach: int,
     found: np.ndarray,
     outside: np.ndarray,
 ) -> tuple[int, int, int]:
@@ -85,7 +93,7 @@ def search_modes(
         b: (3n,) likewise [m/s].
         mu, floor: (n,) friction, and the least normal impulses [N s].
         scale: the size of the velocities [m/s].
-        plane: only where all modes can be tried.
+        reach: NEAR, PLANE (only where all modes can be tried) or FAR.
         found: (most, 3n), written: P of the solutions [N s].
         outside: (any number, 3n), written: P of those outside [N s].
     """
@@ -93,10 +101,21 @@ def search_modes(
     direction = np.empty((n, 2))
     if n <= MOST_IN_PLANE and plane_of(W, b, mu, scale, direction):
         return TRIED_ALL, _search_plane(W, b, mu, floor, scale, direction, found), 0
-    if plane or n > MOST_IN_SPACE or floor.max() > 0.0:
+    if reach == PLANE or not is_searched(mu, reach) or floor.max() > 0.0:
         return NOTHING_TRIED, 0, 0
     count, beyond = space_modes(W, b, mu, scale, found, outside)
     return TRIED_SOME, count, beyond
+
+
+@compiled
+def is_searched(mu: np.ndarray, reach: int) -> bool:
+    """Whether modes of contacts with these coefficients (n,) of friction are tried in space."""
+    rubbing = int(np.int64(0))
+    for i in range(len(mu)):
+        rubbing += 1 if mu[i] > 0.0 else 0
+    if reach == FAR:
+        return rubbing < len(MOST_AT_LAST) and len(mu) <= MOST_AT_LAST[rubbing]
+    return rubbing < len(MOST_IN_SPACE) and len(mu) <= MOST_IN_SPACE[rubbing]
 
 
 @compiled

@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
+from impulsekit.impact.laws import ContactProblem, solve_contacts
+from impulsekit.impact.laws.others import find_others
 from impulsekit.laws.space_modes import space_modes
+from impulsekit.laws.status import Status
+from impulsekit.scene.law import Law
 
 
 def one_that_slides(W, b, mu):
@@ -50,3 +54,49 @@ def test_smooth_contacts_take_no_directions_from_one_that_slides(seed):
     for P in known:
         assert min(np.abs(P - one).max() for one in found[:count]) < 1e-5 * np.abs(P).max()
     assert known
+
+
+def four(seed, mu):
+    """The problem of four contacts on a few bodies, with these coefficients of friction."""
+    rng = np.random.default_rng(seed)
+    size = 10.0 ** rng.uniform(-0.5, 0.5, (12, 1))
+    root = rng.normal(size=(12, int(rng.integers(6, 13)))) * size
+    before = root @ rng.normal(size=root.shape[1])
+    e, none = rng.choice([0.0, 0.5], 4), np.zeros(4)
+    return ContactProblem(root @ root.T, before, before, e, np.array(mu), none)
+
+
+def obeys(problem, P):
+    """Newton's and Coulomb's laws, contact by contact."""
+    after = (problem.velocity_free + problem.delassus @ P).reshape(-1, 3)
+    after[:, 2] += problem.restitution * np.minimum(problem.velocity_before[2::3], 0.0)
+    size = np.abs(problem.velocity_free).max()
+    for u, p, mu in zip(after, P.reshape(-1, 3), problem.friction, strict=True):
+        bound, slip = mu * p[2], np.hypot(*u[:2])
+        pressed = p[2] >= 0.0 and abs(u[2]) <= 1e-9 * size
+        parts = not p.any() and u[2] >= -1e-9 * size
+        sticks = slip <= 1e-9 * size and np.hypot(*p[:2]) <= bound * (1 + 1e-9)
+        # Without friction the bound is 0: no friction, whatever the slip.
+        slides = np.abs(slip * p[:2] + bound * u[:2]).max() <= 1e-8 * slip * max(bound, np.ptp(P))
+        if not (parts or (pressed and (sticks or slides))):
+            return False
+    return True
+
+
+def test_several_answers_of_four_contacts_are_told_where_three_of_them_rub():
+    problem = four(0, (1.5, 0.0, 0.6, 1.2))
+    solution = solve_contacts(problem, Law())
+    found = find_others(problem, Law(), solution)
+    assert solution.status is Status.MANY_SOLUTIONS and found.verdict == "several"
+    answers = [solution.impulse, *found.impulses]
+    assert all(obeys(problem, P) for P in answers)
+    after = [problem.delassus @ P for P in answers]
+    assert np.abs(after[0] - after[1]).max() > 1e-4 * np.abs(problem.velocity_free).max()
+
+
+def test_where_no_other_way_arrives_all_modes_of_four_that_rub_are_tried():
+    problem = four(437, (1.5, 0.9, 0.6, 1.2))
+    solution = solve_contacts(problem, Law())
+    assert solution.status is Status.SOLVED and obeys(problem, solution.impulse)
+    reason = find_others(problem, Law(), solution).reason
+    assert reason.startswith("not searched: 4 contacts with friction and 0 without")

@@ -16,12 +16,13 @@ from ...laws.others import (
     SEARCHED,
     SMOOTH,
     SURE,
+    TOO_MANY,
     WEAK,
     find_answers,
 )
 from ...laws.redundant import PART
 from ...laws.status import Status
-from ...laws.uniqueness import GAIN
+from ...laws.uniqueness import GAIN, NEAR, NEGLIGIBLE, is_searched
 from ...laws.words import NEWTON, POISSON
 from ...scene.law import Law
 from ...tolerances import NONZERO
@@ -268,7 +269,15 @@ def _alone(
     if search.how == SEARCHED and not shares:
         searched = "all modes were searched for directions of slip; no other v⁺ was found"
         return Finding(NOT_PROVEN, searched)
-    return Finding(NOT_PROVEN, f"the modes of {len(problem.friction)} contacts were not searched")
+    mu = np.where(problem.friction > NEGLIGIBLE, problem.friction, 0.0)
+    if search.how == TOO_MANY and not is_searched(mu, NEAR):
+        rubbing = int(np.count_nonzero(mu))
+        reason = (
+            f"not searched: {rubbing} contacts with friction and {len(mu) - rubbing} without, not "
+            "in one plane"
+        )
+        return Finding(NOT_PROVEN, reason)
+    return Finding(NOT_PROVEN, "modes were searched, but not all ways to share a load")
 
 
 def _apart(problem: ContactProblem, P: np.ndarray, other: np.ndarray, scale: float) -> bool:
