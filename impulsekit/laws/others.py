@@ -44,7 +44,7 @@ _VALID = (int(Status.SOLVED), int(Status.NOT_UNIQUE))
 
 def _examples() -> tuple[object, ...]:
     line, few, found = np.ones(6), np.ones(2), np.ones((2, 6))
-    return np.eye(6), line, line, few, few, few, NEWTON, line, 1.0, found, found
+    return np.eye(6), line, line, few, few, few, NEWTON, line, 1.0, found, found, NEAR
 
 
 @entry(_examples, seconds=12.0, apart=True)
@@ -60,6 +60,7 @@ def find_answers(
     scale: float,
     found: np.ndarray,
     pressed: np.ndarray,
+    reach: int,
 ) -> tuple[int, int, int, bool]:
     """What is known, how many answers there are, how many of them are others, and if split.
 
@@ -76,6 +77,7 @@ def find_answers(
         scale: the size of the velocities [m/s].
         found: (MOST_ANSWERS, 3n), written: P [N s].
         pressed: (MOST_ANSWERS, 3n), written under Poisson's law: P of their compressions.
+        reach: NEAR or FAR, of how many contacts modes are searched (``search_modes``).
     """
     n = len(mu)
     own, b, own_mu = np.zeros((3 * n, 3 * n)), np.zeros(3 * n), np.zeros(n)
@@ -102,7 +104,7 @@ def find_answers(
         return WEAK, 0, 0, False
     outside = np.empty((MOST_FOUND, 3 * n))
     tried, count, beyond = search_modes(
-        own, b, own_mu, np.zeros(n), scale, NEAR, found[:MOST_FOUND], outside
+        own, b, own_mu, np.zeros(n), scale, reach, found[:MOST_FOUND], outside
     )
     if tried == NOTHING_TRIED:
         return TOO_MANY, 0, 0, False

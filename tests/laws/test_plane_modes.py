@@ -6,7 +6,7 @@ import pytest
 from impulsekit.bench.truths.enumerated import PlaneProblem, all_after
 from impulsekit.laws.coupling import friction_feedback, is_monotone
 from impulsekit.laws.others import MOST_ANSWERS, WEAK, find_answers
-from impulsekit.laws.uniqueness import MOST_FOUND, search_modes
+from impulsekit.laws.uniqueness import MOST_FOUND, NEAR, search_modes
 
 
 def plane_problem(rng, n, frictions):
@@ -59,7 +59,7 @@ def test_all_solutions_in_a_plane_are_found_and_no_other(n, count):
         scale = np.abs(b).max()
         found, none = np.empty((MOST_FOUND, 3 * n)), np.zeros(n)
         mu, outside = np.array(problem.friction), found[:0]
-        _, known, _ = search_modes(W, b, mu, none, scale, False, found, outside)
+        _, known, _ = search_modes(W, b, mu, none, scale, NEAR, found, outside)
         rows = np.array(problem.rows)
         target = b @ basis - rows @ problem.before
         velocities = [rows @ after + target for after, _ in exact]
@@ -86,7 +86,7 @@ def test_where_friction_feeds_back_weakly_there_is_one_solution_for_every_veloci
             assert len(all_after(problem)) == 1
             none, room = np.zeros(len(b) // 3), np.empty((2, MOST_ANSWERS, len(b)))
             mu = np.array(problem.friction)
-            assert find_answers(W, b, b, mu, none, none, 0, b, 1.0, *room)[0] == WEAK
+            assert find_answers(W, b, b, mu, none, none, 0, b, 1.0, *room, NEAR)[0] == WEAK
     assert proven > least
 
 

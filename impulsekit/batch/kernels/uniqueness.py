@@ -6,6 +6,7 @@ import numpy as np
 
 from ...laws.others import ALL_TRIED, MOST_ANSWERS, SMOOTH, WEAK, find_answers
 from ...laws.status import Status
+from ...laws.uniqueness import NEAR
 from ..codes import OPEN, SHARED
 from .jit import built_in
 
@@ -37,6 +38,7 @@ def judge_others(code, W, before, free, after, mus, es, ets, count, P, restituti
     how, known, others, split = find_answers(
         W[:size, :size].copy(), before[:size].copy(), free[:size].copy(), mus[:count].copy(),
         es[:count].copy(), ets[:count].copy(), restitution, P[:size].copy(), scale, found, pressed,
+        NEAR,
     )  # fmt: skip
     if others > 0:
         return code + SHARED if split else _MANY

@@ -183,6 +183,7 @@ def _search(problem: ContactProblem, shown: np.ndarray, scale: float, *, newton:
         scale,
         found,
         pressed,
+        NEAR,
     )
     found.setflags(write=False)
     return _Search(how, count, tuple(found[:others].copy()), split)

@@ -18,6 +18,7 @@ from ...laws.modes import BAR, DEPENDENT
 from ...laws.others import LEAST_RELEASE, MOST_ANSWERS, find_answers
 from ...laws.single import GAIN, NEGLIGIBLE
 from ...laws.status import BY_CODE, Status
+from ...laws.uniqueness import FAR
 from ...laws.words import NEWTON, POISSON, YES
 from ...laws.workspace import Workspace, workspace
 from .problem import ContactProblem, ContactSolution, arrays_of, in_order
@@ -57,6 +58,7 @@ def without_gain(
         scale,
         found,
         pressed,
+        FAR,
     )
     start, W = solution.velocity_start, problem.delassus
     works = [float(P @ (start + problem.velocity_free + W @ P)) for P in found[:count]]
