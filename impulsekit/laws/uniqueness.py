@@ -21,7 +21,7 @@ __all__ = [
 # space, where one of so many has friction (0, 1, ...), as many as take less than 10 ms.
 MOST_IN_PLANE, MOST_IN_SPACE = 4, (0, 6, 5, 4)
 # The same where no other way led to an answer: less than 60 ms.
-MOST_AT_LAST = (0, 8, 7, 6, 4)
+MOST_AT_LAST = (0, 8, 7, 6)
 # How far ``search_modes`` goes: to the former; in the plane alone; to the latter. Integers of
 # numpy: for literals numba would compile all that takes them once more.
 NEAR: int = np.int64(0)  # type: ignore[assignment]
