@@ -16,7 +16,7 @@ from .flight import Flight
 from .found import FoundImpact, FoundImpacts
 from .free_fall import has_one_free_body, length_unit
 from .kink import Kink, is_smooth, meeting_of
-from .order_check import check_quaternion_order
+from .order_check import check_order_by_balance, check_quaternion_order, quaternions_of
 from .recording import Recording
 from .segments import MEDIAN_TO_SIGMA, Segments, find_segments, flights_with_noise
 
@@ -81,7 +81,8 @@ def find_impacts(
 
     Raises:
         InputError: no recording, another robot, samples too few to estimate their noise; lengths
-            in mm or cm, by free fall; quaternions in the other order, by contacts under the floor.
+            in mm or cm, by free fall; quaternions in the other order, by contacts under the floor
+            or jumps that balance momentum in the other order alone.
         RangeError, ShapeError: what is wrong with ``sigma``, ``near`` or the times of samples.
 
     Example:
@@ -98,7 +99,7 @@ def find_impacts(
     several = [recordings] if isinstance(recordings, Recording) else list(recordings)
     nv = scene.robot.nv
     _check(several, scene, near)
-    _check_readings(several, scene)
+    told = _check_readings(several, scene)
     noise = _given_sigma(sigma, several, nv)
     flight, closing = Flight(scene), ClosingContacts(scene)
     notes: list[str] = []
@@ -109,15 +110,16 @@ def find_impacts(
                 "find_impacts: the recordings are too short to estimate their noise; give sigma"
             )
         noise = estimated[0]
-    cuts = [find_segments(flight, each.t, each.q, noise) for each in several]
-    impacts: list[FoundImpact] = []
-    phases: list[tuple[str, float, float]] = []
-    outliers: list[tuple[str, float]] = []
-    for recording, cut in zip(several, cuts, strict=True):
-        outliers += [(recording.name, float(recording.t[k])) for k in cut.outliers]
-        own_impacts, own_phases = _of_recording(flight, closing, recording, cut, noise, near)
-        impacts += own_impacts
-        phases += own_phases
+
+    def of_all(own: Sequence[Recording]) -> tuple[list[FoundImpact], list[Any], list[Any]]:
+        return _of_recordings(flight, closing, own, noise, near)
+
+    impacts, phases, outliers = of_all(several)
+    if impacts and not told:
+        words = check_order_by_balance(
+            impacts, several, lambda own: of_all(own)[0], "find_impacts"
+        )
+        notes += [words] if words else []
     impacts, merged = _off_their_contacts(closing, impacts)
     if merged:
         notes.append(
@@ -135,6 +137,26 @@ def find_impacts(
         )
     noise.setflags(write=False)
     return FoundImpacts(tuple(impacts), tuple(phases), tuple(outliers), noise, tuple(notes))
+
+
+def _of_recordings(
+    flight: Flight,
+    closing: ClosingContacts,
+    several: Sequence[Recording],
+    sigma: np.ndarray,
+    near: float,
+) -> tuple[list[FoundImpact], list[tuple[str, float, float]], list[tuple[str, float]]]:
+    """Impacts, phases and outliers of all recordings."""
+    impacts: list[FoundImpact] = []
+    phases: list[tuple[str, float, float]] = []
+    outliers: list[tuple[str, float]] = []
+    for recording in several:
+        cut = find_segments(flight, recording.t, recording.q, sigma)
+        outliers += [(recording.name, float(recording.t[k])) for k in cut.outliers]
+        own_impacts, own_phases = _of_recording(flight, closing, recording, cut, sigma, near)
+        impacts += own_impacts
+        phases += own_phases
+    return impacts, phases, outliers
 
 
 def _of_recording(
@@ -306,16 +328,21 @@ def _check(several: list[Any], scene: Any, near: float) -> None:
         raise RangeError.of("find_impacts: near", near, "above 0 m")
 
 
-def _check_readings(several: list[Recording], scene: Scene) -> None:
-    """Units of lengths and orders of quaternions, by what free bodies do."""
+def _check_readings(several: list[Recording], scene: Scene) -> bool:
+    """Units of lengths and orders of quaternions, by what free bodies do.
+
+    Whether the order of quaternions is told: by the floor, by velocities (which a ``Recording``
+    holds against its rates) or since there are none.
+    """
+    measured = not quaternions_of(scene.robot) or all(each.v is not None for each in several)
     if not has_one_free_body(scene.robot):
-        return
+        return measured
     gravity = np.array(scene.gravity)
     looked_at = several[:: max(1, len(several) // MOST_LOOKED_AT)]
     words = length_unit(looked_at, gravity) if gravity.any() else None
     if words is not None:
         raise InputError(f"find_impacts: {words}")
-    check_quaternion_order(several, scene, "find_impacts")
+    return check_quaternion_order(several, scene, "find_impacts") or measured
 
 
 def _check_steps(recording: Recording) -> None:

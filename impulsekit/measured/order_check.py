@@ -1,19 +1,24 @@
-"""Recorded attitudes held against the floor: a quaternion read in the wrong order pushes corners
-through it. Without angular velocity nothing else tells: any order gives a smooth rotation."""
+"""Recorded attitudes held against the floor and the balance of momentum: a quaternion read in the
+wrong order pushes corners through the floor, and puts contacts where no impulse explains a jump.
+Without angular velocity nothing else tells: any order gives a smooth rotation."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from math import comb
 
 import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError
+from ..robot import Robot
 from ..scene import Contact, Scene
+from .found import FoundImpact
 from .free_fall import has_one_free_body
 from .recording import Recording
 
-__all__ = ["check_quaternion_order"]
+__all__ = ["check_order_by_balance", "check_quaternion_order", "quaternions_of"]
 
 # Recordings looked at, and the lowest samples of each, whose median stands against outliers.
 MOST_RECORDINGS, LOWEST = 24, 12
@@ -25,10 +30,24 @@ MOST_RECORDINGS, LOWEST = 24, 12
 DEEP, NEAR = 0.05, 0.25
 # Where x, y, z, w stand in what was read, if it was read in the wrong order.
 READINGS = ((1, 2, 3, 0), (3, 0, 1, 2))
+# A jump is better explained in one order than in another if its balance is so many times as
+# probable. Of 120 tosses of a real cube 160 jumps are so in the right order, 23 in the wrong one.
+BETTER = 10.0
+# Probability that two readings that explain jumps alike come out as far apart: an order is wrong
+# below the first, and told to be right below the second, since its name speaks for it.
+WRONG, RIGHT = 1e-3, 0.05
+# The words where no reading is told from the others.
+UNTOLD = (
+    "nothing in the recordings tells whether quaternions are in the order that was stated: no "
+    "angular velocity, no contact with a floor that another order misses, and too few impacts"
+)
 
 
-def check_quaternion_order(recordings: Sequence[Recording], scene: Scene, who: str) -> None:
+def check_quaternion_order(recordings: Sequence[Recording], scene: Scene, who: str) -> bool:
     """Refuse attitudes that drive a free body through the floor, if another order does not.
+
+    Returns:
+        Whether the floor tells that the order is right: the other orders drive the body through.
 
     Raises:
         InputError: the order of the quaternion looks as if it were the other one.
@@ -37,21 +56,103 @@ def check_quaternion_order(recordings: Sequence[Recording], scene: Scene, who: s
         entry for entry in scene.contacts if isinstance(entry, Contact) and entry.against == "world"
     ]
     if not planes or not has_one_free_body(scene.robot):
-        return
+        return False
     looked_at = recordings[:: max(1, len(recordings) // MOST_RECORDINGS)]
     lowest = [_lowest(each, np.array(planes[0].normal)) for each in looked_at]
     gaps, reach = _gaps(scene, planes, lowest, (0, 1, 2, 3))
     deep = _root_mean_square(np.minimum(gaps, 0.0))
+    others = [_gaps(scene, planes, lowest, order)[0] for order in READINGS]
     if not deep > DEEP * reach:
-        return
-    for order in READINGS:
-        others, _ = _gaps(scene, planes, lowest, order)
-        if _root_mean_square(others) < NEAR * deep:
+        depths = [_root_mean_square(np.minimum(each, 0.0)) for each in others]
+        return min(depths) > DEEP * reach
+    for each in others:
+        if _root_mean_square(each) < NEAR * deep:
             raise InputError(
                 f"{who}: as the quaternions are read, contacts lie {1e3 * deep:.3g} mm below the "
                 "floor, and in the other order they meet it: the order looks as if it were the "
                 "other one, xyzw or wxyz"
             )
+    return False
+
+
+def quaternions_of(robot: Robot) -> list[int]:
+    """Where in q the quaternions of free and ball joints begin."""
+    kinds = {"JointModelFreeFlyer": 3, "JointModelSpherical": 0}
+    return [
+        int(joint.idx_q) + kinds[joint.shortname()]
+        for joint in list(robot.model.joints)[1:]
+        if joint.shortname() in kinds
+    ]
+
+
+def check_order_by_balance(
+    impacts: Sequence[FoundImpact],
+    recordings: Sequence[Recording],
+    find: Callable[[Sequence[Recording]], Sequence[FoundImpact]],
+    who: str,
+) -> str | None:
+    """Refuse attitudes with which jumps do not balance momentum, if those in another order do.
+
+    A sign test on the impacts that both readings find.
+
+    Args:
+        impacts: of ``recordings`` as they are read.
+        find: gives the impacts of recordings in another order.
+
+    Returns:
+        None if the order is told to be right, else what to note.
+
+    Raises:
+        InputError: the order of the quaternion looks as if it were the other one.
+    """
+    starts = quaternions_of(recordings[0].robot)
+    named = {each.recording for each in impacts}
+    looked_at = [each for each in recordings if each.name in named]
+    looked_at = looked_at[:: max(1, len(looked_at) // MOST_RECORDINGS)]
+    told = True
+    for order in READINGS:
+        ours, others = _explained(
+            impacts, find([_reordered(each, starts, order) for each in looked_at])
+        )
+        if _by_chance(others, ours) < WRONG:
+            raise InputError(
+                f"{who}: as the quaternions are read, {others} jumps balance momentum worse than "
+                f"in another order, and {ours} better: the order looks as if it were the other "
+                "one, xyzw or wxyz"
+            )
+        told = told and _by_chance(ours, others) < RIGHT
+    return None if told else UNTOLD
+
+
+def _reordered(recording: Recording, starts: Sequence[int], order: tuple[int, ...]) -> Recording:
+    q = recording.q.copy()
+    for start in starts:
+        q[:, start : start + 4] = q[:, [start + k for k in order]]
+    return replace(recording, q=q, v=None)
+
+
+def _explained(first: Sequence[FoundImpact], second: Sequence[FoundImpact]) -> tuple[int, int]:
+    """How many impacts that both found are explained better by the one, and by the other."""
+    better = [0, 0]
+    for one in first:
+        same = [
+            other
+            for other in second
+            if other.recording == one.recording
+            and abs(other.time - one.time) < 3.0 * (one.time_sigma + other.time_sigma)
+        ]
+        if not same or not (one.contacts or same[0].contacts):
+            continue
+        ours, theirs = (each.balance if each.contacts else 0.0 for each in (one, same[0]))
+        better[0] += ours > BETTER * theirs
+        better[1] += theirs > BETTER * ours
+    return better[0], better[1]
+
+
+def _by_chance(more: int, fewer: int) -> float:
+    """The probability that of as many throws of a coin as many or more fall on one side."""
+    count = more + fewer
+    return sum(comb(count, k) for k in range(more, count + 1)) / 2.0**count
 
 
 def _lowest(recording: Recording, normal: np.ndarray) -> np.ndarray:

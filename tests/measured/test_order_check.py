@@ -3,13 +3,14 @@
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 import impulsekit as ik
 from impulsekit.errors import InputError
 from impulsekit.measured import Recording, calibrate, find_impacts
-from impulsekit.measured.order_check import check_quaternion_order
-from tests.measured.bodies import ball_scene, bouncing_ball
+from impulsekit.measured.order_check import UNTOLD, check_quaternion_order
+from tests.measured.bodies import ball_scene, bouncing_ball, noisy
 
 SCENE = ik.load_scene("examples/cube_tosses.toml").scene
 TOSSES = [
@@ -39,6 +40,34 @@ def test_right_orders_pass_also_above_and_below_the_floor():
             moved.append(replace(each, q=q))
             check_quaternion_order(moved[-1:], SCENE, "find_impacts")
         check_quaternion_order(moved, SCENE, "find_impacts")
+
+
+SIGMA = np.tile([1e-4] * 3 + [1e-3] * 3, 2)
+
+
+def two_cubes(count):
+    """Motions of two cubes, of which one is thrown: a floor under one of several tells nothing."""
+    robot = ik.combine(thrown=SCENE.robot, other=SCENE.robot)
+    contacts = [replace(each, frame=f"thrown/{each.frame}") for each in SCENE.contacts]
+    scene = ik.Scene(robot, contacts=contacts, gravity=SCENE.gravity)
+    rng, found = np.random.default_rng(0), []
+    for _ in range(count):
+        q = np.array([0, 0, 0.25, 0, 0, 0, 1, 1, 0, 2, 0, 0, 0, 1.0])
+        q[3:7], q[10:] = (pin.Quaternion(pin.exp3(rng.normal(size=3))).coeffs() for _ in "ab")
+        v = np.concatenate([[0, 0, -1], 6 * rng.normal(size=3), 3 * rng.normal(size=6)])
+        motion = ik.simulate(scene, q, v, duration=0.35, samples=106, capture_speed=0.02)
+        found.append(Recording(robot, motion.t, noisy(robot.model, motion.q, SIGMA, rng)))
+    return scene, [replace(each, name=str(k)) for k, each in enumerate(found)]
+
+
+def test_without_a_floor_the_balance_of_momentum_tells_the_order_of_quaternions():
+    scene, throws = two_cubes(10)
+    assert UNTOLD not in find_impacts(throws, scene, sigma=SIGMA).notes
+    assert UNTOLD in find_impacts(throws[:1], scene, sigma=SIGMA).notes
+    order = [0, 1, 2, 4, 5, 6, 3, 7, 8, 9, 11, 12, 13, 10]
+    wrong = [replace(each, q=each.q[:, order]) for each in throws]
+    with pytest.raises(InputError, match="jumps balance momentum worse.*xyzw or wxyz"):
+        find_impacts(wrong, scene, sigma=SIGMA)
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(1e3, "mm"), (1e2, "cm")])
