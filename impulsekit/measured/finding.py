@@ -116,9 +116,7 @@ def find_impacts(
 
     impacts, phases, outliers = of_all(several)
     if impacts and not told:
-        words = check_order_by_balance(
-            impacts, several, lambda own: of_all(own)[0], "find_impacts"
-        )
+        words = check_order_by_balance(impacts, several, lambda own: of_all(own)[0], "find_impacts")
         notes += [words] if words else []
     impacts, merged = _off_their_contacts(closing, impacts)
     if merged:

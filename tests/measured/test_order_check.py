@@ -66,7 +66,7 @@ def test_without_a_floor_the_balance_of_momentum_tells_the_order_of_quaternions(
     assert UNTOLD in find_impacts(throws[:1], scene, sigma=SIGMA).notes
     order = [0, 1, 2, 4, 5, 6, 3, 7, 8, 9, 11, 12, 13, 10]
     wrong = [replace(each, q=each.q[:, order]) for each in throws]
-    with pytest.raises(InputError, match="jumps balance momentum worse.*xyzw or wxyz"):
+    with pytest.raises(InputError, match=r"jumps balance momentum worse.*xyzw or wxyz"):
         find_impacts(wrong, scene, sigma=SIGMA)
 
 
