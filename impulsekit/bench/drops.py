@@ -24,8 +24,9 @@ __all__ = ["Drops", "drop_section", "load_drops"]
 # axes of 70 and 50 mm (m (a² + b²)/4), a square of 60 mm (m s²/6).
 MASSES = {"ellipse": 0.037, "square": 0.0485}
 SQUARED_RADII = {"ellipse": (0.035**2 + 0.025**2) / 4.0, "square": 0.06**2 / 6.0}
-# Noise of the velocities that evens them out in the metric of the kinetic energy [m/s].
-NOISE = 0.05
+# How far impacts alike scatter, over the size of v⁻ in the metric of the kinetic energy: where the
+# floor is met at another point, the change of velocity is another one in proportion to v⁻.
+SCATTER = 0.02
 WHERE = (
     "github.com/DAIRLab/ImpactModeling, ellipse_uniform.mat or squareDataPhilUpdated.mat "
     "(BSD-3-Clause)"
@@ -88,11 +89,12 @@ def load_drops(path: str | os.PathLike[str]) -> Drops:
     ratio = float(np.sqrt(1.0 / SQUARED_RADII[body]))
     seen = []
     for state, normal, along in zip(states[~bad], n[~bad], d[~bad], strict=True):
+        noise = SCATTER * float(np.linalg.norm(state[3:6] / [1.0, 1.0, ratio]))
         # Rows of the normal and of the tangent: (0, 1, r_x) and (1, 0, -r_y).
         seen.append(
             Measurement(
                 scene, scene.robot.neutral(), state[3:6], state[9:12],
-                sigma=[NOISE, NOISE, NOISE * ratio],
+                sigma=[noise, noise, noise * ratio],
                 points={"floor": [normal[2], -along[2], 0.0]},
             )
         )  # fmt: skip
