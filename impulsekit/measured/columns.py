@@ -20,6 +20,7 @@ from ..errors import (
     quoted,
 )
 from ..robot import Robot
+from .limit_check import check_joint_limits
 from .recording import Recording
 from .repeats import repeated_poses
 from .samples import in_order, without_gaps
@@ -112,6 +113,7 @@ def recording_of_columns(
     t, q, v = in_order(t, q, v, reader.where, repair, notes)
     q = _of_unit_length(robot.model, q, reader.where, repair, notes)
     v = checked_velocities(robot, t, q, v, reader.where, notes)
+    notes += check_joint_limits(robot, q, reader.angles, reader.where)
     notes += repeated_poses(q)
     return Recording(robot, t, q, v=v, name=name, notes=tuple(notes))
 
@@ -124,6 +126,8 @@ class _Reader:
     ) -> None:
         self.model, self.where, self.format = robot.model, where, format
         self.columns: dict[str, np.ndarray] = {}
+        # Of joints that are kept as cosine and sine [rad].
+        self.angles: dict[str, np.ndarray] = {}
         for name, values in columns.items():
             try:
                 if np.iscomplexobj(values) or np.asarray(values).dtype.kind in ("M", "m"):
@@ -241,6 +245,7 @@ class _Reader:
         name = self.model.names[joint.id]
         if joint.nq == 2 and joint.nv == 1 and own.shape[1] == 1:
             angle = own[:, 0] * ANGLE_UNITS[self.format.angle]
+            self.angles[str(name)] = angle
             return np.stack([np.cos(angle), np.sin(angle)], axis=1)
         if joint.nq == 4 and joint.nv == 3 and own.shape[1] == 3:
             angle = own[:, 2] * ANGLE_UNITS[self.format.angle]
