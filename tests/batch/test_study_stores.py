@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -135,6 +136,38 @@ def test_numbers_that_were_lost_are_told_and_made_again(files, tmp_path, how):
             look(tmp_path / "rows")
     run_study(study, tmp_path / "rows")
     assert open_study(tmp_path / "rows").load().identical(whole)
+
+
+@pytest.mark.parametrize("name", ["v_after", "status"])
+def test_a_chunk_that_was_changed_on_disk_is_told_and_made_again(files, tmp_path, name):
+    study = load_study(files(samples=250))
+    run_study(study, tmp_path / "rows")
+    whole = open_study(tmp_path / "rows").load()
+    # The last chunk is not full.
+    file = tmp_path / "rows" / "rows.zarr" / name / ("3.0" if name == "v_after" else "3")
+    content = bytearray(file.read_bytes())
+    content[-1 - len(content) // 2] ^= 1
+    file.write_bytes(content)
+    with pytest.raises(InputError, match=r"differs[)]; run the same study again"):
+        summarize(tmp_path / "rows")
+    with pytest.raises(RuntimeError, match="checksum"):
+        open_study(tmp_path / "rows").load()
+    run_study(study, tmp_path / "rows")
+    assert open_study(tmp_path / "rows").load().identical(whole)
+
+
+@pytest.mark.parametrize("name", ["v_after", "dof", "dof/0"])
+def test_an_array_that_was_lost_is_told(files, tmp_path, name):
+    study = load_study(files())
+    run_study(study, tmp_path / "rows")
+    lost = tmp_path / "rows" / "rows.zarr" / name
+    if lost.is_dir():
+        shutil.rmtree(lost)
+    else:
+        lost.unlink()
+    for look in (open_study, summarize, lambda path: run_study(study, path)):
+        with pytest.raises(InputError, match=f"{name.partition('/')[0]} missing in rows.zarr"):
+            look(tmp_path / "rows")
 
 
 @pytest.mark.parametrize("change", ["place", "size", "shape", "corner of a mesh"])
@@ -350,6 +383,9 @@ def test_what_is_no_store_is_told(files, tmp_path):
             summarize(given)
     with pytest.raises(ik.errors.InputError, match="no folder"):
         run_study(study, tmp_path / "s.toml")
+    (tmp_path / "dangling").symlink_to(tmp_path / "nowhere")
+    with pytest.raises(ik.errors.InputError, match=r"a link to .*nowhere., which does not exist"):
+        run_study(study, tmp_path / "dangling")
     run_study(study, tmp_path / "rows")
     (tmp_path / "rows" / "study.json").write_text("{}")
     with pytest.raises(ik.errors.InputError, match="damaged"):

@@ -1,4 +1,4 @@
-"""The files of a store: which chunks are whole, each as long as what it holds."""
+"""The files of a store: which chunks are whole, each as long as what it holds and its checksum."""
 
 from __future__ import annotations
 
@@ -6,12 +6,20 @@ import contextlib
 import math
 import os
 import pathlib
+import zlib
 from collections.abc import Iterator
 from typing import Any
 
+from ...errors import InputError
 from ...files import file_told
 
-__all__ = ["chunk_name", "held_folder", "lost_chunks", "written_chunks"]
+__all__ = [
+    "changed_files", "checksums_told", "chunk_name", "held_folder", "lost_chunks",
+    "written_chunks",
+]  # fmt: skip
+
+# [bytes] of numcodecs' CRC32, little-endian, before what a chunk holds.
+CHECKSUM = 4
 
 
 def chunk_name(index: int, dimensions: int) -> str:
@@ -36,9 +44,35 @@ def lost_chunks(rows: pathlib.Path, dataset: Any) -> dict[int, str]:
     return lost
 
 
+def changed_files(rows: pathlib.Path, dataset: Any) -> list[pathlib.Path]:
+    """The files of whole chunks whose content is not the one that was written: all are read."""
+    changed = []
+    for name, array in dataset.data_vars.items():
+        for index in sorted(_whole(rows, name, array)):
+            file = rows / name / chunk_name(index, array.ndim)
+            content = memoryview(file.read_bytes())
+            if int.from_bytes(content[:CHECKSUM], "little") != zlib.crc32(content[CHECKSUM:]):
+                changed.append(file)
+    return changed
+
+
+@contextlib.contextmanager
+def checksums_told() -> Iterator[None]:
+    """Turn numcodecs' error on a chunk that was changed on disk into an ``InputError``."""
+    try:
+        yield
+    except RuntimeError as error:
+        if "checksum" not in str(error):
+            raise
+        raise InputError(
+            "the store is damaged: a chunk of its rows is not what was written (its checksum "
+            "differs); run the same study again to write it anew"
+        ) from error
+
+
 def _whole(rows: pathlib.Path, name: str, array: Any) -> set[int]:
     """The chunks of an array with a file of the right length: they are not compressed."""
-    width = math.prod(array.encoding["chunks"]) * array.dtype.itemsize
+    width = math.prod(array.encoding["chunks"]) * array.dtype.itemsize + CHECKSUM
     with os.scandir(rows / name) as files:
         sizes = {file.name: file.stat().st_size for file in files}
     return {

@@ -39,6 +39,7 @@ def unwritten_rows(study: Study) -> tuple[Any, dict[str, Any]]:
     """An ``xarray.Dataset`` whose rows are all unwritten, and how Zarr encodes its arrays."""
     import dask.array as da
     import xarray as xr
+    from numcodecs import CRC32
 
     robot = study.scene.robot
     data, encoding = {}, {}
@@ -51,6 +52,8 @@ def unwritten_rows(study: Study) -> tuple[Any, dict[str, Any]]:
             "chunks": (min(study.rows_of_chunk, study.samples), *shape),
             # Digits of floats are noise to a compressor.
             "compressors": None,
+            # A chunk that was changed on disk is an error wherever it is read.
+            "filters": [CRC32()],
             "_FillValue": dtype(fill),
         }
     coordinates = {

@@ -5,13 +5,13 @@ renamed, and ``study.json`` is created last, by exclusive creation. Until a row 
 status is ``UNWRITTEN``, which is no status, and its numbers are NaN. Of each chunk the statuses
 are written last, after all else is on the disk: a row that has a status has its numbers too.
 Chunks that a killed run has left without statuses are drawn and written again, bit for bit as
-they would have been. Only one process writes at a time.
+they would have been. Each chunk carries a checksum: those that were changed on disk are an error
+where they are read, and written again by the next run. Only one process writes at a time.
 """
 
 from __future__ import annotations
 
 import contextlib
-import errno
 import json
 import os
 import pathlib
@@ -22,9 +22,10 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import ImpulsekitError, InputError, MissingExtraError
+from ...errors import InputError, MissingExtraError, shown
 from ...files import file_told, flush_to_disk, path_of, reason_of, write_file
-from .chunks import chunk_name, held_folder, lost_chunks, written_chunks
+from .chunks import changed_files, chunk_name, held_folder, lost_chunks, written_chunks
+from .full_disk import full_disk_told
 from .layout import arrays_of, unwritten_rows
 from .lock import NAME as LOCK
 from .lock import StoreLock, lock_store
@@ -35,7 +36,7 @@ __all__ = ["StudyStore", "check_store", "open_study"]
 RECORD, ROWS = "study.json", "rows.zarr"
 # What a run that was stopped while it made the store may leave behind.
 UNFINISHED = re.compile(rf"{re.escape(LOCK)}|{re.escape(ROWS)}|rows\.partial|\..*\.partial")
-FORMAT = 2
+FORMAT = 3
 
 
 class StudyStore:
@@ -67,7 +68,7 @@ class StudyStore:
         """
         _xarray()
         check_store(self.path)
-        with _full_disk_told(self.path), file_told(self.path, writing=True):
+        with full_disk_told(self.path), file_told(self.path, writing=True):
             self.path.mkdir(parents=True, exist_ok=True)
         with lock_store(self.path) as self._lock:
             try:
@@ -75,7 +76,7 @@ class StudyStore:
                     self._check_same()
                 else:
                     _check_folder(self.path)
-                    with _full_disk_told(self.path):
+                    with full_disk_told(self.path):
                         self._create()
                 with held_folder(self.path / ROWS) as self._rows:
                     self._lock.check()
@@ -95,7 +96,7 @@ class StudyStore:
         if self._lock is None:
             raise InputError("a store is written to only while it is opened")
         numbers = {name: array for name, array in arrays.items() if name != "status"}
-        with _full_disk_told(self.path):
+        with full_disk_told(self.path):
             for part in (numbers, {"status": arrays["status"]}):
                 self._lock.check()
                 self._write_part(index, part)
@@ -115,9 +116,11 @@ class StudyStore:
             flush_to_disk(self._rows / name / chunk_name(index, array.ndim))
 
     def _unwritten_chunks(self) -> list[int]:
-        """The chunks without statuses, or that have lost their numbers."""
+        """The chunks without statuses, or whose numbers are lost or not those written."""
         dataset = _dataset(self.path)
         try:
+            for file in changed_files(self._rows, dataset):
+                file.unlink()
             done = written_chunks(self._rows, dataset) - set(lost_chunks(self._rows, dataset))
         except (OSError, LookupError) as error:
             raise _damaged(self.path, error) from None
@@ -164,6 +167,7 @@ class StudyStore:
             "format": FORMAT,
             "fingerprint": self.study.fingerprint,
             "study": self.study.describe(),
+            "arrays": sorted(map(str, dataset.variables)),
         }
         write_file(self.path / RECORD, json.dumps(record, indent=1, sort_keys=True))
 
@@ -176,6 +180,11 @@ def check_store(path: str | os.PathLike[str]) -> None:
         FileError: it cannot be made or written to.
     """
     folder = pathlib.Path(path)
+    if folder.is_symlink() and not folder.exists():
+        raise InputError(
+            f'"{folder}" cannot hold a study: it is a link to "{shown(os.readlink(folder), 200)}", '
+            "which does not exist"
+        )
     _check_folder(folder)
     with file_told(folder, writing=True):
         there = folder.absolute()
@@ -209,7 +218,8 @@ def open_study(path: str | os.PathLike[str]) -> Any:
     """Open the rows of a study as an ``xarray.Dataset``, loaded when needed.
 
     Rows that are not written yet have the status ``UNWRITTEN`` (-128), which no solved row
-    has, and NaN elsewhere.
+    has, and NaN elsewhere. To load a chunk that was changed on disk raises zarr's error on its
+    checksum.
 
     Raises:
         InputError: the folder is not a store of a study, or some of its rows are lost.
@@ -246,15 +256,30 @@ def open_study(path: str | os.PathLike[str]) -> Any:
 
 
 def _dataset(folder: pathlib.Path) -> Any:
-    """As ``open_study``; rows may be lost."""
+    """As ``open_study``; rows may be lost.
+
+    Raises:
+        InputError: no store, or one that has lost an array with all its rows.
+    """
     xarray = _xarray()
-    if not (folder / RECORD).is_file():
+    record = folder / RECORD
+    if not record.is_file():
         raise InputError(f'"{folder}" is no store of a study')
     try:
         # Masked, statuses would be floats.
-        return xarray.open_zarr(folder / ROWS, consolidated=False, mask_and_scale=False)
+        dataset = xarray.open_zarr(folder / ROWS, consolidated=False, mask_and_scale=False)
+        wanted = json.loads(record.read_bytes())["arrays"]
     except Exception as error:  # whatever zarr raises on a damaged group
         raise _damaged(folder, error) from None
+    lost = sorted(set(wanted) - set(dataset.variables))
+    # A coordinate is one chunk.
+    lost += [name for name in dataset.coords if not (folder / ROWS / str(name) / "0").is_file()]
+    if lost:
+        raise InputError(
+            f'"{folder}" is damaged: {", ".join(lost)} missing in {ROWS}; copy it whole, or '
+            "delete the folder and run the study again"
+        )
+    return dataset
 
 
 def _damaged(folder: pathlib.Path, error: Exception) -> InputError:
@@ -270,23 +295,3 @@ def _xarray() -> Any:
         package = str(error.name).partition(".")[0]
         raise MissingExtraError.of(package, "study", "the store of a study") from None
     return xarray
-
-
-@contextlib.contextmanager
-def _full_disk_told(path: pathlib.Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
-            raise StoreFullError(
-                f'no space left for "{path}" ({error.strerror}); free some space and run the '
-                "same command again: rows already written are kept",
-                path=str(path),
-            ) from None
-        raise
-
-
-class StoreFullError(ImpulsekitError):
-    """The disk of a store is full. Attributes: path."""
-
-    path: str

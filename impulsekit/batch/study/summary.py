@@ -12,6 +12,7 @@ import numpy as np
 from ...errors import InputError
 from ...laws.status import Status
 from ...motion.status import MotionStatus
+from .chunks import checksums_told
 from .layout import UNWRITTEN
 from .store import StudyStore, open_study
 
@@ -109,7 +110,7 @@ def summarize(store: Any, *, worst: int = 3) -> StudySummary:
         worst: number of worst rows reported for each quantity.
 
     Raises:
-        InputError: the folder is not a store of a study.
+        InputError: the folder is not a store of a study, or was damaged.
         MissingExtraError: xarray or zarr is not installed.
 
     Example:
@@ -127,7 +128,11 @@ def summarize(store: Any, *, worst: int = 3) -> StudySummary:
         >>> summary.rows, len(summary.quantities[0].worst)
         (100, 1)
     """
-    dataset = _opened(store)
+    with checksums_told():
+        return _summary(_opened(store), worst)
+
+
+def _summary(dataset: Any, worst: int) -> StudySummary:
     status = dataset["status"].values
     codes, counts = np.unique(status[status != UNWRITTEN], return_counts=True)
     statuses = _statuses(dataset)
@@ -180,7 +185,8 @@ def plot_study(path: str | os.PathLike[str], picture: str | os.PathLike[str]) ->
     """
     from ...view.plots.canvas import new_figure, save_figure
 
-    dataset = open_study(path)
+    with checksums_told():
+        dataset = open_study(path).load()
     good = [code for code, one in _statuses(dataset).items() if _is_valid(one)]
     valid = np.isin(dataset["status"].values, good)
     names = [name for name in sorted(dataset.data_vars) if name != "status"]
