@@ -14,6 +14,10 @@ __all__ = ["Headway"]
 MOST_STILL = 1000
 # So many steps that together take less than this part of the time before them get nowhere.
 MANY, NOWHERE = 200, 1e-10
+# Steps that go further than this [m, rad] are short because speeds are high, which only falling
+# speeds change: where the rest of the motion would take this many times ``max_steps``, they would
+# have to fall to a hundredth.
+FAR, HOPELESS = 1e-2, 100.0
 # Slip [m/s] whose direction friction turns within some 1e-4 s.
 SLOW = 1e-3
 
@@ -47,14 +51,27 @@ class Headway:
         if made < MANY:
             return
         took = now.t - self._since
+        speed = float(np.abs(now.v).max(initial=0.0))
         if took <= NOWHERE * self._since:
-            speed = float(np.abs(now.v).max())
             raise Stopped(
                 MotionStatus.STEP_TOO_SMALL,
                 f"{made} steps took {took:.1e} s, and speeds are up to {speed:.1e}: "
                 "a linkage that is driven into a dead centre, or a force without bound",
             )
+        self._refuse_hopeless(speed, took / made)
         self._steps, self._since = steps, now.t
+
+    def _refuse_hopeless(self, speed: float, step: float) -> None:
+        """Stop where speeds [m/s, rad/s] need steps [s] too short to reach the end."""
+        settings, left = self._now.settings, self._now.settings.duration - self._now.t
+        if speed * step < FAR or left < HOPELESS * settings.max_steps * step:
+            return
+        raise Stopped(
+            MotionStatus.TOO_MANY_STEPS,
+            f"at speeds of up to {speed:.1e} (m/s, rad/s) a step takes {step:.1e} s: the "
+            f"{left:.3g} s left would take {left / step:.1e} steps, max_steps is "
+            f"{settings.max_steps}. Look at the units of the velocities, or shorten the duration",
+        )
 
     def _why_many(self) -> str:
         """What to say of a motion that needs too many steps."""

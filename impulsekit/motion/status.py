@@ -22,9 +22,10 @@ class MotionStatus(enum.Enum):
         "lower the restitution, raise capture_speed, or raise max_impacts."
     )
     TOO_MANY_STEPS = (
-        "The motion was stopped: max_steps, the largest number of steps, was reached. Springs that "
-        "are too stiff, friction that keeps switching, or a small step or max_step need many: use "
-        'method="radau", lower the stiffness, or raise max_steps.'
+        "The motion was stopped: max_steps, the largest number of steps, was reached, or is far "
+        "from enough. Springs that are too stiff, friction that keeps switching, very high speeds, "
+        'or a small step or max_step need many: use method="radau", lower the stiffness, or raise '
+        "max_steps."
     )
     STEP_TOO_SMALL = (
         "The motion was stopped: no step is short enough for the tolerance. A force jumps or "

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError, UnknownNameError, UrdfError
+from ..errors import InputError, UnknownNameError, UrdfError, shown
 from .meshes import loader_of, mesh_paths
 from .mjcf_shapes import coal_shape
 from .shapes import checked_shapes
@@ -26,6 +26,8 @@ __all__ = ["folders_of_file", "geometry_ids", "geometry_of", "shape_content"]
 
 # The attributes of coal's shapes that make them what they are.
 _NUMBERS_OF_SHAPES = {"d", "halfLength", "halfSide", "n", "radii", "radius"}
+# How lines of coal's reader begin that give no reason.
+_NO_REASON = ("Could not load resource", "Hint:")
 # What marks the folder of a package, and how far above a robot file it may be.
 _OF_PACKAGES = ("package.xml", "model.config")
 PACKAGE_DEPTH = 5
@@ -49,7 +51,7 @@ def geometry_of(robot: Robot, kind: pin.GeometryType) -> pin.GeometryModel:
         written = part.geometry if part.urdf is None else part.urdf
         if written is None:
             continue
-        urdf = replace(read_urdf(written), path=part.path)
+        urdf = replace(read_urdf(written), path=part.label)
         folders = mesh_folders(part)
         shapes = checked_shapes(urdf, tag, folders)
         text = plain_urdf(urdf.name, urdf.inertials, urdf.joints, shapes)
@@ -122,8 +124,8 @@ def _unreadable(told: str, shapes: Mapping[str, Sequence[str]], source: str) -> 
             path = html.unescape(shape.partition('filename="')[2].partition('"')[0])
             if path and path in told:
                 lines = told.partition("message: ")[2].splitlines()
-                reasons = [line for line in lines if line and path not in line and ":" not in line]
-                reason = f": {reasons[0]}" if reasons else ""
+                reasons = [line for line in lines if line and not line.startswith(_NO_REASON)]
+                reason = f": {shown(reasons[0], 200)}" if reasons else ""
                 return UrdfError(
                     f'{source}: link "{link}": "{path}" cannot be read as a mesh{reason}',
                     source=source,

@@ -206,19 +206,19 @@ class RobotReaders(RobotBase):
         from .sdf import read_sdf
 
         read = read_sdf(source, model)
+        label = read.path or "SDF text"
         package_dirs = (*package_dirs, *folders_of_file(read.path))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", AssumptionWarning)
             try:
                 robot = cls.from_urdf(read.urdf, root, package_dirs=package_dirs)
             except UrdfError as error:
-                source = read.path or "SDF text"
-                words = str(error).replace("URDF text", source).replace("a URDF", "a robot")
-                raise MjcfError(words, source=source, element=error.element) from None
+                words = str(error).replace("URDF text", label).replace("a URDF", "a robot")
+                raise MjcfError(words, source=label, element=error.element) from None
         part = robot.parts[0]
         assumptions = (*read.assumptions, *part.assumptions)
-        warn_of_assumptions(read.path or part.label, assumptions)
-        new = replace(part, assumptions=assumptions, loops=read.loops)
+        warn_of_assumptions(label, assumptions)
+        new = replace(part, assumptions=assumptions, loops=read.loops, source=label)
         return cls(robot.model, (new,), robot.name)
 
     @classmethod

@@ -34,6 +34,7 @@ class RobotPart:
         pairs: which of the shapes may touch, with their friction.
         changes: what was added to the part after it was read.
         geometry: URDF text that counts for its geometry alone, since masses are other ones.
+        source: the file or kind of text that was written anew as ``urdf``, for messages.
     """
 
     urdf: str | None
@@ -49,12 +50,15 @@ class RobotPart:
     pairs: tuple[TouchingPair, ...] = ()
     changes: Changes = NONE
     geometry: str | None = None
+    source: str | None = None
 
     @property
     def label(self) -> str:
         """A name for messages: the file's path, or what else is known."""
+        if self.source is not None:
+            return self.source
         if self.path is not None:
             return os.fspath(self.path)
-        if self.urdf is not None:
+        if self.urdf is not None or self.geometry is not None:
             return "URDF text"
         return "MJCF text" if self.shapes else "a given model"

@@ -162,6 +162,19 @@ def test_stiffness_that_explodes_ends_with_a_status_and_keeps_what_there_is():
     assert motion.t[-1] == motion.duration
 
 
+@pytest.mark.parametrize("speed", [1e8, 1e99])
+def test_speeds_that_no_number_of_steps_can_follow_end_at_once(speed):
+    scene = ik.Scene(ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer"))
+    flight = ik.simulate(scene, scene.robot.neutral(), [speed, 0, 0, 0, 0, 0], duration=1.0)
+    assert flight.status is MotionStatus.TOO_MANY_STEPS
+    assert flight.steps < 5000
+    assert "units of the velocities" in flight.detail
+    # As fast for as long as it takes: the same motion in other units of time.
+    short = ik.simulate(scene, scene.robot.neutral(), [speed, 0, 0, 0, 0, 0], duration=300 / speed)
+    assert short.status.finished
+    assert np.allclose(short.q[-1], [300, 0, 0, 0, 0, 0, 1], rtol=1e-12)
+
+
 def test_a_force_without_bound_ends_with_a_status():
     robot = sliders(1)
     away = ik.Actuator("z00", lambda t, q, v: v[0] ** 2)

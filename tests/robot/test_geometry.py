@@ -118,3 +118,32 @@ def test_meshes_of_the_package_or_model_that_a_file_is_in_are_found(tmp_path):
     (package / "package.xml").unlink()
     with pytest.raises(errors.UrdfError, match="was not found"):
         _ = ik.Robot.from_urdf(path).collision_model
+
+
+BROKEN = {
+    "m.off": ("OFF\n1 2\n", "OFF: The number of faces in the header is incorrect"),
+    "m.ply": ("ply\nformat ascii 1.0\nfoo\n", "Invalid .ply file: Unable to build DOM"),
+    "m.obj": ("v 0 0 0\nf 1 2 3\n", "OBJ: vertex index out of range"),
+    "m.xyz": ("hello", "No suitable reader found"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+@pytest.mark.parametrize("language", ["URDF text", "SDF text"])
+def test_the_reason_why_a_mesh_is_not_read_is_told_with_its_source(tmp_path, name, language):
+    content, reason = BROKEN[name]
+    (tmp_path / name).write_text(content)
+    if language == "URDF text":
+        shape = f'<collision><geometry><mesh filename="{name}"/></geometry></collision>'
+        robot = ik.Robot.from_urdf(
+            f'<robot name="r"><link name="a">{shape}</link></robot>', package_dirs=[tmp_path]
+        )
+    else:
+        shape = f"<collision><geometry><mesh><uri>{name}</uri></mesh></geometry></collision>"
+        text = f'<sdf version="1.9"><model name="r"><link name="a">{shape}</link></model></sdf>'
+        with pytest.warns(ik.errors.AssumptionWarning):
+            robot = ik.Robot.from_sdf(text, package_dirs=[tmp_path])
+    with pytest.raises(ik.errors.UrdfError) as caught:
+        _ = robot.collision_model
+    assert str(caught.value).startswith(f'{language}: link "a": "{tmp_path / name}" cannot be read')
+    assert reason in str(caught.value)
