@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError, UnknownNameError, quoted, shown
+from ..errors import InputError, RangeError, UnknownNameError, quoted, shown
 from ..robot.changes import with_masses
 from ..scene import JointStop, RestitutionTable, Rope, Scene
 
@@ -20,10 +20,12 @@ if TYPE_CHECKING:
     from .measurement import Measurement
 
 __all__ = [
+    "FORCE_PARAMETERS",
     "INERTIA_PARAMETERS",
     "Parameter",
     "changed_scene",
     "column_of",
+    "force_parameters_of",
     "groups_of",
     "parameters_of",
     "scene_of",
@@ -31,6 +33,8 @@ __all__ = [
 
 # The order of pinocchio.Inertia.toDynamicParameters.
 INERTIA_PARAMETERS = ("mass", "mx", "my", "mz", "ixx", "ixy", "iyy", "ixz", "iyz", "izz")
+# What forces have that is no direction and no place.
+FORCE_PARAMETERS = ("stiffness", "damping", "torque")
 
 
 @dataclass(frozen=True)
@@ -38,11 +42,11 @@ class Parameter:
     """One unknown.
 
     Attributes:
-        kind: "restitution", "friction" or "inertia".
-        entry: the contact, the pattern or names of contacts that share it, or the joint before
-            the body.
+        kind: "restitution", "friction", "inertia" or "force".
+        entry: the contact, the pattern or names of contacts that share it, the joint before
+            the body, or the force.
         contacts: the contacts that have it.
-        index: which inertia parameter, or which point of a table of restitution.
+        index: which inertia or force parameter, or which point of a table of restitution.
         speeds: of the points of that table [m/s]; none for a restitution that is one number.
         group: of the measurements that it is for; None for all.
         start, low, high: where the fit starts, and its bounds.
@@ -61,7 +65,8 @@ class Parameter:
     @property
     def name(self) -> str:
         """How results call it."""
-        what = INERTIA_PARAMETERS[self.index] if self.kind == "inertia" else self.kind
+        names = {"inertia": INERTIA_PARAMETERS, "force": FORCE_PARAMETERS}.get(self.kind)
+        what = names[self.index] if names else self.kind
         where = f" at {self.speeds[self.index]:g} m/s" if self.speeds else ""
         return f"{self.entry}: {what}{where}" + (f", {self.group}" if self.group else "")
 
@@ -138,6 +143,32 @@ def parameters_of(
             index = INERTIA_PARAMETERS.index(item)
             low = 0.0 if item in ("mass", "ixx", "iyy", "izz") else -np.inf
             found.append(Parameter("inertia", joint, index, float(values[index]), low, np.inf))
+    return found
+
+
+def force_parameters_of(scene: Scene, forces: Mapping[str, Sequence[str]]) -> list[Parameter]:
+    """The unknowns of forces by their names, starting from the values of the scene.
+
+    Raises:
+        UnknownNameError: no such force, or it has no such parameter.
+        RangeError: a value that is not above 0: its size is looked for about it.
+    """
+    names, found = scene.entry_names("forces"), []
+    for entry, items in forces.items():
+        if entry not in names:
+            raise UnknownNameError.among("force", entry, names, "fit_motion")
+        force = scene.forces[names.index(entry)]
+        known = [each for each in FORCE_PARAMETERS if isinstance(getattr(force, each, None), float)]
+        for item in items:
+            if item not in known:
+                raise UnknownNameError.among(f"parameter of force {entry}", item, known)
+            start = float(getattr(force, item))
+            if not start > 0.0:
+                raise RangeError.of(
+                    f"fit_motion: {item} of {entry}", start, "above 0, as the size looked about"
+                )
+            index = FORCE_PARAMETERS.index(item)
+            found.append(Parameter("force", entry, index, start, 0.0, np.inf))
     return found
 
 
@@ -246,7 +277,10 @@ def changed_scene(
     """A scene with the values x (P,) of the unknowns, those of a group of measurements."""
     changes: dict[str, dict[str, Any]] = {}
     bodies: dict[str, dict[int, float]] = {}
+    acting: dict[str, dict[str, Any]] = {}
     for parameter, value in zip(parameters, x.tolist(), strict=True):
+        if parameter.kind == "force":
+            acting.setdefault(parameter.entry, {})[FORCE_PARAMETERS[parameter.index]] = value
         if parameter.kind == "inertia":
             bodies.setdefault(parameter.entry, {})[parameter.index] = value
         if parameter.group not in (None, group):
@@ -277,4 +311,6 @@ def changed_scene(
                 values[index] = value
             model.inertias[joint_id] = pin.Inertia.FromDynamicParameters(values)
         robot = with_masses(robot, model)
-    return replace(scene, robot=robot, contacts=contacts)
+    named = zip(scene.entry_names("forces"), scene.forces, strict=True)
+    forces = [replace(each, **acting.get(name, {})) for name, each in named]
+    return replace(scene, robot=robot, contacts=contacts, forces=forces)

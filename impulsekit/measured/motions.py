@@ -7,7 +7,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..design.parameters import INERTIA_PARAMETERS, Parameter, changed_scene, parameters_of
+from ..design.parameters import (
+    INERTIA_PARAMETERS,
+    Parameter,
+    changed_scene,
+    force_parameters_of,
+    parameters_of,
+)
 from ..display import OneLine, one_line
 from ..errors import InputError, RangeError, UnknownNameError, a_thing
 from ..scene import Scene
@@ -26,6 +32,10 @@ RESTITUTION = (0.0, 0.95)
 # An inertia is looked for within this share of the scene's value, on either side; first moments and
 # products, which may be zero, within this share of the mass times the radius of gyration.
 INERTIA = 0.5
+# A stiffness, damping or torque is looked for up to so many times the scene's value, and down to as
+# small a share of it; on a logarithmic scale.
+FORCE = 5.0
+LOGARITHMIC = ("friction", "force")
 # Stages: evaluations for each unknown besides two, share of the recordings, resamples.
 STAGES = ((5, 0.12, 60), (4, 0.4, 60), (4, 1.0, 200))
 FEWEST_RECORDINGS = 8
@@ -121,6 +131,7 @@ def fit_motion(
     restitution: Sequence[str | Sequence[str]] = (),
     friction: Sequence[str | Sequence[str]] = (),
     inertias: Mapping[str, Sequence[str]] | None = None,
+    forces: Mapping[str, Sequence[str]] | None = None,
     held_out: float = 0.25,
     settings: MotionSettings | None = None,
     processes: int | None = None,
@@ -142,6 +153,8 @@ def fit_motion(
         restitution, friction: names of contacts, patterns (``corner_*``) or tuples of names that
             share one coefficient.
         inertias: as for ``fit_impacts``, within half of the scene's values.
+        forces: "stiffness", "damping" or "torque" by the name of a force, such as ``{"bearing":
+            ["damping"]}``; from a fifth to five times the scene's value.
         held_out: share of the recordings that takes no part, evenly taken.
         settings: of the motions; by default quick ones.
         processes: how many; None for all cores.
@@ -165,6 +178,7 @@ def fit_motion(
             raise InputError(f"fit_motion takes Recordings, not {a_thing(each)}")
     check_choices(held_out, processes, seed)
     parameters = parameters_of(scene, restitution, friction, inertias or {})
+    parameters += force_parameters_of(scene, forces or {})
     if not parameters:
         raise InputError(
             "fit_motion: nothing is to be found; name contacts in restitution or friction"
@@ -214,7 +228,7 @@ class _Search:
         self._scene, self._parameters, self._rollouts = scene, parameters, rollouts
         self._fitted, self._seed = np.array(fitted), seed
         self._progress, self._done = progress, 0
-        self._log = np.array([each.kind == "friction" for each in parameters])
+        self._log = np.array([each.kind in LOGARITHMIC for each in parameters])
         self._searched = self._inner(np.array([_searched(each, scene) for each in parameters]).T).T
         self._kept: list[tuple[int, np.ndarray, float]] = []
         self._sizes = np.ones(2)
@@ -222,7 +236,7 @@ class _Search:
         self._run()
 
     def _inner(self, values: np.ndarray) -> np.ndarray:
-        """Coordinates of the search: logarithms of frictions."""
+        """Coordinates of the search: logarithms of frictions and of forces."""
         return np.where(self._log, np.log(np.maximum(values, NONZERO)), values)
 
     def _outer(self, inner: np.ndarray) -> np.ndarray:
@@ -349,6 +363,8 @@ def _searched(parameter: Parameter, scene: Scene) -> tuple[float, float]:
         return FRICTION
     if parameter.kind == "restitution":
         return RESTITUTION
+    if parameter.kind == "force":
+        return parameter.start / FORCE, parameter.start * FORCE
     body = scene.robot.model.inertias[scene.robot.joint_id(parameter.entry)]
     # tr I = 2 ∫ r² dm: first moments and products may be zero, and are looked for in its scale.
     second = 0.5 * float(body.toDynamicParameters()[[4, 6, 9]].sum())
