@@ -44,6 +44,7 @@ TIMES, AT = (54, 68), (-3, -1)
 # Recordings that the calibration and the noise rest on, evenly taken; the share held out.
 CALIBRATED, HELD_OUT = 60, 0.8
 INERTIAS = ("ixx", "iyy", "izz")
+FORCES = {"bearing": ("damping",)}
 # Damping in the hinge to start from [N m s/rad]: it takes a tenth of the turning of two boxes of
 # 6e-4 kg m² within the 68 ms.
 DAMPING = 1e-3
@@ -142,7 +143,7 @@ def elbow_section(
     seen = windows([replace(calibration.apply(t), sigma=sigma) for t in tosses], scene)
     fit = fit_motion(
         seen, scene, restitution=["corner_*"], friction=["corner_*"], held_out=HELD_OUT,
-        inertias={"root_joint": INERTIAS, "hinge": INERTIAS}, forces={"bearing": ["damping"]},
+        inertias={"root_joint": INERTIAS, "hinge": INERTIAS}, forces=FORCES,
         processes=processes, progress=progress,
     )  # fmt: skip
     held = [toss for toss in seen if toss.name in set(fit.held_names)]

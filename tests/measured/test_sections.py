@@ -43,10 +43,11 @@ def tosses(tmp_path):
 
 
 def test_tosses_of_an_elbow_tell_their_coefficients(tosses, monkeypatch):
-    # A smaller search than of 540 tosses, and no inertias: those of the boxes are the true ones.
+    # A smaller search than of 540 tosses, and no inertias nor damping: they are the true ones.
     monkeypatch.setattr(elbow, "HELD_OUT", 0.2)
     monkeypatch.setattr(elbow, "INERTIAS", ())
     monkeypatch.setattr(motions, "STAGES", ((5, 1.0, 8), (4, 1.0, 8)))
+    monkeypatch.setattr(elbow, "FORCES", {})
     told = []
     section = elbow.elbow_section(tosses, processes=1, progress=lambda *each: told.append(each))
     assert section.lines[0].startswith("10 tosses, 10 with flight")
