@@ -25,6 +25,8 @@ __all__ = ["AT_REST", "Waved", "strike_by_energy"]
 # Forces this small have ended where nothing moves: they hold energies of 1e-20.
 WEAK = 1e-12
 MOST_STEPS, MOST_WITH_FRICTION = 40_000, 4_000
+# An impact takes some 100 steps: what takes as many as this is stiff, and goes on implicitly.
+STIFF = 600
 # Where works and velocities differ by more than CLOSED the impact is integrated again, at most
 # MOST_AGAIN times: in steps of at most LONGEST [of the impact's time], then SHORTER times that.
 CLOSED, LONGEST, SHORTER, MOST_AGAIN = 1e-10, 0.1, 0.3, 3
@@ -243,6 +245,8 @@ def _run(w: Wave, cap: float) -> int:
             return count
         if rubs and count >= MOST_WITH_FRICTION:
             return MOST_STEPS
+        if rubs and count == STIFF:
+            w.stiff[0] = 1
         choose_lead(w, step)
         h = min(step, longest_step(w), cap)
         crossed, step = adaptive_step(w, h)

@@ -64,7 +64,9 @@ def _direct(w: Wave, a: int, count: int) -> None:
     if n1 != 0.0 or n2 != 0.0:
         b11, b12, b22 = float(w.pulls[k, k]), float(w.pulls[k, k + 1]), float(w.pulls[k + 1, k + 1])
         s1, s2 = outgoing((b11, b12, b22, n1 / force, n2 / force, 1.0), float(w.mu[i]))
-        w.way[i, 0], w.way[i, 1] = s1, s2
+        # Where nothing it does moves it there is no direction.
+        if math.isfinite(s1 + s2):
+            w.way[i, 0], w.way[i, 1] = s1, s2
 
 
 @borrowing
@@ -94,10 +96,12 @@ def _together(w: Wave, count: int) -> bool:
         if not factorize(w.matrix, count, w.order):
             return False
         solve_factorized(w.matrix, count, w.order, w.right)
-        most = 0.0
+        most, total = 0.0, 0.0
         for a in range(count):
             most = max(most, abs(w.right[a]))
-        if not most < math.inf:
+            total += w.right[a]
+        # A maximum passes over what is no number.
+        if not math.isfinite(total):
             return False
         _turn(w, count, min(1.0, MOST_TURN / most) if most > 0.0 else 1.0)
         if most <= ARRIVED:

@@ -69,6 +69,7 @@ class Wave(NamedTuple):
         stages, trial, error: room of a step.
         lead: (1,) the contact whose √δ is the variable of the step; −1: time.
         pace: (1,) its dδ/dt where the step begins.
+        stiff: (1,) whether steps are implicit.
     """
 
     W: Matrix
@@ -102,6 +103,7 @@ class Wave(NamedTuple):
     error: Array
     lead: Integers
     pace: Array
+    stiff: Integers
 
 
 @compiled
@@ -140,4 +142,5 @@ def wave(n: int, r: int) -> Wave:
         np.zeros(m),
         np.full(1, -1),
         np.zeros(1),
+        np.zeros(1, dtype=np.int64),
     )

@@ -27,6 +27,7 @@ from .wave_state import (
     Matrix,
     Wave,
 )  # fmt: skip
+from .wave_stiff import implicit_trial
 
 __all__ = ["AT_REST", "FIRST", "adaptive_step", "choose_lead", "longest_step"]
 
@@ -46,6 +47,8 @@ NEARBY = 1.5
 NEARER = 0.6
 # A step goes so far at most beyond the slip up to which it creeps.
 OUT_OF_CREEP = 2.0
+# Slip whose direction rounding decides: how fast it changes [times it] is as uncertain as this.
+UNCERTAIN = 1e-14
 # Approaches this small have ended [of the largest velocity].
 AT_REST = 1e-10
 # What is beyond a change by less is at it; a step that is none.
@@ -68,6 +71,8 @@ def choose_lead(w: Wave, step: float) -> None:
     """
     r, power, most = len(w.free), w.power[0], 0.0
     w.lead[0] = -1
+    if w.stiff[0] == 1:
+        return
     for i in range(len(w.kappa)):
         if w.mode[i] != LOADS and w.mode[i] != UNLOADS:
             continue
@@ -124,7 +129,7 @@ def _line_of_slip(w: Wave, i: int) -> float:
     t = w.tangent[i]
     speed = w.u[t] * w.way[i, 0] + w.u[t + 1] * w.way[i, 1]
     rate = acceleration(w, int(t)) * w.way[i, 0] + acceleration(w, int(t) + 1) * w.way[i, 1]
-    if rate >= 0.0 or speed <= FAINT:
+    if rate >= 0.0 or speed <= FAINT or (w.stiff[0] == 1 and -rate * speed <= UNCERTAIN):
         return math.inf
     return float(-speed / rate)
 
@@ -165,6 +170,8 @@ def _creeping_slip(w: Wave) -> float:
 @borrowing
 def _trial(w: Wave, h: float) -> float:
     """The error of a step of h over what it may be; y behind it is in ``w.trial``."""
+    if w.stiff[0] == 1:
+        return float(implicit_trial(w, h))
     K, y, trial, lead = w.stages, w.y, w.trial, w.lead[0]
     m, r = len(y), len(w.free)
     # What the rates are multiplied by is the variable's way of the step: time, or √δ.
