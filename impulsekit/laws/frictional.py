@@ -29,6 +29,7 @@ from .modes import (
     SLIDES,
     SLIDES_AT_FLOOR,
     height_of,
+    largest_term,
     polish,
     residual_of,
     sizes_of,
@@ -44,7 +45,9 @@ from .workspace import Sizes, Workspace, workspace
 __all__ = ["clear_smooth", "frictional", "search_slipping"]
 
 # Newton's steps from a first guess, and what rounding leaves.
-FEW: int = np.int64(8)  # type: ignore[assignment]
+ONE, FEW = np.int64(1), np.int64(8)
+# Slip that is faster than this many times what Newton's first step leaves does not end.
+SLIPS = 1e3
 ROUNDING = 2e-15
 # Of contacts that hold all still by one share of the load among many.
 HELD = 1e-13
@@ -158,14 +161,14 @@ def _hold_still(work: Workspace, n: int, sizes: Sizes, dependent: float) -> tupl
         residual = polish(work, n, sizes, FEW, ridge)
         return (_SOLVED if residual <= BAR else _OPEN), residual
     residual = residual_of(work, n, sizes)
-    slips = _slips(work, n, sizes)
+    slips = _slips(work, n, sizes, HELD)
     if residual > ROUNDING or slips:
         start = work.P[: 3 * n].copy()
         # Another share of the same load may be within all cones.
         code, bar = _hold_by_shares(work, n, sizes, dependent)
         if code != _OPEN:
             return code, bar
-        if not _slips(work, n, sizes):
+        if not _slips(work, n, sizes, HELD):
             # Targets of redundant contacts that contradict each other.
             bar = unload(work, n, sizes, bar)
             if bar <= HELD:
@@ -173,24 +176,14 @@ def _hold_still(work: Workspace, n: int, sizes: Sizes, dependent: float) -> tupl
         for k in range(3 * n):
             work.P[k] = start[k]
     if residual > ROUNDING and not slips:
-        polish(work, n, sizes, FEW, RIDGE)
+        residual = polish(work, n, sizes, ONE, RIDGE)
+        if not _slips(work, n, sizes, max(HELD, SLIPS * residual)):
+            polish(work, n, sizes, FEW, RIDGE)
         residual = residual_of(work, n, sizes)
-        slips = _slips(work, n, sizes)
-    if slips or residual > max(ROUNDING, min(UNEVEN * _largest_term(work, n, sizes), HELD)):
+        slips = _slips(work, n, sizes, HELD)
+    if slips or residual > max(ROUNDING, min(UNEVEN * largest_term(work, n, sizes), HELD)):
         return _OPEN, residual
     return _code_of(work, n, sizes, dependent, NO), residual
-
-
-@borrowing
-def _largest_term(work: Workspace, n: int, sizes: Sizes) -> float:
-    """The largest Σ_j |W_ij P_j|, relative to the velocities."""
-    most = 0.0
-    for r in range(3 * n):
-        total = 0.0
-        for c in range(3 * n):
-            total += abs(work.W[r, c] * work.P[c])
-        most = max(most, total)
-    return most / sizes.scale
 
 
 @compiled
@@ -200,7 +193,7 @@ def _hold_by_shares(work: Workspace, n: int, sizes: Sizes, dependent: float) -> 
     if HELD < residual <= BAR:
         # At an edge of cones the shares are known to fewer digits than Newton on the modes gives.
         residual = polish(work, n, sizes, FEW, RIDGE)
-        if _slips(work, n, sizes):
+        if _slips(work, n, sizes, HELD):
             return _OPEN, residual
     if not residual <= HELD:
         return _OPEN, residual
@@ -348,14 +341,14 @@ def _is_spread(work: Workspace, n: int, least: float) -> bool:
 
 
 @borrowing
-def _slips(work: Workspace, n: int, sizes: Sizes) -> bool:
-    """Whether any contact slides, by the modes seen last.
+def _slips(work: Workspace, n: int, sizes: Sizes, share: float) -> bool:
+    """Whether any contact slides, by the modes seen last, at more than a share of all velocities.
 
     One that touches without a load may be told to slide by the rounding of its velocity.
     """
     count = 0
     for i in range(n):
         speed = math.hypot(work.xi[3 * i], work.xi[3 * i + 1])
-        slides = work.mode[i] in (SLIDES, SLIDES_AT_FLOOR) and speed > HELD * sizes.scale
+        slides = work.mode[i] in (SLIDES, SLIDES_AT_FLOOR) and speed > share * sizes.scale
         count += 1 if slides else 0
     return count > 0

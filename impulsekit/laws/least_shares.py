@@ -20,8 +20,9 @@ import numpy as np
 
 from .borrowed import borrowing
 from .compiled import compiled, entry
-from .dense import gauss, orthonormalize, pivoted_cholesky
+from .dense import gauss
 from .modes import BAR, NULL, residual_of, sizes_of
+from .rank import orthonormalize, pivoted_cholesky
 from .redundant import is_redundant
 from .words import NO, YES
 from .workspace import Sizes, Workspace, workspace
@@ -169,7 +170,7 @@ def _range(weighted: np.ndarray) -> np.ndarray:
     largest = 0.0
     for k in range(size):
         largest = max(largest, weighted[k, k])
-    rank = pivoted_cholesky(factor, size, VANISHED * largest, order)
+    rank = pivoted_cholesky(factor, size, VANISHED * largest, size, order)
     if rank > 0 and factor[rank - 1, rank - 1] ** 2 > CLEAR * largest:
         rows = np.zeros((rank, size))
         for c in range(rank):

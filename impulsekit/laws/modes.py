@@ -16,13 +16,14 @@ import numpy as np
 from ..tolerances import EPS
 from .borrowed import borrowing
 from .compiled import entry
-from .dense import gauss, gauss_of_rank
+from .dense import gauss
+from .rank import gauss_of_rank
 from .words import NO, YES
 from .workspace import Sizes, Workspace, workspace
 
 __all__ = [
     "BALANCED", "BAR", "DEEP", "DEPENDENT", "FINE", "MOST_STEPS", "NULL", "RIDGE", "SLIDES",
-    "height_of", "linearize", "polish", "residual_of", "sizes_of",
+    "height_of", "largest_term", "linearize", "polish", "residual_of", "sizes_of",
 ]  # fmt: skip
 
 # Below this residual, Newton ends after a few steps that increase it.
@@ -37,8 +38,9 @@ RIDGE = 1e-9
 NEAR = 1e-3
 DEPENDENT = 1e-10
 # What the residual must come down to; and where it is rounding, so that further steps gain
-# nothing.
+# nothing. Where the terms of W P are many times the velocities, some ulps of these are that, too.
 BAR, FINE = 1e-10, 4e-15
+SUMMED = 4.0 * EPS
 # From here on one step more is for the last digits.
 DEEP = 1e-13
 # How often the residual may rise, where contacts on the edge of their cones change modes.
@@ -108,7 +110,7 @@ def polish(work: Workspace, n: int, sizes: Sizes, most: int, ridge: float) -> fl
                 break
         elif bar < NEARLY:
             risen += 1
-            if bar <= FINE or risen > RISES:
+            if risen > RISES or bar <= max(FINE, SUMMED * largest_term(work, n, sizes)):
                 break
         if step < most and not _stepped(work, n, sizes, ridge, ridge > 0.0 and residual < NEAR):
             break
@@ -128,6 +130,18 @@ def residual_of(work: Workspace, n: int, sizes: Sizes) -> float:
 
 
 @borrowing
+def largest_term(work: Workspace, n: int, sizes: Sizes) -> float:
+    """The largest Σ_j |W_ij P_j|, relative to the velocities."""
+    most = 0.0
+    for r in range(3 * n):
+        total = 0.0
+        for c in range(3 * n):
+            total += abs(work.W[r, c] * work.P[c])
+        most = max(most, total)
+    return most / sizes.scale
+
+
+@borrowing
 def height_of(work: Workspace, n: int) -> float:
     """½ PᵀW P + b·P [J]: of several answers the one where it is least is nearest to sticking."""
     height = 0.0
@@ -141,13 +155,14 @@ def height_of(work: Workspace, n: int) -> float:
 
 @borrowing
 def _form(work: Workspace, n: int) -> None:
-    """ξ = W P + b."""
+    """ξ = W P + b, by columns, which lie as the rows do: many entries at once."""
     W, b, P, xi = work.W, work.b, work.P, work.xi
     for k in range(3 * n):
-        total = b[k]
-        for j in range(3 * n):
-            total += W[k, j] * P[j]
-        xi[k] = total
+        xi[k] = b[k]
+    for j in range(3 * n):
+        if P[j] != 0.0:
+            for k in range(3 * n):
+                xi[k] += W[j, k] * P[j]
 
 
 @borrowing

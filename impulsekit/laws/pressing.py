@@ -15,7 +15,8 @@ import numpy as np
 
 from .borrowed import borrowing
 from .compiled import compiled
-from .dense import gauss, null_rows, pivoted_cholesky
+from .dense import gauss
+from .rank import null_rows, pivoted_cholesky
 
 __all__ = ["press", "share"]
 
@@ -210,7 +211,7 @@ def _null(A: np.ndarray, rows: np.ndarray, m: int) -> tuple[np.ndarray, int]:
         largest = max(largest, A[rows[r], rows[r]])
         for k in range(m):
             block[r, k] = A[rows[r], rows[k]]
-    rank = pivoted_cholesky(block, m, DEPENDENT * largest, order)
+    rank = pivoted_cholesky(block, m, DEPENDENT * largest, m, order)
     null_rows(block, m, rank, order, null)
     return null, m - rank
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from .compiled import compiled, entry
-from .dense import null_rows, pivoted_cholesky
+from .rank import null_parts, pivoted_cholesky
 from .workspace import Sizes, Workspace, workspace
 
 __all__ = ["PART", "find_shared", "is_redundant"]
@@ -44,7 +44,7 @@ def is_redundant(W: np.ndarray, size: int, dependent: float, null: float) -> boo
     for r in range(size):
         for c in range(size):
             scaled[r, c] = W[r, c] * unit[r] * unit[c]
-    return kept == 0 or pivoted_cholesky(scaled, size, dependent, order) < kept
+    return kept == 0 or pivoted_cholesky(scaled, size, dependent, size, order) < kept
 
 
 def _examples() -> tuple[object, ...]:
@@ -108,28 +108,27 @@ def find_shared(work: Workspace, n: int, sizes: Sizes, dependent: float, slips: 
         for c in range(m):
             matrix[r, c] *= work.x[r] * work.x[c]
     scaled = matrix[:m, :m].copy()
-    rank = pivoted_cholesky(matrix, m, dependent, order)
+    rank = pivoted_cholesky(matrix, m, dependent, m, order)
     if rank == m:
         return False
     left = 0.0
     for r in range(rank, m):
         left = max(left, matrix[r, r])
-    free = m - rank
+    part = work.moved
     if rank > 0 and (matrix[rank - 1, rank - 1] ** 2 < CLEAR or left > VANISHED * m):
         values, vectors = np.linalg.eigh(scaled)
+        for j in range(m):
+            part[j] = 0.0
         free = 0
         while free < m and values[free] <= dependent * values[m - 1]:
             for j in range(m):
-                way[free, j] = vectors[j, free]
+                part[j] += vectors[j, free] ** 2
             free += 1
     else:
-        null_rows(matrix, m, rank, order, way)
+        null_parts(matrix, m, rank, order, way, part)
     shared = False
     for j in range(m):
-        part = 0.0
-        for c in range(free):
-            part += way[c, j] ** 2
-        if part > PART:
+        if part[j] > PART:
             work.unique[owner[j]] = False
             shared = True
     return shared

@@ -52,10 +52,10 @@ def held_still(work: Workspace, n: int, sizes: Sizes) -> float:
     # Once, and again for what the ridge or rounding has left.
     for _ in range(times):
         for i in range(size):
-            total = b[i]
-            for j in range(size):
-                total += W[i, j] * P[j]
-            x[i] = -total
+            x[i] = -b[i]
+        for j in range(size):
+            for i in range(size):
+                x[i] -= W[j, i] * P[j]
         eliminate(lower, size, x)
         for i in range(size):
             P[i] += x[i]
