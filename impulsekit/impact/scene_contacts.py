@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..laws.sharpening import ROUNDING, ROUNDING_OF_SUMS
 from ..laws.single import GAIN
 from ..laws.status import Status
 from ..rows.contacts import ContactRows, Touch
@@ -25,11 +26,6 @@ if TYPE_CHECKING:
     from .laws.refine import Steps
 
 __all__ = ["SceneContacts", "with_work_of_rows"]
-
-# What rounding leaves of the law's own equations, relative.
-ROUNDING = 2e-15
-# The same of W P beside J Δv, with many contacts in the sums.
-ROUNDING_OF_SUMS = 1e-14
 
 
 class SceneContacts:

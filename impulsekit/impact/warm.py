@@ -16,8 +16,8 @@ _JUDGED = ("residual_bound",)
 _ALONG_THE_PATH = ("path",)
 _AT_THE_END = ("single", "coulomb")
 # Several that rub.
-_TOGETHER = ("modes", "frictional", "redundant", "least_shares", "unloading")
-_SMOOTH = ("frictionless",)
+_TOGETHER = ("modes", "frictional", "redundant", "least_shares", "unloading", "sharpening")
+_SMOOTH = ("frictionless", "sharpening")
 # Whether there are other solutions.
 _RUBBING = ("others", "coupling", "uniqueness")
 # All modes of few contacts are tried.

@@ -45,7 +45,8 @@ from .workspace import Sizes, Workspace, workspace
 __all__ = ["clear_smooth", "frictional", "search_slipping"]
 
 # Newton's steps from a first guess, and what rounding leaves.
-ONE, FEW = np.int64(1), np.int64(8)
+ONE: int = np.int64(1)  # type: ignore[assignment]
+FEW: int = np.int64(8)  # type: ignore[assignment]
 # Slip that is faster than this many times what Newton's first step leaves does not end.
 SLIPS = 1e3
 ROUNDING = 2e-15

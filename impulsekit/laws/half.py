@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from .borrowed import borrowing
+from .compiled import compiled
 
-__all__ = ["Factor", "from_half", "halve", "is_safe", "solve_mass"]
+__all__ = ["Factor", "factor_of", "from_half", "halve", "is_safe", "solve_mass"]
 
 
 class Factor(NamedTuple):
@@ -28,6 +29,12 @@ class Factor(NamedTuple):
     mass: np.ndarray
     branch: np.ndarray
     least: float
+
+
+@compiled
+def factor_of(lower: np.ndarray, pivots: np.ndarray) -> Factor:
+    """Uᵀ and D as ``halve`` takes them; the diagonal of M is not looked at."""
+    return Factor(lower, pivots, lower, np.zeros(len(pivots), np.int64), 0.0)
 
 
 @borrowing

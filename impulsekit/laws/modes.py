@@ -15,15 +15,15 @@ import numpy as np
 
 from ..tolerances import EPS
 from .borrowed import borrowing
-from .compiled import entry
 from .dense import gauss
 from .rank import gauss_of_rank
-from .words import NO, YES
-from .workspace import Sizes, Workspace, workspace
+from .words import YES
+from .workspace import Sizes, Workspace
 
 __all__ = [
     "BALANCED", "BAR", "DEEP", "DEPENDENT", "FINE", "MOST_STEPS", "NULL", "RIDGE", "SLIDES",
-    "height_of", "largest_term", "linearize", "polish", "residual_of", "sizes_of",
+    "add_stiffness", "assemble", "height_of", "largest_term", "map_naturally", "polish",
+    "residual_of", "sizes_of", "write_onto_modes",
 ]  # fmt: skip
 
 # Below this residual, Newton ends after a few steps that increase it.
@@ -126,7 +126,7 @@ def residual_of(work: Workspace, n: int, sizes: Sizes) -> float:
     for k in range(3 * n):
         if not abs(work.xi[k]) < math.inf:
             return math.inf
-    return _map_naturally(work, n, sizes, YES)
+    return map_naturally(work, n, sizes, YES)
 
 
 @borrowing
@@ -166,7 +166,7 @@ def _form(work: Workspace, n: int) -> None:
 
 
 @borrowing
-def _map_naturally(work: Workspace, n: int, sizes: Sizes, formed: bool) -> float:
+def map_naturally(work: Workspace, n: int, sizes: Sizes, formed: bool) -> float:
     """The residual of P and ξ as they stand, with modes and slips.
 
     Args:
@@ -213,11 +213,11 @@ def _map_naturally(work: Workspace, n: int, sizes: Sizes, formed: bool) -> float
 @borrowing
 def _stepped(work: Workspace, n: int, sizes: Sizes, ridge: float, near: bool) -> bool:
     """One Newton step on the modes; False where the system is singular."""
-    m = _write_onto_modes(work, n)
+    m = write_onto_modes(work, n)
     if m == 0:
         return True
     _form(work, n)
-    _assemble(work, m)
+    assemble(work, m)
     matrix, x = work.matrix, work.x
     if not near and ridge > 0.0:
         for r in range(m):
@@ -228,7 +228,7 @@ def _stepped(work: Workspace, n: int, sizes: Sizes, ridge: float, near: bool) ->
         _even_tangents(work, m)
         for r in range(m):
             matrix[r, r] += work.moved[r]
-    _add_stiffness(work, n)
+    add_stiffness(work, n)
     if near:
         gauss_of_rank(matrix, m, x, DEPENDENT, work.moved, work.xi)
     elif not gauss(matrix, m, x):
@@ -251,7 +251,7 @@ def _even_tangents(work: Workspace, m: int) -> None:
 
 
 @borrowing
-def _write_onto_modes(work: Workspace, n: int) -> int:
+def write_onto_modes(work: Workspace, n: int) -> int:
     """Write P onto its modes, and the way and aim of its change; the number of unknowns."""
     mu, floor, P = work.mu, work.floor, work.P
     mode, slip, way, aim, owner = work.mode, work.slip, work.way, work.aim, work.owner
@@ -298,7 +298,7 @@ def _write_onto_modes(work: Workspace, n: int) -> int:
 
 
 @borrowing
-def _assemble(work: Workspace, m: int) -> None:
+def assemble(work: Workspace, m: int) -> None:
     """Write Aimᵀ W Way x = Aimᵀ ξ, the system of the change of P."""
     W, xi, way, aim, matrix = work.W, work.xi, work.way, work.aim, work.matrix
     owner = work.owner
@@ -318,7 +318,7 @@ def _assemble(work: Workspace, m: int) -> None:
 
 
 @borrowing
-def _add_stiffness(work: Workspace, n: int) -> None:
+def add_stiffness(work: Workspace, n: int) -> None:
     """As slip turns, so does what is across it."""
     mu, P, xi, mode, slip, matrix = work.mu, work.P, work.xi, work.mode, work.slip, work.matrix
     c = 0
@@ -359,50 +359,3 @@ def _move(work: Workspace, n: int, m: int) -> None:
             pn = max(floor[i], P[k + 2])
             P[k] = pn * (sine * s2 - cosine * s1)
             P[k + 1] = -pn * (cosine * s2 + sine * s1)
-
-
-# Residual; P (3n,) on its modes; Way and Aim, (m, 3n), a row for each unknown; the stiffness of
-# slip that turns, (m,) on the diagonal; Aimᵀ ξ (m,).
-Linear = tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-
-
-@entry(lambda: (np.eye(6), np.ones(2), np.ones(6), np.ones(6), 1.0), seconds=2.0)
-def linearize(W: np.ndarray, mu: np.ndarray, P: np.ndarray, xi: np.ndarray, scale: float) -> Linear:
-    """The residual with ξ known better than W P + b, and the equations of a Newton step.
-
-    (Aimᵀ W Way + stiffness) x = Aimᵀ ξ, and P − Way x is the next one. Residual ∞ where a number
-    is not finite.
-
-    Args:
-        W: (3n, 3n) Delassus matrix [1/kg].
-        mu: (n,) friction.
-        P: (3n,) a solution but for rounding [N s].
-        xi: (3n,) ξ that it makes [m/s].
-        scale: the size of the velocities [m/s].
-    """
-    n = len(mu)
-    work = workspace(n)
-    for r in range(3 * n):
-        work.P[r], work.xi[r] = P[r], xi[r]
-        for c in range(3 * n):
-            work.W[r, c] = W[r, c]
-    for i in range(n):
-        work.mu[i] = mu[i]
-    residual = _map_naturally(work, n, sizes_of(work, n, scale), NO)
-    for k in range(3 * n):
-        if not abs(xi[k]) + abs(P[k]) < math.inf:
-            residual = math.inf
-    m = _write_onto_modes(work, n)
-    for k in range(3 * n):
-        total = xi[k]
-        for j in range(3 * n):
-            total += W[k, j] * (work.P[j] - P[j])
-        work.xi[k] = total
-    _assemble(work, m)
-    for r in range(m):
-        work.matrix[r, r] = 0.0
-    _add_stiffness(work, n)
-    stiffness = np.empty(m)
-    for r in range(m):
-        stiffness[r] = work.matrix[r, r]
-    return residual, work.P, work.way[:m].copy(), work.aim[:m].copy(), stiffness, work.x[:m].copy()

@@ -12,13 +12,17 @@ import numpy as np
 
 from .borrowed import borrowing
 from .compiled import compiled, entry
-from .half import Factor, halve, solve_mass
+from .half import factor_of, halve, solve_mass
 from .several import hit_contacts
+from .sharpening import ROUNDING, ROUNDING_OF_SUMS, sharpen
+from .status import Status
 from .words import AGAIN, NEWTON
 
 __all__ = [
     "PlainTogether", "Together", "examples", "is_sound", "posed", "strike_at_once", "write_jump",
 ]  # fmt: skip
+
+_SOLVED, _NOT_UNIQUE = int(Status.SOLVED), int(Status.NOT_UNIQUE)
 
 
 class Together(NamedTuple):
@@ -85,16 +89,19 @@ def strike_at_once(
         W, before, before, mu, e, e_t, restitution
     )
     points[0], points[1], points[2] = impulse[: 3 * n], after[: 3 * n], before
+    off, fastest = write_jump(lower, pivots, rows, points, jump)
+    sure = code in (_SOLVED, _NOT_UNIQUE) and restitution == NEWTON
+    if sure and residual > ROUNDING and off <= ROUNDING_OF_SUMS * fastest:
+        residual = sharpen(lower, pivots, rows, W, coefficients, points, jump)
+        for i in range(n):
+            normal[i], friction[i] = 0.0, 0.0
+            for k in range(3 * i, 3 * i + 3):
+                own = 0.5 * points[0, k] * (points[2, k] + points[1, k])
+                normal[i] += own if k == 3 * i + 2 else 0.0
+                friction[i] += own if k < 3 * i + 2 else 0.0
     for i in range(n):
         works[0, i], works[1, i], works[2, i] = normal[i], friction[i], unique[i]
-    off, fastest = write_jump(lower, pivots, rows, points, jump)
     return code, residual, off, fastest, 0, False, jump, points, works
-
-
-@compiled
-def _factor(lower: np.ndarray, pivots: np.ndarray) -> Factor:
-    """As ``halve`` takes it; its diagonal is not looked at."""
-    return Factor(lower, pivots, lower, np.zeros(len(pivots), np.int64), 0.0)
 
 
 @compiled
@@ -102,7 +109,7 @@ def posed(
     lower: np.ndarray, pivots: np.ndarray, rows: np.ndarray, v: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """(3n, 3n) W and (3n,) u⁻."""
-    factor, half = _factor(lower, pivots), rows.copy()
+    factor, half = factor_of(lower, pivots), rows.copy()
     size, nv = rows.shape
     W, before = np.empty((size, size)), np.zeros(size)
     across = np.zeros((nv, size))
@@ -148,7 +155,7 @@ def write_jump(
     for r in range(size):
         for k in range(nv):
             jump[k] += rows[r, k] * impulse[r]
-    solve_mass(_factor(lower, pivots), jump)
+    solve_mass(factor_of(lower, pivots), jump)
     off, fastest = 0.0, 0.0
     for r in range(size):
         moved = before[r]

@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..impact.scene_contacts import ROUNDING, ROUNDING_OF_SUMS
 from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import compiled, entry
 from ..laws.dense import put_rows
 from ..laws.half import from_half, halve, is_safe
 from ..laws.residual_bound import momentum_misfit
+from ..laws.sharpening import ROUNDING, ROUNDING_OF_SUMS
 from ..laws.single import strike_at_end
 from ..laws.status import RESIDUAL_LIMIT, Status
 from ..laws.struck import strike_at_once

@@ -16,39 +16,33 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...laws.modes import DEPENDENT, NULL, linearize
+from ...laws.modes import DEPENDENT, NULL
 from ...laws.redundant import is_redundant
+from ...laws.sharpening import MOST_STEPS, ROUNDING, lead
 from ...laws.status import Status
 from ...scene.law import Law
 from .problem import RESTS, THROWN, ContactProblem, ContactSolution, in_order
 
 __all__ = ["BAR", "Steps", "System", "refined"]
 
-MOST_STEPS = 6
 # Rounding level: further steps gain nothing.
 DEEP = 5e-16
-# What rounding leaves, relative to the velocities or momenta.
-ROUNDING = 2e-15
 # More than this of a valid answer tells that rows which depend on each other do so only nearly.
 TOO_MUCH = 1e-14
-# What rounding leaves of an impulse, relative to itself.
-ROUNDING_OF_ONE = 1e-15
 # Iterates that did not converge are taken on from here, and are an answer below the bar.
 NEAR, BAR = 1e-3, 1e-10
 
 
 class System(NamedTuple):
-    """The equations of a Newton step: (Aim W Wayᵀ + stiffness) x = right, P = found − x Way.
+    """The equations of a Newton step: (Aim W Wayᵀ + stiffness) x = right; P changes by −x Way.
 
     Attributes:
-        found: (3n,) P brought onto its modes [N s].
         way: (m, 3n) the directions of P.
         aim: (m, 3n) the velocities to be brought to zero.
         stiffness: (m,) of the slip's direction, on the diagonal.
         right: (m,) what these velocities are [m/s].
     """
 
-    found: np.ndarray
     way: np.ndarray
     aim: np.ndarray
     stiffness: np.ndarray
@@ -117,13 +111,9 @@ def refined(
         impulse, dv = best
         for step in range(MOST_STEPS + 1):
             velocity = before + steps.jacobian.dot(dv) + shift
-            residual, *parts = linearize(delassus, friction, impulse, velocity, scale)
+            residual, change, offset, *parts = lead(delassus, friction, impulse, velocity, scale)
             if not residual < math.inf:
                 break
-            system, offset = _off_its_modes(delassus, System(*parts), impulse, velocity)
-            if not offset.any():
-                # Then what is left is what the velocities leave.
-                residual = float(np.abs(system.right).max(initial=0.0) / scale)
             lacking, share = steps.momentum(impulse, dv)
             residual = max(residual, share)
             # It may rise for a step where slip turns.
@@ -133,9 +123,9 @@ def refined(
                 break
             # Changes, and no new P: beside large impulses in balance their digits would be lost.
             if by_delassus:
-                change = offset - _least(delassus, system).dot(system.way)
                 change_of_dv = steps.moved_by(change)
             else:
+                system = System(*parts)
                 change_of_dv, x = steps.together(system, lacking)
                 change = offset + x.dot(system.way)
                 change_of_dv = change_of_dv + steps.moved_by(offset)
@@ -144,33 +134,6 @@ def refined(
             break
     impulse, dv = best
     return _told(problem, solution, impulse, before + steps.jacobian.dot(dv), least), dv
-
-
-def _off_its_modes(
-    delassus: np.ndarray, system: System, impulse: np.ndarray, velocity: np.ndarray
-) -> tuple[System, np.ndarray]:
-    """The system and (3n,) what P lacks of its modes, without what is rounding of P.
-
-    To move Δv by that would be noise.
-    """
-    offset = (system.found - impulse).reshape(-1, 3)
-    own = ROUNDING_OF_ONE * np.abs(impulse.reshape(-1, 3)).max(axis=1)
-    rounding = np.abs(offset).max(axis=1) <= own
-    if rounding.any():
-        offset[rounding] = 0.0
-        there = velocity + delassus.dot(offset.ravel())
-        system = system._replace(right=system.aim.dot(there))
-    return system, offset.ravel()
-
-
-def _least(delassus: np.ndarray, system: System) -> np.ndarray:
-    """(m,) the least x: what is shared among redundant contacts stays as it is."""
-    matrix = system.aim.dot(delassus.dot(system.way.T))
-    matrix.ravel()[:: len(matrix) + 1] += system.stiffness
-    sizes, largest = np.abs(matrix.diagonal()), delassus.diagonal().max()
-    units = 1.0 / np.sqrt(np.where(sizes > NULL * largest, sizes, largest))
-    scaled = matrix * units * units[:, None]
-    return units * np.linalg.lstsq(scaled, units * system.right, rcond=DEPENDENT)[0]
 
 
 def _told(
