@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["FAINT_PIVOT", "Shares", "faint_axes", "lengths_of_vectors", "shared_evenly"]
+__all__ = ["Shares", "faint_axes", "lengths_of_vectors", "shared_evenly"]
 
 # Singular values below this share of the largest are those of rows that depend on each other.
 DEPENDENT = 1e-9
@@ -18,8 +18,6 @@ DEPENDENT = 1e-9
 # the others, in the length of the longest of its axes: what the digits of files leave of a loop
 # in a plane. An arm stretched to 1e-5 rad leaves more.
 FAINT_AXIS = 1e-8
-# Pivots of W beside the longest axis of the row's vector: (10 FAINT_AXIS)².
-FAINT_PIVOT = 1e-14
 # Rows of one vector this much shorter than its longest are judged beside it.
 UNEVEN = 0.1
 

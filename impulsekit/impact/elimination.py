@@ -16,8 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import ContradictionError
+from ..laws.holding import COMPARABLE, FAINT_PIVOT, SAFE_PIVOT
 from . import lapack
-from .axes_of_vectors import FAINT_PIVOT, Shares, faint_axes, lengths_of_vectors, shared_evenly
+from .axes_of_vectors import Shares, faint_axes, lengths_of_vectors, shared_evenly
 
 __all__ = [
     "DEPENDENT",
@@ -35,10 +36,6 @@ DETERMINED = 1.0 - 1e-9
 RANK_TOLERANCE = 1e-7
 # Dependent rows leave this much of singular values by rounding; more is not rounding.
 EXACT_RANK = 1e-14
-# Pivots of the scaled W above this need no closer look.
-SAFE_PIVOT = 1e-6
-# Rows whose squares differ by less than this are no rounding of each other.
-COMPARABLE = 1e-9
 # What dependent rows may disagree by, relative to the velocities they speak of.
 CONTRADICTION_TOLERANCE = 1e-6
 # A row whose square is this much smaller than that of its terms is a zero.

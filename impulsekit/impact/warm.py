@@ -29,7 +29,7 @@ _TURNING = ("product_cones",)
 def laws_of(scene: Scene) -> tuple[str, ...]:
     """Modules of ``laws`` whose entries ``solve`` and ``simulate`` call for a scene."""
     if not scene.contacts:
-        return ()
+        return ("holding",) if scene.held else ()
     return (*_JUDGED, *_laws_of_contacts(scene))
 
 
@@ -62,7 +62,16 @@ def compile_all_laws() -> None:
     """Compile the laws of all scenes."""
     at_once = "several", "struck", *_TOGETHER, *_SMOOTH, *_RUBBING, *_FEW, *_TURNING
     _compile(
-        (*_JUDGED, *_ALONG_THE_PATH, "lzb", *_AT_THE_END, "sequence", "struck_in_turn", *at_once)
+        (
+            "holding",
+            *_JUDGED,
+            *_ALONG_THE_PATH,
+            "lzb",
+            *_AT_THE_END,
+            "sequence",
+            "struck_in_turn",
+            *at_once,
+        )
     )
 
 

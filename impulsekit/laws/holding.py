@@ -1,0 +1,123 @@
+"""Bilateral rows of a system whose mass matrix is factored, in one compiled call.
+
+With C = D^-½ U⁻¹ Aᵀ, W = Cᵀ C is the matrix of W λ = b − A v_free, and Δv = M⁻¹ (I + Aᵀλ). What
+takes a closer look, rows that depend on each other or that rounding leaves unmet, is left.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .compiled import compiled, entry
+from .dense import cholesky, eliminate
+from .half import factor_of, solve_mass
+from .sharpening import ROUNDING
+from .struck import posed
+
+__all__ = ["COMPARABLE", "FAINT_PIVOT", "SAFE_PIVOT", "hold"]
+
+# Pivots of the scaled W above this need no closer look.
+SAFE_PIVOT = 1e-6
+# Rows whose squares differ by less than this are no rounding of each other.
+COMPARABLE = 1e-9
+# Pivots of W beside the longest axis of the row's vector, of which 1e-8 may be rounding: ten times
+# that, squared (``impact.axes_of_vectors.FAINT_AXIS``).
+FAINT_PIVOT = 1e-14
+
+# Whether it is solved; Δv (nv,); λ (m,); whether each row moves anything (m,).
+Held = tuple[bool, np.ndarray, np.ndarray, np.ndarray]
+
+
+def _examples() -> tuple[object, ...]:
+    return np.eye(3), np.ones(3), np.ones((2, 3)), np.ones(3), np.ones(3), np.ones(2), False
+
+
+@entry(_examples, seconds=1.5)
+def hold(
+    lower: np.ndarray,
+    pivots: np.ndarray,
+    rows: np.ndarray,
+    impulse: np.ndarray,
+    v: np.ndarray,
+    asked: np.ndarray,
+    row_by_row: bool,
+) -> Held:
+    """Δv and λ with A Δv as asked; not solved where rows are not clearly independent or zeros.
+
+    Args:
+        lower, pivots: (nv, nv) Uᵀ and (nv,) D of M = U D Uᵀ.
+        rows: (m, nv) A.
+        impulse: (nv,) I.
+        v: (nv,) v⁻.
+        asked: (m,) b − A v⁻.
+        row_by_row: whether each row is to be met to its own rounding, not all in norm.
+    """
+    m, nv = rows.shape
+    given = np.empty((m + 1, nv))
+    for k in range(nv):
+        given[m, k] = impulse[k]
+        for r in range(m):
+            given[r, k] = rows[r, k]
+    W, _ = posed(lower, pivots, given, v)
+    multipliers, dv, moves = np.empty(m), impulse.copy(), np.ones(m, np.bool_)
+    for r in range(m):
+        multipliers[r] = asked[r] - W[m, r]
+    if not _multiply(W, m, multipliers, moves):
+        return False, dv, multipliers, moves
+    for r in range(m):
+        for k in range(nv):
+            dv[k] += rows[r, k] * multipliers[r]
+    solve_mass(factor_of(lower, pivots), dv)
+    return _is_met(rows, v, asked, dv, row_by_row), dv, multipliers, moves
+
+
+@compiled
+def _multiply(W: np.ndarray, m: int, x: np.ndarray, moves: np.ndarray) -> bool:
+    """x (m,) ← W⁻¹ x, 0 for rows of zeros; whether the other rows are clearly independent."""
+    least, largest, still = math.inf, 0.0, 0
+    for r in range(m):
+        largest = max(largest, W[r, r])
+    for r in range(m):
+        if W[r, r] != 0.0:
+            least = min(least, W[r, r])
+            continue
+        # A row of no effect cannot change its velocity.
+        if x[r] != 0.0:
+            return False
+        moves[r] = False
+        still += 1
+        W[r, r] = largest
+    if not 0.0 < largest < math.inf or (still > 0 and least < COMPARABLE * largest):
+        return False
+    factor = np.empty((m, m))
+    if not cholesky(W, m, factor) > SAFE_PIVOT:
+        return False
+    for r in range(m):
+        if factor[r, r] * factor[r, r] < FAINT_PIVOT * largest:
+            return False
+    eliminate(factor, m, x)
+    return True
+
+
+@compiled
+def _is_met(
+    rows: np.ndarray, v: np.ndarray, asked: np.ndarray, dv: np.ndarray, row_by_row: bool
+) -> bool:
+    """Whether A Δv is as asked but for its own rounding."""
+    m, nv = rows.shape
+    left, entries, speeds, wanted = 0.0, 0.0, 0.0, 0.0
+    for k in range(nv):
+        speeds += dv[k] * dv[k] + v[k] * v[k]
+    for r in range(m):
+        missing, size = asked[r], abs(asked[r])
+        for k in range(nv):
+            missing -= rows[r, k] * dv[k]
+            size += abs(rows[r, k]) * (abs(dv[k]) + abs(v[k]))
+            entries += rows[r, k] * rows[r, k]
+        if row_by_row and abs(missing) > ROUNDING * size:
+            return False
+        left += missing * missing
+        wanted += asked[r] * asked[r]
+    return left <= ROUNDING * ROUNDING * (entries * speeds + wanted)
