@@ -50,7 +50,7 @@ def friction_feedback(W: np.ndarray, mu: np.ndarray) -> float:
         if mu[i] > 0.0:
             rubbing += 1
     normal, tangent, bound = np.empty((n, n)), np.zeros((2 * rubbing, 2 * rubbing)), 0.0
-    cross = np.zeros((n, 2 * rubbing))
+    cross, lower = np.zeros((n, 2 * rubbing)), np.empty((n, n))
     unit, rows, own = np.ones(n), np.empty(2 * rubbing, np.int64), np.empty(2 * rubbing, np.int64)
     m = 0
     for i in range(n):
@@ -63,13 +63,17 @@ def friction_feedback(W: np.ndarray, mu: np.ndarray) -> float:
     for i in range(n):
         for j in range(n):
             normal[i, j] = W[3 * i + 2, 3 * j + 2] * unit[i] * unit[j]
+    if m == 0:
+        return 0.0
+    # With C W_tt⁺ Cᵀ taken off, its least eigenvalue is smaller still.
+    if not cholesky(normal, n, lower) > NULL:
+        return np.inf
+    for i in range(n):
         for c in range(m):
             cross[i, c] = W[3 * i + 2, rows[c]] * unit[i] * unit[own[c]]
     for r in range(m):
         for c in range(m):
             tangent[r, c] = W[rows[r], rows[c]] * unit[own[r]] * unit[own[c]]
-    if m == 0:
-        return 0.0
     values, vectors = np.linalg.eigh(tangent)
     half = np.zeros((n, m))
     for k in range(m):
@@ -127,8 +131,13 @@ def is_monotone(W: np.ndarray, mu: np.ndarray) -> bool:
             own[r, c] = W[rows[r], rows[c]] * unit[contact[r]] * unit[contact[c]]
             slides = rows[c] % 3 < 2
             rubbed[r, c] = own[r, c] * mu[contact[c]] if slides else 0.0
+    lower, matrix = np.empty((size, size)), own.copy()
+    for r in range(size):
+        matrix[r, r] -= SURE
+    # What is taken off for friction leaves less still.
+    if not cholesky(matrix, size, lower) > 0.0:
+        return False
     product = np.dot(rubbed, own)
-    lower = np.empty((size, size))
     for alpha in ALPHAS:
         matrix = own - 0.5 * alpha * product
         for r in range(size):
