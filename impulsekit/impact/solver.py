@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container
 from dataclasses import replace
-from math import hypot
+from math import hypot, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,6 +33,9 @@ if TYPE_CHECKING:
     from .constrained import ConstrainedJump, Outcome
 
 __all__ = ["ImpactSolver", "outcome_told", "solve", "solve_touching", "solve_without_warnings"]
+
+# So many numbers of a state are sooner squared by numpy than handed over one by one.
+MANY = 64
 
 
 class ImpactSolver:
@@ -96,6 +99,7 @@ class _Workspace:
         model = scene.robot.model
         self._model = model
         self._q_shape, self._v_shape = (model.nq,), (model.nv,)
+        self._size = _size_of_few if model.nq + model.nv < MANY else _size_of_many
         # Entries of q that lie on a circle or sphere exist only where nq > nv.
         self._has_unit_entries = model.nq > model.nv
         self._algorithm, self.plan, self._reached = _planned(scene)
@@ -123,8 +127,8 @@ class _Workspace:
         if (
             q.shape != self._q_shape
             or v.shape != self._v_shape
-            # One number that is not finite makes this so, too; squares would overflow.
-            or not hypot(*q.tolist(), *v.tolist()) < state.FASTEST
+            # One number that is not finite makes this so, too.
+            or not self._size(q, v) < state.FASTEST
             or (
                 self._has_unit_entries
                 and not pin.isNormalized(self._model, q, state.QUATERNION_TOLERANCE)
@@ -280,6 +284,17 @@ def outcome_told(scene: Scene, q: np.ndarray, found: Together, touching: Contain
         touching: which took part.
     """
     return _workspaces.of(scene).outcome_told(scene, q, found, touching)
+
+
+def _size_of_few(q: np.ndarray, v: np.ndarray) -> float:
+    """√(q·q + v·v) without an overflow of squares."""
+    return hypot(*q.tolist(), *v.tolist())
+
+
+def _size_of_many(q: np.ndarray, v: np.ndarray) -> float:
+    """The same, infinite where squares overflow."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return sqrt(q.dot(q) + v.dot(v))
 
 
 _workspaces: KeptByThread[_Workspace] = KeptByThread(lambda scene: ImpactSolver(scene)._workspace)

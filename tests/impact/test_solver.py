@@ -13,8 +13,9 @@ import pytest
 
 import impulsekit as ik
 from impulsekit import errors
+from impulsekit.chain import chain_urdf
 from impulsekit.impact import ImpactSolver
-from impulsekit.impact.solver import _workspaces
+from impulsekit.impact.solver import MANY, _workspaces
 from tests.robots import STRUCK, random_blow, random_state, relative
 
 
@@ -94,6 +95,20 @@ def test_huge_states_are_not_taken_for_infinite_ones():
     scene = ik.Scene(robot, [random_blow("panda_hand", 0)])
     v = np.full(9, 1e200)
     np.testing.assert_array_equal(ik.solve(scene, np.zeros(9), v).v_before, v)
+
+
+@pytest.mark.parametrize("entry", [math.nan, math.inf, -math.inf, 1e200])
+def test_states_of_many_numbers_are_checked_as_those_of_few(entry):
+    chain = ik.Robot.from_urdf(chain_urdf(40), root="planar")
+    scene = ik.Scene(chain, [random_blow("link_40", 0)])
+    assert chain.nq + chain.nv >= MANY
+    q, v = random_state(chain, 0)
+    v[5] = entry
+    if entry == 1e200:
+        assert ik.solve(scene, q, v).is_valid()
+        return
+    with pytest.raises(errors.NotFiniteError, match="velocity v: entry 5"):
+        ik.solve(scene, q, v)
 
 
 def test_without_an_impulse_nothing_changes():
