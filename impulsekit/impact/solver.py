@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 __all__ = ["ImpactSolver", "outcome_told", "solve", "solve_touching", "solve_without_warnings"]
 
 # So many numbers of a state are sooner squared by numpy than handed over one by one.
-MANY = 64
+MANY = 100
 
 
 class ImpactSolver:
@@ -99,7 +99,7 @@ class _Workspace:
         model = scene.robot.model
         self._model = model
         self._q_shape, self._v_shape = (model.nq,), (model.nv,)
-        self._size = _size_of_few if model.nq + model.nv < MANY else _size_of_many
+        self._is_large = model.nq + model.nv >= MANY
         # Entries of q that lie on a circle or sphere exist only where nq > nv.
         self._has_unit_entries = model.nq > model.nv
         self._algorithm, self.plan, self._reached = _planned(scene)
@@ -127,8 +127,9 @@ class _Workspace:
         if (
             q.shape != self._q_shape
             or v.shape != self._v_shape
-            # One number that is not finite makes this so, too.
-            or not self._size(q, v) < state.FASTEST
+            # One number that is not finite makes this so, too; squares would overflow.
+            or not (_size_of_many(q, v) if self._is_large else hypot(*q.tolist(), *v.tolist()))
+            < state.FASTEST
             or (
                 self._has_unit_entries
                 and not pin.isNormalized(self._model, q, state.QUATERNION_TOLERANCE)
@@ -286,13 +287,8 @@ def outcome_told(scene: Scene, q: np.ndarray, found: Together, touching: Contain
     return _workspaces.of(scene).outcome_told(scene, q, found, touching)
 
 
-def _size_of_few(q: np.ndarray, v: np.ndarray) -> float:
-    """√(q·q + v·v) without an overflow of squares."""
-    return hypot(*q.tolist(), *v.tolist())
-
-
 def _size_of_many(q: np.ndarray, v: np.ndarray) -> float:
-    """The same, infinite where squares overflow."""
+    """√(q·q + v·v), infinite where squares overflow."""
     with np.errstate(over="ignore", invalid="ignore"):
         return sqrt(q.dot(q) + v.dot(v))
 

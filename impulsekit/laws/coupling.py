@@ -24,7 +24,7 @@ from __future__ import annotations
 import numpy as np
 
 from .compiled import compiled, entry
-from .dense import cholesky
+from .dense import cholesky, lower_solve
 
 __all__ = ["friction_feedback", "friction_is_weak", "is_monotone"]
 
@@ -32,13 +32,14 @@ __all__ = ["friction_feedback", "friction_is_weak", "is_monotone"]
 SURE = 1e-6
 # The α that are tried, W being scaled to a mean diagonal of 1: 3.3 is best at µ = 0.3, 1 at µ = 1.
 ALPHAS = (2.2, 1.5, 3.3, 1.0, 0.7)
-# Eigenvalues below this share of the largest are those of rows that move nothing.
-NULL = 1e-11
+# Eigenvalues below this share of the largest are those of rows that move nothing; pivots over their
+# diagonal above which there are none.
+NULL, REGULAR = 1e-11, 1e-6
 
 
 @entry(lambda: (np.eye(6), np.ones(2)), seconds=2.0, apart=True)
 def friction_feedback(W: np.ndarray, mu: np.ndarray) -> float:
-    """L; infinite where normals are redundant beside the tangents.
+    """L, or less where that is not below 1; infinite where normals depend on the tangents.
 
     Args:
         W: (3n, 3n) Delassus matrix [1/kg].
@@ -74,17 +75,21 @@ def friction_feedback(W: np.ndarray, mu: np.ndarray) -> float:
     for r in range(m):
         for c in range(m):
             tangent[r, c] = W[rows[r], rows[c]] * unit[own[r]] * unit[own[c]]
-    values, vectors = np.linalg.eigh(tangent)
-    half = np.zeros((n, m))
-    for k in range(m):
-        if values[k] > NULL * values[m - 1]:
-            for i in range(n):
-                total = 0.0
-                for c in range(m):
-                    total += cross[i, c] * vectors[c, k]
-                half[i, k] = total / np.sqrt(values[k])
+    half = _half_of(cross, tangent)
     coupled = np.dot(half, half.T)
-    sizes, axes = np.linalg.eigh(normal - coupled)
+    most, heaviest = 0.0, 0.0
+    for r in range(m):
+        heaviest = max(heaviest, mu[own[r]] ** 2 * tangent[r, r])
+    for i in range(n):
+        for j in range(n):
+            normal[i, j] -= coupled[i, j]
+    lightest = _least_pivot(normal, n, lower)
+    for i in range(n):
+        most = max(most, coupled[i, i] / normal[i, i] if normal[i, i] > 0.0 else 0.0)
+    # Diagonals and pivots are bounds of eigenvalues.
+    if most * heaviest >= lightest:
+        return float(np.sqrt(most * heaviest / lightest)) if lightest > 0.0 else np.inf
+    sizes, axes = np.linalg.eigh(normal)
     if not sizes[0] > NULL * max(sizes[n - 1], 1.0):
         return np.inf
     # λ_max(C W_tt⁺ Cᵀ, Ŵ), in the eigenvectors of Ŵ.
@@ -98,6 +103,38 @@ def friction_feedback(W: np.ndarray, mu: np.ndarray) -> float:
             tangent[r, c] *= mu[own[r]] * mu[own[c]]
     bound = np.linalg.eigvalsh(tangent)[m - 1]
     return float(np.sqrt(max(feedback, 0.0) * bound / sizes[0]))
+
+
+@compiled
+def _half_of(cross: np.ndarray, tangent: np.ndarray) -> np.ndarray:
+    """(n, m) H with H Hᵀ = C W_tt⁺ Cᵀ: by Cholesky where W_tt is regular, else by eigenvalues."""
+    n, m = cross.shape
+    half, lower = cross.copy(), np.empty((m, m))
+    if cholesky(tangent, m, lower) > REGULAR:
+        for i in range(n):
+            lower_solve(lower, m, half[i])
+        return half
+    values, vectors = np.linalg.eigh(tangent)
+    for k in range(m):
+        for i in range(n):
+            total = 0.0
+            if values[k] > NULL * values[m - 1]:
+                for c in range(m):
+                    total += cross[i, c] * vectors[c, k]
+                total /= np.sqrt(values[k])
+            half[i, k] = total
+    return half
+
+
+@compiled
+def _least_pivot(matrix: np.ndarray, n: int, lower: np.ndarray) -> float:
+    """The least pivot of Cholesky, which no eigenvalue need be as large as; 0 if not definite."""
+    if not cholesky(matrix, n, lower) > 0.0:
+        return 0.0
+    least = np.inf
+    for i in range(n):
+        least = min(least, lower[i, i] ** 2)
+    return least
 
 
 @entry(lambda: (np.eye(6), np.ones(2)), seconds=2.0, apart=True)

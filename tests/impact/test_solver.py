@@ -99,8 +99,8 @@ def test_huge_states_are_not_taken_for_infinite_ones():
 
 @pytest.mark.parametrize("entry", [math.nan, math.inf, -math.inf, 1e200])
 def test_states_of_many_numbers_are_checked_as_those_of_few(entry):
-    chain = ik.Robot.from_urdf(chain_urdf(40), root="planar")
-    scene = ik.Scene(chain, [random_blow("link_40", 0)])
+    chain = ik.Robot.from_urdf(chain_urdf(60), root="planar")
+    scene = ik.Scene(chain, [random_blow("link_60", 0)])
     assert chain.nq + chain.nv >= MANY
     q, v = random_state(chain, 0)
     v[5] = entry

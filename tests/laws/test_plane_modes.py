@@ -108,3 +108,34 @@ def test_the_proof_holds_where_the_inequality_does(count):
         assert holds or not proof
     assert proven > 5
     assert broken > 5
+
+
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_the_feedback_is_that_of_the_formula_or_less_where_that_is_no_proof(count):
+    rng = np.random.default_rng(count)
+    weak = 0
+    for k in range(60):
+        # Regular, with redundant tangents, and redundant altogether.
+        rank = 3 * count + (6, -1, -2 * count)[k % 3]
+        half = rng.normal(size=(rank, 3 * count))
+        W, mu = half.T @ half, 10.0 ** rng.uniform(-3, 0, count)
+        n, t = np.arange(2, 3 * count, 3), np.flatnonzero(np.arange(3 * count) % 3 < 2)
+        unit = 1.0 / np.sqrt(np.repeat(W.diagonal()[n], 3))
+        scaled = W * unit * unit[:, None]
+        tangent, cross = scaled[np.ix_(t, t)], scaled[np.ix_(n, t)]
+        coupled = cross @ np.linalg.pinv(tangent, rcond=1e-11, hermitian=True) @ cross.T
+        left = scaled[np.ix_(n, n)] - coupled
+        least = np.linalg.eigvalsh(left)[0]
+        found = friction_feedback(W, mu)
+        if least <= 1e-9:
+            assert found >= 1.0
+            continue
+        bound = np.linalg.eigvalsh(tangent * np.outer(np.repeat(mu, 2), np.repeat(mu, 2)))[-1]
+        truth = np.sqrt(
+            np.linalg.eigvals(np.linalg.solve(left, coupled)).real.max() * bound / least
+        )
+        weak += truth < 1.0
+        assert (
+            abs(found - truth) < 1e-8 * truth if truth < 1.0 else 1.0 <= found <= 1.00000001 * truth
+        )
+    assert weak > 5
