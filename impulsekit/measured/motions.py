@@ -22,6 +22,7 @@ from ..scene.numbers import number, whole
 from ..tolerances import NONZERO
 from .recording import Recording
 from .rollouts import QUICK, Rollouts
+from .smooth_fit import are_smooth, smooth_fit
 from .surface import design_points, least_of, resampled_least
 
 __all__ = ["MotionFit", "check_choices", "fit_motion"]
@@ -145,7 +146,8 @@ def fit_motion(
     over the median of the first round. It is evaluated at points of a box (Sobol's sequence), first
     on few recordings; a quadratic through the squares of the mean losses tells the least point;
     least points of resampled recordings (bootstrap) tell the next box, and the intervals. No
-    derivative is needed: motions with many impacts have none of use.
+    derivative is needed: motions with many impacts have none of use. Motions without impacts have,
+    and Gauss-Newton steps then end the search, with the first state of each recording unknown too.
 
     Args:
         recordings: calibrated, in the world of the scene.
@@ -216,6 +218,8 @@ def _evenly(count: int, share: float) -> set[int]:
 class _Search:
     """Boxes that shrink about the least point of the loss."""
 
+    refined = False
+
     def __init__(
         self,
         scene: Scene,
@@ -262,6 +266,25 @@ class _Search:
                 # One point in a wide box is as good a guide as its quadratic.
                 self.samples = np.vstack([self.samples, inner[np.argsort(mean)[:2]]])
             low, high = self._next_box(low, high, centre)
+        self._refine(plan[-1][2])
+
+    def _refine(self, resamples: int) -> None:
+        """Gauss–Newton steps from the least point where motions have no impacts."""
+        which = self._fitted.tolist()
+        self.refined = are_smooth(self._rollouts, self._scene_of(self.centre), which)
+        if self.refined:
+            box = np.asarray(self._searched.T)
+            found = smooth_fit(
+                self._rollouts, self._scene_of, self.centre, box, which, resamples, self._seed
+            )
+            self.refined = found is not None
+            if found is not None:
+                self.centre, self.samples = found.values, found.samples
+                self.low = np.minimum(self.low, self.centre)
+                self.high = np.maximum(self.high, self.centre)
+
+    def _scene_of(self, inner: np.ndarray) -> Scene:
+        return changed_scene(self._scene, self._parameters, self._outer(inner))
 
     def _next_box(
         self, low: np.ndarray, high: np.ndarray, centre: np.ndarray
@@ -276,8 +299,7 @@ class _Search:
         """(K, R) losses of points on recordings; a motion that fails counts as the worst."""
         errors = np.empty((len(inner), len(chosen), 2))
         for k, point in enumerate(inner):
-            changed = changed_scene(self._scene, self._parameters, self._outer(point))
-            errors[k] = self._rollouts.errors(changed, chosen.tolist())
+            errors[k] = self._rollouts.errors(self._scene_of(point), chosen.tolist())
             self._done += len(chosen)
             if self._progress is not None:
                 self._progress(self._done, self._total)
@@ -299,7 +321,7 @@ class _Search:
     def result(self, recordings: Sequence[Recording], apart: Sequence[int]) -> MotionFit:
         """The fit, with the errors at its values on all recordings."""
         values = self._outer(self.centre)
-        scene = changed_scene(self._scene, self._parameters, values)
+        scene = self._scene_of(self.centre)
         errors = self._rollouts.errors(scene, self._fitted.tolist())
         held = self._rollouts.errors(scene, apart) if apart else np.empty((0, 2))
         samples = self._outer(self.samples)
@@ -341,8 +363,9 @@ class _Search:
                 if abs(self.centre[i] - edge) < AT_EDGE * (first_high[i] - first_low[i]):
                     notes.append(f"{name} is the {word} value that was searched")
             near = EDGE * (self.high[i] - self.low[i])
-            if (first_low[i] < self.low[i] and self.centre[i] - self.low[i] < near) or (
-                self.high[i] < first_high[i] and self.high[i] - self.centre[i] < near
+            if not self.refined and (
+                (first_low[i] < self.low[i] and self.centre[i] - self.low[i] < near)
+                or (self.high[i] < first_high[i] and self.high[i] - self.centre[i] < near)
             ):
                 low, high = (self._outer(end)[i] for end in (self.low, self.high))
                 notes.append(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import pickle
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -100,15 +101,33 @@ class Rollouts:
         self.links = moving_links(scene.robot)
         self._settings, self._processes = settings, processes
 
-    def rows(self, scene: Scene, which: Sequence[int]) -> list[Any]:
-        """What ``followed_row`` gives without impacts, for each of some recordings."""
+    def with_settings(self, **changed: Any) -> Rollouts:
+        """The same with other settings of the motions."""
+        found = copy(self)
+        found._settings = self._settings.changed(**changed)
+        return found
+
+    def rows(
+        self,
+        scene: Scene,
+        which: Sequence[int],
+        *,
+        starts: Sequence[Start] | None = None,
+        impacts: bool = False,
+    ) -> list[Any]:
+        """What ``followed_row`` gives for each of some recordings.
+
+        Args:
+            starts: in place of the first states of these recordings.
+            impacts: whether they are kept.
+        """
         rows: list[Any] = []
-        for k in which:
-            start, recording = self.starts[k], self.recordings[k]
+        for i, k in enumerate(which):
+            start, recording = (starts or self.starts)[i if starts else k], self.recordings[k]
             times = recording.t - recording.t[0]
             settings = self._settings.changed(duration=float(times[-1]), samples=len(times))
             inputs = batch_inputs(scene, start.q, start.v, None, None, None, None)
-            rows.append((inputs, settings, times, False))
+            rows.append((inputs, settings, times, impacts))
         count = worker_count(len(rows), self._processes)
         if count > 1:
             # Long ones first, so that no process waits for the last.

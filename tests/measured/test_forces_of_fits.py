@@ -33,10 +33,13 @@ def test_a_joint_force_comes_back(what):
     wrong = replace(FORCES[what], **{what: 0.6 * getattr(FORCES[what], what)})
     scene = replace(true, forces=[wrong])
     fit = fit_motion(swings(true), scene, forces={"bearing": [what]}, held_out=0.0, processes=1)
-    assert fit[f"bearing: {what}"] == pytest.approx(getattr(FORCES[what], what), rel=0.03)
+    truth = getattr(FORCES[what], what)
+    # 8 swings of 41 samples with noise of 1e-4 rad.
+    assert fit[f"bearing: {what}"] == pytest.approx(truth, rel=1e-3)
     assert getattr(fit.scene.forces[0], what) == fit.values[0]
     low, high = fit.intervals()[0]
-    assert low < high < 2 * low
+    assert low < truth < high < 1.004 * low
+    assert not fit.notes
 
 
 def test_forces_that_cannot_be_fitted_are_told():

@@ -1,0 +1,221 @@
+"""Motions without impacts depend smoothly on what is fitted: Gauss–Newton steps, with the first
+state of each recording unknown too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from ..motion.status import MotionStatus
+from ..scene import Scene
+from .rollouts import Rollouts, Start
+from .segments import MEDIAN_TO_SIGMA
+
+__all__ = ["SmoothFit", "are_smooth", "smooth_fit"]
+
+# Derivatives are differences over this share of the box of an unknown, or over this change of a
+# state [rad, m, 1/s]; motions are followed to a ten-thousandth of it.
+STEP, CLOSE = 1e-4, {"rtol": 1e-8, "atol": 1e-10}
+# Residuals beyond so many deviations count as in a sum of sizes, not of squares (Huber 1964).
+HUBER = 2.0
+# Steps are halved so often where the sum does not fall, and end at this share of a deviation.
+MOST_STEPS, HALVINGS, CONVERGED = 8, 4, 0.02
+# Recordings looked at before all are: one with an impact tells that motions are not smooth.
+FIRST = 3
+# On either side of an interval of 95 %.
+TAIL = 0.025
+# Residuals [m, rad] are over at least this.
+LEAST = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class SmoothFit:
+    """Unknowns where the sum of squares is least, and those of resampled recordings.
+
+    Attributes:
+        values: (P,). samples: (S, P).
+    """
+
+    values: np.ndarray
+    samples: np.ndarray
+
+
+def are_smooth(rollouts: Rollouts, scene: Scene, which: Sequence[int]) -> bool:
+    """Whether motions from the first states come to their ends without an impact."""
+    for own in (which[:FIRST], which[FIRST:]):
+        for row in rollouts.rows(scene, own, impacts=True):
+            if row is None or row.status is not MotionStatus.FINISHED or len(row.impacts["time"]):
+                return False
+    return True
+
+
+def smooth_fit(
+    rollouts: Rollouts,
+    scene_of: Callable[[np.ndarray], Scene],
+    start: np.ndarray,
+    box: np.ndarray,
+    which: Sequence[int],
+    resamples: int,
+    seed: int,
+) -> SmoothFit | None:
+    """Least squares of the configurations at the samples, Huber's weights.
+
+    Args:
+        scene_of: the scene with the values (P,) of the unknowns.
+        start: (P,). box: (2, P), which steps do not leave.
+        which: of the recordings.
+        resamples: how many; by the linear model at the least point (bootstrap, Efron 1979).
+
+    Returns:
+        None where motions do not come to their ends, or do not depend on an unknown.
+    """
+    close = rollouts.with_settings(**CLOSE)
+    states = [rollouts.starts[k] for k in which]
+    residuals = _Residuals(close, scene_of, which)
+    x = start
+    left = residuals.at(x, states)
+    if left is None:
+        return None
+    scale = np.maximum(np.median(np.abs(np.vstack(left)), axis=0) / MEDIAN_TO_SIGMA, LEAST)
+    for _ in range(MOST_STEPS):
+        linear = residuals.linear(x, states, left, scale, box)
+        if linear is None or linear.blind(box):
+            return None
+        step, changes, deviations = linear.step()
+        for _ in range(HALVINGS):
+            after = np.clip(x + step, *box)
+            moved = [_moved(residuals.model, s, c) for s, c in zip(states, changes, strict=True)]
+            then = residuals.at(after, moved)
+            if then is not None and _cost(then, scale) < _cost(left, scale):
+                break
+            step, changes = 0.5 * step, [0.5 * each for each in changes]
+        else:
+            break
+        x, states, left = after, moved, then
+        if (np.abs(step) <= CONVERGED * deviations).all():
+            break
+    linear = residuals.linear(x, states, left, scale, box)
+    if linear is None:
+        return None
+    samples = linear.resampled(resamples, seed)
+    return SmoothFit(x, np.clip(x + samples, *box))
+
+
+class _Residuals:
+    """(T, nv) differences of each recording from its motion, on the tangents of its samples."""
+
+    def __init__(
+        self, rollouts: Rollouts, scene_of: Callable[[np.ndarray], Scene], which: Sequence[int]
+    ) -> None:
+        self._rollouts, self._scene_of, self._which = rollouts, scene_of, which
+        self.model = rollouts.recordings[0].robot.model
+
+    def at(self, x: np.ndarray, states: Sequence[Start]) -> list[np.ndarray] | None:
+        rows = self._rollouts.rows(self._scene_of(x), self._which, starts=states)
+        found = []
+        for k, row in zip(self._which, rows, strict=True):
+            if row is None or row.status is not MotionStatus.FINISHED:
+                return None
+            pairs = zip(self._rollouts.recordings[k].q, row.q, strict=True)
+            found.append(np.array([pin.difference(self.model, a, b) for a, b in pairs]))
+        return found
+
+    def linear(
+        self,
+        x: np.ndarray,
+        states: Sequence[Start],
+        left: list[np.ndarray],
+        scale: np.ndarray,
+        box: np.ndarray,
+    ) -> _Linear | None:
+        """The residuals and their derivatives, over their deviations and with Huber's weights."""
+        columns: list[list[np.ndarray]] = [[] for _ in left]
+        steps = STEP * (box[1] - box[0])
+        for i, step in enumerate(steps):
+            # Away from the edge of the box.
+            own = -step if x[i] + step > box[1, i] else step
+            ahead = self.at(x + own * np.eye(len(x))[i], states)
+            if ahead is None:
+                return None
+            for column, there, here in zip(columns, ahead, left, strict=True):
+                column.append((there - here) / own)
+        for i in range(2 * self.model.nv):
+            change = STEP * np.eye(2 * self.model.nv)[i]
+            ahead = self.at(x, [_moved(self.model, state, change) for state in states])
+            if ahead is None:
+                return None
+            for column, there, here in zip(columns, ahead, left, strict=True):
+                column.append((there - here) / STEP)
+        blocks = []
+        for column, here in zip(columns, left, strict=True):
+            weights = np.sqrt(_weights(here / scale)) / scale
+            slopes = np.stack([(each * weights).ravel() for each in column], axis=1)
+            blocks.append(((here * weights).ravel(), slopes[:, : len(x)], slopes[:, len(x) :]))
+        return _Linear(blocks)
+
+
+class _Linear:
+    """Blocks (residual, A, B) of recordings: A for what all share, B for each one's first state."""
+
+    def __init__(self, blocks: list[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> None:
+        self._blocks = blocks
+        self._normals, self._rights = [], []
+        for left, common, own in blocks:
+            basis, _ = np.linalg.qr(own)
+            free = common - basis @ (basis.T @ common)
+            self._normals.append(free.T @ free)
+            self._rights.append(free.T @ left)
+
+    def blind(self, box: np.ndarray) -> bool:
+        """Whether an unknown changes residuals by less than a deviation from end to end."""
+        return bool((np.diagonal(sum(self._normals)) * (box[1] - box[0]) ** 2 < 1.0).any())
+
+    def step(self) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
+        """(P,) for what is shared, (2 nv,) for each first state, and (P,) deviations."""
+        normal = sum(self._normals)
+        inverse = np.linalg.pinv(np.asarray(normal))
+        step = -inverse @ sum(self._rights)
+        changes = [
+            -np.linalg.lstsq(own, left + common @ step, rcond=None)[0]
+            for left, common, own in self._blocks
+        ]
+        return step, changes, np.sqrt(np.diagonal(inverse))
+
+    def resampled(self, count: int, seed: int) -> np.ndarray:
+        """(count, P) changes of what is shared where recordings are drawn again.
+
+        Few recordings spread too little (by (n − 1)/n), with Student's quantiles at the ends.
+        """
+        from scipy import stats
+
+        rng, found = np.random.default_rng(seed), []
+        normals, rights = np.array(self._normals), np.array(self._rights)
+        n = len(normals)
+        for _ in range(count):
+            chosen = rng.integers(n, size=n)
+            found.append(-np.linalg.pinv(normals[chosen].sum(0)) @ rights[chosen].sum(0))
+        ends = stats.t.isf(TAIL, n - 1) / stats.norm.isf(TAIL)
+        return np.sqrt(n / (n - 1.0)) * ends * np.array(found)
+
+
+def _moved(model: pin.Model, state: Start, change: np.ndarray) -> Start:
+    nv = model.nv
+    q = pin.integrate(model, np.array(state.q), np.ascontiguousarray(change[:nv]))
+    return Start(np.array(q), state.v + change[nv:], state.samples)
+
+
+def _weights(sizes: np.ndarray) -> np.ndarray:
+    return np.minimum(1.0, HUBER / np.maximum(np.abs(sizes), LEAST))
+
+
+def _cost(left: list[np.ndarray], scale: np.ndarray) -> float:
+    """Huber's sum."""
+    total = 0.0
+    for each in left:
+        sizes = np.abs(each / scale)
+        inside = 0.5 * np.minimum(sizes, HUBER) ** 2
+        total += float((inside + HUBER * np.maximum(sizes - HUBER, 0.0)).sum())
+    return total
