@@ -80,6 +80,9 @@ def path_derivative(
     Raises:
         InputError: friction presses the contact in again, or holds all that moves.
     """
+    if not any(block):
+        # Of what is held fast the approach is rounding, and no impulse changes it.
+        return PathDerivative(np.zeros(3), np.zeros((3, PARAMETERS)), ())
     return _Path(block, free, before, e, mu, law).follow()
 
 
