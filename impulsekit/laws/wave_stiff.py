@@ -14,7 +14,8 @@ import numpy as np
 from .borrowed import borrowed, borrowing
 from .compiled import entry
 from .dense import factorize, solve_factorized
-from .wave import rates
+from .wave import any_held, find_forces, rates, velocities
+from .wave_holds import direction, hold
 from .wave_state import FAINT, SLIPS, Array, Integers, Matrix, Wave, wave
 
 __all__ = ["implicit_trial"]
@@ -89,7 +90,44 @@ def implicit_trial(w: Wave, h: float) -> float:
 
 @borrowing
 def _find_slope(w: Wave, rate: Array, slope: Matrix) -> None:
-    """How the rates of the impulses change with the impulses (r, r), by differences."""
+    """How the rates of the impulses change with the impulses (r, r).
+
+    Friction µF against slip u turns with it: dF_t/du = -µF (1 - s sᵀ)/|u|, and what sticks answers
+    linearly. Where contacts are held, which give friction its µF, by differences.
+    """
+    if any_held(w.mode):
+        _by_differences(w, rate, slope)
+        return
+    r = len(w.free)
+    for a in range(r):
+        for b in range(r):
+            slope[a, b] = 0.0
+    for i in range(len(w.kappa)):
+        t = w.tangent[i]
+        if t < 0 or w.slip[i] != SLIPS:
+            continue
+        u1, u2 = float(w.u[t]), float(w.u[t + 1])
+        speed = math.sqrt(u1 * u1 + u2 * u2)
+        s1, s2 = direction(w, i)
+        if speed <= FAINT or u1 * s1 + u2 * s2 <= 0.0:
+            continue
+        # All forces beside one across the slip.
+        across = -w.mu[i] * rate[w.normal[i]] / speed
+        for a in range(r):
+            w.force[a] = 0.0
+        w.force[t], w.force[t + 1] = -s2, s1
+        hold(w)
+        for b in range(r):
+            turned = across * (s1 * w.W[t + 1, b] - s2 * w.W[t, b])
+            for a in range(r):
+                slope[a, b] += w.force[a] * turned
+    velocities(w.W, w.reach, w.free, w.y, w.u)
+    find_forces(w, w.y)
+
+
+@borrowing
+def _by_differences(w: Wave, rate: Array, slope: Matrix) -> None:
+    """``_find_slope`` by differences."""
     r, slowest = len(w.free), math.inf
     for i in range(len(w.kappa)):
         t = w.tangent[i]
