@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .laws import ContactSolution
     from .result import Impact
 
-__all__ = ["ContactPoint", "ContactResult", "contact_results"]
+__all__ = ["ContactPoint", "ContactResult", "contact_impulses", "contact_results"]
 
 # Velocities that differ by no more than this share of their terms are the same.
 SAME_VELOCITY = 1e-13
@@ -133,6 +133,30 @@ def contact_results(impact: Impact) -> tuple[ContactResult, ...]:
     )
 
 
+def contact_impulses(impact: Impact) -> dict[int, np.ndarray]:
+    """``ContactResult.impulse`` of the contacts that touch, by index; nothing else is computed."""
+    outcome = impact.outcome
+    if outcome is None or outcome.contacts is None:
+        return {}
+    by_point: dict[int, list[np.ndarray]] = {}
+    for touch, local in zip(outcome.touches, outcome.contacts.impulse.reshape(-1, 3), strict=True):
+        if touch.turns < 0:
+            by_point.setdefault(touch.entry, []).append(_in_world(touch, local))
+    return {entry: _total(own) for entry, own in by_point.items()}
+
+
+def _in_world(touch: Touch, local: np.ndarray) -> np.ndarray:
+    """(3,) of what is in the axes of a point; of a joint stop (1,), along its joint."""
+    if touch.axes is None:
+        return np.array([touch.jacobian[2].sum() * local[2]])
+    return np.asarray(touch.axes @ local)
+
+
+def _total(impulses: Sequence[np.ndarray]) -> np.ndarray:
+    """The sum over the points of a contact."""
+    return np.asarray(np.sum(impulses, axis=0)) if len(impulses) > 1 else impulses[0].copy()
+
+
 def _gap(scene: Scene, q: np.ndarray, index: int) -> float:
     from .gaps import contact_gaps
 
@@ -147,13 +171,9 @@ def _point(impact: Impact, touch: Touch, i: int, turning: TurningResult | None) 
     local = solution.impulse[3 * i : 3 * i + 3]
     velocities = touch.jacobian @ impact.v_before, touch.jacobian @ impact.v_after
     entry = impact.scene.contacts[touch.entry]
-    axes, position = touch.axes, touch.position
-    if axes is None:
-        sign = touch.jacobian[2].sum()
-        arrays = [np.array([sign * vector[2]]) for vector in (local, *velocities)]
-        normal = None
-    else:
-        arrays = [axes @ vector for vector in (local, *velocities)]
+    axes, position, normal = touch.axes, touch.position, None
+    arrays = [_in_world(touch, vector) for vector in (local, *velocities)]
+    if axes is not None:
         normal = axes[:, 2].copy()
         if position is None and isinstance(entry, Contact | Rope):
             position = impact.mechanics.frame_placement(entry.frame).act(np.array(entry.at))
@@ -232,7 +252,7 @@ def _result(
     name: str, points: tuple[ContactPoint, ...], size: int, measure: Callable[[], float]
 ) -> ContactResult:
     if points:
-        impulse = np.sum([point.impulse for point in points], axis=0)
+        impulse = _total([point.impulse for point in points])
         before = np.mean([point.velocity_before for point in points], axis=0)
         after = np.mean([point.velocity_after for point in points], axis=0)
     else:

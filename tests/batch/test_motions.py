@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import pickle
 import signal
 import subprocess
 import sys
@@ -13,10 +14,14 @@ from click.testing import CliRunner
 
 import impulsekit as ik
 from impulsekit import errors
-from impulsekit.batch.motions import pool
+from impulsekit.batch.inputs import batch_inputs
+from impulsekit.batch.motions import pool, worker
 from impulsekit.cli import main
+from impulsekit.impact.contact_results import contact_impulses
 from impulsekit.impact.warm import compile_laws
+from impulsekit.motion.strides import Strides
 from impulsekit.motion.warm import compile_motion
+from impulsekit.scene.motion import MotionSettings
 
 MODELS = pathlib.Path(__file__).parents[2] / "models"
 BALL = ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer")
@@ -275,3 +280,75 @@ def test_a_study_of_motions_goes_to_a_store(tmp_path):
     file.write_text(STUDY.replace('"end", ', '"ends", '))
     wrong = CliRunner().invoke(main, ["batch", str(file), "-q"])
     assert wrong.exit_code != 0 and '"ends"' in wrong.stderr
+
+
+@pytest.mark.usefixtures("warm")
+def test_a_process_makes_many_steps_at_once(monkeypatch):
+    q, v = drops(1)
+    counts = []
+    made = Strides.make
+
+    def counted(self, until, most, deepest):
+        counts.append(most)
+        return made(self, until, most, deepest)
+
+    monkeypatch.setattr(Strides, "make", counted)
+    state = worker._State()
+    assert state.scene(pickle.dumps(SCENE)) == ""
+    settings, times = MotionSettings(duration=0.3), np.linspace(0.0, 0.3, 3)
+    inputs = batch_inputs(SCENE, q, v, None, None, None, None)
+    kind, found = state.row(inputs, settings, times)
+    assert kind == "row" and found.status is ik.MotionStatus.FINISHED
+    # As in ``simulate``: one step a call costs twice the time.
+    assert counts and min(counts) > 1
+
+
+@pytest.mark.skipif(os.name != "posix", reason="processes of POSIX")
+def test_a_process_ends_with_the_one_that_asks():
+    ends = (
+        "import os; from impulsekit.batch.motions.worker import _end_with; asks = os.getppid(); "
+        "print('go', flush=True); _end_with(asks)"
+    )
+    asks = (
+        "import subprocess, sys, time\n"
+        f"child = subprocess.Popen([sys.executable, '-c', {ends!r}], stdout=subprocess.PIPE)\n"
+        "child.stdout.readline()\n"
+        "time.sleep(1.0)\n"
+        "print(child.poll())\n"
+    )
+    run = [sys.executable, "-c", asks]
+    # Both have the pipe of errors: it ends when they have.
+    told = subprocess.run(run, capture_output=True, text=True, check=True, timeout=60)
+    # It was there as long as the other.
+    assert told.stdout == "None\n"
+
+
+def test_impulses_of_a_batch_are_those_of_the_impacts():
+    pendulum = ik.Robot.from_urdf(MODELS / "double_pendulum.urdf")
+    joint = pendulum.joint_names[0]
+    box, floor = (ik.Robot.from_urdf(MODELS / f"{name}.urdf", root="freeflyer") for name in
+                  ("box", "floor"))  # fmt: skip
+    robot = ik.combine(box=box, floor=floor, ball=BALL, arm=pendulum)
+    scene = ik.Scene(
+        robot,
+        contacts=[
+            ik.JointStop(f"arm/{joint}", upper=0.1),
+            ik.Contact("ball/ball", at=[0, 0, -0.05], friction=0.3, rolling=0.01),
+            ik.Collision("box/box", "floor/floor", friction=0.2),
+            ik.Collision("box/box", "ball/ball"),
+        ],
+    )
+    place = {
+        "box/root_joint": [0, 0, 0.05, 0, 0, 0, 1],
+        "ball/root_joint": [3, 0, 0.05, 0, 0, 0, 1],
+    }
+    q = robot.configuration(**place, **{f"arm/{joint}": 0.1})
+    v = -np.ones(robot.nv)
+    impact = ik.solve(scene, q, v)
+    found = contact_impulses(impact)
+    for k, result in enumerate(impact.contacts):
+        assert (k in found) == result.touching
+        if result.touching:
+            np.testing.assert_array_equal(found[k], result.impulse)
+    assert [len(own) for own in found.values()] == [1, 3, 3]
+    assert len(impact.contacts[2].points) == 4

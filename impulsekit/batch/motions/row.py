@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...errors import ImpulsekitError
+from ...impact.contact_results import contact_impulses
 from ...laws.status import Status
 from ...motion.simulate import simulate
 from ...motion.status import MotionStatus
@@ -55,7 +55,6 @@ def motion_of_row(
     row: int,
     settings: MotionSettings,
     times: np.ndarray,
-    progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """The motion of a row, as ``simulate`` gives it.
 
@@ -64,7 +63,7 @@ def motion_of_row(
     """
     own = scene_of_row(scene, inputs, row) if varies(scene, inputs) else scene
     q, v = (array[row if len(array) > 1 else 0] for array in (inputs.q, inputs.v))
-    return simulate(own, q, v, settings=settings, samples=times, progress=progress)
+    return simulate(own, q, v, settings=settings, samples=times)
 
 
 def followed_row(
@@ -73,7 +72,6 @@ def followed_row(
     settings: MotionSettings,
     times: np.ndarray,
     impacts: bool = True,
-    progress: Callable[[float], None] | None = None,
 ) -> RowResult:
     """Follow the only row of ``inputs``; a row that is refused is told as such.
 
@@ -86,7 +84,7 @@ def followed_row(
     if inputs.codes[0] != Status.SOLVED:
         return _refused(scene, times, str(Status(int(inputs.codes[0])).value))
     try:
-        motion = motion_of_row(scene, inputs, 0, settings, times, progress)
+        motion = motion_of_row(scene, inputs, 0, settings, times)
     except ImpulsekitError as error:
         if error.from_function:
             raise
@@ -146,7 +144,7 @@ def impact_columns(scene: Scene, impacts: tuple[tuple[float, Any], ...]) -> dict
     for i, (_, impact) in enumerate(impacts):
         columns["status"][i] = impact.status_of_shown
         columns["v_before"][i], columns["v_after"][i] = impact.v_before, impact.v_after
-        for k, result in enumerate(impact.contacts):
-            columns["touching"][i, k] = result.touching
-            columns["impulse"][i, k, : len(result.impulse)] = result.impulse
+        for k, impulse in contact_impulses(impact).items():
+            columns["touching"][i, k] = True
+            columns["impulse"][i, k, : len(impulse)] = impulse
     return columns

@@ -10,11 +10,15 @@ import os
 import pickle
 import signal
 import struct
+import threading
+import time
 from typing import IO, Any
 
 __all__ = ["main", "receive", "send"]
 
 _LENGTH = struct.Struct("<Q")
+# How often it is looked whether the process that asks is still there [s].
+WATCH = 0.5
 
 
 def send(stream: IO[bytes], message: Any) -> None:
@@ -48,18 +52,28 @@ def main() -> None:
     os.dup2(2, 1)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    state = _State(os.getppid())
+    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
+    state = _State()
     with contextlib.suppress(EOFError, BrokenPipeError, KeyboardInterrupt):
         while True:
             kind, content = receive(hears)
             send(answers, state.scene(content) if kind == "scene" else state.row(*content))
 
 
+def _end_with(parent: int) -> None:
+    """End this process when the one that asks is gone, even within a motion.
+
+    A thread does: a motion that reports its progress makes its steps one by one, at twice the cost.
+    """
+    while os.getppid() == parent:
+        time.sleep(WATCH)
+    os._exit(1)
+
+
 class _State:
     """The scene that came last."""
 
-    def __init__(self, parent: int) -> None:
-        self._parent = parent
+    def __init__(self) -> None:
         self._scene: Any = None
 
     def scene(self, packed: bytes) -> str:
@@ -82,7 +96,7 @@ class _State:
         try:
             # Ctrl-C ends the motion, not the process.
             signal.signal(signal.SIGINT, signal.default_int_handler)
-            found = followed_row(self._scene, inputs, settings, times, impacts, self._heed)
+            found = followed_row(self._scene, inputs, settings, times, impacts)
             return "row", found
         except KeyboardInterrupt:
             return "row", None
@@ -90,10 +104,6 @@ class _State:
             return "error", _sendable(error)
         finally:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    def _heed(self, time: float) -> None:
-        if os.getppid() != self._parent:
-            os._exit(1)
 
 
 def _sendable(error: Exception) -> Exception:
