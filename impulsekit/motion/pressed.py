@@ -23,6 +23,7 @@ __all__ = [
     "Found",
     "Loaded",
     "Sliding",
+    "direction_of",
     "press",
     "pressed",
     "rows_and_bias",
@@ -218,7 +219,7 @@ def _by_law(
         pushing[m] = rows[at + 2]
         if sliding.ways[i, 2] != 0.0:
             slides = True
-            s1, s2 = _direction(slip[at], slip[at + 1], sliding.ways[i], sliding.slow)
+            s1, s2 = direction_of(slip[at], slip[at + 1], sliding.ways[i], sliding.slow)
             for k in range(nv):
                 across = s1 * rows[at, k] + s2 * rows[at + 1, k]
                 pushing[m, k] -= sliding.friction[i] * across
@@ -262,11 +263,17 @@ def _products(
 
 
 @borrowing
-def _direction(s1: float, s2: float, way: np.ndarray, slow: float) -> tuple[float, float]:
+def direction_of(s1: float, s2: float, way: np.ndarray, slow: float) -> tuple[float, float]:
     """The unit direction of slip; where it is slow, that in which it began."""
-    # Past its stop, within a step that will be cut there, it goes on smoothly.
-    sign = -1.0 if s1 * way[0] + s2 * way[1] < 0.0 else 1.0
-    kept = slow * math.exp(-(s1 * s1 + s2 * s2) / slow**2)
-    s1, s2 = sign * s1 + kept * way[0], sign * s2 + kept * way[1]
+    # Past its stop, within a step that will be cut there, it goes on smoothly: a jump or a bend
+    # there would have steps end next to it, each shorter than the one before.
+    along = s1 * way[0] + s2 * way[1]
+    square = s1 * s1 + s2 * s2
+    kept = slow * math.exp(-square / slow**2)
+    if along < 0.0:
+        across = (s1 * way[1] - s2 * way[0]) ** 2
+        cube = (0.25 * (slow * slow * math.exp(-2.0 * across / slow**2) + across)) ** 1.5
+        kept += 2.0 * along**4 / (cube - along**3)
+    s1, s2 = s1 + kept * way[0], s2 + kept * way[1]
     size = math.sqrt(s1 * s1 + s2 * s2)
     return s1 / size, s2 / size

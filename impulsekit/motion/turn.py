@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from .compiled_settle import next_slide
+from .pressed import direction_of
 
 __all__ = ["GROWN", "NO_TURN", "Turn", "after_stop", "direction_of_slip", "way_of_slip"]
 
@@ -52,10 +53,7 @@ class Turn:
 
 def direction_of_slip(slip: np.ndarray, start: np.ndarray, slow: float) -> np.ndarray:
     """(k,) unit: that of slip, and where it is slower than ``slow`` the one in which it began."""
-    # Past its stop, within a step that will be cut there, it goes on smoothly.
-    s = -slip if slip.dot(start) < 0.0 else slip
-    s = s + slow * np.exp(-slip.dot(slip) / slow**2) * start
-    return s / np.sqrt(s.dot(s))
+    return np.array(direction_of(*_two(slip), np.array(_two(start)), slow)[: len(slip)])
 
 
 def way_of_slip(
