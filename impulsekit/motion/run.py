@@ -109,8 +109,7 @@ class Run:
         while now.t < settings.duration:
             self._last = now.mark(), len(self._flight.path)
             self._interrupts.heed()
-            if self._unless_jammed(lambda: self._go_on(penetration.deepest)):
-                self._flight.restart()
+            self._unless_jammed(lambda: self._go_on(penetration.deepest))
             try:
                 penetration.refuse()
             except Stopped:
@@ -129,12 +128,8 @@ class Run:
         self._now.go_back(mark)
         self._flight.path.shorten(pieces)
 
-    def _unless_jammed(self, proceed: Callable[[], None]) -> bool:
-        """Proceed; where no forces hold what rests for friction jams it, it is struck instead.
-
-        Returns:
-            Whether it was.
-        """
+    def _unless_jammed(self, proceed: Callable[[], None]) -> None:
+        """Proceed; where no forces hold what rests for friction jams it, it is struck instead."""
         now = self._now
         try:
             proceed()
@@ -148,15 +143,16 @@ class Run:
                     raise
                 try:
                     come_to_rest(now, taking_part)
+                    # What begins to slide by now may jam as well.
+                    self._flight.restart()
                 except Stopped as jammed:
                     # The one that has stopped may let another jam.
                     stop = jammed
                     if stop.status is not MotionStatus.REST_NOT_SOLVED:
                         raise
                     continue
-                return True
+                return
             raise stop from None
-        return False
 
     def _go_on(self, deepest: np.ndarray) -> None:
         """Make steps until something happens, many at once where that can be."""
