@@ -17,7 +17,7 @@ import numpy as np
 
 from .problem import ContactProblem
 
-__all__ = ["Jump", "find_limit"]
+__all__ = ["Jump", "find_limit", "is_at_rest"]
 
 # Tolerances for a pull and for friction beyond its bound: shares of the largest impulse and of the
 # bound.
@@ -52,10 +52,12 @@ class Jump(NamedTuple):
     Attributes:
         impulse: (3n,) P [N s].
         change: (3n,) of the velocities [m/s].
+        off: by what u_n/√W_nn may be off, as slip turns by rounding on the way [√J].
     """
 
     impulse: np.ndarray
     change: np.ndarray
+    off: float
 
 
 def find_limit(problem: ContactProblem, velocity: np.ndarray, hits: Hits) -> Jump | None:
@@ -105,7 +107,15 @@ def find_limit(problem: ContactProblem, velocity: np.ndarray, hits: Hits) -> Jum
     off = max(OFF, OFF_BY_PERIOD / (1.0 - ratio))
     if _turns(problem, slides, velocity, change, roots) > off * size:
         return None
-    return Jump(impulse, change) if _holds(problem, impulse, velocity, change, roots) else None
+    if not _holds(problem, impulse, velocity, change, roots):
+        return None
+    return Jump(impulse, change, off * size)
+
+
+def is_at_rest(problem: ContactProblem, velocity: np.ndarray, off: float) -> bool:
+    """Whether no contact approaches by more than a jump may be ``off`` [√J]: what then hits on is
+    its rounding, which slow series keep and add up."""
+    return bool((_roots(problem) * velocity)[2::3].min() >= -off)
 
 
 def _period_of(hits: Hits, longest: int) -> int:

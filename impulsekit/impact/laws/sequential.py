@@ -17,12 +17,13 @@ from ...laws.sequence import (
     Contacts,
     Sequence,
     advance_sequence,
+    end_code,
     sequence_of,
 )
 from ...laws.status import BY_CODE, Status
 from ...laws.words import END, PATH
 from ...scene.law import RESTITUTIONS, Law
-from .limit import Hits, find_limit
+from .limit import Hits, find_limit, is_at_rest
 from .problem import ContactProblem, ContactSolution, in_order
 from .single import refuse_tangential
 
@@ -93,6 +94,9 @@ def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
             state.normal[:] += works[2::3]
             state.friction[:] += works[0::3] + works[1::3]
             steps.hits.clear()
+            if is_at_rest(problem, state.velocity, jump.off):
+                status = BY_CODE[end_code(state, len(problem.friction))]
+                break
     return ContactSolution(
         state.impulse,
         problem.delassus @ state.impulse + problem.velocity_free,
