@@ -37,6 +37,9 @@ SMOOTH, WEAK, ALL_TRIED, SEARCHED, TOO_MANY = 0, 1, 2, 3, 4
 MOST_ANSWERS = 256
 # What an answer that is told of may leave of the law, relative to the velocities.
 LAWFUL = 1e-10
+# Terms of W P may be so many times the velocities: beyond, the errors of a good model, 1e-4, make
+# all that an answer says.
+MOST_TERMS = 1e4
 # [N s] Releases of less are none.
 LEAST_RELEASE = 1e-290
 _VALID = (int(Status.SOLVED), int(Status.NOT_UNIQUE))
@@ -226,11 +229,27 @@ def _expansions(
                 pressed[total, k] = first[k]
                 found[total, k] = first[k] + backs[back, k]
             # Of shares of one load one is enough: they have one velocity, and gain the same.
-            new = True
+            new = _is_measurable(work.W, found[total], scale)
             for known in range(begin, total):
                 new = new and _speed_between(work.W, found[total], found[known]) > SAME * scale
             total += 1 if new else 0
     return total
+
+
+@borrowing
+def _is_measurable(W: np.ndarray, P: np.ndarray, scale: float) -> bool:
+    """Whether the loads of contacts that bear against each other are within all measure.
+
+    Friction may hold still what hardly moves by loads as large as one likes; which of them are
+    found is a matter of rounding.
+    """
+    for r in range(len(P)):
+        total = 0.0
+        for c in range(len(P)):
+            total += abs(W[r, c] * P[c])
+        if total > MOST_TERMS * scale:
+            return False
+    return True
 
 
 @compiled
