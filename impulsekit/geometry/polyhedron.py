@@ -18,7 +18,9 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from ..laws.compiled import compiled, entry
+from ..laws.borrowed import borrowed, borrowing
+from ..laws.compiled import entry
+from .vectors import Vector, cross, dot, row_of
 
 __all__ = [
     "Polyhedron",
@@ -140,11 +142,22 @@ def _examples() -> tuple[Hull, np.ndarray, Hull, np.ndarray]:
     return hull, np.zeros((4, 3)), hull, np.zeros((4, 3))
 
 
-@compiled
-def _between(one: np.ndarray, two: np.ndarray, axis: np.ndarray) -> tuple[float, float]:
+@borrowing
+def _between(one: np.ndarray, two: np.ndarray, axis: Vector) -> tuple[float, float]:
     """How far apart corners are along an axis: the first above the others, and below."""
-    of_one, of_two = one.dot(axis), two.dot(axis)
-    return of_one.min() - of_two.max(), of_two.min() - of_one.max()
+    low_one, high_one = _span(one, axis)
+    low_two, high_two = _span(two, axis)
+    return low_one - high_two, low_two - high_one
+
+
+@borrowing
+def _span(corners: np.ndarray, axis: Vector) -> tuple[float, float]:
+    """From where to where corners reach along an axis."""
+    low, high = math.inf, -math.inf
+    for i in range(len(corners)):
+        height = dot(row_of(corners, i), axis)
+        low, high = min(low, height), max(high, height)
+    return low, high
 
 
 @entry(_examples, seconds=2.0)
@@ -152,26 +165,28 @@ def separate(
     a: Hull, place_a: np.ndarray, b: Hull, place_b: np.ndarray
 ) -> tuple[float, float, float, float]:
     """``separation`` of two polyhedra at places (4, 3), Rᵀ and the origin: gap and normal."""
+    a, place_a, b, place_b = borrowed(a), borrowed(place_a), borrowed(b), borrowed(place_b)
     one, two = a.vertices.dot(place_a[:3]) + place_a[3], b.vertices.dot(place_b[:3]) + place_b[3]
-    best, found, sign = -math.inf, np.zeros(3), 1.0
+    if not abs(one.sum() + two.sum()) < math.inf:
+        # NaN has to reach the result.
+        return math.nan, math.nan, math.nan, math.nan
+    best, found, sign = -math.inf, (0.0, 0.0, 0.0), 1.0
     for hull, place in ((a, place_a), (b, place_b)):
         axes = hull.axes.dot(place[:3])
         for k in range(len(axes)):
-            above, below = _between(one, two, axes[k])
-            # NaN has to reach the result.
-            if not max(above, below) <= best:
-                best, found, sign = max(above, below), axes[k], 1.0 if above >= below else -1.0
+            axis = row_of(axes, k)
+            above, below = _between(one, two, axis)
+            if max(above, below) > best:
+                best, found, sign = max(above, below), axis, 1.0 if above >= below else -1.0
     gap, of_edges = best, -math.inf
     first, second = a.directions.dot(place_a[:3]), b.directions.dot(place_b[:3])
     for i in range(len(first)):
-        ax, ay, az = first[i, 0], first[i, 1], first[i, 2]
         for j in range(len(second)):
-            bx, by, bz = second[j, 0], second[j, 1], second[j, 2]
-            axis = np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
-            size = math.sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2])
+            x, y, z = cross(row_of(first, i), row_of(second, j))
+            size = math.sqrt(x * x + y * y + z * z)
             if not size > PARALLEL:
                 continue
-            axis /= size
+            axis = (x / size, y / size, z / size)
             above, below = _between(one, two, axis)
             if max(above, below) > of_edges:
                 of_edges = max(above, below)

@@ -17,7 +17,8 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from ..laws.compiled import compiled
+from ..laws.borrowed import borrowing
+from .vectors import along, dot, row_of
 
 __all__ = ["Shape", "Support", "furthest", "support_of"]
 
@@ -39,23 +40,34 @@ class Shape(NamedTuple):
     radius: float
 
 
-@compiled
+@borrowing
 def furthest(shape: Shape, direction: np.ndarray) -> float:
     """h [m] beside the centre, in a direction (3,) of any length in the frame of the body."""
+    way = direction[0], direction[1], direction[2]
     if len(shape.normal) > 0:
-        up = shape.normal.dot(direction)
-        beside = np.abs(direction - up * shape.normal).max()
-        return 0.0 if beside <= SAME_WAY * up else math.inf
-    far = shape.points.dot(direction)
+        normal = shape.normal[0], shape.normal[1], shape.normal[2]
+        up = dot(normal, way)
+        beside = along(way, -up, normal)
+        across = max(abs(beside[0]), abs(beside[1]), abs(beside[2]))
+        return 0.0 if across <= SAME_WAY * up else math.inf
+    beside_axis = 0.0
     if len(shape.discs) > 0:
-        across = direction - shape.axis.dot(direction) * shape.axis
-        far = far + shape.discs * math.sqrt(across.dot(across))
-    h = float(far.max())
+        axis = shape.axis[0], shape.axis[1], shape.axis[2]
+        beside = along(way, -dot(axis, way), axis)
+        beside_axis = math.sqrt(dot(beside, beside))
+    h = -math.inf
+    for k in range(len(shape.points)):
+        far = dot(row_of(shape.points, k), way)
+        if len(shape.discs) > 0:
+            far += shape.discs[k] * beside_axis
+        h = max(h, far)
     if len(shape.ellipsoid) > 0:
-        turned = shape.ellipsoid.dot(direction)
-        h += math.sqrt(turned.dot(turned))
+        turned, rows = 0.0, shape.ellipsoid
+        for k in range(3):
+            turned += dot(row_of(rows, k), way) ** 2
+        h += math.sqrt(turned)
     if shape.ball > 0.0:
-        h += shape.ball * math.sqrt(direction.dot(direction))
+        h += shape.ball * math.sqrt(dot(way, way))
     return h
 
 

@@ -31,7 +31,8 @@ class Course(NamedTuple):
     Attributes:
         system, work, watched: of the step. pairs, held: of the gaps, and of points that are held.
         start, length: of the step [s].
-        which: (1,) which of (4n + 1,) signs. lowest: of the last sign what counts as zero [m].
+        which: (1,) which of (4n + 1,) signs; negative for all.
+        lowest: of the last sign what counts as zero [m].
         signs: (n, 3) and found: (5n + 1,) room.
     """
 
@@ -84,6 +85,7 @@ def _write(
     part: float,
     signs: np.ndarray,
     found: np.ndarray,
+    which: int,
 ) -> None:
     """Write (5n + 1,) what ``first_stop`` asks, at a part of a step.
 
@@ -91,6 +93,10 @@ def _write(
     [m/s], how far they are from where their faces and edges end [m], and their gap [m], infinite
     where they are not held; last, by how much the smallest gap of a body is below that of its
     points or zero [m].
+
+    Args:
+        which: the only sign that is asked for: those of speeds leave out the places, which take
+            most of the time; negative for all.
     """
     see_state(system, work, part)
     table, places, n = system.table, system.room.kinematics.places, len(signs)
@@ -98,9 +104,14 @@ def _write(
     for i in range(n):
         for k in range(3):
             found[k * n + i] = signs[i, k]
+    if 0 <= which < 3 * n:
+        return
+    for i in range(n):
         found[3 * n + i] = _inside(table, held, i, places)
         is_held = table.whole[i, 0] == CROSSING or held.spans[i, 1] > held.spans[i, 0]
         found[4 * n + i] = _held_gap(table, i, places) if is_held else math.inf
+    if 0 <= which < 4 * n:
+        return
     below = math.inf
     for k in range(len(held.pairs)):
         least = 0.0
@@ -111,8 +122,8 @@ def _write(
 
 
 @borrowing
-def _write_all(course: Course, t: float) -> None:
-    """See the step at a time [s]."""
+def _see(course: Course, t: float) -> None:
+    """See the step at a time [s], for the sign that is followed or all."""
     _write(
         course.system,
         course.work,
@@ -122,12 +133,13 @@ def _write_all(course: Course, t: float) -> None:
         (t - course.start) / course.length,
         course.signs,
         course.found,
+        course.which[0],
     )
 
 
 @borrowing
 def _sign(course: Course, i: int) -> float:
-    """One of (4n + 1,) signs of what ``_write_all`` wrote: below zero where that has happened."""
+    """One of (4n + 1,) signs of what ``_see`` wrote: below zero where that has happened."""
     n, found = len(course.signs), course.found
     if i < 3 * n:
         return found[i]
@@ -137,7 +149,7 @@ def _sign(course: Course, i: int) -> float:
 @borrowing
 def _node(course: Course, t: float) -> Node:
     """The sign that is followed; its rate is not known."""
-    _write_all(course, t)
+    _see(course, t)
     return Node(t, _sign(course, course.which[0]), 0.0)
 
 
@@ -179,12 +191,14 @@ def crossings_of(
     )  # fmt: skip
     crossed, count = np.empty((pieces * (4 * n + 1), 3)), 0
     before, after = np.empty(4 * n + 1), np.empty(4 * n + 1)
-    _write_all(course, times[0])
+    course.which[0] = -1
+    _see(course, times[0])
     course.lowest[0] = min(course.found[5 * n], 0.0) - ELSEWHERE
     for i in range(4 * n + 1):
         before[i] = _sign(course, i)
     for k in range(pieces):
-        _write_all(course, times[k + 1])
+        course.which[0] = -1
+        _see(course, times[k + 1])
         for i in range(4 * n + 1):
             after[i] = _sign(course, i)
         for i in range(4 * n + 1):
