@@ -32,6 +32,10 @@ __all__ = [
 Pressed = tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
+# Of slip, and of the speed below which it keeps its direction: what is across is rounding.
+STRAIGHT = 1e-6
+
+
 class Sliding(NamedTuple):
     """What is known of the points that rest.
 
@@ -272,6 +276,10 @@ def direction_of(s1: float, s2: float, way: np.ndarray, slow: float) -> tuple[fl
     kept = slow * math.exp(-square / slow**2)
     if along < 0.0:
         across = (s1 * way[1] - s2 * way[0]) ** 2
+        if across <= STRAIGHT**2 * max(slow * slow, along * along):
+            # Turned about: what there is across goes on in proportion, and does not grow.
+            s1, s2, along = -s1, -s2, 0.0
+    if along < 0.0:
         cube = (0.25 * (slow * slow * math.exp(-2.0 * across / slow**2) + across)) ** 1.5
         kept += 2.0 * along**4 / (cube - along**3)
     s1, s2 = s1 + kept * way[0], s2 + kept * way[1]
