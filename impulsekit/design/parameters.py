@@ -150,10 +150,16 @@ def force_parameters_of(scene: Scene, forces: Mapping[str, Sequence[str]]) -> li
     """The unknowns of forces by their names, starting from the values of the scene.
 
     Raises:
+        InputError: no lists of parameters by name.
         UnknownNameError: no such force, or it has no such parameter.
         RangeError: a value that is not above 0: its size is looked for about it.
     """
     names, found = scene.entry_names("forces"), []
+    if not isinstance(forces, Mapping) or any(isinstance(each, str) for each in forces.values()):
+        raise InputError(
+            "fit_motion: forces takes lists of parameters by the name of a force, such as "
+            f'{{"bearing": ["damping"]}}, got {shown(forces, 80)}'
+        )
     for entry, items in forces.items():
         if entry not in names:
             raise UnknownNameError.among("force", entry, names, "fit_motion")

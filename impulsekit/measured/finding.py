@@ -19,6 +19,7 @@ from .kink import Kink, is_smooth, meeting_of
 from .order_check import check_order_by_balance, check_quaternion_order, quaternions_of
 from .recording import Recording
 from .segments import MEDIAN_TO_SIGMA, Segments, find_segments, flights_with_noise
+from .velocity_check import checked_velocities
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -111,12 +112,15 @@ def find_impacts(
             )
         noise = estimated[0]
 
-    def of_all(own: Sequence[Recording]) -> tuple[list[FoundImpact], list[Any], list[Any]]:
+    def of_all(own: Sequence[Recording]) -> tuple[list[list[FoundImpact]], list[Any], list[Any]]:
         return _of_recordings(flight, closing, own, noise, near)
 
-    impacts, phases, outliers = of_all(several)
+    by_recording, phases, outliers = of_all(several)
+    impacts = [impact for own in by_recording for impact in own]
     if impacts and not told:
-        words = check_order_by_balance(impacts, several, lambda own: of_all(own)[0], "find_impacts")
+        words = check_order_by_balance(
+            by_recording, several, lambda own: of_all(own)[0], "find_impacts"
+        )
         notes += [words] if words else []
     impacts, merged = _off_their_contacts(closing, impacts)
     if merged:
@@ -143,16 +147,16 @@ def _of_recordings(
     several: Sequence[Recording],
     sigma: np.ndarray,
     near: float,
-) -> tuple[list[FoundImpact], list[tuple[str, float, float]], list[tuple[str, float]]]:
-    """Impacts, phases and outliers of all recordings."""
-    impacts: list[FoundImpact] = []
+) -> tuple[list[list[FoundImpact]], list[tuple[str, float, float]], list[tuple[str, float]]]:
+    """Impacts by recording, and phases and outliers of all."""
+    impacts: list[list[FoundImpact]] = []
     phases: list[tuple[str, float, float]] = []
     outliers: list[tuple[str, float]] = []
     for recording in several:
         cut = find_segments(flight, recording.t, recording.q, sigma)
         outliers += [(recording.name, float(recording.t[k])) for k in cut.outliers]
         own_impacts, own_phases = _of_recording(flight, closing, recording, cut, sigma, near)
-        impacts += own_impacts
+        impacts.append(own_impacts)
         phases += own_phases
     return impacts, phases, outliers
 
@@ -329,14 +333,19 @@ def _check(several: list[Any], scene: Any, near: float) -> None:
 def _check_readings(several: list[Recording], scene: Scene) -> bool:
     """Units of lengths and orders of quaternions, by what free bodies do.
 
-    Whether the order of quaternions is told: by the floor, by velocities (which a ``Recording``
-    holds against its rates) or since there are none.
+    Whether the order of quaternions is told: by the floor, by velocities that agree with their
+    rates, or since there are none.
     """
-    measured = not quaternions_of(scene.robot) or all(each.v is not None for each in several)
+    looked_at = several[:: max(1, len(several) // MOST_LOOKED_AT)]
+    measured, unlike = not quaternions_of(scene.robot), list[str]()
+    if all(each.v is not None for each in several):
+        for each in looked_at:
+            where = f"find_impacts: recording {each.name or 'given'}"
+            checked_velocities(each.robot, each.t, each.q, each.v, where, unlike)
+        measured = measured or not unlike
     if not has_one_free_body(scene.robot):
         return measured
     gravity = np.array(scene.gravity)
-    looked_at = several[:: max(1, len(several) // MOST_LOOKED_AT)]
     words = length_unit(looked_at, gravity) if gravity.any() else None
     if words is not None:
         raise InputError(f"find_impacts: {words}")

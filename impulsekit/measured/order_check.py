@@ -86,9 +86,9 @@ def quaternions_of(robot: Robot) -> list[int]:
 
 
 def check_order_by_balance(
-    impacts: Sequence[FoundImpact],
+    impacts: Sequence[Sequence[FoundImpact]],
     recordings: Sequence[Recording],
-    find: Callable[[Sequence[Recording]], Sequence[FoundImpact]],
+    find: Callable[[Sequence[Recording]], Sequence[Sequence[FoundImpact]]],
     who: str,
 ) -> str | None:
     """Refuse attitudes with which jumps do not balance momentum, if those in another order do.
@@ -96,8 +96,8 @@ def check_order_by_balance(
     A sign test on the impacts that both readings find.
 
     Args:
-        impacts: of ``recordings`` as they are read.
-        find: gives the impacts of recordings in another order.
+        impacts: of each of ``recordings`` as they are read.
+        find: gives the impacts of each of some recordings, which are in another order.
 
     Returns:
         None if the order is told to be right, else what to note.
@@ -106,14 +106,13 @@ def check_order_by_balance(
         InputError: the order of the quaternion looks as if it were the other one.
     """
     starts = quaternions_of(recordings[0].robot)
-    named = {each.recording for each in impacts}
-    looked_at = [each for each in recordings if each.name in named]
-    looked_at = looked_at[:: max(1, len(looked_at) // MOST_RECORDINGS)]
+    pairs = [pair for pair in zip(impacts, recordings, strict=True) if pair[0]]
+    pairs = pairs[:: max(1, len(pairs) // MOST_RECORDINGS)]
     told = True
     for order in READINGS:
-        ours, others = _explained(
-            impacts, find([_reordered(each, starts, order) for each in looked_at])
-        )
+        found = find([_reordered(each, starts, order) for _, each in pairs])
+        both = [_explained(own, there) for (own, _), there in zip(pairs, found, strict=True)]
+        ours, others = (sum(each) for each in zip(*both, strict=True))
         if _by_chance(others, ours) < WRONG:
             raise InputError(
                 f"{who}: as the quaternions are read, {others} jumps balance momentum worse than "
@@ -132,14 +131,13 @@ def _reordered(recording: Recording, starts: Sequence[int], order: tuple[int, ..
 
 
 def _explained(first: Sequence[FoundImpact], second: Sequence[FoundImpact]) -> tuple[int, int]:
-    """How many impacts that both found are explained better by the one, and by the other."""
+    """How many impacts that both readings find are explained better by each."""
     better = [0, 0]
     for one in first:
         same = [
             other
             for other in second
-            if other.recording == one.recording
-            and abs(other.time - one.time) < 3.0 * (one.time_sigma + other.time_sigma)
+            if abs(other.time - one.time) < 3.0 * (one.time_sigma + other.time_sigma)
         ]
         if not same or not (one.contacts or same[0].contacts):
             continue

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.errors import RangeError, UnknownNameError
+from impulsekit.errors import InputError, RangeError, UnknownNameError
 from impulsekit.measured import Recording, fit_motion
 from impulsekit.models import pendulum_urdf
 
@@ -47,6 +47,9 @@ def test_forces_that_cannot_be_fitted_are_told():
     recordings = swings(scene)
     with pytest.raises(UnknownNameError, match='unknown force "spring"'):
         fit_motion(recordings, scene, forces={"spring": ["damping"]})
+    for given in (["bearing"], {"bearing": "damping"}):
+        with pytest.raises(InputError, match="lists of parameters by the name of a force"):
+            fit_motion(recordings, scene, forces=given)
     with pytest.raises(UnknownNameError, match="torque"):
         fit_motion(recordings, scene, forces={"bearing": ["torque"]})
     with pytest.raises(RangeError, match=r"damping of bearing.*above 0"):

@@ -57,7 +57,7 @@ def two_cubes(count):
         v = np.concatenate([[0, 0, -1], 6 * rng.normal(size=3), 3 * rng.normal(size=6)])
         motion = ik.simulate(scene, q, v, duration=0.35, samples=106, capture_speed=0.02)
         found.append(Recording(robot, motion.t, noisy(robot.model, motion.q, SIGMA, rng)))
-    return scene, [replace(each, name=str(k)) for k, each in enumerate(found)]
+    return scene, found
 
 
 def test_without_a_floor_the_balance_of_momentum_tells_the_order_of_quaternions():
@@ -68,6 +68,24 @@ def test_without_a_floor_the_balance_of_momentum_tells_the_order_of_quaternions(
     wrong = [replace(each, q=each.q[:, order]) for each in throws]
     with pytest.raises(InputError, match=r"jumps balance momentum worse.*xyzw or wxyz"):
         find_impacts(wrong, scene, sigma=SIGMA)
+
+
+def test_velocities_given_to_a_recording_tell_the_order_too():
+    scene = ik.Scene(SCENE.robot, gravity=SCENE.gravity)
+    t = np.arange(40) / 200
+    q, v = np.zeros((40, 7)), np.zeros((40, 6))
+    q[:, 3], q[:, 6], v[:, 3] = np.sin(3 * t), np.cos(3 * t), 6.0
+    q[:, :3] = [0.0, 0.0, 1.0]
+    q[:, 2] -= 0.5 * 9.81 * t**2
+    turned = pin.exp3(np.array([0.4, 1.1, -0.7]))
+    for k, row in enumerate(q):
+        axes = turned @ pin.Quaternion(row[3:].copy()).matrix()
+        row[3:], v[k, :3] = pin.Quaternion(axes).coeffs(), axes.T @ [0.0, 0.0, -9.81 * t[k]]
+    right = Recording(SCENE.robot, t, q, v=v)
+    assert not find_impacts(right, scene, sigma=1e-4).impacts
+    wrong = replace(right, q=q[:, [0, 1, 2, 4, 5, 6, 3]])
+    with pytest.raises(InputError, match=r"find_impacts: .*the other one, xyzw or wxyz"):
+        find_impacts(wrong, scene, sigma=1e-4)
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(1e3, "mm"), (1e2, "cm")])
