@@ -21,7 +21,7 @@ import impulsekit as ik
 
 HERE = Path(__file__).parent
 INSTANTS = (0.0, 1.0, 2.0, 3.0)  # [s]
-INK, QUIET = "#22303c", "#7b8894"
+QUIET = "#7b8894"
 COLOURS = ("#22303c", "#2b6cb0", "#2f855a", "#c8412b")
 
 

@@ -16,6 +16,24 @@ STRUCK = {
 }
 
 
+def one_body(
+    name: str, mass: float, moments: object, shape: str = "", root: str = "freeflyer"
+) -> ik.Robot:
+    """A robot of one link.
+
+    ``moments``: of inertia, three or one for all axes; ``shape``: what collides, in the words of
+    a URDF.
+    """
+    x, y, z = np.broadcast_to(np.asarray(moments, dtype=float), 3).tolist()
+    collision = f"<collision><geometry>{shape}</geometry></collision>" if shape else ""
+    return ik.Robot.from_urdf(
+        f'<robot name="{name}"><link name="{name}"><inertial><mass value="{mass!r}"/><inertia '
+        f'ixx="{x!r}" iyy="{y!r}" izz="{z!r}" ixy="0" ixz="0" iyz="0"/></inertial>{collision}'
+        "</link></robot>",
+        root=root,
+    )
+
+
 def random_state(robot: ik.Robot, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """A configuration on its manifold and a velocity, both of order one."""
     rng = np.random.default_rng(seed)

@@ -212,6 +212,16 @@ def test_the_doctor_finds_a_sound_installation():
     assert re.search(r"^pinocchio 4\.\S+ .* is imported from /", result.stdout, re.M)
 
 
+def test_the_doctor_says_where_nothing_is_installed(monkeypatch):
+    def missing(name):
+        raise importlib.metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(doctor.importlib.metadata, "requires", missing)
+    result = run("doctor")
+    assert result.exit_code == 1
+    assert "impulsekit is not installed, only found on the path" in result.stderr
+
+
 def test_the_doctor_names_what_is_missing_and_the_line_for_it(monkeypatch):
     version = importlib.metadata.version
 

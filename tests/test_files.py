@@ -24,13 +24,6 @@ from impulsekit.files import (
     write_file,
 )
 
-SCENE = """[robot]
-example = "panda"
-[[impulses]]
-frame = "panda_hand"
-linear = [0, 0, 1]
-"""
-
 
 @pytest.fixture(scope="module")
 def struck():

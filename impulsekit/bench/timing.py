@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-__all__ = ["Ratio", "TimesItself", "Timing", "import_times", "ratio_row", "time_in_turn"]
+__all__ = ["Ratio", "TimesItself", "Timing", "import_times", "time_in_turn"]
 
 TRIES = 15
 
@@ -107,16 +107,6 @@ def time_in_turn(
                     ways[name]()
                 taken[name].append(_per_call(ways[name], repeats[name]))
     return {name: Timing(tuple(times)) for name, times in taken.items()}
-
-
-def ratio_row(label: str, ours: Timing, theirs: Timing, bound: float) -> str:
-    """One line: both times, the ratio of medians with its spread, and the bound it is held to."""
-    ratio = Ratio.of(ours, theirs)
-    verdict = "within" if ratio.median <= bound else "ABOVE"
-    return (
-        f"{label:44s} {1e6 * ours.median:9.2f} µs {1e6 * theirs.median:9.2f} µs   "
-        f"ratio {ratio.median:5.2f} ({ratio.low:.2f} to {ratio.high:.2f})   {verdict} {bound:g}"
-    )
 
 
 def import_times(statements: Sequence[str], rounds: int = 11) -> dict[str, Timing]:

@@ -52,7 +52,7 @@ def batch(
     study = load_study(file)
     try:
         if scheduler or workers:
-            with _client(scheduler, workers, threads) as client:
+            with _client(scheduler, workers) as client:
                 run_study(study, folder, progress=not quiet, client=client)
         else:
             run_study(study, folder, progress=not quiet, threads=threads)
@@ -86,7 +86,7 @@ def _how_to_go_on(folder: str) -> str:
     return f"interrupted: {done}; to go on, run the same command again:\n  {command}"
 
 
-def _client(scheduler: str | None, workers: int | None, threads: int | None) -> Any:
+def _client(scheduler: str | None, workers: int | None) -> Any:
     from ..errors import MissingExtraError, RangeError, quoted
 
     try:

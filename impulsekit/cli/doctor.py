@@ -65,9 +65,13 @@ def doctor(ctx: click.Context) -> None:
     rows += [[r.name, r.installed or "-", r.extra or "core", r.verdict] for r in needed]
     click.echo("\n".join(table(["package", "version", "part", "state"], rows)))
     click.echo()
-    warnings = [
-        f"{r.name}: {r.verdict}" for r in needed if not r.extra and r.verdict != "ok"
-    ] + _pinocchio()
+    warnings = [f"{r.name}: {r.verdict}" for r in needed if not r.extra and r.verdict != "ok"]
+    warnings += _pinocchio()
+    if not needed:
+        warnings.append(
+            "impulsekit is not installed, only found on the path: what it needs is not known here;"
+            " pip install . in its folder"
+        )
     for warning in warnings:
         click.echo(f"warning: {warning}", err=True)
     if warnings:
@@ -76,9 +80,16 @@ def doctor(ctx: click.Context) -> None:
 
 
 def requirements() -> list[Requirement]:
-    """What the installed impulsekit asks for, the core first, each package once a part."""
+    """What the installed impulsekit asks for, the core first, each package once a part.
+
+    None where it is not installed, only found on the path.
+    """
     found: dict[tuple[str, str], Requirement] = {}
-    for line in importlib.metadata.requires("impulsekit") or []:
+    try:
+        lines = importlib.metadata.requires("impulsekit") or []
+    except importlib.metadata.PackageNotFoundError:
+        lines = []
+    for line in lines:
         spec, _, marker = line.partition(";")
         match = re.match(r"([A-Za-z0-9._-]+)\s*(\[[^]]*\])?\s*(.*)", spec.strip())
         if match is None or match[1] == "impulsekit":

@@ -5,9 +5,10 @@
 | two polyhedra (boxes, convex hulls of meshes) | ``features``: separating axes, corners, edges |
 | ball, capsule, cylinder or cone with one of these or a polyhedron | ``separate``, ``patch`` |
 | a half-space with any of these five | its normal, ``patch`` |
-| others: ellipsoids, thickened boxes, planes, hulls of very many corners | coal |
+| an ellipsoid over a half-space | ``ellipsoids`` |
+| others: other ellipsoids, thickened boxes, planes, hulls of very many corners | coal |
 
-The first three are right to rounding, the same whichever piece comes first and wherever and
+The first four are right to rounding, the same whichever piece comes first and wherever and
 however the pieces are in the world.
 """
 
@@ -23,6 +24,7 @@ import pinocchio as pin
 from ..robot import Robot
 from ..tolerances import NONZERO
 from .convex import Convex, HalfSpace, convex_of
+from .ellipsoids import lowest_point
 from .features import CornerOnFace, EdgesCross, touching_at
 from .pairs import ConvexPair, has_closed_form
 from .polyhedron import Polyhedron, can_be_separated, polyhedron_of, separation_at
@@ -34,7 +36,6 @@ __all__ = [
     "gap_and_normal",
     "is_exact",
     "meeting_points",
-    "smallest_gap",
     "solid_of",
     "solids_of",
 ]
@@ -128,7 +129,9 @@ def _kept_solid(robot: Robot, index: int, geometry: coal.CollisionGeometry) -> S
 
 def is_exact(one: Solid, two: Solid) -> bool:
     """Whether gaps and points of two solids are told in closed form, to rounding."""
-    return _polyhedra(one, two) is not None or has_closed_form(one.convex, two.convex)
+    if _polyhedra(one, two) is not None or has_closed_form(one.convex, two.convex):
+        return True
+    return _over(one, two) is not None or _over(two, one) is not None
 
 
 def meeting_points(first: Solids, other: Solids, margin: float) -> Iterator[MeetingPoint]:
@@ -145,33 +148,29 @@ def meeting_points(first: Solids, other: Solids, margin: float) -> Iterator[Meet
                 normal, touching = curved.points(margin)
                 for position, gap in touching:
                     yield MeetingPoint(position, normal, gap, pieces=numbers)
+            elif (low := _lowest(one, placement_a, two, placement_b)) is not None:
+                gap, normal, point = low
+                if gap <= margin:
+                    yield MeetingPoint(point, normal, gap, pieces=numbers)
             else:
                 pieces = one.geometry, placement_a, two.geometry, placement_b
                 yield from _pair(*pieces, margin, numbers)
 
 
-def smallest_gap(first: Solids, other: Solids) -> float:
-    """The gap of two bodies [m], negative where they overlap.
-
-    Of polyhedra it is the largest separation along an axis, which is zero where their
-    distance is, and no larger elsewhere.
-    """
-    gaps = [
-        gap_and_normal(one, placement_a, two, placement_b)[0]
-        for one, placement_a in first
-        for two, placement_b in other
-    ]
-    return min(gaps, default=np.inf)
-
-
 def gap_and_normal(
     one: Solid, placement_a: pin.SE3, two: Solid, placement_b: pin.SE3
 ) -> tuple[float, np.ndarray]:
-    """The gap of two pieces [m], as ``smallest_gap``, and its normal (3,) from the second."""
+    """The gap of two pieces [m], negative where they overlap, and its normal from the second.
+
+    Of polyhedra it is the largest separation along an axis, which is zero where their
+    distance is, and no larger elsewhere. The normal is (3,).
+    """
     if (pair := _polyhedra(one, two)) is not None:
         return separation_at(pair[0], placement_a, pair[1], placement_b)
     if (curved := _convex(one, placement_a, two, placement_b)) is not None:
         return curved.separate()
+    if (low := _lowest(one, placement_a, two, placement_b)) is not None:
+        return low[:2]
     gap, towards_b = _gap(one.geometry, placement_a, two.geometry, placement_b)
     return gap, -towards_b
 
@@ -204,6 +203,28 @@ def _convex(
     if a is None or b is None or not has_closed_form(a, b):
         return None
     return ConvexPair(a, placement_a, b, placement_b)
+
+
+def _over(solid: Solid, ground: Solid) -> tuple[coal.Ellipsoid, HalfSpace] | None:
+    """Both as an ellipsoid and a half-space; None where they are none."""
+    shape, flat = solid.geometry, ground.convex
+    if isinstance(shape, coal.Ellipsoid) and isinstance(flat, HalfSpace):
+        return shape, flat
+    return None
+
+
+def _lowest(
+    one: Solid, placement_a: pin.SE3, two: Solid, placement_b: pin.SE3
+) -> tuple[float, np.ndarray, np.ndarray] | None:
+    """Gap, normal and point (halfway) of an ellipsoid over a half-space; None of other pairs."""
+    for solid, place, other, ground, sign in (
+        (one, placement_a, two, placement_b, 1.0),
+        (two, placement_b, one, placement_a, -1.0),
+    ):
+        if (both := _over(solid, other)) is not None:
+            gap, up, point = lowest_point(both[0], place, both[1], ground)
+            return gap, sign * up, point - 0.5 * gap * up
+    return None
 
 
 def _gap(

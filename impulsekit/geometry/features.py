@@ -26,18 +26,15 @@ __all__ = [
     "CornerOnFace",
     "EdgesCross",
     "FeaturePoint",
-    "beside",
     "borders_of",
-    "inside",
     "inside_of",
     "touch",
     "touching_at",
-    "touching_features",
 ]
 
 # Faces whose cosines to a direction differ by less face it alike.
 ALIKE = 1e-6
-# A corner beside a face, or a crossing beyond the end of an edge, by less than this [m] is on it.
+# What is beside a face or shape, or beyond the end of an edge, by less than this [m] is on it.
 BESIDE = 1e-6
 # Points nearer to each other than this are one [m].
 ONE_POINT = 3e-6
@@ -129,36 +126,23 @@ class _Found(NamedTuple):
     most: float
 
 
-def touching_features(
-    a: Polyhedron, b: Polyhedron, margin: float
+def touching_at(
+    a: Polyhedron, place_a: pin.SE3, b: Polyhedron, place_b: pin.SE3, margin: float
 ) -> tuple[np.ndarray, list[FeaturePoint]]:
     """Where two polyhedra are no further apart than ``margin`` [m].
 
     Returns:
-        (3,) the normal from b to a, and the points: the ends of the part of the surfaces that
-        is within the margin of where they touch first. One normal serves all of them and they
-        lie in one plane: those of faces that are flat on each other but for 1e-6 m would make
-        rows that depend on each other but for as little, and ask for what cannot be.
+        (3,) the normal from b to a, and the points, from an origin at the second one: the ends of
+        the part of the surfaces that is within the margin of where they touch first. One normal
+        serves all of them and they lie in one plane: those of faces that are flat on each other
+        but for 1e-6 m would make rows that depend on each other but for as little, and ask for
+        what cannot be.
     """
-    here = np.zeros((4, 3))
-    here[:3] = np.eye(3)
-    return _in_words(*touch(_Solid.of(a), here, _Solid.of(b), here, margin))
-
-
-def touching_at(
-    a: Polyhedron, place_a: pin.SE3, b: Polyhedron, place_b: pin.SE3, margin: float
-) -> tuple[np.ndarray, list[FeaturePoint]]:
-    """``touching_features`` of two polyhedra that are moved, from an origin at the second one."""
     one, two = places_about_second(place_a, place_b)
-    return _in_words(*touch(_Solid.of(a), one, _Solid.of(b), two, margin))
-
-
-def _in_words(
-    normal: np.ndarray, features: np.ndarray, numbers: np.ndarray
-) -> tuple[np.ndarray, list[FeaturePoint]]:
+    normal, features, numbers = touch(_Solid.of(a), one, _Solid.of(b), two, margin)
     found = []
-    for (kind, a, b, c, d), (*at, gap) in zip(features.tolist(), numbers.tolist(), strict=True):
-        feature = CornerOnFace(a, b, c) if kind == CORNER else EdgesCross((a, b), (c, d))
+    for (kind, i, j, k, m), (*at, gap) in zip(features.tolist(), numbers.tolist(), strict=True):
+        feature = CornerOnFace(i, j, k) if kind == CORNER else EdgesCross((i, j), (k, m))
         found.append(FeaturePoint(feature, np.array(at), gap))
     return normal, found
 
@@ -177,7 +161,7 @@ def _examples() -> tuple[_Solid, np.ndarray, _Solid, np.ndarray, float]:
 def touch(
     a: _Solid, place_a: np.ndarray, b: _Solid, place_b: np.ndarray, margin: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """``touching_features``: the normal (3,), features (n, 5) and numbers (n, 4) of ``_Found``.
+    """``touching_at``: the normal (3,), features (n, 5) and numbers (n, 4) of ``_Found``.
 
     Args:
         a, b: both. place_a, place_b: (4, 3) Rᵀ and the origin.
@@ -187,8 +171,8 @@ def touch(
     normal, n = np.array((x, y, z)), (x, y, z)
     if gap > margin:
         return normal, np.zeros((0, 5), np.int64), np.zeros((0, 4))
-    one, lowest, size = _place(a, place_a, n, -1.0, margin)
-    two, highest, other = _place(b, place_b, n, 1.0, margin)
+    one, lowest, size = _place(a, place_a, n, -1.0)
+    two, highest, other = _place(b, place_b, n, 1.0)
     near = margin + ROUNDING * max(size, other)
     for placed, level, sign in ((one, lowest, 1.0), (two, highest, -1.0)):
         for i in range(len(placed.vertices)):
@@ -213,7 +197,7 @@ def touch(
 
 @compiled
 def _place(
-    solid: _Solid, place: np.ndarray, n: Vector, sign: float, margin: float
+    solid: _Solid, place: np.ndarray, n: Vector, sign: float
 ) -> tuple[_Placed, float, float]:
     """A polyhedron at a place, how far it reaches along ±n [m], and how thick it is there [m]."""
     vertices = solid.hull.vertices.dot(place[:3]) + place[3]
@@ -321,19 +305,12 @@ def _unit(way: Vector) -> tuple[Vector, float]:
     return (way[0] / length, way[1] / length, way[2] / length), length
 
 
-def beside(body: Polyhedron, face: int, point: np.ndarray) -> float:
-    """How far a point of a face's plane is inside its boundary [m], negative outside."""
-    return inside(borders_of(body, face), point)
-
-
-def inside(borders: np.ndarray, point: np.ndarray) -> float:
-    """``beside`` of a point (3,), from the ``borders_of`` a face."""
-    return inside_of(borders, 0, len(borders), point.tolist())
-
-
 @borrowing
 def inside_of(borders: np.ndarray, first: int, last: int, point: Vector) -> float:
-    """``inside`` some of many borders (b, 6); infinite where these are none."""
+    """How far a point of a face's plane is inside its boundary [m], negative outside.
+
+    From some of many borders (b, 6), see ``borders_of``; infinite where these are none.
+    """
     least = math.inf
     for k in range(first, last):
         corner = borders[k, 3], borders[k, 4], borders[k, 5]

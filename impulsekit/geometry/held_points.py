@@ -1,4 +1,4 @@
-"""Points at which two polyhedra touch, followed as the bodies move.
+"""Points at which two bodies touch, followed as the bodies move.
 
 A corner stays on its body and moves over a plane of the other:
 
@@ -12,255 +12,306 @@ nearest points and w the velocity of the first body against the other there,
 and that place moves along the edges at σ' and τ' with w + σ' e − τ' f along n. The rows are
 Rᵀ w with R = (e, n × e, n); their rates need ė = ω × e, ṅ from ė and ḟ, and the
 accelerations of the material points with ω × e σ' of the way along the edge.
+
+Tips of round bodies: see ``held_tips``. Each is a row of a table (``points``), whose rows and
+rates are written there; here is what its gap is, where it is and how far from its end.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
+from ..laws.borrowed import borrowed, borrowing
+from ..laws.compiled import entry
 from .axes import contact_axes, cross
-from .features import CornerOnFace, EdgesCross, borders_of, inside
-from .lines import nearest_of_lines
+from .features import CornerOnFace, EdgesCross, borders_of, inside_of
+from .points import (
+    CROSSING,
+    MOST,
+    PLANE,
+    TIP,
+    Table,
+    TableRow,
+    axes_of_crossing,
+    axis,
+    back,
+    crossing,
+    origin,
+    point_of,
+    table_of,
+    three,
+    tip_of,
+    turned,
+)
 from .polyhedron import Polyhedron
+from .vectors import Vector, along, dot
 
-__all__ = ["HeldCorner", "HeldCrossing", "HeldPoint", "held_point"]
+if TYPE_CHECKING:
+    from .held_tips import TipOnFace
+
+__all__ = [
+    "COMES_FLAT",
+    "HeldPoint",
+    "gaps_and_ends",
+    "held_corner",
+    "held_crossing",
+    "held_gap",
+    "held_inside",
+    "held_point",
+    "in_arrays",
+    "on_face",
+    "spots_of",
+    "write_gaps_and_ends",
+    "write_spots",
+]
 
 # Edges that cross at a smaller angle (sine) than when they were taken hold of, by this part,
 # have become parallel.
 STILL_CROSS = 1e-3
+# A rim whose far side is nearer than this to the face [m] comes to lie flat.
+COMES_FLAT = 2e-8
 
 Places = Sequence[pin.SE3]
-Motions = Sequence[pin.Motion]
 
 
-class HeldCorner:
-    """A corner of one body on a face of the other.
-
-    Args:
-        bodies: both, in the frames of their joints.
-        feature: which corner and face.
-        kept: (9,) the axes t₁, t₂, n in the frame of the plane's body, row by row.
-        pieces: the numbers of the two, of bodies that are several.
+@dataclass(frozen=True, eq=False)
+class HeldPoint:
+    """A corner or tip of one body on a face of the other, or an edge across an edge.
 
     Attributes:
-        feature, kept, pieces: as given.
+        feature: what touches.
+        kept: what was found when it was taken hold of: of a face (9,) the axes t₁, t₂, n in the
+            frame of its body, row by row, of a fixed point of a rim (12,), that point in the frame
+            of its own joint behind them; of edges the sign of e × f against the normal, and the
+            sine of the angle at which they cross below which they count as parallel.
+        pieces: the numbers of the two, of bodies that are several.
+        kind, numbers: as a ``Table`` has them. sides: which body is whose there.
+        face: the polyhedron and its face that the point may leave; None of edges.
     """
 
-    def __init__(
-        self,
-        bodies: tuple[Polyhedron, Polyhedron],
-        feature: CornerOnFace,
-        kept: Sequence[float],
-        pieces: tuple[int, int] = (0, 0),
-    ) -> None:
-        self.feature, self.kept, self.pieces = feature, tuple(kept), pieces
-        self._own, self._plane = feature.side, 1 - feature.side
-        self._ground, self._face = bodies[self._plane], feature.face
-        self._at = bodies[self._own].vertices[feature.corner]
-        self._sign = 1.0 if feature.side == 0 else -1.0
-        self._normal = self._ground.normals[self._face]
-        self._height = float(self._ground.heights[self._face])
-        self._axes = np.array(self.kept).reshape(3, 3)
+    feature: CornerOnFace | EdgesCross | TipOnFace
+    kept: tuple[float, ...]
+    pieces: tuple[int, int]
+    kind: int
+    sides: tuple[int, int]
+    numbers: np.ndarray
+    face: tuple[Polyhedron, int] | None
 
-    @classmethod
-    def now(
-        cls,
-        bodies: tuple[Polyhedron, Polyhedron],
-        feature: CornerOnFace,
-        places: Places,
-        pieces: tuple[int, int] = (0, 0),
-    ) -> HeldCorner:
-        """Taken hold of with the joints at ``places``."""
-        plane = 1 - feature.side
-        turn = places[plane].rotation
-        normal = turn.dot(bodies[plane].normals[feature.face])
-        axes = contact_axes(normal if feature.side == 0 else -normal)
-        # Axes that turn with the plane.
-        return cls(bodies, feature, turn.T.dot(axes).ravel().tolist(), pieces)
-
-    def in_numbers(self) -> tuple[tuple[int, int], np.ndarray]:
-        """Which body is whose, the point's and the plane's, and (16,) what a table says of it.
-
-        The corner, the axes column by column and a point of the plane, each in the frame of its
-        body's joint, and the sign of the rows.
-        """
-        on_plane = self._height * self._normal
-        numbers = np.concatenate([self._at, self._axes.T.ravel(), on_plane, [self._sign]])
-        return (self._own, self._plane), numbers
-
-    def _over(self, places: Places) -> np.ndarray:
-        """(3,) the corner in the axes of the plane's body."""
-        return places[self._plane].actInv(places[self._own].act(self._at))
-
-    def gap(self, places: Places) -> float:
-        """[m]; negative inside."""
-        return float(self._normal.dot(self._over(places))) - self._height
-
-    def inside(self, places: Places) -> float:
-        """How far the corner is inside the face [m], negative beside it."""
-        return inside(self.borders, self._over(places))
+    def row(self, joint_ids: tuple[int, int]) -> TableRow:
+        """The row of a table, for the joints of both bodies."""
+        return self.kind, joint_ids[self.sides[0]], joint_ids[self.sides[1]], self.numbers
 
     @cached_property
     def borders(self) -> np.ndarray:
-        """``borders_of`` the face, in its body's frame."""
-        return borders_of(self._ground, self._face)
-
-    def place(self, places: Places) -> tuple[np.ndarray, np.ndarray]:
-        """(3,) the point and (3, 3) its axes t₁, t₂, n."""
-        return places[self._own].act(self._at), places[self._plane].rotation.dot(self._axes)
-
-    def bias(self, places: Places, velocities: Motions, accelerations: Motions) -> np.ndarray:
-        """(3,) the rates of the rows' velocities where no joint accelerates."""
-        point, axes = self.place(places)
-        (velocity, rate), (below, below_rate) = (
-            point_motion(places[i], velocities[i], accelerations[i], point)
-            for i in (self._own, self._plane)
-        )
-        turning = places[self._plane].rotation.dot(velocities[self._plane].angular)
-        # The coinciding point moves over its body at the velocity between the two.
-        rate = rate - below_rate - 2.0 * cross(turning, velocity - below)
-        return self._sign * axes.T.dot(rate)
+        """``borders_of`` the face, in its body's frame; (0, 6) of edges."""
+        return np.zeros((0, 6)) if self.face is None else borders_of(*self.face)
 
 
-class HeldCrossing:
-    """An edge of one body across an edge of the other.
+def on_face(
+    feature: CornerOnFace | TipOnFace,
+    ground: Polyhedron,
+    at: np.ndarray,
+    kept: Sequence[float],
+    pieces: tuple[int, int],
+    round_part: Sequence[float] | None = None,
+) -> HeldPoint:
+    """A point on a face.
 
     Args:
-        bodies: both, in the frames of their joints.
-        feature: which edges.
-        kept: the sign of e × f against the normal, and the sine of the angle at which they cross
-            below which they count as parallel.
-        pieces: the numbers of the two, of bodies that are several.
-
-    Attributes:
-        feature, kept, pieces: as given.
+        feature: which; ground: whose face. kept, pieces: as of ``HeldPoint``.
+        at: (3,) the point, or the middle of its ball or rim, in the frame of its joint.
+        round_part: of a tip (5,) the radii of ball and rim, and the rim's axis.
     """
-
-    def __init__(
-        self,
-        bodies: tuple[Polyhedron, Polyhedron],
-        feature: EdgesCross,
-        kept: Sequence[float],
-        pieces: tuple[int, int] = (0, 0),
-    ) -> None:
-        self.feature, self.kept, self.pieces = feature, tuple(kept), pieces
-        self._sign, self._least = self.kept
-        self._ends = [
-            body.vertices[list(edge)]
-            for body, edge in zip(bodies, (feature.first, feature.other), strict=True)
-        ]
-        self._lengths = [float(np.linalg.norm(ends[1] - ends[0])) for ends in self._ends]
-        self._ways = [
-            (ends[1] - ends[0]) / length
-            for ends, length in zip(self._ends, self._lengths, strict=True)
-        ]
-
-    @classmethod
-    def now(
-        cls,
-        bodies: tuple[Polyhedron, Polyhedron],
-        feature: EdgesCross,
-        normal: np.ndarray,
-        places: Places,
-        pieces: tuple[int, int] = (0, 0),
-    ) -> HeldCrossing:
-        """Taken hold of with the joints at ``places``, (3,) normal from the second to the first."""
-        e, f = cls(bodies, feature, (1.0, 0.0))._directions(places)
-        turn = cross(e, f)
-        sign = 1.0 if turn.dot(normal) >= 0.0 else -1.0
-        least = STILL_CROSS * float(np.sqrt(turn.dot(turn)))
-        return cls(bodies, feature, (sign, least), pieces)
-
-    def _directions(self, places: Places) -> list[np.ndarray]:
-        return [p.rotation.dot(way) for p, way in zip(places, self._ways, strict=True)]
-
-    def in_numbers(self) -> np.ndarray:
-        """(16,) what a table says of it.
-
-        Of both edges an end and the direction, in the frame of the joint; both lengths, the sign
-        of the normal, and the sine below which the edges are parallel.
-        """
-        edges = [part for pair in zip(self._ends, self._ways, strict=True) for part in pair]
-        first, way, other, across = edges[0][0], edges[1], edges[2][0], edges[3]
-        rest = [*self._lengths, self._sign, self._least]
-        return np.concatenate([first, way, other, across, rest])
-
-    def _met(self, places: Places) -> tuple[Any, ...]:
-        """Directions, e × f with the sign of n, its square, the points, and the ways there."""
-        e, f = self._directions(places)
-        start, there = (place.act(ends[0]) for place, ends in zip(places, self._ends, strict=True))
-        s, u, turn, square = nearest_of_lines(start, e, there, f)
-        return e, f, self._sign * turn, square, start + s * e, there + u * f, s, u
-
-    def gap(self, places: Places) -> float:
-        """[m]; negative inside."""
-        _, _, turn, square, here, there, _, _ = self._met(places)
-        return float(turn.dot(here - there)) / float(np.sqrt(square))
-
-    def inside(self, places: Places) -> float:
-        """How far the crossing is from the ends of the edges [m], negative beyond them."""
-        *_, square, _, _, s, u = self._met(places)
-        if square < self._least**2:
-            return -np.inf
-        return min(s, self._lengths[0] - s, u, self._lengths[1] - u)
-
-    def place(self, places: Places) -> tuple[np.ndarray, np.ndarray]:
-        """(3,) the point and (3, 3) its axes t₁, t₂, n."""
-        e, _, turn, square, here, there, _, _ = self._met(places)
-        n = turn / np.sqrt(square)
-        return 0.5 * (here + there), np.array([e, cross(n, e), n]).T
-
-    def bias(self, places: Places, velocities: Motions, accelerations: Motions) -> np.ndarray:
-        """(3,) the rates of the rows' velocities where no joint accelerates."""
-        e, f, turn, square, here, there, _, _ = self._met(places)
-        point, n = 0.5 * (here + there), turn / np.sqrt(square)
-        spins = [place.rotation.dot(v.angular) for place, v in zip(places, velocities, strict=True)]
-        (one, one_rate), (two, two_rate) = (
-            point_motion(places[i], velocities[i], accelerations[i], point) for i in (0, 1)
-        )
-        w = one - two
-        along = self._sign * float(cross(f, w).dot(turn)) / square
-        along_other = self._sign * float(cross(e, w).dot(turn)) / square
-        e_rate, f_rate = cross(spins[0], e), cross(spins[1], f)
-        turn_rate = self._sign * (cross(e_rate, f) + cross(e, f_rate))
-        n_rate = (turn_rate - n * n.dot(turn_rate)) / np.sqrt(square)
-        rate = one_rate + along * e_rate - two_rate - along_other * f_rate
-        across, across_rate = cross(n, e), cross(n_rate, e) + cross(n, e_rate)
-        return np.array(
-            [
-                e.dot(rate) + e_rate.dot(w),
-                across.dot(rate) + across_rate.dot(w),
-                n.dot(rate) + n_rate.dot(w),
-            ]
-        )
+    side, face = feature.side, feature.face
+    axes = np.array(kept[:9]).reshape(3, 3)
+    on_plane = float(ground.heights[face]) * ground.normals[face]
+    own = [1.0 if side == 0 else -1.0, *(round_part or ())]
+    numbers = np.concatenate([at, axes.T.ravel(), on_plane, own])
+    kind = PLANE if round_part is None else TIP
+    return HeldPoint(feature, tuple(kept), pieces, kind, (side, 1 - side), numbers, (ground, face))
 
 
-HeldPoint = HeldCorner | HeldCrossing
+def held_corner(
+    bodies: Sequence[Polyhedron],
+    feature: CornerOnFace,
+    kept: Sequence[float],
+    pieces: tuple[int, int],
+) -> HeldPoint:
+    """A corner of one body on a face of the other; both in the frames of their joints."""
+    at = bodies[feature.side].vertices[feature.corner]
+    return on_face(feature, bodies[1 - feature.side], at, kept, pieces)
+
+
+def held_crossing(
+    bodies: Sequence[Polyhedron],
+    feature: EdgesCross,
+    kept: Sequence[float],
+    pieces: tuple[int, int],
+) -> HeldPoint:
+    """An edge of one body across an edge of the other; both in the frames of their joints."""
+    (start, e, length), (there, f, reach) = _edges(bodies, feature)
+    sign, least = kept
+    numbers = np.concatenate([start, e, there, f, [length, reach, sign, least]])
+    return HeldPoint(feature, (sign, least), pieces, CROSSING, (0, 1), numbers, None)
+
+
+def _edges(
+    bodies: Sequence[Polyhedron], feature: EdgesCross
+) -> list[tuple[np.ndarray, np.ndarray, float]]:
+    """Of both edges (3,) an end, (3,) the direction and the length [m]."""
+    found = []
+    for body, edge in zip(bodies, (feature.first, feature.other), strict=True):
+        start, end = body.vertices[list(edge)]
+        length = float(np.linalg.norm(end - start))
+        found.append((start, (end - start) / length, length))
+    return found
 
 
 def held_point(
-    bodies: tuple[Polyhedron, Polyhedron],
+    bodies: Sequence[Polyhedron],
     feature: CornerOnFace | EdgesCross,
     normal: np.ndarray,
     places: Places,
-    pieces: tuple[int, int] = (0, 0),
+    pieces: tuple[int, int],
 ) -> HeldPoint:
-    """The point at which a feature touches, to be followed; arguments as above."""
+    """A feature taken hold of with the joints at ``places``.
+
+    Args:
+        bodies: both, in the frames of their joints.
+        feature: what touches.
+        normal: (3,) from the second to the first.
+        places: of the joints.
+        pieces: the numbers of the two, of bodies that are several.
+    """
     if isinstance(feature, CornerOnFace):
-        return HeldCorner.now(bodies, feature, places, pieces)
-    return HeldCrossing.now(bodies, feature, normal, places, pieces)
+        plane = 1 - feature.side
+        turn = places[plane].rotation
+        n = turn.dot(bodies[plane].normals[feature.face])
+        # Axes that turn with the plane.
+        axes = turn.T.dot(contact_axes(n if feature.side == 0 else -n))
+        return held_corner(bodies, feature, axes.ravel().tolist(), pieces)
+    (_, e, _), (_, f, _) = _edges(bodies, feature)
+    turned_round = cross(places[0].rotation.dot(e), places[1].rotation.dot(f))
+    sign = 1.0 if turned_round.dot(normal) >= 0.0 else -1.0
+    least = STILL_CROSS * float(np.sqrt(turned_round.dot(turned_round)))
+    return held_crossing(bodies, feature, (sign, least), pieces)
 
 
-def point_motion(
-    place: pin.SE3, v: pin.Motion, a: pin.Motion, point: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """(3,) velocity and (3,) acceleration of a body's point; in the world, as ``point`` is."""
-    at, spin = place.actInv(point), v.angular
-    velocity = v.linear + cross(spin, at)
-    rate = a.linear + cross(a.angular, at) + cross(spin, velocity)
-    return place.rotation.dot(velocity), place.rotation.dot(rate)
+def in_arrays(places: Places) -> np.ndarray:
+    """(2, 12) both placements as a table takes them: R column by column, and the origin."""
+    return np.array([[*place.rotation.T.ravel(), *place.translation] for place in places])
+
+
+def spots_of(points: Sequence[HeldPoint], places: Places) -> list[tuple[np.ndarray, np.ndarray]]:
+    """By point, (3,) where it is and (3, 3) its axes t₁, t₂, n, with the joints at ``places``."""
+    found = write_spots(_table_of(points), in_arrays(places))
+    return [(own[:3], own[3:].reshape(3, 3).T) for own in found]
+
+
+def gaps_and_ends(points: Sequence[HeldPoint], places: Places) -> np.ndarray:
+    """(2, k) by point its gap [m] and how far it is from its end, with the joints at ``places``.
+
+    Gaps are negative inside; ends are those of the face or of the edges [m], negative beyond.
+    """
+    borders = [point.borders for point in points]
+    spans = np.cumsum([0, *map(len, borders)])
+    every = np.concatenate([np.zeros((0, 6)), *borders])
+    return write_gaps_and_ends(_table_of(points), in_arrays(places), every, spans)
+
+
+def _table_of(points: Sequence[HeldPoint]) -> Table:
+    """A table whose joints are the two bodies."""
+    return table_of([point.row((0, 1)) for point in points])
+
+
+def _examples() -> tuple[Table, np.ndarray]:
+    return Table(np.zeros((1, 3), np.int64), np.ones((1, MOST))), np.zeros((2, 12))
+
+
+@entry(_examples, seconds=1.5)
+def write_spots(table: Table, places: np.ndarray) -> np.ndarray:
+    """(n, 12) where each point is, and its axes one after the other."""
+    found = np.empty((len(table.whole), 12))
+    table, places = borrowed(table), borrowed(places)
+    for i in range(len(found)):
+        own = found[i]
+        own[0], own[1], own[2] = _where(table, i, places)
+        if table.whole[i, 0] == CROSSING:
+            e, _, turn, square, _, _, _, _ = crossing(table, i, places)
+            ways = axes_of_crossing(e, turn, square)
+        else:
+            ways = axis(table, i, 0, places), axis(table, i, 1, places), axis(table, i, 2, places)
+        for k in range(3):
+            own[3 + 3 * k], own[4 + 3 * k], own[5 + 3 * k] = ways[k]
+    return found
+
+
+def _examples_of_ends() -> tuple[Table, np.ndarray, np.ndarray, np.ndarray]:
+    return *_examples(), np.zeros((0, 6)), np.zeros(2, np.int64)
+
+
+@entry(_examples_of_ends, seconds=2.0)
+def write_gaps_and_ends(
+    table: Table, places: np.ndarray, borders: np.ndarray, spans: np.ndarray
+) -> np.ndarray:
+    """(2, n) as ``gaps_and_ends``, with the (b, 6) borders; ``spans`` (n + 1,) whose are whose."""
+    found = np.empty((2, len(table.whole)))
+    table, places = borrowed(table), borrowed(places)
+    borders, spans = borrowed(borders), borrowed(spans)
+    for i in range(len(table.whole)):
+        found[0, i] = held_gap(table, i, places)
+        found[1, i] = held_inside(table, i, places, borders, spans[i], spans[i + 1])
+    return found
+
+
+@borrowing
+def _where(table: Table, i: int, places: np.ndarray) -> Vector:
+    """A held point, in the world."""
+    if table.whole[i, 0] == CROSSING:
+        _, _, _, _, here, there, _, _ = crossing(table, i, places)
+        return along(here, 0.5, along(there, -1.0, here))
+    if table.whole[i, 0] == TIP:
+        return tip_of(table, i, places)[0]
+    return point_of(table, i, places)
+
+
+@borrowing
+def held_gap(table: Table, i: int, places: np.ndarray) -> float:
+    """The gap of a point on a face or of two edges [m], negative inside."""
+    if table.whole[i, 0] == CROSSING:
+        _, _, way, square, here, there, _, _ = crossing(table, i, places)
+        return dot(way, along(here, -1.0, there)) / math.sqrt(square)
+    two, numbers = table.whole[i, 2], table.numbers[i]
+    ground = along(origin(places, two), 1.0, turned(places, two, three(numbers, 12)))
+    over = along(_where(table, i, places), -1.0, ground)
+    return numbers[15] * dot(axis(table, i, 2, places), over)
+
+
+@borrowing
+def held_inside(
+    table: Table, i: int, places: np.ndarray, borders: np.ndarray, first: int, last: int
+) -> float:
+    """How far a point is from where its face, of some borders, or its edge ends [m].
+
+    Negative beyond; of a rim, how far it is from lying flat where that is less.
+    """
+    numbers = table.numbers[i]
+    if table.whole[i, 0] == CROSSING:
+        _, _, _, square, _, _, s, u = crossing(table, i, places)
+        if square < numbers[15] ** 2:
+            return -math.inf
+        return min(min(s, numbers[12] - s), min(u, numbers[13] - u))
+    two = table.whole[i, 2]
+    away = along(_where(table, i, places), -1.0, origin(places, two))
+    room = inside_of(borders, first, last, back(places, two, away))
+    if table.whole[i, 0] == TIP and numbers[17] > 0.0:
+        sine = tip_of(table, i, places)[4]
+        room = min(room, 2.0 * numbers[17] * sine - COMES_FLAT)
+    return room

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from ..laws.borrowed import borrowing
 from .vectors import Vector, along, cross, dot
 
-__all__ = ["nearest", "nearest_of_lines"]
+__all__ = ["nearest"]
 
 
-def nearest_of_lines(
-    start: np.ndarray, way: np.ndarray, other: np.ndarray, other_way: np.ndarray
-) -> tuple[float, float, np.ndarray, float]:
+@borrowing
+def nearest(
+    start: Vector, way: Vector, other: Vector, other_way: Vector
+) -> tuple[float, float, Vector, float]:
     """Where two lines x = start + s way and y = other + u other_way come nearest.
 
     With c = way × other_way: s = ((other − start) × other_way)·c / |c|² and
@@ -26,20 +25,9 @@ def nearest_of_lines(
         s, u, (3,) c and |c|².
 
     Example:
-        >>> x, y, z = np.eye(3)
-        >>> s, u, _, _ = nearest_of_lines(-x, x, z - 2.0 * y, y)
-        >>> s, u
+        >>> nearest((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, -2.0, 1.0), (0.0, 1.0, 0.0))[:2]
         (1.0, 2.0)
     """
-    s, u, turn, square = nearest(start.tolist(), way.tolist(), other.tolist(), other_way.tolist())
-    return s, u, np.array(turn), square
-
-
-@borrowing
-def nearest(
-    start: Vector, way: Vector, other: Vector, other_way: Vector
-) -> tuple[float, float, Vector, float]:
-    """``nearest_of_lines`` of single numbers."""
     turn = cross(way, other_way)
     square = dot(turn, turn)
     apart = along(other, -1.0, start)

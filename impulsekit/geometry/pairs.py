@@ -11,12 +11,10 @@ import pinocchio as pin
 
 from .convex import Convex, HalfSpace
 from .patch import touching_patch
+from .polyhedron import MOST_PRODUCTS
 from .separate import separate
 
 __all__ = ["ConvexPair", "has_closed_form"]
-
-# So many products are the most that are worked out for one distance.
-MOST_PRODUCTS = 2_000_000
 
 
 def has_closed_form(one: Convex | HalfSpace | None, two: Convex | HalfSpace | None) -> bool:

@@ -25,23 +25,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from .convex import Convex, HalfSpace
+from .features import BESIDE, ONE_POINT, ROUNDING
 
 __all__ = ["touching_patch"]
 
 # A share below this is rounding error: of an edge out of the face, of a piece of an arc.
 SLIVER = 1e-6
-# Points nearer to each other than this are one [m].
-ONE_POINT = 3e-6
-# What misses the other shape by less than this [m] is on it.
-BESIDE = 1e-6
 # An arc beyond a rim by less than this is on it [m].
 WITHIN = 1e-3 * BESIDE
 # So many points stand for a whole rim.
 RIM_POINTS = 8
 # Segments that cross at a smaller angle (sine) are parallel where they are both sharp.
 SINE = 1e-3
-# The least part of a margin, relative to the bodies' size.
-ROUNDING = 1e-13
 FULL = 2.0 * np.pi
 
 

@@ -25,10 +25,10 @@ from .vectors import Vector, cross, dot, row_of
 __all__ = [
     "Polyhedron",
     "can_be_separated",
+    "endless_face",
     "places_about_second",
     "polyhedron_of",
     "separate",
-    "separation",
     "separation_at",
 ]
 
@@ -89,28 +89,31 @@ def polyhedron_of(shape: coal.CollisionGeometry) -> Polyhedron | None:
     return _hull(np.array([shape.point(i) for i in range(shape.num_points)]))
 
 
+def endless_face(normal: np.ndarray, height: float) -> Polyhedron:
+    """The face of a half-space: without corners and borders.
+
+    Args:
+        normal: (3,) outwards. height: n·x on it [m].
+    """
+    none, own = np.zeros((0, 3)), normal[None, :]
+    loop, no_edges = np.zeros(0, dtype=int), np.zeros((0, 2), dtype=int)
+    return Polyhedron(none, own, np.array([height]), none, own, (loop,), no_edges)
+
+
 def can_be_separated(a: Polyhedron, b: Polyhedron) -> bool:
-    """Whether they are simple enough for ``separation``."""
+    """Whether they are simple enough for ``separation_at``."""
     count = len(a.directions) * len(b.directions) + len(a.axes) + len(b.axes)
     return count * (len(a.vertices) + len(b.vertices)) <= MOST_PRODUCTS
-
-
-def separation(a: Polyhedron, b: Polyhedron) -> tuple[float, np.ndarray]:
-    """The gap of two polyhedra [m], and its normal (3,) from b to a.
-
-    The gap is negative by the depth where they overlap, and no larger than their distance
-    where they are apart.
-    """
-    here = np.zeros((4, 3))
-    here[:3] = np.eye(3)
-    gap, *normal = separate(Hull.of(a), here, Hull.of(b), here)
-    return float(gap), np.array(normal)
 
 
 def separation_at(
     a: Polyhedron, place_a: pin.SE3, b: Polyhedron, place_b: pin.SE3
 ) -> tuple[float, np.ndarray]:
-    """``separation`` of two polyhedra that are moved, about an origin at the second one."""
+    """The gap of two polyhedra [m], and its normal (3,) from b to a.
+
+    The gap is negative by the depth where they overlap, and no larger than their distance
+    where they are apart. It is worked out about an origin at the second one.
+    """
     places = places_about_second(place_a, place_b)
     gap, *normal = separate(Hull.of(a), places[0], Hull.of(b), places[1])
     return float(gap), np.array(normal)
@@ -164,7 +167,7 @@ def _span(corners: np.ndarray, axis: Vector) -> tuple[float, float]:
 def separate(
     a: Hull, place_a: np.ndarray, b: Hull, place_b: np.ndarray
 ) -> tuple[float, float, float, float]:
-    """``separation`` of two polyhedra at places (4, 3), Rᵀ and the origin: gap and normal."""
+    """``separation_at`` of two polyhedra at places (4, 3), Rᵀ and the origin: gap and normal."""
     a, place_a, b, place_b = borrowed(a), borrowed(place_a), borrowed(b), borrowed(place_b)
     one, two = a.vertices.dot(place_a[:3]) + place_a[3], b.vertices.dot(place_b[:3]) + place_b[3]
     if not abs(one.sum() + two.sum()) < math.inf:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from .convex import Convex
+from .polyhedron import PARALLEL
 from .tangents import along_circles, cone_sides, of_circle_and_points, of_circles_and_lines
 
 __all__ = ["separate"]
@@ -24,8 +25,6 @@ ROUNDING, TIPS = 1e-14, 1e-3
 # about their middles is taken, if it is as good.
 AMBIGUOUS = 1e-11
 SHRINK = 0.99
-# Edges closer to parallel than this have no cross product.
-PARALLEL = 1e-12
 
 
 def separate(a: Convex, b: Convex) -> tuple[float, np.ndarray]:

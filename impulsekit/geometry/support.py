@@ -108,10 +108,6 @@ class Support:
         endless = self.normal is not None
         object.__setattr__(self, "radius", np.inf if endless else reach + self.ball)
 
-    def about_centre(self, direction: np.ndarray) -> float:
-        """h [m] beside the centre, in a direction of any length in the frame of the body."""
-        return furthest(self.shape, direction)
-
     @cached_property
     def shape(self) -> Shape:
         """The same in arrays."""

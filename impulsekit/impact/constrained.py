@@ -23,6 +23,7 @@ from ..rows.reach import ReachedModel
 from ..scene import JointCoupling, JointLock, Scene
 from .algorithms import FAINT_PIVOT, SMALLEST_PIVOT, decompose, has_uneven_masses, symmetric
 from .elimination import (
+    MOST_REFINEMENTS,
     BilateralSolution,
     Elimination,
     without_cancellation,
@@ -34,13 +35,12 @@ from .scene_contacts import SceneContacts, with_work_of_rows
 from .steps import steps_of
 
 if TYPE_CHECKING:
-    from .laws import ContactSolution
+    from .contact_space import ContactSolution
 
 __all__ = ["ConstrainedJump", "Outcome"]
 
 # Time that one compiled call saves [s], about: compiling waits until it pays.
 SAVED = 1e-5
-MOST_REFINEMENTS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,7 +257,8 @@ class ConstrainedJump:
         eliminated = self._eliminated(half_rows, q)
         held = self._multipliers(eliminated, start, asked, q, v)
         # Rows that are imposed move the contact points, too.
-        free = before + (start + half_rows.dot(held.impulse)).dot(half_contacts)
+        held_impulse, moved = eliminated.refined(held.impulse, start, asked)
+        free = before + moved.dot(half_contacts)
         left = eliminated.off_the_span(half_contacts)
         eliminated.still_what_is_held(
             left, half_contacts, free, lambda: self._rows_there.target(rows.dot(v))
@@ -270,7 +271,7 @@ class ConstrainedJump:
             across = left.dot(contact_impulse) - half_contacts.dot(contact_impulse)
             return eliminated.solve(half_rows.T.dot(across)).impulse
 
-        multipliers = held.impulse + borne(solution.impulse)
+        multipliers = held_impulse + borne(solution.impulse)
         dv = factor.solve(impulse + multipliers.dot(rows) + solution.impulse.dot(jacobian))
         units = self._lacks(asked - rows.dot(dv), rows, dv, v, asked)
         if units is not None:

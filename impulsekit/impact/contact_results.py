@@ -19,7 +19,7 @@ from .turning_results import NO_SLIP, ON_CONE, TurningResult, turning_result
 
 if TYPE_CHECKING:
     from ..rows.contacts import Touch
-    from .laws import ContactSolution
+    from .contact_space import ContactSolution
     from .result import Impact
 
 __all__ = ["ContactPoint", "ContactResult", "contact_impulses", "contact_results"]

@@ -17,11 +17,13 @@ import numpy as np
 
 from ..errors import ContradictionError
 from ..laws.holding import COMPARABLE, FAINT_PIVOT, SAFE_PIVOT
+from ..laws.sharpening import ROUNDING
 from . import lapack
 from .axes_of_vectors import Shares, faint_axes, lengths_of_vectors, shared_evenly
 
 __all__ = [
     "DEPENDENT",
+    "MOST_REFINEMENTS",
     "NULL_ROW",
     "RANK_TOLERANCE",
     "BilateralSolution",
@@ -47,6 +49,8 @@ DEPENDENT = 1e-13
 SPAN_ROUNDING = 5e-15
 # A generalized mass this small beside the largest is none.
 LIGHTEST = 1e-12
+# Steps at most by what rows still lack: each must halve it.
+MOST_REFINEMENTS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +137,37 @@ class Elimination:
             return BilateralSolution(impulse, len(right), None)
         solution = self._without_still_rows(right)
         return self._of_dependent(right, velocity_scale) if solution is None else solution
+
+    def refined(
+        self, impulse: np.ndarray, start: np.ndarray, right: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """λ (m,), and start + C λ (nv,), once more from what the rows still lack.
+
+        Where bilateral rows hold light bodies or nearly depend on each other, start + C λ is the
+        small rest of large shares; changes of it lose nothing. A contact that can only move as
+        the rows leave it must not slip by the rounding of these shares.
+
+        Args:
+            impulse: λ.
+            start: (nv,) half-solved impulse without λ.
+            right: (m,) the wanted change of the rows' velocities.
+        """
+        moved = start + self.half.dot(impulse)
+        sizes = np.sqrt(self._delassus.diagonal() * moved.dot(moved)) + np.abs(right)
+        units = np.where(sizes > 0.0, sizes, 1.0)
+        missing = right - moved.dot(self.half)
+        lack = (np.abs(missing) / units).max(initial=0.0)
+        for _ in range(MOST_REFINEMENTS):
+            if not lack > ROUNDING:
+                break
+            change = self.solve(missing).impulse
+            nearer = moved + self.half.dot(change)
+            missing = right - nearer.dot(self.half)
+            left = (np.abs(missing) / units).max()
+            if not left < 0.5 * lack:
+                break
+            impulse, moved, lack = impulse + change, nearer, left
+        return impulse, moved
 
     def off_the_span(self, half_contacts: np.ndarray) -> np.ndarray:
         """(nv, 3n) contact rows, half-solved, less what lies in the span of the bilateral rows."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..laws.residual_bound import bound_residual
-from .laws.problem import in_order
+from .contact_space.problem import in_order
 
 if TYPE_CHECKING:
     from .result import Impact

@@ -21,9 +21,9 @@ from ..scene.restitution import restitution_at
 from .algorithms import has_uneven_masses
 
 if TYPE_CHECKING:
-    from .laws import ContactProblem, ContactSolution
-    from .laws.problem import Turning
-    from .laws.refine import Steps
+    from .contact_space import ContactProblem, ContactSolution
+    from .contact_space.problem import Turning
+    from .contact_space.refine import Steps
 
 __all__ = ["SceneContacts", "with_work_of_rows"]
 
@@ -38,8 +38,8 @@ class SceneContacts:
     """
 
     def __init__(self, scene: Scene, reached: ReachedModel) -> None:
-        from .laws import ContactProblem, find_impulses
-        from .laws.problem import THROWN, is_thrown
+        from .contact_space import ContactProblem, find_impulses
+        from .contact_space.problem import THROWN, is_thrown
 
         self._problem, self._solve = ContactProblem, find_impulses
         self._thrown, self._is_thrown = THROWN**2, is_thrown
@@ -105,7 +105,7 @@ class SceneContacts:
 
     def _turning(self, touches: list[Touch], resists: np.ndarray) -> tuple[list[int], Turning]:
         """The entries of the points, and which of these resist turning."""
-        from .laws.problem import Turning
+        from .contact_space.problem import Turning
 
         points = [touch.entry for touch in touches if touch.turns < 0]
         turned = [touch for touch in touches if touch.turns >= 0]
@@ -118,7 +118,7 @@ class SceneContacts:
         self, problem: ContactProblem, models: list[Any], touches: list[Touch]
     ) -> ContactSolution:
         """P where friction is more than one number."""
-        from .laws.measured_friction import solve_measured
+        from .contact_space.measured_friction import solve_measured
 
         points = [touch for touch in touches if touch.turns < 0]
         return solve_measured(
@@ -194,10 +194,10 @@ class SceneContacts:
         if problem.turning is not None or self._models is not None:
             return solution, dv
         if problem.adhesion is not None:
-            from .laws.adhesive import refined_adhesive
+            from .contact_space.adhesive import refined_adhesive
 
             return refined_adhesive(problem, self._law, solution, dv, steps)
-        from .laws.refine import refined
+        from .contact_space.refine import refined
 
         return refined(problem, self._law, solution, dv, steps)
 

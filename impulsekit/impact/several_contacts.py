@@ -21,8 +21,8 @@ from ..scene import Scene
 from ..scene.law import RESTITUTIONS
 from .algorithms import crba, decompose
 from .constrained import ConstrainedJump, Outcome
+from .contact_space import ContactSolution
 from .known import KnownImpulses
-from .laws import ContactSolution
 from .scene_contacts import SceneContacts
 
 __all__ = ["SeveralContactsJump", "outcome_of_some", "shortest_way"]

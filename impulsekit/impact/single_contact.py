@@ -23,9 +23,9 @@ from ..scene.friction import static_friction
 from ..scene.restitution import restitution_at
 from .algorithms import check_pivots, cholesky_solve, crba, decompose
 from .constrained import ConstrainedJump, Outcome
+from .contact_space import ContactProblem, find_impulses
+from .contact_space.problem import THROWN, is_thrown
 from .known import KnownImpulses
-from .laws import ContactProblem, find_impulses
-from .laws.problem import THROWN, is_thrown
 
 __all__ = ["SingleContactJump"]
 

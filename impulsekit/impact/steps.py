@@ -11,7 +11,7 @@ from ..tolerances import NONZERO
 from .elimination import DEPENDENT
 
 if TYPE_CHECKING:
-    from .laws.refine import Steps, System
+    from .contact_space.refine import Steps, System
 
 __all__ = ["steps_of"]
 
@@ -34,7 +34,7 @@ def steps_of(
         moved_by: from a change of P (3n,) to the change of Δv.
         multipliers: from P to λ (m,).
     """
-    from .laws.refine import Steps
+    from .contact_space.refine import Steps
 
     roots = np.sqrt(np.maximum(mass_matrix.diagonal(), NONZERO))
 

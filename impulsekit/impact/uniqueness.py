@@ -12,7 +12,7 @@ from ..scene.restitution import restitution_at
 from ..tolerances import NONZERO
 
 if TYPE_CHECKING:
-    from .laws import ContactProblem
+    from .contact_space import ContactProblem
     from .result import Impact
 
 __all__ = ["HELD", "Uniqueness", "uniqueness_of"]
@@ -80,7 +80,7 @@ def uniqueness_of(impact: Impact) -> Uniqueness:
             "not proven", "other solutions are not searched for friction other than a number"
         )
     solution, touches = outcome.contacts, outcome.touches
-    from .laws.others import CLOSED_FORM, find_others
+    from .contact_space.others import CLOSED_FORM, find_others
 
     if len(touches) == 1 and impact.scene.law.slip == "end" and solution.status is Status.SOLVED:
         entry = impact.scene.contacts[touches[0].entry]
@@ -92,7 +92,7 @@ def uniqueness_of(impact: Impact) -> Uniqueness:
     moved, delassus = _half_solved(impact, jacobian)
     problem = _problem_of(impact, jacobian, delassus)
     if problem.adhesion is not None:
-        from .laws.adhesive import pulled, pulled_solution
+        from .contact_space.adhesive import pulled, pulled_solution
 
         problem, solution = pulled(problem), pulled_solution(problem, solution)
     found = find_others(problem, impact.scene.law, solution)
@@ -106,7 +106,7 @@ def uniqueness_of(impact: Impact) -> Uniqueness:
 
 def _problem_of(impact: Impact, jacobian: np.ndarray, delassus: np.ndarray) -> ContactProblem:
     """The contact problem of an impact, from the rows that it keeps."""
-    from .laws import ContactProblem
+    from .contact_space import ContactProblem
 
     outcome, scene = impact.outcome, impact.scene
     if outcome is None or outcome.contacts is None:

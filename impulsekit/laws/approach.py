@@ -9,7 +9,7 @@ import numpy as np
 from .borrowed import borrowing
 from .compiled import compiled
 from .coulomb import coulomb, released
-from .modes import DEEP, FINE, MOST_STEPS, NULL, RIDGE, polish, residual_of
+from .modes import FINE, MOST_STEPS, NULL, RIDGE, polish, residual_of
 from .progress import Block
 from .splitting import split
 from .status import Status
@@ -88,9 +88,6 @@ def approach_in_rounds(
             continue
         residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
         if residual <= bar:
-            if residual > DEEP:
-                # Its steps were spent on the modes.
-                residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
             break
     return residual
 

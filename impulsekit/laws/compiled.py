@@ -11,6 +11,7 @@ numba divides by zero without an error, Python does not: a law must look before 
 from __future__ import annotations
 
 import functools
+import gc
 import sys
 import threading
 import time
@@ -323,18 +324,25 @@ def _link(name: Any, made: Any) -> None:
 
 
 def _announce_long_ones() -> None:
-    """Say in one line, once, that something is compiled if that takes long."""
+    """Say in one line, once, that something is compiled if that takes long.
+
+    Meanwhile Python looks for no cycles of garbage: numba makes millions of objects, and each
+    look goes through all that were kept, which takes up to a fifth of the time.
+    """
     from numba.core import event
 
     class Listener(event.Listener):
         depth = 0
         timer = threading.Timer(LONG, _say)
+        collects = False
 
         def on_start(self, event: Any) -> None:
             # numba compiles one thing at a time, and what that calls within.
             self.depth += 1
             module = str(event.data["dispatcher"].py_func.__module__)
             if self.depth == 1 and module.startswith(__name__.partition(".")[0]):
+                self.collects = gc.isenabled()
+                gc.disable()
                 self.timer = threading.Timer(LONG, _say)
                 self.timer.daemon = True
                 self.timer.start()
@@ -343,6 +351,9 @@ def _announce_long_ones() -> None:
             self.depth -= 1
             if self.depth == 0:
                 self.timer.cancel()
+                if self.collects:
+                    self.collects = False
+                    gc.enable()
 
     event.register("numba:compile", Listener())
 

@@ -35,6 +35,10 @@ CLOSED, LONGEST, SHORTER, MOST_AGAIN = 1e-10, 0.1, 0.3, 3
 STEEP, NEARLY = 1e-3, 1e-9
 # A support is met again where it is still approached by more than this share of the velocities.
 MET = 1e-9
+# Points of the same bodies whose mobilities and velocities differ by less than this share are one:
+# friction that turns slip about them is stiffer than velocities are known, and what it does to
+# them is no more than this share.
+ONE_POINT = 1e-9
 _SOLVED, _ENDLESS = int(Status.SOLVED), int(Status.NOT_CONVERGED)
 _REFUSED = int(Status.REFUSED)
 
@@ -93,6 +97,82 @@ def strike_by_energy(
 
     The code is that of REFUSED where an infinite one is left and met again.
     """
+    n = len(mu)
+    first, count = _points(W, free, restitution, mu, stiffness)
+    if count == n:
+        return _strike(W, free, restitution, mu, stiffness, exponent)
+    # Of contacts at one point the resultant: their springs are parallel.
+    mean, e, rub, total = (
+        np.zeros((3 * count, 3 * n)),
+        np.zeros(count),
+        np.zeros(count),
+        np.zeros(count),
+    )
+    for i in range(n):
+        at = first[i]
+        e[at], rub[at] = restitution[i], mu[i]
+        total[at] += stiffness[i]
+    share = np.ones(n)
+    for i in range(n):
+        at = first[i]
+        share[i] = stiffness[i] / total[at] if total[at] < math.inf else 1.0
+        for k in range(3):
+            mean[3 * at + k, 3 * i + k] = share[i]
+    # The transpose in one piece: numba's product is of contiguous arrays.
+    few = np.dot(np.dot(mean, W), mean.T.copy())
+    code, residual, P, _, normal, friction, steps = _strike(
+        few, np.dot(mean, free), e, rub, total, exponent
+    )
+    impulse = np.dot(mean.T.copy(), P)
+    own, rubbed = np.empty(n), np.empty(n)
+    for i in range(n):
+        own[i], rubbed[i] = share[i] * normal[first[i]], share[i] * friction[first[i]]
+    return code, residual, impulse, free + np.dot(W, impulse), own, rubbed, steps
+
+
+@compiled
+def _points(
+    W: np.ndarray, free: np.ndarray, restitution: np.ndarray, mu: np.ndarray, stiffness: np.ndarray
+) -> tuple[np.ndarray, int]:
+    """(n,) the number of each contact's point, and how many points there are."""
+    n = len(mu)
+    number, leads = np.zeros(n, np.int64), np.zeros(n, np.int64)
+    count = 0
+    mobility, speed = 0.0, 0.0
+    for k in range(3 * n):
+        mobility, speed = max(mobility, W[k, k]), max(speed, abs(free[k]))
+    for i in range(n):
+        found = -1
+        for at in range(count):
+            j = leads[at]
+            if restitution[i] != restitution[j] or mu[i] != mu[j]:
+                continue
+            same = stiffness[i] < math.inf and stiffness[j] < math.inf
+            for r in range(3):
+                same = same and abs(free[3 * i + r] - free[3 * j + r]) <= ONE_POINT * speed
+                for k in range(3 * n):
+                    apart = abs(W[3 * i + r, k] - W[3 * j + r, k])
+                    same = same and apart <= ONE_POINT * mobility
+            if same:
+                found = at
+                break
+        if found < 0:
+            found, leads[count] = count, i
+            count += 1
+        number[i] = found
+    return number, count
+
+
+@compiled
+def _strike(
+    W: np.ndarray,
+    free: np.ndarray,
+    restitution: np.ndarray,
+    mu: np.ndarray,
+    stiffness: np.ndarray,
+    exponent: float,
+) -> PlainWaved:
+    """``strike_by_energy`` of contacts at points of their own."""
     n = len(mu)
     speed, mobility = _units(W, free, mu)
     none = np.zeros(n)

@@ -87,7 +87,8 @@ def polish(work: Workspace, n: int, sizes: Sizes, most: int, ridge: float) -> fl
         work: the problem, with P to begin with.
         n: how many contacts.
         sizes: what counts as nothing.
-        most: steps.
+        most: steps; of several as many again where they were spent on the modes and the last digits
+            are still to come.
         ridge: relative; 0 where W is known to be regular and every row to move something.
     """
     P, best = work.P, work.best
@@ -95,8 +96,8 @@ def polish(work: Workspace, n: int, sizes: Sizes, most: int, ridge: float) -> fl
     for j in range(size):
         best[j] = P[j]
     bar = math.inf
-    risen = 0
-    for step in range(most + 1):
+    risen, left, again = 0, most, most > 1
+    while left >= 0:
         residual = residual_of(work, n, sizes)
         if not residual < math.inf:
             break
@@ -112,8 +113,11 @@ def polish(work: Workspace, n: int, sizes: Sizes, most: int, ridge: float) -> fl
             risen += 1
             if risen > RISES or bar <= max(FINE, SUMMED * largest_term(work, n, sizes)):
                 break
-        if step < most and not _stepped(work, n, sizes, ridge, ridge > 0.0 and residual < NEAR):
+        if left == 0 and again and DEEP < bar <= BAR:
+            left, again = most, False
+        if left > 0 and not _stepped(work, n, sizes, ridge, ridge > 0.0 and residual < NEAR):
             break
+        left -= 1
     for j in range(size):
         P[j] = best[j]
     return bar

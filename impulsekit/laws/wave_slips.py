@@ -23,8 +23,9 @@ __all__ = ["IN_CONE", "NEAR", "SLOW", "change_slip", "choose_slips", "settle"]
 
 # This near a change it is made.
 NEAR = 1e-13
-# Slip that began from rest creeps up to here [of the largest velocity].
-SLOW = 3e-7
+# Slip that began from rest creeps up to here [of the largest velocity]: three times as much leaves
+# 6e-10 of the velocities, ten times 3e-8; less leaves no less.
+SLOW = 3e-8
 # Slip below this may have ended with that of others [of the largest velocity].
 STOPPED = 1e-9
 # What moves by less than this share of what it would alone is held by others.

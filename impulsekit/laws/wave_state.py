@@ -26,8 +26,8 @@ import numpy as np
 from .compiled import compiled
 
 __all__ = [
-    "CREEPS", "FAINT", "HELD", "LEANS", "LOADS", "NONE", "OPEN", "SLIPS", "STICKS", "UNLOADS",
-    "Array", "Grid", "Integers", "Matrix", "Wave", "wave",
+    "AFTER", "BEGAN", "CREEPS", "FAINT", "HELD", "LEANS", "LOADS", "NONE", "OPEN", "SLIPS",
+    "STICKS", "UNLOADS", "Array", "Grid", "Integers", "Matrix", "Wave", "wave",
 ]  # fmt: skip
 
 Array = np.ndarray[tuple[int], np.dtype[np.float64]]
@@ -40,6 +40,9 @@ OPEN, LOADS, UNLOADS, HELD = 0, 1, 2, 3
 NONE, SLIPS, STICKS, CREEPS, LEANS = 0, 1, 2, 3, 4
 # Slip below this has the direction that it was given: it starts or ends there.
 FAINT = 1e-11
+# Rows of ``Wave.stages`` behind the 12 of a step. (An array more in the tuple, the 33rd, makes
+# compiled code with friction take twice as long.)
+BEGAN, AFTER = 12, 13
 
 
 class Wave(NamedTuple):
@@ -66,7 +69,8 @@ class Wave(NamedTuple):
         solved: (1,) how many. redundant: (1,) whether they depend.
         load: (n,) the normal force of what is held, before the step.
         share: (n,) by how much less than its cone allows a contact takes of what is shared.
-        stages, trial, error: room of a step.
+        stages, trial, error: room of a step; in the last two rows of stages, ``BEGAN`` and
+            ``AFTER``, the forces where it began and a little behind its end.
         lead: (1,) the contact whose √δ is the variable of the step; −1: time.
         pace: (1,) its dδ/dt where the step begins.
         stiff: (1,) whether steps are implicit.
@@ -137,7 +141,7 @@ def wave(n: int, r: int) -> Wave:
         np.zeros(1, dtype=np.int64),
         np.zeros(n),
         np.ones(n),
-        np.zeros((12, m)),
+        np.zeros((AFTER + 1, m)),
         np.zeros(m),
         np.zeros(m),
         np.full(1, -1),

@@ -51,6 +51,7 @@ def begin(now: Present, striking: Striking) -> None:
     if held is None:
         robot = now.scene.robot
         refuse_massless(robot, robot.joint_names)
+        now.dynamics.refuse_singular(now.q)
     if held is not None and not meets:
         meets = _has_to_move(held, now.q, now.v)
     if meets:

@@ -83,7 +83,7 @@ def find_leap(now: Present, path: Path, since: float, until: float) -> Leap | No
         if start - LEARNT * length < since or start + length > until:
             continue
         leap = _learnt(now, path, start, length, kept=skipped + i)
-        off = _off_behind(now, now.held, leap)
+        off = _off_behind(now.held, leap)
         if off < OFF:
             off += _gained(now, leap)
         if off < min(least, OFF):
@@ -108,7 +108,7 @@ def _learnt(now: Present, path: Path, start: float, length: float, kept: int) ->
     return Leap(kept, start, start + length, chart.reference, dense, states)
 
 
-def _off_behind(now: Present, held: HeldRows, leap: Leap) -> float:
+def _off_behind(held: HeldRows, leap: Leap) -> float:
     """By which part of the terms in them velocities or places of constraints are off behind it."""
     q, v = leap.states(leap.end)
     off, terms = _velocities_off(held, q, v, leap.end)

@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from ..geometry.axes import contact_axes
 from ..geometry.collision import (
+    UNIT,
     MeetingPoint,
     Solid,
     Solids,
@@ -17,11 +18,20 @@ from ..geometry.collision import (
     meeting_points,
     solids_of,
 )
-from ..geometry.convex import Convex
+from ..geometry.convex import Convex, HalfSpace
 from ..geometry.features import CornerOnFace, EdgesCross
-from ..geometry.held_points import HeldCorner, HeldCrossing, HeldPoint, held_point
-from ..geometry.held_tips import HeldTip, TipOnFace, held_tips
-from ..geometry.polyhedron import Polyhedron, can_be_separated, separation_at
+from ..geometry.held_points import (
+    HeldPoint,
+    gaps_and_ends,
+    held_corner,
+    held_crossing,
+    held_point,
+    in_arrays,
+    spots_of,
+)
+from ..geometry.held_tips import TipOnFace, held_tip, held_tips
+from ..geometry.points import Kinematics, TableRow, table_of
+from ..geometry.polyhedron import Polyhedron, can_be_separated, endless_face, separation_at
 from ..geometry.support import Support, support_of
 from ..robot import Robot
 from ..robot.geometry import geometry_ids
@@ -32,13 +42,11 @@ from ..scene import Collision
 from ..scene.friction import friction_at_rest
 from ..tolerances import NONZERO
 from .pairs import PairOfPieces, gap_if_far
-from .points import CROSSING, PLANE, TIP, TableRow
+from .pressed import rows_and_bias
 from .wandering import MOVE, bias_by_differences
 
 __all__ = ["CollidingGap"]
 
-# Tolerance for the squared length of a unit normal.
-UNIT = 1e-6
 # A resting pair that coal tells of is looked for up to this far apart [m].
 RESTING = 1e-5
 # The same of pairs in closed form: what comes down is met before it is this near.
@@ -58,6 +66,8 @@ DRIFT = 1e-8
 # How far the distance of colliding bodies may be off where they have just parted [m].
 WAVER_OF_COAL = 1e-8
 WAVER = 1e-10
+# Of ``Kinematics`` of two bodies without rows: Jacobians, and the order of speeds.
+NO_SPEEDS = np.zeros((0, 6)), np.full(2, -1), np.zeros(0, np.int64)
 
 
 class CollidingGap:
@@ -67,8 +77,8 @@ class CollidingGap:
         entry: which contact of the scene it is.
         friction: µ.
         has_corners: whether both are polyhedra, whose points can always be held.
-        has_tips: whether one is round and the other a polyhedron, piece by piece, or both are
-            polyhedra: then points can be held that are on faces.
+        has_tips: whether one is round and the other a polyhedron or half-space, piece by piece,
+            or both are polyhedra: then points can be held that are on faces.
         exact: whether the gap is told to rounding.
         capture_speed: slower approaches are met without restitution [m/s].
         rest_speed: slower points rest [m/s].
@@ -104,14 +114,14 @@ class CollidingGap:
             for j in range(len(self._pieces[1]))
         )
         self._shapes = [
-            [shape or _rounded(*piece) for shape, piece in zip(own, pieces, strict=True)]
+            [shape or _rounded_or_endless(*piece) for shape, piece in zip(own, pieces, strict=True)]
             for own, pieces in zip(self._polyhedra, self._pieces, strict=True)
         ]
         self.has_tips = not self.has_corners and all(
             {type(a), type(b)} == {Convex, Polyhedron}
-            or (isinstance(a, Polyhedron) and isinstance(b, Polyhedron) and can_be_separated(a, b))
-            for a in self._shapes[0]
-            for b in self._shapes[1]
+            or (c is not None and d is not None and can_be_separated(c, d))
+            for a, c in zip(self._shapes[0], self._polyhedra[0], strict=True)
+            for b, d in zip(self._shapes[1], self._polyhedra[1], strict=True)
         )
         # Hops lower than what can be told are none.
         self.exact = all(is_exact(a, b) for a, _ in self._pieces[0] for b, _ in self._pieces[1])
@@ -119,12 +129,13 @@ class CollidingGap:
         if self.has_corners:
             self._margin = TOUCHING
         self.rest_speed = RISING if self.exact else 0.0
-        rims = any(isinstance(s, Convex) and len(s.radii) for own in self._shapes for s in own)
-        slow = self.has_corners or (self.has_tips and rims)
+        # Ends of a capsule, and of a rim, lift each other in turn as corners do.
+        ends = any(_has_ends(shape) for own in self._shapes for shape in own)
+        slow = self.has_corners or (self.has_tips and ends)
         self.capture_speed = SLOW if slow else self.rest_speed
         self.waver = WAVER if self.exact else WAVER_OF_COAL
         self._ellipse = ellipse_of(robot, reached, entry, index)
-        self._held: list[HeldPoint | HeldTip] | None = None
+        self._held: list[HeldPoint] | None = None
 
     @property
     def smaller_radius(self) -> float:
@@ -171,11 +182,11 @@ class CollidingGap:
         return self._held is not None
 
     @property
-    def held(self) -> list[HeldPoint | HeldTip] | None:
+    def held(self) -> list[HeldPoint] | None:
         """The points that are held; another list whenever they are others."""
         return self._held
 
-    def hold_again(self, points: list[HeldPoint | HeldTip] | None) -> None:
+    def hold_again(self, points: list[HeldPoint] | None) -> None:
         """Follow points that were held before."""
         self._held = points
 
@@ -183,17 +194,7 @@ class CollidingGap:
         """The held points as rows of a table; None where points are found anew each time."""
         if self._held is None or self._ellipse is not None:
             return None
-        rows: list[TableRow] = []
-        for point in self._held:
-            if isinstance(point, HeldTip):
-                (own, plane), numbers = point.in_numbers()
-                rows.append((TIP, self.joint_ids[own], self.joint_ids[plane], numbers))
-            elif isinstance(point, HeldCorner):
-                (own, plane), numbers = point.in_numbers()
-                rows.append((PLANE, self.joint_ids[own], self.joint_ids[plane], numbers))
-            else:
-                rows.append((CROSSING, *self.joint_ids, point.in_numbers()))
-        return rows
+        return [point.row(self.joint_ids) for point in self._held]
 
     def keep(self, points: np.ndarray) -> None:
         """Let go of held points but those told: (k,) True for what stays."""
@@ -201,27 +202,25 @@ class CollidingGap:
 
     def held_gaps(self, data: pin.Data) -> np.ndarray:
         """(k,) the gap of each held point [m]; ``data`` with placements."""
-        places = self._places(data)
-        return np.array([point.gap(places) for point in self._held or ()])
+        return gaps_and_ends(self._held or (), self._places(data))[0]
 
     def held_inside(self, data: pin.Data) -> np.ndarray:
         """(k,) how far each held point is from the end of its face or edges [m]."""
-        places = self._places(data)
-        return np.array([point.inside(places) for point in self._held or ()])
+        return gaps_and_ends(self._held or (), self._places(data))[1]
 
     def point_again(
         self,
         pieces: tuple[int, int],
         feature: CornerOnFace | EdgesCross | TipOnFace,
         kept: Sequence[float],
-    ) -> HeldPoint | HeldTip:
+    ) -> HeldPoint:
         """A held point out of what there was of it."""
         if isinstance(feature, TipOnFace):
-            return HeldTip(self._both(pieces), feature, kept, pieces)
+            return held_tip(self._both(pieces), feature, kept, pieces)
         bodies = self._bodies(pieces)
         if isinstance(feature, CornerOnFace):
-            return HeldCorner(bodies, feature, kept, pieces)
-        return HeldCrossing(bodies, feature, kept, pieces)
+            return held_corner(bodies, feature, kept, pieces)
+        return held_crossing(bodies, feature, kept, pieces)
 
     def spots(self, data: pin.Data) -> list[tuple[np.ndarray, np.ndarray]]:
         """By point, (3,) where it is and (3, 3) its axes t₁, t₂, n; ``data`` with placements.
@@ -238,7 +237,7 @@ class CollidingGap:
             found = [(p.position, contact_axes(p.normal)) for p in meeting]
         else:
             points = self._touching(places) if self._held is None else self._held
-            found = [point.place(places) for point in points]
+            found = spots_of(points, places)
         if own is None:
             return found
         return [(position, own.axes(axes, data)) for position, axes in found]
@@ -265,16 +264,18 @@ class CollidingGap:
 
             return bias_by_differences(self._model, self._shifted, found, here, q, v)
         places = self._places(data)
-        motions = [[of[joint_id] for joint_id in self.joint_ids] for of in (data.v, data.a)]
+        speeds, rates = (
+            np.array([of[i].vector for i in self.joint_ids]) for of in (data.v, data.a)
+        )
         points = self._touching(places) if self._held is None else self._held
-        rates = [point.bias(places, *motions) for point in points]
-        if (own := self._ellipse) is not None:
+        table = table_of([point.row((0, 1)) for point in points])
+        _, rates = rows_and_bias(table, Kinematics(in_arrays(places), speeds, rates, *NO_SPEEDS))
+        if (ellipse := self._ellipse) is not None:
             # Where tangential rates count, nothing slips: how fast the units turn does not.
-            rates = [
-                own.ways(point.place(places)[1], data).T.dot(rate)
-                for point, rate in zip(points, rates, strict=True)
-            ]
-        return np.array(rates).ravel()
+            by_point = zip(spots_of(points, places), rates.reshape(-1, 3), strict=True)
+            own = [ellipse.ways(axes, data).T.dot(rate) for (_, axes), rate in by_point]
+            return np.array(own).ravel()
+        return rates
 
     def _places(self, data: pin.Data) -> list[pin.SE3]:
         return [data.oMi[joint_id] for joint_id in self.joint_ids]
@@ -291,11 +292,9 @@ class CollidingGap:
         first, other = self._placed(places)
         return meeting_points(first, other, self._margin if margin is None else margin)
 
-    def _touching(
-        self, places: list[pin.SE3], *, of_corners: bool = False
-    ) -> list[HeldPoint | HeldTip]:
+    def _touching(self, places: list[pin.SE3], *, of_corners: bool = False) -> list[HeldPoint]:
         """The corners and edges that touch."""
-        found: list[HeldPoint | HeldTip] = []
+        found: list[HeldPoint] = []
         for point in self._meeting(places):
             if point.feature is not None and (self.has_corners or of_corners):
                 if point.gap > TOUCHING:
@@ -304,9 +303,9 @@ class CollidingGap:
                 found.append(held_point(bodies, point.feature, point.normal, places, point.pieces))
         return found
 
-    def _touching_tips(self, places: list[pin.SE3]) -> list[HeldPoint | HeldTip] | None:
+    def _touching_tips(self, places: list[pin.SE3]) -> list[HeldPoint] | None:
         """The tips and corners that touch; None where one is no tip on a face."""
-        found: list[HeldPoint | HeldTip] = self._touching(places, of_corners=True)
+        found: list[HeldPoint] = self._touching(places, of_corners=True)
         for i, one in enumerate(self._shapes[0]):
             for j, two in enumerate(self._shapes[1]):
                 if isinstance(one, Convex) or isinstance(two, Convex):
@@ -361,11 +360,19 @@ class CollidingGap:
         return np.vstack([rows_at(self._model, data, self.joint_ids, *spot) for spot in spots])
 
 
-def _rounded(solid: Solid, placement: pin.SE3) -> Convex | None:
-    """A round piece in the frame of its joint; None of what has no closed form."""
-    if not isinstance(solid.convex, Convex) or solid.convex.is_polyhedron:
+def _has_ends(shape: Convex | Polyhedron | None) -> bool:
+    """Whether a round body may rest on more than one point."""
+    return isinstance(shape, Convex) and len(shape.points) + 2 * len(shape.radii) > 1
+
+
+def _rounded_or_endless(solid: Solid, placement: pin.SE3) -> Convex | Polyhedron | None:
+    """A round piece or a half-space in the frame of its joint; None of what has no closed form."""
+    shape = solid.convex
+    if isinstance(shape, HalfSpace):
+        return endless_face(shape.normal, shape.height).at(placement)
+    if shape is None or shape.is_polyhedron:
         return None
-    return solid.convex.at(placement.rotation, placement.translation)
+    return shape.at(placement.rotation, placement.translation)
 
 
 def _in_joint(pieces: Solids) -> list[Polyhedron | None]:

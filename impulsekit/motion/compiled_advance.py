@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.points import Table, gap_and_rate
 from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import entry
 from ..laws.dense import put
@@ -20,7 +21,6 @@ from .compiled_look import Watched, look_through
 from .compiled_settle import Stand, begin_stage, settle
 from .compiled_step import SOLVED, TOLERANCES, System, Tableau, Work, evaluate, try_step
 from .explicit import LEAST, length_after, shorter_length
-from .points import Table, gap_and_rate
 from .tree import look_at
 
 __all__ = [

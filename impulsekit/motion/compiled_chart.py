@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
+from ..geometry.points import three
 from ..geometry.vectors import Vector, along, cross
 from ..laws.borrowed import borrowing
 from .chart import SMALL, unrolled
-from .points import three
 from .tree import BALL, CIRCLE, FREE, PLANAR, Tree
 
 __all__ = ["centre", "write_configuration", "write_rate"]

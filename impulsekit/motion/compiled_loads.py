@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.points import Kinematics, back, origin, three, turned
 from ..geometry.vectors import Vector, along, cross, dot
 from ..laws.borrowed import borrowing
-from .points import Kinematics, back, origin, three, turned
 from .tree import Room, push
 
 __all__ = [
@@ -25,7 +25,10 @@ __all__ = [
     "SLACK",
     "Loads",
     "add_torques",
+    "push_between",
     "push_bodies",
+    "push_in_joint",
+    "turned_from",
     "write_pushes",
 ]
 
@@ -95,9 +98,36 @@ def _strain(loads: Loads, i: int, q: np.ndarray) -> float:
     entry, rest = loads.joints[i, 1], loads.in_joints[i, 2]
     if not loads.joints[i, 2]:
         return q[entry] - rest
-    middle = 0.5 * math.pi * loads.in_joints[i, 3]
-    angle = math.atan2(q[entry + 1], q[entry]) - rest - middle
+    return turned_from(q[entry], q[entry + 1], rest, loads.in_joints[i, 3])
+
+
+@borrowing
+def turned_from(c: float, s: float, rest: float, side: float) -> float:
+    """An angle − rest [rad] within half a turn of the middle of a side, 0 for both."""
+    middle = 0.5 * math.pi * side
+    angle = math.atan2(s, c) - rest - middle
     return (angle + math.pi) % (2.0 * math.pi) - math.pi + middle
+
+
+@borrowing
+def push_in_joint(
+    strain: float, speed: float, side: float, stiffness: float, damping: float, continuous: bool
+) -> tuple[float, float, float]:
+    """Zone, its rate and force of a one-sided spring in a joint; see ``springs.Push``."""
+    force = side * (stiffness * strain + damping * speed)
+    if continuous:
+        return side * math.sin(strain), math.cos(strain) * (side * speed), force
+    return side * strain, side * speed, force
+
+
+@borrowing
+def push_between(
+    length: float, speed: float, rest: float, way: float, stiffness: float, damping: float
+) -> tuple[float, float, float]:
+    """The same of one between two points, whose length grows at a speed."""
+    force = way * (stiffness * (length - rest) + damping * speed)
+    scale = way / (rest if rest > 0.0 else 1.0)
+    return 0.5 * scale * (length - rest) * (length + rest), scale * length * speed, force
 
 
 @borrowing
@@ -121,18 +151,17 @@ def write_pushes(
             continue
         if loads.kinks[k, 0] == 0:
             numbers = loads.in_joints[i]
-            side, strain, rate = numbers[3], _strain(loads, i, q), v[loads.joints[i, 0]]
-            force = side * (numbers[0] * strain + numbers[1] * rate)
-            zone, rate = side * strain, side * rate
-            if loads.joints[i, 2]:
-                zone, rate = side * math.sin(strain), math.cos(strain) * rate
+            strain, speed = _strain(loads, i, q), v[loads.joints[i, 0]]
+            continuous = loads.joints[i, 2] != 0
+            zone, rate, force = push_in_joint(
+                strain, speed, numbers[3], numbers[0], numbers[1], continuous
+            )
         else:
             numbers = loads.between[i]
             length, _, speed = _stretch(loads, i, kinematics)
-            way, rest = numbers[9], numbers[8]
-            force = way * (numbers[6] * (length - rest) + numbers[7] * speed)
-            scale = way / (rest if rest > 0.0 else 1.0)
-            zone, rate = 0.5 * scale * (length - rest) * (length + rest), scale * length * speed
+            zone, rate, force = push_between(
+                length, speed, numbers[8], numbers[9], numbers[6], numbers[7]
+            )
         sign = -1.0 if numbers[ON] == OUT else 1.0
         pushes[k, 0], pushes[k, 1] = sign * zone + BEYOND, sign * rate
         # Without a damper the zone alone decides.

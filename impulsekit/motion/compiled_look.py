@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.points import PLANE, ROPE, ROUNDED, Table, gap_and_rate, point_of, rope, write_rows
 from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import compiled, entry
 from ..laws.dense import put, put_rows
@@ -19,7 +20,6 @@ from .closing import MARGIN, Node, zero_finder
 from .compiled_chart import write_configuration
 from .compiled_loads import write_pushes
 from .compiled_step import System, Work
-from .points import PLANE, ROPE, ROUNDED, Table, gap_and_rate, point_of, rope, write_rows
 from .roots import PIECES
 from .stops import LIFTED
 from .tree import look_at, write_jacobian

@@ -11,13 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.points import Table, gaps_and_rates, write_bias, write_rows
 from ..laws.compiled import compiled
 from ..laws.words import NO, YES
 from .compiled_look import Watched, rounding_of
 from .compiled_settle import Stand, begin_stage, settle_points
 from .compiled_step import SOLVED, System, accelerations_at
 from .compiled_strike import Blow, strike_alone, strike_together
-from .points import Table, gaps_and_rates, write_bias, write_rows
 from .pressed import Sliding
 from .tree import look_at, write_jacobian
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from ..geometry.points import MOST, Table
 from .compiled_loads import ON, Loads
 from .compiled_step import TOLERANCES, System, Tableau, Work
-from .points import MOST, Table
 from .pressed import Sliding
 from .tree_of_model import room_of, tree_of
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..geometry.points import PLANE, Table, table_of
 from ..scene import Scene
 from .chart import Chart
 from .compiled_advance import until_closing
@@ -18,7 +19,6 @@ from .compiled_strike import Blow, room_for_blow, strike_point
 from .crossing import Crossing, Seen
 from .dynamics import Dynamics
 from .load_tables import Driven, loads_of
-from .points import PLANE, Table, table_of
 from .tree_of_model import room_of, tree_of
 
 __all__ = ["Mover", "mover_of"]

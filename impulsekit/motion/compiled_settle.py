@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.points import gaps_and_rates, write_rows
 from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import compiled, entry
 from ..laws.dense import cholesky, lower_solve, put
@@ -18,7 +19,6 @@ from ..laws.half import from_half, halve, is_safe
 from ..tolerances import NONZERO
 from .compiled_chart import centre, write_configuration
 from .compiled_step import SOLVED, System, accelerate
-from .points import gaps_and_rates, write_rows
 from .tree import PLANAR, Tree, look_at, write_factor, write_jacobian
 
 __all__ = [

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.points import Table
 from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import entry
 from ..laws.dense import put
@@ -18,7 +19,6 @@ from ..laws.resting_newton import BAR
 from .compiled_chart import write_configuration, write_rate
 from .compiled_loads import Loads, add_torques, push_bodies
 from .explicit import first_guess, first_length
-from .points import Table
 from .pressed import Found, Loaded, Sliding, press
 from .tree import Room, Tree, begin_forces, look_at, take_forces, write_factor, write_jacobian
 

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.features import inside_of
-from ..geometry.vectors import along, dot
+from ..geometry.held_points import held_gap, held_inside
+from ..geometry.points import CROSSING
 from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import compiled, entry
 from ..laws.dense import put
@@ -19,7 +19,6 @@ from .closing import GAP, Node, root_finder
 from .compiled_look import Watched, see_state, write_signs
 from .compiled_step import System, Work
 from .pairs import NO_PAIRS, Held, Pairs, gap_of
-from .points import CROSSING, Table, axis, back, crossing, origin, point_of, three, turned
 from .stops import ELSEWHERE, LEFT
 
 __all__ = ["crossings_of"]
@@ -47,32 +46,6 @@ class Course(NamedTuple):
     lowest: np.ndarray
     signs: np.ndarray
     found: np.ndarray
-
-
-@borrowing
-def _held_gap(table: Table, i: int, places: np.ndarray) -> float:
-    """The gap of a corner on a face or of two edges [m]."""
-    if table.whole[i, 0] == CROSSING:
-        _, _, way, square, here, there, _, _ = crossing(table, i, places)
-        return dot(way, along(here, -1.0, there)) / math.sqrt(square)
-    two, numbers = table.whole[i, 2], table.numbers[i]
-    ground = along(origin(places, two), 1.0, turned(places, two, three(numbers, 12)))
-    over = along(point_of(table, i, places), -1.0, ground)
-    return numbers[15] * dot(axis(table, i, 2, places), over)
-
-
-@borrowing
-def _inside(table: Table, held: Held, i: int, places: np.ndarray) -> float:
-    """How far a point is from where its face or edge ends [m]; infinite where it isn't held."""
-    numbers = table.numbers[i]
-    if table.whole[i, 0] == CROSSING:
-        _, _, _, square, _, _, s, u = crossing(table, i, places)
-        if square < numbers[15] ** 2:
-            return -math.inf
-        return min(min(s, numbers[12] - s), min(u, numbers[13] - u))
-    two = table.whole[i, 2]
-    at = back(places, two, along(point_of(table, i, places), -1.0, origin(places, two)))
-    return inside_of(held.borders, held.spans[i, 0], held.spans[i, 1], at)
 
 
 @compiled
@@ -107,9 +80,11 @@ def _write(
     if 0 <= which < 3 * n:
         return
     for i in range(n):
-        found[3 * n + i] = _inside(table, held, i, places)
+        found[3 * n + i] = held_inside(
+            table, i, places, held.borders, held.spans[i, 0], held.spans[i, 1]
+        )
         is_held = table.whole[i, 0] == CROSSING or held.spans[i, 1] > held.spans[i, 0]
-        found[4 * n + i] = _held_gap(table, i, places) if is_held else math.inf
+        found[4 * n + i] = held_gap(table, i, places) if is_held else math.inf
     if 0 <= which < 4 * n:
         return
     below = math.inf

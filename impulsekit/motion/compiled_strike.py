@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.points import Table, write_rows
 from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import compiled, entry
 from ..laws.dense import put_rows
@@ -21,7 +22,6 @@ from ..laws.status import RESIDUAL_LIMIT, Status
 from ..laws.struck import strike_at_once
 from ..laws.words import NEWTON
 from .compiled_step import System
-from .points import Table, write_rows
 from .tree import factorize_mass, look_at, write_jacobian, write_mass
 
 __all__ = ["Blow", "room_for_blow", "strike_alone", "strike_point", "strike_together"]

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.points import Kinematics, three, turned
 from ..geometry.support import Shape
 from ..laws.borrowed import borrowed
 from ..laws.compiled import compiled, entry
@@ -17,7 +18,6 @@ from .advancing import BodyMotion, bound_of, may_meet, touch_finder
 from .compiled_look import count_windows, see_state
 from .compiled_step import System, Work
 from .pairs import NO_PAIRS, Pairs, gap_of, shape_of
-from .points import Kinematics, three, turned
 from .roots import PIECES
 from .turning_planes import Bound, Pose
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.points import gaps_and_rates
 from ..laws.borrowed import borrowed
 from ..laws.compiled import compiled, entry
 from .compiled_advance import (
@@ -32,7 +33,6 @@ from .compiled_settle import begin_stage
 from .compiled_step import SOLVED, System, Tableau, Work, attempt, begin_steps
 from .compiled_strike import Blow
 from .explicit import inside
-from .points import gaps_and_rates
 from .tree import look_at
 
 __all__ = ["EXACT", "NEAR", "Ledger", "Trip", "travel"]

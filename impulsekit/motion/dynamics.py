@@ -12,7 +12,14 @@ from math import isfinite
 import numpy as np
 import pinocchio as pin
 
-from ..impact.algorithms import SMALLEST_PIVOT, symmetric
+from ..geometry.points import Kinematics, Table
+from ..impact.algorithms import (
+    FAINT_PIVOT,
+    SMALLEST_PIVOT,
+    check_pivots,
+    singular_mass,
+    symmetric,
+)
 from ..impact.elimination import (
     CONTRADICTION_TOLERANCE,
     BilateralSolution,
@@ -22,13 +29,14 @@ from ..impact.elimination import (
 from ..impact.factor import FilledFactor, SparseFactor, pivots_are_safe
 from ..laws.half import Factor
 from ..robot.mass_matrix import crba_of
+from ..robot.massless import is_always_regular
 from ..rows.reach import reached_model
 from ..scene import Scene
+from ..tolerances import NONZERO
 from .force_field import ForceField
 from .gaps import Gaps
 from .held import HeldRows
 from .memory import Memory
-from .points import Kinematics, Table
 from .pressed import Loaded, pressed
 from .rest_law import BAR, solve_rest
 from .resting import Resting
@@ -141,6 +149,26 @@ class Dynamics:
         """(nv, nv) M at q."""
         nv = self.model.nv
         return symmetric(np.array(self._crba(self.model, self._data, q)).reshape(nv, nv))
+
+    def refuse_singular(self, q: np.ndarray) -> None:
+        """Prove that M is regular at q; where it is not, rounding would say how bodies fall.
+
+        Raises:
+            SingularMassError: it names the joints that move no inertia.
+        """
+        model, data = self.model, self._data
+        if model.nv == 0:
+            return
+        if self._dense:
+            mass_matrix = self.mass_matrix(q)
+            scale = 1.0 / np.sqrt(np.maximum(mass_matrix.diagonal(), NONZERO))
+            if np.linalg.eigvalsh(mass_matrix * scale * scale[:, None])[0] < SMALLEST_PIVOT:
+                raise singular_mass(model, range(1, model.njoints))
+            return
+        self._crba(model, data, q)
+        _decompose(model, data)
+        if not (pivots_are_safe(data, FAINT_PIVOT) or is_always_regular(model)):
+            check_pivots(model, data)
 
     def _factor(self, q: np.ndarray, rows: np.ndarray) -> SparseFactor | FilledFactor:
         model, data = self.model, self._data

@@ -19,7 +19,6 @@ from .turn import Turn
 
 if TYPE_CHECKING:
     from ..geometry.held_points import HeldPoint
-    from ..geometry.held_tips import HeldTip
 
 __all__ = ["NOTHING", "Footing", "footings_of", "packed_footings"]
 
@@ -37,7 +36,7 @@ class Footing:
     """
 
     contacts: tuple[RestingContact, ...] = ()
-    held: tuple[list[HeldPoint | HeldTip] | None, ...] = ()
+    held: tuple[list[HeldPoint] | None, ...] = ()
     slow: float = 0.0
     negligible: float = 0.0
     ways: tuple[float, ...] = ()
@@ -125,7 +124,7 @@ def _packed(footing: Footing) -> dict[str, Any]:
     }
 
 
-def _packed_point(point: HeldPoint | HeldTip) -> list[Any]:
+def _packed_point(point: HeldPoint) -> list[Any]:
     feature = point.feature
     if isinstance(feature, CornerOnFace):
         where: list[Any] = [feature.side, feature.corner, feature.face]

@@ -124,11 +124,6 @@ class ForceField:
                 values += [both[:3], both[3:]]
         return values
 
-    @property
-    def has_springs(self) -> bool:
-        """Whether some force stores energy."""
-        return bool(self._springs or self._points)
-
     def _add_actuator(self, robot: Robot, force: Actuator, name: str) -> None:
         joint = self._model.joints[robot.joint_id(force.joint)]
         rows = slice(joint.idx_v, joint.idx_v + joint.nv)

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
 from functools import cached_property
-from operator import is_not
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
 
-from ..geometry.held_points import HeldCorner
+from ..geometry.points import ROUNDED, Table, gaps_and_rates, table_of
 from ..rows.reach import ReachedModel
 from ..scene import Collision, Contact, GapContact, JointStop, Rope, Scene
 from ..scene.functions import numbers_from
 from .memory import Memory
 from .pairs import Held, Pairs, pairs_of, write_gaps
-from .points import ROUNDED, Table, TableRow, gaps_and_rates, table_of
+from .point_tables import PointTables
 from .pressed import rows_and_bias
 from .rated_gaps import FunctionGap, PlaneGap, RopeGap, StopGap
 from .turning_planes import Pose
@@ -27,27 +25,6 @@ if TYPE_CHECKING:
     from .resting import RestingContact
 
 __all__ = ["Gaps"]
-
-# So many tables of points are kept.
-MOST_TABLES = 64
-
-
-@dataclass(frozen=True, eq=False)
-class _KnownTable:
-    """The table of some gaps, the held points that it was made of, and how many each has."""
-
-    held: list[object]
-    counts: list[int]
-    table: Table | None
-
-    @classmethod
-    def of(cls, held: list[object], found: list[list[TableRow] | None]) -> _KnownTable:
-        rows: list[TableRow] = []
-        for own in found:
-            if own is None:
-                return cls(held, [], None)
-            rows += own
-        return cls(held, [len(own or ()) for own in found], table_of(rows) if rows else None)
 
 
 class Gaps:
@@ -103,8 +80,7 @@ class Gaps:
         rows = [row for i in np.flatnonzero(self.tabled) for row in self.items[i].in_table()]
         self._rated_table = table_of(rows) if rows else None
         self.arms = np.array([self.items[i].arms for i in np.flatnonzero(self.tabled)])
-        self._tables: dict[tuple[int, ...], _KnownTable] = {}
-        self._ends: tuple[tuple[int, ...], list, Held | None] | None = None
+        self._tables = PointTables(self.items, self.rated)
 
     @property
     def model(self) -> pin.Model:
@@ -249,48 +225,11 @@ class Gaps:
 
     def table(self, contacts: Sequence[RestingContact]) -> Table | None:
         """All points of contacts; None where some are found anew at each state."""
-        key = tuple(contact.gap for contact in contacts)
-        held = [self.items[i].held for i in key]
-        known = self._tables.get(key)
-        if known is None or any(map(is_not, known.held, held)):
-            if len(self._tables) > MOST_TABLES:
-                self._tables.clear()
-            known = _KnownTable.of(held, [self.items[i].in_table() for i in key])
-            self._tables[key] = known
-        if known.table is not None:
-            for contact, count in zip(contacts, known.counts, strict=True):
-                contact.count = count
-        return known.table
+        return self._tables.of(contacts)
 
     def ends_of_held(self, contacts: Sequence[RestingContact]) -> Held | None:
         """Where held points of contacts end; None where some are not on bodies with corners."""
-        key, pairs = tuple(c.gap for c in contacts), self.pairs
-        held = [self.items[i].held for i in key]
-        known = self._ends
-        if known is not None and known[0] == key and not any(map(is_not, known[1], held)):
-            return known[2]
-        self._ends = (key, held, None if pairs is None else self._made_ends(contacts, pairs))
-        return self._ends[2]
-
-    def _made_ends(self, contacts: Sequence[RestingContact], pairs: Pairs) -> Held | None:
-        own = [(c, self.items[c.gap]) for c in contacts]
-        if not all(self.rated[c.gap] or (item.has_corners and item.holds) for c, item in own):
-            return None
-        borders, spans, rows, first = [np.zeros((0, 6))], [(0, 0)], [np.zeros((0, 3), int)], 0
-        for contact, item in own:
-            held = [None] if self.rated[contact.gap] else item.held
-            for point in held:
-                edges = np.zeros((0, 6))
-                if isinstance(point, HeldCorner):
-                    edges = point.borders
-                borders.append(edges)
-                spans.append((spans[-1][1], spans[-1][1] + len(edges)))
-            if not self.rated[contact.gap]:
-                numbers = np.flatnonzero(pairs.whole[:, 0] == contact.gap)
-                last = np.full(len(numbers), first + len(held))
-                rows.append(np.column_stack([numbers, np.full(len(numbers), first), last]))
-            first += len(held)
-        return Held(np.concatenate(borders), np.array(spans[1:]), np.concatenate(rows))
+        return self._tables.ends_of_held(contacts, self.pairs)
 
     def hold(self, contacts: Sequence[RestingContact], q: np.ndarray) -> None:
         """Follow the points at which polyhedra touch at q from here on; let go of all others."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..impact.constrained import Outcome
-from ..impact.laws.problem import ContactSolution
+from ..impact.contact_space.problem import ContactSolution
 from ..impact.result import Impact
 from ..laws.status import Status
 from ..rows.contacts import Touch
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 __all__ = ["impacts_of", "packed_impacts"]
 
 _OUTCOME = ("constraint_impulses", "unique")
-_BY_POINT = ("unique", "normal_work", "friction_work", "friction")
 _TOUCH = ("axes", "jacobian", "position")
 _SOLUTION = tuple(
     item.name

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from .points import Kinematics
+from ..geometry.points import Kinematics
 
 __all__ = ["Memory", "order_of_speeds"]
 
 # Of a placement: the rotation, column by column, then the translation. Of a motion: linear
 # before angular.
-PLACE, MOTION, TURN = 12, 6, 9
+PLACE, MOTION = 12, 6
 
 
 class Memory:

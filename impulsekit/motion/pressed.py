@@ -11,13 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.points import MOST, Kinematics, Table, write_bias, write_rows
 from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import compiled, entry
 from ..laws.dense import put
 from ..laws.half import Factor, from_half, halve, is_safe
 from ..laws.resting import forces_at_rest
 from ..laws.resting_newton import BAR
-from .points import MOST, Kinematics, Table, write_bias, write_rows
 
 __all__ = [
     "Found",

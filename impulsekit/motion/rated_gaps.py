@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
+from ..geometry.points import PLANE, ROPE, STOP, TableRow
 from ..robot import Robot
 from ..rows.ellipses import ways_of_ellipse
 from ..rows.entries import FramePair, FunctionRows, frame_pair, joint_rows
@@ -14,7 +15,6 @@ from ..rows.pair import Pair
 from ..rows.reach import ReachedModel
 from ..scene import Contact, GapContact, JointStop, Rope
 from ..scene.friction import EllipticFriction, friction_at_rest
-from .points import PLANE, ROPE, STOP, TableRow
 
 __all__ = ["FunctionGap", "PlaneGap", "RopeGap", "StopGap"]
 

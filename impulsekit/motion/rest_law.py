@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..impact.laws.problem import Turning
-from ..impact.laws.turning import cones_of
+from ..impact.contact_space.problem import Turning
+from ..impact.contact_space.turning import cones_of
 from ..laws.product_cones import find_cone_impulses
 from ..laws.resting import find_forces
 from ..laws.resting_newton import BAR

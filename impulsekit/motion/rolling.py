@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from ..impact.laws.problem import Turning
-from ..impact.laws.turning import cones_of
+from ..impact.contact_space.problem import Turning
+from ..impact.contact_space.turning import cones_of
 from ..laws.product_cones import IMMOBILE, SMALL, find_cone_impulses
 from ..rows.pair import turning_rows
 from ..scene import Collision, Contact, Scene

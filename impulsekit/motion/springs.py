@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from ..robot import Robot
 from ..scene import JointSpring, Spring
-from .compiled_loads import BEYOND, NO_LENGTH
+from .compiled_loads import BEYOND, NO_LENGTH, push_between, push_in_joint, turned_from
 
 __all__ = ["PointOfFrame", "Push", "SpringBetweenPoints", "SpringInJoint"]
 
@@ -54,19 +54,18 @@ class SpringInJoint:
         self.beyond = BEYOND * (force.stiffness + force.damping)
         self.acts: bool | None = None
 
-    def _strain(self, q: np.ndarray, middle: float = 0.0) -> float:
-        """q − rest [rad, m]; of a continuous joint within half a turn of the middle."""
+    def _strain(self, q: np.ndarray, side: float = 0.0) -> float:
+        """q − rest [rad, m]; of a continuous joint within half a turn of the middle of a side."""
         if not self._continuous:
             return q[self._entry] - self._rest
-        angle = np.arctan2(q[self._entry + 1], q[self._entry]) - self._rest - middle
-        return (angle + np.pi) % (2.0 * np.pi) - np.pi + middle
+        return turned_from(q[self._entry], q[self._entry + 1], self._rest, side)
 
     def torque(self, q: np.ndarray, v: np.ndarray) -> float:
         """Generalized force of the spring at a state [N m, N]."""
         side, acts = self._side, self.acts
         if acts is False:
             return 0.0
-        strain = self._strain(q, 0.0 if acts is None else 0.5 * np.pi * side)
+        strain = self._strain(q, 0.0 if acts is None else side)
         torque = -self._stiffness * strain - self._damping * v[self.row]
         if acts is None and side and not (side * strain > 0.0 and side * torque < 0.0):
             return 0.0
@@ -74,12 +73,9 @@ class SpringInJoint:
 
     def push(self, q: np.ndarray, v: np.ndarray, data: pin.Data) -> Push:
         """State of a one-sided spring."""
-        side, speed = self._side, float(v[self.row])
-        strain = float(self._strain(q, 0.5 * np.pi * side))
-        force = side * (self._stiffness * strain + self._damping * speed)
-        if self._continuous:
-            return Push(side * np.sin(strain), side * np.cos(strain) * speed, force)
-        return Push(side * strain, side * speed, force)
+        strain, speed = float(self._strain(q, self._side)), float(v[self.row])
+        numbers = self._side, self._stiffness, self._damping, self._continuous
+        return Push(*push_in_joint(strain, speed, *numbers))
 
     def energy(self, q: np.ndarray) -> float:
         """Energy stored in the spring [J]."""
@@ -169,11 +165,8 @@ class SpringBetweenPoints:
         """State of a one-sided spring; ``data`` with placements and velocities."""
         length, direction = self._line(data)
         force, rate = self._force, self._rate(data, direction)
-        rest = force.rest_length
-        tension = force.stiffness * (length - rest) + force.damping * rate
-        scale = self._way / (rest if rest > 0.0 else 1.0)
-        zone = 0.5 * (length - rest) * (length + rest)
-        return Push(scale * zone, scale * length * rate, self._way * tension)
+        numbers = force.rest_length, self._way, force.stiffness, force.damping
+        return Push(*push_between(length, rate, *numbers))
 
     def energy(self, data: pin.Data) -> float:
         """Energy stored in the spring [J]."""

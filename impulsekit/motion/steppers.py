@@ -12,14 +12,13 @@ import numpy as np
 
 from .explicit import ExplicitStepper, StepFailed
 
-__all__ = ["METHODS", "FixedStepper", "RadauStepper", "StepFailed", "Stepper", "stepper_of"]
+__all__ = ["FixedStepper", "RadauStepper", "StepFailed", "Stepper", "stepper_of"]
 
 # A remaining time below this share of a step becomes part of the step.
 REST = 1e-9
 Rhs = Callable[[float, np.ndarray], np.ndarray]
 Dense = Callable[[float], np.ndarray]
 
-METHODS = ("dop853", "radau", "rk4", "semi-implicit")
 # The size of x and v [m, rad, and those by s] of which the steps of numerical slopes are a part:
 # near rest a step measured by x and v themselves would drown in rounding.
 TYPICAL = 1.0

@@ -14,11 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.points import Kinematics, back, three, turned
 from ..geometry.vectors import Vector, along, cross, dot
 from ..laws.borrowed import borrowing
 from ..laws.dense import put
 from ..laws.half import Factor
-from .points import Kinematics, back, three, turned
 
 __all__ = ["BALL", "CIRCLE", "FREE", "PLANAR", "SLIDE", "TRANSLATION", "TURN", "Room", "Tree"]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
+from ..geometry.points import Kinematics
 from ..impact.algorithms import SMALLEST_PIVOT
 from ..laws.half import Factor
 from .memory import order_of_speeds
-from .points import Kinematics
 from .tree import BALL, CIRCLE, FREE, PLANAR, SLIDE, TRANSLATION, TURN, Room, Tree
 
 __all__ = ["room_of", "tree_of"]

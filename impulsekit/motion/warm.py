@@ -27,6 +27,8 @@ def load_motion(scene: Scene) -> None:
 def _entries(scene: Scene | None) -> list[Entry]:
     """What motions of a scene call; None: of any scene."""
     from ..geometry.features import touch
+    from ..geometry.held_points import write_gaps_and_ends, write_spots
+    from ..geometry.points import gaps_and_rates
     from ..geometry.polyhedron import separate
     from ..laws.resting import find_forces
     from .chart import unrolled
@@ -39,7 +41,6 @@ def _entries(scene: Scene | None) -> list[Entry]:
     from .compiled_touch import first_touch_of, touch_pairs
     from .compiled_travel import travel
     from .pairs import write_gaps
-    from .points import gaps_and_rates
     from .pressed import pressed, rows_and_bias
 
     entries: list[Entry] = [unrolled, attempt, begin_steps, rates_at, advance, travel]
@@ -56,6 +57,7 @@ def _entries(scene: Scene | None) -> list[Entry]:
         ]
     if scene is None or any(isinstance(entry, Collision) for entry in scene.contacts):
         entries += [separate, touch, touch_pairs, first_touch_of, crossings_of, write_gaps]
+        entries += [write_gaps_and_ends, write_spots]
     return entries
 
 
@@ -66,10 +68,11 @@ def load_shared() -> None:
     rounds otherwise in the last place: no two motions would be the same to the last bit.
     """
     from ..geometry.features import touch
+    from ..geometry.held_points import write_gaps_and_ends, write_spots
+    from ..geometry.points import gaps_and_rates
     from ..geometry.polyhedron import separate
     from ..laws.several import hit_contacts
     from .pairs import write_gaps
-    from .points import gaps_and_rates
     from .pressed import rows_and_bias
 
     entries: list[Entry] = [
@@ -79,6 +82,8 @@ def load_shared() -> None:
         separate,
         touch,
         write_gaps,
+        write_gaps_and_ends,
+        write_spots,
     ]
     for entry in entries:
         entry.load()

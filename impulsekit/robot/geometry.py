@@ -47,7 +47,7 @@ def geometry_of(robot: Robot, kind: pin.GeometryType) -> pin.GeometryModel:
     for part in robot.parts:
         _add_plain(robot, part, kind, whole)
         if kind == pin.GeometryType.COLLISION:
-            _add_grounds(robot, part, whole)
+            _add_grounds(part, whole)
         written = part.geometry if part.urdf is None else part.urdf
         if written is None:
             continue
@@ -107,7 +107,7 @@ def _add_plain(
         whole.addGeometryObject(item)
 
 
-def _add_grounds(robot: Robot, part: RobotPart, whole: pin.GeometryModel) -> None:
+def _add_grounds(part: RobotPart, whole: pin.GeometryModel) -> None:
     import coal
 
     for ground in part.changes.grounds:

@@ -40,12 +40,19 @@ class Massless:
     Attributes:
         joint: the joint to lock, the outermost of those that take part.
         link: the link without inertia that moves, by its frame's name or its joint's.
+        has_mass: whether it has mass all the same, and turns about a line through that.
     """
 
     joint: str
     link: str
+    has_mass: bool = False
 
     def __str__(self) -> str:
+        if self.has_mass:
+            return (
+                f'joint "{self.joint}" turns link "{self.link}" about an axis about which it has '
+                "no moment of inertia: correct its <inertia>, or lock the joint"
+            )
         return (
             f'joint "{self.joint}" moves no mass: give link "{self.link}" an <inertial>, or lock '
             "the joint"
@@ -135,7 +142,8 @@ def _told(model: pin.Model, q: np.ndarray, null: np.ndarray, dof: int) -> Massle
         for frame in model.frames
         if frame.type == pin.FrameType.BODY and frame.parentJoint == own
     ]
-    return Massless(model.names[joint_id], links[-1] if links else model.names[own])
+    link = links[-1] if links else model.names[own]
+    return Massless(model.names[joint_id], link, bool(model.inertias[own].mass > 0.0))
 
 
 def is_always_regular(model: pin.Model) -> bool:

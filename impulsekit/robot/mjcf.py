@@ -6,21 +6,19 @@ defaults of some files otherwise than MuJoCo does; MuJoCo's compiler is what def
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
-from ..errors import MissingExtraError, MjcfError, ShapeError, a_thing, shown
-from ..files import read_text_file, reason_of
+from ..errors import MjcfError, ShapeError, shown
 from .loop import Loop
 from .mjcf_pairs import pairs_of
 from .mjcf_shapes import shapes_of
 from .model_checks import root_joint
 
-__all__ = ["MjcfRobot", "read_mjcf", "state_from_mujoco"]
+__all__ = ["MjcfRobot", "state_from_mujoco"]
 
 # Equality constraints of MuJoCo, by number.
 _CONNECT, _WELD, _JOINT = 0, 1, 2
@@ -315,48 +313,6 @@ def state_from_mujoco(mj: Any, qpos: Any, qvel: Any) -> tuple[np.ndarray, np.nda
             v[speed] = _rotation(q[turn]).T @ v[speed]
         q[turn] = np.roll(q[turn], -1)
     return q, v
-
-
-def read_mjcf(source: Any) -> tuple[Any, str | None]:
-    """The ``mujoco.MjModel`` of a file, of MJCF text or as it is, and the path.
-
-    Raises:
-        MjcfError: MuJoCo refuses it; the sentence holds its reason.
-        MissingExtraError: the package mujoco is not installed.
-    """
-    try:
-        import mujoco
-    except ImportError:
-        raise MissingExtraError.of("mujoco", "mjcf", "reading MJCF") from None
-    if isinstance(source, mujoco.MjModel):
-        return source, None
-    if isinstance(source, mujoco.MjSpec):
-        return _compiled(source.compile, "the MjSpec"), None
-    if isinstance(source, str) and source.lstrip().startswith("<"):
-        return _compiled(lambda: mujoco.MjModel.from_xml_string(source), "MJCF text"), None
-    if not isinstance(source, str | os.PathLike):
-        raise MjcfError(
-            f"from_mjcf takes a path, MJCF text or a mujoco.MjModel, got {a_thing(source)}",
-            source="",
-            element="",
-        )
-    path = os.fspath(source)
-    try:
-        read_text_file(path)
-    except (OSError, ValueError) as error:
-        reason = reason_of(error) if isinstance(error, OSError) else "the path holds a NUL"
-        raise MjcfError(f"{shown(path, 200)}: {reason}", source=path, element="") from None
-    return _compiled(lambda: mujoco.MjModel.from_xml_path(path), path), os.path.abspath(path)
-
-
-def _compiled(compile_it: Any, source: str) -> Any:
-    try:
-        return compile_it()
-    except Exception as error:  # MuJoCo raises ValueError, its FatalError and more
-        reason = " ".join(str(error).split())
-        raise MjcfError(
-            f"{source}: MuJoCo refuses it: {shown(reason, 200)}", source=source, element=""
-        ) from None
 
 
 def _text(mj: Any, start: int) -> str:

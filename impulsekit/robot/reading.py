@@ -152,7 +152,8 @@ class RobotReaders(RobotBase):
             >>> Robot.from_mjcf(f"<mujoco><worldbody>{ball}</worldbody></mujoco>").nv
             6
         """
-        from .mjcf import MjcfRobot, read_mjcf
+        from .mjcf import MjcfRobot
+        from .mjcf_files import read_mjcf
 
         if root is not None and root not in ROOTS:
             raise UnknownNameError.among("root", str(root), ROOTS)

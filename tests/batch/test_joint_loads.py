@@ -9,7 +9,7 @@ import pytest
 import impulsekit as ik
 from impulsekit.bench.jobs import falling_talos
 
-from ..robots import relative
+from ..robots import one_body, relative
 
 TALOS = ik.Robot.from_example("talos", root="freeflyer")
 
@@ -181,11 +181,7 @@ def test_what_has_no_kernel_for_loads_gets_them_from_solve():
     np.testing.assert_allclose(varied.v_after[1] - v[1], jump, atol=1e-11 * abs(jump).max())
     assert "masses that vary" in varied.plan.why[0] and varied.single.all()
 
-    ball = ik.Robot.from_urdf(
-        "<robot name='ball'><link name='ball'><inertial><mass value='2'/><inertia ixx='.1' "
-        "iyy='.1' izz='.1' ixy='0' ixz='0' iyz='0'/></inertial><collision><geometry>"
-        "<sphere radius='.5'/></geometry></collision></link></robot>", "freeflyer",
-    ).with_ground()  # fmt: skip
+    ball = one_body("ball", 2, 0.1, '<sphere radius=".5"/>').with_ground()
     falls = ik.Scene(ball, contacts=[ik.Collision("ball", "ground", restitution=0.5)])
     q = np.array([ball.configuration(root_joint=[x, 0, 0.5, 0, 0, 0, 1]) for x in (0.0, 3.0)])
     v = np.array([ball.velocity(root_joint=[0, 0, -speed, 0, 0, 0]) for speed in (1.0, 2.0)])

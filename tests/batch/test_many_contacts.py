@@ -8,11 +8,11 @@ import impulsekit as ik
 from impulsekit.batch.inputs import batch_inputs
 from impulsekit.batch.plans import plan_batch
 from impulsekit.batch.run import BatchRun
-from impulsekit.impact.laws import simultaneous
+from impulsekit.impact.contact_space import simultaneous
 from impulsekit.laws.modes import residual_of
 from impulsekit.laws.struck import strike_at_once
 from tests.batch.compare import random_states
-from tests.impact.laws.posed import posed
+from tests.impact.contact_space.posed import posed
 
 pytest.importorskip("numba")
 

@@ -7,11 +7,9 @@ import pytest
 
 import impulsekit as ik
 
+from ..robots import one_body
+
 MASS, MOMENT, ARM = 0.0485, 2.9e-5, np.array([0.01, -0.04])
-TEXT = (
-    f'<robot name="b"><link name="b"><inertial><mass value="{MASS}"/><inertia ixx="{MOMENT}" '
-    f'ixy="0" ixz="0" iyy="{MOMENT}" iyz="0" izz="{MOMENT}"/></inertial></link></robot>'
-)
 
 
 def right(v, e, mu):
@@ -36,7 +34,7 @@ def right(v, e, mu):
 
 @pytest.mark.parametrize("by_row", [False, True])
 def test_planar_roots_with_friction_stay_in_the_kernels(by_row):
-    robot = ik.Robot.from_urdf(TEXT, root="planar")
+    robot = one_body("b", MASS, MOMENT, root="planar")
     rng = np.random.default_rng(0)
     v = np.c_[rng.normal(size=64), -1.0 - rng.random(64), 10.0 * rng.normal(size=64)]
     e, mu = (rng.uniform(0, 1, 64), rng.uniform(0.05, 0.6, 64)) if by_row else (0.4, 0.12)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.impact import laws
+from impulsekit.impact import contact_space
 from impulsekit.laws.struck import strike_at_once
 from tests.batch.compare import random_states
 
@@ -104,13 +104,13 @@ def test_the_answer_of_solve_or_another_that_obeys_the_law(monkeypatch, name, re
     rng = np.random.default_rng([list(ROBOTS).index(name), restitution == "poisson"])
     robot = ik.Robot.from_example(name, root="freeflyer" if name in FLYING else "fixed")
     problems = []
-    find_impulses = laws.find_impulses
+    find_impulses = contact_space.find_impulses
 
     def kept(problem, law):
         problems.append(problem)
         return find_impulses(problem, law)
 
-    monkeypatch.setattr(laws, "find_impulses", kept)
+    monkeypatch.setattr(contact_space, "find_impulses", kept)
     monkeypatch.setattr(strike_at_once, "_code", None)
     monkeypatch.setattr(strike_at_once, "wait", lambda seconds: None)
     rows = regular = 0

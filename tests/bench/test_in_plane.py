@@ -75,6 +75,7 @@ def test_other_answers_are_told_where_one_load_has_many_shares():
         pytest.param(3, 12, 46, id="loads beyond all measure"),
         pytest.param(3, 96, 46, id="slip that turns by rounding in a long series"),
         pytest.param(3, 434, 47, id="what hits of light bodies hand on"),
+        pytest.param(1, 1290, 0, id="slip by the rounding of constraints"),
     ],
 )
 def test_rounding_decides_nothing(place, repeat, seed):

@@ -76,8 +76,11 @@ def test_no_answer_at_the_edge_is_silently_wrong(name, place):
 
 # Points that are nearly one: what batches left of the law was not asked for without friction, and
 # too generously with it; where one point bears all, up to 3e-12 were left of an answer to a
-# problem that rounding turns into another (off by half).
-@pytest.mark.parametrize(("place", "repeat", "seed"), [(2, 8, 73), (3, 25, 75), (4, 13, 75)])
+# problem that rounding turns into another (off by half). A load of 2e-16 N s on a contact that
+# parts by 2e-15 m/s less than none once made the truth one of another problem.
+@pytest.mark.parametrize(
+    ("place", "repeat", "seed"), [(2, 8, 73), (3, 25, 75), (4, 13, 75), (2, 14, 0)]
+)
 def test_rows_that_are_nearly_dependent_are_told(place, repeat, seed):
     points = solved_case(("parallel-contacts", place, repeat, seed))
     assert {point.method for point in points} == {"solve", "batch"}

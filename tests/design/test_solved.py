@@ -8,10 +8,7 @@ from impulsekit.design import solved
 from impulsekit.design.measurement import Measurement
 from impulsekit.design.parameters import parameters_of
 
-BALL = (
-    '<robot name="ball"><link name="ball"><inertial><mass value="2"/><inertia ixx="1" iyy="1" '
-    'izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
-)
+from ..robots import one_body
 
 
 def test_values_are_solved_once_while_they_are_remembered(monkeypatch):
@@ -22,7 +19,7 @@ def test_values_are_solved_once_while_they_are_remembered(monkeypatch):
         return derive(impact)
 
     monkeypatch.setattr(solved, "derivatives", counted)
-    robot = ik.Robot.from_urdf(BALL, root="freeflyer")
+    robot = one_body("ball", 2, 1)
     scene = ik.Scene(robot, contacts=[ik.Contact("ball", restitution=0.5, name="floor")])
     seen = [
         Measurement(scene, robot.neutral(), [0, 0, -w, 0, 0, 0], np.zeros(6), covariance=np.eye(18))

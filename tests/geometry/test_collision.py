@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.geometry.collision import meeting_points, smallest_gap, solid_of
+from impulsekit.geometry.collision import gap_and_normal, meeting_points, solid_of
 
 BOX, SLAB = coal.Box(1, 1, 1), coal.Box(4, 4, 1)
 SPHERE, CAN, PILL = coal.Sphere(0.5), coal.Cylinder(0.5, 1), coal.Capsule(0.5, 1)
@@ -56,7 +56,7 @@ def test_the_normal_points_from_the_second_to_the_first():
 
 def test_what_is_apart_does_not_meet():
     assert meet(BOX, at(0, 0, 1.01)) == []
-    apart = smallest_gap([(solid_of(BOX), at(0, 0, 1.01))], [(solid_of(SLAB), at(0, 0, 0))])
+    apart, _ = gap_and_normal(solid_of(BOX), at(0, 0, 1.01), solid_of(SLAB), at(0, 0, 0))
     assert apart == pytest.approx(0.01)
 
 

@@ -4,12 +4,18 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from impulsekit.geometry.features import CornerOnFace, EdgesCross, beside, touching_features
-from impulsekit.geometry.polyhedron import polyhedron_of, separation
+from impulsekit.geometry.features import (
+    CornerOnFace,
+    EdgesCross,
+    borders_of,
+    inside_of,
+    touching_at,
+)
+from impulsekit.geometry.polyhedron import polyhedron_of, separation_at
 
 from .test_polyhedron import BOX, placed
 
-BODY = polyhedron_of(BOX)
+BODY, HERE = polyhedron_of(BOX), pin.SE3.Identity()
 
 
 def at(x, y, z, *rpy):
@@ -30,7 +36,7 @@ def kinds(points):
     ],
 )
 def test_flat_faces_share_a_patch_whose_corners_are_found(place, count):
-    normal, points = touching_features(BODY.at(place), BODY, 1e-6)
+    normal, points = touching_at(BODY, place, BODY, HERE, 1e-6)
     np.testing.assert_allclose(normal, [0, 0, 1], atol=1e-12)
     assert len(points) == count
     for point in points:
@@ -42,10 +48,10 @@ def test_flat_faces_share_a_patch_whose_corners_are_found(place, count):
 def test_edges_that_cross_touch_in_one_point_along_their_cross_product():
     place = at(0, 0, 0.4, 0, np.pi / 4, 0)
     low = at(0, 0, 0, np.pi / 4, 0, 0)
+    gap, _ = separation_at(BODY, place, BODY, low)
+    place = at(0, 0, -gap) * place
     a, b = BODY.at(place), BODY.at(low)
-    gap, _ = separation(a, b)
-    a = BODY.at(at(0, 0, -gap) * place)
-    normal, points = touching_features(a, b, 1e-6)
+    normal, points = touching_at(BODY, place, BODY, low, 1e-6)
     assert [type(point.feature) for point in points] == [EdgesCross]
     (i, j), (k, m) = points[0].feature.first, points[0].feature.other
     e, f = a.vertices[j] - a.vertices[i], b.vertices[m] - b.vertices[k]
@@ -57,44 +63,46 @@ def test_edges_that_cross_touch_in_one_point_along_their_cross_product():
 def test_bodies_that_are_moved_until_they_touch_touch_somewhere(seed):
     rng = np.random.default_rng(seed)
     a, b = placed(rng, 0.1), placed(rng, 0.1)
-    gap, normal = separation(BODY.at(a), BODY.at(b))
+    gap, normal = separation_at(BODY, a, BODY, b)
     a.translation = a.translation - gap * normal
-    found, points = touching_features(BODY.at(a), BODY.at(b), 1e-9)
+    found, points = touching_at(BODY, a, BODY, b, 1e-9)
     assert points
     np.testing.assert_allclose(found, normal, atol=1e-9)
-    back, others = touching_features(BODY.at(b), BODY.at(a), 1e-9)
+    back, others = touching_at(BODY, b, BODY, a, 1e-9)
     np.testing.assert_allclose(back, -found, atol=1e-12)
     for point, other in zip(points, others, strict=True):
-        np.testing.assert_allclose(point.position, other.position, atol=1e-12)
+        here, there = point.position + b.translation, other.position + a.translation
+        np.testing.assert_allclose(here, there, atol=1e-12)
 
 
 def test_faces_that_are_flat_on_each_other_but_for_little_have_one_normal_and_one_plane():
     place = at(0.02, 0.03, 0.1, 2e-6, -1e-6, 0.2)
-    gap, _ = separation(BODY.at(place), BODY)
-    normal, points = touching_features(BODY.at(at(0, 0, -gap) * place), BODY, 1e-6)
+    gap, _ = separation_at(BODY, place, BODY, HERE)
+    normal, points = touching_at(BODY, at(0, 0, -gap) * place, BODY, HERE, 1e-6)
     assert len(points) >= 4
     assert np.ptp([point.position @ normal for point in points]) < 1e-15
     assert max(point.gap for point in points) > 1e-8
 
 
 def test_what_is_further_apart_than_the_margin_does_not_touch():
-    lifted = BODY.at(at(0, 0, 0.1 + 2e-6))
-    assert touching_features(lifted, BODY, 1e-6)[1] == []
-    assert kinds(touching_features(lifted, BODY, 3e-6)[1]) == ["CornerOnFace"] * 4
+    lifted = at(0, 0, 0.1 + 2e-6)
+    assert touching_at(BODY, lifted, BODY, HERE, 1e-6)[1] == []
+    assert kinds(touching_at(BODY, lifted, BODY, HERE, 3e-6)[1]) == ["CornerOnFace"] * 4
 
 
 def test_a_corner_belongs_to_the_body_that_has_it():
     place = at(0, 0, 0.3, 0.6, 0.5, 0.1)
-    gap, _ = separation(BODY.at(place), BODY)
-    _, points = touching_features(BODY.at(at(0, 0, -gap) * place), BODY, 1e-9)
+    gap, _ = separation_at(BODY, place, BODY, HERE)
+    _, points = touching_at(BODY, at(0, 0, -gap) * place, BODY, HERE, 1e-9)
     assert [point.feature for point in points] == [
         CornerOnFace(0, points[0].feature.corner, points[0].feature.face)
     ]
-    _, points = touching_features(BODY, BODY.at(at(0, 0, -gap) * place), 1e-9)
+    _, points = touching_at(BODY, HERE, BODY, at(0, 0, -gap) * place, 1e-9)
     assert points[0].feature.side == 1
 
 
 def test_how_far_a_point_is_inside_a_face():
     top = int(BODY.normals[:, 2].argmax())
-    assert beside(BODY, top, np.array([0.1, 0.0, 0.05])) == pytest.approx(0.05)
-    assert beside(BODY, top, np.array([0.1, -0.12, 0.05])) == pytest.approx(-0.02)
+    borders = borders_of(BODY, top)
+    assert inside_of(borders, 0, 4, (0.1, 0.0, 0.05)) == pytest.approx(0.05)
+    assert inside_of(borders, 0, 4, (0.1, -0.12, 0.05)) == pytest.approx(-0.02)

@@ -531,6 +531,24 @@ def test_redundant_contacts_against_differences_in_doubles():
     assert np.isnan(tilting.dv_after_dq).any() and not np.isnan(tilting.dv_after_dv).any()
 
 
+def test_tables_of_impulses_are_made_on_first_access():
+    """From then on they are the same; making them changes nothing that the others are made of."""
+    q, v = falling()
+    scene = ik.Scene(arm(), constraints=[ik.JointLock("slide")], contacts=contacts(2, 0.3))
+    found = ik.derivatives(ik.solve(scene, q, v))
+    for tables in (found.contacts, found.constraints):
+        assert tables._found is None
+        first, again = tables._build(), tables._build()
+        assert list(tables) == list(first) == list(again) and len(tables) == len(first) > 0
+        for name, table in tables.items():
+            assert tables[name] is table
+            assert not table.dq.flags.writeable
+            assert np.array_equal(table.dq, first[name].dq)
+            assert np.array_equal(first[name].dq, again[name].dq)
+        with pytest.raises(TypeError):
+            tables["floor"] = None
+
+
 def _differences(scene, q, v, step=1e-3):
     """∂v⁺/∂q and ∂v⁺/∂v by Richardson's extrapolation of central differences."""
 

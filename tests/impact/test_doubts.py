@@ -10,13 +10,11 @@ import impulsekit as ik
 from impulsekit.errors import SetupWarning, SingularMassError
 from impulsekit.scenefile import dump_scene
 
-BALL = """<robot name="ball"><link name="ball"><inertial><mass value="1"/>
-<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>
-<collision><geometry><sphere radius="0.1"/></geometry></collision></link></robot>"""
+from ..robots import one_body
 
 
 def ball():
-    return ik.Robot.from_urdf(BALL, root="freeflyer")
+    return one_body("ball", 1, 0.1, '<sphere radius="0.1"/>')
 
 
 def falling(height, **scene):

@@ -10,8 +10,8 @@ import impulsekit as ik
 from impulsekit.errors import InputError, SetupWarning
 from impulsekit.models import pendulum_urdf
 
-BODY = """<robot name="body"><link name="body"><inertial><mass value="1"/>
-<inertia ixx="0.1" iyy="0.2" izz="0.15" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
+from ..robots import one_body
+
 STEP = 1e-6
 
 ROD = ik.DistanceAnchor("a/body", "c/link_3", at=[0.1, 0.2, 0])
@@ -20,7 +20,7 @@ OTHER = ik.Rope("c/link_3", "a/body", at=[0, 0.1, 0.2], length=0.01, restitution
 
 
 def robot():
-    bodies = {name: ik.Robot.from_urdf(BODY, root="freeflyer") for name in "ab"}
+    bodies = {name: one_body("body", 1, (0.1, 0.2, 0.15)) for name in "ab"}
     return ik.combine(**bodies, c=ik.Robot.from_urdf(pendulum_urdf(3)))
 
 
@@ -57,7 +57,7 @@ def test_derivatives_of_rods_and_ropes_are_differences_of_solve(law, constraints
 
 
 def test_a_swinging_rope_that_stretches_has_a_sensitivity():
-    body = ik.Robot.from_urdf(BODY, root="freeflyer")
+    body = one_body("body", 1, (0.1, 0.2, 0.15))
     scene = ik.Scene(body, contacts=[ik.Rope("body", at=[0.1, 0.2, 0.05], length=0.6)])
     q = body.configuration(root_joint=[0.1, 0.1, -0.2, 0, 0, 0, 1])
     v = body.velocity(root_joint=[1, 0.4, -2, 0.1, 0.3, -0.5])
@@ -73,7 +73,7 @@ def test_a_swinging_rope_that_stretches_has_a_sensitivity():
 
 
 def test_gaps_that_are_functions_of_q_have_no_derivatives_and_say_so():
-    body = ik.Robot.from_urdf(BODY, root="freeflyer")
+    body = one_body("body", 1, (0.1, 0.2, 0.15))
     bowl = ik.GapContact(lambda q: q[2] - 0.1 * q[0] ** 2, restitution=0.4)
     scene = ik.Scene(body, contacts=[bowl])
     q = body.configuration(root_joint=[0.3, 0, 0.009, 0, 0, 0, 1])

@@ -5,11 +5,9 @@ import pytest
 
 import impulsekit as ik
 
-BOX = ik.Robot.from_urdf(
-    """<robot name="block"><link name="block"><inertial><mass value="2"/>
-    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>""",
-    root="freeflyer",
-)
+from ..robots import one_body
+
+BOX = one_body("block", 2, 1)
 M = 2.0
 
 

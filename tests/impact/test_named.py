@@ -8,6 +8,8 @@ import pytest
 import impulsekit as ik
 from impulsekit.errors import ImpulsekitError, UnknownNameError
 
+from ..robots import one_body
+
 
 def landed_quadruped():
     robot = ik.Robot.from_example("solo12", root="freeflyer")
@@ -62,7 +64,7 @@ def test_results_by_name_cannot_be_changed_and_are_pickled():
 
 
 def test_the_hits_of_a_motion_are_found_by_contact():
-    robot = ik.Robot.from_urdf(BALL, root="freeflyer")
+    robot = one_body("ball", 1, 0.1)
     floor = ik.Contact("ball", at=[0, 0, -0.1], restitution=0.5, name="floor")
     roof = ik.Contact("ball", origin=[0, 0, 9], normal=[0, 0, -1], name="roof")
     q = robot.configuration(root_joint=[0, 0, 0.1 + 0.5 * 9.81, 0, 0, 0, 1])
@@ -73,7 +75,3 @@ def test_the_hits_of_a_motion_are_found_by_contact():
     assert motion.contacts["roof"] == ()
     with pytest.raises(KeyError, match="did you mean"):
         motion.contacts["flor"]
-
-
-BALL = """<robot name="ball"><link name="ball"><inertial><mass value="1"/>
-<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""

@@ -5,9 +5,9 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
+from impulsekit.impact.contact_space.single import strike
 from impulsekit.impact.derivatives import DerivativeStatus
 from impulsekit.impact.derivatives.path_law import path_derivative
-from impulsekit.impact.laws.single import strike
 
 from .test_derivatives import _differences, arm, ball, blow, contacts, falling
 

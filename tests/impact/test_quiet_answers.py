@@ -7,7 +7,7 @@ import pytest
 
 import impulsekit as ik
 from impulsekit.bench.truths.enumerated import whole_answers
-from impulsekit.impact.laws import ContactProblem, quiet, solve_contacts
+from impulsekit.impact.contact_space import ContactProblem, quiet, solve_contacts
 
 from .test_uniqueness import bodies_in_a_plane
 

@@ -9,6 +9,8 @@ import pytest
 import impulsekit as ik
 from impulsekit.impact.residuals import momentum_residual
 
+from ..robots import one_body
+
 SLIDES = [pin.JointModelPX, pin.JointModelPY, pin.JointModelPZ]
 TURNS = [pin.JointModelRZ, pin.JointModelRY, pin.JointModelRX]
 
@@ -78,11 +80,7 @@ def test_a_wrong_speed_of_a_light_finger_shows(off):
 @pytest.mark.parametrize("left,low,high", [(1e-35, 0.0, 1e-15), (1e-6, 1e-7, 1.0)])
 def test_what_is_left_at_a_body_that_is_not_struck(left, low, high):
     """Two balls touch a floor, one strikes it: of the other's speed the rounding is no error."""
-    ball = (
-        '<robot name="b"><link name="b"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
-        'izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
-    )
-    one = ik.Robot.from_urdf(ball, root="freeflyer")
+    one = one_body("b", 1, 0.1)
     two = ik.combine(a=one, b=one)
     scene = ik.Scene(two, contacts=[ik.Contact("a/b"), ik.Contact("b/b", restitution=0.5)])
     v = np.array([0, 0, 0, 0, 0, 2.0, 0, 0, -1.0, 0, 0, 0])

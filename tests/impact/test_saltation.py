@@ -12,6 +12,8 @@ import pytest
 import impulsekit as ik
 from impulsekit.impact.saltation import saltation_matrix
 
+from ..robots import one_body
+
 GRAVITY = 9.81
 
 
@@ -215,12 +217,7 @@ INERTIA = 0.01
 
 def heel_strike(omega):
     """The impact at which the next leg takes over; it turns about the last foot by omega."""
-    inertia = f'ixx="{INERTIA}" iyy="{INERTIA}" izz="{INERTIA}" ixy="0" ixz="0" iyz="0"'
-    wheel = ik.Robot.from_urdf(
-        '<robot name="wheel"><link name="hub"><inertial><mass value="1"/>'
-        f"<inertia {inertia}/></inertial></link></robot>",
-        root="planar",
-    )
+    wheel = one_body("hub", 1, INERTIA, root="planar")
     # In the plane y is up; the hub stands ALPHA past the foot that leaves.
     hub = RADIUS * np.array([math.sin(ALPHA), math.cos(ALPHA)])
     next_foot = RADIUS * np.array([math.sin(ALPHA), -math.cos(ALPHA)])
@@ -252,12 +249,7 @@ FEET = 8
 @pytest.mark.slow
 def test_the_rimless_wheel_as_a_scene_of_feet_has_the_same_multiplier():
     # A wheel of eight feet that stand on a slope: it rests on one, and the next strikes.
-    inertia = f'ixx="{INERTIA}" iyy="{INERTIA}" izz="{INERTIA}" ixy="0" ixz="0" iyz="0"'
-    wheel = ik.Robot.from_urdf(
-        '<robot name="wheel"><link name="hub"><inertial><mass value="1"/>'
-        f"<inertia {inertia}/></inertial></link></robot>",
-        root="planar",
-    )
+    wheel = one_body("hub", 1, INERTIA, root="planar")
     turns = [2 * ALPHA * k for k in range(FEET)]
     feet = [
         ik.Contact("hub", at=[math.sin(a), -math.cos(a), 0], normal=[0, 1, 0], friction=5.0)

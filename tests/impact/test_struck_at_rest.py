@@ -5,11 +5,9 @@ import pytest
 
 import impulsekit as ik
 
-BOX = ik.Robot.from_urdf(
-    '<robot name="box"><link name="box"><inertial><mass value="2"/><inertia ixx="0.1" iyy="0.1" '
-    'izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>',
-    root="freeflyer",
-)
+from ..robots import one_body
+
+BOX = one_body("box", 2, 0.1)
 AT_REST = BOX.configuration(root_joint=[0, 0, 0.05, 0, 0, 0, 1])
 CORNERS = [(x, y, -0.05) for x in (-0.1, 0.1) for y in (-0.1, 0.1)]
 LAWS = [

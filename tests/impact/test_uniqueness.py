@@ -8,16 +8,13 @@ import pytest
 
 import impulsekit as ik
 from impulsekit.bench.truths.enumerated import PlaneProblem, all_after
-from impulsekit.impact.laws import ContactProblem, solve_contacts
+from impulsekit.impact.contact_space import ContactProblem, solve_contacts
+
+from ..robots import one_body
 
 
 def body(mass, inertia):
-    text = (
-        f'<robot name="b"><link name="b"><inertial><mass value="{mass!r}"/>'
-        f'<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="{inertia!r}"/>'
-        "</inertial></link></robot>"
-    )
-    return ik.Robot.from_urdf(text, root="planar")
+    return one_body("b", mass, (1, 1, inertia), root="planar")
 
 
 def bodies_in_a_plane(seed, frictions=(0.0, 0.3, 1.0, 3.0), most=3):

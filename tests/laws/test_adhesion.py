@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.impact.laws import ContactProblem, solve_contacts
-from impulsekit.impact.laws.adhesive import refined_adhesive
+from impulsekit.impact.contact_space import ContactProblem, solve_contacts
+from impulsekit.impact.contact_space.adhesive import refined_adhesive
 from impulsekit.impact.steps import steps_of
 
 BALL = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")

@@ -6,6 +6,8 @@ from scipy.integrate import solve_ivp
 
 import impulsekit as ik
 
+from ..robots import one_body
+
 # Mathavan, Jackson & Parkin (2014): a snooker ball, its friction on balls and cloth.
 MASS, RADIUS, E, ON_BALL, ON_CLOTH = 0.1406, 0.02625, 0.89, 0.05, 0.21
 INERTIA = 0.4 * MASS * RADIUS**2
@@ -55,11 +57,6 @@ def followed(v, w, steps):
             return state
 
 
-URDF = f"""<robot name="snooker"><link name="ball"><inertial><mass value="{MASS}"/>
-<inertia ixx="{INERTIA}" iyy="{INERTIA}" izz="{INERTIA}" ixy="0" ixz="0" iyz="0"/>
-</inertial></link></robot>"""
-
-
 @pytest.mark.parametrize(
     ("v", "w"),
     [
@@ -70,7 +67,7 @@ URDF = f"""<robot name="snooker"><link name="ball"><inertial><mass value="{MASS}
     ids=["rolling", "with side", "at an angle"],
 )
 def test_ball_between_ball_and_cloth(v, w):
-    ball = ik.Robot.from_urdf(URDF, root="freeflyer")
+    ball = one_body("ball", MASS, INERTIA)
     balls = ik.combine(a=ball, b=ball)
     hit = ik.Contact(
         "a/ball", at=[0, RADIUS, 0], normal=[0, -1, 0], origin=[0, -RADIUS, 0], against="b/ball",
@@ -145,7 +142,7 @@ def along_cushion(v, w):
     ("angle", "side", "top"), [(20, -2, 0), (45, 1, 3), (70, 2, 0), (45, -1, 0)]
 )
 def test_ball_between_cushion_and_cloth(angle, side, top):
-    ball = ik.Robot.from_urdf(URDF, root="freeflyer")
+    ball = one_body("ball", MASS, INERTIA)
     cushion = ik.Contact(
         "ball", at=-RADIUS * OUT, normal=OUT, restitution=E_CUSHION, friction=ON_CUSHION,
         stiffness=1.0,

@@ -1,5 +1,6 @@
 """Functions run as Python at first; compiled code is kept apart by all that it is made of."""
 
+import gc
 import importlib
 import math
 import os
@@ -299,3 +300,36 @@ def test_an_interrupt_while_compiled_code_has_more_compiled_is_raised_behind_it(
         print(made.quarter(2.0), *failed)
     """
     assert run(tmp_path, script).split() == ["interrupted", "0.5", "-1"]
+
+
+def test_no_cycles_are_looked_for_while_something_is_compiled(tmp_path, monkeypatch):
+    """Each look goes through all that numba has made: up to a fifth of the time."""
+    from numba.core import event
+
+    use_numba()
+    seen = []
+
+    class Listener(event.Listener):
+        def on_start(self, event):
+            seen.append(gc.isenabled())
+
+        def on_end(self, event):
+            pass
+
+    def twice(x):
+        return 2.0 * x
+
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    twice.__module__ = "impulsekit.laws.twice"
+    listener = Listener()
+    event.register("numba:compile", listener)
+    try:
+        for on, argument in ((True, 1.0), (False, 1)):
+            (gc.enable if on else gc.disable)()
+            assert dispatcher(twice, {})(argument) == 2.0
+            assert gc.isenabled() is on
+    finally:
+        gc.enable()
+        event.unregister("numba:compile", listener)
+    assert seen
+    assert not any(seen)

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 import impulsekit as ik
 from impulsekit.bench.truths.space_paths import Spatial, space_error
-from impulsekit.impact.laws import ContactProblem, solve_contacts
+from impulsekit.impact.contact_space import ContactProblem, solve_contacts
 from impulsekit.laws import lzb
 from impulsekit.laws.lzb import strike_by_energy
 from impulsekit.laws.path import follow

@@ -7,8 +7,8 @@ from impulsekit.laws.path import follow
 from impulsekit.laws.progress import P1, P2, RESIDUAL, U1, U2, UN, P, path_memory
 from impulsekit.laws.status import Status
 
-from ..impact.laws.problems import rod
-from ..impact.laws.test_path import planar
+from ..impact.contact_space.problems import rod
+from ..impact.contact_space.test_path import planar
 
 LAWS = ("newton", "poisson", "stronge")
 BOTH = [np.errstate(all="ignore")(follow.py_func), lambda *args: follow.compile()(*args)]

@@ -5,7 +5,7 @@ import pytest
 
 import impulsekit as ik
 from impulsekit.bench.problems.registry import problem_named
-from impulsekit.impact.laws import refine
+from impulsekit.impact.contact_space import refine
 from impulsekit.impact.warm import compile_laws
 
 

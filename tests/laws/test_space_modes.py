@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from impulsekit.impact.laws import ContactProblem, solve_contacts
-from impulsekit.impact.laws.others import find_others
+from impulsekit.impact.contact_space import ContactProblem, solve_contacts
+from impulsekit.impact.contact_space.others import find_others
 from impulsekit.laws.space_modes import space_modes
 from impulsekit.laws.status import Status
 from impulsekit.scene.law import Law

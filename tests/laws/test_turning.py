@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.impact.laws import ContactProblem, solve_contacts
-from impulsekit.impact.laws.problem import Turning
+from impulsekit.impact.contact_space import ContactProblem, solve_contacts
+from impulsekit.impact.contact_space.problem import Turning
 
 BALL = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
 MASS, INERTIA = 0.5, 5e-4

@@ -9,19 +9,17 @@ from impulsekit.measured import Recording, calibrate, find_impacts, fit_impacts
 from impulsekit.measured.floor import rest_of
 from tests.measured.bodies import G
 
+from ..robots import one_body
+
 E, MU, SCALE, FLOOR, LAG, RATE = 0.5, 0.15, 0.98, 0.004, 0.003, 125
 NOISE = np.array([3e-4] * 3 + [3e-3] * 3)
 # How far outliers are off [m, rad], as of a marker that was taken for another.
 WILD = np.array([0.03] * 3 + [0.2] * 3)
-BODY = (
-    '<robot name="point"><link name="point"><inertial><mass value="0.3"/><inertia ixx="1e-4" '
-    'iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
-)
 
 
 def point_scene():
     """A body that turns in flight and touches with its mass centre alone."""
-    robot = ik.Robot.from_urdf(BODY, root="freeflyer")
+    robot = one_body("point", 0.3, 0.0001)
     floor = ik.Contact("point", restitution=0.4, friction=0.2, name="floor")
     return ik.Scene(robot, contacts=[floor], gravity=[0, 0, -G])
 

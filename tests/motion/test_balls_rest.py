@@ -6,9 +6,8 @@ import pytest
 
 import impulsekit as ik
 
-BALL = """<robot name="b"><link name="b"><inertial><mass value="1"/>
-<inertia ixx=".004" ixy="0" ixz="0" iyy=".004" iyz="0" izz=".004"/></inertial>
-<collision><geometry><sphere radius=".1"/></geometry></collision></link></robot>"""
+from ..robots import one_body
+
 FLOOR = """<robot name="f"><link name="f"><collision><origin xyz="0 0 -.5"/>
 <geometry><box size="10 10 1"/></geometry></collision></link></robot>"""
 PLACES = {
@@ -22,7 +21,7 @@ PLACES = {
 @pytest.mark.parametrize("place", PLACES.values(), ids=PLACES)
 def test_bounces_of_a_ball_die_down_to_rest(place):
     world = ik.combine(
-        b=ik.Robot.from_urdf(BALL, root="freeflyer"),
+        b=one_body("b", 1, 0.004, '<sphere radius=".1"/>'),
         f=ik.Robot.from_urdf(FLOOR),
         placements={"f": place},
     )

@@ -7,6 +7,7 @@ import pytest
 import impulsekit as ik
 from impulsekit.motion.closing import Node, zero_finder
 
+from ..robots import one_body
 from .models import GRAVITY, MODELS
 
 LAWS = {
@@ -88,12 +89,7 @@ def test_an_edge_whose_ends_lift_each_other_in_turn_comes_to_rest():
     half = np.array([0.36, 0.294, 0.357])
     moments = [float(half @ half - x * x) / 3.0 for x in half]
     size = " ".join(repr(float(2 * x)) for x in half)
-    text = (
-        '<robot name="b"><link name="b"><inertial><mass value="1"/><inertia ixx="{}" iyy="{}" '
-        'izz="{}" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><box size="{}"/>'
-        "</geometry></collision></link></robot>"
-    )
-    box = ik.Robot.from_urdf(text.format(*moments, size), root="freeflyer")
+    box = one_body("b", 1, moments, f'<box size="{size}"/>')
     world = ik.combine(a=box, f=ik.Robot.from_urdf(MODELS / "floor.urdf"))
     pair = ik.Collision("a/b", "f/floor", restitution=0.0, friction=1.0)
     scene = ik.Scene(world, contacts=[pair], law=ik.Law("poisson"))

@@ -10,14 +10,9 @@ import pytest
 import impulsekit as ik
 from impulsekit import errors
 
+from ..robots import one_body
 from .models import GRAVITY, MODELS, sliders
 
-BOX = """<robot name="b"><link name="b"><inertial><mass value="1.7"/>
-<inertia ixx=".004" ixy="0" ixz="0" iyy=".005" iyz="0" izz=".006"/></inertial>
-<collision><geometry><box size=".2 .3 .1"/></geometry></collision></link></robot>"""
-BALL = """<robot name="b"><link name="b"><inertial><mass value="1.3"/>
-<inertia ixx=".004" ixy="0" ixz="0" iyy=".004" iyz="0" izz=".004"/></inertial>
-<collision><geometry><sphere radius=".1"/></geometry></collision></link></robot>"""
 FLOOR = ik.Robot.from_urdf(MODELS / "floor.urdf")
 # A box without a lid, 0.4 m wide inside; it weighs 2.5 kg.
 _WALLS = ((0, 0, -0.5, 2, 2, 1), (0.7, 0, 0.5, 1, 2, 1), (-0.7, 0, 0.5, 1, 2, 1))
@@ -38,7 +33,9 @@ def box_on_a_floor(turn=None, at=(0.0, 0.0, 0.0), gravity=(0.0, 0.0, -GRAVITY), 
     """A box that lies on a floor which is turned and moved, and its state."""
     place = pin.SE3(np.eye(3) if turn is None else turn, np.array(at))
     world = ik.combine(
-        b=ik.Robot.from_urdf(BOX, root="freeflyer"), f=FLOOR, placements={"f": place}
+        b=one_body("b", 1.7, (0.004, 0.005, 0.006), '<box size=".2 .3 .1"/>'),
+        f=FLOOR,
+        placements={"f": place},
     )
     scene = ik.Scene(
         world, contacts=[ik.Collision("b/b", "f/floor", name="floor", **law)], gravity=gravity
@@ -94,7 +91,7 @@ def test_a_box_that_slides_is_braked_by_friction_and_one_on_a_slope_is_held():
 
 
 def test_eight_balls_in_a_box_tell_their_weight():
-    balls = {f"b{i}": ik.Robot.from_urdf(BALL, root="freeflyer") for i in range(8)}
+    balls = {f"b{i}": one_body("b", 1.3, 0.004, '<sphere radius=".1"/>') for i in range(8)}
     world = ik.combine(**balls, x=ik.Robot.from_urdf(OPEN_BOX))
     corners = itertools.product((-0.1, 0.1), (-0.1, 0.1), (0.1, 0.3))
     q = {f"b{i}/root_joint": [*place, 0, 0, 0, 1] for i, place in enumerate(corners)}

@@ -5,12 +5,10 @@ import pytest
 
 import impulsekit as ik
 
+from ..robots import one_body
+
 G = 9.81
-BLOCK = ik.Robot.from_urdf(
-    '<robot name="block"><link name="block"><inertial><mass value="2"/><inertia ixx="0.02" '
-    'iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>',
-    root="freeflyer",
-)
+BLOCK = one_body("block", 2, 0.02)
 
 
 def pad(at=(0, 0, 0), normal=(0, 0, -1), **more):

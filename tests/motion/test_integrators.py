@@ -7,11 +7,9 @@ from impulsekit import Contact, Robot, Scene, simulate
 from impulsekit.bench.methods.registry import methods
 from impulsekit.bench.problems.registry import problems
 
+from ..robots import one_body
+
 MOTIONS = list(problems(quick=True, families=["swing", "flight"]))
-BALL = (
-    '<robot name="ball"><link name="ball"><inertial><mass value="0.5"/>'
-    '<inertia ixx="5e-4" iyy="5e-4" izz="5e-4" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
-)
 
 
 @pytest.mark.parametrize("problem", MOTIONS, ids=lambda problem: problem.name)
@@ -24,7 +22,7 @@ def test_dop853_comes_nearer_the_truth_with_its_tolerance(problem):
 
 
 def test_a_ball_bounces_at_the_times_of_free_fall():
-    ball = Robot.from_urdf(BALL, root="freeflyer")
+    ball = one_body("ball", 0.5, 0.0005)
     scene = Scene(ball, contacts=[Contact("ball", restitution=0.9)])
     q = ball.configuration(root_joint=[0, 0, 1, 0, 0, 0, 1])
     fall = np.sqrt(2.0 / 9.81)

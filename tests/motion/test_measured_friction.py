@@ -6,11 +6,9 @@ from scipy.integrate import solve_ivp
 
 import impulsekit as ik
 
-BLOCK = ik.Robot.from_urdf(
-    """<robot name="block"><link name="block"><inertial><mass value="2"/>
-    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>""",
-    root="freeflyer",
-)
+from ..robots import one_body
+
+BLOCK = one_body("block", 2, 1)
 G = 9.81
 
 
@@ -71,11 +69,7 @@ def test_friction_that_is_none_without_slip(friction):
 
 def test_a_box_on_four_points_holds_until_all_of_them_together_cannot():
     """A pull through its centre loads the front points more: none of them slips by itself."""
-    box = ik.Robot.from_urdf(
-        '<robot name="box"><link name="box"><inertial><mass value="1"/><inertia ixx="0.0067" '
-        'iyy="0.0067" izz="0.0067" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>',
-        root="freeflyer",
-    )
+    box = one_body("box", 1, 0.0067)
     feet = [
         ik.Contact("box", at=[x, y, -0.1], friction=(0.5, 0.3))
         for x in (-0.1, 0.1)

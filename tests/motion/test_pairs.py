@@ -11,11 +11,10 @@ from impulsekit.geometry.polyhedron import polyhedron_of, separation_at
 from impulsekit.motion import passage
 from impulsekit.robot import Robot
 
+from ..robots import one_body
+
 G = 9.81
-BOX = """<robot name="box"><link name="box"><inertial><mass value="1"/><inertia ixx="{i}" iyy="{i}"
-izz="{i}" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><box size="{size}"/></geometry>
-</collision></link></robot>"""
-CUBE = BOX.format(i=0.2**2 / 6.0, size="0.2 0.2 0.2")
+CUBE = one_body("box", 1, 0.2**2 / 6.0, '<box size="0.2 0.2 0.2"/>')
 FLOOR = '<robot name="floor"><link name="box"><collision><geometry><box size="9 9 0.2"/></geometry>'
 FLOOR += "</collision></link></robot>"
 
@@ -30,7 +29,7 @@ def asked_all_at_once(monkeypatch):
 
 
 def two_cubes():
-    cube = Robot.from_urdf(CUBE, root="freeflyer")
+    cube = CUBE
     both = ik.combine(a=cube, b=cube)
     return ik.Scene(both, contacts=[ik.Collision("a/box", "b/box")], gravity=(0, 0, 0)), both
 
@@ -68,7 +67,7 @@ def test_tumbling_cubes_touch_when_their_separation_is_gone(seed):
 
 def test_a_box_on_a_box_slides_until_friction_has_stopped_it():
     mu, speed = 0.3, 0.6
-    cube, floor = Robot.from_urdf(CUBE, root="freeflyer"), Robot.from_urdf(FLOOR)
+    cube, floor = CUBE, Robot.from_urdf(FLOOR)
     both = ik.combine(a=cube, floor=floor)
     scene = ik.Scene(
         both, contacts=[ik.Collision("a/box", "floor/box", friction=mu)], gravity=(0, 0, -G)

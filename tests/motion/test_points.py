@@ -12,6 +12,8 @@ from impulsekit.motion.pressed import rows_and_bias
 from impulsekit.motion.resting import RestingContact
 from impulsekit.rows.reach import reached_model
 
+from ..robots import one_body
+
 BOX = """<robot name="box"><link name="box"><inertial><mass value="{mass}"/>
 <inertia ixx="0.2" iyy="0.3" izz="0.4" ixy="0.01" ixz="0" iyz="0.02"/></inertial>
 <collision><geometry><box size="0.4 0.3 0.2"/></geometry></collision></link></robot>"""
@@ -119,11 +121,7 @@ def test_points_that_stick_are_accelerated_by_nothing_and_forces_account_for_the
 
 def test_sliding_points_push_along_their_cones():
     """A particle on a plane: v̇ = −µ g along the slip, whatever way that goes."""
-    ball = ik.Robot.from_urdf(
-        '<robot name="p"><link name="p"><inertial><mass value="3"/><inertia ixx="1e9" iyy="1e9" '
-        'izz="1e9" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>',
-        root="freeflyer",
-    )
+    ball = one_body("p", 3, 1000000000.0)
     dynamics = Dynamics(ik.Scene(ball, contacts=[ik.Contact("p", normal=[0, 0, 1], friction=0.25)]))
     slip = np.array([0.6, -0.8, 0.0])
     contact = RestingContact(0, 0, 0.25, 0.0)

@@ -5,6 +5,8 @@ import pytest
 
 import impulsekit as ik
 
+from ..robots import one_body
+
 BALL = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
 ON_FLOOR = BALL.with_ground()
 MASS, INERTIA, R, G = 0.5, 5e-4, 0.05, 9.81
@@ -142,14 +144,10 @@ def test_a_motion_comes_back_from_its_file(tmp_path):
     )
 
 
-BOX = """<robot name="box"><link name="box"><inertial><mass value="1"/><inertia ixx="0.0067"
-iyy="0.0067" izz="0.0067" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
-
-
 @pytest.mark.parametrize("spin", [0.0, 2.0])
 def test_a_box_that_slides_on_four_points_that_resist_turning(spin):
     """Moments that nothing turns against do no work and share no load: it slides as without."""
-    box = ik.Robot.from_urdf(BOX, root="freeflyer")
+    box = one_body("box", 1, 0.0067)
 
     def slid(**more):
         feet = [
@@ -177,9 +175,7 @@ def test_a_box_that_slides_on_four_points_that_resist_turning(spin):
 
 def test_a_point_that_comes_to_rest_again_goes_on_rolling():
     """A block rocks from one edge to the other: in each impact it keeps 0.81 of its turning."""
-    body = """<robot name="b"><link name="b"><inertial><mass value="2"/>
-    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link></robot>"""
-    robot = ik.Robot.from_urdf(body, root="freeflyer")
+    robot = one_body("b", 2, 0.01)
     edges = [
         ik.Contact("b", at=[x, 0, -0.3], friction=0.8, rolling=rolling)
         for x, rolling in ((-0.1, 1e-4), (0.1, 0.0))

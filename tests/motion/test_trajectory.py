@@ -214,6 +214,14 @@ def test_a_singular_robot_is_told():
         ik.simulate(ik.Scene(robot), [0.0], [0.0], duration=1.0)
 
 
+def test_a_robot_that_is_singular_where_it_starts_is_told():
+    # The head of iCub is a point mass: upright, rolling and turning it are one motion less. It
+    # was followed by rounding, for half a minute.
+    icub = ik.Robot.from_example("icub", root="freeflyer")
+    with pytest.raises(errors.SingularMassError, match="neck_roll"):
+        ik.simulate(ik.Scene(icub), icub.neutral(), icub.velocity(), duration=0.01)
+
+
 def test_progress_is_told():
     told = []
     ik.simulate(ik.Scene(particle()), [0, 0, 0], [0, 0, 0], duration=1.0, progress=told.append)

@@ -56,6 +56,21 @@ def test_a_massless_base_that_turns_on_a_joint_is_refused_at_every_pose(masses):
         ik.design.effective_mass(robot, robot.neutral(), "link_6", [0, 0, 1])
 
 
+def test_a_body_without_a_moment_about_its_axis_is_told_so():
+    # As 1000 random objects of a physics engine have it: mass, and izz="0".
+    rod = INERTIAL.format(0.1, 1.0).replace('izz="1.0"', 'izz="0"')
+    robot = ik.Robot.from_urdf(
+        f'<robot name="r"><link name="rod">{rod}</link></robot>', "freeflyer"
+    )
+    (motion,) = robot.massless_motions
+    assert motion.has_mass
+    scene = ik.Scene(robot, [ik.AppliedImpulse("rod", linear=[1, 0, 0])])
+    with pytest.raises(
+        SingularMassError, match=r'link "rod" about an axis .* no moment of inertia'
+    ):
+        ik.solve(scene, robot.neutral(), robot.velocity())
+
+
 def test_locked_it_moves_as_the_robot_without_the_joint():
     robot = arm((0, 1, 1, 1), ["0 0 1", "0 1 0", "1 0 0"])
     blow = ik.AppliedImpulse("link_3", linear=[0, 0.5, 1], at=[0.1, 0, 0])

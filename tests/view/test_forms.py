@@ -1,7 +1,6 @@
 """The forms of a report: they all say what the plain text says."""
 
 import json
-import re
 
 import pytest
 
@@ -23,12 +22,6 @@ def impact():
         contacts=[ik.Contact("FR_FOOT", friction=0.5)],
     )
     return ik.solve(scene, robot.neutral(), robot.velocity(root_joint=[0.1, 0, -1, 0, 0, 0]))
-
-
-def cells(text):
-    return [
-        word for line in text.splitlines() for word in re.split(r"\s{2,}", line.strip()) if word
-    ]
 
 
 def test_every_cell_of_the_text_is_in_the_others(impact):

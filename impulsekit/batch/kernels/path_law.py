@@ -1,6 +1,6 @@
 """Slip along the path for the contacts of one state, of which one acts, for kernels.
 
-As ``impact.laws.alone``: the others part or lie still, before and after.
+As ``impact.contact_space.alone``: the others part or lie still, before and after.
 """
 
 from __future__ import annotations

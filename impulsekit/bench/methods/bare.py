@@ -13,12 +13,11 @@ import numpy as np
 import pinocchio as pin
 
 from ...scene import AppliedImpulse, Contact, FrameAnchor, JointImpulse, PointAnchor, Scene
+from ...scene.constraints import DIRECTIONS
 from ..problems.problem import Problem
 from .method import Answer, Method
 
 __all__ = ["METHODS", "Points"]
-
-DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def _is_blow(problem: Problem) -> bool:

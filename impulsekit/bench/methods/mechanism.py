@@ -28,8 +28,6 @@ __all__ = [
     "mechanism_of",
 ]
 
-WORLD = -1
-
 
 @dataclass(frozen=True, eq=False)
 class Body:
@@ -40,7 +38,7 @@ class Body:
 
     Attributes:
         name: of the joint.
-        parent: index of the parent, ``WORLD`` for the world.
+        parent: index of the parent, -1 for the world.
         kind: "turn", "slide", "planar", "ball", "free" or "translation".
         rotation, offset: (3, 3), (3,) of the joint in its parent, before its coordinate.
         slides: for each degree of freedom whether it slides; else it turns.

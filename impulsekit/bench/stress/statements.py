@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from ...errors import ImpulsekitError
-from ...impact.laws import ContactProblem, ContactSolution, find_impulses
-from ...impact.laws.measured_friction import solve_measured
-from ...impact.laws.problem import Turning
+from ...impact.contact_space import ContactProblem, ContactSolution, find_impulses
+from ...impact.contact_space.measured_friction import solve_measured
+from ...impact.contact_space.problem import Turning
 from ...laws.status import judged as judged_of
 from ...scene.friction import EllipticFriction, FrictionTable, StaticKinetic
 from ...scene.law import Law

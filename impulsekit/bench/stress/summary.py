@@ -12,6 +12,9 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 
+import numpy as np
+
+from ... import __version__
 from ..truths.numbers import EPS, truth_numbers
 from .judge import BACKWARD, BOUND, ILL_POSED
 from .sweep import Point
@@ -120,7 +123,8 @@ def whole_of(points: Sequence[Point]) -> Line:
 
 def machine() -> str:
     """Date, kind of machine and versions, in one line."""
-    packages = ", ".join(f"{name} {version(name)}" for name in ("impulsekit", "pin", "numpy"))
+    versions = {"impulsekit": __version__, "pin": version("pin"), "numpy": np.__version__}
+    packages = ", ".join(f"{name} {number}" for name, number in versions.items())
     return (
         f"{datetime.now(UTC):%Y-%m-%d}, {os.cpu_count()}-core {platform.machine()}, "
         f"Python {platform.python_version()}, {packages}; truth: {truth_numbers().name}"

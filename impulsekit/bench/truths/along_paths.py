@@ -30,8 +30,9 @@ LONGEST = 1e4
 ZERO = 1e-9
 # Singular values of W below this share of the largest are rounding: the shortest forces are taken.
 NULL = 1e-12
-# An event that lies this far behind was passed over; ways are tried so often.
-PASSED, MOST_TRIES = 1e-8, 4
+# An event that lies this far behind was passed over; ways are tried so often. Within each step of
+# a way so many places are looked at, and what is nearest to an event there.
+PASSED, MOST_TRIES, PLACES = 1e-8, 6, 8
 OPEN, LOADS, UNLOADS, HELD = range(4)
 
 
@@ -253,19 +254,41 @@ def follow_in_time(planar: Planar) -> np.ndarray | None:
 
 
 def _until_an_end(planar: Planar, y: np.ndarray, end: float, ends: list[Any]) -> Any:
-    """The way from y to the first event; in shorter steps where one was passed over."""
+    """The way from y to the first event; again where one was passed over."""
     longest = np.inf
     for _ in range(MOST_TRIES):
         way = solve_ivp(
             planar.rates, (0.0, end), y, "DOP853", rtol=RTOL, atol=ATOL, events=ends,
-            max_step=longest,
+            max_step=longest, dense_output=True,
         )  # fmt: skip
         beyond = [
             t
             for t, state in zip(way.t, way.y.T, strict=True)
             if any(event(t, state) < -PASSED for event in ends)
         ]
-        if not beyond:
+        within = _passed_within(way, ends)
+        if beyond:
+            longest = 0.05 * beyond[0]
+        elif within is not None:
+            # A way that ends beyond the event meets it.
+            end = within
+        else:
             break
-        longest = 0.05 * beyond[0]
     return way
+
+
+def _passed_within(way: Any, ends: list[Any]) -> float | None:
+    """When an event was passed and came back within one step of a way; None for never."""
+    for first, last in itertools.pairwise(way.t):
+        times = np.linspace(first, last, PLACES + 2)
+        states = way.sol(times)
+        for event in ends:
+            left = [event(t, state) for t, state in zip(times, states.T, strict=True)]
+            k = int(np.argmin(left))
+            if k in (0, len(left) - 1):
+                continue
+            down, up = left[k] - left[k - 1], left[k + 1] - left[k]
+            lowest = times[k] - 0.5 * (up + down) / (up - down) * (times[k] - times[k - 1])
+            if event(lowest, way.sol(lowest)) < -PASSED:
+                return float(lowest)
+    return None

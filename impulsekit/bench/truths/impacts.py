@@ -14,9 +14,10 @@ from ...reference.arithmetic import Array
 from ...scene import Scene
 from .condition import conditioned
 from .elimination import generalized_inverse
-from .equations import SLIDING, Coefficients, Equations
+from .equations import SEPARATED, SLIDING, Coefficients, Equations
 from .found import Exact, Found
 from .mechanics import SceneMechanics
+from .numbers import EPS
 from .residuals import Residuals, residuals_of
 
 __all__ = ["Impacts"]
@@ -50,12 +51,20 @@ class _State(Equations):
         """The solution in the modes of an answer.
 
         Contacts that are redundant but for rounding may be in one mode as well as in another;
-        what these modes leave of the law's inequalities is told.
+        what these modes leave of the law's inequalities is told. A load that moves its contact
+        by less than the velocities' own rounding is none.
         """
         if not self.c or found is None or not found.valid:
             return None
         start = self._start_of(found)
-        return self._newton(start, self.modes(start))
+        speeds = np.abs(start[: self.n]) + np.abs(self.v)
+        rounding = EPS * (self.m.contacts_size @ speeds)[2::3]
+        pushes = (start[self.n + self.r :] * self.units[self.n + self.r :] ** 2)[2::3]
+        modes = [
+            SEPARATED if push <= least else mode
+            for mode, push, least in zip(self.modes(start), pushes, rounding, strict=True)
+        ]
+        return self._newton(start, modes)
 
     def _newton(self, x: Array, kept: list[int] | None) -> Exact | None:
         modes: list[int] | None = None

@@ -21,7 +21,7 @@ from ...errors import InputError
 from ...laws.coulomb import coulomb
 from ...scene import Collision, Contact, JointStop, Rope
 from ..constrained import Outcome
-from ..laws import ContactSolution
+from ..contact_space import ContactSolution
 from ..result import Impact
 from .building import Builder
 from .hits import HitFound, follow_hits

@@ -14,9 +14,9 @@ import numpy as np
 from ...errors import InputError
 from ...laws.progress import Block, Triple
 from ...scene import Law
-from ..laws import ContactProblem
-from ..laws.sequential import hits_of
-from ..laws.single import block_of, strike
+from ..contact_space import ContactProblem
+from ..contact_space.sequential import hits_of
+from ..contact_space.single import block_of, strike
 from ..uniqueness import HELD
 from .factor import Factor
 from .linear import Touching

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg.lapack import dgesv
+from scipy.linalg.lapack import dgeqp3, dgesv
 
 from ...tolerances import NONZERO
 from ..axes_of_vectors import faint_axes, lengths_of_vectors
@@ -28,6 +28,8 @@ from .modes import ContactMode
 __all__ = ["NULL_ROW", "Direct", "Loads", "Response", "Stage", "equations_of"]
 
 CONSISTENT = 1e-6
+# Columns that LAPACK's pivoted QR takes at once: room for them, less would be slower.
+BLOCK = 32
 
 # What M d is given, by the columns that it belongs to.
 Loads = Sequence[tuple[slice, np.ndarray]]
@@ -183,14 +185,13 @@ class Stage:
 
     def _dependent(self, demands: np.ndarray) -> np.ndarray:
         """(r,) True for demands that others already make."""
-        import scipy.linalg
-
         chosen = np.flatnonzero(demands)
         half = self._factor.half(self.rows[chosen])
         sizes = np.sqrt(np.einsum("ij,ij->j", half, half))
-        triangle, order = scipy.linalg.qr(half / sizes, mode="r", pivoting=True)
-        rank = int((np.abs(triangle.diagonal()) > RANK_TOLERANCE).sum())
-        left_out = order[rank:]
+        count = len(chosen)
+        factored, order, *_ = dgeqp3(half / sizes, lwork=2 * count + BLOCK * (count + 1))
+        rank = int((np.abs(factored.diagonal()) > RANK_TOLERANCE).sum())
+        left_out = order[rank:] - 1
         shared = lengths_of_vectors(sizes, self._vectors[chosen])
         faint = None if shared is None else faint_axes(half, shared, rank)
         if faint is not None:
@@ -247,7 +248,12 @@ class Stage:
             return None
         rows, wanted = self.rows[self._dropped], given[self._dropped]
         gap = np.abs(rows @ velocity - wanted).max(axis=0)
-        size = (np.abs(self.rows) @ np.abs(velocity) + np.abs(given)).max(axis=0)
+        every = np.abs(self.rows)
         # What is given by the configuration is a difference of terms of this size.
-        size += np.abs(self.rows).max() * max(float(np.abs(v).max()) for v in self._velocities)
-        return gap <= CONSISTENT * size
+        terms = every.max() * max(float(np.abs(v).max()) for v in self._velocities)
+        met: np.ndarray = gap <= CONSISTENT * terms
+        rest = np.flatnonzero(~met)
+        if len(rest):
+            sizes = every.dot(np.abs(velocity[:, rest])) + np.abs(given[:, rest])
+            met[rest] = gap[rest] <= CONSISTENT * (sizes.max(axis=0) + terms)
+        return met

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import TypeAlias
 
@@ -19,6 +19,35 @@ __all__ = ["parts_of", "told"]
 _NONE: MappingProxyType = MappingProxyType({})
 _ByName: TypeAlias = Mapping[str, np.ndarray]
 _Parts: TypeAlias = tuple[np.ndarray, np.ndarray, _ByName, _ByName, _ByName]
+
+
+class ByEntry(Mapping[str, ImpulseDerivatives]):
+    """Derivatives of impulses by the names of entries, computed on first access.
+
+    Args:
+        build: gives all of them. Two threads may call it: it changes nothing.
+    """
+
+    def __init__(self, build: Callable[[], dict[str, ImpulseDerivatives]]) -> None:
+        self._build = build
+        self._found: dict[str, ImpulseDerivatives] | None = None
+
+    def _all(self) -> dict[str, ImpulseDerivatives]:
+        if self._found is None:
+            self._found = self._build()
+        return self._found
+
+    def __getitem__(self, name: str) -> ImpulseDerivatives:
+        return self._all()[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._all())
+
+    def __len__(self) -> int:
+        return len(self._all())
+
+    def __repr__(self) -> str:
+        return repr(self._all())
 
 
 def told(
@@ -56,18 +85,25 @@ def told(
     restitution = [(n, c.start) for n, c in zip(columns.names, by_restitution, strict=True)]
     friction = [(n, c.start) for n, c in zip(columns.names, by_friction, strict=True)]
 
-    def parts(table: np.ndarray) -> ImpulseDerivatives:
-        return ImpulseDerivatives(*parts_of(table, workspace, restitution, friction))
+    def parts(tables: dict[str, np.ndarray]) -> dict[str, ImpulseDerivatives]:
+        return {
+            name: ImpulseDerivatives(*parts_of(table, workspace, restitution, friction))
+            for name, table in tables.items()
+        }
 
-    of_constraints = _constraint_tables(impact, workspace, bilateral, passed.multipliers, null)
-    of_contacts = _contact_tables(impact, workspace, touching, passed.contacts, columns, nv)
+    def of_constraints() -> dict[str, ImpulseDerivatives]:
+        return parts(_constraint_tables(impact, workspace, bilateral, passed.multipliers, null))
+
+    def of_contacts() -> dict[str, ImpulseDerivatives]:
+        return parts(_contact_tables(impact, workspace, touching, passed.contacts, columns, nv))
+
     return Derivatives(
         impact,
         status,
         edges,
         *parts_of(velocity, workspace, restitution, friction),
-        MappingProxyType({name: parts(table) for name, table in of_constraints.items()}),
-        MappingProxyType({name: parts(table) for name, table in of_contacts.items()}),
+        ByEntry(of_constraints),
+        ByEntry(of_contacts),
         by_inertia,
     )
 
@@ -150,6 +186,7 @@ def _contact_tables(
             table = given if point.rows.is_level else touch.axes.dot(given)
             turned = point.rows.turned(touch.axes.dot(found[i]))
             if turned is not None:
+                table = table.copy() if table is given else table
                 table[:, :nv] += turned
         if unique is not None and not unique[i]:
             table = np.full_like(table, np.nan)

@@ -6,7 +6,7 @@ moves over the plane in the other with ω_p, n and o:
     u = s Rᵀ (v_x − v_p),   u̇ = s Rᵀ (a_x − a_p − 2 ω_p × (v_x − v_p)),   g = n·(x − o),
 
 with v_p, a_p of the point of the plane's body that coincides with it. Two edges that cross: see
-``geometry.held_points``, tips of round bodies: ``geometry.held_tips``, which have the formulas. A
+``held_points``, tips of round bodies: ``held_tips``, which have the formulas. A
 joint before its limit has a row of its own.
 Two points x and y on a rope of length l pull along n = (x − y)/|x − y|:
 
@@ -21,11 +21,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.lines import nearest
-from ..geometry.vectors import Vector, along, cross, dot
 from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import entry
 from ..tolerances import NONZERO
+from .lines import nearest
+from .vectors import Vector, along, cross, dot
 
 __all__ = [
     "CROSSING",
@@ -52,6 +52,8 @@ MOST = 21
 # Gaps are sums of some ten rounded terms, in units of the largest one's rounding error.
 ROUNDED = 8.0 * float(np.finfo(float).eps)
 
+# t₁, t₂ and n of a point.
+Axes = tuple[Vector, Vector, Vector]
 # Kind, two joints, and numbers, as a ``Table`` has them.
 TableRow = tuple[int, int, int, np.ndarray]
 
@@ -87,7 +89,7 @@ class Table(NamedTuple):
 
 def table_of(rows: Sequence[TableRow]) -> Table:
     """The table of points."""
-    whole = np.array([row[:3] for row in rows], dtype=np.int64)
+    whole = np.array([row[:3] for row in rows], dtype=np.int64).reshape(-1, 3)
     numbers = np.zeros((len(rows), MOST))
     for own, row in zip(numbers, rows, strict=True):
         own[: len(row[3])] = row[3]
@@ -226,7 +228,7 @@ def rope(table: Table, i: int, places: np.ndarray) -> tuple[Vector, Vector, Vect
 
 
 @borrowing
-def axes_of_crossing(e: Vector, turn: Vector, square: float) -> tuple[Vector, Vector, Vector]:
+def axes_of_crossing(e: Vector, turn: Vector, square: float) -> Axes:
     """(e, n × e, n)."""
     size = math.sqrt(square)
     n = (turn[0] / size, turn[1] / size, turn[2] / size)
@@ -235,7 +237,7 @@ def axes_of_crossing(e: Vector, turn: Vector, square: float) -> tuple[Vector, Ve
 
 @borrowing
 def _add_rows(
-    kinematics: Kinematics, j: int, sign: float, point: Vector, axes: tuple, rows: np.ndarray
+    kinematics: Kinematics, j: int, sign: float, point: Vector, axes: Axes, rows: np.ndarray
 ) -> None:
     """Add ±Rᵀ J of a joint's point to rows (3, nv)."""
     k = kinematics.last[j]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from impulsekit import Status
-from impulsekit.impact.laws import ContactProblem, solve_contacts
-from impulsekit.impact.laws.others import find_others
+from impulsekit.impact.contact_space import ContactProblem, solve_contacts
+from impulsekit.impact.contact_space.others import find_others
 from impulsekit.laws.least_shares import least_holding, least_split
 from impulsekit.laws.modes import residual_of
 from impulsekit.scene.law import Law

@@ -67,7 +67,7 @@ def test_a_geometric_series_of_hits_between_two_contacts_has_the_sum_that_fracti
 @pytest.mark.parametrize("law", LAWS, ids=named)
 def test_the_limit_is_what_very_many_hits_come_to(law, monkeypatch):
     """A plate on corners that lie near each other: hits that go on, against their sum."""
-    from impulsekit.impact.laws import sequential
+    from impulsekit.impact.contact_space import sequential
 
     rng = np.random.default_rng(5)
     found = 0

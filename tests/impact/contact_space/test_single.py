@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from impulsekit.errors import InputError, NotFiniteError, RangeError, ShapeError
-from impulsekit.impact.laws import solve_contacts
+from impulsekit.impact.contact_space import solve_contacts
 from impulsekit.laws.coulomb import coulomb, coulomb_impulse
 from impulsekit.laws.quartic import slides
 from impulsekit.laws.status import Status

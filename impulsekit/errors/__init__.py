@@ -28,9 +28,11 @@ attributes, for programs.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Sequence
 from typing import Any
+
+from .cautions import AssumptionWarning, SetupWarning, warn_of_assumptions, warn_of_setup
+from .wording import a_thing, escaped, nearest_names, one_of, quoted, shape_text, shown
 
 __all__ = [
     "AssumptionWarning",
@@ -83,7 +85,7 @@ class ImpulsekitError(Exception):
     def __init__(self, message: str, **data: Any) -> None:
         # Only the message goes to Exception: pickling then restores the rest from __dict__.
         # A name out of a file may hold what a terminal would obey.
-        super().__init__(_escaped(message))
+        super().__init__(escaped(message))
         self.__dict__.update(data)
 
     def __getattr__(self, name: str) -> Any:
@@ -124,11 +126,11 @@ class UnknownNameError(InputError, KeyError):
         names = tuple(known)
         nearest = nearest_names(name, names)
         if nearest:
-            hint = "did you mean " + _one_of(nearest) + "?"
+            hint = "did you mean " + one_of(nearest) + "?"
         elif not names:
             hint = "there are none"
         elif len(names) <= 12:
-            hint = "choose " + _one_of(names)
+            hint = "choose " + one_of(names)
         else:
             hint = f"none of the {len(names)} known names is similar"
         place = f"{where}: " if where else ""
@@ -160,7 +162,7 @@ class ShapeError(InputError):
         """The error for an array called ``what``."""
         tail = f" ({hint})" if hint else ""
         return cls(
-            f"{what}: expected shape {_shape(expected)}, got {_shape(got)}{tail}",
+            f"{what}: expected shape {shape_text(expected)}, got {shape_text(got)}{tail}",
             what=what,
             expected=tuple(expected),
             got=tuple(got),
@@ -366,156 +368,3 @@ class MissingExtraError(ImpulsekitError, ImportError):
             package=package,
             extra=extra,
         )
-
-
-class AssumptionWarning(UserWarning):
-    """A file leaves something open; the sentence says what was assumed.
-
-    Attributes: source (the file), assumptions (one sentence each).
-
-    Example:
-        >>> print(AssumptionWarning("arm.urdf", ["link tool has no mass"]))
-        arm.urdf: assumed: link tool has no mass
-    """
-
-    def __init__(self, source: str, assumptions: Sequence[str]) -> None:
-        self.source, self.assumptions = source, tuple(assumptions)
-        # What another process makes a copy of: the arguments, not the sentence made of them.
-        super().__init__(source, self.assumptions)
-
-    def __str__(self) -> str:
-        return _escaped(f"{self.source}: assumed: " + "; ".join(self.assumptions))
-
-
-def warn_of_assumptions(source: str, assumptions: Sequence[str], *, above: int = 2) -> None:
-    """One ``AssumptionWarning`` for a file, if anything was assumed.
-
-    ``above`` is how many frames stand between this call and the user's line.
-
-    Example:
-        >>> with warnings.catch_warnings(record=True, action="always") as told:
-        ...     warn_of_assumptions("arm.urdf", ["link tool has no mass"])
-        >>> told[0].category.__name__
-        'AssumptionWarning'
-    """
-    if assumptions:
-        warnings.warn(AssumptionWarning(source, assumptions), stacklevel=1 + above)
-
-
-# More sentences than this are a page, not a warning.
-MOST_DOUBTS = 4
-
-
-class SetupWarning(UserWarning):
-    """A scene or a state that is solved as given, and likely is not what was meant.
-
-    Attributes: doubts (one sentence each).
-
-    Example:
-        >>> print(SetupWarning(["contact floor is 0.2 m open"]))
-        contact floor is 0.2 m open
-    """
-
-    def __init__(self, doubts: Sequence[str]) -> None:
-        self.doubts = tuple(doubts)
-        super().__init__(self.doubts)
-
-    def __str__(self) -> str:
-        more = len(self.doubts) - MOST_DOUBTS
-        tail = [f"and {more} more, see Impact.doubts"] if more > 0 else []
-        return _escaped("; ".join([*self.doubts[:MOST_DOUBTS], *tail]))
-
-
-def warn_of_setup(doubts: Sequence[str], *, above: int = 2) -> None:
-    """One ``SetupWarning`` if there is any doubt; ``above`` as for ``warn_of_assumptions``.
-
-    Example:
-        >>> with warnings.catch_warnings(record=True, action="always") as told:
-        ...     warn_of_setup([])
-        >>> told
-        []
-    """
-    if doubts:
-        warnings.warn(SetupWarning(doubts), stacklevel=1 + above)
-
-
-def shown(value: object, most: int = 60) -> str:
-    """Text as it is, anything else as Python writes it: printable, on one line, not too long.
-
-    What is in memory at some address is called by its type.
-
-    Example:
-        >>> shown("a\\x1b[31m")
-        'a\\\\x1b[31m'
-    """
-    try:
-        value = value.__name__ if isinstance(value, type) else value
-        text = value if isinstance(value, str) else repr(value)
-    except Exception:  # a whole number of thousands of digits, or a user's own repr
-        text = f"a {type(value).__name__}"
-    if not isinstance(value, str) and " at 0x" in text:
-        text = "a function" if callable(value) else f"a {type(value).__name__}"
-    line = _escaped(text[: most + 1]).replace("\n", "\\n")
-    return line if len(line) <= most else line[: most - 3] + "..."
-
-
-def quoted(value: object, most: int = 60) -> str:
-    """The same with quotes around a text.
-
-    Example:
-        >>> quoted("a"), quoted(1.5), quoted(print)
-        ('"a"', '1.5', '<built-in function print>')
-    """
-    return f'"{shown(value, most - 2)}"' if isinstance(value, str) else shown(value, most)
-
-
-def _escaped(text: str) -> str:
-    """Text whose control characters, line ends apart, are written out."""
-    if text.isprintable():
-        return text
-    return "".join(
-        c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text
-    )
-
-
-def a_thing(value: object) -> str:
-    """The type of a value with its article.
-
-    Example:
-        >>> a_thing([]), a_thing(KeyError())
-        ('a list', 'a KeyError')
-    """
-    if value is None:
-        return "None"
-    name = type(value).__name__
-    return f"{'an' if name[:1] in 'AEIOUaeiou' else 'a'} {name}"
-
-
-def _shape(shape: Sequence[Any]) -> str:
-    """A shape as numpy writes it; an axis without a number by its letter."""
-    return "(" + ", ".join(map(str, shape)) + (",)" if len(shape) == 1 else ")")
-
-
-def _one_of(names: Sequence[str]) -> str:
-    """Names in quotes, the last after an "or"."""
-    *first, last = (f'"{name}"' for name in names)
-    return f"{', '.join(first)} or {last}" if first else last
-
-
-def nearest_names(name: str, known: Iterable[str], most: int = 3) -> tuple[str, ...]:
-    """The names in ``known`` that look most like ``name``, best first.
-
-    Example:
-        >>> nearest_names("elbwo", ["shoulder", "elbow", "wrist"])
-        ('elbow',)
-    """
-    import difflib
-
-    names = list(known)
-    folded: dict[str, str] = {}
-    for candidate in names:
-        folded.setdefault(candidate.lower(), candidate)
-    hits = difflib.get_close_matches(str(name).lower(), list(folded), n=most, cutoff=0.6)
-    if not hits:
-        hits = [key for key in folded if name and str(name).lower() in key][:most]
-    return tuple(folded[hit] for hit in hits)

@@ -7,8 +7,9 @@ import pytest
 from scipy.optimize import linprog
 
 import impulsekit as ik
-from impulsekit.impact.laws import ContactProblem, solve_contacts
-from impulsekit.impact.laws.others import find_others
+from impulsekit.bench.stress.bodies import Link, robot_of
+from impulsekit.impact.contact_space import ContactProblem, solve_contacts
+from impulsekit.impact.contact_space.others import find_others
 
 from ...motion.models import MODELS
 
@@ -99,3 +100,34 @@ def test_every_other_answer_is_e_times_a_share_that_holds():
             )
             assert share.status == 0
     assert told >= 5
+
+
+@pytest.mark.parametrize("seed", [2, 3, 11, 20])
+def test_rows_that_nearly_depend_leave_no_slip_of_rounding(seed):
+    """A point that may only rise, above an oblique plane: it must stick where it is stopped.
+
+    The two couplings differ by 2e-3, so that both joints stand still. The compression of least
+    |P|² lies on the edge of the cone, P_n (c + µ s) = m u with c and s the cosine and sine of the
+    plane; e of that comes back, and friction then brakes: v⁺ = e u (c − µ s) / (c + µ s).
+    """
+    rng = np.random.default_rng(seed)
+    axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    links = [
+        Link(i - 1, m, joint="prismatic", axis=a)
+        for i, (m, a) in enumerate(zip((0.4, 0.3, 0.2), axes, strict=True))
+    ]
+    robot = robot_of(links, "fixed")
+    ratio = rng.uniform(0.5, 2.0)
+    rows = [ik.JointCoupling("joint_0", "joint_1", r) for r in (ratio, ratio + 2e-3)]
+    tilt, turn = rng.uniform(0.4, 0.9), rng.uniform(-np.pi, np.pi)
+    c, s, mu, e = np.cos(tilt), np.sin(tilt), 0.2, 0.7
+    normal = (s * np.cos(turn), s * np.sin(turn), c)
+    contacts = [
+        ik.Contact(f, normal=normal, friction=mu, restitution=e) for f in ("link_2", "link_1")
+    ]
+    scene = ik.Scene(robot, constraints=rows, contacts=contacts, law=ik.Law("poisson"))
+    v = np.append(rng.normal(size=2), -1.0)
+    impact = ik.solve(scene, robot.neutral(), v)
+    assert impact.status is ik.Status.NOT_UNIQUE
+    want = e * (c - mu * s) / (c + mu * s)
+    np.testing.assert_allclose(impact.v_after, [0.0, 0.0, want], atol=1e-11)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from impulsekit import Status
-from impulsekit.impact.laws import ContactProblem, solve_contacts
-from impulsekit.impact.laws.others import find_others
+from impulsekit.impact.contact_space import ContactProblem, solve_contacts
+from impulsekit.impact.contact_space.others import find_others
 from impulsekit.scene.law import Law
 
 from .test_split import turned

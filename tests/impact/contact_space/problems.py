@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from impulsekit.impact.laws import ContactProblem, ContactSolution, solve_contacts
+from impulsekit.impact.contact_space import ContactProblem, ContactSolution, solve_contacts
 from impulsekit.scene.law import Law
 
 

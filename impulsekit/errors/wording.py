@@ -1,0 +1,90 @@
+"""Values and names as sentences show them: printable, on one line, not too long."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+__all__ = ["a_thing", "escaped", "nearest_names", "one_of", "quoted", "shape_text", "shown"]
+
+
+def shown(value: object, most: int = 60) -> str:
+    """Text as it is, anything else as Python writes it: printable, on one line, not too long.
+
+    What is in memory at some address is called by its type.
+
+    Example:
+        >>> shown("a\\x1b[31m")
+        'a\\\\x1b[31m'
+    """
+    try:
+        value = value.__name__ if isinstance(value, type) else value
+        text = value if isinstance(value, str) else repr(value)
+    except Exception:  # a whole number of thousands of digits, or a user's own repr
+        text = f"a {type(value).__name__}"
+    if not isinstance(value, str) and " at 0x" in text:
+        text = "a function" if callable(value) else f"a {type(value).__name__}"
+    line = escaped(text[: most + 1]).replace("\n", "\\n")
+    return line if len(line) <= most else line[: most - 3] + "..."
+
+
+def quoted(value: object, most: int = 60) -> str:
+    """The same with quotes around a text.
+
+    Example:
+        >>> quoted("a"), quoted(1.5), quoted(print)
+        ('"a"', '1.5', '<built-in function print>')
+    """
+    return f'"{shown(value, most - 2)}"' if isinstance(value, str) else shown(value, most)
+
+
+def escaped(text: str) -> str:
+    """Text whose control characters, line ends apart, are written out."""
+    if text.isprintable():
+        return text
+    return "".join(
+        c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text
+    )
+
+
+def a_thing(value: object) -> str:
+    """The type of a value with its article.
+
+    Example:
+        >>> a_thing([]), a_thing(KeyError())
+        ('a list', 'a KeyError')
+    """
+    if value is None:
+        return "None"
+    name = type(value).__name__
+    return f"{'an' if name[:1] in 'AEIOUaeiou' else 'a'} {name}"
+
+
+def shape_text(shape: Sequence[Any]) -> str:
+    """A shape as numpy writes it; an axis without a number by its letter."""
+    return "(" + ", ".join(map(str, shape)) + (",)" if len(shape) == 1 else ")")
+
+
+def one_of(names: Sequence[str]) -> str:
+    """Names in quotes, the last after an "or"."""
+    *first, last = (f'"{name}"' for name in names)
+    return f"{', '.join(first)} or {last}" if first else last
+
+
+def nearest_names(name: str, known: Iterable[str], most: int = 3) -> tuple[str, ...]:
+    """The names in ``known`` that look most like ``name``, best first.
+
+    Example:
+        >>> nearest_names("elbwo", ["shoulder", "elbow", "wrist"])
+        ('elbow',)
+    """
+    import difflib
+
+    names = list(known)
+    folded: dict[str, str] = {}
+    for candidate in names:
+        folded.setdefault(candidate.lower(), candidate)
+    hits = difflib.get_close_matches(str(name).lower(), list(folded), n=most, cutoff=0.6)
+    if not hits:
+        hits = [key for key in folded if name and str(name).lower() in key][:most]
+    return tuple(folded[hit] for hit in hits)
