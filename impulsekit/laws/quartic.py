@@ -268,29 +268,6 @@ def _roots(a: Monic) -> tuple[int, float, float, float, float]:
     return count, one, two, three, 0.0
 
 
-@borrowing
-def _only_root(a: Monic) -> float:
-    """The one positive root, below 1 as the coefficients are scaled.
-
-    As ``_between``, written out: most contacts that slip come here, and calls cost where this
-    runs as Python.
-    """
-    q0, q1, q2, q3 = a
-    low, high, x = 0.0, TOP, 0.5
-    for _ in range(100):
-        value = (((x + q3) * x + q2) * x + q1) * x + q0
-        slope = ((4.0 * x + 3.0 * q3) * x + 2.0 * q2) * x + q1
-        if value > 0.0:
-            high = x
-        else:
-            low = x
-        following = x - value / slope if slope != 0.0 else 0.5 * (low + high)
-        if not low < following < high:
-            following = 0.5 * (low + high)
-        if abs(following - x) < ROOT:
-            return following
-        x = following
-    return x
 
 
 @borrowing

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.bench.stress.in_plane import STATES, SWEEPS, _Told, judged, plane_scene
+from impulsekit.bench.stress.in_plane import STATES, SWEEPS, judged, plane_scene
 from impulsekit.bench.stress.mechanisms import built, random_world
 from impulsekit.bench.stress.rewritten import REWRITTEN
 from impulsekit.bench.stress.rewritten import SWEEPS as REWRITTEN_SWEEPS
 from impulsekit.bench.stress.run import jobs_of, solved_case, sweep_named
+from impulsekit.bench.stress.told import Told
 from impulsekit.bench.truths.enumerated import PlaneProblem, whole_answers
 
 
@@ -127,9 +128,10 @@ def test_the_truth_knows_loads_of_rows_that_depend_on_each_other_up_to_rounding(
     case = plane_scene(3, ik.Law(), rng)
     v = rng.normal(size=(STATES, case.rows.shape[1]))[3]
     impact = ik.solve(case.scene, case.scene.robot.neutral(), v)
+    inverse = np.array(case.inverse_masses)
     told = [
-        _Told("SOLVED", True, False, impact.v_after + beside * np.array(case.inverse_masses), 0.0)
-        for beside in (0.0, 1e-6 / max(case.inverse_masses))
+        Told("SOLVED", True, True, False, impact.v_after + beside * inverse)
+        for beside in (0.0, 1e-6 / inverse.max())
     ]
     assert [judged(case, [], v, one)[1] for one in told] == ["right", "wrong"]
 

@@ -18,9 +18,11 @@ from ..truths.impacts import Impacts
 from ..truths.numbers import truth_numbers
 from ..truths.residuals import Residuals
 from .judge import judge
-from .sweep import Case, Point, Sweep
+from .sweep import Case, Point, Sweeps
 
 __all__ = ["SWEEPS", "pin_velocities"]
+
+SWEEPS = Sweeps()
 
 
 def pin_velocities(links: int, blow: Any) -> Array:
@@ -46,6 +48,7 @@ def pin_velocities(links: int, blow: Any) -> Array:
     return np.array(velocities, dtype=object)
 
 
+@SWEEPS.of("chain", "links", (1.0, 2.0, 4.0, 8.0, 16.0, 24.0, 48.0, 96.0, 150.0), 4)
 def chain(links: float, rng: np.random.Generator) -> Case:
     """A straight chain struck at its end, by ABA, CRBA, the dense way and the batch."""
     n = int(links)
@@ -100,6 +103,7 @@ class _Recursion:
         return Residuals(math.nan, math.nan)
 
 
+@SWEEPS.of("long-chain", "links", (10.0, 100.0, 1e3, 1e4, 1e5), 4)
 def long(links: float, rng: np.random.Generator) -> list[Point]:
     """A straight chain of any length, struck at its end, by ``long_chain``."""
     n = int(links)
@@ -133,21 +137,3 @@ class _Known:
 
     def residuals(self, found: Found) -> Residuals:
         return Residuals(math.nan, math.nan)
-
-
-SWEEPS = (
-    Sweep(
-        "chain",
-        "links",
-        (1.0, 2.0, 4.0, 8.0, 16.0, 24.0, 48.0, 96.0, 150.0),
-        chain,
-        4,
-    ),
-    Sweep(
-        "long-chain",
-        "links",
-        (10.0, 100.0, 1e3, 1e4, 1e5),
-        long,
-        4,
-    ),
-)

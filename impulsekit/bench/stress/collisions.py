@@ -15,9 +15,12 @@ from ...scene import Collision, Contact, Scene
 from ..truths.found import Exact, Found
 from ..truths.impacts import Impacts
 from ..truths.residuals import Residuals
-from .sweep import STATES, Case, Sweep, decades
+from .sweep import STATES, Case, Sweeps, decades
 
 __all__ = ["SWEEPS"]
+
+SWEEPS = Sweeps()
+DEPTHS = (0.0, *decades(-15, -7, 2), 1e-6, 1e-5, 1e-4, 1e-3)
 
 Points = Callable[[np.ndarray], list[Contact]]
 
@@ -115,6 +118,7 @@ def _rotation(quaternion: np.ndarray) -> np.ndarray:
     return pin.Quaternion(np.array(quaternion)).toRotationMatrix()
 
 
+@SWEEPS.of("balls-meet", "depth [m]", DEPTHS, 30, logarithmic=False)
 def balls_meet(depth: float, rng: np.random.Generator) -> Case:
     """Two balls that reach that deep into each other."""
     radii = rng.uniform(0.05, 0.5, 2)
@@ -154,6 +158,7 @@ def balls_meet(depth: float, rng: np.random.Generator) -> Case:
     return Case(scene, q, v, _Known(scene, points))
 
 
+@SWEEPS.of("ball-on-slab", "depth [m]", DEPTHS, 30, logarithmic=False)
 def ball_on_floor(depth: float, rng: np.random.Generator) -> Case:
     """A ball that reaches that deep into the top of a floating slab."""
     radius, size = float(rng.uniform(0.05, 0.5)), rng.uniform(0.5, 2.0, 3)
@@ -178,6 +183,7 @@ def ball_on_floor(depth: float, rng: np.random.Generator) -> Case:
     return Case(scene, q, v, _Known(scene, points))
 
 
+@SWEEPS.of("box-on-box", "depth [m]", DEPTHS, 20, logarithmic=False)
 def box_on_box(depth: float, rng: np.random.Generator) -> Case:
     """A box that reaches that deep into the top of a larger one, flat on it, at four corners."""
     size, lower = rng.uniform(0.1, 0.4, 3), rng.uniform(1.0, 2.0, 3)
@@ -207,12 +213,3 @@ def box_on_box(depth: float, rng: np.random.Generator) -> Case:
         ]
 
     return Case(scene, q, v, _Known(scene, points))
-
-
-DEPTHS = (0.0, *decades(-15, -7, 2), 1e-6, 1e-5, 1e-4, 1e-3)
-
-SWEEPS = (
-    Sweep("balls-meet", "depth [m]", DEPTHS, balls_meet, 30, logarithmic=False),
-    Sweep("ball-on-slab", "depth [m]", DEPTHS, ball_on_floor, 30, logarithmic=False),
-    Sweep("box-on-box", "depth [m]", DEPTHS, box_on_box, 20, logarithmic=False),
-)

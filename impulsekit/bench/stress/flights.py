@@ -26,7 +26,7 @@ from .flight_scenes import (
     tip,
     turning_plane,
 )  # fmt: skip
-from .sweep import Point, Sweep, decades
+from .sweep import Point, Sweep, decades, seen
 
 __all__ = ["SWEEPS", "judged"]
 
@@ -86,9 +86,7 @@ def _points(kind: Callable[[float, np.random.Generator], Flight]) -> Any:
         else:
             return []
         status, verdict, error, seconds = judgement
-        numbers = (error, 1.0, math.nan, math.nan, math.nan, math.nan)
-        name = ""
-        return [Point(name, value, 0, 0, "simulate", status, verdict, *numbers, seconds)]
+        return [seen(0, "simulate", status, verdict, seconds, error=error)]
 
     points.__doc__ = kind.__doc__
     return points

@@ -7,11 +7,14 @@ import numpy as np
 from ...scene import AppliedImpulse, FrameAnchor, JointCoupling, JointLock, PointAnchor, Scene
 from ..truths.impacts import Impacts
 from .bodies import Link, random_links, random_state, robot_of, with_mass_ratio
-from .sweep import STATES, Case, Sweep, decades
+from .sweep import STATES, Case, Sweeps, decades
 
 __all__ = ["SWEEPS"]
 
+SWEEPS = Sweeps()
 
+
+@SWEEPS.of("stretched-arm", "angle from the stretched arm [rad]", (*decades(-16, 0), 0.0), 42)
 def stretched(angle: float, rng: np.random.Generator) -> Case:
     """An arm held at its tip, stretched out but for an angle: the rows lose rank."""
     count = int(rng.integers(2, 5))
@@ -30,6 +33,9 @@ def stretched(angle: float, rng: np.random.Generator) -> Case:
     return Case(scene, q, v, Impacts(scene))
 
 
+@SWEEPS.of(
+    "redundant-rows", "pins, of three rows each", (2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 100.0), 8
+)
 def redundant(count: float, rng: np.random.Generator) -> Case:
     """A body pinned at so many points: three rows each, of which six are independent."""
     links = random_links(rng, 2)
@@ -42,6 +48,7 @@ def redundant(count: float, rng: np.random.Generator) -> Case:
     return Case(scene, q, v, Impacts(scene))
 
 
+@SWEEPS.of("close-pins", "distance of the pins [m]", decades(-14, 0), 42)
 def close_points(distance: float, rng: np.random.Generator) -> Case:
     """A body pinned at two points that close to each other."""
     links = random_links(rng, int(rng.integers(1, 4)))
@@ -56,6 +63,7 @@ def close_points(distance: float, rng: np.random.Generator) -> Case:
     return Case(scene, q, v, Impacts(scene))
 
 
+@SWEEPS.of("held-mass-ratio", "mass of some links over that of others", decades(-12, 12, 2), 75)
 def held_mass_ratio(ratio: float, rng: np.random.Generator) -> Case:
     """A tree of very different masses, gripped, locked and geared."""
     links = random_links(rng, int(rng.integers(3, 6)))
@@ -79,6 +87,7 @@ def held_mass_ratio(ratio: float, rng: np.random.Generator) -> Case:
     return Case(scene, q, v, Impacts(scene))
 
 
+@SWEEPS.of("far-grip", "distance of the root from the world's origin [m]", decades(0, 12, 2), 100)
 def far_grip(distance: float, rng: np.random.Generator) -> Case:
     """Two links of a tree pinned to each other, that far from the world's origin."""
     links = random_links(rng, 4)
@@ -91,42 +100,3 @@ def far_grip(distance: float, rng: np.random.Generator) -> Case:
     blow = AppliedImpulse("link_1", linear=rng.normal(size=3))
     scene = Scene(robot, [blow], constraints=[grip])
     return Case(scene, q, v, Impacts(scene))
-
-
-SWEEPS = (
-    Sweep(
-        "stretched-arm",
-        "angle from the stretched arm [rad]",
-        (*decades(-16, 0), 0.0),
-        stretched,
-        42,
-    ),
-    Sweep(
-        "redundant-rows",
-        "pins, of three rows each",
-        (2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 100.0),
-        redundant,
-        8,
-    ),
-    Sweep(
-        "close-pins",
-        "distance of the pins [m]",
-        decades(-14, 0),
-        close_points,
-        42,
-    ),
-    Sweep(
-        "held-mass-ratio",
-        "mass of some links over that of others",
-        decades(-12, 12, 2),
-        held_mass_ratio,
-        75,
-    ),
-    Sweep(
-        "far-grip",
-        "distance of the root from the world's origin [m]",
-        decades(0, 12, 2),
-        far_grip,
-        100,
-    ),
-)

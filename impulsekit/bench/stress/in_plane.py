@@ -9,7 +9,6 @@ motion are among them.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
@@ -18,11 +17,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linprog
 
-from ...batch.meanwhile import by_kernels_only
-from ...batch.solve import solve_batch
-from ...errors import ImpulsekitError
 from ...impact import solve
-from ...laws.status import Status
 from ...robot import Robot
 from ...robot.combine import combine
 from ...scene import Contact, Law, Scene
@@ -30,7 +25,8 @@ from ..truths.elimination import generalized_inverse
 from ..truths.enumerated import After, PlaneProblem, whole_answers
 from ..truths.numbers import EPS, truth_numbers
 from .judge import BOUND
-from .sweep import STATES, Point, Sweep
+from .sweep import STATES, Point, Sweep, seen
+from .told import Told, told, told_by_batch
 
 __all__ = ["SWEEPS", "PlaneScene", "judged", "plane_scene"]
 
@@ -47,7 +43,6 @@ SHARED = 1e-6
 SHARED_EXACTLY, FEASIBLE = 1e-8, 1e-10
 # [relative] Singular values of rows below this are rounding of rows that depend on each other.
 DEPENDENT = 1e-13
-SEVERAL = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,22 +155,12 @@ def plane_scene(count: int, law: Law, rng: np.random.Generator) -> PlaneScene:
     return PlaneScene(scene, rows, terms, inverse, friction, restitution)
 
 
-@dataclass(frozen=True)
-class _Told:
-    """What a method says of a state: status, whether several are told, v⁺, seconds."""
-
-    status: str
-    valid: bool
-    several: bool
-    after: np.ndarray
-    seconds: float
-
-
 def judged(
-    case: PlaneScene, lawful: Sequence[After], v: np.ndarray, told: _Told
+    case: PlaneScene, lawful: Sequence[After], v: np.ndarray, told: Told
 ) -> tuple[str, str, float, float, float]:
     """Status, verdict, error and condition of an answer, and the error over 1 condition eps."""
-    scale = max(float(np.abs(v).max()), float(np.abs(told.after).max()))
+    after = v if told.after is None else told.after
+    scale = max(float(np.abs(v).max()), float(np.abs(after).max()))
     quiet = [one for one in lawful if not one.gains and one.slack.max() < UNDETERMINED * scale]
     different: list[After] = []
     for one in quiet:
@@ -186,16 +171,14 @@ def judged(
         if len(different) == 1 or (different and status == "ENERGY_GAIN"):
             status += " though one exists"
         return status, "said so", math.nan, 1.0, math.nan
-    nearest = min(
-        lawful, key=lambda one: float(np.abs(one.velocity - told.after).max()), default=None
-    )
+    nearest = min(lawful, key=lambda one: float(np.abs(one.velocity - after).max()), default=None)
     error = condition = share = math.inf
     if nearest is not None:
-        error = float(np.abs(nearest.velocity - told.after).max()) / scale
+        error = float(np.abs(nearest.velocity - after).max()) / scale
         condition = max(1.0, float(nearest.slack.max()) / scale)
         share = error / (condition * EPS)
     if nearest is None or (share > BOUND and error > EPS):
-        if _is_shared(case, v, told.after):
+        if _is_shared(case, v, after):
             return told.status, "right", math.nan, 1.0, math.nan
         why = " off the law" if lawful else " though none exists"
         return told.status + why, "wrong", error, condition, share
@@ -313,54 +296,24 @@ def _misfit(
     return float(found.fun) if found.success else math.inf
 
 
-def _by_solve(case: PlaneScene, v: np.ndarray) -> _Told:
-    start = time.perf_counter()
-    try:
-        impact = solve(case.scene, case.scene.robot.neutral(), v)
-        seconds = time.perf_counter() - start
-        status, valid = impact.status, impact.is_valid()
-        several = status.obeys_law and impact.uniqueness.several
-        return _Told(status.name, valid, several, np.array(impact.v_after), seconds)
-    except ImpulsekitError as error:
-        seconds = time.perf_counter() - start
-        return _Told(type(error).__name__, False, False, v, seconds)
-
-
-def _by_batch(case: PlaneScene, speeds: np.ndarray) -> list[_Told]:
-    q = np.tile(case.scene.robot.neutral(), (len(speeds), 1))
-    start = time.perf_counter()
-    with by_kernels_only():
-        batch = solve_batch(case.scene, q, speeds, outputs=["dv", "contact_impulses"], threads=1)
-    seconds = (time.perf_counter() - start) / len(speeds)
-    told = batch.uniqueness if batch.uniqueness is not None else np.zeros(len(speeds))
-    return [
-        _Told(
-            Status(code).name,
-            Status(code).valid,
-            int(told[i]) == SEVERAL,
-            speeds[i] + batch.dv[i],
-            seconds,
-        )
-        for i, code in enumerate(batch.status.tolist())
-    ]
-
-
 def _points(restitution: str) -> Any:
     law = Law(restitution=restitution)
 
     def points(value: float, rng: np.random.Generator) -> list[Point]:
         case = plane_scene(int(value), law, rng)
         speeds = rng.normal(size=(STATES, case.rows.shape[1]))
-        batch = _by_batch(case, speeds)
+        q = case.scene.robot.neutral()
+        batch = told_by_batch(case.scene, np.tile(q, (STATES, 1)), speeds)
         found = []
         for i, v in enumerate(speeds):
             lawful = case.after(v)
-            for method, told in (("solve", _by_solve(case, v)), ("batch", batch[i])):
-                status, verdict, error, condition, share = judged(case, lawful, v, told)
-                numbers = (error, condition, share, math.nan, math.nan, math.nan)
+            alone = told(lambda v=v: solve(case.scene, q, v), others=True)  # type: ignore[misc]
+            for method, one in (("solve", alone), ("batch", batch[i])):
+                status, verdict, error, condition, share = judged(case, lawful, v, one)
                 found.append(
-                    Point("", value, 0, i, method, status, verdict, *numbers, told.seconds)
-                )
+                    seen(i, method, status, verdict, one.seconds, error=error,
+                         condition=condition, share=share)
+                )  # fmt: skip
         return found
 
     points.__doc__ = (

@@ -10,9 +10,11 @@ from ...scene import Contact, Law, Scene
 from ...tolerances import NONZERO
 from ..truths.planar import PlanarImpacts
 from .bodies import Link, random_links, random_state, robot_of
-from .sweep import STATES, Case, Sweep, decades
+from .sweep import STATES, Case, Sweeps, decades
 
 __all__ = ["SWEEPS"]
+
+SWEEPS = Sweeps()
 
 # The thickness of a rod over its length.
 THIN = 1e-3
@@ -52,16 +54,43 @@ def _law(rng: np.random.Generator) -> Law:
     return LAWS[int(rng.integers(0, len(LAWS)))]
 
 
+@SWEEPS.of(
+    "law-restitution",
+    "restitution e",
+    (
+        0.0,
+        NONZERO,
+        *decades(-16, -2, 2),
+        0.5,
+        *(1.0 - float(f"1e-{k}") for k in range(2, 17, 2)),
+        1.0,
+    ),
+    80,
+    logarithmic=False,
+)
 def law_restitution(e: float, rng: np.random.Generator) -> Case:
     """Every law with that restitution."""
     return planar_landing(rng, _law(rng), e=e, mu=float(rng.choice([0.0, 0.2, 0.7])))
 
 
+@SWEEPS.of(
+    "law-friction",
+    "friction µ",
+    (0.0, NONZERO, 1e-16, 1e-8, 1e-4, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0),
+    110,
+    logarithmic=False,
+)
 def law_friction(mu: float, rng: np.random.Generator) -> Case:
     """Every law with that friction."""
     return planar_landing(rng, _law(rng), e=float(rng.choice([0.0, 0.5, 1.0])), mu=mu)
 
 
+@SWEEPS.of(
+    "painleve",
+    "relative distance from the friction of Painlevé's jam",
+    (*decades(-15, -1), 0.3),
+    80,
+)
 def painleve(distance: float, rng: np.random.Generator) -> Case:
     """A rod whose friction is that near to the one at which it jams, below or above it."""
     law = _law(rng)
@@ -94,6 +123,9 @@ def painleve(distance: float, rng: np.random.Generator) -> Case:
     return Case(scene, q, v, PlanarImpacts(scene))
 
 
+@SWEEPS.of(
+    "law-grazing", "speed of approach [m/s]", (*decades(-300, -50, 50), *decades(-20, 0, 2)), 75
+)
 def law_grazing(speed: float, rng: np.random.Generator) -> Case:
     """A body without spin that meets the ground at that speed, under every law."""
     law = _law(rng)
@@ -112,44 +144,3 @@ def law_grazing(speed: float, rng: np.random.Generator) -> Case:
     v[:, 0] = rng.normal(size=STATES) * (0.0 if rng.random() < 0.5 else 1.0)
     v[:, 1] = -speed * rng.uniform(0.5, 2.0, STATES)
     return Case(scene, q, v, PlanarImpacts(scene))
-
-
-SWEEPS = (
-    Sweep(
-        "law-restitution",
-        "restitution e",
-        (
-            0.0,
-            NONZERO,
-            *decades(-16, -2, 2),
-            0.5,
-            *(1.0 - float(f"1e-{k}") for k in range(2, 17, 2)),
-            1.0,
-        ),
-        law_restitution,
-        80,
-        logarithmic=False,
-    ),
-    Sweep(
-        "law-friction",
-        "friction µ",
-        (0.0, NONZERO, 1e-16, 1e-8, 1e-4, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0),
-        law_friction,
-        110,
-        logarithmic=False,
-    ),
-    Sweep(
-        "painleve",
-        "relative distance from the friction of Painlevé's jam",
-        (*decades(-15, -1), 0.3),
-        painleve,
-        80,
-    ),
-    Sweep(
-        "law-grazing",
-        "speed of approach [m/s]",
-        (*decades(-300, -50, 50), *decades(-20, 0, 2)),
-        law_grazing,
-        75,
-    ),
-)

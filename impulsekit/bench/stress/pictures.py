@@ -11,11 +11,11 @@ import numpy as np
 
 from ...view.plots.canvas import AFTER, BLOW, INK, QUIET, new_figure, tidy
 from ..truths.numbers import EPS
-from .judge import BACKWARD, BOUND
+from .judge import BOUND
 from .run import sweep_named
 from .sweep import Point
 
-__all__ = ["draw_comparison", "draw_left", "draw_sweep"]
+__all__ = ["draw_sweep"]
 
 # Errors of nothing are drawn here, those beyond the upper edge there.
 LEAST, MOST = 1e-18, 1e2
@@ -31,45 +31,6 @@ def draw_sweep(points: Sequence[Point], path: pathlib.Path) -> None:
     """
     figure = new_figure(6.4, 3.0)
     _draw(figure.subplots(), points, sweep_named(points[0].sweep).name)
-    figure.savefig(path, dpi=64)
-
-
-def draw_comparison(
-    before: Sequence[Point], after: Sequence[Point], path: pathlib.Path, title: str
-) -> None:
-    """Draw a sweep before and after a mend, side by side, to a file."""
-    figure = new_figure(9.6, 3.2)
-    left, right = figure.subplots(1, 2, sharey=True)
-    _draw(left, before, f"{title}, before")
-    _draw(right, after, "after")
-    right.set_ylabel("")
-    figure.savefig(path, dpi=64)
-
-
-def draw_left(
-    before: Sequence[Point], after: Sequence[Point], path: pathlib.Path, title: str
-) -> None:
-    """Draw what valid answers leave of their equations before and after a mend, to a file."""
-    figure = new_figure(9.6, 3.2)
-    axes = figure.subplots(1, 2, sharey=True)
-    sides = ((before, f"{title}, before"), (after, "after"))
-    for ax, (points, name) in zip(axes, sides, strict=True):
-        valid = [p for p in points if p.verdict != "said so"]
-        values = sorted({p.value for p in valid})
-        for law, colour in ((True, BLOW), (False, AFTER)):
-            left = [p.law if law else p.momentum for p in valid]
-            places = [values.index(p.value) + (0.15 if law else -0.15) for p in valid]
-            label = "constraints and contacts" if law else "momentum"
-            shown = [_within(x) for x in left]
-            ax.plot(places, shown, ".", markersize=3, color=colour, label=label)
-        ax.axhline(BACKWARD, color=INK, linewidth=1, label=f"{BACKWARD:g}")
-        ax.set_yscale("log")
-        ax.set_xticks(range(len(values)), [f"{v:.3g}" for v in values], fontsize=6, rotation=60)
-        ax.set_xlabel(sweep_named(points[0].sweep).parameter, fontsize=8)
-        ax.set_title(name)
-        tidy(ax)
-    axes[0].set_ylabel("left of the equations, relative")
-    axes[0].legend(fontsize=6, frameon=False, loc="upper right")
     figure.savefig(path, dpi=64)
 
 

@@ -8,39 +8,33 @@ by a fixed joint, ``frame`` and ``against`` swapped; and one scene solved by ``s
 from __future__ import annotations
 
 import math
-import time
-import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
-from ...batch.meanwhile import by_kernels_only
-from ...batch.solve import solve_batch
-from ...errors import ImpulsekitError, SetupWarning
 from ...impact import ImpactSolver, solve
-from ...laws.status import Status
 from ...scene import Scene
 from ..truths.numbers import EPS
 from .mechanisms import Chain, Link, Place, Touch, World, built, chain_sizes, random_turn
 from .mechanisms import random_world as random_world
 from .mechanisms import split as split_link
-from .sweep import Point, Sweep
+from .sweep import Point, Sweeps, seen
+from .told import Told, told, told_by_batch
 
-__all__ = [
-    "ALLOWED", "REWRITTEN", "SAME", "SWEEPS", "UNTOLD", "Rewritten", "condition_of", "judged",
-    "told", "told_by_batch",
-]  # fmt: skip
+__all__ = ["REWRITTEN", "SWEEPS", "Rewritten", "condition_of", "points_of"]
+
+SWEEPS = Sweeps()
 
 # [of all speeds] Velocities nearer than this are the same, whatever the condition.
 SAME = 1e-9
 # Changes of the state by which an answer's own condition is found, and how often it may grow:
 # masses and places are rewritten, too, and are not among the changes.
 NUDGE, ALLOWED = 1e-8, 1e4
-# The error speed by speed and the residuals, which are not told here.
-UNTOLD = (math.nan, math.nan, math.nan)
+# Conditions above it are told as this.
+LARGEST = 1e300
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,45 +215,7 @@ REWRITTEN: dict[str, Callable[[World, np.random.Generator], Rewritten | None]] =
 }
 
 
-@dataclass(frozen=True)
-class _Told:
-    """Name of a status or error, whether it is valid, whether the law is obeyed, and v⁺."""
-
-    status: str
-    valid: bool
-    lawful: bool
-    after: np.ndarray | None
-    seconds: float = 0.0
-
-
-def told(call: Callable[[], object]) -> _Told:
-    """What an impact, or an error of ours, says."""
-    start = time.perf_counter()
-    try:
-        impact = call()
-        status = impact.status  # type: ignore[attr-defined]
-        after = np.array(impact.v_after)  # type: ignore[attr-defined]
-        seconds = time.perf_counter() - start
-        return _Told(status.name, status.valid, status.obeys_law, after, seconds)
-    except ImpulsekitError as error:
-        return _Told(type(error).__name__, False, False, None, time.perf_counter() - start)
-
-
-def _by_batch(world: World) -> _Told:
-    return told_by_batch(*built(world))
-
-
-def told_by_batch(scene: Scene, q: np.ndarray, v: np.ndarray) -> _Told:
-    """The answer of ``solve_batch``."""
-    start = time.perf_counter()
-    with by_kernels_only():
-        batch = solve_batch(scene, q[None], v[None], outputs=["dv"], threads=1)
-    status = Status(int(batch.status[0]))
-    seconds = time.perf_counter() - start
-    return _Told(status.name, status.valid, status.obeys_law, v + batch.dv[0], seconds)
-
-
-def _by_solver(world: World) -> _Told:
+def _by_solver(world: World) -> Told:
     scene, q, v = built(world)
     solver = ImpactSolver(scene)
     solver.solve(q, -v)
@@ -267,7 +223,7 @@ def _by_solver(world: World) -> _Told:
 
 
 def judged(
-    first: _Told, other: _Told, back: np.ndarray | None, scale: float, bar: float
+    first: Told, other: Told, back: np.ndarray | None, scale: float, bar: float
 ) -> tuple[str, str, float]:
     """Status, verdict and error of another way, whose v⁺ is ``back`` in the first one's words."""
     alike = {"SOLVED", "NOT_UNIQUE", "PAINLEVE_JAM", "NEARLY_DEPENDENT"}
@@ -285,7 +241,7 @@ def judged(
 
 
 def condition_of(
-    scene: Scene, q: np.ndarray, v: np.ndarray, first: _Told, rng: np.random.Generator
+    scene: Scene, q: np.ndarray, v: np.ndarray, first: Told, rng: np.random.Generator
 ) -> float:
     """By how much small changes of the state are amplified."""
     if first.after is None:
@@ -303,45 +259,47 @@ def condition_of(
     return largest
 
 
+def points_of(
+    first: Told,
+    found: Sequence[tuple[str, Told, np.ndarray | None]],
+    condition: float,
+    speeds: Sequence[np.ndarray],
+) -> list[Point]:
+    """The points of other ways, by name, whose v⁺ is the last in the first one's words.
+
+    Args:
+        speeds: besides the answer's those that errors are relative to.
+    """
+    bar = max(SAME, ALLOWED * condition * EPS)
+    scale = max(float(np.abs(one).max()) for one in (*speeds, first.after) if one is not None)
+    points = []
+    for name, one, back in found:
+        status, verdict, error = judged(first, one, back, scale, bar)
+        share = error / (condition * EPS)
+        condition_told = min(condition, LARGEST)
+        points.append(
+            seen(0, name, status, verdict, one.seconds, error=error, condition=condition_told,
+                 share=share)
+        )  # fmt: skip
+    return points
+
+
+@SWEEPS.of("rewritten", "contacts", (1.0, 2.0, 3.0, 4.0), 2500, logarithmic=False)
 def rewritten_points(value: float, rng: np.random.Generator) -> list[Point]:
     """Chains with so many contacts, all laws: however it is written, v⁺ is the same."""
-    with warnings.catch_warnings():
-        # Points of contacts are anywhere, also off the planes that they touch.
-        warnings.simplefilter("ignore", SetupWarning)
-        return _points(value, rng)
-
-
-def _points(value: float, rng: np.random.Generator) -> list[Point]:
     world = random_world(int(value), rng)
     scene, q, v = built(world)
     first = told(lambda: solve(scene, q, v))
-    found: list[tuple[str, _Told, np.ndarray | None]] = []
+    found: list[tuple[str, Told, np.ndarray | None]] = []
     for name, rewrite in REWRITTEN.items():
         other = rewrite(world, rng)
         if other is None:
             continue
-        one = told(lambda other=other: _solved(other.world))  # type: ignore[misc]
+        one = told(lambda other=other: solve(*built(other.world)))  # type: ignore[misc]
         back = None if one.after is None else (one.after - other.shift) / other.ratio
         found.append((name, one, back))
-    for name, way in (("batch", _by_batch), ("solver", _by_solver)):
-        one = way(world)
-        found.append((name, one, one.after))
-    condition = condition_of(scene, q, v, first, rng)
-    bar = max(SAME, ALLOWED * condition * EPS)
-    scale = max(float(np.abs(speeds).max()) for speeds in (v, first.after) if speeds is not None)
-    points = []
-    for name, one, back in found:
-        status, verdict, error = judged(first, one, back, scale, bar)
-        shares = (error, min(condition, 1e300), error / (condition * EPS))
-        points.append(Point("", value, 0, 0, name, status, verdict, *shares, *UNTOLD, one.seconds))
-    return points
-
-
-def _solved(world: World) -> object:
-    scene, q, v = built(world)
-    return solve(scene, q, v)
-
-
-SWEEPS = (
-    Sweep("rewritten", "contacts", (1.0, 2.0, 3.0, 4.0), rewritten_points, 2500, logarithmic=False),
-)
+    (one,) = told_by_batch(scene, q[None], v[None])
+    found.append(("batch", one, one.after))
+    one = _by_solver(world)
+    found.append(("solver", one, one.after))
+    return points_of(first, found, condition_of(scene, q, v, first, rng), [v])

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import math
 import time
-import warnings
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from ...checking import check
-from ...errors import ImpulsekitError, SetupWarning
+from ...errors import ImpulsekitError
 from ...impact import Impact, solve
 from ...robot import Robot
 from ...robot.combine import combine
 from ...scene import AppliedImpulse, Contact, JointLock, Law, PointAnchor, Scene
 from ...scene.friction import static_friction
-from .sweep import Point, Sweep
+from .sweep import Point, Sweeps, seen
 
 __all__ = ["EXACT", "LAWS", "SWEEPS", "breach_of_law", "random_scene"]
 
@@ -29,6 +28,7 @@ LAWS = [
     for order in ("simultaneous", "sequential")
     if not (slip == "path" and order == "simultaneous")
 ]
+SWEEPS = Sweeps()
 # Of velocities, over the largest of them.
 EXACT = 1e-9
 # Loads and energies that residuals are over are at least this [N s, J].
@@ -99,32 +99,22 @@ def breach_of_law(impact: Impact) -> float:
     return max(left, abs(energy.change - sum(energy.work.values())) / size)
 
 
+@SWEEPS.of("robots", "law", tuple(map(float, range(len(LAWS)))), 1700, logarithmic=False)
 def robot_points(value: float, rng: np.random.Generator) -> list[Point]:
     """One to three example robots with all entries: against Kane's equations and what laws say."""
-    with warnings.catch_warnings():
-        # Points of contacts are anywhere, also off the planes that they touch.
-        warnings.simplefilter("ignore", SetupWarning)
-        scene = random_scene(rng, LAWS[int(value)])
-        model = scene.robot.model
-        q = pin.integrate(model, scene.robot.neutral(), rng.uniform(-1.0, 1.0, model.nv))
-        v = rng.normal(size=model.nv)
-        start, left = time.perf_counter(), math.nan
-        try:
-            impact = solve(scene, q, v)
-            status, verdict = impact.status.name, "said so"
-            seconds = time.perf_counter() - start
-            if impact.is_valid():
-                left = breach_of_law(impact)
-                verdict = "right" if left <= EXACT and check(impact).agrees else "wrong"
-        except ImpulsekitError as error:
-            status, verdict = type(error).__name__, "said so"
-            seconds = time.perf_counter() - start
-    numbers = (left, 1.0, math.nan, math.nan, math.nan, math.nan)
-    return [Point("", value, 0, 0, "solve", status, verdict, *numbers, seconds)]
-
-
-SWEEPS = (
-    Sweep(
-        "robots", "law", tuple(map(float, range(len(LAWS)))), robot_points, 1700, logarithmic=False
-    ),
-)
+    scene = random_scene(rng, LAWS[int(value)])
+    model = scene.robot.model
+    q = pin.integrate(model, scene.robot.neutral(), rng.uniform(-1.0, 1.0, model.nv))
+    v = rng.normal(size=model.nv)
+    start, left = time.perf_counter(), math.nan
+    try:
+        impact = solve(scene, q, v)
+        status, verdict = impact.status.name, "said so"
+        seconds = time.perf_counter() - start
+        if impact.is_valid():
+            left = breach_of_law(impact)
+            verdict = "right" if left <= EXACT and check(impact).agrees else "wrong"
+    except ImpulsekitError as error:
+        status, verdict = type(error).__name__, "said so"
+        seconds = time.perf_counter() - start
+    return [seen(0, "solve", status, verdict, seconds, error=left)]

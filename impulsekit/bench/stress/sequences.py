@@ -11,10 +11,12 @@ from ...scene import Contact, JointImpulse, Law, Scene
 from ...tolerances import NONZERO
 from .bodies import Link, random_links, random_state, robot_of, tree_urdf
 from .strikes import Strikes
-from .sweep import STATES, Case, Sweep, decades
+from .sweep import STATES, Case, Sweeps, decades
 from .touched import falling
 
 __all__ = ["SWEEPS"]
+
+SWEEPS = Sweeps()
 
 RADIUS = 0.25
 ENDS = (Law("newton", "end"), Law("poisson", "end"))
@@ -25,6 +27,12 @@ def _in_sequence(law: Law) -> Law:
     return Law(law.restitution, law.slip, "sequential")
 
 
+@SWEEPS.of(
+    "sequence-balls",
+    "mass of a ball over that of the one before, or the other way",
+    (0.1, 0.2, 0.3, 0.5, 0.9, 1.0, 1.0 + 1e-8, 1.1, 2.0, 3.0, 5.0, 10.0),
+    35,
+)
 def balls_in_a_row(ratio: float, rng: np.random.Generator) -> Case:
     """Balls on a rail, each that much heavier or lighter than the one before, in sequence."""
     count = int(rng.integers(2, 6))
@@ -80,6 +88,13 @@ def _fall(rng: np.random.Generator, law: Law, points: int, *, e: float, mu: floa
     return Case(scene, q, v, Strikes(scene))
 
 
+@SWEEPS.of(
+    "sequence-friction",
+    "friction µ",
+    (0.0, NONZERO, 1e-8, 0.01, 0.1, 0.3, 0.6, 1.0, 3.0, 10.0),
+    40,
+    logarithmic=False,
+)
 def rough_sequence(mu: float, rng: np.random.Generator) -> Case:
     """A tree that falls on two or three points with that friction, one after the other."""
     law = _in_sequence(ENDS[int(rng.integers(0, 2))])
@@ -87,12 +102,20 @@ def rough_sequence(mu: float, rng: np.random.Generator) -> Case:
     return _fall(rng, law, int(rng.integers(2, 4)), e=e, mu=mu)
 
 
+@SWEEPS.of(
+    "turning-slip",
+    "friction µ",
+    (1e-8, 1e-4, 0.01, 0.1, 0.3, 0.6, 1.0, 3.0, 10.0),
+    50,
+    logarithmic=False,
+)
 def turning_slip(mu: float, rng: np.random.Generator) -> Case:
     """A tree that falls on one point with that friction: slip turns along the path."""
     law = PATHS[int(rng.integers(0, 3))]
     return _fall(rng, law, 1, e=float(rng.choice([0.0, 0.5, 1.0])), mu=mu)
 
 
+@SWEEPS.of("slow-slip", "speed along the plane [m/s]", (*decades(-16, 4, 2),), 40)
 def slow_slip(speed: float, rng: np.random.Generator) -> Case:
     """A box that meets a plane at 1 m/s and slides along it at that speed, along the path."""
     size = tuple(rng.uniform(0.1, 0.4, 3))
@@ -111,37 +134,3 @@ def slow_slip(speed: float, rng: np.random.Generator) -> Case:
     )
     scene = Scene(robot, contacts=[contact], law=PATHS[int(rng.integers(0, 3))])
     return Case(scene, q, v, Strikes(scene))
-
-
-SWEEPS = (
-    Sweep(
-        "sequence-balls",
-        "mass of a ball over that of the one before, or the other way",
-        (0.1, 0.2, 0.3, 0.5, 0.9, 1.0, 1.0 + 1e-8, 1.1, 2.0, 3.0, 5.0, 10.0),
-        balls_in_a_row,
-        35,
-    ),
-    Sweep(
-        "sequence-friction",
-        "friction µ",
-        (0.0, NONZERO, 1e-8, 0.01, 0.1, 0.3, 0.6, 1.0, 3.0, 10.0),
-        rough_sequence,
-        40,
-        logarithmic=False,
-    ),
-    Sweep(
-        "turning-slip",
-        "friction µ",
-        (1e-8, 1e-4, 0.01, 0.1, 0.3, 0.6, 1.0, 3.0, 10.0),
-        turning_slip,
-        50,
-        logarithmic=False,
-    ),
-    Sweep(
-        "slow-slip",
-        "speed along the plane [m/s]",
-        (*decades(-16, 4, 2),),
-        slow_slip,
-        40,
-    ),
-)

@@ -23,7 +23,7 @@ from ...laws.status import judged as judged_of
 from ...scene.friction import EllipticFriction, FrictionTable, StaticKinetic
 from ...scene.law import Law
 from ...tolerances import NONZERO
-from .sweep import STATES, Point, Sweep
+from .sweep import STATES, Point, Sweep, seen
 
 __all__ = ["CONTACTS", "SWEEPS", "Judged", "energetic", "points_of", "problem_of_points"]
 
@@ -119,6 +119,12 @@ def _sides(problem: ContactProblem, P: np.ndarray, aim: np.ndarray, held: np.nda
     return float(np.max([-normal.min() / largest, -xi.min() / speeds, both.max()]))
 
 
+def _sizes(problem: ContactProblem, P: np.ndarray) -> tuple[float, float]:
+    """The speed below which slip has no direction, and the largest impulse."""
+    speed = float(np.abs(problem.velocity_before).max())
+    return STILL * speed, float(np.abs(P).max()) + NONZERO
+
+
 def _energy(problem: ContactProblem, P: np.ndarray) -> tuple[float, float]:
     """What the impulses change the energy by, and the sizes that it is a sum of [J]."""
     after = problem.velocity_before + problem.delassus @ P
@@ -146,10 +152,7 @@ def _turning(n: int, rng: np.random.Generator) -> Judged:
     left = max(left, _sides(problem, P, aim, np.zeros(n)))
     if turning is None:
         raise TypeError("nothing turns")
-    still, scale = (
-        STILL * float(np.abs(problem.velocity_before).max()),
-        float(np.abs(P).max()) + NONZERO,
-    )
+    still, scale = _sizes(problem, P)
     for i in range(n):
         normal, at = float(P[3 * i + 2]), m + 3 * i
         for own, reach in (
@@ -173,10 +176,7 @@ def _adhesion(n: int, rng: np.random.Generator) -> Judged:
     P = solution.impulse
     after, left = _end(problem, solution)
     left = max(left, _sides(problem, P, after, held))
-    still, scale = (
-        STILL * float(np.abs(problem.velocity_before).max()),
-        float(np.abs(P).max()) + NONZERO,
-    )
+    still, scale = _sizes(problem, P)
     for i in range(n):
         limit = problem.friction[i] * (float(P[3 * i + 2]) + held[i])
         own = slice(3 * i, 3 * i + 2)
@@ -205,10 +205,7 @@ def _friction(n: int, rng: np.random.Generator) -> Judged:
     P = solution.impulse
     after, left = _end(problem, solution)
     left = max(left, _sides(problem, P, after, np.zeros(n)))
-    still, scale = (
-        STILL * float(np.abs(problem.velocity_before).max()),
-        float(np.abs(P).max()) + NONZERO,
-    )
+    still, scale = _sizes(problem, P)
     for i, (model, axis) in enumerate(zip(models, axes, strict=True)):
         force, slip = P[3 * i : 3 * i + 2], after[3 * i : 3 * i + 2]
         normal, speed = float(P[3 * i + 2]), float(np.linalg.norm(slip))
@@ -269,10 +266,11 @@ def points_of(
                 status, left, valid = type(error).__name__, math.nan, False
             seconds = time.perf_counter() - start
             verdict = "said so" if not valid else "right" if left <= bound else "wrong"
-            none = math.nan
             # What is left in double precision is an error here, no residual in 50 digits.
-            numbers = (left if valid else none, none, none, none, none, none)
-            found.append(Point("", value, 0, i, "solve", status, verdict, *numbers, seconds))
+            error = left if valid else math.nan
+            found.append(
+                seen(i, "solve", status, verdict, seconds, error=error, condition=math.nan)
+            )
         return found
 
     points.__doc__ = judged.__doc__

@@ -6,33 +6,27 @@ Newton's restitution goes by the velocity before the blow where contacts act at 
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 
 import numpy as np
 
-from ...errors import SetupWarning
 from ...impact import solve
-from ..truths.numbers import EPS
 from .mechanisms import Blow, World, built, random_world
-from .rewritten import ALLOWED, SAME, UNTOLD, condition_of, judged, told, told_by_batch
-from .sweep import Point, Sweep
+from .rewritten import condition_of, points_of
+from .sweep import Point, Sweeps
+from .told import told, told_by_batch
 
 __all__ = ["SWEEPS"]
+
+SWEEPS = Sweeps()
 
 # Of the velocities without constraints: with less, what is struck is held, and rounding is left.
 HELD = 1e-9
 
 
+@SWEEPS.of("struck", "contacts", (1.0, 2.0, 3.0, 4.0), 900, logarithmic=False)
 def struck_points(value: float, rng: np.random.Generator) -> list[Point]:
     """Chains with so many contacts that are struck, all laws, by ``solve`` and ``solve_batch``."""
-    with warnings.catch_warnings():
-        # Points of contacts are anywhere, also off the planes that they touch.
-        warnings.simplefilter("ignore", SetupWarning)
-        return _points(value, rng)
-
-
-def _points(value: float, rng: np.random.Generator) -> list[Point]:
     world = _struck_world(int(value), rng)
     scene, q, v = built(world)
     if rng.random() < 0.5:
@@ -46,22 +40,13 @@ def _points(value: float, rng: np.random.Generator) -> list[Point]:
         return []
     moving = replace(scene, impulses=())
     first = told(lambda: solve(scene, q, v))
-    found = {
-        "velocity": told(lambda: solve(moving, q, free)),
-        "batch": told_by_batch(scene, q, v),
-        "velocity in a batch": told_by_batch(moving, q, free),
-    }
-    condition = condition_of(moving, q, free, found["velocity"], rng)
-    bar = max(SAME, ALLOWED * condition * EPS)
-    scale = max(float(np.abs(one).max()) for one in (v, free, first.after) if one is not None)
-    points = []
-    for name, other in found.items():
-        status, verdict, error = judged(first, other, other.after, scale, bar)
-        shares = (error, min(condition, 1e300), error / (condition * EPS))
-        points.append(
-            Point("", value, 0, 0, name, status, verdict, *shares, *UNTOLD, other.seconds)
-        )
-    return points
+    alone = told(lambda: solve(moving, q, free))
+    (struck,), (batch,) = (
+        told_by_batch(each, q[None], speed[None]) for each, speed in ((scene, v), (moving, free))
+    )
+    ways = {"velocity": alone, "batch": struck, "velocity in a batch": batch}
+    found = [(name, one, one.after) for name, one in ways.items()]
+    return points_of(first, found, condition_of(moving, q, free, alone, rng), [v, free])
 
 
 def _struck_world(count: int, rng: np.random.Generator) -> World:
@@ -74,6 +59,3 @@ def _struck_world(count: int, rng: np.random.Generator) -> World:
     if world.law.restitution == "newton" and world.law.order == "simultaneous":
         touches = tuple(replace(touch, restitution=0.0) for touch in touches)
     return replace(world, blows=(*world.blows, blow), touches=touches)
-
-
-SWEEPS = (Sweep("struck", "contacts", (1.0, 2.0, 3.0, 4.0), struck_points, 900, logarithmic=False),)

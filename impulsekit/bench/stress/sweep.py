@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -13,7 +14,7 @@ from ...scene import Scene
 from ..truths.found import Exact, Found
 from ..truths.residuals import Residuals
 
-__all__ = ["STATES", "Case", "Point", "Sweep", "Truth", "decades"]
+__all__ = ["STATES", "Case", "Point", "Sweep", "Sweeps", "Truth", "decades", "seen"]
 
 # Of a case, as a rule.
 STATES = 6
@@ -77,7 +78,7 @@ class Sweep:
     name: str
     parameter: str
     values: tuple[float, ...]
-    cases: Callable[[float, np.random.Generator], Case | Sequence[Point]] = field(repr=False)
+    cases: Cases = field(repr=False)
     repeats: int
     logarithmic: bool = True
 
@@ -89,6 +90,27 @@ class Sweep:
     def rng(self, place: int, repeat: int, seed: int) -> np.random.Generator:
         """The random numbers of one case: the same however the work is shared out."""
         return np.random.default_rng([seed, zlib.crc32(self.name.encode()), place, repeat])
+
+
+class Sweeps(list[Sweep]):
+    """The sweeps of a file in its order; each is written over the function of its cases."""
+
+    def of(
+        self,
+        name: str,
+        parameter: str,
+        values: tuple[float, ...],
+        repeats: int,
+        *,
+        logarithmic: bool = True,
+    ) -> Callable[[Cases], Cases]:
+        """A decorator; the arguments are those of ``Sweep``."""
+
+        def added(cases: Cases) -> Cases:
+            self.append(Sweep(name, parameter, values, cases, repeats, logarithmic))
+            return cases
+
+        return added
 
 
 @dataclass(frozen=True)
@@ -127,3 +149,24 @@ class Point:
     def row(self) -> tuple[Any, ...]:
         """Its entries in order."""
         return tuple(getattr(self, name) for name in self.__dataclass_fields__)
+
+
+Cases = Callable[[float, np.random.Generator], Case | Sequence[Point]]
+
+
+def seen(
+    state: int,
+    method: str,
+    status: str,
+    verdict: str,
+    seconds: float,
+    *,
+    error: float = math.nan,
+    condition: float = 1.0,
+    share: float = math.nan,
+) -> Point:
+    """A point that knows no truth in 50 digits; its sweep, value and repeat come from ``run``."""
+    none = math.nan
+    return Point(
+        "", none, 0, state, method, status, verdict, error, condition, share, *[none] * 3, seconds
+    )

@@ -13,9 +13,11 @@ from ...scene import AppliedImpulse, Contact, JointStop, Scene
 from ...tolerances import NONZERO
 from ..truths.impacts import Impacts
 from .bodies import Link, random_links, random_state, robot_of, with_mass_ratio
-from .sweep import STATES, Case, Sweep, decades
+from .sweep import STATES, Case, Sweeps, decades
 
 __all__ = ["SWEEPS"]
+
+SWEEPS = Sweeps()
 
 BOX = (0.4, 0.2, 0.1)
 
@@ -35,6 +37,7 @@ def falling(
     return q, v
 
 
+@SWEEPS.of("parallel-contacts", "angle between the normals [rad]", decades(-15, 0), 42)
 def parallel(angle: float, rng: np.random.Generator) -> Case:
     """Contacts of one body whose normals are that near to each other, at points as near."""
     links = random_links(rng, int(rng.integers(1, 4)))
@@ -61,11 +64,32 @@ def parallel(angle: float, rng: np.random.Generator) -> Case:
     return Case(scene, q, v, Impacts(scene))
 
 
+@SWEEPS.of(
+    "restitution",
+    "restitution e",
+    (
+        0.0,
+        *decades(-300, -100, 100),
+        *decades(-16, -2, 2),
+        0.5,
+        *(1.0 - float(f"1e-{k}") for k in range(2, 17, 2)),
+        1.0,
+    ),
+    40,
+    logarithmic=False,
+)
 def restitution(e: float, rng: np.random.Generator) -> Case:
     """Trees that fall on one or two points, with that restitution."""
     return _landing(rng, e=e, mu=float(rng.choice([0.0, 0.2, 0.6])))
 
 
+@SWEEPS.of(
+    "friction",
+    "friction µ",
+    (0.0, NONZERO, 1e-16, 1e-12, 1e-8, 1e-4, 0.01, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0),
+    56,
+    logarithmic=False,
+)
 def friction(mu: float, rng: np.random.Generator) -> Case:
     """Trees that fall on one or two points, with that friction."""
     return _landing(rng, e=float(rng.choice([0.0, 0.3, 0.9])), mu=mu)
@@ -95,6 +119,7 @@ def _landing(rng: np.random.Generator, *, e: float, mu: float, slow: float | Non
     return Case(scene, q, v, Impacts(scene))
 
 
+@SWEEPS.of("grazing", "speed of approach [m/s]", (*decades(-300, -50, 50), *decades(-20, 0)), 35)
 def grazing(speed: float, rng: np.random.Generator) -> Case:
     """A box that slides along a plane at 1 m/s and meets it at that speed."""
     size = tuple(rng.uniform(0.1, 0.4, 3))
@@ -120,6 +145,7 @@ def corners(size: tuple[float, float, float], z: float) -> list[tuple[float, flo
     return [(x, y, z) for x in (0.0, size[0]) for y in (-0.5 * size[1], 0.5 * size[1])]
 
 
+@SWEEPS.of("stacks", "boxes", (1.0, 2.0, 3.0, 4.0), 25, logarithmic=False)
 def stack(count: float, rng: np.random.Generator) -> Case:
     """Boxes on each other, each on four corners with friction; redundant throughout."""
     n = int(count)
@@ -153,6 +179,7 @@ def stack(count: float, rng: np.random.Generator) -> Case:
     return Case(scene, q, v, Impacts(scene))
 
 
+@SWEEPS.of("one-joint", "friction µ", (0.0, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0), 65, logarithmic=False)
 def one_joint(mu: float, rng: np.random.Generator) -> Case:
     """A pendulum or slider that meets a plane with friction: W has rank one."""
     axis = rng.normal(size=3)
@@ -168,6 +195,7 @@ def one_joint(mu: float, rng: np.random.Generator) -> Case:
     return Case(scene, q, v, Impacts(scene))
 
 
+@SWEEPS.of("contact-mass-ratio", "mass of some links over that of others", decades(-12, 12, 2), 42)
 def contact_mass_ratio(ratio: float, rng: np.random.Generator) -> Case:
     """Trees of very different masses on two points with friction, a joint at its stop."""
     links = random_links(rng, int(rng.integers(2, 5)))
@@ -184,60 +212,3 @@ def contact_mass_ratio(ratio: float, rng: np.random.Generator) -> Case:
     scene = Scene(robot, contacts=contacts)
     q, v = falling(robot, rng)
     return Case(scene, q, v, Impacts(scene))
-
-
-SWEEPS = (
-    Sweep(
-        "parallel-contacts",
-        "angle between the normals [rad]",
-        decades(-15, 0),
-        parallel,
-        42,
-    ),
-    Sweep(
-        "restitution",
-        "restitution e",
-        (
-            0.0,
-            *decades(-300, -100, 100),
-            *decades(-16, -2, 2),
-            0.5,
-            *(1.0 - float(f"1e-{k}") for k in range(2, 17, 2)),
-            1.0,
-        ),
-        restitution,
-        40,
-        logarithmic=False,
-    ),
-    Sweep(
-        "friction",
-        "friction µ",
-        (0.0, NONZERO, 1e-16, 1e-12, 1e-8, 1e-4, 0.01, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0),
-        friction,
-        56,
-        logarithmic=False,
-    ),
-    Sweep(
-        "grazing",
-        "speed of approach [m/s]",
-        (*decades(-300, -50, 50), *decades(-20, 0)),
-        grazing,
-        35,
-    ),
-    Sweep("stacks", "boxes", (1.0, 2.0, 3.0, 4.0), stack, 25, logarithmic=False),
-    Sweep(
-        "one-joint",
-        "friction µ",
-        (0.0, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0),
-        one_joint,
-        65,
-        logarithmic=False,
-    ),
-    Sweep(
-        "contact-mass-ratio",
-        "mass of some links over that of others",
-        decades(-12, 12, 2),
-        contact_mass_ratio,
-        42,
-    ),
-)

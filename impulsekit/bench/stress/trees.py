@@ -11,9 +11,11 @@ from ...robot import Robot
 from ...scene import AppliedImpulse, JointImpulse, Scene
 from ..truths.impacts import Impacts
 from .bodies import Link, random_links, random_state, robot_of
-from .sweep import STATES, Case, Sweep, decades
+from .sweep import STATES, Case, Sweeps, decades
 
 __all__ = ["SWEEPS"]
+
+SWEEPS = Sweeps()
 
 ROOTS = ("fixed", "planar", "freeflyer")
 EXAMPLES = (
@@ -59,6 +61,7 @@ def struck(links: list[Link], rng: np.random.Generator, *, far: float = 0.0) -> 
     return Case(scene, q, v, Impacts(scene), algorithms=True)
 
 
+@SWEEPS.of("mass-ratio", "mass of some links over that of others", decades(-12, 12, 2), 115)
 def mass_ratio(ratio: float, rng: np.random.Generator) -> Case:
     """One or more links of a tree are so much heavier than the others."""
     links = random_links(rng, int(rng.integers(2, 6)))
@@ -70,6 +73,9 @@ def mass_ratio(ratio: float, rng: np.random.Generator) -> Case:
     return struck(changed, rng)
 
 
+@SWEEPS.of(
+    "inertia", "inertia about the mass centre over that of a solid box", decades(-12, 0, 2), 115
+)
 def small_inertia(factor: float, rng: np.random.Generator) -> Case:
     """Links whose inertia about their mass centre is so much smaller than a box's."""
     links = random_links(rng, int(rng.integers(1, 5)))
@@ -81,6 +87,7 @@ def small_inertia(factor: float, rng: np.random.Generator) -> Case:
     return struck(changed, rng)
 
 
+@SWEEPS.of("length-ratio", "length of some links over that of others", decades(-9, 9, 3), 75)
 def length_ratio(ratio: float, rng: np.random.Generator) -> Case:
     """Links of very different sizes, their masses alike."""
     links = random_links(rng, int(rng.integers(2, 5)))
@@ -96,6 +103,9 @@ def _times(factor: float, vector: tuple[float, float, float]) -> tuple[float, fl
     return factor * x, factor * y, factor * z
 
 
+@SWEEPS.of(
+    "singularity", "angle from the singular configuration [rad]", (*decades(-16, 0, 2), 0.0), 75
+)
 def singularity(angle: float, rng: np.random.Generator) -> Case:
     """An arm stretched out but for an angle, or a wrist whose axes nearly coincide."""
     count = int(rng.integers(2, 6))
@@ -112,11 +122,18 @@ def singularity(angle: float, rng: np.random.Generator) -> Case:
     return Case(scene, q, rng.normal(size=q.shape), Impacts(scene), algorithms=True)
 
 
+@SWEEPS.of("far-base", "distance of the root from the world's origin [m]", decades(0, 12, 2), 130)
 def far_base(distance: float, rng: np.random.Generator) -> Case:
     """A floating tree that far from the world's origin."""
     return struck(random_links(rng, int(rng.integers(1, 5))), rng, far=distance)
 
 
+@SWEEPS.of(
+    "impulse",
+    "size of the blow [N s]",
+    (*decades(-320, -300, 4), *decades(-250, 250, 50), 1e290, 1e300),
+    40,
+)
 def impulse_size(size: float, rng: np.random.Generator) -> Case:
     """A blow of that size."""
     links = random_links(rng, int(rng.integers(1, 4)))
@@ -134,11 +151,46 @@ def impulse_size(size: float, rng: np.random.Generator) -> Case:
     return Case(scene, q, np.zeros((STATES, robot.nv)), Impacts(scene), algorithms=True)
 
 
+@SWEEPS.of(
+    "armature",
+    "armature of joints over the inertia that they move, from 1 to",
+    decades(-6, 6, 2),
+    30,
+)
+def geared_tree(spread: float, rng: np.random.Generator) -> Case:
+    """A struck tree whose joints have armature, as every MJCF gives them."""
+    case = struck(random_links(rng, int(rng.integers(2, 9))), rng)
+    robot = case.scene.robot
+    model = pin.Model(robot.model)
+    moved = np.diagonal(
+        pin.crba(model, model.createData(), pin.neutral(model)).reshape(model.nv, -1)
+    )
+    geared = np.arange(model.nv) >= (0 if model.names[1] != "root_joint" else model.nvs[1])
+    shares = spread ** rng.uniform(0.0, 1.0, model.nv) * geared * (rng.random(model.nv) < 0.8)
+    model.armature = shares * moved
+    scene = Scene(Robot(model, robot.parts, robot.name), case.scene.impulses)
+    return Case(scene, case.q, case.v, Impacts(scene), algorithms=True)
+
+
+@SWEEPS.of(
+    "random-trees",
+    "links",
+    tuple(float(n) for n in (1, 2, 3, 4, 6, 8, 12, 16, 24)),
+    60,
+    logarithmic=False,
+)
 def random_tree(count: float, rng: np.random.Generator) -> Case:
     """Trees of that many links at random states."""
     return struck(random_links(rng, int(count)), rng)
 
 
+@SWEEPS.of(
+    "example-robots",
+    "robot: " + ", ".join(EXAMPLES),
+    tuple(float(i) for i in range(len(EXAMPLES))),
+    8,
+    logarithmic=False,
+)
 def example_robot(index: float, rng: np.random.Generator) -> Case:
     """A robot of example-robot-data, struck at a random link."""
     name = EXAMPLES[int(index)]
@@ -155,87 +207,3 @@ def example_robot(index: float, rng: np.random.Generator) -> Case:
     scene = Scene(robot, [blow])
     q, v = random_state(robot, rng, 2)
     return Case(scene, q, v, Impacts(scene), algorithms=True)
-
-
-def geared_tree(spread: float, rng: np.random.Generator) -> Case:
-    """A struck tree whose joints have armature, as every MJCF gives them."""
-    case = struck(random_links(rng, int(rng.integers(2, 9))), rng)
-    robot = case.scene.robot
-    model = pin.Model(robot.model)
-    moved = np.diagonal(
-        pin.crba(model, model.createData(), pin.neutral(model)).reshape(model.nv, -1)
-    )
-    geared = np.arange(model.nv) >= (0 if model.names[1] != "root_joint" else model.nvs[1])
-    shares = spread ** rng.uniform(0.0, 1.0, model.nv) * geared * (rng.random(model.nv) < 0.8)
-    model.armature = shares * moved
-    scene = Scene(Robot(model, robot.parts, robot.name), case.scene.impulses)
-    return Case(scene, case.q, case.v, Impacts(scene), algorithms=True)
-
-
-SWEEPS = (
-    Sweep(
-        "mass-ratio",
-        "mass of some links over that of others",
-        decades(-12, 12, 2),
-        mass_ratio,
-        115,
-    ),
-    Sweep(
-        "inertia",
-        "inertia about the mass centre over that of a solid box",
-        decades(-12, 0, 2),
-        small_inertia,
-        115,
-    ),
-    Sweep(
-        "length-ratio",
-        "length of some links over that of others",
-        decades(-9, 9, 3),
-        length_ratio,
-        75,
-    ),
-    Sweep(
-        "singularity",
-        "angle from the singular configuration [rad]",
-        (*decades(-16, 0, 2), 0.0),
-        singularity,
-        75,
-    ),
-    Sweep(
-        "far-base",
-        "distance of the root from the world's origin [m]",
-        decades(0, 12, 2),
-        far_base,
-        130,
-    ),
-    Sweep(
-        "impulse",
-        "size of the blow [N s]",
-        (*decades(-320, -300, 4), *decades(-250, 250, 50), 1e290, 1e300),
-        impulse_size,
-        40,
-    ),
-    Sweep(
-        "armature",
-        "armature of joints over the inertia that they move, from 1 to",
-        decades(-6, 6, 2),
-        geared_tree,
-        30,
-    ),
-    Sweep(
-        "random-trees",
-        "links",
-        tuple(float(n) for n in (1, 2, 3, 4, 6, 8, 12, 16, 24)),
-        random_tree,
-        60,
-        logarithmic=False,
-    ),
-    Sweep(
-        "example-robots",
-        "robot: " + ", ".join(EXAMPLES),
-        tuple(float(i) for i in range(len(EXAMPLES))),
-        example_robot,
-        8,
-        logarithmic=False,
-    ),
-)
