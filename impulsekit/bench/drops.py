@@ -17,6 +17,7 @@ from ..measured.mirrored import MirroredAxes, find_mirrored
 from ..robot import Robot
 from ..scene import Contact, Law, Scene
 from .section import Section
+from .urdf import link_text, robot_text
 
 __all__ = ["Drops", "drop_section", "load_drops"]
 
@@ -106,11 +107,7 @@ def drop_scene(body: str) -> Scene:
     """A planar body that touches a floor somewhere."""
     mass = MASSES[body]
     inertia = mass * SQUARED_RADII[body]
-    urdf = (
-        f'<robot name="{body}"><link name="body"><inertial><mass value="{mass}"/><inertia '
-        f'ixx="{inertia}" iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/></inertial>'
-        "</link></robot>"
-    )
+    urdf = robot_text(body, link_text("body", mass, inertia))
     floor = Contact("body", normal=[0, 1, 0], restitution=0.5, friction=0.2, name="floor")
     return Scene(Robot.from_urdf(urdf, root="planar"), contacts=[floor])
 

@@ -23,6 +23,7 @@ from ..robot import Robot
 from ..scene import Contact, JointSpring, Scene
 from .section import Section
 from .tensors import read_tensor
+from .urdf import box_moments, joint_text, link_text, robot_text
 
 __all__ = ["ELBOW_COLUMNS", "elbow_scene", "elbow_section", "load_elbow", "windows"]
 
@@ -53,26 +54,16 @@ WHERE = "github.com/DAIRLab/dair_pll, branch ebianchi/downstream, assets/contact
 
 def elbow_scene(restitution: float = RESTITUTION, friction: float = FRICTION) -> Scene:
     """Two boxes on a hinge, each with its eight corners over a table."""
-    boxes = []
-    for name, centre in (("elbow_1", 0.0), ("elbow_2", ALONG)):
-        a, b, c = (4.0 * MASS / 12.0 * side**2 for side in HALF)
-        boxes.append(
-            f'<link name="{name}"><inertial><origin xyz="{centre} 0 0"/><mass value="{MASS}"/>'
-            f'<inertia ixx="{b + c}" iyy="{a + c}" izz="{a + b}" ixy="0" ixz="0" iyz="0"/>'
-            "</inertial></link>"
-        )
-    joint = (
-        '<joint name="hinge" type="continuous"><parent link="elbow_1"/><child link="elbow_2"/>'
-        f'<origin xyz="{HINGE[0]} {HINGE[1]} {HINGE[2]}"/><axis xyz="0 1 0"/></joint>'
-    )
-    robot = Robot.from_urdf(
-        f'<robot name="elbow">{"".join(boxes)}{joint}</robot>', root="freeflyer"
-    )
+    moments = box_moments(MASS, [2.0 * side for side in HALF])
+    boxes = (("elbow_1", 0.0), ("elbow_2", ALONG))
+    parts = [link_text(name, MASS, moments, at=(centre, 0, 0)) for name, centre in boxes]
+    joint = joint_text("hinge", "continuous", "elbow_1", "elbow_2", "0 1 0", at=HINGE)
+    robot = Robot.from_urdf(robot_text("elbow", *parts, joint), root="freeflyer")
     signs = [(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]
     contacts = [
         Contact(name, at=np.add(np.multiply(HALF, sign), [centre, 0, 0]), restitution=restitution,
                 friction=friction, name=f"corner_{name[-1]}{k}")
-        for name, centre in (("elbow_1", 0.0), ("elbow_2", ALONG))
+        for name, centre in boxes
         for k, sign in enumerate(signs)
     ]  # fmt: skip
     bearing = JointSpring("hinge", stiffness=0.0, damping=DAMPING, name="bearing")

@@ -26,6 +26,7 @@ from .methods.mechanism import mechanism_of
 from .methods.mujoco_model import CONTACT_TIME, Turned, mujoco_configuration, mujoco_model
 from .problems.problem import Problem
 from .timing import time_in_turn
+from .urdf import one_body
 
 __all__ = ["STRUCK", "batch_of_forces", "single_forces", "spring_of", "spring_peak"]
 
@@ -35,12 +36,10 @@ ALLOWED = 0.01
 FEWEST, MOST = 3, 60
 # States of a batch, and how often batches are timed.
 STATES, ROUNDS = 4096, 21
-BALL = """<robot name="ball"><link name="ball"><inertial><mass value="1"/><inertia ixx="0.004"
-iyy="0.004" izz="0.004" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
 
 
 def _ball() -> Problem:
-    ball = Robot.from_urdf(BALL, root="freeflyer")
+    ball = one_body("ball", 1, 0.004)
     v = ball.velocity(root_joint=[0.3, 0.0, -1.0, 0.0, 0.0, 0.0])
     return _struck(ball, ball.neutral(), v, Contact("ball", at=[0, 0, -0.1], restitution=1.0))
 

@@ -16,6 +16,7 @@ from ..robot import Robot
 from ..robot.combine import combine
 from ..scene import AppliedForce, Collision, Contact, Scene
 from .tosses import FRICTION, WIDTH, cube_scene
+from .urdf import box_moments, box_shape, one_body
 
 __all__ = ["dominoes", "drawn_box", "shaken_block", "tosses"]
 
@@ -29,20 +30,12 @@ BOX = (
     '<body pos="{x} 0 {z}"><freejoint/><geom type="box" size="{a} {b} {c}" mass="{mass}"'
     ' friction="{mu} .005 .0001"/></body>'
 )
-LINK = """<robot name="box"><link name="box"><inertial><mass value="{mass}"/><inertia ixx="{ixx}"
-iyy="{iyy}" izz="{izz}" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry>
-<box size="{a} {b} {c}"/></geometry></collision></link></robot>"""
 FLOOR = """<robot name="floor"><link name="floor"><collision><origin xyz="0 0 -0.1"/><geometry>
 <box size="2 2 0.2"/></geometry></collision></link></robot>"""
 
 
 def _box(mass: float, sides: tuple[float, float, float]) -> Robot:
-    a, b, c = sides
-    moments = {
-        name: mass / 12.0 * (one * one + two * two)
-        for name, one, two in (("ixx", b, c), ("iyy", a, c), ("izz", a, b))
-    }
-    return Robot.from_urdf(LINK.format(mass=mass, a=a, b=b, c=c, **moments), root="freeflyer")
+    return one_body("box", mass, box_moments(mass, sides), box_shape(sides))
 
 
 def _world(mu: float, bodies: str) -> str:

@@ -21,13 +21,13 @@ from ..robot import Robot
 from ..scene import Contact, Scene
 from .section import Section
 from .tensors import read_tensor
+from .urdf import one_body
 
 __all__ = ["WIDTH", "cube_scene", "load_tosses", "toss_section"]
 
 # The cube as published: side [m], samples a second, restitution and friction (tilt test).
 WIDTH, RATE, RESTITUTION, FRICTION = 0.1048, 148.0, 0.125, 0.18
-CUBE = """<robot name="cube"><link name="cube"><inertial><mass value="0.37"/><inertia ixx="0.00081"
-iyy="0.00081" izz="0.00081" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
+MASS, INERTIA = 0.37, 0.00081
 # Mean position error [% of the width] and rotation [deg] of best fits to 550 of the tosses:
 # Acosta, Yang & Posa 2022 (arXiv:2110.00541).
 PUBLISHED = (("Drake, best fit", 13.5, 16.5), ("Bullet, best fit", 14.9, 16.5),
@@ -41,7 +41,7 @@ WHERE = "github.com/DAIRLab/contact-nets, data/tosses_processed (BSD-3-Clause)"
 
 def cube_scene(restitution: float = RESTITUTION, friction: float = FRICTION) -> Scene:
     """The cube of the tosses with its eight corners over a table."""
-    robot = Robot.from_urdf(CUBE, root="freeflyer")
+    robot = one_body("cube", MASS, INERTIA)
     half = 0.5 * WIDTH
     signs = [(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]
     contacts = [

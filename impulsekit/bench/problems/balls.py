@@ -9,6 +9,7 @@ import numpy as np
 
 from ...robot import Robot
 from ...scene import Contact, Law, Scene
+from ..urdf import joint_text, link_text, robot_text
 from .problem import Problem
 
 __all__ = ["cradles"]
@@ -24,16 +25,12 @@ def cradles(quick: bool) -> Iterator[Problem]:
 
 def _cradle(balls: int) -> Problem:
     names = [f"ball_{i:02d}" for i in range(balls)]
-    lines = ['<robot name="cradle"><link name="rail"/>']
+    parts = [link_text("rail")]
     for i, name in enumerate(names):
-        lines.append(
-            f'<link name="{name}"><inertial><mass value="1"/>'
-            '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-            f'<joint name="{name}_slide" type="prismatic"><parent link="rail"/>'
-            f'<child link="{name}"/><origin xyz="{2 * RADIUS * i!r} 0 0"/><axis xyz="1 0 0"/>'
-            '<limit lower="-1e4" upper="1e4" effort="1" velocity="1"/></joint>'
-        )
-    robot = Robot.from_urdf("".join([*lines, "</robot>"]))
+        place = (2 * RADIUS * i, 0, 0)
+        slide = joint_text(f"{name}_slide", "prismatic", "rail", name, at=place)
+        parts += [link_text(name, 1), slide]
+    robot = Robot.from_urdf(robot_text("cradle", *parts))
     contacts = [
         Contact(
             right,

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...robot import Robot
 from ...scene import Contact, Scene
+from ..urdf import one_body
 from .problem import Problem
 
 __all__ = ["landing_blocks", "rocking_blocks"]
@@ -85,9 +86,4 @@ def _block(root: str) -> Robot:
     upright = 2.0 * MASS * WIDE**2 / 3.0
     # In the plane it turns about z.
     about_z = across if root == "planar" else upright
-    return Robot.from_urdf(
-        f'<robot name="block"><link name="block"><inertial><mass value="{MASS!r}"/>'
-        f'<inertia ixx="{across!r}" iyy="{across!r}" izz="{about_z!r}" ixy="0" ixz="0" iyz="0"/>'
-        "</inertial></link></robot>",
-        root=root,
-    )
+    return one_body("block", MASS, (across, across, about_z), root=root)

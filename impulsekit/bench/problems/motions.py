@@ -10,6 +10,7 @@ from ...chain import pendulum_urdf
 from ...robot import Robot
 from ...scene import AppliedImpulse, Contact, Scene
 from ..truths.flight import state_after_flight
+from ..urdf import one_body
 from .kept import exact_or_kept
 from .problem import Problem
 from .robots import AT, LINEAR
@@ -22,10 +23,6 @@ TOLERANCE = 1e-8
 # A block that lands flat and slides: its family, its side [m], the height it falls from [m], its
 # speed across [m/s], and its friction.
 SLIDING, SIDE, FALL, ACROSS, FRICTION = "sliding block", 0.2, 0.05, 1.0, 0.3
-BLOCK = (
-    '<robot name="block"><link name="block"><inertial><mass value="1"/><inertia ixx="{i}" '
-    'iyy="{i}" izz="{i}" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
-)
 BODY = (
     '<robot name="racket"><link name="body"><inertial><mass value="1.5"/>'
     '<inertia ixx="0.01" iyy="0.03" izz="0.035" ixy="0.002" ixz="0" iyz="0.001"/></inertial>'
@@ -63,7 +60,7 @@ def flights(quick: bool) -> Iterator[Problem]:
 def sliding_blocks(quick: bool) -> Iterator[Problem]:
     """A block that lands flat on four corners, loses µ v_n across, and slides until it stops."""
     g, half = 9.81, 0.5 * SIDE
-    robot = Robot.from_urdf(BLOCK.format(i=SIDE**2 / 6.0), root="freeflyer")
+    robot = one_body("block", 1, SIDE**2 / 6.0)
     corners = [
         Contact("block", at=[x, y, -half], friction=FRICTION)
         for x in (-half, half)

@@ -12,6 +12,7 @@ from ...robot.combine import combine
 from ...scene import Contact, Law, Scene
 from ..truths.numbers import truth_numbers
 from ..truths.planar import planar_impulses
+from ..urdf import one_body
 from .problem import Problem
 
 __all__ = ["falling_rods", "rods_along_the_path", "smooth_rods"]
@@ -20,11 +21,6 @@ MASS, LENGTH = 2.0, 1.0  # kg, m
 FRICTION, RESTITUTION = 0.3, 0.5
 # What a method may be off along the path [relative]: one that goes in steps has an error of them.
 ALONG_THE_PATH = 1e-9
-ROD = (
-    f'<robot name="rod"><link name="rod"><inertial><mass value="{MASS!r}"/>'
-    f'<inertia ixx="1" iyy="1" izz="{MASS * LENGTH**2 / 12!r}" ixy="0" ixz="0" iyz="0"/>'
-    "</inertial></link></robot>"
-)
 
 
 def falling_rods(quick: bool) -> Iterator[Problem]:
@@ -45,7 +41,7 @@ def smooth_rods(quick: bool) -> Iterator[Problem]:
 def rods_along_the_path(quick: bool) -> Iterator[Problem]:
     """One rod under Stronge's law, whose slip stops on the way and may turn about (Routh)."""
     q, v = _start(1)
-    robot = Robot.from_urdf(ROD, root="planar")
+    robot = _rod()
     law = Law(restitution="stronge", slip="path")
     scene = Scene(robot, contacts=[_contact("rod", FRICTION)], law=law)
 
@@ -58,7 +54,7 @@ def rods_along_the_path(quick: bool) -> Iterator[Problem]:
 
 
 def _falling(count: int, friction: float = FRICTION, family: str = "falling rod") -> Problem:
-    rod = Robot.from_urdf(ROD, root="planar")
+    rod = _rod()
     robot = rod if count == 1 else combine({f"r{i:02d}": rod for i in range(count)})
     names = ["rod"] if count == 1 else [f"r{i:02d}/rod" for i in range(count)]
     q, v = _start(count)
@@ -71,6 +67,10 @@ def _falling(count: int, friction: float = FRICTION, family: str = "falling rod"
 
     source = "closed form in 50 digits"
     return Problem(family, count, scene, q.ravel(), v.ravel(), exact, source)
+
+
+def _rod() -> Robot:
+    return one_body("rod", MASS, (1, 1, MASS * LENGTH**2 / 12), root="planar")
 
 
 def _contact(frame: str, friction: float) -> Contact:

@@ -9,8 +9,12 @@ import numpy as np
 import pinocchio as pin
 
 from ...robot import Robot
+from ..urdf import box_moments, joint_text, link_text, robot_text
 
 __all__ = ["Link", "random_links", "random_state", "robot_of", "tree_urdf", "with_mass_ratio"]
+
+# Limits of joints [rad, m].
+FAR = 100.0
 
 
 @dataclass(frozen=True)
@@ -45,9 +49,7 @@ class Link:
     @property
     def moments(self) -> tuple[float, float, float]:
         """ixx, iyy, izz about the mass centre [kg m²]."""
-        a, b, c = (edge * edge for edge in self.size)
-        share = self.inertia_scale * self.mass / 12.0
-        return share * (b + c), share * (a + c), share * (a + b)
+        return box_moments(self.inertia_scale * self.mass, self.size)
 
 
 def tree_urdf(links: Sequence[Link], base: bool = False) -> str:
@@ -57,35 +59,19 @@ def tree_urdf(links: Sequence[Link], base: bool = False) -> str:
         base: put a link without mass before the first, with a joint of its own between; for
             robots on a fixed root.
     """
-    text = ['<robot name="tree">']
-    if base:
-        text.append('<link name="base"/>')
+    parts = [link_text("base")] if base else []
     for k, link in enumerate(links):
-        ixx, iyy, izz = link.moments
-        text.append(
-            f'<link name="link_{k}"><inertial><origin xyz="{_written(link.centre)}"/>'
-            f'<mass value="{float(link.mass)!r}"/><inertia ixx="{float(ixx)!r}" '
-            f'iyy="{float(iyy)!r}" izz="{float(izz)!r}" ixy="0" ixz="0" iyz="0"/>'
-            "</inertial></link>"
-        )
+        parts.append(link_text(f"link_{k}", link.mass, link.moments, at=link.centre))
         if link.parent < 0 and not base:
             continue
         parent = "base" if link.parent < 0 else f"link_{link.parent}"
-        limit = (
-            '<limit lower="-100" upper="100" effort="1" velocity="1"/>'
-            if link.joint != "continuous"
-            else ""
-        )
-        text.append(
-            f'<joint name="joint_{k}" type="{link.joint}"><parent link="{parent}"/>'
-            f'<child link="link_{k}"/><origin xyz="{_written(link.offset)}" '
-            f'rpy="{_written(link.turn)}"/><axis xyz="{_written(link.axis)}"/>{limit}</joint>'
-        )
-    return "".join([*text, "</robot>"])
-
-
-def _written(numbers: Sequence[float]) -> str:
-    return " ".join(repr(float(x)) for x in numbers)
+        parts.append(
+            joint_text(
+                f"joint_{k}", link.joint, parent, f"link_{k}", link.axis, at=link.offset,
+                turn=link.turn, far=FAR,
+            )
+        )  # fmt: skip
+    return robot_text("tree", *parts)
 
 
 def random_links(

@@ -15,6 +15,7 @@ from ...scene import Collision, Contact, Scene
 from ..truths.found import Exact, Found
 from ..truths.impacts import Impacts
 from ..truths.residuals import Residuals
+from ..urdf import box_moments, box_shape, one_body
 from .sweep import STATES, Case, Sweeps, decades
 
 __all__ = ["SWEEPS"]
@@ -25,26 +26,13 @@ DEPTHS = (0.0, *decades(-15, -7, 2), 1e-6, 1e-5, 1e-4, 1e-3)
 Points = Callable[[np.ndarray], list[Contact]]
 
 
-def _body(name: str, shape: str, mass: float, moments: tuple[float, float, float]) -> Robot:
-    """A body of one shape about its frame, floating."""
-    ixx, iyy, izz = (repr(float(x)) for x in moments)
-    text = (
-        f'<robot name="{name}"><link name="{name}"><inertial><mass value="{mass!r}"/>'
-        f'<inertia ixx="{ixx}" iyy="{iyy}" izz="{izz}" ixy="0" ixz="0" iyz="0"/></inertial>'
-        f"<collision><geometry>{shape}</geometry></collision></link></robot>"
-    )
-    return Robot.from_urdf(text, root="freeflyer")
-
-
 def _ball(name: str, radius: float, mass: float) -> Robot:
-    return _body(name, f'<sphere radius="{radius!r}"/>', mass, (0.4 * mass * radius * radius,) * 3)
+    return one_body(name, mass, 0.4 * mass * radius * radius, f'<sphere radius="{radius!r}"/>')
 
 
 def _box(name: str, size: np.ndarray, mass: float) -> Robot:
-    squares = size * size
-    moments = mass / 12.0 * (squares.sum() - squares)
-    shape = f'<box size="{" ".join(map(repr, size.tolist()))}"/>'
-    return _body(name, shape, mass, tuple(moments.tolist()))
+    sides = size.tolist()
+    return one_body(name, mass, box_moments(mass, sides), box_shape(sides))
 
 
 class _Known:

@@ -17,7 +17,7 @@ from ...robot import Robot
 from ...robot.combine import combine
 from ...scene import Collision, Contact, JointStop, Scene
 from ..truths.flown import Flown, Gap, from_box, from_segment, turned
-from .flying_bodies import ball, box, free_body, joint, link, rod, rounded_rod, slider, urdf
+from .flying_bodies import ball, box, free_body, hung, rod, rounded_rod, slider
 
 __all__ = [
     "NEAR", "Flight", "blade", "buffer", "bullet", "graze", "meeting", "stop", "tip",
@@ -128,7 +128,7 @@ def bullet(thickness: float, rng: np.random.Generator) -> Flight:
     fastest = flown.speed(duration) + float(np.linalg.norm(spin) * np.linalg.norm(half))
     world = combine(
         a=free_body("a", shape),
-        b=Robot.from_urdf(urdf("b", box(thickness, 40, 40))),
+        b=free_body("b", box(thickness, 40, 40), "fixed"),
         placements={"b": place},
     )
     scene = Scene(world, contacts=[Collision("a/a", "b/b", restitution=0.5)], gravity=weight)
@@ -150,8 +150,7 @@ def blade(thickness: float, rng: np.random.Generator) -> Flight:
     if kind == "freeflyer":
         one = free_body("a", shape)
     else:
-        hinge = joint("turn", kind, "base", "a", "0 0 1")
-        one = Robot.from_urdf(urdf("a", shape, '<link name="base"/>' + hinge))
+        one = hung("a", shape, ("turn", kind, "0 0 1", "0 0 0"))
     post = slider("b", rod(radius, 1.0) if rng.random() < 0.5 else ball(radius))
     at = {"b": place * inwards * pin.SE3(np.eye(3), start)}
     if kind != "freeflyer":
@@ -190,13 +189,11 @@ def tip(rate: float, rng: np.random.Generator) -> Flight:
         second = float(rng.uniform(0.2, 0.95)) * rate * float(rng.choice([-1, 1]))
         low = float(rng.uniform(0.01, 0.3))
         lengths = np.array([1.0, 0.5])
-        text = (
-            f'<robot name="a"><link name="base"/>{link("b", "")}{link("a", "")}'
-            + joint("h1", "revolute", "base", "b", "1 0 0", f"0 0 {1.5 - low!r}")
-            + joint("h2", "continuous", "b", "a", "1 0 0", "0 0 1")
-            + "</robot>"
+        joints = (
+            ("h1", "revolute", "1 0 0", (0, 0, 1.5 - low)),
+            ("h2", "continuous", "1 0 0", "0 0 1"),
         )
-        world = combine(a=Robot.from_urdf(text), placements={"a": place})
+        world = combine(a=hung("a", "", *joints), placements={"a": place})
         v = world.velocity({"a/h1": rate, "a/h2": second - rate})
 
         def two(t: float) -> float:
@@ -216,13 +213,8 @@ def tip(rate: float, rng: np.random.Generator) -> Flight:
         flown = Flown(at, velocity, place.rotation, place.rotation @ axis * rate, _NONE)
         q, v = _state(world, {"a": flown})
     else:
-        text = (
-            f'<robot name="a"><link name="base"/>{link("c", "")}{link("a", "")}'
-            + joint("z", "prismatic", "base", "c", "0 0 1")
-            + joint("h", kind, "c", "a", "1 0 0")
-            + "</robot>"
-        )
-        world = combine(a=Robot.from_urdf(text), placements={"a": place})
+        joints = (("z", "prismatic", "0 0 1", "0 0 0"), ("h", kind, "1 0 0", "0 0 0"))
+        world = combine(a=hung("a", "", *joints), placements={"a": place})
         q = world.configuration({"a/z": height})
         v = world.velocity({"a/z": -down, "a/h": rate})
     scene = Scene(world, contacts=[contact("a/a", at=arm)], gravity=_NONE)
@@ -236,8 +228,7 @@ def tip(rate: float, rng: np.random.Generator) -> Flight:
 def stop(speed: float, rng: np.random.Generator) -> Flight:
     """A slide or hinge runs into its limit that fast, under weight where it slides."""
     kind = str(rng.choice(["prismatic", "revolute"]))
-    text = urdf("a", "", '<link name="base"/>' + joint("j", kind, "base", "a", "0 0 1"))
-    robot = Robot.from_urdf(text)
+    robot = hung("a", "", ("j", kind, "0 0 1", "0 0 0"))
     far = _power(rng, -3, 3)
     sign = float(rng.choice([-1, 1]))
     weight = 9.81 if kind == "prismatic" and rng.random() < 0.5 else 0.0
@@ -338,8 +329,8 @@ def graze(clearance: float, rng: np.random.Generator) -> Flight:
     if rng.random() < 0.5:
         rate, start = _power(rng, -1, 2), float(rng.uniform(0.3, 6.0))
         arm = turned(np.array([start, 0.0, 0.0]), 1.0).T @ np.array([0.0, 0.0, -1.0])
-        text = urdf("a", "", '<link name="base"/>' + joint("h", "revolute", "base", "a", "1 0 0"))
-        world = combine(a=Robot.from_urdf(text), placements={"a": place})
+        hinged = hung("a", "", ("h", "revolute", "1 0 0", "0 0 0"))
+        world = combine(a=hinged, placements={"a": place})
         origin = place.act(np.array([0.0, 0.0, -1.0 - clearance]))
         contact = Contact("a/a", at=arm, normal=place.rotation[:, 2], origin=origin)
         scene = Scene(world, contacts=[contact], gravity=_NONE)
@@ -356,7 +347,7 @@ def graze(clearance: float, rng: np.random.Generator) -> Flight:
     beside = total + clearance
     world = combine(
         a=slider("a", ball(float(radii[0]))),
-        b=Robot.from_urdf(urdf("b", ball(float(radii[1])))),
+        b=free_body("b", ball(float(radii[1])), "fixed"),
         placements={
             "a": place,
             "b": place * pin.SE3(np.eye(3), np.array([far, beside, 0.0])),

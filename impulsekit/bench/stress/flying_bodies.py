@@ -3,44 +3,37 @@
 from __future__ import annotations
 
 from ...robot import Robot
+from ..urdf import Numbers, box_shape, joint_text, link_text, one_body, robot_text, words
 
-__all__ = ["ball", "box", "free_body", "joint", "link", "rod", "rounded_rod", "slider", "urdf"]
+__all__ = ["FAR", "MOMENT", "ball", "box", "free_body", "hung", "rod", "rounded_rod", "slider"]
 
-
-def urdf(name: str, shape: str, joints: str = "", mass: float = 1.0, moment: float = 0.1) -> str:
-    return f'<robot name="{name}">{joints}{link(name, shape, mass, moment)}</robot>'
-
-
-def link(name: str, shape: str, mass: float = 1.0, moment: float = 0.1) -> str:
-    solid = f"<collision><geometry>{shape}</geometry></collision>" if shape else ""
-    return (
-        f'<link name="{name}"><inertial><mass value="{mass!r}"/><inertia ixx="{moment!r}" '
-        f'iyy="{moment!r}" izz="{moment!r}" ixy="0" ixz="0" iyz="0"/></inertial>{solid}</link>'
-    )
+# Limits of joints [rad, m]: nothing gets there. Moments of inertia of bodies of 1 kg [kg m²].
+FAR, MOMENT = 1e9, 0.1
 
 
-def joint(name: str, kind: str, parent: str, child: str, axis: str, at: str = "0 0 0") -> str:
-    return (
-        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
-        f'<origin xyz="{at}"/><axis xyz="{axis}"/>'
-        '<limit lower="-1e9" upper="1e9" effort="1" velocity="1"/></joint>'
-    )
+def hung(name: str, shape: str, *joints: tuple[str, str, str, Numbers]) -> Robot:
+    """A body on a base, behind joints: name, kind, axis and place of each."""
+    parts, parent = [link_text("base")], "base"
+    for k, (joint, kind, axis, at) in enumerate(joints, 1):
+        child = name if k == len(joints) else f"{name}{k}"
+        parts.append(link_text(child, 1.0, MOMENT, shape=shape if child == name else ""))
+        parts.append(joint_text(joint, kind, parent, child, axis, at=at, far=FAR))
+        parent = child
+    return Robot.from_urdf(robot_text(name, *parts))
 
 
 def slider(name: str, shape: str) -> Robot:
     """A body on a slide along x."""
-    return Robot.from_urdf(
-        urdf(name, shape, '<link name="base"/>' + joint("x", "prismatic", "base", name, "1 0 0"))
-    )
+    return hung(name, shape, ("x", "prismatic", "1 0 0", "0 0 0"))
 
 
-def free_body(name: str, shape: str) -> Robot:
+def free_body(name: str, shape: str, root: str = "freeflyer") -> Robot:
     """A body that turns alike about all axes."""
-    return Robot.from_urdf(urdf(name, shape), root="freeflyer")
+    return one_body(name, 1.0, MOMENT, shape, root)
 
 
 def box(*size: float) -> str:
-    return f'<box size="{" ".join(repr(float(x)) for x in size)}"/>'
+    return box_shape(size)
 
 
 def ball(radius: float) -> str:
@@ -54,8 +47,9 @@ def rod(radius: float, length: float) -> str:
 def rounded_rod(name: str, radius: float, length: float) -> Robot:
     """A free rod with a ball at both ends, of three pieces."""
     ends = "".join(
-        f'<collision><origin xyz="0 0 {z!r}"/><geometry>{ball(radius)}</geometry></collision>'
+        f'<collision><origin xyz="{words((0, 0, z))}"/><geometry>{ball(radius)}</geometry>'
+        "</collision>"
         for z in (-0.5 * length, 0.5 * length)
     )
-    text = urdf(name, rod(radius, length)).replace("</link>", ends + "</link>")
-    return Robot.from_urdf(text, root="freeflyer")
+    link = link_text(name, 1.0, MOMENT, shape=rod(radius, length), more=ends)
+    return Robot.from_urdf(robot_text(name, link), root="freeflyer")

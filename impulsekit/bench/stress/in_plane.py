@@ -24,6 +24,7 @@ from ...scene import Contact, Law, Scene
 from ..truths.elimination import generalized_inverse
 from ..truths.enumerated import After, PlaneProblem, whole_answers
 from ..truths.numbers import EPS, truth_numbers
+from ..urdf import joint_text, link_text, robot_text
 from .judge import BOUND
 from .sweep import STATES, Point, Sweep, seen
 from .told import Told, told, told_by_batch
@@ -31,6 +32,8 @@ from .told import Told, told, told_by_batch
 __all__ = ["SWEEPS", "PlaneScene", "judged", "plane_scene"]
 
 FRICTIONS, RESTITUTIONS = (0.0, 0.3, 0.6, 1.0, 3.0, 10.0), (0.0, 0.3, 0.5, 1.0)
+# Limits of slides [m].
+FAR = 9.0
 # v⁺ that are closer than this, of all speeds, are not told apart.
 APART = 1e-6
 # Answers of larger condition hang on the rounding of rows that are dependent.
@@ -89,25 +92,16 @@ class _Body:
 def _body(rng: np.random.Generator, decades: float) -> _Body:
     mass = float(10.0 ** rng.uniform(-decades, 0.0))
     inertia = mass * float(rng.uniform(0.02, 1.0))
-    link = (
-        f'<link name="b"><inertial><mass value="{mass!r}"/><inertia ixx="1" ixy="0" ixz="0" '
-        f'iyy="1" iyz="0" izz="{inertia!r}"/></inertial></link>'
-    )
+    link = link_text("b", mass, (1.0, 1.0, inertia))
     kind = str(rng.choice(["free", "free", "slide", "hinge"]))
     if kind == "free":
-        robot = Robot.from_urdf(f'<robot name="b">{link}</robot>', root="planar")
+        robot = Robot.from_urdf(robot_text("b", link), root="planar")
         return _Body(robot, np.eye(3), [1 / mass, 1 / mass, 1 / inertia])
     angle = float(rng.uniform(0.0, 2.0 * np.pi))
     way = np.array([math.cos(angle), math.sin(angle), 0.0])
-    axis, joint = ("0 0 1", "continuous")
-    if kind == "slide":
-        axis, joint = " ".join(repr(float(x)) for x in way), "prismatic"
-    robot = Robot.from_urdf(
-        f'<robot name="b"><link name="base"/>{link}<joint name="j" type="{joint}">'
-        f'<parent link="base"/><child link="b"/><axis xyz="{axis}"/>'
-        + ('<limit lower="-9" upper="9" effort="1" velocity="1"/>' if kind == "slide" else "")
-        + "</joint></robot>"
-    )
+    axis, joint = (way, "prismatic") if kind == "slide" else ((0, 0, 1), "continuous")
+    moved = joint_text("j", joint, "base", "b", axis, far=FAR)
+    robot = Robot.from_urdf(robot_text("b", link_text("base"), link, moved))
     if kind == "slide":
         return _Body(robot, way[:, None], [1 / mass])
     return _Body(robot, np.array([[0.0], [0.0], [1.0]]), [1 / inertia])

@@ -10,10 +10,13 @@ import pinocchio as pin
 from ...robot import Robot
 from ...robot.combine import combine
 from ...scene import AppliedImpulse, Contact, JointLock, Law, PointAnchor, Scene
+from ..urdf import joint_text, link_text, robot_text
 
 __all__ = ["Blow", "Chain", "Link", "Pin", "Touch", "World", "built", "chain_sizes", "random_world"]
 
 Array = np.ndarray
+# Limits of joints [rad, m]: nothing gets there.
+FAR = 1e9
 Place = tuple[int, int]
 """Which chain, and which of its links."""
 
@@ -161,41 +164,25 @@ def _name(place: Place | None) -> str:
 
 
 def _text(chain: Chain) -> str:
-    parts = [] if chain.free else ['<link name="ground"/>']
+    parts = [] if chain.free else [link_text("ground")]
     for k, link in enumerate(chain.links):
         parts.append(_link(f"l{k}", link.mass, link.com, link.inertia))
         if link.extra is not None:
             parts.append(_link(f"x{k}", *link.extra))
-            parts.append(
-                f'<joint name="f{k}" type="fixed"><parent link="l{k}"/><child link="x{k}"/></joint>'
-            )
+            parts.append(joint_text(f"f{k}", "fixed", f"l{k}", f"x{k}"))
         if k or not chain.free:
             kind = "prismatic" if link.slides else "revolute"
-            parent = f"l{k - 1}" if k else "ground"
-            roll = pin.rpy.matrixToRpy(link.turn)
+            parent, roll = f"l{k - 1}" if k else "ground", pin.rpy.matrixToRpy(link.turn)
             parts.append(
-                f'<joint name="j{k}" type="{kind}"><parent link="{parent}"/>'
-                f'<child link="l{k}"/><origin xyz="{_three(link.at)}" rpy="{_three(roll)}"/>'
-                f'<axis xyz="{_three(link.axis)}"/>'
-                '<limit lower="-1e9" upper="1e9" effort="1" velocity="1"/></joint>'
+                joint_text(
+                    f"j{k}", kind, parent, f"l{k}", link.axis, at=link.at, turn=roll, far=FAR
+                )
             )
-    return f'<robot name="c">{"".join(parts)}</robot>'
+    return robot_text("c", *parts)
 
 
 def _link(name: str, mass: float, com: Array, inertia: Array) -> str:
-    names = (("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2))
-    moments = " ".join(
-        f'{text}="{float(inertia[i, j])!r}"' for text, i, j in (*names, ("izz", 2, 2))
-    )
-    return (
-        f'<link name="{name}"><inertial><origin xyz="{_three(com)}"/>'
-        f'<mass value="{float(mass)!r}"/>'
-        f"<inertia {moments}/></inertial></link>"
-    )
-
-
-def _three(x: Array) -> str:
-    return " ".join(repr(float(one)) for one in x)
+    return link_text(name, mass, inertia[np.triu_indices(3)].tolist(), at=com)
 
 
 def random_turn(rng: np.random.Generator) -> Array:
