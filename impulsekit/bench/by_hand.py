@@ -16,12 +16,11 @@ from ..impact import solve
 from ..impact.warm import compile_laws
 from ..robot import Robot
 from ..scene import AppliedImpulse, Contact, Law, Scene
-from .jobs import Times
 from .methods.bare import Points
 from .problems.feet import CORNERS, FEET, SOLES
 from .problems.registry import problem_named
 from .problems.states import drawn_state
-from .timing import time_in_turn
+from .timing import Times, in_turn
 
 __all__ = ["BESIDE_BARE"]
 
@@ -105,10 +104,7 @@ def _by_hand(scene: Scene, q: np.ndarray, v: np.ndarray) -> Callable[[], np.ndar
 def _beside_bare(case: Case) -> Times:
     scene, q, v = case()
     compile_laws(scene)
-    ways: dict[str, Callable[[], object]] = {"solve": partial(solve, scene, q, v)}
-    ways["by hand"] = _by_hand(scene, q, v)
-    times = time_in_turn(ways, rounds=ROUNDS)
-    return Times(times["solve"], times["by hand"])
+    return in_turn(partial(solve, scene, q, v), _by_hand(scene, q, v), rounds=ROUNDS)
 
 
 def _rows(*cases: tuple[str, Case, float]) -> tuple[tuple[str, Callable[[], Times], float], ...]:

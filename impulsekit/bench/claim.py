@@ -5,7 +5,7 @@ from __future__ import annotations
 import statistics
 from dataclasses import dataclass
 
-from .timing import Ratio, Timing
+from .timing import Ratio, Times
 
 __all__ = ["Claim"]
 
@@ -41,20 +41,14 @@ class Claim:
     def of_ratio(
         cls,
         label: str,
-        ours: Timing,
-        theirs: Timing,
+        times: Times,
         bound: float,
         *,
-        our_calls: float = 1.0,
-        their_calls: float = 1.0,
         at_least: bool = False,
         note: str = "",
     ) -> Claim:
-        """Ours over theirs held below the bound; or theirs over ours held above it.
-
-        Args:
-            our_calls, their_calls: how many jobs one call of each does.
-        """
+        """Ours over theirs held below the bound; or theirs over ours held above it."""
+        ours, theirs, our_calls, their_calls = times
         ratio = Ratio.of(ours, theirs, our_calls / their_calls)
         median, low, high = ratio.median, ratio.low, ratio.high
         if at_least:

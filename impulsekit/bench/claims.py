@@ -5,9 +5,11 @@ Run with ``python -m impulsekit.bench.claims [SECTION ...]``.
 
 from __future__ import annotations
 
+import importlib.util
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -17,7 +19,7 @@ from . import by_hand, forces, forces_exudyn, jobs, motions
 from .claim import Claim
 from .methods.registry import method_labelled
 from .problems.registry import problem_named
-from .timing import time_in_turn
+from .timing import Times, in_turn
 
 __all__ = ["LONG_SECTIONS", "SECTIONS", "TABLE", "OfJob", "OfProblem", "claims", "main"]
 
@@ -53,17 +55,15 @@ class OfProblem:
         if ours.missing() or theirs.missing():
             return
         problem = problem_named(self.family, self.problem)
-        calls = {method.label: method.prepare(problem) for method in (ours, theirs)}
-        error = problem.error(np.asarray(calls[ours.label]()))
-        times = time_in_turn(calls, rounds=ROUNDS if ours.states == 1 else ROUNDS_OF_BATCHES)
+        call, other = ours.prepare(problem), theirs.prepare(problem)
+        error = problem.error(np.asarray(call()))
+        rounds = ROUNDS if ours.states == 1 else jobs.ROUNDS
+        times = in_turn(call, other, ours.states, theirs.states, rounds)
         above, below = (theirs, ours) if self.at_least else (ours, theirs)
         claim = Claim.of_ratio(
             f"{problem.name}: {above.label} / {below.label}",
-            times[ours.label],
-            times[theirs.label],
+            times,
             self.bound,
-            our_calls=ours.states,
-            their_calls=theirs.states,
             at_least=self.at_least,
             note=f"ours is off by {error:.0e}",
         )
@@ -76,30 +76,25 @@ class OfJob:
     """A job that is no problem of the benchmark: two calls in turn, or figures of one.
 
     Attributes:
-        measured: gives what was found, to be held to a bound; nothing where another program is
-            not installed.
+        measured: gives what was found, to be held to a bound.
+        needs: another program; nothing is claimed where it is not installed.
     """
 
     section: str
     label: str
-    measured: Callable[[], jobs.Times | list[float]]
+    measured: Callable[[], Times | list[float]]
     bound: float
     unit: str = ""
     at_least: bool = False
+    needs: str = ""
 
     def claims(self) -> Iterator[Claim]:
         """The claim."""
+        if self.needs and importlib.util.find_spec(self.needs) is None:
+            return
         found = self.measured()
-        if isinstance(found, jobs.Times):
-            yield Claim.of_ratio(
-                self.label,
-                found.ours,
-                found.theirs,
-                self.bound,
-                our_calls=found.our_calls,
-                their_calls=found.their_calls,
-                at_least=self.at_least,
-            )
+        if isinstance(found, Times):
+            yield Claim.of_ratio(self.label, found, self.bound, at_least=self.at_least)
         elif found:
             yield Claim.of_values(self.label, found, self.bound, self.unit, self.at_least)
 
@@ -108,15 +103,17 @@ SOLVE, BATCH, LARGE = "impulsekit, solve", "impulsekit, batch", "impulsekit, lar
 CRBA, DYNAMICS = "pinocchio, crba + cholesky", "pinocchio, impulseDynamics"
 ADMM, MUJOCO = "pinocchio, ADMM, 1e-06", "mujoco, batch"
 
-# What is timed in turn, of single states and of batches.
-ROUNDS, ROUNDS_OF_BATCHES = 501, 15
+# How often single states are timed.
+ROUNDS = 501
 
 TABLE: tuple[_Row, ...] = (
     OfProblem("known blow", "struck robot", "struck robot 9", SOLVE, CRBA, 1.5),
     OfProblem("known blow", "struck robot", "struck robot 38", SOLVE, CRBA, 1.5),
     OfJob("known blow", "one of four Pandas / lone Panda", jobs.one_of_four, 1.3),
-    OfJob("known blow", f"{jobs.BARE} / {jobs.PINOCCHIO}", jobs.importing(jobs.BARE), 0.5),
-    OfJob("known blow", f"{jobs.NAMES} / {jobs.PINOCCHIO}", jobs.importing(jobs.NAMES), 1.15),
+    *(
+        OfJob("known blow", f"{what} / {jobs.PINOCCHIO}", partial(jobs.importing, what), bound)
+        for what, bound in ((jobs.BARE, 0.5), (jobs.NAMES, 1.15))
+    ),
     OfProblem("constraints", "held robot", "held robot 12", SOLVE, DYNAMICS, 2.0),
     OfProblem("contacts", "foot", "foot that slides 38", SOLVE, DYNAMICS, 3.0),
     OfProblem("contacts", "foot", "foot that sticks 38", SOLVE, DYNAMICS, 3.0),
@@ -138,7 +135,13 @@ TABLE: tuple[_Row, ...] = (
         for nv in (9, 18, 38)
     ),
     *(
-        OfJob("batch", f"Solo12, {what}: solve / batch", jobs.batch_of(feet, law), bound, "", True)
+        OfJob(
+            "batch",
+            f"Solo12, {what}: solve / batch",
+            partial(jobs.batch_of, feet, law),
+            bound,
+            at_least=True,
+        )
         for what, feet, law, bound in jobs.LAWS
     ),
     OfJob(
@@ -153,9 +156,10 @@ TABLE: tuple[_Row, ...] = (
         OfJob(
             "forces",
             f"{name}, {states}: peak by {peer} to 1 % / {calls}",
-            timed(name),
+            partial(timed, name),
             100.0,
             at_least=True,
+            needs=peer,
         )
         for peer, room in (("mujoco", forces), ("exudyn", forces_exudyn))
         for states, calls, timed in (

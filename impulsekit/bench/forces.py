@@ -8,9 +8,9 @@ F = k δ, and give the peak and the whole impulse.
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -21,14 +21,21 @@ from ..compliance.peaks import peak_forces
 from ..impact import solve
 from ..robot import Robot
 from ..scene import Contact, Scene
-from .jobs import Times
 from .methods.mechanism import mechanism_of
 from .methods.mujoco_model import CONTACT_TIME, Turned, mujoco_configuration, mujoco_model
 from .problems.problem import Problem
-from .timing import time_in_turn
+from .timing import Times, in_turn
 from .urdf import one_body
 
-__all__ = ["STRUCK", "batch_of_forces", "single_forces", "spring_of", "spring_peak"]
+__all__ = [
+    "STRUCK",
+    "batch_of_forces",
+    "many_peaks",
+    "one_peak",
+    "single_forces",
+    "spring_of",
+    "spring_peak",
+]
 
 # Largest relative error of a peak.
 ALLOWED = 0.01
@@ -66,56 +73,41 @@ def _struck(robot: Robot, q: np.ndarray, v: np.ndarray, contact: Contact) -> Pro
     return Problem("struck", robot.nv, scene, q, v, lambda: v, "a spring")
 
 
-def single_forces(name: str) -> Callable[[], Times | list[float]]:
+def single_forces(name: str) -> Times:
     """One state after the other: ``solve`` and ``force_history`` against a run of steps."""
+    import mujoco
 
-    def measured() -> Times | list[float]:
-        if importlib.util.find_spec("mujoco") is None:
-            return []
-        import mujoco
+    problem = STRUCK[name]()
+    theirs = _Theirs(problem, 1)
+    model, data = theirs.model, theirs.data[0]
 
-        problem = STRUCK[name]()
-        theirs, curve = _Theirs(problem, 1), spring_of(problem)
-        model, data = theirs.model, theirs.data[0]
-        warm_up(problem.scene)
+    def run() -> None:
+        mujoco.mj_resetData(model, data)
+        data.qpos, data.qvel = theirs.qpos, theirs.qvel[0]
+        mujoco.mj_step(model, data, theirs.steps)
 
-        def run() -> None:
-            mujoco.mj_resetData(model, data)
-            data.qpos, data.qvel = theirs.qpos, theirs.qvel[0]
-            mujoco.mj_step(model, data, theirs.steps)
-
-        def ours() -> float:
-            impact = solve(problem.scene, problem.q, problem.v)
-            return force_history(impact, curve).peak_force
-
-        times = time_in_turn({"ours": ours, "theirs": run})
-        return Times(times["ours"], times["theirs"])
-
-    return measured
+    return in_turn(one_peak(problem), run)
 
 
-def batch_of_forces(name: str) -> Callable[[], Times | list[float]]:
+def batch_of_forces(name: str) -> Times:
     """Many states on one thread: ``peak_forces`` against ``mujoco.rollout``."""
+    problem = STRUCK[name]()
+    theirs = _Theirs(problem, STATES)
+    return in_turn(many_peaks(problem, theirs.v), theirs.run, rounds=ROUNDS)
 
-    def measured() -> Times | list[float]:
-        if importlib.util.find_spec("mujoco") is None:
-            return []
-        problem = STRUCK[name]()
-        theirs, curve = _Theirs(problem, STATES), spring_of(problem)
-        scene, q, v = problem.scene, problem.q, theirs.v
-        # As theirs, which has a configuration for each state.
-        states = np.repeat(q[None], STATES, axis=0)
-        warm_up(scene)
-        times = time_in_turn(
-            {
-                "ours": lambda: peak_forces(scene, states, v, curve, threads=1),
-                "theirs": theirs.run,
-            },
-            rounds=ROUNDS,
-        )
-        return Times(times["ours"], times["theirs"])
 
-    return measured
+def one_peak(problem: Problem) -> Callable[[], float]:
+    """The peak force of a state, as a call."""
+    curve = spring_of(problem)
+    warm_up(problem.scene)
+    return lambda: force_history(solve(problem.scene, problem.q, problem.v), curve).peak_force
+
+
+def many_peaks(problem: Problem, v: np.ndarray) -> Callable[[], object]:
+    """The peak forces at some velocities, as a call; a configuration for each, as theirs have."""
+    states, curve = np.repeat(problem.q[None], len(v), axis=0), spring_of(problem)
+    warm_up(problem.scene)
+    return partial(peak_forces, problem.scene, states, v, curve, threads=1)
 
 
 def spring_of(problem: Problem) -> PowerCurve:

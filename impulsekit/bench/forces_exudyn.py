@@ -7,24 +7,16 @@ read forces off its states is not counted.
 
 from __future__ import annotations
 
-import importlib.util
-from collections.abc import Callable
-
 import numpy as np
 
-from ..batch.solve import warm_up
-from ..compliance.history import force_history
-from ..compliance.peaks import peak_forces
-from ..impact import solve
-from .forces import ALLOWED, MOST, STATES, STRUCK, spring_of, spring_peak
-from .jobs import Times
+from .forces import ALLOWED, MOST, STATES, STRUCK, many_peaks, one_peak, spring_of, spring_peak
 from .methods.exudyn_touch import add_touch
 from .methods.exudyn_tree import ExudynTree, exudyn_settings
 from .methods.mechanism import mechanism_of
 from .methods.mujoco_model import CONTACT_TIME
 from .methods.swing import normal_rows
 from .problems.problem import Problem
-from .timing import time_in_turn
+from .timing import Times, in_turn
 
 __all__ = ["batch_of_forces", "single_forces"]
 
@@ -35,47 +27,20 @@ THEIR_STATES = 16
 FEWEST, ROUNDS = 3, 21
 
 
-def single_forces(name: str) -> Callable[[], Times | list[float]]:
+def single_forces(name: str) -> Times:
     """One state after the other: ``solve`` and ``force_history`` against a run of steps."""
-
-    def measured() -> Times | list[float]:
-        if importlib.util.find_spec("exudyn") is None:
-            return []
-        problem = STRUCK[name]()
-        theirs, curve = _Theirs(problem), spring_of(problem)
-        warm_up(problem.scene)
-
-        def ours() -> float:
-            return force_history(solve(problem.scene, problem.q, problem.v), curve).peak_force
-
-        times = time_in_turn({"ours": ours, "theirs": lambda: theirs.run(1.0)})
-        return Times(times["ours"], times["theirs"])
-
-    return measured
+    problem = STRUCK[name]()
+    theirs = _Theirs(problem)
+    return in_turn(one_peak(problem), lambda: theirs.run(1.0))
 
 
-def batch_of_forces(name: str) -> Callable[[], Times | list[float]]:
+def batch_of_forces(name: str) -> Times:
     """Many states on one thread: ``peak_forces`` against a run for each."""
-
-    def measured() -> Times | list[float]:
-        if importlib.util.find_spec("exudyn") is None:
-            return []
-        problem = STRUCK[name]()
-        theirs, curve, scene = _Theirs(problem), spring_of(problem), problem.scene
-        factors = np.linspace(0.5, 2.0, STATES)
-        states, v = np.repeat(problem.q[None], STATES, axis=0), factors[:, None] * problem.v
-        own = factors[:: STATES // THEIR_STATES]
-        warm_up(scene)
-        times = time_in_turn(
-            {
-                "ours": lambda: peak_forces(scene, states, v, curve, threads=1),
-                "theirs": lambda: [theirs.run(factor) for factor in own],
-            },
-            rounds=ROUNDS,
-        )
-        return Times(times["ours"], times["theirs"], STATES, len(own))
-
-    return measured
+    problem = STRUCK[name]()
+    theirs, factors = _Theirs(problem), np.linspace(0.5, 2.0, STATES)
+    own = factors[:: STATES // THEIR_STATES]
+    ours = many_peaks(problem, factors[:, None] * problem.v)
+    return in_turn(ours, lambda: [theirs.run(factor) for factor in own], STATES, len(own), ROUNDS)
 
 
 class _Theirs:

@@ -8,7 +8,6 @@ import tempfile
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -28,7 +27,7 @@ from ..view.replay import replay
 from .problems.feet import CORNERS, FEET, SOLES
 from .problems.robots import AT, LINEAR
 from .problems.states import drawn_state
-from .timing import Timing, import_times, time_in_turn
+from .timing import Times, import_times, in_turn
 
 __all__ = [
     "BARE",
@@ -36,7 +35,6 @@ __all__ = [
     "LAWS",
     "NAMES",
     "PINOCCHIO",
-    "Times",
     "batch_of",
     "falling_talos",
     "growth",
@@ -50,6 +48,8 @@ __all__ = [
 
 PINOCCHIO = "import pinocchio"
 BARE = "import impulsekit"
+# How often batches are timed.
+ROUNDS = 15
 NAMES = "from impulsekit import Robot, Scene"
 # Laws beside the default: their words, at how many feet of Solo12, and how many times quicker
 # a state of a batch is.
@@ -61,22 +61,11 @@ LAWS = (
 )
 
 
-class Times(NamedTuple):
-    """Two ways of one job, timed in turn; how many jobs a call of each does."""
-
-    ours: Timing
-    theirs: Timing
-    our_calls: int = 1
-    their_calls: int = 1
-
-
 def one_of_four() -> Times:
     """A blow on one of four Pandas, against one on a lone Panda."""
     panda = Robot.from_example("panda")
     four = combine(a=panda, b=panda, c=panda, d=panda)
-    ways = {"four": _blow(four, "c/panda_hand"), "lone": _blow(panda, "panda_hand")}
-    times = time_in_turn(ways)
-    return Times(times["four"], times["lone"])
+    return in_turn(_blow(four, "c/panda_hand"), _blow(panda, "panda_hand"))
 
 
 def _blow(robot: Robot, frame: str) -> Callable[[], object]:
@@ -85,14 +74,10 @@ def _blow(robot: Robot, frame: str) -> Callable[[], object]:
     return lambda: solve(scene, q, v).dv
 
 
-def importing(statement: str) -> Callable[[], Times]:
+def importing(statement: str) -> Times:
     """An import of ours against Pinocchio's."""
-
-    def measured() -> Times:
-        times = import_times([PINOCCHIO, statement])
-        return Times(times[statement], times[PINOCCHIO])
-
-    return measured
+    times = import_times([PINOCCHIO, statement])
+    return Times(times[statement], times[PINOCCHIO])
 
 
 def _derivatives(held: bool, points: int) -> Times:
@@ -108,9 +93,7 @@ def _derivatives(held: bool, points: int) -> Times:
     )
     compile_laws(scene)
     impact = solve(scene, q, v)
-    ways = {"ours": lambda: derivatives(impact), "solve": lambda: solve(scene, q, v)}
-    times = time_in_turn(ways)
-    return Times(times["ours"], times["solve"])
+    return in_turn(lambda: derivatives(impact), lambda: solve(scene, q, v))
 
 
 DERIVATIVES: dict[str, Callable[[], Times]] = {
@@ -128,29 +111,23 @@ def _above_ground(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
     return q, 0.2 * v - np.eye(robot.nv)[2]
 
 
-def batch_of(feet: int, law: Law) -> Callable[[], Times]:
+def batch_of(feet: int, law: Law) -> Times:
     """Solo12 on some feet under a law: a batch against one state after the other."""
+    solo = Robot.from_example("solo12", root="freeflyer")
+    contacts = [Contact(foot, friction=0.6, restitution=0.3) for foot in FEET[:feet]]
+    scene = Scene(solo, contacts=contacts, law=law)
+    warm_up(scene)
+    rng = np.random.default_rng(0)
+    steps = rng.uniform(-1.0, 1.0, (4096, solo.nv))
+    q = np.array([pin.integrate(solo.model, solo.neutral(), step) for step in steps])
+    v = rng.normal(size=(4096, solo.nv))
 
-    def measured() -> Times:
-        solo = Robot.from_example("solo12", root="freeflyer")
-        contacts = [Contact(foot, friction=0.6, restitution=0.3) for foot in FEET[:feet]]
-        scene = Scene(solo, contacts=contacts, law=law)
-        warm_up(scene)
-        rng = np.random.default_rng(0)
-        steps = rng.uniform(-1.0, 1.0, (4096, solo.nv))
-        q = np.array([pin.integrate(solo.model, solo.neutral(), step) for step in steps])
-        v = rng.normal(size=(4096, solo.nv))
+    def one_by_one() -> None:
+        # What a row of a batch is: Δv and the status.
+        for state in zip(q[:64], v[:64], strict=True):
+            _ = solve(scene, *state).status
 
-        def one_by_one() -> None:
-            # What a row of a batch is: Δv and the status.
-            for state in zip(q[:64], v[:64], strict=True):
-                _ = solve(scene, *state).status
-
-        ways = {"batch": lambda: solve_batch(scene, q, v), "single": one_by_one}
-        times = time_in_turn(ways, rounds=15)
-        return Times(times["batch"], times["single"], 4096, 64)
-
-    return measured
+    return in_turn(lambda: solve_batch(scene, q, v), one_by_one, 4096, 64, ROUNDS)
 
 
 def falling_talos(count: int) -> tuple[Scene, np.ndarray, np.ndarray]:
@@ -183,12 +160,8 @@ def reactions_of_a_fall() -> Times:
             impact = solve(scene, *state)
             _ = impact.status, [impact.reactions[joint] for joint in joints]
 
-    ways = {
-        "batch": lambda: solve_batch(scene, q, v, outputs=("reactions",)),
-        "single": one_by_one,
-    }
-    times = time_in_turn(ways, rounds=15)
-    return Times(times["batch"], times["single"], len(q), 50)
+    batch = partial(solve_batch, scene, q, v, outputs=("reactions",))
+    return in_turn(batch, one_by_one, len(q), 50, ROUNDS)
 
 
 def share(duration: float = 5.0) -> list[float]:

@@ -14,9 +14,9 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
-__all__ = ["Ratio", "TimesItself", "Timing", "import_times", "time_in_turn"]
+__all__ = ["Ratio", "Times", "TimesItself", "Timing", "import_times", "in_turn", "time_in_turn"]
 
 TRIES = 15
 
@@ -107,6 +107,27 @@ def time_in_turn(
                     ways[name]()
                 taken[name].append(_per_call(ways[name], repeats[name]))
     return {name: Timing(tuple(times)) for name, times in taken.items()}
+
+
+class Times(NamedTuple):
+    """Two ways of one job, timed in turn; how many jobs a call of each does."""
+
+    ours: Timing
+    theirs: Timing
+    our_calls: int = 1
+    their_calls: int = 1
+
+
+def in_turn(
+    ours: Callable[[], object],
+    theirs: Callable[[], object],
+    our_calls: int = 1,
+    their_calls: int = 1,
+    rounds: int = 501,
+) -> Times:
+    """Time two ways of one job in turn."""
+    times = time_in_turn({"ours": ours, "theirs": theirs}, rounds)
+    return Times(times["ours"], times["theirs"], our_calls, their_calls)
 
 
 def import_times(statements: Sequence[str], rounds: int = 11) -> dict[str, Timing]:

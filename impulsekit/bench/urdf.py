@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from ..robot import Robot
 
 __all__ = [
@@ -20,7 +22,7 @@ __all__ = [
 # Limits of joints that nothing reaches [rad, m].
 FAR = 1e4
 
-Numbers = Sequence[float] | str
+Numbers = Sequence[float] | np.ndarray | str
 
 
 def one_body(

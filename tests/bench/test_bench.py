@@ -21,7 +21,7 @@ from impulsekit.bench.problems.registry import problem_named, problems
 from impulsekit.bench.report import main_table
 from impulsekit.bench.rows import append_rows, read_rows, read_table, write_table
 from impulsekit.bench.run import Effort, measure, run
-from impulsekit.bench.timing import Ratio, Timing, time_in_turn
+from impulsekit.bench.timing import Ratio, Times, Timing, time_in_turn
 from impulsekit.cli import main
 from impulsekit.errors import UnknownNameError
 
@@ -123,9 +123,9 @@ def test_ratios_are_taken_round_by_round():
 
 def test_a_claim_is_kept_on_its_side_of_the_bound():
     ours, theirs = Timing((1.0, 1.0, 1.0)), Timing((3.0, 3.0, 3.0))
-    assert Claim.of_ratio("less", ours, theirs, 0.5).met
-    assert not Claim.of_ratio("less", theirs, ours, 0.5).met
-    faster = Claim.of_ratio("more", ours, theirs, 2.0, our_calls=10.0, at_least=True)
+    assert Claim.of_ratio("less", Times(ours, theirs), 0.5).met
+    assert not Claim.of_ratio("less", Times(theirs, ours), 0.5).met
+    faster = Claim.of_ratio("more", Times(ours, theirs, 10), 2.0, at_least=True)
     assert faster.value == pytest.approx(30.0) and faster.met
     assert "NOT at least 40" in replace(faster, bound=40.0).line()
     assert "at most" in Claim.of_values("seconds", [1.0, 2.0, 3.0], 2.0, "s").line()

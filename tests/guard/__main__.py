@@ -8,6 +8,7 @@ loaded.
 from __future__ import annotations
 
 import sys
+from functools import partial
 
 from impulsekit.bench import jobs
 from impulsekit.bench.claims import ADMM, CRBA, DYNAMICS, SOLVE, OfJob, OfProblem
@@ -22,8 +23,8 @@ GUARDED = (
     OfProblem("constraints", "held robot", "held robot 12", SOLVE, DYNAMICS, 3.5),
     OfProblem("contacts", "foot", "foot that sticks 38", SOLVE, DYNAMICS, 5.5),
     OfProblem("contacts", "feet", "feet 8", SOLVE, ADMM, 0.9),
-    OfJob("import", f"{jobs.BARE} / {jobs.PINOCCHIO}", jobs.importing(jobs.BARE), 0.2),
-    OfJob("import", f"{SOLVING} / {jobs.PINOCCHIO}", jobs.importing(SOLVING), 2.0),
+    OfJob("import", f"{jobs.BARE} / {jobs.PINOCCHIO}", partial(jobs.importing, jobs.BARE), 0.2),
+    OfJob("import", f"{SOLVING} / {jobs.PINOCCHIO}", partial(jobs.importing, SOLVING), 2.0),
 )
 
 

@@ -213,8 +213,8 @@ def tip(rate: float, rng: np.random.Generator) -> Flight:
         flown = Flown(at, velocity, place.rotation, place.rotation @ axis * rate, _NONE)
         q, v = _state(world, {"a": flown})
     else:
-        joints = (("z", "prismatic", "0 0 1", "0 0 0"), ("h", kind, "1 0 0", "0 0 0"))
-        world = combine(a=hung("a", "", *joints), placements={"a": place})
+        down_and_round = (("z", "prismatic", "0 0 1", "0 0 0"), ("h", kind, "1 0 0", "0 0 0"))
+        world = combine(a=hung("a", "", *down_and_round), placements={"a": place})
         q = world.configuration({"a/z": height})
         v = world.velocity({"a/z": -down, "a/h": rate})
     scene = Scene(world, contacts=[contact("a/a", at=arm)], gravity=_NONE)

@@ -267,9 +267,9 @@ def points_of(
             seconds = time.perf_counter() - start
             verdict = "said so" if not valid else "right" if left <= bound else "wrong"
             # What is left in double precision is an error here, no residual in 50 digits.
-            error = left if valid else math.nan
+            shown = left if valid else math.nan
             found.append(
-                seen(i, "solve", status, verdict, seconds, error=error, condition=math.nan)
+                seen(i, "solve", status, verdict, seconds, error=shown, condition=math.nan)
             )
         return found
 

@@ -167,6 +167,5 @@ def seen(
 ) -> Point:
     """A point that knows no truth in 50 digits; its sweep, value and repeat come from ``run``."""
     none = math.nan
-    return Point(
-        "", none, 0, state, method, status, verdict, error, condition, share, *[none] * 3, seconds
-    )
+    numbers = (error, condition, share, none, none, none)
+    return Point("", none, 0, state, method, status, verdict, *numbers, seconds)
