@@ -268,8 +268,6 @@ def _roots(a: Monic) -> tuple[int, float, float, float, float]:
     return count, one, two, three, 0.0
 
 
-
-
 @borrowing
 def _extremes(a: Monic) -> tuple[int, float, float, float, float]:
     """Where in [0, 1] the quartic is highest or lowest: how many, and up to three."""

@@ -179,7 +179,7 @@ def _impulse_dynamics(problem: Problem) -> Answer:
     return velocity_after
 
 
-def _admm(tolerance: float, problem: Problem) -> Answer:
+def _admm(problem: Problem, tolerance: float) -> Answer:
     """Pinocchio's own solver of Coulomb's law, e in the normal rows."""
     points, q, v = Points(problem.scene), problem.q, problem.v
     model, data = points.model, points.data
@@ -247,10 +247,7 @@ METHODS: tuple[Method, ...] = (
         _impulse_dynamics,
         peer=True,
     ),
-    *(
-        Method("pinocchio, ADMM", _lands, partial(_admm, tolerance), peer=True, setting=tolerance)
-        for tolerance in (1e-3, 1e-6, 1e-9, 1e-12)
-    ),
+    *Method("pinocchio, ADMM", _lands, _admm, peer=True).at((1e-3, 1e-6, 1e-9, 1e-12)),
     Method(
         "numpy, LU",
         lambda problem: _is_blow(problem) or _is_held(problem),

@@ -29,8 +29,11 @@ from .pinocchio_admm import admm
 
 __all__ = ["METHODS"]
 
-# W, b and µ to P; the size of the velocities last.
-LawSolver = Callable[[np.ndarray, np.ndarray, np.ndarray, float], np.ndarray]
+# Settings of ADMM [of the size of the velocities], and of sweeps [fifties].
+TOLERANCES, ROUNDS = (1e-3, 1e-6, 1e-9, 1e-12), (1.0, 4.0, 16.0)
+
+# W, b, µ and the size of the velocities to P; a setting last.
+LawSolver = Callable[..., np.ndarray]
 
 
 def _has_contacts(problem: Problem) -> bool:
@@ -57,8 +60,8 @@ def _points(problem: Problem) -> list[Contact]:
     return [entry for entry in problem.scene.contacts if isinstance(entry, Contact)]
 
 
-def _by_law(law: LawSolver, problem: Problem) -> Answer:
-    """Rows, CRBA with Cholesky, W, and one solver of the law."""
+def _by_law(law: LawSolver, problem: Problem, *settings: float) -> Answer:
+    """Rows, CRBA with Cholesky, W, and one solver of the law at its settings."""
     scene, q, v = problem.scene, problem.q, problem.v
     places = needs_places(scene.robot, scene)
     reached = reached_model(scene.robot.model, touched_joints(scene), keep_places=places)
@@ -80,7 +83,7 @@ def _by_law(law: LawSolver, problem: Problem) -> Answer:
         shifted = slip + half[:, -1] @ half[:, :-1]
         shifted[2::3] += restitution * np.minimum(slip[2::3], 0.0)
         delassus = half[:, :-1].T @ half[:, :-1]
-        push = law(delassus, shifted, friction, float(np.abs(shifted).max()))
+        push = law(delassus, shifted, friction, float(np.abs(shifted).max()), *settings)
         after = v.copy()
         after[reached.v_index] += factor.solve(impulse + push @ jacobian)
         return after
@@ -96,21 +99,21 @@ def _active_set(
 
 
 def _admm(
-    tolerance: float,
     delassus: np.ndarray,
     shifted: np.ndarray,
     friction: np.ndarray,
     scale: float,
+    tolerance: float,
 ) -> np.ndarray:
     return admm(delassus, shifted, friction, tolerance * scale, 5000)[0]
 
 
 def _sweeps(
-    rounds: float,
     delassus: np.ndarray,
     shifted: np.ndarray,
     friction: np.ndarray,
     scale: float,
+    rounds: float,
 ) -> np.ndarray:
     return sweep_contacts(delassus, shifted, friction, scale, 50 * int(rounds))
 
@@ -134,22 +137,6 @@ def sweep_contacts(
 
 METHODS: tuple[Method, ...] = (
     Method("impulsekit, active set", _is_smooth, partial(_by_law, _active_set)),
-    *(
-        Method(
-            "impulsekit, ADMM alone",
-            _is_rough,
-            partial(_by_law, partial(_admm, tolerance)),
-            setting=tolerance,
-        )
-        for tolerance in (1e-3, 1e-6, 1e-9, 1e-12)
-    ),
-    *(
-        Method(
-            "impulsekit, Gauss-Seidel alone",
-            _is_rough,
-            partial(_by_law, partial(_sweeps, rounds)),
-            setting=rounds,
-        )
-        for rounds in (1.0, 4.0, 16.0)
-    ),
+    *Method("impulsekit, ADMM alone", _is_rough, partial(_by_law, _admm)).at(TOLERANCES),
+    *Method("impulsekit, Gauss-Seidel alone", _is_rough, partial(_by_law, _sweeps)).at(ROUNDS),
 )

@@ -168,18 +168,17 @@ METHODS: tuple[Method, ...] = (
         for stiffness in (1e3, 1e4, 1e5, 1e6, 1e7)
     ),
     *(
-        Method(
-            f"exudyn, {name}",
-            _suits_motion,
-            partial(_by_motion, step=step, solver=solver),
-            peer=True,
-            needs=NEEDS,
-            setting=step,
-        )
+        each
         for name, solver, steps in (
             ("generalized alpha", "GeneralizedAlpha", (1e-3, 1e-4)),
             ("RK44", "RK44", (4e-3, 1e-3, 2.5e-4)),
         )
-        for step in steps
+        for each in Method(
+            f"exudyn, {name}",
+            _suits_motion,
+            partial(_by_motion, solver=solver),
+            peer=True,
+            needs=NEEDS,
+        ).at(steps)
     ),
 )

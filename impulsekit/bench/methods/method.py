@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
@@ -39,13 +40,20 @@ class Method:
 
     name: str
     suits: Callable[[Problem], bool]
-    prepare: Callable[[Problem], Answer]
+    prepare: Callable[..., Answer]
     peer: bool = False
     needs: tuple[str, ...] = ()
     precision: str = "float64"
     states: int = 1
     setting: float | None = None
     lacks: Callable[[], str] | None = None
+
+    def at(self, settings: Iterable[float]) -> tuple[Method, ...]:
+        """The method at each of some settings, which ``prepare`` takes behind the problem."""
+        return tuple(
+            replace(self, prepare=partial(_prepared, self.prepare, setting), setting=setting)
+            for setting in settings
+        )
 
     @property
     def label(self) -> str:
@@ -58,6 +66,10 @@ class Method:
         if absent:
             return f'{" and ".join(absent)} not installed: pip install "impulsekit[peers]"'
         return self.lacks() if self.lacks else ""
+
+
+def _prepared(prepare: Callable[..., Answer], setting: float, problem: Problem) -> Answer:
+    return prepare(problem, setting)
 
 
 def _is_installed(distribution: str) -> bool:

@@ -136,54 +136,24 @@ def _suits_soft(problem: Problem) -> bool:
     return held and not scene.contacts and not problem.duration and has_plain_joints(problem)
 
 
+_theirs = partial(Method, peer=True, needs=NEEDS)
 METHODS: tuple[Method, ...] = (
-    Method("mujoco, mass matrix", is_blow, _by_mass_matrix, peer=True, needs=NEEDS),
-    Method("mujoco, forward", is_blow, _by_forward, peer=True, needs=NEEDS),
-    Method("mujoco, batch", is_blow, _by_batch, peer=True, needs=NEEDS, states=BATCH),
-    *(
-        Method(
-            "mujoco, one step",
-            is_blow,
-            partial(_by_step, step=step),
-            peer=True,
-            needs=NEEDS,
-            setting=step,
-        )
-        for step in (1e-3, 1e-6)
+    _theirs("mujoco, mass matrix", is_blow, _by_mass_matrix),
+    _theirs("mujoco, forward", is_blow, _by_forward),
+    _theirs("mujoco, batch", is_blow, _by_batch, states=BATCH),
+    *_theirs("mujoco, one step", is_blow, _by_step).at((1e-3, 1e-6)),
+    *_theirs("mujoco, soft contacts", _suits_soft, _by_soft_contacts).at((10, 100, 1000)),
+    *_theirs("mujoco, Euler", is_flight, partial(by_steps, integrator="EULER")).at((1e-3, 1e-4)),
+    *_theirs("mujoco, RK4", is_flight, partial(by_steps, integrator="RK4")).at(
+        (4e-3, 1e-3, 2.5e-4)
     ),
     *(
-        Method(
-            "mujoco, soft contacts",
-            _suits_soft,
-            partial(_by_soft_contacts, steps=steps),
-            peer=True,
-            needs=NEEDS,
-            setting=steps,
-        )
-        for steps in (10, 100, 1000)
-    ),
-    *(
-        Method(
-            f"mujoco, {name}",
-            is_flight,
-            partial(by_steps, step=step, integrator=name.upper()),
-            peer=True,
-            needs=NEEDS,
-            setting=step,
-        )
-        for name, steps in (("Euler", (1e-3, 1e-4)), ("RK4", (4e-3, 1e-3, 2.5e-4)))
-        for step in steps
-    ),
-    *(
-        Method(
+        method
+        for name in ("Euler", "implicitfast")
+        for method in _theirs(
             f"mujoco, contact, {name}",
             is_sliding,
-            partial(with_contact_by_steps, step=step, integrator=name.upper()),
-            peer=True,
-            needs=NEEDS,
-            setting=step,
-        )
-        for name in ("Euler", "implicitfast")
-        for step in (4e-3, 1e-3, 2.5e-4, 5e-5)
+            partial(with_contact_by_steps, integrator=name.upper()),
+        ).at((4e-3, 1e-3, 2.5e-4, 5e-5))
     ),
 )

@@ -57,6 +57,10 @@ def _is_impact(problem: Problem) -> bool:
     return not problem.duration
 
 
+def _is_motion(problem: Problem) -> bool:
+    return bool(problem.duration)
+
+
 def _has_rows(problem: Problem) -> bool:
     """Constraints, or contacts under the law that the general way is made for."""
     return _is_impact(problem) and bool(problem.scene.constraints or problem.scene.contacts)
@@ -181,7 +185,7 @@ def _kane(problem: Problem) -> Answer:
     return velocity_after
 
 
-def _motion(method: str, setting: float, problem: Problem) -> Answer:
+def _motion(problem: Problem, setting: float, method: str) -> Answer:
     adaptive = method in ("dop853", "radau")
     settings: dict[str, Any] = (
         {"rtol": setting, "atol": 1e-2 * setting} if adaptive else {"step": setting}
@@ -202,6 +206,7 @@ def _motion(method: str, setting: float, problem: Problem) -> Answer:
     return state_at_end
 
 
+_batched = partial(Method, needs=NUMBA, states=STATES)
 METHODS: tuple[Method, ...] = (
     Method("impulsekit, solve", _is_impact, _once),
     Method("impulsekit, solver", _is_impact, _solver),
@@ -210,39 +215,27 @@ METHODS: tuple[Method, ...] = (
     Method("impulsekit, dense", is_known_blow, partial(_algorithm, ByDenseCholesky)),
     Method("impulsekit, delassus", _has_rows, _by_delassus),
     *contact_laws.METHODS,
-    Method("impulsekit, batch", _is_batched, _batch, needs=NUMBA, states=STATES),
-    Method(
-        "impulsekit, batch on one thread",
-        _is_batched,
-        partial(_batch, threads=1),
-        needs=NUMBA,
-        states=STATES,
-    ),
-    Method(
+    _batched("impulsekit, batch", _is_batched, _batch),
+    _batched("impulsekit, batch on one thread", _is_batched, partial(_batch, threads=1)),
+    _batched(
         "impulsekit, batch in float32",
         _is_batched,
         partial(_batch, number=np.float32),
-        needs=NUMBA,
         precision="float32",
-        states=STATES,
     ),
-    Method(
+    _batched(
         "impulsekit, large batch",
         _is_quick_batch,
         partial(_batch, states=MANY_STATES),
-        needs=NUMBA,
         states=MANY_STATES,
     ),
     Method("impulsekit, long tree", _is_long_tree, _long, needs=NUMBA),
     Method("impulsekit, Kane in numpy", _is_for_kane, _kane),
     *(
-        Method(
-            f"impulsekit, simulate {method}",
-            lambda problem: bool(problem.duration),
-            partial(_motion, method, setting),
-            setting=setting,
-        )
+        each
         for method, settings in MOTION_SETTINGS.items()
-        for setting in settings
+        for each in Method(
+            f"impulsekit, simulate {method}", _is_motion, partial(_motion, method=method)
+        ).at(settings)
     ),
 )

@@ -187,26 +187,8 @@ def _by_euler(problem: Problem, stiffness: float) -> Answer:
 
 
 METHODS: tuple[Method, ...] = (
-    *(
-        Method(
-            "penalty contact, LSODA",
-            _suits,
-            partial(_by_lsoda, stiffness=stiffness),
-            peer=True,
-            setting=stiffness,
-        )
-        for stiffness in ADAPTIVE
-    ),
-    *(
-        Method(
-            "penalty contact, Euler",
-            _suits,
-            partial(_by_euler, stiffness=stiffness),
-            peer=True,
-            setting=stiffness,
-        )
-        for stiffness in FIXED
-    ),
+    *Method("penalty contact, LSODA", _suits, _by_lsoda, peer=True).at(ADAPTIVE),
+    *Method("penalty contact, Euler", _suits, _by_euler, peer=True).at(FIXED),
 )
 
 
