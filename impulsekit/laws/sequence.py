@@ -27,7 +27,7 @@ from .progress import (
     path_memory,
 )
 from .single import GAIN, NEGLIGIBLE, Hit, hit_at_end
-from .status import Status
+from .status import RESIDUAL_LIMIT, Status
 from .words import END, NEWTON
 
 __all__ = [
@@ -49,6 +49,9 @@ LONG, HANDED_ON = 100, 0.5
 # What the closed form of a hit may leave in directions that it does not know of, and what hits may
 # hand on as rounding, relative.
 LEFT = 1e-10
+# After MOST_HITS what has come down by less than this in as many hits again does not shrink: two
+# contacts whose W nearly depend hand on rounding of 2e-10 of the first hit without end.
+STEADY = 1.0 - 1e-6
 # Where contacts gain from each other, speeds would leave the doubles in time.
 FASTER = 1e30
 # Eigenvalues of a contact's W below this share of the largest are those of motions that the
@@ -202,7 +205,9 @@ def advance(
             now[LAST] = pace
             # Light bodies hand on more: seen over twice as many hits.
             if count // LONG & (count // LONG - 1) == 0:
-                if 0.0 < HANDED_ON * now[HALFWAY] < pace <= LEFT * first:
+                steady = count > MOST_HITS and pace > STEADY * now[HALFWAY]
+                bar = RESIDUAL_LIMIT if steady else LEFT
+                if 0.0 < HANDED_ON * now[HALFWAY] < pace <= bar * first:
                     now[WORST] = max(now[WORST], pace / first)
                     return ENDED
                 now[HALFWAY] = pace

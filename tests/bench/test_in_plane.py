@@ -77,6 +77,8 @@ def test_other_answers_are_told_where_one_load_has_many_shares():
         pytest.param(3, 96, 46, id="slip that turns by rounding in a long series"),
         pytest.param(3, 434, 47, id="what hits of light bodies hand on"),
         pytest.param(1, 1290, 0, id="slip by the rounding of constraints"),
+        pytest.param(2, 564, 0, id="shares of a slow series"),
+        pytest.param(3, 1040, 0, id="rounding that hits hand on"),
     ],
 )
 def test_rounding_decides_nothing(place, repeat, seed):
