@@ -18,11 +18,10 @@ import numpy as np
 from ...reference import Arithmetic
 from ...reference.arithmetic import Array
 from ...scene import Scene
-from ..truths.elimination import generalized_inverse
+from ..truths.contact_state import ContactState
 from ..truths.equations import Coefficients
 from ..truths.found import Exact, Found
 from ..truths.mechanics import Mechanics, SceneMechanics
-from ..truths.residuals import Residuals, share_of
 from ..truths.strike import Block, strikes
 
 __all__ = ["Strikes"]
@@ -59,37 +58,27 @@ class Strikes:
         return _State(self, self.mechanics.at(q, v), v)
 
 
-class _State:
+class _State(ContactState):
     """The contact problem of one state."""
 
     def __init__(self, owner: Strikes, mechanics: Mechanics, v: np.ndarray) -> None:
-        self._owner, self._m = owner, mechanics
-        numbers = self._numbers = owner.mechanics.numbers
-        weights = mechanics.weights
-        scaled, _ = generalized_inverse(
-            numbers, mechanics.masses / weights[:, None] / weights[None, :]
-        )
-        self._inverse = scaled / weights[:, None] / weights[None, :]
-        self._moved = self._inverse @ mechanics.contacts.T
-        self._v = numbers.array(v)
-        self._known = self._inverse @ mechanics.known
-        self._W = mechanics.contacts @ self._moved
-        self._u = mechanics.contacts @ (self._v + self._known)
+        super().__init__(owner.mechanics.numbers, mechanics, v)
+        self._owner = owner
         self._ways: list[_Sequence] | None = None
         self._slack: Array | None = None
 
     def exact(self, found: Found | None = None) -> Exact | None:
         """The solution nearest to an answer; None where the law has none."""
         if self._ways is None:
-            self._ways = list(self._sequences(self._numbers, self._W, self._u))
+            self._ways = list(self._sequences(self.numbers, self.W, self.u))
         if not self._ways:
             return None
-        given = self._impulses_of(found)
+        given = self.impulses_of(found)
         best = min(self._ways, key=lambda way: float(np.abs(way.impulses - given).sum()))
-        dv = self._known + self._moved @ best.impulses.ravel()
+        dv = self.known + self.moved @ best.impulses.ravel()
         if self._slack is None or len(self._ways) > 1:
             self._slack = self._slack_of(best, dv)
-        return Exact(dv, self._slack, self._m.spans, before=self._v, only=best.only)
+        return Exact(dv, self._slack, self.m.spans, before=self.v, only=best.only)
 
     def _sequences(
         self, numbers: Arithmetic, W: Array, u: Array, order: tuple[int, ...] | None = None
@@ -159,29 +148,14 @@ class _State:
             return velocity[k] * 0
         return -(1 + numbers.number(float(self._owner.coefficients.e[i]))) * velocity[k] / W[k, k]
 
-    def _impulses_of(self, found: Found | None) -> Array:
-        impulses = self._numbers.zeros(len(self._m.axes), 3)
-        if found is None or found.contacts is None:
-            return impulses
-        for i, given in enumerate(found.contacts):
-            axes = self._m.axes[i]
-            if axes is not None and np.isfinite(given).all():
-                impulses[i] = axes @ self._numbers.array(given)
-        return impulses
-
     def _slack_of(self, way: _Sequence, dv: Array) -> Array:
         """By how much relative changes of the data move Δv, to first order."""
-        m = self._m
         P = way.impulses.ravel()
-        sizes = m.weights * (m.weights @ np.abs(dv)) + np.abs(P) @ m.contacts_size + m.known_size
-        slack = np.abs(self._inverse) @ sizes
-        heavy = m.weights @ np.abs(self._moved)
-        across = m.contacts_size @ np.abs(self._moved)
-        W_size = np.outer(heavy, heavy) + across + across.T
+        slack, W_size = self.first_order(P, dv)
         # Each velocity of a sequence is formed anew from those before it.
-        gone = np.abs(self._W) @ np.abs(P)
-        u_size = m.contacts_size @ (np.abs(self._v) + np.abs(self._known)) + gone
-        W, u = self._W.astype(float), self._u.astype(float)
+        gone = np.abs(self.W) @ np.abs(P)
+        u_size = self.J_size @ (np.abs(self.v) + np.abs(self.known)) + gone
+        W, u = self.W.astype(float), self.u.astype(float)
         Ws, us = [W], [u]
         struck = set(way.order)
         rows = [i for i in range(len(u)) if i % 3 == 2 or self._mu[i // 3] > 0]
@@ -203,7 +177,7 @@ class _State:
         if totals is None:
             return slack / STEP
         worst = np.abs(totals[1:] - totals[0]).sum(axis=0) / STEP
-        return slack + np.abs(self._moved) @ self._numbers.array(worst)
+        return slack + np.abs(self.moved) @ self.numbers.array(worst)
 
     @property
     def _mu(self) -> list[Any]:
@@ -227,16 +201,3 @@ class _State:
             impulses[:, k] += pushed
             velocity += W[:, :, k] * pushed[:, None]
         return impulses
-
-    def residuals(self, found: Found) -> Residuals:
-        """What an answer leaves of M Δv = I + JᵀP; the law is judged by its solutions."""
-        if found.dv is None or found.contacts is None:
-            return Residuals(np.nan, np.nan)
-        m = self._m
-        if not np.isfinite(found.dv).all():
-            return Residuals(np.inf, np.nan)
-        P = self._impulses_of(found).ravel()
-        dv = self._numbers.array(found.dv)
-        left = np.abs(m.masses @ dv - m.known - P @ m.contacts)
-        sizes = m.weights * (m.weights @ np.abs(dv)) + np.abs(P) @ m.contacts_size + m.known_size
-        return Residuals(share_of(left, sizes), np.nan)

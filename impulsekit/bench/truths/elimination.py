@@ -7,7 +7,7 @@ import numpy as np
 from ...reference import Arithmetic
 from ...reference.arithmetic import Array
 
-__all__ = ["generalized_inverse"]
+__all__ = ["generalized_inverse", "solved_pair"]
 
 
 def generalized_inverse(numbers: Arithmetic, matrix: Array) -> tuple[Array, int]:
@@ -54,3 +54,10 @@ def generalized_inverse(numbers: Arithmetic, matrix: Array) -> tuple[Array, int]
     for row, column in pivots:
         inverse[column] = work[row, size:] / units
     return inverse, rank
+
+
+def solved_pair(matrix: Array, right: Array) -> Array:
+    """x (2,) with A x = b, for a regular A (2, 2)."""
+    (a, b), (c, d) = matrix
+    det = a * d - b * c
+    return np.array([d * right[0] - b * right[1], a * right[1] - c * right[0]]) / det

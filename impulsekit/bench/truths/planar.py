@@ -14,24 +14,22 @@ The condition is found by moving each number that the law is given, in the same 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...reference.arithmetic import Array
 from ...scene import Contact, Scene
-from .elimination import generalized_inverse
+from .contact_state import ContactState
 from .found import Exact, Found
 from .mechanics import Mechanics, SceneMechanics
 from .numbers import truth_numbers
-from .residuals import Residuals, share_of
+from .phases import MOST_EVENTS, Way
 
 __all__ = ["PlanarImpacts", "planar_impulses"]
 
 # The step of the differences that give the condition, and of solutions that are the same.
 STEP = 30
-MOST_EVENTS = 40
 
 
 class PlanarImpacts:
@@ -49,65 +47,41 @@ class PlanarImpacts:
         return _State(self, self.mechanics.at(q, v), v)
 
 
-class _State:
+class _State(ContactState):
     """The contact problem of one state."""
 
     def __init__(self, owner: PlanarImpacts, mechanics: Mechanics, v: np.ndarray) -> None:
-        self._owner, self._m = owner, mechanics
-        numbers = self._numbers = owner.mechanics.numbers
-        weights = mechanics.weights
-        scaled, _ = generalized_inverse(
-            numbers, mechanics.masses / weights[:, None] / weights[None, :]
-        )
-        self._inverse = scaled / weights[:, None] / weights[None, :]
+        numbers, weights = owner.mechanics.numbers, mechanics.weights
         # Of the two tangents the one that lies in the plane.
         flat = [numbers.norm(row / weights) for row in mechanics.contacts[:2]]
-        self._tangent = 0 if flat[0] > flat[1] else 1
-        rows = [self._tangent, 2]
-        self._J, self._J_size = mechanics.contacts[rows], mechanics.contacts_size[rows]
-        self._moved = self._inverse @ self._J.T
-        W = self._J @ self._moved
-        self._v = numbers.array(v)
-        u = self._J @ self._v
+        super().__init__(numbers, mechanics, v, [0 if flat[0] > flat[1] else 1, 2])
+        self._owner = owner
+        W, u = self.W, self.u
         self._data = np.array([W[0, 0], W[0, 1], W[1, 1], u[0], u[1]], dtype=object)
 
     def exact(self, found: Found | None = None) -> Exact | None:
         """The solution nearest to an answer; None where the law has none."""
-        given = self._impulse_of(found)
+        given = self.impulses_of(found).ravel()[self.rows]
         solutions = self._solutions(self._data)
         if not solutions:
             return None
         best = min(solutions, key=lambda P: abs(P[0] - given[0]) + abs(P[1] - given[1]))
-        dv = self._moved @ best
+        dv = self.moved @ best
         slack = self._slack(best, dv)
-        return Exact(dv, slack, self._m.spans, before=self._v, only=len(solutions) == 1)
+        return Exact(dv, slack, self.m.spans, before=self.v, only=len(solutions) == 1)
 
     def _solutions(self, data: Array) -> list[Array]:
-        entry, number = self._owner.entry, self._numbers.number
+        entry, number = self._owner.entry, self.numbers.number
         law = self._owner.scene.law
         e, mu = number(entry.restitution), number(entry.friction)
         return planar_impulses(data, e, mu, law.restitution, law.slip)
 
-    def _impulse_of(self, found: Found | None) -> Array:
-        impulse = self._numbers.zeros(2)
-        if found is not None and found.contacts is not None:
-            axes = self._m.axes[0]
-            if axes is not None and np.isfinite(found.contacts[0]).all():
-                own = axes @ self._numbers.array(found.contacts[0])
-                impulse = own[[self._tangent, 2]]
-        return impulse
-
     def _slack(self, P: Array, dv: Array) -> Array:
         """By how much relative changes of the data move Δv, to first order."""
-        m = self._m
-        sizes = m.weights * (m.weights @ np.abs(dv)) + np.abs(P) @ self._J_size
-        slack = np.abs(self._inverse) @ sizes
-        heavy = m.weights @ np.abs(self._moved)
-        across = self._J_size @ np.abs(self._moved)
-        W_size = np.outer(heavy, heavy) + across + across.T
-        u_size = self._J_size @ np.abs(self._v)
+        slack, W_size = self.first_order(P, dv)
+        u_size = self.J_size @ np.abs(self.v)
         data_size = (W_size[0, 0], W_size[0, 1], W_size[1, 1], u_size[0], u_size[1])
-        step = self._numbers.number(10) ** -STEP
+        step = self.numbers.number(10) ** -STEP
         for i, size in enumerate(data_size):
             worst = np.abs(P) * 0
             for sign in (1, -1):
@@ -118,22 +92,8 @@ class _State:
                     return slack / step
                 nearest = min(near, key=lambda Q: abs(Q[0] - P[0]) + abs(Q[1] - P[1]))
                 worst = np.maximum(worst, np.abs(nearest - P) / step)
-            slack = slack + np.abs(self._moved) @ worst
+            slack = slack + np.abs(self.moved) @ worst
         return slack
-
-    def residuals(self, found: Found) -> Residuals:
-        """What an answer leaves of M Δv = JᵀP; the law is judged by its solutions."""
-        if found.dv is None or found.contacts is None:
-            return Residuals(np.nan, np.nan)
-        m = self._m
-        axes = m.axes[0]
-        if axes is None or not np.isfinite(found.dv).all():
-            return Residuals(np.inf, np.nan)
-        P = axes @ self._numbers.array(found.contacts[0])
-        dv = self._numbers.array(found.dv)
-        left = np.abs(m.masses @ dv - P @ m.contacts)
-        sizes = m.weights * (m.weights @ np.abs(dv)) + np.abs(P) @ m.contacts_size
-        return Residuals(share_of(left, sizes), np.nan)
 
 
 def planar_impulses(data: Any, e: Any, mu: Any, restitution: str, slip: str) -> list[Array]:
@@ -202,74 +162,21 @@ def _distinct(found: list[tuple[Any, Any]]) -> list[Array]:
     return kept
 
 
-@dataclass
-class _Now:
-    """An impact so far."""
-
-    ut: Any
-    un: Any
-    pt: Any
-    pn: Any
-    pressed: Any
-    spent: Any
-    regained: Any
-    compressing: bool = True
-
-
 def _path(
     tt: Any, tn: Any, nn: Any, ut: Any, un: Any, e: Any, mu: Any, law: str
 ) -> tuple[Any, Any] | None:
     """(P_t, P_n) of an impact followed along its normal impulse; None if it never ends."""
-    zero = un - un
-    now = _Now(ut, un, zero, zero, zero, zero, zero)
-    target = -e * un
+    now = Way.begin(truth_numbers(), ut, un, e, law)
     for _ in range(MOST_EVENTS):
         if now.ut > 0 or now.ut < 0:
-            s = 1 if now.ut > 0 else -1
-            k, slips = -mu * s, True
+            k, slips = (-mu if now.ut > 0 else mu), True
         elif abs(tn) <= mu * tt:
             k, slips = -tn / tt, False
         else:
             k, slips = (-mu if tn > 0 else mu), True
-        dt, dn = tn + tt * k, nn + tn * k
-        if not slips:
-            dt = zero
-        phase = _left(now, dn, law, e, target)
-        stop = -now.ut / dt if now.ut * dt < 0 else None
-        back = -now.un / dn if not now.compressing and dn < 0 and now.un > 0 else None
-        steps = [step for step in (phase, stop, back) if step is not None]
-        if not steps:
+        over = now.go_straight(tn + tt * k if slips else tt * 0, nn + tn * k, k, slips)
+        if over is None:
             return None
-        step = min(steps)
-        work = step * (now.un + step * dn / 2)
-        now.pn, now.pt = now.pn + step, now.pt + k * step
-        now.ut, now.un = now.ut + dt * step, now.un + dn * step
-        if now.compressing:
-            now.pressed, now.spent = now.pressed + step, now.spent + work
-        else:
-            now.regained = now.regained + work
-        if stop is not None and step == stop:
-            now.ut = zero
-        if phase is not None and step == phase:
-            if not now.compressing or not e > 0:
-                return now.pt, now.pn
-            now.compressing, now.un = False, zero
-        elif back is not None and step == back:
-            now.compressing, now.un = True, zero
+        if over and now.ends():
+            return now.pt, now.pn
     return None
-
-
-def _left(now: _Now, dn: Any, law: str, e: Any, target: Any) -> Any | None:
-    """The normal impulse that is left of the phase at hand; None if it has no end."""
-    if now.compressing:
-        return -now.un / dn if dn > 0 else None
-    if law == "newton":
-        return (target - now.un) / dn if dn > 0 else None
-    if law == "poisson":
-        return (1 + e) * now.pressed - now.pn
-    work = -e * e * now.spent - now.regained
-    root = now.un * now.un + 2 * dn * work
-    if root < 0:
-        return None
-    below = now.un + truth_numbers().sqrt(root)
-    return 2 * work / below if below > 0 else None

@@ -14,7 +14,6 @@ direction, sticking and starting again are linear in p, as in ``planar``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -23,10 +22,11 @@ import numpy as np
 from ...reference import Arithmetic
 from ...reference.arithmetic import Array
 from ...tolerances import NONZERO
+from .elimination import solved_pair
+from .phases import MOST_EVENTS, Way
 
 __all__ = ["followed"]
 
-MOST_EVENTS = 40
 MOST_PANELS = 2000
 # Of epsilon: the power of it below which a direction is θ*.
 STRAIGHT = 0.6
@@ -34,28 +34,6 @@ STRAIGHT = 0.6
 NEAR_CIRCLE = 1e-6
 # Roots below this or above its inverse are zero or infinite: the polynomial has a lower degree.
 FAR = 1e-100
-
-
-@dataclass
-class _Now:
-    """An impact so far."""
-
-    ut: Array
-    un: Any
-    pt: Array
-    pn: Any
-    pressed: Any
-    spent: Any
-    regained: Any
-    compressing: bool = True
-
-    def advance(self, ut: Array, un: Any, pt: Array, pn: Any, work: Any) -> None:
-        """Go on by impulses and the work of the normal one, to velocities."""
-        if self.compressing:
-            self.pressed, self.spent = self.pressed + pn, self.spent + work
-        else:
-            self.regained = self.regained + work
-        self.ut, self.un, self.pt, self.pn = ut, un, self.pt + pt, self.pn + pn
 
 
 def followed(numbers: Arithmetic, W: Array, u: Array, e: Any, mu: Any, law: str) -> Array | None:
@@ -68,9 +46,8 @@ def followed(numbers: Arithmetic, W: Array, u: Array, e: Any, mu: Any, law: str)
         e, mu: restitution and friction.
         law: "newton", "poisson" or "stronge".
     """
-    zero, tt, w = u[2] * 0, W[:2, :2], W[:2, 2]
-    now = _Now(u[:2].copy(), u[2], u[:2] * 0, zero, zero, zero, zero)
-    target = -e * u[2]
+    tt, w = W[:2, :2], W[:2, 2]
+    now = Way.begin(numbers, u[:2].copy(), u[2], e, law)
     over: bool | None
     for _ in range(MOST_EVENTS):
         s, slips = now.ut * 0, False
@@ -80,89 +57,30 @@ def followed(numbers: Arithmetic, W: Array, u: Array, e: Any, mu: Any, law: str)
             s, slips = now.ut / numbers.norm(now.ut), True
             k = -mu * s
         else:
-            k = -_solved(tt, w)
+            k = -solved_pair(tt, w)
             if not numbers.norm(k) <= mu:
                 s, slips = _outgoing(numbers, tt, w, mu), True
                 k = -mu * s
         g = w + tt @ k
         aside = abs(s[0] * g[1] - s[1] * g[0])
         if slips and aside > 100 * _straight_below(numbers) * (abs(w) + mu * abs(tt).sum()).max():
-            if not _turned(numbers, W, mu, now, law, e, target):
+            if not _turned(numbers, W, mu, now):
                 return None
-            over = _phase_is_over(now, law, e, target, numbers)
+            over = _phase_is_over(now)
         else:
             rates = g if slips or not mu else g * 0
-            over = _straight(numbers, now, rates, W[2, 2] + w @ k, k, slips, law, e, target)
+            over = now.go_straight(rates, W[2, 2] + w @ k, k, slips)
             if over is None:
                 return None
-        if over:
-            if not now.compressing or not e > 0:
-                return np.array([now.pt[0], now.pt[1], now.pn], dtype=u.dtype)
-            now.compressing, now.un = False, zero
+        if over and now.ends():
+            return np.array([now.pt[0], now.pt[1], now.pn], dtype=u.dtype)
     return None
 
 
-def _straight(
-    numbers: Arithmetic,
-    now: _Now,
-    dt: Array,
-    dn: Any,
-    k: Array,
-    slips: bool,
-    law: str,
-    e: Any,
-    target: Any,
-) -> bool | None:
-    """Go on while rates keep; whether the phase is over then, None if nothing ever ends."""
-    phase = _left(numbers, now, dn, law, e, target)
-    along = dt @ now.ut
-    stop = -(now.ut @ now.ut) / along if slips and along < 0 else None
-    back = -now.un / dn if not now.compressing and dn < 0 and now.un > 0 else None
-    steps = [step for step in (phase, stop, back) if step is not None]
-    if not steps:
-        return None
-    step = min(steps)
-    work = step * (now.un + step * dn / 2)
-    ut = now.ut * 0 if stop is not None and step == stop else now.ut + dt * step
-    now.advance(ut, now.un + dn * step, k * step, step, work)
-    if phase is not None and step == phase:
-        return True
-    if back is not None and step == back:
-        now.compressing, now.un = True, now.un * 0
-    return False
-
-
-def _left(numbers: Arithmetic, now: _Now, dn: Any, law: str, e: Any, target: Any) -> Any | None:
-    """The normal impulse that is left of the phase at hand; None if it has no end."""
-    if now.compressing:
-        return -now.un / dn if dn > 0 else None
-    if law == "newton":
-        return (target - now.un) / dn if dn > 0 else None
-    if law == "poisson":
-        return (1 + e) * now.pressed - now.pn
-    work = -e * e * now.spent - now.regained
-    root = now.un * now.un + 2 * dn * work
-    if root < 0:
-        return None
-    below = now.un + numbers.sqrt(root)
-    return 2 * work / below if below > 0 else None
-
-
-def _goal(now: _Now, law: str, e: Any, target: Any, un: Any, p: Any, work: Any) -> Any:
-    """What is left of the phase, in its own kind, after p more; 0 or less where it is over."""
-    if now.compressing:
-        return -un
-    if law == "newton":
-        return target - un
-    if law == "poisson":
-        return (1 + e) * now.pressed - now.pn - p
-    return -e * e * now.spent - now.regained - work
-
-
-def _phase_is_over(now: _Now, law: str, e: Any, target: Any, numbers: Arithmetic) -> bool:
-    left = _goal(now, law, e, target, now.un, now.pn * 0, now.pn * 0)
-    size = abs(target) + abs(now.un) + abs(now.pn) + abs(now.spent)
-    return bool(left <= numbers.epsilon * 10000 * size) and bool((now.ut != 0).any())
+def _phase_is_over(now: Way) -> bool:
+    left = now.goal(now.un, now.pn * 0, now.pn * 0)
+    size = abs(now.target) + abs(now.un) + abs(now.pn) + abs(now.spent)
+    return bool(left <= now.numbers.epsilon * 10000 * size) and bool((now.ut != 0).any())
 
 
 class _Rates:
@@ -200,12 +118,10 @@ class _Rates:
         return T, R, self._nn - self._mu * pressed, s
 
 
-def _turned(
-    numbers: Arithmetic, W: Array, mu: Any, now: _Now, law: str, e: Any, target: Any
-) -> bool:
+def _turned(numbers: Arithmetic, W: Array, mu: Any, now: Way) -> bool:
     """Follow slip that turns until the phase or the slip ends, or the contact falls back in."""
     theta = numbers.atan2(now.ut[1], now.ut[0])
-    ahead = _root_ahead(numbers, W, mu, theta, now.ut)
+    ahead = _root_ahead(numbers, W, mu, theta)
     if ahead is None:
         return False
     root, others = ahead
@@ -217,18 +133,17 @@ def _turned(
         share = min(0.5, 0.5 * distance / max(abs(float(phi)), NONZERO))
         far = -phi * numbers.number(share)
         panel = _panel(rates, phi, far, r, now, mu)
-        ends = _events(now, law, e, target, panel)
+        ends = _events(now, panel)
         if ends is not None:
             low, high = ends[0] * far, ends[1] * far
-            way = _located(rates, phi, low, high, r, now, mu, law, e, target)
+            way = _located(rates, phi, low, high, r, now, mu)
             panel = _panel(rates, phi, way, r, now, mu)
         _, _, ut, un, pt, p, work = panel
         back = not now.compressing and un[-1] <= 0 and ends is not None
         now.advance(ut[:, -1], un[-1], pt[:, -1], p[-1], work[-1])
         if ends is not None:
-            over = _phase_is_over(now, law, e, target, numbers)
-            if back and not over:
-                now.compressing, now.un = True, now.un * 0
+            if back and not _phase_is_over(now):
+                now.fall_back()
             return True
         phi, r = phi + far, panel[1][-1]
         if not r > faint:
@@ -244,7 +159,7 @@ def _straight_below(numbers: Arithmetic) -> float:
 
 
 def _panel(
-    rates: _Rates, phi: Any, far: Any, r: Any, now: _Now, mu: Any
+    rates: _Rates, phi: Any, far: Any, r: Any, now: Way, mu: Any
 ) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
     """Places, r, u_t, u_n, P_t, p and work at the points of a panel and at its end."""
     numbers = rates.numbers
@@ -260,41 +175,30 @@ def _panel(
     return points, speed, s * speed, un, pt, p, work
 
 
-def _events(now: _Now, law: str, e: Any, target: Any, panel: Any) -> tuple[Any, Any] | None:
+def _events(now: Way, panel: Any) -> tuple[Any, Any] | None:
     """Between which points (shares of the panel) the phase ends or the contact falls back in."""
     points, _, _, un, _, p, work = panel
     before = points[0] * 0
     for i, place in enumerate(points):
-        left = _goal(now, law, e, target, un[i], p[i], work[i])
+        left = now.goal(un[i], p[i], work[i])
         if left <= 0 or (not now.compressing and un[i] < 0):
             return before, place
         before = place
     return None
 
 
-def _located(
-    rates: _Rates,
-    phi: Any,
-    low: Any,
-    high: Any,
-    r: Any,
-    now: _Now,
-    mu: Any,
-    law: str,
-    e: Any,
-    target: Any,
-) -> Any:
+def _located(rates: _Rates, phi: Any, low: Any, high: Any, r: Any, now: Way, mu: Any) -> Any:
     """The way from φ at which the phase ends, between two ways, by secants kept in between."""
 
     def left(way: Any) -> tuple[Any, Any]:
         """What is left of the phase after a way, and how fast that changes with it."""
         panel = _panel(rates, phi, way, r, now, mu)
         un, p, work = panel[3][-1], panel[5][-1], panel[6][-1]
-        goal = _goal(now, law, e, target, un, p, work)
+        goal = now.goal(un, p, work)
         T, _, N, _ = rates.at(np.array([phi + way]))
         dp = panel[1][-1] / T[0]
-        rising = now.compressing or law == "newton"
-        slope = -dp * (N[0] if rising else 1 if law == "poisson" else un)
+        rising = now.compressing or now.law == "newton"
+        slope = -dp * (N[0] if rising else 1 if now.law == "poisson" else un)
         if not now.compressing and un < goal:
             return un, dp * N[0]
         return goal, slope
@@ -319,7 +223,7 @@ def _located(
 
 
 def _root_ahead(
-    numbers: Arithmetic, W: Array, mu: Any, theta: Any, ut: Array
+    numbers: Arithmetic, W: Array, mu: Any, theta: Any
 ) -> tuple[Any, list[complex]] | None:
     """θ* that slip turns towards, and the other roots of T, less θ*, in doubles."""
     (t11, t12), (_, t22) = W[:2, :2].astype(float)
@@ -381,7 +285,7 @@ def _outgoing(numbers: Arithmetic, tt: Array, w: Array, mu: Any) -> Array:
     identity = numbers.eye(2)
 
     def direction(rate: Any) -> Array:
-        return _solved(mu * tt + rate * identity, w)
+        return solved_pair(mu * tt + rate * identity, w)
 
     # |s| falls with λ from above 1.
     for _ in range(int(-3.4 * np.log10(float(numbers.epsilon))) + 4):
@@ -392,12 +296,6 @@ def _outgoing(numbers: Arithmetic, tt: Array, w: Array, mu: Any) -> Array:
             high = middle
     s = direction(high)
     return s / numbers.norm(s)
-
-
-def _solved(matrix: Array, right: Array) -> Array:
-    (a, b), (c, d) = matrix
-    det = a * d - b * c
-    return np.array([d * right[0] - b * right[1], a * right[1] - c * right[0]]) / det
 
 
 @cache

@@ -21,6 +21,7 @@ import numpy as np
 from ...reference import Arithmetic
 from ...reference.arithmetic import Array
 from ...scene import Law
+from .elimination import solved_pair
 from .slip import followed
 
 __all__ = ["Block", "strikes"]
@@ -88,7 +89,7 @@ def _coulomb(block: Block, b: Array, floor: Any) -> list[Array]:
     if not floor > 0 or not mu:
         slips = [none]
     else:
-        pt = -_solved(tt, at_floor)
+        pt = -solved_pair(tt, at_floor)
         held = block.numbers.norm(pt) <= mu * floor
         slips = [pt] if held else [-mu * floor * s for s in _on_floor(block, b, floor)]
     for pt in slips:
@@ -100,9 +101,9 @@ def _coulomb(block: Block, b: Array, floor: Any) -> list[Array]:
             keep(none, pn)
         return found
     # Sticking: the tangents solved for, then the normal.
-    across = _solved(tt, w)
+    across = solved_pair(tt, w)
     pn = -(b[2] - across @ b[:2]) / (W[2, 2] - across @ w)
-    pt = -_solved(tt, b[:2] + pn * w)
+    pt = -solved_pair(tt, b[:2] + pn * w)
     if pn > floor and block.numbers.norm(pt) <= mu * pn:
         keep(pt, pn)
 
@@ -127,12 +128,6 @@ def _on_floor(block: Block, b: Array, floor: Any) -> list[Array]:
         return b[:2] + floor * (w - mu * (tt @ s))
 
     return [s for s in _directions(block.numbers, sideways) if s @ sideways(s) >= 0]
-
-
-def _solved(matrix: Array, right: Array) -> Array:
-    (a, b), (c, d) = matrix
-    det = a * d - b * c
-    return np.array([d * right[0] - b * right[1], a * right[1] - c * right[0]]) / det
 
 
 def _directions(numbers: Arithmetic, sideways: Callable[[Array], Array]) -> list[Array]:
