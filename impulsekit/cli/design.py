@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import json
-
 import click
+
+from .outputs import check_outputs, json_option, write_json
 
 __all__ = ["design"]
 
 
 @click.command()
 @click.argument("file", type=click.Path())
-@click.option("--json", "json_to", type=click.Path(), help='Write it as JSON; "-": stdout.')
+@json_option
 @click.option("--plot", "plot_to", type=click.Path(), help="Draw the effective masses to a file.")
 @click.option(
     "--plane",
@@ -26,22 +26,14 @@ def design(file: str, json_to: str | None, plot_to: str | None, plane: str | Non
     """
     from ..design.summary import design_as_dict, design_as_text
     from ..errors import InputError
-    from ..files import write_file
     from ..scenefile import load_scene
-    from .outputs import check_outputs
 
     check_outputs(json_to, picture=plot_to)
     scene_file = load_scene(file)
     if not scene_file.design:
         raise InputError(f"{file}: there are no [[design.points]] in it")
     told = design_as_dict(scene_file.scene, scene_file.q, scene_file.design)
-    if json_to is not None:
-        text = json.dumps({"scene_file": file, "points": told}, indent=2, allow_nan=False)
-        if json_to == "-":
-            click.echo(text)
-        else:
-            write_file(json_to, text + "\n")
-    if json_to != "-":
+    if write_json({"scene_file": file, "points": told}, json_to):
         click.echo(design_as_text(told), nl=False)
     if plot_to is not None:
         _draw(scene_file, plane, plot_to)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 import pathlib
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from .outputs import check_outputs, json_option, write_json
 
 if TYPE_CHECKING:
     from ..design.fit import Fit
@@ -32,7 +33,7 @@ __all__ = ["fit"]
     help="Find inertias of the body behind a joint, such as elbow:mass,mz,iyy.",
 )
 @click.option("--level", default=0.95, show_default=True, help="Of the confidence intervals.")
-@click.option("--json", "json_to", type=click.Path(), help='Write it as JSON; "-": stdout.')
+@json_option
 @click.pass_context
 def fit(
     ctx: click.Context,
@@ -52,9 +53,7 @@ def fit(
     from ..design.fit import fit_impacts
     from ..design.measured import load_measurements
     from ..errors import RangeError
-    from ..files import write_file
     from ..scenefile import load_scene
-    from .outputs import check_outputs
 
     check_outputs(json_to)
     scene_file = load_scene(file)
@@ -66,13 +65,7 @@ def fit(
     if not (restitution or friction or inertias):
         restitution, friction = _every_coefficient(scene_file.scene)
     found = fit_impacts(seen, restitution=restitution, friction=friction, inertias=inertias)
-    if json_to is not None:
-        text = json.dumps(_as_dict(file, found, len(seen), level), indent=2, allow_nan=False)
-        if json_to == "-":
-            click.echo(text)
-        else:
-            write_file(json_to, text + "\n")
-    if json_to != "-":
+    if write_json(_as_dict(file, found, len(seen), level), json_to):
         click.echo(_as_text(found, len(seen), level), nl=False)
     if not found.converged:
         reason = found.notes[0] if found.notes else found.message

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from typing import Any
 
 import click
+
+from .outputs import check_outputs, json_option, write_json
 
 __all__ = ["identify"]
 
@@ -31,7 +32,7 @@ __all__ = ["identify"]
 @click.option(
     "--scene-out", type=click.Path(), help="Write the scene with the fitted coefficients."
 )
-@click.option("--json", "json_to", type=click.Path(), help='Write it as JSON; "-": stdout.')
+@json_option
 @click.option("--plot", type=click.Path(), help="Draw what was found (PNG, SVG, PDF).")
 @click.option("--quiet", is_flag=True, help="No progress, even on a terminal.")
 @click.pass_context
@@ -50,7 +51,6 @@ def identify(ctx: click.Context, recording: str, scene: str, **options: Any) -> 
     from ..measured.identification import identify as identify_scene
     from ..measured.reading import load_recordings
     from ..scenefile import load_scene
-    from .outputs import check_outputs
     from .progress import bar_on_terminal
 
     check_outputs(options["json_to"], options["scene_out"], picture=options["plot"])
@@ -82,14 +82,7 @@ def identify(ctx: click.Context, recording: str, scene: str, **options: Any) -> 
 
 
 def _write(found: Any, scene: Any, options: dict[str, Any]) -> None:
-    from ..files import write_file
-
-    if options["json_to"] is not None:
-        text = json.dumps(found.to_dict(options["level"]), indent=2, allow_nan=False)
-        if options["json_to"] == "-":
-            click.echo(text)
-        else:
-            write_file(options["json_to"], text + "\n")
+    as_text = write_json(found.to_dict(options["level"]), options["json_to"])
     if options["scene_out"] is not None:
         from ..scenefile import save_scene
 
@@ -100,5 +93,5 @@ def _write(found: Any, scene: Any, options: dict[str, Any]) -> None:
         from ..view.plots.identified import identified_figure
 
         save_figure(identified_figure(found), options["plot"])
-    if options["json_to"] != "-":
+    if as_text:
         click.echo(found.report(options["level"]), nl=False)

@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-__all__ = ["check_outputs"]
+import json
+from typing import Any
+
+import click
+
+__all__ = ["check_outputs", "json_option", "write_json"]
+
+json_option = click.option(
+    "--json", "json_to", type=click.Path(), help='Write all results as JSON; "-": stdout.'
+)
 
 
 def check_outputs(*files: str | None, picture: str | None = None) -> None:
@@ -22,3 +31,21 @@ def check_outputs(*files: str | None, picture: str | None = None) -> None:
         from ..view.plots.canvas import check_picture
 
         check_picture(picture)
+
+
+def write_json(data: Any, target: str | None) -> bool:
+    """Write plain data as JSON, if that is asked for; whether stdout is left to text.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    from ..files import write_file
+
+    if target is None:
+        return True
+    text = json.dumps(data, indent=2, allow_nan=False)
+    if target != "-":
+        write_file(target, text + "\n")
+        return True
+    click.echo(text)
+    return False

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from .outputs import check_outputs, json_option, write_json
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,9 +21,7 @@ __all__ = ["solve"]
 
 @click.command()
 @click.argument("file", type=click.Path())
-@click.option(
-    "--json", "json_to", type=click.Path(), help='Write all results as JSON; "-": stdout.'
-)
+@json_option
 @click.option(
     "--form",
     type=click.Choice(["text", "markdown", "json"]),
@@ -44,21 +43,13 @@ def solve(
     checked: bool,
 ) -> None:
     """Solve the scene in FILE (TOML) and print velocities, impulses and energies."""
-    from ..files import write_file
     from ..impact import solve as solve_impact
     from ..scenefile import load_scene
-    from .outputs import check_outputs
 
     check_outputs(json_to, html, picture=plot)
     scene_file = load_scene(file)
     impact = solve_impact(scene_file.scene, scene_file.q, scene_file.v)
-    if json_to is not None:
-        text = json.dumps(_as_dict(scene_file, impact), indent=2, allow_nan=False)
-        if json_to == "-":
-            click.echo(text)
-        else:
-            write_file(json_to, text + "\n")
-    if json_to != "-":
+    if json_to is None or write_json(_as_dict(scene_file, impact), json_to):
         show_report(impact, scene_file.points, form)
     if plot is not None:
         from ..view.plots import overview

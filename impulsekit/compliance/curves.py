@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, TypeVar
 
 from ..errors import RangeError, ShapeError
-from ..scene.numbers import number
+from ..scene.numbers import between, keep, number, positive
 from ..tolerances import EPS
 
 __all__ = ["Curve", "Hertz", "HuntCrossley", "MeasuredCurve", "PowerCurve"]
@@ -62,18 +62,11 @@ class Hertz:
     other_radius: float = math.inf
 
     def __post_init__(self) -> None:
-        for name in ("E", "radius"):
-            _positive(self, name)
-        for name in ("other_E", "other_radius"):
+        keep(self, "Hertz", positive, "E", "radius")
+        for name, check in (("other_E", positive), ("other_radius", number)):
             if getattr(self, name) != math.inf:
-                object.__setattr__(self, name, number(getattr(self, name), f"Hertz: {name}"))
-        if self.other_E <= 0.0:
-            raise RangeError.of("Hertz: other_E", self.other_E, "above 0")
-        for name in ("nu", "other_nu"):
-            value = number(getattr(self, name), f"Hertz: {name}")
-            if not -1.0 <= value <= 0.5:
-                raise RangeError.of(f"Hertz: {name}", value, "-1 to 0.5")
-            object.__setattr__(self, name, value)
+                keep(self, "Hertz", check, name)
+        keep(self, "Hertz", between(-1.0, 0.5), "nu", "other_nu")
         if self.other_radius == 0.0 or not self.curvature > 0.0:
             allowed = f"positive, or less than -radius = {-self.radius:g} for a hollow"
             raise RangeError.of("Hertz: other_radius", self.other_radius, allowed)
@@ -306,20 +299,9 @@ def _beta(a: float) -> float:
 
 
 def _of_power(entry: HuntCrossley | PowerCurve) -> None:
-    _positive(entry, "stiffness")
-    what = f"{type(entry).__name__}: exponent"
-    exponent = number(entry.exponent, what)
-    if not 1.0 <= exponent <= 10.0:
-        raise RangeError.of(what, exponent, "1 to 10")
-    object.__setattr__(entry, "exponent", exponent)
-
-
-def _positive(entry: Hertz | HuntCrossley | PowerCurve, name: str) -> None:
-    what = f"{type(entry).__name__}: {name}"
-    value = number(getattr(entry, name), what)
-    if not value > 0.0:
-        raise RangeError.of(what, value, "above 0")
-    object.__setattr__(entry, name, value)
+    what = type(entry).__name__
+    keep(entry, what, positive, "stiffness")
+    keep(entry, what, between(1.0, 10.0), "exponent")
 
 
 Curve = Hertz | HuntCrossley | MeasuredCurve | PowerCurve

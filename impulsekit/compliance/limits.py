@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from ..errors import RangeError
-from ..scene.numbers import number, text
+from ..scene.numbers import keep, positive, text
 
 __all__ = ["ISO_TS_15066", "BodyRegion"]
 
@@ -48,11 +47,8 @@ class BodyRegion:
 
     def __post_init__(self) -> None:
         text(self.name, "BodyRegion: name")
-        for field in ("mass", "stiffness", "force", "pressure", "transient"):
-            value = number(getattr(self, field), f"BodyRegion: {field}")
-            if not value > 0.0:
-                raise RangeError.of(f"BodyRegion: {field}", value, "above 0")
-            object.__setattr__(self, field, value)
+        fields = ("mass", "stiffness", "force", "pressure", "transient")
+        keep(self, "BodyRegion", positive, *fields)
 
 
 def _iso(

@@ -11,7 +11,21 @@ import numpy as np
 from ..errors import InputError, RangeError, ShapeError, a_thing, quoted
 from ..robot import Robot
 from .acting import Acting, BetweenFrames, InJoint
-from .numbers import Names, Numbers, Vector, Velocity, axes_name, check_name, number, text, vector
+from .numbers import (
+    Check,
+    Names,
+    Numbers,
+    Vector,
+    Velocity,
+    axes_name,
+    check_name,
+    each,
+    keep,
+    number,
+    optional,
+    text,
+    vector,
+)
 
 if TYPE_CHECKING:
     from .distances import DistanceAnchor
@@ -30,6 +44,7 @@ __all__ = [
     "check_controlled",
     "checked_velocity",
     "velocity_keeping_lock",
+    "velocity_of",
 ]
 
 # The six directions of a frame, linear before angular.
@@ -72,9 +87,7 @@ class PointAnchor(BetweenFrames):
 
     def __post_init__(self) -> None:
         what = _check_ends(self)
-        object.__setattr__(
-            self, "velocity", checked_velocity(self.velocity, 3, f"{what}: velocity")
-        )
+        keep(self, what, velocity_of(3), "velocity")
 
 
 @dataclass(frozen=True)
@@ -153,8 +166,7 @@ class JointLock(InJoint):
     def __post_init__(self) -> None:
         text(self.joint, "JointLock: joint")
         what = f'JointLock of "{self.joint}"'
-        velocity = checked_velocity(self.velocity, None, f"{what}: velocity")
-        object.__setattr__(self, "velocity", velocity)
+        keep(self, what, velocity_of(None), "velocity")
         check_name(self.name, what)
 
 
@@ -194,13 +206,12 @@ class JointCoupling(Acting):
             text(other, f"{what}: other")
         if not others or self.joint in others or len(set(others)) != len(others):
             raise InputError(f"{what}: other must be other joints, each once, got {others}")
-        ratios = self.ratio if isinstance(self.ratio, list | tuple | np.ndarray) else (self.ratio,)
+        ratios = each(self.ratio)
         if len(ratios) != len(others):
             raise ShapeError.of(f"{what}: ratio", (len(others),), (len(ratios),))
-        set_field = object.__setattr__
-        set_field(self, "other", others)
-        set_field(self, "ratio", tuple(number(r, f"{what}: ratio") for r in ratios))
-        set_field(self, "velocity", checked_velocity(self.velocity, 1, f"{what}: velocity"))
+        object.__setattr__(self, "other", others)
+        object.__setattr__(self, "ratio", tuple(number(r, f"{what}: ratio") for r in ratios))
+        keep(self, what, velocity_of(1), "velocity")
         check_name(self.name, what)
 
     @property
@@ -320,9 +331,8 @@ def _check_ends(anchor: PointAnchor | FrameAnchor) -> str:
     what = f'{kind} of "{anchor.frame}" to "{anchor.other}"'
     if anchor.frame == anchor.other:
         raise InputError(f"{what}: a frame cannot be anchored to itself")
-    object.__setattr__(anchor, "at", vector(anchor.at, f"{what}: at"))
-    if anchor.other_at is not None:
-        object.__setattr__(anchor, "other_at", vector(anchor.other_at, f"{what}: other_at"))
+    keep(anchor, what, vector, "at")
+    keep(anchor, what, optional(vector), "other_at")
     check_name(anchor.name, what)
     return what
 
@@ -344,6 +354,11 @@ def _several(value: Any, what: str) -> tuple[Any, ...]:
         raise InputError(
             f"{what} must be a name or several, got {quoted(value)}", what=what
         ) from None
+
+
+def velocity_of(rows: int | None) -> Check:
+    """``checked_velocity`` of so many rows."""
+    return lambda value, what: checked_velocity(value, rows, what)
 
 
 def checked_velocity(value: Any, rows: int | None, what: str) -> Any:

@@ -13,7 +13,18 @@ from ..robot import Robot
 from .acting import Acting, InJoint
 from .friction import Friction, checked_friction, is_plain
 from .materials import ByTable, is_by_material, keep_table
-from .numbers import Vector, check_name, number, text, vector
+from .numbers import (
+    Vector,
+    between,
+    check_name,
+    keep,
+    not_negative,
+    number,
+    optional,
+    positive,
+    text,
+    vector,
+)
 from .restitution import checked_restitution
 
 if TYPE_CHECKING:
@@ -112,9 +123,7 @@ class Contact(Acting):
         what = f'Contact of "{self.frame}" against "{self.against}"'
         if self.frame == self.against:
             raise InputError(f"{what}: a frame does not touch itself")
-        set_field = object.__setattr__
-        for field in ("at", "normal", "origin"):
-            set_field(self, field, vector(getattr(self, field), f"{what}: {field}"))
+        keep(self, what, vector, "at", "normal", "origin")
         if self.active is not None and not callable(self.active):
             raise InputError(f"{what}: active must be a function of (q, v)")
         length = math.hypot(*self.normal)
@@ -123,13 +132,9 @@ class Contact(Acting):
         # A normal that is of unit length but for rounding stays as it is, bit for bit.
         if abs(length - 1.0) > UNIT:
             x, y, z = self.normal
-            set_field(self, "normal", (x / length, y / length, z / length))
+            object.__setattr__(self, "normal", (x / length, y / length, z / length))
         _check_coefficients(self, what)
-        for field in ("adhesion", "holding_force"):
-            value = number(getattr(self, field), f"{what}: {field}")
-            if value < 0.0:
-                raise RangeError.of(f"{what}: {field}", value, "0 or more")
-            set_field(self, field, value)
+        keep(self, what, not_negative, "adhesion", "holding_force")
         keep_table(self, _by_table)
 
     @property
@@ -170,14 +175,10 @@ class JointStop(InJoint):
     def __post_init__(self) -> None:
         text(self.joint, "JointStop: joint")
         what = f'JointStop of "{self.joint}"'
-        for field in ("lower", "upper"):
-            limit = getattr(self, field)
-            if limit is not None:
-                object.__setattr__(self, field, number(limit, f"{what}: {field}"))
+        keep(self, what, optional(number), "lower", "upper")
         if self.lower is not None and self.upper is not None and self.lower > self.upper:
             raise RangeError.of(f"{what}: lower", self.lower, f"at most upper, {self.upper:g}")
-        restitution = checked_restitution(self.restitution, f"{what}: restitution")
-        object.__setattr__(self, "restitution", restitution)
+        keep(self, what, checked_restitution, "restitution")
         check_stiffness(self, what)
         check_name(self.name, what)
 
@@ -232,10 +233,7 @@ class Collision(Acting):
         what = f'Collision of "{self.first}" and "{self.other}"'
         if self.first == self.other:
             raise InputError(f"{what}: a body does not collide with itself")
-        margin = number(self.margin, f"{what}: margin")
-        if not 0.0 <= margin <= 1.0:
-            raise RangeError.of(f"{what}: margin", margin, "0 to 1 m")
-        object.__setattr__(self, "margin", margin)
+        keep(self, what, between(0.0, 1.0, "0 to 1 m"), "margin")
         _check_coefficients(self, what)
         keep_table(self, _by_table)
 
@@ -307,37 +305,21 @@ def turns(entry: Any) -> bool:
 
 
 def _check_coefficients(entry: Contact | Collision, what: str) -> None:
-    set_field = object.__setattr__
     if not is_by_material(entry.restitution):
-        restitution = checked_restitution(entry.restitution, f"{what}: restitution")
-        set_field(entry, "restitution", restitution)
-    friction = entry.friction
-    if not is_by_material(friction):
-        friction = checked_friction(entry.friction, f"{what}: friction")
-        set_field(entry, "friction", friction)
-    for field in ("rolling", "torsion"):
-        value = number(getattr(entry, field), f"{what}: {field}")
-        if value < 0.0:
-            raise RangeError.of(f"{what}: {field}", value, "0 or more")
-        set_field(entry, field, value)
-    tangential = number(entry.tangential_restitution, f"{what}: tangential_restitution")
-    if not -1.0 <= tangential <= 1.0:
-        raise RangeError.of(f"{what}: tangential_restitution", tangential, "-1 to 1")
-    set_field(entry, "tangential_restitution", tangential)
-    if tangential and not is_plain(friction):
+        keep(entry, what, checked_restitution, "restitution")
+    if not is_by_material(entry.friction):
+        keep(entry, what, checked_friction, "friction")
+    keep(entry, what, not_negative, "rolling", "torsion")
+    keep(entry, what, between(-1.0, 1.0), "tangential_restitution")
+    if entry.tangential_restitution and not is_plain(entry.friction):
         raise InputError(
             f"{what}: tangential_restitution goes with a friction that is a number, or is 0"
         )
     check_stiffness(entry, what)
-    if entry.name is not None:
-        text(entry.name, f"{what}: name")
+    check_name(entry.name, what)
 
 
 def check_stiffness(entry: ContactEntry, what: str) -> None:
     """Prove that the stiffness of a contact is a number above 0, infinity, or None."""
-    if entry.stiffness is None or entry.stiffness == math.inf:
-        return
-    stiffness = number(entry.stiffness, f"{what}: stiffness")
-    if not stiffness > 0.0:
-        raise RangeError.of(f"{what}: stiffness", stiffness, "above 0")
-    object.__setattr__(entry, "stiffness", stiffness)
+    if entry.stiffness != math.inf:
+        keep(entry, what, optional(positive), "stiffness")

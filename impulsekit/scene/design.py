@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .numbers import Vector, text, vector
+from .numbers import Vector, keep, optional, text, vector
 
 __all__ = ["DesignPoint"]
 
@@ -41,13 +41,8 @@ class DesignPoint:
     def __post_init__(self) -> None:
         text(self.frame, "DesignPoint: frame")
         what = f'DesignPoint on "{self.frame}"'
-        for field in ("at", "direction", "until"):
-            value = getattr(self, field)
-            if value is not None:
-                object.__setattr__(self, field, vector(value, f"{what}: {field}"))
-        for field in ("joint", "label"):
-            if getattr(self, field) is not None:
-                text(getattr(self, field), f"{what}: {field}")
+        keep(self, what, optional(vector), "at", "direction", "until")
+        keep(self, what, optional(text), "joint", "label")
 
     @property
     def title(self) -> str:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ..errors import InputError, RangeError
+from ..errors import InputError
 from ..robot import Robot
 from .acting import BetweenFrames
-from .constraints import checked_velocity
+from .constraints import velocity_of
 from .contacts import check_stiffness
-from .numbers import Vector, Velocity, number, text, vector
+from .numbers import Vector, Velocity, check_name, keep, positive, text, vector
 from .restitution import checked_restitution
 
 __all__ = ["DistanceAnchor", "Rope", "check_ends"]
@@ -48,8 +48,7 @@ class DistanceAnchor(BetweenFrames):
 
     def __post_init__(self) -> None:
         what = _check_points(self)
-        velocity = checked_velocity(self.velocity, 1, f"{what}: velocity")
-        object.__setattr__(self, "velocity", velocity)
+        keep(self, what, velocity_of(1), "velocity")
 
 
 @dataclass(frozen=True)
@@ -87,12 +86,8 @@ class Rope(BetweenFrames):
 
     def __post_init__(self) -> None:
         what = _check_points(self)
-        length = number(self.length, f"{what}: length")
-        if not length > 0.0:
-            raise RangeError.of(f"{what}: length", length, "above 0 m")
-        object.__setattr__(self, "length", length)
-        restitution = checked_restitution(self.restitution, f"{what}: restitution")
-        object.__setattr__(self, "restitution", restitution)
+        keep(self, what, positive, "length")
+        keep(self, what, checked_restitution, "restitution")
         check_stiffness(self, what)
 
 
@@ -121,8 +116,6 @@ def _check_points(entry: DistanceAnchor | Rope) -> str:
     what = f'{kind} of "{entry.frame}" to "{entry.other}"'
     if entry.frame == entry.other:
         raise InputError(f"{what}: two points of one frame keep their distance anyway")
-    for field in ("at", "other_at"):
-        object.__setattr__(entry, field, vector(getattr(entry, field), f"{what}: {field}"))
-    if entry.name is not None:
-        text(entry.name, f"{what}: name")
+    keep(entry, what, vector, "at", "other_at")
+    check_name(entry.name, what)
     return what

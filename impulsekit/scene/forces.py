@@ -5,7 +5,6 @@ An impact is instantaneous and knows none of them.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -18,7 +17,18 @@ from ..robot import Robot
 from ..robot.robot import WORLD
 from .functions import numbers_from
 from .joint_friction import JointFriction
-from .numbers import Vector, axes_name, check_name, number, text, vector
+from .numbers import (
+    Vector,
+    axes_name,
+    check_name,
+    each,
+    keep,
+    not_negative,
+    number,
+    optional,
+    text,
+    vector,
+)
 
 __all__ = [
     "PD",
@@ -72,8 +82,8 @@ class JointSpring:
     def __post_init__(self) -> None:
         text(self.joint, "JointSpring: joint")
         what = f'JointSpring in "{self.joint}"'
-        _set_not_negative(self, what, "stiffness", "damping")
-        object.__setattr__(self, "rest", number(self.rest, f"{what}: rest"))
+        keep(self, what, not_negative, "stiffness", "damping")
+        keep(self, what, number, "rest")
         _check_choice(self.acts, _SIDES, f"{what}: acts")
         check_name(self.name, what)
 
@@ -120,9 +130,8 @@ class Spring:
         what = f'Spring from "{self.frame}" to "{self.other}"'
         if self.frame == self.other:
             raise InputError(f"{what}: a spring within one frame moves nothing")
-        for field in ("at", "other_at"):
-            object.__setattr__(self, field, vector(getattr(self, field), f"{what}: {field}"))
-        _set_not_negative(self, what, "stiffness", "damping", "rest_length")
+        keep(self, what, vector, "at", "other_at")
+        keep(self, what, not_negative, "stiffness", "damping", "rest_length")
         _check_choice(self.acts, _WAYS, f"{what}: acts")
         check_name(self.name, what)
 
@@ -153,11 +162,9 @@ class PD:
     limit: float | None = None
 
     def __post_init__(self) -> None:
-        _set_not_negative(self, "PD", "stiffness", "damping")
-        for field in ("target", "velocity"):
-            object.__setattr__(self, field, number(getattr(self, field), f"PD: {field}"))
-        if self.limit is not None:
-            _set_not_negative(self, "PD", "limit")
+        keep(self, "PD", not_negative, "stiffness", "damping")
+        keep(self, "PD", number, "target", "velocity")
+        keep(self, "PD", optional(not_negative), "limit")
 
 
 @dataclass(frozen=True)
@@ -230,9 +237,7 @@ class Actuator:
         check_name(self.name, what)
         if isinstance(self.torque, PD) or callable(self.torque):
             return
-        given = self.torque
-        entries = given if isinstance(given, list | tuple | np.ndarray) else (given,)
-        torque = tuple(number(x, f"{what}: torque") for x in entries)
+        torque = tuple(number(x, f"{what}: torque") for x in each(self.torque))
         object.__setattr__(self, "torque", torque)
 
 
@@ -266,11 +271,8 @@ class AppliedForce:
     def __post_init__(self) -> None:
         text(self.frame, "AppliedForce: frame")
         what = f'AppliedForce on "{self.frame}"'
-        for field in ("linear", "angular"):
-            value = getattr(self, field)
-            if not callable(value):
-                object.__setattr__(self, field, vector(value, f"{what}: {field}"))
-        object.__setattr__(self, "at", vector(self.at, f"{what}: at"))
+        keep(self, what, _vector_or_function, "linear", "angular")
+        keep(self, what, vector, "at")
         axes_name(self.axes, f"{what}: axes")
         check_name(self.name, what)
 
@@ -351,12 +353,8 @@ def _one_degree(robot: Robot, name: str, where: str, what: str) -> None:
         )
 
 
-def _set_not_negative(entry: Any, what: str, *fields: str) -> None:
-    for field in fields:
-        value = number(getattr(entry, field), f"{what}: {field}")
-        if value < 0.0 or math.isnan(value):
-            raise RangeError.of(f"{what}: {field}", value, "0 or more")
-        object.__setattr__(entry, field, value)
+def _vector_or_function(value: Any, what: str) -> Any:
+    return value if callable(value) else vector(value, what)
 
 
 def _check_choice(value: Any, allowed: tuple[str, ...], what: str) -> None:

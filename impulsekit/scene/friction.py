@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import RangeError
 from .functions import numbers_from
-from .numbers import Vector, number, vector
+from .numbers import Vector, keep, not_negative, vector
 from .speed_table import SpeedTable
 
 __all__ = [
@@ -52,14 +52,10 @@ class StaticKinetic:
     kinetic: float
 
     def __post_init__(self) -> None:
-        static = _coefficient(self.static, "StaticKinetic: static")
-        kinetic = _coefficient(self.kinetic, "StaticKinetic: kinetic")
-        if kinetic > static:
-            raise RangeError.of(
-                "StaticKinetic: kinetic", kinetic, f"at most the static one, {static:g}"
-            )
-        object.__setattr__(self, "static", static)
-        object.__setattr__(self, "kinetic", kinetic)
+        keep(self, "StaticKinetic", not_negative, "static", "kinetic")
+        if self.kinetic > self.static:
+            most = f"at most the static one, {self.static:g}"
+            raise RangeError.of("StaticKinetic: kinetic", self.kinetic, most)
 
     def __call__(self, slip_speed: float) -> float:
         """µ at a slip speed [m/s]."""
@@ -84,7 +80,7 @@ class FrictionTable(SpeedTable):
 
     @staticmethod
     def _coefficient(value: Any, what: str) -> float:
-        return _coefficient(value, what)
+        return not_negative(value, what)
 
 
 @dataclass(frozen=True)
@@ -111,16 +107,14 @@ class EllipticFriction:
     along: Vector = (1.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        set_field = object.__setattr__
-        set_field(self, "first", _coefficient(self.first, "EllipticFriction: first"))
-        set_field(self, "second", _coefficient(self.second, "EllipticFriction: second"))
+        keep(self, "EllipticFriction", not_negative, "first", "second")
         along = vector(self.along, "EllipticFriction: along")
         length = math.hypot(*along)
         if not length > 0.0:
             raise RangeError.of("EllipticFriction: length of along", length, "above zero")
         if abs(length - 1.0) > UNIT:
             along = tuple(x / length for x in along)
-        set_field(self, "along", along)
+        object.__setattr__(self, "along", along)
 
 
 def units_of_ellipse(friction: EllipticFriction, axis: Any) -> np.ndarray:
@@ -155,7 +149,7 @@ def checked_friction(value: Any, what: str) -> Any:
         return value
     if isinstance(value, tuple | list) and len(value) == 2:
         return StaticKinetic(*value)
-    return _coefficient(value, what)
+    return not_negative(value, what)
 
 
 def is_plain(friction: Any) -> bool:
@@ -194,14 +188,7 @@ def friction_at(friction: Any, slip_speed: float, what: str = "friction") -> flo
         return float(friction(slip_speed))
     where = f"{what} at {slip_speed:g} m/s"
     try:
-        return _coefficient(numbers_from(friction, where, 1, slip_speed)[0], where)
+        return not_negative(numbers_from(friction, where, 1, slip_speed)[0], where)
     except RangeError as error:
         error.from_function = True
         raise
-
-
-def _coefficient(value: Any, what: str) -> float:
-    result = number(value, what)
-    if result < 0.0:
-        raise RangeError.of(what, result, "0 or more")
-    return result

@@ -8,9 +8,9 @@ from typing import Any, ClassVar
 
 from ..errors import InputError, RangeError, a_thing
 from .acting import Acting
-from .constraints import checked_velocity
+from .constraints import velocity_of
 from .contacts import check_stiffness
-from .numbers import Velocity, check_name, number
+from .numbers import Velocity, between, check_name, keep, not_negative, number
 from .restitution import checked_restitution
 
 __all__ = ["GapConstraint", "GapContact"]
@@ -64,8 +64,7 @@ class GapConstraint(Acting):
         if rows != int(rows) or not 1 <= rows <= MOST_ROWS:
             raise RangeError.of(f"{what}: rows", self.rows, f"1 to {MOST_ROWS}")
         object.__setattr__(self, "rows", int(rows))
-        velocity = checked_velocity(self.velocity, self.rows, f"{what}: velocity")
-        object.__setattr__(self, "velocity", velocity)
+        keep(self, what, velocity_of(self.rows), "velocity")
         check_name(self.name, what)
 
     # What a function of q depends on is not known by name.
@@ -112,17 +111,9 @@ class GapContact(Acting):
     def __post_init__(self) -> None:
         what = "GapContact"
         _check_functions(self, what, ("gap",), ("normal", "tangents"))
-        set_field = object.__setattr__
-        restitution = checked_restitution(self.restitution, f"{what}: restitution")
-        set_field(self, "restitution", restitution)
-        for field, least, most, allowed in (
-            ("friction", 0.0, float("inf"), "0 or more"),
-            ("tangential_restitution", -1.0, 1.0, "-1 to 1"),
-        ):
-            value = number(getattr(self, field), f"{what}: {field}")
-            if not least <= value <= most:
-                raise RangeError.of(f"{what}: {field}", value, allowed)
-            set_field(self, field, value)
+        keep(self, what, checked_restitution, "restitution")
+        keep(self, what, not_negative, "friction")
+        keep(self, what, between(-1.0, 1.0), "tangential_restitution")
         check_stiffness(self, what)
         if self.friction and self.tangents is None:
             raise InputError(f"{what}: friction needs tangents, the rows of its slip")

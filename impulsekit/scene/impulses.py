@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, cast
 
-import numpy as np
-
 from ..errors import InputError, ShapeError, a_thing
 from ..robot import Robot
 from ..robot.robot import WORLD, WORLD_LINK
 from .acting import Acting, InJoint
-from .numbers import Numbers, Vector, axes_name, check_name, number, text, vector
+from .numbers import Numbers, Vector, axes_name, check_name, each, keep, number, text, vector
 
 __all__ = ["AppliedImpulse", "JointImpulse", "check_impulse"]
 
@@ -46,11 +44,9 @@ class AppliedImpulse(Acting):
     name: str | None = None
 
     def __post_init__(self) -> None:
-        set_field = object.__setattr__
         text(self.frame, "AppliedImpulse: frame")
         what = f'AppliedImpulse on "{self.frame}"'
-        for field in ("linear", "angular", "at"):
-            set_field(self, field, vector(getattr(self, field), f"{what}: {field}"))
+        keep(self, what, vector, "linear", "angular", "at")
         axes_name(self.axes, f"{what}: axes")
         check_name(self.name, what)
 
@@ -88,10 +84,8 @@ class JointImpulse(InJoint):
     def __post_init__(self) -> None:
         text(self.joint, "JointImpulse: joint")
         what = f'JointImpulse in "{self.joint}"'
-        entries = (
-            self.impulse if isinstance(self.impulse, list | tuple | np.ndarray) else (self.impulse,)
-        )
-        impulse = tuple(number(x, f"{what}: impulse[{i}]") for i, x in enumerate(entries))
+        given = enumerate(each(self.impulse))
+        impulse = tuple(number(x, f"{what}: impulse[{i}]") for i, x in given)
         object.__setattr__(self, "impulse", impulse)
         check_name(self.name, what)
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..errors import RangeError
-from .numbers import check_name, number, text
+from .numbers import check_name, keep, not_negative, text
 
 __all__ = ["JointFriction"]
 
@@ -46,8 +45,5 @@ class JointFriction:
     def __post_init__(self) -> None:
         text(self.joint, "JointFriction: joint")
         what = f'JointFriction in "{self.joint}"'
-        value = number(self.torque, f"{what}: torque")
-        if value < 0.0:
-            raise RangeError.of(f"{what}: torque", value, "0 or more")
-        object.__setattr__(self, "torque", value)
+        keep(self, what, not_negative, "torque")
         check_name(self.name, what)

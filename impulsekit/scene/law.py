@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..errors import InputError, RangeError, quoted
-from .numbers import number
+from .numbers import between, keep
 
 __all__ = ["Law"]
 
@@ -87,10 +87,7 @@ class Law:
             if value not in allowed:
                 wanted = " or ".join(f'"{word}"' for word in allowed)
                 raise RangeError.of(f"law: {name}", quoted(value), wanted)
-        exponent = number(self.exponent, "law: exponent")
-        if not 1.0 <= exponent <= 10.0:
-            raise RangeError.of("law: exponent", exponent, "1 to 10")
-        object.__setattr__(self, "exponent", exponent)
+        keep(self, "law", between(1.0, 10.0), "exponent")
         if self.restitution == "lzb":
             if self.order == "sequential":
                 raise InputError(

@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from ..errors import InputError, RangeError, a_thing
+from ..errors import InputError, a_thing
 from ..robot import Robot
 from .friction import Friction, checked_friction
-from .numbers import number, text
+from .numbers import keep, optional, positive, text
 from .restitution import checked_restitution
 
 if TYPE_CHECKING:
@@ -92,15 +92,10 @@ class MaterialPair:
         text(self.first, "MaterialPair: first")
         text(self.other, "MaterialPair: other")
         what = f'MaterialPair of "{self.first}" and "{self.other}"'
-        set_field = object.__setattr__
-        restitution = checked_restitution(self.restitution, f"{what}: restitution")
-        set_field(self, "restitution", restitution)
-        set_field(self, "friction", checked_friction(self.friction, f"{what}: friction"))
-        if self.stiffness is not None and self.stiffness != math.inf:
-            stiffness = number(self.stiffness, f"{what}: stiffness")
-            if not stiffness > 0.0:
-                raise RangeError.of(f"{what}: stiffness", stiffness, "above 0")
-            set_field(self, "stiffness", stiffness)
+        keep(self, what, checked_restitution, "restitution")
+        keep(self, what, checked_friction, "friction")
+        if self.stiffness != math.inf:
+            keep(self, what, optional(positive), "stiffness")
 
 
 def is_by_material(value: Any) -> bool:

@@ -13,14 +13,21 @@ from ..errors import InputError, NotFiniteError, RangeError, ShapeError, a_thing
 __all__ = [
     "AXES",
     "LARGEST",
+    "Check",
     "Names",
     "Numbers",
     "Vector",
     "Velocity",
     "axes_name",
+    "between",
     "check_name",
+    "each",
+    "keep",
     "listed",
+    "not_negative",
     "number",
+    "optional",
+    "positive",
     "text",
     "vector",
     "whole",
@@ -38,6 +45,8 @@ else:
     Numbers = Velocity = Names = Any
 AXES = ("world", "local")
 
+# Of a value and what it is called: the value as it is kept.
+Check = Callable[[Any, str], Any]
 # Beyond this the products of a solve would overflow.
 LARGEST = 1e100
 
@@ -63,6 +72,63 @@ def number(value: Any, what: str) -> float:
     if abs(result) > LARGEST:
         raise RangeError.of(what, result, f"-{LARGEST:g} to {LARGEST:g}")
     return result
+
+
+def not_negative(value: Any, what: str) -> float:
+    """A finite float, 0 or more.
+
+    Raises:
+        NotFiniteError, RangeError.
+    """
+    result = number(value, what)
+    if result < 0.0:
+        raise RangeError.of(what, result, "0 or more")
+    return result
+
+
+def positive(value: Any, what: str) -> float:
+    """A finite float above 0.
+
+    Raises:
+        NotFiniteError, RangeError.
+    """
+    result = number(value, what)
+    if not result > 0.0:
+        raise RangeError.of(what, result, "above 0")
+    return result
+
+
+def between(low: float, high: float, allowed: str = "") -> Check:
+    """A check of numbers; ``allowed``: the range in words, if not just its ends."""
+
+    def checked(value: Any, what: str) -> float:
+        result = number(value, what)
+        if not low <= result <= high:
+            raise RangeError.of(what, result, allowed or f"{low:g} to {high:g}")
+        return result
+
+    return checked
+
+
+def optional(check: Check) -> Check:
+    """The same check, which lets None pass."""
+    return lambda value, what: None if value is None else check(value, what)
+
+
+def keep(entry: Any, what: str, check: Check, *fields: str) -> None:
+    """Keep fields of a frozen entry as a check gives them.
+
+    Args:
+        what: the entry in words, before the names of its fields.
+        check: of a value and what it is called.
+    """
+    for field in fields:
+        object.__setattr__(entry, field, check(getattr(entry, field), f"{what}: {field}"))
+
+
+def each(value: Any) -> Any:
+    """The members of a list or an array, or a single value as the only one."""
+    return value if isinstance(value, list | tuple | np.ndarray) else (value,)
 
 
 def whole(value: Any, what: str, least: int) -> int:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import InputError, a_thing
-from .numbers import Vector, text, vector
+from .numbers import Vector, keep, optional, text, vector
 
 __all__ = ["ReportPoint", "report_points"]
 
@@ -36,9 +36,8 @@ class ReportPoint:
     def __post_init__(self) -> None:
         text(self.frame, "ReportPoint: frame")
         what = f'ReportPoint on "{self.frame}"'
-        object.__setattr__(self, "at", vector(self.at, f"{what}: at"))
-        if self.label is not None:
-            text(self.label, f"{what}: label")
+        keep(self, what, vector, "at")
+        keep(self, what, optional(text), "label")
 
     @property
     def title(self) -> str:

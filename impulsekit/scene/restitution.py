@@ -8,7 +8,7 @@ from typing import Any
 
 from ..errors import InputError, RangeError, quoted
 from .functions import numbers_from
-from .numbers import number
+from .numbers import keep, not_negative, number
 from .speed_table import SpeedTable
 
 __all__ = ["Restitution", "RestitutionTable", "checked_restitution", "restitution_at"]
@@ -35,12 +35,8 @@ class Restitution:
     capture_speed: float = 0.0
 
     def __post_init__(self) -> None:
-        value = _coefficient(self.value, "Restitution: value")
-        speed = number(self.capture_speed, "Restitution: capture_speed")
-        if speed < 0.0:
-            raise RangeError.of("Restitution: capture_speed", speed, "0 or more")
-        object.__setattr__(self, "value", value)
-        object.__setattr__(self, "capture_speed", speed)
+        keep(self, "Restitution", _coefficient, "value")
+        keep(self, "Restitution", not_negative, "capture_speed")
 
     def __call__(self, approach_speed: float) -> float:
         """e at an approach speed."""

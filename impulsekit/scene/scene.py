@@ -10,10 +10,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ..display import Displayed, one_line
-from ..errors import InputError, RangeError, a_thing
+from ..errors import InputError, a_thing
 from ..robot import Robot
 from .law import Law
-from .numbers import Vector, number, text, vector
+from .numbers import Vector, keep, not_negative, text, vector
 
 if TYPE_CHECKING:
     from .constraints import Constraint
@@ -94,9 +94,7 @@ class Scene(Displayed):
         set_field(self, "controlled", _names(self.controlled, "controlled"))
         set_field(self, "gravity", vector(self.gravity, "Scene: gravity"))
         if self.gap_bound != math.inf:
-            set_field(self, "gap_bound", number(self.gap_bound, "Scene: gap_bound"))
-            if self.gap_bound < 0.0:
-                raise RangeError.of("Scene: gap_bound", self.gap_bound, "0 or more")
+            keep(self, "Scene", not_negative, "gap_bound")
         set_field(self, "materials", _entries(self.materials, "materials"))
         if self.materials or self.contacts:
             from .materials import asks_for_materials, with_materials

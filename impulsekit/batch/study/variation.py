@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import InputError, RangeError, UnknownNameError
-from ...scene.numbers import number, text
+from ...scene.numbers import keep, number, optional, text
 
 __all__ = ["DISTRIBUTIONS", "WHATS", "Variation"]
 
@@ -60,10 +60,7 @@ class Variation:
         where = f"Variation of {self.what}"
         if self.of is not None:
             text(self.of, f"{where}: of")
-        for name in ("low", "high", "mean", "deviation"):
-            value = getattr(self, name)
-            if value is not None:
-                object.__setattr__(self, name, number(value, f"{where}: {name}"))
+        keep(self, where, optional(number), "low", "high", "mean", "deviation")
         if self.distribution == "uniform" and (self.low is None or self.high is None):
             raise InputError(f"{where}: a uniform distribution needs low and high")
         if self.distribution == "normal":
