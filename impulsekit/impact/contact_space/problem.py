@@ -67,6 +67,16 @@ class ContactProblem:
     adhesion: np.ndarray | None = None
     turning: Turning | None = None
 
+    def newtons_shift(self) -> np.ndarray:
+        """What Newton's law adds to u⁺ [m/s]: e_t u_t⁻ and e min(u_n⁻, 0); no row of turning."""
+        before, n = self.velocity_before, len(self.friction)
+        shift = np.zeros_like(before)
+        if self.tangential_restitution.any():
+            for k in (0, 1):
+                shift[k : 3 * n : 3] = self.tangential_restitution * before[k : 3 * n : 3]
+        shift[2 : 3 * n : 3] = self.restitution * np.minimum(before[2 : 3 * n : 3], 0.0)
+        return shift
+
     def fastest(self, after: np.ndarray) -> float:
         """The largest of u⁻, u_free and u⁺ [m/s]: what rests and is struck has the second alone."""
         speeds = (self.velocity_before, self.velocity_free, after)

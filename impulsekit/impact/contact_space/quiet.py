@@ -79,10 +79,7 @@ def without_gain(
 
 def _of_newton(problem: ContactProblem, found: np.ndarray) -> tuple[_Part, ...] | None:
     """The one part of an impact under Newton's law, from P near it."""
-    before, b = problem.velocity_before, problem.velocity_free.copy()
-    b[2::3] += problem.restitution * np.minimum(before[2::3], 0.0)
-    for k in (0, 1):
-        b[k::3] += problem.tangential_restitution * before[k::3]
+    b = problem.velocity_free + problem.newtons_shift()
     part = _solved(problem, b, found, np.zeros(len(found) // 3), 0.0)
     return None if part is None else (part,)
 

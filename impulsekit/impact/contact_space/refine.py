@@ -94,12 +94,7 @@ def refined(
         return solution, dv
     if status is Status.NOT_CONVERGED and not solution.residual < NEAR:
         return solution, dv
-    before = problem.velocity_before
-    shift = np.zeros_like(before)
-    shift[2::3] = problem.restitution * np.minimum(before[2::3], 0.0)
-    if problem.tangential_restitution.any():
-        shift[0::3] = problem.tangential_restitution * before[0::3]
-        shift[1::3] = problem.tangential_restitution * before[1::3]
+    before, shift = problem.velocity_before, problem.newtons_shift()
     delassus, friction = in_order(problem.delassus), in_order(problem.friction)
     scale = float(max(np.abs(problem.velocity_free + shift).max(), np.abs(before).max()))
     # What a blow alone would throw is no measure of the velocities that are left.

@@ -76,12 +76,7 @@ def cones_of(friction: np.ndarray, turning: Turning, floor: np.ndarray) -> Cones
 
 def _newton(problem: ContactProblem) -> ContactSolution:
     n, before = len(problem.friction), problem.velocity_before
-    aim = problem.velocity_free.copy()
-    points = slice(0, 3 * n)
-    shift = np.zeros((n, 3))
-    shift[:, :2] = problem.tangential_restitution[:, None] * before[points].reshape(n, 3)[:, :2]
-    shift[:, 2] = problem.restitution * np.minimum(before[2 : 3 * n : 3], 0.0)
-    aim[points] += shift.ravel()
+    aim = problem.velocity_free + problem.newtons_shift()
     floor = np.zeros(n)
     impulse, residual, steps = _phase(problem, aim, floor, np.zeros(len(aim)))
     after = problem.velocity_free + problem.delassus @ impulse

@@ -190,7 +190,7 @@ def _alone(
     free, before = problem.velocity_free, problem.velocity_before
     approach = free[2::3].copy()
     if law.restitution == "newton":
-        approach += problem.restitution * np.minimum(before[2::3], 0.0)
+        approach += problem.newtons_shift()[2::3]
     i = int(approach.argmin())
     for j in np.flatnonzero(np.abs(approach) <= small).tolist():
         edges.append(f"{names[j]}: it hardly approaches or hardly parts")

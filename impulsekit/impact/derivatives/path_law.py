@@ -30,17 +30,12 @@ _U1, _U2, _UN, _BEFORE, _E, _MU = 6, 7, 8, 9, 10, 11
 U1, U2, UN, P1, P2, P, WORK = range(7)
 FAINT = math.log(1e-14)
 MOST_STRETCHES = 200
-_ZERO, _NO = np.zeros((2, 2)), np.zeros(2)
 # Where (θ, ln r, p, u_n, P_1, P_2, work) have entries of a state as they are.
 _CARRIED = ((2, P), (3, UN), (4, P1), (5, P2), (6, WORK))
-# By parameter of W: ∂W_tt (2, 2) and ∂W_tn (2,).
-_CHANGES = {
-    0: (np.array(((1.0, 0.0), (0.0, 0.0))), _NO),
-    1: (np.array(((0.0, 1.0), (1.0, 0.0))), _NO),
-    2: (np.array(((0.0, 0.0), (0.0, 1.0))), _NO),
-    _N1: (_ZERO, np.array((1.0, 0.0))),
-    _N2: (_ZERO, np.array((0.0, 1.0))),
-}
+# By the first five parameters: ∂W_tt (5, 2, 2) and ∂W_tn (5, 2).
+_TANGENTS, _COUPLED = np.zeros((5, 2, 2)), np.zeros((5, 2))
+_TANGENTS[0, 0, 0] = _TANGENTS[1, 0, 1] = _TANGENTS[1, 1, 0] = _TANGENTS[2, 1, 1] = 1.0
+_COUPLED[_N1, 0] = _COUPLED[_N2, 1] = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,10 +200,9 @@ class _Path:
             rates = np.array(
                 [0.0, 0.0, rise if rise > NULL * self.nn else 0.0, *k, 1.0, self.y[UN]]
             )
-            for parameter, (change, other) in _CHANGES.items():
-                by_k = -inverse @ (other + change @ k)
-                table[P1 : P2 + 1, parameter] = by_k
-                table[UN, parameter] = other @ k + self.coupling @ by_k
+            by_k = -inverse @ (_COUPLED + _TANGENTS @ k).T
+            table[P1 : P2 + 1, :5] = by_k
+            table[UN, :5] = _COUPLED @ k + self.coupling @ by_k
             table[UN, _NN] += 1.0
             return rates, table
         (t11, t12), (_, t22) = self.tangents.tolist()
@@ -219,26 +213,25 @@ class _Path:
         system = np.zeros((3, 3))
         system[:2, :2] = along * np.eye(2) + self.mu * self.tangents
         system[:2, 2], system[2, :2] = s, s
-        turning = np.zeros((2, PARAMETERS))
-        for parameter, (change, other) in _CHANGES.items():
-            given = np.array([*(other - self.mu * change @ s), 0.0])
-            turning[:, parameter] = np.linalg.solve(system, given)[:2]
-        turning[:, _MU] = np.linalg.solve(system, np.array([*(-self.tangents @ s), 0.0]))[:2]
-        return self._rates_of(s), self._change_of_rates(s, turning)
+        given = np.vstack([self._by_parameter(s)[0], np.zeros(PARAMETERS)])
+        return self._rates_of(s), self._change_of_rates(s, np.linalg.solve(system, given)[:2])
+
+    def _by_parameter(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(2, 12) of w − µ W_tt s and (12,) of W_nn − µ w·s, in a direction s (2,) that keeps."""
+        across, lift = np.zeros((2, PARAMETERS)), np.zeros(PARAMETERS)
+        across[:, :5] = (_COUPLED - self.mu * _TANGENTS @ s).T
+        across[:, _MU] = -self.tangents @ s
+        lift[:5] = -self.mu * (_COUPLED @ s)
+        lift[_NN], lift[_MU] = 1.0, -self.coupling @ s
+        return across, lift
 
     def _change_of_rates(self, s: np.ndarray, turning: np.ndarray) -> np.ndarray:
         """(7, 12) of dy/dp in direction s (2,), which itself changes by ``turning`` (2, 12)."""
         table = np.zeros((7, PARAMETERS))
-        mu, coupling = self.mu, self.coupling
-        table[:2] = -mu * self.tangents @ turning
-        table[UN] = -mu * coupling @ turning
-        table[P1 : P2 + 1] = -mu * turning
-        for parameter, (change, other) in _CHANGES.items():
-            table[:2, parameter] += other - mu * change @ s
-            table[UN, parameter] -= mu * other @ s
-        table[UN, _NN] += 1.0
-        table[:2, _MU] -= self.tangents @ s
-        table[UN, _MU] -= coupling @ s
+        across, lift = self._by_parameter(s)
+        table[:2] = across - self.mu * self.tangents @ turning
+        table[UN] = lift - self.mu * self.coupling @ turning
+        table[P1 : P2 + 1] = -self.mu * turning
         table[P1 : P2 + 1, _MU] -= s
         return table
 
@@ -376,15 +369,8 @@ class _Path:
         slope[2:, 1] = rates[2:]
         slope[6, 3] = r
         by_parameter = np.zeros((7, PARAMETERS))
-        for parameter, (change, other) in _CHANGES.items():
-            by_g = other - mu * change @ s
-            by_parameter[0, parameter] = across @ by_g
-            by_parameter[1, parameter] = s @ by_g
-            by_parameter[3, parameter] = -mu * r * (other @ s)
-        by_parameter[3, _NN] = r
-        by_mu = -(tangents @ s)
-        by_parameter[0, _MU], by_parameter[1, _MU] = across @ by_mu, s @ by_mu
-        by_parameter[3, _MU] = -r * float(w @ s)
+        by_g, by_lift = self._by_parameter(s)
+        by_parameter[0], by_parameter[1], by_parameter[3] = across @ by_g, s @ by_g, r * by_lift
         by_parameter[4:6, _MU] = -r * s
         change_of_table = slope @ z[7:].reshape(PARAMETERS, 7).T + by_parameter
         return np.concatenate([rates, change_of_table.T.ravel()]) / inertia
