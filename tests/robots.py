@@ -6,6 +6,9 @@ import numpy as np
 import pinocchio as pin
 
 import impulsekit as ik
+from impulsekit.bench.urdf import one_body
+
+__all__ = ["STRUCK", "one_body", "random_blow", "random_state", "relative"]
 
 # A link on each at which a blow is of interest.
 STRUCK = {
@@ -14,24 +17,6 @@ STRUCK = {
     "solo12": "FR_FOOT",
     "allegro_right_hand": "link_3.0_tip",
 }
-
-
-def one_body(
-    name: str, mass: float, moments: object, shape: str = "", root: str = "freeflyer"
-) -> ik.Robot:
-    """A robot of one link.
-
-    ``moments``: of inertia, three or one for all axes; ``shape``: what collides, in the words of
-    a URDF.
-    """
-    x, y, z = np.broadcast_to(np.asarray(moments, dtype=float), 3).tolist()
-    collision = f"<collision><geometry>{shape}</geometry></collision>" if shape else ""
-    return ik.Robot.from_urdf(
-        f'<robot name="{name}"><link name="{name}"><inertial><mass value="{mass!r}"/><inertia '
-        f'ixx="{x!r}" iyy="{y!r}" izz="{z!r}" ixy="0" ixz="0" iyz="0"/></inertial>{collision}'
-        "</link></robot>",
-        root=root,
-    )
 
 
 def random_state(robot: ik.Robot, seed: int) -> tuple[np.ndarray, np.ndarray]:

@@ -11,6 +11,7 @@ from impulsekit.bench.stress.rewritten import SWEEPS as REWRITTEN_SWEEPS
 from impulsekit.bench.stress.run import jobs_of, solved_case, sweep_named
 from impulsekit.bench.stress.told import Told
 from impulsekit.bench.truths.enumerated import PlaneProblem, whole_answers
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
 
 
 @pytest.mark.parametrize("sweep", SWEEPS, ids=lambda sweep: sweep.name)
@@ -156,13 +157,8 @@ def test_the_truth_finds_both_ways_of_a_contact_that_friction_could_press_in():
 
 def slider_on_a_slope(friction):
     """A block that slides along (4, 1, 0) and touches the floor."""
-    text = (
-        '<robot name="r"><link name="base"/><link name="b"><inertial><mass value="1"/>'
-        '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>'
-        '<joint name="j" type="prismatic"><parent link="base"/><child link="b"/>'
-        '<axis xyz="4 1 0"/><limit lower="-9" upper="9" effort="1" velocity="1"/></joint></robot>'
-    )
-    robot = ik.Robot.from_urdf(text)
+    slide = joint_text("j", "prismatic", "base", "b", "4 1 0", far=9)
+    robot = ik.Robot.from_urdf(robot_text("r", link_text("base"), link_text("b", 1), slide))
     contact = ik.Contact("b", normal=[0, 1, 0], friction=friction)
     return ik.Scene(robot, contacts=[contact])
 

@@ -9,6 +9,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
 from tests.robots_with_armature import (
     IN_KERNELS,
     LEFT_TO_SOLVE,
@@ -190,20 +191,13 @@ def test_armature_of_joints_put_as_chains_counts(kind):
 
 
 def test_armature_of_a_joint_that_others_mimic_counts_once():
-    links = [
-        f'<link name="link_{k}"><inertial><origin xyz="0.1 0.2 0.3"/><mass value="{k + 1}"/>'
-        '<inertia ixx=".1" iyy=".2" izz=".15" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-        for k in range(3)
-    ]
-    joints = [
-        f'<joint name="j{k}" type="revolute"><parent link="link_{k - 1}"/><child link="link_{k}"/>'
-        f'<origin xyz="0.3 0 0.1"/><axis xyz="0 {k - 1} 1"/>'
-        '<limit lower="-2" upper="2" effort="1" velocity="1"/>'
-        + ('<mimic joint="j1" multiplier="-0.7"/>' if k == 2 else "")
-        + "</joint>"
-        for k in (1, 2)
-    ]
-    text = f'<robot name="m">{"".join(links)}{"".join(joints)}</robot>'
+    parts = [link_text(f"link_{k}", k + 1, (0.1, 0.2, 0.15), at="0.1 0.2 0.3") for k in range(3)]
+    for k, mimic in ((1, ""), (2, '<mimic joint="j1" multiplier="-0.7"/>')):
+        ends, axis = (f"link_{k - 1}", f"link_{k}"), (0, k - 1, 1)
+        parts.append(
+            joint_text(f"j{k}", "revolute", *ends, axis, at="0.3 0 0.1", far=2, more=mimic)
+        )
+    text = robot_text("m", *parts)
     robot = ik.Robot.from_urdf(text, mimic=True).with_armature({"j1": 0.4})
     blow = ik.AppliedImpulse("link_2", linear=[1, 2, 3], at=[0.1, 0, 0.2], name="blow")
     floor = ik.Contact("link_2", at=[0.2, 0, 0], normal=[1, 0, 0], restitution=0.4, name="floor")

@@ -7,6 +7,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
 from impulsekit.impact.residuals import momentum_residual
 
 from ..robots import one_body
@@ -53,22 +54,12 @@ def test_a_body_struck_through_its_mass_centre_does_not_turn_and_is_solved(seed,
 @pytest.mark.parametrize("off", [1e-6, 1e-9])
 def test_a_wrong_speed_of_a_light_finger_shows(off):
     """One millionth of the arm's mass hangs on the joint: its row is measured by its own size."""
-    arm, finger = (
-        f'<link name="{name}"><inertial><origin xyz="0.1 0 0"/><mass value="{mass}"/>'
-        f'<inertia ixx="{0.01 * mass}" iyy="{0.01 * mass}" izz="{0.01 * mass}" ixy="0" ixz="0" '
-        'iyz="0"/></inertial></link>'
-        for name, mass in (("arm", 10.0), ("finger", 1e-5))
-    )
-    hinge = (
-        '<joint name="{0}" type="continuous"><parent link="{1}"/><child link="{2}"/>'
-        '<origin xyz="0.2 0 0"/><axis xyz="0 0 1"/></joint>'
-    )
-    text = (
-        f'<robot name="r"><link name="base"/>{arm}{finger}'
-        f"{hinge.format('shoulder', 'base', 'arm')}{hinge.format('knuckle', 'arm', 'finger')}"
-        "</robot>"
-    )
-    robot = ik.Robot.from_urdf(text)
+    parts = [link_text("base")]
+    for name, mass in (("arm", 10.0), ("finger", 1e-5)):
+        parts.append(link_text(name, mass, 0.01 * mass, at="0.1 0 0"))
+    for name, parent, child in (("shoulder", "base", "arm"), ("knuckle", "arm", "finger")):
+        parts.append(joint_text(name, "continuous", parent, child, "0 0 1", at="0.2 0 0"))
+    robot = ik.Robot.from_urdf(robot_text("r", *parts))
     scene = ik.Scene(robot, [ik.AppliedImpulse("arm", linear=[0, 1, 0], at=[0.1, 0, 0])])
     impact = ik.solve(scene, robot.neutral(), robot.velocity())
     assert momentum_residual(impact) < 1e-15

@@ -13,6 +13,7 @@ import pytest
 
 import impulsekit as ik
 from impulsekit import errors
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
 from impulsekit.chain import chain_urdf
 from impulsekit.impact import ImpactSolver
 from impulsekit.impact.solver import MANY, _workspaces
@@ -121,20 +122,10 @@ def test_without_an_impulse_nothing_changes():
 
 
 def test_a_joint_that_moves_no_inertia_is_named():
-    link = "<link name='{}'/>"
-    heavy = (
-        "<link name='arm'><inertial><mass value='1'/>"
-        "<inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>"
-    )
-    hinge = (
-        "<joint name='{0}' type='continuous'><parent link='{1}'/><child link='{2}'/>"
-        "<axis xyz='0 0 1'/></joint>"
-    )
-    text = (
-        "<robot name='r'>" + link.format("base") + heavy + link.format("tip")
-        + hinge.format("shoulder", "base", "arm") + hinge.format("wrist", "arm", "tip") + "</robot>"
-    )  # fmt: skip
-    robot = ik.Robot.from_urdf(text)
+    shoulder = joint_text("shoulder", "continuous", "base", "arm", "0 0 1")
+    wrist = joint_text("wrist", "continuous", "arm", "tip", "0 0 1")
+    links = (link_text("base"), link_text("arm", 1), link_text("tip"))
+    robot = ik.Robot.from_urdf(robot_text("r", *links, shoulder, wrist))
     scene = ik.Scene(robot, [ik.AppliedImpulse("arm", angular=[0, 0, 1])])
     with pytest.raises(
         errors.SingularMassError, match='joint "wrist" moves no mass: give link "tip"'

@@ -8,17 +8,15 @@ import pytest
 from scipy import stats
 
 import impulsekit as ik
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
 from impulsekit.measured.closing import ClosingContacts
 from tests.measured.bodies import ball_scene
 
 # A rod that swings down towards negative angles.
-ROD = (
-    '<robot name="rod"><link name="base"/><link name="rod"><inertial><origin xyz="-0.3 0 0"/>'
-    '<mass value="1"/><inertia ixx="0.03" iyy="0.03" izz="0.03" ixy="0" ixz="0" iyz="0"/>'
-    '</inertial></link><joint name="hinge" type="revolute"><parent link="base"/>'
-    '<child link="rod"/><axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="9" velocity="9"/>'
-    "</joint></robot>"
-)
+ROD = robot_text(
+    "rod", link_text("base"), link_text("rod", 1, 0.03, at="-0.3 0 0"),
+    joint_text("hinge", "revolute", "base", "rod", "0 1 0", far=3),
+)  # fmt: skip
 
 
 def test_rows_of_a_rod_are_the_rate_of_its_length():

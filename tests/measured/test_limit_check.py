@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
 from impulsekit.errors import InputError
 from impulsekit.measured import Recording, RecordingFormat
 
@@ -55,11 +56,8 @@ def test_what_lies_outside_in_any_unit_is_noted():
 
 
 def test_an_angle_without_limits_that_turns_often_may_be_in_degrees():
-    wheel = ik.Robot.from_urdf(
-        '<robot name="w"><link name="base"/><link name="wheel"><inertial><mass value="1"/><inertia '
-        'ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="axle" '
-        'type="continuous"><parent link="base"/><child link="wheel"/></joint></robot>'
-    )
+    axle = joint_text("axle", "continuous", "base", "wheel")
+    wheel = ik.Robot.from_urdf(robot_text("w", link_text("base"), link_text("wheel", 1), axle))
     (note,) = Recording.from_columns(wheel, {"t": T, "q.axle": 170 * np.sin(5 * T)}).notes
     assert 'axle goes as far as 27 turns; if these are degrees, state angle="deg"' in note
     assert Recording.from_columns(wheel, {"t": T, "q.axle": 3 * np.sin(5 * T)}).notes == ()

@@ -7,39 +7,28 @@ from pathlib import Path
 import numpy as np
 
 import impulsekit as ik
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
 
 MODELS = Path(__file__).parents[2] / "models"
 GRAVITY = 9.81
-_INERTIAL = (
-    '<inertial><mass value="{m}"/>'
-    '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
-)
-_FREE = '<limit lower="-1e4" upper="1e4" effort="1" velocity="1"/>'
 
 
 def sliders(count: int, axis: str = "0 0 1") -> ik.Robot:
     """Bodies b00, b01, ... side by side, each on its own slide from the world."""
-    parts = ['<robot name="sliders"><link name="base"/>']
+    parts = [link_text("base")]
     for i in range(count):
-        parts.append(f'<link name="b{i:02d}">{_INERTIAL.format(m=1 + 0.1 * i)}</link>')
-        parts.append(
-            f'<joint name="z{i:02d}" type="prismatic"><parent link="base"/>'
-            f'<child link="b{i:02d}"/><axis xyz="{axis}"/>{_FREE}</joint>'
-        )
-    return ik.Robot.from_urdf("".join(parts) + "</robot>")
+        parts.append(link_text(f"b{i:02d}", 1 + 0.1 * i))
+        parts.append(joint_text(f"z{i:02d}", "prismatic", "base", f"b{i:02d}", axis))
+    return ik.Robot.from_urdf(robot_text("sliders", *parts))
 
 
 def particle(mass: float = 2.0) -> ik.Robot:
     """A body "z" that slides along x, y and z of the world and does not turn."""
-    parts = ['<robot name="particle"><link name="w"/>']
+    parts = [link_text("w")]
     for name, parent, axis in (("x", "w", "1 0 0"), ("y", "x", "0 1 0"), ("z", "y", "0 0 1")):
-        inertial = _INERTIAL.format(m=mass) if name == "z" else ""
-        parts.append(f'<link name="{name}">{inertial}</link>')
-        parts.append(
-            f'<joint name="along_{name}" type="prismatic"><parent link="{parent}"/>'
-            f'<child link="{name}"/><axis xyz="{axis}"/>{_FREE}</joint>'
-        )
-    return ik.Robot.from_urdf("".join(parts) + "</robot>")
+        parts.append(link_text(name, mass if name == "z" else None))
+        parts.append(joint_text(f"along_{name}", "prismatic", parent, name, axis))
+    return ik.Robot.from_urdf(robot_text("particle", *parts))
 
 
 def bounces(height: float, restitution: float, until: float, slowest: float) -> list[float]:

@@ -7,23 +7,17 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import impulsekit as ik
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
 
 
 def rod(name: str, length: float) -> str:
     """A uniform rod of 1 kg along x, from its link's origin."""
     across = length**2 / 12.0
-    return (
-        f'<link name="{name}"><inertial><origin xyz="{length / 2} 0 0"/><mass value="1"/>'
-        f'<inertia ixx="0.001" iyy="{across}" izz="{across}" ixy="0" ixz="0" iyz="0"/>'
-        "</inertial></link>"
-    )
+    return link_text(name, 1, (0.001, across, across), at=(length / 2, 0, 0))
 
 
 def hinge(name: str, parent: str, child: str, x: float) -> str:
-    return (
-        f'<joint name="{name}" type="continuous"><parent link="{parent}"/><child link="{child}"/>'
-        f'<origin xyz="{x} 0 0"/><axis xyz="0 1 0"/></joint>'
-    )
+    return joint_text(name, "continuous", parent, child, "0 1 0", at=(x, 0, 0))
 
 
 def cranks(crank: float, rail: float, count: int = 2) -> ik.Scene:
@@ -32,7 +26,7 @@ def cranks(crank: float, rail: float, count: int = 2) -> ik.Scene:
     parts += hinge("drive", "base", "crank_0", 0.0) + hinge("pin", "crank_0", "coupler", crank)
     for i in range(1, count):
         parts += rod(f"crank_{i}", crank) + hinge(f"axle_{i}", "base", f"crank_{i}", i * rail)
-    robot = ik.Robot.from_urdf(f'<robot name="rods"><link name="base"/>{parts}</robot>')
+    robot = ik.Robot.from_urdf(robot_text("rods", link_text("base"), parts))
     pins = [
         ik.PointAnchor("coupler", f"crank_{i}", at=[i * rail, 0, 0], other_at=[crank, 0, 0])
         for i in range(1, count)
@@ -122,11 +116,8 @@ def test_a_linkage_driven_into_a_dead_centre_is_told_to_stand():
     # A rod of .5 m holds the tip of a crank of 1 m to a slider, which is pulled away evenly.
     parts = rod("crank", 1.0) + rod("rod", 0.5) + rod("slide", 0.1)
     parts += hinge("drive", "base", "crank", 0.0) + hinge("pin", "crank", "rod", 1.0)
-    parts += (
-        '<joint name="rail" type="prismatic"><parent link="base"/><child link="slide"/>'
-        '<axis xyz="1 0 0"/><limit lower="-9" upper="9" effort="0" velocity="0"/></joint>'
-    )
-    robot = ik.Robot.from_urdf(f'<robot name="slider"><link name="base"/>{parts}</robot>')
+    parts += joint_text("rail", "prismatic", "base", "slide", far=9)
+    robot = ik.Robot.from_urdf(robot_text("slider", link_text("base"), parts))
     loop = ik.PointAnchor("rod", "slide", at=[0.5, 0, 0])
     scene = ik.Scene(robot, constraints=[loop, ik.JointLock("rail", velocity=0.5)])
     # The rod slants down to the rail by as much as the crank rises.

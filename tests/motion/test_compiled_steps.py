@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import DOP853
 
 import impulsekit as ik
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
 from impulsekit.motion import (
     compiled_advance,
     compiled_look,
@@ -313,12 +314,8 @@ def test_a_parabola_tells_when_a_gap_closes(gap, speed, rate, soon):
 
 def test_impacts_of_an_oscillator_are_as_accurate_as_its_steps(stepped):
     """A mass between a spring and a stop: m q̈ = −k (q − r), arc by arc in closed form."""
-    robot = ik.Robot.from_urdf(
-        '<robot name="o"><link name="w"/><link name="b"><inertial><mass value="1"/><inertia ixx="1"'
-        ' iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="x"'
-        ' type="prismatic"><parent link="w"/><child link="b"/><axis xyz="0 0 1"/>'
-        '<limit lower="0" upper="1e6" effort="1" velocity="1"/></joint></robot>'
-    )
+    slide = joint_text("x", "prismatic", "w", "b", "0 0 1", far=(0, 1e6))
+    robot = ik.Robot.from_urdf(robot_text("o", link_text("w"), link_text("b", 1), slide))
     spring = ik.JointSpring("x", stiffness=4.0, rest=-0.5)
     stop = ik.JointStop("x", restitution=0.9)
     scene = ik.Scene(robot, contacts=[stop], forces=[spring], gravity=[0, 0, 0])

@@ -6,6 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import impulsekit as ik
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
 from impulsekit.motion.warm import compile_motion
 
 G = 9.81
@@ -14,11 +15,7 @@ TURN = np.array([[ALONG[0], -ALONG[1]], [ALONG[1], ALONG[0]]])
 
 
 def link(name, mass=2.0, inertia=0.01, shape=""):
-    collision = f"<collision><geometry>{shape}</geometry></collision>" if shape else ""
-    return (
-        f'<link name="{name}"><inertial><mass value="{mass}"/><inertia ixx="{inertia}" '
-        f'iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/></inertial>{collision}</link>'
-    )
+    return link_text(name, mass, inertia, shape=shape)
 
 
 BLOCK = ik.Robot.from_urdf(f'<robot name="block">{link("block")}</robot>', root="freeflyer")
@@ -117,14 +114,13 @@ def test_bodies_that_slide_flat_do_as_a_point(shape):
 def test_ribs_turn_with_the_plate_that_has_them():
     """A plate that spins at Ω carries its ribs: a block held to its rail feels them turn."""
     table = ik.Robot.from_urdf(
-        f'<robot name="t"><link name="base"/>{link("plate", 1.0, 1.0)}{link("cart")}'
-        '<joint name="spin" type="continuous"><parent link="base"/><child link="plate"/>'
-        '<axis xyz="0 0 1"/></joint>'
-        '<joint name="rail" type="prismatic"><parent link="base"/><child link="cart"/>'
-        '<axis xyz="1 0 0"/><limit lower="-9" upper="9" effort="1" velocity="1"/></joint>'
-        '<joint name="guide" type="prismatic"><parent link="cart"/><child link="shoe"/>'
-        '<axis xyz="0 0 1"/><limit lower="-9" upper="9" effort="1" velocity="1"/></joint>'
-        f"{link('shoe', 2.0)}</robot>"
+        robot_text(
+            "t",
+            *(link_text("base"), link("plate", 1.0, 1.0), link("cart"), link("shoe", 2.0)),
+            joint_text("spin", "continuous", "base", "plate", "0 0 1"),
+            joint_text("rail", "prismatic", "base", "cart", "1 0 0", far=9),
+            joint_text("guide", "prismatic", "cart", "shoe", "0 0 1", far=9),
+        )
     )
     rate = 0.5
     friction = ik.EllipticFriction(0.3, 0.1)

@@ -10,25 +10,18 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import impulsekit as ik
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
 from impulsekit.errors import CallbackError, InputError, RangeError, ShapeError
 
 G = 9.81
-JOINT = (
-    '<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
-    '<axis xyz="{axis}"/><limit lower="-90" upper="90" effort="1" velocity="1"/></joint>'
-)
-MASS = (
-    '<inertial><mass value="{}"/><inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/>'
-    "</inertial>"
-)
 
 
 def bead(second="0 0 1"):
     """A mass of 2 kg with the coordinates x and z (or y)."""
-    joints = JOINT.format(name="x", kind="prismatic", parent="base", child="a", axis="1 0 0")
-    joints += JOINT.format(name="z", kind="prismatic", parent="a", child="bead", axis=second)
-    links = f'<link name="base"/><link name="a"/><link name="bead">{MASS.format(2)}</link>'
-    return ik.Robot.from_urdf(f'<robot name="bead">{links}{joints}</robot>')
+    links = (link_text("base"), link_text("a"), link_text("bead", 2, 0.1))
+    joints = (joint_text("x", "prismatic", "base", "a", "1 0 0", far=90),
+              joint_text("z", "prismatic", "a", "bead", second, far=90))  # fmt: skip
+    return ik.Robot.from_urdf(robot_text("bead", *links, *joints))
 
 
 WIRE = {
@@ -78,10 +71,10 @@ def test_a_blow_on_the_bead():
 
 
 def cam_robot():
-    joints = JOINT.format(name="cam", kind="revolute", parent="base", child="disc", axis="0 1 0")
-    joints += JOINT.format(name="lift", kind="prismatic", parent="base", child="rod", axis="0 0 1")
-    links = "".join(f'<link name="{n}">{MASS.format(1)}</link>' for n in ("disc", "rod"))
-    return ik.Robot.from_urdf(f'<robot name="cam"><link name="base"/>{links}{joints}</robot>')
+    links = (link_text("base"), link_text("disc", 1, 0.1), link_text("rod", 1, 0.1))
+    joints = (joint_text("cam", "revolute", "base", "disc", "0 1 0", far=90),
+              joint_text("lift", "prismatic", "base", "rod", "0 0 1", far=90))  # fmt: skip
+    return ik.Robot.from_urdf(robot_text("cam", *links, *joints))
 
 
 R, A, W, E = 0.2, 0.05, 21.0, 0.4

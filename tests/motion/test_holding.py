@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
 
 from ..robots import one_body
 
@@ -86,15 +87,13 @@ def test_what_is_peeled_off_turns_about_its_other_pad():
 def test_a_gripper_keeps_what_it_has_caught_and_sets_it_swinging():
     """A hand on a hinge catches a ball at its tip: then both swing as one pendulum."""
     hand = ik.Robot.from_urdf(
-        '<robot name="r"><link name="base"/>'
-        '<link name="arm"><inertial><origin xyz="1 0 0"/><mass value="1"/><inertia ixx="0.1" '
-        'iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-        '<link name="ball"><inertial><mass value="0.5"/><inertia ixx="0.001" iyy="0.001" '
-        'izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-        '<joint name="hinge" type="revolute"><parent link="base"/><child link="arm"/>'
-        '<axis xyz="0 -1 0"/><limit lower="-9" upper="9" effort="1" velocity="1"/></joint>'
-        '<joint name="free" type="floating"><parent link="base"/>'
-        '<child link="ball"/></joint></robot>'
+        robot_text(
+            "r",
+            *(link_text("base"), link_text("arm", 1, 0.1, at="1 0 0")),
+            link_text("ball", 0.5, 0.001),
+            joint_text("hinge", "revolute", "base", "arm", "0 -1 0", far=9),
+            joint_text("free", "floating", "base", "ball"),
+        )
     )
     # Three cups, so that the ball cannot turn against the hand.
     cups = [

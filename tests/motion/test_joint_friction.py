@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import impulsekit as ik
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
 from impulsekit.errors import InputError
 
 from .models import particle, sliders
@@ -106,17 +107,10 @@ def test_a_slider_on_an_incline_is_held_or_runs_down(bound, moves):
 
 def test_two_joints_give_way_one_after_the_other():
     # Carriage x on the ground (c1), carriage y on it (c2): y is pulled by 2 t N.
-    text = """<robot name="two"><link name="w"/>{0}{1}</robot>"""
-    part = (
-        '<link name="{n}"><inertial><mass value="{m}"/><inertia ixx="1" iyy="1" izz="1" ixy="0"'
-        ' ixz="0" iyz="0"/></inertial></link><joint name="{n}" type="prismatic"><parent'
-        ' link="{p}"/><child link="{n}"/><axis xyz="1 0 0"/><limit lower="-9" upper="9"'
-        ' effort="1" velocity="1"/></joint>'
-    )
     m1, m2, c1, c2 = 2.0, 1.0, 1.0, 3.0
-    robot = ik.Robot.from_urdf(
-        text.format(part.format(n="x", p="w", m=m1), part.format(n="y", p="x", m=m2))
-    )
+    parts = [link_text("w"), link_text("x", m1), link_text("y", m2)]
+    parts += [joint_text(n, "prismatic", p, n, far=9) for n, p in (("x", "w"), ("y", "x"))]
+    robot = ik.Robot.from_urdf(robot_text("two", *parts))
     pull = ik.AppliedForce("y", linear=lambda t: [2.0 * t, 0, 0])
     dry = [ik.JointFriction("x", c1, name="x_dry"), ik.JointFriction("y", c2, name="y_dry")]
     motion = ik.simulate(ik.Scene(robot, forces=[pull, *dry], gravity=NOWHERE), [0, 0], [0, 0], 6.0)

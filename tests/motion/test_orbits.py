@@ -7,10 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import impulsekit as ik
+from impulsekit.bench.urdf import joint_text, link_text, one_body, robot_text
 from impulsekit.errors import InputError, SolveError, UnknownNameError
 
 G = 9.81
-POINT = '<inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/>'
 
 
 # Compass gait (Goswami, Thuillot & Espiau 1998): legs of 1 m with 5 kg in their middles, 10 kg at
@@ -20,15 +20,10 @@ LEG, HALF, MASS, HIP, SLOPE = 1.0, 0.5, 5.0, 10.0, np.radians(3.0)
 
 def compass():
     """The walker on a level floor, with gravity that leans forward by the slope."""
-    legs = "".join(
-        f'<link name="{name}"><inertial><origin xyz="0 0 {-HALF}"/><mass value="{MASS}"/>{POINT}'
-        "</inertial></link>"
-        for name in "ab"
-    )
-    urdf = f"""<robot name="compass">{legs}<link name="hip"><inertial><mass value="{HIP}"/>{POINT}
-    </inertial></link><joint name="top" type="fixed"><parent link="a"/><child link="hip"/></joint>
-    <joint name="hip_joint" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/>
-    <limit lower="-3" upper="3" effort="1" velocity="1"/></joint></robot>"""
+    legs = (link_text(name, MASS, 0, at=(0, 0, -HALF)) for name in "ab")
+    top = joint_text("top", "fixed", "a", "hip")
+    hip = joint_text("hip_joint", "revolute", "a", "b", "0 1 0", far=3)
+    urdf = robot_text("compass", *legs, link_text("hip", HIP, 0), top, hip)
     robot = ik.Robot.from_urdf(urdf, root="sagittal")
     feet = [
         # A foot counts where it is in front of the other: else it scuffs.
@@ -161,10 +156,7 @@ INERTIA = 1e-3
 def wheel(spokes):
     """A rimless wheel: 1 kg, all but a point, on massless spokes of 1 m; half the angle between."""
     half = np.pi / spokes
-    urdf = f'<robot name="wheel"><link name="hub"><inertial><mass value="1"/>{POINT}'.replace(
-        'iyy="0"', f'iyy="{INERTIA}"'
-    )
-    robot = ik.Robot.from_urdf(urdf + "</inertial></link></robot>", root="sagittal")
+    robot = one_body("hub", 1, (0, INERTIA, 0), root="sagittal")
     feet = [
         ik.Contact(
             "hub",

@@ -4,25 +4,22 @@ import numpy as np
 import pinocchio as pin
 
 import impulsekit as ik
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
 from impulsekit.robot.mass_matrix import crba_of
 
 
 def arm(mimic):
     """Three hinges one behind the other, of which the second follows the first, 0.7 times."""
-    links = [
-        f'<link name="link_{k}"><inertial><origin xyz="0.1 0.2 0.3"/><mass value="{k + 1}"/>'
-        '<inertia ixx=".1" iyy=".2" izz=".15" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-        for k in range(4)
-    ]
-    joints = [
-        f'<joint name="j{k}" type="revolute"><parent link="link_{k - 1}"/><child link="link_{k}"/>'
-        f'<origin xyz="0.3 0 0.1" rpy="0.4 {k} 0"/><axis xyz="0 {k - 2} 1"/>'
-        '<limit lower="-2" upper="2" effort="1" velocity="1"/>'
-        + ('<mimic joint="j1" multiplier="0.7"/>' if k == 2 else "")
-        + "</joint>"
-        for k in (1, 2, 3)
-    ]
-    text = f'<robot name="m">{"".join(links)}{"".join(joints)}</robot>'
+    parts = [link_text(f"link_{k}", k + 1, (0.1, 0.2, 0.15), at="0.1 0.2 0.3") for k in range(4)]
+    for k in (1, 2, 3):
+        parts.append(
+            joint_text(
+                f"j{k}", "revolute", f"link_{k - 1}", f"link_{k}", (0, k - 2, 1), at="0.3 0 0.1",
+                turn=(0.4, k, 0), far=2,
+                more='<mimic joint="j1" multiplier="0.7"/>' if k == 2 else "",
+            )
+        )  # fmt: skip
+    text = robot_text("m", *parts)
     return ik.Robot.from_urdf(text, root="freeflyer", mimic=mimic)
 
 

@@ -7,6 +7,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
 from impulsekit.errors import SingularMassError
 
 from ..robots import random_state
@@ -19,17 +20,16 @@ INERTIAL = (
 
 def arm(masses, axes, root="freeflyer"):
     """A chain of links of these masses under a base of the first; 0 for a link without mass."""
-    text = '<robot name="arm">'
-    for k, mass in enumerate(masses):
-        body = INERTIAL.format(mass, 1e-2 * mass) if mass else ""
-        text += f'<link name="link_{k}">{body}</link>'
+    parts = [
+        link_text(f"link_{k}", mass or None, 1e-2 * mass, at="0.01 0.02 0.1")
+        for k, mass in enumerate(masses)
+    ]
     for k, axis in enumerate(axes):
-        text += (
-            f'<joint name="joint_{k + 1}" type="continuous"><parent link="link_{k}"/>'
-            f'<child link="link_{k + 1}"/><origin xyz="0.1 0 0.3" rpy="0.2 0.3 {k}"/>'
-            f'<axis xyz="{axis}"/></joint>'
+        ends, turn = (f"link_{k}", f"link_{k + 1}"), (0.2, 0.3, k)
+        parts.append(
+            joint_text(f"joint_{k + 1}", "continuous", *ends, axis, at="0.1 0 0.3", turn=turn)
         )
-    return ik.Robot.from_urdf(text + "</robot>", root=root)
+    return ik.Robot.from_urdf(robot_text("arm", *parts), root=root)
 
 
 def poses(robot, count, seed=0):
