@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from .claim import Claim
@@ -89,27 +89,23 @@ tolerance.
 
 def main_table(rows: Sequence[Row]) -> str:
     """A line for each problem: ours, the batch, the best of the others, and who misses."""
-    lines = [
-        "| problem | `solve` | error | batch | others | times ours | miss |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for own in _by_problem(rows):
-        missing = {row.name for row in _rivals(own)} - {r.name for r in _rivals(own) if r.met}
-        lines.append(_line([*_best(own), ", ".join(sorted(missing))]))
-    return "\n".join(lines) + "\n"
+    return _problem_table(rows, ("batch", "others"), lambda row: row.name)
 
 
 def short_table(rows: Sequence[Row]) -> str:
     """The same of a few problems, with the programs of which no method meets the tolerance."""
-    lines = [
-        "| problem | `solve` | error | `solve_batch` | quickest other | times ours | miss |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for own in _by_problem([row for row in rows if row.problem in CHOSEN]):
-        good = {_program(row) for row in _rivals(own) if row.met}
-        missing = {_program(row) for row in _rivals(own)} - good
-        lines.append(_line([*_best(own), ", ".join(sorted(missing))]))
-    return "\n".join(lines) + "\n"
+    chosen = [row for row in rows if row.problem in CHOSEN]
+    return _problem_table(chosen, ("`solve_batch`", "quickest other"), _program)
+
+
+def _problem_table(rows: Sequence[Row], titles: tuple[str, str], who: Callable[[Row], str]) -> str:
+    """A line for each problem; ``who``: by what those are called that miss."""
+    lines = []
+    for own in _by_problem(rows):
+        rivals = _rivals(own)
+        missing = {who(row) for row in rivals} - {who(row) for row in rivals if row.met}
+        lines.append([*_best(own), ", ".join(sorted(missing))])
+    return _table(("problem", "`solve`", "error", *titles, "times ours", "miss"), lines)
 
 
 def _by_problem(rows: Sequence[Row]) -> list[list[Row]]:
@@ -144,55 +140,36 @@ def _best(own: Sequence[Row]) -> list[str]:
     ]
 
 
-def _line(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(cells)} |"
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
+    return "\n".join([*lines, *(f"| {' | '.join(cells)} |" for cells in rows)]) + "\n"
 
 
 def detail_table(rows: Sequence[Row]) -> str:
     """Every row."""
-    lines = [
-        "| problem | method | time | quartiles | error | ratio | quartiles |",
-        "|---|---|---|---|---|---|---|",
-    ]
+    lines = []
     for row in rows:
         time = time_text(row.seconds)
         spread = f"{time_text(row.low)} to {time_text(row.high)}" if row.low else ""
         ratios = f"{_number(row.ratio_low)} to {_number(row.ratio_high)}" if row.ratio else ""
-        cells = [
-            row.problem,
-            row.method,
-            time if row.met or not time else f"({time})",
-            spread,
-            row.note.replace("|", "/") or _error(row.error),
-            _number(row.ratio),
-            ratios,
-        ]
-        lines.append(_line(cells))
-    return "\n".join(lines) + "\n"
+        time = time if row.met or not time else f"({time})"
+        error = row.note.replace("|", "/") or _error(row.error)
+        lines.append([row.problem, row.method, time, spread, error, _number(row.ratio), ratios])
+    head = ("problem", "method", "time", "quartiles", "error", "ratio", "quartiles")
+    return _table(head, lines)
 
 
 def claim_table(claims: Sequence[tuple[str, Claim]]) -> str:
     """A line for each claim."""
-    lines = [
-        "| what | ours | theirs | value | spread | bound | kept |",
-        "|---|---|---|---|---|---|---|",
-    ]
+    lines = []
     for section, claim in claims:
         value = f"{claim.value:.3g}{' ' + claim.unit if claim.unit else ''}"
         spread = f"{_number(claim.low)} to {_number(claim.high)}" if claim.low is not None else ""
         bound = f"{'≥' if claim.at_least else '≤'} {claim.bound:g}"
         label = f"{section}: {claim.label}" if section else claim.label
-        cells = [
-            label,
-            time_text(claim.ours),
-            time_text(claim.theirs),
-            value,
-            spread,
-            bound,
-            "yes" if claim.met else "**no**",
-        ]
-        lines.append(_line(cells))
-    return "\n".join(lines) + "\n"
+        times, kept = map(time_text, (claim.ours, claim.theirs)), "yes" if claim.met else "**no**"
+        lines.append([label, *times, value, spread, bound, kept])
+    return _table(("what", "ours", "theirs", "value", "spread", "bound", "kept"), lines)
 
 
 def time_text(seconds: float | None) -> str:

@@ -23,7 +23,7 @@ from ..robot import Robot
 from .limit_check import check_joint_limits
 from .recording import Recording
 from .repeats import repeated_poses
-from .samples import in_order, without_gaps
+from .samples import in_order, turns_of, without_gaps
 from .velocity_check import checked_velocities
 from .vendors import hint_for_name
 
@@ -299,15 +299,7 @@ class _Reader:
 def _rotations(quaternions: np.ndarray) -> np.ndarray:
     """(T, 3, 3) of (T, 4) quaternions x, y, z, w; those that are not finite stay so."""
     length = np.linalg.norm(quaternions, axis=1, keepdims=True)
-    x, y, z, w = (quaternions / np.where(length > 0.0, length, 1.0)).T
-    return np.stack(
-        [
-            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], -1),
-            np.stack([2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)], -1),
-            np.stack([2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)], -1),
-        ],
-        axis=1,
-    )
+    return turns_of(quaternions / np.where(length > 0.0, length, 1.0))
 
 
 def _of_unit_length(

@@ -13,6 +13,7 @@ from ..motion.dynamics import Dynamics
 from ..scene import Scene
 from ..tolerances import NONZERO
 from .free_body import fly_all, fly_along, free_body_of
+from .samples import turns_of
 
 __all__ = ["Flight", "FlightFit", "left_by_parabolas"]
 
@@ -208,17 +209,6 @@ def _inverse(matrix: np.ndarray) -> np.ndarray:
     if det <= NO_INVERSE * a * c:
         return np.linalg.pinv(matrix, hermitian=True)
     return np.array([[c, -b], [-b, a]]) / det
-
-
-def turns_of(quaternions: np.ndarray) -> np.ndarray:
-    """(N, 3, 3) rotations of (N, 4) unit quaternions xyzw."""
-    x, y, z, w = quaternions.T
-    rows = [
-        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
-        [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
-        [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), 2, 0)
 
 
 def left_by_parabolas(

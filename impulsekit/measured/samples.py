@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import InputError, NotFiniteError, RangeError
 
-__all__ = ["in_order", "without_gaps"]
+__all__ = ["in_order", "turns_of", "without_gaps"]
 
 # A stretch that comes late takes its place between two samples: sorted, at most three joints of
 # stretches for each time that runs back. Clocks that begin again give as many as there are samples.
@@ -63,3 +63,14 @@ def in_order(
     kept = order[np.concatenate([[True], np.diff(t[order]) > 0.0])]
     notes.append(f"times ran back {len(back)} times; sorted, {len(t) - len(kept)} samples left out")
     return t[kept], q[kept], None if v is None else v[kept]
+
+
+def turns_of(quaternions: np.ndarray) -> np.ndarray:
+    """(N, 3, 3) rotations of (N, 4) unit quaternions xyzw."""
+    x, y, z, w = quaternions.T
+    rows = [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+        [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+        [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), 2, 0)
