@@ -39,14 +39,14 @@ HELD_OUT = 0.8
 WHERE = "github.com/DAIRLab/contact-nets, data/tosses_processed (BSD-3-Clause)"
 
 
-def cube_scene(restitution: float = RESTITUTION, friction: float = FRICTION) -> Scene:
+def cube_scene() -> Scene:
     """The cube of the tosses with its eight corners over a table."""
     robot = one_body("cube", MASS, INERTIA)
     half = 0.5 * WIDTH
     signs = [(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]
     contacts = [
-        Contact("cube", at=[half * a, half * b, half * c], restitution=restitution,
-                friction=friction, name=f"corner_{i}")
+        Contact("cube", at=[half * a, half * b, half * c], restitution=RESTITUTION,
+                friction=FRICTION, name=f"corner_{i}")
         for i, (a, b, c) in enumerate(signs)
     ]  # fmt: skip
     return Scene(robot, contacts=contacts, gravity=[0, 0, -9.81])

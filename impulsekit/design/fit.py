@@ -19,6 +19,7 @@ from ..errors import (
     ShapeError,
     quoted,
 )
+from ..robot.arrays import array_of
 from ..tolerances import NONZERO
 from .doubts import (
     bounds_reached,
@@ -341,11 +342,7 @@ def _checked_covariance(m: Measurement, index: int, nv: int) -> np.ndarray:
     what = f"measurements[{index}]: covariance"
     if m.sigma is not None:
         raise InputError(f"{what} and sigma are both given; give one")
-    covariance = np.array(m.covariance, dtype=float)
-    if covariance.shape != (3 * nv, 3 * nv):
-        raise ShapeError.of(what, (3 * nv, 3 * nv), covariance.shape)
-    if not np.isfinite(covariance).all():
-        raise NotFiniteError.of(what, "an entry", "a NaN or an infinity")
+    covariance = array_of(m.covariance, (3 * nv, 3 * nv), what)
     values = np.linalg.eigvalsh(0.5 * (covariance + covariance.T))
     if values[0] < -INDEFINITE * max(values[-1], 0.0) or not values[-1] > 0.0:
         raise RangeError.of(what, f"eigenvalues from {values[0]:.3g}", "positive semidefinite")

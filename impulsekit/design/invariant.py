@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..display import OneLine
-from ..errors import InputError, NotFiniteError, ShapeError, a_thing
+from ..errors import InputError, ShapeError, a_thing
 from ..impact import ImpactSolver
 from ..robot import state
+from ..robot.arrays import array_of
 from ..scene import Scene
 from .response import Response
 
@@ -58,7 +59,7 @@ class ImpactInvariant(OneLine):
         Raises:
             ShapeError, NotFiniteError.
         """
-        part: np.ndarray = self.basis.T @ (self.basis @ _vector(v, len(self.after), "v"))
+        part: np.ndarray = self.basis.T @ (self.basis @ array_of(v, (len(self.after),), "v"))
         return part
 
     def corrected(self, jacobian: ArrayLike, wanted: ArrayLike, v: ArrayLike) -> np.ndarray:
@@ -79,7 +80,7 @@ class ImpactInvariant(OneLine):
         nv = len(self.after)
         if rows.ndim != 2 or rows.shape[1] != nv:
             raise ShapeError.of("jacobian", ("k", nv), rows.shape)
-        error = _vector(wanted, len(rows), "wanted") - rows @ _vector(v, nv, "v")
+        error = array_of(wanted, (len(rows),), "wanted") - rows @ array_of(v, (nv,), "v")
         push = rows @ self.moved
         impulse = np.linalg.lstsq(push, error, rcond=NOTHING)[0]
         left: np.ndarray = error - push @ impulse
@@ -141,13 +142,3 @@ def impact_invariant(scene: Scene, q: ArrayLike) -> ImpactInvariant:
     for array in (basis, moved, after):
         array.setflags(write=False)
     return ImpactInvariant(basis, moved, after)
-
-
-def _vector(value: ArrayLike, size: int, what: str) -> np.ndarray:
-    array = np.array(value, dtype=float)
-    if array.shape != (size,):
-        raise ShapeError.of(what, (size,), array.shape)
-    if not np.isfinite(array).all():
-        where = int(np.argmax(~np.isfinite(array)))
-        raise NotFiniteError.of(what, where, array[where])
-    return array

@@ -10,6 +10,7 @@ import numpy as np
 from ..display import OneLine
 from ..errors import InputError, NotFiniteError, ShapeError
 from ..robot import Robot
+from ..robot.arrays import floats
 from ..scene import AppliedImpulse, Scene
 from .ellipsoid import IMMOBILE
 from .response import Response
@@ -95,7 +96,7 @@ def least_blow(
     if of is not None and not by_point:
         raise InputError("least_blow: of= names the point of a wanted_velocity=, not of wanted_dv=")
     name = "wanted_velocity" if by_point else "wanted_dv"
-    target = _numbers(name, wanted_velocity if by_point else wanted_dv)
+    target = floats(wanted_velocity if by_point else wanted_dv, name)
     shape = (3,) if by_point else (response.robot.nv,)
     if target.shape != shape:
         raise ShapeError.of(name, shape, target.shape)
@@ -121,13 +122,6 @@ def least_blow(
     reached.setflags(write=False)
     blow = AppliedImpulse(frame, linear=tuple(impulse), at=tuple(np.asarray(at)))
     return LeastBlow(blow, dv, reached, shortfall)
-
-
-def _numbers(name: str, given: Any) -> np.ndarray:
-    try:
-        return np.array(given, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        raise NotFiniteError(f"{name} does not hold numbers", what=name, where=name) from None
 
 
 def _refuse_immobile(response: Response, jacobian: np.ndarray, frame: str, at: Any) -> None:

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..display import OneLine
-from ..errors import InputError, NotFiniteError, RangeError, ShapeError
+from ..errors import InputError, RangeError, ShapeError
+from ..robot.arrays import array_of, floats
 from ..scene.functions import call
 
 if TYPE_CHECKING:
@@ -179,9 +180,5 @@ def _acceleration(
 
 
 def _array(given: Any, what: str, shape: tuple[int, ...] | None) -> np.ndarray:
-    array = np.array(given, dtype=float)
-    if shape is not None and array.shape != shape:
-        raise ShapeError.of(what, shape, array.shape)
-    if not np.isfinite(array).all():
-        raise NotFiniteError.of(what, "an entry", "not finite")
-    return array
+    array = floats(given, what)
+    return array_of(array, array.shape if shape is None else shape, what)

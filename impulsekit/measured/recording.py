@@ -10,8 +10,9 @@ import numpy as np
 import pinocchio as pin
 
 from ..display import OneLine
-from ..errors import InputError, NotFiniteError, RangeError, ShapeError, a_thing, quoted
+from ..errors import InputError, NotFiniteError, RangeError, ShapeError, a_thing
 from ..robot import Robot
+from ..robot.arrays import floats
 from ..robot.state import QUATERNION_TOLERANCE, checked_configuration
 
 if TYPE_CHECKING:
@@ -63,7 +64,9 @@ class Recording(OneLine):
         if not isinstance(self.robot, Robot):
             raise InputError(f"Recording: robot is {a_thing(self.robot)}, not a Robot")
         model = self.robot.model
-        t, q = (_floats(array, what) for what, array in (("t", self.t), ("q", self.q)))
+        t, q = (
+            floats(array, f"Recording: {what}") for what, array in (("t", self.t), ("q", self.q))
+        )
         if t.ndim != 1:
             raise ShapeError.of("Recording: t", (t.size,), t.shape)
         if t.size == 0:
@@ -72,7 +75,7 @@ class Recording(OneLine):
             raise ShapeError.of("Recording: q", (t.size, self.robot.nq), q.shape)
         arrays = {"t": t, "q": q}
         if self.v is not None:
-            arrays["v"] = v = _floats(self.v, "v")
+            arrays["v"] = v = floats(self.v, "Recording: v")
             if v.shape != (t.size, model.nv):
                 raise ShapeError.of("Recording: v", (t.size, model.nv), v.shape)
         for what, array in arrays.items():
@@ -193,17 +196,9 @@ def _impacts(given: Any) -> tuple[tuple[float, Impact], ...]:
 
 
 def _sigma(given: Any, nv: int) -> np.ndarray:
-    sigma = _floats(given, "sigma")
+    sigma = floats(given, "Recording: sigma")
     if sigma.shape not in ((), (nv,)):
         raise ShapeError.of("Recording: sigma", (nv,), sigma.shape, "or one number")
     if not (np.isfinite(sigma) & (sigma > 0.0)).all():
         raise RangeError.of("Recording: sigma", given, "above 0")
     return sigma
-
-
-def _floats(values: Any, what: str) -> np.ndarray:
-    try:
-        return np.array(values, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        sentence = f"Recording: {what} must be numbers, got {quoted(values)}"
-        raise NotFiniteError(sentence, what=what, where=what) from None

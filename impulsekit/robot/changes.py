@@ -17,6 +17,7 @@ import pinocchio as pin
 
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, quoted
 from .added import AddedBody, Changes, Ground
+from .arrays import array_of, floats
 from .source import RobotPart
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ def with_body(
     """See ``Robot.with_body``."""
     part, own = _part_of_link(robot, frame, "with_body")
     mass = _number(mass, "with_body: mass", 0.0)
-    centre = _vector(com, 3, "with_body: com")
+    centre = tuple(array_of(com, (3,), "with_body: com").tolist())
     moments = _moments(inertia)
     given = f"{own}_payload" if name is None else name
     if not isinstance(given, str) or not given or not given.isprintable():
@@ -132,7 +133,7 @@ def with_armature(robot: Robot, armature: Mapping[str, Any], gear: Mapping[str, 
         ratio = _number(gear.get(name, 1.0), f'with_armature: gear of "{name}"')
         what = f'with_armature: "{name}"'
         each = [value] * joint.nv if np.ndim(value) == 0 else value
-        values = np.array(_vector(each, joint.nv, what))
+        values = array_of(each, (joint.nv,), what)
         if (values < 0.0).any():
             raise RangeError.of(what, float(values.min()), "0 or more")
         whole[joint.idx_v : joint.idx_v + joint.nv] = ratio * ratio * values
@@ -156,7 +157,7 @@ def with_masses(robot: Robot, model: pin.Model) -> Robot:
 
 def with_ground(robot: Robot, height: float, normal: Any, name: str) -> Robot:
     """See ``Robot.with_ground``."""
-    along = np.array(_vector(normal, 3, "with_ground: normal"))
+    along = array_of(normal, (3,), "with_ground: normal")
     length = float(np.linalg.norm(along))
     if length == 0.0:
         raise RangeError.of("with_ground: normal", normal, "a direction")
@@ -267,27 +268,12 @@ def _number(value: Any, what: str, least: float = -math.inf) -> float:
     return float(value)
 
 
-def _vector(value: Any, size: int, what: str) -> Any:
-    try:
-        array = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{what} must be {size} numbers, got {quoted(value)}") from None
-    if array.shape != (size,):
-        raise ShapeError.of(what, (size,), array.shape)
-    if not np.isfinite(array).all():
-        raise NotFiniteError.of(what, int(np.argmin(np.isfinite(array))), "not finite")
-    return tuple(array.tolist())
-
-
 def _moments(inertia: Any) -> tuple[float, ...]:
     """ixx, ixy, ixz, iyy, iyz, izz of a (3, 3) tensor, of six or of three principal moments."""
     what = "with_body: inertia"
     if inertia is None:
         return (0.0,) * 6
-    try:
-        array = np.array(inertia, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{what} must be numbers, got {quoted(inertia)}") from None
+    array = floats(inertia, what)
     if array.shape == (3,):
         array = np.diag(array)
     elif array.shape == (6,):

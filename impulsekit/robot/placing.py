@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError, NotFiniteError, RangeError, ShapeError, quoted
+from ..errors import InputError, RangeError
+from .arrays import array_of
 from .state import checked_configuration, checked_velocity
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ class Placement:
 
     def point(self, at: Any) -> np.ndarray:
         """(3,) the point ``at`` of the frame in the world [m]."""
-        return self.rotation @ _numbers(at, (3,), "point") + self.position
+        return self.rotation @ array_of(at, (3,), "point") + self.position
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +196,7 @@ def place(
         >>> np.allclose(robot.placement(q, "ball/ball").position, hand.point([0, 0, 0.1]))
         True
     """
-    at, point = _numbers(at, (3,), "place: at"), _numbers(point, (3,), "place: point")
+    at, point = array_of(at, (3,), "place: at"), array_of(point, (3,), "place: point")
     q = checked_configuration(robot.model, q)
     root_id, other_id = (_root_of(robot, name) for name in (frame, at_frame))
     if root_id == 0:
@@ -266,28 +267,15 @@ def _rotation(value: Any) -> np.ndarray:
     """(3, 3) of a rotation matrix or of a quaternion x, y, z, w."""
     what = "place: rotation"
     if np.shape(value) == (4,):
-        x, y, z, w = _numbers(value, (4,), what).tolist()
+        x, y, z, w = array_of(value, (4,), what).tolist()
         length = float(np.linalg.norm([x, y, z, w]))
         if abs(length - 1.0) > OFF_ROTATION:
             raise RangeError.of(f"{what}: length of the quaternion", length, "1")
         return pin.Quaternion(w, x, y, z).normalized().toRotationMatrix()
-    turn = _numbers(value, (3, 3), what)
+    turn = array_of(value, (3, 3), what)
     off = float(np.abs(turn @ turn.T - np.eye(3)).max())
     if off > OFF_ROTATION or np.linalg.det(turn) < 0.0:
         raise InputError(
             f"{what} is no rotation matrix (R Rᵀ is off 1 by {off:.3g}, or it mirrors)"
         )
     return turn
-
-
-def _numbers(value: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
-    try:
-        array = np.array(value, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        raise InputError(f"{what} must be numbers, got {quoted(value)}") from None
-    if array.shape != shape:
-        raise ShapeError.of(what, shape, array.shape)
-    if not np.isfinite(array).all():
-        where = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
-        raise NotFiniteError.of(what, f"entry {where}", array[where])
-    return array

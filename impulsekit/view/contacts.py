@@ -29,7 +29,7 @@ def contacts_section(impact: Impact) -> list[str]:
     results = impact.contacts
     if not results:
         return []
-    lines = _points(impact, [r for r in results if r.touching and len(r.impulse) == 3])
+    lines = _points([r for r in results if r.touching and len(r.impulse) == 3])
     lines += _turning([r for r in results if any(p.turning is not None for p in r.points)])
     lines += _stops(impact, [r for r in results if r.touching and len(r.impulse) == 1])
     apart = [result.name for result in results if not result.touching]
@@ -87,7 +87,7 @@ def gap_lines(title: str, results: Sequence[ContactResult | ConstraintResult]) -
     )
 
 
-def _points(impact: Impact, results: list[ContactResult]) -> list[str]:
+def _points(results: list[ContactResult]) -> list[str]:
     if not results:
         return []
     impulse_scale = max(float(np.abs(result.impulse).max()) for result in results)

@@ -13,8 +13,8 @@ from ..urdf import box_moments, joint_text, link_text, robot_text
 
 __all__ = ["Link", "random_links", "random_state", "robot_of", "tree_urdf", "with_mass_ratio"]
 
-# Limits of joints [rad, m].
-FAR = 100.0
+# Limits of joints [rad, m]; the share of links that hang on any before.
+FAR, BRANCHING = 100.0, 0.4
 
 
 @dataclass(frozen=True)
@@ -74,14 +74,12 @@ def tree_urdf(links: Sequence[Link], base: bool = False) -> str:
     return robot_text("tree", *parts)
 
 
-def random_links(
-    rng: np.random.Generator, count: int, *, branching: float = 0.4, planar: bool = False
-) -> list[Link]:
+def random_links(rng: np.random.Generator, count: int, *, planar: bool = False) -> list[Link]:
     """Links of about a kilogram and a foot, each on the one before or on any before."""
     links = []
     for k in range(count):
         parent = k - 1
-        if k > 1 and rng.random() < branching:
+        if k > 1 and rng.random() < BRANCHING:
             parent = int(rng.integers(0, k))
         axis = (0.0, 0.0, 1.0)
         turn = (0.0, 0.0, 0.0)

@@ -28,9 +28,7 @@ LAWS = (
 )
 
 
-def planar_landing(
-    rng: np.random.Generator, law: Law, *, e: float, mu: float, speed: float = 1.0
-) -> Case:
+def planar_landing(rng: np.random.Generator, law: Law, *, e: float, mu: float) -> Case:
     """A tree in the plane z = 0 whose point meets the ground y = 0."""
     links = [
         Link(**{**vars(link), "joint": "revolute"})
@@ -45,8 +43,8 @@ def planar_landing(
     for i in range(STATES):
         # v is in the body's axes: q has the cosine and sine of its angle.
         c, s = q[i, 2], q[i, 3]
-        v[i, 0] -= speed * s
-        v[i, 1] -= speed * c
+        v[i, 0] -= s
+        v[i, 1] -= c
     return Case(scene, q, v, PlanarImpacts(scene))
 
 

@@ -102,24 +102,20 @@ def write_report(
     points: Sequence[Point],
     folder: pathlib.Path,
     seconds: float,
-    *,
-    pictures: bool = True,
-    rows: bool = True,
 ) -> None:
     """Write stress.md, and beside it stress.json, points.csv and a picture per sweep.
 
     Raises:
         OSError: the folder cannot be written.
-        MissingExtraError: pictures are wanted and matplotlib is not installed.
+        MissingExtraError: matplotlib is not installed.
     """
+    from .pictures import draw_sweep
+
     folder.mkdir(parents=True, exist_ok=True)
     drawn: list[str] = []
-    if pictures:
-        from .pictures import draw_sweep
-
-        for name in dict.fromkeys(p.sweep for p in points):
-            drawn.append(f"{name}.png")
-            draw_sweep([p for p in points if p.sweep == name], folder / drawn[-1])
+    for name in dict.fromkeys(p.sweep for p in points):
+        drawn.append(f"{name}.png")
+        draw_sweep([p for p in points if p.sweep == name], folder / drawn[-1])
     (folder / "stress.md").write_text(markdown(points, seconds, drawn), encoding="utf-8")
     summary = {
         "machine": machine(),
@@ -127,8 +123,6 @@ def write_report(
         "sweeps": [asdict(line) for line in (*lines_of(points), whole_of(points))],
     }
     (folder / "stress.json").write_text(json.dumps(summary, indent=1), encoding="utf-8")
-    if not rows:
-        return
     with (folder / "points.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow([*(field.name for field in fields(Point)), "ill_posed"])

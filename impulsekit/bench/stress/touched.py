@@ -95,7 +95,7 @@ def friction(mu: float, rng: np.random.Generator) -> Case:
     return _landing(rng, e=float(rng.choice([0.0, 0.3, 0.9])), mu=mu)
 
 
-def _landing(rng: np.random.Generator, *, e: float, mu: float, slow: float | None = None) -> Case:
+def _landing(rng: np.random.Generator, *, e: float, mu: float) -> Case:
     links = random_links(rng, int(rng.integers(1, 4)))
     robot = robot_of(links, "freeflyer")
     chosen = rng.choice(len(links), size=min(len(links), int(rng.integers(1, 3))), replace=False)

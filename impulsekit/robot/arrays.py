@@ -1,0 +1,42 @@
+"""Arrays that users give: copies of finite numbers, or an error that says what is wrong."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..errors import NotFiniteError, ShapeError, quoted
+
+__all__ = ["array_of", "floats"]
+
+
+def floats(value: Any, what: str) -> np.ndarray:
+    """A copy as floats, of any shape.
+
+    Raises:
+        NotFiniteError: it does not hold numbers.
+    """
+    try:
+        return np.array(value, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise NotFiniteError(
+            f"{what} must be numbers, got {quoted(value)}", what=what, where=what
+        ) from None
+
+
+def array_of(value: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
+    """A copy as finite floats of a shape.
+
+    Raises:
+        NotFiniteError, ShapeError.
+    """
+    array = floats(value, what)
+    if array.shape != shape:
+        raise ShapeError.of(what, shape, array.shape)
+    finite = np.isfinite(array)
+    if not finite.all():
+        where = tuple(np.argwhere(~finite)[0].tolist())
+        index = ", ".join(map(str, where))
+        raise NotFiniteError.of(what, f"entry {index}", array[where])
+    return array
