@@ -11,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 import impulsekit as ik
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
 from impulsekit.checking import Check, system
 from impulsekit.cli import main
 from impulsekit.errors import InputError, RangeError, UnknownNameError
@@ -143,17 +144,19 @@ def test_impulses_of_contacts_are_given_to_the_reference(world):
     assert not ik.check(spoilt(impact, 1 + 1e-6)).agrees
 
 
-HINGE = """<robot name="a"><link name="base"/><link name="l"><inertial>
-<origin xyz="0.1 0 0"/><mass value="{size}"/><inertia ixx="{size}" ixy="0" ixz="0" iyy="{size}"
-iyz="0" izz="{size}"/></inertial></link><joint name="j" type="continuous"><parent link="base"/>
-<child link="l"/><origin xyz="0.3 0.1 0.7" rpy="0.1 0.2 0.3"/><axis xyz="0 0 1"/></joint></robot>"""
+def hinged(size):
+    joint = joint_text(
+        "j", "continuous", "base", "l", "0 0 1", at="0.3 0.1 0.7", turn="0.1 0.2 0.3"
+    )
+    link = link_text("l", size, size, at="0.1 0 0")
+    return ik.Robot.from_urdf(robot_text("a", link_text("base"), link, joint))
 
 
 @pytest.mark.parametrize("size", [1.0, 1e-3, 1e-9, 1e-12])
 @pytest.mark.parametrize("at", [(0, 0, 0), (0, 0, 0.4), (-0.3, -0.4, 0)])
 def test_a_blow_through_the_axis_moves_nothing_and_agrees(size, at):
     """Its moments cancel; what is left of them is rounding."""
-    one = ik.Robot.from_urdf(HINGE.format(size=size))
+    one = hinged(size)
     for angle in (0.0, 0.37, 2.0):
         towards = (0.3, 0.4, 0.0) if any(at[:2]) else (1.0, 2.0, 3.0)
         blow = ik.AppliedImpulse("l", linear=towards, at=at, axes="local")
@@ -171,7 +174,7 @@ def test_a_blow_through_the_axis_moves_nothing_and_agrees(size, at):
     ik.PointAnchor("l", at=(0.1, 0, 0)),
 ])  # fmt: skip
 def test_an_anchor_on_the_axis_agrees(size, anchor):
-    one = ik.Robot.from_urdf(HINGE.format(size=size))
+    one = hinged(size)
     blow = ik.AppliedImpulse("l", linear=[0.3, 0.4, 0], at=[-0.1, 0.1, 0])
     scene = ik.Scene(one, [blow], [anchor])
     impact = ik.solve(scene, one.configuration(j=0.3), one.velocity(j=1.0))

@@ -7,16 +7,13 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
+from impulsekit.bench.urdf import link_text, robot_text
 from impulsekit.errors import UnknownNameError
 from tests.close import close
 
 
 def body(name, shape):
-    inertia = "<inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/>"
-    return (
-        f"<robot name='{name}'><link name='{name}'><inertial><mass value='1'/>{inertia}</inertial>"
-        f"<collision><geometry>{shape}</geometry></collision></link></robot>"
-    )
+    return robot_text(name, link_text(name, 1, shape=shape))
 
 
 BALL = body("ball", "<sphere radius='0.1'/>")
@@ -73,7 +70,7 @@ def test_a_closing_speed_is_the_rate_of_its_gap(shapes, seed):
 
 
 def name_of(text):
-    return text.split("'")[1]
+    return text.split('"')[1]
 
 
 def test_distances_of_balls_and_of_boxes_corner_to_corner():

@@ -11,6 +11,7 @@ from click.testing import CliRunner
 from impulsekit.bench import elbow, landings, recorded
 from impulsekit.bench.section import Section, joined
 from impulsekit.bench.tensors import read_tensor
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
 from impulsekit.cli import main
 from impulsekit.errors import FileError, InputError
 
@@ -98,12 +99,7 @@ LINKS = ("pelvis", *(f"{part}_{side}" for side in landings.SIDES for part in PAR
 
 def biped():
     """A biped with the joints of the data, legs of rods of 0.2 m that bend about y."""
-    bodies = "".join(
-        f'<link name="{name}"><inertial><mass value="1"/><inertia ixx=".01" iyy=".01" izz=".01" '
-        'ixy="0" ixz="0" iyz="0"/></inertial></link>'
-        for name in LINKS
-    )
-    joints = []
+    parts = [link_text(name, 1, 0.01) for name in LINKS]
     for side, y in zip(landings.SIDES, (0.1, -0.1), strict=True):
         chain = (
             ("hip_roll", "pelvis", "yaw", f"0 {y} 0", "1 0 0"),
@@ -117,15 +113,9 @@ def biped():
         )
         for joint, parent, child, origin, axis in chain:
             above = parent if parent == "pelvis" else f"{parent}_{side}"
-            joints.append(
-                f'<joint name="{joint}_{side}" type="continuous"><parent link="{above}"/>'
-                f'<child link="{child}_{side}"/><origin xyz="{origin}"/><axis xyz="{axis}"/>'
-                "</joint>"
-            )
-    text = f'<robot name="biped">{bodies}{"".join(joints)}</robot>'
-    return text.replace('type="continuous"', 'type="revolute"').replace(
-        "</joint>", '<limit lower="-3" upper="3" effort="9" velocity="9"/></joint>'
-    )
+            ends = (above, f"{child}_{side}")
+            parts.append(joint_text(f"{joint}_{side}", "revolute", *ends, axis, at=origin, far=3))
+    return robot_text("biped", *parts)
 
 
 @pytest.fixture(scope="module")

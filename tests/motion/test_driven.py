@@ -9,19 +9,18 @@ import pytest
 from scipy.optimize import brentq
 
 import impulsekit as ik
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
 from impulsekit.errors import InputError, RangeError
 
-TABLE = """<robot name="table"><link name="base"/><link name="plate"><inertial><mass value="2"/>
-<inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<joint name="move" type="prismatic"><parent link="base"/><child link="plate"/><axis xyz="{}"/>
-<limit lower="-9" upper="9" effort="1" velocity="1"/></joint></robot>"""
 G = 9.81
 W, A = 10.0 * math.pi, 0.01
 
 
 def ball_over_table(axis="0 0 1"):
     ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
-    return ik.combine(ball=ball, table=ik.Robot.from_urdf(TABLE.format(axis)))
+    move = joint_text("move", "prismatic", "base", "plate", axis, far=9)
+    table = robot_text("table", link_text("base"), link_text("plate", 2, 0.1), move)
+    return ik.combine(ball=ball, table=ik.Robot.from_urdf(table))
 
 
 def start(robot, height):

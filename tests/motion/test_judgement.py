@@ -7,14 +7,13 @@ import pytest
 from click.testing import CliRunner
 
 import impulsekit as ik
+from impulsekit.bench.urdf import one_body
 from impulsekit.cli import main
 from impulsekit.errors import InputError
 
 from .models import MODELS
 
 ROUGH_FLOOR = MODELS.parent / "examples" / "rough_floor.toml"
-BODY = """<robot name="b"><link name="b"><inertial><mass value="{m!r}"/>
-<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="{i!r}"/></inertial></link></robot>"""
 
 
 def planar_scene(seed):
@@ -22,10 +21,9 @@ def planar_scene(seed):
     rng = np.random.default_rng(seed)
     count, bodies = int(rng.integers(1, 5)), int(rng.integers(1, 3))
     masses = 10.0 ** rng.uniform(-1.0, 0.0, bodies)
-    urdfs = [BODY.format(m=float(m), i=float(m * rng.uniform(0.02, 1.0))) for m in masses]
-    robot = ik.combine(
-        **{f"b{k}": ik.Robot.from_urdf(urdf, root="planar") for k, urdf in enumerate(urdfs)}
-    )
+    inertias = [(1, 1, m * rng.uniform(0.02, 1.0)) for m in masses]
+    pairs = enumerate(zip(masses, inertias, strict=True))
+    robot = ik.combine(**{f"b{k}": one_body("b", m, i, root="planar") for k, (m, i) in pairs})
     contacts, normals = [], np.zeros((count, 3 * bodies))
     for i in range(count):
         a, other = rng.integers(bodies, size=2)

@@ -12,11 +12,6 @@ from impulsekit.errors import SingularMassError
 
 from ..robots import random_state
 
-INERTIAL = (
-    '<inertial><origin xyz="0.01 0.02 0.1"/><mass value="{0}"/>'
-    '<inertia ixx="{1}" iyy="{1}" izz="{1}" ixy="0" ixz="0" iyz="0"/></inertial>'
-)
-
 
 def arm(masses, axes, root="freeflyer"):
     """A chain of links of these masses under a base of the first; 0 for a link without mass."""
@@ -58,10 +53,8 @@ def test_a_massless_base_that_turns_on_a_joint_is_refused_at_every_pose(masses):
 
 def test_a_body_without_a_moment_about_its_axis_is_told_so():
     # As 1000 random objects of a physics engine have it: mass, and izz="0".
-    rod = INERTIAL.format(0.1, 1.0).replace('izz="1.0"', 'izz="0"')
-    robot = ik.Robot.from_urdf(
-        f'<robot name="r"><link name="rod">{rod}</link></robot>', "freeflyer"
-    )
+    rod = link_text("rod", 0.1, (1.0, 1.0, 0.0), at="0.01 0.02 0.1")
+    robot = ik.Robot.from_urdf(robot_text("r", rod), "freeflyer")
     (motion,) = robot.massless_motions
     assert motion.has_mass
     scene = ik.Scene(robot, [ik.AppliedImpulse("rod", linear=[1, 0, 0])])
@@ -132,17 +125,10 @@ def test_a_tip_without_mass_and_a_link_between_two_in_line_are_told():
     assert arm((1, 0, 0), ["0 0 1", "0 1 0"], "fixed").massless_joints == ("joint_2", "joint_1")
     # Across each other, two hinges with a massless link between move the mass behind both.
     assert arm((1, 0, 1), ["0 0 1", "0 1 0"]).massless_joints == ()
-    in_line = (
-        '<robot name="r"><link name="a"/><link name="b"/>'
-        f'<link name="c">{INERTIAL.format(1, 1)}</link>'
-        + "".join(
-            f'<joint name="{name}" type="continuous"><parent link="{parent}"/>'
-            f'<child link="{child}"/><axis xyz="0 0 1"/></joint>'
-            for name, parent, child in (("first", "a", "b"), ("second", "b", "c"))
-        )
-        + "</robot>"
-    )
-    assert ik.Robot.from_urdf(in_line).massless_joints == ("second",)
+    links = (link_text("a"), link_text("b"), link_text("c", 1, at="0.01 0.02 0.1"))
+    first = joint_text("first", "continuous", "a", "b", "0 0 1")
+    second = joint_text("second", "continuous", "b", "c", "0 0 1")
+    assert ik.Robot.from_urdf(robot_text("r", *links, first, second)).massless_joints == ("second",)
 
 
 @pytest.mark.parametrize("scale", [1e-12, 1.0, 1e12])
