@@ -19,6 +19,7 @@ import numpy as np
 from .approach import ALL_ROUNDS, NO_ROUND, approach_in_rounds, approach_regularized, sweep
 from .borrowed import borrowing
 from .compiled import compiled, entry
+from .even_shares import share_evenly
 from .least_shares import least_holding
 from .modes import (
     BALANCED,
@@ -124,7 +125,7 @@ def frictional(
             residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
             heaviest = _heaviest(work, n) if residual <= BAR else math.inf
             if heaviest <= BALANCED * sizes.scale:
-                return _code_of(work, n, sizes, dependent, YES), residual
+                return _settled(work, n, sizes, dependent, residual)
             # Where Newton wandered to is decided by rounding.
             for k in range(3 * n):
                 P[k], start[k] = start[k], P[k]
@@ -134,7 +135,7 @@ def frictional(
                 for k in range(3 * n):
                     P[k] = start[k]
                 found = residual_of(work, n, sizes)
-                code = _code_of(work, n, sizes, dependent, YES)
+                code, found = _settled(work, n, sizes, dependent, found)
             return code, found
     if code == _OPEN:
         code, residual = search_slipping(work, n, sizes, floors, dependent)
@@ -210,7 +211,7 @@ def search_slipping(
     if not floors:
         residual = unload(work, n, sizes, residual)
     if residual <= BAR:
-        return _code_of(work, n, sizes, dependent, YES), residual
+        return _settled(work, n, sizes, dependent, residual)
     rough = work.P[: 3 * n].copy()
     code, bar = _try_modes(work, n, sizes, PLANE, dependent)
     if code != _OPEN:
@@ -221,12 +222,12 @@ def search_slipping(
     if not floors:
         residual = unload(work, n, sizes, residual)
     if residual <= BAR:
-        return _code_of(work, n, sizes, dependent, YES), residual
+        return _settled(work, n, sizes, dependent, residual)
     residual = approach_regularized(work, n, sizes, BAR)
     if not floors:
         residual = unload(work, n, sizes, residual)
     if residual <= BAR:
-        return _code_of(work, n, sizes, dependent, YES), residual
+        return _settled(work, n, sizes, dependent, residual)
     for k in range(3 * n):
         rough[k] = work.P[k]
     code, bar = _try_modes(work, n, sizes, FAR, dependent)
@@ -247,14 +248,14 @@ def search_slipping(
                 best[k] = rough[k]
         residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
         if residual <= BAR:
-            return _code_of(work, n, sizes, dependent, YES), residual
+            return _settled(work, n, sizes, dependent, residual)
         if not left < math.inf:
             break
         for k in range(3 * n):
             work.P[k] = rough[k]
     residual = _from_pushes(work, n, sizes)
     if residual <= BAR:
-        return _code_of(work, n, sizes, dependent, YES), residual
+        return _settled(work, n, sizes, dependent, residual)
     for k in range(3 * n):
         work.P[k] = best[k] if least < math.inf else 0.0
     return _NOT_CONVERGED, least
@@ -309,7 +310,22 @@ def _try_modes(
         return _OPEN, left
     for k in range(size):
         work.P[k] = best[k]
-    return _code_of(work, n, sizes, dependent, YES), left
+    return _settled(work, n, sizes, dependent, left)
+
+
+@compiled
+def _settled(
+    work: Workspace, n: int, sizes: Sizes, dependent: float, residual: float
+) -> tuple[int, float]:
+    """The code and the residual of an answer with slip, its redundant contacts sharing evenly."""
+    residual, shared = share_evenly(work, n, sizes, dependent, residual)
+    unique = work.unique[:n].copy()
+    code = _code_of(work, n, sizes, dependent, YES)
+    if shared:
+        for i in range(n):
+            work.unique[i] = work.unique[i] and unique[i]
+        return _NOT_UNIQUE, residual
+    return code, residual
 
 
 @compiled

@@ -7,6 +7,7 @@ import numpy as np
 from .borrowed import borrowing
 from .compiled import compiled, entry
 from .coupling import SURE, friction_is_weak
+from .even_shares import can_shift, share_evenly
 from .found import SAME
 from .frictional import frictional
 from .least_shares import least_holding, share_least
@@ -68,8 +69,9 @@ def find_answers(
     """What is known, how many answers there are, how many of them are others, and if split.
 
     The others, with velocities that neither ``shown`` nor another has and no gain of energy, are
-    the first in ``found`` and ``pressed``. They are split where all have one velocity at the end
-    of their compression, and only the shares of its load differ.
+    the first in ``found`` and ``pressed``. They are split where only shares of load differ: of
+    compressions with one velocity at their end, or between contacts that slip, evened to one v⁺.
+    Without others it says that such shares can be shifted.
 
     Args:
         W: (3n, 3n) Delassus matrix [1/kg].
@@ -109,8 +111,6 @@ def find_answers(
     tried, count, beyond = search_modes(
         own, b, own_mu, np.zeros(n), scale, reach, found[:MOST_FOUND], outside
     )
-    if tried == NOTHING_TRIED:
-        return TOO_MANY, 0, 0, False
     how = ALL_TRIED if tried == TRIED_ALL else SEARCHED
     work = workspace(n)
     for r in range(3 * n):
@@ -119,6 +119,8 @@ def find_answers(
             work.W[r, c] = own[r, c]
     for i in range(n):
         work.mu[i] = own_mu[i]
+    if tried == NOTHING_TRIED:
+        return TOO_MANY, 0, 0, not releases and _is_one_of_many(work, n, shown)
     if how == SEARCHED:
         count = _add_held(work, n, shown, outside[:beyond], found, count)
     full = count == MOST_FOUND
@@ -131,7 +133,34 @@ def find_answers(
     start = before if restitution == NEWTON else free
     split = releases and _is_split(W, count, found, pressed, scale)
     others = _others_first(W, shown, start, free, scale, found, pressed, count)
+    if not releases:
+        split = _are_evened(work, n, shown, found[:others], scale)
     return how, count, others, split
+
+
+@compiled
+def _are_evened(
+    work: Workspace, n: int, shown: np.ndarray, others: np.ndarray, scale: float
+) -> bool:
+    """Whether all other answers, their load shared evenly, are the one shown."""
+    if not _is_one_of_many(work, n, shown):
+        return False
+    sizes = sizes_of(work, n, 0.0)
+    for one in range(len(others)):
+        for k in range(3 * n):
+            work.P[k] = others[one, k]
+        share_evenly(work, n, sizes, DEPENDENT, residual_of(work, n, sizes))
+        if _speed_between(work.W, work.P, shown) > SAME * scale:
+            return False
+    return True
+
+
+@compiled
+def _is_one_of_many(work: Workspace, n: int, shown: np.ndarray) -> bool:
+    """Whether the answer shown is one of those between which load can be shifted."""
+    for k in range(3 * n):
+        work.P[k] = shown[k]
+    return can_shift(work, n, sizes_of(work, n, 0.0), DEPENDENT)
 
 
 def _held_examples() -> tuple[object, ...]:

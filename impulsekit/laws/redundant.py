@@ -10,7 +10,7 @@ from .compiled import compiled, entry
 from .rank import null_parts, pivoted_cholesky
 from .workspace import Sizes, Workspace, workspace
 
-__all__ = ["PART", "find_shared", "is_redundant"]
+__all__ = ["PART", "UNLOADED", "find_shared", "is_redundant"]
 
 # Of the largest load: none.
 UNLOADED = 1e-13

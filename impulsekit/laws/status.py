@@ -46,7 +46,8 @@ class Status(int, enum.Enum):
         2,
         "Valid. Contacts are redundant: velocities and resultants are unique, the split of the "
         "impulse among those contacts is not (the one of least norm is given); use the resultant. "
-        "Under Poisson's law velocities may depend on the split: see impact.uniqueness.",
+        "Under Poisson's law, and where redundant contacts slip, velocities may depend on the "
+        "split: see impact.uniqueness.",
     )
     PAINLEVE_JAM = (
         3,

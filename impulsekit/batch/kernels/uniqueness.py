@@ -40,8 +40,10 @@ def judge_others(code, W, before, free, after, mus, es, ets, count, P, restituti
         es[:count].copy(), ets[:count].copy(), restitution, P[:size].copy(), scale, found, pressed,
         NEAR,
     )  # fmt: skip
+    if split:
+        return code + SHARED
     if others > 0:
-        return code + SHARED if split else _MANY
+        return _MANY
     if how in (SMOOTH, WEAK) or (how == ALL_TRIED and known > 0):
         return code
     return code + OPEN

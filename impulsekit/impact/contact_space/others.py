@@ -44,7 +44,14 @@ RULE_OF_SPLIT = (
     "the compression of least Σ w |P|², w being the mobility of each contact (of one contact the "
     "least friction impulse); what is given back is e times its load"
 )
+RULE_OF_SLIP = (
+    "the load that equally stiff springs under the contacts would take (each gives way by its own "
+    "mobility times its load), as far as none pulls"
+)
+SLIPPING = "redundant contacts slip: load can be shifted between them, and friction with it"
 SHARED = "the compression's load may be shared in many ways, and e times it comes back"
+# A way to shift load ends where a contact has none, on either side.
+ENDS = 2
 _NO_ANSWER = (Status.NO_SOLUTION, Status.NOT_CONVERGED, Status.SEQUENCE_TOO_LONG)
 
 
@@ -109,6 +116,9 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
         return Finding(PROVEN, CLOSED_FORM)
     newton = law.restitution == "newton"
     search = _search(problem, solution.impulse, scale, newton=newton)
+    if search.split and (newton or not problem.restitution.any()):
+        others = search.others or _of_unloaded(problem, solution, scale)
+        return Finding(SEVERAL, SLIPPING, others, RULE_OF_SLIP, settled=True)
     if not search.others:
         if search.how in (SMOOTH, WEAK) and not newton and _gives_back_shares(problem, solution):
             return _of_shares(problem, solution, scale)
@@ -120,6 +130,42 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
         return Finding(SEVERAL, reason, search.others, RULE_OF_PARTING, settled=True)
     reason = f"{len(search.others) + 1} v⁺ obey the law and gain no energy"
     return Finding(SEVERAL, reason, search.others, RULE)
+
+
+def _of_unloaded(
+    problem: ContactProblem, solution: ContactSolution, scale: float
+) -> tuple[np.ndarray, ...]:
+    """Answers in which one of the redundant contacts that slip carries no load: two extremes."""
+    from .simultaneous import solve_simultaneous
+
+    found: list[np.ndarray] = []
+    for i in np.flatnonzero(~np.asarray(solution.unique)):
+        rest = np.delete(np.arange(len(problem.friction)), i)
+        rows = (3 * rest[:, None] + np.arange(3)).ravel()
+        part = solve_simultaneous(
+            ContactProblem(
+                np.ascontiguousarray(problem.delassus[np.ix_(rows, rows)]),
+                problem.velocity_before[rows],
+                problem.velocity_free[rows],
+                problem.restitution[rest],
+                problem.friction[rest],
+                problem.tangential_restitution[rest],
+            ),
+            Law(),
+        )
+        P = np.zeros_like(solution.impulse)
+        P[rows] = part.impulse
+        after = problem.velocity_free + problem.delassus @ P
+        target = -problem.restitution[i] * min(problem.velocity_before[3 * i + 2], 0.0)
+        approaches = after[3 * i + 2] < target - SAME * scale
+        if not part.status.valid or approaches:
+            continue
+        if all(_apart(problem, one, P, scale) for one in (solution.impulse, *found)):
+            P.setflags(write=False)
+            found.append(P)
+        if len(found) == ENDS:
+            break
+    return tuple(found)
 
 
 def _of_a_tie(problem: ContactProblem, law: Law, solution: ContactSolution) -> Finding:

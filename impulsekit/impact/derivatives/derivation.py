@@ -52,15 +52,14 @@ def acts_before(impact: Impact) -> bool:
 
 
 def _is_split_open(impact: Impact) -> bool:
-    """Whether v⁺ may depend on how redundant contacts share the load of a compression.
+    """Whether v⁺ may depend on how redundant contacts share their load.
 
-    Under Poisson's law e times each share comes back. Without friction, and with one e for all,
-    that is e times the resultant; otherwise the share is that of a rule, which is not linear.
+    Where they slip friction goes with each share. Under Poisson's law e times each share comes
+    back. Without friction, and with one e for all, that is e times the resultant; otherwise the
+    share is that of a rule, whose derivative is not known here.
     """
     outcome, scene = impact.outcome, impact.scene
     if outcome is None or outcome.contacts is None or outcome.contacts.unique is None:
-        return False
-    if scene.law.restitution != "poisson":
         return False
     shared = [
         scene.contacts[touch.entry]
@@ -69,7 +68,10 @@ def _is_split_open(impact: Impact) -> bool:
     ]
     names = ("restitution", "friction")
     e, mu = ([getattr(entry, name, 0.0) for entry in shared] for name in names)
-    if (not any(mu) and all(one == e[0] for one in e)) or all(one == 0.0 for one in e):
+    if scene.law.restitution != "poisson" or all(one == 0.0 for one in e):
+        at_once = scene.law.order == "simultaneous" and scene.law.slip == "end"
+        return at_once and any(mu) and impact.uniqueness.settled
+    if not any(mu) and all(one == e[0] for one in e):
         return False
     return scene.law.order == "sequential" or not impact.uniqueness.proven
 

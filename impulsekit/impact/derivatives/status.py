@@ -22,8 +22,9 @@ class DerivativeStatus(enum.Enum):
     RANK_CHANGES = (
         "Not valid: v⁺ jumps here and has no derivative, because redundant rows contradict each "
         "other when the state changes, because the modes of the contacts do not determine v⁺, or "
-        "because Poisson's law returns an impulse that can be shared in many ways. Entries without "
-        "a derivative are NaN. Remove the rows that repeat others, or lower the friction."
+        "because load can be shared in many ways that come to other v⁺ (contacts that slip, "
+        "Poisson's law). Entries without a derivative are NaN. Remove the rows that repeat others, "
+        "or lower the friction."
     )
 
     @property

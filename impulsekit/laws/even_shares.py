@@ -1,0 +1,222 @@
+"""Redundant contacts that slip: how they share their load.
+
+Where normals of contacts that touch depend on each other, as at four corners of a face, load can
+be shifted between them: W_nn z = 0. Where these contacts slip in ways of their own, friction
+shifts with it, and every share has its own v⁺. As for what rests (``resting``) the share is the
+one that equally stiff springs would make: each contact gives way by ε D P_n, D being the diagonal
+of W_nn, so that zᵀ D P_n = 0 for every z as ε goes to 0, or as far that way as no contact pulls.
+
+With Π onto these z in units of 1/√D, the law with W_nn + √D Π √D for W_nn has that share alone,
+and solves the law itself: zᵀ ξ_n = zᵀ D P_n must vanish.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .approach import ALL_ROUNDS, NO_ROUND, approach_in_rounds
+from .borrowed import borrowed, borrowing
+from .compiled import compiled, entry
+from .modes import BAR, MOST_STEPS, RIDGE, SLIDES, polish, residual_of
+from .rank import null_rows, pivoted_cholesky
+from .redundant import PART, UNLOADED
+from .workspace import Sizes, Workspace, workspace
+
+__all__ = ["can_shift", "share_evenly"]
+
+# A contact that parts or slips by less than this share of all velocities touches, or sticks.
+STILL = 1e-11
+# By how much the even share may leave more of the law than the one that was found.
+FITS = 1e-12
+# Velocities that a shift of load makes, each contact's own mobility being 1: less is rounding.
+MOVES = 1e-10
+# The trace of Π counts the ways to shift load: between none and one, and one and two.
+SOME_WAY, ONE_WAY = 0.5, 1.5
+
+
+@entry(lambda: (workspace(1), 1, Sizes(1.0, 1.0, 1.0, True), 0.0, 0.0), seconds=3.0, apart=True)
+def share_evenly(
+    work: Workspace, n: int, sizes: Sizes, dependent: float, residual: float
+) -> tuple[float, bool]:
+    """Bring P to the even share of normals that depend on each other.
+
+    Where nothing slips v⁺ does not depend on the shares, and P stays.
+
+    Args:
+        work: the problem, and P, a solution. Where load can be shifted ``unique`` is False after
+            it for the contacts between which it can.
+        n: how many contacts.
+        sizes: what counts as nothing.
+        dependent: pivots, the diagonal being 1, below which rows depend on each other.
+        residual: that of P.
+
+    Returns:
+        The residual, and whether load can be shifted so that v⁺ changes.
+    """
+    work = borrowed(work)
+    residual_of(work, n, sizes)
+    touching = np.empty(n, np.int64)
+    count = _touching(work, n, sizes, touching)
+    shift = _shifts(work, touching, count, dependent)
+    for i in range(n):
+        work.unique[i] = True
+    if not shift.any():
+        return residual, False
+    start, mine, among = work.P[: 3 * n].copy(), touching.copy(), shift
+    kept = count
+    for _ in range(n):
+        if kept == 0:
+            break
+        _polish_even(work, n, sizes, mine, kept, among)
+        left = int(np.int64(0))
+        most = _heaviest(work, n)
+        for k in range(kept):
+            i = mine[k]
+            if work.P[3 * i + 2] - work.floor[i] > UNLOADED * most:
+                mine[left] = i
+                left += 1
+        if left == kept:
+            break
+        # What would pull gets no load, and the others share it.
+        kept = left
+        among = _shifts(work, mine, kept, dependent)
+    after = residual_of(work, n, sizes)
+    if not after <= min(residual + FITS, BAR):
+        for k in range(3 * n):
+            work.P[k] = start[k]
+        after = residual_of(work, n, sizes)
+    moves = _moves(work, n, sizes, touching, count, shift)
+    if moves:
+        for k in range(count):
+            work.unique[touching[k]] = shift[k, k] <= PART
+    return after, moves
+
+
+@compiled
+def can_shift(work: Workspace, n: int, sizes: Sizes, dependent: float) -> bool:
+    """Whether load can be shifted from P so that v⁺ changes. Arguments as ``share_evenly``'s."""
+    work = borrowed(work)
+    residual_of(work, n, sizes)
+    touching = np.empty(n, np.int64)
+    count = _touching(work, n, sizes, touching)
+    return _moves(work, n, sizes, touching, count, _shifts(work, touching, count, dependent))
+
+
+@borrowing
+def _touching(work: Workspace, n: int, sizes: Sizes, touching: np.ndarray) -> int:
+    """Write the contacts that touch; how many, or 0 where none of them slips."""
+    count, slides = int(np.int64(0)), 0
+    for i in range(n):
+        k = 3 * i + 2
+        if work.xi[k] <= STILL * sizes.scale and work.W[k, k] > sizes.least:
+            touching[count] = i
+            count += 1
+            slides += 1 if _slides(work, i, sizes) else 0
+    return count if slides > 0 and count > 1 else 0
+
+
+@compiled
+def _shifts(work: Workspace, touching: np.ndarray, count: int, dependent: float) -> np.ndarray:
+    """(count, count) Π onto the shifts of load that move no normal, in units of 1/√D."""
+    unit = np.empty(count)
+    factor, shift = np.empty((count, count)), np.zeros((count, count))
+    for r in range(count):
+        unit[r] = 1.0 / math.sqrt(work.W[3 * touching[r] + 2, 3 * touching[r] + 2])
+    for r in range(count):
+        for c in range(count):
+            factor[r, c] = work.W[3 * touching[r] + 2, 3 * touching[c] + 2] * unit[r] * unit[c]
+    order = np.empty(count, np.int64)
+    rank = pivoted_cholesky(factor, count, dependent, count, order)
+    if rank < count:
+        null = np.empty((count - rank, count))
+        null_rows(factor, count, rank, order, null)
+        shift = np.dot(null.T.copy(), null)
+    return shift
+
+
+@compiled
+def _polish_even(
+    work: Workspace, n: int, sizes: Sizes, touching: np.ndarray, count: int, shift: np.ndarray
+) -> None:
+    """P of the law in which these shifts are stiff; W is as before after it."""
+    saved, unit = np.empty((count, count)), np.empty(count)
+    for r in range(count):
+        unit[r] = math.sqrt(work.W[3 * touching[r] + 2, 3 * touching[r] + 2])
+    for r in range(count):
+        for c in range(count):
+            i, j = 3 * touching[r] + 2, 3 * touching[c] + 2
+            saved[r, c] = work.W[i, j]
+            work.W[i, j] += unit[r] * shift[r, c] * unit[c]
+    if not polish(work, n, sizes, MOST_STEPS, RIDGE) <= BAR:
+        approach_in_rounds(work, n, sizes, NO_ROUND, ALL_ROUNDS, BAR)
+    for r in range(count):
+        for c in range(count):
+            work.W[3 * touching[r] + 2, 3 * touching[c] + 2] = saved[r, c]
+
+
+@borrowing
+def _moves(
+    work: Workspace, n: int, sizes: Sizes, touching: np.ndarray, count: int, shift: np.ndarray
+) -> bool:
+    """Whether load can be shifted, and friction that goes with it moves anything."""
+    return _can_give(work, n, touching, count, shift) and _is_moved(
+        work, n, sizes, touching, count, shift
+    )
+
+
+@borrowing
+def _is_moved(
+    work: Workspace, n: int, sizes: Sizes, touching: np.ndarray, count: int, shift: np.ndarray
+) -> bool:
+    """Whether friction that goes with a shift of load moves anything."""
+    for c in range(count):
+        for r in range(3 * n):
+            change = 0.0
+            for k in range(count):
+                i = touching[k]
+                if _slides(work, i, sizes):
+                    load = work.mu[i] * shift[k, c] / math.sqrt(work.W[3 * i + 2, 3 * i + 2])
+                    for j in range(2):
+                        change -= work.W[r, 3 * i + j] * work.slip[i, j] * load
+            if abs(change) > MOVES * math.sqrt(sizes.largest):
+                return True
+    return False
+
+
+@borrowing
+def _slides(work: Workspace, i: int, sizes: Sizes) -> bool:
+    """Whether a contact slips by more than rounding."""
+    speed = math.hypot(work.xi[3 * i], work.xi[3 * i + 1])
+    return work.mu[i] > 0.0 and work.mode[i] >= SLIDES and speed > STILL * sizes.scale
+
+
+@borrowing
+def _can_give(work: Workspace, n: int, touching: np.ndarray, count: int, shift: np.ndarray) -> bool:
+    """Whether load can be shifted where some of the contacts that touch have none to give.
+
+    Known where there is one way to shift; of several ways one is taken to lead on.
+    """
+    most, ways, largest = _heaviest(work, n), 0.0, 0
+    for k in range(count):
+        ways += shift[k, k]
+        largest = k if shift[k, k] > shift[largest, largest] else largest
+    if not SOME_WAY < ways < ONE_WAY:
+        return ways > SOME_WAY
+    up, down = True, True
+    for k in range(count):
+        i = touching[k]
+        if work.P[3 * i + 2] - work.floor[i] <= UNLOADED * most and shift[k, k] > PART:
+            up = up and shift[k, largest] > 0.0
+            down = down and shift[k, largest] < 0.0
+    return up or down
+
+
+@borrowing
+def _heaviest(work: Workspace, n: int) -> float:
+    """The largest normal impulse [N s]."""
+    most = 0.0
+    for i in range(n):
+        most = max(most, work.P[3 * i + 2])
+    return most

@@ -1,0 +1,201 @@
+"""Redundant contacts that slip share their load as equally stiff springs would."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.optimize import root
+
+import impulsekit as ik
+
+CORNERS = [(x, y, -0.05) for x in (-0.15, 0.15) for y in (-0.1, 0.1)]
+# No normal of a face moves for loads along it.
+SHIFT = np.array([1.0, -1.0, -1.0, 1.0])
+MU = 0.4
+LAWS = [ik.Law(), ik.Law(restitution="poisson")]
+
+
+def box():
+    return ik.Robot.from_urdf("models/box.urdf", root="freeflyer")
+
+
+def corner_contacts(order=range(4), link="box", e=0.0, prefix="corner"):
+    return [
+        ik.Contact(
+            link,
+            at=CORNERS[i],
+            normal=[0, 0, 1],
+            origin=[0, 0, -0.05],
+            restitution=e,
+            friction=MU,
+            name=f"{prefix} {i}",
+        )
+        for i in order
+    ]
+
+
+def falls(count, seed=0):
+    """Velocities of flat bodies that slide, turn and come down."""
+    v = 0.3 * np.random.default_rng(seed).normal(size=(count, 6))
+    v[:, 2] = -0.1 - abs(v[:, 2])
+    return v
+
+
+def loads_of(impact):
+    return np.array([impact.contacts[f"corner {i}"].impulse[2] for i in range(4)])
+
+
+def by_springs(robot, v, e=0.0):
+    """v⁺ and loads of four corners that all slide, from the statement of the law alone.
+
+    Unknown are v⁺ (6,) and the loads (4,); given momentum, three normal velocities, and that the
+    loads have no part along the shift (all corners are moved alike by their normals).
+    """
+    inertia = robot.model.inertias[1]
+    mass = np.diag([inertia.mass] * 3 + list(inertia.inertia.diagonal()))
+    points = np.array(CORNERS)
+    target = -e * np.minimum([v[2] + np.cross(v[3:], p)[2] for p in points], 0.0)
+
+    def off(x):
+        after, loads = x[:6], x[6:]
+        speed = after[:3] + np.cross(after[3:], points)
+        slip = speed[:, :2] / np.linalg.norm(speed[:, :2], axis=1)[:, None]
+        forces = np.column_stack([-MU * loads[:, None] * slip, loads])
+        pull = np.concatenate([forces.sum(0), np.cross(points, forces).sum(0)])
+        return np.concatenate(
+            [mass @ (after - v) - pull, (speed[:, 2] - target)[:3], [SHIFT @ loads]]
+        )
+
+    return root(off, np.concatenate([v * [1, 1, 0, 0, 0, 1], np.full(4, 0.1)]), tol=1e-14).x
+
+
+def test_four_corners_that_slip_are_as_on_equal_springs():
+    robot = box()
+    scene = ik.Scene(robot, contacts=corner_contacts(e=0.2))
+    judged = 0
+    for v in falls(30):
+        impact = ik.solve(scene, robot.neutral(), v)
+        if any(contact.mode != "sliding" for contact in impact.contacts):
+            continue
+        # Mobilities of the four normals are equal, the box being even.
+        truth = by_springs(robot, v, 0.2)
+        if (truth[6:] <= 0.0).any():
+            continue
+        judged += 1
+        assert impact.v_after == pytest.approx(truth[:6], abs=1e-12)
+        assert loads_of(impact) == pytest.approx(truth[6:], abs=1e-12)
+    assert judged >= 15
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.restitution)
+def test_the_order_of_entries_decides_nothing(law):
+    robot = box()
+    for v in falls(10, seed=1):
+        answers = [
+            ik.solve(
+                ik.Scene(robot, contacts=corner_contacts(order, e=0.3), law=law), robot.neutral(), v
+            ).v_after
+            for order in list(itertools.permutations(range(4)))[::5]
+        ]
+        assert np.ptp(answers, axis=0).max() < 1e-13
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.restitution)
+def test_bodies_side_by_side_land_as_each_alone(law):
+    """Off by up to 3e-3 of the velocities where any lawful share was taken."""
+    robot, count = box(), 6
+    many = ik.combine(
+        {f"b{k}": robot for k in range(count)},
+        placements={f"b{k}": (k, 0, 0) for k in range(count)},
+    )
+    contacts = [
+        one for k in range(count) for one in corner_contacts(link=f"b{k}/box", prefix=f"b{k}")
+    ]
+    v = falls(count, seed=2)
+    together = ik.solve(ik.Scene(many, contacts=contacts, law=law), many.neutral(), v.ravel())
+    alone = ik.Scene(robot, contacts=corner_contacts(), law=law)
+    each = [ik.solve(alone, robot.neutral(), one).v_after for one in v]
+    assert together.v_after == pytest.approx(np.concatenate(each), abs=1e-13)
+
+
+def test_other_shares_are_told_with_their_velocities():
+    robot = box()
+    scene = ik.Scene(robot, contacts=corner_contacts(e=0.2))
+    for v in falls(10):
+        impact = ik.solve(scene, robot.neutral(), v)
+        if any(contact.mode != "sliding" for contact in impact.contacts):
+            continue
+        told = impact.uniqueness
+        assert impact.status is ik.Status.NOT_UNIQUE
+        assert told.several
+        assert told.settled
+        assert "springs" in told.rule
+        assert not any(contact.unique for contact in impact.contacts)
+        assert told.others
+        for other in told.others:
+            # What the normals ask for is met by all: rise and tilt are theirs.
+            change = other - impact.v_after
+            assert np.abs(change[[2, 3, 4]]).max() < 1e-13
+            assert np.abs(change).max() > 1e-6
+
+
+def test_a_batch_tells_the_same():
+    robot = box()
+    scene = ik.Scene(robot, contacts=corner_contacts(e=0.2))
+    v = falls(60, seed=3)
+    batch = ik.solve_batch(scene, robot.neutral(), v)
+    singles = [ik.solve(scene, robot.neutral(), one) for one in v]
+    assert batch.v_after == pytest.approx(np.array([one.v_after for one in singles]), abs=1e-13)
+    assert [int(one.status) for one in singles] == batch.status.tolist()
+    verdicts = ["proven", "not proven", "several"]
+    assert [verdicts.index(one.uniqueness.verdict) for one in singles] == batch.uniqueness.tolist()
+
+
+def test_three_points_of_an_edge_that_slip_have_a_rule():
+    """Answers along the shift were told as MANY_SOLUTIONS, from which no motion goes on."""
+    robot = box()
+    points = [(-0.15, 0.1, -0.05), (0.02, 0.1, -0.05), (0.15, 0.1, -0.05)]
+    contacts = [
+        ik.Contact("box", at=p, normal=[0, 0, 1], origin=[0, 0, -0.05], friction=MU) for p in points
+    ]
+    scene = ik.Scene(robot, contacts=contacts)
+    several = 0
+    for v in falls(20):
+        impact = ik.solve(scene, robot.neutral(), v)
+        if all(contact.mode == "sliding" for contact in impact.contacts):
+            assert impact.status is ik.Status.NOT_UNIQUE
+            several += impact.uniqueness.several
+    assert several >= 10
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.restitution)
+def test_there_are_no_derivatives_where_shares_decide(law):
+    """They were told to exist, and were off by up to 200."""
+    robot = box()
+    scene = ik.Scene(robot, contacts=corner_contacts(e=0.2), law=law)
+    judged = 0
+    for v in falls(12):
+        impact = ik.solve(scene, robot.neutral(), v)
+        found = ik.derivatives(impact)
+        if impact.uniqueness.several:
+            judged += 1
+            assert not found.status.exists
+            assert np.isnan(found.dv_after_dv).all()
+    assert judged >= (6 if law.restitution == "newton" else 0)
+
+
+def test_sliding_without_turning_keeps_one_velocity():
+    robot = box()
+    scene = ik.Scene(robot, contacts=corner_contacts())
+    impact = ik.solve(scene, robot.neutral(), [1.0, 0.5, -0.3, 0, 0, 0])
+    assert impact.status is ik.Status.NOT_UNIQUE
+    assert not impact.uniqueness.several
+    # The push on the ground is 0.9 N s, and friction 0.4 of it.
+    slip = np.array([1.0, 0.5]) / np.hypot(1.0, 0.5)
+    assert sum(loads_of(impact)) == pytest.approx(0.9, abs=1e-14)
+    assert SHIFT @ loads_of(impact) == pytest.approx(0.0, abs=1e-14)
+    assert np.abs(impact.contacts[0].impulse[:2] / impact.contacts[0].impulse[2]) == pytest.approx(
+        MU * slip, abs=1e-9
+    )
