@@ -19,7 +19,7 @@ import numpy as np
 from .approach import ALL_ROUNDS, NO_ROUND, approach_in_rounds
 from .borrowed import borrowed, borrowing
 from .compiled import compiled, entry
-from .modes import BAR, MOST_STEPS, RIDGE, SLIDES, polish, residual_of
+from .modes import BAR, FINE, MOST_STEPS, RIDGE, SLIDES, SUMMED, largest_term, polish, residual_of
 from .rank import null_rows, pivoted_cholesky
 from .redundant import PART, UNLOADED
 from .workspace import Sizes, Workspace, workspace
@@ -28,8 +28,9 @@ __all__ = ["can_shift", "share_evenly"]
 
 # A contact that parts or slips by less than this share of all velocities touches, or sticks.
 STILL = 1e-11
-# By how much the even share may leave more of the law than the one that was found.
-FITS = 1e-12
+# Targets of redundant normals that are farther apart, relative to the velocities, contradict each
+# other: then not all of them can bear load, and there is nothing to share.
+APART = 1e-13
 # Velocities that a shift of load makes, each contact's own mobility being 1: less is rounding.
 MOVES = 1e-10
 # The trace of Π counts the ways to shift load: between none and one, and one and two.
@@ -62,8 +63,9 @@ def share_evenly(
     shift = _shifts(work, touching, count, dependent)
     for i in range(n):
         work.unique[i] = True
-    if not shift.any():
+    if not shift.any() or _contradict(work, n, sizes, touching, count, shift):
         return residual, False
+    allowed = residual + max(FINE, SUMMED * largest_term(work, n, sizes))
     start, mine, among = work.P[: 3 * n].copy(), touching.copy(), shift
     kept = count
     for _ in range(n):
@@ -83,7 +85,7 @@ def share_evenly(
         kept = left
         among = _shifts(work, mine, kept, dependent)
     after = residual_of(work, n, sizes)
-    if not after <= min(residual + FITS, BAR):
+    if not after <= allowed:
         for k in range(3 * n):
             work.P[k] = start[k]
         after = residual_of(work, n, sizes)
@@ -101,7 +103,10 @@ def can_shift(work: Workspace, n: int, sizes: Sizes, dependent: float) -> bool:
     residual_of(work, n, sizes)
     touching = np.empty(n, np.int64)
     count = _touching(work, n, sizes, touching)
-    return _moves(work, n, sizes, touching, count, _shifts(work, touching, count, dependent))
+    shift = _shifts(work, touching, count, dependent)
+    if _contradict(work, n, sizes, touching, count, shift):
+        return False
+    return _moves(work, n, sizes, touching, count, shift)
 
 
 @borrowing
@@ -154,6 +159,21 @@ def _polish_even(
     for r in range(count):
         for c in range(count):
             work.W[3 * touching[r] + 2, 3 * touching[c] + 2] = saved[r, c]
+
+
+@borrowing
+def _contradict(
+    work: Workspace, n: int, sizes: Sizes, touching: np.ndarray, count: int, shift: np.ndarray
+) -> bool:
+    """Whether normals that depend on each other are asked for velocities that do not."""
+    apart = 0.0
+    for r in range(count):
+        i, along = 3 * touching[r] + 2, 0.0
+        for c in range(count):
+            j = 3 * touching[c] + 2
+            along += shift[r, c] * work.xi[j] / math.sqrt(work.W[j, j])
+        apart = max(apart, abs(along) * math.sqrt(work.W[i, i]))
+    return apart > max(APART, SUMMED * largest_term(work, n, sizes)) * sizes.scale
 
 
 @borrowing

@@ -22,7 +22,7 @@ from .workspace import Sizes, Workspace
 
 __all__ = [
     "BALANCED", "BAR", "DEEP", "DEPENDENT", "FINE", "MOST_STEPS", "NULL", "RIDGE", "SLIDES",
-    "add_stiffness", "assemble", "height_of", "largest_term", "map_naturally", "polish",
+    "SUMMED", "add_stiffness", "assemble", "height_of", "largest_term", "map_naturally", "polish",
     "residual_of", "sizes_of", "write_onto_modes",
 ]  # fmt: skip
 

@@ -134,8 +134,8 @@ def find_answers(
     split = releases and _is_split(W, count, found, pressed, scale)
     others = _others_first(W, shown, start, free, scale, found, pressed, count)
     if not releases:
-        split = _are_evened(work, n, shown, found[:others], scale)
-    return how, count, others, split
+        return how, count, others, _are_evened(work, n, shown, found[:others], scale)
+    return how, count, others, split and others > 0
 
 
 @compiled

@@ -33,6 +33,7 @@ from .path_law import path_derivative
 from .path_stage import PathStage, change_of_block
 from .regressor import inertia_regressor
 from .result import Derivatives
+from .shared_loads import is_split_open
 from .stage import Loads
 from .tables import told
 from .workspace import Workspace
@@ -49,31 +50,6 @@ def acts_before(impact: Impact) -> bool:
     scene = impact.scene
     struck = scene.law.order == "sequential" and bool(scene.impulses)
     return struck or bool(scene.held)
-
-
-def _is_split_open(impact: Impact) -> bool:
-    """Whether v⁺ may depend on how redundant contacts share their load.
-
-    Where they slip friction goes with each share. Under Poisson's law e times each share comes
-    back. Without friction, and with one e for all, that is e times the resultant; otherwise the
-    share is that of a rule, whose derivative is not known here.
-    """
-    outcome, scene = impact.outcome, impact.scene
-    if outcome is None or outcome.contacts is None or outcome.contacts.unique is None:
-        return False
-    shared = [
-        scene.contacts[touch.entry]
-        for touch, unique in zip(outcome.touches, outcome.contacts.unique, strict=True)
-        if not unique
-    ]
-    names = ("restitution", "friction")
-    e, mu = ([getattr(entry, name, 0.0) for entry in shared] for name in names)
-    if scene.law.restitution != "poisson" or all(one == 0.0 for one in e):
-        at_once = scene.law.order == "simultaneous" and scene.law.slip == "end"
-        return at_once and any(mu) and impact.uniqueness.settled
-    if not any(mu) and all(one == e[0] for one in e):
-        return False
-    return scene.law.order == "sequential" or not impact.uniqueness.proven
 
 
 class Derivation:
@@ -370,8 +346,12 @@ class Derivation:
             self.workspace.columns(tuple(point.entry for point in self.touching)),
             len(self.multipliers),
         )
-        if _is_split_open(self.impact):
+        if is_split_open(self.impact):
             passed.consistent = np.zeros(passed.columns.width, dtype=bool)
+        elif passed.columns.q is not None and self._shares_change():
+            if passed.consistent is None:
+                passed.consistent = np.ones(passed.columns.width, dtype=bool)
+            passed.consistent[passed.columns.q] = False
         return told(
             self.impact,
             self.workspace,
@@ -382,6 +362,13 @@ class Derivation:
             tuple(dict.fromkeys(self.edges)),
             self.by_inertia,
         )
+
+    def _shares_change(self) -> bool:
+        """Whether v⁺ hangs on shares of load that change with the configuration."""
+        even = any(
+            isinstance(one, ModeStage) and one.system.even is not None for one in self.stages
+        )
+        return even and self.impact.uniqueness.settled
 
     def by_inertia(self, joint_id: int) -> np.ndarray:
         """(nv, 10) ∂v⁺ by the dynamic parameters of a joint's body."""

@@ -24,6 +24,7 @@ from ..axes_of_vectors import faint_axes, lengths_of_vectors
 from ..elimination import NULL_ROW, RANK_TOLERANCE
 from .factor import Factor
 from .modes import ContactMode
+from .shared_loads import even_shares
 
 __all__ = ["NULL_ROW", "Direct", "Loads", "Response", "Stage", "equations_of"]
 
@@ -77,6 +78,7 @@ class Stage:
         rows: (r, nv) G: bilateral rows, then three for each contact that carries.
         null: (r,) True for rows that move nothing.
         loads: that every response meets.
+        even: springs under the normals that share loads; None where none do, or none slips.
     """
 
     def __init__(
@@ -118,6 +120,12 @@ class Stage:
             self._moved = solved[:, :count]
             self._solved = [(where, solved[:, i:j]) for where, i, j in parts]
         delassus = rows.dot(self._moved)
+        # Of shared loads the rule is that of springs, as ``laws.even_shares`` has it.
+        self.even = (
+            even_shares(delassus, bilateral, modes) if redundant and not factor.is_filled else None
+        )
+        if self.even is not None:
+            delassus[np.ix_(self.even.rows, self.even.rows)] += self.even.stiffness
         diagonal = delassus.diagonal()
         sizes = diagonal.tolist()
         smallest = NULL_ROW * max(*sizes, NONZERO) if sizes else 0.0
@@ -125,7 +133,7 @@ class Stage:
         self.null = diagonal <= smallest if any_null else np.zeros(count, dtype=bool)
         # Φ and E, by equation; Φ is None where it is the identity.
         self._mix: np.ndarray | None = None
-        self._dropped = _NOTHING
+        self._dropped = self._kept = _NOTHING
         own: np.ndarray | None = None
         if any_null or redundant or any(mode.held or not mode.sticking for mode in modes):
             mix, own = self._equations(modes, count)
@@ -179,6 +187,10 @@ class Stage:
         if redundant:
             dropped |= self._dependent(is_demand & ~self.null)
         self._dropped = np.flatnonzero(dropped)
+        # Springs would take up what redundant rows contradict each other by.
+        self._kept = self._dropped
+        if self.even is not None:
+            self._kept = np.union1d(self._dropped, self.even.rows)
         mix[dropped] = 0.0
         own[dropped] = 0.0
         own[dropped, dropped] = 1.0
@@ -187,6 +199,10 @@ class Stage:
         """(r,) True for demands that others already make."""
         chosen = np.flatnonzero(demands)
         half = self._factor.half(self.rows[chosen])
+        if self.even is not None:
+            springs = np.zeros((len(self.even.rows), len(self.rows)))
+            springs[:, self.even.rows] = self.even.root
+            half = np.vstack([half, springs[:, chosen]])
         sizes = np.sqrt(np.einsum("ij,ij->j", half, half))
         count = len(chosen)
         factored, order, *_ = dgeqp3(half / sizes, lwork=2 * count + BLOCK * (count + 1))
@@ -212,7 +228,7 @@ class Stage:
             loads: what M d is given; None for the standing loads.
         """
         nv, width = self.rows.shape[1], given.shape[1]
-        wanted = given.copy() if len(self._dropped) else given
+        wanted = given.copy() if len(self._kept) else given
         if self._factor.is_filled:
             load = np.zeros((nv, width))
             for where, part in self.loads if loads is None else loads:
@@ -243,10 +259,10 @@ class Stage:
         return Response(velocity, impulse, self._holds(velocity, wanted))
 
     def _holds(self, velocity: np.ndarray, given: np.ndarray) -> np.ndarray | None:
-        """(w,) whether the demands left out are met, relative to what makes them up."""
-        if not len(self._dropped):
+        """(w,) whether demands left out or shared are met, relative to what makes them up."""
+        if not len(self._kept):
             return None
-        rows, wanted = self.rows[self._dropped], given[self._dropped]
+        rows, wanted = self.rows[self._kept], given[self._kept]
         gap = np.abs(rows @ velocity - wanted).max(axis=0)
         every = np.abs(self.rows)
         # What is given by the configuration is a difference of terms of this size.
