@@ -86,9 +86,10 @@ def share_evenly(
         among = _shifts(work, mine, kept, dependent)
     after = residual_of(work, n, sizes)
     if not after <= allowed:
+        # Normals that depend on each other by all but a little are no redundant ones.
         for k in range(3 * n):
             work.P[k] = start[k]
-        after = residual_of(work, n, sizes)
+        return residual_of(work, n, sizes), False
     moves = _moves(work, n, sizes, touching, count, shift)
     if moves:
         for k in range(count):

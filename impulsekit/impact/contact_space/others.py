@@ -116,8 +116,9 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
         return Finding(PROVEN, CLOSED_FORM)
     newton = law.restitution == "newton"
     search = _search(problem, solution.impulse, scale, newton=newton)
-    if search.split and (newton or not problem.restitution.any()):
-        others = search.others or _of_unloaded(problem, solution, scale)
+    slips = newton or not problem.restitution.any()
+    if search.split and slips and solution.unique is not None:
+        others = search.others or _of_unloaded(problem, solution, solution.unique, scale)
         return Finding(SEVERAL, SLIPPING, others, RULE_OF_SLIP, settled=True)
     if not search.others:
         if search.how in (SMOOTH, WEAK) and not newton and _gives_back_shares(problem, solution):
@@ -133,13 +134,13 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
 
 
 def _of_unloaded(
-    problem: ContactProblem, solution: ContactSolution, scale: float
+    problem: ContactProblem, solution: ContactSolution, unique: np.ndarray, scale: float
 ) -> tuple[np.ndarray, ...]:
     """Answers in which one of the redundant contacts that slip carries no load: two extremes."""
     from .simultaneous import solve_simultaneous
 
     found: list[np.ndarray] = []
-    for i in np.flatnonzero(~np.asarray(solution.unique)):
+    for i in np.flatnonzero(~unique):
         rest = np.delete(np.arange(len(problem.friction)), i)
         rows = (3 * rest[:, None] + np.arange(3)).ravel()
         part = solve_simultaneous(
