@@ -32,25 +32,25 @@ from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import entry
 from .axes import contact_axes, cross
 from .features import CornerOnFace, EdgesCross, borders_of, inside_of
-from .points import (
+from .point_table import (
     CROSSING,
+    ELLIPSOID,
     MOST,
     PLANE,
     TIP,
     Table,
     TableRow,
-    axes_of_crossing,
     axis,
     back,
-    crossing,
     origin,
     point_of,
     table_of,
     three,
-    tip_of,
     turned,
 )
+from .points import axes_of_crossing, crossing
 from .polyhedron import Polyhedron
+from .tips import tip_of
 from .vectors import Vector, along, dot
 
 if TYPE_CHECKING:
@@ -127,14 +127,17 @@ def on_face(
     Args:
         feature: which; ground: whose face. kept, pieces: as of ``HeldPoint``.
         at: (3,) the point, or the middle of its ball or rim, in the frame of its joint.
-        round_part: of a tip (5,) the radii of ball and rim, and the rim's axis.
+        round_part: of a tip (5,) the radii of ball and rim, and the rim's axis; of an ellipsoid's
+            (10,) that of its ball, and E.
     """
     side, face = feature.side, feature.face
     axes = np.array(kept[:9]).reshape(3, 3)
     on_plane = float(ground.heights[face]) * ground.normals[face]
     own = [1.0 if side == 0 else -1.0, *(round_part or ())]
     numbers = np.concatenate([at, axes.T.ravel(), on_plane, own])
-    kind = PLANE if round_part is None else TIP
+    kind = PLANE
+    if round_part is not None:
+        kind = TIP if len(round_part) == 5 else ELLIPSOID
     return HeldPoint(feature, tuple(kept), pieces, kind, (side, 1 - side), numbers, (ground, face))
 
 
@@ -277,7 +280,7 @@ def _where(table: Table, i: int, places: np.ndarray) -> Vector:
     if table.whole[i, 0] == CROSSING:
         _, _, _, _, here, there, _, _ = crossing(table, i, places)
         return along(here, 0.5, along(there, -1.0, here))
-    if table.whole[i, 0] == TIP:
+    if table.whole[i, 0] in (TIP, ELLIPSOID):
         return tip_of(table, i, places)[0]
     return point_of(table, i, places)
 

@@ -6,11 +6,17 @@ a; a cylinder or cone),
 
     x = p − ρ n,        x = c − r d,  d = (n − (n·a) a) / |n − (n·a) a|,
 
-which moves over both bodies at ẋ, with p, c and a fixed in one and n in the other. Of a rim that
+and of an ellipsoid over a half-space (see ``ellipsoids``)
+
+    x = c − Eᵀ E n / |E n| − ρ n,
+
+which moves over both bodies at ẋ, with p, c, a and E fixed in one and n in the other. Of a rim that
 lies flat on the face points fixed on it stand for all of it. With v, a, ω the velocities and
 accelerations of the material points at x, ' of the body of the face, and R axes fixed there,
 
     u = Rᵀ (v − v'),   u̇ = Rᵀ (a + ω × (ẋ − v) − a' − ω' × (ẋ − v') − ω' × (v − v')).
+
+Corners of a polyhedron over a half-space are held here too; see ``held_points``.
 """
 
 from __future__ import annotations
@@ -22,7 +28,9 @@ import numpy as np
 
 from .axes import contact_axes
 from .convex import Convex
-from .held_points import HeldPoint, Places, gaps_and_ends, on_face
+from .ellipsoids import Ellipsoid
+from .features import CornerOnFace
+from .held_points import HeldPoint, Places, gaps_and_ends, held_point, on_face
 from .polyhedron import Polyhedron
 
 __all__ = ["TipOnFace", "held_tip", "held_tips"]
@@ -51,13 +59,16 @@ class TipOnFace:
 
 
 def held_tip(
-    bodies: Sequence[Convex | Polyhedron],
+    bodies: Sequence[Convex | Ellipsoid | Polyhedron],
     feature: TipOnFace,
     kept: Sequence[float],
     pieces: tuple[int, int],
 ) -> HeldPoint:
     """A tip of a round body on a face of a polyhedron; both in the frames of their joints."""
     body, ground = bodies[feature.side], bodies[1 - feature.side]
+    if isinstance(body, Ellipsoid) and isinstance(ground, Polyhedron):
+        part = [body.radius, *body.rows.ravel()]
+        return on_face(feature, ground, body.centre, kept, pieces, part)
     if not (isinstance(body, Convex) and isinstance(ground, Polyhedron)):
         raise ValueError("a tip is of a round body on a polyhedron")
     at, ball, rim = np.array(kept[9:12]), 0.0, 0.0
@@ -69,14 +80,15 @@ def held_tip(
 
 
 def held_tips(
-    bodies: Sequence[Convex | Polyhedron],
+    bodies: Sequence[Convex | Ellipsoid | Polyhedron],
     places: Places,
     margin: float,
     pieces: tuple[int, int],
 ) -> list[HeldPoint] | None:
     """The tips of a round body that touch a polyhedron, to be followed.
 
-    None where they touch otherwise than tips on one face, beside its edges.
+    Of a half-space also the tip of an ellipsoid, and corners. None where they touch otherwise than
+    tips on one face, beside its edges.
 
     Args:
         bodies: a round one and a polyhedron (``endless_face`` too), in either order, in the frames
@@ -85,6 +97,10 @@ def held_tips(
         margin: tips no further from the face touch [m].
         pieces: the numbers of the two, of bodies that are several.
     """
+    if isinstance(bodies[0], Ellipsoid) or isinstance(bodies[1], Ellipsoid):
+        return _held_ellipsoid(bodies, places, margin, pieces)
+    if isinstance(bodies[0], Polyhedron) and isinstance(bodies[1], Polyhedron):
+        return _held_corners((bodies[0], bodies[1]), places, margin, pieces)
     own = 0 if isinstance(bodies[0], Convex) else 1
     body, ground = bodies[own], bodies[1 - own]
     if not (isinstance(body, Convex) and isinstance(ground, Polyhedron)):
@@ -96,8 +112,7 @@ def held_tips(
     if reach[face] > margin:
         return []
     n = ground.normals[face]
-    axes = contact_axes(places[1 - own].rotation.dot(n) * (1.0 if own == 0 else -1.0))
-    kept = places[1 - own].rotation.T.dot(axes).ravel().tolist()
+    kept = _axes_kept(places, own, n)
     found: list[HeldPoint] = []
     count = len(there.points)
     out = n - n.dot(there.axis) * there.axis
@@ -120,3 +135,42 @@ def held_tips(
     if (inside < 0.0).any():
         return None
     return [tip for tip, gap in zip(found, gaps, strict=True) if gap <= margin]
+
+
+def _held_ellipsoid(
+    bodies: Sequence[Convex | Ellipsoid | Polyhedron],
+    places: Places,
+    margin: float,
+    pieces: tuple[int, int],
+) -> list[HeldPoint]:
+    """The tip of an ellipsoid on a half-space; as ``held_tips``."""
+    own = 0 if isinstance(bodies[0], Ellipsoid) else 1
+    ground = bodies[1 - own]
+    if not isinstance(ground, Polyhedron):
+        raise ValueError("an ellipsoid is held on a half-space")
+    kept = _axes_kept(places, own, ground.normals[0])
+    tip = held_tip(bodies, TipOnFace(own, 0, 0, True), kept, pieces)
+    return [tip] if gaps_and_ends([tip], places)[0, 0] <= margin else []
+
+
+def _axes_kept(places: Places, own: int, n: np.ndarray) -> list[float]:
+    """As ``HeldPoint.kept``, of a point of body ``own`` on a face with a normal in its joint."""
+    turn = places[1 - own].rotation
+    axes = contact_axes(turn.dot(n) * (1.0 if own == 0 else -1.0))
+    return turn.T.dot(axes).ravel().tolist()
+
+
+def _held_corners(
+    bodies: Sequence[Polyhedron], places: Places, margin: float, pieces: tuple[int, int]
+) -> list[HeldPoint]:
+    """The corners of a polyhedron on a half-space; as ``held_tips``."""
+    own = 1 if bodies[0].is_endless else 0
+    body, ground = bodies[own], bodies[1 - own]
+    relative = places[1 - own].actInv(places[own])
+    over = ground.normals[0].dot(relative.translation) - ground.heights[0]
+    gaps = body.vertices.dot(relative.rotation.T.dot(ground.normals[0])) + over
+    normal = places[1 - own].rotation.dot(ground.normals[0]) * (1.0 if own == 0 else -1.0)
+    return [
+        held_point(bodies, CornerOnFace(own, corner, 0), normal, places, pieces)
+        for corner in np.flatnonzero(gaps <= margin).tolist()
+    ]

@@ -16,8 +16,6 @@ Two points x and y on a rope of length l pull along n = (x − y)/|x − y|:
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -25,178 +23,36 @@ from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import entry
 from ..tolerances import NONZERO
 from .lines import nearest
+from .point_table import (
+    ELLIPSOID,
+    MOST,
+    PLANE,
+    ROPE,
+    STOP,
+    TIP,
+    Axes,
+    Kinematics,
+    Table,
+    axis,
+    back,
+    moving,
+    origin,
+    point_of,
+    three,
+    turned,
+)
+from .tips import tip_of, write_bias_of_tip
 from .vectors import Vector, along, cross, dot
 
 __all__ = [
-    "CROSSING",
-    "MOST",
-    "PLANE",
-    "ROPE",
-    "ROUNDED",
-    "STOP",
-    "TIP",
-    "Kinematics",
-    "Table",
-    "TableRow",
+    "axes_of_crossing",
+    "crossing",
     "gap_and_rate",
     "gaps_and_rates",
-    "table_of",
+    "rope",
     "write_bias",
     "write_rows",
 ]
-
-# Kinds of points.
-PLANE, CROSSING, STOP, TIP, ROPE = 0, 1, 2, 3, 4
-# So many numbers say the most of a point.
-MOST = 21
-# Gaps are sums of some ten rounded terms, in units of the largest one's rounding error.
-ROUNDED = 8.0 * float(np.finfo(float).eps)
-
-# t₁, t₂ and n of a point.
-Axes = tuple[Vector, Vector, Vector]
-# Kind, two joints, and numbers, as a ``Table`` has them.
-TableRow = tuple[int, int, int, np.ndarray]
-
-
-class Kinematics(NamedTuple):
-    """Of all joints at one state, as ``Memory`` shows it; ``rates`` without joint accelerations."""
-
-    places: np.ndarray
-    speeds: np.ndarray
-    rates: np.ndarray
-    jacobian: np.ndarray
-    last: np.ndarray
-    before: np.ndarray
-
-
-class Table(NamedTuple):
-    """Points that rest.
-
-    Attributes:
-        whole: (n, 3) kind; the joints of the point and of its plane, or of both edges; of a
-            stop where its speed is in v and it in q; of a rope those of its ends.
-        numbers: (n, 21) of a plane: the point (3) in its joint, R (9) in the plane's joint column
-            by column, the origin (3) there, and s. Of a tip: the same of its middle, the radius of
-            the ball around it, that of the rim, and the rim's axis (3). Of edges: a point (3) and
-            the direction (3) of each in its joint, both lengths, the sign of n, and the least
-            sine. Of a stop its row's entry, the sign, and the limit. Of a rope both ends in their
-            joints, and how long it is.
-    """
-
-    whole: np.ndarray
-    numbers: np.ndarray
-
-
-def table_of(rows: Sequence[TableRow]) -> Table:
-    """The table of points."""
-    whole = np.array([row[:3] for row in rows], dtype=np.int64).reshape(-1, 3)
-    numbers = np.zeros((len(rows), MOST))
-    for own, row in zip(numbers, rows, strict=True):
-        own[: len(row[3])] = row[3]
-    return Table(whole, numbers)
-
-
-@borrowing
-def turned(places: np.ndarray, j: int, x: Vector) -> Vector:
-    """A direction of a joint's frame, in the world."""
-    return (
-        places[j, 0] * x[0] + places[j, 3] * x[1] + places[j, 6] * x[2],
-        places[j, 1] * x[0] + places[j, 4] * x[1] + places[j, 7] * x[2],
-        places[j, 2] * x[0] + places[j, 5] * x[1] + places[j, 8] * x[2],
-    )
-
-
-@borrowing
-def back(places: np.ndarray, j: int, x: Vector) -> Vector:
-    """A direction of the world, in a joint's frame."""
-    return (
-        places[j, 0] * x[0] + places[j, 1] * x[1] + places[j, 2] * x[2],
-        places[j, 3] * x[0] + places[j, 4] * x[1] + places[j, 5] * x[2],
-        places[j, 6] * x[0] + places[j, 7] * x[1] + places[j, 8] * x[2],
-    )
-
-
-@borrowing
-def origin(places: np.ndarray, j: int) -> Vector:
-    """Of a joint's frame, in the world."""
-    return places[j, 9], places[j, 10], places[j, 11]
-
-
-@borrowing
-def three(numbers: np.ndarray, at: int) -> Vector:
-    """Three numbers of a row."""
-    return numbers[at], numbers[at + 1], numbers[at + 2]
-
-
-@borrowing
-def moving(kinematics: Kinematics, j: int, point: Vector) -> tuple[Vector, Vector]:
-    """Velocity and acceleration of a joint's point (in the world), in the world."""
-    places, speeds, rates = kinematics.places, kinematics.speeds, kinematics.rates
-    at = back(places, j, along(point, -1.0, origin(places, j)))
-    spin = three(speeds[j], 3)
-    velocity = along(three(speeds[j], 0), 1.0, cross(spin, at))
-    rate = along(three(rates[j], 0), 1.0, cross(three(rates[j], 3), at))
-    rate = along(rate, 1.0, cross(spin, velocity))
-    return turned(places, j, velocity), turned(places, j, rate)
-
-
-@borrowing
-def axis(table: Table, i: int, k: int, places: np.ndarray) -> Vector:
-    """Column k of R of a point on a plane, in the world."""
-    return turned(places, table.whole[i, 2], three(table.numbers[i], 3 + 3 * k))
-
-
-@borrowing
-def point_of(table: Table, i: int, places: np.ndarray) -> Vector:
-    """A point on a plane, in the world."""
-    j = table.whole[i, 1]
-    return along(origin(places, j), 1.0, turned(places, j, three(table.numbers[i], 0)))
-
-
-@borrowing
-def tip_of(
-    table: Table, i: int, places: np.ndarray
-) -> tuple[Vector, Vector, Vector, Vector, float]:
-    """A tip, in the world: x, n of the face, the axis a of its rim, d, and |n − (n·a) a|."""
-    numbers, j = table.numbers[i], table.whole[i, 1]
-    sign, ball, rim = numbers[15], numbers[16], numbers[17]
-    up = axis(table, i, 2, places)
-    n = (sign * up[0], sign * up[1], sign * up[2])
-    x = along(point_of(table, i, places), -ball, n)
-    if rim == 0.0:
-        return x, n, n, n, 0.0
-    a = turned(places, j, three(numbers, 18))
-    out = along(n, -dot(n, a), a)
-    sine = math.sqrt(dot(out, out))
-    d = axis(table, i, 0, places)
-    if sine > 0.0:
-        d = (out[0] / sine, out[1] / sine, out[2] / sine)
-    return along(x, -rim, d), n, a, d, sine
-
-
-@borrowing
-def _write_bias_of_tip(table: Table, i: int, kinematics: Kinematics, bias: np.ndarray) -> None:
-    places, speeds, numbers = kinematics.places, kinematics.speeds, table.numbers[i]
-    one, two, sign = table.whole[i, 1], table.whole[i, 2], numbers[15]
-    x, n, a, d, sine = tip_of(table, i, places)
-    v, rate = moving(kinematics, one, x)
-    below, below_rate = moving(kinematics, two, x)
-    spin = turned(places, one, three(speeds[one], 3))
-    turning = turned(places, two, three(speeds[two], 3))
-    # The material point of the middle, and how the way from there to the tip turns.
-    n_rate = cross(turning, n)
-    middle = along(point_of(table, i, places), -1.0, x)
-    moves = along(along(v, 1.0, cross(spin, middle)), -numbers[16], n_rate)
-    if sine > 0.0:
-        a_rate = cross(spin, a)
-        out = along(n_rate, -dot(n_rate, a) - dot(n, a_rate), a)
-        out = along(out, -dot(n, a), a_rate)
-        moves = along(moves, -numbers[17] / sine, along(out, -dot(d, out), d))
-    change = along(rate, 1.0, cross(spin, along(moves, -1.0, v)))
-    change = along(along(change, -1.0, below_rate), -1.0, cross(turning, along(moves, -1.0, below)))
-    change = along(change, -1.0, cross(turning, along(v, -1.0, below)))
-    for k in range(3):
-        bias[3 * i + k] = sign * dot(axis(table, i, k, places), change)
 
 
 @borrowing
@@ -260,9 +116,9 @@ def write_rows(table: Table, kinematics: Kinematics, rows: np.ndarray) -> None:
         own = rows[3 * i : 3 * i + 3]
         if kind == STOP:
             own[2, one] = table.numbers[i, 0]
-        elif kind in (PLANE, TIP):
+        elif kind in (PLANE, TIP, ELLIPSOID):
             point, sign = point_of(table, i, places), table.numbers[i, 15]
-            if kind == TIP:
+            if kind != PLANE:
                 point = tip_of(table, i, places)[0]
             axes = (axis(table, i, 0, places), axis(table, i, 1, places), axis(table, i, 2, places))
             _add_rows(kinematics, one, sign, point, axes, own)
@@ -307,8 +163,8 @@ def write_bias(table: Table, kinematics: Kinematics, bias: np.ndarray) -> None:
             rate = along(along(rate, -1.0, below_rate), -2.0, sliding)
             for k in range(3):
                 bias[at + k] = sign * dot(axis(table, i, k, places), rate)
-        elif kind == TIP:
-            _write_bias_of_tip(table, i, kinematics, bias)
+        elif kind in (TIP, ELLIPSOID):
+            write_bias_of_tip(table, i, kinematics, bias)
         else:
             _write_bias_of_crossing(table, i, kinematics, bias)
 

@@ -64,6 +64,11 @@ class Polyhedron:
     faces: tuple[np.ndarray, ...]
     edges: np.ndarray
 
+    @property
+    def is_endless(self) -> bool:
+        """Whether it is an ``endless_face``."""
+        return not len(self.vertices)
+
     @cached_property
     def loops(self) -> tuple[np.ndarray, np.ndarray]:
         """(l,) the corners of all faces, one after the other, and (f + 1,) where each begins."""

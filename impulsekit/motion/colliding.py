@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -11,15 +12,20 @@ from ..geometry.axes import contact_axes
 from ..geometry.collision import (
     UNIT,
     MeetingPoint,
-    Solid,
     Solids,
     gap_and_normal,
     is_exact,
     meeting_points,
     solids_of,
 )
-from ..geometry.convex import Convex, HalfSpace
 from ..geometry.features import CornerOnFace, EdgesCross
+from ..geometry.held_pieces import (
+    can_be_held,
+    have_ends,
+    have_features,
+    polyhedra_in_joint,
+    round_or_endless,
+)
 from ..geometry.held_points import (
     HeldPoint,
     gaps_and_ends,
@@ -30,8 +36,8 @@ from ..geometry.held_points import (
     spots_of,
 )
 from ..geometry.held_tips import TipOnFace, held_tip, held_tips
-from ..geometry.points import Kinematics, TableRow, table_of
-from ..geometry.polyhedron import Polyhedron, can_be_separated, endless_face, separation_at
+from ..geometry.point_table import Kinematics, TableRow, table_of
+from ..geometry.polyhedron import Polyhedron, can_be_separated, separation_at
 from ..geometry.support import Support, support_of
 from ..robot import Robot
 from ..robot.geometry import geometry_ids
@@ -101,7 +107,7 @@ class CollidingGap:
         self.joint_ids = (joint_ids[0], joint_ids[1])
         self._reaches = [_reach(pieces) for pieces in self._pieces]
         self._shifted: pin.Data | None = None
-        self._polyhedra = [_in_joint(pieces) for pieces in self._pieces]
+        self._polyhedra = [polyhedra_in_joint(pieces) for pieces in self._pieces]
         self.has_corners = all(
             a is not None and b is not None and can_be_separated(a, b)
             for a in self._polyhedra[0]
@@ -114,15 +120,11 @@ class CollidingGap:
             for j in range(len(self._pieces[1]))
         )
         self._shapes = [
-            [shape or _rounded_or_endless(*piece) for shape, piece in zip(own, pieces, strict=True)]
+            [shape or round_or_endless(*piece) for shape, piece in zip(own, pieces, strict=True)]
             for own, pieces in zip(self._polyhedra, self._pieces, strict=True)
         ]
-        self.has_tips = not self.has_corners and all(
-            {type(a), type(b)} == {Convex, Polyhedron}
-            or (c is not None and d is not None and can_be_separated(c, d))
-            for a, c in zip(self._shapes[0], self._polyhedra[0], strict=True)
-            for b, d in zip(self._shapes[1], self._polyhedra[1], strict=True)
-        )
+        shapes = [(a, b) for a in self._shapes[0] for b in self._shapes[1]]
+        self.has_tips = not self.has_corners and all(can_be_held(a, b) for a, b in shapes)
         # Hops lower than what can be told are none.
         self.exact = all(is_exact(a, b) for a, _ in self._pieces[0] for b, _ in self._pieces[1])
         self._margin = NEAR_BY if self.exact else max(entry.margin, RESTING)
@@ -130,7 +132,7 @@ class CollidingGap:
             self._margin = TOUCHING
         self.rest_speed = RISING if self.exact else 0.0
         # Ends of a capsule, and of a rim, lift each other in turn as corners do.
-        ends = any(_has_ends(shape) for own in self._shapes for shape in own)
+        ends = any(have_ends(a, b) for a, b in shapes)
         slow = self.has_corners or (self.has_tips and ends)
         self.capture_speed = SLOW if slow else self.rest_speed
         self.waver = WAVER if self.exact else WAVER_OF_COAL
@@ -308,7 +310,7 @@ class CollidingGap:
         found: list[HeldPoint] = self._touching(places, of_corners=True)
         for i, one in enumerate(self._shapes[0]):
             for j, two in enumerate(self._shapes[1]):
-                if isinstance(one, Convex) or isinstance(two, Convex):
+                if not have_features(one, two):
                     tips = held_tips(self._both((i, j)), places, TOUCHING, (i, j))
                     if tips is None:
                         return None
@@ -334,12 +336,12 @@ class CollidingGap:
 
         return PairOfPieces(gap, (supports[0][i], supports[1][j]), polyhedra)
 
-    def _both(self, pieces: tuple[int, int]) -> list[Convex | Polyhedron]:
-        return [of[i] for of, i in zip(self._shapes, pieces, strict=True)]  # type: ignore[misc]
+    def _both(self, pieces: tuple[int, int]) -> list[Any]:
+        return [of[i] for of, i in zip(self._shapes, pieces, strict=True)]
 
     def _bodies(self, pieces: tuple[int, int]) -> tuple[Polyhedron, Polyhedron]:
-        first, other = (of[i] for of, i in zip(self._polyhedra, pieces, strict=True))
-        if first is None or other is None:
+        first, other = (of[i] for of, i in zip(self._shapes, pieces, strict=True))
+        if not (isinstance(first, Polyhedron) and isinstance(other, Polyhedron)):
             raise ValueError("a curved body has no corners")
         return first, other
 
@@ -358,29 +360,6 @@ class CollidingGap:
         if not spots:
             return np.empty((0, self._model.nv))
         return np.vstack([rows_at(self._model, data, self.joint_ids, *spot) for spot in spots])
-
-
-def _has_ends(shape: Convex | Polyhedron | None) -> bool:
-    """Whether a round body may rest on more than one point."""
-    return isinstance(shape, Convex) and len(shape.points) + 2 * len(shape.radii) > 1
-
-
-def _rounded_or_endless(solid: Solid, placement: pin.SE3) -> Convex | Polyhedron | None:
-    """A round piece or a half-space in the frame of its joint; None of what has no closed form."""
-    shape = solid.convex
-    if isinstance(shape, HalfSpace):
-        return endless_face(shape.normal, shape.height).at(placement)
-    if shape is None or shape.is_polyhedron:
-        return None
-    return shape.at(placement.rotation, placement.translation)
-
-
-def _in_joint(pieces: Solids) -> list[Polyhedron | None]:
-    """The pieces of a body in the frame of its joint."""
-    return [
-        None if solid.polyhedron is None else solid.polyhedron.at(placement)
-        for solid, placement in pieces
-    ]
 
 
 def _reach(pieces: Solids) -> tuple[np.ndarray, float]:

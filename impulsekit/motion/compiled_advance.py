@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.points import Table, gap_and_rate
+from ..geometry.point_table import Table
+from ..geometry.points import gap_and_rate
 from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import entry
 from ..laws.dense import put

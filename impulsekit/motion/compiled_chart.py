@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..geometry.points import three
+from ..geometry.point_table import three
 from ..geometry.vectors import Vector, along, cross
 from ..laws.borrowed import borrowing
 from .chart import SMALL, unrolled

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.points import Kinematics, back, origin, three, turned
+from ..geometry.point_table import Kinematics, back, origin, three, turned
 from ..geometry.vectors import Vector, along, cross, dot
 from ..laws.borrowed import borrowing
 from .tree import Room, push

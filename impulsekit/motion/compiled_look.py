@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.points import PLANE, ROPE, ROUNDED, Table, gap_and_rate, point_of, rope, write_rows
+from ..geometry.point_table import PLANE, ROPE, ROUNDED, Table, point_of
+from ..geometry.points import gap_and_rate, rope, write_rows
 from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import compiled, entry
 from ..laws.dense import put, put_rows

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.points import Table, gaps_and_rates, write_bias, write_rows
+from ..geometry.point_table import Table
+from ..geometry.points import gaps_and_rates, write_bias, write_rows
 from ..laws.compiled import compiled
 from ..laws.words import NO, YES
 from .compiled_look import Watched, rounding_of

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..geometry.points import MOST, Table
+from ..geometry.point_table import MOST, Table
 from .compiled_loads import ON, Loads
 from .compiled_step import TOLERANCES, System, Tableau, Work
 from .pressed import Sliding

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..geometry.points import PLANE, Table, table_of
+from ..geometry.point_table import PLANE, Table, table_of
 from ..scene import Scene
 from .chart import Chart
 from .compiled_advance import until_closing

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.points import Table
+from ..geometry.point_table import Table
 from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import entry
 from ..laws.dense import put

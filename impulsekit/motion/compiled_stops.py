@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.held_points import held_gap, held_inside
-from ..geometry.points import CROSSING
+from ..geometry.point_table import CROSSING
 from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import compiled, entry
 from ..laws.dense import put

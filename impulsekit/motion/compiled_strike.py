@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.points import Table, write_rows
+from ..geometry.point_table import Table
+from ..geometry.points import write_rows
 from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import compiled, entry
 from ..laws.dense import put_rows

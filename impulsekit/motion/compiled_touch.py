@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.points import Kinematics, three, turned
+from ..geometry.point_table import Kinematics, three, turned
 from ..geometry.support import Shape
 from ..laws.borrowed import borrowed
 from ..laws.compiled import compiled, entry

@@ -12,7 +12,7 @@ from math import isfinite
 import numpy as np
 import pinocchio as pin
 
-from ..geometry.points import Kinematics, Table
+from ..geometry.point_table import Kinematics, Table
 from ..impact.algorithms import (
     FAINT_PIVOT,
     SMALLEST_PIVOT,

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..geometry.points import ROUNDED, Table, gaps_and_rates, table_of
+from ..geometry.point_table import ROUNDED, Table, table_of
+from ..geometry.points import gaps_and_rates
 from ..rows.reach import ReachedModel
 from ..scene import Collision, Contact, GapContact, JointStop, Rope, Scene
 from ..scene.functions import numbers_from

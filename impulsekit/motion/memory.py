@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..geometry.points import Kinematics
+from ..geometry.point_table import Kinematics
 
 __all__ = ["Memory", "order_of_speeds"]
 

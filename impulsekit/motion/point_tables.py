@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..geometry.points import Table, TableRow, table_of
+from ..geometry.point_table import Table, TableRow, table_of
 from .pairs import Held, Pairs
 
 if TYPE_CHECKING:

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.points import MOST, Kinematics, Table, write_bias, write_rows
+from ..geometry.point_table import MOST, Kinematics, Table
+from ..geometry.points import write_bias, write_rows
 from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import compiled, entry
 from ..laws.dense import put

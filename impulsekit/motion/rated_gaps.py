@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
-from ..geometry.points import PLANE, ROPE, STOP, TableRow
+from ..geometry.point_table import PLANE, ROPE, STOP, TableRow
 from ..robot import Robot
 from ..rows.ellipses import ways_of_ellipse
 from ..rows.entries import FramePair, FunctionRows, frame_pair, joint_rows

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.points import Kinematics, back, three, turned
+from ..geometry.point_table import Kinematics, back, three, turned
 from ..geometry.vectors import Vector, along, cross, dot
 from ..laws.borrowed import borrowing
 from ..laws.dense import put

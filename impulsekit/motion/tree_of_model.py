@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-from ..geometry.points import Kinematics
+from ..geometry.point_table import Kinematics
 from ..impact.algorithms import SMALLEST_PIVOT
 from ..laws.half import Factor
 from .memory import order_of_speeds

@@ -28,6 +28,9 @@ def thrown(kind, seed):
     robot, root = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer"), "root_joint"
     if kind == "planes":
         contacts = [ik.Contact("box", at=corner, **law) for corner in CORNERS]
+    elif kind == "ground":
+        robot, root = robot.with_ground(), "root_joint"
+        contacts = [ik.Collision("box", "ground", **law)]
     else:
         floor = ik.Robot.from_urdf(MODELS / "floor.urdf")
         robot, root = ik.combine(floor=floor, box=robot), "box/root_joint"
@@ -51,7 +54,9 @@ def check_drop(kind, seed):
     assert np.sort(np.abs(heights(motion.q[-1])))[3] < 1e-10
 
 
-@pytest.mark.parametrize(("kind", "seed"), [("planes", 4), ("planes", 11), ("collision", 1)])
+@pytest.mark.parametrize(
+    ("kind", "seed"), [("planes", 4), ("planes", 11), ("collision", 1), ("ground", 4)]
+)
 def test_a_thrown_box_comes_to_rest(kind, seed):
     check_drop(kind, seed)
 
