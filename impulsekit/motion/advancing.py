@@ -99,8 +99,31 @@ def _centre(motion: BodyMotion, point: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 @compiled
+def _least_above(ground: Shape, motion: BodyMotion, away: np.ndarray) -> float:
+    """How far a centre stays above a half-space at least, −∞ of one that turns or is none [m].
+
+    At the nodes of a window; ``away``: (k, 3) from the centre of the half-space [m].
+    """
+    least = math.inf if len(ground.normal) > 0 else -math.inf
+    for i in range(len(away)):
+        if (
+            motion.angular[i, 0] != 0.0
+            or motion.angular[i, 1] != 0.0
+            or motion.angular[i, 2] != 0.0
+        ):
+            return -math.inf
+        if len(ground.normal) > 0:
+            normal = motion.turn[3 * i : 3 * i + 3].dot(ground.normal)
+            least = min(least, normal.dot(away[i]))
+    return least
+
+
+@compiled
 def may_meet(one: Shape, two: Shape, first: BodyMotion, other: BodyMotion) -> tuple[bool, float]:
-    """Whether balls about two pieces meet in a window, and the largest closing speed [m/s]."""
+    """Whether balls about two pieces meet in a window, and the largest closing speed [m/s].
+
+    Of a half-space that does not turn, whether the ball comes down to it.
+    """
     here, u = _centre(first, one.centre)
     there, w = _centre(other, two.centre)
     fastest, near, away = _longest(u - w), math.inf, here - there
@@ -109,7 +132,12 @@ def may_meet(one: Shape, two: Shape, first: BodyMotion, other: BodyMotion) -> tu
     # The next node is no further away in time than half of what is between two of them.
     way = (1.0 + BETWEEN) * fastest * 0.5 * (first.times[1] - first.times[0])
     turning = one.reach * _longest(first.angular) + two.reach * _longest(other.angular)
-    return not near - way > one.radius + two.radius, fastest + turning
+    meets = not near - way > one.radius + two.radius
+    if _least_above(two, other, away) - way > one.radius:
+        meets = False
+    if _least_above(one, first, -away) - way > two.radius:
+        meets = False
+    return meets, fastest + turning
 
 
 @compiled

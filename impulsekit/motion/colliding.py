@@ -125,6 +125,7 @@ class CollidingGap:
         ]
         shapes = [(a, b) for a in self._shapes[0] for b in self._shapes[1]]
         self.has_tips = not self.has_corners and all(can_be_held(a, b) for a, b in shapes)
+        self._has_features = any(have_features(a, b) for a, b in shapes)
         # Hops lower than what can be told are none.
         self.exact = all(is_exact(a, b) for a, _ in self._pieces[0] for b, _ in self._pieces[1])
         self._margin = NEAR_BY if self.exact else max(entry.margin, RESTING)
@@ -176,7 +177,7 @@ class CollidingGap:
         if data is not None and self.has_corners:
             self._held = self._touching(self._places(data))
         elif data is not None and self.has_tips:
-            self._held = self._touching_tips(self._places(data))
+            self._held = self._touching_tips(self._places(data), TOUCHING)
 
     @property
     def holds(self) -> bool:
@@ -234,11 +235,11 @@ class CollidingGap:
     def _spots(self, data: pin.Data, margin: float) -> list[tuple[np.ndarray, np.ndarray]]:
         """As ``spots``; points that are found anew up to so far apart."""
         places, own = self._places(data), self._ellipse
-        if not self.has_corners and self._held is None:
+        points = self._points(places, margin)
+        if points is None:
             meeting = self._meeting(places, margin)
             found = [(p.position, contact_axes(p.normal)) for p in meeting]
         else:
-            points = self._touching(places) if self._held is None else self._held
             found = spots_of(points, places)
         if own is None:
             return found
@@ -253,7 +254,9 @@ class CollidingGap:
 
         ``data`` with placements, velocities, and accelerations at zero joint acceleration.
         """
-        if not self.has_corners and self._held is None:
+        places = self._places(data)
+        points = self._points(places, self._margin)
+        if points is None:
             if self._shifted is None:
                 self._shifted = self._model.createData()
             here = self._wandering(data)[1]
@@ -265,11 +268,9 @@ class CollidingGap:
                 return self._wandering(data, near)
 
             return bias_by_differences(self._model, self._shifted, found, here, q, v)
-        places = self._places(data)
         speeds, rates = (
             np.array([of[i].vector for i in self.joint_ids]) for of in (data.v, data.a)
         )
-        points = self._touching(places) if self._held is None else self._held
         table = table_of([point.row((0, 1)) for point in points])
         _, rates = rows_and_bias(table, Kinematics(in_arrays(places), speeds, rates, *NO_SPEEDS))
         if (ellipse := self._ellipse) is not None:
@@ -305,13 +306,21 @@ class CollidingGap:
                 found.append(held_point(bodies, point.feature, point.normal, places, point.pieces))
         return found
 
-    def _touching_tips(self, places: list[pin.SE3]) -> list[HeldPoint] | None:
+    def _points(self, places: list[pin.SE3], margin: float) -> list[HeldPoint] | None:
+        """Those held, or those that could be held now, tips up to so far apart; None without."""
+        if self._held is not None or not (self.has_corners or self.has_tips):
+            return self._held
+        return self._touching(places) if self.has_corners else self._touching_tips(places, margin)
+
+    def _touching_tips(self, places: list[pin.SE3], margin: float) -> list[HeldPoint] | None:
         """The tips and corners that touch; None where one is no tip on a face."""
-        found: list[HeldPoint] = self._touching(places, of_corners=True)
+        found: list[HeldPoint] = []
+        if self._has_features:
+            found = self._touching(places, of_corners=True)
         for i, one in enumerate(self._shapes[0]):
             for j, two in enumerate(self._shapes[1]):
                 if not have_features(one, two):
-                    tips = held_tips(self._both((i, j)), places, TOUCHING, (i, j))
+                    tips = held_tips(self._both((i, j)), places, margin, (i, j))
                     if tips is None:
                         return None
                     found += tips
@@ -334,7 +343,9 @@ class CollidingGap:
                 normal = normal / max(float(np.linalg.norm(normal)), NONZERO)
             return value, normal
 
-        return PairOfPieces(gap, (supports[0][i], supports[1][j]), polyhedra)
+        both = supports[0][i], supports[1][j]
+        over = is_exact(one, two) and any(shape.normal is not None for shape in both)
+        return PairOfPieces(gap, both, polyhedra, over)
 
     def _both(self, pieces: tuple[int, int]) -> list[Any]:
         return [of[i] for of, i in zip(self._shapes, pieces, strict=True)]

@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.held_points import held_gap, held_inside
-from ..geometry.point_table import CROSSING
 from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import compiled, entry
 from ..laws.dense import put
@@ -83,8 +82,7 @@ def _write(
         found[3 * n + i] = held_inside(
             table, i, places, held.borders, held.spans[i, 0], held.spans[i, 1]
         )
-        is_held = table.whole[i, 0] == CROSSING or held.spans[i, 1] > held.spans[i, 0]
-        found[4 * n + i] = held_gap(table, i, places) if is_held else math.inf
+        found[4 * n + i] = held_gap(table, i, places) if held.held[i] else math.inf
     if 0 <= which < 4 * n:
         return
     below = math.inf
@@ -135,7 +133,8 @@ def _examples() -> tuple:
     from .compiled_look import example_look
 
     system, _, work, watched = example_look()
-    held = Held(np.zeros((0, 6)), np.zeros((0, 2), np.int64), np.zeros((0, 3), np.int64))
+    ends = np.zeros((0, 6)), np.zeros((0, 2), np.int64), np.zeros((0, 3), np.int64)
+    held = Held(*ends, np.zeros(0, np.bool_))
     return system, work, watched, NO_PAIRS, held, 0.0, 1.0, np.zeros(2)
 
 

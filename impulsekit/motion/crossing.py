@@ -121,9 +121,9 @@ class _Search:
         self._gaps, self._states, self._base = gaps, states, base
         self._watched = np.flatnonzero(watched)
         self._rated = np.flatnonzero(watched & gaps.rated)
-        self._others: list[int] = []
-        if one_by_one:
-            self._others = np.flatnonzero(watched & ~gaps.rated).tolist()
+        others = watched & ~gaps.rated
+        self._others = np.flatnonzero(others if one_by_one else others & ~gaps.paired).tolist()
+        self._paired = np.flatnonzero(others & gaps.paired)
         self._joints = {j for i in self._others for j in gaps.items[i].joint_ids}
         self._speeds = np.zeros(len(base))
 
@@ -146,12 +146,12 @@ class _Search:
 
     def before(self, t: float, found: int, end: float, passage: Passage) -> tuple[float, int]:
         """The same of colliding bodies where they touch before another gap closes at t."""
-        base = np.full(len(self._base), np.inf)
-        own = self._watched[~self._gaps.rated[self._watched]]
+        base, own = np.full(len(self._base), np.inf), self._paired
         if not len(own):
             return t, found
-        base[own] = self._base[own]
-        first, gap = passage.touch(base, min(end, t), self._speeds)
+        base[own], speeds = self._base[own], np.zeros(len(base))
+        first, gap = passage.touch(base, min(end, t), speeds)
+        self._speeds[own] = speeds[own]
         return (first, gap) if first < t else (t, found)
 
     def first(

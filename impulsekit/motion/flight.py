@@ -106,8 +106,15 @@ class Flight:
         now = self._present
         x = self._chart.centred(now.q)
         self._since, self._until = now.t, self._watch.begin(now.t)
+        y = np.concatenate([x, now.v])
         with now.told():
-            self._stepper.reset(now.t, np.concatenate([x, now.v]), first, self._until)
+            try:
+                self._stepper.reset(now.t, y, first, self._until)
+            except (RestNotSolved, ContradictionError):
+                if first is not None:
+                    raise
+                # It may be the state a first guess away that has no forces, past a stop of slip.
+                self._stepper.reset(now.t, y, SHORTER * LONG, self._until)
 
     @property
     def _striding(self) -> CompiledStepper | None:
@@ -258,7 +265,7 @@ class Flight:
         if now.mover is None or now.gaps is None or not isinstance(dense, Output):
             return None
         pairs = now.gaps.pairs
-        if pairs is None or not len(pairs.whole):
+        if not len(pairs.whole):
             return None
         return Passage(now.mover, now.gaps, pairs, step.reference, dense)
 

@@ -110,10 +110,21 @@ class Gaps:
         return bool(self._conditions)
 
     @cached_property
-    def pairs(self) -> Pairs | None:
-        """All pairs of pieces of bodies that may collide; None where one is not of polyhedra."""
-        others = [(i, self.items[i]) for i in np.flatnonzero(~self.rated).tolist()]
-        return pairs_of([(i, item.joint_ids, item.pairs) for i, item in others])
+    def paired(self) -> np.ndarray:
+        """(m,) which gaps are of bodies whose pairs of pieces are all known to compiled code."""
+        return np.array(
+            [
+                not rated and all(pair.is_closed for pair in item.pairs)
+                for item, rated in zip(self.items, self.rated, strict=True)
+            ],
+            dtype=bool,
+        )
+
+    @cached_property
+    def pairs(self) -> Pairs:
+        """All pairs of pieces of bodies that may collide, of the gaps that are ``paired``."""
+        own = [(i, self.items[i]) for i in np.flatnonzero(self.paired).tolist()]
+        return pairs_of([(i, item.joint_ids, item.pairs) for i, item in own])
 
     @cached_property
     def _balls(self) -> np.ndarray:
@@ -170,14 +181,13 @@ class Gaps:
         for i in self._functions:
             found[:, i] = self.items[i].gap_and_rate(q, v)
         if which is not None and not self._all_rated:
-            if self.pairs is None:
-                for i in which:
-                    if not self.rated[i]:
-                        found[0, i] = self.items[i].distance(memory.data)
-            else:
-                asked = np.zeros(count, dtype=bool)
-                asked[list(which)] = True
-                asked &= ~self.rated
+            asked = np.zeros(count, dtype=bool)
+            asked[list(which)] = True
+            asked &= ~self.rated
+            for i in np.flatnonzero(asked & ~self.paired).tolist():
+                found[0, i] = self.items[i].distance(memory.data)
+            asked &= self.paired
+            if asked.any():
                 write_gaps(self.pairs, self._balls, memory.places, asked, found[0])
         return found[0], found[1]
 
@@ -229,8 +239,8 @@ class Gaps:
         return self._tables.of(contacts)
 
     def ends_of_held(self, contacts: Sequence[RestingContact]) -> Held | None:
-        """Where held points of contacts end; None where some are not on bodies with corners."""
-        return self._tables.ends_of_held(contacts, self.pairs)
+        """Where held points of contacts end; None where some are not of pairs or not held."""
+        return self._tables.ends_of_held(contacts, self.pairs, self.paired)
 
     def hold(self, contacts: Sequence[RestingContact], q: np.ndarray) -> None:
         """Follow the points at which polyhedra touch at q from here on; let go of all others."""

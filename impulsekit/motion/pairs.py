@@ -1,4 +1,7 @@
-"""Pairs of convex pieces of colliding bodies, and all polyhedra among them in arrays."""
+"""Pairs of convex pieces of colliding bodies, and those of them in arrays that are closed.
+
+Closed are two polyhedra, and over a half-space all whose reach is told in closed form.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,10 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from ..geometry.point_table import back, turned
 from ..geometry.polyhedron import Hull, Polyhedron, separate
-from ..geometry.support import Shape, Support
-from ..geometry.vectors import Vector, along, dot
+from ..geometry.support import Shape, Support, furthest
+from ..geometry.vectors import Vector, along, dot, row_of
 from ..laws.borrowed import borrowing
 from ..laws.compiled import compiled, entry
 
@@ -41,22 +45,31 @@ class PairOfPieces:
         gap: from the placements of both bodies to the gap [m] and its normal (3,).
         supports: of both, in the frames of their bodies.
         polyhedra: they themselves there; None where one is none, or has too many edges.
+        over: whether one is a half-space, over which the gap of the other is told to rounding.
     """
 
     gap: Callable[[Sequence[pin.SE3]], tuple[float, np.ndarray]]
     supports: tuple[Support, Support]
     polyhedra: tuple[Polyhedron, Polyhedron] | None
+    over: bool
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether compiled code knows its gap."""
+        return self.over or self.polyhedra is not None
 
 
 class Pairs(NamedTuple):
-    """Pairs of polyhedra.
+    """Pairs that are closed.
 
     Attributes:
         whole: (p, 5) of each pair the number of its gap, both joints and both pieces.
         spans: (s, 8) of each piece from where to where its rows are, in the next four.
         vertices, axes, directions: of all pieces, in the frames of their joints; see ``Hull``.
-        points: likewise, about their centres; see ``Support``.
-        centres: (s, 3). sizes: (s, 2) reach and radius [m].
+        points: likewise, about their centres; see ``Support``. discs: (k,) those of the points.
+        centres: (s, 3). sizes: (s, 3) reach, radius and ball [m].
+        has: (s, 3) whether a piece has discs, an ellipsoid, a normal.
+        ways: (5s, 3) by piece the axis of its discs, E, and the normal.
         nothing, no_rows: (0,) and (0, 3).
     """
 
@@ -66,8 +79,11 @@ class Pairs(NamedTuple):
     axes: np.ndarray
     directions: np.ndarray
     points: np.ndarray
+    discs: np.ndarray
     centres: np.ndarray
     sizes: np.ndarray
+    has: np.ndarray
+    ways: np.ndarray
     nothing: np.ndarray
     no_rows: np.ndarray
 
@@ -79,11 +95,13 @@ class Held(NamedTuple):
         borders: (b, 6) of faces, by edge: the direction inwards and a corner; in the joint's frame.
         spans: (n, 2) from where to where the borders of a point's face are.
         pairs: (r, 3) a pair, and from where to where its body's points are.
+        held: (n,) which points are held.
     """
 
     borders: np.ndarray
     spans: np.ndarray
     pairs: np.ndarray
+    held: np.ndarray
 
 
 NO_PAIRS = Pairs(
@@ -93,30 +111,34 @@ NO_PAIRS = Pairs(
     NO_ROWS,
     NO_ROWS,
     NO_ROWS,
+    NOTHING,
     NO_ROWS,
-    np.zeros((0, 2)),
+    NO_ROWS,
+    np.zeros((0, 3), np.bool_),
+    NO_ROWS,
     NOTHING,
     NO_ROWS,
 )
+# Columns of ``Pairs.has``, and of the rows of a piece among ``Pairs.ways`` the last.
+DISCS, ELLIPSOID, ENDLESS = 0, 1, 2
+ROWS = 5
 
 
 def pairs_of(
     found: Sequence[tuple[int, tuple[int, int], Sequence[PairOfPieces]]],
-) -> Pairs | None:
-    """All pairs of some gaps; None where one is not of polyhedra.
+) -> Pairs:
+    """All pairs of some gaps, whose pieces are closed.
 
     ``found``: by gap its number, the joints of both bodies, and the pairs of their pieces.
     """
     whole: list[tuple[int, ...]] = []
     # Pieces take part in several pairs.
     numbers: dict[tuple[int, int], int] = {}
-    pieces: list[tuple[Polyhedron, Support]] = []
+    pieces: list[tuple[Polyhedron | None, Support]] = []
     for gap, joint_ids, pairs in found:
         for pair in pairs:
-            if pair.polyhedra is None:
-                return None
             own = []
-            for body, support in zip(pair.polyhedra, pair.supports, strict=True):
+            for body, support in zip(pair.polyhedra or (None, None), pair.supports, strict=True):
                 key = id(body), id(support)
                 if key not in numbers:
                     numbers[key] = len(pieces)
@@ -125,15 +147,13 @@ def pairs_of(
             whole.append((gap, *joint_ids, *own))
     if not whole:
         return NO_PAIRS
-    columns = [
-        [np.ascontiguousarray(part) for part in (p.vertices, p.axes, p.directions, s.points)]
-        for p, s in pieces
-    ]
+    columns = [_rows_of(*piece) for piece in pieces]
     spans = np.zeros((len(pieces), 8), dtype=np.int64)
     for k in range(4):
         ends = np.cumsum([len(own[k]) for own in columns])
         spans[1:, 2 * k], spans[:, 2 * k + 1] = ends[:-1], ends
     rows = [np.concatenate([own[k] for own in columns]) for k in range(4)]
+    supports = [support for _, support in pieces]
     return Pairs(
         np.array(whole, dtype=np.int64),
         spans,
@@ -141,19 +161,59 @@ def pairs_of(
         rows[1],
         rows[2],
         rows[3],
-        np.array([s.centre for _, s in pieces]),
-        np.array([(s.reach, s.radius) for _, s in pieces]),
+        np.concatenate([np.zeros(len(s.points)) if s.discs is None else s.discs for s in supports]),
+        np.array([s.centre for s in supports]),
+        np.array([(s.reach, s.radius, s.ball) for s in supports]),
+        np.array(
+            [[part is not None for part in (s.discs, s.ellipsoid, s.normal)] for s in supports]
+        ),
+        np.concatenate([_ways_of(s) for s in supports]),
         NOTHING,
         NO_ROWS,
     )
 
 
+def _rows_of(body: Polyhedron | None, support: Support) -> list[np.ndarray]:
+    """Vertices, axes and directions of a piece, and the points of its support."""
+    own = (NO_ROWS,) * 3 if body is None else (body.vertices, body.axes, body.directions)
+    return [np.ascontiguousarray(part) for part in (*own, support.points)]
+
+
+def _ways_of(support: Support) -> np.ndarray:
+    """(5, 3) as ``Pairs.ways`` has them."""
+    ways = np.zeros((ROWS, 3))
+    for place, part in ((0, support.axis), (slice(1, 4), support.ellipsoid), (4, support.normal)):
+        if part is not None:
+            ways[place] = part
+    return ways
+
+
+@borrowing
+def _at(places: np.ndarray, j: int, x: Vector) -> Vector:
+    """A point of a joint's frame, in the world."""
+    place = places[j]
+    at = (place[9], place[10], place[11])
+    for k in range(3):
+        at = along(at, x[k], (place[3 * k], place[3 * k + 1], place[3 * k + 2]))
+    return at
+
+
 @compiled
 def shape_of(pairs: Pairs, k: int) -> Shape:
     """How far a piece reaches."""
-    points = pairs.points[pairs.spans[k, 6] : pairs.spans[k, 7]]
-    none, reach, radius = pairs.nothing, pairs.sizes[k, 0], pairs.sizes[k, 1]
-    return Shape(pairs.centres[k], points, none, none, pairs.no_rows, none, 0.0, reach, radius)
+    start, end, first, has = pairs.spans[k, 6], pairs.spans[k, 7], ROWS * k, pairs.has[k]
+    none, no, ways, sizes = pairs.nothing, pairs.no_rows, pairs.ways, pairs.sizes[k]
+    return Shape(
+        pairs.centres[k],
+        pairs.points[start:end],
+        pairs.discs[start:end] if has[DISCS] else none,
+        ways[first] if has[DISCS] else none,
+        ways[first + 1 : first + 4] if has[ELLIPSOID] else no,
+        ways[first + 4] if has[ENDLESS] else none,
+        sizes[2],
+        sizes[0],
+        sizes[1],
+    )
 
 
 @compiled
@@ -167,9 +227,28 @@ def _hull(pairs: Pairs, k: int) -> Hull:
 
 
 @compiled
+def _over(
+    pairs: Pairs, j: int, piece: int, k: int, ground: int, places: np.ndarray
+) -> tuple[float, np.ndarray]:
+    """The gap of a joint's piece over a half-space of another, and the normal to it."""
+    shape, plane = shape_of(pairs, piece), shape_of(pairs, ground)
+    n = turned(places, k, row_of(pairs.ways, ROWS * ground + 4))
+    down = back(places, j, (-n[0], -n[1], -n[2]))
+    here = _at(places, j, (shape.centre[0], shape.centre[1], shape.centre[2]))
+    there = _at(places, k, (plane.centre[0], plane.centre[1], plane.centre[2]))
+    gap = dot(n, along(here, -1.0, there)) - furthest(shape, np.array(down))
+    return gap, np.array(n)
+
+
+@compiled
 def gap_of(pairs: Pairs, i: int, places: np.ndarray) -> tuple[float, np.ndarray]:
     """The gap of a pair [m] and its normal (3,); ``places`` of joints, as ``Memory`` shows them."""
     whole = pairs.whole[i]
+    if pairs.has[whole[4], ENDLESS]:
+        return _over(pairs, whole[1], whole[3], whole[2], whole[4], places)
+    if pairs.has[whole[3], ENDLESS]:
+        gap, normal = _over(pairs, whole[2], whole[4], whole[1], whole[3], places)
+        return gap, -normal
     one, two = np.empty((4, 3)), np.empty((4, 3))
     one[:3] = places[whole[1], :9].copy().reshape((3, 3))
     two[:3] = places[whole[2], :9].copy().reshape((3, 3))
@@ -217,13 +296,3 @@ def write_gaps(
         # NaN has to reach the result.
         if not value >= found[gap]:
             found[gap] = value
-
-
-@borrowing
-def _at(places: np.ndarray, j: int, x: Vector) -> Vector:
-    """A point of a joint's frame, in the world."""
-    place = places[j]
-    at = (place[9], place[10], place[11])
-    for k in range(3):
-        at = along(at, x[k], (place[3 * k], place[3 * k + 1], place[3 * k + 2]))
-    return at

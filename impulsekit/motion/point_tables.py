@@ -67,23 +67,32 @@ class PointTables:
                 contact.count = count
         return known.table
 
-    def ends_of_held(self, contacts: Sequence[RestingContact], pairs: Pairs | None) -> Held | None:
-        """Where held points of contacts end; None where some are not on bodies with corners."""
+    def ends_of_held(
+        self, contacts: Sequence[RestingContact], pairs: Pairs, paired: np.ndarray
+    ) -> Held | None:
+        """Where held points of contacts end; None where some are not of ``pairs`` or not held.
+
+        ``paired``: (m,) which gaps are of the pairs.
+        """
         key = tuple(c.gap for c in contacts)
         held = [self._items[i].held for i in key]
         known = self._ends
         if known is not None and known[0] == key and not any(map(is_not, known[1], held)):
             return known[2]
-        self._ends = (key, held, None if pairs is None else self._made_ends(contacts, pairs))
+        self._ends = (key, held, self._made_ends(contacts, pairs, paired))
         return self._ends[2]
 
-    def _made_ends(self, contacts: Sequence[RestingContact], pairs: Pairs) -> Held | None:
+    def _made_ends(
+        self, contacts: Sequence[RestingContact], pairs: Pairs, paired: np.ndarray
+    ) -> Held | None:
         own = [(c, self._items[c.gap]) for c in contacts]
-        if not all(self._rated[c.gap] or (item.has_corners and item.holds) for c, item in own):
+        if not all(self._rated[c.gap] or (paired[c.gap] and item.holds) for c, item in own):
             return None
         borders, spans, rows, first = [np.zeros((0, 6))], [(0, 0)], [np.zeros((0, 3), int)], 0
+        is_held: list[bool] = []
         for contact, item in own:
             held = [None] if self._rated[contact.gap] else item.held
+            is_held += [point is not None for point in held]
             for point in held:
                 edges = np.zeros((0, 6)) if point is None else point.borders
                 borders.append(edges)
@@ -93,4 +102,5 @@ class PointTables:
                 last = np.full(len(numbers), first + len(held))
                 rows.append(np.column_stack([numbers, np.full(len(numbers), first), last]))
             first += len(held)
-        return Held(np.concatenate(borders), np.array(spans[1:]), np.concatenate(rows))
+        ends = np.concatenate(borders), np.array(spans[1:])
+        return Held(*ends, np.concatenate(rows), np.array(is_held))
