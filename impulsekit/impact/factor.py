@@ -13,7 +13,7 @@ from ..tolerances import NONZERO
 from . import lapack
 from .algorithms import SMALLEST_PIVOT, cholesky_solve, singular_mass, symmetric
 
-__all__ = ["FilledFactor", "SparseFactor", "pivots_are_safe"]
+__all__ = ["FilledFactor", "SparseFactor", "of_unit_length", "pivots_are_safe"]
 
 # Rows below this share of the longest, in the metric of the inertia, count as zero.
 NULL_ROW = 1e-12
@@ -60,11 +60,7 @@ class FilledFactor:
 
         self._model = model
         mass_matrix = symmetric(np.atleast_2d(mass_matrix))
-        # Rows of unit length in the metric of the inertia.
-        sizes = np.sqrt((rows**2 / _weights(np.diagonal(mass_matrix), rows)).sum(axis=1))
-        self._live = sizes > NULL_ROW * sizes.max(initial=0.0)
-        self._sizes = np.where(self._live, sizes, 1.0)
-        self._unit_rows = np.where(self._live[:, None], rows / self._sizes[:, None], 0.0)
+        self._unit_rows, self._lengths = of_unit_length(np.diagonal(mass_matrix), rows)
         filled = mass_matrix + self._unit_rows.T @ self._unit_rows
         self._scale = 1.0 / np.sqrt(np.maximum(np.diagonal(filled), NONZERO))
         try:
@@ -83,7 +79,7 @@ class FilledFactor:
 
     def filled_impulse(self, impulse: np.ndarray, wanted: np.ndarray) -> np.ndarray:
         """(nv,) I + ρ Aᵀc, with c (m,) the wanted change of the rows' velocities."""
-        return impulse + np.where(self._live, wanted / self._sizes, 0.0) @ self._unit_rows
+        return impulse + wanted / self._lengths @ self._unit_rows
 
     def half(self, *rows: np.ndarray) -> np.ndarray:
         """(nv, m) C for rows A (m, nv), given in parts."""
@@ -107,6 +103,16 @@ class FilledFactor:
         starts = [model.idx_vs[joint_id] for joint_id in range(1, model.njoints)]
         joints = np.searchsorted(starts, still, side="right")
         return singular_mass(model, sorted(set(joints.tolist())))
+
+
+def of_unit_length(diagonal: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(m, nv) rows of unit length in the metric of an inertia, and (m,) what they are divided by.
+
+    ``diagonal``: (nv,) of M. Rows that count as zero are of infinite length.
+    """
+    sizes = np.sqrt((rows**2 / _weights(diagonal, rows)).sum(axis=1))
+    lengths = np.where(sizes > NULL_ROW * sizes.max(initial=0.0), sizes, np.inf)
+    return rows / lengths[:, None], lengths
 
 
 def _weights(diagonal: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -10,11 +10,11 @@ import numpy as np
 from scipy.linalg.lapack import dpotrf, dtrtri
 
 from ...errors import InputError
+from ..factor import of_unit_length
 
 __all__ = ["Factor"]
 
-# Masses and rows below these shares of the largest count as zero.
-LIGHTEST, NULL_ROW = 1e-9, 1e-12
+# Pivots below this share of the diagonal are those of a singular mass matrix.
 SMALLEST_PIVOT = 1e-13
 _NONE = np.ones(0)
 
@@ -38,12 +38,7 @@ class Factor:
                 return
         if not singular and self._decompose(mass_matrix):
             return
-        diagonal = np.diagonal(mass_matrix)
-        weights = np.maximum(diagonal, LIGHTEST * diagonal.max(initial=0.0))
-        sizes = np.sqrt((rows**2 / weights).sum(axis=1))
-        live = sizes > NULL_ROW * sizes.max(initial=0.0)
-        self._lengths = np.where(live, sizes, np.inf)
-        self._unit = rows / self._lengths[:, None]
+        self._unit, self._lengths = of_unit_length(np.diagonal(mass_matrix), rows)
         if not self._decompose(mass_matrix + self._unit.T @ self._unit):
             raise InputError("derivatives: nothing resists some motion of this robot")
 
