@@ -9,6 +9,7 @@ import numpy as np
 
 from ..display import one_line
 from ..errors import InputError, ShapeError, a_thing
+from ..robot.arrays import lock, read_only
 from ..scene import AppliedImpulse, JointImpulse
 from ..scene.numbers import vector
 from .kernels import layout
@@ -67,8 +68,7 @@ class LongImpact:
         jump(*tables, tree.bodies, loaded, placed, self._blows, work, self._places)
         self.dv = work[dv_at : dv_at + tree.nv].copy()
         self.v_after = v + self.dv
-        for array in (self.q, self.v_before, self.dv, self.v_after):
-            array.setflags(write=False)
+        lock(self.q, self.v_before, self.dv, self.v_after)
 
     def __repr__(self) -> str:
         jump = f"|dv|={float(np.linalg.norm(self.dv)):.6g}"
@@ -86,8 +86,7 @@ class LongImpact:
         rows[:, layout.FORCE : layout.FORCE + 6] = 0.0
         reactions(tree.ints, tree.floats, tree.bodies, self._blows, self._work, self._places)
         found = self._in_world(layout.FORCE)[1:]
-        found.setflags(write=False)
-        return found
+        return read_only(found)
 
     def velocity_at(self, link: str, at: ArrayLike = (0.0, 0.0, 0.0)) -> np.ndarray:
         """(3,) the velocity of a point of a link after the impact, world axes [m/s].
@@ -105,8 +104,7 @@ class LongImpact:
     def twists_after(self) -> np.ndarray:
         """(bodies, 6) velocity of each joint's origin as of its child, and angular velocity."""
         found = (self._turned(self._twists) + self._in_world(layout.JUMP))[1:]
-        found.setflags(write=False)
-        return found
+        return read_only(found)
 
     @cached_property
     def _twists(self) -> np.ndarray:

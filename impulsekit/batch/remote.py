@@ -49,11 +49,9 @@ def solve_lazily(
         InputError: arrays whose leading axes do not agree, or nothing that varies.
         MissingExtraError: dask is not installed.
     """
-    try:
+    with MissingExtraError.unless("dask", "study", "a batch of dask arrays"):
         import dask
         import dask.array as da
-    except ImportError:
-        raise MissingExtraError.of("dask", "study", "a batch of dask arrays") from None
     from .shapes import shape_of
 
     rows, chunks = _chunks(given)

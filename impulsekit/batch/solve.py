@@ -12,6 +12,7 @@ import numpy as np
 from ..errors import InputError, RangeError, UnknownNameError, a_thing, quoted
 from ..impact.warm import compile_laws
 from ..laws.status import Status
+from ..robot.arrays import lock
 from ..scene import Scene
 from .codes import AGAIN, OPEN, SHARED
 from .errors import NoKernelError
@@ -201,8 +202,7 @@ def _judged(
     for array in arrays.values():
         if failed.any():
             array[failed] = np.nan
-    for array in (*arrays.values(), codes, single, verdicts):
-        array.setflags(write=False)
+    lock(*arrays.values(), codes, single, verdicts)
     return ImpactBatch(codes, plan, arrays, single, verdicts)
 
 

@@ -58,10 +58,8 @@ def draw(rows: Sequence[Row], folder: Path) -> list[Path]:
     Raises:
         MissingExtraError: matplotlib is not installed.
     """
-    try:
+    with MissingExtraError.unless("matplotlib", "plot", "the diagrams of a benchmark"):
         from matplotlib import rc_context
-    except ImportError:
-        raise MissingExtraError.of("matplotlib", "plot", "the diagrams of a benchmark") from None
     paths = []
     # The same rows give the same file.
     with rc_context({"svg.hashsalt": "impulsekit", "svg.fonttype": "none", "font.size": 8}):

@@ -49,7 +49,8 @@ FRICTION = 0.8
 # Touch-down is the last sample at which the lowest point descends with this share of its fastest
 # descent within the first so many seconds; slower descents than this are no landing [m/s].
 STILL_FAST, SOUGHT, SLOW = 0.9, 0.02, 0.5
-# When velocities are compared [s].
+# When velocities are compared [s]; so long after the last sample there are none.
+LATE = 1e-3
 AFTER = (0.011, 0.044)
 # Velocities are known to a few per cent: these give six digits; looser ones let feet stick and slip
 # in turn without end. Torques change little over so many samples, and steps of a motion end at each
@@ -312,7 +313,7 @@ def _motion(robot: Robot, landing: Landing, *, contact: bool = True) -> list[flo
 
 def _error(robot: Robot, landing: Landing, v: np.ndarray, time: float) -> float:
     """|v − measured| over |measured − v⁻| in the metric of the kinetic energy; NaN too late."""
-    if time > landing.t[-1] + 1e-3:
+    if time > landing.t[-1] + LATE:
         return float("nan")
     model = cassie_scene(robot).robot.model
     mass = pin.crba(model, model.createData(), np.array(landing.q[0]))

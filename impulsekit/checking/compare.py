@@ -9,6 +9,7 @@ import numpy as np
 
 from ..reference import KaneImpact, Load, Rows
 from ..reference.kinematics import Kinematics
+from ..robot.arrays import lock
 from .conditions import Conditions
 from .result import CheckRow
 from .sizes import Sizes, sizes_of
@@ -89,8 +90,7 @@ class _Maker:
             worst = int(np.argmax(gaps))  # a NaN counts as the largest
             if gaps[worst] != 0.0:
                 difference = float(gaps[worst] / size) if size > 0.0 else float("inf")
-        mine.setflags(write=False)
-        theirs.setflags(write=False)
+        lock(mine, theirs)
         return CheckRow(
             name, unit, tuple(entries), mine, theirs, difference, scale, self._tolerance, worst
         )

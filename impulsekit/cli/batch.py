@@ -89,10 +89,8 @@ def _how_to_go_on(folder: str) -> str:
 def _client(scheduler: str | None, workers: int | None) -> Any:
     from ..errors import MissingExtraError, RangeError, quoted
 
-    try:
+    with MissingExtraError.unless("distributed", "study", "a study on a cluster"):
         from distributed import Client, LocalCluster
-    except ImportError:
-        raise MissingExtraError.of("distributed", "study", "a study on a cluster") from None
     if scheduler:
         try:
             return Client(scheduler)

@@ -47,10 +47,8 @@ def _draw(scene_file: object, plane: str | None, path: str) -> None:
 
     if not isinstance(scene_file, SceneFile):
         raise TypeError(type(scene_file).__name__)
-    try:
+    with MissingExtraError.unless("matplotlib", "plot", "--plot"):
         from matplotlib.figure import Figure
-    except ImportError:
-        raise MissingExtraError.of("matplotlib", "plot", "--plot") from None
     from ..view.plots.canvas import plain, save_figure
 
     points = scene_file.design

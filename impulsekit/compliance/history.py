@@ -15,6 +15,7 @@ from ..errors import InputError, RangeError, UnknownNameError, a_thing
 from ..impact import Impact
 from ..impact.joint_loads import JointLoad
 from ..impact.named import ByName
+from ..robot.arrays import lock, read_only
 from ..scene.contacts import turns
 from ..tolerances import NONZERO
 from .curves import Curve, Hertz, HuntCrossley, PowerCurve
@@ -130,8 +131,7 @@ class ForceHistory(OneLine):
         loads = {}
         for joint, load in self._impact.joint_loads.items():
             parts = scale * load.force, scale * load.moment
-            for part in parts:
-                part.setflags(write=False)
+            lock(*parts)
             loads[joint] = JointLoad(joint, *parts, load.axis)
         return ByName(loads, "joint")
 
@@ -168,8 +168,7 @@ class ForceHistory(OneLine):
 
     def _column(self, k: int) -> np.ndarray:
         column = self._samples[:, k].copy()
-        column.setflags(write=False)
-        return column
+        return read_only(column)
 
     def at(self, t: float) -> Sample:
         """Force, indentation, its rate and the impulse so far at an instant, to rounding.

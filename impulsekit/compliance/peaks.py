@@ -10,6 +10,7 @@ import numpy as np
 
 from ..display import OneLine
 from ..errors import InputError, RangeError, a_thing
+from ..robot.arrays import lock
 from ..scene import Scene
 from ..scene.contacts import turns
 from .curves import Curve, Hertz, HuntCrossley, PowerCurve
@@ -181,8 +182,7 @@ def _peaks(name: str, batch: ImpactBatch, curve: Curve) -> PeakForces:
     if not whole:
         nothing = np.where(np.isnan(impulse), np.nan, 0.0)
         arrays = [_spread(array, struck, nothing) for array in arrays]
-    for array in (impulse, *arrays):
-        array.setflags(write=False)
+    lock(impulse, *arrays)
     return PeakForces(name, batch.status, impulse, *arrays)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..display import OneLine
 from ..robot import Robot
+from ..robot.arrays import lock
 from ..scene import Scene
 from .response import Response, unit_vector
 
@@ -96,8 +97,7 @@ def impact_ellipsoid(
     masses = np.where(live, 1.0 / np.where(live, values, 1.0), math.inf)
     place = response.mechanics.frame_placement(frame).act(np.array(at, dtype=float))
     arrays = place, mobility, axes, masses
-    for array in arrays:
-        array.setflags(write=False)
+    lock(*arrays)
     x, y, z = (float(entry) for entry in np.asarray(at))
     return ImpactEllipsoid(frame, (x, y, z), *arrays, immobile)
 

@@ -19,7 +19,7 @@ from ..errors import (
     ShapeError,
     quoted,
 )
-from ..robot.arrays import array_of
+from ..robot.arrays import array_of, lock
 from ..tolerances import NONZERO
 from .doubts import (
     bounds_reached,
@@ -283,8 +283,7 @@ class _Problem:
             covariance = widened(covariance, spread * size)
         values, bounds = found.x.copy(), np.stack([self._low, self._high], 1)
         weights = self._factors**2
-        for array in (values, covariance, residual, bounds, weights):
-            array.setflags(write=False)
+        lock(values, covariance, residual, bounds, weights)
         return Fit(
             self.names,
             values,

@@ -11,7 +11,7 @@ from ..display import OneLine
 from ..errors import InputError, ShapeError, a_thing
 from ..impact import ImpactSolver
 from ..robot import state
-from ..robot.arrays import array_of
+from ..robot.arrays import array_of, lock
 from ..scene import Scene
 from .response import Response
 
@@ -139,6 +139,5 @@ def impact_invariant(scene: Scene, q: ArrayLike) -> ImpactInvariant:
     basis = left[:, rank:].T.copy()
     aim = (1.0 + np.array(aims))[:, None] * jacobian
     after = np.eye(robot.nv) - moved @ np.linalg.lstsq(jacobian @ moved, aim, rcond=NOTHING)[0]
-    for array in (basis, moved, after):
-        array.setflags(write=False)
+    lock(basis, moved, after)
     return ImpactInvariant(basis, moved, after)

@@ -10,7 +10,7 @@ import numpy as np
 from ..display import OneLine
 from ..errors import InputError, NotFiniteError, ShapeError
 from ..robot import Robot
-from ..robot.arrays import floats
+from ..robot.arrays import floats, lock
 from ..scene import AppliedImpulse, Scene
 from .ellipsoid import IMMOBILE
 from .response import Response
@@ -118,8 +118,7 @@ def least_blow(
     impulse = np.linalg.lstsq(weights[:, None] * effect, weights * target, rcond=RANK)[0]
     dv, reached = by_blow @ impulse, effect @ impulse
     shortfall = float(np.linalg.norm(target - reached))
-    dv.setflags(write=False)
-    reached.setflags(write=False)
+    lock(dv, reached)
     blow = AppliedImpulse(frame, linear=tuple(impulse), at=tuple(np.asarray(at)))
     return LeastBlow(blow, dv, reached, shortfall)
 

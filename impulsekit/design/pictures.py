@@ -119,10 +119,8 @@ def plot_sparing(
 def _axes(ax: Axes | None) -> Axes:
     if ax is not None:
         return ax
-    try:
+    with MissingExtraError.unless("matplotlib", "plot", "a plot"):
         from matplotlib import pyplot
-    except ImportError:
-        raise MissingExtraError.of("matplotlib", "plot", "a plot") from None
     _, made = pyplot.subplots(layout="constrained")
     return made
 

@@ -16,6 +16,7 @@ import pinocchio as pin
 from ..display import OneLine
 from ..errors import InputError, quoted
 from ..robot import Robot
+from ..robot.arrays import lock
 from ..scene import Scene
 from ..scene.numbers import vector
 from .response import Response, unit_vector
@@ -166,8 +167,7 @@ def spare_joint(
         n = np.linalg.svd(base + s * slope)[2][-1]
     share = float(np.linalg.norm((base + s * slope) @ n))
     at = first + s * (last - first)
-    at.setflags(write=False)
-    n.setflags(write=False)
+    lock(at, n)
     return SparedJoint(joint, frame, at, n, float(s), share)
 
 
@@ -252,8 +252,7 @@ def worst_blow(
     table = Response(scene, q).reaction_map(joint, frame, at)[rows, :3]
     _, values, ways = np.linalg.svd(table)
     worst, kindest = ways[0].copy(), ways[-1].copy()
-    worst.setflags(write=False)
-    kindest.setflags(write=False)
+    lock(worst, kindest)
     return WorstBlow(worst, float(values[0]), kindest, float(values[-1]))
 
 

@@ -28,7 +28,8 @@ attributes, for programs.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from .cautions import AssumptionWarning, SetupWarning, warn_of_assumptions, warn_of_setup
@@ -368,3 +369,12 @@ class MissingExtraError(ImpulsekitError, ImportError):
             package=package,
             extra=extra,
         )
+
+    @classmethod
+    @contextmanager
+    def unless(cls, package: str, extra: str, purpose: str) -> Iterator[None]:
+        """What is imported within is there, or this error is raised; as ``of``."""
+        try:
+            yield
+        except ImportError:
+            raise cls.of(package, extra, purpose) from None

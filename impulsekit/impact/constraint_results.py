@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..display import OneLine
+from ..robot.arrays import lock
 from ..robot.placing import Posture
 from ..scene import Scene
 
@@ -76,8 +77,7 @@ def constraint_results(impact: Impact) -> tuple[ConstraintResult, ...]:
     for i, (name, where) in enumerate(zip(names, rows.slices, strict=True)):
         impulse = outcome.constraint_impulses[where].copy()
         arrays = (impulse, before[where].copy(), after[where].copy())
-        for array in arrays:
-            array.setflags(write=False)
+        lock(*arrays)
         results.append(
             ConstraintResult(
                 name=name,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..display import OneLine
+from ..robot.arrays import lock, read_only
 from ..robot.placing import Posture
 from ..scene import Contact, JointStop, Rope, Scene
 from ..scene.contacts import ContactEntry
@@ -100,8 +101,7 @@ class ContactResult(OneLine):
         axes [N m s]; zero without ``rolling`` and ``torsion``."""
         own = [point.turning.impulse for point in self.points if point.turning is not None]
         total = np.sum(own, axis=0) if own else np.zeros(3)
-        total.setflags(write=False)
-        return total
+        return read_only(total)
 
     @property
     def touching(self) -> bool:
@@ -179,9 +179,7 @@ def _point(impact: Impact, touch: Touch, i: int, turning: TurningResult | None) 
             position = impact.mechanics.frame_placement(entry.frame).act(np.array(entry.at))
     pressed = local + np.array([0.0, 0.0, getattr(entry, "adhesion", 0.0)])
     normal_work, friction_work = _works(solution, i, touch.jacobian, velocities, local)
-    for array in (*arrays, normal, position):
-        if array is not None:
-            array.setflags(write=False)
+    lock(*arrays, normal, position)
     impulse, before, after = arrays
     return ContactPoint(
         position,
@@ -257,8 +255,7 @@ def _result(
         after = np.mean([point.velocity_after for point in points], axis=0)
     else:
         impulse, before, after = np.zeros(size), np.full(size, np.nan), np.full(size, np.nan)
-    for array in (impulse, before, after):
-        array.setflags(write=False)
+    lock(impulse, before, after)
     modes = {point.mode for point in points}
     return ContactResult(
         name,

@@ -18,6 +18,7 @@ import pinocchio as pin
 
 from ..display import OneLine
 from ..errors import InputError
+from ..robot.arrays import lock
 from ..scene.numbers import vector
 from .algorithms import symmetric
 from .forces import body_impulses
@@ -98,8 +99,7 @@ def freed_joint(impact: Impact, joint: str) -> FreedJoint:
         robot.model.idx_vs[joint_id], robot.model.idx_vs[joint_id] + robot.model.nvs[joint_id]
     )
     result, motion = rotation @ wrench, rotation @ spread[added, own]
-    result.setflags(write=False)
-    motion.setflags(write=False)
+    lock(result, motion)
     return FreedJoint(joint, result, motion)
 
 

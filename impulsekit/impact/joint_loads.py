@@ -9,6 +9,7 @@ import numpy as np
 
 from ..display import OneLine
 from ..errors import InputError
+from ..robot.arrays import lock
 from ..robot.placing import Posture
 
 if TYPE_CHECKING:
@@ -85,9 +86,7 @@ def joint_loads(impact: Impact) -> dict[str, JointLoad]:
         else:
             turn = _base_rotation(impact, name)
         parts = [turn.T @ wrench[:3], turn.T @ wrench[3:]]
-        for array in (*parts, axis):
-            if array is not None:
-                array.setflags(write=False)
+        lock(*parts, axis)
         loads[name] = JointLoad(name, parts[0], parts[1], axis)
     return loads
 

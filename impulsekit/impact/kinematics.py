@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..robot.arrays import lock
 from ..scene.numbers import vector
 
 if TYPE_CHECKING:
@@ -34,6 +35,5 @@ def point_velocity(impact: Impact, frame: str, at: Any) -> PointVelocity:
         :3
     ]
     before, after = jacobian @ impact.v_before, jacobian @ impact.v_after
-    before.setflags(write=False)
-    after.setflags(write=False)
+    lock(before, after)
     return PointVelocity(before, after)

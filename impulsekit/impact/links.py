@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
+from ..robot.arrays import lock
+
 if TYPE_CHECKING:
     from .result import Impact
 
@@ -40,7 +42,6 @@ def link_jumps(impact: Impact) -> dict[str, LinkJump]:
     at_centres = twists[:, :3] + np.cross(twists[:, 3:], places)
     linear = np.einsum("kij,kj->ki", turns, at_centres)
     angular = np.einsum("kij,kj->ki", turns, twists[:, 3:])
-    linear.setflags(write=False)
-    angular.setflags(write=False)
+    lock(linear, angular)
     jumps = {link.name: LinkJump(linear[k], angular[k]) for k, link in enumerate(links)}
     return jumps

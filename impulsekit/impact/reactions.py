@@ -14,6 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..robot import Robot
+from ..robot.arrays import lock
 from .forces import BodyImpulse, body_impulses
 
 if TYPE_CHECKING:
@@ -70,8 +71,7 @@ def transmitted(
     }
     reactions.update(_fixed_joint_reactions(robot, data, placements, impulses))
     reactions.update(_base_reactions(robot, data, placements, impulses))
-    for reaction in reactions.values():
-        reaction.setflags(write=False)
+    lock(*reactions.values())
     return reactions
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..display import Displayed, one_line
 from ..laws.status import RESIDUAL_LIMIT, Status, judged
+from ..robot.arrays import read_only
 from .named import ByName, Named
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from .residuals import Residuals
     from .uniqueness import Uniqueness
 
-__all__ = ["Impact", "read_only"]
+__all__ = ["Impact"]
 
 
 class Impact(Displayed):
@@ -288,9 +289,3 @@ class Impact(Displayed):
         name, jump = self.scene.robot.name, f"|dv|={np.linalg.norm(self._dv):.6g}"
         residual = f"largest residual {self.residuals.largest:.1e}"
         return one_line("Impact", self.status.name, repr(name), jump, residual)
-
-
-def read_only(array: np.ndarray) -> np.ndarray:
-    """The same array, which nobody can write to any more."""
-    array.setflags(write=False)
-    return array

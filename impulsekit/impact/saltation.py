@@ -18,7 +18,7 @@ import numpy as np
 
 from ..display import OneLine
 from ..errors import InputError, RangeError, ShapeError
-from ..robot.arrays import array_of, floats
+from ..robot.arrays import array_of, floats, lock
 from ..scene.functions import call
 
 if TYPE_CHECKING:
@@ -149,8 +149,7 @@ def saltation(
             np.concatenate([impact.v_after, after]),
             guard,
         )
-    for array in (matrix, reset, guard):
-        array.setflags(write=False)
+    lock(matrix, reset, guard)
     return Saltation(found, matrix, reset, guard, speed)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from ..laws.sharpening import ROUNDING, ROUNDING_OF_SUMS
 from ..laws.single import GAIN
 from ..laws.status import Status
+from ..robot.arrays import lock
 from ..rows.contacts import ContactRows, Touch
 from ..rows.ellipses import ellipse_axis
 from ..rows.reach import ReachedModel
@@ -77,9 +78,7 @@ class SceneContacts:
         # Nearly always each contact touches at one point.
         self._each_once = list(range(len(scene.contacts)))
         self._fixed = None if self._varying else np.array(self._restitution, dtype=float)
-        for coefficients in (self._friction, self._tangential, self._fixed):
-            if coefficients is not None:
-                coefficients.setflags(write=False)
+        lock(self._friction, self._tangential, self._fixed)
 
     def problem(
         self, half: np.ndarray, before: np.ndarray, free: np.ndarray, touches: list[Touch]

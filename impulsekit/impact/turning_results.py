@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..display import OneLine
+from ..robot.arrays import lock
 
 if TYPE_CHECKING:
     from .result import Impact
@@ -65,8 +66,7 @@ def turning_result(impact: Impact, k: int) -> TurningResult:
     entry = impact.scene.contacts[touch.entry]
     rolling, spin = (getattr(entry, name) * normal for name in ("rolling", "torsion"))
     impulse, before, after = (touch.axes @ vector for vector in (local, before, after))
-    for array in (impulse, before, after):
-        array.setflags(write=False)
+    lock(impulse, before, after)
     across, about = float(np.hypot(local[0], local[1])), abs(float(local[2]))
     return TurningResult(
         impulse,

@@ -16,6 +16,7 @@ from ..design.measurement import Measurement
 from ..design.parameters import groups_of, parameters_of
 from ..display import Displayed, one_line
 from ..errors import ImpulsekitError, InputError
+from ..robot.arrays import lock
 from ..scene.numbers import whole
 from ..tolerances import NONZERO
 from .candidates import LawCandidate, usual_candidates
@@ -298,8 +299,7 @@ def _judged(
         notes += [f"{name}: {note}" for note in fit.notes if "not determined" in note]
     of_after = np.median(misses / after, axis=1)
     of_change = np.median(misses / change, axis=1)
-    for array in (errors, better, of_after, of_change):
-        array.setflags(write=False)
+    lock(errors, better, of_after, of_change)
     return LawComparison(
         tuple(names), errors, of_after, of_change, better, tuple(ordered), tuple(left_out),
         tuple(notes),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, RangeError, ShapeError, a_thing
+from ..robot.arrays import lock
 from ..scene import Scene
 from .closing import ClosingContacts
 from .columns import TIME_UNITS
@@ -295,8 +296,7 @@ def _impact(
     spread = to_jump @ kink.covariance @ to_jump.T
     jump = kink.after - kink.before
     names, gaps, impulses, balance = closing.of_jump(kink.q, jump, spread, kink.before, near)
-    for array in (kink.q, kink.before, kink.after, kink.covariance, gaps, impulses):
-        array.setflags(write=False)
+    lock(kink.q, kink.before, kink.after, kink.covariance, gaps, impulses)
     return FoundImpact(
         recording.name,
         kink.time,

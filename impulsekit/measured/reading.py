@@ -148,10 +148,8 @@ def _scalar(value: np.ndarray, what: str) -> float:
 
 
 def _parquet(path: Any, label: str) -> dict[str, Any]:
-    try:
+    with MissingExtraError.unless("pandas with pyarrow", "record", "reading Parquet"):
         import pandas
-    except ImportError:
-        raise MissingExtraError.of("pandas with pyarrow", "record", "reading Parquet") from None
     try:
         table = pandas.read_parquet(path)
     except ImportError:

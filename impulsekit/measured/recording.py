@@ -12,7 +12,7 @@ import pinocchio as pin
 from ..display import OneLine
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, a_thing
 from ..robot import Robot
-from ..robot.arrays import floats
+from ..robot.arrays import floats, lock
 from ..robot.state import QUATERNION_TOLERANCE, checked_configuration
 
 if TYPE_CHECKING:
@@ -94,8 +94,7 @@ class Recording(OneLine):
         for time, impact in impacts:
             if impact.scene.robot.nq != self.robot.nq:
                 raise InputError(f"Recording: the impact at {time:g} s is of another robot")
-        for array in arrays.values():
-            array.setflags(write=False)
+        lock(*arrays.values())
         for field, value in (*arrays.items(), ("impacts", impacts), ("notes", tuple(self.notes))):
             object.__setattr__(self, field, value)
 

@@ -43,11 +43,9 @@ def columns_of_bag(
         UnknownNameError: it has no such topic.
         InputError: it has no topic of poses or joint states, or more than one.
     """
-    try:
+    with MissingExtraError.unless("rosbags", "record", "reading a ROS 2 bag"):
         from rosbags.highlevel import AnyReader, AnyReaderError
         from rosbags.typesys import Stores, get_typestore
-    except ImportError:
-        raise MissingExtraError.of("rosbags", "record", "reading a ROS 2 bag") from None
     label = shown(Path(path).name, 80)
     try:
         with AnyReader([Path(path)], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as bag:

@@ -12,6 +12,7 @@ import pinocchio as pin
 from ..display import OneLine
 from ..impact.forces import body_impulses
 from ..impact.named import ByName
+from ..robot.arrays import lock
 
 if TYPE_CHECKING:
     from ..impact import Impact
@@ -66,8 +67,7 @@ def momentum_balance(motion: Trajectory, start: float | None, end: float | None)
         first = hits[0].q, hits[0].v_before
     for impact in hits:
         _add(shares, impact)
-    for share in shares.values():
-        share.setflags(write=False)
+    lock(*shares.values())
     model, data = loads.model, loads.data_of_robot
     change = _momentum(model, data, *motion.at(b)) - _momentum(model, data, *first)
     change.setflags(write=False)

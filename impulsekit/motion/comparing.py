@@ -10,6 +10,7 @@ import pinocchio as pin
 
 from ..display import OneLine
 from ..errors import InputError, RangeError, a_thing
+from ..robot.arrays import lock
 
 if TYPE_CHECKING:
     from ..robot import Robot
@@ -77,8 +78,7 @@ def compare(motion: Trajectory, recording: Recorded, frame: str | None) -> Compa
     ours = np.array([motion.at(time)[0] for time in times[inside]])
     position, rotation = frame_distances(robot, name, ours, q[inside])
     arrays = times[inside].copy(), position, rotation
-    for array in arrays:
-        array.setflags(write=False)
+    lock(*arrays)
     return Comparison(name, *arrays)
 
 

@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from ..display import OneLine
 from ..impact.algorithms import symmetric
-from ..impact.result import read_only
+from ..robot.arrays import read_only
 from ..robot.mass_matrix import crba_of
 from .force_field import ForceField
 

@@ -10,6 +10,7 @@ import pinocchio as pin
 
 from ..display import OneLine
 from ..errors import InputError
+from ..robot.arrays import lock
 from ..scene.motion import LEAST_RTOL, MotionSettings
 from .simulate import simulate
 
@@ -95,8 +96,7 @@ def check_motion(motion: Trajectory) -> MotionCheck:
         comparable[i] = (hits[0] <= time).sum() == (hits[1] <= time).sum()
     both = min(map(len, hits))
     times = np.abs(hits[0][:both] - hits[1][:both])
-    for array in (t, position, velocity, comparable, times):
-        array.setflags(write=False)
+    lock(t, position, velocity, comparable, times)
     return MotionCheck(
         t, position, velocity, comparable, (len(hits[0]), len(hits[1])), times, second
     )

@@ -17,10 +17,8 @@ __all__ = ["event_table", "state_table"]
 
 def state_table(motion: Trajectory) -> Any:
     """States, energies and momenta over time as an ``xarray.Dataset``; see ``to_xarray``."""
-    try:
+    with MissingExtraError.unless("xarray", "study", "Trajectory.to_xarray"):
         import xarray
-    except ImportError:
-        raise MissingExtraError.of("xarray", "study", "Trajectory.to_xarray") from None
     energy, momentum = motion.energy(), motion.momentum()
     robot = motion.scene.robot
     names_q, names_v = _coordinate_names(robot.model)
@@ -49,10 +47,8 @@ def state_table(motion: Trajectory) -> Any:
 
 def event_table(motion: Trajectory) -> Any:
     """The impacts and the rests of a motion as an ``xarray.Dataset``; see ``Trajectory.events``."""
-    try:
+    with MissingExtraError.unless("xarray", "study", "Trajectory.events"):
         import xarray
-    except ImportError:
-        raise MissingExtraError.of("xarray", "study", "Trajectory.events") from None
     contacts = list(motion.scene.entry_names("contacts"))
     impacts, count = motion.impacts, len(motion.impacts)
     impulse = np.full((count, len(contacts), 3), np.nan)

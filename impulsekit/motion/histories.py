@@ -10,6 +10,7 @@ import numpy as np
 
 from ..impact.constraint_results import ConstraintResult
 from ..impact.contact_results import ContactResult
+from ..robot.arrays import lock, read_only
 from ..scene import JointStop
 
 if TYPE_CHECKING:
@@ -33,8 +34,7 @@ class _Told:
         loads = self._motion.loads
         found = [value(loads.at(time)) for time in times.ravel().tolist()]
         result = np.array(found) if np.ndim(t) else np.array(found[0])
-        result.setflags(write=False)
-        return result
+        return read_only(result)
 
     def _integral(
         self, start: float | None, end: float | None, size: int, value: Callable[[Loads], Any]
@@ -73,8 +73,7 @@ class _Impacts(tuple, _Told, Generic[T], ABC):
         total = self._integral(start, end, self._size, self._force)
         for result in self._struck(start, end):
             total = total + result.impulse
-        total.setflags(write=False)
-        return total
+        return read_only(total)
 
     def power(self, t: Any) -> np.ndarray:
         """What it gives the bodies at a time, negative where it takes [W]; at times (T,): (T,)."""
@@ -151,8 +150,7 @@ class ContactHistory(_Impacts[ContactResult]):
         own = self._points(self._motion.loads.at(self._motion.checked_time(t)))
         places = np.array([p.position for p in own if p.position is not None]).reshape(-1, 3)
         forces = np.array([p.force for p in own if p.position is not None]).reshape(-1, 3)
-        for array in (places, forces):
-            array.setflags(write=False)
+        lock(places, forces)
         return places, forces
 
     @property

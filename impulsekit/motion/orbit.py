@@ -19,6 +19,7 @@ import pinocchio as pin
 from ..display import OneLine
 from ..errors import ImpulsekitError, InputError, RangeError, SolveError, a_thing, quoted
 from ..robot import state
+from ..robot.arrays import lock
 from ..scene import Scene
 from ..scene.functions import call, numbers_from
 from ..scene.motion import MotionSettings
@@ -352,8 +353,7 @@ class _Search:
         derivative, by_differences = self._derivative(x, motion)
         end = min(time * (1.0 + AFTER), self._settings.duration)
         period = simulate(self._scene, q, v, settings=self._settings.changed(duration=end))
-        for array in (x, q, v, derivative):
-            array.setflags(write=False)
+        lock(x, q, v, derivative)
         residual = float(np.abs(off).max())
         return Orbit(x, q, v, time, period, derivative, residual, by_differences)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import ImpulsekitError, InputError
 from ..files import replaced_file
-from ..impact.result import read_only
+from ..robot.arrays import read_only
 from ..scene import Scene
 from ..scene.motion import MotionSettings
 from .archive import (

@@ -12,8 +12,8 @@ import numpy as np
 from ..display import Displayed, one_line
 from ..errors import RangeError, ShapeError
 from ..impact.named import ByName
-from ..impact.result import read_only
 from ..laws.status import Status
+from ..robot.arrays import read_only
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number
 from . import histories

@@ -68,12 +68,8 @@ class Arithmetic:
         """
         if int(digits) != digits or digits < 16:
             raise RangeError.of("digits", digits, "a whole number from 16 up")
-        try:
+        with MissingExtraError.unless("mpmath", "reference", f"arithmetic of {digits} digits"):
             from mpmath import MPContext
-        except ImportError:
-            raise MissingExtraError.of(
-                "mpmath", "reference", f"arithmetic of {digits} digits"
-            ) from None
         context = MPContext()
         context.dps = int(digits)
         return cls(f"mpmath, {digits} digits", np.dtype(object), context.eps, context)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import NotFiniteError, ShapeError, quoted
 
-__all__ = ["array_of", "floats"]
+__all__ = ["array_of", "floats", "lock", "read_only"]
 
 
 def floats(value: Any, what: str) -> np.ndarray:
@@ -39,4 +39,17 @@ def array_of(value: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
         where = tuple(np.argwhere(~finite)[0].tolist())
         index = ", ".join(map(str, where))
         raise NotFiniteError.of(what, f"entry {index}", array[where])
+    return array
+
+
+def lock(*arrays: np.ndarray | None) -> None:
+    """Nobody can write to these arrays any more."""
+    for array in arrays:
+        if array is not None:
+            array.setflags(write=False)
+
+
+def read_only(array: np.ndarray) -> np.ndarray:
+    """The same array, which nobody can write to any more."""
+    lock(array)
     return array

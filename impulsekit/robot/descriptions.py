@@ -17,12 +17,10 @@ def robot_from_description(name: str, root: str | None) -> Robot:
     """See ``Robot.from_description``."""
     from .robot import Robot
 
-    try:
+    with MissingExtraError.unless(
+        "robot_descriptions", "descriptions", "reading robots by description"
+    ):
         from robot_descriptions import DESCRIPTIONS
-    except ImportError:
-        raise MissingExtraError.of(
-            "robot_descriptions", "descriptions", "reading robots by description"
-        ) from None
     if name not in DESCRIPTIONS:
         raise UnknownNameError.among("robot description", str(name), sorted(DESCRIPTIONS))
     try:

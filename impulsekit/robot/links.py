@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from .arrays import lock
 from .source import RobotPart
 from .urdf import LinkInertial, read_urdf
 
@@ -91,8 +92,7 @@ def links_of(model: pin.Model, parts: Sequence[RobotPart]) -> tuple[Link, ...]:
             com = np.array(frame.placement.translation)
             inertia = np.zeros((3, 3))
         seen_joints.add(joint_id)
-        com.setflags(write=False)
-        inertia.setflags(write=False)
+        lock(com, inertia)
         links.append(Link(frame.name, frame_id, joint_id, mass, com, inertia))
     return tuple(links)
 

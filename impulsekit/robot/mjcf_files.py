@@ -18,10 +18,8 @@ def read_mjcf(source: Any) -> tuple[Any, str | None]:
         MjcfError: MuJoCo refuses it; the sentence holds its reason.
         MissingExtraError: the package mujoco is not installed.
     """
-    try:
+    with MissingExtraError.unless("mujoco", "mjcf", "reading MJCF"):
         import mujoco
-    except ImportError:
-        raise MissingExtraError.of("mujoco", "mjcf", "reading MJCF") from None
     if isinstance(source, mujoco.MjModel):
         return source, None
     if isinstance(source, mujoco.MjSpec):

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, RangeError
-from .arrays import array_of
+from .arrays import array_of, lock
 from .state import checked_configuration, checked_velocity
 
 if TYPE_CHECKING:
@@ -148,8 +148,7 @@ class Posture:
         """How fast a frame moves, and its point that is at ``point`` (3,) of the world."""
         joint_id = self.joint_of(frame)
         linear, angular = self.velocity_at(joint_id, point), self.angular_velocity(joint_id)
-        linear.setflags(write=False)
-        angular.setflags(write=False)
+        lock(linear, angular)
         return FrameVelocity(linear, angular)
 
 

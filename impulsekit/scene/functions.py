@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import CallbackError, NotFiniteError, ShapeError, a_thing, shown
+from ..robot.arrays import read_only
 
 __all__ = ["call", "numbers_from"]
 
@@ -99,8 +100,7 @@ def _plain(given: Any, size: int) -> np.ndarray | None:
 
 def _copy(array: np.ndarray) -> np.ndarray:
     own = array.copy()
-    own.setflags(write=False)
-    return own
+    return read_only(own)
 
 
 def _holds_no_numbers(array: np.ndarray) -> bool:

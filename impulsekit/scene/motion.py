@@ -20,6 +20,8 @@ LEAST_RTOL = 1e-13
 LEAST_ATOL = 1e-300
 # With shorter steps [s] a second takes more of them than ``max_steps`` may allow.
 LEAST_STEP = 1e-9
+# Impacts further apart in time [s] are no single instant to anybody.
+LONGEST_TOGETHER = 1e-3
 METHODS = ("dop853", "radau", "rk4", "semi-implicit")
 
 
@@ -76,7 +78,7 @@ class MotionSettings:
             ("step", LEAST_STEP, 1e3, "1e-9 to 1e3 s"),
             ("max_step", LEAST_STEP, LONGEST, "1e-9 to 1e9 s, or None"),
             ("capture_speed", 0.0, 1e3, "0 to 1e3 m/s"),
-            ("together", 0.0, 1e-3, "0 to 1e-3 s"),
+            ("together", 0.0, LONGEST_TOGETHER, "0 to 1e-3 s"),
             ("samples", 1, 10_000_000, "1 to 10 million"),
             ("max_impacts", 0, 10**9, "0 or more"),
             ("max_steps", 1, 10**9, "1 or more"),

@@ -17,6 +17,7 @@ from ..errors import ImpulsekitError, SceneFileError, quoted, warn_of_setup
 from ..files import path_of, read_text_file, reason_of
 from ..robot import Robot
 from ..robot import state as states
+from ..robot.arrays import lock
 from ..robot.limits import outside_limits
 from ..scene import Scene
 from ..scene.design import DesignPoint
@@ -173,8 +174,7 @@ def _read_state(raw: Any, robot: Robot | None, faults: Faults) -> tuple[np.ndarr
         named_q: Callable = lambda x: states.configuration(model, x)  # noqa: E731
         q = _read_vector(raw.get("q", {}), "state.q", whole_q, named_q, faults, q)
         v = _read_vector(raw.get("v", {}), "state.v", whole_v, robot.velocity, faults, v)
-    q.setflags(write=False)
-    v.setflags(write=False)
+    lock(q, v)
     return q, v
 
 

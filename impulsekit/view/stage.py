@@ -22,6 +22,8 @@ LEAST_DISTANCE = 1e-6
 BIAS = -0.0008
 # [of the scene's radius] Lines above the floor, so that neither hides the other.
 LIFTED = 6e-4
+# How far under its plane what stands for it is drawn, of the robot's radius.
+SUNK = 2e-3
 # How much an axis is preferred where a normal is as far from two.
 PREFERRED = 1e-12
 
@@ -140,7 +142,7 @@ def draw_stage(
             solid = solid and depth < DEEP * radius
         # Just under the plane itself, or what lies on it would flicker.
         placement = plane.placement(middle) * pin.SE3(
-            np.eye(3), np.array([0.0, 0.0, -2e-3 * radius])
+            np.eye(3), np.array([0.0, 0.0, -SUNK * radius])
         )
         path = ("stage", node_name(i, "plane"))
         square = _square(size)

@@ -133,10 +133,8 @@ class MotionBatch(Displayed):
         Raises:
             MissingExtraError: xarray is not installed.
         """
-        try:
+        with MissingExtraError.unless("xarray", "study", "MotionBatch.to_xarray"):
             import xarray
-        except ImportError:
-            raise MissingExtraError.of("xarray", "study", "MotionBatch.to_xarray") from None
         by_impact = ("impact", "contact")
         hits = self.impacts
         names = [status.name for status in MotionStatus]

@@ -182,10 +182,8 @@ def _there(
     study: Study, todo: list[int], client: Any
 ) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
     """Chunks as the workers of a cluster have them ready; never many at a time."""
-    try:
+    with MissingExtraError.unless("distributed", "study", "a study on a cluster"):
         from distributed import as_completed
-    except ImportError:
-        raise MissingExtraError.of("distributed", "study", "a study on a cluster") from None
     packed = pickle.dumps(study)
     workers = max(1, len(client.scheduler_info()["workers"]))
     waiting = iter(todo)

@@ -51,6 +51,8 @@ SLOW = 1e-9
 SLACK = 1e-6
 # So long, in half swings, and so many changes of phase, before it is given up.
 LONGEST, MOST_PHASES = 100.0, 100
+# The loosest relative tolerance, and the first step in half swings.
+LOOSEST, FIRST = 1e-3, 1e-3
 # Of contacts; more take seconds, and go to no law's answer anyway.
 MOST_CONTACTS = 4
 
@@ -103,7 +105,7 @@ def _by_lsoda(problem: Problem, stiffness: float) -> Answer:
 
     setting = _Setting(problem, stiffness)
     chart, nv = Chart(setting.model), setting.model.nv
-    tolerance = min(1e-3, 0.03 / math.sqrt(stiffness))
+    tolerance = min(LOOSEST, 0.03 / math.sqrt(stiffness))
     slow = SLOW * setting.approach
     size = float(np.abs(setting.v).max())
     small = np.repeat([size * setting.half_swing, size], nv) * tolerance
@@ -131,7 +133,7 @@ def _by_lsoda(problem: Problem, stiffness: float) -> Answer:
                 rtol=tolerance,
                 atol=small,
                 events=events,
-                first_step=1e-3 * setting.half_swing,
+                first_step=FIRST * setting.half_swing,
             )
             now, y = float(run.t[-1]), run.y[:, -1]
             rates(now, y)

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ...robot.arrays import read_only
 from ...scene import Scene
 
 __all__ = ["Problem"]
@@ -50,8 +51,7 @@ class Problem:
     def answer(self) -> np.ndarray:
         """What ``exact`` gives, kept; read-only."""
         answer = np.array(self.exact(), dtype=float)
-        answer.setflags(write=False)
-        return answer
+        return read_only(answer)
 
     def error(self, found: np.ndarray) -> float:
         """Largest deviation from the exact answer, relative to the exact answer's largest."""

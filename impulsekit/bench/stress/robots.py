@@ -31,8 +31,8 @@ LAWS = [
 SWEEPS = Sweeps()
 # Of velocities, over the largest of them.
 EXACT = 1e-9
-# Loads and energies that residuals are over are at least this [N s, J].
-NO_LOAD = 1e-12
+# Loads and energies that residuals are over are at least this [N s, J], and speeds this [m/s].
+NO_LOAD, SLOWEST = 1e-12, 1e-3
 
 
 def random_scene(rng: np.random.Generator, law: Law) -> Scene:
@@ -80,7 +80,7 @@ def random_scene(rng: np.random.Generator, law: Law) -> Scene:
 
 def breach_of_law(impact: Impact) -> float:
     """What an answer leaves of what every law says, out of velocities at the points; relative."""
-    speeds = [1e-3]
+    speeds = [SLOWEST]
     for found in impact.contacts:
         speeds += [float(np.abs(x).max()) for x in (found.velocity_before, found.velocity_after)]
     scale = max(speeds)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...display import OneLine
+from ...robot.arrays import read_only
 from .status import DerivativeStatus
 
 if TYPE_CHECKING:
@@ -79,5 +80,4 @@ class Derivatives(OneLine):
             UnknownNameError: there is no such joint.
         """
         found = self._by_inertia(self.impact.scene.robot.joint_id(joint))
-        found.setflags(write=False)
-        return found
+        return read_only(found)

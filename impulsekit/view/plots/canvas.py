@@ -49,10 +49,8 @@ def axes_or_new(ax: Axes | None, height: float = 4.0) -> Axes:
     """
     if ax is not None:
         return ax
-    try:
+    with MissingExtraError.unless("matplotlib", "plot", "a plot"):
         from matplotlib import pyplot
-    except ImportError:
-        raise MissingExtraError.of("matplotlib", "plot", "a plot") from None
     _, made = pyplot.subplots(figsize=(7.0, height), layout="constrained")
     return made
 
@@ -63,10 +61,8 @@ def new_figure(width: float, height: float) -> Any:
     Raises:
         MissingExtraError: matplotlib is not installed.
     """
-    try:
+    with MissingExtraError.unless("matplotlib", "plot", "a plot"):
         from matplotlib.figure import Figure
-    except ImportError:
-        raise MissingExtraError.of("matplotlib", "plot", "a plot") from None
     return Figure(figsize=(width, height), layout="constrained")
 
 
