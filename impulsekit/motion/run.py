@@ -336,8 +336,19 @@ class Run:
         self._flight.restart(min((hop.duration for hop in hops), default=None))
 
     def _refuse_storm(self) -> None:
-        if len(self._now.impacts) >= self._settings.max_impacts:
-            raise Stopped(MotionStatus.EVENT_STORM, f"max_impacts is {self._settings.max_impacts}")
+        now, most = self._now, self._settings.max_impacts
+        if len(now.impacts) < most:
+            return
+        detail, gaps, names = f"max_impacts is {most}", now.gaps, now.scene.entry_names("contacts")
+        near = [] if gaps is None else [i for i in range(len(gaps.items)) if not gaps.exact(i)]
+        if gaps is not None and near:
+            detail += (
+                f"; the distance of {names[gaps.entries[near[0]]]} is found by iteration, to 1e-7 "
+                "m only (ellipsoids on other than planes, rounded boxes, hulls of very many "
+                "corners), so that low bounces may never end: use other shapes, or Contacts at "
+                "points"
+            )
+        raise Stopped(MotionStatus.EVENT_STORM, detail)
 
     def _landed(self) -> tuple[int, ...]:
         """Resting gaps whose points are found anew, of which one more has just come down."""

@@ -74,3 +74,19 @@ def test_bodies_may_overlap_by_little(depth, too_deep):
 def test_what_overlaps_at_the_start_may_go_on_to():
     scene, q, v = two_boxes((0, 0, 0.8), 0.0995, friction=0.5)
     Penetration(Present(scene, q, v, MotionSettings())).refuse()
+
+
+@pytest.mark.parametrize(("floor", "told"), [("plane", False), ("box", True)])
+def test_a_storm_of_impacts_names_a_distance_that_is_not_told_to_rounding(floor, told):
+    robot = ik.Robot.from_mjcf(
+        f"""<mujoco><worldbody><geom name="floor" type="{floor}" size="2 2 1"/>
+        <body name="egg" pos="0 0 2"><freejoint name="free"/>
+        <geom name="shell" type="ellipsoid" size="0.2 0.12 0.08" mass="3"/></body>
+        </worldbody></mujoco>"""
+    )
+    scene = ik.Scene(robot, contacts=[ik.Collision("shell", "floor", restitution=0.5, name="egg")])
+    q = robot.configuration(free=[0, 0, 1.2, 0, 0, 0, 1] if told else [0, 0, 0.2, 0, 0, 0, 1])
+    motion = ik.simulate(scene, q, robot.velocity(), duration=1.0, max_impacts=2)
+    assert motion.status is MotionStatus.EVENT_STORM
+    assert motion.detail.startswith("max_impacts is 2")
+    assert ("the distance of egg is found by iteration" in motion.detail) == told
