@@ -218,16 +218,17 @@ def _hull(points: np.ndarray) -> Polyhedron | None:
         hull = ConvexHull(points)
     except (QhullError, ValueError):
         return None
-    normals: list[np.ndarray] = []
+    normals = np.empty((len(hull.equations), 3))
     members: list[set[int]] = []
     for equation, corners in zip(hull.equations, hull.simplices, strict=True):
-        normal = equation[:3]
-        same = [i for i, known in enumerate(normals) if np.abs(known - normal).max() < SAME_FACE]
-        if same:
-            members[same[0]].update(corners.tolist())
+        normal, count = equation[:3], len(members)
+        same = np.flatnonzero(np.abs(normals[:count] - normal).max(axis=1) < SAME_FACE)
+        if len(same):
+            members[int(same[0])].update(corners.tolist())
         else:
-            normals.append(normal)
+            normals[count] = normal
             members.append(set(corners.tolist()))
+    normals = normals[: len(members)].copy()
     of_hull = np.array(sorted(set().union(*members)))
     number = {int(old): new for new, old in enumerate(of_hull)}
     vertices = points[of_hull]
@@ -235,7 +236,7 @@ def _hull(points: np.ndarray) -> Polyhedron | None:
         _in_turn(vertices, normal, np.array(sorted(number[i] for i in corners)))
         for normal, corners in zip(normals, members, strict=True)
     ]
-    return _of_faces(vertices, np.array(normals), tuple(loops))
+    return _of_faces(vertices, normals, tuple(loops))
 
 
 def _in_turn(vertices: np.ndarray, normal: np.ndarray, corners: np.ndarray) -> np.ndarray:
@@ -264,10 +265,11 @@ def _of_faces(
 
 def _lines(vectors: np.ndarray) -> np.ndarray:
     """Unit vectors, each up to its sign once."""
-    found: list[np.ndarray] = []
+    found, count = np.empty_like(vectors), 0
     for vector in vectors:
-        if not any(
-            min(abs(known - vector).max(), abs(known + vector).max()) < SAME_FACE for known in found
-        ):
-            found.append(vector)
-    return np.array(found)
+        known = found[:count]
+        alike = np.abs(known - vector).max(axis=1) < SAME_FACE
+        if not (alike | (np.abs(known + vector).max(axis=1) < SAME_FACE)).any():
+            found[count] = vector
+            count += 1
+    return found[:count].copy()
