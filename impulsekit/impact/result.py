@@ -232,7 +232,7 @@ class Impact(Displayed):
 
         Without friction, with friction that is weak against the coupling of the contacts, at one
         contact, and of up to four contacts in a plane it is proven or others are found; in space
-        up to three contacts are searched.
+        few contacts are searched, and of more what is beside the answer shown.
         """
         from .uniqueness import uniqueness_of
 

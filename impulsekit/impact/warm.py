@@ -22,6 +22,8 @@ _SMOOTH = ("frictionless", "sharpening")
 _RUBBING = ("others", "coupling", "uniqueness")
 # All modes of few contacts are tried.
 _FEW = ("plane_modes", "space_modes")
+# Of more, answers beside the one shown are looked for.
+_MANY = ("neighbours",)
 # Of which some resist rolling or spin.
 _TURNING = ("product_cones",)
 
@@ -49,7 +51,8 @@ def _laws_of_contacts(scene: Scene) -> tuple[str, ...]:
     if not rubs:
         return _AT_THE_END + in_turn + several + (_SMOOTH if together else ())
     few = _FEW if together and len(scene.contacts) <= MOST_IN_PLANE else ()
-    more = (_TOGETHER if together else ()) + _RUBBING + few
+    many = _MANY if together and len(scene.contacts) >= MOST_IN_PLANE else ()
+    more = (_TOGETHER if together else ()) + _RUBBING + few + many
     return _AT_THE_END + in_turn + several + more
 
 
@@ -60,7 +63,7 @@ def compile_laws(scene: Scene) -> None:
 
 def compile_all_laws() -> None:
     """Compile the laws of all scenes."""
-    at_once = "several", "struck", *_TOGETHER, *_SMOOTH, *_RUBBING, *_FEW, *_TURNING
+    at_once = "several", "struck", *_TOGETHER, *_SMOOTH, *_RUBBING, *_FEW, *_MANY, *_TURNING
     _compile(
         (
             "holding",

@@ -38,7 +38,15 @@ from .modes import (
 from .redundant import find_shared, is_redundant
 from .status import Status
 from .sticking import held_still
-from .uniqueness import FAR, MOST_FOUND, PLANE, TRIED_ALL, search_modes
+from .uniqueness import (
+    AT_LAST,
+    FAR,
+    MOST_FOUND,
+    PLANE,
+    TRIED_ALL,
+    is_searched,
+    search_modes,
+)
 from .unloading import unload
 from .words import AGAIN, NO, YES
 from .workspace import Sizes, Workspace, workspace
@@ -256,6 +264,10 @@ def search_slipping(
     residual = _from_pushes(work, n, sizes)
     if residual <= BAR:
         return _settled(work, n, sizes, dependent, residual)
+    if not is_searched(work.mu[:n], FAR):
+        code, bar = _try_modes(work, n, sizes, AT_LAST, dependent)
+        if code != _OPEN:
+            return code, bar
     for k in range(3 * n):
         work.P[k] = best[k] if least < math.inf else 0.0
     return _NOT_CONVERGED, least

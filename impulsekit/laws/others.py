@@ -12,6 +12,7 @@ from .found import SAME
 from .frictional import frictional
 from .least_shares import least_holding, share_least
 from .modes import DEPENDENT, NULL, residual_of, sizes_of
+from .neighbours import find_neighbours
 from .redundant import is_redundant
 from .status import Status
 from .uniqueness import (
@@ -120,7 +121,10 @@ def find_answers(
     for i in range(n):
         work.mu[i] = own_mu[i]
     if tried == NOTHING_TRIED:
-        return TOO_MANY, 0, 0, not releases and _is_one_of_many(work, n, shown)
+        how = TOO_MANY
+        count = find_neighbours(work, b, n, shown, e, releases, found[:MOST_FOUND])
+        if count == 0:
+            return TOO_MANY, 0, 0, not releases and _is_one_of_many(work, n, shown)
     if how == SEARCHED:
         count = _add_held(work, n, shown, outside[:beyond], found, count)
     full = count == MOST_FOUND

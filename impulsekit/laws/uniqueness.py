@@ -12,7 +12,7 @@ from .plane_modes import plane_modes, plane_of
 from .space_modes import space_modes
 
 __all__ = [
-    "FAR", "GAIN", "MOST_FOUND", "MOST_IN_PLANE", "MOST_IN_SPACE", "NEAR", "NEGLIGIBLE",
+    "AT_LAST", "FAR", "GAIN", "MOST_FOUND", "MOST_IN_PLANE", "MOST_IN_SPACE", "NEAR", "NEGLIGIBLE",
     "NOTHING_TRIED", "PLANE", "TRIED_ALL", "TRIED_SOME", "is_another", "is_searched",
     "search_modes",
 ]  # fmt: skip
@@ -20,13 +20,14 @@ __all__ = [
 # Contacts of which all modes are tried: 4⁴ linear systems in the plane (6⁴ at release), and in
 # space, where one of so many has friction (0, 1, ...), as many as take less than 10 ms.
 MOST_IN_PLANE, MOST_IN_SPACE = 4, (0, 6, 5, 4)
-# The same where no other way led to an answer: less than 60 ms.
-MOST_AT_LAST = (0, 8, 7, 6)
-# How far ``search_modes`` goes: to the former; in the plane alone; to the latter. Integers of
+# The same where an answer gains energy, and where no other way led to one: less than 60 ms.
+MOST_FARTHER, MOST_AT_LAST = (0, 8, 7, 6), (0, 8, 7, 6, 4)
+# How far ``search_modes`` goes: to the first; in the plane alone; to the others. Integers of
 # numpy: for literals numba would compile all that takes them once more.
 NEAR: int = np.int64(0)  # type: ignore[assignment]
 PLANE: int = np.int64(1)  # type: ignore[assignment]
 FAR: int = np.int64(2)  # type: ignore[assignment]
+AT_LAST: int = np.int64(3)  # type: ignore[assignment]
 # Friction below this counts as none: it would only underflow.
 NEGLIGIBLE = 1e-150
 # Work above this share of the energies in play is a gain.
@@ -93,7 +94,7 @@ def search_modes(
         b: (3n,) likewise [m/s].
         mu, floor: (n,) friction, and the least normal impulses [N s].
         scale: the size of the velocities [m/s].
-        reach: NEAR, PLANE (only where all modes can be tried) or FAR.
+        reach: NEAR, PLANE (only where all modes can be tried), FAR or AT_LAST.
         found: (most, 3n), written: P of the solutions [N s].
         outside: (any number, 3n), written: P of those outside [N s].
     """
@@ -113,8 +114,10 @@ def is_searched(mu: np.ndarray, reach: int) -> bool:
     rubbing = int(np.int64(0))
     for i in range(len(mu)):
         rubbing += 1 if mu[i] > 0.0 else 0
-    if reach == FAR:
+    if reach == AT_LAST:
         return rubbing < len(MOST_AT_LAST) and len(mu) <= MOST_AT_LAST[rubbing]
+    if reach == FAR:
+        return rubbing < len(MOST_FARTHER) and len(mu) <= MOST_FARTHER[rubbing]
     return rubbing < len(MOST_IN_SPACE) and len(mu) <= MOST_IN_SPACE[rubbing]
 
 

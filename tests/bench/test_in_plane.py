@@ -80,6 +80,8 @@ def test_other_answers_are_told_where_one_load_has_many_shares():
         pytest.param(1, 1290, 0, id="slip by the rounding of constraints"),
         pytest.param(2, 564, 0, id="shares of a slow series"),
         pytest.param(3, 1040, 0, id="rounding that hits hand on"),
+        pytest.param(3, 346, 0, id="an answer that no iteration comes to"),
+        pytest.param(3, 2217, 0, id="several answers of four that rub"),
     ],
 )
 def test_rounding_decides_nothing(place, repeat, seed):
