@@ -78,9 +78,10 @@ class BatchRun:
         self._touch = program.touch(self._contacts)
         number, balls = self._lanes.number, len(program.balls[0]) > 0
         self._meet = None if self._touch is None else balls_for(number, balls)
-        self._law = law_for(number, program.words) if program.needs_law else None
+        law = (number, program.words, len(program.held[0]) > 0) if program.needs_law else None
+        self._law = None if law is None else law_for(*law)
         self.kind = (
-            (number, program.words if program.needs_law else None, balls),
+            (number, law, len(self._contacts[0]) > 0, balls),
             (0 if self._touch is None else 1 if self._law is None else 2),
         )
 
@@ -188,6 +189,7 @@ class BatchRun:
             self._meet,
             self._law,
             1 if self._law is None else None,
+            1 if self._law is not None and len(self._contacts[0]) == 0 else None,
             self._inputs,
             self._outputs,
             work,

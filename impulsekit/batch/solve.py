@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import InputError, RangeError, UnknownNameError, a_thing, quoted
 from ..impact.warm import compile_laws
+from ..laws.compiled import ENTRIES
 from ..laws.status import Status
 from ..robot.arrays import lock
 from ..scene import Scene
@@ -315,6 +316,10 @@ def warm_up(scene: Scene, *, dtype: DTypeLike = np.float64) -> BatchPlan:
 
         codes = np.zeros(1, dtype=np.int8)
         run_all(BatchRun(program, inputs, {}, codes, _number(dtype)), 1, lambda _: None)
+        # What kernels compile when a row first needs it.
+        for name, entry in ENTRIES.items():
+            if name.startswith(f"{__package__}.kernels."):
+                entry.compile()
     return plan
 
 

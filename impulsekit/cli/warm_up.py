@@ -55,19 +55,23 @@ def _scenes() -> Iterator[tuple[str, Scene]]:
     from ..errors import ImpulsekitError
     from ..robot import Robot
     from ..robot.combine import combine
-    from ..scene import AppliedImpulse, Collision, Contact, Law, Scene
+    from ..scene import AppliedImpulse, Collision, Contact, Law, PointAnchor, Scene
     from ..scene.law import ORDERS, RESTITUTIONS, SLIPS
 
     ball = Robot.from_urdf(_BALL, root="freeflyer")
     yield "blows", Scene(ball, impulses=[AppliedImpulse("ball", linear=[0, 0, 1])])
     rough = Contact("ball", friction=0.5, stiffness=1.0)
     smooth = Contact("ball", at=[0, 0, -1], stiffness=1.0)
+    yield "one contact", Scene(ball, contacts=[rough])
+    held = [PointAnchor("ball")]
+    yield "constraints", Scene(ball, constraints=held)
     for words in itertools.product(RESTITUTIONS, SLIPS, ORDERS):
-        try:
-            scene = Scene(ball, contacts=[rough, smooth], law=Law(*words))
-        except ImpulsekitError:
-            # Words that cannot go together.
-            continue
-        yield " ".join(words), scene
+        for name, constraints in (("", []), (", held", held)):
+            try:
+                scene = Scene(ball, [], constraints, [rough, smooth], law=Law(*words))
+            except ImpulsekitError:
+                # Words that cannot go together.
+                continue
+            yield f"{' '.join(words)}{name}", scene
     balls = combine(a=ball, b=ball)
     yield "collisions", Scene(balls, contacts=[Collision("a/ball", "b/ball", friction=0.5)])

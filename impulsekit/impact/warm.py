@@ -16,7 +16,10 @@ _JUDGED = ("residual_bound",)
 _ALONG_THE_PATH = ("path",)
 _AT_THE_END = ("single", "coulomb")
 # Several that rub.
-_TOGETHER = ("modes", "frictional", "redundant", "least_shares", "unloading", "sharpening")
+_TOGETHER = (
+    "modes", "frictional", "approach", "redundant", "even_shares", "least_shares", "unloading",
+    "sharpening",
+)  # fmt: skip
 _SMOOTH = ("frictionless", "sharpening")
 # Whether there are other solutions.
 _RUBBING = ("others", "coupling", "uniqueness")

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from .borrowed import borrowing
-from .compiled import compiled
+from .borrowed import borrowed, borrowing
+from .compiled import compiled, entry
 from .coulomb import coulomb, released
 from .modes import FINE, MOST_STEPS, NULL, RIDGE, polish, residual_of
 from .progress import Block
@@ -92,9 +92,17 @@ def approach_in_rounds(
     return residual
 
 
-@borrowing
-def sweep(work: Workspace, n: int, scale: float, sweeps: int) -> None:
-    """Contact after contact in closed form; one that needs a second look keeps what it has."""
+def _examples() -> tuple[object, ...]:
+    return workspace(1), 1, 1.0, 1
+
+
+@entry(_examples, seconds=2.5, apart=True)
+def sweep(work: Workspace, n: int, scale: float, sweeps: int) -> bool:
+    """Contact after contact in closed form; one that needs a second look keeps what it has.
+
+    Whether nothing changed in the end.
+    """
+    work = borrowed(work)
     W, b, mu, floor, P = work.W, work.b, work.mu, work.floor, work.P
     size = 3 * n
     for _ in range(sweeps):
@@ -117,7 +125,8 @@ def sweep(work: Workspace, n: int, scale: float, sweeps: int) -> None:
             largest = max(largest, W[k + 2, k + 2] * abs(pn - P[k + 2]))
             P[k], P[k + 1], P[k + 2] = p1, p2, pn
         if largest <= SETTLED * scale:
-            return
+            return True
+    return False
 
 
 @borrowing

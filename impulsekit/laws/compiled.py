@@ -23,6 +23,7 @@ import numpy as np
 from .apart import failed, raise_failed, tell_by_address
 from .fingerprint import called_by
 from .parts import pipeline
+from .resolving import quick_compiler
 from .store import Store, is_stored
 
 __all__ = ["ENTRIES", "Entry", "compiled", "dispatcher", "entry", "use_numba"]
@@ -257,7 +258,7 @@ def dispatcher(function: Callable[..., Any], options: dict[str, Any], *more: str
     if options.get("no_cpython_wrapper") and options.get("no_cfunc_wrapper"):
         made = njit(**options, pipeline_class=pipeline())(function)
     else:
-        made = njit(**options)(function)
+        made = njit(**options, pipeline_class=quick_compiler())(function)
     made._cache = Store(function, repr(options), *more)
     _take_literals_as_numbers(made)
     _give_up_what_fails(made)

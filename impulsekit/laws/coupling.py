@@ -51,7 +51,7 @@ def friction_feedback(W: np.ndarray, mu: np.ndarray) -> float:
     for i in range(n):
         if mu[i] > 0.0:
             rubbing += 1
-    normal, tangent, bound = np.empty((n, n)), np.zeros((2 * rubbing, 2 * rubbing)), 0.0
+    normal, tangent = np.empty((n, n)), np.zeros((2 * rubbing, 2 * rubbing))
     cross, lower = np.zeros((n, 2 * rubbing)), np.empty((n, n))
     unit, rows, own = np.ones(n), np.empty(2 * rubbing, np.int64), np.empty(2 * rubbing, np.int64)
     m = 0
@@ -90,6 +90,27 @@ def friction_feedback(W: np.ndarray, mu: np.ndarray) -> float:
     # Diagonals and pivots are bounds of eigenvalues.
     if most * heaviest >= lightest:
         return float(np.sqrt(most * heaviest / lightest)) if lightest > 0.0 else np.inf
+    return _feedback_by_eigenvalues(normal, half, tangent, mu, own)
+
+
+def _feedback_examples() -> tuple[object, ...]:
+    return np.eye(2), np.ones((2, 4)), np.eye(4), np.ones(2), np.ones(4, np.int64)
+
+
+@entry(_feedback_examples, seconds=1.5, apart=True)
+def _feedback_by_eigenvalues(
+    normal: np.ndarray, half: np.ndarray, tangent: np.ndarray, mu: np.ndarray, own: np.ndarray
+) -> float:
+    """L, where diagonals and pivots do not tell whether it is below 1.
+
+    Args:
+        normal: (n, n) Ŵ.
+        half: (n, m) H with H Hᵀ = C W_tt⁺ Cᵀ.
+        tangent: (m, m) W_tt, used up.
+        mu: (n,) friction.
+        own: (m,) the contact of each tangent.
+    """
+    n, m = half.shape
     sizes, axes = np.linalg.eigh(normal)
     if not sizes[0] > NULL * max(sizes[n - 1], 1.0):
         return np.inf
@@ -114,7 +135,15 @@ def _half_of(cross: np.ndarray, tangent: np.ndarray) -> np.ndarray:
     if cholesky(tangent, m, lower) > REGULAR:
         for i in range(n):
             lower_solve(lower, m, half[i])
-        return half
+    else:
+        _halve_by_eigenvalues(cross, tangent, half)
+    return half
+
+
+@entry(lambda: (np.ones((2, 4)), np.eye(4), np.ones((2, 4))), seconds=1.0, apart=True)
+def _halve_by_eigenvalues(cross: np.ndarray, tangent: np.ndarray, half: np.ndarray) -> bool:
+    """Write H by eigenvalues; whether any tangent moves."""
+    n, m = cross.shape
     values, vectors = np.linalg.eigh(tangent)
     for k in range(m):
         for i in range(n):
@@ -124,7 +153,7 @@ def _half_of(cross: np.ndarray, tangent: np.ndarray) -> np.ndarray:
                     total += cross[i, c] * vectors[c, k]
                 total /= np.sqrt(values[k])
             half[i, k] = total
-    return half
+    return bool(values[m - 1] > 0.0)
 
 
 @compiled

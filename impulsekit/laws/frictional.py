@@ -47,7 +47,7 @@ from .uniqueness import (
     is_searched,
     search_modes,
 )
-from .unloading import unload
+from .unloading import may_unload, unload
 from .words import AGAIN, NO, YES
 from .workspace import Sizes, Workspace, workspace
 
@@ -180,7 +180,7 @@ def _hold_still(work: Workspace, n: int, sizes: Sizes, dependent: float) -> tupl
             return code, bar
         if not _slips(work, n, sizes, HELD):
             # Targets of redundant contacts that contradict each other.
-            bar = unload(work, n, sizes, bar)
+            bar = unload(work, n, sizes, bar) if may_unload(bar) else bar
             if bar <= HELD:
                 return _code_of(work, n, sizes, dependent, YES), bar
         for k in range(3 * n):
@@ -216,10 +216,18 @@ def search_slipping(
 ) -> tuple[int, float]:
     """The answer where contacts slip."""
     residual = approach_in_rounds(work, n, sizes, NO_ROUND, EARLY, BAR)
-    if not floors:
+    if not floors and may_unload(residual):
         residual = unload(work, n, sizes, residual)
     if residual <= BAR:
         return _settled(work, n, sizes, dependent, residual)
+    return _search_on(work, n, sizes, floors, dependent)
+
+
+@entry(_search_examples, seconds=3.0, apart=True)
+def _search_on(
+    work: Workspace, n: int, sizes: Sizes, floors: bool, dependent: float
+) -> tuple[int, float]:
+    """``search_slipping`` behind the rounds that mostly do."""
     rough = work.P[: 3 * n].copy()
     code, bar = _try_modes(work, n, sizes, PLANE, dependent)
     if code != _OPEN:
@@ -227,12 +235,12 @@ def search_slipping(
     for k in range(3 * n):
         work.P[k] = rough[k]
     residual = approach_in_rounds(work, n, sizes, EARLY, ALL_ROUNDS, BAR)
-    if not floors:
+    if not floors and may_unload(residual):
         residual = unload(work, n, sizes, residual)
     if residual <= BAR:
         return _settled(work, n, sizes, dependent, residual)
     residual = approach_regularized(work, n, sizes, BAR)
-    if not floors:
+    if not floors and may_unload(residual):
         residual = unload(work, n, sizes, residual)
     if residual <= BAR:
         return _settled(work, n, sizes, dependent, residual)

@@ -27,7 +27,7 @@ from .redundant import is_redundant
 from .words import NO, YES
 from .workspace import Sizes, Workspace, workspace
 
-__all__ = ["least_holding", "least_split", "share_least"]
+__all__ = ["least_holding", "least_split", "share_if_redundant", "share_least"]
 
 # Velocities below this share of all are none.
 STILL = 1e-11
@@ -93,6 +93,16 @@ def share_least(
     for k in range(3 * n):
         work.P[k] = kept[k]
     return residual
+
+
+@compiled
+def share_if_redundant(
+    work: Workspace, n: int, fastest: float, dependent: float, residual: float
+) -> float:
+    """``share_least``, which is only compiled where impulses are redundant."""
+    if not is_redundant(work.W, 3 * n, dependent, NULL):
+        return residual
+    return share_least(work, n, fastest, dependent, residual)
 
 
 @compiled

@@ -10,6 +10,8 @@ from __future__ import annotations
 import functools
 from typing import Any
 
+from .resolving import quick_compiler
+
 __all__ = ["give_environments", "pipeline", "rebuilt"]
 
 # What a stored library of intermediate code is called.
@@ -68,9 +70,8 @@ def _library() -> Any:
 @functools.cache
 def pipeline() -> Any:
     """numba's compiler for functions that only compiled code calls."""
-    from numba.core.compiler import Compiler
 
-    class PartCompiler(Compiler):
+    class PartCompiler(quick_compiler()):  # type: ignore[misc]
         def define_pipelines(self) -> Any:
             if self.state.library is None:
                 codegen = self.state.targetctx.codegen()

@@ -107,16 +107,38 @@ def find_shared(work: Workspace, n: int, sizes: Sizes, dependent: float, slips: 
     for r in range(m):
         for c in range(m):
             matrix[r, c] *= work.x[r] * work.x[c]
-    scaled = matrix[:m, :m].copy()
+    scaled = work.aim
+    for r in range(m):
+        for c in range(m):
+            scaled[r, c] = matrix[r, c]
     rank = pivoted_cholesky(matrix, m, dependent, m, order)
-    if rank == m:
-        return False
+    return rank < m and _tell_shared(work, m, rank, dependent, owner, order)
+
+
+def _shared_examples() -> tuple[object, ...]:
+    return workspace(1), 1, 1, 0.0, np.ones(3, np.int64), np.ones(3, np.int64)
+
+
+@entry(_shared_examples, seconds=1.0, apart=True)
+def _tell_shared(
+    work: Workspace, m: int, rank: int, dependent: float, owner: np.ndarray, order: np.ndarray
+) -> bool:
+    """Write ``work.unique``, and whether any is not.
+
+    Args:
+        work: the scaled matrix of m entries of P in ``aim``, and its factor in ``matrix``.
+        m, rank: its size, and its rank by pivots.
+        dependent: as in ``find_shared``.
+        owner: (m,) the contact of each entry.
+        order: (m,) of the pivots.
+    """
+    matrix = work.matrix
     left = 0.0
     for r in range(rank, m):
         left = max(left, matrix[r, r])
     part = work.moved
     if rank > 0 and (matrix[rank - 1, rank - 1] ** 2 < CLEAR or left > VANISHED * m):
-        values, vectors = np.linalg.eigh(scaled)
+        values, vectors = np.linalg.eigh(work.aim[:m, :m].copy())
         for j in range(m):
             part[j] = 0.0
         free = 0
@@ -125,7 +147,7 @@ def find_shared(work: Workspace, n: int, sizes: Sizes, dependent: float, slips: 
                 part[j] += vectors[j, free] ** 2
             free += 1
     else:
-        null_parts(matrix, m, rank, order, way, part)
+        null_parts(matrix, m, rank, order, work.way, part)
     shared = False
     for j in range(m):
         if part[j] > PART:

@@ -14,7 +14,7 @@ from .borrowed import borrowed, borrowing
 from .compiled import compiled, entry
 from .frictional import frictional
 from .frictionless import frictionless
-from .least_shares import share_least
+from .least_shares import share_if_redundant
 from .modes import DEPENDENT
 from .redundant import is_redundant
 from .single import GAIN, NEGLIGIBLE
@@ -207,7 +207,7 @@ def poisson(
         return code, residual
     if releases and not smooth and code not in (_NOT_CONVERGED, _NONE):
         # What comes back depends on how the load was shared.
-        residual = share_least(work, n, 0.0, care.dependent, residual)
+        residual = share_if_redundant(work, n, 0.0, care.dependent, residual)
     _book(work, W, n)
     if code in (_NOT_CONVERGED, _NONE):
         return code, residual
@@ -268,7 +268,7 @@ def _expand(
             P[k] *= e[i]
     code, residual = frictional(work, n, fastest, YES, care.spread, care.dependent)
     if code == _NOT_UNIQUE:
-        residual = share_least(work, n, fastest, care.dependent, residual)
+        residual = share_if_redundant(work, n, fastest, care.dependent, residual)
     return code, residual
 
 

@@ -20,7 +20,7 @@ from .modes import BAR, MOST_STEPS, RIDGE, height_of, polish, residual_of, sizes
 from .sticking import held_still
 from .workspace import Sizes, Workspace, workspace
 
-__all__ = ["unload"]
+__all__ = ["may_unload", "unload"]
 
 # Residuals between these are looked at: below is rounding, above the modes are not yet known.
 ROUNDING, FAR = 1e-13, 1e-4
@@ -28,6 +28,12 @@ ROUNDING, FAR = 1e-13, 1e-4
 FEW_ROUNDS: int = np.int64(5)  # type: ignore[assignment]
 # Times the residual: a contact that parts no faster may bear load.
 TOUCHES = 10.0
+
+
+@borrowing
+def may_unload(residual: float) -> bool:
+    """Whether ``unload``, which takes seconds to compile, would do anything."""
+    return ROUNDING < residual < FAR
 
 
 @entry(lambda: (workspace(1), 1, Sizes(1.0, 1.0, 1.0, True), 0.0), seconds=4.0, apart=True)
@@ -40,7 +46,7 @@ def unload(work: Workspace, n: int, sizes: Sizes, residual: float) -> float:
         sizes: what counts as nothing.
         residual: that of P.
     """
-    if not ROUNDING < residual < FAR:
+    if not may_unload(residual):
         return residual
     size = 3 * n
     few = workspace(n)
@@ -52,7 +58,7 @@ def unload(work: Workspace, n: int, sizes: Sizes, residual: float) -> float:
         # Newton may have let go of the wrong one, which then approaches by what is left.
         loaded[i] = start[3 * i + 2] > 0.0 or work.xi[3 * i + 2] < touches
         count += 1 if loaded[i] else 0
-    while ROUNDING < residual < FAR and count > 1:
+    while may_unload(residual) and count > 1:
         nearest, which, lowest = residual, -1, math.inf
         # Mostly a few rounds bring the others into their modes, where they are not yet.
         for last in (FEW_ROUNDS, ALL_ROUNDS):

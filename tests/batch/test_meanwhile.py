@@ -104,3 +104,43 @@ def test_a_fresh_installation_does_not_wait(tmp_path):
     )
     assert out.stdout.split() == ["True", "True"] and out.stderr == ""
     assert not list(tmp_path.rglob("*solve_blocks*"))
+
+
+FIRST = """
+import os, pathlib
+import numpy as np, pinocchio as pin
+import impulsekit as ik
+from impulsekit.batch.meanwhile import by_kernels_only
+solo = ik.Robot.from_example("solo12", root="freeflyer")
+legs = ("FL", "FR", "HL", "HR")
+feet = [ik.Contact(f"{leg}_FOOT", friction=0.6, restitution=0.3) for leg in legs]
+scene = ik.Scene(solo, contacts=feet)
+rng = np.random.default_rng(0)
+q = np.array([pin.integrate(solo.model, solo.neutral(), s) for s in rng.uniform(-1, 1, (64, 18))])
+with by_kernels_only():
+    batch = ik.solve_batch(scene, q, rng.normal(size=(64, 18)))
+assert batch.valid.all() and not batch.single.any()
+for path in pathlib.Path(os.environ["NUMBA_CACHE_DIR"]).rglob("*.code"):
+    print(path.name.partition("-")[0])
+"""
+
+
+@pytest.mark.slow
+def test_a_first_batch_compiles_nothing_that_its_rows_do_not_need(tmp_path):
+    """No bilateral rows, no single contact, no searches behind those that mostly do."""
+    out = subprocess.run(
+        [sys.executable, "-c", FIRST],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    made = set(out.stdout.split())
+    assert {"batch.kernels.block.solve_blocks", "laws.frictional.frictional"} <= made
+    assert not made & {
+        "batch.kernels.held.hold", "batch.kernels.block._held_again",
+        "batch.kernels.law._one_touches", "batch.kernels.coulomb.is_left",
+        "laws.approach.sweep", "laws.coulomb.coulomb", "laws.unloading.unload",
+        "laws.frictional._search_on", "laws.redundant._tell_shared",
+        "laws.coupling._feedback_by_eigenvalues",
+    }  # fmt: skip

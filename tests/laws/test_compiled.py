@@ -333,3 +333,16 @@ def test_no_cycles_are_looked_for_while_something_is_compiled(tmp_path, monkeypa
         event.unregister("numba:compile", listener)
     assert seen
     assert not any(seen)
+
+
+@pytest.mark.slow
+def test_entries_called_by_address_return_what_they_say():
+    from impulsekit.laws.apart import _numba_type
+
+    for module in pkgutil.iter_modules(impulsekit.laws.__path__):
+        importlib.import_module(f"impulsekit.laws.{module.name}")
+    for name, each in ENTRIES.items():
+        if name.startswith("impulsekit.laws.") and each.compiled_with["apart"]:
+            (made,) = each.compile().overloads.values()
+            said = typing.get_type_hints(each.py_func)["return"]
+            assert made.signature.return_type == _numba_type(said), name

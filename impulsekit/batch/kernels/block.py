@@ -1,8 +1,9 @@
 """From states to answers, one block of states after the other.
 
-Where ``touch``, ``law`` or ``alone`` is None, numba prunes what needs it before compilation:
-batches of known impulses compile no contacts, those of one contact on a plane no law of several,
-and those of several not the short way of one. Where it is not None, numba compiles both sides.
+Where ``touch``, ``law``, ``alone`` or ``again`` is None, numba prunes what needs it before
+compilation: batches of known impulses compile no contacts, those of one contact on a plane no law
+of several, and those of several not the short way of one, nor what bilateral rows alone take.
+Where it is not None, numba compiles both sides.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ _AGAIN = 3
 
 
 @kernel
-def solve_blocks(span, moving, touch, meet, law, alone, inputs, outputs, work, witness):
+def solve_blocks(span, moving, touch, meet, law, alone, again, inputs, outputs, work, witness):
     """Solve blocks of states; the last one may reach back over the one before.
 
     The arguments are those of ``given``, and:
@@ -51,6 +52,7 @@ def solve_blocks(span, moving, touch, meet, law, alone, inputs, outputs, work, w
         meet: for the meetings of balls, see ``balls``.
         law: see ``lawful``; None for one contact on a plane alone under Newton's law.
         alone: 1 for one contact on a plane alone under Newton's law, else None.
+        again: 1 where there are bilateral rows and no contacts, else None.
         work: see ``layout``.
     """
     w, code = width(witness), span.code
@@ -85,8 +87,9 @@ def solve_blocks(span, moving, touch, meet, law, alone, inputs, outputs, work, w
         if touch is not None:
             if alone is not None:
                 _alone_again(moving, touch, inputs, base, work, code, witness)
-            if law is not None:
+            if again is not None:
                 _held_again(moving, touch, law, inputs, base, work, code, witness)
+            if law is not None:
                 _look_for_doubt(moving, touch, work, code, witness)
         _write(moving, outputs, base, work, code, witness)
         if touch is not None:
@@ -273,11 +276,7 @@ def _alone_again(moving, touch, inputs, base, work, code, witness):
 def _held_again(moving, touch, law, inputs, base, work, code, witness):
     """Bilateral rows once more where Δv does not make their velocities."""
     at, rows = moving.at, touch.rows
-    if (
-        len(touch.ints) == 0
-        and digits(witness) == 53
-        and lacking_rows(rows, touch.held, at, work, code, witness)
-    ):
+    if digits(witness) == 53 and lacking_rows(rows, touch.held, at, work, code, witness):
         begin_again(rows, at, work, code, witness)
         _by_law(moving, touch, law, inputs, base, work, code, witness)
         end_again(rows, at, work, code, witness)

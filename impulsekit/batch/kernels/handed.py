@@ -10,6 +10,7 @@ from numba.core import sigutils
 from numba.core.ccallback import CFunc
 from numba.extending import typeof_impl
 
+from ...laws.resolving import quick_compiler
 from ...laws.store import Store
 from .jit import CODE_OF_LANES
 
@@ -57,6 +58,12 @@ def _typeof_handed(value: Handed, context: Any) -> Any:
 
 def handed(signature: Any, function: Callable[..., None]) -> Handed:
     """The function for a signature, compiled when its address is asked for."""
-    made = CFunc(function, sigutils.normalize_signature(signature), {}, {"error_model": "numpy"})
+    made = CFunc(
+        function,
+        sigutils.normalize_signature(signature),
+        {},
+        {"error_model": "numpy"},
+        pipeline_class=quick_compiler(),
+    )
     made._cache = Store(function, CODE_OF_LANES)
     return Handed(made, signature)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from ...laws.compiled import entry
 from ...laws.modes import FINE
+from ...laws.progress import Block, Triple
 from ...laws.several import newton, poisson
 from ...laws.single import Hit, hit_contact
 from ...laws.status import Status
@@ -29,6 +31,31 @@ def memory(contacts):
     return workspace(max(contacts, 1))
 
 
+def _one_examples() -> tuple[object, ...]:
+    return (1.0,) * 6, (1.0,) * 3, (1.0,) * 3, 0.5, 0.5, 0.0, NEWTON, 53
+
+
+@entry(_one_examples, seconds=2.0, apart=True)
+def _one_touches(
+    block: Block,
+    before: Triple,
+    free: Triple,
+    e: float,
+    mu: float,
+    e_t: float,
+    restitution: int,
+    digits: int,
+) -> tuple[int, float, float, float]:
+    """The code and P where one contact alone touches: nothing of it is compiled on the ground."""
+    impulse, after, code, residual, normal, friction = hit_contact(
+        block, before, free, e, mu, e_t, restitution
+    )
+    hit = Hit(impulse, after, code, residual, normal, friction)
+    if is_left(block, before, free, e, mu, e_t, restitution, hit, digits):
+        code = AGAIN
+    return code, impulse[0], impulse[1], impulse[2]
+
+
 @built_in
 def solved(count, posed, digits, space, work):
     """The code, with P of the contacts that touch in ``space``."""
@@ -41,15 +68,11 @@ def solved(count, posed, digits, space, work):
             # Which is refused.
             return AGAIN
     if count == 1:
-        block = block_at(W, 0)
         u, start = (before[0], before[1], before[2]), (free[0], free[1], free[2])
-        impulse, after, code, residual, normal, friction = hit_contact(
-            block, u, start, es[0], mus[0], ets[0], restitution
+        code, P[0], P[1], P[2] = _one_touches(
+            block_at(W, 0), u, start, es[0], mus[0], ets[0], restitution, digits
         )
-        hit = Hit(impulse, after, code, residual, normal, friction)
-        P[0], P[1], P[2] = hit.impulse
-        close = is_left(block, u, start, es[0], mus[0], ets[0], restitution, hit, digits)
-        return AGAIN if close else hit.code
+        return code
     care = care_for(digits)
     for i in range(count):
         work.mu[i] = mus[i]

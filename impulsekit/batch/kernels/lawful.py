@@ -22,12 +22,13 @@ __all__ = ["law_for"]
 
 
 @functools.cache
-def law_for(number: str, words: tuple[int, int, int]) -> Any:
+def law_for(number: str, words: tuple[int, int, int], is_held: bool) -> Any:
     """What ``solve_blocks`` is to call for its lanes.
 
     Args:
         number: of the work array, "float64" or "float32".
         words: of the law, see ``words``.
+        is_held: whether there are bilateral rows.
     """
     whole, places, numbers = types.int64, types.int64[::1], types.float64[::1]
     strided = (numbers, whole)
@@ -39,10 +40,10 @@ def law_for(number: str, words: tuple[int, int, int]) -> Any:
     )
     work, code = getattr(types, number)[::1], types.int8[::1]
     lanes = types.NamedTuple((whole, whole, whole, work, code) + 6 * (whole,), Lanes)
-    return handed(types.none(posed, lanes), _law_of_lanes(words))
+    return handed(types.none(posed, lanes), _law_of_lanes(words, is_held))
 
 
-def _law_of_lanes(words: tuple[int, int, int]) -> Callable[..., None]:
+def _law_of_lanes(words: tuple[int, int, int], is_held: bool) -> Callable[..., None]:
     """The lanes of a block under one law."""
     restitution, slip, order = words
     if restitution == LZB:
@@ -53,4 +54,4 @@ def _law_of_lanes(words: tuple[int, int, int]) -> Callable[..., None]:
         from .path_law import memory, solved
     else:
         from .law import memory, solved
-    return lanes_under(memory, solved)
+    return lanes_under(memory, solved, is_held)

@@ -6,6 +6,7 @@ W_cc − W_cb W_bb⁺ W_bc. What they make of it is their law's.
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import NamedTuple
 
@@ -63,23 +64,25 @@ class Room(NamedTuple):
     few: int
 
 
-def lanes_under(memory, solved):
+def lanes_under(memory, solved, is_held):
     """The function that ``solve_blocks`` is handed: a law on every lane of a block.
 
     Args:
         memory: what the law works in besides a ``Room``, by the number of contacts.
         solved: the code, with P of the contacts that touch, of whom there is one at least, in
             ``space``, by their number, ``given.Posed``, digits, ``space`` and the memory.
+        is_held: whether there are bilateral rows; where not, nothing of them is compiled.
     """
+    pose, put_back = _posing(is_held), _putting(is_held)
 
     def lanes_of_law(posed, lanes):
         contacts = len(posed.ints) // CONTACT_INTS
         space, own, code = _room(posed.rows, contacts), memory(contacts), lanes.code
         for lane in range(lanes.w):
-            count = _pose(lane, posed, lanes, space)
+            count = pose(lane, posed, lanes, space)
             if count > 0:
                 code[lane] = solved(count, posed, lanes.digits, space, own)
-            _put_back(lane, count, posed, lanes, space)
+            put_back(lane, count, posed, lanes, space)
 
     return lanes_of_law
 
@@ -154,19 +157,27 @@ def _coefficient(contact_ints, contact_floats, contact, given, approach):
     return contact_floats[last + values]
 
 
-@built_in
-def _pose(lane, posed, lanes, space):
-    """Write the problem of one lane into ``space``; how many contacts touch.
+@functools.cache
+def _posing(is_held):
+    """The function that writes the problem of one lane into ``space``; how many contacts touch.
 
-    0 where the law has nothing to do, -1 where the state was bad before; the code tells.
+    It gives 0 where the law has nothing to do, -1 where the state was bad before; the code tells.
     """
-    if lanes.code[lane] != _SOLVED:
-        return np.int64(-1)
-    count = _gather(lane, posed, lanes, space)
-    if count < 0 or (len(posed.target) > 0 and not _eliminate(lane, count, posed, lanes, space)):
-        lanes.code[lane] = AGAIN
-        return np.int64(0)
-    return count
+
+    @built_in
+    def pose(lane, posed, lanes, space):
+        if lanes.code[lane] != _SOLVED:
+            return np.int64(-1)
+        count = _gather(lane, posed, lanes, space)
+        is_open = count < 0
+        if is_held:
+            is_open = is_open or not _eliminate(lane, count, posed, lanes, space)
+        if is_open:
+            lanes.code[lane] = AGAIN
+            return np.int64(0)
+        return count
+
+    return pose
 
 
 @uncounted
@@ -244,34 +255,42 @@ def _eliminate(lane, count, posed, lanes, space):
     return True
 
 
-@built_in
-def _put_back(lane, count, posed, lanes, space):
-    """Write the impulses of all rows of one lane, of which ``count`` contacts touch."""
-    code, work, w, P = lanes.code, lanes.work, lanes.w, space.P
-    held, size = len(posed.target), 3 * count
-    total = 0.0
-    for k in range(size):
-        total += P[k]
-    if not math.isfinite(total):
-        code[lane] = AGAIN
-    if count < 0 or code[lane] == AGAIN:
-        for r in range(posed.rows):
-            work[(lanes.p + r) * w + lane] = math.nan if count < 0 else 0.0
-        return
-    for r in range(held, posed.rows):
-        work[(lanes.p + r) * w + lane] = 0.0
-    if held > 0:
-        cross_held, rest = space.cross_held, space.rest
-        rank = space.row_of[space.few + held + 1]
-        for k in range(rank):
-            rest[k] = 0.0
-            for j in range(size):
-                rest[k] += cross_held[j, k] * P[j]
-        bear(lane, rank, held, lanes, space)
-    for j in range(size):
-        c = _row(posed.ints, space.row_of, j)
-        if c >= 0:
-            work[(lanes.p + c) * w + lane] = space.sign[j // 3] * P[j]
+@functools.cache
+def _putting(is_held):
+    """The function that writes the impulses of all rows of one lane.
+
+    Its arguments are those of ``pose``, and of how many contacts it told that they touch.
+    """
+
+    @built_in
+    def put_back(lane, count, posed, lanes, space):
+        code, work, w, P = lanes.code, lanes.work, lanes.w, space.P
+        held, size = len(posed.target), 3 * count
+        total = 0.0
+        for k in range(size):
+            total += P[k]
+        if not math.isfinite(total):
+            code[lane] = AGAIN
+        if count < 0 or code[lane] == AGAIN:
+            for r in range(posed.rows):
+                work[(lanes.p + r) * w + lane] = math.nan if count < 0 else 0.0
+            return
+        for r in range(held, posed.rows):
+            work[(lanes.p + r) * w + lane] = 0.0
+        if is_held:
+            cross_held, rest = space.cross_held, space.rest
+            rank = space.row_of[space.few + held + 1]
+            for k in range(rank):
+                rest[k] = 0.0
+                for j in range(size):
+                    rest[k] += cross_held[j, k] * P[j]
+            bear(lane, rank, held, lanes, space)
+        for j in range(size):
+            c = _row(posed.ints, space.row_of, j)
+            if c >= 0:
+                work[(lanes.p + c) * w + lane] = space.sign[j // 3] * P[j]
+
+    return put_back
 
 
 @uncounted
