@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
-from ..errors import InputError
+from ..errors import InputError, RangeError
 from ..robot import Robot
 from .acting import BetweenFrames
 from .constraints import velocity_of
 from .contacts import check_stiffness
-from .numbers import Vector, Velocity, check_name, keep, positive, text, vector
+from .numbers import Vector, Velocity, check_name, keep, number, text, vector
 from .restitution import checked_restitution
 
 __all__ = ["DistanceAnchor", "Rope", "check_ends"]
@@ -86,7 +87,7 @@ class Rope(BetweenFrames):
 
     def __post_init__(self) -> None:
         what = _check_points(self)
-        keep(self, what, positive, "length")
+        keep(self, what, _length, "length")
         keep(self, what, checked_restitution, "restitution")
         check_stiffness(self, what)
 
@@ -106,6 +107,13 @@ def check_ends(robot: Robot, entry: DistanceAnchor | Rope, where: str) -> None:
             f'{where}: "{entry.frame}" and "{entry.other}" both belong to {body}; '
             "their points keep their distance anyway"
         )
+
+
+def _length(value: Any, what: str) -> float:
+    result = number(value, what)
+    if not result > 0.0:
+        raise RangeError.of(what, result, "above 0 m")
+    return result
 
 
 def _check_points(entry: DistanceAnchor | Rope) -> str:
