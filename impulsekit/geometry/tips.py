@@ -50,6 +50,7 @@ def tip_of(
 
 @borrowing
 def write_bias_of_tip(table: Table, i: int, kinematics: Kinematics, bias: np.ndarray) -> None:
+    """Write what the accelerations at a tip have beside J v̇, in its axes, to bias (3n,)."""
     places, speeds, numbers = kinematics.places, kinematics.speeds, table.numbers[i]
     one, two, sign = table.whole[i, 1], table.whole[i, 2], numbers[15]
     x, n, a, d, sine = tip_of(table, i, places)

@@ -19,15 +19,14 @@ import numpy as np
 from .approach import ALL_ROUNDS, NO_ROUND, approach_in_rounds
 from .borrowed import borrowed, borrowing
 from .compiled import compiled, entry
+from .least_shares import STILL
 from .modes import BAR, FINE, MOST_STEPS, RIDGE, SLIDES, SUMMED, largest_term, polish, residual_of
 from .rank import null_rows, pivoted_cholesky
 from .redundant import PART, UNLOADED
 from .workspace import Sizes, Workspace, workspace
 
-__all__ = ["can_shift", "share_evenly"]
+__all__ = ["can_shift", "share_evenly", "shifts_of"]
 
-# A contact that parts or slips by less than this share of all velocities touches, or sticks.
-STILL = 1e-11
 # Targets of redundant normals that are farther apart, relative to the velocities, contradict each
 # other: then not all of them can bear load, and there is nothing to share.
 APART = 1e-13
@@ -73,7 +72,7 @@ def share_evenly(
             break
         _polish_even(work, n, sizes, mine, kept, among)
         left = int(np.int64(0))
-        most = _heaviest(work, n)
+        most = _largest_load(work, n)
         for k in range(kept):
             i = mine[k]
             if work.P[3 * i + 2] - work.floor[i] > UNLOADED * most:
@@ -86,7 +85,7 @@ def share_evenly(
         among = _shifts(work, mine, kept, dependent)
     after = residual_of(work, n, sizes)
     if not after <= allowed:
-        # Normals that depend on each other by all but a little are no redundant ones.
+        # Normals that nearly depend on each other are no redundant ones.
         for k in range(3 * n):
             work.P[k] = start[k]
         return residual_of(work, n, sizes), False
@@ -125,14 +124,35 @@ def _touching(work: Workspace, n: int, sizes: Sizes, touching: np.ndarray) -> in
 
 @compiled
 def _shifts(work: Workspace, touching: np.ndarray, count: int, dependent: float) -> np.ndarray:
-    """(count, count) Π onto the shifts of load that move no normal, in units of 1/√D."""
-    unit = np.empty(count)
-    factor, shift = np.empty((count, count)), np.zeros((count, count))
-    for r in range(count):
-        unit[r] = 1.0 / math.sqrt(work.W[3 * touching[r] + 2, 3 * touching[r] + 2])
+    """``shifts_of`` the contacts that touch."""
+    normal = np.empty((count, count))
     for r in range(count):
         for c in range(count):
-            factor[r, c] = work.W[3 * touching[r] + 2, 3 * touching[c] + 2] * unit[r] * unit[c]
+            normal[r, c] = work.W[3 * touching[r] + 2, 3 * touching[c] + 2]
+    return _shifts_between(normal, dependent)
+
+
+@entry(lambda: (np.eye(2), 0.0), seconds=0.5)
+def shifts_of(normal: np.ndarray, dependent: float) -> np.ndarray:
+    """(k, k) Π onto the shifts of load that move no normal, in units of 1/√D.
+
+    Args:
+        normal: (k, k) W_nn, D its diagonal, above 0 [1/kg].
+        dependent: pivots, the diagonal being 1, below which rows depend on each other.
+    """
+    return _shifts_between(normal, dependent)
+
+
+@compiled
+def _shifts_between(normal: np.ndarray, dependent: float) -> np.ndarray:
+    """As ``shifts_of``."""
+    count = len(normal)
+    unit, factor, shift = np.empty(count), np.empty((count, count)), np.zeros((count, count))
+    for r in range(count):
+        unit[r] = 1.0 / math.sqrt(normal[r, r])
+    for r in range(count):
+        for c in range(count):
+            factor[r, c] = normal[r, c] * unit[r] * unit[c]
     order = np.empty(count, np.int64)
     rank = pivoted_cholesky(factor, count, dependent, count, order)
     if rank < count:
@@ -219,7 +239,7 @@ def _can_give(work: Workspace, n: int, touching: np.ndarray, count: int, shift: 
 
     Known where there is one way to shift; of several ways one is taken to lead on.
     """
-    most, ways, largest = _heaviest(work, n), 0.0, 0
+    most, ways, largest = _largest_load(work, n), 0.0, 0
     for k in range(count):
         ways += shift[k, k]
         largest = k if shift[k, k] > shift[largest, largest] else largest
@@ -235,7 +255,7 @@ def _can_give(work: Workspace, n: int, touching: np.ndarray, count: int, shift: 
 
 
 @borrowing
-def _heaviest(work: Workspace, n: int) -> float:
+def _largest_load(work: Workspace, n: int) -> float:
     """The largest normal impulse [N s]."""
     most = 0.0
     for i in range(n):

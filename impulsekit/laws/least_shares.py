@@ -27,7 +27,7 @@ from .redundant import is_redundant
 from .words import NO, YES
 from .workspace import Sizes, Workspace, workspace
 
-__all__ = ["least_holding", "least_split", "share_if_redundant", "share_least"]
+__all__ = ["STILL", "least_holding", "least_split", "share_if_redundant", "share_least"]
 
 # Velocities below this share of all are none.
 STILL = 1e-11

@@ -7,7 +7,6 @@ import numpy as np
 from ...laws.others import ALL_TRIED, MOST_ANSWERS, SMOOTH, WEAK, find_answers
 from ...laws.status import Status
 from ...laws.uniqueness import NEAR
-from ...laws.words import NEWTON
 from ..codes import OPEN, SHARED
 from .jit import built_in
 
@@ -41,7 +40,7 @@ def judge_others(code, W, before, free, after, mus, es, ets, count, P, restituti
         es[:count].copy(), ets[:count].copy(), restitution, P[:size].copy(), scale, found, pressed,
         NEAR,
     )  # fmt: skip
-    if split and (code == _NOT_UNIQUE or restitution != NEWTON):
+    if split and (others > 0 or code == _NOT_UNIQUE):
         return code + SHARED
     if others > 0:
         return _MANY

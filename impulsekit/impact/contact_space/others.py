@@ -26,7 +26,7 @@ from ...laws.uniqueness import GAIN, NEAR, NEGLIGIBLE, is_searched
 from ...laws.words import NEWTON, POISSON
 from ...scene.law import Law
 from ...tolerances import NONZERO
-from .problem import ContactProblem, ContactSolution, arrays_of, in_order
+from .problem import ContactProblem, ContactSolution, arrays_of, in_order, rows_of_contacts
 
 __all__ = ["NOT_PROVEN", "PROVEN", "SEVERAL", "Finding", "find_others", "told_if_several"]
 
@@ -117,8 +117,8 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
     newton = law.restitution == "newton"
     search = _search(problem, solution.impulse, scale, newton=newton)
     slips = newton or not problem.restitution.any()
-    if search.split and slips and solution.unique is not None:
-        others = search.others or _of_unloaded(problem, solution, solution.unique, scale)
+    if search.split and slips and (search.others or solution.unique is not None):
+        others = search.others or _of_unloaded(problem, solution, scale)
         return Finding(SEVERAL, SLIPPING, others, RULE_OF_SLIP, settled=True)
     if not search.others:
         if search.how in (SMOOTH, WEAK) and not newton and _gives_back_shares(problem, solution):
@@ -134,32 +134,23 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
 
 
 def _of_unloaded(
-    problem: ContactProblem, solution: ContactSolution, unique: np.ndarray, scale: float
+    problem: ContactProblem, solution: ContactSolution, scale: float
 ) -> tuple[np.ndarray, ...]:
     """Answers in which one of the redundant contacts that slip carries no load: two extremes."""
     from .simultaneous import solve_simultaneous
 
+    if solution.unique is None:
+        return ()
     found: list[np.ndarray] = []
-    for i in np.flatnonzero(~unique):
+    shift = problem.newtons_shift()
+    for i in np.flatnonzero(~solution.unique):
         rest = np.delete(np.arange(len(problem.friction)), i)
-        rows = (3 * rest[:, None] + np.arange(3)).ravel()
-        part = solve_simultaneous(
-            ContactProblem(
-                np.ascontiguousarray(problem.delassus[np.ix_(rows, rows)]),
-                problem.velocity_before[rows],
-                problem.velocity_free[rows],
-                problem.restitution[rest],
-                problem.friction[rest],
-                problem.tangential_restitution[rest],
-            ),
-            Law(),
-        )
+        part = solve_simultaneous(problem.of_contacts(rest), Law())
         P = np.zeros_like(solution.impulse)
-        P[rows] = part.impulse
-        after = problem.velocity_free + problem.delassus @ P
-        target = -problem.restitution[i] * min(problem.velocity_before[3 * i + 2], 0.0)
-        approaches = after[3 * i + 2] < target - SAME * scale
-        if not part.status.valid or approaches:
+        P[rows_of_contacts(rest)] = part.impulse
+        normal = 3 * i + 2
+        meant = problem.velocity_free[normal] + problem.delassus[normal] @ P + shift[normal]
+        if not part.status.valid or meant < -SAME * scale:
             continue
         if all(_apart(problem, one, P, scale) for one in (solution.impulse, *found)):
             P.setflags(write=False)
@@ -174,20 +165,9 @@ def _of_a_tie(problem: ContactProblem, law: Law, solution: ContactSolution) -> F
     from .sequential import solve_sequential
 
     back = np.arange(len(problem.friction))[::-1]
-    rows = (3 * back[:, None] + np.arange(3)).ravel()
-    turned = solve_sequential(
-        ContactProblem(
-            np.ascontiguousarray(problem.delassus[np.ix_(rows, rows)]),
-            problem.velocity_before[rows],
-            problem.velocity_free[rows],
-            problem.restitution[back],
-            problem.friction[back],
-            problem.tangential_restitution[back],
-        ),
-        law,
-    )
+    turned = solve_sequential(problem.of_contacts(back), law)
     scale = problem.fastest(solution.velocity_after)
-    P = turned.impulse[np.argsort(rows)]
+    P = turned.impulse[np.argsort(rows_of_contacts(back))]
     if not turned.status.valid or not _apart(problem, solution.impulse, P, scale):
         return Finding(NOT_PROVEN, "contacts approach equally fast and are alike")
     P.setflags(write=False)

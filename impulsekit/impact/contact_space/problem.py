@@ -10,7 +10,15 @@ import numpy as np
 from ...errors import NotFiniteError, RangeError, ShapeError
 from ...laws.status import Status
 
-__all__ = ["ContactProblem", "ContactSolution", "Turning", "arrays_of", "check_problem", "in_order"]
+__all__ = [
+    "ContactProblem",
+    "ContactSolution",
+    "Turning",
+    "arrays_of",
+    "check_problem",
+    "in_order",
+    "rows_of_contacts",
+]
 
 _Arrays = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
@@ -33,6 +41,12 @@ class Turning:
     of: np.ndarray
     rolling: np.ndarray
     torsion: np.ndarray
+
+
+def rows_of_contacts(chosen: np.ndarray) -> np.ndarray:
+    """(3k,) the rows of k contacts."""
+    rows: np.ndarray = (3 * chosen[:, None] + np.arange(3)).ravel()
+    return rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +90,22 @@ class ContactProblem:
                 shift[k : 3 * n : 3] = self.tangential_restitution * before[k : 3 * n : 3]
         shift[2 : 3 * n : 3] = self.restitution * np.minimum(before[2 : 3 * n : 3], 0.0)
         return shift
+
+    def of_contacts(self, chosen: np.ndarray) -> ContactProblem:
+        """The problem of some contacts, or of all in another order, without adhesion and turning.
+
+        Args:
+            chosen: (k,) their numbers.
+        """
+        rows = rows_of_contacts(chosen)
+        return ContactProblem(
+            np.ascontiguousarray(self.delassus[np.ix_(rows, rows)]),
+            self.velocity_before[rows],
+            self.velocity_free[rows],
+            self.restitution[chosen],
+            self.friction[chosen],
+            self.tangential_restitution[chosen],
+        )
 
     def fastest(self, after: np.ndarray) -> float:
         """The largest of u⁻, u_free and u⁺ [m/s]: what rests and is struck has the second alone."""

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...laws.even_shares import shifts_of
 from ...laws.modes import DEPENDENT
-from ...tolerances import NONZERO
 from .modes import ContactMode
 
 if TYPE_CHECKING:
@@ -42,12 +42,12 @@ def even_shares(
     if bilateral:
         cross = delassus[:bilateral][:, rows]
         own -= cross.T @ np.linalg.pinv(delassus[:bilateral, :bilateral], hermitian=True) @ cross
-    roots = np.sqrt(np.maximum(own.diagonal(), NONZERO))
-    values, axes = np.linalg.eigh(own / np.outer(roots, roots))
-    null = axes[:, values <= DEPENDENT * values[-1]]
-    if not null.size:
+    if not (own.diagonal() > 0.0).all():
         return None
-    shift = null @ null.T
+    roots = np.sqrt(own.diagonal())
+    shift = shifts_of(own, DEPENDENT)
+    if not shift.any():
+        return None
     return EvenShares(rows, shift * roots, shift * np.outer(roots, roots))
 
 
