@@ -37,6 +37,8 @@ __all__ = [
     "spring_peak",
 ]
 
+# The moment of inertia [kg m²] of the ball.
+INERTIA = 0.004
 # Largest relative error of a peak.
 ALLOWED = 0.01
 # Numbers of steps that are tried.
@@ -46,7 +48,7 @@ STATES, ROUNDS = 4096, 21
 
 
 def _ball() -> Problem:
-    ball = one_body("ball", 1, 0.004)
+    ball = one_body("ball", 1, INERTIA)
     v = ball.velocity(root_joint=[0.3, 0.0, -1.0, 0.0, 0.0, 0.0])
     return _struck(ball, ball.neutral(), v, Contact("ball", at=[0, 0, -0.1], restitution=1.0))
 

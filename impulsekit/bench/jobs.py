@@ -59,6 +59,8 @@ LAWS = (
     ("Poisson at four feet", 4, Law("poisson"), 20.0),
     ("four feet in sequence", 4, Law(order="sequential"), 40.0),
 )
+# A time that no run reaches [s].
+NEVER = 1e9
 
 
 def one_of_four() -> Times:
@@ -187,7 +189,7 @@ def share(duration: float = 5.0) -> list[float]:
         (speed + once * 0.5 + twice * 0.1 + turn.cross(turn.cross(twice)) * 0.1).vector  # noqa: B018
 
     def scipy_steps() -> int:
-        solver = DOP853(lambda t, y: rates, 0.0, y, 1e9, max_step=STEP, first_step=STEP)
+        solver = DOP853(lambda t, y: rates, 0.0, y, NEVER, max_step=STEP, first_step=STEP)
         for _ in range(300):
             solver.step()
             solver.dense_output()

@@ -19,6 +19,8 @@ from typing import NamedTuple, Protocol, runtime_checkable
 __all__ = ["Ratio", "Times", "TimesItself", "Timing", "import_times", "in_turn", "time_in_turn"]
 
 TRIES = 15
+# Timing ends once it took so many times what was planned.
+PATIENCE = 100.0
 
 
 @runtime_checkable
@@ -168,7 +170,7 @@ def _undisturbed(way: Callable[[], object], repeats: int, seconds: float) -> flo
     for _ in range(TRIES):
         once = _per_call(way, repeats)
         least, spent = min(least, once), spent + once * repeats
-        if spent > 100.0 * seconds:
+        if spent > PATIENCE * seconds:
             break
     return least
 

@@ -38,6 +38,8 @@ STEEP = 34.5
 # ROUNDING, relative, ends it.
 MOST_STEPS = 100
 ROUNDING = 4e-16
+# Losses up to which the series about 0 is a better start than that of large ones.
+SMALL_LOSS = 0.9
 
 
 @borrowing
@@ -64,7 +66,7 @@ def _damping(c: float, s: float, m_in: float, m_out: float) -> float:
         return 0.0
     # Near 0 the equation over λ² is −lost + λ (m_in c³ + m_out s³)/3 + …
     guess = 3.0 * lost / (m_in * c * c * c + m_out * s * s * s) * s
-    y = -math.log1p(-guess) if guess < 0.9 else c / s
+    y = -math.log1p(-guess) if guess < SMALL_LOSS else c / s
     low, high = 0.0, math.inf
     for _ in range(MOST_STEPS):
         share = -math.expm1(-y)

@@ -22,7 +22,7 @@ FEWEST_FOR_BATCH = 24
 # The same where each impact has a point, and so a scene and a plan, of its own.
 FEWEST_WITH_POINTS = 6
 # Step of central differences [of a coefficient]: truncation 1e-10, rounding 1e-10 of the speed.
-STEP = 1e-5
+COEFFICIENT_STEP = 1e-5
 # Derivatives below this share of the largest speed are rounding of differences.
 NO_SLOPE = 1e-8
 
@@ -121,10 +121,8 @@ class BatchedImpacts:
 
     def __call__(self, x: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """By measurement: v⁺ (nv,) and its derivatives (nv, P), by differences."""
-        low = np.array([max(own - STEP, p.low) for own, p in zip(x, self._parameters, strict=True)])
-        high = np.array(
-            [min(own + STEP, p.high) for own, p in zip(x, self._parameters, strict=True)]
-        )
+        low = np.maximum(x - COEFFICIENT_STEP, [p.low for p in self._parameters])
+        high = np.minimum(x + COEFFICIENT_STEP, [p.high for p in self._parameters])
         several = np.tile(x, (1 + 2 * len(x), 1))
         for i in range(len(x)):
             several[1 + 2 * i, i], several[2 + 2 * i, i] = low[i], high[i]

@@ -26,6 +26,8 @@ __all__ = ["WorstImpact", "worst_impact"]
 
 # [rad] Where the search along a direction ends: the worst case is flat there.
 LEAST_STEP = 1e-4
+# No larger friction is asked about: it holds all.
+MOST_FRICTION = 1e9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -147,7 +149,10 @@ class _Box:
     ) -> None:
         self.names: list[str] = []
         self.bounds: list[tuple[float, float]] = []
-        for name, bounds, most in (("restitution", restitution, 1.0), ("friction", friction, 1e9)):
+        for name, bounds, most in (
+            ("restitution", restitution, 1.0),
+            ("friction", friction, MOST_FRICTION),
+        ):
             if bounds is not None:
                 self._add(name, bounds, 0.0, most)
         self.places: list[int] = []

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .convex import Convex, HalfSpace
-from .features import BESIDE, ONE_POINT, ROUNDING
+from .features import BESIDE, ONE_POINT, ROUNDING, SINE
 
 __all__ = ["touching_patch"]
 
@@ -35,8 +35,6 @@ SLIVER = 1e-6
 WITHIN = 1e-3 * BESIDE
 # So many points stand for a whole rim.
 RIM_POINTS = 8
-# Segments that cross at a smaller angle (sine) are parallel where they are both sharp.
-SINE = 1e-3
 FULL = 2.0 * np.pi
 
 

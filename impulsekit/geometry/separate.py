@@ -12,13 +12,11 @@ from __future__ import annotations
 import numpy as np
 
 from .convex import Convex
-from .polyhedron import PARALLEL
+from .polyhedron import AS_GOOD, PARALLEL
 from .tangents import along_circles, cone_sides, of_circle_and_points, of_circles_and_lines
 
 __all__ = ["separate"]
 
-# Of directions nearly as good a face's normal is taken [m], for its digits are those given.
-AS_GOOD = 1e-12
 # Separations closer than this are the same [m], and of shapes this near the points are looked at.
 ROUNDING, TIPS = 1e-14, 1e-3
 # Shapes this near [m] have no direction between their points; that of both shrunk by this factor

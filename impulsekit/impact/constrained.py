@@ -15,7 +15,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..laws.holding import hold
-from ..laws.sharpening import ROUNDING
+from ..laws.tolerances import ROUNDING
 from ..robot.mass_matrix import crba_of
 from ..rows.constraints import ConstraintRows
 from ..rows.contacts import Touch

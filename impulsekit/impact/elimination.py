@@ -16,10 +16,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import ContradictionError
-from ..laws.holding import COMPARABLE, FAINT_PIVOT, SAFE_PIVOT
-from ..laws.sharpening import ROUNDING
+from ..laws.holding import COMPARABLE, FAINT_PIVOT
+from ..laws.tolerances import CLEAR, ROUNDING
 from . import lapack
 from .axes_of_vectors import Shares, faint_axes, lengths_of_vectors, shared_evenly
+from .factor import LIGHTEST
 
 __all__ = [
     "DEPENDENT",
@@ -47,10 +48,10 @@ EXACT_NULL_ROW = 1e-27
 DEPENDENT = 1e-13
 # The same where rows are nearly dependent: rounding over their least singular value.
 SPAN_ROUNDING = 5e-15
-# A generalized mass this small beside the largest is none.
-LIGHTEST = 1e-12
 # Steps at most by what rows still lack: each must halve it.
 MOST_REFINEMENTS = 4
+# Rows that miss by this share of the worst are named with it.
+NAMED = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -312,7 +313,7 @@ def _regular_factor(delassus: np.ndarray, triples: np.ndarray | None = None) -> 
     factor, failed = lapack.dpotrf(delassus, lower=1)
     if failed:
         return None
-    roots, least = factor.diagonal(), SAFE_PIVOT * diagonal
+    roots, least = factor.diagonal(), CLEAR * diagonal
     # Without an array of truths, which costs more than its few entries.
     pivots = roots * roots
     if not all(map(operator.gt, pivots.tolist(), least.tolist())):
@@ -356,7 +357,7 @@ def _refuse(
     wrong = unmet > CONTRADICTION_TOLERANCE * size
     if not wrong.any():
         return
-    worst = [names[i] for i in np.flatnonzero(unmet > 0.1 * unmet.max()).tolist()]
+    worst = [names[i] for i in np.flatnonzero(unmet > NAMED * unmet.max()).tolist()]
     named = ", ".join(worst[:6]) + (", …" if len(worst) > 6 else "")
     raise ContradictionError(
         f"these rows cannot hold together: {named}; they are dependent and their velocities "

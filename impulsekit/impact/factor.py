@@ -19,6 +19,8 @@ __all__ = ["FilledFactor", "SparseFactor", "of_unit_length", "pivots_are_safe"]
 NULL_ROW = 1e-12
 # A generalized mass below this share of the largest counts as zero.
 LIGHTEST = 1e-12
+# Joints with this part in a motion without mass, a unit vector, are named.
+MOVES = 0.1
 
 
 class SparseFactor:
@@ -98,7 +100,7 @@ class FilledFactor:
     def _singular(self, filled: np.ndarray) -> SingularMassError:
         """The error that names the joints along which neither inertia nor constraint acts."""
         _, vectors = np.linalg.eigh(filled)
-        still = np.flatnonzero(np.abs(vectors[:, 0]) > 0.1)
+        still = np.flatnonzero(np.abs(vectors[:, 0]) > MOVES)
         model = self._model
         starts = [model.idx_vs[joint_id] for joint_id in range(1, model.njoints)]
         joints = np.searchsorted(starts, still, side="right")

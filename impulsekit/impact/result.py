@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..display import Displayed, one_line
-from ..laws.status import RESIDUAL_LIMIT, Status, judged
+from ..laws.status import Status, judged
+from ..laws.tolerances import RESIDUAL_LIMIT
 from ..robot.arrays import read_only
 from .named import ByName, Named
 

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..laws.sharpening import ROUNDING, ROUNDING_OF_SUMS
-from ..laws.single import GAIN
 from ..laws.status import Status
+from ..laws.tolerances import GAIN, ROUNDING, ROUNDING_OF_SUMS
 from ..robot.arrays import lock
 from ..rows.contacts import ContactRows, Touch
 from ..rows.ellipses import ellipse_axis

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..laws.coulomb import coulomb_impulse
+from ..laws.tolerances import ROUNDING
 from ..rows.constraints import needs_places
 from ..rows.contacts import PairContact
 from ..rows.reach import ReachedModel, reached_model, touched_joints
@@ -28,9 +29,6 @@ from .contact_space.problem import THROWN, is_thrown
 from .known import KnownImpulses
 
 __all__ = ["SingleContactJump"]
-
-# By how much Δv may miss the velocities that the law was told, relative to the largest speed.
-ROUNDING = 2e-15
 
 
 class SingleContactJump:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from .borrowed import borrowing
 from .taylor import Array
+from .tolerances import AT_REST_AMONG_OTHERS
 from .words import NEWTON
 
-__all__ = ["AT_REST", "find_acting"]
-
-# Approaches this small against the largest are none.
-AT_REST = 1e-12
+__all__ = ["find_acting"]
 
 
 @borrowing
@@ -23,8 +21,8 @@ def find_acting(
         restitution: (n,) e.
         count: n.
         law: NEWTON, POISSON or STRONGE; under Newton's an approach is one against the target.
-        sure: how many times smaller or larger than AT_REST an approach must be to be told;
-            otherwise the first number is -1.
+        sure: how many times smaller or larger than AT_REST_AMONG_OTHERS an approach must be to
+            be told; otherwise the first number is -1.
     """
     scale = 0.0
     for k in range(count):
@@ -32,10 +30,10 @@ def find_acting(
     acting, last = 0, 0
     for k in range(count):
         approach = _approach(before, free, restitution, k, law)
-        if approach < -AT_REST * scale * sure:
+        if approach < -AT_REST_AMONG_OTHERS * scale * sure:
             acting += 1
             last = k
-        elif approach < -AT_REST * scale / sure:
+        elif approach < -AT_REST_AMONG_OTHERS * scale / sure:
             return -1, last, scale
     return acting, last, scale
 

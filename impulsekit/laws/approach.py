@@ -13,6 +13,7 @@ from .modes import FINE, MOST_STEPS, NULL, RIDGE, polish, residual_of
 from .progress import Block
 from .splitting import split
 from .status import Status
+from .tolerances import SETTLED
 from .workspace import Sizes, Workspace, workspace
 
 __all__ = [
@@ -24,8 +25,6 @@ __all__ = [
     "sweep",
 ]
 
-# Impulses that a round of sweeps changes by less, in velocities relative to all, have settled.
-SETTLED = 1e-13
 # Rounds of sweeps (above 0) and of splitting (below), which knows no order of the contacts: where
 # several answers obey the law, the same is to be found however the contacts are numbered.
 SWEEPS = (-30, -20, -40, -80, -160, -400, 10, 30, -800, 200)
@@ -42,10 +41,10 @@ RELAXED = 1.6
 # it mostly fails, or ends at another answer than the one that is near.
 CALM = 1e-4
 # The proximal point: ε at first, at least and at most, as a share of each contact's mobility.
-FIRST, LEAST, MOST = 0.1, 1e-6, 1.0
+PROXIMAL_FIRST, LEAST, MOST = 0.1, 1e-6, 1.0
 # Contacts that move next to nothing count as moving this share of what the lightest does.
-LIGHTEST = 1e-14
-# ε halves at each step that gets there: from FIRST to LEAST in some twenty.
+LIGHTEST_MOVED = 1e-14
+# ε halves at each step that gets there: from PROXIMAL_FIRST to LEAST in some twenty.
 PROXIMAL_STEPS = 80
 # What a proximal step's own residual must come down to.
 STEP_BAR = 1e-9
@@ -163,7 +162,7 @@ def approach_regularized(work: Workspace, n: int, sizes: Sizes, bar: float) -> f
     size = 3 * n
     near = workspace(n)
     best = work.P[:size].copy()
-    share, least = FIRST, math.inf
+    share, least = PROXIMAL_FIRST, math.inf
     for i in range(n):
         near.mu[i], near.floor[i] = work.mu[i], work.floor[i]
     for _ in range(PROXIMAL_STEPS):
@@ -171,7 +170,7 @@ def approach_regularized(work: Workspace, n: int, sizes: Sizes, bar: float) -> f
             i = 3 * (r // 3)
             # Each contact by its own mass, whichever way its tangents point.
             own = work.W[i, i] + work.W[i + 1, i + 1] + work.W[i + 2, i + 2]
-            epsilon = share * max(own, LIGHTEST * sizes.largest)
+            epsilon = share * max(own, LIGHTEST_MOVED * sizes.largest)
             for c in range(size):
                 near.W[r, c] = work.W[r, c]
             near.W[r, r] += epsilon

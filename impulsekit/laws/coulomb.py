@@ -13,6 +13,7 @@ from .pair import Pair, solve_pair
 from .progress import Block, Triple
 from .quartic import slides
 from .status import Status
+from .tolerances import ARRIVED, AT_REST, ROUNDING_OF_SUMS, SINGULAR
 
 __all__ = [
     "bounded_friction",
@@ -27,25 +28,23 @@ __all__ = [
 
 # A release whose normal impulse is below its least value by more than this share is not valid.
 SHORT = 1e-12
-# Relative tolerance for the edge of the disc of friction, and for the last of Newton's steps.
-ON_EDGE, ARRIVED = 1e-15, 1e-16
+# Relative tolerance for the edge of the disc of friction.
+ON_EDGE = 1e-15
 # Slip that W_tt cannot change, as a share of the velocities: above it nothing sticks.
 STOPPABLE = 1e-10
 _NOTHING = (0.0, 0.0, 0.0)
 _SOLVED, _JAM, _NONE = int(Status.SOLVED), int(Status.PAINLEVE_JAM), int(Status.NO_SOLUTION)
 _MANY, _NOT_UNIQUE = int(Status.MANY_SOLUTIONS), int(Status.NOT_UNIQUE)
 
-# A tangential inertia this much smaller than its terms is a zero; of a plane, its determinant.
-NULL, REGULAR = 1e-12, 1e-10
+# A tangential inertia this much smaller than its terms is a zero.
+NO_INERTIA = 1e-12
 # Excess over the cone that is rounding.
 ON_CONE = 1e-13
-# Against the velocities: an approach that is none, and a slip that is none.
-AT_REST, STILL = 1e-15, 1e-13
-# Of a sum of velocities, relative to its terms.
-ROUNDING = 1e-14
+# Slip below this share of the velocities is none.
+NO_SLIP = 1e-13
 # Of both normal impulses: what sets two answers apart; of the velocities: slip that is not the
 # rounding of a quartic's double root.
-APART, SLIPS = 1e-7, 1e-6
+ANSWERS_APART, REAL_SLIP = 1e-7, 1e-6
 
 
 @borrowing
@@ -63,7 +62,7 @@ def coulomb(
     nn = block[5]
     if bn >= -AT_REST * scale:
         # It parts, or lies still: there is no impulse, whatever else would be possible.
-        if mu > 0.0 and bn <= STILL * scale and is_jammed(block, b1, b2, mu, scale):
+        if mu > 0.0 and bn <= NO_SLIP * scale and is_jammed(block, b1, b2, mu, scale):
             return _NOTHING, _MANY
         return _NOTHING, _SOLVED
     if not nn > 0.0:
@@ -106,7 +105,7 @@ def _slips(block: Block, b1: float, b2: float, impulse: Triple, scale: float) ->
     t11, t12, t22, n1, n2, _ = block
     p1, p2, pn = impulse
     u1, u2 = b1 + t11 * p1 + t12 * p2 + n1 * pn, b2 + t12 * p1 + t22 * p2 + n2 * pn
-    return math.sqrt(u1 * u1 + u2 * u2) > SLIPS * scale
+    return math.sqrt(u1 * u1 + u2 * u2) > REAL_SLIP * scale
 
 
 @entry(lambda: ((1.0,) * 6, 1.0, 1.0, -1.0, 0.5, 1.0), seconds=1.5)
@@ -132,7 +131,7 @@ def coulomb_impulse(
 def is_jammed(block: Block, u1: float, u2: float, mu: float, scale: float) -> bool:
     """Whether slip at u presses the contact further in: W_nn ≤ µ W_nt·s."""
     speed = math.sqrt(u1 * u1 + u2 * u2)
-    if speed <= STILL * scale:
+    if speed <= NO_SLIP * scale:
         return False
     return block[5] * speed <= mu * (block[3] * u1 + block[4] * u2)
 
@@ -155,9 +154,9 @@ def released(block: Block, b: Triple, mu: float, floor: float, scale: float) -> 
         p1, p2 = bounded_friction(block, b[0], b[1], floor, mu)
         across, along = block[3] * p1 + block[4] * p2, block[5] * floor
         # Where the release sticks, shares cancel, and what is left is their rounding.
-        if b[2] + across + along >= -ROUNDING * max(scale, abs(across), along):
+        if b[2] + across + along >= -ROUNDING_OF_SUMS * max(scale, abs(across), along):
             return (p1, p2, floor), _SOLVED
-        if abs(b[2]) <= STILL * scale:
+        if abs(b[2]) <= NO_SLIP * scale:
             # Slip loads a contact that neither parts nor approaches by nothing: it sticks.
             stick, sticks, determined = _stick(block, b[0], b[1], 0.0, mu, scale)
             if not sticks or not stick[2] > floor:
@@ -183,7 +182,7 @@ def bounded_friction(block: Block, b1: float, b2: float, pn: float, mu: float) -
     trace, regular = t11 + t22, max(t11 * t22 - t12 * t12, 0.0)
     if bound <= 0.0 or not trace > 0.0:
         return 0.0, 0.0
-    if regular > NULL * t11 * t22:
+    if regular > NO_INERTIA * t11 * t22:
         p1, p2 = solve_pair(t11, t12, t22, r1, r2)
     else:
         # Of rank one, and r in its range.
@@ -266,7 +265,7 @@ def stopping(
     r1, r2 = n1 * bn / nn - b1, n2 * bn / nn - b2
     det = s11 * s22 - s12 * s12
     exists = determined = True
-    if det > REGULAR * t11 * t22 and det > 0.0:
+    if det > SINGULAR * t11 * t22 and det > 0.0:
         p1, p2 = solve_pair(s11, s12, s22, r1, r2)
     else:
         p1, p2, exists, determined = _stick_in_a_line(block, s11, s12, s22, r1, r2, scale)
@@ -295,7 +294,7 @@ def _into_the_cone(
     # Of the reduced inertia's two axes the one without any.
     e1, e2 = -math.sin(angle), math.cos(angle)
     length = math.sqrt(n1 * n1 + n2 * n2)
-    if s11 + s22 <= NULL * (block[0] + block[2]) and length > 0.0:
+    if s11 + s22 <= NO_INERTIA * (block[0] + block[2]) and length > 0.0:
         # Neither axis has any: the one that the normal answers to is the shortest way.
         e1, e2 = n1 / length, n2 / length
     g = (n1 * e1 + n2 * e2) / nn
@@ -336,11 +335,11 @@ def _stick_in_a_line(
     for _ in range(2):
         right = r1 * e1 + r2 * e2
         inertia = t11 * e1 * e1 + 2.0 * t12 * e1 * e2 + t22 * e2 * e2
-        if value > NULL * (t11 + t22):
+        if value > NO_INERTIA * (t11 + t22):
             p1, p2 = p1 + right / value * e1, p2 + right / value * e2
         elif abs(right) > STOPPABLE * scale:
             exists = False
-        elif inertia > NULL * (t11 + t22):
+        elif inertia > NO_INERTIA * (t11 + t22):
             determined = False
         value, e1, e2 = mean - spread, -e2, e1
     return p1, p2, exists, determined
@@ -356,7 +355,7 @@ def _sliding(block: Block, bn: float, mu: float, s: Pair) -> Triple:
 @borrowing
 def _apart(one: Triple, other: Triple) -> bool:
     """Whether two impulses differ by more than rounding."""
-    size = APART * (abs(one[2]) + abs(other[2]))
+    size = ANSWERS_APART * (abs(one[2]) + abs(other[2]))
     return (
         abs(one[0] - other[0]) > size
         or abs(one[1] - other[1]) > size

@@ -26,6 +26,7 @@ import numpy as np
 from .borrowed import borrowing
 from .compiled import compiled, entry
 from .dense import cholesky, lower_solve
+from .tolerances import CLEAR
 
 __all__ = ["friction_feedback", "friction_is_weak", "is_monotone"]
 
@@ -33,9 +34,8 @@ __all__ = ["friction_feedback", "friction_is_weak", "is_monotone"]
 SURE = 1e-6
 # The α that are tried, W being scaled to a mean diagonal of 1: 3.3 is best at µ = 0.3, 1 at µ = 1.
 ALPHAS = (2.2, 1.5, 3.3, 1.0, 0.7)
-# Eigenvalues below this share of the largest are those of rows that move nothing; pivots over their
-# diagonal above which there are none.
-NULL, REGULAR = 1e-11, 1e-6
+# Eigenvalues below this share of the largest are those of rows that move nothing.
+NO_MOBILITY = 1e-11
 
 
 @entry(lambda: (np.eye(6), np.ones(2)), seconds=2.0, apart=True)
@@ -68,7 +68,7 @@ def friction_feedback(W: np.ndarray, mu: np.ndarray) -> float:
     if m == 0:
         return 0.0
     # With C W_tt⁺ Cᵀ taken off, its least eigenvalue is smaller still.
-    if not cholesky(normal, n, lower) > NULL:
+    if not cholesky(normal, n, lower) > NO_MOBILITY:
         return np.inf
     for i in range(n):
         for c in range(m):
@@ -112,7 +112,7 @@ def _feedback_by_eigenvalues(
     """
     n, m = half.shape
     sizes, axes = np.linalg.eigh(normal)
-    if not sizes[0] > NULL * max(sizes[n - 1], 1.0):
+    if not sizes[0] > NO_MOBILITY * max(sizes[n - 1], 1.0):
         return np.inf
     # λ_max(C W_tt⁺ Cᵀ, Ŵ), in the eigenvectors of Ŵ.
     turned = np.dot(axes.T.copy(), half)
@@ -132,7 +132,7 @@ def _half_of(cross: np.ndarray, tangent: np.ndarray) -> np.ndarray:
     """(n, m) H with H Hᵀ = C W_tt⁺ Cᵀ: by Cholesky where W_tt is regular, else by eigenvalues."""
     n, m = cross.shape
     half, lower = cross.copy(), np.empty((m, m))
-    if cholesky(tangent, m, lower) > REGULAR:
+    if cholesky(tangent, m, lower) > CLEAR:
         for i in range(n):
             lower_solve(lower, m, half[i])
     else:
@@ -148,7 +148,7 @@ def _halve_by_eigenvalues(cross: np.ndarray, tangent: np.ndarray, half: np.ndarr
     for k in range(m):
         for i in range(n):
             total = 0.0
-            if values[k] > NULL * values[m - 1]:
+            if values[k] > NO_MOBILITY * values[m - 1]:
                 for c in range(m):
                     total += cross[i, c] * vectors[c, k]
                 total /= np.sqrt(values[k])

@@ -20,16 +20,17 @@ from .approach import ALL_ROUNDS, NO_ROUND, approach_in_rounds
 from .borrowed import borrowed, borrowing
 from .compiled import compiled, entry
 from .least_shares import STILL
-from .modes import BAR, FINE, MOST_STEPS, RIDGE, SLIDES, SUMMED, largest_term, polish, residual_of
+from .modes import FINE, MOST_STEPS, RIDGE, SLIDES, SUMMED, largest_term, polish, residual_of
 from .rank import null_rows, pivoted_cholesky
-from .redundant import PART, UNLOADED
+from .redundant import NO_LOAD
+from .tolerances import BAR, PART
 from .workspace import Sizes, Workspace, workspace
 
 __all__ = ["can_shift", "share_evenly", "shifts_of"]
 
 # Targets of redundant normals that are farther apart, relative to the velocities, contradict each
 # other: then not all of them can bear load, and there is nothing to share.
-APART = 1e-13
+TARGETS_APART = 1e-13
 # Velocities that a shift of load makes, each contact's own mobility being 1: less is rounding.
 MOVES = 1e-10
 # The trace of Π counts the ways to shift load: between none and one, and one and two.
@@ -75,7 +76,7 @@ def share_evenly(
         most = _largest_load(work, n)
         for k in range(kept):
             i = mine[k]
-            if work.P[3 * i + 2] - work.floor[i] > UNLOADED * most:
+            if work.P[3 * i + 2] - work.floor[i] > NO_LOAD * most:
                 mine[left] = i
                 left += 1
         if left == kept:
@@ -194,7 +195,7 @@ def _contradict(
             j = 3 * touching[c] + 2
             along += shift[r, c] * work.xi[j] / math.sqrt(work.W[j, j])
         apart = max(apart, abs(along) * math.sqrt(work.W[i, i]))
-    return apart > max(APART, SUMMED * largest_term(work, n, sizes)) * sizes.scale
+    return apart > max(TARGETS_APART, SUMMED * largest_term(work, n, sizes)) * sizes.scale
 
 
 @borrowing
@@ -248,7 +249,7 @@ def _can_give(work: Workspace, n: int, touching: np.ndarray, count: int, shift: 
     up, down = True, True
     for k in range(count):
         i = touching[k]
-        if work.P[3 * i + 2] - work.floor[i] <= UNLOADED * most and shift[k, k] > PART:
+        if work.P[3 * i + 2] - work.floor[i] <= NO_LOAD * most and shift[k, k] > PART:
             up = up and shift[k, largest] > 0.0
             down = down and shift[k, largest] < 0.0
     return up or down

@@ -23,7 +23,6 @@ from .even_shares import share_evenly
 from .least_shares import least_holding
 from .modes import (
     BALANCED,
-    BAR,
     MOST_STEPS,
     NULL,
     RIDGE,
@@ -38,6 +37,7 @@ from .modes import (
 from .redundant import find_shared, is_redundant
 from .status import Status
 from .sticking import held_still
+from .tolerances import AT_REST, BAR, ROUNDING
 from .uniqueness import (
     AT_LAST,
     FAR,
@@ -58,14 +58,11 @@ ONE: int = np.int64(1)  # type: ignore[assignment]
 FEW: int = np.int64(8)  # type: ignore[assignment]
 # Slip that is faster than this many times what Newton's first step leaves does not end.
 SLIPS = 1e3
-ROUNDING = 2e-15
 # Of contacts that hold all still by one share of the load among many.
 HELD = 1e-13
 # What a W of dependent rows leaves of the terms of W P, its own rounding being some ten ulps: less
 # than that must not decide whether what holds all still is an answer.
 UNEVEN = 1e-14
-# Normal velocities that approach by no more than this share of all do not.
-AT_REST = 1e-15
 # The rounds before all modes are tried; sweeps at last, and how often.
 EARLY: int = np.int64(5)  # type: ignore[assignment]
 SWEEPS: int = np.int64(50)  # type: ignore[assignment]

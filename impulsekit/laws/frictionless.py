@@ -16,19 +16,16 @@ from .compiled import compiled, entry
 from .dense import cholesky, eliminate
 from .pressing import press, share
 from .status import Status
+from .tolerances import AT_REST_AMONG_OTHERS, RESIDUAL_LIMIT
 from .words import AGAIN
 from .workspace import Workspace, workspace
 
 __all__ = ["frictionless"]
 
-# Velocities this small against the others are zero.
-AT_REST = 1e-12
 # Pivots over their diagonal below which contacts need a closer look.
-CLEAR = 1e-9
-# What contacts without friction may leave of their law, relative.
-BAR = 1e-9
+LOOK_CLOSER = 1e-9
 # What large impulses in balance may leave of the velocities that they share.
-BALANCED = 100.0
+BALANCED_LOADS = 100.0
 _SOLVED, _NOT_UNIQUE = int(Status.SOLVED), int(Status.NOT_UNIQUE)
 # It takes a closer look.
 _LOOK = -2
@@ -63,7 +60,7 @@ def frictionless(
     """
     for i in range(n):
         work.unique[i] = True
-    code = _exchange(work, W, b, n, scale, spread, max(dependent, CLEAR))
+    code = _exchange(work, W, b, n, scale, spread, max(dependent, LOOK_CLOSER))
     if code == _LOOK and regular:
         return AGAIN, 0.0
     if code == _LOOK:
@@ -71,7 +68,7 @@ def frictionless(
     if code in (AGAIN, _NONE):
         return code, 1.0
     residual = _residual(work, W, b, n)
-    if residual > BAR * scale:
+    if residual > RESIDUAL_LIMIT * scale:
         return _NOT_CONVERGED, residual / scale
     return code, residual / scale if scale > 0.0 else 0.0
 
@@ -84,7 +81,7 @@ def _press_in(work: Workspace, W: np.ndarray, b: np.ndarray, n: int, scale: floa
         c[i] = b[3 * i + 2]
         for k in range(n):
             A[i, k] = W[3 * i + 2, 3 * k + 2]
-    tiny = AT_REST * scale
+    tiny = AT_REST_AMONG_OTHERS * scale
     found = press(A, c, n, tiny, p, u)
     for i in range(n):
         work.P[3 * i], work.P[3 * i + 1], work.P[3 * i + 2] = 0.0, 0.0, p[i]
@@ -94,7 +91,7 @@ def _press_in(work: Workspace, W: np.ndarray, b: np.ndarray, n: int, scale: floa
     for i in range(n):
         work.x[i] = work.P[3 * i + 2]
         work.P[3 * i + 2] = p[i]
-    if _residual(work, W, b, n) > BALANCED * tiny:
+    if _residual(work, W, b, n) > BALANCED_LOADS * tiny:
         # Rows almost dependent: the pivots' answer is the better one.
         for i in range(n):
             work.P[3 * i + 2] = work.x[i]
@@ -114,7 +111,7 @@ def _exchange(
     """P if swapping all wrong contacts at once finds it and it is clearly unique; the code."""
     P, block, lower, x = work.P, work.matrix, work.way, work.x
     pushing, wrong, chosen = work.y, work.z, work.mode
-    tiny = AT_REST * scale
+    tiny = AT_REST_AMONG_OTHERS * scale
     approaching = False
     for k in range(3 * n):
         P[k] = 0.0

@@ -13,13 +13,11 @@ import numpy as np
 from .compiled import compiled, entry
 from .dense import cholesky, eliminate
 from .half import factor_of, solve_mass
-from .sharpening import ROUNDING
 from .struck import posed
+from .tolerances import CLEAR, ROUNDING
 
-__all__ = ["COMPARABLE", "FAINT_PIVOT", "SAFE_PIVOT", "hold"]
+__all__ = ["COMPARABLE", "FAINT_PIVOT", "hold"]
 
-# Pivots of the scaled W above this need no closer look.
-SAFE_PIVOT = 1e-6
 # Rows whose squares differ by less than this are no rounding of each other.
 COMPARABLE = 1e-9
 # Pivots of W beside the longest axis of the row's vector, of which 1e-8 may be rounding: ten times
@@ -92,7 +90,7 @@ def _multiply(W: np.ndarray, m: int, x: np.ndarray, moves: np.ndarray) -> bool:
     if not 0.0 < largest < math.inf or (still > 0 and least < COMPARABLE * largest):
         return False
     factor = np.empty((m, m))
-    if not cholesky(W, m, factor) > SAFE_PIVOT:
+    if not cholesky(W, m, factor) > CLEAR:
         return False
     for r in range(m):
         if factor[r, r] * factor[r, r] < FAINT_PIVOT * largest:

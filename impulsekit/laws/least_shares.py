@@ -21,9 +21,10 @@ import numpy as np
 from .borrowed import borrowing
 from .compiled import compiled, entry
 from .dense import gauss
-from .modes import BAR, NULL, residual_of, sizes_of
+from .modes import NULL, residual_of, sizes_of
 from .rank import orthonormalize, pivoted_cholesky
 from .redundant import is_redundant
+from .tolerances import BAR, CLEAR, VANISHED
 from .words import NO, YES
 from .workspace import Sizes, Workspace, workspace
 
@@ -36,14 +37,13 @@ LIGHTEST = 1e-12
 # Eigenvalues of W, each contact weighted, below this share of the largest are rounding. Pivots
 # below VANISHED and above CLEAR tell the same of its rank.
 NO_RANGE = 1e-13
-CLEAR, VANISHED = 1e-6, 1e-13
 # Newton's steps at most, and halvings of one; what Uᵀp may be off by, relative.
 MOST_STEPS, MOST_HALVINGS = 60, 30
 SHARED = 1e-15
 # What sums of terms that cancel are off by at most, relative to the sum of their sizes.
 CANCELLED = 1e-9
 # Impulses this many times those that make the velocities, and more, hold nothing: it slips.
-LARGEST = 1e6
+HOLDS_NOTHING = 1e6
 # How far the dual may rise by rounding, relative to |p|²; the most that its slope is stiffened.
 RISEN, STIFFENED = 1e-13, 1e-3
 # From step to step it is softened, so that where nothing holds that shows after a few of them.
@@ -299,7 +299,7 @@ def _least(span: np.ndarray, allowed: Allowed, wanted: np.ndarray, may_fail: boo
 
 @compiled
 def _leads_away(span: np.ndarray, allowed: Allowed, wanted: np.ndarray, step: np.ndarray) -> bool:
-    """Whether a step of the dual shows that no allowed p with Uᵀp = d is within LARGEST |(d, f)|.
+    """Whether a step of the dual shows that no allowed p is within HOLDS_NOTHING |(d, f)|, Uᵀp = d.
 
     With g = U m, d·m = p·g ≤ |p| |proj(g)| + Σ f min(0, g_n + µ|g_t|) for every p in the cones
     above their floors f, and every m.
@@ -322,7 +322,7 @@ def _leads_away(span: np.ndarray, allowed: Allowed, wanted: np.ndarray, step: np
             left += across * across + normal * normal
         else:
             left += raised * raised / (1.0 + mu * mu)
-    return along > LARGEST * math.sqrt(size * left) + CANCELLED * summed
+    return along > HOLDS_NOTHING * math.sqrt(size * left) + CANCELLED * summed
 
 
 @borrowing

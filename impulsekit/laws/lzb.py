@@ -18,9 +18,9 @@ from .wave_changes import change
 from .wave_slips import choose_slips
 from .wave_state import HELD, LOADS, OPEN, Array, Wave
 from .wave_state import wave as new_wave
-from .wave_steps import AT_REST, FIRST, adaptive_step, choose_lead, longest_step
+from .wave_steps import APPROACH_ENDED, FIRST, adaptive_step, choose_lead, longest_step
 
-__all__ = ["AT_REST", "Waved", "strike_by_energy"]
+__all__ = ["APPROACH_ENDED", "Waved", "strike_by_energy"]
 
 # Forces this small have ended where nothing moves: they hold energies of 1e-20.
 WEAK = 1e-12
@@ -28,8 +28,9 @@ MOST_STEPS, MOST_WITH_FRICTION = 40_000, 4_000
 # An impact takes some 100 steps: what takes as many as this is stiff, and goes on implicitly.
 STIFF = 600
 # Where works and velocities differ by more than CLOSED the impact is integrated again, at most
-# MOST_AGAIN times: in steps of at most LONGEST [of the impact's time], then SHORTER times that.
-CLOSED, LONGEST, SHORTER, MOST_AGAIN = 1e-10, 0.1, 0.3, 3
+# MOST_AGAIN times: in steps of at most LONGEST_STEP [of the impact's time], then SHORTER
+# times that.
+CLOSED, LONGEST_STEP, SHORTER, MOST_AGAIN = 1e-10, 0.1, 0.3, 3
 # The energy is brought to that of the works where it depends on the impulses by more than this
 # share, and is off by less.
 STEEP, NEARLY = 1e-3, 1e-9
@@ -180,7 +181,7 @@ def _strike(
         return _SOLVED, 0.0, np.zeros(3 * n), free.copy(), none, none.copy(), 0
     w = _prepared(W, free, restitution, mu, stiffness, exponent, speed, mobility)
     best = _told(w, _run(w, math.inf), W, free, speed, mobility)
-    cap = LONGEST
+    cap = LONGEST_STEP
     for _ in range(MOST_AGAIN):
         if best[1] <= CLOSED:
             break
@@ -262,7 +263,7 @@ def _units(W: np.ndarray, free: np.ndarray, mu: np.ndarray) -> tuple[float, floa
     approach = 0.0
     for i in range(len(mu)):
         approach = max(approach, -free[3 * i + 2])
-    return (speed if approach > AT_REST * speed else 0.0), mobility
+    return (speed if approach > APPROACH_ENDED * speed else 0.0), mobility
 
 
 @compiled
@@ -308,7 +309,7 @@ def _prepared(
     w.power[0] = exponent
     for i in range(n):
         un = w.free[w.normal[i]]
-        if un > AT_REST:
+        if un > APPROACH_ENDED:
             w.mode[i] = OPEN
         else:
             w.mode[i] = HELD if w.kappa[i] == math.inf else LOADS
@@ -344,8 +345,8 @@ def _is_over(w: Wave) -> bool:
         if mode == HELD:
             if w.force[w.normal[i]] > WEAK:
                 return False
-        elif un < -AT_REST or (
-            mode != OPEN and depth > 0.0 and (un > AT_REST or w.force[w.normal[i]] > WEAK)
+        elif un < -APPROACH_ENDED or (
+            mode != OPEN and depth > 0.0 and (un > APPROACH_ENDED or w.force[w.normal[i]] > WEAK)
         ):
             return False
     return True

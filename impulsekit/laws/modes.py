@@ -17,17 +17,18 @@ from ..tolerances import EPS
 from .borrowed import borrowing
 from .dense import gauss
 from .rank import gauss_of_rank
+from .tolerances import BAR
 from .words import YES
 from .workspace import Sizes, Workspace
 
 __all__ = [
-    "BALANCED", "BAR", "DEEP", "DEPENDENT", "FINE", "MOST_STEPS", "NULL", "RIDGE", "SLIDES",
+    "BALANCED", "DEEP", "DEPENDENT", "FINE", "MOST_STEPS", "NULL", "RIDGE", "SLIDES",
     "SUMMED", "add_stiffness", "assemble", "height_of", "largest_term", "map_naturally", "polish",
     "residual_of", "sizes_of", "write_onto_modes",
 ]  # fmt: skip
 
 # Below this residual, Newton ends after a few steps that increase it.
-NEARLY = 1e-11
+NEARLY_SOLVED = 1e-11
 # Steps from nearby at most. An integer of numpy, here and where it is an argument elsewhere:
 # for another literal numba would compile all that takes it once more.
 MOST_STEPS: int = np.int64(12)  # type: ignore[assignment]
@@ -37,9 +38,9 @@ RIDGE = 1e-9
 # of its cones and back. Pivots below this share are then none.
 NEAR = 1e-3
 DEPENDENT = 1e-10
-# What the residual must come down to; and where it is rounding, so that further steps gain
-# nothing. Where the terms of W P are many times the velocities, some ulps of these are that, too.
-BAR, FINE = 1e-10, 4e-15
+# A residual of rounding, at which further steps gain nothing. Where the terms of W P are many times
+# the velocities, some ulps of these are that, too.
+FINE = 4e-15
 SUMMED = 4.0 * EPS
 # From here on one step more is for the last digits.
 DEEP = 1e-13
@@ -48,7 +49,7 @@ RISES = 3
 # A row of W with this share of the largest on its diagonal moves nothing.
 NULL = 1e-14
 # Contacts whose masses differ by less than this are much alike.
-ALIKE = 1e-2
+ALIKE_MASSES = 1e-2
 # How many times the velocities W P may be before its rounding counts: beyond it an impulse that
 # solves nothing could be so large that what it leaves drowns in its own rounding.
 BALANCED = 1e3
@@ -76,7 +77,7 @@ def sizes_of(work: Workspace, n: int, scale: float) -> Sizes:
         lightest, heaviest = max(lightest, own), min(heaviest, own)
     # Where no impulse moves anything any size will do.
     least = NULL * largest if largest > 0.0 else 1.0
-    return Sizes(scale, largest, least, heaviest > ALIKE * lightest)
+    return Sizes(scale, largest, least, heaviest > ALIKE_MASSES * lightest)
 
 
 @borrowing
@@ -109,7 +110,7 @@ def polish(work: Workspace, n: int, sizes: Sizes, most: int, ridge: float) -> fl
             # Deep enough; one step more is only for the last digits.
             if last and bar <= FINE:
                 break
-        elif bar < NEARLY:
+        elif bar < NEARLY_SOLVED:
             risen += 1
             if risen > RISES or bar <= max(FINE, SUMMED * largest_term(work, n, sizes)):
                 break

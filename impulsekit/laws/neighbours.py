@@ -24,7 +24,6 @@ from .dense import factorize, gauss, put, solve_factorized
 from .found import keep_if_new
 from .least_shares import least_holding
 from .modes import (
-    BAR,
     MOST_STEPS,
     PARTS,
     RIDGE,
@@ -36,6 +35,7 @@ from .modes import (
     sizes_of,
     write_onto_modes,
 )
+from .tolerances import BAR, SINGULAR, UNLOADED
 from .workspace import Workspace, workspace
 
 __all__ = ["add_neighbours", "find_neighbours"]
@@ -47,17 +47,13 @@ __all__ = ["add_neighbours", "find_neighbours"]
 COMES_BACK, COMES_BACK_ELSE, TURNED = 0.1, 0.5, 1.01
 # Friction that would hold a contact that parts, over its bound, to be tried: 1 in theory.
 HELD_BY = 1.2
-# Pivots of what presses, or of one contact, relative to their largest: below it they say nothing.
-SINGULAR = 1e-10
 # What an answer beside the one shown may leave: one that nearly is one, where targets of redundant
 # contacts contradict each other by little, is none.
-FOUND = 1e-13
+NEIGHBOUR_FOUND = 1e-13
 # Contacts of which neighbours are looked for: it takes 3 µs at four, and grows as their cube.
 MOST = 8
 # The friction by which a contact is held fast while the others come to rest.
 FAST = 1e3
-# [of all velocities] What a load moves its own contact by, below which it is none.
-UNLOADED = 1e-12
 # [of all velocities] What keeps a contact off while the others come to rest.
 OFF = 1e3
 
@@ -137,7 +133,7 @@ def add_neighbours(
         else:
             polish(work, n, sizes, MOST_STEPS, RIDGE)
         work.b[k] = b
-        if residual_of(work, n, sizes) <= FOUND:
+        if residual_of(work, n, sizes) <= NEIGHBOUR_FOUND:
             count = keep_if_new(work.W[:size, :size], work.P[:size], sizes.scale, found, count)
     return count
 

@@ -7,14 +7,12 @@ import math
 import numpy as np
 
 from .borrowed import borrowing
+from .tolerances import AT_REST
 
 __all__ = ["NOISE", "Traits", "fastest", "foremost", "pace_of"]
 
-# A contact whose approach is this small against its own slip has none: the closed form of one
-# contact takes it for zero, too. A few units in the last place.
-AT_REST = 1e-15
 # The same against the terms of u_free + W P, whose rounding it is.
-ROUNDING = 4.5e-16
+PACE_ROUNDING = 4.5e-16
 # Paces that differ by less than the first share of themselves, or the second of their terms, are
 # one: contacts of a pair with one relative motion all have the same, and rounding is not to say
 # which is hit. The entry that stands first is.
@@ -24,7 +22,7 @@ TIE, TIE_ROUNDING = 1e-12, 1e-14
 EVEN, ALIKE = 1e-11, 1e-9
 # Paces that differ by more than this share are two, whatever their rounding: small hits that
 # others hand on would not be told from each other, and the largest would wait.
-APART = 0.1
+PACES_APART = 0.1
 # Where W_nn is this small against W of the contact's own tangents, or against the largest W,
 # it is the square of a rounding error: no normal impulse moves that contact.
 IMMOVABLE, IMMOVABLE_BESIDE = 1e-26, 1e-24
@@ -91,7 +89,7 @@ def fastest(
         terms = _terms(W, free, impulse, n, count)
         pace = pace_of(approach, nn)
         tied = TIE * most + TIE_ROUNDING * terms / math.sqrt(nn)
-        if approach > ROUNDING * terms and (found < 0 or pace > most + tied):
+        if approach > PACE_ROUNDING * terms and (found < 0 or pace > most + tied):
             found, most = i, pace
     return found
 
@@ -135,7 +133,7 @@ def foremost(
         if i == found or not (velocity[n] < 0.0 and nn > 0.0):
             continue
         apart = abs(pace_of(velocity[n], nn) - pace)
-        if apart > APART * pace:
+        if apart > PACES_APART * pace:
             continue
         # After many hits what is left is small, and its rounding is that of what it was.
         terms = _terms(W, free, impulse, at, count) / root

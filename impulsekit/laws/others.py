@@ -15,15 +15,8 @@ from .modes import DEPENDENT, NULL, residual_of, sizes_of
 from .neighbours import find_neighbours
 from .redundant import is_redundant
 from .status import Status
-from .uniqueness import (
-    MOST_FOUND,
-    NEAR,
-    NEGLIGIBLE,
-    NOTHING_TRIED,
-    TRIED_ALL,
-    is_another,
-    search_modes,
-)
+from .tolerances import LEAST_RELEASE, NEGLIGIBLE
+from .uniqueness import MOST_FOUND, NEAR, NOTHING_TRIED, TRIED_ALL, is_another, search_modes
 from .words import NEWTON, YES
 from .workspace import Workspace, workspace
 
@@ -42,8 +35,6 @@ LAWFUL = 1e-10
 # Terms of W P may be so many times the velocities: beyond, the errors of a good model, 1e-4, make
 # all that an answer says.
 MOST_TERMS = 1e4
-# [N s] Releases of less are none.
-LEAST_RELEASE = 1e-290
 _VALID = (int(Status.SOLVED), int(Status.NOT_UNIQUE))
 
 

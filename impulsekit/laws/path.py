@@ -41,31 +41,26 @@ from .progress import (
     left_to_go,
     path_memory,
 )
-from .status import RESIDUAL_LIMIT, Status
+from .status import Status
 from .taylor import STRAIGHT, Array, turn
+from .tolerances import ARRIVED, AT_REST, GAIN, RESIDUAL_LIMIT, SINGULAR
 from .words import NEWTON, POISSON, STRONGE
 
-__all__ = ["NULL", "STOPPED", "follow", "outgoing"]
+__all__ = ["STOPPED", "follow", "outgoing"]
 
-# An approach below this share of the velocities counts as zero.
-AT_REST = 1e-15
 # A normal velocity below this share ended with the slip, where friction wedges.
 WEDGED = 1e-6
-# Relative tolerance for the length of a unit vector, and for the last of Newton's steps.
-UNIT, ARRIVED = 1e-15, 1e-16
+# Relative tolerance for the length of a unit vector.
+UNIT = 1e-15
 # Slip this slow against the velocities has ended.
 STOPPED = 1e-15
 # What rises this slowly against them, and no faster, does not.
 LIFTED = 1e-12
 MOST_SEGMENTS = 200
-# An inertia this much smaller than its terms is a zero.
-NULL = 1e-10
-# Work above this share of the energies in play is a gain.
-GAIN = 1e-10
 # Velocities of the way that are farther than this from W P have lost digits.
 CLOSE = 1e-8
 # Velocities whose squares are doubles in full.
-TINY, HUGE = 1e-120, 1e120
+SQUARES_FROM, SQUARES_TO = 1e-120, 1e120
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
 _JAM, _NONE = int(Status.PAINLEVE_JAM), int(Status.NO_SOLUTION)
 _LOST, _ENDLESS = int(Status.INACCURATE), int(Status.NOT_CONVERGED)
@@ -95,7 +90,7 @@ def follow(
     scale = max(abs(before), abs(free[2]))
     if mu > 0.0:
         scale = max(scale, abs(free[0]), abs(free[1]))
-    if scale == 0.0 or TINY < scale < HUGE:
+    if scale == 0.0 or SQUARES_FROM < scale < SQUARES_TO:
         return _follow(block, before, free, e, mu, law, scale, memory)
     # Works are squares of velocities, and would leave the doubles.
     unit = math.ldexp(1.0, min(-math.frexp(scale)[1], 1000))
@@ -208,7 +203,7 @@ def _heading(block: Block, now: Array, mu: float, scale: float) -> tuple[int, _R
         k1, k2 = _holding(block)
         if math.sqrt(k1 * k1 + k2 * k2) <= mu:
             rise = nn + n1 * k1 + n2 * k2
-            return _RESTS, (0.0, 0.0, rise if rise > NULL * nn else 0.0, k1, k2)
+            return _RESTS, (0.0, 0.0, rise if rise > SINGULAR * nn else 0.0, k1, k2)
         s1, s2 = outgoing(block, mu)
     d1 = n1 - mu * (t11 * s1 + t12 * s2)
     d2 = n2 - mu * (t12 * s1 + t22 * s2)
@@ -295,7 +290,7 @@ def _holding(block: Block) -> tuple[float, float]:
     """dP_t/dp that keeps u_t = 0."""
     t11, t12, t22, n1, n2, _ = block
     det = t11 * t22 - t12 * t12
-    if det > NULL * t11 * t22 and det > 0.0:
+    if det > SINGULAR * t11 * t22 and det > 0.0:
         return solve_pair(t11, t12, t22, -n1, -n2)
     # W_tt of rank one at most; w lies in its range, as W is semidefinite.
     trace = t11 + t22

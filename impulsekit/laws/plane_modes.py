@@ -16,6 +16,7 @@ import numpy as np
 from .borrowed import borrowing
 from .compiled import compiled, entry
 from .found import keep_if_new
+from .tolerances import EDGE, LARGEST, ROUNDING_OF_TERMS
 
 __all__ = ["most_modes", "plane_modes", "plane_of"]
 
@@ -28,16 +29,9 @@ FLAT = 1e-11
 # A tangential velocity or coupling above this share tells a direction.
 TOLD = 1e-7
 # Pivots below this share of the entries (which are about 1): the system is singular.
-SINGULAR = 1e-11
+NO_PIVOT = 1e-11
 # A row whose largest entry is below this is taken for as large: it is what rounding has left.
 LEAST_ROW = 1e-3
-# Inequalities may be missed by this share of the velocities, to find what lies on an edge.
-EDGE = 1e-9
-# And by this share of the terms of a sum, for its rounding.
-ROUNDING = 1e-13
-# Impulses this many times those that make the velocities are of systems that are nearly singular:
-# what they leave of the law is rounding of their own.
-LARGEST = 1e8
 
 
 @entry(lambda: (np.eye(6), np.ones(6), np.ones(2), 1.0, np.ones((2, 2))), seconds=1.5)
@@ -260,7 +254,7 @@ def eliminated(matrix: np.ndarray, right: np.ndarray) -> bool:
         largest = 0.0
         for j in range(k, m):
             largest = max(largest, abs(matrix[best, j]))
-        if not abs(matrix[best, k]) > SINGULAR * max(largest, LEAST_ROW):
+        if not abs(matrix[best, k]) > NO_PIVOT * max(largest, LEAST_ROW):
             return False
         if best != k:
             for j in range(k, m):
@@ -304,7 +298,7 @@ def _obeys(
                 along += W[t, c] * P[c]
                 across += W[k, c] * P[c]
                 terms += (abs(W[t, c]) + abs(W[k, c])) * abs(P[c])
-        near = EDGE * scale / unit[i] + ROUNDING * terms
+        near = EDGE * scale / unit[i] + ROUNDING_OF_TERMS * terms
         if mode == PARTED or mode >= HELD_STICKS:
             if across < -near:
                 return False

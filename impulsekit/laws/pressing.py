@@ -17,20 +17,17 @@ from .borrowed import borrowing
 from .compiled import compiled
 from .dense import gauss
 from .rank import null_rows, pivoted_cholesky
+from .tolerances import AT_REST_AMONG_OTHERS, PART, ROUNDING_OF_TERMS, UNLOADED
 
 __all__ = ["press", "share"]
 
 # Squares of sines of angles between rows, below which they are dependent.
-DEPENDENT = 1e-12
-# Velocities this small against the others are zero.
-AT_REST = 1e-12
-# A contact has part in a null direction above this share of its square.
-PART = 1e-9
-# Of the largest load: none; rounding of none.
-UNLOADED, ROUNDING = 1e-12, 1e-13
+PARALLEL = 1e-12
 # How far a contact is pulled into the load, against the largest, to see whether it can have any;
 # and what it then has at least.
 PULL, HAS = 1e6, 1e-6
+# Rounding of sums over contacts that press, in that of one of them.
+SUMS = 10.0
 
 
 @compiled
@@ -53,7 +50,7 @@ def press(A: np.ndarray, c: np.ndarray, n: int, tiny: float, p: np.ndarray, u: n
         rest, slowest = tiny, math.inf
         for i in range(n):
             # Large impulses in balance leave their own rounding.
-            rest = max(rest, 10.0 * AT_REST * A[i, i] * p[i])
+            rest = max(rest, SUMS * AT_REST_AMONG_OTHERS * A[i, i] * p[i])
             waits = 0.0 if pushing[i] else u[i]
             if waits < slowest:
                 entering, slowest = i, waits
@@ -66,7 +63,7 @@ def press(A: np.ndarray, c: np.ndarray, n: int, tiny: float, p: np.ndarray, u: n
                 for k in range(m):
                     moved[i] += A[i, order[k]] * way[k]
             step, leaving = math.inf, -1
-            if moved[entering] > DEPENDENT * A[entering, entering]:
+            if moved[entering] > PARALLEL * A[entering, entering]:
                 step = -u[entering] / moved[entering]
             for k in range(m):
                 if way[k] < 0.0 and -p[order[k]] / way[k] < step:
@@ -165,7 +162,7 @@ def share(
     m = int(np.int64(0))
     for i in range(n):
         # What pushes touches, whatever rounding leaves of its velocity.
-        if u[i] <= 10.0 * tiny or p[i] > 0.0:
+        if u[i] <= SUMS * tiny or p[i] > 0.0:
             touching[m] = i
             m += 1
     null, free = _null(A, touching, m)
@@ -211,7 +208,7 @@ def _null(A: np.ndarray, rows: np.ndarray, m: int) -> tuple[np.ndarray, int]:
         largest = max(largest, A[rows[r], rows[r]])
         for k in range(m):
             block[r, k] = A[rows[r], rows[k]]
-    rank = pivoted_cholesky(block, m, DEPENDENT * largest, m, order)
+    rank = pivoted_cholesky(block, m, PARALLEL * largest, m, order)
     null_rows(block, m, rank, order, null)
     return null, m - rank
 
@@ -234,7 +231,7 @@ def _nearest(
                 projector[i, j] += null[k, i] * null[k, j]
             q[i] += projector[i, j] * (pull[j] - given[j])
         size = max(size, abs(q[i]))
-    found = press(projector, q, m, ROUNDING * size, s, x)
+    found = press(projector, q, m, ROUNDING_OF_TERMS * size, s, x)
     for i in range(m):
         x[i] = max(x[i], 0.0) if s[i] == 0.0 else 0.0
     return found

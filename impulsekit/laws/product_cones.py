@@ -34,7 +34,7 @@ __all__ = ["IMMOBILE", "SMALL", "Cones", "find_cone_impulses"]
 # A Newton step is accepted where the sum of squares falls by this share of it (Armijo).
 FALLS = 1e-4
 # Newton stops at the first residual, relative; after so many steps the second is a solution too.
-NOTHING, SMALL = 2e-16, 1e-12
+CONES_SOLVED, SMALL = 2e-16, 1e-12
 # Newton's steps from one start, at most; then impulses are relaxed.
 MOST_STEPS = 40
 # Rounds of relaxing and Newton; how often a round goes over all groups.
@@ -42,9 +42,9 @@ MOST_ROUNDS, SWEEPS = 12, 60
 # The shortest part of a Newton step that is tried, in halvings.
 HALVINGS = 12
 # Squares of pivots below this share: rows depend on each other, or all but.
-DEPENDENT = 1e-9
+DEPENDENT_SQUARED = 1e-9
 # By how much each row then gives way, and rounds that take this out again.
-GIVE, MOST_SHIFTS = 1e-7, 12
+CONE_GIVE, MOST_SHIFTS = 1e-7, 12
 # Mobilities below this share of the largest of all rows of a kind are none.
 IMMOBILE = 1e-22
 
@@ -152,8 +152,8 @@ def _found(
     room = np.empty((m, m))
     give = 0.0
     symmetric, live = _live_part(W)
-    if live and not cholesky(symmetric, live, room) >= DEPENDENT:
-        give = GIVE
+    if live and not cholesky(symmetric, live, room) >= DEPENDENT_SQUARED:
+        give = CONE_GIVE
     value = np.empty(m)
     best, least = x.copy(), _natural(W, b, x, x, 0.0, cones, value)
     steps = 0
@@ -165,7 +165,7 @@ def _found(
             break
         gained = left < 0.5 * least
         best, least = found, left
-        if least <= NOTHING * scale or not gained:
+        if least <= CONES_SOLVED * scale or not gained:
             break
     return best, steps
 
@@ -266,7 +266,7 @@ def _newton(
     value, trial, slope, step = np.empty(m), np.empty(m), np.empty((m, m)), np.empty(m)
     left = _natural(W, b, x, centre, give, cones, value)
     for made in range(MOST_STEPS):
-        if left <= NOTHING * scale:
+        if left <= CONES_SOLVED * scale:
             return made
         _slope(W, b, x, centre, give, cones, slope)
         for i in range(m):

@@ -18,7 +18,7 @@ from .progress import Block
 __all__ = ["Directions", "slides"]
 
 # A vector shorter than this has no direction.
-TOLD = 1e-12
+NO_DIRECTION = 1e-12
 # Components across or backwards below this share of their terms are rounding error.
 ACROSS = 1e-9
 # Accuracy of a root from which Newton's method on the directions goes on, and of extremes, whose
@@ -40,12 +40,12 @@ TOUCHES, BELOW = 1e-10, 1e-7
 # No root is above 1 as the coefficients are scaled; beyond that by rounding.
 TOP = 1.01
 # W_nn − µ w·s below this share of W_nn is rounding, and P_n would have no digits.
-SINGULAR = 1e-11
+NO_DIGITS = 1e-11
 # What moves, couples or slips out of a plane by less than this share does so by rounding, and
 # slip that goes back by less than this does not.
-FLAT, AHEAD = 1e-12, 1e-12
+IN_PLANE, BACKWARDS = 1e-12, 1e-12
 # Directions nearer than this are one.
-SAME = 1e-7
+SAME_DIRECTION = 1e-7
 _NONE = (0.0, 0.0)
 
 
@@ -81,9 +81,9 @@ def slides(block: Block, b1: float, b2: float, bn: float, mu: float) -> Directio
         # One way or the other: roots of the quartic would be eigenvalues of A.
         along = d1 * (a11 * d1 + a12 * d2) + d2 * (a21 * d1 + a22 * d2)
         shift = d1 * c1 + d2 * c2
-        if along + shift > -AHEAD:
+        if along + shift > -BACKWARDS:
             found = _with(found, block, b1, b2, bn, mu, d1, d2)
-        if along - shift > -AHEAD:
+        if along - shift > -BACKWARDS:
             found = _with(found, block, b1, b2, bn, mu, -d1, -d2)
         return found
     m1, m2 = a12 * c2 - a22 * c1, a21 * c1 - a11 * c2
@@ -97,7 +97,7 @@ def slides(block: Block, b1: float, b2: float, bn: float, mu: float) -> Directio
         root = _pick(roots, k)
         x1, x2 = root * c1 + m1, root * c2 + m2
         length = math.sqrt(x1 * x1 + x2 * x2)
-        good = length >= TOLD
+        good = length >= NO_DIRECTION
         s1, s2 = 1.0, 0.0
         if good:
             # x = det(λ' − A) s, so its sign is that of the determinant.
@@ -128,8 +128,8 @@ def _line(block: Block, b1: float, b2: float, bn: float) -> tuple[bool, float, f
     if length / speed > most:
         d1, d2 = b1 / length, b2 / length
     off = t11 * d2 * d2 - 2.0 * t12 * d1 * d2 + t22 * d1 * d1
-    flat = off <= FLAT * size and abs(n2 * d1 - n1 * d2) <= FLAT * size
-    return flat and abs(b2 * d1 - b1 * d2) <= FLAT * speed, d1, d2
+    flat = off <= IN_PLANE * size and abs(n2 * d1 - n1 * d2) <= IN_PLANE * size
+    return flat and abs(b2 * d1 - b1 * d2) <= IN_PLANE * speed, d1, d2
 
 
 @borrowing
@@ -150,7 +150,7 @@ def _with(
     """
     t11, t12, t22, n1, n2, nn = block
     left = nn - mu * (n1 * s1 + n2 * s2)
-    if left * bn >= 0.0 or abs(left) <= SINGULAR * nn:
+    if left * bn >= 0.0 or abs(left) <= NO_DIGITS * nn:
         return found
     count, one, two, three, four = found
     if count > 0:
@@ -160,7 +160,7 @@ def _with(
             abs(s1 - two[0]) + abs(s2 - two[1]),
             abs(s1 - three[0]) + abs(s2 - three[1]),
         )
-        if nearest <= SAME:
+        if nearest <= SAME_DIRECTION:
             return found
     if abs(left) <= GRAZING * nn:
         a1, a2 = mu * (t11 * s1 + t12 * s2) - n1, mu * (t12 * s1 + t22 * s2) - n2
@@ -313,7 +313,7 @@ def _turned(matrix: _Matrix, s1: float, s2: float) -> tuple[float, float, bool]:
             s1, s2 = s1 / length, s2 / length
             if turn * turn > LAST:
                 continue
-            return s1, s2, along > -AHEAD
+            return s1, s2, along > -BACKWARDS
         turn = max(-0.5, min(0.5, turn))
         cosine, sine = math.cos(turn), math.sin(turn)
         s1, s2 = cosine * s1 - sine * s2, cosine * s2 + sine * s1
@@ -351,7 +351,7 @@ def _scanned(
                     high = middle
             s1, s2 = math.cos(low), math.sin(low)
             along = s1 * (a11 * s1 + a12 * s2 + c1) + s2 * (a21 * s1 + a22 * s2 + c2)
-            if along > -AHEAD:
+            if along > -BACKWARDS:
                 found = _with(found, block, b1, b2, bn, mu, s1, s2)
         before = behind
     return found

@@ -8,18 +8,13 @@ import numpy as np
 
 from .compiled import compiled, entry
 from .rank import null_parts, pivoted_cholesky
+from .tolerances import CLEAR, EDGE, PART, VANISHED
 from .workspace import Sizes, Workspace, workspace
 
-__all__ = ["PART", "UNLOADED", "find_shared", "is_redundant"]
+__all__ = ["NO_LOAD", "find_shared", "is_redundant"]
 
 # Of the largest load: none.
-UNLOADED = 1e-13
-# On its cone but for rounding.
-EDGE = 1e-9
-# A contact has part in a null direction above this share of its square.
-PART = 1e-9
-# Pivots between these leave the rank to eigenvalues.
-CLEAR, VANISHED = 1e-6, 1e-13
+NO_LOAD = 1e-13
 
 
 @compiled
@@ -75,7 +70,7 @@ def find_shared(work: Workspace, n: int, sizes: Sizes, dependent: float, slips: 
     m = int(np.int64(0))
     for i in range(n):
         k = 3 * i
-        if not P[k + 2] > UNLOADED * most:
+        if not P[k + 2] > NO_LOAD * most:
             continue
         friction = math.sqrt(P[k] ** 2 + P[k + 1] ** 2)
         if slips and friction > mu[i] * P[k + 2] * (1.0 - EDGE):

@@ -31,7 +31,8 @@ import numpy as np
 from .borrowed import borrowed, borrowing
 from .compiled import compiled, entry
 from .dense import cholesky
-from .resting_newton import BAR, TINY, Points, Room, bounded, points_of, room_of, solve_points
+from .resting_newton import Points, Room, bounded, points_of, room_of, solve_points
+from .tolerances import LEAST_PIVOT, RESIDUAL_LIMIT, SINGULAR
 
 __all__ = ["find_forces", "forces_at_rest"]
 
@@ -44,15 +45,11 @@ GIVEN = 1e-13
 # What b may contradict itself by, relative: speeds of at most the capture speed, squared, over
 # the size of a body and gravity. 1e-2 m/s at 0.1 m is 1e-4 of it.
 CONTRADICTION = 1e-4
-# Where nothing solves the problem otherwise, eigenvalues of W this small beside the largest count
-# as zero: they are of rows that differ by the root of it, as the stages of a step turn an edge
-# against another.
-NULL = 1e-10
 # Rounds that shrink what springs leave by less than this meet a contradiction, or points at the
 # edge of their cones, which take up a load slowly.
 STUCK = 0.5
 # A row whose part across those before it is smaller, in squares, depends on them.
-DEPENDENT = 1e-3
+LEANS_ON = 1e-3
 
 
 @entry(
@@ -66,7 +63,7 @@ def find_forces(
     friction: np.ndarray,
     start: np.ndarray,
 ) -> tuple[np.ndarray, float]:
-    """(m,) forces [N] and their residual, relative; above ``BAR`` they are none.
+    """(m,) forces [N] and their residual, relative; above ``RESIDUAL_LIMIT`` they are none.
 
     Args:
         coupled: (m, m) W with the columns of what slides [1/kg].
@@ -119,7 +116,7 @@ def forces_at_rest(
                 # Near enough: from here to rigid points.
                 room.did[0] = -1
                 found, residual = solve_points(spanned, within, points, found, room)
-                if residual <= BAR:
+                if residual <= RESIDUAL_LIMIT:
                     return found, residual
     room.did[0] = -1
     return solve_points(coupled, free, points, start, room)
@@ -128,7 +125,7 @@ def forces_at_rest(
 @borrowing
 def _depend(delassus: np.ndarray, room: np.ndarray) -> bool:
     """Whether rows depend on each other, or all but."""
-    return not cholesky(delassus, len(delassus), room) >= DEPENDENT
+    return not cholesky(delassus, len(delassus), room) >= LEANS_ON
 
 
 @compiled
@@ -140,7 +137,7 @@ def _spanned(
     values, vectors = np.linalg.eigh(delassus)
     matrix, within = coupled.copy(), free.copy()
     for v in range(m):
-        if values[v] > NULL * values[m - 1]:
+        if values[v] > SINGULAR * values[m - 1]:
             continue
         along = 0.0
         for i in range(m):
@@ -177,7 +174,7 @@ def _shared(
         largest = max(largest, delassus[i, i])
     soft, give, shifted = coupled.copy(), np.empty(m), np.empty(m)
     for i in range(m):
-        give[i] = GIVE * max(delassus[i, i], TINY * largest)
+        give[i] = GIVE * max(delassus[i, i], LEAST_PIVOT * largest)
         soft[i, i] += give[i]
     forces, begin, left = np.zeros(m), start, math.inf
     room.did[0] = -1
@@ -187,7 +184,7 @@ def _shared(
             shifted[i] = free[i] - give[i] * forces[i]
         # A residual that counts for rigid points as well.
         nearer, residual = solve_points(soft, shifted, points, begin, room)
-        if not residual <= BAR:
+        if not residual <= RESIDUAL_LIMIT:
             return forces, 0
         left = 0.0
         for i in range(m):
@@ -198,4 +195,4 @@ def _shared(
         if left > STUCK * last:
             break
         begin = forces
-    return forces, 2 if left <= BAR * points.scale else 1
+    return forces, 2 if left <= RESIDUAL_LIMIT * points.scale else 1

@@ -16,22 +16,18 @@ from .borrowed import borrowed, borrowing
 from .compiled import compiled
 from .coulomb import coulomb
 from .dense import factorize, put_rows, solve_factorized
+from .tolerances import LEAST_PIVOT, RESIDUAL_LIMIT, SETTLED, SINGULAR
 
-__all__ = ["BAR", "TINY", "Points", "Room", "bounded", "points_of", "room_of", "solve_points"]
+__all__ = ["Points", "Room", "bounded", "points_of", "room_of", "solve_points"]
 
-# Impulses that a round of sweeps changes by less, in accelerations relative to all, have settled.
-SETTLED = 1e-13
-# What the residual has to come down to, relative to the accelerations.
-BAR = 1e-9
 MOST_STEPS = 25
 # Rounds of contact after contact, and how often each goes over all of them.
 MOST_ROUNDS_OF_SWEEPS, SWEEPS = 20, 50
-TINY = 1e-14
 # Newton stops below the first, and after a few steps below the second: rounding is all there is.
 NOTHING, ENOUGH, FEW = 1e-14, 1e-12, 8
 # A Newton step that is so large, or leaves so much, comes from a slope that is nearly singular:
-# the shortest of those that leave the least is taken, of singular values down to the last.
-HUGE, LEFT, SINGULAR = 1e8, 1e-9, 1e-10
+# the shortest of those that leave the least is taken, of singular values down to SINGULAR.
+HUGE, STEP_LEFT = 1e8, 1e-9
 # What a point does: it sticks, parts or is at its own bound (1), carries no friction for it bears
 # no load (2), slips (4).
 _PARTS, _IDLE, _SLIPS = 1, 2, 4
@@ -102,7 +98,7 @@ def points_of(delassus: np.ndarray, friction: np.ndarray, scale: float) -> Point
     first, rate, tangential = np.empty(n, np.int64), np.empty(n), np.empty(n)
     least = 0.0
     for i in range(len(delassus)):
-        least = max(least, TINY * abs(delassus[i, i]))
+        least = max(least, LEAST_PIVOT * abs(delassus[i, i]))
     least = least if least > 0.0 else 1.0
     at = 0
     for i in range(n):
@@ -123,18 +119,18 @@ def solve_points(
 ) -> tuple[np.ndarray, float]:
     """(m,) the best forces, and their residual relative to the accelerations."""
     best, residual = _newton(coupled, free, points, start, room)
-    if residual > BAR and np.abs(start).max() > 0.0:
+    if residual > RESIDUAL_LIMIT and np.abs(start).max() > 0.0:
         other, error = _newton(coupled, free, points, np.zeros(len(start)), room)
         if error < residual:
             best, residual = other, error
-    if not residual <= BAR:
+    if not residual <= RESIDUAL_LIMIT:
         swept = np.zeros(len(start))
         for _ in range(MOST_ROUNDS_OF_SWEEPS):
             _sweep(coupled, free, points, swept)
             best, residual = _newton(coupled, free, points, swept, room)
-            if residual <= BAR:
+            if residual <= RESIDUAL_LIMIT:
                 break
-    if residual <= BAR:
+    if residual <= RESIDUAL_LIMIT:
         _free(coupled, free, points, best)
     return best, residual
 
@@ -146,7 +142,7 @@ def _free(coupled: np.ndarray, free: np.ndarray, points: Points, P: np.ndarray) 
         mu, at = points.mu[i], points.first[i]
         n = at if mu <= 0.0 else at + 2
         load = points.rate[i] * P[n]
-        if mu < 0.0 or abs(load) > BAR * points.scale:
+        if mu < 0.0 or abs(load) > RESIDUAL_LIMIT * points.scale:
             continue
         if load <= _by_others(coupled, free, P, n, n, 0):
             for k in range(at, n + 1):
@@ -162,7 +158,7 @@ def _sweep(coupled: np.ndarray, free: np.ndarray, points: Points, P: np.ndarray)
             k, mu = points.first[i], points.mu[i]
             if mu < 0.0:
                 own = _by_others(coupled, free, P, k, k, 1)
-                pn = bounded(-own / max(coupled[k, k], TINY * points.rate[i]), mu)
+                pn = bounded(-own / max(coupled[k, k], LEAST_PIVOT * points.rate[i]), mu)
                 largest = max(largest, abs(coupled[k, k] * (pn - P[k])))
                 P[k] = pn
                 continue
@@ -267,7 +263,7 @@ def _solves(slope: np.ndarray, step: np.ndarray, value: np.ndarray, size: float)
         for j in range(m):
             off += slope[i, j] * step[j]
             largest = max(largest, abs(slope[i, j]))
-        if not abs(off) <= LEFT * size:
+        if not abs(off) <= STEP_LEFT * size:
             return False
     return longest * largest <= HUGE * size
 

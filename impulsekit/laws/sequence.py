@@ -26,8 +26,9 @@ from .progress import (
     Triple,
     path_memory,
 )
-from .single import GAIN, NEGLIGIBLE, Hit, hit_at_end
-from .status import RESIDUAL_LIMIT, Status
+from .single import Hit, hit_at_end
+from .status import Status
+from .tolerances import CLEAR, GAIN, NEGLIGIBLE, RESIDUAL_LIMIT
 from .words import END, NEWTON
 
 __all__ = [
@@ -55,8 +56,8 @@ STEADY = 1.0 - 1e-6
 # Where contacts gain from each other, speeds would leave the doubles in time.
 FASTER = 1e30
 # Eigenvalues of a contact's W below this share of the largest are those of motions that the
-# bodies do not have against each other; pivots above the second have no such.
-NO_MOTION, CLEAR = 1e-13, 1e-6
+# bodies do not have against each other; pivots above CLEAR have no such.
+NO_MOTION = 1e-13
 # What ``advance`` says: none approaches any more; hits go on; tangential restitution where it has
 # no meaning.
 ENDED, GOES_ON, REFUSED = 0, 1, 2

@@ -17,15 +17,13 @@ from .frictionless import frictionless
 from .least_shares import share_if_redundant
 from .modes import DEPENDENT
 from .redundant import is_redundant
-from .single import GAIN, NEGLIGIBLE
 from .status import BY_CODE, Status
+from .tolerances import GAIN, LEAST_RELEASE, NEGLIGIBLE
 from .words import AGAIN, NEWTON, NO, YES
 from .workspace import Workspace, workspace
 
 __all__ = ["Care", "Struck", "hit_contacts", "newton", "poisson"]
 
-# [N s] Of smaller impulses a solution would leave the normal doubles, and none of it would count.
-LEAST_RELEASE = 1e-290
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
 _NOT_UNIQUE, _NOT_CONVERGED = int(Status.NOT_UNIQUE), int(Status.NOT_CONVERGED)
 _NONE = int(Status.NO_SOLUTION)

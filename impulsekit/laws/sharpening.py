@@ -23,15 +23,12 @@ from .modes import (
     write_onto_modes,
 )
 from .rank import gauss_of_rank
+from .tolerances import ROUNDING
 from .words import NO
 from .workspace import workspace
 
-__all__ = ["MOST_STEPS", "ROUNDING", "ROUNDING_OF_SUMS", "lead", "sharpen"]
+__all__ = ["MOST_STEPS", "lead", "sharpen"]
 
-# What rounding leaves of the law's own equations, relative.
-ROUNDING = 2e-15
-# The same of W P beside J Δv, with many contacts in the sums.
-ROUNDING_OF_SUMS = 1e-14
 # What rounding leaves of an impulse, relative to itself: to move Δv by that would be noise.
 ROUNDING_OF_ONE = 1e-15
 MOST_STEPS = 6

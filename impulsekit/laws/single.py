@@ -9,20 +9,14 @@ from .compiled import entry
 from .coulomb import coulomb, released, residual_of
 from .progress import Block, Triple
 from .status import BY_CODE, Status
+from .tolerances import GAIN, NEGLIGIBLE
 from .words import NEWTON
 
 __all__ = [
-    "GAIN", "NEGLIGIBLE", "Hit", "PlainHit", "gained", "hit_at_end", "hit_contact", "moved",
+    "Hit", "PlainHit", "gained", "hit_at_end", "hit_contact", "moved",
     "strike_at_end",
 ]  # fmt: skip
 
-# Coefficients this small would only underflow.
-NEGLIGIBLE = 1e-150
-# Work above this share of the energies in play is a gain. These are |P·u| of the velocities before
-# and of those that blows alone would leave: of what rests and is struck the first are none. Blows
-# and contacts act at one instant: work is P·(u + u⁺)/2 from the velocities before, or from those
-# after the blows if these come first, and a gain is one by both accounts.
-GAIN = 1e-10
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
 _JAM, _NOT_UNIQUE = int(Status.PAINLEVE_JAM), int(Status.NOT_UNIQUE)
 

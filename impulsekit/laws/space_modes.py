@@ -16,13 +16,14 @@ import numpy as np
 from ..tolerances import NONZERO
 from .compiled import compiled, entry
 from .found import SAME, keep_if_new
+from .tolerances import EDGE, LARGEST, LEAST_PIVOT, ROUNDING_OF_TERMS, SINGULAR
 
 __all__ = ["space_modes"]
 
 # Largest residual of Newton's method at a solution, near singular systems too.
-LEFT = 1e-6
+MODE_LEFT = 1e-6
 # Where Newton has arrived before the last round: the step after would be of no account.
-ARRIVED = 1e-10
+MODE_ARRIVED = 1e-10
 PARTED, STICKS, SLIDES = 0, 1, 2
 # Directions to start from, by the number of contacts that slide with friction.
 STARTS = (1, 16, 8, 6, 4)
@@ -31,11 +32,6 @@ STARTS = (1, 16, 8, 6, 4)
 STEPS, ROUNDS = 4, 8
 # The largest turn of a step [rad].
 TURN = 0.6
-# As in the plane: shares of velocities and of the terms of a sum, and what is too large to tell.
-EDGE, ROUNDING, LARGEST = 1e-9, 1e-13, 1e8
-# Eigenvalues of contacts that stick, below which their impulses are redundant.
-NULL = 1e-10
-TINY = 1e-14
 
 
 def _examples() -> tuple[Any, ...]:
@@ -170,7 +166,7 @@ def _pseudo_inverse(block: np.ndarray) -> np.ndarray:
     values, vectors = np.linalg.eigh(block)
     inverse = np.zeros((size, size))
     for k in range(size):
-        if values[k] > NULL * values[size - 1]:
+        if values[k] > SINGULAR * values[size - 1]:
             for r in range(size):
                 for c in range(size):
                     inverse[r, c] += vectors[r, k] * vectors[c, k] / values[k]
@@ -194,7 +190,7 @@ def _slides(W: np.ndarray, b: np.ndarray, mu: np.ndarray) -> np.ndarray:
     count = 0
     for turn in range(ROUNDS):
         rest = _steps(W, b, mu, angle, load, turn == 0)
-        bar = LEFT if turn == ROUNDS - 1 else ARRIVED
+        bar = MODE_LEFT if turn == ROUNDS - 1 else MODE_ARRIVED
         going = np.empty(len(rest), np.int64)
         more = 0
         for lane in range(len(rest)):
@@ -285,7 +281,7 @@ def _eliminate(matrix: np.ndarray, right: np.ndarray) -> None:
     m = len(right)
     for k in range(m):
         pivot = matrix[k, k]
-        safe = np.where(np.abs(pivot) > TINY, pivot, TINY)
+        safe = np.where(np.abs(pivot) > LEAST_PIVOT, pivot, LEAST_PIVOT)
         for i in range(k + 1, m):
             share = matrix[i, k] / safe
             for j in range(k + 1, m):
@@ -293,7 +289,7 @@ def _eliminate(matrix: np.ndarray, right: np.ndarray) -> None:
             right[i] = right[i] - share * right[k]
     for k in range(m - 1, -1, -1):
         pivot = matrix[k, k]
-        safe = np.where(np.abs(pivot) > TINY, pivot, TINY)
+        safe = np.where(np.abs(pivot) > LEAST_PIVOT, pivot, LEAST_PIVOT)
         for j in range(k + 1, m):
             right[k] = right[k] - matrix[k, j] * right[j]
         right[k] = right[k] / safe
@@ -327,7 +323,7 @@ def _obeys(
                 u2 += W[k + 1, c] * P[c]
                 un += W[k + 2, c] * P[c]
                 terms += abs(P[c])
-        near = EDGE * scale / unit[i] + ROUNDING * terms
+        near = EDGE * scale / unit[i] + ROUNDING_OF_TERMS * terms
         if modes[i] == PARTED:
             if un < -near:
                 return False

@@ -22,7 +22,7 @@ __all__ = ["split"]
 # which (or below its inverse) the rate follows it; by this factor at most at once.
 LOOK, UNBALANCED, MOST_CHANGE = 10, 5.0, 10.0
 # One contact in so many moves by itself at most where W is taken by its factor; pivots of rounding.
-SMALL, ROUNDING = 3, 1e-15
+SMALL, SPLIT_ROUNDING = 3, 1e-15
 
 
 @borrowing
@@ -86,7 +86,7 @@ def _factor(work: Workspace, n: int) -> int:
         for j in range(size):
             matrix[i, j] = unit[i // 3] * W[i, j] * unit[j // 3]
         largest = max(largest, matrix[i, i])
-    rank = pivoted_cholesky(matrix, size, ROUNDING * largest, size // SMALL + 1, order)
+    rank = pivoted_cholesky(matrix, size, SPLIT_ROUNDING * largest, size // SMALL + 1, order)
     if rank > size // SMALL:
         return -1
     for c in range(rank):

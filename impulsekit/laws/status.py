@@ -6,10 +6,9 @@ import enum
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["BY_CODE", "RESIDUAL_LIMIT", "Status", "judged"]
+from .tolerances import RESIDUAL_LIMIT
 
-# Relative residuals above this are no rounding: 1e5 times the 1e-14 that a solve may leave.
-RESIDUAL_LIMIT = 1e-9
+__all__ = ["BY_CODE", "Status", "judged"]
 
 
 class Status(int, enum.Enum):

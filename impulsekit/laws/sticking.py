@@ -11,12 +11,10 @@ from __future__ import annotations
 from .borrowed import borrowing
 from .dense import cholesky, eliminate
 from .modes import RIDGE
+from .tolerances import CLEAR
 from .workspace import Sizes, Workspace
 
 __all__ = ["held_still"]
-
-# Pivots over their diagonal, above which W is regular.
-REGULAR = 1e-6
 
 
 @borrowing
@@ -38,7 +36,7 @@ def held_still(work: Workspace, n: int, sizes: Sizes) -> float:
             matrix[i, i] = sizes.largest
             ridge = RIDGE
     times = 2
-    if not cholesky(matrix, size, lower) > REGULAR:
+    if not cholesky(matrix, size, lower) > CLEAR:
         for k in range(0, size, 3):
             # To both tangents alike, so that their directions decide nothing.
             across = 0.5 * (matrix[k, k] + matrix[k + 1, k + 1])

@@ -14,8 +14,9 @@ from .borrowed import borrowing
 from .compiled import compiled, entry
 from .half import factor_of, halve, solve_mass
 from .several import hit_contacts
-from .sharpening import ROUNDING, ROUNDING_OF_SUMS, sharpen
+from .sharpening import sharpen
 from .status import Status
+from .tolerances import ROUNDING, ROUNDING_OF_SUMS
 from .words import AGAIN, NEWTON
 
 __all__ = [

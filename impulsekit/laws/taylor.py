@@ -37,6 +37,7 @@ from .progress import (
     is_over,
     left_to_go,
 )
+from .tolerances import ARRIVED
 from .words import STRONGE
 
 __all__ = ["STRAIGHT", "turn"]
@@ -44,16 +45,14 @@ __all__ = ["STRAIGHT", "turn"]
 # Slip that turns by less than this share of the first slip before it ends keeps its direction.
 KEEPS = 1e-15
 # An extreme this near the start of a step was found by the step before.
-FOUND = 1e-8
-# Newton ends at steps below this, relative.
-ARRIVED = 1e-16
+EXTREME_FOUND = 1e-8
 Array = np.ndarray[tuple[int], np.dtype[np.float64]]
 Matrix = np.ndarray[tuple[int, int], np.dtype[np.float64]]
 
 # A direction that turns slower than this against its decay keeps.
 STRAIGHT = 1e-13
 # Slip this slow against where the stretch began has ended.
-FAINT = 1e-14
+FAINT_SLIP = 1e-14
 # What the last terms of a series may add.
 CUT = 1e-17
 LONGEST = 1e12
@@ -87,7 +86,7 @@ def turn(
         now[FALLS] = 1.0
     for _ in range(MOST_STEPS):
         r = math.sqrt(now[U1] * now[U1] + now[U2] * now[U2])
-        if r <= FAINT * first:
+        if r <= FAINT_SLIP * first:
             now[U1], now[U2] = 0.0, 0.0
             return False
         s1, s2 = now[U1] / r, now[U2] / r
@@ -165,7 +164,7 @@ def _step(
     if series[_RISE, 0] * _at(series, _RISE, h) < 0.0:
         lowest = _root(series, _RISE, 0.0, h)
         # Where the last step was cut there, rounding may tell so again.
-        if lowest > FOUND * h:
+        if lowest > EXTREME_FOUND * h:
             h = lowest
     fell = (
         now[COMPRESSING] == 0.0

@@ -10,9 +10,10 @@ from .compiled import compiled, entry
 from .found import SAME
 from .plane_modes import plane_modes, plane_of
 from .space_modes import space_modes
+from .tolerances import GAIN
 
 __all__ = [
-    "AT_LAST", "FAR", "GAIN", "MOST_FOUND", "MOST_IN_PLANE", "MOST_IN_SPACE", "NEAR", "NEGLIGIBLE",
+    "AT_LAST", "FAR", "MOST_FOUND", "MOST_IN_PLANE", "MOST_IN_SPACE", "NEAR",
     "NOTHING_TRIED", "PLANE", "TRIED_ALL", "TRIED_SOME", "is_another", "is_searched",
     "search_modes",
 ]  # fmt: skip
@@ -28,10 +29,6 @@ NEAR: int = np.int64(0)  # type: ignore[assignment]
 PLANE: int = np.int64(1)  # type: ignore[assignment]
 FAR: int = np.int64(2)  # type: ignore[assignment]
 AT_LAST: int = np.int64(3)  # type: ignore[assignment]
-# Friction below this counts as none: it would only underflow.
-NEGLIGIBLE = 1e-150
-# Work above this share of the energies in play is a gain.
-GAIN = 1e-10
 # How many solutions are kept at most: of four contacts in a plane that move along one motion
 # about 50 shares of one load have been found.
 MOST_FOUND = 64

@@ -16,24 +16,25 @@ import numpy as np
 from .approach import ALL_ROUNDS, NO_ROUND, approach_in_rounds
 from .borrowed import borrowing
 from .compiled import compiled, entry
-from .modes import BAR, MOST_STEPS, RIDGE, height_of, polish, residual_of, sizes_of
+from .modes import MOST_STEPS, RIDGE, height_of, polish, residual_of, sizes_of
 from .sticking import held_still
+from .tolerances import BAR, ROUNDING_OF_TERMS
 from .workspace import Sizes, Workspace, workspace
 
 __all__ = ["may_unload", "unload"]
 
-# Residuals between these are looked at: below is rounding, above the modes are not yet known.
-ROUNDING, FAR = 1e-13, 1e-4
+# Residuals above rounding and below this are looked at: above it the modes are not yet known.
+UNKNOWN_MODES = 1e-4
 # Rounds of sweeps and splitting that mostly do.
 FEW_ROUNDS: int = np.int64(5)  # type: ignore[assignment]
 # Times the residual: a contact that parts no faster may bear load.
-TOUCHES = 10.0
+MAY_TOUCH = 10.0
 
 
 @borrowing
 def may_unload(residual: float) -> bool:
     """Whether ``unload``, which takes seconds to compile, would do anything."""
-    return ROUNDING < residual < FAR
+    return ROUNDING_OF_TERMS < residual < UNKNOWN_MODES
 
 
 @entry(lambda: (workspace(1), 1, Sizes(1.0, 1.0, 1.0, True), 0.0), seconds=4.0, apart=True)
@@ -53,7 +54,7 @@ def unload(work: Workspace, n: int, sizes: Sizes, residual: float) -> float:
     start, best = work.P[:size].copy(), work.P[:size].copy()
     loaded = np.empty(n, np.bool_)
     count = 0
-    touches = TOUCHES * residual_of(work, n, sizes) * sizes.scale
+    touches = MAY_TOUCH * residual_of(work, n, sizes) * sizes.scale
     for i in range(n):
         # Newton may have let go of the wrong one, which then approaches by what is left.
         loaded[i] = start[3 * i + 2] > 0.0 or work.xi[3 * i + 2] < touches
@@ -70,15 +71,15 @@ def unload(work: Workspace, n: int, sizes: Sizes, residual: float) -> float:
                 loaded[i] = True
                 # Of those that leave rounding the one nearest to sticking, as everywhere.
                 height = height_of(work, n)
-                if nearest <= ROUNDING:
-                    nearer = left <= ROUNDING and height < lowest
+                if nearest <= ROUNDING_OF_TERMS:
+                    nearer = left <= ROUNDING_OF_TERMS and height < lowest
                 else:
                     nearer = left < nearest
                 if nearer:
                     nearest, which, lowest = left, i, height
                     for k in range(size):
                         best[k] = work.P[k]
-            if nearest <= ROUNDING:
+            if nearest <= ROUNDING_OF_TERMS:
                 break
         if which < 0:
             break
@@ -126,7 +127,7 @@ def _solve_few(
         return residual_of(work, n, sizes)
     polish(few, m, own, MOST_STEPS, RIDGE)
     left = _with_few(work, n, few, sizes, rows[: 3 * m])
-    if left <= ROUNDING:
+    if left <= ROUNDING_OF_TERMS:
         return left
     residual, ridge = math.inf, held_still(few, m, own)
     if ridge >= 0.0:

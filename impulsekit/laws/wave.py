@@ -33,6 +33,8 @@ __all__ = [
 SHALLOW = 1e-20
 # Forces rise or fall over this time [in units of the impact] where their rate is asked for.
 AHEAD = 1e-6
+# Hertz's exponent of force by indentation: a root is quicker than a power.
+HERTZ = 1.5
 
 
 @borrowing
@@ -92,7 +94,7 @@ def smooth_rates(
         depth, mode, un = y[n + i], modes[i], u[i]
         rise = 0.0
         if depth > SHALLOW and mode != OPEN:
-            rise = kappa[i] * (depth * math.sqrt(depth) if power == 1.5 else depth**power)
+            rise = kappa[i] * (depth * math.sqrt(depth) if power == HERTZ else depth**power)
         force[i], dy[i] = rise, rise
         dy[n + i] = -un / e2[i] if mode == UNLOADS else -un
 
@@ -118,7 +120,7 @@ def find_forces(w: Wave, y: Array) -> None:
         depth, mode = y[r + i], modes[i]
         rubs = rubs or mode == HELD or w.slip[i] != NONE
         if depth > SHALLOW and mode in (LOADS, UNLOADS):
-            rise = depth * math.sqrt(depth) if power == 1.5 else depth**power
+            rise = depth * math.sqrt(depth) if power == HERTZ else depth**power
             force[normal[i]] = kappa[i] * rise
         else:
             force[normal[i]] = 0.0
@@ -129,7 +131,7 @@ def find_forces(w: Wave, y: Array) -> None:
 @borrowing
 def power_of(depth: float, power: float) -> float:
     """δ^n, n = 1.5 by a root."""
-    return depth * math.sqrt(depth) if power == 1.5 else float(depth**power)
+    return depth * math.sqrt(depth) if power == HERTZ else float(depth**power)
 
 
 @borrowing

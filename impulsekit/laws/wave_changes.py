@@ -8,7 +8,7 @@ from ..tolerances import NONZERO
 from .borrowed import borrowing
 from .wave import find_forces, force_rate, power_of, velocities
 from .wave_holds import acceleration
-from .wave_slips import NEAR, change_slip, settle
+from .wave_slips import AT_CHANGE, change_slip, settle
 from .wave_state import HELD, LOADS, NONE, OPEN, UNLOADS, Wave
 
 __all__ = ["RISES", "change"]
@@ -17,9 +17,9 @@ __all__ = ["RISES", "change"]
 # which it parts, and what that moves others), so it is given at once.
 TAIL, MOVED = 1e-8, 1e-15
 # What leaves at a speed is this far away at once, so that it can be met again in the same step.
-APART = 1e-30
+LEAVES_BY = 1e-30
 # What takes longer to part is not looked at [time].
-FAR = 0.1
+LATER = 0.1
 # A held contact is loaded again where its force rises faster [in units of the impact].
 RISES = 1e-8
 
@@ -42,9 +42,9 @@ def change(w: Wave, crossed: int) -> None:
         if crossed in (i, 2 * n + i):
             pass
         elif modes[i] == LOADS and depth > 0.0:
-            if un < -NEAR or (w.e2[i] == 1.0 and depth > FAR * un):
+            if un < -AT_CHANGE or (w.e2[i] == 1.0 and depth > LATER * un):
                 continue
-        elif modes[i] == OPEN and (un >= -NEAR or depth < -NEAR):
+        elif modes[i] == OPEN and (un >= -AT_CHANGE or depth < -AT_CHANGE):
             continue
         if _change_normal(w, i, crossed == i, crossed == 2 * n + i):
             changed = True
@@ -66,13 +66,13 @@ def _change_normal(w: Wave, i: int, crossed: bool, reloads: bool) -> bool:
     r = len(w.free)
     mode, depth, un = w.mode[i], float(w.y[r + i]), float(w.u[w.normal[i]])
     if mode == OPEN:
-        if depth >= -NEAR and un < -NEAR:
+        if depth >= -AT_CHANGE and un < -AT_CHANGE:
             w.mode[i] = LOADS if w.kappa[i] < math.inf else HELD
             w.y[r + i], w.began[i] = max(depth, 0.0), _energy(w, i, max(depth, 0.0))
             return True
         return False
     if mode == HELD:
-        if crossed or w.force[w.normal[i]] <= NEAR * _push(w):
+        if crossed or w.force[w.normal[i]] <= AT_CHANGE * _push(w):
             w.mode[i] = OPEN
             w.y[r + i] = 0.0
             return True
@@ -81,9 +81,9 @@ def _change_normal(w: Wave, i: int, crossed: bool, reloads: bool) -> bool:
             return True
         return False
     if depth <= 0.0:
-        if un > NEAR:
+        if un > AT_CHANGE:
             w.mode[i] = OPEN
-            w.y[r + i] = min(depth, -APART)
+            w.y[r + i] = min(depth, -LEAVES_BY)
             w.loaded[i] += -w.began[i] if mode == LOADS else 0.0
             w.began[i] = 0.0
             return True
@@ -91,12 +91,16 @@ def _change_normal(w: Wave, i: int, crossed: bool, reloads: bool) -> bool:
     rises = acceleration(w, int(w.normal[i]))
     if un > 0.0 and (mode == UNLOADS or w.e2[i] == 1.0) and _parts(w, i, depth, un):
         return True
-    if mode == LOADS and w.e2[i] < 1.0 and (crossed or (un >= -NEAR and rises > NEAR * _push(w))):
+    if (
+        mode == LOADS
+        and w.e2[i] < 1.0
+        and (crossed or (un >= -AT_CHANGE and rises > AT_CHANGE * _push(w)))
+    ):
         w.loaded[i] += _energy(w, i, depth) - w.began[i]
         w.began[i] = 0.0
         w.mode[i] = UNLOADS if w.e2[i] > 0.0 else HELD
         return True
-    if mode == UNLOADS and (crossed or (un <= NEAR and rises < 0.0)):
+    if mode == UNLOADS and (crossed or (un <= AT_CHANGE and rises < 0.0)):
         w.mode[i] = LOADS
         w.began[i] = _energy(w, i, depth)
         return True

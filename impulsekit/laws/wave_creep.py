@@ -16,7 +16,7 @@ __all__ = ["creep"]
 # How often contacts that creep take turns to find their directions, where Newton does not.
 SWEEPS = 12
 # Newton on the directions: turns by less have arrived, none is by more at once, and so often [rad].
-ARRIVED, MOST_TURN, MOST_TURNS = 1e-14, 0.5, 30
+CREEP_ARRIVED, MOST_TURN, MOST_TURNS = 1e-14, 0.5, 30
 
 
 def _examples() -> tuple[object, ...]:
@@ -104,7 +104,7 @@ def _together(w: Wave, count: int) -> bool:
         if not math.isfinite(total):
             return False
         _turn(w, count, min(1.0, MOST_TURN / most) if most > 0.0 else 1.0)
-        if most <= ARRIVED:
+        if most <= CREEP_ARRIVED:
             return True
     return False
 

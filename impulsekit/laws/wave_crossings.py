@@ -25,7 +25,7 @@ _SMALL, NEXT_TO_NOTHING = 1e-14, 1e-9
 # A parabola through a step comes near a change where it leaves less than this share of what its
 # curvature makes in the step, ten times what a third derivative adds. It is drawn anew, so often,
 # through the place that it told, until that moves by less than this share of the step.
-NEAR_MISS, MOST_LOOKS, ARRIVED = 0.1, 4, 0.01
+NEAR_MISS, MOST_LOOKS, CROSSING_ARRIVED = 0.1, 4, 0.01
 
 
 @borrowing
@@ -143,7 +143,7 @@ def _look_within(w: Wave, which: int, place: float, h: float) -> int:
             break
         following = 0.5 * (place - down / bend)
         least = here - bend * (following - place) ** 2
-        if not 0.0 < following < h or abs(following - place) <= ARRIVED * h:
+        if not 0.0 < following < h or abs(following - place) <= CROSSING_ARRIVED * h:
             break
         if least > NEAR_MISS * bend * h * h:
             break

@@ -6,13 +6,13 @@ import math
 
 from .borrowed import borrowing
 from .dense import factorize, solve_factorized
+from .tolerances import SINGULAR
 from .wave_state import FAINT, HELD, LEANS, SLIPS, STICKS, Wave
 
 __all__ = ["acceleration", "direction", "hold"]
 
-# How much redundant rows that are held give way, relative to W; a pivot below the second says
-# that they are.
-SHARED, REGULAR = 1e-3, 1e-10
+# How much redundant rows that are held give way, relative to W.
+GIVES_WAY = 1e-3
 # A contact of redundant rows gives way at most this many times as much as the strongest: what it
 # then is given beyond its cone is rounding.
 WEAKEST = 1e15
@@ -57,7 +57,7 @@ def hold(w: Wave) -> None:
         return
     regular = factorize(w.matrix, solved, w.order)
     for a in range(solved):
-        regular = regular and abs(w.matrix[a, a]) > REGULAR * most
+        regular = regular and abs(w.matrix[a, a]) > SINGULAR * most
     w.redundant[0] = 0 if regular else 1
     if regular:
         _keep_still(w, solved)
@@ -65,9 +65,9 @@ def hold(w: Wave) -> None:
     for weighed in (True, False):
         _fill(w, solved)
         for a in range(solved):
-            w.matrix[a, a] += SHARED * most
+            w.matrix[a, a] += GIVES_WAY * most
         if weighed:
-            _weigh(w, solved, SHARED * most)
+            _weigh(w, solved, GIVES_WAY * most)
         if factorize(w.matrix, solved, w.order) and _keep_still(w, solved):
             return
 

@@ -19,17 +19,17 @@ from .wave_state import (
     Wave,
 )  # fmt: skip
 
-__all__ = ["IN_CONE", "NEAR", "SLOW", "change_slip", "choose_slips", "settle"]
+__all__ = ["AT_CHANGE", "IN_CONE", "SLOW", "change_slip", "choose_slips", "settle"]
 
 # This near a change it is made.
-NEAR = 1e-13
+AT_CHANGE = 1e-13
 # Slip that began from rest creeps up to here [of the largest velocity]: three times as much leaves
 # 6e-10 of the velocities, ten times 3e-8; less leaves no less.
 SLOW = 3e-8
 # Slip below this may have ended with that of others [of the largest velocity].
-STOPPED = 1e-9
+MAY_HAVE_ENDED = 1e-9
 # What moves by less than this share of what it would alone is held by others.
-STILL = 1e-6
+HELD_BY_OTHERS = 1e-6
 # Shares of what depends on each other are tried so often; and so often where all are in their
 # cones.
 MOST_SHARES, INSIDE = 40, 8
@@ -67,7 +67,7 @@ def change_slip(w: Wave, i: int, crossed: bool) -> bool:
     if slows < 0.0 and speed <= FAINT:
         w.slip[i] = STICKS
         return True
-    if FAINT < speed <= STOPPED:
+    if FAINT < speed <= MAY_HAVE_ENDED:
         # Where others stick and hold it, its slip is what their steps have left.
         _, _, b11, b12, b22 = _free_of(w, i)
         held = _is_held(w, i, b11, b12, b22, u1, u2)
@@ -189,7 +189,7 @@ def _share(w: Wave, i: int, largest: float) -> float:
     pull = math.sqrt(w.force[t] ** 2 + w.force[t + 1] ** 2)
     cone = w.mu[i] * w.force[w.normal[i]]
     # What pulls by rounding alone does not make slip.
-    if pull <= NEAR * largest:
+    if pull <= AT_CHANGE * largest:
         return 0.0
     return float(pull / cone) if cone > 0.0 else math.inf
 
@@ -212,7 +212,7 @@ def _shared(w: Wave, edge: float) -> bool:
                 w.share[i] *= min(max(_share(w, i, largest), 0.1), 10.0)
                 most = max(most, w.share[i])
         for i in range(len(w.kappa)):
-            w.share[i] = max(w.share[i] / most, NEAR) if w.slip[i] == STICKS else 1.0
+            w.share[i] = max(w.share[i] / most, AT_CHANGE) if w.slip[i] == STICKS else 1.0
         find_forces(w, w.y)
     return _farthest(w, edge) < 0
 
@@ -235,7 +235,7 @@ def _start_slip(w: Wave, i: int) -> None:
         return
     else:
         w.slip[i], s1, s2 = SLIPS, n1 / size, n2 / size
-        if force > 0.0 and w.mode[i] != HELD and b11 * b22 - b12 * b12 > STILL * b11 * b22:
+        if force > 0.0 and w.mode[i] != HELD and b11 * b22 - b12 * b12 > HELD_BY_OTHERS * b11 * b22:
             w.slip[i] = CREEPS
     w.way[i, 0], w.way[i, 1] = s1, s2
     w.way[i, 2] = min(float(w.u[t] * s1 + w.u[t + 1] * s2), 0.0)
@@ -251,7 +251,7 @@ def _is_held(w: Wave, i: int, b11: float, b12: float, b22: float, d1: float, d2:
     t = w.tangent[i]
     give = b11 * d1 * d1 + 2.0 * b12 * d1 * d2 + b22 * d2 * d2
     alone = w.W[t, t] * d1 * d1 + 2.0 * w.W[t, t + 1] * d1 * d2 + w.W[t + 1, t + 1] * d2 * d2
-    return bool(give <= STILL * alone)
+    return bool(give <= HELD_BY_OTHERS * alone)
 
 
 @borrowing

@@ -9,9 +9,9 @@ from .wave_crossings import find_change
 from .wave_holds import acceleration
 from .wave_slips import SLOW
 from .wave_state import BEGAN, CREEPS, FAINT, HELD, LOADS, SLIPS, UNLOADS, Wave
-from .wave_trial import AT_REST, FIRST, trial_step
+from .wave_trial import APPROACH_ENDED, FIRST, trial_step
 
-__all__ = ["AT_REST", "FIRST", "adaptive_step", "choose_lead", "longest_step"]
+__all__ = ["APPROACH_ENDED", "FIRST", "adaptive_step", "choose_lead", "longest_step"]
 
 # By how much a flight goes beyond the contact that it leads to; the error below which the next
 # step grows as far as it may.
@@ -53,7 +53,7 @@ def choose_lead(w: Wave, step: float) -> None:
         speed = abs(rate)
         # What others press in from rest did not start at a speed.
         pressed = rate > 0.0 and acceleration(w, int(w.normal[i])) < 0.0
-        if depth < 0.0 or speed <= AT_REST or pressed or (rate < 0.0 and depth == 0.0):
+        if depth < 0.0 or speed <= APPROACH_ENDED or pressed or (rate < 0.0 and depth == 0.0):
             continue
         near = depth / speed
         if near < NEARBY * step:
@@ -91,7 +91,7 @@ def longest_step(w: Wave) -> float:
         # Free flight to the next contact.
         for i in range(len(w.kappa)):
             depth, un = w.y[r + i], w.u[w.normal[i]]
-            if un < -AT_REST and depth < 0.0:
+            if un < -APPROACH_ENDED and depth < 0.0:
                 longest = min(longest, -depth / -un * (1.0 + BEYOND))
     return longest
 

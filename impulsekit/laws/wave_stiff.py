@@ -34,11 +34,11 @@ FROM = np.array(
 ERROR = np.array([-13.0 - 7.0 * _ROOT, -13.0 + 7.0 * _ROOT, -1.0]) / 3.0
 REAL = 3.0 + 3.0 ** (2.0 / 3.0) - 3.0 ** (1.0 / 3.0)
 # The estimate is of order 3, the step of order 5: an estimate of this leaves errors below 1e-14.
-TOLERANCE = 1e-10
+STIFF_TOLERANCE = 1e-10
 # Of the slowest slip, the step of differences: its square and rounding cost as many digits.
 STEP = 1e-3
 # Newton has arrived; it has gone as far as rounding lets it; and it is given up.
-ARRIVED, ROUNDED, MOST_TURNS = 1e-15, 1e-13, 20
+STAGES_ARRIVED, ROUNDED, MOST_TURNS = 1e-15, 1e-13, 20
 
 
 def _examples() -> tuple[object, ...]:
@@ -172,7 +172,7 @@ def _newton(w: Wave, h: float, ways: Matrix, matrix: Matrix, right: Array, order
                 ways[i, k] += right[i * r + k]
         if not most < math.inf:
             return False
-        if most <= ARRIVED or (most <= ROUNDED and most >= 0.5 * before):
+        if most <= STAGES_ARRIVED or (most <= ROUNDED and most >= 0.5 * before):
             return True
         before = most
     return before <= ROUNDED
@@ -196,8 +196,8 @@ def _error(
         if k < r:
             w.error[k] = right[k]
         else:
-            total += (w.error[k] / (TOLERANCE * (0.1 + abs(w.y[k])))) ** 2
-    total += r * (_speed_of(w, right, 0) / (0.1 * TOLERANCE)) ** 2
+            total += (w.error[k] / (STIFF_TOLERANCE * (0.1 + abs(w.y[k])))) ** 2
+    total += r * (_speed_of(w, right, 0) / (0.1 * STIFF_TOLERANCE)) ** 2
     return math.sqrt(total / m)
 
 

@@ -13,7 +13,7 @@ from .wave import any_held, rates, smooth_rates, velocities
 from .wave_state import Array, Matrix, Wave
 from .wave_stiff import implicit_trial
 
-__all__ = ["AT_REST", "FIRST", "trial_step"]
+__all__ = ["APPROACH_ENDED", "FIRST", "trial_step"]
 
 # The error of a step, in units in which velocities, impulses and indentations are of size 1.
 # With friction slip may pass 0 at next to no distance, which makes of errors many times as large.
@@ -21,7 +21,7 @@ TOLERANCE, WITH_FRICTION = 2e-12, 2e-13
 # The first step, in units in which the impact takes about 3.
 FIRST = 0.03
 # Approaches this small have ended [of the largest velocity].
-AT_REST = 1e-10
+APPROACH_ENDED = 1e-10
 
 
 @borrowing

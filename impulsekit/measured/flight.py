@@ -12,14 +12,11 @@ import pinocchio as pin
 from ..motion.dynamics import Dynamics
 from ..scene import Scene
 from ..tolerances import NONZERO
-from .free_body import fly_all, fly_along, free_body_of
+from .free_body import LONGEST_TURN, fly_all, fly_along, free_body_of
 from .samples import turns_of
 
 __all__ = ["Flight", "FlightFit", "left_by_parabolas"]
 
-# No step of Runge and Kutta's rule turns or moves a joint by more [rad, m]: its error is then
-# below 1e-6 of the step, far below the noise of any recording.
-LONGEST_TURN = 0.1
 # A fit ends when an update is below this share of its standard deviation.
 SETTLED = 1e-2
 MOST_UPDATES = 6

@@ -41,6 +41,8 @@ UNTOLD = (
     "nothing in the recordings tells whether quaternions are in the order that was stated: no "
     "angular velocity, no contact with a floor that another order misses, and too few impacts"
 )
+# Times that differ by less than so many of their sigmas are one.
+SAME_TIME = 3.0
 
 
 def check_quaternion_order(recordings: Sequence[Recording], scene: Scene, who: str) -> bool:
@@ -137,7 +139,7 @@ def _explained(first: Sequence[FoundImpact], second: Sequence[FoundImpact]) -> t
         same = [
             other
             for other in second
-            if abs(other.time - one.time) < 3.0 * (one.time_sigma + other.time_sigma)
+            if abs(other.time - one.time) < SAME_TIME * (one.time_sigma + other.time_sigma)
         ]
         if not same or not (one.contacts or same[0].contacts):
             continue

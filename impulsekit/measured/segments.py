@@ -46,6 +46,8 @@ _Ending = tuple[list[int], int, list[int], int]
 # Noise is at least this [m, rad]: of recordings out of a simulator, what the rule that follows
 # flights is off over ten samples; no sensor is better.
 ROUNDING = 1e-6
+# Neighbouring steps of time that differ by more than this share are of a gap in the recording.
+UNEVEN = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +117,7 @@ def _of_neighbours(flight: Flight, t: np.ndarray, q: np.ndarray) -> np.ndarray:
     model, differences = flight.model, []
     for k in range(1, len(t) - 1):
         before, after = t[k] - t[k - 1], t[k + 1] - t[k]
-        if abs(after - before) > 0.2 * before:
+        if abs(after - before) > UNEVEN * before:
             continue
         back = pin.difference(model, q[k], q[k - 1])
         ahead = pin.difference(model, q[k], q[k + 1])

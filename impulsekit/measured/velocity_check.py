@@ -15,7 +15,7 @@ __all__ = ["checked_velocities"]
 # share of what the velocities as given leave. Above the last, velocities are noted as unlike.
 FINE, ALIKE, SHARE, APART = 0.1, 0.35, 0.4, 0.6
 # Rates below this [m/s, rad/s] are noise and tell nothing.
-STILL = 0.05
+NOISE_OF_RATES = 0.05
 # Fewer moving samples tell nothing.
 FEWEST = 8
 FACTORS = {
@@ -52,7 +52,7 @@ def checked_velocities(
                      ("velocity", slice(start, start + 3))]  # fmt: skip
         for what, own in parts:
             rate, mean = rates[:, own], means[:, own]
-            moving = np.linalg.norm(rate, axis=1) > STILL
+            moving = np.linalg.norm(rate, axis=1) > NOISE_OF_RATES
             if moving.sum() < FEWEST:
                 continue
             share = _apart(rate[moving], mean[moving])
@@ -113,7 +113,7 @@ def _reordered(
         rates = np.array(
             [pin.log3(turns[k].T @ turns[k + 1]) / (t[k + 1] - t[k]) for k in range(len(turns) - 1)]
         )
-        moving = np.linalg.norm(rates, axis=1) > STILL
+        moving = np.linalg.norm(rates, axis=1) > NOISE_OF_RATES
         if moving.sum() >= FEWEST and _apart(rates[moving], mean[moving]) < limit:
             return "the order of the quaternion looks as if it were the other one, xyzw or wxyz"
     return None

@@ -36,6 +36,10 @@ from ..tolerances import EPS, NONZERO
 from .turning_planes import BETWEEN, Bound, Look, Pose, look_at, rate, sure
 
 __all__ = ["BodyMotion", "Pose", "bound_of", "may_meet", "motion_of", "slope_of", "touch_finder"]
+# What parts is looked at again from this share of the distance up to which it touches.
+PARTED_BY = 0.1
+# The least step of a look, as a share of the time: a few roundings of it.
+LEAST_STEP = 4.0 * EPS
 
 
 class BodyMotion(NamedTuple):
@@ -197,14 +201,14 @@ def touch_finder(
             certain = sure(bound, look, gap - floor, end - t)
             if t + certain >= end:
                 return math.inf
-            t = min(end, t + max(certain, 4.0 * EPS * abs(t), NONZERO))
+            t = min(end, t + max(certain, LEAST_STEP * abs(t), NONZERO))
             look = seen(course, bound, t)
             gap = look.gap - base
             if parting and gap > touch:
                 parting, floor = False, 0.0
             if not parting and gap <= touch:
                 return min(end, t + sure(bound, look, max(gap, 0.0), end - t))
-            if parting and gap <= floor + 0.1 * touch:
+            if parting and gap <= floor + PARTED_BY * touch:
                 if exact or rate(bound, look) < 0.0:
                     return t
                 floor = gap - below

@@ -40,7 +40,8 @@ ON = 10
 OUT, ACTS, SLACK = 0, 1, 2
 # Column of the side of a PD law: 0 below its limit, 1 at the upper one, −1 at the lower one.
 SIDE = 6
-# A spring changes this far beyond its kink [m, rad, m/s, rad/s]: rounding does not bring it back.
+# A spring changes this far beyond its kink [m, rad, m/s, rad/s]: rounding does not bring it back,
+# nor stop a joint with friction that has just begun to move.
 BEYOND = 1e-13
 
 

@@ -37,6 +37,8 @@ __all__ = [
     "write_dense",
     "write_signs",
 ]
+# A polynomial stays clear of zero by this share of how far it is off between its nodes.
+CLEAR_OF_ZERO = 0.25
 
 
 class Watched(NamedTuple):
@@ -217,7 +219,7 @@ def _may_bend(piece: float, pushes: np.ndarray) -> bool:
             a = Node(0.0, pushes[k, i, 0], pushes[k, i, 1])
             b = Node(piece, pushes[k + 1, i, 0], pushes[k + 1, i, 1])
             # What is not a number is looked at as well.
-            if not (_lowest(a, b, 0.25 * abs(off)) > 0.0 and pushes[k + 1, i, 2] > 0.0):
+            if not (_lowest(a, b, CLEAR_OF_ZERO * abs(off)) > 0.0 and pushes[k + 1, i, 2] > 0.0):
                 return True
     return False
 

@@ -18,6 +18,8 @@ __all__ = ["NOTHING_SLIDES", "NO_POINTS", "example_step", "no_loads", "tableau",
 
 NO_POINTS = Table(np.zeros((0, 3), np.int64), np.zeros((0, MOST)))
 NOTHING_SLIDES = Sliding(np.zeros(0), np.zeros((0, 3)), 0.0, 0.0)
+# The step [s] of the example that compiling takes: any.
+EXAMPLE_STEP = 1e-3
 
 
 @cache
@@ -85,4 +87,4 @@ def example_step() -> tuple:
         np.zeros(0),
         np.zeros(0),
     )
-    return system, tableau(), work_of(model.nv, 0), 1e-3, *TOLERANCES
+    return system, tableau(), work_of(model.nv, 0), EXAMPLE_STEP, *TOLERANCES

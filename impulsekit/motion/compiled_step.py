@@ -15,7 +15,7 @@ from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import entry
 from ..laws.dense import put
 from ..laws.half import is_safe, solve_mass
-from ..laws.resting_newton import BAR
+from ..laws.tolerances import RESIDUAL_LIMIT
 from .compiled_chart import write_configuration, write_rate
 from .compiled_loads import Loads, add_torques, push_bodies
 from .explicit import first_guess, first_length
@@ -143,7 +143,7 @@ def accelerate(system: System, driven: np.ndarray, v: np.ndarray, rate: np.ndarr
     residual = press(state, found)
     if residual < 0.0:
         return UNSAFE
-    return SOLVED if residual <= BAR else NOT_SOLVED
+    return SOLVED if residual <= RESIDUAL_LIMIT else NOT_SOLVED
 
 
 def _examples_of_accelerations() -> tuple:

@@ -17,10 +17,10 @@ from ..laws.compiled import compiled, entry
 from ..laws.dense import put_rows
 from ..laws.half import from_half, halve, is_safe
 from ..laws.residual_bound import momentum_misfit
-from ..laws.sharpening import ROUNDING, ROUNDING_OF_SUMS
 from ..laws.single import strike_at_end
-from ..laws.status import RESIDUAL_LIMIT, Status
+from ..laws.status import Status
 from ..laws.struck import strike_at_once
+from ..laws.tolerances import RESIDUAL_LIMIT, ROUNDING, ROUNDING_OF_SUMS
 from ..laws.words import NEWTON
 from .compiled_step import System
 from .tree import factorize_mass, look_at, write_jacobian, write_mass

@@ -14,8 +14,8 @@ from ..scene import JointFriction, Scene
 
 __all__ = ["DryJoints", "Share"]
 
-# A joint breaks away if it moves with more than this share of the accelerations without friction
-# and contact forces, although friction acts: ten times the residual that the law of rest allows.
+# A joint or a point breaks away if it moves with more than this share of the accelerations without
+# friction and contact forces, although static friction acts: ten times what the law of rest leaves.
 TORN = 1e-8
 # Velocities below this share of the largest of all joints are zero: rounding of an impact.
 STILL = 1e-12

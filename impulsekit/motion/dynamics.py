@@ -28,6 +28,7 @@ from ..impact.elimination import (
 )
 from ..impact.factor import FilledFactor, SparseFactor, pivots_are_safe
 from ..laws.half import Factor
+from ..laws.tolerances import RESIDUAL_LIMIT
 from ..robot.mass_matrix import crba_of
 from ..robot.massless import is_always_regular
 from ..rows.reach import reached_model
@@ -38,7 +39,7 @@ from .gaps import Gaps
 from .held import HeldRows
 from .memory import Memory
 from .pressed import Loaded, pressed
-from .rest_law import BAR, solve_rest
+from .rest_law import solve_rest
 from .resting import Resting
 
 __all__ = ["Dynamics"]
@@ -204,7 +205,7 @@ class Dynamics:
         state = Loaded(table, kinematics, self._own_factor, resting.sliding(), load, v)
         last = resting.last_forces(len(table.whole))
         residual, rate, forces, accelerations, slip = pressed(state, last)
-        if not 0.0 <= residual <= BAR:
+        if not 0.0 <= residual <= RESIDUAL_LIMIT:
             return None
         resting.note(forces, accelerations, slip)
         return rate

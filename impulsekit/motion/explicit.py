@@ -42,6 +42,8 @@ ORDER = 7
 GO_ON = 0.0
 # The least step, in units of the last place of time.
 LEAST = 10.0
+# The first step where nothing moves, as a share of the guess.
+FIRST_SHARE = 1e-3
 
 
 class StepFailed(Exception):
@@ -71,7 +73,7 @@ def first_guess(size: float, rate: float) -> float:
 def first_length(guess: float, rate: float, bend: float) -> float:
     """A first step [s] from a guess, and the sizes of ẏ and of how that changes in it."""
     if rate <= NONE and bend <= NONE:
-        other = max(FIRST, guess * 1e-3)
+        other = max(FIRST, guess * FIRST_SHARE)
     else:
         other = (0.01 / max(rate, bend)) ** (1.0 / (ORDER + 1))
     return min(100.0 * guess, other)

@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 import pinocchio as pin
 
+from .compiled_loads import BEYOND
 from .dry_joints import DryJoints
 from .kink import PART, Kink, first_fall, with_rate
 from .roots import States, falling_root
@@ -20,9 +21,6 @@ from .windows import Turning
 
 __all__ = ["JointKinks"]
 
-# A velocity is zero this far beyond zero [rad/s, m/s]: rounding does not stop what has just begun
-# to move.
-BEYOND = 1e-13
 
 Accelerate = Callable[[float, np.ndarray, np.ndarray], np.ndarray]
 

@@ -25,6 +25,7 @@ from ..scene.functions import call, numbers_from
 from ..scene.motion import MotionSettings
 from ..tolerances import NONZERO
 from .dynamics import Dynamics
+from .flow import ATOL, RTOL
 from .resting import RestingContact
 from .sensitivity import Chain
 from .simulate import simulate
@@ -36,8 +37,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Orbit", "find_orbit"]
 
-# Default tolerances of the motions in a search for orbits.
-RTOL, ATOL = 1e-12, 1e-13
 # Steps of the differences of ``start`` and ``back``, and of whole motions where these are needed.
 STEP, COARSE = 1e-4, 1e-5
 # How often Newton goes on, and halves a step that leads further away.

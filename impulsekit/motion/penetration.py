@@ -14,7 +14,7 @@ __all__ = ["Penetration"]
 # which coal tells those of round bodies. Deeper than this [m] something was missed.
 OF_BODIES = 1e-5
 # Small bodies overlap by no more than this part of the smaller one's radius,
-PART = 1e-3
+PART_OF_RADIUS = 1e-3
 # but coal and the start may be off by this [m] whatever their size.
 ALWAYS = 2e-6
 # Points over planes [m] and stops [m, rad]: their drift is taken out after every step.
@@ -60,7 +60,7 @@ class Penetration:
 def _allowed(gaps: Gaps) -> np.ndarray:
     """(m,) how deep gaps may be [m, rad]."""
     allowed = [
-        OF_OTHERS if rated else max(min(OF_BODIES, PART * item.smaller_radius), ALWAYS)
+        OF_OTHERS if rated else max(min(OF_BODIES, PART_OF_RADIUS * item.smaller_radius), ALWAYS)
         for item, rated in zip(gaps.items, gaps.rated, strict=True)
     ]
     return np.array(allowed)

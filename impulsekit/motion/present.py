@@ -37,6 +37,8 @@ NO_SPEED = 1e-10
 # So many meetings below the capture speed, none later than this [s] after the one before, are
 # chatter: two ends of an edge that rests lift each other in turn, by ever the same speed.
 CHATTER, QUICK = 8, 1e-3
+# Gaps that change by less than this share of the capture speed neither open nor close.
+SLOW_SHARE = 1e-3
 
 
 class Stopped(Exception):
@@ -184,7 +186,7 @@ class Present:
     @property
     def slow(self) -> float:
         """What opens or closes more slowly does neither [m/s]."""
-        return max(1e-3 * self.settings.capture_speed, FAINT * float(np.abs(self.v).max()))
+        return max(SLOW_SHARE * self.settings.capture_speed, FAINT * float(np.abs(self.v).max()))
 
     def note_meeting(self, gap: int, *, soft: bool) -> None:
         """Count a meeting, as ``chatters`` wants it."""

@@ -18,7 +18,7 @@ from ..laws.compiled import compiled, entry
 from ..laws.dense import put
 from ..laws.half import Factor, from_half, halve, is_safe
 from ..laws.resting import forces_at_rest
-from ..laws.resting_newton import BAR
+from ..laws.tolerances import RESIDUAL_LIMIT
 
 __all__ = [
     "Found",
@@ -132,7 +132,7 @@ def press(state: Loaded, found: Found) -> float:
     """As ``pressed``, from and into arrays that are there; nothing is written without forces."""
     found = borrowed(found)
     residual, rate, forces, accelerations, slip = _pressed(state, found.forces)
-    if 0.0 <= residual <= BAR:
+    if 0.0 <= residual <= RESIDUAL_LIMIT:
         put(rate, found.rate)
         put(forces, found.forces)
         put(accelerations, found.accelerations)

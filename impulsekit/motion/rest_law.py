@@ -8,9 +8,9 @@ from ..impact.contact_space.problem import Turning
 from ..impact.contact_space.turning import cones_of
 from ..laws.product_cones import find_cone_impulses
 from ..laws.resting import find_forces
-from ..laws.resting_newton import BAR
+from ..laws.tolerances import RESIDUAL_LIMIT
 
-__all__ = ["BAR", "RestNotSolved", "by_cones", "solve_rest"]
+__all__ = ["RESIDUAL_LIMIT", "RestNotSolved", "by_cones", "solve_rest"]
 
 # More rows are solved by compiled code where it is stored; above the second it is compiled, since
 # the second search takes a minute without.
@@ -56,7 +56,7 @@ def solve_rest(
     if len(own) > FEW_ROWS:
         find_forces.load()
     found, residual = find_forces(all_of_it, own_part, free[own], friction, start[own])
-    if not residual <= BAR:
+    if not residual <= RESIDUAL_LIMIT:
         others = None if bounds is not None else by_cones(coupled, delassus, free, friction)
         if others is None:
             raise RestNotSolved(f"residual {residual:.1e}")
@@ -79,4 +79,4 @@ def by_cones(
     found, residual, _ = find_cone_impulses(
         whole, mobility, np.ascontiguousarray(free), np.zeros(len(free)), cones
     )
-    return found if residual <= BAR else None
+    return found if residual <= RESIDUAL_LIMIT else None

@@ -13,7 +13,7 @@ from ..scene import JointFriction, Scene
 from ..scene.contacts import turns
 from ..scene.friction import friction_at
 from .compiled_settle import next_slide
-from .dry_joints import DryJoints
+from .dry_joints import TORN, DryJoints
 from .pressed import Sliding
 from .rolling import RollingRest
 from .turn import Turn, direction_of_slip
@@ -24,10 +24,8 @@ __all__ = ["Resting", "RestingContact"]
 NO_SLIP = 1e-9
 # The slip [m/s] of what has begun to slide.
 TINY = 1e-300
-# A point breaks away if it slips with more than this share of the accelerations without contact
-# forces, although static friction acts: ten times the residual that the law of rest allows. With
-# it break away all points that slip with at least half of that.
-TORN, WITH_IT = 1e-8, 0.5
+# With a point that breaks away do all that slip with at least this part of TORN.
+WITH_IT = 0.5
 # What a pull holds has let go where it parts with more than this share: until it is told the pull
 # goes on.
 PARTED = 1e-10

@@ -16,12 +16,14 @@ import pinocchio as pin
 from ..impact.contact_space.problem import Turning
 from ..impact.contact_space.turning import cones_of
 from ..laws.product_cones import IMMOBILE, SMALL, find_cone_impulses
+from ..laws.tolerances import RESIDUAL_LIMIT
 from ..rows.pair import turning_rows
 from ..scene import Collision, Contact, Scene
 from ..scene.contacts import turns
 from ..tolerances import NONZERO
-from .rest_law import BAR, RestNotSolved
+from .rest_law import RestNotSolved
 from .turn import GROWN, NO_TURN, Turn, after_stop, direction_of_slip, way_of_slip
+from .wandering import MOVE, SLOWEST
 
 if TYPE_CHECKING:
     from .gaps import Gaps
@@ -31,13 +33,10 @@ __all__ = ["RollingRest"]
 
 # Turning that stops sooner than time can tell has stopped, relative to the speeds of the motion.
 STOPPED = 1e-6
-# How far bodies move for the rate of turning axes [m, rad]; axes that differ by no more than
-# rounding over it do not turn.
-MOVE, STEADY = 1e-4, 1e-13
+# Axes that differ by no more than this over MOVE do not turn.
+STEADY = 1e-13
 # Entries of axes that differ by more than this over MOVE were chosen anew, and did not turn.
 CHOSEN_ANEW = 0.1
-# Motions slower than this [m/s, rad/s] are looked at for no longer than MOVE over it [s].
-SLOWEST = 1e-3
 
 
 class RollingRest:
@@ -327,7 +326,7 @@ def _least_moments(
         without, residual, _ = find_cone_impulses(
             coupled, mobility, free, np.where(held, 0.0, start), plain
         )
-        if residual <= BAR:
+        if residual <= RESIDUAL_LIMIT:
             # Tangents without friction are rows of nothing: rounding is all that b is there.
             moves = mobility > IMMOBILE * mobility.max()
             unit = np.where(moves, 1.0 / np.sqrt(np.maximum(mobility, NONZERO)), 0.0)
@@ -336,7 +335,7 @@ def _least_moments(
                 return without
     cones = cones_of(friction, turning, np.zeros(n))
     found, residual, _ = find_cone_impulses(coupled, mobility, free, start, cones)
-    if not residual <= BAR:
+    if not residual <= RESIDUAL_LIMIT:
         raise RestNotSolved(f"residual {residual:.1e}")
     return found
 

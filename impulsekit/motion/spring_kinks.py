@@ -16,15 +16,13 @@ import pinocchio as pin
 from .closing import Node, errors_of, may_close, zero_finder
 from .compiled_loads import ACTS, BEYOND, ON, OUT, SLACK
 from .force_field import ForceField
-from .kink import Kink
+from .kink import PART, Kink
 from .roots import States, falling_root
 from .springs import Push
 from .windows import Turning
 
 __all__ = ["SpringKinks"]
 
-# Step of the difference for the rate of a force, as a part of the time in which its zero lies.
-PART = 1e-4
 
 _first_zero = zero_finder(lambda gap, t: gap(t))
 

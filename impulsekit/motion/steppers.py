@@ -22,6 +22,8 @@ Dense = Callable[[float], np.ndarray]
 # The size of x and v [m, rad, and those by s] of which the steps of numerical slopes are a part:
 # near rest a step measured by x and v themselves would drown in rounding.
 TYPICAL = 1.0
+# The step [s] of methods with a fixed one, where none is given.
+FIXED_STEP = 1e-3
 
 
 class Stepper(Protocol):
@@ -55,7 +57,7 @@ class Stepper(Protocol):
 def stepper_of(method: str, rhs: Rhs, rtol: float, atol: float, step: float | None) -> Stepper:
     """The stepper for a method's name; ``step`` for those with a fixed one [s]."""
     if method in ("rk4", "semi-implicit"):
-        return FixedStepper(rhs, method, 1e-3 if step is None else step)
+        return FixedStepper(rhs, method, FIXED_STEP if step is None else step)
     if method == "dop853":
         return ExplicitStepper(rhs, rtol, atol)
     return RadauStepper(rhs, rtol, atol)

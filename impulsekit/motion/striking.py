@@ -12,7 +12,8 @@ from ..errors import ImpulsekitError
 from ..impact import Impact, ImpactSolver
 from ..impact.constrained import Outcome
 from ..impact.solver import outcome_told, solve_touching
-from ..laws.status import RESIDUAL_LIMIT, Status
+from ..laws.status import Status
+from ..laws.tolerances import RESIDUAL_LIMIT
 from ..scene import Contact, Scene
 from ..scene.contacts import turns
 from ..scene.driven import is_driven, scene_at

@@ -26,6 +26,8 @@ TWO_HINGES = ("universal", "revolute2")
 _ENDLESS = 1e16
 # Below this a placement is none [m, rad]: positions in files have fewer digits.
 _SAME = 1e-12
+# What is written for a limit of which SDF says nothing.
+NO_LIMIT = 1e100
 
 
 def joint_texts(model: SdfElements, name: str) -> list[str]:
@@ -109,13 +111,13 @@ def axis_of(
         each = "continuous" if lower <= -_ENDLESS and upper >= _ENDLESS else kind
     if each in ("revolute", "prismatic"):
         effort, speed = (
-            1e100 if limit is None else _bound(model, limit, tag, 1.0, element)
+            NO_LIMIT if limit is None else _bound(model, limit, tag, 1.0, element)
             for tag in ("effort", "velocity")
         )
-        effort, speed = (1e100 if value < 0.0 else value for value in (effort, speed))
+        effort, speed = (NO_LIMIT if value < 0.0 else value for value in (effort, speed))
         text = (
-            f'<limit lower="{max(lower, -1e100)!r}" upper="{min(upper, 1e100)!r}" '
-            f'effort="{min(effort, 1e100)!r}" velocity="{min(speed, 1e100)!r}"/>'
+            f'<limit lower="{max(lower, -NO_LIMIT)!r}" upper="{min(upper, NO_LIMIT)!r}" '
+            f'effort="{min(effort, NO_LIMIT)!r}" velocity="{min(speed, NO_LIMIT)!r}"/>'
         )
     if dynamics is not None:
         damping, friction = (

@@ -33,6 +33,8 @@ __all__ = [
 QUATERNION_TOLERANCE = 1e-6
 # Laws of contact multiply velocities; the squares of larger ones may overflow.
 FASTEST = 1e153
+# Of the tolerance on the square of a length, for the length: half, less what rounding takes.
+OF_LENGTH = 0.4
 
 
 def configuration(model: pin.Model, values: Mapping[str, Any]) -> np.ndarray:
@@ -178,7 +180,7 @@ def _off_unit(model: pin.Model, q: np.ndarray) -> StateError:
         else:
             continue
         length = float(np.linalg.norm(unit))
-        if abs(length - 1.0) > 0.4 * QUATERNION_TOLERANCE:
+        if abs(length - 1.0) > OF_LENGTH * QUATERNION_TOLERANCE:
             return StateError(
                 f'configuration q: the {what} of joint "{name}" has length {length:.9g}, '
                 f"expected 1 within {QUATERNION_TOLERANCE:g}",

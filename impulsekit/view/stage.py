@@ -42,6 +42,10 @@ SUNS = {
     "impulsekit fill": ((-0.8, -0.4, 0.35), 0.14),
 }
 LINES = (0.66, 0.69, 0.72)
+# A scene whose thinnest extent is below this share of the next is flat: it is seen from its front.
+FLAT = 0.35
+# Lines of the grid are at most this share of the radius apart.
+GRID_SHARE = 0.4
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +88,7 @@ def fitting_camera(points: np.ndarray, planes: Sequence[Plane] = ()) -> Camera:
     low, high = (points @ axes).min(axis=0), (points @ axes).max(axis=0)
     extents = np.maximum(high - low, LEAST_EXTENT)
     thin = int(np.argmin(extents))
-    flat = extents[thin] < 0.35 * np.sort(extents)[1]
+    flat = extents[thin] < FLAT * np.sort(extents)[1]
     if flat and thin == 2:
         local = np.array([0.0, -0.62, 1.0])
     elif flat:
@@ -218,8 +222,8 @@ def grid_step(radius: float) -> float:
         >>> grid_step(1.0)
         0.2
     """
-    power = 10.0 ** math.floor(math.log10(0.4 * radius))
-    return float(next(f for f in (5, 2, 1) if f * power <= 0.4 * radius) * power)
+    power = 10.0 ** math.floor(math.log10(GRID_SHARE * radius))
+    return float(next(f for f in (5, 2, 1) if f * power <= GRID_SHARE * radius) * power)
 
 
 def _grid(size: float, radius: float, placement: pin.SE3) -> np.ndarray:

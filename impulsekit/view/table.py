@@ -13,6 +13,8 @@ INDENT = "  "
 GAP = "   "
 # Beside the largest number of its table, what is smaller than this is rounding.
 ROUNDING = 1e-13
+# From here on a number is written with its exponent.
+LONG_NUMBER = 1e7
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +83,7 @@ def paper_decimals(value: float, scale: float = 0.0) -> str:
         >>> [paper_decimals(x) for x in (17.320508, -0.333210, 0.000463, 0.0000661)]
         ['17.321', '-0.333', '0.0005', '0.00007']
     """
-    if not math.isfinite(value) or abs(value) >= 1e7:
+    if not math.isfinite(value) or abs(value) >= LONG_NUMBER:
         return f"{value:.6g}"
     if abs(value) <= ROUNDING * scale or value == 0.0:
         return "0"

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ...laws.single import GAIN
 from ...laws.status import Status
+from ...laws.tolerances import GAIN
 from ..codes import AGAIN, OPEN
 from .algebra import triple
 from .jit import inlined

@@ -14,14 +14,14 @@ import math
 import numpy as np
 
 from ...laws.dense import cholesky, lower_solve
+from ...laws.tolerances import CLEAR
 from .jit import built_in, uncounted
 from .layout import DOF, INVERSE
 
 __all__ = ["COARSE", "bear", "half_solve", "hold"]
 
-# Pivots of W below the first lose digits that those of C keep, whose squares they are; below
-# the second rounding could have a say in the rank, as in ``impact.elimination``.
-GOOD_PIVOT, SAFE_PIVOT = 1e-2, 1e-6
+# Pivots of W below this lose digits that those of C keep, whose squares they are.
+GOOD_PIVOT = 1e-2
 # The same in single precision, whose doubts are solved again in double.
 COARSE = 1e-4
 # A row whose W is this share of that of its terms is live; a zero; all between is in doubt.
@@ -172,7 +172,7 @@ def _ranked(live, lane, posed, lanes, space):
         if length <= IN_SPAN:
             rank = k
             break
-        if not length * length > SAFE_PIVOT:
+        if not length * length > CLEAR:
             return -1
         if best != k:
             order[at + k], order[at + best] = order[at + best], order[at + k]

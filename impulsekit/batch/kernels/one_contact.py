@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from ...laws.single import GAIN, strike_at_end
+from ...laws.single import strike_at_end
 from ...laws.status import Status
+from ...laws.tolerances import AT_REST, GAIN
 from ...laws.words import NEWTON
 from ..codes import AGAIN
 from .coulomb import is_left
@@ -11,8 +12,6 @@ from .jit import built_in
 
 __all__ = ["solve_alone"]
 
-# An approach below this share of the velocities is rounding error: the contact is not struck.
-AT_REST = 1e-15
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
 _NONE = int(Status.NO_SOLUTION)
 

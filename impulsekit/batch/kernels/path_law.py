@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...laws.alone import AT_REST, find_acting
+from ...laws.alone import find_acting
 from ...laws.path import follow
 from ...laws.progress import P1, P2, P, path_memory
-from ...laws.single import NEGLIGIBLE
 from ...laws.status import Status
+from ...laws.tolerances import AT_REST_AMONG_OTHERS, NEGLIGIBLE
 from ...laws.words import STRONGE
 from ..codes import AGAIN
 from .jit import built_in
@@ -66,9 +66,9 @@ def solved(count, posed, digits, space, memory):
                 for j in range(at, at + 3):
                     after += W[k, j] * P_all[j]
                 lowest = min(lowest, after)
-        if lowest < -AT_REST * scale * sure:
+        if lowest < -AT_REST_AMONG_OTHERS * scale * sure:
             return _several(mus, count, law)
-        if lowest < -AT_REST * scale / sure:
+        if lowest < -AT_REST_AMONG_OTHERS * scale / sure:
             return AGAIN
     return code
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...laws.status import Status
+from ...laws.tolerances import NEGLIGIBLE
 from ..codes import AGAIN
 from .held import bear, half_solve, hold
 from .jit import built_in, uncounted
@@ -24,8 +25,6 @@ __all__ = ["Room", "lanes_under", "problem_in"]
 AT_STOP = 1e-9
 # A gap this near [m] to the one up to which balls touch may be on either side of it.
 NEAR_MARGIN, NEAR_MARGIN32 = 1e-11, 1e-5
-# Coefficients this small are none.
-NEGLIGIBLE = 1e-150
 # Share of its W that a contact row keeps beside bilateral ones; below, digits are lost.
 HELD_STILL = 1e-6
 _SOLVED = int(Status.SOLVED)

@@ -19,7 +19,8 @@ from ...laws.sequence import (
     advance_sequence,
     sequence_of,
 )
-from ...laws.status import RESIDUAL_LIMIT, Status
+from ...laws.status import Status
+from ...laws.tolerances import RESIDUAL_LIMIT
 from ...laws.words import END
 from ..codes import AGAIN
 from .coulomb import block_at, is_close_call

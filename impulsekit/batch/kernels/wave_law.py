@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from ...laws.lzb import AT_REST, strike_by_energy
+from ...laws.lzb import APPROACH_ENDED, strike_by_energy
 from ...laws.progress import P1, P2, P
-from ...laws.status import RESIDUAL_LIMIT, Status
+from ...laws.status import Status
+from ...laws.tolerances import RESIDUAL_LIMIT
 from ...laws.words import STRONGE
 from ..codes import AGAIN
 from .jit import built_in
@@ -56,7 +57,7 @@ def _together(count, contact_floats, space):
         speed = max(speed, abs(free[normal]))
         if stiffness[k] == math.inf:
             rigid = max(rigid, -free[normal])
-    if mobility == 0.0 or rigid > AT_REST * speed:
+    if mobility == 0.0 or rigid > APPROACH_ENDED * speed:
         # Contacts that nothing moves, or supports that are struck: ``solve`` says what is wrong.
         return AGAIN
     size = 3 * count

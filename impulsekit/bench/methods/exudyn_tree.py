@@ -14,6 +14,8 @@ import numpy as np
 from .mechanism import Mechanism
 
 __all__ = ["ExudynTree", "exudyn_settings", "struck_system", "third_along"]
+# A time that no run reaches [s].
+NEVER = 1e9
 
 
 class ExudynTree:
@@ -143,5 +145,5 @@ def exudyn_settings(step: float, steps: int) -> Any:
     settings.timeIntegration.endTime = step * steps
     settings.timeIntegration.verboseMode = 0
     settings.solution.file.write = False
-    settings.solution.sensors.writePeriod = 1e9
+    settings.solution.sensors.writePeriod = NEVER
     return settings

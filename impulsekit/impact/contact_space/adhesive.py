@@ -11,11 +11,11 @@ import dataclasses
 
 import numpy as np
 
-from ...laws.single import GAIN
 from ...laws.status import Status
+from ...laws.tolerances import BAR, GAIN
 from ...scene.law import Law
 from .problem import ContactProblem, ContactSolution
-from .refine import BAR, Steps, refined
+from .refine import Steps, refined
 
 __all__ = ["pulled", "pulled_solution", "refined_adhesive", "solve_adhesive"]
 

@@ -7,8 +7,9 @@ import dataclasses
 import numpy as np
 
 from ...errors import InputError
-from ...laws.alone import AT_REST, find_acting
+from ...laws.alone import find_acting
 from ...laws.status import Status
+from ...laws.tolerances import AT_REST_AMONG_OTHERS
 from ...scene.law import RESTITUTIONS, Law
 from .problem import ContactProblem, ContactSolution
 from .single import block_of, strike
@@ -50,7 +51,7 @@ def solve_alone(problem: ContactProblem, law: Law) -> ContactSolution:
         impulse[own] = hit.impulse
         after = problem.delassus @ impulse + free
         others = np.delete(after[2::3], i)
-        if not hit.status.valid or others.min(initial=0.0) >= -AT_REST * scale:
+        if not hit.status.valid or others.min(initial=0.0) >= -AT_REST_AMONG_OTHERS * scale:
             normal, friction = np.zeros(n), np.zeros(n)
             normal[i], friction[i] = hit.normal_work, hit.friction_work
             unique = None

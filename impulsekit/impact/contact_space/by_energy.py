@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import InputError
-from ...laws.lzb import AT_REST, Waved, strike_by_energy
+from ...laws.lzb import APPROACH_ENDED, Waved, strike_by_energy
 from ...laws.status import Status
 from ...scene.law import Law
 from .problem import ContactProblem, ContactSolution
@@ -29,7 +29,7 @@ def solve_by_energy(problem: ContactProblem, law: Law) -> ContactSolution:
     if problem.tangential_restitution[problem.friction > 0.0].any():
         refuse_tangential(law)
     speed = float(np.abs(free).max())
-    rigid = np.flatnonzero(np.isinf(stiffness) & (free[2::3] < -AT_REST * speed))
+    rigid = np.flatnonzero(np.isinf(stiffness) & (free[2::3] < -APPROACH_ENDED * speed))
     if len(rigid):
         raise InputError(
             f"contacts: contact {rigid[0]} is approached at {-free[3 * rigid[0] + 2]:.6g} m/s and "

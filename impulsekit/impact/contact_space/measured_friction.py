@@ -16,16 +16,16 @@ from typing import Any
 import numpy as np
 
 from ...laws.status import Status
+from ...laws.tolerances import BAR
 from ...scene.friction import EllipticFriction, StaticKinetic, friction_at, units_of_ellipse
 from ...scene.law import Law
+from ..turning_results import NO_SLIP
 from .problem import ContactProblem, ContactSolution
 
 __all__ = ["solve_measured"]
 
-# Slip that is rounding, against the velocities of all contacts.
-NO_SLIP = 1e-12
-# µ by speed is found to this, relative to 1 + µ; and an answer below the second.
-FOUND, BAR = 1e-13, 1e-10
+# µ by speed is found to this, relative to 1 + µ.
+FOUND = 1e-13
 # Of Broyden's method, at most.
 MOST_STEPS = 60
 

@@ -20,9 +20,9 @@ from ...laws.others import (
     WEAK,
     find_answers,
 )
-from ...laws.redundant import PART
 from ...laws.status import Status
-from ...laws.uniqueness import GAIN, NEAR, NEGLIGIBLE, is_searched
+from ...laws.tolerances import GAIN, NEGLIGIBLE, PART
+from ...laws.uniqueness import NEAR, is_searched
 from ...laws.words import NEWTON, POISSON
 from ...scene.law import Law
 from ...tolerances import NONZERO

@@ -14,10 +14,10 @@ import numpy as np
 from ...laws.found import SAME
 from ...laws.frictional import frictional
 from ...laws.least_shares import share_least
-from ...laws.modes import BAR, DEPENDENT
-from ...laws.others import LEAST_RELEASE, MOST_ANSWERS, find_answers
-from ...laws.single import GAIN, NEGLIGIBLE
+from ...laws.modes import DEPENDENT
+from ...laws.others import MOST_ANSWERS, find_answers
 from ...laws.status import BY_CODE, Status
+from ...laws.tolerances import BAR, GAIN, LEAST_RELEASE, NEGLIGIBLE
 from ...laws.uniqueness import FAR
 from ...laws.words import NEWTON, POISSON, YES
 from ...laws.workspace import Workspace, workspace

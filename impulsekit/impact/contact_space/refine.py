@@ -18,19 +18,20 @@ import numpy as np
 
 from ...laws.modes import DEPENDENT, NULL
 from ...laws.redundant import is_redundant
-from ...laws.sharpening import MOST_STEPS, ROUNDING, lead
+from ...laws.sharpening import MOST_STEPS, lead
 from ...laws.status import Status
+from ...laws.tolerances import BAR, ROUNDING
 from ...scene.law import Law
 from .problem import RESTS, THROWN, ContactProblem, ContactSolution, in_order
 
-__all__ = ["BAR", "Steps", "System", "refined"]
+__all__ = ["Steps", "System", "refined"]
 
 # Rounding level: further steps gain nothing.
 DEEP = 5e-16
 # More than this of a valid answer tells that rows which depend on each other do so only nearly.
 TOO_MUCH = 1e-14
-# Iterates that did not converge are taken on from here, and are an answer below the bar.
-NEAR, BAR = 1e-3, 1e-10
+# Iterates that did not converge are taken on from here.
+NEAR = 1e-3
 
 
 class System(NamedTuple):

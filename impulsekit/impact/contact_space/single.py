@@ -9,7 +9,8 @@ import numpy as np
 from ...errors import InputError
 from ...laws.path import follow
 from ...laws.progress import Block, Triple, path_memory
-from ...laws.single import NEGLIGIBLE, Hit, hit_contact
+from ...laws.single import Hit, hit_contact
+from ...laws.tolerances import NEGLIGIBLE
 from ...scene.law import RESTITUTIONS, Law
 
 __all__ = ["block_of", "is_finite", "refuse_tangential", "strike"]

@@ -12,18 +12,14 @@ from dataclasses import replace
 import numpy as np
 
 from ...laws.product_cones import Cones, find_cone_impulses
-from ...laws.single import GAIN
 from ...laws.status import Status
+from ...laws.tolerances import BAR, GAIN, LEAST_RELEASE
 from ...scene.law import Law
 from .problem import ContactProblem, ContactSolution, Turning
 from .single import refuse_tangential
 
 __all__ = ["cones_of", "solve_turning"]
 
-# An answer, relative to the velocities.
-BAR = 1e-10
-# [N s] Of smaller impulses nothing is given back.
-LEAST_RELEASE = 1e-290
 # Eigenvalues of W below this share of the largest, scaled, are those of redundant rows; a contact
 # that has no more than the second of their vectors is determined.
 REDUNDANT, OUTSIDE = 1e-12, 1e-9

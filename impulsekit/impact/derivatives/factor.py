@@ -10,12 +10,11 @@ import numpy as np
 from scipy.linalg.lapack import dpotrf, dtrtri
 
 from ...errors import InputError
+from ..algorithms import SMALLEST_PIVOT
 from ..factor import of_unit_length
 
 __all__ = ["Factor"]
 
-# Pivots below this share of the diagonal are those of a singular mass matrix.
-SMALLEST_PIVOT = 1e-13
 _NONE = np.ones(0)
 
 

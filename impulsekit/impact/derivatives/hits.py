@@ -17,16 +17,15 @@ from ...scene import Law
 from ..contact_space import ContactProblem
 from ..contact_space.sequential import hits_of
 from ..contact_space.single import block_of, strike
-from ..uniqueness import HELD
+from ..uniqueness import DEPENDENT, HELD
 from .factor import Factor
 from .linear import Touching
 from .modes import EDGE
 
 __all__ = ["HitFound", "Hits", "follow_hits"]
 
-# Shares of the largest: half-solved rows below the first count as zero; singular values below the
-# second are those of dependent rows.
-NULL_ROW, DEPENDENT = 1e-11, 1e-10
+# Half-solved rows below this share of the largest count as zero.
+NULL_ROW = 1e-11
 # A normal velocity that a hit changes by less, relative, stays as it was.
 UNMOVED = 1e-12
 # So many are differentiated one by one; longer series are known by their limit.

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import InputError
-from ...laws.path import NULL, STOPPED, outgoing
+from ...laws.path import STOPPED, outgoing
 from ...laws.progress import Block
+from ...laws.tolerances import SINGULAR
 from .modes import EDGE
 
 __all__ = ["PARAMETERS", "PathDerivative", "path_derivative"]
@@ -190,7 +191,7 @@ class _Path:
             rates = np.array([*self.coupling, self.nn, 0.0, 0.0, 1.0, self.y[UN]])
             table[:3, _N1 : _NN + 1] = np.eye(3)
             return rates, table
-        inverse = np.linalg.pinv(self.tangents, rcond=NULL, hermitian=True)
+        inverse = np.linalg.pinv(self.tangents, rcond=SINGULAR, hermitian=True)
         k = -inverse @ self.coupling
         length = float(np.hypot(*k))
         if abs(length - self.mu) <= EDGE * self.mu:
@@ -198,7 +199,7 @@ class _Path:
         if length <= self.mu:
             rise = self.nn + float(self.coupling @ k)
             rates = np.array(
-                [0.0, 0.0, rise if rise > NULL * self.nn else 0.0, *k, 1.0, self.y[UN]]
+                [0.0, 0.0, rise if rise > SINGULAR * self.nn else 0.0, *k, 1.0, self.y[UN]]
             )
             by_k = -inverse @ (_COUPLED + _TANGENTS @ k).T
             table[P1 : P2 + 1, :5] = by_k

@@ -103,7 +103,8 @@ def is_dark(ax: Axes) -> bool:
     from matplotlib.colors import to_rgb
 
     red, green, blue = to_rgb(ax.get_facecolor())
-    return 0.3 * red + 0.59 * green + 0.11 * blue < 0.5
+    luma = 0.3 * red + 0.59 * green + 0.11 * blue
+    return luma < 0.5
 
 
 def ink_of(ax: Axes) -> str:
