@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .borrowed import borrowing
+from .single import newtons_shift
 from .taylor import Array
 from .tolerances import AT_REST_AMONG_OTHERS
 from .words import NEWTON
@@ -42,5 +43,5 @@ def find_acting(
 def _approach(before: Array, free: Array, restitution: Array, k: int, law: int) -> float:
     approach = float(free[3 * k + 2])
     if law == NEWTON:
-        approach += restitution[k] * min(before[3 * k + 2], 0.0)
+        approach += newtons_shift(restitution[k], before[3 * k + 2])
     return approach

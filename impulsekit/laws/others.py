@@ -14,6 +14,7 @@ from .least_shares import least_holding, share_least
 from .modes import DEPENDENT, NULL, residual_of, sizes_of
 from .neighbours import find_neighbours
 from .redundant import is_redundant
+from .single import newtons_shift
 from .status import Status
 from .tolerances import LEAST_RELEASE, NEGLIGIBLE
 from .uniqueness import MOST_FOUND, NEAR, NOTHING_TRIED, TRIED_ALL, is_another, search_modes
@@ -39,8 +40,8 @@ _VALID = (int(Status.SOLVED), int(Status.NOT_UNIQUE))
 
 
 def _examples() -> tuple[object, ...]:
-    line, few, found = np.ones(6), np.ones(2), np.ones((2, 6))
-    return np.eye(6), line, line, few, few, few, NEWTON, line, 1.0, found, found, NEAR
+    line = np.ones(6)
+    return np.eye(6), line, line, np.ones((3, 2)), NEWTON, line, 1.0, np.ones((2, 2, 6)), NEAR
 
 
 @entry(_examples, seconds=12.0, apart=True)
@@ -48,35 +49,33 @@ def find_answers(
     W: np.ndarray,
     before: np.ndarray,
     free: np.ndarray,
-    mu: np.ndarray,
-    e: np.ndarray,
-    e_t: np.ndarray,
+    coefficients: np.ndarray,
     restitution: int,
     shown: np.ndarray,
     scale: float,
-    found: np.ndarray,
-    pressed: np.ndarray,
+    answers: np.ndarray,
     reach: int,
 ) -> tuple[int, int, int, bool]:
     """What is known, how many answers there are, how many of them are others, and if split.
 
     The others, with velocities that neither ``shown`` nor another has and no gain of energy, are
-    the first in ``found`` and ``pressed``. They are split where only shares of load differ: of
+    the first in ``answers``. They are split where only shares of load differ: of
     compressions with one velocity at their end, or between contacts that slip, evened to one v⁺.
     Without others it says that such shares can be shifted.
 
     Args:
         W: (3n, 3n) Delassus matrix [1/kg].
         before, free: (3n,) u⁻ and u_free [m/s].
-        mu, e, e_t: (n,) friction, restitution, tangential restitution.
+        coefficients: (3, n) friction, restitution, tangential restitution.
         restitution: NEWTON or POISSON.
         shown: (3n,) P of the answer that is shown [N s].
         scale: the size of the velocities [m/s].
-        found: (MOST_ANSWERS, 3n), written: P [N s].
-        pressed: (MOST_ANSWERS, 3n), written under Poisson's law: P of their compressions.
+        answers: (2, MOST_ANSWERS, 3n), written: P [N s], and under Poisson's law P of their
+            compressions.
         reach: NEAR or FAR, of how many contacts modes are searched (``search_modes``).
     """
-    n = len(mu)
+    mu, e, e_t = coefficients[0], coefficients[1], coefficients[2]
+    found, pressed, n = answers[0], answers[1], len(mu)
     own, b, own_mu = np.zeros((3 * n, 3 * n)), np.zeros(3 * n), np.zeros(n)
     rubs, releases = False, False
     for i in range(n):
@@ -93,7 +92,7 @@ def find_answers(
             if r % 3 < 2:
                 b[r] += e_t[r // 3] * before[r]
             else:
-                b[r] += e[r // 3] * min(before[r], 0.0)
+                b[r] += newtons_shift(e[r // 3], before[r])
         for c in range(3 * n):
             if c % 3 == 2 or own_mu[c // 3] > 0.0:
                 own[r, c] = W[r, c]

@@ -17,6 +17,7 @@ from .frictionless import frictionless
 from .least_shares import share_if_redundant
 from .modes import DEPENDENT
 from .redundant import is_redundant
+from .single import newtons_shift
 from .status import BY_CODE, Status
 from .tolerances import GAIN, LEAST_RELEASE, NEGLIGIBLE
 from .words import AGAIN, NEWTON, NO, YES
@@ -140,8 +141,7 @@ def newton(
         b[k] = free[k]
     for i in range(n):
         un = before[3 * i + 2]
-        if un < 0.0:
-            b[3 * i + 2] += e[i] * un
+        b[3 * i + 2] += newtons_shift(e[i], un)
         if work.mu[i] > 0.0:
             b[3 * i] += e_t[i] * before[3 * i]
             b[3 * i + 1] += e_t[i] * before[3 * i + 1]

@@ -23,6 +23,7 @@ from .modes import (
     write_onto_modes,
 )
 from .rank import gauss_of_rank
+from .single import newtons_shift
 from .tolerances import ROUNDING
 from .words import NO
 from .workspace import workspace
@@ -138,7 +139,7 @@ def sharpen(
     aim = np.empty(size)
     for k in range(size):
         i = k // 3
-        aim[k] = e[i] * min(before[k], 0.0) if k % 3 == 2 else e_t[i] * before[k]
+        aim[k] = newtons_shift(e[i], before[k]) if k % 3 == 2 else e_t[i] * before[k]
         scale = max(scale, abs(before[k]), abs(before[k] + aim[k]))
     for step in range(MOST_STEPS + 1):
         for k in range(size):

@@ -13,7 +13,7 @@ from .tolerances import GAIN, NEGLIGIBLE
 from .words import NEWTON
 
 __all__ = [
-    "Hit", "PlainHit", "gained", "hit_at_end", "hit_contact", "moved",
+    "Hit", "PlainHit", "gained", "hit_at_end", "hit_contact", "moved", "newtons_shift",
     "strike_at_end",
 ]  # fmt: skip
 
@@ -61,6 +61,12 @@ def hit_contact(
 
 
 @borrowing
+def newtons_shift(e: float, before: float) -> float:
+    """What Newton's law adds to u_n⁺ for complementarity, e min(u_n⁻, 0) [m/s]."""
+    return e * before if before < 0.0 else 0.0
+
+
+@borrowing
 def strike_at_end(
     block: Block, before: Triple, free: Triple, e: float, mu: float, e_t: float, restitution: int
 ) -> Hit:
@@ -92,7 +98,7 @@ def hit_at_end(
     if mu > 0.0:
         scale = max(scale, abs(free[0]), abs(free[1]), abs(e_t * before[0]), abs(e_t * before[1]))
     if restitution == NEWTON:
-        b = (0.0, 0.0, free[2] + (e * before[2] if before[2] < 0.0 else 0.0))
+        b = (0.0, 0.0, free[2] + newtons_shift(e, before[2]))
         if mu > 0.0:
             b = (free[0] + e_t * before[0], free[1] + e_t * before[1], b[2])
         impulse, code = coulomb(block, b[0], b[1], b[2], mu, scale)

@@ -84,9 +84,9 @@ def test_where_friction_feeds_back_weakly_there_is_one_solution_for_every_veloci
         if proof(W, np.array(problem.friction)):
             proven += 1
             assert len(all_after(problem)) == 1
-            none, room = np.zeros(len(b) // 3), np.empty((2, MOST_ANSWERS, len(b)))
-            mu = np.array(problem.friction)
-            assert find_answers(W, b, b, mu, none, none, 0, b, 1.0, *room, NEAR)[0] == WEAK
+            room, coefficients = np.empty((2, MOST_ANSWERS, len(b))), np.zeros((3, len(b) // 3))
+            coefficients[0] = problem.friction
+            assert find_answers(W, b, b, coefficients, 0, b, 1.0, room, NEAR)[0] == WEAK
     assert proven > least
 
 

@@ -6,6 +6,7 @@ from ...laws.approach import block_at
 from ...laws.coulomb import can_press
 from ...laws.modes import DEPENDENT
 from ...laws.several import Care
+from ...laws.single import newtons_shift
 from ...laws.status import Status
 from ...laws.words import NEWTON
 from ..codes import AGAIN
@@ -49,7 +50,7 @@ def is_left(block, before, free, e, mu, e_t, restitution, hit, digits):
         b1, b2, bn = free
         if restitution == NEWTON:
             b1, b2 = b1 + e_t * before[0], b2 + e_t * before[1]
-            bn += e * min(before[2], 0.0)
+            bn += newtons_shift(e, before[2])
         if can_press(block, b1, b2, bn, mu, abs(b1) + abs(b2) + abs(bn)):
             return True
     # A normal that hardly moves is what levers leave of each other: ``solve`` refines.

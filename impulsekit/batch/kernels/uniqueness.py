@@ -34,11 +34,12 @@ def judge_others(code, W, before, free, after, mus, es, ets, count, P, restituti
         scale = max(scale, abs(before[r]), abs(free[r]), abs(after[r]))
     if not scale > 0.0:
         return code
-    found, pressed = np.empty((MOST_ANSWERS, size)), np.empty((MOST_ANSWERS, size))
+    coefficients, room = np.empty((3, count)), np.empty((2, MOST_ANSWERS, size))
+    for i in range(count):
+        coefficients[0, i], coefficients[1, i], coefficients[2, i] = mus[i], es[i], ets[i]
     how, known, others, split = find_answers(
-        W[:size, :size].copy(), before[:size].copy(), free[:size].copy(), mus[:count].copy(),
-        es[:count].copy(), ets[:count].copy(), restitution, P[:size].copy(), scale, found, pressed,
-        NEAR,
+        W[:size, :size].copy(), before[:size].copy(), free[:size].copy(), coefficients, restitution,
+        P[:size].copy(), scale, room, NEAR,
     )  # fmt: skip
     if split and (others > 0 or code == _NOT_UNIQUE):
         return code + SHARED

@@ -202,18 +202,14 @@ class _Search(NamedTuple):
 
 
 def _search(problem: ContactProblem, shown: np.ndarray, scale: float, *, newton: bool) -> _Search:
-    found, pressed = np.empty((2, MOST_ANSWERS, len(shown)))
+    room = np.empty((2, MOST_ANSWERS, len(shown)))
+    restitution = NEWTON if newton else POISSON
+    W, before, free, *coefficients = arrays_of(problem)
     how, count, others, split = find_answers(
-        *arrays_of(problem),
-        NEWTON if newton else POISSON,
-        in_order(shown),
-        scale,
-        found,
-        pressed,
-        NEAR,
+        W, before, free, np.array(coefficients), restitution, in_order(shown), scale, room, NEAR
     )
-    found.setflags(write=False)
-    return _Search(how, count, tuple(found[:others].copy()), split)
+    room.setflags(write=False)
+    return _Search(how, count, tuple(room[0, :others].copy()), split)
 
 
 def _gives_back_shares(problem: ContactProblem, solution: ContactSolution) -> bool:

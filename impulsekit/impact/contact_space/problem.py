@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import NotFiniteError, RangeError, ShapeError
+from ...laws.single import newtons_shift
 from ...laws.status import Status
 
 __all__ = [
@@ -88,7 +89,8 @@ class ContactProblem:
         if self.tangential_restitution.any():
             for k in (0, 1):
                 shift[k : 3 * n : 3] = self.tangential_restitution * before[k : 3 * n : 3]
-        shift[2 : 3 * n : 3] = self.restitution * np.minimum(before[2 : 3 * n : 3], 0.0)
+        normals = zip(self.restitution.tolist(), before[2 : 3 * n : 3].tolist(), strict=True)
+        shift[2 : 3 * n : 3] = [newtons_shift(e, u) for e, u in normals]
         return shift
 
     def of_contacts(self, chosen: np.ndarray) -> ContactProblem:

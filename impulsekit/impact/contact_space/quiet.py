@@ -50,15 +50,11 @@ def without_gain(
         The solution itself where none is found.
     """
     scale = problem.fastest(solution.velocity_after)
-    found, pressed = np.zeros((2, MOST_ANSWERS, len(solution.impulse)))
+    found, pressed = room = np.zeros((2, MOST_ANSWERS, len(solution.impulse)))
+    restitution, shown = NEWTON if newton else POISSON, in_order(solution.impulse)
+    W, before, free, *coefficients = arrays_of(problem)
     _, _, count, _ = find_answers(
-        *arrays_of(problem),
-        NEWTON if newton else POISSON,
-        in_order(solution.impulse),
-        scale,
-        found,
-        pressed,
-        FAR,
+        W, before, free, np.array(coefficients), restitution, shown, scale, room, FAR
     )
     start, W = solution.velocity_start, problem.delassus
     works = [float(P @ (start + problem.velocity_free + W @ P)) for P in found[:count]]

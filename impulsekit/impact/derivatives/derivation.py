@@ -19,6 +19,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...laws.coulomb import coulomb
+from ...laws.single import newtons_shift
 from ...scene import Collision, Contact, JointStop, Rope
 from ..constrained import Outcome
 from ..contact_space import ContactSolution
@@ -321,7 +322,7 @@ class Derivation:
             if newton and own.e_t and own.mu > 0.0:
                 shifted[:2] += own.e_t * rows[:2].dot(start)
             if newton and own.e:
-                shifted[2] += own.e * min(float(rows[2].dot(start)), 0.0)
+                shifted[2] += newtons_shift(own.e, float(rows[2].dot(start)))
             # Mobility without the coupling of joints: of the size of W, from below.
             mobility = (rows * rows).dot(per_mass)
             mode = found_mode(
