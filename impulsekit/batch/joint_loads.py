@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-import pinocchio as pin
 
+from ..motion.tree_of_model import KINDS, room_of, tree_of
 from ..scene import (
     AppliedImpulse,
     Collision,
@@ -25,21 +25,6 @@ from ..scene.contacts import turns
 from .errors import NoKernelError
 
 __all__ = ["JointLoads"]
-
-
-class Tree(NamedTuple):
-    """Joints of a model, the world first. Placements are in the parent joint's frame."""
-
-    parent: np.ndarray
-    kind: np.ndarray
-    first_q: np.ndarray
-    first_v: np.ndarray
-    axis: np.ndarray
-    rotation: np.ndarray
-    shift: np.ndarray
-    mass: np.ndarray
-    lever: np.ndarray
-    inertia: np.ndarray
 
 
 class Loads(NamedTuple):
@@ -79,7 +64,11 @@ class JointLoads:
         self._rows: list[tuple[Any, ...]] = []
         self._columns = 0
         model = scene.robot.model
-        self._tree = _tree(model)
+        tree = tree_of(model)
+        if tree is None:
+            kinds = {j.shortname() for j in list(model.joints)[1:]} - KINDS.keys()
+            raise NoKernelError(f"loads of joints of the kind {', '.join(sorted(kinds))}")
+        self._tree = tree
         for impulse in scene.impulses:
             self._known(impulse)
         for contact in scene.contacts:
@@ -129,11 +118,12 @@ class JointLoads:
             ],
             axis=1,
         )
-        joints, links = len(self._tree.parent) - 1, len(self._links.joint)
+        joints, links = len(self._tree.joints) - 1, len(self._links.joint)
         told = np.empty((0, joints, 6)) if reactions is None else np.empty((size, joints, 6))
         moved = np.empty((size, 0 if bodies is None else links, 6))
         joint_loads(
             self._tree,
+            room_of(self._scene.robot.model),
             self._loads,
             self._links,
             np.ascontiguousarray(np.broadcast_to(q, (size, q.shape[1])), dtype=float),
@@ -220,48 +210,6 @@ class JointLoads:
 
     def _point(self, frame: Any, at: Any) -> tuple[int, np.ndarray]:
         return frame.parentJoint, frame.placement.act(np.array(at, dtype=float))
-
-
-def _tree(model: pin.Model) -> Tree:
-    from .kernels import joint_loads as kinds
-
-    by_name = {
-        "FreeFlyer": (kinds.FREE, None), "Planar": (kinds.PLANE, None),
-        "Spherical": (kinds.SPHERE, None),
-        **{f"R{n}": (kinds.HINGE, i) for i, n in enumerate("XYZ")},
-        **{f"RUB{n}": (kinds.CIRCLE, i) for i, n in enumerate("XYZ")},
-        **{f"P{n}": (kinds.SLIDER, i) for i, n in enumerate("XYZ")},
-        "RevoluteUnaligned": (kinds.HINGE, -1),
-        "RevoluteUnboundedUnaligned": (kinds.CIRCLE, -1),
-        "PrismaticUnaligned": (kinds.SLIDER, -1),
-    }  # fmt: skip
-    count = model.njoints
-    kind, first_q, first_v = (np.zeros(count, dtype=np.int64) for _ in range(3))
-    axis = np.zeros((count, 3))
-    for i in range(1, count):
-        joint = model.joints[i]
-        word = joint.shortname().removeprefix("JointModel")
-        if word not in by_name:
-            raise NoKernelError(f'loads of a joint of the kind {word} ("{model.names[i]}")')
-        kind[i], along = by_name[word]
-        axis[i] = np.array(joint.extract().axis) if along == -1 else np.eye(3)[along or 0]
-        if along is None:
-            axis[i] = [0.0, 0.0, 1.0]
-        first_q[i], first_v[i] = joint.idx_q, joint.idx_v
-    placements = list(model.jointPlacements)
-    inertias = list(model.inertias)
-    return Tree(
-        np.array(list(model.parents), dtype=np.int64),
-        kind,
-        first_q,
-        first_v,
-        axis,
-        np.array([np.array(place.rotation) for place in placements]),
-        np.array([np.array(place.translation) for place in placements]),
-        np.array([inertia.mass for inertia in inertias], dtype=float),
-        np.array([np.array(inertia.lever) for inertia in inertias]),
-        np.array([np.array(inertia.inertia) for inertia in inertias]),
-    )
 
 
 def _unknown(entry: Any) -> NoKernelError:

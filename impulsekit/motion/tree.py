@@ -173,7 +173,7 @@ def write_jacobian(tree: Tree, room: Room) -> None:
 
 
 @borrowing
-def _weighed(inertia: np.ndarray, move: Vector, spin: Vector) -> tuple[Vector, Vector]:
+def weighed(inertia: np.ndarray, move: Vector, spin: Vector) -> tuple[Vector, Vector]:
     """Momentum, linear and about the joint, of a body with this velocity."""
     m, h = inertia[0], three(inertia, 1)
     turning = (
@@ -194,9 +194,9 @@ def begin_forces(tree: Tree, room: Room) -> None:
     for j in range(1, len(tree.joints)):
         inertia = tree.numbers[j, 15:]
         move, spin = three(speeds[j], 0), three(speeds[j], 3)
-        momentum, about = _weighed(inertia, move, spin)
+        momentum, about = weighed(inertia, move, spin)
         fall = along(three(rates[j], 0), -1.0, back(places, j, gravity))
-        linear, angular = _weighed(inertia, fall, three(rates[j], 3))
+        linear, angular = weighed(inertia, fall, three(rates[j], 3))
         linear = along(linear, 1.0, cross(spin, momentum))
         angular = along(angular, 1.0, along(cross(spin, about), 1.0, cross(move, momentum)))
         _put_two(force[j], linear, angular)
@@ -222,14 +222,14 @@ def take_forces(tree: Tree, room: Room, load: np.ndarray) -> None:
             load[k] -= dot(three(column, 0), linear) + dot(three(column, 3), angular)
         parent = tree.joints[j, 0]
         if parent > 0:
-            linear, angular = _inwards(local, j, linear, angular)
+            linear, angular = inwards(local, j, linear, angular)
             for k in range(3):
                 force[parent, k] += linear[k]
                 force[parent, 3 + k] += angular[k]
 
 
 @borrowing
-def _inwards(local: np.ndarray, j: int, linear: Vector, angular: Vector) -> tuple[Vector, Vector]:
+def inwards(local: np.ndarray, j: int, linear: Vector, angular: Vector) -> tuple[Vector, Vector]:
     """A force on a body, in the axes of its parent and about the parent's joint."""
     linear = turned(local, j, linear)
     moment = cross(three(local[j], 9), linear)
@@ -265,11 +265,11 @@ def write_mass(tree: Tree, room: Room) -> None:
         first = tree.joints[j, 3]
         for k in range(first, first + tree.joints[j, 4]):
             column = tree.columns[k]
-            linear, angular = _weighed(composite[j], three(column, 0), three(column, 3))
+            linear, angular = weighed(composite[j], three(column, 0), three(column, 3))
             at, row = j, k
             while row >= 0:
                 while row < tree.joints[at, 3]:
-                    linear, angular = _inwards(room.local, at, linear, angular)
+                    linear, angular = inwards(room.local, at, linear, angular)
                     at = tree.joints[at, 0]
                 other = tree.columns[row]
                 factor[k, row] = dot(three(other, 0), linear) + dot(three(other, 3), angular)

@@ -11,7 +11,7 @@ from ..laws.half import Factor
 from .memory import order_of_speeds
 from .tree import BALL, CIRCLE, FREE, PLANAR, SLIDE, TRANSLATION, TURN, Room, Tree
 
-__all__ = ["room_of", "tree_of"]
+__all__ = ["KINDS", "room_of", "tree_of"]
 
 # By Pinocchio's names of joints.
 KINDS = {
