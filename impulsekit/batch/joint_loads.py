@@ -66,8 +66,8 @@ class JointLoads:
         model = scene.robot.model
         tree = tree_of(model)
         if tree is None:
-            kinds = {j.shortname() for j in list(model.joints)[1:]} - KINDS.keys()
-            raise NoKernelError(f"loads of joints of the kind {', '.join(sorted(kinds))}")
+            unknown = {j.shortname() for j in list(model.joints)[1:]} - KINDS.keys()
+            raise NoKernelError(f"loads of joints of the kind {', '.join(sorted(unknown))}")
         self._tree = tree
         for impulse in scene.impulses:
             self._known(impulse)

@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from ..geometry.vectors import Vector, along, cross
 from ..laws.borrowed import borrowing
 from ..laws.compiled import entry
 from ..scene import Scene
@@ -21,7 +22,6 @@ __all__ = ["fly_all", "fly_along", "free_body_of"]
 # No step turns a body, or turns or moves a joint, by more [rad, m]: the error of Runge and Kutta's
 # rule is then below 1e-8 of a turn and 1e-6 of a step of joints, far below any noise.
 LONGEST_TURN = 0.1
-Vector = tuple[float, float, float]
 
 
 def free_body_of(scene: Scene) -> np.ndarray | None:
@@ -53,27 +53,17 @@ def _times(numbers: np.ndarray, at: int, x: Vector) -> Vector:
 
 
 @borrowing
-def _cross(a: Vector, b: Vector) -> Vector:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@borrowing
-def _plus(a: Vector, factor: float, b: Vector) -> Vector:
-    return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
-
-
-@borrowing
 def _euler(numbers: np.ndarray, w: Vector) -> Vector:
     """ω̇ = I⁻¹ (I ω × ω)."""
-    return _times(numbers, 9, _cross(_times(numbers, 0, w), w))
+    return _times(numbers, 9, cross(_times(numbers, 0, w), w))
 
 
 @borrowing
 def _turned(q: np.ndarray, x: Vector) -> Vector:
     """x turned by the quaternion of a configuration."""
     u, w = (q[3], q[4], q[5]), q[6]
-    t = _cross(u, x)
-    return _plus(_plus(x, 2.0 * w, t), 2.0, _cross(u, t))
+    t = cross(u, x)
+    return along(along(x, 2.0 * w, t), 2.0, cross(u, t))
 
 
 @borrowing
@@ -94,34 +84,34 @@ def _fly(numbers: np.ndarray, dt: float, q: np.ndarray, v: np.ndarray) -> None:
     """Move a state (7,), (6,) by dt."""
     lever = (numbers[18], numbers[19], numbers[20])
     w = (v[3], v[4], v[5])
-    speed = _turned(q, _plus((v[0], v[1], v[2]), 1.0, _cross(w, lever)))
+    speed = _turned(q, along((v[0], v[1], v[2]), 1.0, cross(w, lever)))
     arm = _turned(q, lever)
     for k in range(3):
         q[k] += speed[k] * dt + 0.5 * numbers[21 + k] * dt * dt + arm[k]
-    speed = _plus(speed, dt, (numbers[21], numbers[22], numbers[23]))
+    speed = along(speed, dt, (numbers[21], numbers[22], numbers[23]))
     turn = abs(dt) * math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
     pieces = max(1, math.ceil(turn / LONGEST_TURN))
     h = dt / pieces
     for _ in range(pieces):
         a = _euler(numbers, w)
-        b = _euler(numbers, _plus(w, 0.5 * h, a))
-        c = _euler(numbers, _plus(w, 0.5 * h, b))
-        d = _euler(numbers, _plus(w, h, c))
-        change = _plus(_plus(a, 2.0, _plus(b, 1.0, c)), 1.0, d)
-        late = _plus(w, h / 6.0, change)
+        b = _euler(numbers, along(w, 0.5 * h, a))
+        c = _euler(numbers, along(w, 0.5 * h, b))
+        d = _euler(numbers, along(w, h, c))
+        change = along(along(a, 2.0, along(b, 1.0, c)), 1.0, d)
+        late = along(w, h / 6.0, change)
         # ∫ω = h (ω₀ + 4 ω_m + ω₁) / 6 with Hermite's ω_m, and half the integral of brackets.
-        sums = _plus(_plus(w, 1.0, late), h / 6.0, _plus(a, -1.0, _euler(numbers, late)))
-        x = _plus((0.0, 0.0, 0.0), 0.5 * h, sums)
-        _turn_by(q, _plus(x, h * h / 12.0, _cross(w, late)))
+        sums = along(along(w, 1.0, late), h / 6.0, along(a, -1.0, _euler(numbers, late)))
+        x = along((0.0, 0.0, 0.0), 0.5 * h, sums)
+        _turn_by(q, along(x, h * h / 12.0, cross(w, late)))
         w = late
     size = math.sqrt(q[3] * q[3] + q[4] * q[4] + q[5] * q[5] + q[6] * q[6])
     for k in range(3, 7):
         q[k] /= size
     arm = _turned(q, lever)
     u = (-q[3], -q[4], -q[5])
-    t = _cross(u, speed)
-    back = _plus(_plus(speed, 2.0 * q[6], t), 2.0, _cross(u, t))
-    own = _plus(back, -1.0, _cross(w, lever))
+    t = cross(u, speed)
+    back = along(along(speed, 2.0 * q[6], t), 2.0, cross(u, t))
+    own = along(back, -1.0, cross(w, lever))
     for k in range(3):
         q[k] -= arm[k]
         v[k], v[3 + k] = own[k], w[k]
