@@ -6,9 +6,11 @@ import math
 
 import numpy as np
 
+from ..laws.borrowed import borrowing
 from . import vectors
+from .vectors import Vector
 
-__all__ = ["contact_axes", "cross"]
+__all__ = ["contact_axes", "cross", "rows_of_axes"]
 
 
 def contact_axes(normal: np.ndarray) -> np.ndarray:
@@ -17,22 +19,21 @@ def contact_axes(normal: np.ndarray) -> np.ndarray:
     t₁ is the world axis that is most across the normal, made perpendicular to it.
     """
     # In plain floats: an array operation costs more than these sums.
-    x, y, z = n = normal.tolist()
-    sizes = [abs(x), abs(y), abs(z)]
-    least = sizes.index(min(sizes))
-    along = n[least]
-    a, b, c = -x * along, -y * along, -z * along
-    if least == 0:
-        a += 1.0
-    elif least == 1:
-        b += 1.0
+    return np.array(rows_of_axes(*normal.tolist()))
+
+
+@borrowing
+def rows_of_axes(x: float, y: float, z: float) -> tuple[Vector, Vector, Vector]:
+    """``contact_axes`` of the normal x, y, z, row by row."""
+    if abs(x) <= abs(y) and abs(x) <= abs(z):
+        a, b, c = 1.0 - x * x, -y * x, -z * x
+    elif abs(y) <= abs(z):
+        a, b, c = -x * y, 1.0 - y * y, -z * y
     else:
-        c += 1.0
+        a, b, c = -x * z, -y * z, 1.0 - z * z
     length = math.sqrt(a * a + b * b + c * c)
     a, b, c = a / length, b / length, c / length
-    return np.array(
-        ((a, y * c - z * b, x), (b, z * a - x * c, y), (c, x * b - y * a, z)),
-    )
+    return (a, y * c - z * b, x), (b, z * a - x * c, y), (c, x * b - y * a, z)
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

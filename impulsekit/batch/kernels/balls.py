@@ -14,6 +14,7 @@ from typing import Any
 
 from numba import types
 
+from ...geometry.axes import rows_of_axes
 from .handed import handed
 from .jit import built_in
 from .layout import BALL_FLOATS, BALL_INTS, BODY, BOX, CAPSULE, CYLINDER, MEETING, ROTATION
@@ -83,7 +84,11 @@ def _place(ints, floats, ball, work, meeting_at, w, lane):
     d1, d2, d3 = _there(work, other, w, d1, d2, d3)
     if ints[i + 4] < 0:
         d1, d2, d3 = -d1, -d2, -d3
-    _write_axes(work, at, w, d1, d2, d3)
+    axes = rows_of_axes(d1, d2, d3)
+    for k in range(3):
+        work[at + k * w] = axes[0][k]
+        work[at + (3 + k) * w] = axes[1][k]
+        work[at + (6 + k) * w] = axes[2][k]
     return gap
 
 
@@ -100,25 +105,6 @@ def _core(kind, floats, f, x, y, z):
         share = a / out if out > a else 1.0
         return x * share, y * share, min(max(z, -b), b), 0.0
     return 0.0, 0.0, 0.0, a
-
-
-@built_in
-def _write_axes(work, at, w, n1, n2, n3):
-    """t₁, t₂, n as ``geometry.axes.contact_axes`` has them."""
-    a, b, c = abs(n1), abs(n2), abs(n3)
-    e1, e2, e3 = 0.0, 0.0, 1.0
-    if a <= b and a <= c:
-        e1, e3 = 1.0, 0.0
-    elif b <= c:
-        e2, e3 = 1.0, 0.0
-    along = e1 * n1 + e2 * n2 + e3 * n3
-    e1, e2, e3 = e1 - along * n1, e2 - along * n2, e3 - along * n3
-    length = math.sqrt(e1 * e1 + e2 * e2 + e3 * e3)
-    e1, e2, e3 = e1 / length, e2 / length, e3 / length
-    t1, t2, t3 = n2 * e3 - n3 * e2, n3 * e1 - n1 * e3, n1 * e2 - n2 * e1
-    work[at], work[at + w], work[at + 2 * w] = e1, t1, n1
-    work[at + 3 * w], work[at + 4 * w], work[at + 5 * w] = e2, t2, n2
-    work[at + 6 * w], work[at + 7 * w], work[at + 8 * w] = e3, t3, n3
 
 
 @built_in
