@@ -16,9 +16,10 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 import numpy as np
 
 from impulsekit.bench.about import about
+from impulsekit.bench.stress.bodies import random_state
 from impulsekit.robot.examples import example_names
 
-from .agreement import BAR, KINDS, agreement, loaded_robot, random_scene, random_states
+from .agreement import BAR, KINDS, agreement, loaded_robot, random_scene
 
 COLUMNS = ("robot", "nv", "kind", "rows", "worst", "harder", "statuses", "date", "machine")
 
@@ -29,7 +30,7 @@ def _line(name: str, kind: str, rows: int) -> dict[str, str] | None:
     if robot is None:
         return None
     rng = np.random.default_rng([2, example_names().index(name), KINDS.index(kind)])
-    found = agreement(random_scene(robot, kind, rng), *random_states(robot, rows, rng))
+    found = agreement(random_scene(robot, kind, rng), *random_state(robot, rng, rows))
     known = about()
     figures = (name, robot.nv, kind, found.rows, f"{found.worst:.1e}", found.harder, found.statuses)
     cells = (*map(str, figures), known["date"], known["machine"])

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from impulsekit.batch.solve import solve_batch
 from impulsekit.bench.truths.digits import velocity_after
@@ -26,7 +25,6 @@ __all__ = [
     "all_robots",
     "loaded_robot",
     "random_scene",
-    "random_states",
 ]
 
 BAR = 1e-12
@@ -95,15 +93,6 @@ def random_scene(robot: Robot, kind: str, rng: np.random.Generator) -> Scene:
         restitution=float(rng.uniform(0.0, 1.0)),
     )
     return Scene(robot, [blow], contacts=[foot])
-
-
-def random_states(
-    robot: Robot, rows: int, rng: np.random.Generator
-) -> tuple[np.ndarray, np.ndarray]:
-    """(rows, nq) and (rows, nv): every angle within a turn, every length within a metre."""
-    steps = rng.uniform(-1.5, 1.5, (rows, robot.nv))
-    q = np.array([pin.integrate(robot.model, robot.neutral(), step) for step in steps])
-    return q, rng.normal(size=(rows, robot.nv))
 
 
 def agreement(scene: Scene, q: np.ndarray, v: np.ndarray) -> Agreement:

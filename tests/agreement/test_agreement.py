@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from impulsekit import Robot
-from tests.agreement.agreement import agreement, all_robots, random_scene, random_states
+from impulsekit.bench.stress.bodies import random_state
+from tests.agreement.agreement import agreement, all_robots, random_scene
 
 pytest.importorskip("numba")
 
@@ -16,7 +17,7 @@ FEW = {"panda": "fixed", "solo12": "freeflyer", "talos": "freeflyer", "allegro_r
 def test_some_robots(name, kind):
     robot = Robot.from_example(name, root=FEW[name])
     rng = np.random.default_rng(1)
-    found = agreement(random_scene(robot, kind, rng), *random_states(robot, 60, rng))
+    found = agreement(random_scene(robot, kind, rng), *random_state(robot, rng, 60))
     assert found.worst < 1e-12
     assert found.harder == found.statuses == 0
 
@@ -29,7 +30,7 @@ def test_all_robots():
     for robot in all_robots():
         robots += 1
         for kind, rows in (("blows", 700), ("contact", 400)):
-            found = agreement(random_scene(robot, kind, rng), *random_states(robot, rows, rng))
+            found = agreement(random_scene(robot, kind, rng), *random_state(robot, rng, rows))
             if found.worst > 1e-12 or found.statuses:
                 above[robot.name, kind] = found
     assert robots > 85
