@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["TransientContact", "transient_contact"]
 
 # Links whose speeds differ by less than this share are equally fast: the first one is named.
-SAME = 1e-12
+EQUALLY_FAST = 1e-12
 # Speeds below this have no direction [m/s].
 STILL = 1e-12
 
@@ -208,4 +208,4 @@ def _fastest_link(robot: Robot, q: np.ndarray, v: np.ndarray) -> str:
     if not speeds:
         raise InputError("transient_contact: the robot has no moving link")
     most = max(speeds.values())
-    return next(name for name, speed in speeds.items() if speed >= most * (1.0 - SAME))
+    return next(name for name, speed in speeds.items() if speed >= most * (1.0 - EQUALLY_FAST))

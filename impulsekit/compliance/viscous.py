@@ -35,9 +35,9 @@ SERIES = 0.05
 # ln(1/(1 − λ s)) above this leaves no digits in 1 − λ s: e below 0.03.
 STEEP = 34.5
 # Newton's method takes about six steps, with a bisection in between some more; a step below
-# ROUNDING, relative, ends it.
+# NEWTON_ENDS, relative, ends it.
 MOST_STEPS = 100
-ROUNDING = 4e-16
+NEWTON_ENDS = 4e-16
 # Losses up to which the series about 0 is a better start than that of large ones.
 SMALL_LOSS = 0.9
 
@@ -84,7 +84,7 @@ def _damping(c: float, s: float, m_in: float, m_out: float) -> float:
         new = y - step
         if not low < new < high:
             new = 0.5 * (low + high) if high < math.inf else 2.0 * y
-        if abs(new - y) <= ROUNDING * y:
+        if abs(new - y) <= NEWTON_ENDS * y:
             break
         y = new
     return -math.expm1(-y) / s if y < STEEP else math.nan
@@ -116,7 +116,7 @@ def _rate_at_peak(x: float, c: float, n: float) -> float:
         over = n * at + (n + 1.0) * _excess(at) - aim
         step = over / (n + (n + 1.0) * at / (1.0 + at))
         at = max(at - step, 0.0)
-        if step <= ROUNDING * at:
+        if step <= NEWTON_ENDS * at:
             break
     return at / x
 

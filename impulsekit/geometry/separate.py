@@ -18,7 +18,7 @@ from .tangents import along_circles, cone_sides, of_circle_and_points, of_circle
 __all__ = ["separate"]
 
 # Separations closer than this are the same [m], and of shapes this near the points are looked at.
-ROUNDING, TIPS = 1e-14, 1e-3
+ALIKE_GAPS, TIPS = 1e-14, 1e-3
 # Shapes this near [m] have no direction between their points; that of both shrunk by this factor
 # about their middles is taken, if it is as good.
 AMBIGUOUS = 1e-11
@@ -56,7 +56,7 @@ def _best(a: Convex, b: Convex, ways: np.ndarray) -> tuple[float, np.ndarray]:
     below = -a.support(ways) - b.support(-ways)
     gaps = np.maximum(above, below)
     i = int(gaps.argmax())
-    alike = np.flatnonzero(gaps >= gaps[i] - ROUNDING)
+    alike = np.flatnonzero(gaps >= gaps[i] - ALIKE_GAPS)
     if len(alike) > 1 and abs(float(gaps[i])) < TIPS:
         # Close tips are nearly as far apart along other directions; the points tell.
         signs = np.where(above[alike] >= below[alike], 1.0, -1.0)

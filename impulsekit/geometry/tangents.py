@@ -31,7 +31,7 @@ __all__ = ["along_circles", "cone_sides", "of_circle_and_points", "of_circles_an
 # something is divided by.
 ARRIVED, SHORT, THIN = 1e-15, 1e-15, 1e-12
 # Newton's steps, and curvatures, below this count as zero.
-LEVEL = 1e-9
+FLAT_CURVE = 1e-9
 # Steps at most: nearly all take less than ten, and halving alone some fifty.
 STEPS = 64
 # Two circles grow to this part of their radii, with so many steps at most for each.
@@ -152,7 +152,7 @@ def _climbed(
                 break
             step = np.where(better[:, None], 0.0, step)
         # Newton's next step would be shorter than rounding.
-        if size < LEVEL:
+        if size < FLAT_CURVE:
             break
     return n
 
@@ -195,7 +195,7 @@ def _uphill(
     bend = across @ bend @ across - pull[:, None, None] * across
     slope = slope - pull[:, None] * n
     values, vectors = np.linalg.eigh(bend)
-    own = np.einsum("kij,ki->kj", vectors, slope) / np.maximum(np.abs(values), LEVEL)
+    own = np.einsum("kij,ki->kj", vectors, slope) / np.maximum(np.abs(values), FLAT_CURVE)
     step = np.einsum("kij,kj->ki", vectors, own)
     length = np.sqrt(np.einsum("ij,ij->i", step, step))[:, None]
     return step * np.minimum(1.0, 0.5 / np.maximum(length, NONZERO))

@@ -13,7 +13,7 @@ import numpy as np
 __all__ = ["Shares", "faint_axes", "lengths_of_vectors", "shared_evenly"]
 
 # Singular values below this share of the largest are those of rows that depend on each other.
-DEPENDENT = 1e-9
+DEPENDENT_AXES = 1e-9
 # A row that is one axis of a vector is dependent if it stands less than this out of the span of
 # the others, in the length of the longest of its axes: what the digits of files leave of a loop
 # in a plane. An arm stretched to 1e-5 rad leaves more.
@@ -84,5 +84,5 @@ def shared_evenly(
     null = np.eye(len(sizes)) - rows.T.dot(rows)
     weights = shared / sizes
     shared_now = -weights * (impulse * sizes)
-    shift = np.linalg.lstsq(weights[:, None] * null, shared_now, rcond=DEPENDENT)[0]
+    shift = np.linalg.lstsq(weights[:, None] * null, shared_now, rcond=DEPENDENT_AXES)[0]
     return impulse + null.dot(shift) / sizes

@@ -28,7 +28,7 @@ from .scene_contacts import SceneContacts
 __all__ = ["SeveralContactsJump", "outcome_of_some", "shortest_way"]
 
 # Time that one call saves against ``ConstrainedJump`` [s], about: compiling waits until it pays.
-SAVED = 2e-5
+SAVED_OF_SEVERAL = 2e-5
 _GAIN = int(Status.ENERGY_GAIN)
 
 
@@ -53,7 +53,7 @@ class SeveralContactsJump:
         """
         entry = strike_in_turn if self._in_turn else strike_at_once
         if not entry.is_compiled:
-            entry.wait(SAVED)
+            entry.wait(SAVED_OF_SEVERAL)
             return self._general.solve(q, v)
         model, data = self._general.model, self._general.data
         rows = np.concatenate([point.jacobian(data, q) for point in self._points])

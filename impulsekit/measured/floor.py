@@ -31,7 +31,7 @@ CARRYING = 0.004
 SAME = 1e-9
 # Unknowns whose rows vary by less than this [relative, root mean square] are not told apart from
 # those before them; so many rests at least tell an uncertainty.
-UNTOLD, FEWEST_RESTS = 0.05, 3
+UNTOLD_FLOOR, FEWEST_RESTS = 0.05, 3
 # [of the square of a direction] Unknowns with more than this in what no rest tells.
 UNTOLD_SHARE = 1e-3
 # Slopes are told over this way at least [m].
@@ -180,7 +180,7 @@ def _told(rows: np.ndarray) -> np.ndarray:
         known = rows @ np.vstack(basis).T
         left = rows[:, own] - known @ np.linalg.lstsq(known, rows[:, own], rcond=None)[0]
         _, values, ways = np.linalg.svd(left, full_matrices=False)
-        told = values > UNTOLD * np.sqrt(len(rows))
+        told = values > UNTOLD_FLOOR * np.sqrt(len(rows))
         found = np.zeros((int(told.sum()), 6))
         found[:, own] = ways[told]
         basis.append(found)

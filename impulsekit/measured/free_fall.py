@@ -31,7 +31,7 @@ SMOOTH = 0.12
 LEAST_FALL = 1e-3
 # Cosine to the scene's gravity above which a window's acceleration is free fall; logarithms of
 # accelerations this near are one.
-DOWN, ALIKE = 0.95, 0.1
+DOWN, ALIKE_FALLS = 0.95, 0.1
 # So many windows at least tell the size of free fall.
 FEWEST_FALLS = 3
 # Scales that are uncertain calibrations; beyond, units are mistaken.
@@ -170,7 +170,7 @@ def _scale_of_windows(recordings: list[Recording], gravity: np.ndarray) -> float
         return None
     # Impacts give windows of any acceleration; those of free fall are all alike.
     ratios = np.log(np.array(found) / float(np.linalg.norm(gravity)))
-    near = [(np.abs(ratios - each) < ALIKE).sum() for each in ratios]
+    near = [(np.abs(ratios - each) < ALIKE_FALLS).sum() for each in ratios]
     return float(np.exp(ratios[int(np.argmax(near))]))
 
 

@@ -18,10 +18,10 @@ __all__ = ["Kink", "is_smooth", "meeting_of"]
 
 # χ² by which a kink must explain samples better than a smooth way with another acceleration, which
 # has one unknown less: noise makes the kink that much better once in 10^4 times.
-BETTER = 15.0
+KINK_BETTER = 15.0
 
 # The time of an impact is settled once it moves by less than this share of its deviation.
-SETTLED = 0.02
+KINK_SETTLED = 0.02
 # Eigenvalues of the information below this share of the largest are rounding.
 RANK = 1e-15
 MOST_ROUNDS = 8
@@ -90,7 +90,7 @@ def meeting_of(
             for fit in fits
         ]
         time += move
-        if abs(move) <= SETTLED / np.sqrt(max(stiff, NONZERO)):
+        if abs(move) <= KINK_SETTLED / np.sqrt(max(stiff, NONZERO)):
             break
     inside = t[left[-1]] <= time + reach and t[right[0]] >= time - reach
     if not inside:
@@ -179,4 +179,4 @@ def is_smooth(
         own: indices of the samples on both sides. cost: of the kink, see ``Kink``.
     """
     left = left_by_parabolas(flight.model, t, q, own) / sigma
-    return float((left**2).sum()) < cost + BETTER
+    return float((left**2).sum()) < cost + KINK_BETTER

@@ -20,7 +20,7 @@ __all__ = ["SmoothFit", "are_smooth", "smooth_fit"]
 # state [rad, m, 1/s]; motions are followed to a ten-thousandth of it.
 STEP, CLOSE = 1e-4, {"rtol": 1e-8, "atol": 1e-10}
 # Residuals beyond so many deviations count as in a sum of sizes, not of squares (Huber 1964).
-HUBER = 2.0
+HUBER_OF_SMOOTH = 2.0
 # Steps are halved so often where the sum does not fall, and end at this share of a deviation.
 MOST_STEPS, HALVINGS, CONVERGED = 8, 4, 0.02
 # Recordings looked at before all are: one with an impact tells that motions are not smooth.
@@ -208,7 +208,7 @@ def _moved(model: pin.Model, state: Start, change: np.ndarray) -> Start:
 
 
 def _weights(sizes: np.ndarray) -> np.ndarray:
-    return np.minimum(1.0, HUBER / np.maximum(np.abs(sizes), LEAST))
+    return np.minimum(1.0, HUBER_OF_SMOOTH / np.maximum(np.abs(sizes), LEAST))
 
 
 def _cost(left: list[np.ndarray], scale: np.ndarray) -> float:
@@ -216,6 +216,6 @@ def _cost(left: list[np.ndarray], scale: np.ndarray) -> float:
     total = 0.0
     for each in left:
         sizes = np.abs(each / scale)
-        inside = 0.5 * np.minimum(sizes, HUBER) ** 2
-        total += float((inside + HUBER * np.maximum(sizes - HUBER, 0.0)).sum())
+        inside = 0.5 * np.minimum(sizes, HUBER_OF_SMOOTH) ** 2
+        total += float((inside + HUBER_OF_SMOOTH * np.maximum(sizes - HUBER_OF_SMOOTH, 0.0)).sum())
     return total

@@ -33,7 +33,7 @@ BEARS_OUT = 10.0
 _EIGHTH = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])
 _SIXTH = np.array([3 / 4, -3 / 20, 1 / 60])
 # A rate that is off by more than this part of itself and of its largest is a mistake.
-MISTAKEN = 1e-5
+RATE_MISTAKEN = 1e-5
 # How many times as far off a second derivative by differences is.
 AGAIN_DERIVED = 10.0
 
@@ -153,7 +153,7 @@ def _check_rate(given: Callable[[float], Any], rates: Rates, order: int, what: s
     found = [float(rates(t, order)[0]) for t in LOOKS]
     largest = max(map(abs, (*found, LEAST_SIZE)))
     for t, one, other in zip(LOOKS, said, found, strict=True):
-        if abs(one - other) > MISTAKEN * largest * (1.0 if order == 1 else AGAIN_DERIVED):
+        if abs(one - other) > RATE_MISTAKEN * largest * (1.0 if order == 1 else AGAIN_DERIVED):
             raise RangeError.of(
                 f"{what} at t = {t:g} s", one, f"{other:.9g}, the derivative of position"
             )

@@ -29,7 +29,7 @@ __all__ = [
 
 
 # A length that is 1 but for rounding: such a vector is kept as it is, to the last digit.
-UNIT = 4e-16
+UNIT_AXIS = 4e-16
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class EllipticFriction:
         length = math.hypot(*along)
         if not length > 0.0:
             raise RangeError.of("EllipticFriction: length of along", length, "above zero")
-        if abs(length - 1.0) > UNIT:
+        if abs(length - 1.0) > UNIT_AXIS:
             along = tuple(x / length for x in along)
         object.__setattr__(self, "along", along)
 

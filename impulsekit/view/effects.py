@@ -30,7 +30,7 @@ THIN = 0.55
 MARK_RADIUS = 0.03
 TRACE_RADIUS = 0.005
 SLIGHT = 3e-3
-ROUNDING = 1e-9
+FAINT_MARK = 1e-9
 # Nodes beyond these make a page slow; the largest impulses stay.
 MOST_ARROWS = 400
 HIDDEN_OPACITY = 0.3
@@ -138,8 +138,8 @@ def _without_slight(
     carried = max(largest.get("reaction", 0.0), blow)
     least = {
         "couple": SLIGHT * size * blow,
-        "reaction": ROUNDING * blow,
-        "reaction couple": max(SLIGHT * largest.get("reaction", 0.0), ROUNDING * carried) * size,
+        "reaction": FAINT_MARK * blow,
+        "reaction couple": max(SLIGHT * largest.get("reaction", 0.0), FAINT_MARK * carried) * size,
     }
     return [entry for entry in found if entry[2].size >= least.get(entry[2].kind, 0.0)]
 

@@ -23,7 +23,7 @@ __all__ = ["memory", "solved", "strike_along"]
 # Shares of an impulse so many times the velocities leave too few digits of their sum.
 MOST_SHARES = 1e4
 # So many times smaller or larger, rounding may decide; and the same in single precision.
-SURE, COARSE = 1e2, 1e8
+SURE, SURE_IN_SINGLE = 1e2, 1e8
 _SOLVED, _JAM = int(Status.SOLVED), int(Status.PAINLEVE_JAM)
 _REFUSED = int(Status.REFUSED)
 
@@ -39,7 +39,7 @@ def solved(count, posed, digits, space, memory):
     """The code, with P of the contacts that touch in ``space``."""
     law = posed.words[0]
     W, before, free, mus, es, ets, P_all = problem_in(space)
-    sure = SURE if digits == 53 else COARSE
+    sure = SURE if digits == 53 else SURE_IN_SINGLE
     for i in range(3 * count):
         P_all[i] = 0.0
     one = np.int64(0)

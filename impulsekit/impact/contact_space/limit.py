@@ -36,11 +36,11 @@ OFF_SHARES = 1e-9
 # two contacts on bodies of one joint each were off by up to 1.3e-15.
 RATIO = 1e-14
 # An impulse this near the edge of its cone slides.
-ON_CONE = 1.0 - 1e-9
+AT_EDGE = 1.0 - 1e-9
 # Hits that shrink by less than this from one period to the next have no limit.
 STEADY = 1.0 - 1e-10
 # Singular values this small beside the largest are those of redundant contacts.
-DEPENDENT = 1e-11
+SERIES_REDUNDANT = 1e-11
 # Solved, and again for what that has left: the slower a series, the worse are its equations.
 REFINED = 3
 # The longest period that is looked for, in hits of each contact.
@@ -91,11 +91,13 @@ def find_limit(problem: ContactProblem, velocity: np.ndarray, hits: Hits) -> Jum
     scaled = matrix * rows * rows[:, None]
     expected = ratio / (1.0 - ratio) * _along(way, last)
     values = np.linalg.svd(scaled, compute_uv=False)
-    regular = values[-1] > DEPENDENT * values[0]
+    regular = values[-1] > SERIES_REDUNDANT * values[0]
     correction = np.zeros(len(rows))
     for _ in range(REFINED):
         missing = velocity + problem.delassus @ (way @ (expected + correction))
-        correction -= rows * np.linalg.lstsq(scaled, rows * (aim.T @ missing), rcond=DEPENDENT)[0]
+        correction -= (
+            rows * np.linalg.lstsq(scaled, rows * (aim.T @ missing), rcond=SERIES_REDUNDANT)[0]
+        )
     impulse = way @ (expected + correction)
     change = problem.delassus @ impulse
     roots = _roots(problem)
@@ -152,7 +154,7 @@ def _modes_of(
     for i in sorted({i for i, _ in hits}):
         mu = problem.friction[i].item()
         of_it = [impulse for j, impulse in hits if j == i]
-        sliding = [mu and math.hypot(p1, p2) >= mu * pn * ON_CONE for p1, p2, pn in of_it]
+        sliding = [mu and math.hypot(p1, p2) >= mu * pn * AT_EDGE for p1, p2, pn in of_it]
         if not mu:
             way.append(unit[3 * i + 2])
             aim.append(unit[3 * i + 2])

@@ -26,7 +26,7 @@ from .pulls import skew
 __all__ = ["Meetings"]
 
 # A point and normal that differ from those found by less than this [m, rad] are the same.
-SAME = 1e-5
+SAME_POINT = 1e-5
 _EYE = np.eye(3)
 
 
@@ -106,7 +106,7 @@ def _met(
         return None
     away = np.abs(found.position - position).max()
     across = np.abs(found.normal - normal).max()
-    return found if max(away, across) < SAME else None
+    return found if max(away, across) < SAME_POINT else None
 
 
 def _centre(piece: _Piece, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
@@ -164,13 +164,13 @@ def _height(shape: coal.CollisionGeometry, centre: np.ndarray, normal: np.ndarra
     if isinstance(shape, coal.Halfspace | coal.Plane):
         own = np.array(shape.n).reshape(3)
         sign = float(np.sign(own @ normal))
-        if np.abs(sign * own - normal).max() > SAME:
+        if np.abs(sign * own - normal).max() > SAME_POINT:
             return None
         return sign * float(own @ centre - shape.d)
     if isinstance(shape, coal.Box):
         half = np.array(shape.halfSide).reshape(3)
         axis = int(np.abs(normal).argmax())
-        if abs(normal[axis]) < 1.0 - SAME:
+        if abs(normal[axis]) < 1.0 - SAME_POINT:
             return None
         beside = np.delete(np.arange(3), axis)
         if not (np.abs(centre[beside]) < half[beside]).all():

@@ -20,7 +20,7 @@ from ...scene.restitution import Restitution, RestitutionTable, restitution_at
 __all__ = ["EDGE", "PARTED", "Coefficients", "ContactMode", "coefficients_of", "found_mode"]
 
 # A contact that slips has its impulse on the cone, to this share of its bound.
-ON_CONE = 1e-6
+SLIPS_ON_CONE = 1e-6
 # What is this small beside the velocities of the contacts is on an edge.
 EDGE = 1e-7
 # The step of differences in the slope of a function, beside the velocities.
@@ -178,7 +178,7 @@ def found_mode(
     sticking = mu > 0.0 and speed <= small
     if sticking and max(m1, m2) * (mu * normal - tangential) <= small and not held:
         edges.append(f"{name}: it sticks with its impulse at the edge of the cone")
-    if mu > 0.0 and not sticking and mu * normal - tangential > ON_CONE * mu * normal:
+    if mu > 0.0 and not sticking and mu * normal - tangential > SLIPS_ON_CONE * mu * normal:
         edges.append(f"{name}: it hardly slips")
     if mobility * normal > OUT_OF_PROPORTION * scale:
         edges.append(f"{name}: its impulse is out of all proportion to what it moves")

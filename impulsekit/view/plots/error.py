@@ -17,7 +17,7 @@ __all__ = ["time_against_error"]
 
 MARKERS = "osD^vP*X"
 # Where an error is 0, it is drawn at the unit of rounding.
-ROUNDING = 2.0**-53
+LEAST_ERROR = 2.0**-53
 
 
 def time_against_error(
@@ -51,7 +51,7 @@ def time_against_error(
             raise ShapeError.of(what, (len(errors),), (len(seconds),))
         order = np.argsort(errors)
         ax.plot(
-            np.maximum(np.asarray(errors, dtype=float)[order], ROUNDING),
+            np.maximum(np.asarray(errors, dtype=float)[order], LEAST_ERROR),
             np.asarray(seconds, dtype=float)[order],
             marker=MARKERS[i % len(MARKERS)],
             color=CYCLE[i % len(CYCLE)],

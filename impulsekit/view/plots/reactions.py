@@ -21,7 +21,7 @@ PARTS = {
     "couple": (slice(3, 6), "N m s", "Couple impulse in the joints"),
 }
 
-ROUNDING = 1e-10
+FAINT_BAR = 1e-10
 
 
 def joint_reactions(
@@ -54,7 +54,7 @@ def joint_reactions(
     sizes = np.array([np.linalg.norm(impact.reactions[name][where]) for name in names])
     # Beside the largest reaction of either part this is rounding.
     scale = max((float(np.abs(impact.reactions[name]).max()) for name in names), default=0.0)
-    sizes[sizes < ROUNDING * scale] = 0.0
+    sizes[sizes < FAINT_BAR * scale] = 0.0
     chosen = np.sort(np.argsort(-sizes, kind="stable")[: max(rows, 1)])
     ax = axes_or_new(ax, 1.2 + 0.28 * len(chosen))
     y = np.arange(len(chosen))
