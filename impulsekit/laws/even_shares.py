@@ -21,7 +21,7 @@ from .borrowed import borrowed, borrowing
 from .compiled import compiled, entry
 from .least_shares import STILL
 from .modes import FINE, MOST_STEPS, RIDGE, SLIDES, SUMMED, largest_term, polish, residual_of
-from .rank import null_rows, pivoted_cholesky
+from .rank import null_projector, pivoted_cholesky
 from .redundant import NO_LOAD
 from .tolerances import BAR, PART
 from .workspace import Sizes, Workspace, workspace
@@ -157,9 +157,8 @@ def _shifts_between(normal: np.ndarray, dependent: float) -> np.ndarray:
     order = np.empty(count, np.int64)
     rank = pivoted_cholesky(factor, count, dependent, count, order)
     if rank < count:
-        null = np.empty((count - rank, count))
-        null_rows(factor, count, rank, order, null)
-        shift = np.dot(null.T.copy(), null)
+        room = np.empty((count, count))
+        null_projector(factor, count, rank, order, room, shift)
     return shift
 
 
@@ -213,16 +212,20 @@ def _is_moved(
     work: Workspace, n: int, sizes: Sizes, touching: np.ndarray, count: int, shift: np.ndarray
 ) -> bool:
     """Whether friction that goes with a shift of load moves anything."""
-    for c in range(count):
-        for r in range(3 * n):
-            change = 0.0
-            for k in range(count):
-                i = touching[k]
-                if _slides(work, i, sizes):
-                    load = work.mu[i] * shift[k, c] / math.sqrt(work.W[3 * i + 2, 3 * i + 2])
-                    for j in range(2):
-                        change -= work.W[r, 3 * i + j] * work.slip[i, j] * load
-            if abs(change) > MOVES * math.sqrt(sizes.largest):
+    change = work.moved
+    for r in range(3 * n):
+        for c in range(count):
+            change[c] = 0.0
+        for k in range(count):
+            i = touching[k]
+            if not _slides(work, i, sizes):
+                continue
+            way = work.W[r, 3 * i] * work.slip[i, 0] + work.W[r, 3 * i + 1] * work.slip[i, 1]
+            rubbed = work.mu[i] * way / math.sqrt(work.W[3 * i + 2, 3 * i + 2])
+            for c in range(count):
+                change[c] += rubbed * shift[k, c]
+        for c in range(count):
+            if abs(change[c]) > MOVES * math.sqrt(sizes.largest):
                 return True
     return False
 

@@ -22,7 +22,7 @@ from .borrowed import borrowing
 from .compiled import compiled, entry
 from .dense import gauss
 from .modes import NULL, residual_of, sizes_of
-from .rank import orthonormalize, pivoted_cholesky
+from .rank import pivoted_cholesky, range_rows
 from .redundant import is_redundant
 from .tolerances import BAR, CLEAR, VANISHED
 from .words import NO, YES
@@ -182,11 +182,8 @@ def _range(weighted: np.ndarray) -> np.ndarray:
         largest = max(largest, weighted[k, k])
     rank = pivoted_cholesky(factor, size, VANISHED * largest, size, order)
     if rank > 0 and factor[rank - 1, rank - 1] ** 2 > CLEAR * largest:
-        rows = np.zeros((rank, size))
-        for c in range(rank):
-            for k in range(c, size):
-                rows[c, order[k]] = factor[k, c]
-        orthonormalize(rows)
+        rows = np.empty((rank, size))
+        range_rows(factor, size, rank, order, rows)
         return np.ascontiguousarray(rows.T)
     values, vectors = np.linalg.eigh(weighted)
     first = 0

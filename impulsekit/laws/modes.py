@@ -306,19 +306,23 @@ def write_onto_modes(work: Workspace, n: int) -> int:
 def assemble(work: Workspace, m: int) -> None:
     """Write Aimᵀ W Way x = Aimᵀ ξ, the system of the change of P."""
     W, xi, way, aim, matrix = work.W, work.xi, work.way, work.aim, work.matrix
-    owner = work.owner
+    owner, moves = work.owner, work.moved
+    size = 0
     for r in range(m):
         # The few entries of a row of each belong to one contact.
         i = 3 * owner[r]
-        a0, a1, a2 = aim[r, i], aim[r, i + 1], aim[r, i + 2]
-        work.x[r] = a0 * xi[i] + a1 * xi[i + 1] + a2 * xi[i + 2]
-        for c in range(m):
-            j = 3 * owner[c]
-            w0, w1, w2 = way[c, j], way[c, j + 1], way[c, j + 2]
+        size = max(size, i + 3)
+        work.x[r] = aim[r, i] * xi[i] + aim[r, i + 1] * xi[i + 1] + aim[r, i + 2] * xi[i + 2]
+    for c in range(m):
+        j = 3 * owner[c]
+        w0, w1, w2 = way[c, j], way[c, j + 1], way[c, j + 2]
+        # By rows of W, which lie as its columns do: many entries at once.
+        for k in range(size):
+            moves[k] = W[j, k] * w0 + W[j + 1, k] * w1 + W[j + 2, k] * w2
+        for r in range(m):
+            i = 3 * owner[r]
             matrix[r, c] = (
-                a0 * (W[i, j] * w0 + W[i, j + 1] * w1 + W[i, j + 2] * w2)
-                + a1 * (W[i + 1, j] * w0 + W[i + 1, j + 1] * w1 + W[i + 1, j + 2] * w2)
-                + a2 * (W[i + 2, j] * w0 + W[i + 2, j + 1] * w1 + W[i + 2, j + 2] * w2)
+                aim[r, i] * moves[i] + aim[r, i + 1] * moves[i + 1] + aim[r, i + 2] * moves[i + 2]
             )
 
 

@@ -11,9 +11,10 @@ from .borrowed import borrowing
 __all__ = [
     "gauss_of_rank",
     "null_parts",
+    "null_projector",
     "null_rows",
-    "orthonormalize",
     "pivoted_cholesky",
+    "range_rows",
 ]
 
 
@@ -172,7 +173,42 @@ def null_rows(a: np.ndarray, n: int, rank: int, order: np.ndarray, null: np.ndar
                 total -= a[k, i] * null[c, order[k]]
             null[c, order[i]] = total / a[i, i]
         null[c, order[rank + c]] = 1.0
-    orthonormalize(null[: n - rank])
+    _orthonormalize(null[: n - rank])
+
+
+@borrowing
+def range_rows(a: np.ndarray, n: int, rank: int, order: np.ndarray, rows: np.ndarray) -> None:
+    """An orthonormal basis of the range, rank rows, of what ``pivoted_cholesky`` made."""
+    for c in range(rank):
+        for j in range(n):
+            rows[c, order[j]] = a[j, c] if j >= c else 0.0
+    _orthonormalize(rows[:rank])
+
+
+@borrowing
+def null_projector(
+    a: np.ndarray, n: int, rank: int, order: np.ndarray, room: np.ndarray, onto: np.ndarray
+) -> None:
+    """Write the projector (n, n) onto the null space of what ``pivoted_cholesky`` made.
+
+    By an orthonormal basis of it or of the range, whichever has fewer vectors.
+
+    Args:
+        room: (n, n).
+    """
+    by_range = 2 * rank < n
+    count = rank if by_range else n - rank
+    if by_range:
+        range_rows(a, n, rank, order, room)
+    else:
+        null_rows(a, n, rank, order, room)
+    for r in range(n):
+        for c in range(n):
+            onto[r, c] = 1.0 if by_range and r == c else 0.0
+        for k in range(count):
+            part = -room[k, r] if by_range else room[k, r]
+            for c in range(n):
+                onto[r, c] += part * room[k, c]
 
 
 @borrowing
@@ -188,10 +224,7 @@ def null_parts(
     by_range = 2 * rank < n
     count = rank if by_range else n - rank
     if by_range:
-        for c in range(rank):
-            for j in range(n):
-                room[c, order[j]] = a[j, c] if j >= c else 0.0
-        orthonormalize(room[:rank])
+        range_rows(a, n, rank, order, room)
     else:
         null_rows(a, n, rank, order, room)
     for j in range(n):
@@ -202,7 +235,7 @@ def null_parts(
 
 
 @borrowing
-def orthonormalize(rows: np.ndarray) -> None:
+def _orthonormalize(rows: np.ndarray) -> None:
     """Make linearly independent rows orthonormal, one after the other (Gram & Schmidt)."""
     count, n = rows.shape
     for r in range(count):

@@ -1,5 +1,7 @@
 """Several contacts with friction: every answer satisfies the law, whichever it is."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ import impulsekit as ik
 from impulsekit.batch.inputs import batch_inputs
 from impulsekit.batch.plans import plan_batch
 from impulsekit.batch.run import BatchRun
+from impulsekit.bench.problems.blocks import landing_blocks
 from impulsekit.impact.contact_space import simultaneous
 from impulsekit.laws.modes import residual_of
 from impulsekit.laws.struck import strike_at_once
@@ -88,3 +91,19 @@ def test_states_that_only_fill_a_block_are_not_given_to_the_law():
     first, *others = run._inputs.codes.tolist()
     assert first == int(ik.Status.SOLVED) and len(others) >= 1
     assert set(others) == {int(ik.Status.OUT_OF_RANGE)}
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson"])
+def test_a_block_that_lands_on_many_points_is_left_to_no_other(law):
+    # v_n⁺ = −e v_n, |v_t⁺| = |v_t| − µ (1 + e) |v_n|: Coulomb's law on the whole block.
+    problem = next(each for each in landing_blocks(False) if each.size == 32)
+    scene = replace(problem.scene, law=ik.Law(law))
+    turned = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, 4)
+    v, truth = np.tile(problem.v, (4, 1)), np.tile(problem.answer, (4, 1))
+    for own, angle in zip((*v, *truth), (*turned, *turned), strict=True):
+        own[:2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]] @ own[:2]
+    batch = ik.solve_batch(scene, problem.q, v)
+    assert batch.plan.kernel
+    assert not batch.single.any()
+    assert (batch.status == ik.Status.NOT_UNIQUE).all()
+    assert np.abs(batch.v_after - truth).max() < 1e-13

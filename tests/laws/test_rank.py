@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from impulsekit.laws.rank import gauss_of_rank, null_parts, pivoted_cholesky
+from impulsekit.laws.rank import gauss_of_rank, null_parts, null_projector, pivoted_cholesky
 
 
 def of_rank(n, rank, seed):
@@ -37,6 +37,9 @@ def test_parts_in_the_null_space_are_those_of_the_eigenvectors(rank):
     null_parts(factor, n, rank, order, room, part)
     null = np.linalg.eigh(matrix)[1][:, : n - rank]
     assert np.abs(part - (null**2).sum(axis=1)).max() < 1e-12
+    onto = np.empty((n, n))
+    null_projector(factor, n, rank, order, room, onto)
+    assert np.abs(onto - null @ null.T).max() < 1e-12
 
 
 def test_columns_are_made_at_most_so_many():

@@ -10,6 +10,7 @@ from ...laws.single import Hit, hit_contact
 from ...laws.status import Status
 from ...laws.words import NEWTON
 from ...laws.workspace import workspace
+from ...tolerances import EPS
 from ..codes import AGAIN
 from .coulomb import LEFT, block_at, care_for, is_left
 from .jit import built_in
@@ -21,6 +22,8 @@ __all__ = ["memory", "solved"]
 # Where more than this is left ``solve`` refines, or tells that rows are nearly dependent; with
 # friction more than FINE, which is 2e-14 to 1e-11 off where three points are nearly one.
 ROUGH = 2.0 * FINE
+# Of many contacts no less than the rounding of W P, a sum of so many terms, is asked for.
+ROUNDED = 0.5 * EPS
 _SOLVED, _NOT_UNIQUE = int(Status.SOLVED), int(Status.NOT_UNIQUE)
 _GAIN = int(Status.ENERGY_GAIN)
 
@@ -83,7 +86,7 @@ def solved(count, posed, digits, space, work):
     # Of answers that gain energy ``solve`` looks for others.
     if code in LEFT or (not smooth and code == _GAIN):
         return AGAIN
-    if residual > (ROUGH if smooth else FINE):
+    if residual > (ROUGH if smooth else max(FINE, 3.0 * count * ROUNDED)):
         return AGAIN
     for k in range(3 * count):
         P[k] = work.P[k]
