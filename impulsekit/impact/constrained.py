@@ -7,14 +7,15 @@ of the rows J projected off the span of A in the metric of M⁻¹.
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Callable, Container
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import InputError
-from ..laws.holding import hold
+from ..laws.holding import BY_ALL, hold
 from ..laws.tolerances import ROUNDING
 from ..robot.mass_matrix import crba_of
 from ..rows.constraints import ConstraintRows
@@ -78,6 +79,7 @@ class ConstrainedJump:
         self._rows = ConstraintRows.of(scene, reached) if scene.held else None
         self._contacts = SceneContacts(scene, reached) if scene.contacts else None
         self.model, self.data = known.model, known.model.createData()
+        self._sparse = SparseFactor(self.model, self.data)
         self._crba = crba_of(self.model)
         self.always_regular = always_regular
         # Rows have to make up for what M lacks at every configuration, whatever pivots say.
@@ -113,7 +115,7 @@ class ConstrainedJump:
         v: np.ndarray,
         touching: Container[int] | None = None,
         known: ContactSolution | None = None,
-    ) -> tuple[np.ndarray, Outcome]:
+    ) -> tuple[np.ndarray, Outcome | Callable[[], Outcome]]:
         """(nv,) Δv of the reached model, and the impulses that constraints and contacts took.
 
         ``touching``: the indices of the contacts that take part; None for all that touch.
@@ -138,19 +140,20 @@ class ConstrainedJump:
         if self.is_sparse:
             decompose(model, data)
             if self.always_regular or self.is_regular():
-                factor = SparseFactor(model, data)
+                factor = self._sparse
         if factor is None:
             faint = not self._dense and self._least_pivot == FAINT_PIVOT
             own = np.empty((0, model.nv)) if rows is None else rows
             factor = FilledFactor(model, data.M, own, singular=self._singular or faint)
             if asked is not None:
                 impulse = factor.filled_impulse(impulse, asked)
+        outcome: Outcome | Callable[[], Outcome]
         if not touches:
             dv, outcome = self._without_contacts(factor, impulse, rows, asked, q, v, doubt)
         else:
             given = factor, impulse, rows, asked, touches, q, v, doubt
             dv, outcome = self._with_contacts(*given, known)
-        if self._singular and rows is not None:
+        if self._singular and rows is not None and isinstance(outcome, Outcome):
             outcome = with_massless_locks(outcome, self._rows_there, rows, struck, data.M)
         return dv, outcome
 
@@ -163,16 +166,18 @@ class ConstrainedJump:
         q: np.ndarray,
         v: np.ndarray,
         doubt: bool,
-    ) -> tuple[np.ndarray, Outcome]:
+    ) -> tuple[np.ndarray, Outcome | Callable[[], Outcome]]:
         if rows is None or asked is None:
             return factor.solve(impulse), Outcome(np.empty(0), None)
         if isinstance(factor, SparseFactor):
             if hold.is_compiled:
-                given = self.data.U.T, self.data.D, rows, impulse, v, asked, self._row_by_row
-                solved, dv, multipliers, moves = hold(*given)
+                data = self.data
+                solved, dv, multipliers, moves = hold(
+                    data.U.T, data.D, rows, impulse, v, asked, self._row_by_row
+                )
                 if solved:
-                    unique = None if moves.all() else moves
-                    return dv, Outcome(multipliers, unique, nearly_dependent=doubt)
+                    unique = None if solved == BY_ALL else moves
+                    return dv, partial(Outcome, multipliers, unique, nearly_dependent=doubt)
             else:
                 hold.wait(SAVED)
         half = factor.half(rows, impulse[None])

@@ -110,10 +110,15 @@ class _Workspace:
         self._yielding = YieldingControls(stops) if stops else None
         self._without: dict[tuple[str, ...], ImpactSolver] = {}
         # The commonest case, a robot alone on a fixed base, needs nothing in between.
-        direct = self._reached is not None and self._reached.is_as_given and not self._has_rows
-        self._velocity_jump = (
-            self._algorithm.velocity_jump if direct else self._velocity_jump_of_reached
-        )
+        reached, as_given = self._reached, bool(self._reached and self._reached.is_as_given)
+        self._jump_by_rows = self._constrained_jump
+        self._velocity_jump: Callable[[np.ndarray], np.ndarray] = self._velocity_jump_of_reached
+        if as_given and self._has_rows:
+            self._jump_by_rows = self._algorithm.solve
+        elif as_given:
+            self._velocity_jump = self._algorithm.velocity_jump
+        elif reached and not (self._has_rows or reached.whole) and reached.translations is None:
+            self._velocity_jump = _jump_of_branches(self._algorithm, reached, model.nv)
 
     def solve(self, scene: Scene, q: ArrayLike, v: ArrayLike) -> Impact:
         """The impact at q and v, which are copied and checked."""
@@ -144,7 +149,7 @@ class _Workspace:
                 freed = self._yielding.scene(scene, q, v)
                 if freed is not scene:
                     return self._freed(freed).solve(q, v)
-            return Impact(scene, q, v, *self._constrained_jump(q, v))
+            return Impact(scene, q, v, *self._jump_by_rows(q, v))
         return Impact(scene, q, v, self._velocity_jump(q))
 
     def _freed(self, scene: Scene) -> ImpactSolver:
@@ -226,6 +231,20 @@ class _Workspace:
         dv = np.zeros(self._v_shape)
         dv[self._reached.v_index] = dv_reached
         return dv
+
+
+def _jump_of_branches(
+    way: Any, reached: ReachedModel, nv: int
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Δv (nv,) of the whole robot by a way on the branches reached, whose roots do not move."""
+    q_index, v_index, zeros = reached.q_index, reached.v_index, np.zeros
+
+    def velocity_jump(q: np.ndarray) -> np.ndarray:
+        dv = zeros(nv)
+        dv[v_index] = way.velocity_jump(q[q_index])
+        return dv
+
+    return velocity_jump
 
 
 def solve(scene: Scene, q: ArrayLike, v: ArrayLike) -> Impact:

@@ -16,7 +16,7 @@ from .half import factor_of, solve_mass
 from .struck import posed
 from .tolerances import CLEAR, ROUNDING
 
-__all__ = ["COMPARABLE", "FAINT_PIVOT", "hold"]
+__all__ = ["BY_ALL", "BY_SOME", "COMPARABLE", "FAINT_PIVOT", "UNSOLVED", "hold"]
 
 # Rows whose squares differ by less than this are no rounding of each other.
 COMPARABLE = 1e-9
@@ -24,8 +24,10 @@ COMPARABLE = 1e-9
 # that, squared (``impact.axes_of_vectors.FAINT_AXIS``).
 FAINT_PIVOT = 1e-14
 
-# Whether it is solved; Δv (nv,); λ (m,); whether each row moves anything (m,).
-Held = tuple[bool, np.ndarray, np.ndarray, np.ndarray]
+# Not solved; solved, some rows moving nothing; solved, all rows moving something.
+UNSOLVED, BY_SOME, BY_ALL = 0, 1, 2
+# One of these; Δv (nv,); λ (m,); whether each row moves anything (m,).
+Held = tuple[int, np.ndarray, np.ndarray, np.ndarray]
 
 
 def _examples() -> tuple[object, ...]:
@@ -62,18 +64,21 @@ def hold(
     multipliers, dv, moves = np.empty(m), impulse.copy(), np.ones(m, np.bool_)
     for r in range(m):
         multipliers[r] = asked[r] - W[m, r]
-    if not _multiply(W, m, multipliers, moves):
-        return False, dv, multipliers, moves
+    live = _multiply(W, m, multipliers, moves)
+    if live < 0:
+        return UNSOLVED, dv, multipliers, moves
     for r in range(m):
         for k in range(nv):
             dv[k] += rows[r, k] * multipliers[r]
     solve_mass(factor_of(lower, pivots), dv)
-    return _is_met(rows, v, asked, dv, row_by_row), dv, multipliers, moves
+    if not _is_met(rows, v, asked, dv, row_by_row):
+        return UNSOLVED, dv, multipliers, moves
+    return BY_ALL if live == m else BY_SOME, dv, multipliers, moves
 
 
 @compiled
-def _multiply(W: np.ndarray, m: int, x: np.ndarray, moves: np.ndarray) -> bool:
-    """x (m,) ← W⁻¹ x, 0 for rows of zeros; whether the other rows are clearly independent."""
+def _multiply(W: np.ndarray, m: int, x: np.ndarray, moves: np.ndarray) -> int:
+    """x (m,) ← W⁻¹ x, 0 for rows of zeros; how many are not, −1 if not clearly independent."""
     least, largest, still = math.inf, 0.0, 0
     for r in range(m):
         largest = max(largest, W[r, r])
@@ -83,20 +88,20 @@ def _multiply(W: np.ndarray, m: int, x: np.ndarray, moves: np.ndarray) -> bool:
             continue
         # A row of no effect cannot change its velocity.
         if x[r] != 0.0:
-            return False
+            return -1
         moves[r] = False
         still += 1
         W[r, r] = largest
     if not 0.0 < largest < math.inf or (still > 0 and least < COMPARABLE * largest):
-        return False
+        return -1
     factor = np.empty((m, m))
     if not cholesky(W, m, factor) > CLEAR:
-        return False
+        return -1
     for r in range(m):
         if factor[r, r] * factor[r, r] < FAINT_PIVOT * largest:
-            return False
+            return -1
     eliminate(factor, m, x)
-    return True
+    return m - still
 
 
 @compiled

@@ -170,6 +170,10 @@ class ConstraintRows:
             vectors_of_rows(block.said for block in blocks),
         )
 
+    @cached_property
+    def _shape(self) -> tuple[int, int]:
+        return len(self.names), self.model.nv
+
     @property
     def count(self) -> int:
         """How many rows there are."""
@@ -182,19 +186,32 @@ class ConstraintRows:
     def matrix_and_doubt(self, data: pin.Data, q: np.ndarray) -> tuple[np.ndarray, bool]:
         """A at q, and whether a row was taken for zero that is more than rounding."""
         doubt = False
-        rows = np.empty((len(self.names), self.model.nv))
+        rows = np.empty(self._shape)
         for block, where in zip(self.blocks, self.slices, strict=True):
             rows[where] = block.jacobian(data, q)
         if self.faintest is not None:
-            largest = np.maximum.reduce(np.abs(rows), axis=1)
+            largest = np.maximum.reduce(np.abs(rows), 1)
             # By far most rows are none of these: told apart without arrays.
-            if any(0.0 < a <= b for a, b in zip(largest.tolist(), self.faintest, strict=True)):
-                faint = (largest <= np.array(self.faintest)) & (largest > 0.0)
-                gross = self.magnitude(data, q)
-                faint &= (np.abs(rows) <= NULL_ROW * gross).all(axis=1)
-                doubt = bool((np.abs(rows[faint]) > EXACT_NULL_ROW * gross[faint]).any())
-                rows[faint] = 0.0
+            for size, faintest in zip(largest.tolist(), self.faintest, strict=True):
+                if 0.0 < size <= faintest:
+                    doubt = self._clear_faint(rows, largest, data, q)
+                    break
         return rows, doubt
+
+    def _clear_faint(
+        self, rows: np.ndarray, largest: np.ndarray, data: pin.Data, q: np.ndarray
+    ) -> bool:
+        """Clear rows that are zero but for rounding; whether one was more than that.
+
+        Args:
+            largest: (m,) the largest entry of each row.
+        """
+        gross = self.magnitude(data, q)
+        faint = (largest <= np.array(self.faintest)) & (largest > 0.0)
+        faint &= (np.abs(rows) <= NULL_ROW * gross).all(axis=1)
+        doubt = bool((np.abs(rows[faint]) > EXACT_NULL_ROW * gross[faint]).any())
+        rows[faint] = 0.0
+        return doubt
 
     def magnitude(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(m, nv) the size of the terms that make up A."""

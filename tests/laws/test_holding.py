@@ -7,7 +7,7 @@ import pytest
 import impulsekit as ik
 from impulsekit.impact import ImpactSolver, constrained
 from impulsekit.impact.warm import compile_laws
-from impulsekit.laws.holding import hold
+from impulsekit.laws.holding import BY_ALL, BY_SOME, UNSOLVED, hold
 
 
 def factored(nv, rng):
@@ -34,24 +34,25 @@ def test_rows_are_met_and_momentum_balances(nv, m, by_row):
     truth = np.linalg.solve(whole, np.concatenate([impulse, asked]))
     solved, dv, multipliers, moves = hold(*given, by_row)
     assert moves.all() and np.abs(np.concatenate([dv, multipliers]) - truth).max() < 1e-11
-    assert solved or by_row or m == nv
+    assert solved == BY_ALL or by_row or m == nv
 
 
 def test_rows_of_zeros_take_nothing_and_others_go_on():
     mass, (lower, pivots, rows, impulse, v, asked) = problem(6, 4, np.random.default_rng(1))
     rows[2], asked[2] = 0.0, 0.0
     solved, dv, multipliers, moves = hold(lower, pivots, rows, impulse, v, asked, False)
-    assert solved and moves.tolist() == [True, True, False, True] and multipliers[2] == 0.0
+    assert solved == BY_SOME and moves.tolist() == [True, True, False, True]
+    assert multipliers[2] == 0.0
     assert np.abs(mass @ dv - impulse - rows.T @ multipliers).max() < 1e-13
     asked[2] = 1.0
-    assert not hold(lower, pivots, rows, impulse, v, asked, False)[0]
+    assert hold(lower, pivots, rows, impulse, v, asked, False)[0] == UNSOLVED
 
 
 def test_dependent_rows_are_left():
     _, (lower, pivots, rows, impulse, v, asked) = problem(6, 3, np.random.default_rng(2))
     rows[2] = rows[0] - 2.0 * rows[1]
     asked[2] = asked[0] - 2.0 * asked[1]
-    assert not hold(lower, pivots, rows, impulse, v, asked, False)[0]
+    assert hold(lower, pivots, rows, impulse, v, asked, False)[0] == UNSOLVED
 
 
 def test_solve_calls_it_once_and_agrees_with_the_long_way(monkeypatch):
