@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from ..geometry.point_table import PLANE, Table, table_of
-from ..scene import Scene
 from .chart import Chart
 from .compiled_advance import until_closing
 from .compiled_look import Watched, look
@@ -18,7 +17,7 @@ from .compiled_step import SOLVED, System, Work, begin_steps, rates_at
 from .compiled_strike import Blow, room_for_blow, strike_point
 from .crossing import Crossing, Seen
 from .dynamics import Dynamics
-from .load_tables import Driven, loads_of
+from .load_tables import Driven
 from .tree_of_model import room_of, tree_of
 
 __all__ = ["Mover", "mover_of"]
@@ -30,7 +29,7 @@ class Mover:
     """The tables of a scene for compiled code: its tree, its forces, and the points that rest.
 
     Attributes:
-        driven: forces that are functions of time. loads: tables of the forces.
+        driven: forces that are functions of time.
     """
 
     def __init__(
@@ -41,7 +40,7 @@ class Mover:
         self._driven = np.zeros(driven.count)
         self._points: dict[int, Table] = {}
         self._no_ways, self._no_begins = np.zeros((0, 3)), np.zeros(0, dtype=bool)
-        self.driven, self.loads = driven, system.loads
+        self.driven = driven
         # To look at steps that were made.
         self.room = work_of(len(system.load), driven.count)
 
@@ -246,22 +245,22 @@ class Mover:
         self._dynamics.evaluations += evaluations
 
 
-def mover_of(scene: Scene, dynamics: Dynamics, chart: Chart, together: float) -> Mover | None:
+def mover_of(dynamics: Dynamics, chart: Chart, together: float) -> Mover | None:
     """What compiled code knows of a scene; None where it does not know all that acts.
 
     ``together``: gaps that close this soon after the first close with it [s].
     """
-    if dynamics.needs_rows:
+    forces = dynamics.forces
+    if dynamics.needs_rows or not forces.is_known:
         return None
-    found, tree = loads_of(scene), tree_of(dynamics.model)
-    if found is None or tree is None:
+    tree = tree_of(dynamics.model)
+    if tree is None:
         return None
-    loads, driven = found
     model, none = dynamics.model, np.zeros((3, 0))
     system = System(
         tree,
         room_of(model),
-        loads,
+        forces.loads,
         NO_POINTS,
         NOTHING_SLIDES,
         chart.reference,
@@ -269,4 +268,4 @@ def mover_of(scene: Scene, dynamics: Dynamics, chart: Chart, together: float) ->
         np.zeros(model.nv),
         *none,
     )
-    return Mover(dynamics, system, driven, chart, together)
+    return Mover(dynamics, system, forces.driven, chart, together)

@@ -121,8 +121,8 @@ def accelerate(system: System, driven: np.ndarray, v: np.ndarray, rate: np.ndarr
     look_at(tree, room, q, v)
     write_factor(tree, room)
     begin_forces(tree, room)
-    push_bodies(system.loads, driven, room)
-    load[:] = 0.0
+    push_bodies(system.loads, driven, room.kinematics.places, room.kinematics.speeds, room.force)
+    put(system.loads.constant, load)
     add_torques(system.loads, driven, q, v, load)
     take_forces(tree, room, load)
     total = 0.0

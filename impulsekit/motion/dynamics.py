@@ -130,7 +130,7 @@ class Dynamics:
         torque = self._torques(t, q, v)
         if self.forces.on_bodies:
             pin.forwardKinematics(self.model, self._moving, q, v)
-            wrenches = self.forces.wrenches(t, self._moving)
+            wrenches = self.forces.wrenches(t, self._memory)
             return _aba(self.model, self._data, q, v, torque, wrenches)
         return _aba(self.model, self._data, q, v, torque)
 
@@ -195,7 +195,7 @@ class Dynamics:
         load = self._torques(t, q, v)
         if self.forces.on_bodies:
             load = load - pin.rnea(
-                model, self._data, q, v, self._zero, self.forces.wrenches(t, data)
+                model, self._data, q, v, self._zero, self.forces.wrenches(t, self._memory)
             )
         else:
             load = load - pin.nonLinearEffects(model, self._data, q, v)
@@ -215,7 +215,9 @@ class Dynamics:
         pin.forwardKinematics(model, moving, q, v, self._zero)
         load = self._torques(t, q, v)
         if self.forces.on_bodies:
-            load = load - pin.rnea(model, data, q, v, self._zero, self.forces.wrenches(t, moving))
+            load = load - pin.rnea(
+                model, data, q, v, self._zero, self.forces.wrenches(t, self._memory)
+            )
         else:
             load = load - pin.rnea(model, data, q, v, self._zero)
         if not np.isfinite(load).all():

@@ -13,6 +13,7 @@ from ..impact.algorithms import symmetric
 from ..robot.arrays import read_only
 from ..robot.mass_matrix import crba_of
 from .force_field import ForceField
+from .memory import Memory
 
 if TYPE_CHECKING:
     from .trajectory import Trajectory
@@ -55,7 +56,9 @@ class MomentumHistory(OneLine):
 
 def energies_of(motion: Trajectory) -> EnergyHistory:
     """See ``Trajectory.energy``."""
-    model, data = _with_gravity(motion)
+    model = _with_gravity(motion)
+    memory = Memory(model)
+    data = memory.data
     forces = ForceField(motion.scene) if motion.scene.forces else None
     rows, crba = np.empty((len(motion.t), 3)), crba_of(model)
     for row, q, v in zip(rows, motion.q, motion.v, strict=True):
@@ -67,14 +70,15 @@ def energies_of(motion: Trajectory) -> EnergyHistory:
             inertia.mass * model.gravity.linear.dot(placement.act(inertia.lever))
             for inertia, placement in zip(model.inertias, data.oMi, strict=True)
         )
-        row[2] = forces.potential(q, data) if forces is not None else 0.0
+        row[2] = forces.potential(q, memory) if forces is not None else 0.0
     kinetic, gravity, springs = (read_only(column.copy()) for column in rows.T)
     return EnergyHistory(kinetic, gravity, springs)
 
 
 def momenta_of(motion: Trajectory) -> MomentumHistory:
     """See ``Trajectory.momentum``."""
-    model, data = _with_gravity(motion)
+    model = _with_gravity(motion)
+    data = model.createData()
     linear, angular = np.empty((len(motion.t), 3)), np.empty((len(motion.t), 3))
     for i, (q, v) in enumerate(zip(motion.q, motion.v, strict=True)):
         about_com = pin.computeCentroidalMomentum(model, data, q, v)
@@ -83,7 +87,7 @@ def momenta_of(motion: Trajectory) -> MomentumHistory:
     return MomentumHistory(read_only(linear), read_only(angular))
 
 
-def _with_gravity(motion: Trajectory) -> tuple[pin.Model, pin.Data]:
+def _with_gravity(motion: Trajectory) -> pin.Model:
     model = pin.Model(motion.scene.robot.model)
     model.gravity.linear = np.array(motion.scene.gravity)
-    return model, model.createData()
+    return model

@@ -81,10 +81,9 @@ class Flight:
     def _made_stepper(self) -> Stepper:
         now, settings = self._present, self._present.settings
         if settings.method == "dop853":
-            mover = mover_of(now.scene, now.dynamics, self._chart, settings.together)
+            mover = mover_of(now.dynamics, self._chart, settings.together)
             now.mover = mover
             if mover is not None:
-                now.kinks.connect(mover.loads)
                 tolerances = settings.rtol, settings.atol
                 stepper = CompiledStepper(self._rates, *tolerances, mover, self._watch.within)
                 self.strides = Strides(now, mover, self._chart, stepper, self.path)

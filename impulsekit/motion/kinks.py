@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .compiled_loads import LIMITED
 from .joint_kinks import JointKinks
 from .kink import Kink
 from .limit_kinks import LimitKinks
@@ -18,7 +19,6 @@ from .roots import States
 from .spring_kinks import SpringKinks
 
 if TYPE_CHECKING:
-    from .compiled_loads import Loads
     from .dynamics import Dynamics
 
 __all__ = ["Kink", "Kinks"]
@@ -37,24 +37,15 @@ class Kinks:
         dynamics: Dynamics,
         accelerate: Callable[[float, np.ndarray, np.ndarray], np.ndarray],
     ) -> None:
-        self._springs = SpringKinks(dynamics.forces, dynamics.model)
+        loads, model = dynamics.forces.loads, dynamics.model
+        self._springs = SpringKinks(loads, model)
         joints = dynamics.resting.joints
-        self._joints = None if joints is None else JointKinks(joints, dynamics.model, accelerate)
-        limited = dynamics.forces.limited
-        self._limits = LimitKinks(limited, dynamics.model) if limited else None
+        self._joints = None if joints is None else JointKinks(joints, model, accelerate)
+        limited = (loads.kinks[:, 0] == LIMITED).any()
+        self._limits = LimitKinks(loads, model) if limited else None
 
     def __bool__(self) -> bool:
         return bool(self._springs) or self._joints is not None or self._limits is not None
-
-    def connect(self, loads: Loads) -> None:
-        """Keep the tables of compiled code, ``loads`` of the same scene, up to date as well."""
-        tables: list[list[tuple[np.ndarray, int]]] = [[], []]
-        for kind, row in loads.kinks.tolist():
-            table = loads.between if kind == 1 else loads.in_joints
-            tables[kind == 2].append((table, row))
-        self._springs.connect(tables[0])
-        if self._limits is not None:
-            self._limits.connect(tables[1])
 
     def begin(self, q: np.ndarray, v: np.ndarray) -> None:
         """Set all for the state at which a motion begins."""

@@ -1,22 +1,20 @@
-"""The forces of a scene as tables for compiled code, and what of them is driven in time."""
+"""The forces of a scene as tables, and what of them is driven in time."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..robot import Robot
 from ..scene import Actuator, AppliedForce, JointSpring, Scene, Spring
 from ..scene.forces import PD, TorqueTable
-from .compiled_loads import ON, Loads
+from .compiled_loads import ACTS, BY_STATE, LIMITED, ON, Loads
 
-__all__ = ["Driven", "loads_of"]
+__all__ = ["Driven", "Tables", "tables_of"]
 
 _SIDES = {"both": 0.0, "above": 1.0, "below": -1.0}
-# Columns after the six numbers of a spring in a joint: four unused, and its state (ON), ACTS.
-_ACTS = (0.0, 0.0, 0.0, 0.0, 1.0)
 _WAYS = {"both": 0.0, "pull": 1.0, "push": -1.0}
 
 
@@ -26,36 +24,59 @@ class Driven:
     Attributes:
         count: how many numbers that is.
         is_constant: whether they stay what they are.
+        given: users' functions, and where what they give stands.
+        corners: times at which a table has a corner [s].
     """
 
     def __init__(self, forces: Sequence[tuple[AppliedForce, str]], tables: Sequence[TorqueTable]):
-        self._tables = tables
-        self.count = 6 * len(forces) + len(tables)
-        self._start = np.zeros(self.count)
-        self._given: list[tuple[int, Callable[[float], np.ndarray]]] = []
+        self._tables, self._first = tables, 6 * len(forces)
+        self.count = self._first + len(tables)
+        self._start = np.zeros(self._first)
+        self.given: list[tuple[int, Callable[[float], np.ndarray]]] = []
         for i, (force, name) in enumerate(forces):
             if force.is_constant:
                 self._start[6 * i : 6 * i + 6] = force.force_at(0.0)
             else:
-                self._given.append((6 * i, _named(force, name)))
-        self.is_constant = not self._given and not tables
+                self.given.append((6 * i, _named(force, name)))
+        self.is_constant = not self.given and not tables
+        self.corners = sorted({time for table in tables for time in table.times})
 
     def write(self, t: float, row: np.ndarray) -> None:
         """Write what is driven at a time [s]."""
-        row[:] = self._start
-        for at, given in self._given:
+        self.write_forces(t, row)
+        self.write_torques(t, row)
+
+    def write_forces(self, t: float, row: np.ndarray) -> None:
+        """The same of applied forces alone."""
+        row[: self._first] = self._start
+        for at, given in self.given:
             row[at : at + 6] = given(t)
-        first = self.count - len(self._tables)
+
+    def write_torques(self, t: float, row: np.ndarray) -> None:
+        """The same of torques alone."""
         for i, table in enumerate(self._tables):
-            row[first + i] = table(t, None, None)
+            row[self._first + i] = table(t, None, None)
 
 
 def _named(force: AppliedForce, name: str) -> Callable[[float], np.ndarray]:
     return lambda t: force.force_at(t, name)
 
 
-def loads_of(scene: Scene) -> tuple[Loads, Driven] | None:
-    """The forces of a scene; None where a torque is a user's function."""
+class Tables(NamedTuple):
+    """The forces of a scene: ``loads`` and what is driven in time.
+
+    Besides, (entry, rows in v) of torques that are functions of the state, and whether tables
+    have all the others.
+    """
+
+    loads: Loads
+    driven: Driven
+    functions: list[tuple[int, slice]]
+    has_all: bool
+
+
+def tables_of(scene: Scene) -> Tables:
+    """The forces of a scene."""
     robot, names = scene.robot, scene.entry_names("forces")
     constant = np.zeros(robot.model.nv)
     joints: list[tuple[int, int, int]] = []
@@ -66,39 +87,45 @@ def loads_of(scene: Scene) -> tuple[Loads, Driven] | None:
     rows: list[int] = []
     tables: list[TorqueTable] = []
     applied: list[tuple[AppliedForce, str]] = []
-    for force, name in zip(scene.forces, names, strict=True):
-        if getattr(force, "acts", "both") != "both":
+    functions: list[tuple[int, slice]] = []
+    has_all = True
+    for entry, (force, name) in enumerate(zip(scene.forces, names, strict=True)):
+        state = ACTS if getattr(force, "acts", "both") == "both" else BY_STATE
+        if state == BY_STATE:
             between_points = type(force) is Spring
             kinks.append((int(between_points), len(springs if between_points else joints)))
         if type(force) is JointSpring:
             joints.append(_entries(robot, force.joint))
-            side = _SIDES[force.acts]
-            own = force.stiffness, force.damping, force.rest, side, 0.0, np.inf
-            in_joints.append((*own, *_ACTS))
+            own = force.stiffness, force.damping, force.rest, _SIDES[force.acts], 0.0, np.inf
+            in_joints.append((*own, 0.0, 1.0, 0.0, 0.0, state))
         elif type(force) is Spring:
             ends = (robot, force.frame, force.at), (robot, force.other, force.other_at)
             (one, here), (two, there) = (_point(*end) for end in ends)
             springs.append((one, two))
             more = force.stiffness, force.damping, force.rest_length, _WAYS[force.acts]
-            between.append(np.array([*here, *there, *more, 1.0]))
+            between.append(np.array([*here, *there, *more, state]))
         elif type(force) is AppliedForce:
             applied.append((force, name))
-        elif type(force) is Actuator and isinstance(force.torque, tuple):
-            joint = robot.model.joints[robot.joint_id(force.joint)]
-            constant[joint.idx_v : joint.idx_v + joint.nv] += force.torque
-        elif type(force) is Actuator and isinstance(force.torque, PD):
+        elif type(force) is not Actuator:
+            has_all = False
+        elif isinstance(force.torque, PD):
             law = force.torque
             joints.append(_entries(robot, force.joint))
             limit = np.inf if law.limit is None else law.limit
             if law.limit is not None:
-                kinks.append((2, len(joints) - 1))
+                kinks.append((LIMITED, len(joints) - 1))
             more = law.target, 0.0, law.damping * law.velocity, limit
-            in_joints.append((law.stiffness, law.damping, *more, *_ACTS))
-        elif type(force) is Actuator and isinstance(force.torque, TorqueTable):
+            in_joints.append((law.stiffness, law.damping, *more, 0.0, 0.0, 0.0, 0.0, ACTS))
+        elif isinstance(force.torque, TorqueTable):
             rows.append(_entries(robot, force.joint)[0])
             tables.append(force.torque)
         else:
-            return None
+            joint = robot.model.joints[robot.joint_id(force.joint)]
+            own_rows = slice(joint.idx_v, joint.idx_v + joint.nv)
+            if isinstance(force.torque, tuple):
+                constant[own_rows] += force.torque
+            else:
+                functions.append((entry, own_rows))
     places = [_placement(robot, force) for force, _ in applied]
     loads = Loads(
         constant,
@@ -111,7 +138,7 @@ def loads_of(scene: Scene) -> tuple[Loads, Driven] | None:
         np.array([place[0] for place in places], dtype=np.int64).reshape(-1, 2),
         np.array([place[1] for place in places], dtype=float).reshape(-1, 12),
     )
-    return loads, Driven(applied, tables)
+    return Tables(loads, Driven(applied, tables), functions, has_all)
 
 
 def _entries(robot: Robot, name: str) -> tuple[int, int, int]:

@@ -31,6 +31,7 @@ from ..scene import (
 )
 from .dynamics import Dynamics
 from .force_field import ForceField
+from .memory import Memory
 from .rated_gaps import StopGap
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ class Loads:
         dynamics = of.dynamics
         dynamics.resting = piece.footing.restored(of.scene, dynamics.gaps)
         self.acceleration = np.array(dynamics.acceleration(self.t, self.q, self.v))
-        data = of.data
+        data = of.memory.data
         pin.forwardKinematics(dynamics.model, data, self.q, self.v)
         self._placements = [pin.SE3(placement) for placement in data.oMi]
         self.points = tuple(self._pushed(dynamics, data))
@@ -113,7 +114,7 @@ class Loads:
         self.forces = tuple(
             _dry(joints, i, float(self.v[field]))
             if isinstance(field, int)
-            else field.at(self.t, self.q, self.v, data)
+            else field.at(self.t, self.q, self.v, of.memory)
             for i, field in enumerate(of.fields)
         )
 
@@ -235,7 +236,7 @@ class LoadsOfMotion:
         robot = scene.robot
         self.model = pin.Model(robot.model)
         self.model.gravity.linear = np.array(scene.gravity)
-        self.data, self.data_of_robot = self.dynamics.model.createData(), self.model.createData()
+        self.memory, self.data_of_robot = Memory(self.dynamics.model), self.model.createData()
         names = scene.entry_names("forces")
         self.fields = [
             _row_of(scene, force)
@@ -325,12 +326,12 @@ class _OneForce:
         for frame_id in map(robot.frame_id, names):
             self._frames[robot.model.frames[frame_id].parentJoint] = frame_id
 
-    def at(self, t: float, q: np.ndarray, v: np.ndarray, data: pin.Data) -> ForceBetween:
-        """What it gives; ``data`` with placements and velocities."""
+    def at(self, t: float, q: np.ndarray, v: np.ndarray, memory: Memory) -> ForceBetween:
+        """What it gives; ``memory`` with placements and velocities."""
         if self._joint is not None:
             torque = self._field.torque(t, q, v)
             return ForceBetween(torque[self._joint].copy(), float(torque @ v), ())
-        wrenches = self._field.wrenches(t, data)
+        wrenches, data = self._field.wrenches(t, memory), memory.data
         bodies = tuple(
             BodyImpulse(frame_id, joint_id, pin.Force(wrenches[joint_id]), self._name)
             for joint_id, frame_id in self._frames.items()

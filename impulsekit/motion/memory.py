@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from ..geometry.point_table import Kinematics
 
-__all__ = ["Memory", "order_of_speeds"]
+__all__ = ["MOTION", "Memory", "order_of_speeds", "rows_of"]
 
 # Of a placement: the rotation, column by column, then the translation. Of a motion: linear
 # before angular.
@@ -40,9 +40,9 @@ class Memory:
     def __init__(self, model: pin.Model) -> None:
         self.data = model.createData()
         data, count = self.data, model.njoints
-        self.places = _rows(data.oMi, lambda place: place.rotation, count, PLACE)
-        self.speeds = _rows(data.v, lambda motion: motion.vector, count, MOTION)
-        self.rates = _rows(data.a, lambda motion: motion.vector, count, MOTION)
+        self.places = rows_of(data.oMi, lambda place: place.rotation, count, PLACE)
+        self.speeds = rows_of(data.v, lambda motion: motion.vector, count, MOTION)
+        self.rates = rows_of(data.a, lambda motion: motion.vector, count, MOTION)
         # Of mimic joints there are more columns than speeds.
         self.jacobian = data.J.reshape(MOTION, data.J.size // MOTION, order="F").T
         self.factor, self.mass = data.U.T, data.M.T
@@ -72,7 +72,7 @@ def order_of_speeds(model: pin.Model) -> tuple[np.ndarray, np.ndarray, np.ndarra
     return last, before, branch
 
 
-def _rows(vector: Any, part: Any, count: int, width: int) -> np.ndarray:
+def rows_of(vector: Any, part: Any, count: int, width: int) -> np.ndarray:
     """(count, width) the memory of a vector of C++."""
     first = part(vector[0])
     address = first.__array_interface__["data"][0]

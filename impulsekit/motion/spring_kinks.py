@@ -9,16 +9,16 @@ from __future__ import annotations
 
 from functools import partial
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
 from .closing import Node, errors_of, may_close, zero_finder
-from .compiled_loads import ACTS, BEYOND, ON, OUT, SLACK
-from .force_field import ForceField
+from .compiled_loads import ACTS, BETWEEN, BEYOND, LIMITED, ON, OUT, SLACK, Loads, push_of
 from .kink import PART, Kink
+from .memory import Memory
 from .roots import States, falling_root
-from .springs import Push
 from .windows import Turning
 
 __all__ = ["SpringKinks"]
@@ -27,31 +27,54 @@ __all__ = ["SpringKinks"]
 _first_zero = zero_finder(lambda gap, t: gap(t))
 
 
+class Push(NamedTuple):
+    """State of a one-sided spring; see ``push_of``."""
+
+    zone: float
+    rate: float
+    force: float
+
+
+class _Spring(NamedTuple):
+    """A one-sided spring.
+
+    Attributes:
+        kink: its number among the kinks. numbers: its row, with its state.
+        is_damped: whether it has a damper.
+        beyond: force below which it counts as zero [N, N m].
+    """
+
+    kink: int
+    numbers: np.ndarray
+    is_damped: bool
+    beyond: float
+
+
 class SpringKinks:
     """The one-sided springs of a motion: whether they act now, and when that changes."""
 
-    def __init__(self, forces: ForceField, model: pin.Model) -> None:
-        self._springs, self._model = forces.one_sided, model
+    def __init__(self, loads: Loads, model: pin.Model) -> None:
+        self._loads, self._model = loads, model
+        self._springs: list[_Spring] = []
+        for k, (kind, row) in enumerate(loads.kinks.tolist()):
+            if kind == LIMITED:
+                continue
+            numbers = loads.between[row] if kind == BETWEEN else loads.in_joints[row]
+            stiffness, damping = numbers[6:8] if kind == BETWEEN else numbers[:2]
+            beyond = float(BEYOND * (stiffness + damping))
+            self._springs.append(_Spring(k, numbers, bool(damping > 0.0), beyond))
         if self._springs:
-            self._data, self._turning = model.createData(), Turning(model)
-        self._does = [OUT] * len(self._springs)
-        self._tables: list[tuple[np.ndarray, int]] = []
+            self._memory, self._turning = Memory(model), Turning(model)
 
     def __bool__(self) -> bool:
         return bool(self._springs)
-
-    def connect(self, tables: list[tuple[np.ndarray, int]]) -> None:
-        """Keep rows of compiled code's tables, by spring, up to date as well."""
-        self._tables = tables
-        self._set()
 
     def begin(self, q: np.ndarray, v: np.ndarray) -> None:
         """Set all springs for the state at which a motion begins."""
         if not self._springs:
             return
         for i, push in enumerate(self._pushes(q, v)):
-            self._does[i] = self._inside(i, push) if push.zone > 0.0 else OUT
-        self._set()
+            self._change(i, self._inside(i, push) if push.zone > 0.0 else OUT)
 
     def heed_jump(self, q: np.ndarray, v: np.ndarray) -> None:
         """After a jump of the velocity: dampers may begin or cease to outweigh springs."""
@@ -59,12 +82,14 @@ class SpringKinks:
             return
         for i, push in enumerate(self._pushes(q, v)):
             if self._does[i] != OUT:
-                self._does[i] = self._inside(i, push)
-        self._set()
+                self._change(i, self._inside(i, push))
+
+    @property
+    def _does(self) -> list[int]:
+        return [int(spring.numbers[ON]) for spring in self._springs]
 
     def _change(self, spring: int, becomes: int) -> None:
-        self._does[spring] = becomes
-        self._set()
+        self._springs[spring].numbers[ON] = becomes
 
     def first(self, states: States, start: float, end: float) -> Kink | None:
         """The first kink within a step, if there is one.
@@ -129,12 +154,8 @@ class SpringKinks:
         """SLACK or ACTS, for a spring in its zone."""
         return SLACK if self._springs[i].is_damped and push.force < 0.0 else ACTS
 
-    def _set(self) -> None:
-        for spring, does in zip(self._springs, self._does, strict=True):
-            spring.acts = does == ACTS
-        for (table, row), does in zip(self._tables, self._does, strict=False):
-            table[row, ON] = does
-
     def _pushes(self, q: np.ndarray, v: np.ndarray) -> list[Push]:
-        pin.forwardKinematics(self._model, self._data, q, v)
-        return [spring.push(q, v, self._data) for spring in self._springs]
+        memory = self._memory
+        pin.forwardKinematics(self._model, memory.data, q, v)
+        shown = memory.places, memory.speeds, q, v
+        return [Push(*push_of(self._loads, spring.kink, *shown)) for spring in self._springs]

@@ -191,6 +191,7 @@ def begin_forces(tree: Tree, room: Room) -> None:
     places, speeds = room.kinematics.places, room.kinematics.speeds
     rates, force = room.kinematics.rates, room.force
     gravity = three(tree.gravity, 0)
+    _put_two(force[0], (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     for j in range(1, len(tree.joints)):
         inertia = tree.numbers[j, 15:]
         move, spin = three(speeds[j], 0), three(speeds[j], 3)
@@ -203,9 +204,9 @@ def begin_forces(tree: Tree, room: Room) -> None:
 
 
 @borrowing
-def push(room: Room, j: int, point: Vector, force: Vector) -> None:
-    """A force acts on a body at a point, both in the joint's axes."""
-    turning, row = cross(point, force), room.force[j]
+def push(forces: np.ndarray, j: int, point: Vector, force: Vector) -> None:
+    """A force acts on a body at a point, both in the joint's axes: ``forces`` (n, 6) has less."""
+    turning, row = cross(point, force), forces[j]
     for k in range(3):
         row[k] -= force[k]
         row[3 + k] -= turning[k]
