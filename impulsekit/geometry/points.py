@@ -28,6 +28,7 @@ from .point_table import (
     MOST,
     PLANE,
     ROPE,
+    ROUNDED,
     STOP,
     TIP,
     Axes,
@@ -50,6 +51,7 @@ __all__ = [
     "gap_and_rate",
     "gaps_and_rates",
     "rope",
+    "rounding_of",
     "write_bias",
     "write_rows",
 ]
@@ -240,6 +242,22 @@ def gap_and_rate(
     )
     gap = numbers[15] * dot(normal, along(point, -1.0, ground))
     return gap, numbers[15] * dot(normal, velocity)
+
+
+@borrowing
+def rounding_of(table: Table, i: int, places: np.ndarray, arms: float, gap: float) -> float:
+    """By how much a gap of this size is rounded [m, rad].
+
+    ``arms``: of the terms whose sum it is, besides its place.
+    """
+    size = arms
+    if table.whole[i, 0] == PLANE:
+        x, y, z = point_of(table, i, places)
+        size += max(abs(x), abs(y), abs(z))
+    elif table.whole[i, 0] == ROPE:
+        x, y, z = rope(table, i, places)[0]
+        size += max(abs(x), abs(y), abs(z))
+    return ROUNDED * (gap + size)
 
 
 @borrowing

@@ -18,7 +18,7 @@ import numpy as np
 from ..laws.borrowed import borrowing
 from ..laws.compiled import compiled
 
-__all__ = ["GAP", "Node", "errors_of", "may_close", "root_finder", "zero_finder"]
+__all__ = ["GAP", "Node", "error_of", "lowest_of", "root_finder", "zero_finder"]
 
 # A gap that only dips this far below zero [m] was grazed.
 GRAZED = 1e-12
@@ -44,27 +44,34 @@ class Node(NamedTuple):
     rate: float
 
 
-def errors_of(times: np.ndarray, values: np.ndarray, rates: np.ndarray) -> np.ndarray:
-    """(k - 1, m) by how much cubics between even nodes may be off [m]; an even number of pieces.
+@borrowing
+def error_of(double: Any, begin: Any, middle: Any, end: Any, first: Any, last: Any) -> Any:
+    """By how much the cubics over both halves of a piece may be off [m].
 
-    The cubic over two pieces is held against the node in the middle; the error of one piece is a
-    sixteenth of what is seen there, and is taken four times as large.
+    The cubic over all of it is held against the value in the middle; the error of one half is a
+    sixteenth of what is seen there, and is taken four times as large. Of numbers or arrays.
+
+    Args:
+        double: the length of the piece [s].
+        begin, middle, end: values. first, last: rates at both ends.
     """
-    double = times[2::2] - times[:-2:2]
-    middle = 0.5 * (values[:-2:2] + values[2::2])
-    middle += double[:, None] / 8.0 * (rates[:-2:2] - rates[2::2])
-    return np.repeat(0.25 * np.abs(values[1::2] - middle), 2, axis=0)
+    return 0.25 * abs(middle - 0.5 * (begin + end) - double / 8.0 * (first - last))
 
 
-def may_close(
-    times: np.ndarray, values: np.ndarray, rates: np.ndarray, errors: np.ndarray
-) -> np.ndarray:
-    """(k - 1, m) whether cubics between nodes may come to zero."""
-    step = np.diff(times)[:, None] / 3.0
-    left, right = values[:-1], values[1:]
-    bounds = np.array([left, left + step * rates[:-1], right - step * rates[1:], right])
-    lowest, highest = bounds.min(axis=0), bounds.max(axis=0)
-    return lowest <= MARGIN * (highest - lowest) + errors
+@borrowing
+def lowest_of(piece: Any, left: Any, right: Any, first: Any, last: Any, error: Any) -> Any:
+    """A lower bound of a function near a cubic, from its Bernstein coefficients.
+
+    Of numbers or arrays.
+
+    Args:
+        piece: its length [s]. left, right: values at both ends. first, last: rates there.
+        error: by how much the cubic may be off.
+    """
+    one, two = left + piece / 3.0 * first, right - piece / 3.0 * last
+    lowest = np.minimum(np.minimum(left, right), np.minimum(one, two))
+    highest = np.maximum(np.maximum(left, right), np.maximum(one, two))
+    return lowest - MARGIN * (highest - lowest) - error
 
 
 @borrowing

@@ -20,8 +20,8 @@ from ..laws.dense import put
 from .compiled_chart import centre, write_configuration, write_rate
 from .compiled_look import Watched, look_through
 from .compiled_settle import Stand, begin_stage, settle
-from .compiled_step import SOLVED, TOLERANCES, System, Tableau, Work, evaluate, try_step
-from .explicit import LEAST, length_after, shorter_length
+from .compiled_step import SOLVED, TOLERANCES, System, Work, evaluate, try_step
+from .explicit import LEAST, Tableau, length_after, shorter_length
 from .tree import look_at
 
 __all__ = [

@@ -12,19 +12,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.point_table import PLANE, ROPE, ROUNDED, Table, point_of
-from ..geometry.points import gap_and_rate, rope, write_rows
+from ..geometry.point_table import Table
+from ..geometry.points import gap_and_rate, rounding_of, write_rows
 from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import compiled, entry
 from ..laws.dense import put, put_rows
-from .closing import MARGIN, Node, zero_finder
+from .closing import Node, error_of, lowest_of, zero_finder
 from .compiled_chart import write_configuration
 from .compiled_loads import write_pushes
 from .compiled_step import System, Work
+from .explicit import nested
 from .roots import PIECES
 from .stops import LIFTED
 from .tree import look_at, write_jacobian
-from .windows import TURN
+from .windows import count_of_windows
 
 __all__ = [
     "Watched",
@@ -32,13 +33,10 @@ __all__ = [
     "example_look",
     "look",
     "look_through",
-    "rounding_of",
     "see_state",
     "write_dense",
     "write_signs",
 ]
-# A polynomial stays clear of zero by this share of how far it is off between its nodes.
-CLEAR_OF_ZERO = 0.25
 
 
 class Watched(NamedTuple):
@@ -124,12 +122,8 @@ def write_dense(work: Work, x: float) -> None:
     """Write y at a part of the step in ``trial``, as ``explicit.Output`` has it."""
     powers, y = work.powers, work.trial
     for k in range(len(y)):
-        total = powers[6, k] * x
-        factor = 1.0 - x
-        for i in range(5, -1, -1):
-            total = (total + powers[i, k]) * factor
-            factor = 1.0 - factor
-        y[k] = total + work.before[k]
+        a, b, c, d = powers[0, k], powers[1, k], powers[2, k], powers[3, k]
+        y[k] = work.before[k] + nested(x, a, b, c, d, powers[4, k], powers[5, k], powers[6, k])
 
 
 @compiled
@@ -154,8 +148,7 @@ def _count_windows(
         for k in range(nv):
             total += turning[j, k] * fastest[k]
         turned = max(turned, total)
-    turned *= length
-    return max(1, math.ceil(turned / TURN)) if turned < math.inf else 1
+    return count_of_windows(turned * length)
 
 
 @borrowing
@@ -187,25 +180,9 @@ _first_zero = zero_finder(_node)
 
 
 @borrowing
-def rounding_of(system: System, watched: Watched, i: int, gap: float) -> float:
-    """By how much a gap of this size is rounded [m, rad]; see ``Gaps.rounding``."""
-    size, places = watched.arms[i], system.room.kinematics.places
-    if watched.rated.whole[i, 0] == PLANE:
-        x, y, z = point_of(watched.rated, i, places)
-        size += max(abs(x), abs(y), abs(z))
-    elif watched.rated.whole[i, 0] == ROPE:
-        x, y, z = rope(watched.rated, i, places)[0]
-        size += max(abs(x), abs(y), abs(z))
-    return ROUNDED * (gap + size)
-
-
-@borrowing
-def _lowest(a: Node, b: Node, error: float) -> float:
-    """A lower bound of the cubic between two nodes, with its error and a margin taken off."""
-    piece = b.t - a.t
-    one, two = a.gap + piece / 3.0 * a.rate, b.gap - piece / 3.0 * b.rate
-    lowest, highest = min(a.gap, one, two, b.gap), max(a.gap, one, two, b.gap)
-    return lowest - MARGIN * (highest - lowest) - error
+def _rounding(system: System, watched: Watched, i: int, gap: float) -> float:
+    """By how much a gap of this size is rounded [m, rad]."""
+    return rounding_of(watched.rated, i, system.room.kinematics.places, watched.arms[i], gap)
 
 
 @borrowing
@@ -215,11 +192,10 @@ def _may_bend(piece: float, pushes: np.ndarray) -> bool:
         for k in range(PIECES):
             even = k - k % 2
             one, middle, two = pushes[even, i], pushes[even + 1, i], pushes[even + 2, i]
-            off = middle[0] - 0.5 * (one[0] + two[0]) - 0.25 * piece * (one[1] - two[1])
-            a = Node(0.0, pushes[k, i, 0], pushes[k, i, 1])
-            b = Node(piece, pushes[k + 1, i, 0], pushes[k + 1, i, 1])
+            error = error_of(2.0 * piece, one[0], middle[0], two[0], one[1], two[1])
+            a, b = pushes[k, i], pushes[k + 1, i]
             # What is not a number is looked at as well.
-            if not (_lowest(a, b, CLEAR_OF_ZERO * abs(off)) > 0.0 and pushes[k + 1, i, 2] > 0.0):
+            if not (lowest_of(piece, a[0], b[0], a[1], b[1], error) > 0.0 and b[2] > 0.0):
                 return True
     return False
 
@@ -236,15 +212,16 @@ def _first_closing(
         for i in range(len(base)):
             if not base[i] < math.inf:
                 continue
-            middle = 0.5 * (values[even, i] + values[even + 2, i])
-            middle += 2.0 * piece / 8.0 * (rates[even, i] - rates[even + 2, i])
-            error = 0.25 * abs(values[even + 1, i] - middle)
+            ends = values[even, i], values[even + 1, i], values[even + 2, i]
+            first, last = rates[even, i], rates[even + 2, i]
+            error = error_of(2.0 * piece, ends[0], ends[1], ends[2], first, last)
             a = Node(times[k], values[k, i] - base[i], rates[k, i])
             b = Node(times[k + 1], values[k + 1, i] - base[i], rates[k + 1, i])
             # What is not a number is looked at as well.
-            if _lowest(a, b, error) > 0.0:
+            if lowest_of(piece, a.gap, b.gap, a.rate, b.rate, error) > 0.0:
                 continue
-            rounding = rounding_of(step.system, step.watched, i, max(abs(a.gap), abs(b.gap)))
+            size = max(abs(a.gap), abs(b.gap))
+            rounding = _rounding(step.system, step.watched, i, size)
             t = _first_zero(Course(step, i), a, b, error, rounding)
             if t < best:
                 best, found = t, i

@@ -12,17 +12,18 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.point_table import Table
-from ..geometry.points import gaps_and_rates, write_bias, write_rows
+from ..geometry.points import gaps_and_rates, rounding_of, write_bias, write_rows
+from ..laws.borrowed import borrowing
 from ..laws.compiled import compiled
 from ..laws.words import NO, YES
-from .compiled_look import Watched, rounding_of
+from .compiled_look import Watched
 from .compiled_settle import Stand, begin_stage, settle_points
 from .compiled_step import SOLVED, System, accelerations_at
 from .compiled_strike import Blow, strike_alone, strike_together
 from .pressed import Sliding
 from .tree import look_at, write_jacobian
 
-__all__ = ["FAINT", "Hold", "Place", "Rules", "meet", "standing"]
+__all__ = ["FAINT", "Hold", "Place", "Rules", "meet", "size_of_hop", "standing"]
 
 # A share of the largest speed that counts as zero.
 FAINT = 1e-12
@@ -77,6 +78,12 @@ class Place(NamedTuple):
     q: np.ndarray
     v: np.ndarray
     driven: np.ndarray
+
+
+@borrowing
+def size_of_hop(speed: float, pull: float) -> tuple[float, float]:
+    """How long [s] and how high [m] what opens at a speed hops, and is pulled back [m/s²]."""
+    return 2.0 * speed / pull, 0.5 * speed * speed / pull
 
 
 @compiled
@@ -286,9 +293,9 @@ def _hops(
             pull -= rows[3 * k + 2, j] * rate[j]
         if not pull > 0.0 or not speed > 0.0:
             continue
-        duration, height = 2.0 * speed / pull, 0.5 * speed * speed / pull
+        duration, height = size_of_hop(speed, pull)
         first = min(first, duration)
-        rounding = rounding_of(system, watched, i, abs(gaps[i]))
+        rounding = rounding_of(watched.rated, i, kinematics.places, watched.arms[i], abs(gaps[i]))
         if height <= rounding or duration <= watched.window:
             low[i] = True
             again = True

@@ -1,40 +1,23 @@
-"""Tables for compiled steps: of a model's tree, of a scene's forces, of DOP853."""
+"""Tables for compiled steps: of a model's tree, of a scene's forces, room for steps."""
 
 from __future__ import annotations
-
-from functools import cache
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from ..geometry.point_table import MOST, Table
 from .compiled_loads import ON, Loads
-from .compiled_step import TOLERANCES, System, Tableau, Work
+from .compiled_step import TOLERANCES, System, Work
+from .explicit import tableau
 from .pressed import Sliding
 from .tree_of_model import room_of, tree_of
 
-__all__ = ["NOTHING_SLIDES", "NO_POINTS", "example_step", "no_loads", "tableau", "work_of"]
+__all__ = ["NOTHING_SLIDES", "NO_POINTS", "example_step", "no_loads", "work_of"]
 
 NO_POINTS = Table(np.zeros((0, 3), np.int64), np.zeros((0, MOST)))
 NOTHING_SLIDES = Sliding(np.zeros(0), np.zeros((0, 3)), 0.0, 0.0)
 # The step [s] of the example that compiling takes: any.
 EXAMPLE_STEP = 1e-3
-
-
-@cache
-def tableau() -> Tableau:
-    """The coefficients of DOP853."""
-    from scipy.integrate import DOP853
-
-    method: Any = DOP853
-    count, more = method.n_stages, len(method.C_EXTRA)
-    weights, times = np.zeros((count + 1 + more,) * 2), np.ones(count + 1 + more)
-    weights[:count, :count], times[:count] = method.A, method.C
-    weights[count + 1 :, : method.A_EXTRA.shape[1]] = method.A_EXTRA
-    times[count + 1 :] = method.C_EXTRA
-    errors = np.array([method.E5, method.E3])
-    return Tableau(weights, times, np.array(method.B), errors, np.array(method.D))
 
 
 def work_of(nv: int, driven: int) -> Work:

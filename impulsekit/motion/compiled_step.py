@@ -18,7 +18,7 @@ from ..laws.half import is_safe, solve_mass
 from ..laws.tolerances import RESIDUAL_LIMIT
 from .compiled_chart import write_configuration, write_rate
 from .compiled_loads import Loads, add_torques, push_bodies
-from .explicit import first_guess, first_length
+from .explicit import Tableau, error_of_sums, first_guess, first_length, first_powers
 from .pressed import Found, Loaded, Sliding, press
 from .tree import Room, Tree, begin_forces, look_at, take_forces, write_factor, write_jacobian
 
@@ -28,7 +28,6 @@ __all__ = [
     "TOLERANCES",
     "UNSAFE",
     "System",
-    "Tableau",
     "Work",
     "accelerate",
     "accelerations_at",
@@ -67,17 +66,6 @@ class System(NamedTuple):
     last: np.ndarray
     accelerations: np.ndarray
     slip: np.ndarray
-
-
-class Tableau(NamedTuple):
-    """DOP853: weights (16, 16) and times (16,) of the stages, those of the result (12,), of both
-    errors (2, 13) and of the dense output (4, 16)."""
-
-    weights: np.ndarray
-    times: np.ndarray
-    result: np.ndarray
-    errors: np.ndarray
-    dense: np.ndarray
 
 
 class Work(NamedTuple):
@@ -210,8 +198,8 @@ def try_step(
     powers = work.powers
     for k in range(size):
         change = after[k] - before[k]
-        powers[0, k], powers[1, k] = change, h * slopes[0, k] - change
-        powers[2, k] = 2.0 * change - h * (slopes[count, k] + slopes[0, k])
+        found = first_powers(h, change, slopes[0, k], slopes[count, k])
+        powers[0, k], powers[1, k], powers[2, k] = found
         for i in range(len(tableau.dense)):
             total = 0.0
             for j in range(len(slopes)):
@@ -284,6 +272,4 @@ def _error(tableau: Tableau, work: Work, h: float, rtol: float, atol: float) -> 
             third += tableau.errors[1, j] * work.slopes[j, k]
         square += (fifth / scale) ** 2
         other += (third / scale) ** 2
-    if square == 0.0 and other == 0.0:
-        return 0.0
-    return abs(h) * square / math.sqrt((square + 0.01 * other) * size)
+    return error_of_sums(h, square, other, size)

@@ -13,11 +13,11 @@ import numpy as np
 
 from ..laws.compiled import Entry
 from .compiled_look import look
-from .compiled_model import tableau, work_of
+from .compiled_model import work_of
 from .compiled_mover import Mover
 from .compiled_step import NOT_SOLVED, UNSAFE, Work, attempt
 from .crossing import Seen
-from .explicit import GO_ON, ExplicitStepper, Output, Rhs
+from .explicit import GO_ON, ExplicitStepper, Output, Rhs, tableau
 from .rest_law import RestNotSolved
 
 __all__ = ["CompiledStepper"]

@@ -30,9 +30,9 @@ from .compiled_chart import centre, write_configuration
 from .compiled_look import Watched, write_dense
 from .compiled_meet import Hold, Place, Rules, meet, standing
 from .compiled_settle import begin_stage
-from .compiled_step import SOLVED, System, Tableau, Work, attempt, begin_steps
+from .compiled_step import SOLVED, System, Work, attempt, begin_steps
 from .compiled_strike import Blow
-from .explicit import inside
+from .explicit import Tableau, inside
 from .tree import look_at
 
 __all__ = ["EXACT", "NEAR", "Ledger", "Trip", "travel"]

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .advancing import BodyMotion, bound_of, may_meet, motion_of, touch_finder
-from .closing import Node, errors_of, may_close, zero_finder
+from .closing import Node
 from .compiled_touch import TOUCH, touch_pairs
 from .gaps import Gaps
 from .pairs import PairOfPieces
-from .roots import States
+from .roots import States, first_zero
 from .turning_planes import Pose
 from .windows import nodes_between
 
@@ -32,9 +32,7 @@ __all__ = ["Crossing", "Seen", "first_crossing"]
 # Colliding bodies this near touch [m], where their gap is coal's.
 TOUCH_OF_COAL = 1e-10
 
-# Of gaps that are functions of time.
-_first_zero = zero_finder(lambda gap, t: gap(t))
-# Of pairs of pieces that are functions of time as well.
+# Of pairs of pieces that are functions of time.
 _first_touch = touch_finder(lambda sight, t: sight(t))
 
 
@@ -172,7 +170,9 @@ class _Search:
         first, found = np.inf, -1
         if rated:
             own = (values[:, rated] - self._base[rated]) * self._signs[rated]
-            first, found = self._first_rated(times, own, rates[:, rated] * self._signs[rated])
+            slopes = rates[:, rated] * self._signs[rated]
+            first, which = first_zero(times, own, slopes, self._node, self._rounding)
+            found = rated[which] if which >= 0 else -1
         if self._others:
             begin = time.thread_time()
             motions = {j: motion_of(times, known) for j, known in poses.items()}
@@ -194,34 +194,15 @@ class _Search:
                 together.add(i)
         return tuple(sorted(together))
 
-    def _first_rated(
-        self, times: np.ndarray, values: np.ndarray, rates: np.ndarray
-    ) -> tuple[float, int]:
-        errors = errors_of(times, values, rates)
-        near = may_close(times, values, rates, errors)
-        for k in np.flatnonzero(near.any(axis=1)).tolist():
-            best, found = np.inf, -1
-            for j in np.flatnonzero(near[k]).tolist():
-                left, right = (
-                    Node(float(times[n]), float(values[n, j]), float(rates[n, j]))
-                    for n in (k, k + 1)
-                )
-                i = int(self._rated[j])
-                rounding = self._gaps.rounding(i, max(abs(left.gap), abs(right.gap)))
-                t = _first_zero(self._nodes_of(i), left, right, float(errors[k, j]), rounding)
-                if t < best:
-                    best, found = t, i
-            if found >= 0:
-                return best, found
-        return np.inf, -1
+    def _node(self, i: int, t: float) -> Node:
+        """A gap with a rate, the i-th of those that are watched, at a time."""
+        i = int(self._rated[i])
+        gap, rate = self._gaps.measure(*self._states(t), (i,))
+        sign = float(self._signs[i])
+        return Node(t, sign * float(gap[i] - self._base[i]), sign * float(rate[i]))
 
-    def _nodes_of(self, i: int) -> Callable[[float], Node]:
-        def node(t: float) -> Node:
-            gap, rate = self._gaps.measure(*self._states(t), (i,))
-            sign = float(self._signs[i])
-            return Node(t, sign * float(gap[i] - self._base[i]), sign * float(rate[i]))
-
-        return node
+    def _rounding(self, i: int, size: float) -> float:
+        return self._gaps.rounding(int(self._rated[i]), size)
 
     def _touch(self, i: int, motions: dict[int, BodyMotion], start: float, end: float) -> float:
         """When two bodies touch; infinity where they do not."""

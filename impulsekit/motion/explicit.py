@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,11 +23,16 @@ __all__ = [
     "Output",
     "Rhs",
     "StepFailed",
+    "Tableau",
+    "error_of_sums",
     "first_guess",
     "first_length",
+    "first_powers",
     "inside",
     "length_after",
+    "nested",
     "shorter_length",
+    "tableau",
 ]
 
 # Hairer, Nørsett & Wanner (1993), II.4: the first step [s] where sizes or rates are below FAINT;
@@ -44,6 +50,32 @@ GO_ON = 0.0
 LEAST = 10.0
 # The first step where nothing moves, as a share of the guess.
 FIRST_SHARE = 1e-3
+
+
+class Tableau(NamedTuple):
+    """DOP853: weights (16, 16) and times (16,) of the stages, those of the result (12,), of both
+    errors (2, 13) and of the dense output (4, 16)."""
+
+    weights: np.ndarray
+    times: np.ndarray
+    result: np.ndarray
+    errors: np.ndarray
+    dense: np.ndarray
+
+
+@cache
+def tableau() -> Tableau:
+    """The coefficients of DOP853."""
+    from scipy.integrate import DOP853
+
+    method: Any = DOP853
+    count, more = method.n_stages, len(method.C_EXTRA)
+    weights, times = np.zeros((count + 1 + more,) * 2), np.ones(count + 1 + more)
+    weights[:count, :count], times[:count] = method.A, method.C
+    weights[count + 1 :, : method.A_EXTRA.shape[1]] = method.A_EXTRA
+    times[count + 1 :] = method.C_EXTRA
+    errors = np.array([method.E5, method.E3])
+    return Tableau(weights, times, np.array(method.B), errors, np.array(method.D))
 
 
 class StepFailed(Exception):
@@ -89,8 +121,29 @@ def inside(error: float, part: float) -> float:
     return 16.0 * error * (part * (1.0 - part)) ** 2
 
 
+@borrowing
+def error_of_sums(h: float, fifth: float, third: float, count: int) -> float:
+    """The error of a step from the sums of squares of both its errors, ``count`` numbers each."""
+    if fifth == 0.0 and third == 0.0:
+        return 0.0
+    return abs(h) * fifth / math.sqrt((fifth + 0.01 * third) * count)
+
+
+@borrowing
+def first_powers(h: float, change: Any, first: Any, last: Any) -> tuple[Any, Any, Any]:
+    """F₀, F₁ and F₂ of ``nested`` from the rates at both ends; of numbers or arrays."""
+    return change, h * first - change, 2.0 * change - h * (last + first)
+
+
+@borrowing
+def nested(x: float, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any) -> Any:
+    """x (F₀ + (1 − x) (F₁ + x (F₂ + (1 − x) (F₃ + …)))) of F₀ to F₆; of numbers or arrays."""
+    u = 1.0 - x
+    return x * (a + u * (b + x * (c + u * (d + x * (e + u * (f + x * g))))))
+
+
 class Output:
-    """y within a step: y₀ + x (F₀ + (1 − x) (F₁ + x (F₂ + (1 − x) (F₃ + …)))).
+    """y within a step: y₀ and what ``nested`` adds.
 
     Attributes:
         start, length: of the step [s].
@@ -102,14 +155,7 @@ class Output:
 
     def __call__(self, t: float) -> np.ndarray:
         """(2 nv,) y at a time [s]."""
-        x = (t - self.start) / self.length
-        factors = (1.0 - x, x)
-        y = self.powers[-1] * x
-        for i, power in enumerate(self.powers[-2::-1]):
-            y += power
-            y *= factors[i % 2]
-        y += self.before
-        return y
+        return self.before + nested((t - self.start) / self.length, *self.powers)
 
 
 class ExplicitStepper:
@@ -121,19 +167,12 @@ class ExplicitStepper:
     """
 
     def __init__(self, rhs: Rhs, rtol: float, atol: float) -> None:
-        from scipy.integrate import DOP853
-
         self._rhs, self._rtol, self._atol = rhs, rtol, atol
-        method: Any = DOP853
-        count = method.n_stages
-        self._stages = [(s, float(method.C[s]), method.A[s, :s]) for s in range(1, count)]
-        self._more = [
-            (s, float(c), a[:s])
-            for s, (a, c) in enumerate(zip(method.A_EXTRA, method.C_EXTRA, strict=True), count + 1)
-        ]
-        self._last, self._power = method.B, method.D
-        self._errors = (method.E5, method.E3)
-        self._count = count
+        table = tableau()
+        self._count = count = len(table.result)
+        stages = [(s, c, table.weights[s, :s].copy()) for s, c in enumerate(table.times.tolist())]
+        self._stages, self._more = stages[1:count], stages[count + 1 :]
+        self._last, self._power, self._errors = table.result, table.dense, table.errors
         self._slopes = np.empty((0, 0))
         self.t, self.y, self.f = 0.0, np.empty(0), np.empty(0)
         self._length, self._end = 0.0, 0.0
@@ -214,10 +253,8 @@ class ExplicitStepper:
         slopes, count = self._slopes, self._count
         for s, c, a in self._more:
             slopes[s] = self._rhs(t + c * h, y + np.dot(slopes[:s].T, a) * h)
-        change, begin = after - y, slopes[0]
         powers = np.empty((3 + len(self._power), len(y)))
-        powers[0], powers[1] = change, h * begin - change
-        powers[2] = 2.0 * change - h * (slopes[count] + begin)
+        powers[0], powers[1], powers[2] = first_powers(h, after - y, slopes[0], slopes[count])
         powers[3:] = h * np.dot(self._power, slopes)
         return Output(t, h, y, powers)
 
@@ -225,10 +262,7 @@ class ExplicitStepper:
         """The error of a step in units of what is allowed."""
         scale = self._atol + np.maximum(np.abs(y), np.abs(after)) * self._rtol
         fifth, third = (np.dot(slopes.T, weights) / scale for weights in self._errors)
-        square, other = float(np.linalg.norm(fifth)) ** 2, float(np.linalg.norm(third)) ** 2
-        if square == 0.0 and other == 0.0:
-            return 0.0
-        return abs(h) * square / math.sqrt((square + 0.01 * other) * len(y))
+        return error_of_sums(h, float(fifth.dot(fifth)), float(third.dot(third)), len(y))
 
     def _first_length(self) -> float:
         """A first step [s] (Hairer, Nørsett & Wanner I, II.4)."""

@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..geometry.point_table import ROUNDED, Table, table_of
-from ..geometry.points import gaps_and_rates
+from ..geometry.points import gaps_and_rates, rounding_of
 from ..rows.reach import ReachedModel
 from ..scene import Collision, Contact, GapContact, JointStop, Rope, Scene
 from ..scene.functions import numbers_from
@@ -257,7 +257,13 @@ class Gaps:
 
     def rounding(self, i: int, gap: float) -> float:
         """By how much a gap of this size with a rate, measured last, is rounded [m, rad]."""
-        return ROUNDED * (gap + float(self.items[i].size(self.data)))
+        if self._rated_table is None or not self.tabled[i]:
+            # Of a user's function it is not known what its terms are: of the order of 1.
+            return ROUNDED * (gap + 1.0)
+        k = int(np.count_nonzero(self.tabled[:i]))
+        return float(
+            rounding_of(self._rated_table, k, self._shown.places, float(self.arms[k]), gap)
+        )
 
     def exact(self, i: int) -> bool:
         """Whether a gap is told to rounding."""

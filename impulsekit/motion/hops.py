@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from .compiled_meet import size_of_hop
 from .present import Present
 from .resting import RestingContact
 
@@ -28,12 +29,12 @@ class Hop:
     @property
     def duration(self) -> float:
         """[s]."""
-        return 2.0 * self.speed / self.pull
+        return size_of_hop(self.speed, self.pull)[0]
 
     @property
     def height(self) -> float:
         """[m]."""
-        return 0.5 * self.speed**2 / self.pull
+        return size_of_hop(self.speed, self.pull)[1]
 
 
 def find_hops(now: Present, struck: Iterable[int]) -> list[Hop]:

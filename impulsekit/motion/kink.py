@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from .closing import Node, errors_of, may_close, zero_finder
-from .roots import States
+from .closing import Node
+from .roots import States, first_zero
 
 __all__ = ["PART", "Kink", "first_fall", "with_rate"]
 
 # Step of the differences for rates, as a part of the time that is looked at.
 PART = 1e-4
-
-_first_zero = zero_finder(lambda gap, t: gap(t))
 
 
 class Kink(NamedTuple):
@@ -62,22 +59,9 @@ def first_fall(
         a, b = max(t - step, times[0]), min(t + step, times[-1])
         return (values(b) - values(a)) / (b - a)
 
+    def node(i: int, t: float) -> Node:
+        return Node(t, float(values(t)[i]), float(rates(t)[i]))
+
     seen = np.array([values(t) for t in times])
     slopes = np.array([rates(t) for t in times])
-    errors = errors_of(times, seen, slopes)
-    near = may_close(times, seen, slopes, errors)
-    for n, (left, right) in enumerate(pairwise(times.tolist())):
-        best, first = np.inf, -1
-        for i in np.flatnonzero(near[n]).tolist():
-            a = Node(left, float(seen[n, i]), float(slopes[n, i]))
-            b = Node(right, float(seen[n + 1, i]), float(slopes[n + 1, i]))
-
-            def node(t: float, i: int = i) -> Node:
-                return Node(t, float(values(t)[i]), float(rates(t)[i]))
-
-            t = _first_zero(node, a, b, float(errors[n, i]), rounding)
-            if t < best:
-                best, first = t, i
-        if first >= 0:
-            return best, first
-    return np.inf, -1
+    return first_zero(times, seen, slopes, node, lambda i, size: rounding)

@@ -27,12 +27,6 @@ class _PairGap:
     arms: float
     _pair: Pair
 
-    def size(self, data: pin.Data) -> float:
-        """Of the terms whose sum a gap near zero is [m]; ``data`` with placements."""
-        first = self._pair.first
-        place = data.oMi[first.joint_id].act(first.placement.translation)
-        return float(np.abs(place).max()) + self.arms
-
     def spots(self, data: pin.Data) -> list[tuple[np.ndarray, np.ndarray]]:
         """(3,) the point, (3, 3) its axes (n along a rope), in a list; ``data`` with placements."""
         point, _ = self._pair.placements(data)
@@ -130,10 +124,6 @@ class FunctionGap:
         """The gap and its rate at a state."""
         return float(self.said.value(q)[0]), float(self.said.matrix_at(q)[2].dot(v))
 
-    def size(self, data: pin.Data) -> float:
-        """Of the terms whose sum a gap near zero is: not known, of the order of 1 [m]."""
-        return 1.0
-
     def spots(self, data: pin.Data) -> list[tuple[None, np.ndarray]]:
         """No place in the world; its forces are told by row."""
         return [(None, np.eye(3))]
@@ -178,10 +168,6 @@ class StopGap:
         numbers = np.zeros(16)
         numbers[:3] = self._rows[2, self._row], self.sign, self._limit
         return [(STOP, self._row, self._entry_in_q, numbers)]
-
-    def size(self, data: pin.Data) -> float:
-        """Of the terms whose sum a gap near zero is [rad, m]."""
-        return self.arms
 
     def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(3, nv), of which only the normal row is used."""

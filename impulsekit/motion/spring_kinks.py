@@ -14,17 +14,14 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from .closing import Node, errors_of, may_close, zero_finder
+from .closing import Node
 from .compiled_loads import ACTS, BETWEEN, BEYOND, LIMITED, ON, OUT, SLACK, Loads, push_of
-from .kink import PART, Kink
+from .kink import PART, Kink, with_rate
 from .memory import Memory
-from .roots import States, falling_root
+from .roots import States, falling_root, first_zero
 from .windows import Turning
 
 __all__ = ["SpringKinks"]
-
-
-_first_zero = zero_finder(lambda gap, t: gap(t))
 
 
 class Push(NamedTuple):
@@ -104,51 +101,45 @@ class SpringKinks:
         seen = np.array([self._pushes(*states(t)) for t in times])
         signs = np.array([-1.0 if does == OUT else 1.0 for does in self._does])
         zones, rates = signs * seen[:, :, 0] + BEYOND, signs * seen[:, :, 1]
-        errors = errors_of(np.array(times), zones, rates)
-        near = may_close(np.array(times), zones, rates, errors)
+
+        def node(i: int, t: float) -> Node:
+            return Node(t, *self._zone(i, float(signs[i]), t, states))
+
+        t, i = first_zero(np.array(times), zones, rates, node, lambda i, size: BEYOND)
+        found = None if i < 0 else self._by_zone(i, float(signs[i]), t, states)
         for k, (left, right) in enumerate(pairwise(times)):
-            found: list[Kink] = []
+            if found is not None and found.t <= left:
+                break
             for i, does in enumerate(self._does):
-                if near[k, i]:
-                    a = Node(left, float(zones[k, i]), float(rates[k, i]))
-                    b = Node(right, float(zones[k + 1, i]), float(rates[k + 1, i]))
-                    found += self._by_zone(i, states, a, b, float(errors[k, i]))
-                if does != OUT and self._springs[i].is_damped:
-                    sign = 1.0 if does == ACTS else -1.0
-                    if sign * seen[k + 1, i, 2] + self._springs[i].beyond <= 0.0:
-                        found.append(self._by_force(i, sign, states, left, right))
-            if found:
-                return min(found, key=lambda kink: kink.t)
-        return None
+                sign = 1.0 if does == ACTS else -1.0
+                beyond = self._springs[i].beyond
+                if does == OUT or not self._springs[i].is_damped:
+                    continue
+                if sign * seen[k + 1, i, 2] + beyond <= 0.0:
+                    kink = self._by_force(i, sign, states, left, right)
+                    found = kink if found is None or kink.t < found.t else found
+        return found
 
-    def _by_zone(self, i: int, states: States, a: Node, b: Node, error: float) -> list[Kink]:
-        """Where a spring comes into its zone, or out of it, between two nodes; none or one."""
+    def _zone(self, i: int, sign: float, t: float, states: States) -> tuple[float, float]:
+        """What falls to zero where a spring comes into its zone or out of it, and its rate."""
+        push = self._pushes(*states(t))[i]
+        return sign * push.zone + BEYOND, sign * push.rate
+
+    def _by_zone(self, i: int, sign: float, t: float, states: States) -> Kink:
+        """A spring comes into its zone, or out of it, at a time [s]."""
         enters = self._does[i] == OUT
-        sign = -1.0 if enters else 1.0
-
-        def off(t: float, states: States) -> tuple[float, float]:
-            push = self._pushes(*states(t))[i]
-            return sign * push.zone + BEYOND, sign * push.rate
-
-        t = _first_zero(lambda t: Node(t, *off(t, states)), a, b, error, BEYOND)
-        if not t < np.inf:
-            return []
         becomes = self._inside(i, self._pushes(*states(t))[i]) if enters else OUT
-        return [Kink(t, partial(self._change, i, becomes), off)]
+        return Kink(t, partial(self._change, i, becomes), partial(self._zone, i, sign))
 
     def _by_force(self, i: int, sign: float, states: States, start: float, end: float) -> Kink:
         """Where a damper begins or ceases to outweigh its spring."""
-        step, beyond = PART * (end - start), self._springs[i].beyond
+        beyond = self._springs[i].beyond
 
-        def force(t: float, states: States) -> float:
+        def force(t: float, states: States = states) -> float:
             return sign * self._pushes(*states(t))[i].force + beyond
 
-        def off(t: float, states: States) -> tuple[float, float]:
-            here = force(t, states)
-            return here, (here - force(t - step, states)) / step
-
-        t = falling_root(lambda t: force(t, states), start, end)
-        return Kink(t, partial(self._change, i, SLACK if sign > 0.0 else ACTS), off)
+        t, becomes = falling_root(force, start, end), SLACK if sign > 0.0 else ACTS
+        return Kink(t, partial(self._change, i, becomes), with_rate(force, PART * (end - start)))
 
     def _inside(self, i: int, push: Push) -> int:
         """SLACK or ACTS, for a spring in its zone."""

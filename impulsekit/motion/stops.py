@@ -84,7 +84,6 @@ def _fallen(signs: _Signs, times: list[float]) -> Iterator[list[tuple[float, int
     for left, right in pairwise(times):
         after = signs.all(right)
         crossed = np.flatnonzero((before > 0.0) & (after <= 0.0) & np.isfinite(before))
-        # scipy's brentq wants the sign to differ strictly; zero itself is one of them.
         yield [(falling_root(partial(signs.one, i), left, right), i) for i in crossed.tolist()]
         before = after
 

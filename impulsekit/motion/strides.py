@@ -9,12 +9,12 @@ import numpy as np
 
 from .chart import Chart
 from .compiled_advance import HAPPENS, Log, Track, until_closing
-from .compiled_model import NO_POINTS, tableau
+from .compiled_model import NO_POINTS
 from .compiled_mover import Mover
 from .compiled_stepper import CompiledStepper
 from .compiled_travel import Trip, travel
 from .crossing import Seen
-from .explicit import Output
+from .explicit import Output, tableau
 from .meetings import Met, hold_of, ledger_of, met_in, rest_as, rules_of
 from .path import Path
 from .present import Present

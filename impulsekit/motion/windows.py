@@ -14,12 +14,19 @@ from itertools import pairwise
 import numpy as np
 import pinocchio as pin
 
+from ..laws.borrowed import borrowing
 from .roots import PIECES, States
 
-__all__ = ["Turning", "nodes_between"]
+__all__ = ["Turning", "count_of_windows", "nodes_between"]
 
 # No body turns further than this in a window [rad].
 TURN = 1.0
+
+
+@borrowing
+def count_of_windows(turned: float) -> int:
+    """How many windows a step is looked at in, in which bodies may turn so far [rad]."""
+    return max(1, math.ceil(turned / TURN)) if turned < math.inf else 1
 
 
 class Turning:
@@ -44,7 +51,7 @@ class Turning:
         """The times at which windows of a step begin and end; ``velocities`` at some of it."""
         fastest = np.abs(velocities).max(axis=0)
         turned = float(self._speeds.dot(fastest).max(initial=0.0)) * (end - start)
-        count = max(1, math.ceil(turned / TURN)) if math.isfinite(turned) else 1
+        count = count_of_windows(turned)
         return [*np.linspace(start, end, count + 1)[:-1].tolist(), end]
 
     def nodes(self, states: States, start: float, end: float) -> list[float]:
