@@ -14,9 +14,7 @@ import numpy as np
 from ..errors import InputError, RangeError, a_thing
 from ..impact import ImpactSolver
 from ..impact.algorithms import refuse_massless
-from ..impact.axes_of_vectors import faint_axes, lengths_of_vectors
-from ..impact.elimination import RANK_TOLERANCE
-from ..impact.factor import FilledFactor
+from ..impact.elimination import Elimination
 from ..impact.mechanics import Mechanics
 from ..robot import Robot, state
 from ..scene import AppliedImpulse, Scene
@@ -25,8 +23,6 @@ from ..scene.numbers import vector
 
 __all__ = ["Response", "unit_vector"]
 
-# Rows that move matter by less than this share of the others move nothing but for rounding.
-NULL_ROW = 1e-11
 # A vector shorter than this is a zero that was rounded, and tells no direction.
 NO_DIRECTION = 1e-9
 
@@ -51,36 +47,16 @@ class Response:
     @cached_property
     def mobility(self) -> np.ndarray:
         """(nv, nv) H [1/kg, 1/(kg m), 1/(kg m²)]."""
-        root = self._factor.half(np.eye(self.robot.nv)).T
+        unit, mechanics = np.eye(self.robot.nv), self.mechanics
         if not self.scene.constraints:
-            return root @ root.T
-        # Where A Δv = 0, M and M filled up by the rows have the same H.
-        half = self._factor.half(self.mechanics.constraint_matrix)
-        sizes = np.sqrt((half**2).sum(axis=0))
-        live = sizes > NULL_ROW * sizes.max(initial=0.0)
-        half, sizes = half[:, live], sizes[live]
-        left, values, _ = np.linalg.svd(half / sizes, full_matrices=False)
-        rank = int(np.count_nonzero(values > RANK_TOLERANCE))
-        shared = lengths_of_vectors(
-            sizes, np.array(self.mechanics.constraint_rows.triples, dtype=int)[live]
-        )
-        faint = None if shared is None else faint_axes(half, shared, rank)
-        if faint is not None:
-            kept = half[:, faint.kept] / sizes[faint.kept]
-            left, rank = np.linalg.svd(kept, full_matrices=False)[0], len(faint.kept)
-        basis = left[:, :rank]
-        free = root - (root @ basis) @ basis.T
-        return free @ free.T
-
-    @cached_property
-    def _factor(self) -> FilledFactor:
-        """Of M, or where joints move no mass, of M filled up by the rows that hold them."""
-        masses, model = self.mechanics.mass_matrix, self.robot.model
-        singular = bool(self.robot.massless_motions)
-        if singular and not self.scene.constraints:
             refuse_massless(self.robot, self.robot.joint_names)
-        rows = self.mechanics.constraint_matrix if singular else np.empty((0, self.robot.nv))
-        return FilledFactor(model, masses, rows, singular=singular)
+            return self._loose
+        rows = mechanics.constraint_matrix
+        half = mechanics.factor.half(rows, unit)
+        triples = mechanics.constraint_rows.triples
+        held = Elimination(half[:, : len(rows)], None, (), triples)
+        free = held.off_the_span(half[:, len(rows) :])
+        return free.T @ free
 
     def point_mobility(self, jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(3, 3) G = J H Jᵀ, and (3, 3) the same of the robot that nothing holds.
@@ -93,8 +69,8 @@ class Response:
     @cached_property
     def _loose(self) -> np.ndarray:
         """(nv, nv) of the size of H, where no rows take anything away."""
-        root = self._factor.half(np.eye(self.robot.nv)).T
-        return root @ root.T
+        root = self.mechanics.factor.half(np.eye(self.robot.nv))
+        return root.T @ root
 
     def point_jacobian(self, frame: str, at: Any) -> np.ndarray:
         """(3, nv) of a point of a frame, world axes."""

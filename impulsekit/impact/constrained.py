@@ -265,9 +265,10 @@ class ConstrainedJump:
         held_impulse, moved = eliminated.refined(held.impulse, start, asked)
         free = before + moved.dot(half_contacts)
         left = eliminated.off_the_span(half_contacts)
-        eliminated.still_what_is_held(
-            left, half_contacts, free, lambda: self._rows_there.target(rows.dot(v))
-        )
+        still = eliminated.still_what_is_held(left, half_contacts)
+        if still.any():
+            imposed = self._rows_there.target(rows.dot(v))
+            free[still] = eliminated.velocity_of_held(still, half_contacts, imposed)
         problem = contacts.problem(left, before, free, touches)
         solution = contacts.solve(problem, touches)
 

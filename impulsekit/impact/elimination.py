@@ -48,6 +48,8 @@ EXACT_NULL_ROW = 1e-27
 DEPENDENT = 1e-13
 # The same where rows are nearly dependent: rounding over their least singular value.
 SPAN_ROUNDING = 5e-15
+# Columns that LAPACK's pivoted QR takes at once: room for them, less would be slower.
+QR_BLOCK = 32
 # Steps at most by what rows still lack: each must halve it.
 MOST_REFINEMENTS = 4
 # Rows that miss by this share of the worst are named with it.
@@ -175,23 +177,42 @@ class Elimination:
         basis = self._span.basis
         return half_contacts - basis.dot(basis.T.dot(half_contacts))
 
-    def still_what_is_held(
-        self,
-        left: np.ndarray,
-        half_contacts: np.ndarray,
-        free: np.ndarray,
-        imposed: Callable[[], np.ndarray],
-    ) -> None:
-        """Clear, in place, what is rounding in contact rows that the bilateral rows hold.
+    def shares(self, half_others: np.ndarray) -> np.ndarray:
+        """(m, k) how much of each bilateral row is in other rows, half-solved (nv, k).
 
-        Such a row moves as the bilateral rows want: a contact row in their span is so much of
-        each of them, and its velocity is as much of theirs.
+        λ takes as much from impulses on the others. Of least scaled norm where rows are redundant.
+        """
+        right = self.half.T.dot(half_others)
+        if self._factor is not None:
+            return lapack.dpotrs(self._factor, right, lower=1)[0]
+        found = np.empty_like(right)
+        for k, column in enumerate(right.T):
+            found[:, k] = self.solve(column).impulse
+        return found
+
+    def left_out(self) -> np.ndarray:
+        """Indices of the rows that others imply, or that move nothing; the others imply all."""
+        if self._factor is not None:
+            return np.zeros(0, dtype=int)
+        live, sizes, basis, *_, faint, _ = self._span
+        rank, moving = basis.shape[1], np.flatnonzero(live)
+        if faint is not None:
+            implied = faint.left_out
+        else:
+            count = len(moving)
+            room = 2 * count + QR_BLOCK * (count + 1)
+            implied = lapack.dgeqp3(self.half[:, live] / sizes, lwork=room)[1][rank:] - 1
+        return np.concatenate([np.flatnonzero(~live), moving[implied]])
+
+    def still_what_is_held(self, left: np.ndarray, half_contacts: np.ndarray) -> np.ndarray:
+        """Clear, in place, what is rounding in contact rows that the bilateral rows hold.
 
         Args:
             left: (nv, 3n) from ``off_the_span``.
             half_contacts: (nv, 3n) the contact rows, half-solved.
-            free: (3n,) their velocities with the bilateral rows kept.
-            imposed: gives (m,) the velocities that the bilateral rows are to have.
+
+        Returns:
+            (3n,) whether they hold it.
         """
         sizes = np.einsum("ij,ij->j", half_contacts, half_contacts)
         # A contact's three rows are made of the same terms, and have the rounding of the largest.
@@ -199,16 +220,19 @@ class Elimination:
         # The span is known as well as its narrowest direction.
         narrow = self._span.values.min(initial=1.0)
         bar = max(DEPENDENT, SPAN_ROUNDING / narrow)
-        held = np.einsum("ij,ij->j", left, left) <= bar**2 * sizes
-        if not held.any():
-            return
+        held: np.ndarray = np.einsum("ij,ij->j", left, left) <= bar**2 * sizes
         left[:, held] = 0.0
-        wanted = imposed()
-        free[held] = 0.0
-        if wanted.any():
-            for row in np.flatnonzero(held).tolist():
-                shares = self.solve(self.half.T.dot(half_contacts[:, row])).impulse
-                free[row] = shares.dot(wanted)
+        return held
+
+    def velocity_of_held(
+        self, held: np.ndarray, half_contacts: np.ndarray, imposed: np.ndarray
+    ) -> np.ndarray | float:
+        """(k,) the velocities of contact rows that are held (3n,), 0 where nothing moves them.
+
+        Such a row is so much of each bilateral row, and moves by as much of the velocities that
+        these are to have: ``imposed`` (m,).
+        """
+        return imposed.dot(self.shares(half_contacts[:, held])) if imposed.any() else 0.0
 
     @cached_property
     def _span(self) -> _Span:

@@ -91,11 +91,12 @@ class FilledFactor:
 
     def solve(self, impulse: np.ndarray) -> np.ndarray:
         """(nv,) of an impulse that has been filled."""
-        column = lapack.solve_triangle(
-            lapack.dtrsm, self._lower, (self._scale * impulse)[:, None], lower=1
-        )
-        column = lapack.solve_triangle(lapack.dtrsm, self._lower, column, lower=1, trans_a=1)
-        return self._scale * column[:, 0]
+        return self.back(self.half(impulse[None]))[:, 0]
+
+    def back(self, half: np.ndarray) -> np.ndarray:
+        """(nv, k) L⁻ᵀ of half-solved columns."""
+        columns = lapack.solve_triangle(lapack.dtrsm, self._lower, half.copy(), lower=1, trans_a=1)
+        return self._scale[:, None] * columns
 
     def _singular(self, filled: np.ndarray) -> SingularMassError:
         """The error that names the joints along which neither inertia nor constraint acts."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
+from ..errors import SingularMassError
 from ..robot.capacity import check_capacity
 from ..robot.mass_matrix import crba_of
 from ..rows.constraints import ConstraintRows, needs_places
@@ -15,6 +16,8 @@ from ..rows.reach import reached_model
 from ..scene import AppliedImpulse
 from ..scene.kept import KeptByThread
 from .algorithms import symmetric
+from .factor import FilledFactor
+from .responses import Responses, responses
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -118,6 +121,29 @@ class Mechanics:
         return symmetric(
             crba_of(self.model)(self.model, data, self._q).reshape(self.model.nv, self.model.nv)
         )
+
+    @cached_property
+    def factor(self) -> FilledFactor:
+        """Of M, filled up by the bilateral rows where it is singular without them.
+
+        Raises:
+            SingularMassError: they do not make up for what M lacks.
+        """
+        model, masses = self.model, self.mass_matrix
+        if not self.scene.robot.massless_motions:
+            try:
+                return FilledFactor(model, masses, np.empty((0, model.nv)))
+            except SingularMassError:
+                if not self.scene.held:
+                    raise
+        return FilledFactor(model, masses, self.constraint_matrix, singular=True)
+
+    def responses(self, points: np.ndarray) -> Responses:
+        """What unit impulses on points' rows (3n, nv) do where the bilateral rows hold."""
+        if not self.scene.held:
+            return responses(self.factor, np.empty((0, self.model.nv)), points, ())
+        triples = self.constraint_rows.triples
+        return responses(self.factor, self.constraint_matrix, points, triples)
 
     def carried_energy(self, v: np.ndarray) -> np.ndarray:
         """(nv,) twice the kinetic energy of what hangs on each degree of freedom's joint [J].

@@ -9,18 +9,12 @@ import numpy as np
 
 from ..laws.status import Status
 from ..scene.restitution import restitution_at
-from ..tolerances import NONZERO
 
 if TYPE_CHECKING:
     from .contact_space import ContactProblem
     from .result import Impact
 
-__all__ = ["HELD", "Uniqueness", "uniqueness_of"]
-
-# Singular values of bilateral rows below this share of the largest are those of dependent rows.
-DEPENDENT = 1e-10
-# Contact rows of which the bilateral rows leave less than this share are held still by them.
-HELD = 1e-12
+__all__ = ["Uniqueness", "uniqueness_of"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +83,7 @@ def uniqueness_of(impact: Impact) -> Uniqueness:
             return Uniqueness("proven", CLOSED_FORM)
 
     jacobian = np.vstack([touch.jacobian for touch in outcome.touches])
-    moved, delassus = _half_solved(impact, jacobian)
+    moved, _, delassus = impact.mechanics.responses(jacobian)
     problem = _problem_of(impact, jacobian, delassus)
     if problem.adhesion is not None:
         from .contact_space.adhesive import pulled, pulled_solution
@@ -130,25 +124,3 @@ def _problem_of(impact: Impact, jacobian: np.ndarray, delassus: np.ndarray) -> C
         np.array([getattr(entry, "tangential_restitution", 0.0) for entry in entries]),
         adhesion=np.array(pulls) if any(pulls) else None,
     )
-
-
-def _half_solved(impact: Impact, jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(nv, 3n) Δv of unit impulses at the contacts, the bilateral constraints being kept, and W."""
-    masses = impact.mechanics.mass_matrix
-    if not impact.constraints:
-        moved = np.linalg.solve(masses, jacobian.T)
-        return moved, jacobian @ moved
-    rows = impact.mechanics.constraint_matrix
-    # In units of each speed's own inertia, so that no unit decides on ranks.
-    units = 1.0 / np.sqrt(np.maximum(masses.diagonal(), NONZERO))
-    _, values, axes = np.linalg.svd(rows * units)
-    rank = int(np.count_nonzero(values > DEPENDENT * values.max(initial=0.0)))
-    kept = units[:, None] * axes[rank:].T
-    if not kept.shape[1]:
-        return np.zeros_like(jacobian.T), np.zeros((len(jacobian), len(jacobian)))
-    left = jacobian @ kept
-    # What the constraints hold still is rounding of what they leave of it.
-    held = np.abs(left).max(axis=1) <= HELD * np.linalg.norm(jacobian * units, axis=1)
-    left[held] = 0.0
-    pressed = np.linalg.solve(kept.T @ masses @ kept, left.T)
-    return kept @ pressed, left @ pressed

@@ -105,9 +105,10 @@ def test_contacts_between_parts_that_are_held_move_as_they_are_held(narrow, impo
         contact = held @ shares
         eliminated = Elimination(held, lambda: np.ones(3), list("abc"))
         speeds = imposed * rng.normal(size=3)
-        left, free = eliminated.off_the_span(contact), rng.normal(size=3) * 1e-12
-        eliminated.still_what_is_held(left, contact, free, lambda speeds=speeds: speeds)
-        assert not left.any()
+        left = eliminated.off_the_span(contact)
+        still = eliminated.still_what_is_held(left, contact)
+        assert still.all() and not left.any()
+        free = eliminated.velocity_of_held(still, contact, speeds)
         assert np.abs(free - shares.T @ speeds).max() <= 1e-14 * imposed / narrow**2
 
 
@@ -115,8 +116,30 @@ def test_contacts_that_bilateral_rows_leave_free_stay_as_they_are():
     rng = np.random.default_rng(4)
     held, contact = rng.normal(size=(6, 2)), rng.normal(size=(6, 3))
     eliminated = Elimination(held, lambda: np.ones(2), list("ab"))
-    left, free = eliminated.off_the_span(contact), rng.normal(size=3)
-    before = left.copy(), free.copy()
-    eliminated.still_what_is_held(left, contact, free, lambda: np.ones(2))
-    np.testing.assert_array_equal(left, before[0])
-    np.testing.assert_array_equal(free, before[1])
+    left = eliminated.off_the_span(contact)
+    before = left.copy()
+    assert not eliminated.still_what_is_held(left, contact).any()
+    np.testing.assert_array_equal(left, before)
+
+
+@pytest.mark.parametrize(("slant", "rank"), [(0.0, 3), (1e-9, 3), (1e-5, 4)])
+def test_rows_that_are_left_out_are_those_that_the_rank_lacks(slant, rank):
+    half, rng = rows(5)
+    off = np.linalg.qr(np.column_stack([half, rng.normal(size=6)]))[0][:, 3]
+    near = half @ [1.0, 1.0, 0.0] + slant * off
+    wide = np.column_stack([half[:, 0], np.zeros(6), near, half[:, 1:]])
+    eliminated = Elimination(wide, None, ())
+    left_out = eliminated.left_out()
+    assert 1 in left_out and len(left_out) == 5 - rank
+    kept = np.delete(wide, left_out, axis=1)
+    assert np.linalg.matrix_rank(kept, 1e-7) == rank
+    assert eliminated.solve(np.zeros(5)).rank == rank
+
+
+def test_shares_make_up_what_lies_in_the_span():
+    half, rng = rows(6)
+    shares = rng.normal(size=(3, 4))
+    for wide in (half, np.column_stack([half, half[:, 1]])):
+        found = Elimination(wide, None, ()).shares(half @ shares)
+        np.testing.assert_allclose(wide @ found, half @ shares, atol=1e-13)
+    np.testing.assert_allclose(found[1], found[3], atol=1e-13)

@@ -167,6 +167,7 @@ class Derivation:
             law,
             self.builder.factor(),
             self.builder.stacked([rows.matrix for rows in self.bilateral]),
+            self.workspace.vectors,
             self.touching,
             [names[point.entry] for point in self.touching],
             self.v,

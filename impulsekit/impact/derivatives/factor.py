@@ -71,6 +71,6 @@ class Factor:
         """(nv, w) L⁻ᵀ C of half-solved columns."""
         return self._inverse.T.dot(half)
 
-    def half(self, rows: np.ndarray) -> np.ndarray:
+    def half(self, *rows: np.ndarray) -> np.ndarray:
         """(nv, m) L⁻¹ Gᵀ, whose columns have the lengths of rows in the metric of M⁻¹."""
-        return self._inverse.dot(rows.T)
+        return self._inverse.dot((rows[0] if len(rows) == 1 else np.concatenate(rows)).T)

@@ -17,15 +17,13 @@ from ...scene import Law
 from ..contact_space import ContactProblem
 from ..contact_space.sequential import hits_of
 from ..contact_space.single import block_of, strike
-from ..uniqueness import DEPENDENT, HELD
+from ..responses import responses
 from .factor import Factor
 from .linear import Touching
 from .modes import EDGE
 
 __all__ = ["HitFound", "Hits", "follow_hits"]
 
-# Half-solved rows below this share of the largest count as zero.
-NULL_ROW = 1e-11
 # A normal velocity that a hit changes by less, relative, stays as it was.
 UNMOVED = 1e-12
 # So many are differentiated one by one; longer series are known by their limit.
@@ -77,33 +75,11 @@ class Hits:
     edges: tuple[str, ...]
 
 
-class _Elimination:
-    """Contacts in the system that is left when bilateral rows hold."""
-
-    def __init__(self, factor: Factor, bilateral: np.ndarray, contacts: np.ndarray) -> None:
-        count = len(bilateral)
-        # Where M was filled up by the rows, J M⁻¹ Jᵀ between rows held at rest is the same.
-        half = factor.half(np.concatenate((bilateral, contacts)))
-        rows, points = half[:, :count], half[:, count:]
-        if count:
-            # λ = −(A M⁻¹ Aᵀ)⁺ A M⁻¹ Jᵀ P, of least norm where rows are redundant.
-            sizes = np.sqrt(np.einsum("ij,ij->j", rows, rows))
-            sizes = np.where(sizes > NULL_ROW * sizes.max(), sizes, np.inf)
-            self.borne = -np.linalg.lstsq(rows / sizes, points, rcond=DEPENDENT)[0] / sizes[:, None]
-        else:
-            self.borne = np.zeros((0, points.shape[1]))
-        left = points + rows @ self.borne
-        # What bilateral rows hold still leaves rounding, which is no way to move.
-        still = np.einsum("ij,ij->j", left, left) <= HELD**2 * np.einsum("ij,ij->j", points, points)
-        left[:, still] = 0.0
-        self.delassus = left.T @ left
-        self.response = factor.back(left)
-
-
 def follow_hits(
     law: Law,
     factor: Factor,
     bilateral: np.ndarray,
+    vectors: Sequence[int],
     touching: Sequence[Touching],
     names: Sequence[str],
     before: np.ndarray,
@@ -116,7 +92,7 @@ def follow_hits(
 
     Args:
         factor: of M.
-        bilateral: (m, nv) rows.
+        bilateral: (m, nv) rows. vectors: which of them are axes of one velocity.
         names: of the touching points.
         before, after: (nv,) v⁻ and v⁺.
         multipliers: (m,) λ in all.
@@ -127,9 +103,9 @@ def follow_hits(
         InputError: there are too many hits to follow.
     """
     rows = np.concatenate([point.rows.matrix for point in touching])
-    system = _Elimination(factor, bilateral, rows)
+    system = responses(factor, bilateral, rows, vectors)
     total = np.concatenate(impulses)
-    free = after - system.response @ total
+    free = after - system.moved @ total
     problem = ContactProblem(
         system.delassus,
         rows @ before,
@@ -144,7 +120,7 @@ def follow_hits(
     found: list[HitFound] = []
     for i, share in steps(problem, law, names, scale, edges):
         own = slice(3 * i, 3 * i + 3)
-        response, borne = system.response[:, own], system.borne[:, own]
+        response, borne = system.moved[:, own], system.borne[:, own]
         following = velocity + response @ share
         block = block_of(system.delassus, i)
         if len(found) == MOST_HITS:

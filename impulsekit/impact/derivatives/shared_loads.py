@@ -9,6 +9,8 @@ import numpy as np
 
 from ...laws.even_shares import shifts_of
 from ...laws.modes import DEPENDENT
+from ..responses import responses
+from .factor import Factor
 from .modes import ContactMode
 
 if TYPE_CHECKING:
@@ -31,17 +33,25 @@ class EvenShares(NamedTuple):
 
 
 def even_shares(
-    delassus: np.ndarray, bilateral: int, modes: Sequence[ContactMode]
+    factor: Factor,
+    matrix: np.ndarray,
+    vectors: np.ndarray,
+    bilateral: int,
+    modes: Sequence[ContactMode],
 ) -> EvenShares | None:
-    """Springs that keep shares of load even where contacts slip; None where nothing is shared."""
+    """Springs that keep shares of load even where contacts slip; None where nothing is shared.
+
+    Args:
+        factor: of M. matrix: (r, nv) bilateral rows, then three for each contact.
+        vectors: which of the ``bilateral`` first rows are axes of one velocity.
+    """
     pressing = [i for i, mode in enumerate(modes) if not mode.held]
     if len(pressing) < 2 or all(modes[i].sticking for i in pressing):
         return None
     rows = np.array([bilateral + 3 * i + 2 for i in pressing])
-    own = delassus[np.ix_(rows, rows)].copy()
-    if bilateral:
-        cross = delassus[:bilateral][:, rows]
-        own -= cross.T @ np.linalg.pinv(delassus[:bilateral, :bilateral], hermitian=True) @ cross
+    held = matrix[:bilateral], matrix[bilateral:], vectors[:bilateral].tolist()
+    delassus = responses(factor, *held).delassus
+    own = delassus[np.ix_(rows - bilateral, rows - bilateral)]
     if not (own.diagonal() > 0.0).all():
         return None
     roots = np.sqrt(own.diagonal())

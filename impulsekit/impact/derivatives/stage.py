@@ -17,11 +17,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg.lapack import dgeqp3, dgesv
+from scipy.linalg.lapack import dgesv
 
 from ...tolerances import NONZERO
-from ..axes_of_vectors import faint_axes, lengths_of_vectors
-from ..elimination import NULL_ROW, RANK_TOLERANCE
+from ..elimination import NULL_ROW, Elimination
 from .factor import Factor
 from .modes import ContactMode
 from .shared_loads import even_shares
@@ -29,8 +28,6 @@ from .shared_loads import even_shares
 __all__ = ["NULL_ROW", "Direct", "Loads", "Response", "Stage", "equations_of"]
 
 CONSISTENT = 1e-6
-# Columns that LAPACK's pivoted QR takes at once: room for them, less would be slower.
-BLOCK = 32
 
 # What M d is given, by the columns that it belongs to.
 Loads = Sequence[tuple[slice, np.ndarray]]
@@ -121,9 +118,9 @@ class Stage:
             self._solved = [(where, solved[:, i:j]) for where, i, j in parts]
         delassus = rows.dot(self._moved)
         # Of shared loads the rule is that of springs, as ``laws.even_shares`` has it.
-        self.even = (
-            even_shares(delassus, bilateral, modes) if redundant and not factor.is_filled else None
-        )
+        self.even = None
+        if redundant and not factor.is_filled:
+            self.even = even_shares(factor, rows, self._vectors, bilateral, modes)
         if self.even is not None:
             delassus[np.ix_(self.even.rows, self.even.rows)] += self.even.stiffness
         diagonal = delassus.diagonal()
@@ -203,15 +200,7 @@ class Stage:
             springs = np.zeros((len(self.even.rows), len(self.rows)))
             springs[:, self.even.rows] = self.even.root
             half = np.vstack([half, springs[:, chosen]])
-        sizes = np.sqrt(np.einsum("ij,ij->j", half, half))
-        count = len(chosen)
-        factored, order, *_ = dgeqp3(half / sizes, lwork=2 * count + BLOCK * (count + 1))
-        rank = int((np.abs(factored.diagonal()) > RANK_TOLERANCE).sum())
-        left_out = order[rank:] - 1
-        shared = lengths_of_vectors(sizes, self._vectors[chosen])
-        faint = None if shared is None else faint_axes(half, shared, rank)
-        if faint is not None:
-            left_out = faint.left_out
+        left_out = Elimination(half, None, (), self._vectors[chosen].tolist()).left_out()
         dependent = np.zeros(len(self.rows), dtype=bool)
         dependent[chosen[left_out]] = True
         return dependent
