@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
+
+import mpmath
 import numpy as np
 import pinocchio as pin
 
-__all__ = ["left_of_coulomb", "left_of_the_law"]
+__all__ = ["all_answers", "enumerated_normals", "left_of_coulomb", "left_of_the_law"]
 
 
 def left_of_the_law(scene, q, before, after):
@@ -46,3 +49,49 @@ def left_of_coulomb(xi, P, friction, speed):
         left += [(np.hypot(*p[:2]) - bound) / load]
         left += [np.abs(p[:2] * slip + bound * u[:2]).max() / (load * speed)]
     return max(left)
+
+
+@mpmath.workdps(50)
+def all_answers(W, b, mu):
+    """Every P > 0 of Coulomb's law, in 50 digits: sticking, and slip from Bonnefon's quartic."""
+    W, b, mu = mpmath.matrix(W.tolist()), mpmath.matrix(list(b)), mpmath.mpf(mu)
+    found = []
+    stick = -mpmath.lu_solve(W, b)
+    if stick[2] > 0 and mpmath.hypot(stick[0], stick[1]) <= mu * stick[2]:
+        found.append([float(p) for p in stick])
+    T, w, nn = W[0:2, 0:2], W[0:2, 2], W[2, 2]
+    A = mu * (b[2] * T - b[0:2] * w.T)
+    c = b[0:2] * nn - b[2] * w
+    trace, det = A[0, 0] + A[1, 1], A[0, 0] * A[1, 1] - A[0, 1] * A[1, 0]
+    m = mpmath.matrix([A[0, 1] * c[1] - A[1, 1] * c[0], A[1, 0] * c[0] - A[0, 0] * c[1]])
+    quartic = [
+        1,
+        -2 * trace,
+        trace**2 + 2 * det - (c.T * c)[0],
+        -2 * (trace * det + (c.T * m)[0]),
+        det**2 - (m.T * m)[0],
+    ]
+    for root in mpmath.polyroots(quartic, maxsteps=300, extraprec=200):
+        if abs(mpmath.im(root)) > mpmath.mpf(10) ** -30 * abs(root) or mpmath.re(root) * b[2] >= 0:
+            continue
+        root = mpmath.re(root)
+        s = (root * c + m) / ((root - A[0, 0]) * (root - A[1, 1]) - A[0, 1] * A[1, 0])
+        left = nn - mu * (w.T * s)[0]
+        load = -b[2] / left
+        if load > 0:
+            found.append([float(-mu * load * s[0]), float(-mu * load * s[1]), float(load)])
+    return found
+
+
+def enumerated_normals(W, b):
+    """P with 0 ≤ P ⊥ W P + b ≥ 0, by trying all sets of contacts that push."""
+    n = len(b)
+    for size in range(n + 1):
+        for rows in map(list, itertools.combinations(range(n), size)):
+            P = np.zeros(n)
+            if rows:
+                P[rows] = np.linalg.lstsq(W[np.ix_(rows, rows)], -b[rows], rcond=1e-10)[0]
+            xi = W @ P + b
+            if P.min() >= -1e-9 and xi.min() >= -1e-9 and abs(P @ xi) < 1e-8:
+                return P
+    raise AssertionError("no set of contacts obeys the law")

@@ -1,6 +1,5 @@
 """Several contacts at once: every answer of the law is held against enumeration or fractions."""
 
-import itertools
 from fractions import Fraction
 
 import numpy as np
@@ -9,6 +8,7 @@ import pytest
 from impulsekit.laws.several import Struck, hit_contacts
 from impulsekit.laws.status import Status
 from impulsekit.laws.words import AGAIN, NEWTON, POISSON
+from tests.lawful import enumerated_normals, left_of_coulomb
 
 
 def strike(W, before, mu, e, restitution=NEWTON, e_t=0.0):
@@ -34,18 +34,6 @@ def exact_velocity(W, P, free):
             for row, u in zip(W.tolist(), free.tolist(), strict=True)
         ]
     )
-
-
-def enumerated_normals(W, b):
-    """P ≥ 0 of the one set of contacts that push, found by trying all."""
-    n = len(b)
-    for size in range(n + 1):
-        for chosen in map(list, itertools.combinations(range(n), size)):
-            P = np.zeros(n)
-            P[chosen] = np.linalg.solve(W[np.ix_(chosen, chosen)], -b[chosen])
-            if (P >= 0.0).all() and (W @ P + b >= -1e-12).all():
-                return P
-    raise AssertionError("a positive definite problem always has an answer")
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -76,14 +64,7 @@ def test_what_the_law_answers_obeys_coulomb_in_fractions(seed):
     np.testing.assert_allclose(normal, work[2::3], atol=1e-12)
     np.testing.assert_allclose(friction, work[0::3] + work[1::3], atol=1e-12)
     xi[2::3] += e * np.minimum(before[2::3], 0.0)
-    for (p1, p2, pn), (x1, x2, xn) in zip(P.reshape(n, 3), xi.reshape(n, 3), strict=True):
-        assert pn >= 0.0 and xn >= -1e-12
-        assert abs(pn * xn) <= 1e-12
-        assert np.hypot(p1, p2) <= mu * pn * (1.0 + 1e-12) + 1e-14
-        slip = np.hypot(x1, x2)
-        np.testing.assert_allclose(
-            [p1 * slip, p2 * slip], [-mu * pn * x1, -mu * pn * x2], atol=1e-11
-        )
+    assert left_of_coulomb(xi, P, np.full(n, mu), np.abs(before).max()) < 1e-12
 
 
 def test_regular_contacts_are_hardly_ever_left():

@@ -11,6 +11,7 @@ from impulsekit.laws.coulomb import coulomb, coulomb_impulse
 from impulsekit.laws.quartic import slides
 from impulsekit.laws.status import Status
 from impulsekit.scene.law import Law
+from tests.lawful import all_answers
 
 from .problems import block, problem, rod, solved, sphere
 
@@ -124,23 +125,6 @@ def target_of(u, e, law):
     return np.array([u[0], u[1], (1 + e) * u[2] if law.restitution == "newton" else u[2]])
 
 
-def answers_around_the_circle(W, b, mu):
-    """All impulses of Coulomb's law: one that sticks, and slips found by walking around."""
-    answers = []
-    stick = np.linalg.solve(W, -b)
-    if stick[2] > 0 and np.hypot(*stick[:2]) <= mu * stick[2]:
-        answers.append(stick)
-    angle = np.linspace(0, 2 * np.pi, 200001)
-    s = np.array([np.cos(angle), np.sin(angle)])
-    pn = -b[2] / (W[2, 2] - mu * W[2, :2] @ s)
-    xi = b[:2, None] + pn * (W[:2, 2, None] - mu * W[:2, :2] @ s)
-    across, along = s[0] * xi[1] - s[1] * xi[0], (s * xi).sum(axis=0)
-    crossing = (across[1:] > 0) != (across[:-1] > 0)
-    for k in np.flatnonzero(crossing & (pn[1:] > 0) & (pn[:-1] > 0) & (along[1:] > 0)):
-        answers.append(pn[k] * np.array([-mu * s[0, k], -mu * s[1, k], 1.0]))
-    return answers
-
-
 @given(
     st.integers(0, 10**6), st.floats(0, 1), st.floats(0, 2), st.sampled_from(LAWS), st.booleans()
 )
@@ -169,7 +153,7 @@ def test_what_holds_for_one_contact(seed, e, mu, law, planar):
         assert answer.status is not Status.NOT_CONVERGED
     if answer.status is Status.MANY_SOLUTIONS and dof >= 3:
         # Friction this high does that to a slanted W_tt: there has to be another answer.
-        assert len(answers_around_the_circle(W, target_of(u, e, law), mu)) > 1
+        assert len(all_answers(W, target_of(u, e, law), mu)) > 1
         return
     if not (answer.status.valid or answer.status is Status.ENERGY_GAIN):
         assert dof < 3
