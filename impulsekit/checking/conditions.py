@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..laws.rank_tolerances import FAINT_AXIS, RANK_TOLERANCE
 from ..reference import Rows
 from ..reference.kane import generalized_masses
 from ..reference.kinematics import Kinematics
@@ -14,10 +15,6 @@ from .reach import reach_of
 
 __all__ = ["Conditions", "conditions_of"]
 
-# A row within this (rad, in the metric of the mobilities) of the span of others is dependent.
-RANK_TOLERANCE = 1e-7
-# The same of a row that is one axis of a vector, in the length of the longest of its axes.
-FAINT_AXIS = 1e-8
 # Rounding of a solve, in units of epsilon times the condition.
 ROUNDING = 10.0
 SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 1e-6

@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import SingularMassError
+from ..laws.rank_tolerances import FAINT_PIVOT, SMALLEST_PIVOT
 from ..robot.mass_matrix import crba_of
 from ..tolerances import NONZERO
 from .known import KnownImpulses
@@ -34,10 +35,6 @@ __all__ = [
     "symmetric",
 ]
 
-# A pivot of M this far below its diagonal is rounding, not inertia.
-SMALLEST_PIVOT = 1e-13
-# Pivots depend on the order of elimination: below this the matrix is looked at as a whole.
-FAINT_PIVOT = 1e-6
 # A principal moment that is negative by more than this part of the largest was written so.
 NEGATIVE_MOMENT = 1e-9
 # Most robots that are built stay below; Talos has 1e2 and 2e3.

@@ -10,16 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Shares", "faint_axes", "lengths_of_vectors", "shared_evenly"]
+from ..laws.rank_tolerances import DEPENDENT_SHARES, FAINT_AXIS, UNEVEN_AXES
 
-# Singular values below this share of the largest are those of rows that depend on each other.
-DEPENDENT_AXES = 1e-9
-# A row that is one axis of a vector is dependent if it stands less than this out of the span of
-# the others, in the length of the longest of its axes: what the digits of files leave of a loop
-# in a plane. An arm stretched to 1e-5 rad leaves more.
-FAINT_AXIS = 1e-8
-# Rows of one vector this much shorter than its longest are judged beside it.
-UNEVEN = 0.1
+__all__ = ["Shares", "faint_axes", "lengths_of_vectors", "shared_evenly"]
 
 
 class Shares(NamedTuple):
@@ -48,7 +41,7 @@ def lengths_of_vectors(sizes: np.ndarray, triples: np.ndarray) -> np.ndarray | N
     largest = np.zeros(triples.max() + 1)
     np.maximum.at(largest, triples, sizes)
     shared = largest[triples]
-    return shared if (sizes < UNEVEN * shared).any() else None
+    return shared if (sizes < UNEVEN_AXES * shared).any() else None
 
 
 def faint_axes(half: np.ndarray, shared: np.ndarray, rank: int) -> Shares | None:
@@ -84,5 +77,5 @@ def shared_evenly(
     null = np.eye(len(sizes)) - rows.T.dot(rows)
     weights = shared / sizes
     shared_now = -weights * (impulse * sizes)
-    shift = np.linalg.lstsq(weights[:, None] * null, shared_now, rcond=DEPENDENT_AXES)[0]
+    shift = np.linalg.lstsq(weights[:, None] * null, shared_now, rcond=DEPENDENT_SHARES)[0]
     return impulse + null.dot(shift) / sizes

@@ -16,13 +16,14 @@ import numpy as np
 
 from ..errors import InputError
 from ..laws.holding import BY_ALL, hold
+from ..laws.rank_tolerances import FAINT_PIVOT, SMALLEST_PIVOT
 from ..laws.tolerances import ROUNDING
 from ..robot.mass_matrix import crba_of
 from ..rows.constraints import ConstraintRows
 from ..rows.contacts import Touch
 from ..rows.reach import ReachedModel
 from ..scene import JointCoupling, JointLock, Scene
-from .algorithms import FAINT_PIVOT, SMALLEST_PIVOT, decompose, has_uneven_masses, symmetric
+from .algorithms import decompose, has_uneven_masses, symmetric
 from .elimination import (
     MOST_REFINEMENTS,
     BilateralSolution,

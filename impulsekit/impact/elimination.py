@@ -16,38 +16,30 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import ContradictionError
-from ..laws.holding import COMPARABLE, FAINT_PIVOT
+from ..laws.rank_tolerances import (
+    COMPARABLE,
+    CONTRADICTION_TOLERANCE,
+    DETERMINED,
+    EXACT_NULL_ROW,
+    EXACT_RANK,
+    FAINT_AXIS_PIVOT,
+    IN_SPAN,
+    NULL_ROW,
+    RANK_TOLERANCE,
+    SPAN_ROUNDING,
+    WEIGHTLESS,
+)
 from ..laws.tolerances import CLEAR, ROUNDING
 from . import lapack
 from .axes_of_vectors import Shares, faint_axes, lengths_of_vectors, shared_evenly
-from .factor import LIGHTEST
 
 __all__ = [
-    "DEPENDENT",
     "MOST_REFINEMENTS",
-    "NULL_ROW",
-    "RANK_TOLERANCE",
     "BilateralSolution",
     "Elimination",
     "without_cancellation",
 ]
 
-# A row whose unit vector lies in the span of the rows to this share has a unique impulse.
-DETERMINED = 1.0 - 1e-9
-# A row is dependent if, scaled to unit length in the metric of M⁻¹, it stands less than
-# this (rad) out of the span of the others. Loops closed by hand are off by about as much.
-RANK_TOLERANCE = 1e-7
-# Dependent rows leave this much of singular values by rounding; more is not rounding.
-EXACT_RANK = 1e-14
-# What dependent rows may disagree by, relative to the velocities they speak of.
-CONTRADICTION_TOLERANCE = 1e-6
-# A row whose square is this much smaller than that of its terms is a zero.
-NULL_ROW = 1e-22
-EXACT_NULL_ROW = 1e-27
-# What the bilateral rows leave of a contact row is rounding below this share of it.
-DEPENDENT = 1e-13
-# The same where rows are nearly dependent: rounding over their least singular value.
-SPAN_ROUNDING = 5e-15
 # Columns that LAPACK's pivoted QR takes at once: room for them, less would be slower.
 QR_BLOCK = 32
 # Steps at most by what rows still lack: each must halve it.
@@ -219,7 +211,7 @@ class Elimination:
         sizes = sizes.reshape(-1, 3).max(axis=1).repeat(3)
         # The span is known as well as its narrowest direction.
         narrow = self._span.values.min(initial=1.0)
-        bar = max(DEPENDENT, SPAN_ROUNDING / narrow)
+        bar = max(IN_SPAN, SPAN_ROUNDING / narrow)
         held: np.ndarray = np.einsum("ij,ij->j", left, left) <= bar**2 * sizes
         left[:, held] = 0.0
         return held
@@ -324,7 +316,7 @@ class Elimination:
 def without_cancellation(gross: np.ndarray, mass_matrix: np.ndarray) -> np.ndarray:
     """(m,) the diagonal of W without cancellation, out of the sizes (m, nv) of its rows' terms."""
     masses = np.diagonal(np.atleast_2d(mass_matrix))
-    return (gross**2) @ (1.0 / np.maximum(masses, LIGHTEST * masses.max()))
+    return (gross**2) @ (1.0 / np.maximum(masses, WEIGHTLESS * masses.max()))
 
 
 def _regular_factor(delassus: np.ndarray, triples: np.ndarray | None = None) -> np.ndarray | None:
@@ -342,9 +334,9 @@ def _regular_factor(delassus: np.ndarray, triples: np.ndarray | None = None) -> 
     pivots = roots * roots
     if not all(map(operator.gt, pivots.tolist(), least.tolist())):
         return None
-    if triples is not None and len(triples) and pivots.min() < FAINT_PIVOT * max(squares):
+    if triples is not None and len(triples) and pivots.min() < FAINT_AXIS_PIVOT * max(squares):
         shared = lengths_of_vectors(np.sqrt(diagonal), triples)
-        if shared is not None and (pivots < FAINT_PIVOT * shared**2).any():
+        if shared is not None and (pivots < FAINT_AXIS_PIVOT * shared**2).any():
             return None
     return factor
 

@@ -9,16 +9,13 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import SingularMassError
+from ..laws.rank_tolerances import SMALLEST_PIVOT, UNFILLED_ROW, WEIGHTLESS
 from ..tolerances import NONZERO
 from . import lapack
-from .algorithms import SMALLEST_PIVOT, cholesky_solve, singular_mass, symmetric
+from .algorithms import cholesky_solve, singular_mass, symmetric
 
 __all__ = ["FilledFactor", "SparseFactor", "of_unit_length", "pivots_are_safe"]
 
-# Rows below this share of the longest, in the metric of the inertia, count as zero.
-NULL_ROW = 1e-12
-# A generalized mass below this share of the largest counts as zero.
-LIGHTEST = 1e-12
 # Joints with this part in a motion without mass, a unit vector, are named.
 MOVES = 0.1
 
@@ -114,7 +111,7 @@ def of_unit_length(diagonal: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, 
     ``diagonal``: (nv,) of M. Rows that count as zero are of infinite length.
     """
     sizes = np.sqrt((rows**2 / _weights(diagonal, rows)).sum(axis=1))
-    lengths = np.where(sizes > NULL_ROW * sizes.max(initial=0.0), sizes, np.inf)
+    lengths = np.where(sizes > UNFILLED_ROW * sizes.max(initial=0.0), sizes, np.inf)
     return rows / lengths[:, None], lengths
 
 
@@ -123,7 +120,7 @@ def _weights(diagonal: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
     A much smaller weight would cost the digits of that speed, a larger one those of others.
     """
-    heavy = diagonal > LIGHTEST * diagonal.max()
+    heavy = diagonal > WEIGHTLESS * diagonal.max()
     felt = (rows[:, heavy] ** 2 / diagonal[heavy]).sum(axis=1)
     felt = np.where(felt > 0.0, felt, np.inf)
     weights = np.where(heavy, diagonal, (rows**2 / felt[:, None]).max(axis=0, initial=0.0))

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..laws.rank_tolerances import IN_SPAN
 from ..tolerances import NONZERO
-from .elimination import DEPENDENT
 
 if TYPE_CHECKING:
     from .contact_space.refine import Steps, System
@@ -62,7 +62,7 @@ def steps_of(
         sizes = np.sqrt(((np.concatenate([pull, rows]) / roots) ** 2).sum(axis=1))
         units = 1.0 / np.concatenate([roots, np.where(sizes > 0.0, sizes, 1.0)])
         scaled = matrix * units * units[:, None]
-        found = units * np.linalg.lstsq(scaled, units * right, rcond=DEPENDENT)[0]
+        found = units * np.linalg.lstsq(scaled, units * right, rcond=IN_SPAN)[0]
         return found[:n], found[n : n + m]
 
     return Steps(jacobian, moved_by, momentum, together)

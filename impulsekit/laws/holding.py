@@ -13,16 +13,12 @@ import numpy as np
 from .compiled import compiled, entry
 from .dense import cholesky, eliminate
 from .half import factor_of, solve_mass
+from .rank_tolerances import COMPARABLE, FAINT_AXIS_PIVOT
 from .struck import posed
 from .tolerances import CLEAR, ROUNDING
 
-__all__ = ["BY_ALL", "BY_SOME", "COMPARABLE", "FAINT_PIVOT", "UNSOLVED", "hold"]
+__all__ = ["BY_ALL", "BY_SOME", "UNSOLVED", "hold"]
 
-# Rows whose squares differ by less than this are no rounding of each other.
-COMPARABLE = 1e-9
-# Pivots of W beside the longest axis of the row's vector, of which 1e-8 may be rounding: ten times
-# that, squared (``impact.axes_of_vectors.FAINT_AXIS``).
-FAINT_PIVOT = 1e-14
 
 # Not solved; solved, some rows moving nothing; solved, all rows moving something.
 UNSOLVED, BY_SOME, BY_ALL = 0, 1, 2
@@ -98,7 +94,7 @@ def _multiply(W: np.ndarray, m: int, x: np.ndarray, moves: np.ndarray) -> int:
     if not cholesky(W, m, factor) > CLEAR:
         return -1
     for r in range(m):
-        if factor[r, r] * factor[r, r] < FAINT_PIVOT * largest:
+        if factor[r, r] * factor[r, r] < FAINT_AXIS_PIVOT * largest:
             return -1
     eliminate(factor, m, x)
     return m - still

@@ -14,20 +14,18 @@ import pinocchio as pin
 
 from ..geometry.point_table import Kinematics, Table
 from ..impact.algorithms import (
-    FAINT_PIVOT,
-    SMALLEST_PIVOT,
     check_pivots,
     singular_mass,
     symmetric,
 )
 from ..impact.elimination import (
-    CONTRADICTION_TOLERANCE,
     BilateralSolution,
     Elimination,
     without_cancellation,
 )
 from ..impact.factor import FilledFactor, SparseFactor, pivots_are_safe
 from ..laws.half import Factor
+from ..laws.rank_tolerances import CONTRADICTION_TOLERANCE, FAINT_PIVOT, SMALLEST_PIVOT
 from ..laws.tolerances import RESIDUAL_LIMIT
 from ..robot.mass_matrix import crba_of
 from ..robot.massless import is_always_regular

@@ -6,8 +6,8 @@ import numpy as np
 import pinocchio as pin
 
 from ..geometry.point_table import Kinematics
-from ..impact.algorithms import SMALLEST_PIVOT
 from ..laws.half import Factor
+from ..laws.rank_tolerances import SMALLEST_PIVOT
 from .memory import order_of_speeds
 from .tree import BALL, CIRCLE, FREE, PLANAR, SLIDE, TRANSLATION, TURN, Room, Tree
 

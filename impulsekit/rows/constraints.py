@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 import pinocchio as pin
 
+from ..laws.rank_tolerances import EXACT_RANK, RANK_TOLERANCE
 from ..robot import Robot
 from ..scene import Collision, GapConstraint, GapContact, Scene
 from ..scene.constraints import KEPT
@@ -19,13 +20,6 @@ from .points import PointOnFrame
 from .reach import ReachedModel, branch_of
 
 __all__ = ["ConstraintRows", "needs_places"]
-
-
-# Rows this much smaller than the terms they are made of are zeros: rods in line, a loop
-# at its dead point. Loops closed by hand are off by about as much.
-NULL_ROW = 1e-7
-# What rounding leaves of them.
-EXACT_NULL_ROW = 1e-14
 
 
 class _OfPair:
@@ -47,7 +41,7 @@ class _OfPair:
         faintest = np.where(np.array(said.select) < 3, min(self._reach or 1.0, 1.0), 1.0)
         # A free-flyer's own speeds move every point in every direction.
         free = len(ends) == 1 and _root_kind(model, ends[0]) == "JointModelFreeFlyer"
-        self.faintest = np.zeros(len(said.select)) if free else 10.0 * NULL_ROW * faintest
+        self.faintest = np.zeros(len(said.select)) if free else 10.0 * RANK_TOLERANCE * faintest
 
     def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(k,) the rates of the rows' velocities where no joint accelerates."""
@@ -208,8 +202,8 @@ class ConstraintRows:
         """
         gross = self.magnitude(data, q)
         faint = (largest <= np.array(self.faintest)) & (largest > 0.0)
-        faint &= (np.abs(rows) <= NULL_ROW * gross).all(axis=1)
-        doubt = bool((np.abs(rows[faint]) > EXACT_NULL_ROW * gross[faint]).any())
+        faint &= (np.abs(rows) <= RANK_TOLERANCE * gross).all(axis=1)
+        doubt = bool((np.abs(rows[faint]) > EXACT_RANK * gross[faint]).any())
         rows[faint] = 0.0
         return doubt
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from ...laws.approach import block_at
 from ...laws.coulomb import can_press
 from ...laws.modes import DEPENDENT
+from ...laws.rank_tolerances import COARSE
 from ...laws.several import Care
 from ...laws.single import newtons_shift
 from ...laws.status import Status
 from ...laws.words import NEWTON
 from ..codes import AGAIN
-from .held import COARSE
 from .jit import built_in
 
 __all__ = ["LEFT", "block_at", "care_for", "is_close_call", "is_left"]

@@ -14,24 +14,20 @@ import math
 import numpy as np
 
 from ...laws.dense import cholesky, lower_solve
+from ...laws.rank_tolerances import (
+    COARSE,
+    EXACT_NULL_ROW,
+    EXACT_RANK,
+    GOOD_PIVOT,
+    IDLE,
+    LIVE_ROW,
+    SHORT_ROW,
+)
 from ...laws.tolerances import CLEAR
 from .jit import built_in, uncounted
 from .layout import DOF, INVERSE
 
-__all__ = ["COARSE", "bear", "half_solve", "hold"]
-
-# Pivots of W below this lose digits that those of C keep, whose squares they are.
-GOOD_PIVOT = 1e-2
-# The same in single precision, whose doubts are solved again in double.
-COARSE = 1e-4
-# A row whose W is this share of that of its terms is live; a zero; all between is in doubt.
-LIVE_ROW, NULL_ROW = 1e-12, 1e-28
-# A live row this short may be one axis of a longer vector.
-SHORT_ROW = 1e-4
-# What stands out of the span of other rows by less is rounding; from 1e-3 on it is not.
-IN_SPAN = 1e-14
-# What rows that are set aside may want beside the others, over the speeds at hand.
-IDLE = 2e-14
+__all__ = ["bear", "half_solve", "hold"]
 
 
 @built_in
@@ -79,7 +75,7 @@ def _told_apart(lane, posed, lanes, space):
             order[at + live] = i
             live += 1
             short |= own < SHORT_ROW * gross
-        elif lanes.digits == 53 and own <= NULL_ROW * gross:
+        elif lanes.digits == 53 and own <= EXACT_NULL_ROW * gross:
             scale_of[i] = 0.0
             null -= 1
             order[at + null] = i
@@ -169,7 +165,7 @@ def _ranked(live, lane, posed, lanes, space):
             if size > longest:
                 best, longest = i, size
         length = math.sqrt(longest)
-        if length <= IN_SPAN:
+        if length <= EXACT_RANK:
             rank = k
             break
         if not length * length > CLEAR:

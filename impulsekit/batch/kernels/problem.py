@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...laws.rank_tolerances import WITH_FEW_DIGITS
 from ...laws.status import Status
 from ...laws.tolerances import NEGLIGIBLE
 from ..codes import AGAIN
@@ -25,8 +26,6 @@ __all__ = ["Room", "lanes_under", "problem_in"]
 AT_STOP = 1e-9
 # A gap this near [m] to the one up to which balls touch may be on either side of it.
 NEAR_MARGIN, NEAR_MARGIN32 = 1e-11, 1e-5
-# Share of its W that a contact row keeps beside bilateral ones; below, digits are lost.
-HELD_STILL = 1e-6
 _SOLVED = int(Status.SOLVED)
 
 
@@ -249,7 +248,7 @@ def _eliminate(lane, count, posed, lanes, space):
                 W[i, j] -= cross_held[i, k] * cross_held[j, k]
         # What the bilateral rows nearly hold still is left with few digits.
         matters = i % 3 == 2 or mus[i // 3] > 0.0
-        if matters and alone > 0.0 and not W[i, i] > HELD_STILL * alone:
+        if matters and alone > 0.0 and not W[i, i] > WITH_FEW_DIGITS * alone:
             return False
     return True
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.linalg.lapack import dpotrf, dtrtri
 
 from ...errors import InputError
-from ..algorithms import SMALLEST_PIVOT
+from ...laws.rank_tolerances import SMALLEST_PIVOT
 from ..factor import of_unit_length
 
 __all__ = ["Factor"]

@@ -19,15 +19,15 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg.lapack import dgesv
 
+from ...laws.rank_tolerances import CONTRADICTION_TOLERANCE, NULL_ROW
 from ...tolerances import NONZERO
-from ..elimination import NULL_ROW, Elimination
+from ..elimination import Elimination
 from .factor import Factor
 from .modes import ContactMode
 from .shared_loads import even_shares
 
-__all__ = ["NULL_ROW", "Direct", "Loads", "Response", "Stage", "equations_of"]
+__all__ = ["Direct", "Loads", "Response", "Stage", "equations_of"]
 
-CONSISTENT = 1e-6
 
 # What M d is given, by the columns that it belongs to.
 Loads = Sequence[tuple[slice, np.ndarray]]
@@ -256,9 +256,9 @@ class Stage:
         every = np.abs(self.rows)
         # What is given by the configuration is a difference of terms of this size.
         terms = every.max() * max(float(np.abs(v).max()) for v in self._velocities)
-        met: np.ndarray = gap <= CONSISTENT * terms
+        met: np.ndarray = gap <= CONTRADICTION_TOLERANCE * terms
         rest = np.flatnonzero(~met)
         if len(rest):
             sizes = every.dot(np.abs(velocity[:, rest])) + np.abs(given[:, rest])
-            met[rest] = gap[rest] <= CONSISTENT * (sizes.max(axis=0) + terms)
+            met[rest] = gap[rest] <= CONTRADICTION_TOLERANCE * (sizes.max(axis=0) + terms)
         return met
