@@ -22,7 +22,7 @@ from .compiled import compiled, entry
 from .least_shares import STILL
 from .modes import FINE, MOST_STEPS, RIDGE, SLIDES, SUMMED, largest_term, polish, residual_of
 from .rank import null_projector, pivoted_cholesky
-from .redundant import NO_LOAD
+from .redundant import NO_LOAD, is_redundant
 from .tolerances import BAR, PART
 from .workspace import Sizes, Workspace, workspace
 
@@ -37,7 +37,7 @@ MOVES = 1e-10
 SOME_WAY, ONE_WAY = 0.5, 1.5
 
 
-@entry(lambda: (workspace(1), 1, Sizes(1.0, 1.0, 1.0, True), 0.0, 0.0), seconds=3.0, apart=True)
+@compiled
 def share_evenly(
     work: Workspace, n: int, sizes: Sizes, dependent: float, residual: float
 ) -> tuple[float, bool]:
@@ -56,14 +56,24 @@ def share_evenly(
     Returns:
         The residual, and whether load can be shifted so that v⁺ changes.
     """
-    work = borrowed(work)
     residual_of(work, n, sizes)
+    for i in range(n):
+        work.unique[i] = True
+    if not _depend(work, n, sizes, dependent):
+        return residual, False
+    return _share_dependent(work, n, sizes, dependent, residual)
+
+
+@entry(lambda: (workspace(1), 1, Sizes(1.0, 1.0, 1.0, True), 0.0, 0.0), seconds=3.0, apart=True)
+def _share_dependent(
+    work: Workspace, n: int, sizes: Sizes, dependent: float, residual: float
+) -> tuple[float, bool]:
+    """``share_evenly`` of normals that do depend on each other."""
+    work = borrowed(work)
     touching = np.empty(n, np.int64)
     count = _touching(work, n, sizes, touching)
     shift = _shifts(work, touching, count, dependent)
-    for i in range(n):
-        work.unique[i] = True
-    if not shift.any() or _contradict(work, n, sizes, touching, count, shift):
+    if _contradict(work, n, sizes, touching, count, shift):
         return residual, False
     allowed = residual + max(FINE, SUMMED * largest_term(work, n, sizes))
     start, mine, among = work.P[: 3 * n].copy(), touching.copy(), shift
@@ -100,14 +110,29 @@ def share_evenly(
 @compiled
 def can_shift(work: Workspace, n: int, sizes: Sizes, dependent: float) -> bool:
     """Whether load can be shifted from P so that v⁺ changes. Arguments as ``share_evenly``'s."""
-    work = borrowed(work)
     residual_of(work, n, sizes)
+    return _depend(work, n, sizes, dependent) and _shift_moves(work, n, sizes, dependent)
+
+
+@entry(lambda: (workspace(1), 1, Sizes(1.0, 1.0, 1.0, True), 0.0), seconds=1.0, apart=True)
+def _shift_moves(work: Workspace, n: int, sizes: Sizes, dependent: float) -> bool:
+    """``can_shift`` between normals that do depend on each other."""
+    work = borrowed(work)
     touching = np.empty(n, np.int64)
     count = _touching(work, n, sizes, touching)
     shift = _shifts(work, touching, count, dependent)
     if _contradict(work, n, sizes, touching, count, shift):
         return False
     return _moves(work, n, sizes, touching, count, shift)
+
+
+@compiled
+def _depend(work: Workspace, n: int, sizes: Sizes, dependent: float) -> bool:
+    """Whether contacts touch and slip whose normals depend on each other."""
+    work = borrowed(work)
+    touching = np.empty(n, np.int64)
+    count = _touching(work, n, sizes, touching)
+    return count > 0 and is_redundant(_normals(work, touching, count), count, dependent, 0.0)
 
 
 @borrowing
@@ -126,11 +151,17 @@ def _touching(work: Workspace, n: int, sizes: Sizes, touching: np.ndarray) -> in
 @compiled
 def _shifts(work: Workspace, touching: np.ndarray, count: int, dependent: float) -> np.ndarray:
     """``shifts_of`` the contacts that touch."""
+    return _shifts_between(_normals(work, touching, count), dependent)
+
+
+@compiled
+def _normals(work: Workspace, touching: np.ndarray, count: int) -> np.ndarray:
+    """W_nn of the contacts that touch."""
     normal = np.empty((count, count))
     for r in range(count):
         for c in range(count):
             normal[r, c] = work.W[3 * touching[r] + 2, 3 * touching[c] + 2]
-    return _shifts_between(normal, dependent)
+    return normal
 
 
 @entry(lambda: (np.eye(2), 0.0), seconds=0.5)

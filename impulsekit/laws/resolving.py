@@ -8,8 +8,10 @@ options to compare.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import types as python_types
+from collections.abc import Iterator
 from typing import Any
 
 __all__ = ["KNOWN", "quick_compiler"]
@@ -104,6 +106,10 @@ def _remembering(plain: Any) -> Any:
             return super().resolve_value_type(val) if function is None else function
 
         def resolve_function_type(self, func: Any, args: Any, kws: Any) -> Any:
+            with _as_parts():
+                return self._resolve(func, args, kws)
+
+        def _resolve(self, func: Any, args: Any, kws: Any) -> Any:
             function = func if isinstance(func, kind) else self._known(func)
             if function is None:
                 return super().resolve_function_type(func, args, kws)
@@ -123,6 +129,33 @@ def _remembering(plain: Any) -> Any:
             return known[id(found)]
 
     return Remembering()
+
+
+@contextlib.contextmanager
+def _as_parts() -> Iterator[None]:
+    """What numba has written in Python for an array's methods and the like becomes ``parts``.
+
+    It would make machine code of each, which only other compiled code calls.
+    """
+    from numba.core.target_extension import CPU, jit_registry
+
+    from .parts import pipeline
+
+    plain = jit_registry[CPU]
+
+    def within(*args: Any, **options: Any) -> Any:
+        return plain(*args, **options, no_cfunc_wrapper=True, pipeline_class=pipeline())
+
+    if getattr(plain, "makes_parts", False):
+        yield
+        return
+    within.makes_parts = True  # type: ignore[attr-defined]
+    # Who compiles holds numba's lock.
+    jit_registry.update({CPU: within})
+    try:
+        yield
+    finally:
+        jit_registry.update({CPU: plain})
 
 
 @functools.cache

@@ -142,5 +142,6 @@ def test_a_first_batch_compiles_nothing_that_its_rows_do_not_need(tmp_path):
         "batch.kernels.law._one_touches", "batch.kernels.coulomb.is_left",
         "laws.approach.sweep", "laws.coulomb.coulomb", "laws.unloading.unload",
         "laws.frictional._search_on", "laws.redundant._tell_shared",
-        "laws.coupling._feedback_by_eigenvalues",
+        "laws.coupling._feedback_by_eigenvalues", "laws.even_shares._share_dependent",
+        "laws.even_shares._shift_moves",
     }  # fmt: skip

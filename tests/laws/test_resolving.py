@@ -97,3 +97,30 @@ def test_numba_functions_of_others_are_left_alone():
         return x * 2
 
     assert own(3) == 6 and own(1.5) == 3.0
+
+
+def test_what_numba_has_written_in_python_is_no_machine_code():
+    use_numba()
+    from numba.core import event
+    from numba.core.compiler import Compiler
+
+    if resolving.quick_compiler() is Compiler:
+        pytest.skip("numba compiles as it does")
+    made = []
+
+    class Listener(event.Listener):
+        def on_start(self, event):
+            pass
+
+        def on_end(self, event):
+            made.append(event.data["dispatcher"])
+
+    def largest_of(a):
+        return a.max() + np.cumprod(a)[1]
+
+    with event.install_listener("numba:compile", Listener()):
+        found = dispatcher(largest_of, {"nogil": True, "error_model": "numpy"})(np.arange(3.0))
+    assert found == 2.0
+    libraries = [code.library for each in made for code in each.overloads.values()]
+    inner = [each for each in libraries if "largest_of" not in each.name]
+    assert inner and all(type(each).__name__ == "Part" for each in inner)
