@@ -9,6 +9,8 @@ import sys
 
 import pytest
 
+from tests.reference.models import mass_matrix
+
 ROOT = pathlib.Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", README, re.M | re.S)
@@ -92,8 +94,7 @@ def test_what_rotors_add_to_a_wall_hit_by_a_ur5():
     arm = ik.Robot.from_example("ur5")
     q = arm.configuration(shoulder_lift_joint=-1.05, elbow_joint=1.57, wrist_1_joint=-0.52)
     data = arm.model.createData()
-    masses = np.triu(pin.crba(arm.model, data, q))
-    masses += np.triu(masses, 1).T
+    masses = mass_matrix(arm.model, q)
     frame = arm.frame_id("tool0")
     row = pin.computeFrameJacobian(arm.model, data, q, frame, pin.LOCAL_WORLD_ALIGNED)[0]
     rotors = 101**2 * np.array([9e-5] * 3 + [2e-5] * 3)

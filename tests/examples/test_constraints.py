@@ -6,6 +6,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from tests.reference.models import mass_matrix
+
 from . import printed, solved
 
 
@@ -17,8 +19,7 @@ def effective_mass(impact, frame, direction):
     """Of a point at a frame's origin along a direction, from crba and Jacobians [kg]."""
     model = impact.scene.robot.model
     data = model.createData()
-    matrix = pin.crba(model, data, impact.q)
-    matrix = np.triu(matrix) + np.triu(matrix, 1).T
+    matrix = mass_matrix(model, impact.q)
     frame_id = impact.scene.robot.frame_id(frame)
     jacobian = pin.computeFrameJacobian(model, data, impact.q, frame_id, pin.LOCAL_WORLD_ALIGNED)
     row = np.asarray(direction) @ jacobian[:3]

@@ -8,6 +8,7 @@ import pytest
 
 import impulsekit as ik
 from impulsekit.reference.urdf import read_urdf
+from tests.reference.models import mass_matrix
 
 from ..close import close
 from ..motion.models import particle
@@ -181,16 +182,12 @@ def test_an_arm_catches_a_ball(seed):
     frame = model.frames[hand]
     loaded.appendBodyToJoint(frame.parentJoint, inertia, frame.placement * held)
 
-    def masses(which):
-        upper = pin.crba(which, which.createData(), q_arm)
-        return np.triu(upper) + np.triu(upper, 1).T
-
     at_ball = loaded.addFrame(
         pin.Frame("held", frame.parentJoint, 0, frame.placement * held, pin.FrameType.OP_FRAME)
     )
     jacobian = pin.computeFrameJacobian(loaded, loaded.createData(), q_arm, at_ball, pin.LOCAL)
-    momentum = masses(model) @ v_arm + jacobian.T @ (inertia.matrix() @ twist)
-    after = np.linalg.solve(masses(loaded), momentum)
+    momentum = mass_matrix(model, q_arm) @ v_arm + jacobian.T @ (inertia.matrix() @ twist)
+    after = np.linalg.solve(mass_matrix(loaded, q_arm), momentum)
     assert relative(impact.v_after[: arm.nv] - after, after) < 1e-12
     assert relative(impact.v_after[arm.nv :] - jacobian @ after, twist) < 1e-12
     # What the ball gains the arm loses.

@@ -15,6 +15,7 @@ from impulsekit.laws.lzb import strike_by_energy
 from impulsekit.laws.path import follow
 from impulsekit.laws.progress import path_memory
 from impulsekit.laws.words import STRONGE
+from tests.reference.models import mass_matrix
 
 LZB = ik.Law(restitution="lzb")
 
@@ -122,8 +123,7 @@ def test_solo12_on_four_feet():
     impact = ik.solve(ik.Scene(robot, contacts=contacts, law=LZB, gap_bound=np.inf), q, v)
     assert impact.is_valid() and ik.check(impact).agrees
     model, data = robot.model, robot.model.createData()
-    masses = pin.crba(model, data, q)
-    masses = np.triu(masses) + np.triu(masses, 1).T
+    masses = mass_matrix(model, q)
     way = pin.LOCAL_WORLD_ALIGNED
     rows = np.array(
         [pin.computeFrameJacobian(model, data, q, model.getFrameId(f), way)[2] for f in feet]
