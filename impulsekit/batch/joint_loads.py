@@ -7,20 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..motion.tree_of_model import KINDS, room_of, tree_of
-from ..scene import (
-    AppliedImpulse,
-    Collision,
-    Contact,
-    DistanceAnchor,
-    FrameAnchor,
-    GapConstraint,
-    GapContact,
-    JointImpulse,
-    PointAnchor,
-    Rope,
-    Scene,
-)
-from ..scene.constraints import DIRECTIONS
+from ..rows.entries import FramePair, FunctionRows, frame_pair, rows_of_entry
+from ..scene import Contact, JointStop, Scene
 from ..scene.contacts import turns
 from .errors import NoKernelError
 
@@ -70,11 +58,11 @@ class JointLoads:
             raise NoKernelError(f"loads of joints of the kind {', '.join(sorted(unknown))}")
         self._tree = tree
         for impulse in scene.impulses:
-            self._known(impulse)
+            self._entry(impulse)
         for contact in scene.contacts:
             self._contact(contact)
         for constraint in scene.held:
-            self._constraint(constraint)
+            self._entry(constraint)
         columns = list(zip(*self._rows, strict=True)) or [()] * 8
         kinds = (np.int64, np.int64, float, np.int64, float, np.int64, float, np.bool_)
         shapes = ((), (), (), (), (3,), (), (3,), ())
@@ -145,71 +133,35 @@ class JointLoads:
         if joint > 0:
             self._rows.append((joint, column, sign, axes_of, direction, point_on, at, is_moment))
 
-    def _wrench(
-        self, frame: Any, sign: float, axes: tuple[int, np.ndarray], point: Any, words: Any
-    ) -> None:
-        """One number for each of the directions ``words`` on a frame's body."""
+    def _pair(self, said: FramePair, axes: tuple[int, np.ndarray]) -> None:
+        """One number for each row of two frames, whose axes are constant in those of a joint."""
         axes_of, rotation = axes
-        for k, word in enumerate(words):
-            which = DIRECTIONS.index(word)
-            direction = rotation[:, which % 3]
-            column = self._columns + k
-            self._add(frame.parentJoint, column, sign, axes_of, direction, point, which > 2)
-
-    def _known(self, entry: Any) -> None:
-        if isinstance(entry, JointImpulse):
-            robot = self._scene.robot
-            self._columns += robot.model.joints[robot.joint_id(entry.joint)].nv
-            return
-        if not isinstance(entry, AppliedImpulse):
-            raise _unknown(entry)
-        frame = self._frame(entry.frame)
-        axes = self._axes(frame, entry.axes)
-        self._wrench(frame, 1.0, axes, self._point(frame, entry.at), DIRECTIONS)
-        self._columns += 6
+        first, other = said.first, said.other
+        point = first.joint_id, first.placement.translation
+        far = point if said.coincides else (other.joint_id, other.placement.translation)
+        for joint, sign, at in ((first.joint_id, 1.0, point), (other.joint_id, -1.0, far)):
+            for k, row in enumerate(said.select):
+                direction, column = rotation[:, row % 3], self._columns + k
+                self._add(joint, column, sign, axes_of, direction, at, row > 2)
 
     def _contact(self, entry: Any) -> None:
         if turns(entry):
             # Its moments are in no column.
             raise NoKernelError("loads by contacts that resist rolling or spin")
         if isinstance(entry, Contact):
-            frame, against = self._frame(entry.frame), self._frame(entry.against)
-            point = self._point(frame, entry.at)
-            for end, sign in ((frame, 1.0), (against, -1.0)):
-                self._wrench(end, sign, (0, np.eye(3)), point, DIRECTIONS[:3])
-        elif isinstance(entry, Collision | Rope | GapContact):
+            self._pair(frame_pair(self._scene.robot, entry), (0, np.eye(3)))
+        elif not isinstance(entry, JointStop):
             raise _unknown(entry)
         self._columns += 3
 
-    def _constraint(self, entry: Any) -> None:
-        robot = self._scene.robot
-        if isinstance(entry, PointAnchor | FrameAnchor):
-            frame, other = self._frame(entry.frame), self._frame(entry.other)
-            words = entry.directions if isinstance(entry, FrameAnchor) else DIRECTIONS[:3]
-            axes = self._axes(frame, getattr(entry, "axes", "world"))
-            point = self._point(frame, entry.at)
-            self._wrench(frame, 1.0, axes, point, words)
-            far = point if entry.other_at is None else self._point(other, entry.other_at)
-            self._wrench(other, -1.0, axes, far, words)
-            self._columns += len(words)
-        elif isinstance(entry, DistanceAnchor | GapConstraint):
+    def _entry(self, entry: Any) -> None:
+        """A known impulse or a constraint."""
+        said = rows_of_entry(self._scene.robot, entry)
+        if isinstance(said, FunctionRows) or getattr(said, "carrier", None) == "line":
             raise _unknown(entry)
-        elif hasattr(entry, "ratio"):
-            self._columns += 1
-        else:
-            self._columns += robot.model.joints[robot.joint_id(entry.joint)].nv
-
-    def _frame(self, name: str) -> Any:
-        return self._scene.robot.model.frames[self._scene.robot.frame_id(name)]
-
-    def _axes(self, frame: Any, axes: str) -> tuple[int, np.ndarray]:
-        """In which joint's axes the three directions are constant, and what they are there."""
-        if axes == "world":
-            return 0, np.eye(3)
-        return frame.parentJoint, np.array(frame.placement.rotation)
-
-    def _point(self, frame: Any, at: Any) -> tuple[int, np.ndarray]:
-        return frame.parentJoint, frame.placement.act(np.array(at, dtype=float))
+        if isinstance(said, FramePair):
+            self._pair(said, said.carrying)
+        self._columns += len(said.labels)
 
 
 def _unknown(entry: Any) -> NoKernelError:

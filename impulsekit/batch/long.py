@@ -17,6 +17,7 @@ from ..errors import (
     UnknownNameError,
 )
 from ..robot import Robot
+from ..rows.entries import Site
 from ..scene import AppliedImpulse, JointImpulse
 from .kernels import layout
 from .long_impact import LongImpact
@@ -111,12 +112,12 @@ class LongTree:
         """
         point = np.array(at, dtype=float)
         if self._robot is not None:
-            item = self._robot.model.frames[self._robot.frame_id(frame)]
-            if item.parentJoint == 0:
+            site = Site.of(self._robot, frame, point)
+            if not site.moves:
                 raise InputError(f'an impulse on "{frame}" moves nothing')
-            body = self._tree.body(item.parentJoint)
+            body = self._tree.body(site.joint_id)
             turn = self._tree.turns[body].T
-            return body, turn @ item.placement.act(point), turn @ item.placement.rotation
+            return body, turn @ site.placement.translation, turn @ site.placement.rotation
         body = self._numbered(frame, "link")
         turn = self._tree.turns[body].T
         return body, turn @ point, turn

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from ..scene import FrameAnchor, GapConstraint, JointLock, PointAnchor, Scene
+from ..rows.entries import rows_of_entry
+from ..scene import Scene
 
 __all__ = ["shape_of"]
 
@@ -16,20 +15,10 @@ def shape_of(scene: Scene, name: str) -> tuple[int, ...]:
     if name in ("contact_impulses", "normal_components"):
         return (len(scene.contacts), 3)
     if name == "constraint_impulses":
-        return (sum(_row_count(scene, entry) for entry in scene.held),)
+        said = (rows_of_entry(scene.robot, entry) for entry in scene.held)
+        return (sum(len(rows.labels) for rows in said),)
     if name == "reactions":
         return (scene.robot.model.njoints - 1, 6)
     if name == "bodies":
         return (len(scene.robot.links), 6)
     return (scene.robot.nv,)
-
-
-def _row_count(scene: Scene, entry: Any) -> int:
-    """How many rows a constraint has."""
-    if isinstance(entry, FrameAnchor):
-        return len(entry.directions)
-    if isinstance(entry, GapConstraint):
-        return entry.rows
-    if isinstance(entry, JointLock):
-        return scene.robot.model.joints[scene.robot.joint_id(entry.joint)].nv
-    return 3 if isinstance(entry, PointAnchor) else 1

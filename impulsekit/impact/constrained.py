@@ -21,14 +21,14 @@ from ..laws.tolerances import ROUNDING
 from ..robot.mass_matrix import crba_of
 from ..rows.constraints import ConstraintRows
 from ..rows.contacts import Touch
+from ..rows.entries import JointRows
 from ..rows.reach import ReachedModel
-from ..scene import JointCoupling, JointLock, Scene
+from ..scene import Scene
 from .algorithms import decompose, has_uneven_masses, symmetric
 from .elimination import (
     MOST_REFINEMENTS,
     BilateralSolution,
     Elimination,
-    without_cancellation,
 )
 from .factor import FilledFactor, SparseFactor, pivots_are_safe
 from .known import KnownImpulses
@@ -90,9 +90,8 @@ class ConstrainedJump:
         uneven = has_uneven_masses(reached.model)
         # Small pivots of light bodies beside heavy ones are inertia, and are refined.
         self._least_pivot = SMALLEST_PIVOT if uneven else FAINT_PIVOT
-        self._row_by_row = uneven or any(
-            isinstance(entry, JointCoupling | JointLock) for entry in scene.held
-        )
+        blocks = () if self._rows is None else self._rows.blocks
+        self._row_by_row = uneven or any(isinstance(block.said, JointRows) for block in blocks)
         # Pinocchio's sparse Cholesky takes neither mimic joints nor a model with one row.
         self._dense = self.model.nv < 2 or any(
             joint.shortname() == "JointModelMimic" for joint in self.model.joints
@@ -182,7 +181,7 @@ class ConstrainedJump:
             else:
                 hold.wait(SAVED)
         half = factor.half(rows, impulse[None])
-        eliminated = self._eliminated(half[:, :-1], q)
+        eliminated = Elimination.of(half[:, :-1], self._rows_there, self.data, q)
         solution = self._multipliers(eliminated, half[:, -1], asked, q, v)
         multipliers = solution.impulse
         dv = factor.solve(impulse + multipliers.dot(rows))
@@ -260,7 +259,7 @@ class ConstrainedJump:
         count = len(rows)
         half = factor.half(rows, jacobian, impulse[None])
         half_rows, half_contacts, start = half[:, :count], half[:, count:-1], half[:, -1]
-        eliminated = self._eliminated(half_rows, q)
+        eliminated = Elimination.of(half_rows, self._rows_there, self.data, q)
         held = self._multipliers(eliminated, start, asked, q, v)
         # Rows that are imposed move the contact points, too.
         held_impulse, moved = eliminated.refined(held.impulse, start, asked)
@@ -343,13 +342,6 @@ class ConstrainedJump:
             )
             solution, dv = contacts.refined(problem, solution, dv, steps)
         return dv, Outcome(np.empty(0), None, tuple(touches), solution)
-
-    def _eliminated(self, half_rows: np.ndarray, q: np.ndarray) -> Elimination:
-        def magnitude() -> np.ndarray:
-            return without_cancellation(rows.magnitude(self.data, q), self.data.M)
-
-        rows = self._rows_there
-        return Elimination(half_rows, magnitude, rows.names, rows.triples)
 
     def _multipliers(
         self,

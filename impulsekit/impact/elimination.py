@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
 
 from ..errors import ContradictionError
 from ..laws.rank_tolerances import (
@@ -30,6 +31,7 @@ from ..laws.rank_tolerances import (
     WEIGHTLESS,
 )
 from ..laws.tolerances import CLEAR, ROUNDING
+from ..rows.constraints import ConstraintRows
 from . import lapack
 from .axes_of_vectors import Shares, faint_axes, lengths_of_vectors, shared_evenly
 
@@ -37,7 +39,6 @@ __all__ = [
     "MOST_REFINEMENTS",
     "BilateralSolution",
     "Elimination",
-    "without_cancellation",
 ]
 
 # Columns that LAPACK's pivoted QR takes at once: room for them, less would be slower.
@@ -111,6 +112,18 @@ class Elimination:
         self._triples = np.array(triples, dtype=int)
         self._delassus = half.T.dot(half)
         self._factor = _regular_factor(self._delassus, self._triples)
+
+    @classmethod
+    def of(
+        cls, half: np.ndarray, rows: ConstraintRows, data: pin.Data, q: np.ndarray
+    ) -> Elimination:
+        """Of a scene's rows at q, half-solved; ``data`` with M."""
+        return cls(
+            half,
+            lambda: _without_cancellation(rows.magnitude(data, q), data.M),
+            rows.names,
+            rows.triples,
+        )
 
     def solve(
         self, right: np.ndarray, velocity_scale: Callable[[], np.ndarray] | None = None
@@ -313,7 +326,7 @@ class Elimination:
         return BilateralSolution(impulse, len(values), unique, nearly)
 
 
-def without_cancellation(gross: np.ndarray, mass_matrix: np.ndarray) -> np.ndarray:
+def _without_cancellation(gross: np.ndarray, mass_matrix: np.ndarray) -> np.ndarray:
     """(m,) the diagonal of W without cancellation, out of the sizes (m, nv) of its rows' terms."""
     masses = np.diagonal(np.atleast_2d(mass_matrix))
     return (gross**2) @ (1.0 / np.maximum(masses, WEIGHTLESS * masses.max()))

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import computeFrameJacobian
 
+from ..rows.entries import Site
 from ..rows.points import jacobian_in_world_axes
 from ..rows.reach import ReachedModel
 from ..scene import AppliedImpulse, Scene
@@ -79,9 +80,8 @@ class KnownImpulses:
         )
 
     def _blow(self, scene: Scene, reached: ReachedModel, entry: AppliedImpulse, i: int) -> Blow:
-        frame = scene.robot.model.frames[scene.robot.frame_id(entry.frame)]
-        joint_id = reached.joint_id(frame.parentJoint)
-        placement = frame.placement * pin.SE3(np.eye(3), np.array(entry.at))
+        site = Site.of(scene.robot, entry.frame, entry.at)
+        joint_id, placement = reached.joint_id(site.joint_id), site.placement
         frame_id = self.model.addFrame(
             pin.Frame(f"impulse {i}", joint_id, 0, placement, pin.FrameType.OP_FRAME), False
         )

@@ -12,6 +12,7 @@ from ..errors import SingularMassError
 from ..robot.capacity import check_capacity
 from ..robot.mass_matrix import crba_of
 from ..rows.constraints import ConstraintRows, needs_places
+from ..rows.entries import Site
 from ..rows.reach import reached_model
 from ..scene import AppliedImpulse
 from ..scene.kept import KeptByThread
@@ -165,19 +166,20 @@ class Mechanics:
 
     def frame_placement(self, frame: str) -> pin.SE3:
         """The placement of a frame in the world."""
-        item = self.model.frames[self.scene.robot.frame_id(frame)]
-        return self._placements[item.parentJoint] * item.placement
+        site = Site.of(self.scene.robot, frame)
+        return self._placements[site.joint_id] * site.placement
 
     def point_jacobian(self, frame: str, at: np.ndarray, axes: str = "world") -> np.ndarray:
         """(6, nv) Jacobian of a point of a frame, linear before angular, in ``axes``."""
-        item = self.model.frames[self.scene.robot.frame_id(frame)]
-        placement = item.placement * pin.SE3(np.eye(3), np.asarray(at, dtype=float))
+        site = Site.of(self.scene.robot, frame, at)
         workspace = _workspaces.of(self.scene)
         model, data = workspace.whole.model, workspace.data
         if workspace.jacobians_of is not self._token:
             pin.computeJointJacobians(model, data, workspace.whole.configuration(self._q))
             workspace.jacobians_of = self._token
-        jacobian = pin.getFrameJacobian(model, data, item.parentJoint, placement, _REFERENCE[axes])
+        jacobian = pin.getFrameJacobian(
+            model, data, site.joint_id, site.placement, _REFERENCE[axes]
+        )
         # With one degree of freedom Pinocchio gives (6,) for (6, 1).
         return jacobian.reshape(6, -1)
 

@@ -21,7 +21,6 @@ from ..impact.algorithms import (
 from ..impact.elimination import (
     BilateralSolution,
     Elimination,
-    without_cancellation,
 )
 from ..impact.factor import FilledFactor, SparseFactor, pivots_are_safe
 from ..laws.half import Factor
@@ -329,14 +328,9 @@ class Dynamics:
         return forces
 
     def _eliminated(self, half_rows: np.ndarray, q: np.ndarray) -> Elimination:
-        held, data = self.held, self._data
-        if held is None:
+        if self.held is None:
             return Elimination(half_rows, None, ())
-
-        def magnitude() -> np.ndarray:
-            return without_cancellation(held.magnitude(data, q), data.M)
-
-        return Elimination(half_rows, magnitude, held.names, held.triples)
+        return Elimination.of(half_rows, self.held.rows, self._data, q)
 
     def _multipliers(
         self,

@@ -43,24 +43,24 @@ class HeldRows:
     """The bilateral rows of a scene on its whole model.
 
     Attributes:
+        rows: of the scene's constraints.
         names: of the rows.
         velocity: (m,) what the rows' velocities are kept at.
         kept: (m,) True where that is what it is at the start; None where none is.
-        triples: (m,) as in ``ConstraintRows``.
     """
 
     def __init__(self, scene: Scene, reached: ReachedModel) -> None:
         self._model = reached.model
-        self._rows = ConstraintRows.of(scene_at(scene, 0.0), reached, "constraints")
-        self.names = self._rows.names
-        self.velocity = self._rows.velocity.copy()
-        self.kept, self.triples = self._rows.kept, self._rows.triples
+        self.rows = ConstraintRows.of(scene_at(scene, 0.0), reached, "constraints")
+        self.names = self.rows.names
+        self.velocity = self.rows.velocity.copy()
+        self.kept = self.rows.kept
         self._driven = [
             DrivenRows(entry, name, where)
             for entry, name, where in zip(
                 scene.constraints,
                 scene.entry_names("constraints"),
-                self._rows.slices,
+                self.rows.slices,
                 strict=True,
             )
             if is_driven(entry)
@@ -73,11 +73,11 @@ class HeldRows:
         """Take what "kept" rows keep, and where all rows stand, from the start of the motion."""
         self._data = self._model.createData()
         before = self.matrix(self._data, q).dot(v)
-        self.velocity = self._rows.target(before).copy()
+        self.velocity = self.rows.target(before).copy()
         pin.forwardKinematics(self._model, self._data, q)
         self._drifts = []
         driven = {own.where.start: own for own in self._driven}
-        for block, where in zip(self._rows.blocks, self._rows.slices, strict=True):
+        for block, where in zip(self.rows.blocks, self.rows.slices, strict=True):
             speed, said = self.velocity[where], block.said
             if where.start in driven:
                 self._drifts += driven[where.start].drifts(self._model, said, q)
@@ -108,15 +108,15 @@ class HeldRows:
 
     def matrix(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(m, nv) A at q."""
-        return self._rows.matrix(data, q)
+        return self.rows.matrix(data, q)
 
     def magnitude(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(m, nv) the size of the terms that make up A."""
-        return self._rows.magnitude(data, q)
+        return self.rows.magnitude(data, q)
 
     def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(m,) Ȧ v; ``data`` with accelerations at zero joint acceleration."""
-        return self._rows.bias(data, q, v)
+        return self.rows.bias(data, q, v)
 
     def drift(self, q: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
         """(k,) how far coordinates are off at a time, and (k,) the rows they belong to."""

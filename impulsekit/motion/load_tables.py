@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..robot import Robot
+from ..rows.entries import Site
 from ..scene import Actuator, AppliedForce, JointSpring, Scene, Spring
 from ..scene.forces import PD, TorqueTable
 from .compiled_loads import ACTS, BY_STATE, LIMITED, ON, Loads
@@ -149,12 +150,11 @@ def _entries(robot: Robot, name: str) -> tuple[int, int, int]:
 
 def _point(robot: Robot, frame: str, at: Any) -> tuple[int, np.ndarray]:
     """The joint that carries a point of a frame, and the point in its axes."""
-    item = robot.model.frames[robot.frame_id(frame)]
-    return item.parentJoint, item.placement.act(np.array(at, dtype=float))
+    site = Site.of(robot, frame, at)
+    return site.joint_id, site.placement.translation
 
 
 def _placement(robot: Robot, force: AppliedForce) -> tuple[tuple[int, int], np.ndarray]:
-    joint_id, at = _point(robot, force.frame, force.at)
-    rotation = robot.model.frames[robot.frame_id(force.frame)].placement.rotation
-    numbers = np.concatenate([rotation.T.ravel(), at])
-    return (joint_id, int(force.axes == "world")), numbers
+    site = Site.of(robot, force.frame, force.at)
+    numbers = np.concatenate([site.placement.rotation.T.ravel(), site.placement.translation])
+    return (site.joint_id, int(force.axes == "world")), numbers

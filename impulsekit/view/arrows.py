@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from ..scene import AppliedImpulse, FrameAnchor, JointCoupling, JointImpulse, JointLock, PointAnchor
-from ..scene.constraints import DIRECTIONS
+from ..rows.entries import FramePair, rows_of_entry
+from ..scene import AppliedImpulse, JointCoupling, JointImpulse, JointLock
 
 if TYPE_CHECKING:
     from ..impact import Impact
@@ -131,14 +131,12 @@ def _known(impact: Impact) -> Iterator[Arrow]:
 
 def _constraints(impact: Impact) -> Iterator[Arrow]:
     for entry, result in zip(impact.scene.held, impact.constraints, strict=True):
-        if isinstance(entry, PointAnchor | FrameAnchor):
-            wrench = np.zeros(6)
-            names = entry.directions if isinstance(entry, FrameAnchor) else DIRECTIONS[:3]
-            wrench[[DIRECTIONS.index(d) for d in names]] = result.impulse
-            place = impact.mechanics.frame_placement(entry.frame)
-            local = isinstance(entry, FrameAnchor) and entry.axes == "local"
-            turn = place.rotation if local else np.eye(3)
-            origin = place.act(np.array(entry.at))
+        said = rows_of_entry(impact.scene.robot, entry)
+        if isinstance(said, FramePair):
+            wrench, placement_of = np.zeros(6), impact.mechanics.joint_placement
+            wrench[list(said.select)] = result.impulse
+            turn = said.axes_in_world(placement_of)
+            origin = placement_of(said.first.joint_id).act(said.first.placement.translation)
             yield Arrow("impulse", result.name, origin, turn @ wrench[:3])
             yield Arrow("couple", result.name, origin, turn @ wrench[3:])
         elif isinstance(entry, JointLock | JointCoupling):
