@@ -13,8 +13,6 @@ ROOMS = sorted(path.name for path in PACKAGE.iterdir() if (path / "__init__.py")
 SMALL, LARGE = 1e-2, 1e7
 # What formulas are made of.
 OF_FORMULAS = (0.0, 0.5, 1.0, 2.0, 3.0)
-# Names that modules of a room give different values, by room: it only shrinks.
-AMBIGUOUS = {"impact": 2, "motion": 19}
 # The benchmark's problems and peers have sizes of their own.
 JUDGED = [room for room in ROOMS if room != "bench"]
 
@@ -128,4 +126,4 @@ def test_thresholds_stand_once(room):
     twice = {name: where[name] for name in where if len(where[name]) > 1}
     again = {name for name in twice if len(values[name]) < len(where[name])}
     assert not again, f"one value, two places: {[(name, twice[name]) for name in sorted(again)]}"
-    assert len(twice) <= AMBIGUOUS.get(room, 0), f"two values, one name: {sorted(twice)}"
+    assert not twice, f"two values, one name: {sorted(twice)}"

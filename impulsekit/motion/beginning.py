@@ -17,7 +17,7 @@ __all__ = ["begin"]
 # What may overlap at the start [m]: rounding of a state written by hand.
 PENETRATION = 1e-6
 # Gaps at the start up to this [m] touch.
-TOUCHING = 1e-9
+TOUCHES_AT_START = 1e-9
 # Constraints that already move as they should, relative to the speeds they add up.
 HOLDS = 1e-9
 
@@ -37,14 +37,14 @@ def begin(now: Present, striking: Striking) -> None:
     if now.gaps is not None:
         gap, _ = now.gaps.everything(now.q, now.v)
         if now.gaps.has_conditions:
-            for i in np.flatnonzero(gap <= TOUCHING).tolist():
+            for i in np.flatnonzero(gap <= TOUCHES_AT_START).tolist():
                 if not now.gaps.counts(i, now.q, now.v):
-                    if gap[i] < -TOUCHING:
+                    if gap[i] < -TOUCHES_AT_START:
                         now.passing.add(i)
                     gap[i] = np.inf
         _refuse_penetration(now, gap)
         now.base = np.minimum(gap, 0.0)
-        touching = np.flatnonzero(gap <= TOUCHING).tolist()
+        touching = np.flatnonzero(gap <= TOUCHES_AT_START).tolist()
         # Rounding of what lies still or slides is no approach.
         meets |= any(now.closing(i) < -now.slow for i in touching)
     held = now.held

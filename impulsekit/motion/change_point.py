@@ -29,14 +29,14 @@ MOST_BACK = 100
 # How far a leap reaches, in lengths of the way to the change point: half as far behind it as it
 # began before. It is at least this part of the longest step: some 1e-3 rad, at which rounding of
 # positions (1e-12) turns rods by 1e-9.
-REACH, LEAST = 1.5, 1e-2
+REACH, LEAST_REACH = 1.5, 1e-2
 # The polynomial is one through states of a time so many times as long: a quarter of it beyond its
 # end, errors in them are some 400 times as large (Chebyshev's T₇ at 1.5).
 LEARNT = 4.0
 # Behind, velocities may be off by this part of the largest, as constraints and accelerations tell;
 # another branch, or a force that jumped, is off by the whole. Accelerations of the polynomial are
 # told from values of it this part of the leap apart.
-OFF, APART = 1e-6, 1e-3
+OFF, BRANCHES_APART = 1e-6, 1e-3
 # Where a step is looked at, in parts of it, and by how many times rtol it may be off there.
 LOOKED_AT, WITHIN = (0.3, 0.6, 0.85), 1e3
 
@@ -79,7 +79,7 @@ def find_leap(now: Present, path: Path, since: float, until: float) -> Leap | No
     longest = float(np.diff([*starts, now.t]).max(initial=0.0))
     best, least = None, math.inf
     for i, start in enumerate(starts.tolist()):
-        length = max(REACH * (now.t - start), LEAST * longest)
+        length = max(REACH * (now.t - start), LEAST_REACH * longest)
         if start - LEARNT * length < since or start + length > until:
             continue
         leap = _learnt(now, path, start, length, kept=skipped + i)
@@ -121,7 +121,7 @@ def _off_behind(held: HeldRows, leap: Leap) -> float:
 def _gained(now: Present, leap: Leap) -> float:
     """By which part velocities may be off for accelerations that are, at the end of a leap."""
     length = leap.end - leap.start
-    apart = APART * length
+    apart = BRANCHES_APART * length
     middle = leap.end - 0.5 * apart
     before, after = leap.states(leap.end - apart)[1], leap.states(leap.end)[1]
     try:

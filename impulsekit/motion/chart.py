@@ -44,7 +44,7 @@ SMALL = 0.35
 Motion = tuple[float, float, float, float, float, float]
 _NOTHING = (0.0, 0.0, 0.0)
 # Of θ²: where three terms of the series do, and where b ad⁴ is below rounding.
-TINY, NO_FOURTH = 2e-3, 1e-7
+SMALL_TURN, NO_FOURTH = 2e-3, 1e-7
 
 
 class Chart:
@@ -193,7 +193,7 @@ def _bracket(x: Motion, v: Motion) -> Motion:
 @borrowing
 def _factors(square: float) -> tuple[float, float]:
     """a and b for θ²."""
-    if square < TINY:
+    if square < SMALL_TURN:
         return (
             1 / 12 - square * square / 30240,
             -1 / 720 - square * (1 / 15120 + square / 403200),

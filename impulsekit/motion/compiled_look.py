@@ -23,7 +23,7 @@ from .compiled_loads import write_pushes
 from .compiled_step import System, Work
 from .explicit import nested
 from .roots import PIECES
-from .stops import LIFTED
+from .stops import LIFTED_OFF_STOP
 from .tree import look_at, write_jacobian
 from .windows import count_of_windows
 
@@ -266,7 +266,7 @@ def _write_signs(
             normal += rows[3 * i + 2, k] * v[k]
         way = watched.ways[i]
         signs[i, 0] = one * way[0] + two * way[1] if way[2] != 0.0 else math.inf
-        signs[i, 1] = LIFTED - normal
+        signs[i, 1] = LIFTED_OFF_STOP - normal
         grown = watched.grown - math.sqrt(one * one + two * two)
         signs[i, 2] = grown if watched.begins[i] else math.inf
 

@@ -35,12 +35,12 @@ from .compiled_strike import Blow
 from .explicit import Tableau, inside
 from .tree import look_at
 
-__all__ = ["EXACT", "NEAR", "Ledger", "Trip", "travel"]
+__all__ = ["NEAR", "TRAVEL_EXACT", "Ledger", "Trip", "travel"]
 
 # Of steps with errors below this [of what is allowed] dense output is as good as they are allowed
 # to be: it is of seventh order, its errors are a hundred times those of a step at its limit. For
 # a time within a step, as ``explicit.inside`` has it.
-EXACT = 1e-4
+TRAVEL_EXACT = 1e-4
 # A gap closes elsewhere than dense output says by no more than this part of the step.
 NEAR = 1e-3
 
@@ -236,7 +236,7 @@ def _close(
     work.before[:], work.powers[:] = log.before[k], log.powers[k]
     q, v, made = np.empty(len(track.q)), np.empty(nv), 0
     part = (time - clock[0]) / length
-    if inside(clock[6], part) >= EXACT and clock[0] < time < log.ends[k]:
+    if inside(clock[6], part) >= TRAVEL_EXACT and clock[0] < time < log.ends[k]:
         good, shorter, time = _nearer(system, trip, watched, time)
         length = shorter if shorter > 0.0 else length
         made += len(work.slopes) - 1

@@ -18,9 +18,9 @@ __all__ = ["DryJoints", "Share"]
 # friction and contact forces, although static friction acts: ten times what the law of rest leaves.
 TORN = 1e-8
 # Velocities below this share of the largest of all joints are zero: rounding of an impact.
-STILL = 1e-12
+JOINT_STILL = 1e-12
 # Where nothing accelerates, anything above this is a motion [rad/s², m/s²].
-LEAST = 1e-300
+LEAST_MOVING = 1e-300
 
 
 class Share(NamedTuple):
@@ -65,7 +65,7 @@ class DryJoints:
 
     def begin(self, v: np.ndarray) -> None:
         """Let joints move as the velocity (nv,) says, at the start or after a jump of it."""
-        least = STILL * float(np.abs(v).max(initial=0.0))
+        least = JOINT_STILL * float(np.abs(v).max(initial=0.0))
         own = v[self.rows]
         self.ways = np.where(np.abs(own) > least, np.sign(own), 0.0)
 
@@ -93,7 +93,7 @@ class DryJoints:
 
     def left_to_tear(self) -> float:
         """Margin until one that stands still moves, by the last evaluation [rad/s², m/s²]."""
-        return max(TORN * self.size, LEAST) - float(np.abs(self.rates).max(initial=0.0))
+        return max(TORN * self.size, LEAST_MOVING) - float(np.abs(self.rates).max(initial=0.0))
 
     def tear(self) -> bool:
         """Let move what friction does not hold, by the last evaluation; whether there was any."""

@@ -35,9 +35,9 @@ __all__ = [
     "tableau",
 ]
 
-# Hairer, Nørsett & Wanner (1993), II.4: the first step [s] where sizes or rates are below FAINT;
-# rates and second derivatives below NONE count as zero.
-FIRST, FAINT, NONE = 1e-6, 1e-5, 1e-15
+# Hairer, Nørsett & Wanner (1993), II.4: the first step [s] where sizes or rates are below
+# FAINT_RATE; rates and second derivatives below NONE count as zero.
+FIRST, FAINT_RATE, NONE = 1e-6, 1e-5, 1e-15
 Rhs = Callable[[float, np.ndarray], np.ndarray]
 
 # By how much the next step may be longer or shorter, and below what its error allows.
@@ -98,7 +98,7 @@ def shorter_length(length: float, error: float) -> float:
 @borrowing
 def first_guess(size: float, rate: float) -> float:
     """A step [s] after which y is still near, from sizes of y and ẏ in units of what is allowed."""
-    return FIRST if size < FAINT or rate < FAINT else 0.01 * size / rate
+    return FIRST if size < FAINT_RATE or rate < FAINT_RATE else 0.01 * size / rate
 
 
 @borrowing

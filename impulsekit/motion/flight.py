@@ -14,7 +14,7 @@ from .chart import Chart
 from .compiled_advance import LONGEST_TURN
 from .compiled_mover import mover_of
 from .compiled_stepper import CompiledStepper
-from .compiled_travel import EXACT, NEAR
+from .compiled_travel import NEAR, TRAVEL_EXACT
 from .crossing import Seen
 from .explicit import GO_ON, ExplicitStepper, Output, inside
 from .footing import Footing
@@ -31,7 +31,7 @@ from .watching import ForceWatch
 __all__ = ["Flight", "Step"]
 
 # Steps that cannot be made are tried again with this part of their length, or of LONG [s].
-SHORTER, LONG = 0.1, 1e-2
+SHORTER_STEP, LONG = 0.1, 1e-2
 MOST_TRIES = 7
 # So many of them, and one, by compiled code alone, which knows but one search for forces at rest.
 QUICK_TRIES = 2
@@ -113,7 +113,7 @@ class Flight:
                 if first is not None:
                     raise
                 # It may be the state a first guess away that has no forces, past a stop of slip.
-                self._stepper.reset(now.t, y, SHORTER * LONG, self._until)
+                self._stepper.reset(now.t, y, SHORTER_STEP * LONG, self._until)
 
     @property
     def _striding(self) -> CompiledStepper | None:
@@ -239,7 +239,7 @@ class Flight:
                 try:
                     return stepper.step(longest)
                 except (RestNotSolved, ContradictionError):
-                    longest = SHORTER * min(longest, LONG)
+                    longest = SHORTER_STEP * min(longest, LONG)
                     stepper.reset(t, y, longest, self._until)
                     if tries == QUICK_TRIES and isinstance(stepper, CompiledStepper):
                         stepper.is_patient = True
@@ -302,7 +302,7 @@ class Flight:
         if not step.start < time < step.end:
             return step, time
         part = (time - dense.start) / dense.length
-        if inside(stepper.before[1], part) < EXACT:
+        if inside(stepper.before[1], part) < TRAVEL_EXACT:
             return step, time
         try:
             with now.resting.unchanged():

@@ -19,7 +19,7 @@ RTOL, ATOL = 1e-12, 1e-13
 # Of central differences, of which two are extrapolated: their error is of its fourth order,
 # and forces at rest, which are found to some 1e-11, do not shake them.
 STEP = 4e-4
-LONGEST_TURN = 0.5
+LONGEST_FLOW = 0.5
 
 
 class Flow:
@@ -51,7 +51,7 @@ class Flow:
         """(2 nv, 2 nv) how the state at ``end`` [s] changes with that at ``start``, and it."""
         self._begin(start, q, v)
         total = np.eye(2 * len(v))
-        pieces = max(1, int(np.ceil((end - start) * np.abs(v).max(initial=0.0) / LONGEST_TURN)))
+        pieces = max(1, int(np.ceil((end - start) * np.abs(v).max(initial=0.0) / LONGEST_FLOW)))
         times = np.linspace(start, end, pieces + 1)
         for t, until in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
             part, q, v = self._piece(t, until, q, v)

@@ -17,9 +17,9 @@ MANY, NOWHERE = 200, 1e-10
 # Steps that go further than this [m, rad] are short because speeds are high, which only falling
 # speeds change: where the rest of the motion would take this many times ``max_steps``, they would
 # have to fall to a hundredth.
-FAR, HOPELESS = 1e-2, 100.0
+FAR_AHEAD, HOPELESS = 1e-2, 100.0
 # Slip [m/s] whose direction friction turns within some 1e-4 s.
-SLOW = 1e-3
+SLOW_HEADWAY = 1e-3
 
 
 class Headway:
@@ -64,7 +64,7 @@ class Headway:
     def _refuse_hopeless(self, speed: float, step: float) -> None:
         """Stop where speeds [m/s, rad/s] need steps [s] too short to reach the end."""
         settings, left = self._now.settings, self._now.settings.duration - self._now.t
-        if speed * step < FAR or left < HOPELESS * settings.max_steps * step:
+        if speed * step < FAR_AHEAD or left < HOPELESS * settings.max_steps * step:
             return
         raise Stopped(
             MotionStatus.TOO_MANY_STEPS,
@@ -77,7 +77,7 @@ class Headway:
         """What to say of a motion that needs too many steps."""
         settings, slip = self._now.settings, self._now.resting.slowest_slide()
         told = f"max_steps is {settings.max_steps}"
-        if slip < SLOW and settings.method == "dop853":
+        if slip < SLOW_HEADWAY and settings.method == "dop853":
             told += (
                 f"; a point slides at {slip:.1e} m/s: friction turns so slow a slip too fast for "
                 'long steps, but for those of method="radau"'

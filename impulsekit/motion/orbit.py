@@ -38,12 +38,12 @@ if TYPE_CHECKING:
 __all__ = ["Orbit", "find_orbit"]
 
 # Steps of the differences of ``start`` and ``back``, and of whole motions where these are needed.
-STEP, COARSE = 1e-4, 1e-5
+ORBIT_STEP, COARSE = 1e-4, 1e-5
 # How often Newton goes on, and halves a step that leads further away.
 MOST_STEPS, HALVES = 30, 12
 # A motion is followed for this many times the period before it; where it comes to no impact so
 # many times longer, up to the longest.
-MARGIN, LONGER = 1.2, 3.0
+MARGIN_OF_PERIOD, LONGER_SEARCH = 1.2, 3.0
 # A motion ends so long after the impact it was followed to, as a part of its time [s].
 AFTER = 1e-3
 # An impact so soon [s] after the start is the one that the motion starts from.
@@ -174,7 +174,7 @@ class _Search:
         base = MotionSettings(rtol=RTOL, atol=ATOL, samples=2) if settings is None else settings
         self._settings = base.changed(duration=duration)
         self._model = scene.robot.model
-        self._size, self._span = 0, duration / LONGER**2
+        self._size, self._span = 0, duration / LONGER_SEARCH**2
 
     def found(self, x: ArrayLike, tol: float) -> Orbit:
         """The orbit near x."""
@@ -237,7 +237,7 @@ class _Search:
             found = self._hit(motion)
             if found is not None or span >= duration or not motion.status.finished:
                 break
-            span = min(LONGER * span, duration)
+            span = min(LONGER_SEARCH * span, duration)
         if found is None:
             raise InputError(
                 f"find_orbit: from x = {x.tolist()} no impact of {' or '.join(self._contacts)} "
@@ -245,7 +245,7 @@ class _Search:
             )
         time, impact = motion.impacts[found]
         # The next one will be about as long.
-        self._span = MARGIN * time
+        self._span = MARGIN_OF_PERIOD * time
         return motion, self._returned(impact.q, impact.v_after)
 
     def _hit(self, motion: Trajectory) -> int | None:
@@ -362,6 +362,6 @@ def _slopes(away: Callable[[np.ndarray], np.ndarray], sizes: np.ndarray) -> np.n
     columns = []
     for i, size in enumerate(sizes.tolist()):
         unit = np.zeros(len(sizes))
-        unit[i] = STEP * size
-        columns.append((8.0 * away(unit) - away(2.0 * unit)) / (12.0 * STEP * size))
+        unit[i] = ORBIT_STEP * size
+        columns.append((8.0 * away(unit) - away(2.0 * unit)) / (12.0 * ORBIT_STEP * size))
     return np.array(columns).T

@@ -22,7 +22,7 @@ from ..scene import Collision, Contact, Scene
 from ..scene.contacts import turns
 from ..tolerances import NONZERO
 from .rest_law import RestNotSolved
-from .turn import GROWN, NO_TURN, Turn, after_stop, direction_of_slip, way_of_slip
+from .turn import GROWN_SLIP, NO_TURN, Turn, after_stop, direction_of_slip, way_of_slip
 from .wandering import MOVE, SLOWEST
 
 if TYPE_CHECKING:
@@ -278,7 +278,7 @@ class RollingRest:
                 (speed[2:], turn.spins, turn.spin_begins),
             ):
                 found.append(np.inf if way is None else float(own.dot(way)))
-                found.append(GROWN - float(np.linalg.norm(own)) if begins else np.inf)
+                found.append(GROWN_SLIP - float(np.linalg.norm(own)) if begins else np.inf)
         return np.array(found)
 
     def still_rows(

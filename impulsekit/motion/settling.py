@@ -17,7 +17,7 @@ __all__ = ["come_to_rest", "heed_stop", "settle"]
 # Slip below this share of the velocities counts as zero.
 ENDED = 1e-6
 # Slip [m/s] that stops sooner than time can tell has stopped.
-STOPPED = 1e-8
+SETTLED_SLIP = 1e-8
 
 
 def come_to_rest(now: Present, candidates: Iterable[int], low: Collection[int] = ()) -> None:
@@ -110,7 +110,7 @@ def heed_stop(now: Present) -> None:
             slip = u[3 * i : 3 * i + 2]
             # In three dimensions it may only have turned.
             if s is not None and np.hypot(*slip) <= ENDED * max(1.0, np.abs(now.v).max()):
-                slides[k] = None if slip.dot(s) <= STOPPED else s
+                slides[k] = None if slip.dot(s) <= SETTLED_SLIP else s
                 contact.begins[k] &= slides[k] is not None
             elif s is not None:
                 slides[k] = slip / np.hypot(*slip)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["first_stop"]
 
 # Normal speed at which a resting contact has lifted [m/s].
-LIFTED = 1e-8
+LIFTED_OFF_STOP = 1e-8
 # A body that rests has come down elsewhere, this deep [m].
 ELSEWHERE = 1e-10
 # A point so far beside its face, or beyond the end of its edge, has left it [m].
@@ -153,7 +153,7 @@ class _Signs:
             resting.grown - float(np.hypot(*u[3 * i : 3 * i + 2])) if begins else np.inf
             for i, begins in enumerate(self._begins)
         ]
-        own = [along, LIFTED - u[2::3], grows]
+        own = [along, LIFTED_OFF_STOP - u[2::3], grows]
         return np.concatenate([*own, turning if len(turning) == len(more) else more])
 
 
@@ -198,7 +198,7 @@ def _let_go(
     for i, low in opening.items():
         if loaded(i, end):
             opening[i] = end
-        elif i < len(speeds) and speeds[i] > LIFTED:
+        elif i < len(speeds) and speeds[i] > LIFTED_OFF_STOP:
             let_go = _end_of_load(loaded, i, low, end)
             first = let_go if first is None else min(first, let_go)
     return first
@@ -210,7 +210,7 @@ def _end_of_load(
     """The last double at which a point is loaded, between a time at which it is and one later.
 
     A step that ends there has no jump of the load in it, nor has the next one, in which the point
-    leaves: dense output of a step that has one wavers by more than ``LIFTED``.
+    leaves: dense output of a step that has one wavers by more than ``LIFTED_OFF_STOP``.
     """
     while low < (middle := 0.5 * (low + high)) < high:
         low, high = (middle, high) if loaded(point, middle) else (low, middle)

@@ -33,7 +33,7 @@ PRESSED, PRESSED_OF_SUM = 1e-12, 1e-14
 PRESSED_MORE = 1e-8
 # Where no forces hold what rests, slip below the first is stopped; below the second it counts as
 # zero [m/s].
-SLOW_SLIP, NO_SLIP = 1e-5, 1e-14
+SLOW_SLIP, STRUCK_NO_SLIP = 1e-5, 1e-14
 # Changes of velocity so many times the pressing are an impact's, and not the pressing's own.
 AN_IMPACT = 1e3
 
@@ -177,7 +177,7 @@ class Striking:
         slip = jacobian.dot(now.v).reshape(-1, 3)
         speeds = np.hypot(slip[:, 0], slip[:, 1])
         slow = (speeds > 0.0) & (speeds < SLOW_SLIP)
-        if not speeds[slow].max(initial=0.0) > NO_SLIP:
+        if not speeds[slow].max(initial=0.0) > STRUCK_NO_SLIP:
             return False
         # Normals as well: what stops neither parts from the others nor presses into them.
         rows = np.flatnonzero(np.repeat(slow, 3) | (np.arange(slip.size) % 3 == 2))

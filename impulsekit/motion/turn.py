@@ -9,12 +9,12 @@ import numpy as np
 from .compiled_settle import next_slide
 from .pressed import direction_of
 
-__all__ = ["GROWN", "NO_TURN", "Turn", "after_stop", "direction_of_slip", "way_of_slip"]
+__all__ = ["GROWN_SLIP", "NO_TURN", "Turn", "after_stop", "direction_of_slip", "way_of_slip"]
 
 # Turning below this [rad/s] has no direction of its own.
 NO_TURN = 1e-9
 # Turning that began, and is slower than this [rad/s], is opposed along its acceleration.
-GROWN = 1e-7
+GROWN_SLIP = 1e-7
 
 
 class Turn:
@@ -83,7 +83,7 @@ def way_of_slip(
         _two(slip),
         _two(rate),
         (*_two(force[0]), force[1]),
-        (reach, scale, NO_TURN, GROWN),
+        (reach, scale, NO_TURN, GROWN_SLIP),
         fresh,
     )
     return np.array(now[: len(slip)]) if now[2] else None, starts

@@ -20,13 +20,13 @@ from .roots import PIECES, States
 __all__ = ["Turning", "count_of_windows", "nodes_between"]
 
 # No body turns further than this in a window [rad].
-TURN = 1.0
+TURN_OF_WINDOW = 1.0
 
 
 @borrowing
 def count_of_windows(turned: float) -> int:
     """How many windows a step is looked at in, in which bodies may turn so far [rad]."""
-    return max(1, math.ceil(turned / TURN)) if turned < math.inf else 1
+    return max(1, math.ceil(turned / TURN_OF_WINDOW)) if turned < math.inf else 1
 
 
 class Turning:
