@@ -36,6 +36,7 @@ __all__ = [
     "potential_of",
     "push_bodies",
     "push_of",
+    "torque_in_joint",
     "torque_of",
     "write_pushes",
 ]
@@ -98,25 +99,29 @@ def add_torques(
     """
     for i in range(len(loads.joints)):
         joint, numbers = loads.joints[i], loads.in_joints[i]
-        state = numbers[ON]
-        acts = state == ACTS
-        if state == BY_STATE:
-            zone, _, force = _push_in_joint(joint, numbers, q, v)
-            acts = zone > 0.0 and force > 0.0
-        if acts:
-            torque, limit = torque_of(joint, numbers, q, v), numbers[5]
-            load[joint[0]] += min(max(torque, -limit), limit)
+        load[joint[0]] += torque_in_joint(joint, numbers, q, v)
     first = 6 * len(loads.applied)
     for i in range(len(loads.rows)):
         load[loads.rows[i]] += driven[first + i]
 
 
 @borrowing
-def torque_of(joint: np.ndarray, numbers: np.ndarray, q: np.ndarray, v: np.ndarray) -> float:
-    """τ₀ − k (q − rest) − c v of a spring in a joint or a PD law, without its limit [N m, N].
+def torque_in_joint(joint: np.ndarray, numbers: np.ndarray, q: np.ndarray, v: np.ndarray) -> float:
+    """What a spring in a joint or a PD law does [N m, N]; ``joint`` and ``numbers``: its rows."""
+    state = numbers[ON]
+    if state != ACTS:
+        if state != BY_STATE:
+            return 0.0
+        zone, _, force = _push_in_joint(joint, numbers, q, v)
+        if not (zone > 0.0 and force > 0.0):
+            return 0.0
+    torque, limit = torque_of(joint, numbers, q, v), numbers[5]
+    return min(max(torque, -limit), limit)
 
-    ``joint`` and ``numbers``: its rows of ``Loads``.
-    """
+
+@borrowing
+def torque_of(joint: np.ndarray, numbers: np.ndarray, q: np.ndarray, v: np.ndarray) -> float:
+    """τ₀ − k (q − rest) − c v of a spring in a joint or a PD law, without its limit [N m, N]."""
     return numbers[4] - numbers[0] * _strain(joint, numbers, q) - numbers[1] * v[joint[0]]
 
 

@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from ..scene import Actuator, Scene
 from ..scene.functions import numbers_from
-from .compiled_loads import add_torques, potential_of, push_bodies
+from .compiled_loads import BETWEEN, potential_of, push_bodies, torque_in_joint
 from .load_tables import tables_of
 from .memory import MOTION, Memory, rows_of
 
@@ -36,6 +36,12 @@ class ForceField:
         self.is_known = has_all and not functions
         self._row = np.zeros(self.driven.count)
         loads = self.loads
+        # Python reads lists faster than arrays; what has no kink stays what it is.
+        kinked = set(loads.kinks[loads.kinks[:, 0] != BETWEEN, 1].tolist())
+        self._joints: list[tuple[Any, Any]] = [
+            (joint, loads.in_joints[i] if i in kinked else loads.in_joints[i].tolist())
+            for i, joint in enumerate(loads.joints.tolist())
+        ]
         self.on_bodies = bool(len(loads.springs) or len(loads.applied))
         self._is_constant = not (len(loads.joints) or len(loads.rows) or functions)
         self._wrenches = pin.StdVec_Force()
@@ -59,8 +65,11 @@ class ForceField:
         if self._is_constant:
             return self.loads.constant
         total = self.loads.constant.copy()
-        self.driven.write_torques(t, self._row)
-        add_torques(self.loads, self._row, q, v, total)
+        for joint, numbers in self._joints:
+            total[joint[0]] += torque_in_joint(joint, numbers, q, v)
+        if len(self.loads.rows):
+            self.driven.write_torques(t, self._row)
+            np.add.at(total, self.loads.rows, self._row[-len(self.loads.rows) :])
         for rows, function in self._functions:
             total[rows] += function(t, q, v)
         return total
