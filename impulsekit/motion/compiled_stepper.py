@@ -62,11 +62,6 @@ class CompiledStepper(ExplicitStepper):
         """Relative and absolute."""
         return self._rtol, self._atol
 
-    @property
-    def length(self) -> float:
-        """Of the next step to try [s]."""
-        return self._length
-
     def go_on(self, t: float, y: np.ndarray, f: np.ndarray, clock: np.ndarray) -> None:
         """Go on after steps that were made elsewhere; ``clock`` of ``Track``."""
         self.t, self.y, self.f, self._length = t, y, f, float(clock[1])

@@ -227,6 +227,11 @@ class ExplicitStepper:
         return output
 
     @property
+    def length(self) -> float:
+        """Of the next step to try [s]."""
+        return self._length
+
+    @property
     def before(self) -> tuple[float, float]:
         """Length [s] and error of the last step; 0 and 0 without one."""
         return self._before

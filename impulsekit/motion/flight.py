@@ -239,7 +239,7 @@ class Flight:
                 try:
                     return stepper.step(longest)
                 except (RestNotSolved, ContradictionError):
-                    longest = SHORTER_STEP * min(longest, LONG)
+                    longest = SHORTER_STEP * min(longest, stepper.length, LONG)
                     stepper.reset(t, y, longest, self._until)
                     if tries == QUICK_TRIES and isinstance(stepper, CompiledStepper):
                         stepper.is_patient = True

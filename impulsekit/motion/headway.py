@@ -42,6 +42,7 @@ class Headway:
         self._still = self._still + 1 if now.t == self._t else 0
         self._t = now.t
         if self._still == MOST_STILL:
+            self._still = 0
             raise Stopped(MotionStatus.STEP_TOO_SMALL, "events follow each other at one time")
         if now.t >= now.settings.duration:
             return
@@ -50,16 +51,16 @@ class Headway:
         made = steps - self._steps
         if made < MANY:
             return
-        took = now.t - self._since
+        took, since = now.t - self._since, self._since
+        self._steps, self._since = steps, now.t
         speed = float(np.abs(now.v).max(initial=0.0))
-        if took <= NOWHERE * self._since:
+        if took <= NOWHERE * since:
             raise Stopped(
                 MotionStatus.STEP_TOO_SMALL,
                 f"{made} steps took {took:.1e} s, and speeds are up to {speed:.1e}: "
                 "a linkage that is driven into a dead centre, or a force without bound",
             )
         self._refuse_hopeless(speed, took / made)
-        self._steps, self._since = steps, now.t
 
     def _refuse_hopeless(self, speed: float, step: float) -> None:
         """Stop where speeds [m/s, rad/s] need steps [s] too short to reach the end."""

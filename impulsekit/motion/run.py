@@ -36,6 +36,8 @@ __all__ = ["Run"]
 
 # Most points that jam one after the other at one time.
 MOST_JAMS = 8
+# How a motion comes to a jam: no forces, or ever larger ones.
+JAMS = (MotionStatus.REST_NOT_SOLVED, MotionStatus.STEP_TOO_SMALL)
 # A point that comes down faster than this [m/s] beside others that rest is met, not laid down.
 LANDS = 1e-5
 
@@ -116,7 +118,7 @@ class Run:
                 # The step is not kept: what it led to cannot be true.
                 self._go_back()
                 raise
-            headway.check()
+            self._unless_jammed(headway.check)
             if self._progress is not None:
                 call(self._progress, "progress", now.t)
         self._last = now.mark(), len(self._flight.path)
@@ -129,12 +131,15 @@ class Run:
         self._flight.path.shorten(pieces)
 
     def _unless_jammed(self, proceed: Callable[[], None]) -> None:
-        """Proceed; where no forces hold what rests for friction jams it, it is struck instead."""
+        """Proceed; where no forces hold what rests for friction jams it, it is struck instead.
+
+        Forces that grow without bound, as steps get shorter without end, are on their way there.
+        """
         now = self._now
         try:
             proceed()
         except Stopped as stop:
-            if stop.status is not MotionStatus.REST_NOT_SOLVED:
+            if stop.status not in JAMS:
                 raise
             for _ in range(MOST_JAMS):
                 taking_part = [c.gap for c in now.resting.contacts]
@@ -148,7 +153,7 @@ class Run:
                 except Stopped as jammed:
                     # The one that has stopped may let another jam.
                     stop = jammed
-                    if stop.status is not MotionStatus.REST_NOT_SOLVED:
+                    if stop.status not in JAMS:
                         raise
                     continue
                 return

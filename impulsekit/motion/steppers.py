@@ -41,6 +41,10 @@ class Stepper(Protocol):
     def f(self) -> np.ndarray:
         """(2 nv,) the rates there."""
 
+    @property
+    def length(self) -> float:
+        """Of the next step to try [s]."""
+
     def step(self, longest: float) -> Dense:
         """One step of at most ``longest`` [s]; its dense output, on [t before, t after]."""
 
@@ -92,6 +96,11 @@ class RadauStepper:
         """(2 nv,) the rates there."""
         return self._solver.f
 
+    @property
+    def length(self) -> float:
+        """Of the next step to try [s]."""
+        return float(self._solver.h_abs)
+
     def reset(self, t: float, y: np.ndarray, first: float | None, end: float) -> None:
         """Go on from elsewhere."""
         self._last_slope, self._end = None, end
@@ -138,7 +147,7 @@ class FixedStepper:
     """Baselines: the classical fourth-order method, and semi-implicit Euler of first order."""
 
     def __init__(self, rhs: Rhs, method: str, step: float) -> None:
-        self._rhs, self._end, self._step = rhs, 0.0, step
+        self._rhs, self._end, self.length = rhs, 0.0, step
         self._advance = _rk4 if method == "rk4" else _semi_implicit
         self.t, self.y, self.f = 0.0, np.empty(0), np.empty(0)
 
@@ -154,7 +163,7 @@ class FixedStepper:
     def step(self, longest: float) -> Dense:
         """One step; its dense output."""
         t, y, f = self.t, self.y, self.f
-        h = min(self._step, longest)
+        h = min(self.length, longest)
         # The last step ends at the end, not a rounding before it.
         h = self._end - t if t + h * (1.0 + REST) >= self._end else h
         if not t + h > t:

@@ -34,6 +34,8 @@ PRESSED_MORE = 1e-8
 # Where no forces hold what rests, slip below the first is stopped; below the second it counts as
 # zero [m/s].
 SLOW_SLIP, STRUCK_NO_SLIP = 1e-5, 1e-14
+# Nor has slip time to change that friction ends within this time [s].
+SOON = 1e-9
 # Changes of velocity so many times the pressing are an impact's, and not the pressing's own.
 AN_IMPACT = 1e3
 
@@ -132,8 +134,9 @@ class Striking:
         Where W_nn ≤ µ W_nt·s no force keeps a sliding contact from being pressed in
         (Painlevé 1895). It stops by an impact without collision (Lecornu 1905; Génot &
         Brogliato 1999): the limit of impacts whose approach goes to zero, without restitution.
-        Points that slide below ``SLOW_SLIP`` stop before: their directions turn faster than time
-        can tell, and contradict each other where bodies rock on each other.
+        Points that slide below ``SLOW_SLIP`` stop before, and those that friction stops within
+        ``SOON``: their directions turn faster than time can tell, and contradict each other where
+        bodies rock on each other.
 
         Returns:
             Whether there was such an impact or slip; if not, nothing has changed.
@@ -176,7 +179,11 @@ class Striking:
         now = self._present
         slip = jacobian.dot(now.v).reshape(-1, 3)
         speeds = np.hypot(slip[:, 0], slip[:, 1])
-        slow = (speeds > 0.0) & (speeds < SLOW_SLIP)
+        rates = now.resting.accelerations.reshape(-1, 3)
+        most = np.full(len(speeds), SLOW_SLIP)
+        if len(rates) == len(speeds):
+            most = np.maximum(most, SOON * np.hypot(rates[:, 0], rates[:, 1]))
+        slow = (speeds > 0.0) & (speeds < most)
         if not speeds[slow].max(initial=0.0) > STRUCK_NO_SLIP:
             return False
         # Normals as well: what stops neither parts from the others nor presses into them.
