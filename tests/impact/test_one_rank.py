@@ -70,3 +70,17 @@ def test_what_is_searched_beside_an_answer_is_free_where_the_answer_is(ball):
     turns = jacobian[:, 3:] - np.cross(PINNED, jacobian[:, :3])
     np.testing.assert_allclose(true, turns @ np.linalg.solve(about, turns.T), atol=1e-12)
     np.testing.assert_allclose(found, true, atol=1e-5 * np.abs(true).max())
+
+
+def test_slip_along_a_lever_that_is_held_is_rounding(ball):
+    """Followed along the path it would never end."""
+    contact = ik.Contact("ball", at=[0, 0.05, 0], normal=[0, 1, 1], friction=0.3, restitution=0.4)
+    law = ik.Law(slip="path", restitution="stronge")
+    scene = ik.Scene(
+        ball, constraints=[ik.PointAnchor("ball", at=PINNED)], contacts=[contact], law=law
+    )
+    v = ball.velocity(root_joint=[0, 0, 0, -2.0, 0.3, 0.1])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        impact = ik.solve(scene, ball.neutral(), v)
+    assert ik.derivatives(impact).status.exists

@@ -25,7 +25,7 @@ from ..constrained import Outcome
 from ..contact_space import ContactSolution
 from ..result import Impact
 from .building import Builder
-from .hits import HitFound, follow_hits
+from .hits import UNMOVED, HitFound, follow_hits
 from .linear import Columns, LinearStage, ModeStage, Rows, Touching, pass_through
 from .modes import PARTED, Coefficients, ContactMode, coefficients_of, found_mode
 from .motion import Motion
@@ -209,6 +209,9 @@ class Derivation:
         law, point = self.scene.law, self.touching[hit.point]
         own = point.coefficients
         free = point.rows.matrix @ hit.start
+        # Along what bilateral rows hold, slip is rounding, and no friction ends it.
+        held = np.array(hit.block)[[0, 3, 5]] == 0.0
+        free[held & (np.abs(free) <= UNMOVED * self.scale)] = 0.0
         from_start = law.order == "sequential"
         before = float(free[2]) if from_start else float(point.rows.matrix[2] @ self.v)
         found = path_derivative(hit.block, free.tolist(), before, own.e, own.mu, law.restitution)

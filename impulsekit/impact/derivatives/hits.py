@@ -22,7 +22,7 @@ from .factor import Factor
 from .linear import Touching
 from .modes import EDGE
 
-__all__ = ["HitFound", "Hits", "follow_hits"]
+__all__ = ["UNMOVED", "HitFound", "Hits", "follow_hits"]
 
 # A normal velocity that a hit changes by less, relative, stays as it was.
 UNMOVED = 1e-12
