@@ -7,8 +7,7 @@ from impulsekit.laws.path import follow
 from impulsekit.laws.progress import P1, P2, RESIDUAL, U1, U2, UN, P, path_memory
 from impulsekit.laws.status import Status
 
-from ..impact.contact_space.problems import rod
-from ..impact.contact_space.test_path import planar
+from ..impact.contact_space.problems import planar_velocity, rod
 
 LAWS = ("newton", "poisson", "stronge")
 BOTH = [np.errstate(all="ignore")(follow.py_func), lambda *args: follow.compile()(*args)]
@@ -28,8 +27,8 @@ def test_a_rod_in_the_plane(run):
         W = rod(rng.uniform(0.1, 1.5), rng.uniform(0.1, 5))
         u = np.array([rng.normal(), 0.0, -rng.uniform(0.1, 2)])
         e, mu = rng.uniform(0.05, 1), rng.uniform(0.05, 2)
-        for number, (law, after) in enumerate(planar(W, u, mu, e).items()):
-            assert LAWS[number] == law
+        for number, law in enumerate(LAWS):
+            after = planar_velocity(W, u, e, mu, law)
             run(block_of(W), u[2], tuple(u), e, mu, number, memory)
             np.testing.assert_allclose(memory.now[[U1, UN]], after, atol=1e-10 * np.abs(u).max())
 

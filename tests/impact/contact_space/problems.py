@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from impulsekit.bench.truths.planar import planar_impulses
 from impulsekit.impact.contact_space import ContactProblem, ContactSolution, solve_contacts
 from impulsekit.scene.law import Law
 
@@ -27,6 +28,14 @@ def rod(theta, m=1.3, length=0.8):
     x, y = -0.5 * length * np.cos(theta), -0.5 * length * np.sin(theta)
     J = np.array([[1.0, 0.0, -y], [0.0, 0.0, 0.0], [0.0, 1.0, x]])
     return J @ np.diag([1 / m, 1 / m, 12 / (m * length**2)]) @ J.T
+
+
+def planar_velocity(W, u, e, mu, law):
+    """(2,) u⁺ of the tangent and the normal after an impact along its path, by Routh's diagram."""
+    data = (W[0, 0], W[0, 2], W[2, 2], u[0], u[2])
+    (impulse,) = planar_impulses(data, e, mu, law, "path")
+    plane = [0, 2]
+    return u[plane] + W[np.ix_(plane, plane)] @ np.array(impulse, dtype=float)
 
 
 def sphere(m=1.0):
