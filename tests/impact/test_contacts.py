@@ -429,7 +429,8 @@ def test_a_foot_that_holds_a_light_leg_against_a_blow_keeps_its_digits():
 @pytest.mark.parametrize("row", [541, 1328])
 def test_a_foot_thrown_by_a_blow_a_thousand_times_as_fast_as_it_ends(row):
     from impulsekit.bench.truths.digits import velocity_after
-    from tests.agreement.agreement import random_scene, random_states
+    from tests.agreement.agreement import random_scene
+    from tests.batch.compare import random_states
 
     bolt, rng = ik.Robot.from_example("bolt"), np.random.default_rng([3, 6])
     scene = random_scene(bolt, "contact", rng)

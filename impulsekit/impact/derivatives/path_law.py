@@ -7,6 +7,7 @@ end itself moves, δτ = −δg/ġ for an event g = 0.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -31,6 +32,8 @@ _U1, _U2, _UN, _BEFORE, _E, _MU = 6, 7, 8, 9, 10, 11
 U1, U2, UN, P1, P2, P, WORK = range(7)
 FAINT = math.log(1e-14)
 MOST_STRETCHES = 200
+# A stretch of slip takes some thousand evaluations; one that goes on has no end.
+MOST_EVALUATIONS = 100_000
 # Where (θ, ln r, p, u_n, P_1, P_2, work) have entries of a state as they are.
 _CARRIED = ((2, P), (3, UN), (4, P1), (5, P2), (6, WORK))
 # By the first five parameters: ∂W_tt (5, 2, 2) and ∂W_tn (5, 2).
@@ -278,7 +281,11 @@ class _Path:
         first, event = self._speed(), self._event()
         inertia = float(np.abs(self.coupling).sum() + self.mu * np.trace(self.tangents) + self.nn)
 
+        evaluations = itertools.count()
+
         def both(_: float, z: np.ndarray) -> np.ndarray:
+            if next(evaluations) > MOST_EVALUATIONS:
+                raise InputError("derivatives: the slip of this impact does not come to an end")
             return self._variations(z, first, inertia)
 
         def ends(_: float, z: np.ndarray) -> float:
