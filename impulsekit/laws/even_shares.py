@@ -20,10 +20,21 @@ from .approach import ALL_ROUNDS, NO_ROUND, approach_in_rounds
 from .borrowed import borrowed, borrowing
 from .compiled import compiled, entry
 from .least_shares import STILL
-from .modes import FINE, MOST_STEPS, RIDGE, SLIDES, SUMMED, largest_term, polish, residual_of
+from .modes import (
+    FINE,
+    MOST_STEPS,
+    RIDGE,
+    SLIDES,
+    SUMMED,
+    largest_term,
+    polish,
+    residual_of,
+    stepped,
+)
 from .rank import null_projector, pivoted_cholesky
 from .redundant import NO_LOAD, is_redundant
 from .tolerances import BAR, PART
+from .words import NO
 from .workspace import Sizes, Workspace, workspace
 
 __all__ = ["can_shift", "share_evenly", "shifts_of"]
@@ -33,6 +44,11 @@ __all__ = ["can_shift", "share_evenly", "shifts_of"]
 TARGETS_APART = 1e-13
 # Velocities that a shift of load makes, each contact's own mobility being 1: less is rounding.
 MOVES = 1e-10
+# How much contacts give way, of their own mobility, while it is looked for what has a load.
+# Where that leads nowhere they give way much to begin with, and then ever less.
+SOFT_BED, TENFOLD, MOST_STAGES = 1e-6, 10.0, 4
+# Steps on a ridge from where no other step leads on; the first brings it to 1e-12.
+MOST_RIDGED = 8
 # The trace of Π counts the ways to shift load: between none and one, and one and two.
 SOME_WAY, ONE_WAY = 0.5, 1.5
 
@@ -76,24 +92,23 @@ def _share_dependent(
     if _contradict(work, n, sizes, touching, count, shift):
         return residual, False
     allowed = residual + max(FINE, SUMMED * largest_term(work, n, sizes))
-    start, mine, among = work.P[: 3 * n].copy(), touching.copy(), shift
-    kept = count
+    start, mine = work.P[: 3 * n].copy(), touching.copy()
+    _polish_giving(work, n, sizes, touching, count)
+    kept = _loaded(work, n, mine, count)
+    unloaded = np.zeros(n, np.bool_)
     for _ in range(n):
         if kept == 0:
             break
-        _polish_even(work, n, sizes, mine, kept, among)
-        left = int(np.int64(0))
-        most = _largest_load(work, n)
+        for k in range(count):
+            unloaded[touching[k]] = True
         for k in range(kept):
-            i = mine[k]
-            if work.P[3 * i + 2] - work.floor[i] > NO_LOAD * most:
-                mine[left] = i
-                left += 1
+            unloaded[mine[k]] = False
+        _polish_even(work, n, sizes, mine, kept, _shifts(work, mine, kept, dependent), unloaded)
+        left = _loaded(work, n, mine, kept)
         if left == kept:
             break
         # What would pull gets no load, and the others share it.
         kept = left
-        among = _shifts(work, mine, kept, dependent)
     after = residual_of(work, n, sizes)
     if not after <= allowed:
         # Normals that nearly depend on each other are no redundant ones.
@@ -193,24 +208,102 @@ def _shifts_between(normal: np.ndarray, dependent: float) -> np.ndarray:
     return shift
 
 
+@borrowing
+def _loaded(work: Workspace, n: int, mine: np.ndarray, count: int) -> int:
+    """Keep those of the contacts that have a load, in place; how many."""
+    left, most = int(np.int64(0)), _largest_load(work, n)
+    for k in range(count):
+        i = mine[k]
+        if work.P[3 * i + 2] - work.floor[i] > NO_LOAD * most:
+            mine[left] = i
+            left += 1
+    return left
+
+
 @compiled
-def _polish_even(
-    work: Workspace, n: int, sizes: Sizes, touching: np.ndarray, count: int, shift: np.ndarray
-) -> None:
-    """P of the law in which these shifts are stiff; W is as before after it."""
-    saved, unit = np.empty((count, count)), np.empty(count)
+def _polish_giving(work: Workspace, n: int, sizes: Sizes, touching: np.ndarray, count: int) -> None:
+    """P where all that touches gives way a little, which tells what has a load."""
+    if _polish_at(work, n, sizes, touching, count, SOFT_BED) <= BAR:
+        return
+    for k in range(MOST_STAGES, -1, -1):
+        _polish_at(work, n, sizes, touching, count, SOFT_BED * TENFOLD**k)
+
+
+@compiled
+def _polish_at(
+    work: Workspace, n: int, sizes: Sizes, touching: np.ndarray, count: int, give: float
+) -> float:
+    """P where contacts give way by a share of their own mobility; the residual."""
+    saved = np.empty(count)
     for r in range(count):
-        unit[r] = math.sqrt(work.W[3 * touching[r] + 2, 3 * touching[r] + 2])
-    for r in range(count):
-        for c in range(count):
-            i, j = 3 * touching[r] + 2, 3 * touching[c] + 2
-            saved[r, c] = work.W[i, j]
-            work.W[i, j] += unit[r] * shift[r, c] * unit[c]
+        i = 3 * touching[r] + 2
+        saved[r] = work.W[i, i]
+        work.W[i, i] *= 1.0 + give
     if not polish(work, n, sizes, MOST_STEPS, RIDGE) <= BAR:
         approach_in_rounds(work, n, sizes, NO_ROUND, ALL_ROUNDS, BAR)
+    _finish(work, n, sizes)
+    residual = residual_of(work, n, sizes)
     for r in range(count):
-        for c in range(count):
-            work.W[3 * touching[r] + 2, 3 * touching[c] + 2] = saved[r, c]
+        i = 3 * touching[r] + 2
+        work.W[i, i] = saved[r]
+    return residual
+
+
+@compiled
+def _polish_even(
+    work: Workspace,
+    n: int,
+    sizes: Sizes,
+    mine: np.ndarray,
+    kept: int,
+    among: np.ndarray,
+    unloaded: np.ndarray,
+) -> None:
+    """P of the law in which shifts among ``mine`` are stiff; W and b are as before after it.
+
+    ``unloaded`` (n,) tells others that touch and are to get no load: they are taken to part.
+    """
+    saved, unit = np.empty((kept, kept)), np.empty(kept)
+    for r in range(kept):
+        unit[r] = math.sqrt(work.W[3 * mine[r] + 2, 3 * mine[r] + 2])
+    for r in range(kept):
+        for c in range(kept):
+            i, j = 3 * mine[r] + 2, 3 * mine[c] + 2
+            saved[r, c] = work.W[i, j]
+            work.W[i, j] += unit[r] * among[r, c] * unit[c]
+    free = work.b[: 3 * n].copy()
+    for i in range(n):
+        if unloaded[i]:
+            work.b[3 * i + 2] += sizes.scale
+    if not polish(work, n, sizes, MOST_STEPS, RIDGE) <= BAR:
+        approach_in_rounds(work, n, sizes, NO_ROUND, ALL_ROUNDS, BAR)
+    _finish(work, n, sizes)
+    for k in range(3 * n):
+        work.b[k] = free[k]
+    for r in range(kept):
+        for c in range(kept):
+            work.W[3 * mine[r] + 2, 3 * mine[c] + 2] = saved[r, c]
+
+
+@borrowing
+def _finish(work: Workspace, n: int, sizes: Sizes) -> None:
+    """Bring P near the even share to rounding.
+
+    Where contacts are just without load, steps that leave out what seems to depend stay where they
+    are; springs have made all of it regular.
+    """
+    best, bar = work.best, math.inf
+    for _ in range(MOST_RIDGED):
+        residual, fine = residual_of(work, n, sizes), bar <= FINE
+        if residual < bar:
+            bar = residual
+            for k in range(3 * n):
+                best[k] = work.P[k]
+        # One step more is for the last digits.
+        if fine or not stepped(work, n, sizes, RIDGE, bool(NO)):
+            break
+    for k in range(3 * n):
+        work.P[k] = best[k]
 
 
 @borrowing

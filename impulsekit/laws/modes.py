@@ -116,7 +116,7 @@ def polish(work: Workspace, n: int, sizes: Sizes, most: int, ridge: float) -> fl
                 break
         if left == 0 and again and DEEP < bar <= BAR:
             left, again = most, False
-        if left > 0 and not _stepped(work, n, sizes, ridge, ridge > 0.0 and residual < NEAR):
+        if left > 0 and not stepped(work, n, sizes, ridge, ridge > 0.0 and residual < NEAR):
             break
         left -= 1
     for j in range(size):
@@ -216,7 +216,7 @@ def map_naturally(work: Workspace, n: int, sizes: Sizes, formed: bool) -> float:
 
 
 @borrowing
-def _stepped(work: Workspace, n: int, sizes: Sizes, ridge: float, near: bool) -> bool:
+def stepped(work: Workspace, n: int, sizes: Sizes, ridge: float, near: bool) -> bool:
     """One Newton step on the modes; False where the system is singular."""
     m = write_onto_modes(work, n)
     if m == 0:

@@ -213,3 +213,58 @@ def test_sliding_without_turning_keeps_one_velocity():
     assert np.abs(impact.contacts[0].impulse[:2] / impact.contacts[0].impulse[2]) == pytest.approx(
         MU * slip, abs=1e-9
     )
+
+
+def points_of_face(kind, count):
+    """(n, 3) points of the lower face of a block, 0.2 m below its centre."""
+    if kind == "ring":
+        angle = 2.0 * np.pi * (np.arange(count) + 0.5) / count
+        flat = 0.3 * np.column_stack([np.cos(angle), np.sin(angle)])
+    elif kind == "grid":
+        side = int(np.ceil(np.sqrt(count)))
+        flat = np.array(list(itertools.product(range(side), repeat=2))[:count], dtype=float)
+        flat = 0.1 * (flat - flat.mean(0))
+    else:
+        flat = np.random.default_rng(count).uniform(-0.3, 0.3, (count, 2))
+    return np.column_stack([flat, np.full(count, -0.2)])
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.4])
+@pytest.mark.parametrize("kind", ["ring", "grid", "random"])
+@pytest.mark.parametrize("count", [9, 16])
+def test_many_points_are_as_a_bed_of_springs_that_cannot_pull(count, kind, mu):
+    """By its own mobility each gives way as a plane does, or would have to pull, and has no load.
+
+    Off by up to a tenth of the largest load where some had none, and other in another order.
+    """
+    robot, points = box(), points_of_face(kind, count)
+    mass, inertia = robot.model.inertias[1].mass, robot.model.inertias[1].inertia.diagonal()
+    mobility = 1.0 / mass + points[:, 1] ** 2 / inertia[0] + points[:, 0] ** 2 / inertia[1]
+    plane = np.column_stack([np.ones(count), points[:, :2]])
+    q = robot.configuration(root_joint=[0, 0, 0.2, 0, 0, 0, 1])
+    order = np.random.default_rng(1).permutation(count)
+    rng, unloaded, judged = np.random.default_rng(count), 0, 0
+    for _ in range(6):
+        v = rng.normal(size=6) * [1.0, 1.0, 0.3, 0.3, 0.3, 2.0] - [0, 0, 1.5, 0, 0, 0]
+        found = []
+        for way in (np.arange(count), order):
+            contacts = [ik.Contact("box", at=points[i], restitution=0.3, friction=mu) for i in way]
+            impact = ik.solve(ik.Scene(robot, contacts=contacts), q, v)
+            loads = np.empty(count)
+            loads[way] = [contact.impulse[2] for contact in impact.contacts]
+            found.append((impact, loads))
+        (impact, loads), (again, others) = found
+        assert again.v_after == pytest.approx(impact.v_after, abs=1e-12)
+        assert others == pytest.approx(loads, abs=1e-10 * loads.max())
+        modes = {contact.mode for contact, load in zip(impact.contacts, loads, strict=True) if load}
+        if modes != {"sliding"}:
+            continue
+        judged += 1
+        pressed = loads > 1e-9 * loads.max()
+        unloaded += int((~pressed).sum())
+        give, *_ = np.linalg.lstsq(plane[pressed], (mobility * loads)[pressed], rcond=None)
+        size = (mobility * loads).max()
+        assert plane[pressed] @ give == pytest.approx((mobility * loads)[pressed], abs=1e-11 * size)
+        assert (plane[~pressed] @ give < 1e-9 * size).all()
+    assert judged >= 2
+    assert unloaded or kind == "ring" or mu < 0.2
