@@ -93,22 +93,27 @@ def _share_dependent(
         return residual, False
     allowed = residual + max(FINE, SUMMED * largest_term(work, n, sizes))
     start, mine = work.P[: 3 * n].copy(), touching.copy()
-    _polish_giving(work, n, sizes, touching, count)
-    kept = _loaded(work, n, mine, count)
     unloaded = np.zeros(n, np.bool_)
-    for _ in range(n):
-        if kept == 0:
-            break
+    _polish_even(work, n, sizes, mine, count, shift, unloaded)
+    kept = _loaded(work, n, mine, count)
+    if kept < count:
         for k in range(count):
-            unloaded[touching[k]] = True
-        for k in range(kept):
-            unloaded[mine[k]] = False
-        _polish_even(work, n, sizes, mine, kept, _shifts(work, mine, kept, dependent), unloaded)
-        left = _loaded(work, n, mine, kept)
-        if left == kept:
-            break
-        # What would pull gets no load, and the others share it.
-        kept = left
+            mine[k] = touching[k]
+        _polish_giving(work, n, sizes, touching, count)
+        kept = _loaded(work, n, mine, count)
+        for _ in range(n):
+            if kept == 0:
+                break
+            for k in range(count):
+                unloaded[touching[k]] = True
+            for k in range(kept):
+                unloaded[mine[k]] = False
+            _polish_even(work, n, sizes, mine, kept, _shifts(work, mine, kept, dependent), unloaded)
+            left = _loaded(work, n, mine, kept)
+            if left == kept:
+                break
+            # What would pull gets no load, and the others share it.
+            kept = left
     after = residual_of(work, n, sizes)
     if not after <= allowed:
         # Normals that nearly depend on each other are no redundant ones.
@@ -275,9 +280,11 @@ def _polish_even(
     for i in range(n):
         if unloaded[i]:
             work.b[3 * i + 2] += sizes.scale
-    if not polish(work, n, sizes, MOST_STEPS, RIDGE) <= BAR:
+    left = polish(work, n, sizes, MOST_STEPS, RIDGE)
+    if not left <= BAR:
         approach_in_rounds(work, n, sizes, NO_ROUND, ALL_ROUNDS, BAR)
-    _finish(work, n, sizes)
+    if not left <= FINE:
+        _finish(work, n, sizes)
     for k in range(3 * n):
         work.b[k] = free[k]
     for r in range(kept):
