@@ -24,8 +24,8 @@ from .laws.status import Status as Status
 from .motion import MotionStatus as MotionStatus
 from .motion import Trajectory as Trajectory
 from .motion import simulate as simulate
-from .motion.orbit import find_orbit as find_orbit
-from .motion.sensitivity import sensitivity as sensitivity
+from .motion.maps.orbit import find_orbit as find_orbit
+from .motion.maps.sensitivity import sensitivity as sensitivity
 from .robot import Robot as Robot
 from .robot.combine import combine as combine
 from .robot.placing import place as place

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..motion.tree_of_model import KINDS, room_of, tree_of
+from ..motion.tree.of_model import KINDS, room_of, tree_of
 from ..rows.entries import FramePair, FunctionRows, frame_pair, rows_of_entry
 from ..scene import Contact, JointStop, Scene
 from ..scene.contacts import turns

@@ -8,18 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from ..motion import tree, tree_of_model
+from ..motion.tree import bodies, of_model
 from .kernels import layout
 
 __all__ = ["KINDS", "Tree", "joined_tree", "part_turns", "tree_of", "weights"]
 
 _OF_KIND = {
-    tree.TURN: layout.ANGLE, tree.CIRCLE: layout.CIRCLE, tree.SLIDE: layout.SLIDE,
-    tree.BALL: layout.QUATERNION, tree.FREE: layout.FREE, tree.PLANAR: layout.PLANAR,
-    tree.TRANSLATION: layout.TRANSLATION,
+    bodies.TURN: layout.ANGLE, bodies.CIRCLE: layout.CIRCLE, bodies.SLIDE: layout.SLIDE,
+    bodies.BALL: layout.QUATERNION, bodies.FREE: layout.FREE, bodies.PLANAR: layout.PLANAR,
+    bodies.TRANSLATION: layout.TRANSLATION,
 }  # fmt: skip
 # By Pinocchio's names of joints; what is not here, no kernel knows.
-KINDS = {name: _OF_KIND[kind] for name, kind in tree_of_model.KINDS.items()}
+KINDS = {name: _OF_KIND[kind] for name, kind in of_model.KINDS.items()}
 
 # Sines below this are rounding. Axes that differ by less do not say well what is across them.
 ROUNDING, SMALLEST_ANGLE = 4e-16, 1e-6

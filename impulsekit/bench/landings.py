@@ -16,8 +16,8 @@ from ..errors import FileError, InputError, shown
 from ..files import file_told, open_plain_file
 from ..impact.solver import solve_without_warnings
 from ..measured.closing import ClosingContacts
+from ..motion.record.status import MotionStatus
 from ..motion.simulate import simulate
-from ..motion.status import MotionStatus
 from ..robot import Robot
 from ..scene import Actuator, Contact, DistanceAnchor, JointLock, JointSpring, Scene, TorqueTable
 from ..scene.motion import MotionSettings

@@ -18,7 +18,7 @@ from .system import ReferenceRobot, reference_robot
 if TYPE_CHECKING:
     from ..impact import Impact
     from ..motion.estimate import MotionCheck
-    from ..motion.trajectory import Trajectory
+    from ..motion.record.trajectory import Trajectory
 
 __all__ = ["check"]
 
@@ -74,7 +74,7 @@ def check(impact: Impact | Trajectory, digits: int | None = None) -> Check | Mot
     from ..impact import Impact
 
     if not isinstance(impact, Impact):
-        from ..motion.trajectory import Trajectory as AMotion
+        from ..motion.record.trajectory import Trajectory as AMotion
 
         if isinstance(impact, AMotion) and digits is None:
             from ..motion.estimate import check_motion

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 import pinocchio as pin
 
-from ..motion.dynamics import Dynamics
+from ..motion.dynamics.accelerations import Dynamics
 from ..rows.contacts import ContactRows, Touch
 from ..rows.reach import reached_model
 from ..scene import Collision, Scene

@@ -9,7 +9,7 @@ from time import thread_time
 import numpy as np
 import pinocchio as pin
 
-from ..motion.dynamics import Dynamics
+from ..motion.dynamics.accelerations import Dynamics
 from ..scene import Scene
 from ..tolerances import NONZERO
 from .free_body import LONGEST_TURN, fly_all, fly_along, free_body_of

@@ -17,8 +17,8 @@ from ..batch.motions.pool import CannotSend, Lost, follow_rows, worker_count
 from ..batch.motions.row import followed_row
 from ..errors import InputError
 from ..impact.warm import compile_laws
-from ..motion.comparing import frame_distances, moving_links
-from ..motion.status import MotionStatus
+from ..motion.record.comparing import frame_distances, moving_links
+from ..motion.record.status import MotionStatus
 from ..scene import Scene
 from ..scene.motion import MotionSettings
 from .flight import Flight

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from ..motion.status import MotionStatus
+from ..motion.record.status import MotionStatus
 from ..scene import Scene
 from .rollouts import Rollouts, Start
 from .segments import MEDIAN_TO_SIGMA

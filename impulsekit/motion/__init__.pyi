@@ -1,4 +1,4 @@
-from .sensitivity import Sensitivity as Sensitivity
+from .maps.sensitivity import Sensitivity as Sensitivity
+from .record.status import MotionStatus as MotionStatus
+from .record.trajectory import Trajectory as Trajectory
 from .simulate import simulate as simulate
-from .status import MotionStatus as MotionStatus
-from .trajectory import Trajectory as Trajectory

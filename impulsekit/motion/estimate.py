@@ -15,7 +15,7 @@ from ..scene.motion import LEAST_RTOL, MotionSettings
 from .simulate import simulate
 
 if TYPE_CHECKING:
-    from .trajectory import Trajectory
+    from .record.trajectory import Trajectory
 
 __all__ = ["MotionCheck", "check_motion"]
 

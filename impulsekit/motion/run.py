@@ -14,22 +14,22 @@ import numpy as np
 from ..scene import Scene
 from ..scene.functions import call
 from ..scene.motion import MotionSettings
-from .beginning import begin
-from .compiled_advance import CHANGED, STUCK
-from .crossing import Seen, first_crossing
-from .drift import take_out_drift
-from .flight import Flight, Step
-from .headway import Headway
-from .hops import Hop, find_hops, low_hops
+from .course.beginning import begin
+from .course.drift import take_out_drift
+from .course.hops import Hop, find_hops, low_hops
+from .course.penetration import Penetration
+from .course.present import Mark, Present, Stopped
+from .course.settling import come_to_rest, heed_stop, settle
+from .course.striking import Striking
+from .events.crossing import Seen, first_crossing
+from .events.kinks import Kink
+from .events.stops import first_stop
+from .flight.flight import Flight, Step
+from .flight.headway import Headway
 from .interrupts import Interrupts
-from .kinks import Kink
-from .penetration import Penetration
-from .present import Mark, Present, Stopped
-from .settling import come_to_rest, heed_stop, settle
-from .status import MotionStatus
-from .stops import first_stop
-from .striking import Striking
-from .trajectory import Trajectory
+from .record.status import MotionStatus
+from .record.trajectory import Trajectory
+from .travel.advance import CHANGED, STUCK
 from .warm import load_shared
 
 __all__ = ["Run"]

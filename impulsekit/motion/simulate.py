@@ -15,8 +15,8 @@ from ..robot.capacity import check_capacity
 from ..scene import Contact, Scene
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number
+from .record.trajectory import Trajectory
 from .run import Run
-from .trajectory import Trajectory
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

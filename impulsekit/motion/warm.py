@@ -31,17 +31,17 @@ def _entries(scene: Scene | None) -> list[Entry]:
     from ..geometry.points import gaps_and_rates
     from ..geometry.polyhedron import separate
     from ..laws.resting import find_forces
-    from .chart import unrolled
-    from .compiled_advance import advance, until_closing
-    from .compiled_look import look
-    from .compiled_settle import settle_points
-    from .compiled_step import attempt, begin_steps, rates_at
-    from .compiled_stops import crossings_of
-    from .compiled_strike import strike_point
-    from .compiled_touch import first_touch_of, touch_pairs
-    from .compiled_travel import travel
-    from .pairs import write_gaps
-    from .pressed import pressed, rows_and_bias
+    from .events.corners import crossings_of
+    from .events.look import look
+    from .events.touch import first_touch_of, touch_pairs
+    from .gaps.pairs import write_gaps
+    from .rest.settle import settle_points
+    from .steps.compiled import attempt, begin_steps, rates_at
+    from .travel.advance import advance, until_closing
+    from .travel.journey import travel
+    from .travel.strike import strike_point
+    from .tree.chart import unrolled
+    from .tree.pressed import pressed, rows_and_bias
 
     entries: list[Entry] = [unrolled, attempt, begin_steps, rates_at, advance, travel]
     if scene is None or scene.contacts:
@@ -72,8 +72,8 @@ def load_shared() -> None:
     from ..geometry.points import gaps_and_rates
     from ..geometry.polyhedron import separate
     from ..laws.several import hit_contacts
-    from .pairs import write_gaps
-    from .pressed import rows_and_bias
+    from .gaps.pairs import write_gaps
+    from .tree.pressed import rows_and_bias
 
     entries: list[Entry] = [
         hit_contacts,

@@ -19,7 +19,7 @@ from impulsekit.batch.motions import pool, worker
 from impulsekit.cli import main
 from impulsekit.impact.contact_results import contact_impulses
 from impulsekit.impact.warm import compile_laws
-from impulsekit.motion.strides import Strides
+from impulsekit.motion.flight.strides import Strides
 from impulsekit.motion.warm import compile_motion
 from impulsekit.scene.motion import MotionSettings
 

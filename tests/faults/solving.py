@@ -28,8 +28,8 @@ from impulsekit.impact.freed import freed_joint
 from impulsekit.impact.saltation import saltation, saltation_matrix
 from impulsekit.measured.recording import Recording
 from impulsekit.motion import Trajectory, simulate
-from impulsekit.motion.orbit import find_orbit
-from impulsekit.motion.sensitivity import sensitivity
+from impulsekit.motion.maps.orbit import find_orbit
+from impulsekit.motion.maps.sensitivity import sensitivity
 from impulsekit.robot import Robot
 from impulsekit.scene import (
     AppliedImpulse,

@@ -10,8 +10,8 @@ from impulsekit.geometry.held_pieces import can_be_held, polyhedra_in_joint, rou
 from impulsekit.geometry.held_points import gaps_and_ends
 from impulsekit.geometry.held_tips import held_tips
 from impulsekit.geometry.point_table import table_of
-from impulsekit.motion.memory import Memory
-from impulsekit.motion.pressed import rows_and_bias
+from impulsekit.motion.tree.memory import Memory
+from impulsekit.motion.tree.pressed import rows_and_bias
 
 SHAPES = {
     "ellipsoid": coal.Ellipsoid(0.3, 0.11, 0.05),

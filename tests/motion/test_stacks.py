@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.motion.present import Present
+from impulsekit.motion.course.present import Present
 from impulsekit.scene.motion import MotionSettings
 
 from .models import MODELS

@@ -12,7 +12,7 @@ from ...geometry.vectors import along, cross, row_of
 from ...laws.borrowed import borrowing
 from ...laws.compiled import OPTIONS as _OPTIONS
 from ...laws.compiled import dispatcher, use_numba
-from ...motion.tree import inwards, look_at, weighed
+from ...motion.tree.bodies import inwards, look_at, weighed
 
 __all__ = ["joint_loads"]
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from ...display import Displayed, OneLine, one_line
 from ...errors import MissingExtraError, RangeError
-from ...motion.status import MotionStatus
+from ...motion.record.status import MotionStatus
 
 if TYPE_CHECKING:
-    from ...motion.trajectory import Trajectory
+    from ...motion.record.trajectory import Trajectory
 
 __all__ = ["ImpactTable", "MotionBatch", "RestTable"]
 

@@ -10,15 +10,15 @@ import numpy as np
 from ...errors import ImpulsekitError
 from ...impact.contact_results import contact_impulses
 from ...laws.status import Status
+from ...motion.record.status import MotionStatus
 from ...motion.simulate import simulate
-from ...motion.status import MotionStatus
 from ...scene import Scene
 from ...scene.motion import MotionSettings
 from ..inputs import BatchInputs
 from ..single import scene_of_row, varies
 
 if TYPE_CHECKING:
-    from ...motion.trajectory import Trajectory
+    from ...motion.record.trajectory import Trajectory
 
 __all__ = ["RowResult", "followed_row", "motion_of_row"]
 

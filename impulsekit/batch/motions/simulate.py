@@ -12,8 +12,8 @@ import numpy as np
 
 from ...errors import InputError, a_thing
 from ...impact.warm import compile_laws
+from ...motion.record.status import MotionStatus
 from ...motion.simulate import chosen_settings
-from ...motion.status import MotionStatus
 from ...robot.capacity import free_memory
 from ...scene import Scene
 from ...scene.motion import MotionSettings

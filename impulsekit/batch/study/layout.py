@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ...laws.status import Status
+from ...motion.record.status import MotionStatus
 from ...motion.simulate import chosen_settings
-from ...motion.status import MotionStatus
 from .study import Study
 
 __all__ = ["UNWRITTEN", "arrays_of", "unwritten_rows"]

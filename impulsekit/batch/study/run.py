@@ -13,7 +13,7 @@ import numpy as np
 
 from ...errors import InputError, MissingExtraError
 from ...motion.interrupts import Interrupts
-from ...motion.status import MotionStatus
+from ...motion.record.status import MotionStatus
 from ..meanwhile import by_kernels_only
 from ..motions.simulate import simulate_batch
 from ..progress import shown

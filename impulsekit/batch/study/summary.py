@@ -11,7 +11,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...laws.status import Status
-from ...motion.status import MotionStatus
+from ...motion.record.status import MotionStatus
 from .chunks import checksums_told
 from .layout import UNWRITTEN
 from .store import StudyStore, open_study

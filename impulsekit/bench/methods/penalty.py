@@ -31,7 +31,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...impact import solve
-from ...motion.chart import Chart
+from ...motion.tree.chart import Chart
 from ...scene import Law
 from ..problems.problem import Problem
 from ..timing import time_in_turn

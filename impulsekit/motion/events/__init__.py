@@ -1,0 +1,1 @@
+"""What ends a step: gaps that close, points that stop or lift, forces with a kink."""

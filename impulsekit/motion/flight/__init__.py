@@ -1,0 +1,1 @@
+"""The integrator at work between impacts: steps in a chart, kept as a path."""

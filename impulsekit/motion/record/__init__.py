@@ -1,0 +1,1 @@
+"""What a motion leaves: its path, its impacts and forces, tables, files; ``Trajectory``."""

@@ -1,0 +1,167 @@
+"""A trajectory as plain arrays, to an npz file and back. Nothing is pickled or run.
+
+::
+
+    t, q, v, impact_times, status     readable by numpy alone
+    path_...                          the steps between the samples
+    scene                             UTF-8 text of a scene file, with the URDFs in it
+    record                            UTF-8 JSON: impacts, rests and how the motion ended
+    numbers                           the arrays of the impacts, one after the other
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+import os
+import zipfile
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...errors import ImpulsekitError, InputError
+from ...files import file_told, open_plain_file
+from ...robot import Robot
+from ...robot.capacity import free_memory
+
+if TYPE_CHECKING:
+    from ...scene import Scene
+
+__all__ = [
+    "bytes_of",
+    "check_arrays",
+    "read_arrays",
+    "record_of",
+    "scene_of",
+    "scene_text",
+    "text_of",
+]
+
+# The first stored the scene as a pickle, under this name.
+OLD = "pickled"
+
+
+def scene_text(scene: Scene) -> tuple[str, str]:
+    """The scene as the text of a scene file that needs no other; or "" and why there is none."""
+    from ...scenefile import dump_scene
+
+    parts = [
+        replace(
+            part,
+            path=None,
+            # Meshes are still where they were.
+            package_dirs=part.package_dirs
+            if part.path is None
+            else (os.path.dirname(part.path), *part.package_dirs),
+        )
+        for part in scene.robot.parts
+    ]
+    whole = copy.copy(scene)
+    object.__setattr__(whole, "robot", Robot(scene.robot.model, parts, scene.robot.name))
+    try:
+        return dump_scene(whole), ""
+    except InputError as error:
+        return "", str(error)
+
+
+def scene_of(text: str, source: str) -> Scene:
+    """The scene that ``scene_text`` wrote.
+
+    Raises:
+        SceneFileError: the text is no scene.
+    """
+    from ...scenefile.read import read_scene
+
+    return read_scene(text, f"{source}: the scene in it").scene
+
+
+def read_arrays(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
+    """All arrays of an npz file of a trajectory; nothing is unpickled.
+
+    Raises:
+        InputError: no such file, an old one, or one too large for memory.
+        OSError: it cannot be read.
+    """
+    name = os.fspath(path)
+    with file_told(name), open_plain_file(name) as stream:
+        if not zipfile.is_zipfile(stream):
+            raise InputError(f"{name} holds no trajectory: it is no npz file")
+        stream.seek(0)
+        try:
+            with zipfile.ZipFile(stream) as archive:
+                size = sum(member.file_size for member in archive.infolist())
+            if size > free_memory():
+                raise InputError(
+                    f"{name} would take {size / 1e9:.3g} GB of memory, which is not free"
+                )
+            stream.seek(0)
+            with np.load(stream, allow_pickle=False) as file:
+                if OLD in file.files:
+                    raise InputError(
+                        f"{name} was written by an older impulsekit with a pickle in it, which is "
+                        "not safe to read; simulate and save it again"
+                    )
+                return {key: file[key] for key in file.files}
+        except ImpulsekitError:
+            raise
+        # What numpy and zipfile raise on a damaged file: CRC, header, zlib, encoding, eof.
+        except Exception as error:
+            raise InputError(f"{name} holds no trajectory: {error}") from None
+
+
+def text_of(array: np.ndarray) -> str:
+    """The text in an array of bytes.
+
+    Raises:
+        ValueError: it holds none.
+    """
+    if array.dtype != np.uint8 or array.ndim != 1:
+        raise ValueError("its text is no array of bytes")
+    return array.tobytes().decode("utf-8")
+
+
+def bytes_of(text: str) -> np.ndarray:
+    """An array of bytes that holds a text."""
+    return np.frombuffer(text.encode("utf-8"), dtype=np.uint8)
+
+
+def record_of(array: np.ndarray) -> dict[str, Any]:
+    """The JSON in an array of bytes.
+
+    Raises:
+        ValueError: it holds none.
+    """
+    record = json.loads(text_of(array))
+    if not isinstance(record, dict):
+        raise ValueError("its record is no table")
+    return record
+
+
+def check_arrays(arrays: dict[str, np.ndarray], scene: Scene, source: str) -> None:
+    """Prove that the arrays of a file are a motion of the scene's robot.
+
+    Raises:
+        InputError: they are not.
+    """
+    robot, pieces, samples = scene.robot, len(arrays["path_start"]), len(arrays["t"])
+    for key, shape in (
+        ("t", (samples,)),
+        ("q", (samples, robot.nq)),
+        ("v", (samples, robot.nv)),
+        ("path_start", (pieces,)),
+        ("path_end", (pieces,)),
+        ("path_reference", (pieces, robot.nq)),
+        ("path_values", (pieces, 8, 2 * robot.nv)),
+    ):
+        array = arrays[key]
+        if array.shape != shape or array.dtype != np.float64 or not samples or not pieces:
+            raise InputError(
+                f'{source}: "{key}" holds {array.dtype} of shape {array.shape}; for this '
+                f"robot, expected float64 of shape {shape}"
+            )
+    starts, ends = arrays["path_start"], arrays["path_end"]
+    if not (np.isfinite(arrays["t"]).all() and np.isfinite(ends).all()):
+        raise InputError(f"{source} holds times that are not finite")
+    if not ((starts <= ends).all() and (np.diff(starts) >= 0.0).all()):
+        raise InputError(f"{source} holds steps that are not in order of time")

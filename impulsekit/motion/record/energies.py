@@ -1,0 +1,93 @@
+"""Energies and momenta of a motion at its sample times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio as pin
+
+from ...display import OneLine
+from ...impact.algorithms import symmetric
+from ...robot.arrays import read_only
+from ...robot.mass_matrix import crba_of
+from ..forces.field import ForceField
+from ..tree.memory import Memory
+
+if TYPE_CHECKING:
+    from .trajectory import Trajectory
+
+__all__ = ["EnergyHistory", "MomentumHistory", "energies_of", "momenta_of"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EnergyHistory(OneLine):
+    """Energies at the times of a trajectory, (T,) each [J].
+
+    Attributes:
+        kinetic: ½ vᵀ M v.
+        gravity: potential energy of weight, zero where all mass is at the world's origin.
+        springs: in ``JointSpring`` and ``Spring``.
+    """
+
+    kinetic: np.ndarray
+    gravity: np.ndarray
+    springs: np.ndarray
+
+    @property
+    def total(self) -> np.ndarray:
+        """(T,) the sum [J]."""
+        return self.kinetic + self.gravity + self.springs
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MomentumHistory(OneLine):
+    """Momenta of the whole robot at the times of a trajectory, world axes.
+
+    Attributes:
+        linear: (T, 3) [kg m/s].
+        angular: (T, 3) about the world's origin [kg m²/s].
+    """
+
+    linear: np.ndarray
+    angular: np.ndarray
+
+
+def energies_of(motion: Trajectory) -> EnergyHistory:
+    """See ``Trajectory.energy``."""
+    model = _with_gravity(motion)
+    memory = Memory(model)
+    data = memory.data
+    forces = ForceField(motion.scene) if motion.scene.forces else None
+    rows, crba = np.empty((len(motion.t), 3)), crba_of(model)
+    for row, q, v in zip(rows, motion.q, motion.v, strict=True):
+        # By M itself: Pinocchio's own function takes no mimic joints.
+        mass_matrix = np.array(crba(model, data, q)).reshape(model.nv, model.nv)
+        row[0] = 0.5 * v.dot(symmetric(mass_matrix)).dot(v)
+        pin.forwardKinematics(model, data, q)
+        row[1] = -sum(
+            inertia.mass * model.gravity.linear.dot(placement.act(inertia.lever))
+            for inertia, placement in zip(model.inertias, data.oMi, strict=True)
+        )
+        row[2] = forces.potential(q, memory) if forces is not None else 0.0
+    kinetic, gravity, springs = (read_only(column.copy()) for column in rows.T)
+    return EnergyHistory(kinetic, gravity, springs)
+
+
+def momenta_of(motion: Trajectory) -> MomentumHistory:
+    """See ``Trajectory.momentum``."""
+    model = _with_gravity(motion)
+    data = model.createData()
+    linear, angular = np.empty((len(motion.t), 3)), np.empty((len(motion.t), 3))
+    for i, (q, v) in enumerate(zip(motion.q, motion.v, strict=True)):
+        about_com = pin.computeCentroidalMomentum(model, data, q, v)
+        linear[i] = about_com.linear
+        angular[i] = about_com.angular + np.cross(data.com[0], about_com.linear)
+    return MomentumHistory(read_only(linear), read_only(angular))
+
+
+def _with_gravity(motion: Trajectory) -> pin.Model:
+    model = pin.Model(motion.scene.robot.model)
+    model.gravity.linear = np.array(motion.scene.gravity)
+    return model

@@ -1,0 +1,159 @@
+"""Impacts as numbers and plain data, and back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...impact.constrained import Outcome
+from ...impact.contact_space.problem import ContactSolution
+from ...impact.result import Impact
+from ...laws.status import Status
+from ...rows.contacts import Touch
+
+if TYPE_CHECKING:
+    from ...scene import Scene
+
+__all__ = ["impacts_of", "packed_impacts"]
+
+_OUTCOME = ("constraint_impulses", "unique")
+_TOUCH = ("axes", "jacobian", "position")
+_SOLUTION = tuple(
+    item.name
+    for item in fields(ContactSolution)
+    if item.name not in ("status", "residual", "iterations", "tied")
+)
+
+
+def packed_impacts(
+    impacts: Sequence[tuple[float, Impact]],
+) -> tuple[list[dict[str, Any]], np.ndarray]:
+    """The impacts as data for JSON with shapes in the place of arrays, and their numbers."""
+    numbers: list[np.ndarray] = []
+
+    def put(array: Any) -> list[int] | None:
+        if array is None:
+            return None
+        array = np.asarray(array, dtype=float)
+        numbers.append(array.ravel())
+        return list(array.shape)
+
+    packed = []
+    for time, impact in impacts:
+        # Only at the start the scene's impulses strike; later ones are of a scene without.
+        entry: dict[str, Any] = {"time": time, "struck": bool(impact.scene.impulses)}
+        entry |= {name: put(getattr(impact, name)) for name in ("q", "v_before", "dv")}
+        outcome = impact.outcome
+        if outcome is not None:
+            entry["outcome"] = {name: put(getattr(outcome, name)) for name in _OUTCOME}
+            entry["touches"] = [
+                {
+                    "entry": int(touch.entry),
+                    "joint_ids": [int(i) for i in touch.joint_ids],
+                    "frame_ids": [int(i) for i in touch.frame_ids],
+                    "gap": None if touch.gap is None else float(touch.gap),
+                    **({"turns": int(touch.turns)} if touch.turns >= 0 else {}),
+                    **{name: put(getattr(touch, name)) for name in _TOUCH},
+                }
+                for touch in outcome.touches
+            ]
+            solution = outcome.contacts
+            if solution is not None:
+                entry["contacts"] = {
+                    "status": solution.status.name,
+                    "residual": float(solution.residual),
+                    "iterations": int(solution.iterations),
+                    "tied": bool(solution.tied),
+                    **{name: put(getattr(solution, name)) for name in _SOLUTION},
+                }
+        packed.append(entry)
+    return packed, np.concatenate([*numbers, np.zeros(0)])
+
+
+def impacts_of(
+    scene: Scene, packed: Sequence[dict[str, Any]], numbers: np.ndarray
+) -> tuple[tuple[float, Impact], ...]:
+    """The impacts that ``packed_impacts`` wrote.
+
+    Raises:
+        ValueError, KeyError, TypeError: something else stands there.
+    """
+    robot = scene.robot
+    without_impulses = replace(scene, impulses=()) if scene.impulses else scene
+    place = 0
+
+    def take(shape: Any, *wanted: int | None) -> Any:
+        nonlocal place
+        if shape is None:
+            return None
+        if len(shape) != len(wanted) or any(
+            type(n) is not int or n < 0 or (w is not None and n != w)
+            for n, w in zip(shape, wanted, strict=True)
+        ):
+            raise ValueError(f"an array of an impact is of shape {shape}")
+        size = int(np.prod(shape, dtype=object))
+        if place + size > len(numbers):
+            raise ValueError("numbers of an impact are missing")
+        array = numbers[place : place + size].reshape(shape).copy()
+        place += size
+        return array
+
+    def index(value: Any, count: int) -> int:
+        if type(value) is not int or not 0 <= value < count:
+            raise ValueError(f"an index of an impact is {value!r}")
+        return value
+
+    def pair(values: Any, count: int) -> tuple[int, int]:
+        first, second = values
+        return index(first, count), index(second, count)
+
+    found = []
+    for entry in packed:
+        q = take(entry["q"], robot.nq)
+        v, dv = (take(entry[name], robot.nv) for name in ("v_before", "dv"))
+        outcome = None
+        if "outcome" in entry:
+            forces, unique = (take(entry["outcome"][name], None) for name in _OUTCOME)
+            touches = tuple(
+                Touch(
+                    index(touch["entry"], len(scene.contacts)),
+                    take(touch["axes"], 3, 3),
+                    pair(touch["joint_ids"], robot.model.njoints),
+                    pair(touch["frame_ids"], robot.model.nframes),
+                    take(touch["jacobian"], 3, robot.nv),
+                    take(touch["position"], 3),
+                    None if touch["gap"] is None else float(touch["gap"]),
+                    index(touch["turns"], len(entry["touches"])) if "turns" in touch else -1,
+                )
+                for touch in entry["touches"]
+            )
+            solution = None
+            if "contacts" in entry:
+                own = entry["contacts"]
+                n = len(touches)
+                arrays = {
+                    name: take(
+                        own.get(name),
+                        n
+                        if name in ("unique", "normal_work", "friction_work", "friction")
+                        else 3 * n,
+                    )
+                    for name in _SOLUTION
+                }
+                if arrays["unique"] is not None:
+                    arrays["unique"] = arrays["unique"] != 0.0
+                solution = ContactSolution(
+                    status=Status[own["status"]],
+                    residual=float(own["residual"]),
+                    iterations=int(own["iterations"]),
+                    tied=bool(own["tied"]),
+                    **arrays,
+                )
+            unique = None if unique is None else unique != 0.0
+            outcome = Outcome(forces, unique, touches, solution)
+        own_scene = scene if entry["struck"] is True else without_impulses
+        found.append((float(entry["time"]), Impact(own_scene, q, v, dv, outcome)))
+    return tuple(found)

@@ -1,0 +1,345 @@
+"""Contacts that resist rolling and spin while they rest or roll: moments in step with P_n.
+
+Across the normal |M_t| ≤ rolling P_n, and about it |M_n| ≤ torsion P_n; a point that rolls has
+M_t = −rolling P_n ω_t/|ω_t|, one that does not has the M_t by which ω̇_t obeys the law of
+``laws.product_cones``; spin alike. Which of them move, begin and stop is followed as for slip.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio as pin
+
+from ...impact.contact_space.problem import Turning
+from ...impact.contact_space.turning import cones_of
+from ...laws.product_cones import IMMOBILE, SMALL, find_cone_impulses
+from ...laws.tolerances import RESIDUAL_LIMIT
+from ...rows.pair import turning_rows
+from ...scene import Collision, Contact, Scene
+from ...scene.contacts import turns
+from ...tolerances import NONZERO
+from ..gaps.wandering import MOVE, SLOWEST
+from .law import RestNotSolved
+from .turn import GROWN_SLIP, NO_TURN, Turn, after_stop, direction_of_slip, way_of_slip
+
+if TYPE_CHECKING:
+    from ..gaps.contacts import Gaps
+    from .contacts import Resting, RestingContact
+
+__all__ = ["RollingRest"]
+
+# Turning that stops sooner than time can tell has stopped, relative to the speeds of the motion.
+STOPPED = 1e-6
+# Axes that differ by no more than this over MOVE do not turn.
+STEADY = 1e-13
+# Entries of axes that differ by more than this over MOVE were chosen anew, and did not turn.
+CHOSEN_ANEW = 0.1
+
+
+class RollingRest:
+    """The turning of the points that rest, of contacts that resist it.
+
+    Of each such contact ``RestingContact.turns`` has, by point, the direction of rolling and of
+    spin, or None where it does not, and whether that has just begun.
+
+    Attributes:
+        moments: (3k,) of the last evaluation [N m], two across the normal and one about it.
+        rates: (3k,) angular accelerations [rad/s²]. speeds: (3k,) [rad/s].
+        normals: (k,) the normal force of each point [N].
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._reach = {
+            i: (entry.rolling, entry.torsion)
+            for i, entry in enumerate(scene.contacts)
+            if isinstance(entry, Contact | Collision) and turns(entry)
+        }
+        self._last = np.empty(0)
+        self._shifted: pin.Data | None = None
+        self.moments = self.rates = self.speeds = self.normals = np.empty(0)
+
+    def acts(self, contacts: Sequence[RestingContact]) -> bool:
+        """Whether one of these contacts resists turning."""
+        return any(contact.entry in self._reach for contact in contacts)
+
+    def owners(self, contacts: Sequence[RestingContact]) -> list[tuple[RestingContact, int, int]]:
+        """By point that resists turning: its contact, which of its points, and which of all."""
+        found, i = [], 0
+        for contact in contacts:
+            if contact.entry in self._reach:
+                if contact.count and len(contact.turns) != contact.count:
+                    contact.turns = [Turn() for _ in range(contact.count)]
+                found += [(contact, k, i + k) for k in range(contact.count)]
+            i += contact.count
+        return found
+
+    def rows(self, gaps: Gaps, contacts: Sequence[RestingContact], data: pin.Data) -> np.ndarray:
+        """(3k, nv); ``data`` with joint Jacobians."""
+        found = [
+            turning_rows(gaps.model, data, joint_ids, axes)
+            for joint_ids, axes in self._axes(gaps, contacts, data)
+        ]
+        return np.vstack(found) if found else np.empty((0, gaps.model.nv))
+
+    def turning(
+        self, gaps: Gaps, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray
+    ) -> np.ndarray:
+        """(3k,) relative angular velocities at a state [rad/s]."""
+        gaps.rows(contacts, q)
+        self.owners(contacts)
+        return self.rows(gaps, contacts, gaps.data).dot(v)
+
+    def rates_of(
+        self,
+        gaps: Gaps,
+        contacts: Sequence[RestingContact],
+        data: pin.Data,
+        q: np.ndarray,
+        v: np.ndarray,
+    ) -> np.ndarray:
+        """(3k,) the rows' rates at zero joint acceleration.
+
+        ``data`` with placements, velocities, and accelerations at zero joint acceleration.
+        """
+        here = self._axes(gaps, contacts, data)
+        turned = self._turn_of_axes(gaps, contacts, q, v, here)
+        found = []
+        for (joint_ids, axes), change in zip(here, turned, strict=True):
+            speed, rate = np.zeros(3), np.zeros(3)
+            for sign, joint_id in zip((1.0, -1.0), joint_ids, strict=True):
+                if joint_id > 0:
+                    turn = data.oMi[joint_id].rotation
+                    speed += sign * turn.dot(data.v[joint_id].angular)
+                    rate += sign * turn.dot(data.a[joint_id].angular)
+            found.append(axes.T.dot(rate) + change.T.dot(speed))
+        return np.concatenate(found) if found else np.empty(0)
+
+    def _axes(
+        self, gaps: Gaps, contacts: Sequence[RestingContact], data: pin.Data
+    ) -> list[tuple[tuple[int, int], np.ndarray]]:
+        """By point the two bodies and (3, 3) R."""
+        found = []
+        for contact in contacts:
+            if contact.entry in self._reach:
+                item = gaps.items[contact.gap]
+                spots = item.spots(data)[: contact.count]
+                found += [(item.joint_ids, axes) for _, axes in spots]
+        return found
+
+    def _turn_of_axes(
+        self,
+        gaps: Gaps,
+        contacts: Sequence[RestingContact],
+        q: np.ndarray,
+        v: np.ndarray,
+        here: list[tuple[tuple[int, int], np.ndarray]],
+    ) -> list[np.ndarray]:
+        """By point (3, 3) Ṙ, by central differences along the motion."""
+        still = [np.zeros((3, 3)) for _ in here]
+        size = float(np.abs(v).max(initial=0.0))
+        if size == 0.0:
+            return still
+        if self._shifted is None:
+            self._shifted = gaps.model.createData()
+        time, sides = MOVE / max(size, SLOWEST), []
+        for sign in (1.0, -1.0):
+            pin.forwardKinematics(
+                gaps.model, self._shifted, pin.integrate(gaps.model, q, sign * time * v)
+            )
+            sides.append(self._axes(gaps, contacts, self._shifted))
+        if not len(sides[0]) == len(sides[1]) == len(here):
+            return still
+        found = []
+        for (_, after), (_, before) in zip(*sides, strict=True):
+            change = after - before
+            # Tangents may be chosen anew where the normal passes an axis.
+            jumps = np.abs(change).max() > CHOSEN_ANEW
+            steady = np.abs(change).max() <= STEADY
+            found.append(np.zeros((3, 3)) if jumps or steady else change / (2.0 * time))
+        return found
+
+    def forces(
+        self, resting: Resting, delassus: np.ndarray, free: np.ndarray, slip: np.ndarray
+    ) -> np.ndarray:
+        """(3n + 3k,) forces and moments at all points, two tangents and the normal of each.
+
+        Args:
+            resting: what rests, which is told the forces.
+            delassus: (3n + 3k, 3n + 3k) W.
+            free: (3n + 3k,) accelerations without contact forces.
+            slip: (3n + 3k,) velocities.
+
+        Raises:
+            RestNotSolved: there are none, or they were not found.
+        """
+        owners, n = self.owners(resting.contacts), len(resting.friction())
+        ways = np.eye(len(free))
+        ways[: 3 * n, : 3 * n], friction = resting.ways(slip[: 3 * n], resting.friction())
+        rolling, torsion = (
+            np.array([self._reach[c.entry] for c, _, _ in owners]).reshape(-1, 2).T.copy()
+        )
+        for j, (contact, k, i) in enumerate(owners):
+            turn, at = contact.turns[k], 3 * (n + j)
+            if turn.rolls is not None and not turn.rolling_begins:
+                s = direction_of_slip(slip[at : at + 2], turn.rolls, NO_TURN)
+                ways[at : at + 2, at : at + 2] = 0.0
+                ways[at : at + 2, 3 * i + 2] = -rolling[j] * s
+                rolling[j] = 0.0
+            if turn.spins is not None and not turn.spin_begins:
+                s = direction_of_slip(slip[at + 2 : at + 3], turn.spins, NO_TURN)
+                ways[at + 2, at + 2] = 0.0
+                ways[at + 2, 3 * i + 2] = -torsion[j] * s[0]
+                torsion[j] = 0.0
+        points = np.array([i for _, _, i in owners], dtype=int)
+        start = self._last if len(self._last) == len(free) else np.zeros(len(free))
+        turning = Turning(points, rolling, torsion)
+        found = _least_moments(delassus, ways, free, friction, turning, start)
+        forces = ways.dot(found)
+        rates = free + delassus.dot(forces)
+        resting.note(found[: 3 * n], rates[: 3 * n], slip[: 3 * n])
+        self._last, self.moments = found, forces[3 * n :]
+        self.rates, self.speeds = rates[3 * n :], slip[3 * n :]
+        self.normals = forces[2 : 3 * n : 3][points]
+        return forces
+
+    def by_point(
+        self, contacts: Sequence[RestingContact]
+    ) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+        """By point among all that rest, (3,) its moment [N m] and turning [rad/s]."""
+        moments, speeds = self.moments.reshape(-1, 3), self.speeds.reshape(-1, 3)
+        return {i: (moments[j], speeds[j]) for j, (_, _, i) in enumerate(self.owners(contacts))}
+
+    def begin(self, contacts: Sequence[RestingContact], speeds: np.ndarray) -> None:
+        """After an impact: what turns rolls and spins."""
+        for j, (contact, k, _) in enumerate(self.owners(contacts)):
+            rolling, torsion = self._reach[contact.entry]
+            turn = contact.turns[k] = Turn()
+            speed = speeds[3 * j : 3 * j + 3]
+            size = float(np.hypot(speed[0], speed[1]))
+            if rolling and size > NO_TURN:
+                turn.rolls = speed[:2] / size
+            if torsion and abs(speed[2]) > NO_TURN:
+                turn.spins = np.sign(speed[2:])
+        self.speeds = speeds
+
+    def update(self, contacts: Sequence[RestingContact], *, fresh: bool) -> bool:
+        """Which points roll and spin from now on, by the last evaluation; whether that changed."""
+        changed = False
+        owners = self.owners(contacts)
+        if len(self.speeds) != 3 * len(owners) or len(self.moments) != 3 * len(owners):
+            return False
+        scale = float(np.abs(self.rates).max(initial=0.0))
+        for j, (contact, k, _) in enumerate(owners):
+            rolling, torsion = self._reach[contact.entry]
+            turn, at = contact.turns[k], 3 * j
+            for part, reach, names in (
+                (slice(at, at + 2), rolling, ("rolls", "rolling_begins")),
+                (slice(at + 2, at + 3), torsion, ("spins", "spin_begins")),
+            ):
+                before = getattr(turn, names[0]), getattr(turn, names[1])
+                now = way_of_slip(
+                    self.speeds[part],
+                    self.rates[part],
+                    (self.moments[part], float(self.normals[j])),
+                    reach,
+                    before,
+                    scale,
+                    fresh=fresh,
+                )
+                changed |= (before[0] is None, before[1]) != (now[0] is None, now[1])
+                setattr(turn, names[0], now[0])
+                setattr(turn, names[1], now[1])
+        return changed
+
+    def heed_stop(
+        self, contacts: Sequence[RestingContact], speeds: np.ndarray, fastest: float
+    ) -> None:
+        """Rolling or spin has stopped, or turned; (3k,) ``speeds`` now."""
+        for j, (contact, k, _) in enumerate(self.owners(contacts)):
+            turn, speed = contact.turns[k], speeds[3 * j : 3 * j + 3]
+            bar = STOPPED * max(1.0, fastest)
+            if turn.rolls is not None:
+                turn.rolls, stopped = after_stop(speed[:2], turn.rolls, bar)
+                turn.rolling_begins &= not stopped
+            if turn.spins is not None:
+                turn.spins, stopped = after_stop(speed[2:], turn.spins, bar)
+                turn.spin_begins &= not stopped
+
+    def signs(self, contacts: Sequence[RestingContact], speeds: np.ndarray) -> np.ndarray:
+        """(4k,) below zero where rolling or spin has stopped, or has got going."""
+        found = []
+        for j, (contact, k, _) in enumerate(self.owners(contacts)):
+            turn, speed = contact.turns[k], speeds[3 * j : 3 * j + 3]
+            for own, way, begins in (
+                (speed[:2], turn.rolls, turn.rolling_begins),
+                (speed[2:], turn.spins, turn.spin_begins),
+            ):
+                found.append(np.inf if way is None else float(own.dot(way)))
+                found.append(GROWN_SLIP - float(np.linalg.norm(own)) if begins else np.inf)
+        return np.array(found)
+
+    def still_rows(
+        self, gaps: Gaps, contacts: Sequence[RestingContact], data: pin.Data
+    ) -> np.ndarray:
+        """(m, nv) the rows of loaded points that neither roll nor spin; ``data`` as ``rows``."""
+        owners = self.owners(contacts)
+        rows = self.rows(gaps, contacts, data)
+        if len(self.normals) != len(owners) or len(rows) != 3 * len(owners):
+            return rows[:0]
+        chosen = []
+        for j, (contact, k, _) in enumerate(owners):
+            rolling, torsion = self._reach[contact.entry]
+            if self.normals[j] > 0.0:
+                if rolling and contact.turns[k].rolls is None:
+                    chosen += [3 * j, 3 * j + 1]
+                if torsion and contact.turns[k].spins is None:
+                    chosen.append(3 * j + 2)
+        return rows[chosen]
+
+
+def _least_moments(
+    delassus: np.ndarray,
+    ways: np.ndarray,
+    free: np.ndarray,
+    friction: np.ndarray,
+    turning: Turning,
+    start: np.ndarray,
+) -> np.ndarray:
+    """(3n + 3k,) forces and moments that obey the law, before ``ways``.
+
+    Moments are zero where bodies do not turn without them: with moments, a face that slides on
+    several points could share its load in many ways, each with another yaw.
+
+    Raises:
+        RestNotSolved: there are no such forces, or they were not found.
+    """
+    n = len(friction)
+    coupled = np.ascontiguousarray(delassus.dot(ways))
+    mobility, free = delassus.diagonal().copy(), np.ascontiguousarray(free)
+    none = np.zeros(len(turning.of))
+    held = np.concatenate([np.zeros(3 * n), _by_row(turning.rolling, turning.torsion)]) > 0.0
+    if held.any():
+        plain = cones_of(friction, Turning(turning.of, none, none), np.zeros(n))
+        without, residual, _ = find_cone_impulses(
+            coupled, mobility, free, np.where(held, 0.0, start), plain
+        )
+        if residual <= RESIDUAL_LIMIT:
+            # Tangents without friction are rows of nothing: rounding is all that b is there.
+            moves = mobility > IMMOBILE * mobility.max()
+            unit = np.where(moves, 1.0 / np.sqrt(np.maximum(mobility, NONZERO)), 0.0)
+            rates = np.abs(unit * (free + coupled.dot(without)))
+            if rates[held].max() <= SMALL * np.abs(unit * free).max():
+                return without
+    cones = cones_of(friction, turning, np.zeros(n))
+    found, residual, _ = find_cone_impulses(coupled, mobility, free, start, cones)
+    if not residual <= RESIDUAL_LIMIT:
+        raise RestNotSolved(f"residual {residual:.1e}")
+    return found
+
+
+def _by_row(rolling: np.ndarray, torsion: np.ndarray) -> np.ndarray:
+    """(3k,) rolling, rolling and torsion [m] by turning row."""
+    return np.column_stack([rolling, rolling, torsion]).ravel()

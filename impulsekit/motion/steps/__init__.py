@@ -1,0 +1,1 @@
+"""Integrators, one step at a time, with dense output."""

@@ -1,0 +1,128 @@
+"""Impacts on the way: none missed, none doubled, however many, near or fast."""
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+
+from ..models import GRAVITY, MODELS, bounces, hits, particle, sliders
+
+THIN_PLATE = """<robot name="plate"><link name="plate"><collision>
+<geometry><box size="0.001 1 1"/></geometry></collision></link></robot>"""
+
+
+@pytest.mark.slow
+def test_fifty_bouncing_bodies_at_once():
+    robot = sliders(50)
+    rng = np.random.default_rng(1)
+    heights, restitutions = rng.uniform(0.2, 2.0, 50), rng.uniform(0.3, 0.8, 50)
+    contacts = [ik.Contact(f"b{i:02d}", restitution=restitutions[i]) for i in range(50)]
+    scene = ik.Scene(robot, contacts=contacts)
+    motion = ik.simulate(scene, heights, np.zeros(50), duration=1.2, samples=101)
+    assert motion.status.finished
+    assert motion.q.min() > -1e-12
+    for i in range(50):
+        wanted = bounces(heights[i], restitutions[i], 1.2, slowest=1e-3)
+        np.testing.assert_allclose(hits(motion, i, 1e-3), wanted, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("apart", [0.0, 3e-10, 1e-9, 1e-8, 1e-6])
+def test_three_hits_close_together_are_three_hits(apart):
+    robot = sliders(3)
+    contacts = [ik.Contact(f"b{i:02d}", restitution=0.5) for i in range(3)]
+    times = 0.4 + apart * np.arange(3)
+    heights = 0.5 * GRAVITY * times**2
+    motion = ik.simulate(ik.Scene(robot, contacts=contacts), heights, np.zeros(3), duration=0.5)
+    for i in range(3):
+        (hit,) = hits(motion, i, 1e-6)
+        assert hit == pytest.approx(times[i], abs=2e-9)
+    np.testing.assert_allclose(motion.v[-1], 0.5 * GRAVITY * 0.4 - GRAVITY * 0.1, atol=1e-4)
+    if apart < 4e-10:
+        assert len(motion.impacts) == 1
+
+
+@pytest.mark.parametrize(
+    ("clearance", "count"), [(1e-6, 0), (1e-9, 0), (0.0, 0), (-1e-9, 1), (-1e-6, 1)]
+)
+def test_a_grazing_contact(clearance, count):
+    robot = sliders(1)
+    ceiling = 0.5 * 3.0**2 / GRAVITY + clearance
+    contact = ik.Contact("b00", normal=[0, 0, -1], origin=[0, 0, ceiling], restitution=1.0)
+    motion = ik.simulate(ik.Scene(robot, contacts=[contact]), [0], [3.0], duration=0.6)
+    assert len(motion.impacts) == count
+    assert motion.q.max() <= ceiling + 1e-12
+    if count:
+        ((time, impact),) = motion.impacts
+        speed = np.sqrt(2.0 * GRAVITY * -clearance)
+        assert impact.v_before[0] == pytest.approx(speed, rel=1e-5)
+        assert time == pytest.approx((3.0 - speed) / GRAVITY, abs=1e-9)
+
+
+def test_a_bullet_does_not_pass_a_plane():
+    robot = sliders(1, "1 0 0")
+    plate = ik.Contact("b00", normal=[-1, 0, 0], origin=[37.123, 0, 0], restitution=0.25)
+    scene = ik.Scene(robot, contacts=[plate], gravity=[0, 0, 0])
+    motion = ik.simulate(scene, [0], [1000.0], duration=1.0)
+    ((time, _),) = motion.impacts
+    assert time == pytest.approx(0.037123, abs=1e-12)
+    assert motion.v[-1, 0] == pytest.approx(-250.0, rel=1e-12)
+    assert motion.q.max() <= 37.123
+
+
+def test_a_bullet_does_not_pass_a_thin_plate():
+    bullet = ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer")
+    world = ik.combine(plate=ik.Robot.from_urdf(THIN_PLATE), bullet=bullet)
+    q = world.configuration({"bullet/root_joint": [-40.0, 0, 0, 0, 0, 0, 1]})
+    v = world.velocity({"bullet/root_joint": [1000.0, 0, 0, 0, 0, 0]})
+    collision = ik.Collision("bullet/ball", "plate/plate", restitution=0.5)
+    scene = ik.Scene(world, contacts=[collision], gravity=[0, 0, 0])
+    motion = ik.simulate(scene, q, v, duration=0.1, samples=11)
+    ((time, _),) = motion.impacts
+    radius = 0.05
+    assert time == pytest.approx((40.0 - 0.0005 - radius) / 1000.0, abs=1e-9)
+    assert motion.v[-1, 0] == pytest.approx(-500.0, rel=1e-9)
+
+
+def test_a_moving_plane_is_met_where_it_is():
+    robot = sliders(2)
+    contact = ik.Contact("b01", against="b00", normal=[0, 0, 1], restitution=1.0)
+    scene = ik.Scene(robot, contacts=[contact], gravity=[0, 0, 0])
+    motion = ik.simulate(scene, [0, 1.0], [1.0, -1.0], duration=1.0)
+    ((time, impact),) = motion.impacts
+    assert time == pytest.approx(0.5, abs=1e-12)
+    masses = np.array([1.0, 1.1])
+    mean = masses @ [1.0, -1.0] / masses.sum()
+    np.testing.assert_allclose(impact.v_after, 2 * mean - np.array([1.0, -1.0]), rtol=1e-12)
+
+
+def test_a_joint_meets_both_of_its_stops():
+    robot = sliders(1, "1 0 0")
+    stop = ik.JointStop("z00", lower=-1.0, upper=2.0, restitution=1.0)
+    scene = ik.Scene(robot, contacts=[stop], gravity=[0, 0, 0])
+    motion = ik.simulate(scene, [0.0], [1.0], duration=9.0, samples=181)
+    np.testing.assert_allclose([t for t, _ in motion.impacts], [2.0, 5.0, 8.0], atol=1e-9)
+    assert motion.q.max() <= 2.0 + 1e-12
+    assert motion.q.min() >= -1.0 - 1e-12
+
+
+def test_impulses_strike_once_and_at_the_start():
+    thing = particle(mass=2.0)
+    blow = ik.AppliedImpulse("z", linear=[3.0, 0, 0])
+    floor = ik.Contact("z", restitution=0.5)
+    scene = ik.Scene(thing, impulses=[blow], contacts=[floor])
+    motion = ik.simulate(scene, [0, 0, 1.0], [0, 0, 0], duration=1.0)
+    assert motion.impacts[0][0] == 0.0
+    assert not motion.impacts[0][1].contacts[0].touching
+    np.testing.assert_allclose(motion.v[:, 0], 1.5, rtol=1e-12)
+    assert len(motion.impacts) == 3
+
+
+def test_the_answer_does_not_hang_on_tolerances_or_samples():
+    thing = particle()
+    scene = ik.Scene(thing, contacts=[ik.Contact("z", restitution=0.7)])
+    times = [
+        [t for t, _ in ik.simulate(scene, [0, 0, 1], [0, 0, 0], duration=2.0, **changes).impacts]
+        for changes in ({}, {"rtol": 1e-6}, {"samples": 7}, {"method": "rk4", "step": 1e-2})
+    ]
+    for other in times[1:]:
+        np.testing.assert_allclose(other, times[0], rtol=0, atol=1e-9)

@@ -1,0 +1,186 @@
+"""One-sided springs: steps end where such a spring begins or ceases to act."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import impulsekit as ik
+
+from ..models import particle, sliders
+
+NOWHERE = [0, 0, 0]
+
+
+def test_contact_with_a_compliant_stop_lasts_as_long_as_it_should():
+    robot, k, g, height = sliders(1), 4e4, 9.81, 0.05
+    m, omega = robot.mass, np.sqrt(4e4 / robot.mass)
+    pad = ik.JointSpring("z00", stiffness=k, acts="below")
+    scene = ik.Scene(robot, forces=[pad], gravity=[0, 0, -g])
+    motion = ik.simulate(scene, [height], [0.0], duration=1.0, rtol=1e-12, atol=1e-14)
+    fall, speed = np.sqrt(2.0 * height / g), np.sqrt(2.0 * g * height)
+    # Inside: q = -g/ω² (1 - cos ω s) - u/ω sin ω s, until it is zero again.
+    inside = 2.0 * (np.pi - np.arctan2(omega * speed, g)) / omega
+    period = 2.0 * fall + inside
+    left = [n * period - fall for n in range(1, 5)]
+    for t in [*left, *(t - inside for t in left)]:
+        assert np.abs(motion.step_times - t).min() < 1e-12
+    at_steps = np.array([motion.at(t) for t in motion.step_times])[:, :, 0]
+    q, v = at_steps.T
+    energy = 0.5 * m * v**2 + m * g * q + 0.5 * k * np.minimum(q, 0.0) ** 2
+    np.testing.assert_allclose(energy, m * g * height, rtol=1e-12)
+    np.testing.assert_allclose(motion.energy().total, m * g * height, rtol=1e-10)
+
+
+def test_a_dead_band_lengthens_the_period():
+    robot, k, half, speed = sliders(1), 400.0, 0.1, 1.5
+    sides = ((half, "above"), (-half, "below"))
+    springs = [ik.JointSpring("z00", stiffness=k, rest=rest, acts=acts) for rest, acts in sides]
+    scene = ik.Scene(robot, forces=springs, gravity=NOWHERE)
+    period = 4.0 * half / speed + 2.0 * np.pi / np.sqrt(k / robot.mass)
+    motion = ik.simulate(scene, [0.0], [speed], duration=5 * period, rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose([motion.q[-1, 0], motion.v[-1, 0]], [0.0, speed], atol=1e-11)
+
+
+def test_a_bumper_is_not_flown_past_between_two_looks():
+    # 4 m of free flight, of which 2 mm pass by a bumper that reaches 1 mm.
+    robot, k, reach, aside = particle(mass=2.0), 2e9, 1e-3, 1e-4
+    bumper = ik.Spring("z", stiffness=k, rest_length=reach, acts="push")
+    scene = ik.Scene(robot, forces=[bumper], gravity=NOWHERE)
+    q, v = robot.configuration(along_x=-2.0, along_y=aside), robot.velocity(along_x=20.0)
+    motion = ik.simulate(scene, q, v, duration=0.2)
+
+    def rates(t, y):
+        length = np.hypot(y[0], y[1])
+        push = k * (reach - length) / (2.0 * length)
+        return [y[2], y[3], push * y[0], push * y[1]]
+
+    def leaves(t, y):
+        return np.hypot(y[0], y[1]) - reach
+
+    leaves.terminal, leaves.direction = True, 1.0
+    begin = [-np.sqrt(reach**2 - aside**2), aside, 20.0, 0.0]
+    inside = solve_ivp(rates, (0, 1), begin, "DOP853", events=leaves, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(motion.v[-1, :2], inside.y[2:, -1], rtol=1e-6)
+    assert abs(motion.v[-1, 1]) > 0.1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_dampers_that_outweigh_their_springs_and_cease_to(seed):
+    # Against small steps over the same law, written out.
+    rng = np.random.default_rng(seed)
+    robot, pull, omega = sliders(1), 8.0, 7.0
+    given = [
+        (rng.choice([0.0, 100.0]), rng.choice([3.0, 60.0]), rng.choice([0.0, 0.05]), side)
+        for side in (1.0, -1.0, 1.0)
+    ]
+    springs = [
+        ik.JointSpring("z00", k, c, rest, acts="above" if side > 0.0 else "below")
+        for k, c, rest, side in given
+    ]
+    drawn = ik.AppliedForce("b00", linear=lambda t: [0.0, 0.0, pull * np.cos(omega * t)])
+    scene = ik.Scene(robot, forces=[*springs, drawn], gravity=NOWHERE)
+    motion = ik.simulate(scene, [0.1], [-1.0], duration=1.0)
+
+    def rates(t, y):
+        force = pull * np.cos(omega * t)
+        for k, c, rest, side in given:
+            zone = side * (y[0] - rest)
+            push = k * zone + c * side * y[1]
+            if zone > 0.0 and push > 0.0:
+                force -= side * push
+        return [y[1], force / robot.mass]
+
+    truth = solve_ivp(rates, (0, 1), [0.1, -1.0], "DOP853", max_step=2e-3, rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(motion.q[-1, 0], truth.y[0, -1], atol=1e-7)
+
+
+def test_a_joint_without_end_leaves_its_spring_on_both_sides():
+    text = ik.models.pendulum_urdf(1).replace('type="revolute"', 'type="continuous"')
+    robot = ik.Robot.from_urdf(text)
+    speed = 9.0
+    (link,) = [link for link in robot.links if link.mass > 0]
+    inertia = link.inertia_in_joint_axes[1, 1] + link.mass * link.com_in_joint @ link.com_in_joint
+    omega = 2.0
+    spring = ik.JointSpring("joint_1", stiffness=omega**2 * inertia, acts="above")
+    scene = ik.Scene(robot, forces=[spring], gravity=NOWHERE)
+    # From -1 to 0 it turns freely, from 0 to pi against the spring, and freely again.
+    met = 1.0 / speed
+    within = np.arcsin(np.pi * omega / speed) / omega
+    slower = np.sqrt(speed**2 - (np.pi * omega) ** 2)
+    q = robot.configuration(joint_1=-1.0)
+    motion = ik.simulate(scene, q, [speed], duration=met + within + 0.2)
+    turned = np.arctan2(motion.q[-1, 1], motion.q[-1, 0])
+    np.testing.assert_allclose(motion.v[-1, 0], slower, rtol=1e-9)
+    np.testing.assert_allclose(turned, np.pi + 0.2 * slower - 2.0 * np.pi, rtol=1e-8)
+
+
+def test_springs_act_on_what_rests_and_slides():
+    # A block is pressed on the ground by a bumper above it while it slides: µ (m g + k s).
+    robot, k, mu, g = particle(mass=2.0), 30.0, 0.3, 9.81
+    floor = ik.Contact("z", friction=mu)
+    push = ik.Spring("z", other_at=[0, 0, -1.0], stiffness=k, rest_length=1.2, acts="pull")
+    scene = ik.Scene(robot, contacts=[floor], forces=[push], gravity=[0, 0, -g])
+    q, v = robot.configuration(along_x=-1.5), robot.velocity(along_x=4.0)
+    motion = ik.simulate(scene, q, v, duration=0.6)
+
+    def rates(t, y):
+        length = np.hypot(y[0], 1.0)
+        pull = k * max(length - 1.2, 0.0) / length
+        load = 2.0 * g + pull
+        return [y[1], (-pull * y[0] - mu * load * np.sign(y[1])) / 2.0]
+
+    truth = solve_ivp(rates, (0, 0.6), [-1.5, 4.0], "DOP853", max_step=1e-3, rtol=1e-10)
+    assert motion.status.finished and truth.y[1].min() > 0.1
+    np.testing.assert_allclose(motion.q[-1, 0], truth.y[0, -1], atol=1e-7)
+
+
+def test_what_comes_to_rest_at_a_kink_rests_there():
+    # Damped from both sides it is at rest but for rounding after a second.
+    robot = sliders(1)
+    springs = [
+        ik.JointSpring("z00", stiffness=1000.0, damping=60.0, acts="above"),
+        ik.JointSpring("z00", damping=3.0, rest=0.2, acts="below"),
+        ik.JointSpring("z00", stiffness=20.0),
+    ]
+    scene = ik.Scene(robot, forces=springs, gravity=NOWHERE)
+    motion = ik.simulate(scene, [0.05], [1.0], duration=30.0)
+    assert motion.status.finished
+    np.testing.assert_allclose([motion.q[-1, 0], motion.v[-1, 0]], 0.0, atol=1e-11)
+
+
+@pytest.mark.parametrize("damping", [0.0, 20.0])
+def test_a_motor_at_its_limit_comes_back_from_it_when_it_should(damping):
+    # Full torque first, -k q - c v (cosine and sine of the linear law) once that is below it.
+    robot, k, limit, start = sliders(1), 100.0, 15.0, 1.0
+    m = robot.mass
+    motor = ik.Actuator("z00", ik.PD(k, damping, limit=limit))
+    scene = ik.Scene(robot, forces=[motor], gravity=NOWHERE)
+    motion = ik.simulate(scene, [start], [0.0], duration=4.0)
+
+    def rates(t, y):
+        return [y[1], min(max(-k * y[0] - damping * y[1], -limit), limit) / m]
+
+    y, t = np.array([start, 0.0]), 0.0
+    side, seen = 1.0, []
+    while t < 4.0:
+
+        def off(t, y, side=side):
+            torque = -k * y[0] - damping * y[1]
+            return limit - abs(torque) if side == 0.0 else side * -torque - limit
+
+        off.terminal, off.direction = True, -1.0
+
+        def own(t, y, side=side):
+            torque = -k * y[0] - damping * y[1] if side == 0.0 else -side * limit
+            return [y[1], torque / m]
+
+        run = solve_ivp(own, (t, 4.0), y, "DOP853", events=off, rtol=1e-13, atol=1e-15)
+        t, y = run.t[-1], run.y[:, -1]
+        if run.status == 1:
+            seen.append(t)
+            side = np.sign(k * y[0] + damping * y[1]) if side == 0.0 else 0.0
+            y = y + 1e-14 * np.array(own(t, y, side))
+    assert len(seen) > (4 if damping == 0.0 else 0)
+    for when in seen:
+        assert np.abs(motion.step_times - when).min() < 1e-9
+    np.testing.assert_allclose([motion.q[-1, 0], motion.v[-1, 0]], y, atol=1e-9)

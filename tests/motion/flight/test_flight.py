@@ -1,0 +1,163 @@
+"""Motion between impacts: the figures of the paper, conservation, charts and integrators."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit.motion.tree.chart import Chart
+
+from ..models import MODELS, particle
+from ..pendulum import pins_after_blow
+
+TIGHT = {"rtol": 1e-13, "atol": 1e-13}
+FOOT = 0.3048
+
+
+def struck_chain():
+    chain = ik.Robot.from_urdf(MODELS / "whittaker_chain_10.urdf", root="planar")
+    blow = ik.AppliedImpulse("link_1", linear=[0, 5, 0])
+    return ik.Scene(chain, impulses=[blow], gravity=[0, 0, 0])
+
+
+def struck_pendulum():
+    pendulum = ik.Robot.from_urdf(MODELS / "pendulum_10.urdf")
+    blow = ik.AppliedImpulse("link_10", linear=[133.447, 0, 0], at=[0, 0, -FOOT])
+    return ik.Scene(pendulum, impulses=[blow])
+
+
+def follow(scene, duration, **changes):
+    robot = scene.robot
+    return ik.simulate(scene, robot.neutral(), robot.velocity(), duration=duration, **changes)
+
+
+def test_figure_2_keeps_energy_and_momenta_for_ten_seconds():
+    motion = follow(struck_chain(), 10.0, samples=501, **TIGHT)
+    energy, momentum = motion.energy().total, motion.momentum()
+    assert energy[0] == pytest.approx(5 * 17.3205 / 2, rel=1e-4)
+    assert np.ptp(energy) < 1e-9 * energy[0]
+    np.testing.assert_allclose(momentum.linear, np.tile([0, 5, 0], (501, 1)), atol=1e-9)
+    # Of the size of what is added up: 5 N s at some 5 m.
+    assert np.abs(momentum.angular).max() < 1e-9 * 25
+
+
+def test_figure_3_keeps_its_energy_and_agrees_with_halved_tolerance():
+    loose, tight = (
+        follow(struck_pendulum(), 2.0, rtol=rtol, atol=rtol * 1e-2) for rtol in (1e-10, 5e-11)
+    )
+    energy = loose.energy()
+    assert np.ptp(energy.total) < 1e-8 * energy.kinetic[0]
+    assert np.abs(loose.q - tight.q).max() < 1e-6
+
+
+def test_figure_3_agrees_with_kanes_equations_integrated_on_their_own():
+    motion = follow(struck_pendulum(), 2.0, samples=41)
+    robot = motion.scene.robot
+    known = pins_after_blow(10, 14.5939, FOOT, 133.447, 9.81, motion.t)
+    data = robot.model.createData()
+    pin_of = [robot.frame_id(f"link_{i}") for i in range(1, 11)]
+    for q, wanted in zip(motion.q, known, strict=True):
+        pin.framesForwardKinematics(robot.model, data, q)
+        ends = [data.oMf[i].act(np.array([0.0, 0.0, -FOOT])) for i in pin_of]
+        assert np.abs(np.array(ends)[:, [0, 2]] - wanted).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("changes", "error"),
+    [
+        ({"method": "radau", "rtol": 1e-8, "atol": 1e-10}, 1e-7),
+        ({"method": "rk4", "step": 5e-4}, 1e-5),
+        ({"method": "semi-implicit", "step": 1e-4}, 2e-1),
+    ],
+)
+def test_other_integrators_tell_the_same(changes, error):
+    wanted = follow(struck_pendulum(), 0.4)
+    motion = follow(struck_pendulum(), 0.4, **changes)
+    assert motion.status.finished
+    assert np.abs(motion.q - wanted.q).max() < error
+
+
+def test_fixed_steps_have_their_order():
+    wanted = follow(struck_pendulum(), 0.2, **TIGHT).q[-1]
+    for method, order in (("rk4", 4), ("semi-implicit", 1)):
+        errors = [
+            np.abs(follow(struck_pendulum(), 0.2, method=method, step=h).q[-1] - wanted).max()
+            for h in (2e-3, 1e-3)
+        ]
+        assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.6)
+
+
+def test_a_tumbling_body_keeps_its_momenta_and_its_quaternion():
+    hammer = ik.Robot.from_urdf(MODELS / "hammer.urdf", root="freeflyer")
+    scene = ik.Scene(hammer, gravity=[0, 0, 0])
+    v = np.array([1.0, 2.0, 3.0, 5.0, 1.0, 0.3])
+    motion = ik.simulate(scene, hammer.neutral(), v, duration=5.0, rtol=1e-12, atol=1e-14)
+    momentum, energy = motion.momentum(), motion.energy().total
+    assert np.ptp(momentum.linear, axis=0).max() < 1e-10
+    assert np.ptp(momentum.angular, axis=0).max() < 1e-10
+    assert np.ptp(energy) < 1e-11 * energy[0]
+    lengths = np.linalg.norm(motion.q[:, 3:7], axis=1)
+    np.testing.assert_allclose(lengths, 1.0, atol=1e-14)
+
+
+def test_a_falling_chain_falls_as_its_centre_must():
+    chain = ik.Robot.from_urdf(MODELS / "whittaker_chain_10.urdf", root="freeflyer")
+    v = chain.velocity(joint_2=3.0, joint_5=-2.0)
+    motion = ik.simulate(ik.Scene(chain), chain.neutral(), v, duration=1.0, samples=11)
+    data = chain.model.createData()
+    start, speed = None, None
+    for t, q, rate in zip(motion.t, motion.q, motion.v, strict=True):
+        pin.centerOfMass(chain.model, data, q, rate)
+        if start is None:
+            start, speed = data.com[0].copy(), data.vcom[0].copy()
+        fall = np.array([0, 0, -0.5 * 9.81 * t**2])
+        np.testing.assert_allclose(data.com[0], start + t * speed + fall, atol=1e-9)
+
+
+def test_gravity_may_point_anywhere():
+    thing = particle()
+    scene = ik.Scene(thing, gravity=[1.0, -2.0, 3.0])
+    motion = ik.simulate(scene, [0, 0, 0], [0, 0, 0], duration=2.0)
+    np.testing.assert_allclose(motion.q[-1], [2.0, -4.0, 6.0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("root", ["fixed", "planar", "freeflyer"])
+def test_rates_of_a_chart_are_those_of_the_motion(root):
+    robot = ik.Robot.from_example("talos", root=root)
+    rng = np.random.default_rng(3)
+    q = pin.integrate(robot.model, robot.neutral(), rng.uniform(-1, 1, robot.nv))
+    v = rng.normal(size=robot.nv)
+    chart = Chart(robot.model)
+    x = chart.centred(q)
+    np.testing.assert_allclose(chart.configuration(x), q, atol=1e-14)
+    for size in (1e-8, 1e-6, 1e-4, 3e-4, 1e-3, 1e-2, 0.3):
+        # Along ẋ itself the configuration has to move with v.
+        moved = x + size * rng.uniform(-1, 1, robot.nv)
+        here = chart.configuration(moved)
+        rate = chart.rate(moved, here, v)
+        h = 1e-4
+        ways = [
+            pin.difference(robot.model, here, chart.configuration(moved + k * h * rate))
+            for k in (-2, -1, 1, 2)
+        ]
+        speed = (ways[0] - 8 * ways[1] + 8 * ways[2] - ways[3]) / (12 * h)
+        np.testing.assert_allclose(speed, v, rtol=0, atol=3e-9)
+
+
+def test_talos_in_flight_keeps_its_books():
+    talos = ik.Robot.from_example("talos", root="freeflyer")
+    v = np.random.default_rng(0).normal(size=talos.nv)
+    motion = ik.simulate(ik.Scene(talos), talos.neutral(), v, duration=1.0, samples=21)
+    energy = motion.energy().total
+    assert np.ptp(energy) < 1e-7 * np.abs(energy).max()
+    weight = talos.mass * 9.81 * motion.t
+    momentum = motion.momentum().linear
+    np.testing.assert_allclose(momentum[:, 2], momentum[0, 2] - weight, atol=1e-7)
+
+
+def test_a_robot_with_mimic_joints_moves_too():
+    robot = ik.Robot.from_urdf(MODELS / "gripper.urdf", mimic=True)
+    scene = ik.Scene(robot, forces=[ik.Actuator("left_slide", 0.1)], gravity=[0, 0, 0])
+    motion = ik.simulate(scene, robot.neutral(), robot.velocity(), duration=0.1)
+    energy = motion.energy().total
+    assert energy[-1] == pytest.approx(0.1 * motion.q[-1, 0], rel=1e-9)

@@ -1,0 +1,82 @@
+"""Bodies with corners by the functions that are compiled, against closed forms."""
+
+import coal
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.optimize import brentq
+
+import impulsekit as ik
+from impulsekit.geometry.polyhedron import polyhedron_of, separation_at
+from impulsekit.motion.travel import passage
+from impulsekit.robot import Robot
+
+from ...robots import one_body
+
+G = 9.81
+CUBE = one_body("box", 1, 0.2**2 / 6.0, '<box size="0.2 0.2 0.2"/>')
+FLOOR = '<robot name="floor"><link name="box"><collision><geometry><box size="9 9 0.2"/></geometry>'
+FLOOR += "</collision></link></robot>"
+
+
+@pytest.fixture(autouse=True)
+def asked_all_at_once(monkeypatch):
+    """Entries are asked whether they are compiled by now or not."""
+    asked = []
+    monkeypatch.setattr(passage, "_is_there", lambda entry: asked.append(entry) or True)
+    yield
+    assert asked
+
+
+def two_cubes():
+    cube = CUBE
+    both = ik.combine(a=cube, b=cube)
+    return ik.Scene(both, contacts=[ik.Collision("a/box", "b/box")], gravity=(0, 0, 0)), both
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_tumbling_cubes_touch_when_their_separation_is_gone(seed):
+    scene, robot = two_cubes()
+    rng = np.random.default_rng(seed)
+    turns = [pin.exp3(rng.normal(size=3)) for _ in range(2)]
+    spins, offset = rng.normal(size=(2, 3)) * 6.0, rng.uniform(-0.08, 0.08, size=3)
+    # A cube turns about any axis for ever, and its middle goes straight on.
+    starts = np.array([[-0.4, 0.0, 0.0], [0.4, *offset[1:]]])
+    speeds = np.array([[1.0, 0.1, 0.0], [-1.0, 0.0, 0.1]])
+    q, v = robot.configuration(), []
+    for k in range(2):
+        q[7 * k : 7 * k + 3] = starts[k]
+        q[7 * k + 3 : 7 * k + 7] = pin.Quaternion(turns[k]).coeffs()
+        v += [*turns[k].T.dot(speeds[k]), *turns[k].T.dot(spins[k])]
+    motion = ik.simulate(scene, q, np.array(v), 0.5)
+    cube = polyhedron_of(coal.Box(0.2, 0.2, 0.2))
+
+    def separation(t):
+        places = [
+            pin.SE3(pin.exp3(t * spins[k]).dot(turns[k]), starts[k] + t * speeds[k])
+            for k in range(2)
+        ]
+        return separation_at(cube, places[0], cube, places[1])[0]
+
+    times = np.linspace(0.0, 0.5, 2001)
+    gaps = np.array([separation(t) for t in times])
+    first = int(np.flatnonzero(gaps < 0.0)[0])
+    exact = brentq(separation, times[first - 1], times[first], xtol=1e-14)
+    assert motion.impacts[0][0] == pytest.approx(exact, abs=1e-9)
+
+
+def test_a_box_on_a_box_slides_until_friction_has_stopped_it():
+    mu, speed = 0.3, 0.6
+    cube, floor = CUBE, Robot.from_urdf(FLOOR)
+    both = ik.combine(a=cube, floor=floor)
+    scene = ik.Scene(
+        both, contacts=[ik.Collision("a/box", "floor/box", friction=mu)], gravity=(0, 0, -G)
+    )
+    place = {"a/root_joint": [0, 0, 0.2, 0, 0, 0, 1]}
+    start = both.velocity(**{"a/root_joint": [speed, 0, 0, 0, 0, 0]})
+    motion = ik.simulate(scene, both.configuration(**place), start, 0.4)
+    assert motion.status is ik.MotionStatus.FINISHED
+    assert motion.q[-1][0] == pytest.approx(speed**2 / (2.0 * mu * G), abs=1e-9)
+    before = speed / (mu * G) - 1e-3
+    assert motion.at(before)[1][0] == pytest.approx(speed - mu * G * before, abs=1e-9)
+    np.testing.assert_allclose(motion.v[-1], 0.0, atol=1e-9)

@@ -1,0 +1,162 @@
+"""Round bodies on faces: their tips are followed, and where another comes down is an impact."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.integrate import quad
+
+import impulsekit as ik
+from impulsekit.motion.gaps.contacts import Gaps
+from impulsekit.motion.rest.contacts import RestingContact
+from impulsekit.rows.reach import reached_model
+
+from ...robots import one_body
+from ..models import GRAVITY
+
+RADIUS, LENGTH = 0.1, 0.5
+ACROSS, ALONG = 2.0 * (3 * RADIUS**2 + LENGTH**2) / 12, 2.0 * RADIUS**2 / 2
+CYLINDER = f'<cylinder radius="{RADIUS}" length="{LENGTH}"/>'
+BALL = f'<sphere radius="{RADIUS}"/>'
+BLOCK = '<box size="2 2 0.4"/>'
+
+
+def body(name, shape):
+    return one_body(name, 2, (ACROSS, ACROSS, ALONG), shape)
+
+
+def random_place(rng):
+    turn = rng.normal(size=4)
+    return pin.XYZQUATToSE3(np.r_[rng.normal(size=3), turn / np.linalg.norm(turn)])
+
+
+@pytest.mark.parametrize("order", [("round/b", "block/g"), ("block/g", "round/b")])
+@pytest.mark.parametrize("shape", [BALL, CYLINDER])
+def test_rates_of_a_tip_are_those_of_its_rows(shape, order):
+    world = ik.combine(round=body("b", shape), block=body("g", BLOCK))
+    scene = ik.Scene(world, contacts=[ik.Collision(*order)])
+    reached = reached_model(world.model, range(1, world.model.njoints), keep_places=True)
+    gaps_of = Gaps(scene, reached)
+    model, (item,) = reached.model, gaps_of.items
+    rng = np.random.default_rng(5)
+    here, there = model.createData(), model.createData()
+    for _ in range(5):
+        block, turn = random_place(rng), random_place(rng).rotation
+        low = RADIUS
+        if shape is CYLINDER:
+            low = RADIUS * np.hypot(turn[2, 0], turn[2, 1]) + LENGTH / 2 * abs(turn[2, 2])
+        place = block * pin.SE3(turn, np.r_[rng.uniform(-0.3, 0.3, 2), 0.2 + low])
+        q = np.r_[pin.SE3ToXYZQUAT(place), pin.SE3ToXYZQUAT(block)]
+        v = rng.normal(size=model.nv)
+        pin.forwardKinematics(model, here, q, v, np.zeros(model.nv))
+        pin.computeJointJacobians(model, here)
+        item.hold(here)
+        assert len(item.held) == 1
+        assert abs(item.held_gaps(here)[0]) < 1e-14
+        rows = item.rows(here, q)
+        speeds, gaps, step = [], [], 1e-5
+        for sign in (1.0, -1.0):
+            pin.computeJointJacobians(model, there, pin.integrate(model, q, sign * step * v))
+            speeds.append(item.rows(there, q).dot(v))
+            gaps.append(item.held_gaps(there)[0])
+        rate = (speeds[0] - speeds[1]) / (2 * step)
+        bias = item.bias(here, q, v, rows)
+        # As a row of a table, in compiled code, it is the same.
+        told = gaps_of.rows_and_bias_at([RestingContact(0, 0, 0.0, 0.0)], q, v)
+        np.testing.assert_allclose(told[0], rows, rtol=0, atol=1e-14)
+        np.testing.assert_allclose(told[1], bias, rtol=0, atol=1e-13 * np.abs(bias).max())
+        np.testing.assert_allclose(bias, rate, rtol=0, atol=1e-7 * np.abs(rate).max())
+        normal = rows.dot(v)[2]
+        assert abs((gaps[0] - gaps[1]) / (2 * step) - normal) < 1e-8
+        item.hold(None)
+
+
+def height(tilt):
+    """Of the middle of a cylinder whose lower rim is on the floor [m]."""
+    return LENGTH / 2 * np.sin(tilt) + RADIUS * np.cos(tilt)
+
+
+def rate(tilt, begin):
+    """How fast a cylinder falls over on a floor without friction, by its energy [rad/s]."""
+    slope = LENGTH / 2 * np.cos(tilt) - RADIUS * np.sin(tilt)
+    fallen = 2.0 * GRAVITY * (height(begin) - height(tilt))
+    return np.sqrt(2.0 * fallen / (2.0 * slope**2 + ACROSS))
+
+
+GROUNDS = {
+    "floor": '<origin xyz="0 0 -0.5"/><geometry><box size="9 9 1"/>',
+    # Along x, where the other one falls.
+    "log": '<origin xyz="0 0 -0.3" rpy="0 1.5707963267948966 0"/><geometry>'
+    '<cylinder radius="0.3" length="9"/>',
+}
+
+
+@pytest.mark.parametrize(
+    ("ground", "e", "begin"),
+    [
+        ("floor", 0.0, 0.6),
+        ("floor", 0.5, 0.6),
+        pytest.param("log", 0.5, 0.05, marks=pytest.mark.slow),
+    ],
+)
+def test_the_other_end_of_a_cylinder_that_falls_over_is_an_impact(ground, e, begin):
+    floor = f'<robot name="f"><link name="f"><collision>{GROUNDS[ground]}'
+    floor += "</geometry></collision></link></robot>"
+    world = ik.combine(a=body("b", CYLINDER), f=ik.Robot.from_urdf(floor))
+    scene = ik.Scene(world, contacts=[ik.Collision("a/b", "f/f", restitution=e)])
+    # Its axis lies along z before it is turned about y.
+    q = np.r_[0, 0, height(begin), np.sin(0.25 * np.pi - begin / 2) * np.eye(3)[1], 0]
+    q[6] = np.cos(0.25 * np.pi - begin / 2)
+    # θ̇ ~ √(begin − θ): with θ = begin − s² nothing is singular.
+    time, _ = quad(lambda s: 2.0 * s / rate(begin - s * s, begin), 1e-9, np.sqrt(begin))
+    motion = ik.simulate(scene, q, np.zeros(6), duration=time + 1e-5)
+    assert motion.status.finished
+    met = [(t, impact) for t, impact in motion.impacts if t > 0.5 * time]
+    assert met[0][0] == pytest.approx(time, abs=1e-8 if ground == "floor" else 2e-6)
+    # The end that comes down is as fast as a cylinder that turns about its other rim is long.
+    impact = met[0][1]
+    end, speed = [0, 0, LENGTH / 2], LENGTH * rate(0.0, begin)
+    other = [0, 0, -LENGTH / 2]
+    ends = [impact.velocity_at("a/b", at).before[2] for at in (end, other)]
+    assert sorted(ends) == pytest.approx([-speed, 0.0], abs=1e-4)
+    after = [impact.velocity_at("a/b", at).after[2] for at in (end, other)]
+    assert max(after) == pytest.approx(e * speed, abs=1e-4)
+    assert min(after) > -1e-6
+
+
+FLOORS = {"plane": 'type="plane" size="9 9 1"', "box": 'type="box" size="9 9 1" pos="0 0 -1"'}
+# A trunk that slides and turns in a plane, a shin and a foot that is a capsule.
+FOOT = """<mujoco><compiler angle="radian"/><worldbody><geom name="floor" {}/><body name="trunk">
+<joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide" axis="0 0 1"/>
+<joint name="y" type="hinge" axis="0 1 0"/>
+<inertial pos="0 0 .1" mass="3" diaginertia=".05 .05 .05"/>
+<body name="shin"><joint name="knee" type="hinge" axis="0 1 0"/>
+<inertial pos="0 0 -.15" mass="2" diaginertia=".02 .02 .02"/><body name="foot" pos="0 0 -.3">
+<joint name="ankle" type="hinge" axis="0 1 0"/>
+<inertial pos=".05 0 0" mass="1" diaginertia=".01 .01 .01"/>
+<geom name="foot" type="capsule" fromto="-.08 0 0 .17 0 0" size=".04"/></body></body></body>
+</worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("q", "v"),
+    [([0, 0.36, 0.1, -0.2, 0.12], [0, 0, 0, 0, 0]), ([0, 0.38, 0.1, -0.2, 0.2], [1, 0, 0, 0, 1])],
+)
+def test_a_capsule_that_comes_to_lie_on_a_half_space_needs_few_steps(q, v):
+    ends = []
+    for floor in FLOORS.values():
+        robot = ik.Robot.from_mjcf(FOOT.format(floor))
+        contact = ik.Collision("foot", "floor", friction=0.6, restitution=0.3)
+        scene = ik.Scene(robot, contacts=[contact])
+        # Points that were found anew, within 1e-7 m of the floor, came and went at trial states.
+        motion = ik.simulate(scene, np.array(q, dtype=float), np.array(v, dtype=float), 0.2)
+        assert motion.status.finished
+        assert len(motion.step_times) < 100
+        ends.append(motion.q[-1])
+        # It lies there: both ends are as high as it is thick.
+        data = robot.model.createData()
+        pin.framesForwardKinematics(robot.model, data, motion.q[-1])
+        foot = data.oMf[robot.model.getFrameId("foot")]
+        for x in (-0.08, 0.17):
+            assert foot.act(np.r_[x, 0, 0])[2] == pytest.approx(0.04, abs=1e-8)
+    # Which of the last meetings, below 1e-3 m/s, are captured is told by rounding.
+    np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-6)

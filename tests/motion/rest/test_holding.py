@@ -1,0 +1,150 @@
+"""Motions of what sticks up to a force: pads, magnets, suction cups; against closed forms."""
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+from impulsekit.bench.urdf import joint_text, link_text, robot_text
+
+from ...robots import one_body
+
+G = 9.81
+BLOCK = one_body("block", 2, 0.02)
+
+
+def pad(at=(0, 0, 0), normal=(0, 0, -1), **more):
+    return ik.Contact("block", at=at, normal=normal, **({"name": "pad", "friction": 0.5} | more))
+
+
+def moved(contacts, duration, v=None, q=(0, 0, 0, 0, 0, 0, 1), **more):
+    scene = ik.Scene(BLOCK, contacts=contacts, **more)
+    start = BLOCK.velocity() if v is None else BLOCK.velocity(root_joint=v)
+    return ik.simulate(scene, BLOCK.configuration(root_joint=q), start, duration)
+
+
+def test_it_hangs_until_the_pull_is_more_than_the_pad_bears():
+    """A pull of 5 t: let go where m g + 5 t is the pad's 30 N."""
+    pull = ik.AppliedForce("block", linear=lambda t: [0, 0, -5 * t])
+    motion = moved([pad(adhesion=1.0, holding_force=30.0)], 3.0, forces=[pull])
+    end = (30 - 2 * G) / 5
+    assert motion.status.name == "FINISHED"
+    (rest,) = motion.rests
+    assert rest.end == pytest.approx(end, abs=1e-8)
+    assert not motion.impacts
+    assert motion.v[-1][2] == pytest.approx(-G * (3 - end) - 1.25 * (9 - end**2), abs=5e-8)
+    assert motion.contacts["pad"].force(1.0) == pytest.approx([0, 0, 2 * G + 5], abs=1e-10)
+    assert np.abs(motion.balance(0.0, 3.0).residual).max() < 1e-8
+
+
+@pytest.mark.parametrize(("force", "stays"), [(20.0, True), (19.0, False)])
+def test_thrown_to_the_ceiling_it_stays_if_the_pad_bears_its_weight(force, stays):
+    motion = moved(
+        [pad(adhesion=1.0, holding_force=force)], 1.0, [0, 0, 2, 0, 0, 0], (0, 0, -0.1, 0, 0, 0, 1)
+    )
+    up = (2 - np.sqrt(4 - 2 * G * 0.1)) / G
+    assert len(motion.impacts) == 1
+    assert motion.impacts[0][0] == pytest.approx(up, abs=1e-10)
+    assert motion.v[-1][2] == pytest.approx(0 if stays else -G * (1 - up), abs=1e-8)
+
+
+def test_a_blow_beyond_its_adhesion_takes_it_off():
+    """A stop at the end of a fall asks the pad for m v: more than it bears in one of two."""
+    for adhesion, stays in ((4.1, True), (3.9, False)):
+        pull = ik.AppliedImpulse("block", linear=[0, 0, -4.0])
+        motion = moved([pad(adhesion=adhesion, holding_force=25.0)], 0.2, impulses=[pull])
+        lost = 0.0 if stays else -(4.0 - adhesion) / 2 - 0.2 * G
+        assert motion.v[-1][2] == pytest.approx(lost, abs=1e-9)
+
+
+@pytest.mark.parametrize("force", [45.0, 35.0])
+def test_on_a_wall_friction_has_the_pull_to_rub_with(force):
+    wall = pad(normal=(1, 0, 0), holding_force=force)
+    motion = moved([wall], 1.0)
+    rate = max(G - 0.5 * force / 2, 0.0)
+    assert motion.v[-1][2] == pytest.approx(-rate, abs=1e-9)
+    held = min(2 * G, 0.5 * force)
+    assert motion.contacts["pad"].force(0.5) == pytest.approx([0, 0, held], abs=1e-9)
+
+
+def test_what_is_peeled_off_turns_about_its_other_pad():
+    """Two pads under a ceiling, weight between them, pulled at one end until the near one goes.
+
+    Statics: pads at ±a bear (W + F)/2 ± F b/(2a); the near one at F (1 + b/a) = 2 R − W.
+    """
+    a, b, bears = 0.1, 0.2, 30.0
+    pads = [
+        pad((x, 0, 0), name=name, holding_force=bears) for x, name in ((a, "near"), (-a, "far"))
+    ]
+    pull = ik.AppliedForce("block", at=[b, 0, 0], linear=lambda t: [0, 0, -20 * t])
+    motion = moved(pads, 0.8, forces=[pull])
+    end = (2 * bears - 2 * G) / (20 * (1 + b / a))
+    assert min(rest.end for rest in motion.rests) == pytest.approx(end, abs=1e-8)
+    assert motion.rests[0].contact == "near"
+    near = motion.contacts["near"].force(0.5)[2]
+    assert near == pytest.approx((2 * G + 10) / 2 + 10 * b / (2 * a), abs=1e-9)
+
+
+def test_a_gripper_keeps_what_it_has_caught_and_sets_it_swinging():
+    """A hand on a hinge catches a ball at its tip: then both swing as one pendulum."""
+    hand = ik.Robot.from_urdf(
+        robot_text(
+            "r",
+            *(link_text("base"), link_text("arm", 1, 0.1, at="1 0 0")),
+            link_text("ball", 0.5, 0.001),
+            joint_text("hinge", "revolute", "base", "arm", "0 -1 0", far=9),
+            joint_text("free", "floating", "base", "ball"),
+        )
+    )
+    # Three cups, so that the ball cannot turn against the hand.
+    cups = [
+        ik.Contact(
+            "ball",
+            at=at,
+            against="arm",
+            origin=[1, 0, 0],
+            adhesion=9.0,
+            holding_force=50.0,
+            friction=2.0,
+        )
+        for at in ([0.05, 0, 0], [-0.05, 0.05, 0], [-0.05, -0.05, 0])
+    ]
+    scene = ik.Scene(hand, contacts=cups)
+    q = hand.configuration(free=[1, 0, 0.2, 0, 0, 0, 1])
+    motion = ik.simulate(scene, q, hand.velocity(hinge=[0.0], free=[0, 0, -1.0, 0, 0, 0]), 0.3)
+    assert motion.status.name == "FINISHED"
+    hinge = hand.model.joints[hand.joint_id("hinge")]
+    caught = [i for i, t in enumerate(motion.t) if t > motion.impacts[-1][0] + 1e-9]
+
+    def energy(i):
+        angle, rate = motion.q[i][hinge.idx_q], motion.v[i][hinge.idx_v]
+        x, _, z = motion.q[i][:3]
+        inertia = 0.1 + 1.0 + 0.001 + 0.5 * (x**2 + z**2)
+        return 0.5 * inertia * rate**2 + G * (np.sin(angle) + 0.5 * z)
+
+    assert len(caught) > 5
+    energies = [energy(i) for i in caught]
+    assert max(energies) - min(energies) < 1e-8
+
+
+def test_what_it_needs_is_said():
+    with pytest.raises(ik.errors.InputError, match="give holding_force"):
+        moved([pad(adhesion=1.0)], 0.1)
+    with pytest.raises(ik.errors.RangeError, match="holding_force must be 0 or more"):
+        pad(holding_force=-1.0)
+    with pytest.raises(ik.errors.NotFiniteError, match="holding_force"):
+        pad(holding_force=np.inf)
+    with pytest.raises(ik.errors.InputError, match="holding_force holds what it touches"):
+        ik.Scene(BLOCK, contacts=[pad(holding_force=1.0, restitution=0.5)])
+    with pytest.raises(ik.errors.InputError, match="without adhesion"):
+        ik.Scene(BLOCK, contacts=[pad(holding_force=1.0, rolling=0.1)])
+    held = moved([pad(holding_force=30.0)], 0.1)
+    with pytest.raises(ik.errors.InputError, match="holding_force"):
+        ik.sensitivity(held)
+
+
+def test_without_a_pull_it_is_a_plain_contact():
+    plain = moved([pad(normal=(0, 0, 1))], 0.3, [1, 0, 0, 0, 0, 0])
+    again = moved([pad(normal=(0, 0, 1), holding_force=0.0)], 0.3, [1, 0, 0, 0, 0, 0])
+    # Code compiled in between may round otherwise in the last place.
+    assert np.abs(plain.q - again.q).max() < 1e-14
+    assert np.abs(plain.v - again.v).max() < 1e-13

@@ -1,0 +1,195 @@
+"""Painlevé's rod: friction jams a sliding end, which an impact without collision stops."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit.motion.course.present import Present, Stopped
+from impulsekit.motion.flight.flight import Flight
+from impulsekit.motion.rest.law import RestNotSolved
+from impulsekit.motion.steps.explicit import ExplicitStepper
+from impulsekit.scene.motion import MotionSettings
+
+from ..models import GRAVITY, MODELS
+from ..test_judgement import planar_scene
+
+# Of a slender rod of 1 kg and 1 m: where its mass is, and its inertia there.
+HALF, INERTIA = 0.5, 1.0 / 12.0
+MU = 5.0 / 3.0  # Glocker's: jams between 45 and 76 degrees, where tan²θ − 5 tan θ + 4 <= 0
+LAWS = [
+    ik.Law(),
+    ik.Law("poisson"),
+    ik.Law(slip="path"),
+    ik.Law("stronge", slip="path"),
+    ik.Law(order="sequential"),
+]
+
+
+@pytest.fixture(scope="module")
+def rod():
+    return ik.Robot.from_urdf(MODELS / "rod.urdf", root="freeflyer")
+
+
+def sliding(rod, angle, slip, spin, *, turn=None, shift=(0.0, 0.0, 0.0), **contact):
+    """Scene, q and v of a rod whose near end slides over a floor in a turned and moved world."""
+    turn = np.eye(3) if turn is None else turn
+    along = np.array([np.cos(angle), 0.0, np.sin(angle)])
+    attitude = turn @ np.column_stack([along, [0, 1, 0], np.cross(along, [0, 1, 0])])
+    q = rod.configuration(root_joint=pin.SE3ToXYZQUAT(pin.SE3(attitude, turn @ shift)))
+    velocity = attitude.T @ turn @ [slip, 0, 0]
+    v = rod.velocity(root_joint=[*velocity, *(attitude.T @ turn @ [0, -spin, 0])])
+    contact = {"friction": MU, **contact}
+    law = contact.pop("law", ik.Law())
+    floor = ik.Contact("rod", normal=turn @ [0, 0, 1], origin=turn @ shift, **contact)
+    return ik.Scene(rod, contacts=[floor], gravity=turn @ [0, 0, -GRAVITY], law=law), q, v
+
+
+def about_the_end(angle, slip, spin):
+    """ω when the sliding end is stopped: angular momentum about it is kept."""
+    r = HALF * np.array([np.cos(angle), np.sin(angle)])
+    x, y = slip - spin * r[1], spin * r[0]
+    return (INERTIA * spin + r[0] * y - r[1] * x) / (INERTIA + HALF**2)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: f"{law.restitution}-{law.slip}-{law.order}")
+@pytest.mark.parametrize("degrees", [45.0, 45.01, 50.0, 60.0, 75.9])
+def test_a_jammed_end_stops_at_once_and_the_motion_goes_on(rod, degrees, law):
+    angle = np.radians(degrees)
+    for slip, spin in ((-2.0, 0.0), (-0.3, 1.0), (-2.0, -1.0)):
+        scene, q, v = sliding(rod, angle, slip, spin, law=law, restitution=0.6)
+        motion = ik.simulate(scene, q, v, duration=0.1, samples=51)
+        assert motion.status.finished, motion.detail
+        time, jam = motion.impacts[0]
+        assert time == 0.0
+        assert jam.status is ik.Status.PAINLEVE_JAM
+        end = jam.velocity_at("rod")
+        np.testing.assert_allclose(end.before, [slip, 0, 0], atol=1e-10)
+        np.testing.assert_allclose(end.after, 0.0, atol=1e-12)
+        spin_after = -(pin.XYZQUATToSE3(q).rotation @ jam.v_after[3:])[1]
+        assert spin_after == pytest.approx(about_the_end(angle, slip, spin), abs=1e-12)
+        assert np.diff(motion.energy().total).max() < 1e-9
+
+
+@pytest.mark.parametrize("degrees", [30.0, 44.99, 75.98, 85.0])
+@pytest.mark.parametrize("slip", [-2.0, 2.0])
+def test_outside_these_angles_nothing_jams_at_the_start(rod, degrees, slip):
+    scene, q, v = sliding(rod, np.radians(degrees), slip, 0.0)
+    motion = ik.simulate(scene, q, v, duration=1e-3)
+    assert motion.status.finished
+    assert not motion.impacts
+
+
+@pytest.mark.parametrize("degrees", [50.0, 70.0])
+def test_the_other_way_nothing_jams(rod, degrees):
+    scene, q, v = sliding(rod, np.radians(degrees), 2.0, 0.0)
+    motion = ik.simulate(scene, q, v, duration=1e-3)
+    assert motion.status.finished
+    assert not motion.impacts
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_jam_is_the_same_wherever_the_world_is_and_however_it_is_turned(rod, seed):
+    rng = np.random.default_rng(seed)
+    turn = pin.Quaternion(*(q := rng.normal(size=4)) / np.linalg.norm(q)).matrix()
+    angle, slip, spin = np.radians(rng.uniform(46, 75)), -rng.uniform(0.01, 10), rng.normal()
+    scene, q, v = sliding(rod, angle, slip, spin)
+    plain = ik.simulate(scene, q, v, duration=0.05)
+    scene, q, v = sliding(rod, angle, slip, spin, turn=turn, shift=rng.normal(size=3) * 10.0)
+    moved = ik.simulate(scene, q, v, duration=0.05)
+    assert plain.status.finished
+    assert moved.status.finished
+    assert plain.impacts[0][1].status is moved.impacts[0][1].status is ik.Status.PAINLEVE_JAM
+    np.testing.assert_allclose(moved.v[-1], plain.v[-1], atol=1e-8 * (1.0 + abs(slip)))
+
+
+def test_a_rod_that_slides_into_the_angle_of_jams_goes_on(rod):
+    # At 40 degrees with spin enough to come to 45 while it slides.
+    for spin in (0.5, 2.0, 4.0):
+        scene, q, v = sliding(rod, np.radians(40.0), -6.0, spin)
+        motion = ik.simulate(scene, q, v, duration=0.5)
+        assert motion.status.finished, motion.detail
+        assert np.diff(motion.energy().total).max() < 1e-8
+
+
+@pytest.mark.parametrize("seed", [25, 33])
+def test_what_is_wedged_without_any_force_stands_still(seed):
+    """Redundant contacts stop a body wholly: what rounding leaves asks for no forces."""
+    scene, q, v, _ = planar_scene(seed)
+    motion = ik.simulate(scene, q, v, duration=1.0)
+    assert motion.status.finished, motion.detail
+    assert np.abs(motion.v[-1]).max() < 1e-12
+
+
+def test_feet_of_a_robot_that_jam_one_after_the_other():
+    """A quadruped lands on stiff joints: a foot that friction jams while it hardly slides stops."""
+    robot = ik.Robot.from_example("anymal", root="freeflyer")
+    feet = ["LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"]
+    q = robot.neutral()
+    height = min(robot.placement(q, foot).position[2] for foot in feet)
+    q = robot.configuration(root_joint=[0, 0, 0.05 - height, 0, 0, 0, 1])
+    joints = list(robot.model.names)[2:]
+    springs = [ik.JointSpring(name, stiffness=3000.0, damping=0.5) for name in joints]
+    contacts = [ik.Contact(foot, friction=0.6) for foot in feet]
+    scene = ik.Scene(robot, contacts=contacts, forces=springs)
+    motion = ik.simulate(scene, q, robot.velocity(), duration=0.21, samples=43)
+    assert motion.status is ik.MotionStatus.FINISHED
+    # Nothing drives it: energy only falls, up to what integration leaves.
+    energy = motion.energy().total
+    assert np.diff(energy).max() < 1e-6 * energy.max() and len(motion.impacts) > 15
+
+
+def test_a_first_step_is_found_where_the_state_a_guess_away_has_no_forces():
+    """Slip that stops at once has reversed by then, and jams as no motion ever comes to it."""
+    ball = ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer")
+    now = Present(ik.Scene(ball), ball.neutral(), ball.velocity(), MotionSettings())
+    flight, end = Flight(now), 1e-5
+
+    def rates(t, y):
+        if t > end:
+            raise RestNotSolved("none")
+        return np.ones_like(y)
+
+    flight._stepper = ExplicitStepper(rates, 1e-9, 1e-9)
+    flight.restart()
+    step = flight.step()
+    assert 0.0 < step.end <= end
+    with pytest.raises(Stopped) as stop:
+        end = -1.0
+        flight.restart()
+    assert stop.value.status is ik.MotionStatus.REST_NOT_SOLVED
+
+
+# Solo12 on its way down, its joints turned as they fell, in a state found by a fall from 0.5 m.
+SINKING = {
+    "q": [0.04263, 0.21317, -0.14945, 0.75739, 0.10826, -0.18575, -0.61655],
+    "legs": [
+        [-3.96008, 2.24177, 0.47422],
+        [-4.51109, 4.13943, -8.81951],
+        [-0.73733, -0.03451, -6.4481],
+        [-4.61967, 5.21974, -9.14937],
+    ],
+    "v": [0.7336, 0.2394, 0.3456, 6.9717, -3.7012, -1.6813],
+    "leg_speeds": [
+        [-14.7528, 0.9202, -6.7441],
+        [-5.5185, -1.7025, 1.4999],
+        [-8.1913, 2.4819, 6.544],
+        [-35.2222, 11.3232, -7.9051],
+    ],
+}
+
+
+def test_a_foot_whose_force_grows_without_bound_as_its_slip_ends_is_followed():
+    """Steps there are of nanoseconds; after one without forces, ever longer ones were tried."""
+    solo = ik.Robot.from_example("solo12", root="freeflyer")
+    feet = [
+        ik.Contact(foot, normal=[0, 0, 1], friction=0.8, name=foot)
+        for foot in ("FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT")
+    ]
+    scene = ik.Scene(solo, contacts=feet)
+    q = np.concatenate([SINKING["q"], *SINKING["legs"]])
+    v = np.concatenate([SINKING["v"], *SINKING["leg_speeds"]])
+    motion = ik.simulate(scene, pin.normalize(solo.model, q), v, duration=0.01)
+    assert motion.status.finished, motion.detail
+    assert np.diff(motion.energy().total).max() < 1e-9
+    assert max(abs(impact.residuals.largest) for _, impact in motion.impacts) < 1e-9

@@ -1,0 +1,243 @@
+"""Contacts that rest: friction that stops, sticks and slides, contacts that let go."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+import scipy.integrate
+
+import impulsekit as ik
+
+from ..models import GRAVITY, MODELS, particle, sliders
+
+TILT = 0.4
+NORMAL = [np.sin(TILT), 0.0, np.cos(TILT)]
+DOWNHILL = np.array([np.cos(TILT), 0.0, -np.sin(TILT)])
+
+
+def on_plane(friction, v, duration, normal=(0, 0, 1), **changes):
+    contact = ik.Contact("z", normal=normal, friction=friction, name="floor")
+    scene = ik.Scene(particle(), contacts=[contact])
+    return ik.simulate(scene, [0, 0, 0], v, duration=duration, **changes)
+
+
+def test_sliding_stops_where_friction_says():
+    motion = on_plane(0.3, [2.0, 1.0, 0.0], 2.0)
+    speed = np.hypot(2.0, 1.0)
+    braking = 0.3 * GRAVITY
+    way = np.linalg.norm(motion.q, axis=1)
+    t = np.minimum(motion.t, speed / braking)
+    np.testing.assert_allclose(way, speed * t - 0.5 * braking * t**2, atol=1e-9)
+    assert np.abs(motion.v[motion.t > speed / braking]).max() < 1e-12
+
+
+@pytest.mark.parametrize(("friction", "slides"), [(0.3, True), (0.42, True), (0.43, False)])
+def test_a_slope_holds_up_to_the_angle_of_friction(friction, slides):
+    motion = on_plane(friction, [0, 0, 0], 1.0, NORMAL)
+    rate = max(0.0, GRAVITY * (np.sin(TILT) - friction * np.cos(TILT)))
+    assert slides == (rate > 0.0)
+    np.testing.assert_allclose(motion.q[-1], 0.5 * rate * DOWNHILL, atol=1e-9)
+
+
+def test_thrown_up_a_slope_it_stops_and_slides_back():
+    motion = on_plane(0.3, -3.0 * DOWNHILL, 2.0, NORMAL)
+    up = GRAVITY * (np.sin(TILT) + 0.3 * np.cos(TILT))
+    down = GRAVITY * (np.sin(TILT) - 0.3 * np.cos(TILT))
+    stop = 3.0 / up
+    way = -4.5 / up + 0.5 * down * (2.0 - stop) ** 2
+    np.testing.assert_allclose(motion.q[-1], way * DOWNHILL, atol=1e-9)
+
+
+def test_a_contact_lets_go_when_its_force_turns():
+    robot = sliders(1)
+    lift = ik.AppliedForce("b00", linear=lambda t: (0.0, 0.0, 20.0 * t))
+    scene = ik.Scene(robot, contacts=[ik.Contact("b00", name="floor")], forces=[lift])
+    motion = ik.simulate(scene, [0.0], [0.0], duration=1.5)
+    off = GRAVITY / 20.0
+    (rest,) = motion.rests
+    assert rest.end == pytest.approx(off, abs=1e-3)
+    t = np.maximum(motion.t - off, 0.0)
+    np.testing.assert_allclose(motion.q[:, 0], 20.0 * t**3 / 6.0, atol=1e-8)
+
+
+def test_a_stop_bears_a_joint_and_lets_it_go():
+    robot = sliders(1)
+    pull = ik.AppliedForce("b00", linear=lambda t: (0.0, 0.0, 4.0 * GRAVITY if t > 1.0 else 0.0))
+    stop = ik.JointStop("z00", lower=-0.5)
+    scene = ik.Scene(robot, contacts=[stop], forces=[pull])
+    motion = ik.simulate(scene, [0.0], [0.0], duration=1.2)
+    (rest,) = motion.rests
+    assert rest.start == pytest.approx(np.sqrt(1.0 / GRAVITY), abs=1e-9)
+    assert rest.end == pytest.approx(1.0, abs=1e-6)
+    assert motion.q[-1, 0] == pytest.approx(-0.5 + 1.5 * GRAVITY * 0.2**2, abs=1e-6)
+
+
+def test_a_box_on_four_corners_rests_though_loads_are_not_unique():
+    box = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer")
+    corners = [(x, y, -0.05) for x in (-0.15, 0.15) for y in (-0.1, 0.1)]
+    contacts = [ik.Contact("box", at=c, friction=0.5) for c in corners]
+    scene = ik.Scene(box, contacts=contacts)
+    q = box.configuration(root_joint=[0, 0, 0.05, 0, 0, 0, 1])
+    v = box.velocity(root_joint=[1.0, 0.5, 0, 0, 0, 0])
+    motion = ik.simulate(scene, q, v, duration=1.0)
+    assert motion.status.finished
+    assert np.abs(motion.v[-1]).max() < 1e-10
+    way = np.hypot(1.0, 0.5) ** 2 / (2 * 0.5 * GRAVITY)
+    np.testing.assert_allclose(np.hypot(*motion.q[-1, :2]), way, atol=1e-8)
+    assert np.diff(motion.energy().total).max() < 1e-12
+
+
+def test_a_dropped_tilted_box_comes_to_rest_on_its_corners():
+    box = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer")
+    corners = [(x, y, z) for x in (-0.15, 0.15) for y in (-0.1, 0.1) for z in (-0.05, 0.05)]
+    contacts = [ik.Contact("box", at=c, friction=0.5, restitution=0.2) for c in corners]
+    turn = pin.Quaternion(pin.rpy.rpyToMatrix(0.3, 0.2, 0.1)).coeffs()
+    q = box.configuration(root_joint=[0, 0, 0.4, *turn])
+    motion = ik.simulate(ik.Scene(box, contacts=contacts), q, box.velocity(), duration=2.0)
+    assert motion.status.finished, motion.detail
+    assert np.abs(motion.v[-1]).max() < 1e-8
+    assert motion.q[-1, 2] == pytest.approx(0.05, abs=1e-9)
+    assert np.diff(motion.energy().total).max() < 1e-9
+
+
+def test_a_slip_that_begins_slowly_turns_as_it_should():
+    def pull(t):
+        return np.array([5.8 + 600.0 * t, 0.9, 0.0])
+
+    contact = ik.Contact("z", friction=0.3, name="floor")
+    scene = ik.Scene(particle(), contacts=[contact], forces=[ik.AppliedForce("z", linear=pull)])
+    motion = ik.simulate(scene, [0, 0, 0], [0, 0, 0], duration=0.02)
+    assert motion.status.finished
+
+    hold = 0.3 * 2.0 * GRAVITY
+    start = (np.sqrt(hold**2 - 0.9**2) - 5.8) / 600.0
+
+    def rates(t, y):
+        return np.concatenate([y[2:], (pull(t)[:2] - hold * y[2:] / np.hypot(*y[2:])) / 2.0])
+
+    nearly_still = 1e-11 * pull(start)[:2]
+    path = scipy.integrate.solve_ivp(
+        rates, (start, 0.02), [0, 0, *nearly_still], "Radau", rtol=1e-9, atol=1e-14
+    )
+    np.testing.assert_allclose(motion.q[-1, :2], path.y[:2, -1], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(motion.v[-1, :2], path.y[2:, -1], rtol=0, atol=1e-7)
+    # The slower the slip, the faster it may turn: below the capture speed it does not.
+    assert motion.steps < 500
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau"])
+def test_a_leg_that_moves_over_its_foot_is_not_held_up_by_loose_tolerances(method):
+    leg = ik.Robot.from_urdf(ik.models.pendulum_urdf(3))
+    q = leg.configuration(joint_1=0.5, joint_2=-1.0, joint_3=0.8)
+    data = leg.model.createData()
+
+    def tip(q):
+        pin.framesForwardKinematics(leg.model, data, q)
+        return data.oMf[leg.frame_id("link_3")].act(np.array([0.0, 0.0, -1.0]))
+
+    foot = ik.Contact("link_3", at=[0, 0, -1], origin=tip(q), friction=2.0)
+    springs = [ik.JointSpring(f"joint_{i}", stiffness=40, damping=2) for i in (1, 2, 3)]
+    scene = ik.Scene(leg, contacts=[foot], forces=springs)
+    loose = {"method": method, "rtol": 1e-5, "atol": 1e-7}
+    motion = ik.simulate(scene, q, leg.velocity(), duration=2.0, **loose)
+    assert [rest.end for rest in motion.rests] == [np.inf]
+    assert np.abs(motion.q[-1] - q).max() > 0.5
+    np.testing.assert_allclose(tip(motion.q[-1])[2], tip(q)[2], atol=1e-13)
+    np.testing.assert_allclose(tip(motion.q[-1])[0], tip(q)[0], atol=1e-6)
+    # Noise of the tolerance in the foot's speed does not count as lifting.
+    assert motion.steps < 200
+
+
+FLOOR = """<robot name="f"><link name="floor"><collision><origin xyz="0 0 -0.5"/>
+<geometry><box size="20 20 1"/></geometry></collision></link></robot>"""
+
+
+@pytest.mark.parametrize("tilt", [(0.0, 0.0), (0.3, 0.2)])
+@pytest.mark.parametrize("restitution", [0.0, 0.3])
+def test_a_box_that_collides_comes_to_rest_on_its_face(tilt, restitution):
+    box = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer")
+    world = ik.combine(floor=ik.Robot.from_urdf(FLOOR), box=box)
+    turn = pin.Quaternion(pin.rpy.rpyToMatrix(*tilt, 0.0)).coeffs()
+    q = world.configuration({"box/root_joint": [0, 0, 0.3, *turn]})
+    contact = ik.Collision("box/box", "floor/floor", restitution=restitution, friction=0.5)
+    scene = ik.Scene(world, contacts=[contact])
+    motion = ik.simulate(scene, q, world.velocity(), duration=1.5, max_steps=3000)
+    assert motion.status.finished, motion.detail
+    assert np.abs(motion.v[-1]).max() < 1e-8
+    assert motion.q[-1, 2] == pytest.approx(0.05, abs=1e-6)
+    assert motion.q[:, 2].min() > 0.05 - 1e-6
+    # What coal can tell of gaps, times the weight.
+    assert np.diff(motion.energy().total).max() < 1e-5
+
+
+def test_a_ball_slides_until_it_rolls():
+    ball = ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer")
+    world = ik.combine(floor=ik.Robot.from_urdf(FLOOR), ball=ball)
+    contact = ik.Collision("ball/ball", "floor/floor", friction=0.3)
+    q = world.configuration({"ball/root_joint": [0, 0, 0.05, 0, 0, 0, 1]})
+    v = world.velocity({"ball/root_joint": [1.0, 0, 0, 0, 0, 0]})
+    motion = ik.simulate(ik.Scene(world, contacts=[contact]), q, v, duration=0.5, samples=26)
+    stop = 2.0 / (7.0 * 0.3 * GRAVITY)
+    t = np.minimum(motion.t, stop)
+    way = t - 0.5 * 0.3 * GRAVITY * t**2 + 5.0 / 7.0 * (motion.t - t)
+    np.testing.assert_allclose(motion.q[:, 0], way, atol=1e-6)
+    np.testing.assert_allclose(motion.q[:, 2], 0.05, atol=1e-8)
+
+
+FEET = ("FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT")
+
+
+@pytest.mark.slow
+def test_solo12_dropped_on_a_rough_floor_comes_to_rest():
+    solo = ik.Robot.from_example("solo12", root="freeflyer")
+    pose = {"root_joint": [0, 0, 0, 0, 0, 0, 1]}
+    for leg, sign in (("FL", 1), ("FR", 1), ("HL", -1), ("HR", -1)):
+        pose |= {f"{leg}_HFE": 0.8 * sign, f"{leg}_KFE": -1.6 * sign}
+    q = solo.configuration(pose)
+    data = solo.model.createData()
+
+    def lowest(q):
+        pin.framesForwardKinematics(solo.model, data, q)
+        return min(data.oMf[solo.frame_id(foot)].translation[2] for foot in FEET)
+
+    q[2] = 0.3 - lowest(q)
+    joints = [solo.model.joints[solo.model.getJointId(name)] for name in solo.joint_names[1:]]
+    forces = [
+        ik.JointSpring(name, stiffness=20, damping=0.5, rest=q[joint.idx_q])
+        for name, joint in zip(solo.joint_names[1:], joints, strict=True)
+    ]
+    contacts = [ik.Contact(foot, friction=0.8, restitution=0.2, name=foot) for foot in FEET]
+    scene = ik.Scene(solo, contacts=contacts, forces=forces)
+    motion = ik.simulate(scene, q, solo.velocity(), duration=5.0, samples=501)
+    assert motion.status.finished, motion.detail
+    assert min(lowest(motion.at(t)[0]) for t in np.linspace(0, 5, 3001)) > -1e-6
+    assert np.abs(motion.v[-1]).max() < 1e-9
+    assert {rest.contact for rest in motion.rests if rest.end == np.inf} == set(FEET)
+    energy = motion.energy().total
+    assert np.diff(energy).max() < 1e-12 * energy[0]
+
+
+def test_slow_slip_at_the_start_is_kept():
+    # Half the capture speed, against a friction that the pull just balances: it goes on.
+    robot, mu, slip = particle(mass=2.0), 0.5, 5e-8
+    pull = ik.AppliedForce("z", linear=[mu * 2.0 * GRAVITY, 0, 0])
+    scene = ik.Scene(robot, contacts=[ik.Contact("z", friction=mu)], forces=[pull])
+    motion = ik.simulate(scene, robot.neutral(), robot.velocity(along_x=slip), duration=1.0)
+    np.testing.assert_allclose(motion.q[-1, 0], slip, rtol=1e-6)
+
+
+def test_very_slow_slip_says_that_radau_helps():
+    # Yaw of a box that slides is damped at a rate of some 15 / slip.
+    box, mu = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer"), 0.5
+    corners = [
+        ik.Contact("box", at=[x, y, -0.05], friction=mu)
+        for x in (-0.05, 0.05)
+        for y in (-0.05, 0.05)
+    ]
+    pull = [mu * box.mass * GRAVITY * (1 + 1e-4), 0, 0]
+    scene = ik.Scene(box, contacts=corners, forces=[ik.AppliedForce("box", pull, at=[0, 0, -0.05])])
+    q = box.configuration(root_joint=[0, 0, 0.05, 0, 0, 0, 1])
+    stopped = ik.simulate(scene, q, box.velocity(), duration=0.2, max_steps=60)
+    assert stopped.status is ik.MotionStatus.TOO_MANY_STEPS
+    assert 'method="radau"' in stopped.detail
+    motion = ik.simulate(scene, q, box.velocity(), duration=0.2, method="radau")
+    np.testing.assert_allclose(motion.v[-1, 0], 0.2 * mu * GRAVITY * 1e-4, rtol=1e-4)

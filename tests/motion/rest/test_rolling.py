@@ -1,0 +1,207 @@
+"""Rolling and torsional friction in motions, against closed forms."""
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+
+from ...robots import one_body
+
+BALL = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+ON_FLOOR = BALL.with_ground()
+MASS, INERTIA, R, G = 0.5, 5e-4, 0.05, 9.81
+
+
+def rolled(v, duration, *, gravity=(0, 0, -G), height=R, **coefficients):
+    floor = ik.Collision("ball", "ground", name="floor", **coefficients)
+    scene = ik.Scene(ON_FLOOR, contacts=[floor], gravity=gravity)
+    q = ON_FLOOR.configuration(root_joint=[0, 0, height, 0, 0, 0, 1])
+    return ik.simulate(scene, q, ON_FLOOR.velocity(root_joint=v), duration=duration)
+
+
+def test_a_ball_stops_rolling_at_the_closed_form_time():
+    """(I + m R²) ω̇ = −ρ m g, of sticking friction; Chrono's case."""
+    rho, w = 4e-3, 10.0
+    stop = w * (INERTIA + MASS * R**2) / (rho * MASS * G)
+    motion = rolled([w * R, 0, 0, 0, w, 0], stop + 0.1, friction=0.4, rolling=rho)
+    assert motion.status.name == "FINISHED"
+    assert np.abs(motion._path.step_times - stop).min() < 1e-7
+    assert np.abs(motion.at(stop + 0.05)[1]).max() < 1e-9
+    assert motion.at(stop + 0.05)[0][0] == pytest.approx(0.5 * w * R * stop, abs=1e-8)
+    assert motion.contacts["floor"].moment(0.3 * stop) == pytest.approx(
+        [0, -rho * MASS * G, 0], abs=1e-9
+    )
+    assert np.abs(motion.balance().residual).max() < 1e-7
+    lost = 0.5 * MASS * (w * R) ** 2 + 0.5 * INERTIA * w**2
+    assert motion.contacts["floor"].work() == pytest.approx(-lost, rel=1e-7)
+
+
+def test_a_ball_stops_spinning_at_the_closed_form_time():
+    tau, w = 2e-3, 5.0
+    stop = w * INERTIA / (tau * MASS * G)
+    motion = rolled([0, 0, 0, 0, 0, w], stop + 0.1, friction=0.4, torsion=tau)
+    assert np.abs(motion._path.step_times - stop).min() < 1e-7
+    assert np.abs(motion.at(stop + 0.05)[1]).max() < 1e-9
+    assert motion.at(0.5 * stop)[1][5] == pytest.approx(0.5 * w, rel=1e-9)
+
+
+@pytest.mark.parametrize(("slope", "moves"), [(0.07, False), (0.09, True)])
+def test_a_ball_on_a_slope_rolls_above_rho_over_r(slope, moves):
+    """It stays while tan α < ρ/R = 0.08, and then rolls with m g (sin α R − cos α ρ)."""
+    rho, a = 4e-3, np.arctan(slope)
+    gravity = (G * np.sin(a), 0, -G * np.cos(a))
+    motion = rolled(np.zeros(6), 0.3, gravity=gravity, friction=0.5, rolling=rho)
+    rate = MASS * G * (np.sin(a) * R - np.cos(a) * rho) / (INERTIA + MASS * R**2) if moves else 0
+    assert motion.status.name == "FINISHED"
+    q, v = motion.at(0.3)
+    found = np.concatenate([_rotation(q[3:7]) @ v[:3], v[3:]])
+    assert found == pytest.approx([0.3 * rate * R, 0, 0, 0, 0.3 * rate, 0], abs=1e-8)
+
+
+def test_slipping_rolling_and_spinning_at_once_against_an_own_integration():
+    """A ball thrown along the floor: slip turns into rolling while both moments act."""
+    from scipy.integrate import solve_ivp
+
+    mu, rho, tau = 0.2, 1e-3, 5e-4
+
+    def rates(t, y):
+        vx, vy, wx, wy, wz = y
+        slip = np.array([vx - wy * R, vy + wx * R])
+        f = -mu * MASS * G * slip / np.linalg.norm(slip)
+        turn = -rho * MASS * G * np.array([wx, wy]) / np.hypot(wx, wy)
+        return [
+            *(f / MASS), (f[1] * R + turn[0]) / INERTIA, (-f[0] * R + turn[1]) / INERTIA,
+            -np.sign(wz) * tau * MASS * G / INERTIA,
+        ]  # fmt: skip
+
+    start, end = [1.0, 0.3, 2.0, -6.0, 4.0], 0.12
+    truth = solve_ivp(rates, (0, end), start, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    v = [start[0], start[1], 0, *start[2:]]
+    motion = rolled(v, end, friction=mu, rolling=rho, torsion=tau)
+    # The ball's own axes have turned.
+    q, u = motion.at(end)
+    turn = _rotation(q[3:7])
+    found = np.concatenate([(turn @ u[:3])[:2], turn @ u[3:]])
+    assert found == pytest.approx(truth, abs=1e-7)
+
+
+def test_a_ball_that_slips_askew_goes_on_slipping():
+    """Its slip falls by (7/2) µ g without turning, whatever its spin; steps may lift it a hair."""
+    start = np.array([1.0 + 6.0 * R, 0.3 + 2.0 * R])
+    motion = rolled([1.0, 0.3, 0, 2.0, -6.0, 4.0], 0.12, friction=0.2)
+    q, v = motion.at(0.12)
+    v, w = _rotation(q[3:7]) @ v[:3], _rotation(q[3:7]) @ v[3:]
+    size = np.linalg.norm(start)
+    slip = start * (1 - 3.5 * 0.2 * G * 0.12 / size)
+    assert [v[0] - w[1] * R, v[1] + w[0] * R] == pytest.approx(slip, abs=1e-8)
+
+
+def _rotation(quaternion):
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_quat(quaternion).as_matrix()
+
+
+def test_zero_coefficients_change_no_bit():
+    v = [0.5, 0.2, 0, 1.0, 3.0, 2.0]
+    plain = rolled(v, 0.2, friction=0.3, restitution=0.5, height=R + 1e-3)
+    zero = rolled(v, 0.2, friction=0.3, restitution=0.5, height=R + 1e-3, rolling=0.0, torsion=0.0)
+    assert plain.q.tobytes() == zero.q.tobytes() and plain.v.tobytes() == zero.v.tobytes()
+
+
+def test_it_bounces_and_comes_to_rest():
+    motion = rolled(
+        [0.3, 0, 0, 0, 0, 3], 2.0, height=R + 0.02,
+        restitution=0.3, friction=0.4, rolling=5e-3, torsion=5e-3,
+    )  # fmt: skip
+    assert motion.status.name == "FINISHED" and len(motion.impacts) > 2
+    assert np.abs(motion.v[-1]).max() < 1e-9
+    first = motion.impacts[0][1].contacts[0].points[0].turning
+    assert first.rolling == "rolling" and first.spin in ("spinning", "sticking")
+
+
+def test_a_lone_point_that_strikes_resists_spin():
+    """Also where compiled code strikes lone points: it does not know of moments."""
+    from impulsekit.motion.travel.strike import strike_point
+
+    strike_point.load()
+    floor = ik.Contact("ball", restitution=0.5, friction=0.3, torsion=2e-3)
+    q = BALL.configuration(root_joint=[0, 0, 0.1, 0, 0, 0, 1])
+    scene = ik.Scene(BALL, contacts=[floor])
+    motion = ik.simulate(scene, q, BALL.velocity(root_joint=[0, 0, 0, 0, 0, 9]), duration=0.2)
+    impact = motion.impacts[0][1]
+    normal = 1.5 * MASS * np.sqrt(2 * G * 0.1)
+    assert motion.v[-1][5] == pytest.approx(9 - 2e-3 * normal / INERTIA, rel=1e-9)
+    assert impact.contacts[0].points[0].turning.spin == "spinning"
+
+
+def test_a_motion_comes_back_from_its_file(tmp_path):
+    motion = rolled([0.5, 0, 0, 0, 10, 0], 0.2, friction=0.4, rolling=4e-3)
+    motion.save(tmp_path / "motion.npz")
+    again = ik.Trajectory.load(tmp_path / "motion.npz")
+    assert again.contacts["floor"].moment(0.1) == pytest.approx(
+        motion.contacts["floor"].moment(0.1), rel=1e-9
+    )
+
+
+@pytest.mark.parametrize("spin", [0.0, 2.0])
+def test_a_box_that_slides_on_four_points_that_resist_turning(spin):
+    """Moments that nothing turns against do no work and share no load: it slides as without."""
+    box = one_body("box", 1, 0.0067)
+
+    def slid(**more):
+        feet = [
+            ik.Contact("box", at=[x, y, -0.1], friction=0.3, **more)
+            for x in (-0.1, 0.1)
+            for y in (-0.1, 0.1)
+        ]
+        scene = ik.Scene(box, contacts=feet, gravity=[0, 0, -G])
+        q = box.configuration(root_joint=[0, 0, 0.1, 0, 0, 0, 1])
+        v = box.velocity(root_joint=[0.6, 0.1, 0, 0, 0, spin])
+        return ik.simulate(scene, q, v, 0.4)
+
+    own, plain = slid(rolling=0.002), slid()
+    assert own.status is ik.MotionStatus.FINISHED
+    assert np.abs(own.q[-1] - plain.q[-1]).max() < 1e-8
+    if not spin:
+        way = (0.6**2 + 0.1**2) / (2 * 0.3 * G)
+        assert np.hypot(*own.q[-1][:2]) == pytest.approx(way, abs=1e-9)
+        assert np.abs(own.v[:, 3:]).max() < 1e-9
+        return
+    # Torsion takes torsion·m g from its spin: it turns less.
+    turned = [2 * np.arcsin(m.q[-1][5]) for m in (slid(torsion=0.02), plain)]
+    assert 0.0 < turned[0] < turned[1] - 1e-3
+
+
+def test_a_point_that_comes_to_rest_again_goes_on_rolling():
+    """A block rocks from one edge to the other: in each impact it keeps 0.81 of its turning."""
+    robot = one_body("b", 2, 0.01)
+    edges = [
+        ik.Contact("b", at=[x, 0, -0.3], friction=0.8, rolling=rolling)
+        for x, rolling in ((-0.1, 1e-4), (0.1, 0.0))
+    ]
+    tilt = 0.1
+    height = 0.3 * np.cos(tilt) + 0.1 * np.sin(tilt)
+    q = [0, 0, height, 0, np.sin(tilt / 2), 0, np.cos(tilt / 2)]
+    motion = ik.simulate(ik.Scene(robot, contacts=edges), q, robot.velocity(), duration=0.7)
+    assert motion.status.name == "FINISHED"
+    assert len(motion.impacts) == 3
+    # About the new edge: I + m (0.3² − 0.1²) of I + m (0.3² + 0.1²).
+    for t, impact in motion.impacts:
+        assert motion.at(t)[1] == pytest.approx(impact.v_after, abs=1e-9)
+        assert impact.v_after[4] == pytest.approx(0.17 / 0.21 * impact.v_before[4], rel=1e-3)
+    assert np.abs(motion.balance().residual).max() < 1e-9
+
+
+@pytest.mark.parametrize(("friction", "share"), [(0.0, 0.6), (0.4, 0.6), (0.0, 1.5)])
+def test_a_moment_spins_a_ball_above_what_torsion_bears_with_and_without_friction(friction, share):
+    tau = 2e-3
+    bound = tau * MASS * G
+    floor = ik.Collision("ball", "ground", friction=friction, torsion=tau)
+    moment = ik.AppliedForce("ball", angular=[0, 0, share * bound])
+    scene = ik.Scene(ON_FLOOR, contacts=[floor], forces=[moment], gravity=(1e-9, 0, -G))
+    q = ON_FLOOR.configuration(root_joint=[0, 0, R, 0, 0, 0, 1])
+    motion = ik.simulate(scene, q, ON_FLOOR.velocity(), duration=0.1)
+    spin = max(share - 1.0, 0.0) * bound / INERTIA
+    assert motion.v[:, 5] == pytest.approx(spin * motion.t, abs=1e-8)
+    assert np.abs(motion.balance().residual).max() < 1e-9

@@ -1,0 +1,68 @@
+"""Integrators come nearer the truth as they are asked to: exact motions, closed forms."""
+
+import numpy as np
+import pytest
+
+from impulsekit import Contact, Robot, Scene, simulate
+from impulsekit.bench.methods.registry import methods
+from impulsekit.bench.problems.registry import problems
+
+from ...robots import one_body
+
+MOTIONS = list(problems(quick=True, families=["swing", "flight"]))
+
+
+@pytest.mark.parametrize("problem", MOTIONS, ids=lambda problem: problem.name)
+def test_dop853_comes_nearer_the_truth_with_its_tolerance(problem):
+    ways = methods(["impulsekit, simulate dop853"])
+    errors = [problem.error(np.asarray(way.prepare(problem)())) for way in ways[::-1]]
+    assert ways[0].setting > ways[-1].setting
+    assert errors[0] < 1e-11
+    assert errors[0] < errors[-1]
+
+
+def test_a_ball_bounces_at_the_times_of_free_fall():
+    ball = one_body("ball", 0.5, 0.0005)
+    scene = Scene(ball, contacts=[Contact("ball", restitution=0.9)])
+    q = ball.configuration(root_joint=[0, 0, 1, 0, 0, 0, 1])
+    fall = np.sqrt(2.0 / 9.81)
+    wanted = fall + np.concatenate([[0.0], 2.0 * fall * np.cumsum(0.9 ** np.arange(1, 6))])
+    motion = simulate(scene, q, ball.velocity(), duration=4.5, rtol=1e-12, atol=1e-14)
+    found = [t for t, _ in motion.impacts][:6]
+    np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-11)
+
+
+def test_free_flight_of_a_robot_keeps_energy_and_momentum():
+    talos = Robot.from_example("talos", root="freeflyer")
+    v = np.random.default_rng(0).normal(size=talos.nv)
+    motion = simulate(
+        Scene(talos), talos.neutral(), v, duration=1.0, samples=21, rtol=1e-12, atol=1e-14
+    )
+    energy, momentum = motion.energy(), motion.momentum()
+    assert np.ptp(energy.total) < 1e-11 * energy.kinetic[0]
+    weight = talos.mass * np.array([0.0, 0.0, -9.81])
+    linear = momentum.linear - np.outer(motion.t, weight)
+    assert np.abs(linear - linear[0]).max() < 1e-11 * talos.mass * 9.81
+
+
+def test_steps_of_order_eight_are_those_of_the_published_method_to_the_last_bit():
+    """One oscillator meets a spring: scipy has DOP853 as Hairer published it."""
+    from scipy.integrate import DOP853
+
+    from impulsekit.motion.steps.explicit import ExplicitStepper
+
+    def rates(t, y):
+        push = 40.0 * max(y[0] - 0.5, 0.0)
+        return np.array([y[2], y[3], np.cos(3.0 * t) - np.sin(y[0]) - push, y[0] - y[1]])
+
+    y = np.array([0.1, 0.2, 0.3, -0.2])
+    theirs = DOP853(rates, 0.0, y, 3.0, rtol=1e-10, atol=1e-12)
+    ours = ExplicitStepper(rates, 1e-10, 1e-12)
+    ours.reset(0.0, y, None, 3.0)
+    while theirs.status == "running":
+        theirs.step()
+        within = ours.step(np.inf)
+        assert ours.t == theirs.t
+        np.testing.assert_array_equal(ours.y, theirs.y)
+        for t in np.linspace(theirs.t_old, theirs.t, 4):
+            np.testing.assert_array_equal(within(t), theirs.dense_output()(t))
