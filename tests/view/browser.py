@@ -80,6 +80,10 @@ class OpenPage:
         self.page.goto(path.resolve().as_uri())
         self.run("() => viewer.animator.pause()")
 
+    def leave(self) -> None:
+        """Load nothing: a scene that stays open is drawn sixty times a second, by the processor."""
+        self.page.goto("about:blank")
+
     def seek(self, t: float) -> None:
         """Go to a playback time [s]."""
         self.run(_SEEK, t)

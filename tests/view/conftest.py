@@ -9,5 +9,6 @@ def page(session_browser):
     session_browser.requests.clear()
     session_browser.complaints.clear()
     yield session_browser
+    session_browser.leave()
     assert session_browser.requests == []
     assert session_browser.complaints == []
