@@ -40,17 +40,17 @@ from .point_table import (
     TIP,
     Table,
     TableRow,
+    axes_of_crossing,
     axis,
     back,
+    crossing,
     origin,
+    over_face,
     point_of,
     table_of,
-    three,
-    turned,
+    tip_of,
 )
-from .points import axes_of_crossing, crossing
 from .polyhedron import Polyhedron
-from .tips import tip_of
 from .vectors import Vector, along, dot
 
 if TYPE_CHECKING:
@@ -291,10 +291,7 @@ def held_gap(table: Table, i: int, places: np.ndarray) -> float:
     if table.whole[i, 0] == CROSSING:
         _, _, way, square, here, there, _, _ = crossing(table, i, places)
         return dot(way, along(here, -1.0, there)) / math.sqrt(square)
-    two, numbers = table.whole[i, 2], table.numbers[i]
-    ground = along(origin(places, two), 1.0, turned(places, two, three(numbers, 12)))
-    over = along(_where(table, i, places), -1.0, ground)
-    return numbers[15] * dot(axis(table, i, 2, places), over)
+    return over_face(table, i, places, _where(table, i, places))
 
 
 @borrowing

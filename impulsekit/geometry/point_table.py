@@ -1,14 +1,20 @@
-"""Tables of points for compiled code, and where the joints are that they belong to."""
+"""Tables of points for compiled code, and where the joints and the points are.
+
+How fast they move: ``rows.point_rows``.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ..laws.borrowed import borrowing
-from .vectors import Vector, along, cross
+from ..tolerances import NONZERO
+from .lines import nearest
+from .vectors import Vector, along, cross, dot
 
 __all__ = [
     "CROSSING",
@@ -23,13 +29,18 @@ __all__ = [
     "Kinematics",
     "Table",
     "TableRow",
+    "axes_of_crossing",
     "axis",
     "back",
-    "moving",
+    "crossing",
     "origin",
+    "over_face",
     "point_of",
+    "rope",
+    "stretched",
     "table_of",
     "three",
+    "tip_of",
     "turned",
 ]
 
@@ -118,18 +129,6 @@ def three(numbers: np.ndarray, at: int) -> Vector:
 
 
 @borrowing
-def moving(kinematics: Kinematics, j: int, point: Vector) -> tuple[Vector, Vector]:
-    """Velocity and acceleration of a joint's point (in the world), in the world."""
-    places, speeds, rates = kinematics.places, kinematics.speeds, kinematics.rates
-    at = back(places, j, along(point, -1.0, origin(places, j)))
-    spin = three(speeds[j], 3)
-    velocity = along(three(speeds[j], 0), 1.0, cross(spin, at))
-    rate = along(three(rates[j], 0), 1.0, cross(three(rates[j], 3), at))
-    rate = along(rate, 1.0, cross(spin, velocity))
-    return turned(places, j, velocity), turned(places, j, rate)
-
-
-@borrowing
 def axis(table: Table, i: int, k: int, places: np.ndarray) -> Vector:
     """Column k of R of a point on a plane, in the world."""
     return turned(places, table.whole[i, 2], three(table.numbers[i], 3 + 3 * k))
@@ -140,3 +139,82 @@ def point_of(table: Table, i: int, places: np.ndarray) -> Vector:
     """A point on a plane, in the world."""
     j = table.whole[i, 1]
     return along(origin(places, j), 1.0, turned(places, j, three(table.numbers[i], 0)))
+
+
+@borrowing
+def over_face(table: Table, i: int, places: np.ndarray, place: Vector) -> float:
+    """n·(x − o): how far a place in the world is over the plane of a point [m], negative below."""
+    two, numbers = table.whole[i, 2], table.numbers[i]
+    ground = along(origin(places, two), 1.0, turned(places, two, three(numbers, 12)))
+    return numbers[15] * dot(axis(table, i, 2, places), along(place, -1.0, ground))
+
+
+@borrowing
+def crossing(
+    table: Table, i: int, places: np.ndarray
+) -> tuple[Vector, Vector, Vector, float, Vector, Vector, float, float]:
+    """Two edges: e, f, ±(e × f), its square, the nearest points, and the ways along the edges."""
+    one, two, numbers = table.whole[i, 1], table.whole[i, 2], table.numbers[i]
+    start = along(origin(places, one), 1.0, turned(places, one, three(numbers, 0)))
+    e = turned(places, one, three(numbers, 3))
+    there = along(origin(places, two), 1.0, turned(places, two, three(numbers, 6)))
+    f = turned(places, two, three(numbers, 9))
+    s, u, turn, square = nearest(start, e, there, f)
+    sign = numbers[14]
+    way = (sign * turn[0], sign * turn[1], sign * turn[2])
+    return e, f, way, square, along(start, s, e), along(there, u, f), s, u
+
+
+@borrowing
+def rope(table: Table, i: int, places: np.ndarray) -> tuple[Vector, Vector, Vector, float]:
+    """Both ends of a rope, the direction from the second to the first, and how far that is."""
+    one, two, numbers = table.whole[i, 1], table.whole[i, 2], table.numbers[i]
+    here = along(origin(places, one), 1.0, turned(places, one, three(numbers, 0)))
+    there = along(origin(places, two), 1.0, turned(places, two, three(numbers, 3)))
+    between = along(here, -1.0, there)
+    # Ends that meet have no direction: a slack rope, nothing comes of it.
+    length = max(math.sqrt(dot(between, between)), NONZERO)
+    return here, there, (between[0] / length, between[1] / length, between[2] / length), length
+
+
+@borrowing
+def axes_of_crossing(e: Vector, turn: Vector, square: float) -> Axes:
+    """(e, n × e, n)."""
+    size = math.sqrt(square)
+    n = (turn[0] / size, turn[1] / size, turn[2] / size)
+    return e, cross(n, e), n
+
+
+@borrowing
+def stretched(numbers: np.ndarray, m: Vector) -> Vector:
+    """Eᵀ E m of an ellipsoid, in the frame of its joint."""
+    found = (0.0, 0.0, 0.0)
+    for k in (17, 20, 23):
+        row = three(numbers, k)
+        found = along(found, dot(row, m), row)
+    return found
+
+
+@borrowing
+def tip_of(
+    table: Table, i: int, places: np.ndarray
+) -> tuple[Vector, Vector, Vector, Vector, float]:
+    """A tip, in the world: x, n of the face, the axis a of its rim, d, and |n − (n·a) a|."""
+    numbers, j = table.numbers[i], table.whole[i, 1]
+    sign, ball, rim = numbers[15], numbers[16], numbers[17]
+    up = axis(table, i, 2, places)
+    n = (sign * up[0], sign * up[1], sign * up[2])
+    x = along(point_of(table, i, places), -ball, n)
+    if table.whole[i, 0] == ELLIPSOID:
+        here = back(places, j, n)
+        out = stretched(numbers, here)
+        return along(x, -1.0 / math.sqrt(dot(here, out)), turned(places, j, out)), n, n, n, 0.0
+    if rim == 0.0:
+        return x, n, n, n, 0.0
+    a = turned(places, j, three(numbers, 18))
+    out = along(n, -dot(n, a), a)
+    sine = math.sqrt(dot(out, out))
+    d = axis(table, i, 0, places)
+    if sine > 0.0:
+        d = (out[0] / sine, out[1] / sine, out[2] / sine)
+    return along(x, -rim, d), n, a, d, sine

@@ -28,9 +28,9 @@ def _entries(scene: Scene | None) -> list[Entry]:
     """What motions of a scene call; None: of any scene."""
     from ..geometry.features import touch
     from ..geometry.held_points import write_gaps_and_ends, write_spots
-    from ..geometry.points import gaps_and_rates
     from ..geometry.polyhedron import separate
     from ..laws.resting import find_forces
+    from ..rows.point_rows import gaps_and_rates
     from .events.corners import crossings_of
     from .events.look import look
     from .events.touch import first_touch_of, touch_pairs
@@ -69,9 +69,9 @@ def load_shared() -> None:
     """
     from ..geometry.features import touch
     from ..geometry.held_points import write_gaps_and_ends, write_spots
-    from ..geometry.points import gaps_and_rates
     from ..geometry.polyhedron import separate
     from ..laws.several import hit_contacts
+    from ..rows.point_rows import gaps_and_rates
     from .gaps.pairs import write_gaps
     from .tree.pressed import rows_and_bias
 

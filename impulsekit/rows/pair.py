@@ -1,7 +1,6 @@
-"""The rows of two frames at a configuration, and their rates of change.
+"""The rows of two frames at a configuration, and their rates, from Pinocchio's data.
 
-Rows are (Rᵀw, Rᵀω), see ``entries``. In axes that turn with Ω their rates are Rᵀ(ẇ − Ω × w) and
-Rᵀ(ω̇ − Ω × ω).
+Formulas and conventions: ``frame_pair``.
 """
 
 from __future__ import annotations
@@ -10,14 +9,17 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import getFrameJacobian
 
-from ..geometry.axes import cross
+from ..geometry.vectors import Vector, along
 from .entries import FramePair, axes_of_line
+from .frame_pair import PointMotion, motion_at, passing, relative_rate, turning_of_line
 from .points import PointOnFrame
 from .reach import ReachedModel
 
 __all__ = ["Pair", "rows_at", "turning_rows"]
 
 _ALIGNED = pin.LOCAL_WORLD_ALIGNED
+# No arm, and no turning.
+_HERE = (0.0, 0.0, 0.0)
 
 
 class Pair:
@@ -114,31 +116,40 @@ class Pair:
 
         ``data`` with placements, velocities, and accelerations at zero joint acceleration.
         """
-        model, said = self._model, self.said
-        a1 = pin.getFrameClassicalAcceleration(model, data, self.first.frame_id, _ALIGNED)
+        said = self.said
         if not (said.other.moves or self._turns) and self._turn is None:
-            return a1.vector[self._select]
-        a2 = pin.getFrameClassicalAcceleration(model, data, self.other.frame_id, _ALIGNED)
-        v1 = pin.getFrameVelocity(model, data, self.first.frame_id, _ALIGNED)
-        v2 = pin.getFrameVelocity(model, data, self.other.frame_id, _ALIGNED)
-        first, other = self.placements(data)
-        velocity, rate = v1.linear - v2.linear, a1.linear - a2.linear
+            own = self.first.frame_id
+            rate = pin.getFrameClassicalAcceleration(self._model, data, own, _ALIGNED)
+            return rate.vector[self._select]
+        places = self.placements(data)
+        between = places[0].translation - places[1].translation
+        first, first_spin = self._motion(data, self.first, _HERE)
+        arm = tuple(between.tolist()) if self._carries else _HERE
+        other, other_spin = self._motion(data, self.other, arm)
         if self._carries:
-            arm = first.translation - other.translation
-            rate = rate - cross(a2.angular, arm) - cross(v2.angular, velocity)
-            velocity = velocity - cross(v2.angular, arm)
-        spin, spin_rate = v1.angular - v2.angular, a1.angular - a2.angular
+            other = passing(other, first.velocity)
+        turning = _HERE
         if self._on_line:
-            # The line turns with what moves one end across it.
-            between = first.translation - other.translation
-            turning = cross(between, velocity) / between.dot(between)
-            rate = rate - cross(turning, velocity)
+            length, w = float(np.sqrt(between.dot(between))), along(first[0], -1.0, other[0])
+            turning = turning_of_line(tuple((between / length).tolist()), length, w)
         elif self._turns:
-            turning = (v1 if said.carrier == "first" else v2).angular
-            rate = rate - cross(turning, velocity)
-            spin_rate = spin_rate - cross(turning, spin)
-        turn = self.axes_of(first, other).T
-        return np.concatenate([turn.dot(rate), turn.dot(spin_rate)])[self._select]
+            turning = (first if said.carrier == "first" else other).spin
+        turn = self.axes_of(*places).T
+        rate = turn.dot(relative_rate(first, other, turning))
+        if said.angular:
+            spin_rate = turn.dot(relative_rate(first_spin, other_spin, turning))
+            rate = np.concatenate([rate, spin_rate])
+        return rate[self._select]
+
+    def _motion(
+        self, data: pin.Data, end: PointOnFrame, arm: Vector
+    ) -> tuple[PointMotion, PointMotion]:
+        """How the point at an arm from an end moves, and likewise how its ω does."""
+        velocity = pin.getFrameVelocity(self._model, data, end.frame_id, _ALIGNED).vector.tolist()
+        rate = pin.getFrameAcceleration(self._model, data, end.frame_id, _ALIGNED).vector.tolist()
+        spin, spin_rate = tuple(velocity[3:]), tuple(rate[3:])
+        point = motion_at(tuple(velocity[:3]), tuple(rate[:3]), spin, spin_rate, arm)
+        return point, PointMotion(spin, spin_rate, spin)
 
     def _carried_and_turned(
         self, data: pin.Data, first: np.ndarray, other: np.ndarray

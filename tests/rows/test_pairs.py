@@ -79,6 +79,8 @@ def _entries(robot: ik.Robot, random: np.random.Generator) -> list:
     for against in (other, "world", "fixed"):
         plane = {"normal": _unit(random).tolist(), "origin": point(), "against": against}
         entries.append(ik.Contact(first, at=point(), **plane))
+    for b in (other, "world"):
+        entries.append(ik.DistanceAnchor(first, b, at=point(), other_at=point()))
     for axes in ("world", "local"):
         entries.append(ik.AppliedImpulse(first, linear=[1, 0, 0], at=point(), axes=axes))
     return entries

@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ...geometry.point_table import Table
-from ...geometry.points import gap_and_rate, rounding_of, write_rows
 from ...laws.borrowed import borrowed, borrowing
 from ...laws.compiled import compiled, entry
 from ...laws.dense import put, put_rows
+from ...rows.point_rows import gap_and_rate, rounding_of, write_rows
 from ..forces.laws import write_pushes
 from ..steps.compiled import System, Work
 from ..steps.explicit import nested

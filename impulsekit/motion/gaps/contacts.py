@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...geometry.point_table import ROUNDED, Table, table_of
-from ...geometry.points import gaps_and_rates, rounding_of
+from ...rows.point_rows import gaps_and_rates, rounding_of
 from ...rows.reach import ReachedModel
 from ...scene import Collision, Contact, GapContact, JointStop, Rope, Scene
 from ...scene.functions import numbers_from

@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...geometry.points import gaps_and_rates, write_rows
 from ...laws.borrowed import borrowed, borrowing
 from ...laws.compiled import compiled, entry
 from ...laws.dense import cholesky, lower_solve, put
 from ...laws.half import from_half, halve, is_safe
+from ...rows.point_rows import gaps_and_rates, write_rows
 from ...tolerances import NONZERO
 from ..steps.compiled import SOLVED, System, accelerate
 from ..tree.bodies import PLANAR, Tree, look_at, write_factor, write_jacobian

@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ...geometry.point_table import Table
-from ...geometry.points import gap_and_rate
 from ...laws.borrowed import borrowed, borrowing
 from ...laws.compiled import entry
 from ...laws.dense import put
+from ...rows.point_rows import gap_and_rate
 from ..events.look import Watched, look_through
 from ..rest.settle import Stand, begin_stage, settle
 from ..steps.compiled import SOLVED, TOLERANCES, System, Work, evaluate, try_step

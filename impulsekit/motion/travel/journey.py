@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...geometry.points import gaps_and_rates
 from ...laws.borrowed import borrowed
 from ...laws.compiled import compiled, entry
+from ...rows.point_rows import gaps_and_rates
 from ..events.look import Watched, write_dense
 from ..rest.settle import begin_stage
 from ..steps.compiled import SOLVED, System, Work, attempt, begin_steps

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ...geometry.point_table import Table
-from ...geometry.points import gaps_and_rates, rounding_of, write_bias, write_rows
 from ...laws.borrowed import borrowing
 from ...laws.compiled import compiled
 from ...laws.words import NO, YES
+from ...rows.point_rows import gaps_and_rates, rounding_of, write_bias, write_rows
 from ..events.look import Watched
 from ..rest.settle import Stand, begin_stage, settle_points
 from ..steps.compiled import SOLVED, System, accelerations_at

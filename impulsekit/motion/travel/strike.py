@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...geometry.point_table import Table
-from ...geometry.points import write_rows
 from ...laws.borrowed import borrowed, borrowing
 from ...laws.compiled import compiled, entry
 from ...laws.dense import put_rows
@@ -22,6 +21,7 @@ from ...laws.status import Status
 from ...laws.struck import strike_at_once
 from ...laws.tolerances import RESIDUAL_LIMIT, ROUNDING, ROUNDING_OF_SUMS
 from ...laws.words import NEWTON
+from ...rows.point_rows import write_rows
 from ..steps.compiled import System
 from ..tree.bodies import factorize_mass, look_at, write_jacobian, write_mass
 

@@ -12,13 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ...geometry.point_table import MOST, Kinematics, Table
-from ...geometry.points import write_bias, write_rows
 from ...laws.borrowed import borrowed, borrowing
 from ...laws.compiled import compiled, entry
 from ...laws.dense import put
 from ...laws.half import Factor, from_half, halve, is_safe
 from ...laws.resting import forces_at_rest
 from ...laws.tolerances import RESIDUAL_LIMIT
+from ...rows.point_rows import write_bias, write_rows
 
 __all__ = [
     "Found",
