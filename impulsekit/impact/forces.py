@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
-from ..rows.entries import FramePair, Site, frame_pair, rows_of_entry
+from ..rows.entries import FramePair, PlacementOf, Site, frame_pair, rows_of_entry
 from ..scene import AppliedImpulse
 
 if TYPE_CHECKING:
@@ -23,9 +23,6 @@ __all__ = [
     "on_both_ends",
     "turning_both",
 ]
-
-# From a joint to the placement of its frame in the world.
-PlacementOf = Callable[[int], pin.SE3]
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,16 +74,11 @@ def on_both_ends(
     placement_of: PlacementOf, said: FramePair, impulse: np.ndarray, name: str
 ) -> Iterator[BodyImpulse]:
     """What the rows of two frames give to both, (k,) ``impulse`` by row; forces likewise."""
-    wrench = np.zeros(6)
-    wrench[list(said.select)] = impulse
-    axes = said.axes_in_world(placement_of)
-    wrench = np.concatenate([axes @ wrench[:3], axes @ wrench[3:]])
+    first, at_other = said.places(placement_of)
+    wrench = said.wrench(impulse, said.axes_at(first, at_other))
     yield at_point(placement_of, said.first, wrench, "world", name)
     other = said.other
     if said.coincides:
-        first, at_other = (
-            placement_of(site.joint_id) * site.placement for site in (said.first, said.other)
-        )
         own = at_other.actInv(first.translation)
         other = replace(other, placement=other.placement * pin.SE3(np.eye(3), own))
     yield at_point(placement_of, other, -wrench, "world", name)

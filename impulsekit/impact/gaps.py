@@ -11,7 +11,7 @@ import numpy as np
 from ..geometry.gaps import before_limit, nearest_points, over_plane
 from ..robot.placing import Posture
 from ..rows.contacts import AT_STOP, is_taut
-from ..rows.entries import FramePair, FunctionRows, Site, frame_pair
+from ..rows.entries import FunctionRows, frame_pair
 from ..scene import Collision, Contact, FrameAnchor, GapContact, JointStop, PointAnchor, Rope, Scene
 
 __all__ = ["AnchorOpening", "ContactGap", "anchor_openings", "contact_gaps"]
@@ -86,33 +86,23 @@ def anchor_openings(
 
 def _over_plane(posture: Posture, entry: Contact, name: str) -> ContactGap:
     pair = frame_pair(posture.robot, entry)
-    point, origin = (_place(posture, site) for site in (pair.first, pair.other))
-    normal = _axes(posture, pair)[:, 2]
-    way = [(point, normal)]
-    speed = _closing_speed(posture, way, pair.first.joint_id, pair.other.joint_id)
-    return ContactGap(name, over_plane(point, normal, origin), speed, touching=True)
+    first, other = pair.places(posture.joint)
+    normal = pair.axes_at(first, other)[:, 2]
+    gap = over_plane(first.translation, normal, other.translation)
+    ids = pair.first.joint_id, pair.other.joint_id
+    speed = _closing_speed(posture, [(first.translation, normal)], *ids)
+    return ContactGap(name, gap, speed, touching=True)
 
 
 def _of_rope(posture: Posture, entry: Rope, name: str) -> ContactGap:
     pair = frame_pair(posture.robot, entry)
-    ends = pair.first, pair.other
-    here, there = (_place(posture, site) for site in ends)
+    places = pair.places(posture.joint)
+    here, there = (place.translation for place in places)
     gap = entry.length - float(np.linalg.norm(here - there))
-    velocities = [
-        posture.velocity_at(site.joint_id, at) for site, at in zip(ends, (here, there), strict=True)
-    ]
-    closing = -float(_axes(posture, pair)[:, 2] @ (velocities[0] - velocities[1]))
+    w = posture.velocity_at(pair.first.joint_id, here)
+    w = w - posture.velocity_at(pair.other.joint_id, there)
+    closing = -float(pair.axes_at(*places)[:, 2] @ w)
     return ContactGap(name, gap, closing, touching=is_taut(gap, entry.length))
-
-
-def _place(posture: Posture, site: Site) -> np.ndarray:
-    """(3,) where a point is in the world."""
-    return posture.joint(site.joint_id).act(site.placement.translation)
-
-
-def _axes(posture: Posture, pair: FramePair) -> np.ndarray:
-    """(3, 3) the axes of a pair's rows in the world."""
-    return pair.axes_in_world(posture.joint)
 
 
 def _before_stop(posture: Posture, entry: JointStop, name: str) -> ContactGap:
@@ -160,6 +150,6 @@ def _opening(posture: Posture, entry: Any) -> float:
     if not isinstance(entry, PointAnchor | FrameAnchor) or entry.other_at is None:
         return 0.0
     pair = frame_pair(posture.robot, entry)
-    way = _place(posture, pair.first) - _place(posture, pair.other)
-    held = [i for i in pair.select if i < 3]
-    return float(np.linalg.norm((_axes(posture, pair).T @ way)[held]))
+    first, other = pair.places(posture.joint)
+    way = pair.axes_at(first, other).T @ (first.translation - other.translation)
+    return float(np.linalg.norm(way[pair.linear]))

@@ -1,8 +1,6 @@
 """What an entry of a scene says: rows between two frames, or rows of joints' own speeds.
 
-Between two frames, w = v_first − v_other − ω_other × d with d from the point of ``other`` to that
-of ``first`` (the last term only where the other's point is the one that coincides with the
-first's), and ω = ω_first − ω_other. The rows are some of Rᵀw and Rᵀω.
+What the rows of two frames are: ``frame_pair``.
 """
 
 from __future__ import annotations
@@ -40,6 +38,7 @@ __all__ = [
     "FramePair",
     "FunctionRows",
     "JointRows",
+    "PlacementOf",
     "Site",
     "axes_of_line",
     "frame_pair",
@@ -47,6 +46,9 @@ __all__ = [
     "rows_of_entry",
     "vectors_of_rows",
 ]
+
+# From a joint to the placement of its frame in the world.
+PlacementOf = Callable[[int], pin.SE3]
 
 # Points nearer than this [m] have no direction between them.
 NO_LENGTH = 1e-12
@@ -118,16 +120,34 @@ class FramePair:
         site = self.first if self.carrier == "first" else self.other
         return site.joint_id, site.placement.rotation.dot(self.axes)
 
-    def axes_in_world(self, placement_of: Callable[[int], pin.SE3]) -> np.ndarray:
-        """(3, 3) R in the world; ``placement_of`` gives those of joints of the whole model."""
+    def places(self, placement_of: PlacementOf) -> tuple[pin.SE3, pin.SE3]:
+        """Both points in the world, with the axes of their frames.
+
+        ``placement_of`` gives the placements of joints of the whole model.
+        """
+        first, other = self.first, self.other
+        return (
+            placement_of(first.joint_id) * first.placement,
+            placement_of(other.joint_id) * other.placement,
+        )
+
+    def axes_at(self, first: pin.SE3, other: pin.SE3) -> np.ndarray:
+        """(3, 3) R in the world, given ``places``."""
+        if self.carrier == "world":
+            return self.axes
         if self.carrier == "line":
-            here, there = (
-                placement_of(site.joint_id).act(site.placement.translation)
-                for site in (self.first, self.other)
-            )
-            return axes_of_line(here - there, self.axes)
-        joint_id, axes = self.carrying
-        return axes if joint_id == 0 else placement_of(joint_id).rotation @ axes
+            return axes_of_line(first.translation - other.translation, self.axes)
+        carrier = first if self.carrier == "first" else other
+        return carrier.rotation.dot(self.axes)
+
+    def wrench(self, impulse: np.ndarray, axes: np.ndarray) -> np.ndarray:
+        """(6,) in world axes: what the rows (k,) give the first frame at its point.
+
+        ``axes``: (3, 3) R in the world.
+        """
+        wrench = np.zeros(6)
+        wrench[list(self.select)] = impulse
+        return np.concatenate([axes @ wrench[:3], axes @ wrench[3:]])
 
     @property
     def linear(self) -> list[int]:

@@ -10,7 +10,7 @@ import pinocchio as pin
 from pinocchio import getFrameJacobian
 
 from ..geometry.vectors import Vector, along
-from .entries import FramePair, axes_of_line
+from .entries import FramePair
 from .frame_pair import PointMotion, motion_at, passing, relative_rate, turning_of_line
 from .points import PointOnFrame
 from .reach import ReachedModel
@@ -60,19 +60,7 @@ class Pair:
 
     def axes(self, data: pin.Data) -> np.ndarray:
         """(3, 3) R in the world; ``data`` with placements of joints."""
-        if not self._turns:
-            return self.said.axes
-        first, other = self.placements(data)
-        return self.axes_of(first, other)
-
-    def axes_of(self, first: pin.SE3, other: pin.SE3) -> np.ndarray:
-        """(3, 3) R in the world, out of the placements of both points."""
-        if not self._turns:
-            return self.said.axes
-        if self._on_line:
-            return axes_of_line(first.translation - other.translation, self.said.axes)
-        carrier = first if self.said.carrier == "first" else other
-        return carrier.rotation.dot(self.said.axes)
+        return self.said.axes_at(*self.placements(data)) if self._turns else self.said.axes
 
     def jacobian(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(k, nv) the rows at q; ``data`` may hold anything."""
@@ -134,7 +122,7 @@ class Pair:
             turning = turning_of_line(tuple((between / length).tolist()), length, w)
         elif self._turns:
             turning = (first if said.carrier == "first" else other).spin
-        turn = self.axes_of(*places).T
+        turn = said.axes_at(*places).T
         rate = turn.dot(relative_rate(first, other, turning))
         if said.angular:
             spin_rate = turn.dot(relative_rate(first_spin, other_spin, turning))
@@ -164,7 +152,7 @@ class Pair:
             other = other.copy()
             other[:3] -= pin.skew(one.translation - two.translation).dot(other[3:])
         if self._turns or self._turn is not None:
-            turn = self.axes_of(one, two).T
+            turn = self.said.axes_at(one, two).T
             first, other = _turned(turn, first), _turned(turn, other)
         return first, other
 

@@ -133,12 +133,13 @@ def _constraints(impact: Impact) -> Iterator[Arrow]:
     for entry, result in zip(impact.scene.held, impact.constraints, strict=True):
         said = rows_of_entry(impact.scene.robot, entry)
         if isinstance(said, FramePair):
-            wrench, placement_of = np.zeros(6), impact.mechanics.joint_placement
-            wrench[list(said.select)] = result.impulse
-            turn = said.axes_in_world(placement_of)
-            origin = placement_of(said.first.joint_id).act(said.first.placement.translation)
-            yield Arrow("impulse", result.name, origin, turn @ wrench[:3])
-            yield Arrow("couple", result.name, origin, turn @ wrench[3:])
+            places = said.places(impact.mechanics.joint_placement)
+            wrench, origin = (
+                said.wrench(result.impulse, said.axes_at(*places)),
+                places[0].translation,
+            )
+            yield Arrow("impulse", result.name, origin, wrench[:3])
+            yield Arrow("couple", result.name, origin, wrench[3:])
         elif isinstance(entry, JointLock | JointCoupling):
             yield from _in_joint(impact, result.name, entry.joint, result.impulse)
 

@@ -9,7 +9,7 @@ import pytest
 import impulsekit as ik
 from impulsekit.impact.derivatives.expanded import expanded_model
 from impulsekit.impact.derivatives.motion import Motion
-from impulsekit.impact.derivatives.pairs import pair_rows
+from impulsekit.impact.derivatives.pairs import PairRows
 from impulsekit.impact.derivatives.pulls import Pulls
 from impulsekit.rows.constraints import ConstraintRows
 from impulsekit.rows.contacts import ContactRows
@@ -224,7 +224,7 @@ def test_derivatives_of_rows_are_differences(seed: int) -> None:
     for entry in _entries(robot, random)[seed::3]:
         said = rows_of_entry(robot, entry)
         assert isinstance(said, FramePair)
-        rows = pair_rows(expanded, said)
+        rows = PairRows(expanded, said)
         reached = reached_model(robot.model, range(1, robot.model.njoints), keep_places=True)
         pair = Pair(reached, said)
         data = reached.model.createData()

@@ -1,7 +1,7 @@
 """Rows of relative velocity between two bodies, and their derivatives.
 
-A pair has up to six rows, u = Rᵀ (v_a(c_a) − v_b(c_b)) and the same of ω. The axes R
-turn with the world, a or b; the point c_b is one of b or the one that coincides with c_a.
+Formulas and conventions: ``rows.frame_pair``. Its rates are turned into derivatives by giving them
+(3, nv) columns, ∂/∂q, for what has a rate there.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...errors import InputError
-from ...rows.entries import FramePair, FunctionRows, axes_of_line, rows_of_entry
+from ...rows.entries import FramePair, FunctionRows, rows_of_entry
 from .motion import Motion
 from .pulls import Pulls, skew
 
@@ -28,7 +28,6 @@ __all__ = [
     "Side",
     "entry_rows",
     "of_functions",
-    "pair_rows",
 ]
 
 _EYE = np.eye(3)
@@ -62,95 +61,63 @@ class PairRows:
     """Rows between two bodies of a model.
 
     Args:
-        first, other: the joints that carry a and b; 0 for the world.
-        at: (3,) c_a in the joint of a (or in the world).
-        other_at: (3,) c_b in the joint of b; None for the point that coincides with c_a.
-        axes_joint: the joint that R turns with; 0 for the world.
-        axes: (3, 3) R in that joint's frame.
-        select: which of the six rows there are.
+        expanded: the model.
+        said: what an entry says of two frames.
 
     Attributes:
-        angular: whether any of the rows is one of ω.
         count: how many rows there are.
     """
 
-    def __init__(
-        self,
-        first: int,
-        other: int,
-        at: np.ndarray,
-        other_at: np.ndarray | None,
-        axes_joint: int,
-        axes: np.ndarray,
-        select: tuple[int, ...],
-    ) -> None:
-        self.first, self.other, self.axes_joint = first, other, axes_joint
-        self.at = at
-        self.point = pin.SE3(_EYE, at)
-        self.other_point = None if other_at is None else pin.SE3(_EYE, other_at)
-        self.angular, self.count = any(row > 2 for row in select), len(select)
-        # (k, 6): the rows, of the velocity of the point and of ω in the joint of the axes.
-        self.selector = np.kron(np.eye(2), axes.T)[list(select)]
+    def __init__(self, expanded: ExpandedModel, said: FramePair) -> None:
+        self._said, self.count = said, len(said.select)
+        joint_ids = expanded.joint_ids
+        self._joints = joint_ids[said.first.joint_id], joint_ids[said.other.joint_id]
+        self._point, self._other_point = (
+            pin.SE3(_EYE, site.placement.translation) for site in (said.first, said.other)
+        )
+        self._still = _selector(said, said.axes) if said.carrier == "world" else None
         # In the world's own axes nothing has to be turned.
-        self.is_level = axes_joint == 0 and bool(np.array_equal(self.selector, np.eye(6)[:3]))
+        self._is_level = self._still is not None and np.array_equal(self._still, np.eye(6)[:3])
 
     def placed(self, motion: Motion) -> PlacedPair:
         """The rows at a configuration."""
-        a, b, fixed = self.first, self.other, self.axes_joint
-        places = motion.placements
+        (a, b), said, places = self._joints, self._said, motion.placements
         sides: list[Side] = []
         if a > 0:
-            sides.append(Side(a, 1.0, self.point, *motion.jacobians(a, self.point), None))
+            sides.append(Side(a, 1.0, self._point, *motion.jacobians(a, self._point), None))
         if b > 0:
-            point = self.other_point
-            if point is None:
-                here = places[a].act(self.at) if a > 0 else self.at
+            point = self._other_point
+            if said.coincides:
+                here = places[a].act(self._point.translation)
                 point = pin.SE3(_EYE, places[b].actInv(here))
             raw, jacobian = motion.jacobians(b, point)
             moved: np.ndarray | None = None
-            if self.other_point is None:
+            if said.coincides:
                 # The point is where that of a is, not where it was in b.
                 moved = sides[0].jacobian[:3] - jacobian[:3] if a > 0 else -jacobian[:3]
             sides.append(Side(b, -1.0, point, raw, jacobian, moved))
+        angular = bool(said.angular)
+        if self._still is not None:
+            return PlacedPair(motion, sides, self._still, None, angular, self._is_level)
+        first, other = places[a] * said.first.placement, places[b] * said.other.placement
+        selector = _selector(said, said.axes_at(first, other))
         turn: np.ndarray | None = None
-        selector = self.selector
-        if fixed > 0:
-            turning = next((side.jacobian for side in sides if side.joint == fixed), None)
-            if turning is None:
-                _, turning = motion.jacobians(fixed, pin.SE3.Identity())
-            turn = turning[3:]
-            rotation = places[fixed].rotation
-            selector = (selector.reshape(-1, 3) @ rotation.T).reshape(-1, 6)
-        return PlacedPair(motion, sides, selector, turn, self.angular, self.is_level)
+        if said.carrier == "line":
+            # Nothing acts across a rope, whose rows are those of a contact.
+            selector[:-1] = 0.0
+            between = first.translation - other.translation
+            relative = sum((side.sign * side.jacobian[:3] for side in sides), motion.zero[:3])
+            # ``turning_of_line`` by every entry of q.
+            turn = skew(between).dot(relative) / between.dot(between)
+        else:
+            sign = 1.0 if said.carrier == "first" else -1.0
+            turn = next((side.jacobian[3:] for side in sides if side.sign == sign), None)
+        return PlacedPair(motion, sides, selector, turn, angular)
 
 
-class LineRows(PairRows):
-    """Rows along the line between two points, which turns as these move.
-
-    With d = (c_a − c_b)/L, ḋ = (1 − d dᵀ)(v_a − v_b)/L, so the line turns by d × (v_a − v_b)/L.
-    """
-
-    def __init__(self, first: int, other: int, said: FramePair) -> None:
-        ends = [np.array(site.placement.translation) for site in (said.first, said.other)]
-        super().__init__(first, other, ends[0], ends[1], 0, _EYE, said.select)
-        self._ends, self._axes, self._select = ends, said.axes, list(said.select)
-        self.is_level = False
-
-    def placed(self, motion: Motion) -> PlacedPair:
-        """The rows at a configuration."""
-        places, sides, ends = motion.placements, [], []
-        for joint, sign, at in zip((self.first, self.other), (1.0, -1.0), self._ends, strict=True):
-            ends.append(places[joint].act(at) if joint > 0 else at)
-            if joint > 0:
-                point = pin.SE3(_EYE, at)
-                sides.append(Side(joint, sign, point, *motion.jacobians(joint, point), None))
-        between = ends[0] - ends[1]
-        selector = np.kron(np.eye(2), axes_of_line(between, self._axes).T)[self._select]
-        # Nothing acts across a rope, whose rows are those of a contact.
-        selector[:-1] = 0.0
-        relative = sum((side.sign * side.jacobian[:3] for side in sides), motion.zero[:3])
-        turn = skew(between).dot(relative) / between.dot(between)
-        return PlacedPair(motion, sides, selector, turn, False)
+def _selector(said: FramePair, axes: np.ndarray) -> np.ndarray:
+    """(k, 6) the rows, of w and ω in world axes."""
+    return np.kron(np.eye(2), axes.T)[list(said.select)]
 
 
 class Side(NamedTuple):
@@ -272,26 +239,6 @@ def _crossing(wrench: np.ndarray) -> np.ndarray:
     )
 
 
-def pair_rows(expanded: ExpandedModel, said: FramePair) -> PairRows:
-    """The rows of what an entry says of two frames."""
-    first, other = said.first, said.other
-    if said.carrier == "line":
-        return LineRows(
-            expanded.joint_ids[first.joint_id], expanded.joint_ids[other.joint_id], said
-        )
-    carrier, axes = said.carrying
-    return PairRows(
-        expanded.joint_ids[first.joint_id],
-        expanded.joint_ids[other.joint_id],
-        np.array(first.placement.translation),
-        # The world stands still: any of its points will do.
-        None if said.coincides or not other.moves else np.array(other.placement.translation),
-        expanded.joint_ids[carrier],
-        axes,
-        said.select,
-    )
-
-
 def of_functions() -> InputError:
     """The error for rows that are functions of q, whose own derivatives nobody gives."""
     return InputError(
@@ -304,7 +251,7 @@ def entry_rows(robot: Robot, expanded: ExpandedModel, entry: Any) -> PairRows | 
     """The rows of an impulse, a constraint or a contact between two frames."""
     said = rows_of_entry(robot, entry)
     if isinstance(said, FramePair):
-        return pair_rows(expanded, said)
+        return PairRows(expanded, said)
     if isinstance(said, FunctionRows):
         raise of_functions()
     return FixedRows(said.matrix(robot.model))

@@ -26,7 +26,7 @@ from ...scene.kept import KeptByThread
 from ..solver import ImpactSolver
 from .expanded import expanded_model
 from .linear import Columns
-from .pairs import FixedRows, PairRows, entry_rows, pair_rows
+from .pairs import FixedRows, PairRows, entry_rows
 
 if TYPE_CHECKING:
     from .meeting import Meetings
@@ -145,7 +145,7 @@ class Workspace:
         rows = self._contacts.get(index)
         if rows is None:
             said = frame_pair(self._robot, self._parts[2][index])
-            rows = self._contacts[index] = pair_rows(self.expanded, said)
+            rows = self._contacts[index] = PairRows(self.expanded, said)
         return rows
 
     @cached_property

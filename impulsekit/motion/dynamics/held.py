@@ -224,7 +224,7 @@ def _linear_drift(
         def by_other(q: np.ndarray, t: float) -> np.ndarray:
             one, two = pair.placements(held.data)
             gap = one.translation - two.act(met)
-            return pair.axes_of(one, two).T.dot(gap)[linear]
+            return pair.said.axes_at(one, two).T.dot(gap)[linear]
 
         return by_other
     if not (pair.said.carrier == "world" or whole):
@@ -240,7 +240,7 @@ def _linear_drift(
     def between(q: np.ndarray, t: float) -> np.ndarray:
         one, two = pair.placements(held.data)
         gap = one.translation - two.translation - start - t * velocity
-        return pair.axes_of(one, two).T.dot(gap)[linear]
+        return pair.said.axes_at(one, two).T.dot(gap)[linear]
 
     return between
 
@@ -255,7 +255,7 @@ def _angular_drift(
         def all_three(q: np.ndarray, t: float) -> np.ndarray:
             one, two = pair.placements(held.data)
             turn = pin.log3(one.rotation.dot(two.rotation.dot(relative).T))
-            return pair.axes_of(one, two).T.dot(turn)
+            return pair.said.axes_at(one, two).T.dot(turn)
 
         return all_three
     local = pair.said.carrier != "world"
