@@ -179,14 +179,10 @@ class _Taut(PairContact):
 
     def touch_anyway(self, touches: list[Touch], data: pin.Data) -> None:
         """Touch whatever the length."""
-        rows, gap = self._pair.rows(data), self._gap(data)
-        # Nothing acts across the rope.
-        rows[:2] = 0.0
-        touches.append(self.touch_of(data, rows)._replace(gap=gap))
+        touches.append(self.touch_of(data, self._pair.rows(data))._replace(gap=self._gap(data)))
 
     def _gap(self, data: pin.Data) -> float:
-        first, other = self._pair.placements(data)
-        return self._length - float(np.linalg.norm(first.translation - other.translation))
+        return self._length - self._pair.distance(data)
 
 
 class _OfFunctions:

@@ -70,34 +70,49 @@ class Pair:
                 return rows[self._select]
             return self._turn_selected.dot(rows[:3])
         first, other = self.ends(data, q)
-        return (first - other)[self._select]
+        return self._selected(first - other)
 
-    def ends(self, data: pin.Data, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(6, nv) of both ends, whose difference has the rows, at q."""
-        model = self._model
+    def rows(self, data: pin.Data) -> np.ndarray:
+        """(k, nv) the rows; ``data`` with joint Jacobians."""
+        first, other = self.ends(data)
+        return self._selected(first - other)
+
+    def ends(self, data: pin.Data, q: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """(6, nv) of both ends, whose difference has the rows.
+
+        At the point of the first where they coincide, in the axes of the rows. Without q, of
+        ``data`` with joint Jacobians.
+        """
+        model, turn = self._model, self._turn
         first, other = (
             end.jacobian(model, data, q, _ALIGNED) if end.moves else np.zeros((6, model.nv))
             for end in (self.first, self.other)
         )
         if self._turns or self._carries:
-            pin.forwardKinematics(model, data, q)
-        return self._carried_and_turned(data, first, other)
+            if q is not None:
+                pin.forwardKinematics(model, data, q)
+            one, two = self.placements(data)
+            if self._carries:
+                other = other.copy()
+                other[:3] -= pin.skew(one.translation - two.translation).dot(other[3:])
+            if self._turns:
+                turn = self.said.axes_at(one, two).T
+        if turn is None:
+            return first, other
+        return _turned(turn, first), _turned(turn, other)
 
-    def rows(self, data: pin.Data) -> np.ndarray:
-        """(k, nv) the rows; ``data`` with joint Jacobians."""
-        model = self._model
-        # With one degree of freedom Pinocchio gives (6,) for (6, 1).
-        first, other = (
-            getFrameJacobian(model, data, end.frame_id, _ALIGNED).reshape(6, -1)
-            if end.moves
-            else None
-            for end in (self.first, self.other)
-        )
-        zero = np.zeros((6, model.nv))
-        first, other = self._carried_and_turned(
-            data, zero if first is None else first, zero if other is None else other
-        )
-        return (first - other)[self._select]
+    def _selected(self, rows: np.ndarray) -> np.ndarray:
+        """What there is of six rows, or of the first three."""
+        rows = rows[self._select]
+        if self._on_line:
+            # Nothing acts across a rope, whose rows are those of a contact.
+            rows[:-1] = 0.0
+        return rows
+
+    def distance(self, data: pin.Data) -> float:
+        """How far both points are apart [m]; ``data`` with placements of joints."""
+        first, other = self.placements(data)
+        return float(np.linalg.norm(first.translation - other.translation))
 
     def bias(self, data: pin.Data) -> np.ndarray:
         """(k,) the rates of the rows' velocities where no joint accelerates.
@@ -127,7 +142,7 @@ class Pair:
         if said.angular:
             spin_rate = turn.dot(relative_rate(first_spin, other_spin, turning))
             rate = np.concatenate([rate, spin_rate])
-        return rate[self._select]
+        return self._selected(rate)
 
     def _motion(
         self, data: pin.Data, end: PointOnFrame, arm: Vector
@@ -139,23 +154,6 @@ class Pair:
         point = motion_at(tuple(velocity[:3]), tuple(rate[:3]), spin, spin_rate, arm)
         return point, PointMotion(spin, spin_rate, spin)
 
-    def _carried_and_turned(
-        self, data: pin.Data, first: np.ndarray, other: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Both ends at the point of the first where they coincide, in the axes of the rows."""
-        if not (self._turns or self._carries):
-            if self._turn is None:
-                return first, other
-            return _turned(self._turn, first), _turned(self._turn, other)
-        one, two = self.placements(data)
-        if self._carries:
-            other = other.copy()
-            other[:3] -= pin.skew(one.translation - two.translation).dot(other[3:])
-        if self._turns or self._turn is not None:
-            turn = self.said.axes_at(one, two).T
-            first, other = _turned(turn, first), _turned(turn, other)
-        return first, other
-
 
 def rows_at(
     model: pin.Model,
@@ -165,26 +163,28 @@ def rows_at(
     axes: np.ndarray,
 ) -> np.ndarray:
     """(3, nv) Rᵀ (J_first − J_other) at a point of the world; ``data`` with joint Jacobians."""
-    difference = np.zeros((3, model.nv))
-    for sign, joint_id in zip((1.0, -1.0), joint_ids, strict=True):
-        if joint_id > 0:
-            at = pin.SE3(np.eye(3), data.oMi[joint_id].actInv(point))
-            # With one degree of freedom Pinocchio gives (6,) for (6, 1).
-            jacobian = getFrameJacobian(model, data, joint_id, at, _ALIGNED).reshape(6, -1)
-            difference += sign * jacobian[:3]
-    return axes.T.dot(difference)
+    return axes.T.dot(_relative(model, data, joint_ids, point)[:3])
 
 
 def turning_rows(
     model: pin.Model, data: pin.Data, joint_ids: tuple[int, int], axes: np.ndarray
 ) -> np.ndarray:
     """(3, nv) Rᵀ (ω_first − ω_other) of two bodies; ``data`` with joint Jacobians."""
-    difference = np.zeros((3, model.nv))
+    return axes.T.dot(_relative(model, data, joint_ids, np.zeros(3))[3:])
+
+
+def _relative(
+    model: pin.Model, data: pin.Data, joint_ids: tuple[int, int], point: np.ndarray
+) -> np.ndarray:
+    """(6, nv) of two bodies at a point of the world, in its axes."""
+    difference = np.zeros((6, model.nv))
     for sign, joint_id in zip((1.0, -1.0), joint_ids, strict=True):
         if joint_id > 0:
-            jacobian = pin.getJointJacobian(model, data, joint_id, _ALIGNED).reshape(6, -1)
-            difference += sign * jacobian[3:]
-    return axes.T.dot(difference)
+            at = pin.SE3(np.eye(3), data.oMi[joint_id].actInv(point))
+            # With one degree of freedom Pinocchio gives (6,) for (6, 1).
+            jacobian = getFrameJacobian(model, data, joint_id, at, _ALIGNED).reshape(6, -1)
+            difference += sign * jacobian
+    return difference
 
 
 def _turned(turn: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
-from pinocchio import computeFrameJacobian
+from pinocchio import computeFrameJacobian, getFrameJacobian
 
 if TYPE_CHECKING:
     from .entries import Site
@@ -35,12 +35,19 @@ class PointOnFrame:
         self._uneven = reached.has_uneven_lengths
 
     def jacobian(
-        self, model: pin.Model, data: pin.Data, q: np.ndarray, reference: pin.ReferenceFrame
+        self,
+        model: pin.Model,
+        data: pin.Data,
+        q: np.ndarray | None,
+        reference: pin.ReferenceFrame,
     ) -> np.ndarray:
-        """(6, nv) linear before angular."""
-        if self._uneven and reference == pin.LOCAL_WORLD_ALIGNED:
+        """(6, nv) linear before angular; without q, of ``data`` with joint Jacobians."""
+        if q is None:
+            jacobian: np.ndarray = getFrameJacobian(model, data, self.frame_id, reference)
+        elif self._uneven and reference == pin.LOCAL_WORLD_ALIGNED:
             return jacobian_in_world_axes(model, data, q, self.frame_id)
-        jacobian: np.ndarray = computeFrameJacobian(model, data, q, self.frame_id, reference)
+        else:
+            jacobian = computeFrameJacobian(model, data, q, self.frame_id, reference)
         # With one degree of freedom Pinocchio gives (6,) for (6, 1).
         return jacobian if jacobian.ndim == 2 else jacobian.reshape(6, 1)
 

@@ -194,13 +194,8 @@ def _drifts_of_pair(held: HeldRows, pair: Pair, first_row: int, speed: np.ndarra
 
 def _distance_drift(held: HeldRows, pair: Pair, speed: float) -> Callable:
     """How far two points are from the distance that they keep."""
-
-    def distance() -> float:
-        one, two = pair.placements(held.data)
-        return float(np.linalg.norm(one.translation - two.translation))
-
-    start = distance()
-    return lambda q, t: np.array([distance() - start - speed * t])
+    start = pair.distance(held.data)
+    return lambda q, t: np.array([pair.distance(held.data) - start - speed * t])
 
 
 def _linear_drift(

@@ -32,6 +32,10 @@ class _PairGap:
         point, _ = self._pair.placements(data)
         return [(point.translation.copy(), self._pair.axes(data))]
 
+    def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
+        """(3, nv); ``data`` with joint Jacobians."""
+        return self._pair.rows(data)
+
     def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """(3,) the rows' rates at zero joint acceleration."""
         return self._pair.bias(data)
@@ -67,10 +71,6 @@ class PlaneGap(_PairGap):
         """The joint of a plane that moves, and (3, 3) R in its frame."""
         return self._pair.other.joint_id, self._pair.said.carrying[1]
 
-    def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
-        """(3, nv); ``data`` with joint Jacobians."""
-        return self._pair.rows(data)
-
 
 def _in_own_units(said: FramePair, friction: object, index: int) -> FramePair:
     """A plane with the tangents for which µ is 1, where friction is an ellipse."""
@@ -99,12 +99,6 @@ class RopeGap(_PairGap):
         numbers[:3], numbers[3:6] = first.placement.translation, other.placement.translation
         numbers[6] = self._length
         return [(ROPE, first.joint_id, other.joint_id, numbers)]
-
-    def rows(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
-        """(3, nv), of which only the normal row is used; ``data`` with joint Jacobians."""
-        rows = self._pair.rows(data)
-        rows[:2] = 0.0
-        return rows
 
 
 class FunctionGap:
