@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -168,16 +168,8 @@ class RowMaker:
         turns = said.carrier == "first"
         around = body if turns else 0
         axes = axes @ said.axes if turns else said.axes
-        rows = []
-        for row in said.select:
-            kind, direction = FORCE_AT if row < 3 else COUPLE, axes[:, row % 3]
-            terms = []
-            if body > 0:
-                terms.append(_at((kind, body, around), point, direction))
-            if other > 0:
-                terms.append(_at((kind, other, around), other_point, -direction, arm=meeting))
-            rows.append(terms)
-        return rows
+        ends = (body, around, point, -1), (other, around, other_point, meeting)
+        return _terms(ends, [(row > 2, axes[:, row % 3]) for row in said.select])
 
     def _meeting(self, body: int, other: int, point: np.ndarray, normal: np.ndarray | None) -> int:
         """A meeting of two bodies at a point of the first, with a normal of the other."""
@@ -226,13 +218,8 @@ class RowMaker:
     def _on_moving_plane(self, said: FramePair) -> tuple[list, int, int, np.ndarray]:
         (body, point, _), (other, _, axes) = map(self.site, (said.first, said.other))
         meeting = self._meeting(body, other, point, axes @ said.axes[:, 2])
-        rows = []
-        for k in range(3):
-            along = np.eye(3)[k]
-            terms = [_at((FORCE_AT, other, 0), point, -along, arm=meeting, axes=meeting)]
-            if body > 0:
-                terms.insert(0, _at((FORCE_AT, body, 0), point, along, axes=meeting))
-            rows.append(terms)
+        ends = (body, 0, point, -1), (other, 0, point, meeting)
+        rows = _terms(ends, [(False, along) for along in np.eye(3)], meeting)
         return rows, -1, meeting, np.zeros(CONTACT_FLOATS)
 
     def _ball(self, entry: Collision) -> tuple[list, int, int, np.ndarray]:
@@ -248,17 +235,8 @@ class RowMaker:
         tables.ball_ints.append((body, other, meeting, ball.kind, ball.sign))
         placement = (other_turn.T @ ball.rotation).ravel(), other_turn.T @ ball.translation
         tables.ball_floats.append(np.concatenate([centre, [ball.radius], *placement, ball.sizes]))
-        rows = []
-        for k in range(3):
-            along = ball.sign * np.eye(3)[k]
-            terms = []
-            if body > 0:
-                where = (FORCE_AT, body, 0)
-                terms.append(_at(where, centre, along, arm=meeting + 1, axes=meeting))
-            if other > 0:
-                where = (FORCE_AT, other, 0)
-                terms.append(_at(where, ball.translation, -along, arm=meeting, axes=meeting))
-            rows.append(terms)
+        ends = (body, 0, centre, meeting + 1), (other, 0, ball.translation, meeting)
+        rows = _terms(ends, [(False, ball.sign * along) for along in np.eye(3)], meeting)
         numbers = np.zeros(CONTACT_FLOATS)
         numbers[9] = entry.margin
         return rows, -1, meeting, numbers
@@ -268,11 +246,24 @@ def _along(dof: int, factor: float) -> Term:
     return (ALONG_DOF, 0, 0, dof, -1, -1), np.array([0.0, 0.0, 0.0, factor, 0.0, 0.0])
 
 
-def _at(
-    where: tuple[int, int, int],
-    point: np.ndarray,
-    direction: np.ndarray,
-    arm: int = -1,
+def _terms(
+    ends: Sequence[tuple[int, int, np.ndarray, int]],
+    directions: Iterable[tuple[bool, np.ndarray]],
     axes: int = -1,
-) -> Term:
-    return (*where, 0, arm, axes), np.concatenate([point, direction])
+) -> list[list[Term]]:
+    """Rows of the first end against the other, each a list of terms.
+
+    Args:
+        ends: the body, the one in whose axes directions are, the point, the meeting with the arm.
+        directions: of each row, whether it turns about it, and (3,) the direction.
+        axes: the meeting in whose axes directions are instead; -1 for none.
+    """
+    rows: list[list[Term]] = []
+    for turns_about, direction in directions:
+        kind, terms = COUPLE if turns_about else FORCE_AT, []
+        for sign, (body, around, point, arm) in zip((1.0, -1.0), ends, strict=True):
+            if body > 0:
+                numbers = np.concatenate([point, sign * direction])
+                terms.append(((kind, body, around, 0, arm, axes), numbers))
+        rows.append(terms)
+    return rows

@@ -40,18 +40,17 @@ from .point_table import (
     TIP,
     Table,
     TableRow,
-    axes_of_crossing,
-    axis,
     back,
     crossing,
     origin,
     over_face,
-    point_of,
+    place_on_face,
+    spot_of,
     table_of,
     tip_of,
 )
 from .polyhedron import Polyhedron
-from .vectors import Vector, along, dot
+from .vectors import along, dot
 
 if TYPE_CHECKING:
     from .held_tips import TipOnFace
@@ -245,12 +244,8 @@ def write_spots(table: Table, places: np.ndarray) -> np.ndarray:
     table, places = borrowed(table), borrowed(places)
     for i in range(len(found)):
         own = found[i]
-        own[0], own[1], own[2] = _where(table, i, places)
-        if table.whole[i, 0] == CROSSING:
-            e, _, turn, square, _, _, _, _ = crossing(table, i, places)
-            ways = axes_of_crossing(e, turn, square)
-        else:
-            ways = axis(table, i, 0, places), axis(table, i, 1, places), axis(table, i, 2, places)
+        place, ways = spot_of(table, i, places)
+        own[0], own[1], own[2] = place
         for k in range(3):
             own[3 + 3 * k], own[4 + 3 * k], own[5 + 3 * k] = ways[k]
     return found
@@ -275,23 +270,12 @@ def write_gaps_and_ends(
 
 
 @borrowing
-def _where(table: Table, i: int, places: np.ndarray) -> Vector:
-    """A held point, in the world."""
-    if table.whole[i, 0] == CROSSING:
-        _, _, _, _, here, there, _, _ = crossing(table, i, places)
-        return along(here, 0.5, along(there, -1.0, here))
-    if table.whole[i, 0] in (TIP, ELLIPSOID):
-        return tip_of(table, i, places)[0]
-    return point_of(table, i, places)
-
-
-@borrowing
 def held_gap(table: Table, i: int, places: np.ndarray) -> float:
     """The gap of a point on a face or of two edges [m], negative inside."""
     if table.whole[i, 0] == CROSSING:
         _, _, way, square, here, there, _, _ = crossing(table, i, places)
         return dot(way, along(here, -1.0, there)) / math.sqrt(square)
-    return over_face(table, i, places, _where(table, i, places))
+    return over_face(table, i, places, place_on_face(table, i, places))
 
 
 @borrowing
@@ -309,7 +293,7 @@ def held_inside(
             return -math.inf
         return min(min(s, numbers[12] - s), min(u, numbers[13] - u))
     two = table.whole[i, 2]
-    away = along(_where(table, i, places), -1.0, origin(places, two))
+    away = along(place_on_face(table, i, places), -1.0, origin(places, two))
     room = inside_of(borders, first, last, back(places, two, away))
     if table.whole[i, 0] == TIP and numbers[17] > 0.0:
         sine = tip_of(table, i, places)[4]

@@ -35,8 +35,10 @@ __all__ = [
     "crossing",
     "origin",
     "over_face",
+    "place_on_face",
     "point_of",
     "rope",
+    "spot_of",
     "stretched",
     "table_of",
     "three",
@@ -218,3 +220,21 @@ def tip_of(
     if sine > 0.0:
         d = (out[0] / sine, out[1] / sine, out[2] / sine)
     return along(x, -rim, d), n, a, d, sine
+
+
+@borrowing
+def spot_of(table: Table, i: int, places: np.ndarray) -> tuple[Vector, Axes]:
+    """A point on a plane or face or of two edges in the world, and its axes t₁, t₂, n."""
+    if table.whole[i, 0] == CROSSING:
+        e, _, turn, square, here, there, _, _ = crossing(table, i, places)
+        return along(here, 0.5, along(there, -1.0, here)), axes_of_crossing(e, turn, square)
+    axes = axis(table, i, 0, places), axis(table, i, 1, places), axis(table, i, 2, places)
+    return place_on_face(table, i, places), axes
+
+
+@borrowing
+def place_on_face(table: Table, i: int, places: np.ndarray) -> Vector:
+    """A point on a plane, or where a tip is, in the world."""
+    if table.whole[i, 0] == PLANE:
+        return point_of(table, i, places)
+    return tip_of(table, i, places)[0]

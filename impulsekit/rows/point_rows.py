@@ -37,6 +37,7 @@ from ..geometry.point_table import (
     over_face,
     point_of,
     rope,
+    spot_of,
     stretched,
     three,
     tip_of,
@@ -58,25 +59,14 @@ __all__ = ["gap_and_rate", "gaps_and_rates", "rounding_of", "write_bias", "write
 
 
 @borrowing
-def _ends_and_axes(table: Table, i: int, places: np.ndarray) -> tuple[Vector, Vector, Axes]:
-    """A point on both bodies, in the world, and R for rows of the first against the second."""
-    kind, sign = table.whole[i, 0], table.numbers[i, 15]
-    if kind == CROSSING:
-        e, _, turn, square, here, there, _, _ = crossing(table, i, places)
-        middle = along(here, 0.5, along(there, -1.0, here))
-        return middle, middle, axes_of_crossing(e, turn, square)
-    if kind == ROPE:
+def _ends_and_axes(table: Table, i: int, places: np.ndarray) -> tuple[Vector, Vector, Axes, float]:
+    """A point on both bodies and R, in the world, and ±1 for rows of the first or the second."""
+    if table.whole[i, 0] == ROPE:
         here, there, n, _ = rope(table, i, places)
         nothing = (0.0, 0.0, 0.0)
-        return here, there, (nothing, nothing, (-n[0], -n[1], -n[2]))
-    point = point_of(table, i, places) if kind == PLANE else tip_of(table, i, places)[0]
-    a, b, n = axis(table, i, 0, places), axis(table, i, 1, places), axis(table, i, 2, places)
-    axes = (
-        (sign * a[0], sign * a[1], sign * a[2]),
-        (sign * b[0], sign * b[1], sign * b[2]),
-        (sign * n[0], sign * n[1], sign * n[2]),
-    )
-    return point, point, axes
+        return here, there, (nothing, nothing, n), -1.0
+    place, axes = spot_of(table, i, places)
+    return place, place, axes, 1.0 if table.whole[i, 0] == CROSSING else table.numbers[i, 15]
 
 
 @borrowing
@@ -105,9 +95,9 @@ def write_rows(table: Table, kinematics: Kinematics, rows: np.ndarray) -> None:
         if table.whole[i, 0] == STOP:
             own[2, one] = table.numbers[i, 0]
         else:
-            here, there, axes = _ends_and_axes(table, i, places)
-            _add_rows(kinematics, one, 1.0, here, axes, own)
-            _add_rows(kinematics, two, -1.0, there, axes, own)
+            here, there, axes, sign = _ends_and_axes(table, i, places)
+            _add_rows(kinematics, one, sign, here, axes, own)
+            _add_rows(kinematics, two, -sign, there, axes, own)
 
 
 @borrowing
@@ -130,7 +120,7 @@ def write_bias(table: Table, kinematics: Kinematics, bias: np.ndarray) -> None:
         if kind == STOP:
             bias[at], bias[at + 1], bias[at + 2] = 0.0, 0.0, 0.0
             continue
-        here, there, axes = _ends_and_axes(table, i, places)
+        here, there, axes, sign = _ends_and_axes(table, i, places)
         first = _motion_of(kinematics, table.whole[i, 1], here)
         other = _motion_of(kinematics, table.whole[i, 2], there)
         turning = other.spin
@@ -145,11 +135,8 @@ def write_bias(table: Table, kinematics: Kinematics, bias: np.ndarray) -> None:
                 place = _moves_of_tip(table, i, places, first, other)
             first, other = passing(first, place), passing(other, place)
         rate = relative_rate(first, other, turning)
-        bias[at], bias[at + 1], bias[at + 2] = (
-            dot(axes[0], rate),
-            dot(axes[1], rate),
-            dot(axes[2], rate),
-        )
+        for k in range(3):
+            bias[at + k] = sign * dot(axes[k], rate)
 
 
 @borrowing

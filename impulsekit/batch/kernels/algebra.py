@@ -5,6 +5,7 @@ Tuples of values, in registers, and as they stand in the work array, ``step`` ap
 
 from __future__ import annotations
 
+from ...geometry import vectors
 from .jit import inlined
 from .memory import load, store
 
@@ -27,6 +28,9 @@ __all__ = [
     "transposed_times",
     "triple",
 ]
+
+# As for single numbers, on lanes.
+cross, dot = inlined(vectors.cross), inlined(vectors.dot)
 
 
 @inlined
@@ -77,22 +81,6 @@ def put_nine(work, at, step, a):
 def add_triple(work, at, step, a, witness):
     """Add to three values."""
     put_triple(work, at, step, plus(triple(work, at, step, witness), a))
-
-
-@inlined
-def dot(a, b):
-    """a·b."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@inlined
-def cross(a, b):
-    """a × b."""
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )
 
 
 @inlined

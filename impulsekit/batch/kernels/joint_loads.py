@@ -13,6 +13,7 @@ from ...laws.borrowed import borrowing
 from ...laws.compiled import OPTIONS as _OPTIONS
 from ...laws.compiled import dispatcher, use_numba
 from ...motion.tree.bodies import inwards, look_at, weighed
+from ...rows.frame_pair import velocity_at
 
 __all__ = ["joint_loads"]
 
@@ -32,7 +33,7 @@ def write_links(links, places, speeds, bodies):
     for k in range(len(bodies)):
         j = links.joint[k]
         spin = three(speeds[j], 3)
-        move = along(three(speeds[j], 0), 1.0, cross(spin, row_of(links.com, k)))
+        move = velocity_at(three(speeds[j], 0), spin, row_of(links.com, k))
         put_two(turned(places, j, move), turned(places, j, spin), bodies[k])
 
 

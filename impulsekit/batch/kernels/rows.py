@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...rows import frame_pair
 from .algebra import (
     add_triple,
     cross,
@@ -56,7 +57,11 @@ __all__ = [
     "reduce_rows",
     "row_velocity",
     "turned",
+    "velocity_at",
 ]
+
+# The formula of all rows, on lanes.
+velocity_at = inlined(frame_pair.velocity_at)
 
 
 @inlined
@@ -160,7 +165,7 @@ def row_velocity(term_ints, term_floats, begin, end, twist, work, v_at, term_at,
             speed = speed + dot(direction, turn)
             continue
         arm = triple(work, at + 3 * w, w, witness)
-        speed = speed + dot(direction, plus(triple(work, row, w, witness), cross(turn, arm)))
+        speed = speed + dot(direction, velocity_at(triple(work, row, w, witness), turn, arm))
     return speed
 
 

@@ -196,8 +196,8 @@ class PlacedPair:
                 change = total - change if len(total) else -change
             total = change
         if self._turn is not None and motion.speeds is not None:
-            speeds = self._relative.dot(motion.speeds)
-            total = total + _crossing(speeds)[: len(total)].dot(self._turn)
+            speeds = self._relative.dot(motion.speeds)[: len(total)].reshape(-1, 3)
+            total = total + np.concatenate([skew(w).dot(self._turn) for w in speeds])
         return self._in_axes(total)
 
     def pull(self, pulls: Pulls, impulse: np.ndarray) -> None:
@@ -222,21 +222,6 @@ class PlacedPair:
     def turned(self, impulse: np.ndarray) -> np.ndarray | None:
         """(3, nv) how an impulse (3,) in the world turns with the axes."""
         return None if self._turn is None else -skew(impulse).dot(self._turn)
-
-
-def _crossing(wrench: np.ndarray) -> np.ndarray:
-    """(6, 3) K with K θ = (f × θ, c × θ) for a wrench or twist (f, c)."""
-    x, y, z, a, b, c = wrench.tolist()
-    return np.array(
-        (
-            (0.0, -z, y),
-            (z, 0.0, -x),
-            (-y, x, 0.0),
-            (0.0, -c, b),
-            (c, 0.0, -a),
-            (-b, a, 0.0),
-        )
-    )
 
 
 def of_functions() -> InputError:
