@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
+from ..geometry.axes import cross
 from ..rows.entries import FramePair, PlacementOf, Site, frame_pair, rows_of_entry
 from ..scene import AppliedImpulse
 
@@ -21,7 +22,6 @@ __all__ = [
     "body_impulses",
     "on_both_bodies",
     "on_both_ends",
-    "turning_both",
 ]
 
 
@@ -64,10 +64,9 @@ def body_impulses(impact: Impact) -> Iterator[BodyImpulse]:
         point = next(points)
         if point.position is not None:
             bodies = touch.joint_ids, touch.frame_ids
-            name = scene.entry_names("contacts")[touch.entry]
-            yield from on_both_bodies(placement_of, *bodies, point.position, point.impulse, name)
-            if point.turning is not None:
-                yield from turning_both(placement_of, *bodies, point.turning.impulse, name)
+            moment = None if point.turning is None else point.turning.impulse
+            name, at = scene.entry_names("contacts")[touch.entry], point.position
+            yield from on_both_bodies(placement_of, *bodies, at, point.impulse, moment, name)
 
 
 def on_both_ends(
@@ -90,27 +89,20 @@ def on_both_bodies(
     frame_ids: Sequence[int],
     position: np.ndarray,
     impulse: np.ndarray,
+    moment: np.ndarray | None,
     name: str = "",
 ) -> Iterator[BodyImpulse]:
-    """An impulse (3,) at a point (3,) of the world on the first body, and back on the other."""
+    """An impulse (3,) at a point (3,) of the world on the first body, and back on the other.
+
+    ``moment``: (3,) beside it, in world axes.
+    """
     for sign, joint_id, frame_id in zip((1.0, -1.0), joint_ids, frame_ids, strict=True):
         placement = placement_of(joint_id)
         linear = placement.rotation.T @ (sign * impulse)
-        arm = placement.actInv(np.array(position))
-        yield BodyImpulse(frame_id, joint_id, pin.Force(linear, np.cross(arm, linear)), name)
-
-
-def turning_both(
-    placement_of: PlacementOf,
-    joint_ids: Sequence[int],
-    frame_ids: Sequence[int],
-    moment: np.ndarray,
-    name: str = "",
-) -> Iterator[BodyImpulse]:
-    """A moment (3,) in world axes on the first body, and back on the other."""
-    for sign, joint_id, frame_id in zip((1.0, -1.0), joint_ids, frame_ids, strict=True):
-        angular = placement_of(joint_id).rotation.T @ (sign * moment)
-        yield BodyImpulse(frame_id, joint_id, pin.Force(np.zeros(3), angular), name)
+        angular = cross(placement.actInv(np.array(position)), linear)
+        if moment is not None:
+            angular = angular + placement.rotation.T @ (sign * moment)
+        yield BodyImpulse(frame_id, joint_id, pin.Force(linear, angular), name)
 
 
 def at_point(

@@ -75,7 +75,8 @@ class PairRows:
         self._point, self._other_point = (
             pin.SE3(_EYE, site.placement.translation) for site in (said.first, said.other)
         )
-        self._still = _selector(said, said.axes) if said.carrier == "world" else None
+        self._rows = np.eye(6)[list(said.select)].reshape(-1, 3)
+        self._still = self._selector(said.axes) if said.carrier == "world" else None
         # In the world's own axes nothing has to be turned.
         self._is_level = self._still is not None and np.array_equal(self._still, np.eye(6)[:3])
 
@@ -100,7 +101,7 @@ class PairRows:
         if self._still is not None:
             return PlacedPair(motion, sides, self._still, None, angular, self._is_level)
         first, other = places[a] * said.first.placement, places[b] * said.other.placement
-        selector = _selector(said, said.axes_at(first, other))
+        selector = self._selector(said.axes_at(first, other))
         turn: np.ndarray | None = None
         if said.carrier == "line":
             # Nothing acts across a rope, whose rows are those of a contact.
@@ -114,10 +115,9 @@ class PairRows:
             turn = next((side.jacobian[3:] for side in sides if side.sign == sign), None)
         return PlacedPair(motion, sides, selector, turn, angular)
 
-
-def _selector(said: FramePair, axes: np.ndarray) -> np.ndarray:
-    """(k, 6) the rows, of w and ω in world axes."""
-    return np.kron(np.eye(2), axes.T)[list(said.select)]
+    def _selector(self, axes: np.ndarray) -> np.ndarray:
+        """(k, 6) the rows, of w and ω in world axes."""
+        return self._rows.dot(axes.T).reshape(-1, 6)
 
 
 class Side(NamedTuple):

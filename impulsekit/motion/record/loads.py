@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ...impact.forces import BodyImpulse, on_both_bodies, on_both_ends, turning_both
+from ...impact.forces import BodyImpulse, on_both_bodies, on_both_ends
 from ...impact.reactions import transmitted
 from ...rows.entries import FramePair, frame_pair, rows_of_entry
 from ...scene import (
@@ -159,18 +159,14 @@ class Loads:
         names = of.scene.entry_names("contacts")
         for point in self.points:
             if point.position is not None:
-                bodies = of.bodies_of_contact(point.entry)
                 found += on_both_bodies(
                     self._placements.__getitem__,
-                    *bodies,
+                    *of.bodies_of_contact(point.entry),
                     point.position,
                     point.force,
+                    point.moment,
                     names[point.entry],
                 )
-                if point.moment is not None:
-                    found += turning_both(
-                        self._placements.__getitem__, *bodies, point.moment, names[point.entry]
-                    )
         for said, where, name in of.anchors:
             multipliers = self.multipliers[where]
             found += on_both_ends(self._placements.__getitem__, said, multipliers, name)
