@@ -6,11 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..laws.borrowed import borrowing
+
 if TYPE_CHECKING:
     from .collision import Solids
 
-__all__ = ["before_limit", "nearest_points", "over_plane"]
+__all__ = ["AT_STOP", "before_limit", "is_closed", "nearest_points", "over_plane"]
 
+# A joint this near its limit, relative to the limit's size, is at its stop.
+AT_STOP = 1e-9
 # Beside a separating axis of polyhedra, coal's distance is longer by more than its own error
 # [m] where the nearest points are corners, or a corner and an edge.
 ERROR_OF_COAL = 1e-6
@@ -26,9 +30,21 @@ def over_plane(point: np.ndarray, normal: np.ndarray, origin: np.ndarray) -> flo
     return float(normal.dot(point - origin))
 
 
+@borrowing
 def before_limit(value: float, limit: float, sign: float) -> float:
     """How far a joint is before its lower (sign 1) or upper (−1) limit [rad, m]."""
-    return float(sign * (value - limit))
+    return sign * (value - limit)
+
+
+@borrowing
+def is_closed(gap: float, size: float) -> bool:
+    """Whether a joint is at a limit, or a rope stretched, but for rounding.
+
+    Args:
+        gap: before the limit, or how much of the rope is slack [rad, m].
+        size: the limit, or the length of the rope.
+    """
+    return gap <= AT_STOP * max(1.0, abs(size))
 
 
 def nearest_points(first: Solids, other: Solids, margin: float) -> tuple[float, list[Nearest]]:

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.gaps import before_limit, nearest_points, over_plane
+from ..geometry.gaps import AT_STOP, before_limit, is_closed, nearest_points, over_plane
 from ..robot.placing import Posture
-from ..rows.contacts import AT_STOP, is_taut
 from ..rows.entries import FunctionRows, frame_pair
 from ..scene import Collision, Contact, FrameAnchor, GapContact, JointStop, PointAnchor, Rope, Scene
 
@@ -102,7 +101,7 @@ def _of_rope(posture: Posture, entry: Rope, name: str) -> ContactGap:
     w = posture.velocity_at(pair.first.joint_id, here)
     w = w - posture.velocity_at(pair.other.joint_id, there)
     closing = -float(pair.axes_at(*places)[:, 2] @ w)
-    return ContactGap(name, gap, closing, touching=is_taut(gap, entry.length))
+    return ContactGap(name, gap, closing, touching=is_closed(gap, entry.length))
 
 
 def _before_stop(posture: Posture, entry: JointStop, name: str) -> ContactGap:
@@ -115,8 +114,8 @@ def _before_stop(posture: Posture, entry: JointStop, name: str) -> ContactGap:
         for limit, sign in zip(entry.limits(robot), (1.0, -1.0), strict=True)
     ]
     gap, sign, limit = min(sides)
-    touching = gap <= AT_STOP * max(1.0, abs(limit))
-    return ContactGap(name, gap, float(-sign * speed), touching, angular=turns)
+    touching = is_closed(gap, limit)
+    return ContactGap(name, float(gap), float(-sign * speed), touching, angular=turns)
 
 
 def _between_bodies(posture: Posture, entry: Collision, name: str) -> ContactGap:

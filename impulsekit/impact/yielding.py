@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.gaps import before_limit
-from ..rows.contacts import AT_STOP
+from ..geometry.gaps import before_limit, is_closed
 from ..scene import JointStop, Scene
 
 __all__ = ["YieldingControls", "own_stops"]
@@ -77,6 +76,6 @@ def _is_pressed(
         sides = [
             (limit, sign)
             for limit, sign in sides
-            if before_limit(at, limit, sign) <= AT_STOP * max(1.0, abs(limit))
+            if is_closed(before_limit(at, limit, sign), limit)
         ]
     return any(sign * speed < 0.0 for _, sign in sides)

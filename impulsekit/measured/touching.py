@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from ..rows.contacts import AT_STOP, ContactRows
+from ..geometry.gaps import AT_STOP
+from ..rows.contacts import ContactRows
 from ..rows.reach import reached_model
 from ..scene import GapContact, JointStop, Rope, Scene
 

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..geometry.axes import contact_axes
-from ..geometry.gaps import before_limit
+from ..geometry.gaps import AT_STOP, before_limit, is_closed
 from ..robot import Robot
 from ..scene import Collision, Contact, GapContact, JointStop, Rope, Scene
 from ..scene.contacts import turns
@@ -22,10 +22,7 @@ from .entries import FunctionRows, frame_pair, joint_rows
 from .pair import Pair, rows_at, turning_rows
 from .reach import ReachedModel
 
-__all__ = ["ContactRows", "PairContact", "Touch", "is_taut"]
-
-# A joint this near its limit, relative to the limit's size, is at its stop.
-AT_STOP = 1e-9
+__all__ = ["ContactRows", "PairContact", "Touch"]
 
 
 class Touch(NamedTuple):
@@ -174,7 +171,7 @@ class _Taut(PairContact):
         self._length = entry.length
 
     def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
-        if is_taut(self._gap(data), self._length):
+        if is_closed(self._gap(data), self._length):
             self.touch_anyway(touches, data)
 
     def touch_anyway(self, touches: list[Touch], data: pin.Data) -> None:
@@ -203,11 +200,6 @@ class _OfFunctions:
         touches.append(Touch(self._index, np.eye(3), (0, 0), (0, 0), rows, gap=gap))
 
 
-def is_taut(gap: float, length: float) -> bool:
-    """Whether a rope of this length is stretched, but for rounding."""
-    return gap <= AT_STOP * max(1.0, length)
-
-
 class _AtStop:
     """A joint at one of its limits."""
 
@@ -228,15 +220,15 @@ class _AtStop:
 
     def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
         for limit, sign, jacobian in self._sides:
-            gap = before_limit(q[self._entry_in_q], limit, sign)
-            if gap <= AT_STOP * max(1.0, abs(limit)):
+            gap = float(before_limit(q[self._entry_in_q], limit, sign))
+            if is_closed(gap, limit):
                 touches.append(Touch(self._index, None, (0, 0), (0, 0), jacobian, gap=gap))
 
     def touch_nearer(self, touches: list[Touch], q: np.ndarray) -> None:
         """Touch the limit that is nearer, however far it is."""
         at = q[self._entry_in_q]
         limit, sign, jacobian = min(self._sides, key=lambda side: before_limit(at, *side[:2]))
-        gap = before_limit(at, limit, sign)
+        gap = float(before_limit(at, limit, sign))
         touches.append(Touch(self._index, None, (0, 0), (0, 0), jacobian, gap=gap))
 
 

@@ -18,6 +18,7 @@ import math
 
 import numpy as np
 
+from ..geometry.gaps import before_limit
 from ..geometry.point_table import (
     CROSSING,
     ELLIPSOID,
@@ -218,7 +219,7 @@ def gap_and_rate(
     """Of one of them; see ``gaps_and_rates``."""
     one, two, numbers = table.whole[i, 1], table.whole[i, 2], table.numbers[i]
     if table.whole[i, 0] == STOP:
-        return numbers[1] * (q[two] - numbers[2]), numbers[1] * v[one]
+        return before_limit(q[two], numbers[2], numbers[1]), numbers[1] * v[one]
     if table.whole[i, 0] == ROPE:
         here, there, n, length = rope(table, i, places)
         gap, sign = numbers[6] - length, -1.0

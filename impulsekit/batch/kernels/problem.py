@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...geometry.gaps import before_limit, is_closed
 from ...laws.rank_tolerances import WITH_FEW_DIGITS
 from ...laws.status import Status
 from ...laws.tolerances import NEGLIGIBLE
@@ -22,8 +23,6 @@ from .layout import CONTACT_FLOATS, CONTACT_INTS
 
 __all__ = ["Room", "lanes_under", "problem_in"]
 
-# As in ``impact``: q this near a limit is at it.
-AT_STOP = 1e-9
 # A gap this near [m] to the one up to which balls touch may be on either side of it.
 NEAR_MARGIN, NEAR_MARGIN32 = 1e-11, 1e-5
 _SOLVED = int(Status.SOLVED)
@@ -124,8 +123,8 @@ def _touching(lane, contact, posed, lanes):
         return 1
     lower, upper = floats[at + 9], floats[at + 10]
     x = posed.q[(lanes.base + lane) * posed.q_step + entry]
-    low = x - lower <= AT_STOP * max(1.0, abs(lower))
-    high = upper - x <= AT_STOP * max(1.0, abs(upper))
+    low = is_closed(before_limit(x, lower, 1.0), lower)
+    high = is_closed(before_limit(x, upper, -1.0), upper)
     if low and high:
         return 2
     return 1 if low else (-1 if high else 0)

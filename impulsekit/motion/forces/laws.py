@@ -16,8 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...geometry.point_table import Kinematics, back, origin, three, turned
-from ...geometry.vectors import Vector, along, cross, dot
+from ...geometry.vectors import Vector, along, dot
 from ...laws.borrowed import borrowing
+from ...rows.frame_pair import velocity_at
 from ..tree.bodies import push
 
 __all__ = [
@@ -290,7 +291,7 @@ def _stretch(
 @borrowing
 def _speed(places: np.ndarray, speeds: np.ndarray, j: int, point: Vector) -> Vector:
     """Of a joint's point, given in its axes, in the world."""
-    return turned(places, j, along(three(speeds[j], 0), 1.0, cross(three(speeds[j], 3), point)))
+    return turned(places, j, velocity_at(three(speeds[j], 0), three(speeds[j], 3), point))
 
 
 @borrowing
