@@ -10,7 +10,7 @@ import pinocchio as pin
 from pinocchio import computeFrameJacobian
 
 from ..rows.entries import Site
-from ..rows.points import jacobian_in_world_axes
+from ..rows.pair import jacobian_in_world_axes
 from ..rows.reach import ReachedModel
 from ..scene import AppliedImpulse, Scene
 

@@ -15,8 +15,7 @@ from ..scene import Collision, GapConstraint, GapContact, Scene
 from ..scene.constraints import KEPT
 from .entries import FramePair, FunctionRows, JointRows, rows_of_entry, vectors_of_rows
 from .origin import Places
-from .pair import Pair
-from .points import PointOnFrame
+from .pair import Pair, PointOnFrame
 from .reach import ReachedModel, branch_of
 
 __all__ = ["ConstraintRows", "needs_places"]
