@@ -9,12 +9,11 @@ nearest points and w the velocity of the first body against the other there,
 
     n = ± e × f / |e × f|,   g = n·(a − b),   ġ = n·w,
 
-and that place moves along the edges at σ' and τ' with w + σ' e − τ' f along n. The rows are
-Rᵀ w with R = (e, n × e, n); their rates need ė = ω × e, ṅ from ė and ḟ, and the
-accelerations of the material points with ω × e σ' of the way along the edge.
+and that place moves along the edges at σ' and τ' with w + σ' e − τ' f along n. The axes of its
+rows are R = (e, n × e, n).
 
-Tips of round bodies: see ``held_tips``. Each is a row of a table (``points``), whose rows and
-rates are written there; here is what its gap is, where it is and how far from its end.
+Tips of round bodies: see ``held_tips``. Each is a row of a table (``point_table``); its rows and
+rates are in ``rows.point_rows``, here is what its gap is, where it is and how far from its end.
 """
 
 from __future__ import annotations

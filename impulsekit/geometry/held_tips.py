@@ -10,11 +10,9 @@ and of an ellipsoid over a half-space (see ``ellipsoids``)
 
     x = c − Eᵀ E n / |E n| − ρ n,
 
-which moves over both bodies at ẋ, with p, c, a and E fixed in one and n in the other. Of a rim that
-lies flat on the face points fixed on it stand for all of it. With v, a, ω the velocities and
-accelerations of the material points at x, ' of the body of the face, and R axes fixed there,
-
-    u = Rᵀ (v − v'),   u̇ = Rᵀ (a + ω × (ẋ − v) − a' − ω' × (ẋ − v') − ω' × (v − v')).
+which moves over both bodies, with p, c, a and E fixed in one and n in the other. Of a rim that
+lies flat on the face points fixed on it stand for all of it. The axes of its rows turn with the
+body of the face (``rows.point_rows``).
 
 Corners of a polyhedron over a half-space are held here too; see ``held_points``.
 """

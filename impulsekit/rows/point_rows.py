@@ -1,15 +1,10 @@
-"""Points of tables: their rows, rates, gaps and velocities in compiled code.
+"""Rows, rates, gaps and velocities of the points of a table, in compiled code.
 
-All have the rows of ``frame_pair`` with R turning with what its last column says:
-
-    point            place x of both velocities                        R turns with
-    on a plane       stays on its body                                 the plane's body
-    tip of a body    moves over both, see ``_moves_of_tip``            the face's body
-    two edges        moves along both                                  (e, n × e, n)
-    rope of length l x on one body, y on the other, n·(x − y) > 0      the line
-
-and the gap g = n·(x − o) over a plane, l − |x − y| of a rope. A joint before its limit has a row
-of its own.
+The formulas are those of ``frame_pair``. A point on a plane stays on its body, a tip of a round
+body moves over both, and R turns with the plane or face; where two edges cross both places move
+along them, and R = (e, n × e, n); both ends of a rope stay on their bodies, and only along it,
+n·(x − y) = |x − y|, is there a row. The gap is g = n·(x − o) over a plane, l − |x − y| of a rope
+of length l. A joint before its limit has a row of its own.
 """
 
 from __future__ import annotations
