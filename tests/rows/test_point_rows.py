@@ -3,12 +3,12 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from impulsekit.motion.memory import Memory
-from impulsekit.motion.pressed import rows_and_bias
-from impulsekit.motion.rated_gaps import PlaneGap, RopeGap
 
 import impulsekit as ik
 from impulsekit.geometry.point_table import table_of
+from impulsekit.motion.gaps.rated import PlaneGap, RopeGap
+from impulsekit.motion.tree.memory import Memory
+from impulsekit.motion.tree.pressed import rows_and_bias
 from impulsekit.rows.point_rows import gaps_and_rates
 from impulsekit.rows.reach import reached_model
 
