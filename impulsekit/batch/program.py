@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from ..impact.algorithms import has_uneven_masses
+from ..impact.singular import has_uneven_masses
 from ..laws.words import END, LZB, NEWTON, SEQUENTIAL, STRONGE
 from ..robot.massless import is_always_regular
 from ..rows.entries import Site

@@ -13,9 +13,9 @@ import numpy as np
 
 from ..errors import InputError, RangeError, a_thing
 from ..impact import ImpactSolver
-from ..impact.algorithms import refuse_massless
 from ..impact.elimination import Elimination
 from ..impact.mechanics import Mechanics
+from ..impact.singular import refuse_massless
 from ..robot import Robot, state
 from ..scene import AppliedImpulse, Scene
 from ..scene.driven import at_rest

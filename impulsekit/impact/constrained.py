@@ -18,22 +18,22 @@ from ..errors import InputError
 from ..laws.holding import BY_ALL, hold
 from ..laws.rank_tolerances import FAINT_PIVOT, SMALLEST_PIVOT
 from ..laws.tolerances import ROUNDING
-from ..robot.mass_matrix import crba_of
+from ..robot.mass_matrix import crba_of, symmetric
 from ..rows.constraints import ConstraintRows
 from ..rows.contacts import Touch
 from ..rows.entries import JointRows
 from ..rows.reach import ReachedModel
 from ..scene import Scene
-from .algorithms import decompose, has_uneven_masses, symmetric
 from .elimination import (
     MOST_REFINEMENTS,
     BilateralSolution,
     Elimination,
 )
-from .factor import FilledFactor, SparseFactor, pivots_are_safe
+from .factor import Factor, MassFactor, SparseFactor
 from .known import KnownImpulses
 from .massless_locks import with_massless_locks
 from .scene_contacts import SceneContacts, with_work_of_rows
+from .singular import has_uneven_masses
 from .steps import steps_of
 
 if TYPE_CHECKING:
@@ -80,7 +80,6 @@ class ConstrainedJump:
         self._rows = ConstraintRows.of(scene, reached) if scene.held else None
         self._contacts = SceneContacts(scene, reached) if scene.contacts else None
         self.model, self.data = known.model, known.model.createData()
-        self._sparse = SparseFactor(self.model, self.data)
         self._crba = crba_of(self.model)
         self.always_regular = always_regular
         # Rows have to make up for what M lacks at every configuration, whatever pivots say.
@@ -89,14 +88,16 @@ class ConstrainedJump:
         # A row may speak of speeds that are far smaller than others.
         uneven = has_uneven_masses(reached.model)
         # Small pivots of light bodies beside heavy ones are inertia, and are refined.
-        self._least_pivot = SMALLEST_PIVOT if uneven else FAINT_PIVOT
+        self._mass_factor = MassFactor(
+            self.model,
+            self.data,
+            singular=self._singular,
+            regular=always_regular,
+            least_pivot=SMALLEST_PIVOT if uneven else FAINT_PIVOT,
+        )
         blocks = () if self._rows is None else self._rows.blocks
         self._row_by_row = uneven or any(isinstance(block.said, JointRows) for block in blocks)
-        # Pinocchio's sparse Cholesky takes neither mimic joints nor a model with one row.
-        self._dense = self.model.nv < 2 or any(
-            joint.shortname() == "JointModelMimic" for joint in self.model.joints
-        )
-        self.is_sparse = not (self._dense or self._singular)
+        self.is_sparse = self._mass_factor.is_sparse
 
     @property
     def contacts(self) -> SceneContacts:
@@ -105,9 +106,9 @@ class ConstrainedJump:
             raise InputError("no contacts")
         return self._contacts
 
-    def is_regular(self) -> bool:
-        """Whether no pivot of the sparse factor in ``data`` is near rounding."""
-        return pivots_are_safe(self.data, self._least_pivot)
+    def decompose(self) -> bool:
+        """Whether the sparse factor, which is written to ``data``, has no pivot near rounding."""
+        return self._mass_factor.decompose()
 
     def solve(
         self,
@@ -136,17 +137,9 @@ class ConstrainedJump:
             asked = self._rows.target(before) - before
         touches = [] if self._contacts is None else self._contacts.rows.touching(data, q, touching)
         self._crba(model, data, q)
-        factor: SparseFactor | FilledFactor | None = None
-        if self.is_sparse:
-            decompose(model, data)
-            if self.always_regular or self.is_regular():
-                factor = self._sparse
-        if factor is None:
-            faint = not self._dense and self._least_pivot == FAINT_PIVOT
-            own = np.empty((0, model.nv)) if rows is None else rows
-            factor = FilledFactor(model, data.M, own, singular=self._singular or faint)
-            if asked is not None:
-                impulse = factor.filled_impulse(impulse, asked)
+        factor = self._mass_factor.at(rows)
+        if asked is not None:
+            impulse = factor.filled(impulse, asked)
         outcome: Outcome | Callable[[], Outcome]
         if not touches:
             dv, outcome = self._without_contacts(factor, impulse, rows, asked, q, v, doubt)
@@ -159,7 +152,7 @@ class ConstrainedJump:
 
     def _without_contacts(
         self,
-        factor: SparseFactor | FilledFactor,
+        factor: Factor,
         impulse: np.ndarray,
         rows: np.ndarray | None,
         asked: np.ndarray | None,
@@ -211,7 +204,7 @@ class ConstrainedJump:
 
     def _refined(
         self,
-        factor: SparseFactor | FilledFactor,
+        factor: Factor,
         eliminated: Elimination,
         rows: np.ndarray,
         asked: np.ndarray,
@@ -226,9 +219,8 @@ class ConstrainedJump:
         """
         missing = asked - rows.dot(dv)
         for _ in range(MOST_REFINEMENTS):
-            filled, start = np.zeros_like(dv), np.zeros(len(dv))
-            if isinstance(factor, FilledFactor):
-                filled = factor.filled_impulse(filled, missing)
+            filled, start = factor.filled(np.zeros_like(dv), missing), np.zeros(len(dv))
+            if factor.is_filled:
                 start = factor.half(filled[None])[:, 0]
             change = eliminated.solve(missing - start.dot(eliminated.half)).impulse
             nearer = dv + factor.solve(filled + change.dot(rows))
@@ -240,7 +232,7 @@ class ConstrainedJump:
 
     def _with_contacts(
         self,
-        factor: SparseFactor | FilledFactor,
+        factor: Factor,
         impulse: np.ndarray,
         rows: np.ndarray | None,
         asked: np.ndarray | None,
@@ -293,9 +285,7 @@ class ConstrainedJump:
             def at(contact_impulse: np.ndarray) -> np.ndarray:
                 return at_first + borne(contact_impulse - first)
 
-            acting = impulse
-            if isinstance(factor, FilledFactor):
-                acting = impulse - factor.filled_impulse(np.zeros_like(impulse), asked)
+            acting = impulse - factor.filled(np.zeros_like(impulse), asked)
             steps = steps_of(self._mass_matrix, acting, jacobian, rows, moved_by, at)
             solution, dv = contacts.refined(problem, solution, dv, steps)
             multipliers = at(solution.impulse)
@@ -317,7 +307,7 @@ class ConstrainedJump:
 
     def _with_contacts_alone(
         self,
-        factor: SparseFactor | FilledFactor,
+        factor: Factor,
         impulse: np.ndarray,
         touches: list[Touch],
         jacobian: np.ndarray,

@@ -11,7 +11,7 @@ from ..robot.limits import outside_limits
 from ..robot.massless import is_always_regular
 from ..robot.placing import Posture
 from ..scene import AppliedImpulse, Collision, Contact, GapContact, JointImpulse, Rope, Scene
-from .algorithms import shares_of_inertia
+from .singular import shares_of_inertia
 
 if TYPE_CHECKING:
     from .gaps import ContactGap

@@ -19,8 +19,8 @@ import pinocchio as pin
 from ..display import OneLine
 from ..errors import InputError
 from ..robot.arrays import lock
+from ..robot.mass_matrix import symmetric
 from ..scene.numbers import vector
-from .algorithms import symmetric
 from .forces import body_impulses
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ WITHOUT_THREADS, WITH_THREADS = 1024, 512
 
 ROUTINES = {
     "blas": ("dtrsm",),
-    "lapack": ("dgeqp3", "dgesdd", "dgesv", "dpotrf", "dpotrs", "dpstrf"),
+    "lapack": ("dgeqp3", "dgesdd", "dgesv", "dpotrf", "dpotrs", "dpstrf", "dtrtri"),
 }
 
 

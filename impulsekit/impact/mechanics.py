@@ -8,16 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from ..errors import SingularMassError
 from ..robot.capacity import check_capacity
-from ..robot.mass_matrix import crba_of
+from ..robot.mass_matrix import crba_of, symmetric
 from ..rows.constraints import ConstraintRows, needs_places
 from ..rows.entries import Site
 from ..rows.reach import reached_model
 from ..scene import AppliedImpulse
 from ..scene.kept import KeptByThread
-from .algorithms import symmetric
-from .factor import FilledFactor
+from .factor import DenseFactor
 from .responses import Responses, responses
 
 if TYPE_CHECKING:
@@ -124,20 +122,15 @@ class Mechanics:
         )
 
     @cached_property
-    def factor(self) -> FilledFactor:
+    def factor(self) -> DenseFactor:
         """Of M, filled up by the bilateral rows where it is singular without them.
 
         Raises:
             SingularMassError: they do not make up for what M lacks.
         """
-        model, masses = self.model, self.mass_matrix
-        if not self.scene.robot.massless_motions:
-            try:
-                return FilledFactor(model, masses, np.empty((0, model.nv)))
-            except SingularMassError:
-                if not self.scene.held:
-                    raise
-        return FilledFactor(model, masses, self.constraint_matrix, singular=True)
+        rows = self.constraint_matrix if self.scene.held else None
+        singular = bool(self.scene.robot.massless_motions)
+        return DenseFactor(self.model, self.mass_matrix, rows, singular=singular)
 
     def responses(self, points: np.ndarray) -> Responses:
         """What unit impulses on points' rows (3n, nv) do where the bilateral rows hold."""

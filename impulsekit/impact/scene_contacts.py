@@ -18,7 +18,7 @@ from ..scene import Scene
 from ..scene.contacts import turns
 from ..scene.friction import is_plain, static_friction
 from ..scene.restitution import restitution_at
-from .algorithms import has_uneven_masses
+from .singular import has_uneven_masses
 
 if TYPE_CHECKING:
     from .contact_space import ContactProblem, ContactSolution

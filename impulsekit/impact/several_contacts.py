@@ -19,7 +19,7 @@ from ..laws.words import AGAIN, END, PATH
 from ..rows.reach import ReachedModel
 from ..scene import Scene
 from ..scene.law import RESTITUTIONS
-from .algorithms import crba, decompose
+from .algorithms import crba
 from .constrained import ConstrainedJump, Outcome
 from .contact_space import ContactSolution
 from .known import KnownImpulses
@@ -58,8 +58,7 @@ class SeveralContactsJump:
         model, data = self._general.model, self._general.data
         rows = np.concatenate([point.jacobian(data, q) for point in self._points])
         crba(model, data, q)
-        decompose(model, data)
-        if not (self._general.always_regular or self._general.is_regular()):
+        if not self._general.decompose():
             return self._general.solve(q, v)
         given = data.U.T, data.D, rows, v, self._coefficients, self._restitution
         found = strike_in_turn(*given, self._slip) if self._in_turn else strike_at_once(*given)

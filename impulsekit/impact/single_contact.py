@@ -22,11 +22,12 @@ from ..rows.reach import ReachedModel, reached_model, touched_joints
 from ..scene import Contact, Scene
 from ..scene.friction import static_friction
 from ..scene.restitution import restitution_at
-from .algorithms import check_pivots, cholesky_solve, crba, decompose
+from .algorithms import cholesky_solve, crba, decompose
 from .constrained import ConstrainedJump, Outcome
 from .contact_space import ContactProblem, find_impulses
 from .contact_space.problem import THROWN, is_thrown
 from .known import KnownImpulses
+from .singular import check_pivots
 
 __all__ = ["SingleContactJump"]
 

@@ -20,10 +20,11 @@ from ..rows.reach import ReachedModel, reached_model, touched_joints
 from ..scene import Scene
 from ..scene.driven import scene_at
 from ..scene.kept import KeptByThread
-from .algorithms import ByAba, ByCrba, ByDenseCholesky, Rescaled, refuse_massless
+from .algorithms import ByAba, ByCrba, ByDenseCholesky, Rescaled
 from .known import KnownImpulses
 from .plan import Plan, cheaper_algorithm
 from .result import Impact
+from .singular import refuse_massless
 from .yielding import YieldingControls, own_stops
 
 if TYPE_CHECKING:

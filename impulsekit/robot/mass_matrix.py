@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
-__all__ = ["crba_of"]
+__all__ = ["crba_of", "symmetric"]
 
 
 def crba_of(model: pin.Model) -> Callable[[pin.Model, Any, np.ndarray], np.ndarray]:
@@ -24,3 +25,14 @@ def crba_of(model: pin.Model) -> Callable[[pin.Model, Any, np.ndarray], np.ndarr
 
 def _in_world_axes(model: pin.Model, data: Any, q: np.ndarray) -> np.ndarray:
     return pin.crba(model, data, q, pin.Convention.WORLD)
+
+
+def symmetric(upper: np.ndarray) -> np.ndarray:
+    """The whole of a symmetric matrix of which Pinocchio filled the upper triangle."""
+    return np.where(_below(len(upper)), upper.T, upper)
+
+
+@functools.cache
+def _below(size: int) -> np.ndarray:
+    """(size, size) mask of what is below the diagonal."""
+    return np.tri(size, k=-1, dtype=bool)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from .factor import Factor
+from ..factor import DenseFactor
 from .linear import ModeStage, Rows, Touching
 from .modes import ContactMode
 from .motion import Motion
@@ -40,15 +40,17 @@ class Builder:
         self._bilateral, self._redundant = bilateral, redundant
         self._count = sum(len(rows.matrix) for rows in bilateral)
         self.masses = np.zeros((0, 0))
-        self._factor: Factor | None = None
+        self._factor: DenseFactor | None = None
 
-    def factor(self) -> Factor:
+    def factor(self) -> DenseFactor:
         """The factor of M; a load has to be worked out before."""
         if self._factor is None:
             rows = [rows.matrix for rows in self._bilateral]
             matrix = rows[0] if len(rows) == 1 else self.stacked(rows)
             regular, singular = self._workspace.always_regular, self._workspace.singular
-            self._factor = Factor(self.masses, matrix, regular=regular, singular=singular)
+            self._factor = DenseFactor(
+                self._workspace.model, self.masses, matrix, regular=regular, singular=singular
+            )
         return self._factor
 
     def stacked(self, matrices: Sequence[np.ndarray]) -> np.ndarray:

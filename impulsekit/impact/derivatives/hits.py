@@ -17,8 +17,8 @@ from ...scene import Law
 from ..contact_space import ContactProblem
 from ..contact_space.sequential import hits_of
 from ..contact_space.single import block_of, strike
+from ..factor import DenseFactor
 from ..responses import responses
-from .factor import Factor
 from .linear import Touching
 from .modes import EDGE
 
@@ -77,7 +77,7 @@ class Hits:
 
 def follow_hits(
     law: Law,
-    factor: Factor,
+    factor: DenseFactor,
     bilateral: np.ndarray,
     vectors: Sequence[int],
     touching: Sequence[Touching],

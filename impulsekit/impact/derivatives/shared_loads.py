@@ -9,8 +9,8 @@ import numpy as np
 
 from ...laws.even_shares import shifts_of
 from ...laws.modes import DEPENDENT
+from ..factor import DenseFactor
 from ..responses import responses
-from .factor import Factor
 from .modes import ContactMode
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class EvenShares(NamedTuple):
 
 
 def even_shares(
-    factor: Factor,
+    factor: DenseFactor,
     matrix: np.ndarray,
     vectors: np.ndarray,
     bilateral: int,

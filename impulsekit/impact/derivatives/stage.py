@@ -22,7 +22,7 @@ from scipy.linalg.lapack import dgesv
 from ...laws.rank_tolerances import CONTRADICTION_TOLERANCE, NULL_ROW
 from ...tolerances import NONZERO
 from ..elimination import Elimination
-from .factor import Factor
+from ..factor import DenseFactor
 from .modes import ContactMode
 from .shared_loads import even_shares
 
@@ -80,7 +80,7 @@ class Stage:
 
     def __init__(
         self,
-        factor: Factor,
+        factor: DenseFactor,
         rows: np.ndarray,
         bilateral: int,
         modes: Sequence[ContactMode],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import InputError, SingularMassError
-from ...impact.algorithms import refuse_massless
+from ...impact.singular import refuse_massless
 from ..dynamics.held import HeldRows
 from ..rest.contacts import NO_SLIP
 from .present import Present

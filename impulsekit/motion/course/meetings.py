@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...impact.algorithms import has_uneven_masses
+from ...impact.singular import has_uneven_masses
 from ...laws.struck import Together
 from ...scene import Contact, Scene
 from ...scene.contacts import adheres, turns

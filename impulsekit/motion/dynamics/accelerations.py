@@ -13,24 +13,16 @@ import numpy as np
 import pinocchio as pin
 
 from ...geometry.point_table import Kinematics, Table
-from ...impact.algorithms import (
-    check_pivots,
-    singular_mass,
-    symmetric,
-)
-from ...impact.elimination import (
-    BilateralSolution,
-    Elimination,
-)
-from ...impact.factor import FilledFactor, SparseFactor, pivots_are_safe
-from ...laws.half import Factor
+from ...impact.elimination import BilateralSolution, Elimination
+from ...impact.factor import DenseFactor, Factor, MassFactor
+from ...impact.singular import check_pivots, pivots_are_safe
+from ...laws.half import Factor as Halves
 from ...laws.rank_tolerances import CONTRADICTION_TOLERANCE, FAINT_PIVOT, SMALLEST_PIVOT
 from ...laws.tolerances import RESIDUAL_LIMIT
-from ...robot.mass_matrix import crba_of
+from ...robot.mass_matrix import crba_of, symmetric
 from ...robot.massless import is_always_regular
 from ...rows.reach import reached_model
 from ...scene import Scene
-from ...tolerances import NONZERO
 from ..forces.field import ForceField
 from ..gaps.contacts import Gaps
 from ..rest.contacts import Resting
@@ -77,19 +69,18 @@ class Dynamics:
         self._data, memory = self.model.createData(), Memory(self.model)
         self._moving = memory.data
         self._memory, self._kinematics = memory, memory.kinematics
-        self._own_factor = Factor(
+        self._own_factor = Halves(
             memory.factor, memory.pivots, memory.mass, memory.branch, SMALLEST_PIVOT
         )
         self._own_bias = memory.bias
         self._zero = np.zeros(self.model.nv)
         self._crba = crba_of(self.model)
-        mimic = any(joint.shortname() == "JointModelMimic" for joint in self.model.joints)
-        # Pinocchio's sparse Cholesky takes neither mimic joints nor a model with one row.
-        self._dense = mimic or self.model.nv < 2
+        mimic = len(self.model.mimicking_joints) > 0
         # Rows have to make up for what M lacks at every configuration, whatever pivots say.
         self._singular = bool(robot.massless_motions)
+        self._mass_factor = MassFactor(self.model, self._data, singular=self._singular)
         self._no_aba = mimic
-        self._in_one_call = self.held is None and not (self._dense or self._singular)
+        self._in_one_call = self.held is None and self._mass_factor.is_sparse
         self.resting = Resting(scene)
         # Free flight under constant torques needs nothing but one call.
         free = self.held is None and not mimic
@@ -157,25 +148,17 @@ class Dynamics:
         model, data = self.model, self._data
         if model.nv == 0:
             return
-        if self._dense:
-            mass_matrix = self.mass_matrix(q)
-            scale = 1.0 / np.sqrt(np.maximum(mass_matrix.diagonal(), NONZERO))
-            if np.linalg.eigvalsh(mass_matrix * scale * scale[:, None])[0] < SMALLEST_PIVOT:
-                raise singular_mass(model, range(1, model.njoints))
+        if self._mass_factor.is_dense:
+            DenseFactor(model, self.mass_matrix(q), singular=True)
             return
         self._crba(model, data, q)
         _decompose(model, data)
         if not (pivots_are_safe(data, FAINT_PIVOT) or is_always_regular(model)):
             check_pivots(model, data)
 
-    def _factor(self, q: np.ndarray, rows: np.ndarray) -> SparseFactor | FilledFactor:
-        model, data = self.model, self._data
-        self._crba(model, data, q)
-        if not (self._dense or self._singular):
-            pin.cholesky.decompose(model, data)
-            if pivots_are_safe(data):
-                return SparseFactor(model, data)
-        return FilledFactor(model, data.M, rows, singular=self._singular)
+    def _factor(self, q: np.ndarray, rows: np.ndarray) -> Factor:
+        self._crba(self.model, self._data, q)
+        return self._mass_factor.at(rows)
 
     def _pressed(
         self, table: Table, kinematics: Kinematics, t: float, q: np.ndarray, v: np.ndarray
@@ -223,8 +206,7 @@ class Dynamics:
         rows = np.empty((0, model.nv)) if held is None else held.matrix(data, q)
         wanted = np.empty(0) if held is None else held.rate_at(t) - held.bias(moving, q, v)
         factor = self._factor(q, rows)
-        if isinstance(factor, FilledFactor):
-            load = factor.filled_impulse(load, wanted)
+        load = factor.filled(load, wanted)
         if not self.resting.acts:
             half = factor.half(rows, load[None])
             eliminated = self._eliminated(half[:, :-1], q)
@@ -234,7 +216,7 @@ class Dynamics:
 
     def _with_rest(
         self,
-        factor: SparseFactor | FilledFactor,
+        factor: Factor,
         load: np.ndarray,
         rows: np.ndarray,
         wanted: np.ndarray,

@@ -9,9 +9,8 @@ import numpy as np
 import pinocchio as pin
 
 from ...display import OneLine
-from ...impact.algorithms import symmetric
 from ...robot.arrays import read_only
-from ...robot.mass_matrix import crba_of
+from ...robot.mass_matrix import crba_of, symmetric
 from ..forces.field import ForceField
 from ..tree.memory import Memory
 
