@@ -24,11 +24,7 @@ from ..rows.contacts import Touch
 from ..rows.entries import JointRows
 from ..rows.reach import ReachedModel
 from ..scene import Scene
-from .elimination import (
-    MOST_REFINEMENTS,
-    BilateralSolution,
-    Elimination,
-)
+from .elimination import BilateralSolution, Elimination, refined
 from .factor import Factor, MassFactor, SparseFactor
 from .known import KnownImpulses
 from .massless_locks import with_massless_locks
@@ -180,8 +176,8 @@ class ConstrainedJump:
         dv = factor.solve(impulse + multipliers.dot(rows))
         units = self._lacks(asked - rows.dot(dv), rows, dv, v, asked)
         if units is not None:
-            found = dv, multipliers
-            dv, multipliers = self._refined(factor, eliminated, rows, asked, *found, units)
+            found = multipliers, dv
+            multipliers, dv = _refined(factor, eliminated, rows, asked, *found, units)
         return dv, Outcome(multipliers, solution.unique, nearly_dependent=doubt or solution.nearly)
 
     def _lacks(
@@ -201,34 +197,6 @@ class ConstrainedJump:
         flat = rows.reshape(-1)
         size = flat.dot(flat) * (dv.dot(dv) + v.dot(v)) + asked.dot(asked)
         return np.ones(len(rows)) if missing.dot(missing) > ROUNDING**2 * size else None
-
-    def _refined(
-        self,
-        factor: Factor,
-        eliminated: Elimination,
-        rows: np.ndarray,
-        asked: np.ndarray,
-        dv: np.ndarray,
-        multipliers: np.ndarray,
-        units: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Δv and λ once more from what A Δv still lacks.
-
-        Where bilateral rows hold light bodies, Δv is the small rest of large shares, with
-        their rounding; but what it lacks is known to all its own digits.
-        """
-        missing = asked - rows.dot(dv)
-        for _ in range(MOST_REFINEMENTS):
-            filled, start = factor.filled(np.zeros_like(dv), missing), np.zeros(len(dv))
-            if factor.is_filled:
-                start = factor.half(filled[None])[:, 0]
-            change = eliminated.solve(missing - start.dot(eliminated.half)).impulse
-            nearer = dv + factor.solve(filled + change.dot(rows))
-            left = asked - rows.dot(nearer)
-            if not np.abs(left / units).max() < 0.5 * np.abs(missing / units).max():
-                break
-            dv, multipliers, missing = nearer, multipliers + change, left
-        return dv, multipliers
 
     def _with_contacts(
         self,
@@ -273,8 +241,8 @@ class ConstrainedJump:
         dv = factor.solve(impulse + multipliers.dot(rows) + solution.impulse.dot(jacobian))
         units = self._lacks(asked - rows.dot(dv), rows, dv, v, asked)
         if units is not None:
-            found = dv, multipliers
-            dv, multipliers = self._refined(factor, eliminated, rows, asked, *found, units)
+            found = multipliers, dv
+            multipliers, dv = _refined(factor, eliminated, rows, asked, *found, units)
 
         def moved_by(change: np.ndarray) -> np.ndarray:
             return factor.solve(borne(change).dot(rows) + change.dot(jacobian))
@@ -360,3 +328,24 @@ class ConstrainedJump:
         if self._rows is None:
             raise InputError("no constraints")
         return self._rows
+
+
+def _refined(
+    factor: Factor,
+    eliminated: Elimination,
+    rows: np.ndarray,
+    asked: np.ndarray,
+    multipliers: np.ndarray,
+    dv: np.ndarray,
+    units: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """λ (m,) and Δv (nv,) once more from what A Δv still lacks, in units (m,)."""
+
+    def change(missing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        filled, start = factor.filled(np.zeros_like(dv), missing), np.zeros(len(dv))
+        if factor.is_filled:
+            start = factor.half(filled[None])[:, 0]
+        more = eliminated.solve(missing - start.dot(eliminated.half)).impulse
+        return more, factor.solve(filled + more.dot(rows))
+
+    return refined(multipliers, dv, lambda made: asked - rows.dot(made), change, units)

@@ -36,9 +36,9 @@ from . import lapack
 from .axes_of_vectors import Shares, faint_axes, lengths_of_vectors, shared_evenly
 
 __all__ = [
-    "MOST_REFINEMENTS",
     "BilateralSolution",
     "Elimination",
+    "refined",
 ]
 
 # Columns that LAPACK's pivoted QR takes at once: room for them, less would be slower.
@@ -87,6 +87,41 @@ class _Span(NamedTuple):
     nearly: bool
     faint: Shares | None
     shared: np.ndarray | None
+
+
+def refined(
+    impulse: np.ndarray,
+    made: np.ndarray,
+    lacking: Callable[[np.ndarray], np.ndarray],
+    change: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+    units: np.ndarray,
+    enough: float = 0.0,
+) -> tuple[np.ndarray, np.ndarray]:
+    """λ (m,) and what it makes (nv,), once more from what this still lacks.
+
+    Where light bodies are held, or rows nearly depend on each other, what is made is the small
+    rest of large shares, with their rounding; but what it lacks is known to all its own digits.
+
+    Args:
+        impulse: λ. made: (nv,) Δv, or half of it.
+        lacking: from that to what the rows still lack of their velocities (m,).
+        change: from what is lacking to the changes of both.
+        units: (m,) in which rows are compared.
+        enough: what rows may lack in these; 0 to go on while each step halves it.
+    """
+    missing = lacking(made)
+    lack = (np.abs(missing) / units).max(initial=0.0)
+    for _ in range(MOST_REFINEMENTS):
+        if not lack > enough:
+            break
+        more, moved = change(missing)
+        nearer = made + moved
+        missing = lacking(nearer)
+        left = (np.abs(missing) / units).max()
+        if not left < 0.5 * lack:
+            break
+        impulse, made, lack = impulse + more, nearer, left
+    return impulse, made
 
 
 class Elimination:
@@ -162,20 +197,16 @@ class Elimination:
         """
         moved = start + self.half.dot(impulse)
         sizes = np.sqrt(self._delassus.diagonal() * moved.dot(moved)) + np.abs(right)
+
+        def change(missing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            more = self.solve(missing).impulse
+            return more, self.half.dot(more)
+
+        def lacking(made: np.ndarray) -> np.ndarray:
+            return right - made.dot(self.half)
+
         units = np.where(sizes > 0.0, sizes, 1.0)
-        missing = right - moved.dot(self.half)
-        lack = (np.abs(missing) / units).max(initial=0.0)
-        for _ in range(MOST_REFINEMENTS):
-            if not lack > ROUNDING:
-                break
-            change = self.solve(missing).impulse
-            nearer = moved + self.half.dot(change)
-            missing = right - nearer.dot(self.half)
-            left = (np.abs(missing) / units).max()
-            if not left < 0.5 * lack:
-                break
-            impulse, moved, lack = impulse + change, nearer, left
-        return impulse, moved
+        return refined(impulse, moved, lacking, change, units, ROUNDING)
 
     def off_the_span(self, half_contacts: np.ndarray) -> np.ndarray:
         """(nv, 3n) contact rows, half-solved, less what lies in the span of the bilateral rows."""

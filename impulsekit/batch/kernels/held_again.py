@@ -8,6 +8,7 @@ are eliminated once more from there, as single states do in ``impact.constrained
 from __future__ import annotations
 
 from ...laws.status import Status
+from ...laws.tolerances import ROUNDING
 from ..codes import AGAIN
 from .doubt import jump_of_row, size_of_terms
 from .jit import inlined
@@ -17,8 +18,8 @@ from .memory import load, same, store
 __all__ = ["begin_again", "end_again", "lacking_rows"]
 
 # [relative] What a row may lack of its velocity, over the terms that this row alone is the sum
-# of: single states refine above 2e-15, and the stress test takes up to 1e-14.
-LACKS = 4e-15
+# of: twice what single states refine above, and the stress test takes up to 1e-14.
+LACKS = 2.0 * ROUNDING
 _SOLVED, _NOT_UNIQUE = int(Status.SOLVED), int(Status.NOT_UNIQUE)
 
 
