@@ -74,6 +74,7 @@ class ConstrainedJump:
     ) -> None:
         self._known, self._struck = known, bool(scene.impulses)
         self._rows = ConstraintRows.of(scene, reached) if scene.held else None
+        self._vectors = np.array(() if self._rows is None else self._rows.triples, dtype=np.int64)
         self._contacts = SceneContacts(scene, reached) if scene.contacts else None
         self.model, self.data = known.model, known.model.createData()
         self._crba = crba_of(self.model)
@@ -161,12 +162,12 @@ class ConstrainedJump:
         if isinstance(factor, SparseFactor):
             if hold.is_compiled:
                 data = self.data
-                solved, dv, multipliers, moves = hold(
-                    data.U.T, data.D, rows, impulse, v, asked, self._row_by_row
+                solved, dv, multipliers, unique = hold(
+                    data.U.T, data.D, rows, impulse, v, asked, self._vectors, self._row_by_row
                 )
                 if solved:
-                    unique = None if solved == BY_ALL else moves
-                    return dv, partial(Outcome, multipliers, unique, nearly_dependent=doubt)
+                    told = None if solved == BY_ALL else unique
+                    return dv, partial(Outcome, multipliers, told, nearly_dependent=doubt)
             else:
                 hold.wait(SAVED)
         half = factor.half(rows, impulse[None])

@@ -18,6 +18,7 @@ __all__ = [
     "put",
     "put_rows",
     "solve_factorized",
+    "upper_solve",
 ]
 
 
@@ -80,6 +81,12 @@ def eliminate(lower: np.ndarray, n: int, x: np.ndarray) -> None:
         x[i] /= lower[i, i]
         for k in range(i + 1, n):
             x[k] -= lower[i, k] * x[i]
+    upper_solve(lower, n, x)
+
+
+@borrowing
+def upper_solve(lower: np.ndarray, n: int, x: np.ndarray) -> None:
+    """x ← L⁻ᵀ x, by Lᵀ above the diagonal."""
     for i in range(n - 1, -1, -1):
         total = x[i]
         for k in range(i + 1, n):
@@ -140,18 +147,8 @@ def gauss(a: np.ndarray, n: int, x: np.ndarray) -> bool:
                 for k in range(j + 1, n):
                     a[i, k] -= factor * a[j, k]
                 x[i] -= factor * x[j]
-    _substitute_back(a, n, x)
+    upper_solve(a, n, x)
     return True
-
-
-@borrowing
-def _substitute_back(a: np.ndarray, n: int, x: np.ndarray) -> None:
-    """x ← U⁻¹ x, U being the upper triangle."""
-    for i in range(n - 1, -1, -1):
-        total = x[i]
-        for k in range(i + 1, n):
-            total -= a[i, k] * x[k]
-        x[i] = total / a[i, i]
 
 
 @borrowing
@@ -192,4 +189,4 @@ def solve_factorized(a: np.ndarray, n: int, order: np.ndarray, x: np.ndarray) ->
         for k in range(i):
             total -= a[i, k] * x[k]
         x[i] = total
-    _substitute_back(a, n, x)
+    upper_solve(a, n, x)

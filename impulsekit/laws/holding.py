@@ -1,7 +1,7 @@
 """Bilateral rows of a system whose mass matrix is factored, in one compiled call.
 
 With C = D^-½ U⁻¹ Aᵀ, W = Cᵀ C is the matrix of W λ = b − A v_free, and Δv = M⁻¹ (I + Aᵀλ). What
-takes a closer look, rows that depend on each other or that rounding leaves unmet, is left.
+takes a closer look, rows that nearly depend on each other or that rounding leaves unmet, is left.
 """
 
 from __future__ import annotations
@@ -10,27 +10,28 @@ import math
 
 import numpy as np
 
+from .bilateral import are_shared, find_rank, is_implied, spread
 from .compiled import compiled, entry
-from .dense import cholesky, eliminate
-from .half import factor_of, solve_mass
-from .rank_tolerances import COMPARABLE, FAINT_AXIS_PIVOT
-from .struck import posed
+from .dense import cholesky, eliminate, lower_solve, upper_solve
+from .half import delassus_of, factor_of, halve, solve_mass
+from .rank_tolerances import COMPARABLE, FAINT_AXIS_PIVOT, UNEVEN_AXES
 from .tolerances import CLEAR, ROUNDING
 
 __all__ = ["BY_ALL", "BY_SOME", "UNSOLVED", "hold"]
 
 
-# Not solved; solved, some rows moving nothing; solved, all rows moving something.
+# Not solved; solved, the impulses of some rows not determined; solved, all of them determined.
 UNSOLVED, BY_SOME, BY_ALL = 0, 1, 2
-# One of these; Δv (nv,); λ (m,); whether each row moves anything (m,).
+# One of these; Δv (nv,); λ (m,); whether that of each row is determined (m,).
 Held = tuple[int, np.ndarray, np.ndarray, np.ndarray]
 
 
 def _examples() -> tuple[object, ...]:
-    return np.eye(3), np.ones(3), np.ones((2, 3)), np.ones(3), np.ones(3), np.ones(2), False
+    line, two = np.ones(3), np.ones(2)
+    return np.eye(3), line, np.ones((2, 3)), line, line, two, np.zeros(2, np.int64), False
 
 
-@entry(_examples, seconds=1.5)
+@entry(_examples, seconds=2.5)
 def hold(
     lower: np.ndarray,
     pivots: np.ndarray,
@@ -38,9 +39,10 @@ def hold(
     impulse: np.ndarray,
     v: np.ndarray,
     asked: np.ndarray,
+    vectors: np.ndarray,
     row_by_row: bool,
 ) -> Held:
-    """Δv and λ with A Δv as asked; not solved where rows are not clearly independent or zeros.
+    """Δv and λ with A Δv as asked; not solved where the rank of the rows is not clear.
 
     Args:
         lower, pivots: (nv, nv) Uᵀ and (nv,) D of M = U D Uᵀ.
@@ -48,33 +50,53 @@ def hold(
         impulse: (nv,) I.
         v: (nv,) v⁻.
         asked: (m,) b − A v⁻.
+        vectors: (m,) a number for each row, the same for rows along axes of one vector.
         row_by_row: whether each row is to be met to its own rounding, not all in norm.
     """
     m, nv = rows.shape
-    given = np.empty((m + 1, nv))
+    factor, half = factor_of(lower, pivots), np.empty((m + 1, nv))
     for k in range(nv):
-        given[m, k] = impulse[k]
+        half[m, k] = impulse[k]
         for r in range(m):
-            given[r, k] = rows[r, k]
-    W, _ = posed(lower, pivots, given, v)
-    multipliers, dv, moves = np.empty(m), impulse.copy(), np.ones(m, np.bool_)
+            half[r, k] = rows[r, k]
+    for r in range(m + 1):
+        halve(factor, half[r])
+    W = delassus_of(half)
+    multipliers, dv, unique, speed = np.empty(m), impulse.copy(), np.ones(m, np.bool_), 0.0
     for r in range(m):
+        before = 0.0
+        for k in range(nv):
+            before += rows[r, k] * v[k]
+        speed = max(speed, abs(before), abs(before + asked[r]), abs(before + W[m, r]))
         multipliers[r] = asked[r] - W[m, r]
-    live = _multiply(W, m, multipliers, moves)
-    if live < 0:
-        return UNSOLVED, dv, multipliers, moves
+    if not _multiply(W, half, vectors, speed, multipliers, unique):
+        return UNSOLVED, dv, multipliers, unique
     for r in range(m):
         for k in range(nv):
             dv[k] += rows[r, k] * multipliers[r]
-    solve_mass(factor_of(lower, pivots), dv)
+    solve_mass(factor, dv)
     if not _is_met(rows, v, asked, dv, row_by_row):
-        return UNSOLVED, dv, multipliers, moves
-    return BY_ALL if live == m else BY_SOME, dv, multipliers, moves
+        return UNSOLVED, dv, multipliers, unique
+    return BY_ALL if unique.all() else BY_SOME, dv, multipliers, unique
 
 
 @compiled
-def _multiply(W: np.ndarray, m: int, x: np.ndarray, moves: np.ndarray) -> int:
-    """x (m,) ← W⁻¹ x, 0 for rows of zeros; how many are not, −1 if not clearly independent."""
+def _multiply(
+    W: np.ndarray,
+    half: np.ndarray,
+    vectors: np.ndarray,
+    speed: float,
+    x: np.ndarray,
+    unique: np.ndarray,
+) -> bool:
+    """x (m,) ← λ with W λ = x, of least scaled norm; False where the rank is not clear.
+
+    Args:
+        W: (m, m) or more, used up. half: (m, nv) Cᵀ, or more.
+        vectors: (m,) as for ``hold``. speed: the size of the rows' velocities.
+        unique: (m,) True; cleared for rows whose impulse is not determined.
+    """
+    m = len(x)
     least, largest, still = math.inf, 0.0, 0
     for r in range(m):
         largest = max(largest, W[r, r])
@@ -84,20 +106,66 @@ def _multiply(W: np.ndarray, m: int, x: np.ndarray, moves: np.ndarray) -> int:
             continue
         # A row of no effect cannot change its velocity.
         if x[r] != 0.0:
-            return -1
-        moves[r] = False
+            return False
+        unique[r] = False
         still += 1
         W[r, r] = largest
     if not 0.0 < largest < math.inf or (still > 0 and least < COMPARABLE * largest):
-        return -1
+        return False
     factor = np.empty((m, m))
     if not cholesky(W, m, factor) > CLEAR:
-        return -1
+        return least >= COMPARABLE * largest and _share(W, half, vectors, speed, x, unique)
     for r in range(m):
         if factor[r, r] * factor[r, r] < FAINT_AXIS_PIVOT * largest:
-            return -1
+            return False
     eliminate(factor, m, x)
-    return m - still
+    return True
+
+
+@compiled
+def _share(
+    W: np.ndarray,
+    half: np.ndarray,
+    vectors: np.ndarray,
+    speed: float,
+    x: np.ndarray,
+    unique: np.ndarray,
+) -> bool:
+    """As ``_multiply``, of rows some of which depend on others. ``unique``: of which rows move."""
+    nv, live = half.shape[1], 0
+    order = np.empty(len(x), np.int64)
+    for r in range(len(x)):
+        if unique[r]:
+            order[live] = r
+            live += 1
+            for c in range(len(x)):
+                # Short axes of a vector are judged beside its long ones.
+                beside = unique[c] and vectors[c] == vectors[r]
+                if beside and W[r, r] < UNEVEN_AXES * UNEVEN_AXES * W[c, c]:
+                    return False
+    scaled, known, others = np.empty((live, nv)), np.empty(live), np.empty(live)
+    for i in range(live):
+        scale = 1.0 / math.sqrt(W[order[i], order[i]])
+        for k in range(nv):
+            scaled[i, k] = scale * half[order[i], k]
+    lower, shares = np.empty((live, live)), np.empty((live, live))
+    rank = find_rank(scaled, order[:live], lower, shares)
+    if rank < 0 or rank == live:
+        return False
+    for i in range(live):
+        scale = 1.0 / math.sqrt(W[order[i], order[i]])
+        known[i] = scale * x[order[i]]
+        if i >= rank and not is_implied(known[i], shares[i - rank], known, rank, scale * speed):
+            return False
+    lower_solve(lower, rank, known)
+    upper_solve(lower, rank, known)
+    shared = np.zeros(live, np.bool_)
+    are_shared(rank, shares, spread(rank, shares, known, others[: live - rank]), shared)
+    for i in range(live):
+        value = known[i] if i < rank else others[i - rank]
+        x[order[i]] = value / math.sqrt(W[order[i], order[i]])
+        unique[order[i]] = i < rank and not shared[i]
+    return True
 
 
 @compiled

@@ -12,7 +12,7 @@ import numpy as np
 
 from .borrowed import borrowing
 from .compiled import compiled, entry
-from .half import factor_of, halve, solve_mass
+from .half import delassus_of, factor_of, halve, solve_mass
 from .several import hit_contacts
 from .sharpening import sharpen
 from .status import Status
@@ -112,26 +112,12 @@ def posed(
     """(3n, 3n) W and (3n,) u⁻."""
     factor, half = factor_of(lower, pivots), rows.copy()
     size, nv = rows.shape
-    W, before = np.empty((size, size)), np.zeros(size)
-    across = np.zeros((nv, size))
+    before = np.zeros(size)
     for r in range(size):
         for k in range(nv):
             before[r] += rows[r, k] * v[k]
         halve(factor, half[r])
-        for k in range(nv):
-            across[k, r] = half[r, k]
-    for r in range(size):
-        for c in range(r + 1):
-            W[r, c] = 0.0
-        for k in range(nv):
-            own = half[r, k]
-            if own != 0.0:
-                for c in range(r + 1):
-                    W[r, c] += own * across[k, c]
-    for r in range(size):
-        for c in range(r):
-            W[c, r] = W[r, c]
-    return W, before
+    return delassus_of(half), before
 
 
 @borrowing
