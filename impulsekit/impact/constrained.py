@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InputError
-from ..laws.holding import BY_ALL, hold
 from ..laws.rank_tolerances import FAINT_PIVOT, SMALLEST_PIVOT
 from ..laws.tolerances import ROUNDING
 from ..robot.mass_matrix import crba_of, symmetric
@@ -25,7 +24,7 @@ from ..rows.entries import JointRows
 from ..rows.reach import ReachedModel
 from ..scene import Scene
 from .elimination import BilateralSolution, Elimination, refined
-from .factor import Factor, MassFactor, SparseFactor
+from .factor import Factor, MassFactor
 from .known import KnownImpulses
 from .massless_locks import with_massless_locks
 from .scene_contacts import SceneContacts, with_work_of_rows
@@ -36,9 +35,6 @@ if TYPE_CHECKING:
     from .contact_space import ContactSolution
 
 __all__ = ["ConstrainedJump", "Outcome"]
-
-# Time that one compiled call saves [s], about: compiling waits until it pays.
-SAVED = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,17 +155,10 @@ class ConstrainedJump:
     ) -> tuple[np.ndarray, Outcome | Callable[[], Outcome]]:
         if rows is None or asked is None:
             return factor.solve(impulse), Outcome(np.empty(0), None)
-        if isinstance(factor, SparseFactor):
-            if hold.is_compiled:
-                data = self.data
-                solved, dv, multipliers, unique = hold(
-                    data.U.T, data.D, rows, impulse, v, asked, self._vectors, self._row_by_row
-                )
-                if solved:
-                    told = None if solved == BY_ALL else unique
-                    return dv, partial(Outcome, multipliers, told, nearly_dependent=doubt)
-            else:
-                hold.wait(SAVED)
+        found = factor.held(rows, impulse, v, asked, self._vectors, self._row_by_row)
+        if found is not None:
+            dv, multipliers, unique = found
+            return dv, partial(Outcome, multipliers, unique, nearly_dependent=doubt)
         half = factor.half(rows, impulse[None])
         eliminated = Elimination.of(half[:, :-1], self._rows_there, self.data, q)
         solution = self._multipliers(eliminated, half[:, -1], asked, q, v)
@@ -177,8 +166,7 @@ class ConstrainedJump:
         dv = factor.solve(impulse + multipliers.dot(rows))
         units = self._lacks(asked - rows.dot(dv), rows, dv, v, asked)
         if units is not None:
-            found = multipliers, dv
-            multipliers, dv = _refined(factor, eliminated, rows, asked, *found, units)
+            multipliers, dv = _refined(factor, eliminated, rows, asked, multipliers, dv, units)
         return dv, Outcome(multipliers, solution.unique, nearly_dependent=doubt or solution.nearly)
 
     def _lacks(
@@ -242,8 +230,7 @@ class ConstrainedJump:
         dv = factor.solve(impulse + multipliers.dot(rows) + solution.impulse.dot(jacobian))
         units = self._lacks(asked - rows.dot(dv), rows, dv, v, asked)
         if units is not None:
-            found = multipliers, dv
-            multipliers, dv = _refined(factor, eliminated, rows, asked, *found, units)
+            multipliers, dv = _refined(factor, eliminated, rows, asked, multipliers, dv, units)
 
         def moved_by(change: np.ndarray) -> np.ndarray:
             return factor.solve(borne(change).dot(rows) + change.dot(jacobian))

@@ -6,7 +6,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.impact import ImpactSolver, constrained
+from impulsekit.impact import ImpactSolver, factor
 from impulsekit.impact.warm import compile_laws
 from impulsekit.laws.holding import BY_ALL, BY_SOME, UNSOLVED, hold
 
@@ -114,7 +114,7 @@ def test_solve_calls_it_once_and_agrees_with_the_long_way(monkeypatch):
             pass
 
     counted = Counted()
-    monkeypatch.setattr(constrained, "hold", counted)
+    monkeypatch.setattr(factor, "hold", counted)
     solver, rng = ImpactSolver(scene), np.random.default_rng(3)
     for _ in range(5):
         q = pin.integrate(robot.model, robot.neutral(), 0.3 * rng.normal(size=robot.nv))

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...geometry.point_table import Kinematics, Table
-from ...impact.elimination import BilateralSolution, Elimination
+from ...impact.elimination import Elimination
 from ...impact.factor import DenseFactor, Factor, MassFactor
 from ...impact.singular import check_pivots, pivots_are_safe
 from ...laws.half import Factor as Halves
@@ -54,7 +54,8 @@ class Dynamics:
         gaps: the distances of the contacts; None without any.
         resting: the contacts that rest now.
         evaluations: how often accelerations were worked out.
-        borne: what the constraints bore at the last evaluation; None without any.
+        borne: what the constraints bore at the last evaluation (m,), and whether that of each is
+            determined (m,), None where all are; None without any.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -64,6 +65,9 @@ class Dynamics:
         self.model.gravity.linear = np.array(scene.gravity)
         self.forces = ForceField(scene)
         self.held = HeldRows(scene, reached) if scene.constraints else None
+        # The axes of one vector, by row.
+        triples = () if self.held is None else self.held.rows.triples
+        self._vectors = np.array(triples, dtype=np.int64)
         self.gaps = Gaps(scene, reached) if scene.contacts else None
         # Frames for points are there now: from here on data may be made.
         self._data, memory = self.model.createData(), Memory(self.model)
@@ -87,7 +91,7 @@ class Dynamics:
         free = free and self.resting.joints is None
         self._torque = self.forces.constant_torque if free else None
         self.evaluations = 0
-        self.borne: BilateralSolution | None = None
+        self.borne: tuple[np.ndarray, np.ndarray | None] | None = None
 
     @property
     def needs_rows(self) -> bool:
@@ -208,6 +212,10 @@ class Dynamics:
         factor = self._factor(q, rows)
         load = factor.filled(load, wanted)
         if not self.resting.acts:
+            found = factor.held(rows, load, self._zero, wanted, self._vectors, False)
+            if found is not None:
+                self.borne = found[1:]
+                return found[0]
             half = factor.half(rows, load[None])
             eliminated = self._eliminated(half[:, :-1], q)
             multipliers = self._multipliers(eliminated, half[:, -1], wanted, q, v)
@@ -337,5 +345,6 @@ class Dynamics:
             weight = float(np.linalg.norm(self.model.gravity.linear))
             return sums + ROUNDED * (turning + weight)
 
-        self.borne = eliminated.solve(wanted - start.dot(half_rows), scale)
-        return self.borne.impulse
+        solution = eliminated.solve(wanted - start.dot(half_rows), scale)
+        self.borne = solution.impulse, solution.unique
+        return solution.impulse

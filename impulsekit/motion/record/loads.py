@@ -109,7 +109,7 @@ class Loads:
         self.points = tuple(self._pushed(dynamics, data))
         self.multipliers, self.unique = np.empty(0), None
         if dynamics.held is not None and dynamics.borne is not None:
-            self.multipliers, self.unique = dynamics.borne.impulse, dynamics.borne.unique
+            self.multipliers, self.unique = dynamics.borne
         joints = dynamics.resting.joints
         self.forces = tuple(
             _dry(joints, i, float(self.v[field]))
