@@ -15,7 +15,6 @@ import math
 import numpy as np
 
 from .borrowed import borrowing
-from .compiled import compiled
 from .dense import cholesky, lower_solve, upper_solve
 from .rank_tolerances import DETERMINED, EXACT_RANK, IDLE
 from .tolerances import CLEAR
@@ -23,7 +22,7 @@ from .tolerances import CLEAR
 __all__ = ["are_shared", "find_rank", "is_implied", "spread"]
 
 
-@compiled
+@borrowing
 def find_rank(half: np.ndarray, order: np.ndarray, lower: np.ndarray, shares: np.ndarray) -> int:
     """The rank of rows of unit length; ``order`` with those that count first; -1 in doubt.
 
@@ -33,11 +32,13 @@ def find_rank(half: np.ndarray, order: np.ndarray, lower: np.ndarray, shares: np
     Args:
         half: (count, nv) Cᵀ, used up.
         order: (count,) numbers of the rows, brought into a new order.
-        lower: L of the rows that count is written into its first rows and columns, Lᵀ above.
+        lower: (count, count) or more; L of the rows that count is written into its first rows
+            and columns, Lᵀ above.
         shares: row by row, what each row that is set aside is of those that count; written.
     """
     live, nv = half.shape
-    upper = np.zeros((live, live))
+    # R, above the diagonal.
+    upper = lower
     rank: int = live
     for k in range(live):
         best, longest = k, -1.0
@@ -72,9 +73,8 @@ def find_rank(half: np.ndarray, order: np.ndarray, lower: np.ndarray, shares: np
         for i in range(k + 1, live):
             upper[k, i] = _take_out(half, k, i)
     for k in range(rank):
-        for j in range(k + 1):
+        for j in range(k):
             lower[k, j] = upper[j, k]
-            lower[j, k] = upper[j, k]
     for i in range(rank, live):
         own = shares[i - rank]
         for k in range(rank):
@@ -111,44 +111,50 @@ def is_implied(
     return abs(left) <= IDLE * speed
 
 
-@compiled
-def spread(rank: int, shares: np.ndarray, x: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """x (rank,) of the rows that count, and of the others, of least norm; the factor of G.
+@borrowing
+def spread(
+    rank: int, shares: np.ndarray, x: np.ndarray, others: np.ndarray, factor: np.ndarray
+) -> None:
+    """x (rank,) of the rows that count, and of the others, of least norm.
 
     (x, 0) less what lies in the null space, whose columns are (−Sᵀ, 1): with G = 1 + S Sᵀ
     the others get z = G⁻¹ S x, and x loses Sᵀ z.
 
     Args:
         shares: (len(others), rank or more) S. others: written.
+        factor: L of G is written into its first len(others) rows and columns, Lᵀ above.
     """
     count = len(others)
-    gram, factor = np.zeros((count, count)), np.zeros((count, count))
     for i in range(count):
         for j in range(i + 1):
             total = 1.0 if i == j else 0.0
             for k in range(rank):
                 total += shares[i, k] * shares[j, k]
-            gram[i, j] = total
+            factor[i, j] = total
         others[i] = 0.0
         for k in range(rank):
             others[i] += shares[i, k] * x[k]
-    cholesky(gram, count, factor)
+    cholesky(factor, count, factor)
     lower_solve(factor, count, others)
     upper_solve(factor, count, others)
     for k in range(rank):
         for i in range(count):
             x[k] -= shares[i, k] * others[i]
-    return factor
 
 
-@compiled
-def are_shared(rank: int, shares: np.ndarray, factor: np.ndarray, shared: np.ndarray) -> None:
+@borrowing
+def are_shared(
+    rank: int, shares: np.ndarray, factor: np.ndarray, column: np.ndarray, shared: np.ndarray
+) -> None:
     """Write (rank,) whether rows that count share their impulse with others.
 
-    ``factor``: of G, as ``spread`` gives it. The part of a row in the null space is sᵀ G⁻¹ s.
+    The part of a row in the null space is sᵀ G⁻¹ s.
+
+    Args:
+        shares, factor: as ``spread`` takes and writes them.
+        column: buffer, a number for each of the others. shared: written.
     """
-    count = len(factor)
-    column = np.empty(count)
+    count = len(column)
     for k in range(rank):
         for i in range(count):
             column[i] = shares[i, k]

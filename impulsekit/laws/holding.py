@@ -159,8 +159,9 @@ def _share(
             return False
     lower_solve(lower, rank, known)
     upper_solve(lower, rank, known)
-    shared = np.zeros(live, np.bool_)
-    are_shared(rank, shares, spread(rank, shares, known, others[: live - rank]), shared)
+    shared, factor = np.zeros(live, np.bool_), np.empty((live, live))
+    spread(rank, shares, known, others[: live - rank], factor)
+    are_shared(rank, shares, factor, np.empty(live - rank), shared)
     for i in range(live):
         value = known[i] if i < rank else others[i - rank]
         x[order[i]] = value / math.sqrt(W[order[i], order[i]])

@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from ...laws.bilateral import find_rank, is_implied, spread
 from ...laws.dense import cholesky, lower_solve, upper_solve
 from ...laws.rank_tolerances import (
@@ -22,13 +20,13 @@ from ...laws.rank_tolerances import (
     LIVE_ROW,
     SHORT_ROW,
 )
-from .jit import built_in, uncounted
+from .jit import uncounted
 from .layout import DOF, INVERSE
 
 __all__ = ["bear", "half_solve", "hold"]
 
 
-@built_in
+@uncounted
 def hold(lane, posed, lanes, space):
     """Factor the bilateral rows and half-solve what they want; how many count, -1 in doubt.
 
@@ -82,7 +80,7 @@ def _told_apart(lane, posed, lanes, space):
     return live, short
 
 
-@built_in
+@uncounted
 def _factored(live, short, lane, posed, lanes, space):
     """The rank of the live rows, with their L; -1 in doubt."""
     matrix, scale_of, order, at = space.matrix, space.scale_of, space.row_of, space.few
@@ -132,24 +130,26 @@ def _can_have(rank, live, lane, posed, lanes, space):
     return True
 
 
-@built_in
+@uncounted
 def _ranked(live, lane, posed, lanes, space):
     """As ``find_rank`` tells it: the rows that count come first, and the others' shares of them."""
     first, listed, work, w = posed.first, posed.listed, lanes.work, lanes.w
     order, at, scale_of = space.row_of, space.few, space.scale_of
     nv = len(posed.lever) // posed.rows
-    half = np.zeros((live, nv))
+    half = space.half
     for k in range(live):
         row = order[at + k]
+        for dof in range(nv):
+            half[k, dof] = 0.0
         for m in range(first[row], first[row + 1]):
             dof = listed[m]
             inverse = float(work[(lanes.dof + dof * DOF + INVERSE) * w + lane])
             u = float(work[(lanes.reduced + row * nv + dof) * w + lane])
             half[k, dof] = scale_of[row] * math.sqrt(inverse) * u
-    return find_rank(half, order[at : at + live], space.lower, space.matrix[1:])
+    return find_rank(half[:live], order[at : at + live], space.lower, space.matrix[1:])
 
 
-@built_in
+@uncounted
 def half_solve(lane, row, rank, posed, lanes, space):
     """Write L⁻¹ W of the rows that count, for another row, into ``rest``."""
     order, scale_of, rest, at = space.row_of, space.scale_of, space.rest, space.few
@@ -160,7 +160,7 @@ def half_solve(lane, row, rank, posed, lanes, space):
     lower_solve(space.lower, rank, rest)
 
 
-@built_in
+@uncounted
 def bear(lane, rank, count, lanes, space):
     """Write λ of all ``count`` bilateral rows; ``rest`` (rank,) is L⁻¹ W_bc P, used up."""
     across, known, matrix = space.rest, space.known, space.matrix
@@ -172,7 +172,7 @@ def bear(lane, rank, count, lanes, space):
         work[(lanes.p + i) * lanes.w + lane] = 0.0
     live = order[at + count]
     if live > rank:
-        spread(rank, matrix[1:], across, matrix[0, : live - rank])
+        spread(rank, matrix[1:], across, matrix[0, : live - rank], space.factor)
     for k in range(live):
         i = order[at + k]
         value = across[k] if k < rank else matrix[0, k - rank]

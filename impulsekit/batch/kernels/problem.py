@@ -35,6 +35,7 @@ class Room(NamedTuple):
         W: (3n, 3n) Delassus matrix of the contacts, bilateral rows eliminated [1/kg].
         lower, matrix: of the bilateral rows, see ``held.hold``.
         cross_held: (3n, rank) half-solved columns of the contacts.
+        half, factor: of bilateral rows that depend on each other, see ``laws.bilateral``.
         before, free, P: (3n,) u⁻, u_free [m/s], and the impulses [N s].
         mu, e, e_t, sign: (n,) coefficients, and the signs of the contacts' rows.
         known, rest, scale_of: of the bilateral rows, see ``held.hold``.
@@ -47,6 +48,8 @@ class Room(NamedTuple):
     lower: np.ndarray
     matrix: np.ndarray
     cross_held: np.ndarray
+    half: np.ndarray
+    factor: np.ndarray
     before: np.ndarray
     free: np.ndarray
     P: np.ndarray
@@ -74,7 +77,9 @@ def lanes_under(memory, solved, is_held):
 
     def lanes_of_law(posed, lanes):
         contacts = len(posed.ints) // CONTACT_INTS
-        space, own, code = _room(posed.rows, contacts), memory(contacts), lanes.code
+        rows, held = posed.rows, len(posed.target)
+        nv = len(posed.lever) // max(rows, 1)
+        space, own, code = _room(rows, contacts, held, nv), memory(contacts), lanes.code
         for lane in range(lanes.w):
             count = pose(lane, posed, lanes, space)
             if count > 0:
@@ -91,14 +96,14 @@ def problem_in(space):
 
 
 @built_in
-def _room(rows, contacts):
-    """Room for so many rows and contacts."""
+def _room(rows, contacts, held, nv):
+    """Room for so many rows, of which some are bilateral, and contacts, of so many speeds."""
     size = max(3 * contacts, rows, 1)
     few = max(contacts, 1)
     # One array each: a slice of a larger one would be counted at every use.
     return Room(
         np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size)),
-        np.zeros((size, size)),
+        np.zeros((size, size)), np.empty((held, nv)), np.empty((held, held)),
         np.zeros(size), np.zeros(size), np.zeros(size),
         np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
         np.zeros(size), np.zeros(size), np.zeros(size),
