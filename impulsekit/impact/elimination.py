@@ -11,7 +11,6 @@ import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -22,18 +21,17 @@ from ..laws.rank_tolerances import (
     CONTRADICTION_TOLERANCE,
     DETERMINED,
     EXACT_NULL_ROW,
-    EXACT_RANK,
     FAINT_AXIS_PIVOT,
     IN_SPAN,
     NULL_ROW,
-    RANK_TOLERANCE,
     SPAN_ROUNDING,
     WEIGHTLESS,
 )
 from ..laws.tolerances import CLEAR, ROUNDING
 from ..rows.constraints import ConstraintRows
 from . import lapack
-from .axes_of_vectors import Shares, faint_axes, lengths_of_vectors, shared_evenly
+from .axes_of_vectors import lengths_of_vectors, shared_evenly
+from .span import Span, span_of
 
 __all__ = [
     "BilateralSolution",
@@ -64,29 +62,6 @@ class BilateralSolution:
     rank: int
     unique: np.ndarray | None
     nearly: bool = False
-
-
-class _Span(NamedTuple):
-    """What rows span, scaled to unit length: the one decision of rank.
-
-    Attributes:
-        live: (m,) False for rows of no effect.
-        sizes: of the live ones.
-        basis: (nv, rank) orthonormal.
-        values, rows: (rank,) singular values and (rank, live) the vectors of the rows' space.
-        nearly: whether anything was left out that is more than rounding.
-        faint: live rows that are left out beside others of the same vector; None without any.
-        shared: (live,) the sizes of the rows' vectors, where dependent rows differ from them.
-    """
-
-    live: np.ndarray
-    sizes: np.ndarray
-    basis: np.ndarray
-    values: np.ndarray
-    rows: np.ndarray
-    nearly: bool
-    faint: Shares | None
-    shared: np.ndarray | None
 
 
 def refined(
@@ -271,7 +246,7 @@ class Elimination:
         return imposed.dot(self.shares(half_contacts[:, held])) if imposed.any() else 0.0
 
     @cached_property
-    def _span(self) -> _Span:
+    def _span(self) -> Span:
         diagonal = self._delassus.diagonal()
         live, nearly = diagonal > 0.0, False
         if self._factor is None and self._moving is None:
@@ -280,22 +255,8 @@ class Elimination:
                 gross = self._magnitude()
             live = diagonal > NULL_ROW * gross
             nearly = bool((diagonal[~live] > EXACT_NULL_ROW * gross[~live]).any())
-        half, sizes = self.half[:, live], np.sqrt(diagonal[live])
-        vectors, values, rows = _singular_values(half / sizes)
-        rank = int(np.count_nonzero(values > RANK_TOLERANCE))
         triples = self._triples[live] if len(self._triples) else self._triples
-        shared, faint = lengths_of_vectors(sizes, triples), None
-        if shared is not None:
-            faint = faint_axes(half, shared, rank)
-        if shared is not None and faint is not None:
-            half, sizes, shared, nearly = faint.laid_in(half), shared, None, True
-            vectors, values, rows = _singular_values(half / sizes)
-            rank = len(faint.kept)
-        nearly = nearly or bool((values[rank:] > EXACT_RANK * len(values)).any())
-        if rank == len(sizes):
-            shared = None
-        span = vectors[:, :rank], values[:rank], rows[:rank]
-        return _Span(live, sizes, *span, nearly, faint, shared)
+        return span_of(self.half[:, live], live, diagonal[live], triples, nearly)
 
     @cached_property
     def _moving(self) -> tuple[list[int], np.ndarray] | None:
@@ -383,17 +344,6 @@ def _regular_factor(delassus: np.ndarray, triples: np.ndarray | None = None) -> 
         if shared is not None and (pivots < FAINT_AXIS_PIVOT * shared**2).any():
             return None
     return factor
-
-
-def _singular_values(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(nv, k) the vectors of the span, (k,) singular values, largest first, (k, m) of the rows."""
-    if not matrix.size:
-        return np.empty((len(matrix), 0)), np.empty(0), np.empty((0, matrix.shape[1]))
-    # By LAPACK itself: on matrices as small as these, numpy's way to it takes as long again.
-    vectors, values, rows, failed = lapack.dgesdd(matrix, full_matrices=0)
-    if failed:
-        vectors, values, rows = np.linalg.svd(matrix, full_matrices=False)
-    return vectors, values, rows
 
 
 def _refuse(
