@@ -139,7 +139,7 @@ def test_a_first_batch_compiles_nothing_that_its_rows_do_not_need(tmp_path):
     assert {"batch.kernels.block.solve_blocks", "laws.frictional.frictional"} <= made
     assert not made & {
         "batch.kernels.held.hold", "batch.kernels.block._held_again",
-        "batch.kernels.law._one_touches", "batch.kernels.coulomb.is_left",
+        "batch.kernels.law._one_touches", "batch.kernels.left.is_left",
         "laws.approach.sweep", "laws.coulomb.coulomb", "laws.unloading.unload",
         "laws.frictional._search_on", "laws.redundant._tell_shared",
         "laws.coupling._feedback_by_eigenvalues", "laws.even_shares._share_dependent",

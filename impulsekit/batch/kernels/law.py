@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ...laws.approach import block_at
 from ...laws.compiled import entry
 from ...laws.modes import FINE
 from ...laws.progress import Block, Triple
@@ -12,8 +13,8 @@ from ...laws.words import NEWTON
 from ...laws.workspace import workspace
 from ...tolerances import EPS
 from ..codes import AGAIN
-from .coulomb import LEFT, block_at, care_for, is_left
 from .jit import built_in
+from .left import LEFT, care_for, is_left
 from .problem import problem_in
 from .uniqueness import judge_others
 

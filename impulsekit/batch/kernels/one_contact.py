@@ -7,8 +7,8 @@ from ...laws.status import Status
 from ...laws.tolerances import AT_REST, GAIN
 from ...laws.words import NEWTON
 from ..codes import AGAIN
-from .coulomb import is_left
 from .jit import built_in
+from .left import is_left
 
 __all__ = ["solve_alone"]
 

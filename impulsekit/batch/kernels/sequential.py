@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...laws.approach import block_at
 from ...laws.order import pace_of
 from ...laws.progress import path_memory
 from ...laws.sequence import (
@@ -23,8 +24,8 @@ from ...laws.status import Status
 from ...laws.tolerances import RESIDUAL_LIMIT
 from ...laws.words import END
 from ..codes import AGAIN
-from .coulomb import block_at, is_close_call
 from .jit import built_in
+from .left import is_close_call
 from .problem import problem_in
 
 __all__ = ["memory", "solved"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from ...laws.approach import block_at
 from ...laws.coulomb import can_press
 from ...laws.modes import DEPENDENT
 from ...laws.rank_tolerances import COARSE
@@ -13,7 +12,7 @@ from ...laws.words import NEWTON
 from ..codes import AGAIN
 from .jit import built_in
 
-__all__ = ["LEFT", "block_at", "care_for", "is_close_call", "is_left"]
+__all__ = ["LEFT", "care_for", "is_close_call", "is_left"]
 
 # Nearer than this to no answer or to many, single precision has lost the digits that decide.
 NEAR = 1e-4
