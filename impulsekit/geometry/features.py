@@ -26,6 +26,7 @@ __all__ = [
     "CornerOnFace",
     "EdgesCross",
     "FeaturePoint",
+    "TipOnFace",
     "borders_of",
     "inside_of",
     "touch",
@@ -67,6 +68,23 @@ class EdgesCross:
 
     first: tuple[int, int]
     other: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class TipOnFace:
+    """A tip of one body on a face of the other.
+
+    Attributes:
+        side: whose tip it is, 0 for the first body.
+        tip: its number among the points, then the circles, of the round body.
+        face: the number of the face.
+        rolls: whether it is where the body reaches furthest; False of a point fixed on the body.
+    """
+
+    side: int
+    tip: int
+    face: int
+    rolls: bool
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
@@ -30,7 +29,7 @@ import pinocchio as pin
 from ..laws.borrowed import borrowed, borrowing
 from ..laws.compiled import entry
 from .axes import contact_axes, cross
-from .features import CornerOnFace, EdgesCross, borders_of, inside_of
+from .features import CornerOnFace, EdgesCross, TipOnFace, borders_of, inside_of
 from .point_table import (
     CROSSING,
     ELLIPSOID,
@@ -50,9 +49,6 @@ from .point_table import (
 )
 from .polyhedron import Polyhedron
 from .vectors import along, dot
-
-if TYPE_CHECKING:
-    from .held_tips import TipOnFace
 
 __all__ = [
     "COMES_FLAT",

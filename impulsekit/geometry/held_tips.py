@@ -20,40 +20,22 @@ Corners of a polyhedron over a half-space are held here too; see ``held_points``
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from .axes import contact_axes
 from .convex import Convex
 from .ellipsoids import Ellipsoid
-from .features import CornerOnFace
+from .features import CornerOnFace, TipOnFace
 from .held_points import HeldPoint, Places, gaps_and_ends, held_point, on_face
 from .polyhedron import Polyhedron
 
-__all__ = ["TipOnFace", "held_tip", "held_tips"]
+__all__ = ["held_tip", "held_tips"]
 
 # A rim whose far side is this near to the face [m] lies flat; above ``COMES_FLAT``.
 LIES_FLAT = 3e-8
 # So many points stand for a rim that lies flat.
 RIM_POINTS = 8
-
-
-@dataclass(frozen=True)
-class TipOnFace:
-    """A tip of one body on a face of the other.
-
-    Attributes:
-        side: whose tip it is, 0 for the first body.
-        tip: its number among the points, then the circles, of the round body.
-        face: the number of the face.
-        rolls: whether it is where the body reaches furthest; False of a point fixed on the body.
-    """
-
-    side: int
-    tip: int
-    face: int
-    rolls: bool
 
 
 def held_tip(

@@ -11,8 +11,7 @@ import numpy as np
 from ..laws.status import Status
 from ..laws.tolerances import GAIN, ROUNDING, ROUNDING_OF_SUMS
 from ..robot.arrays import lock
-from ..rows.contacts import ContactRows, Touch
-from ..rows.ellipses import ellipse_axis
+from ..rows.contacts import ContactRows, Touch, ellipse_axis
 from ..rows.reach import ReachedModel
 from ..scene import Scene
 from ..scene.contacts import turns

@@ -256,7 +256,7 @@ def dispatcher(function: Callable[..., Any], options: dict[str, Any], *more: str
     from numba import njit
 
     if options.get("no_cpython_wrapper") and options.get("no_cfunc_wrapper"):
-        made = njit(**options, pipeline_class=pipeline())(function)
+        made = njit(**options, pipeline_class=pipeline(quick_compiler()))(function)
     else:
         made = njit(**options, pipeline_class=quick_compiler())(function)
     made._cache = Store(function, repr(options), *more)

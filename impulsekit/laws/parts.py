@@ -10,8 +10,6 @@ from __future__ import annotations
 import functools
 from typing import Any
 
-from .resolving import quick_compiler
-
 __all__ = ["give_environments", "pipeline", "rebuilt"]
 
 # What a stored library of intermediate code is called.
@@ -68,10 +66,10 @@ def _library() -> Any:
 
 
 @functools.cache
-def pipeline() -> Any:
-    """numba's compiler for functions that only compiled code calls."""
+def pipeline(compiler: Any) -> Any:
+    """A compiler of numba's, for functions that only compiled code calls."""
 
-    class PartCompiler(quick_compiler()):  # type: ignore[misc]
+    class PartCompiler(compiler):
         def define_pipelines(self) -> Any:
             if self.state.library is None:
                 codegen = self.state.targetctx.codegen()

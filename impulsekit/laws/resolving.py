@@ -14,6 +14,8 @@ import types as python_types
 from collections.abc import Iterator
 from typing import Any
 
+from .parts import pipeline
+
 __all__ = ["KNOWN", "quick_compiler"]
 
 # What is remembered is private to numba: releases that this was not tried with compile as they do.
@@ -139,12 +141,12 @@ def _as_parts() -> Iterator[None]:
     """
     from numba.core.target_extension import CPU, jit_registry
 
-    from .parts import pipeline
-
     plain = jit_registry[CPU]
 
     def within(*args: Any, **options: Any) -> Any:
-        return plain(*args, **options, no_cfunc_wrapper=True, pipeline_class=pipeline())
+        return plain(
+            *args, **options, no_cfunc_wrapper=True, pipeline_class=pipeline(quick_compiler())
+        )
 
     if getattr(plain, "makes_parts", False):
         yield

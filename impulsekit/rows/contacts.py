@@ -17,12 +17,13 @@ from ..geometry.gaps import AT_STOP, before_limit, is_closed
 from ..robot import Robot
 from ..scene import Collision, Contact, GapContact, JointStop, Rope, Scene
 from ..scene.contacts import turns
-from .ellipses import ellipse_of
+from ..scene.friction import EllipticFriction
+from .ellipses import axis_in_plane, ellipse_of
 from .entries import FunctionRows, frame_pair, joint_rows
 from .pair import Pair, rows_at, turning_rows
 from .reach import ReachedModel
 
-__all__ = ["ContactRows", "PairContact", "Touch"]
+__all__ = ["ContactRows", "PairContact", "Touch", "ellipse_axis"]
 
 
 class Touch(NamedTuple):
@@ -51,6 +52,17 @@ class Touch(NamedTuple):
     gap: float | None = None
     turns: int = -1
     turn: np.ndarray | None = None
+
+
+def ellipse_axis(friction: object, touch: Touch) -> np.ndarray | None:
+    """(2,) unit: the first axis of an ellipse in the tangents of a touch; None of other friction.
+
+    Raises:
+        InputError: it is along the normal.
+    """
+    if not isinstance(friction, EllipticFriction) or touch.axes is None or touch.turn is None:
+        return None
+    return axis_in_plane(friction, touch.axes, touch.turn, touch.entry)
 
 
 class ContactRows:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
@@ -14,24 +13,10 @@ from ..scene import Collision, Contact
 from ..scene.friction import EllipticFriction, units_of_ellipse
 from .reach import ReachedModel
 
-if TYPE_CHECKING:
-    from .contacts import Touch
-
-__all__ = ["Ellipse", "axis_in_plane", "ellipse_axis", "ellipse_of", "ways_of_ellipse"]
+__all__ = ["Ellipse", "axis_in_plane", "ellipse_of", "ways_of_ellipse"]
 
 # An axis of friction whose part in the plane is shorter has none.
 ALONG_NORMAL = 1e-6
-
-
-def ellipse_axis(friction: object, touch: Touch) -> np.ndarray | None:
-    """(2,) unit: the first axis of an ellipse in the tangents of a touch; None of other friction.
-
-    Raises:
-        InputError: it is along the normal.
-    """
-    if not isinstance(friction, EllipticFriction) or touch.axes is None or touch.turn is None:
-        return None
-    return axis_in_plane(friction, touch.axes, touch.turn, touch.entry)
 
 
 def axis_in_plane(

@@ -17,7 +17,7 @@ from ...scene.law import Law
 from .problem import ContactProblem, ContactSolution
 from .refine import Steps, refined
 
-__all__ = ["pulled", "pulled_solution", "refined_adhesive", "solve_adhesive"]
+__all__ = ["finish_adhesive", "pulled", "pulled_solution", "refined_adhesive"]
 
 # Where more than this is left of the law, and it still is an answer, it is refined.
 COARSE = 1e-13
@@ -43,12 +43,12 @@ def pulled_solution(problem: ContactProblem, solution: ContactSolution) -> Conta
     return dataclasses.replace(solution, impulse=solution.impulse + _pull(problem))
 
 
-def solve_adhesive(problem: ContactProblem, law: Law) -> ContactSolution:
-    """The impulses of contacts of which some hold, under Newton's law with slip at the end."""
-    from .solve import find_impulses
+def finish_adhesive(problem: ContactProblem, law: Law, found: ContactSolution) -> ContactSolution:
+    """The impulses of contacts of which some hold, from a solution of ``pulled(problem)``.
 
+    Under Newton's law with slip at the end.
+    """
     pushed = pulled(problem)
-    found = find_impulses(pushed, law)
     if COARSE < found.residual <= BAR:
         found = _sharpened(pushed, law, found)
     return _as_adhesive(problem, found)

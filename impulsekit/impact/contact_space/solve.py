@@ -54,9 +54,9 @@ def find_impulses(problem: ContactProblem, law: Law) -> ContactSolution:
         As ``solve_contacts``.
     """
     if problem.adhesion is not None:
-        from .adhesive import solve_adhesive
+        from .adhesive import finish_adhesive, pulled
 
-        return solve_adhesive(problem, law)
+        return finish_adhesive(problem, law, find_impulses(pulled(problem), law))
     if problem.turning is not None:
         return _turning(problem, law)
     if len(problem.friction) == 1 and law.order == "simultaneous":

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from ..rest.contacts import RestingContact
+from ..gaps.resting import RestingContact
 from ..travel.meet import size_of_hop
 from .present import Present
 

@@ -12,7 +12,7 @@ from ...scene import Contact, Scene
 from ...scene.contacts import adheres, turns
 from ...scene.friction import is_plain, static_friction
 from ...scene.law import RESTITUTIONS
-from ..rest.contacts import RestingContact
+from ..gaps.resting import RestingContact
 from ..travel.journey import Ledger
 from ..travel.meet import Hold, Rules
 from ..travel.strike import Blow

@@ -16,9 +16,10 @@ from ...scene import Scene
 from ...scene.motion import MotionSettings
 from ..dynamics.accelerations import Dynamics
 from ..events.kinks import Kinks
+from ..gaps.resting import RestingContact
+from ..record.sampled import Rest
 from ..record.status import MotionStatus
-from ..record.trajectory import Rest
-from ..rest.contacts import NO_SLIP, RestingContact
+from ..rest.contacts import NO_SLIP
 from ..rest.law import RestNotSolved
 from ..steps.steppers import StepFailed
 from ..travel.meet import FAINT

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable
 
 import numpy as np
 
-from ..rest.contacts import RestingContact
+from ..gaps.resting import RestingContact
 from ..rest.settle import LIFTED
 from ..zeros.closing import GRAZED
 from .drift import lay_down, take_out_drift

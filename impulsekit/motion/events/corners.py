@@ -15,7 +15,7 @@ from ...laws.borrowed import borrowed, borrowing
 from ...laws.compiled import compiled, entry
 from ...laws.dense import put
 from ..gaps.pairs import NO_PAIRS, Held, Pairs, gap_of
-from ..steps.compiled import System, Work
+from ..steps.system import System, Work
 from ..zeros.closing import GAP, Node, root_finder
 from .look import Watched, see_state, write_signs
 from .stops import ELSEWHERE, LEFT

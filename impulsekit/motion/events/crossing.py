@@ -11,7 +11,6 @@ import time
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,10 +21,8 @@ from ..gaps.turning_planes import Pose
 from ..zeros.closing import Node
 from ..zeros.roots import States, first_zero
 from ..zeros.windows import nodes_between
+from .passage import Passage
 from .touch import TOUCH, touch_pairs
-
-if TYPE_CHECKING:
-    from ..travel.passage import Passage
 
 __all__ = ["Crossing", "Seen", "first_crossing"]
 

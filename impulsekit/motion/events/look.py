@@ -18,8 +18,8 @@ from ...laws.compiled import compiled, entry
 from ...laws.dense import put, put_rows
 from ...rows.point_rows import gap_and_rate, rounding_of, write_rows
 from ..forces.laws import write_pushes
-from ..steps.compiled import System, Work
 from ..steps.explicit import nested
+from ..steps.system import System, Work
 from ..tree.bodies import look_at, write_jacobian
 from ..tree.coordinates import write_configuration
 from ..zeros.closing import Node, error_of, lowest_of, zero_finder

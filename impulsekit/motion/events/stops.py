@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,9 +12,7 @@ from ...geometry.features import BESIDE
 from ..gaps.contacts import Gaps
 from ..rest.contacts import Resting
 from ..zeros.roots import States, falling_root
-
-if TYPE_CHECKING:
-    from ..travel.passage import Passage
+from .passage import Passage
 
 __all__ = ["first_stop"]
 

@@ -17,7 +17,7 @@ from ...laws.compiled import compiled, entry
 from ..gaps.advancing import BodyMotion, bound_of, may_meet, touch_finder
 from ..gaps.pairs import NO_PAIRS, Pairs, gap_of, shape_of
 from ..gaps.turning_planes import Bound, Pose
-from ..steps.compiled import System, Work
+from ..steps.system import System, Work
 from ..zeros.roots import PIECES
 from .look import count_windows, see_state
 

@@ -15,8 +15,9 @@ from ...laws.compiled import Entry
 from ..events.crossing import Seen
 from ..events.look import look
 from ..rest.law import RestNotSolved
-from ..steps.compiled import NOT_SOLVED, UNSAFE, Work, attempt
+from ..steps.compiled import NOT_SOLVED, UNSAFE, attempt
 from ..steps.explicit import GO_ON, ExplicitStepper, Output, Rhs, tableau
+from ..steps.system import Work
 from ..steps.tables import work_of
 from ..travel.mover import Mover
 

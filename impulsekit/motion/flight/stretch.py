@@ -7,8 +7,9 @@ from functools import cached_property
 import numpy as np
 
 from ..gaps.contacts import Gaps
+from ..gaps.resting import RestingContact
 from ..record.path import Piece
-from ..rest.contacts import Resting, RestingContact
+from ..rest.contacts import Resting
 from ..rest.footing import NOTHING, Footing
 from ..steps.explicit import Output
 from ..travel.advance import Log

@@ -18,7 +18,7 @@ from ...geometry.collision import (
     meeting_points,
     solids_of,
 )
-from ...geometry.features import CornerOnFace, EdgesCross
+from ...geometry.features import CornerOnFace, EdgesCross, TipOnFace
 from ...geometry.held_pieces import (
     can_be_held,
     have_ends,
@@ -35,7 +35,7 @@ from ...geometry.held_points import (
     in_arrays,
     spots_of,
 )
-from ...geometry.held_tips import TipOnFace, held_tip, held_tips
+from ...geometry.held_tips import held_tip, held_tips
 from ...geometry.point_table import Kinematics, TableRow, table_of
 from ...geometry.polyhedron import Polyhedron, can_be_separated, separation_at
 from ...geometry.support import Support, support_of

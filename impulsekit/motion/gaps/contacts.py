@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -20,10 +20,8 @@ from ..zeros.windows import Turning
 from .pairs import Held, Pairs, pairs_of, write_gaps
 from .points import PointTables
 from .rated import FunctionGap, PlaneGap, RopeGap, StopGap
+from .resting import RestingContact
 from .turning_planes import Pose
-
-if TYPE_CHECKING:
-    from ..rest.contacts import RestingContact
 
 __all__ = ["Gaps"]
 

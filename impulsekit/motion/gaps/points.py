@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from operator import is_not
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ...geometry.point_table import Table, TableRow, table_of
 from .pairs import Held, Pairs
-
-if TYPE_CHECKING:
-    from ..rest.contacts import RestingContact
+from .resting import RestingContact
 
 __all__ = ["PointTables"]
 

@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from ...scene import Scene
 from ..dynamics.accelerations import Dynamics
-from ..rest.contacts import RestingContact
+from ..gaps.resting import RestingContact
 
 __all__ = ["Flow"]
 

@@ -25,7 +25,7 @@ from ...scene.functions import call, numbers_from
 from ...scene.motion import MotionSettings
 from ...tolerances import NONZERO
 from ..dynamics.accelerations import Dynamics
-from ..rest.contacts import RestingContact
+from ..gaps.resting import RestingContact
 from ..simulate import simulate
 from .flow import ATOL, RTOL
 from .sensitivity import Chain

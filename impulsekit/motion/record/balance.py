@@ -16,7 +16,7 @@ from ...robot.arrays import lock
 
 if TYPE_CHECKING:
     from ...impact import Impact
-    from .trajectory import Trajectory
+    from .sampled import SampledMotion
 
 __all__ = ["MomentumBalance", "momentum_balance"]
 
@@ -45,7 +45,9 @@ class MomentumBalance(OneLine):
         return self.change - sum(self.shares.values(), np.zeros(6))
 
 
-def momentum_balance(motion: Trajectory, start: float | None, end: float | None) -> MomentumBalance:
+def momentum_balance(
+    motion: SampledMotion, start: float | None, end: float | None
+) -> MomentumBalance:
     """The balance between two times; see ``Trajectory.balance``."""
     a, b = motion.checked_span(start, end)
     loads = motion.loads

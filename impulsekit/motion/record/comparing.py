@@ -14,7 +14,7 @@ from ...robot.arrays import lock
 
 if TYPE_CHECKING:
     from ...robot import Robot
-    from .trajectory import Trajectory
+    from .sampled import SampledMotion
 
 __all__ = ["Comparison", "compare", "first_link", "frame_distances", "moving_links"]
 
@@ -58,7 +58,7 @@ class Comparison(OneLine):
         return float(np.sqrt(np.mean(self.rotation**2)))
 
 
-def compare(motion: Trajectory, recording: Recorded, frame: str | None) -> Comparison:
+def compare(motion: SampledMotion, recording: Recorded, frame: str | None) -> Comparison:
     """See ``Trajectory.compare``."""
     robot = motion.scene.robot
     times, q = getattr(recording, "t", None), getattr(recording, "q", None)

@@ -15,7 +15,7 @@ from ..forces.field import ForceField
 from ..tree.memory import Memory
 
 if TYPE_CHECKING:
-    from .trajectory import Trajectory
+    from .sampled import SampledMotion
 
 __all__ = ["EnergyHistory", "MomentumHistory", "energies_of", "momenta_of"]
 
@@ -53,7 +53,7 @@ class MomentumHistory(OneLine):
     angular: np.ndarray
 
 
-def energies_of(motion: Trajectory) -> EnergyHistory:
+def energies_of(motion: SampledMotion) -> EnergyHistory:
     """See ``Trajectory.energy``."""
     model = _with_gravity(motion)
     memory = Memory(model)
@@ -74,7 +74,7 @@ def energies_of(motion: Trajectory) -> EnergyHistory:
     return EnergyHistory(kinetic, gravity, springs)
 
 
-def momenta_of(motion: Trajectory) -> MomentumHistory:
+def momenta_of(motion: SampledMotion) -> MomentumHistory:
     """See ``Trajectory.momentum``."""
     model = _with_gravity(motion)
     data = model.createData()
@@ -86,7 +86,7 @@ def momenta_of(motion: Trajectory) -> MomentumHistory:
     return MomentumHistory(read_only(linear), read_only(angular))
 
 
-def _with_gravity(motion: Trajectory) -> pin.Model:
+def _with_gravity(motion: SampledMotion) -> pin.Model:
     model = pin.Model(motion.scene.robot.model)
     model.gravity.linear = np.array(motion.scene.gravity)
     return model

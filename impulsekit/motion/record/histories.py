@@ -15,7 +15,7 @@ from ...scene import JointStop
 
 if TYPE_CHECKING:
     from .loads import Loads, LoadsOfMotion
-    from .trajectory import Trajectory
+    from .sampled import SampledMotion
 
 __all__ = ["ConstraintHistory", "ContactHistory", "ForceHistory", "JointHistory"]
 
@@ -25,7 +25,7 @@ T = TypeVar("T", ContactResult, ConstraintResult)
 class _Told:
     """One entry of a motion, with what it gives at a time or over a span of time."""
 
-    _motion: Trajectory
+    _motion: SampledMotion
     name: str
 
     def _over_time(self, t: Any, value: Callable[[Loads], Any]) -> np.ndarray:
@@ -49,7 +49,7 @@ class _Impacts(tuple, _Told, Generic[T], ABC):
     _index: int
 
     def __new__(
-        cls, impacts: Iterable[tuple[float, T]], motion: Trajectory, name: str, index: int
+        cls, impacts: Iterable[tuple[float, T]], motion: SampledMotion, name: str, index: int
     ) -> Any:
         """Of the entry that is called ``name`` and has this place in the scene."""
         self = super().__new__(cls, impacts)
@@ -219,7 +219,7 @@ class ForceHistory(_Told):
         name: the entry's name.
     """
 
-    def __init__(self, motion: Trajectory, name: str, index: int) -> None:
+    def __init__(self, motion: SampledMotion, name: str, index: int) -> None:
         self._motion, self.name, self._index = motion, name, index
 
     def force(self, t: Any) -> np.ndarray:
@@ -259,7 +259,7 @@ class JointHistory(_Told):
         name: the joint's name.
     """
 
-    def __init__(self, motion: Trajectory, name: str) -> None:
+    def __init__(self, motion: SampledMotion, name: str) -> None:
         self._motion, self.name = motion, name
 
     def reaction(self, t: Any) -> np.ndarray:
@@ -277,7 +277,7 @@ class JointHistory(_Told):
         return f"JointHistory({self.name!r})"
 
 
-def of_contacts(motion: Trajectory) -> dict[str, ContactHistory]:
+def of_contacts(motion: SampledMotion) -> dict[str, ContactHistory]:
     """By the name of a contact."""
     names = motion.scene.entry_names("contacts")
     hits: list[list[tuple[float, Any]]] = [[] for _ in names]
@@ -291,7 +291,7 @@ def of_contacts(motion: Trajectory) -> dict[str, ContactHistory]:
     }
 
 
-def of_constraints(motion: Trajectory) -> dict[str, ConstraintHistory]:
+def of_constraints(motion: SampledMotion) -> dict[str, ConstraintHistory]:
     """By the name of a constraint."""
     found = {}
     for i, name in enumerate(motion.scene.entry_names("constraints")):
@@ -302,13 +302,13 @@ def of_constraints(motion: Trajectory) -> dict[str, ConstraintHistory]:
     return found
 
 
-def of_forces(motion: Trajectory) -> dict[str, ForceHistory]:
+def of_forces(motion: SampledMotion) -> dict[str, ForceHistory]:
     """By the name of a spring, an actuator or an applied force."""
     names = motion.scene.entry_names("forces")
     return {name: ForceHistory(motion, name, i) for i, name in enumerate(names)}
 
 
-def of_joints(motion: Trajectory) -> dict[str, JointHistory]:
+def of_joints(motion: SampledMotion) -> dict[str, JointHistory]:
     """By the name of a joint, fixed ones and the roots of fixed bases included."""
     loads: LoadsOfMotion = motion.loads
     return {name: JointHistory(motion, name) for name in loads.at(0.0).reactions}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -26,16 +26,18 @@ from .archive import (
 )
 from .impact_arrays import impacts_of, packed_impacts
 from .path import Path
+from .sampled import Rest, SampledMotion
 from .status import MotionStatus
-from .trajectory import Rest, Trajectory
 
 __all__ = ["load_motion", "save_motion"]
 
 # Of the file that ``save`` writes; 1 held a pickle, 2 nothing of what rested.
 FORMAT = 3
 
+Motion = TypeVar("Motion", bound=SampledMotion)
 
-def save_motion(motion: Trajectory, path: str | os.PathLike[str]) -> None:
+
+def save_motion(motion: SampledMotion, path: str | os.PathLike[str]) -> None:
     """See ``Trajectory.save``."""
     text, reason = scene_text(motion.scene)
     impacts, numbers = packed_impacts(motion.impacts)
@@ -66,7 +68,7 @@ def save_motion(motion: Trajectory, path: str | os.PathLike[str]) -> None:
         np.savez_compressed(file, **arrays)
 
 
-def load_motion(path: str | os.PathLike[str], scene: Scene | None) -> Trajectory:
+def load_motion(kind: type[Motion], path: str | os.PathLike[str], scene: Scene | None) -> Motion:
     """See ``Trajectory.load``."""
     name, arrays = os.fspath(path), read_arrays(path)
     try:
@@ -80,7 +82,7 @@ def load_motion(path: str | os.PathLike[str], scene: Scene | None) -> Trajectory
             )
         scene = scene_of(text, name) if scene is None else scene
         check_arrays(arrays, scene, name)
-        motion = Trajectory(
+        motion = kind(
             scene,
             arrays["t"],
             Path.of_arrays(scene.robot.model, arrays, footings_of(scene, record["footings"])),

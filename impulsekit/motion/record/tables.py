@@ -8,18 +8,19 @@ import numpy as np
 import pinocchio as pin
 
 from ...errors import MissingExtraError
+from .energies import energies_of, momenta_of
 
 if TYPE_CHECKING:
-    from .trajectory import Trajectory
+    from .sampled import SampledMotion
 
 __all__ = ["event_table", "state_table"]
 
 
-def state_table(motion: Trajectory) -> Any:
+def state_table(motion: SampledMotion) -> Any:
     """States, energies and momenta over time as an ``xarray.Dataset``; see ``to_xarray``."""
     with MissingExtraError.unless("xarray", "study", "Trajectory.to_xarray"):
         import xarray
-    energy, momentum = motion.energy(), motion.momentum()
+    energy, momentum = energies_of(motion), momenta_of(motion)
     robot = motion.scene.robot
     names_q, names_v = _coordinate_names(robot.model)
     return xarray.Dataset(
@@ -45,7 +46,7 @@ def state_table(motion: Trajectory) -> Any:
     )
 
 
-def event_table(motion: Trajectory) -> Any:
+def event_table(motion: SampledMotion) -> Any:
     """The impacts and the rests of a motion as an ``xarray.Dataset``; see ``Trajectory.events``."""
     with MissingExtraError.unless("xarray", "study", "Trajectory.events"):
         import xarray

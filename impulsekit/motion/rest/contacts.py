@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -12,13 +11,14 @@ from ...errors import InputError
 from ...scene import JointFriction, Scene
 from ...scene.contacts import turns
 from ...scene.friction import friction_at
+from ..gaps.resting import RestingContact
 from ..tree.pressed import Sliding
 from .joints import TORN, DryJoints
 from .rolling import RollingRest
 from .settle import next_slide
-from .turn import Turn, direction_of_slip
+from .turn import direction_of_slip
 
-__all__ = ["Resting", "RestingContact"]
+__all__ = ["Resting"]
 
 # Slip below this [m/s] has no direction of its own, whatever the capture speed.
 NO_SLIP = 1e-9
@@ -29,45 +29,6 @@ WITH_IT = 0.5
 # What a pull holds has let go where it parts with more than this share: until it is told the pull
 # goes on.
 PARTED = 1e-10
-
-
-@dataclass(eq=False)
-class RestingContact:
-    """A contact that has come to rest.
-
-    Attributes:
-        gap: its index among the gaps.
-        entry: its index among the scene's contacts.
-        friction: µ.
-        since: when it came to rest [s].
-        count: how many points it touched at last.
-        slides: by point, the direction of slip (2,), or None for a point that sticks.
-        begins: by point, whether its slip has just begun: friction opposes its acceleration.
-        turns: by point, how it rolls and spins; of contacts that resist that.
-    """
-
-    gap: int
-    entry: int
-    friction: float
-    since: float
-    count: int = 1
-    slides: list[np.ndarray | None] = field(default_factory=list)
-    begins: list[bool] = field(default_factory=list)
-    turns: list[Turn] = field(default_factory=list)
-
-    def fit(self) -> None:
-        """Where points came or went it is not known any more which is which."""
-        # Within a step a round body may seem to have lifted, and comes back as it was.
-        if self.count and len(self.slides) != self.count:
-            self.slides, self.begins = [None] * self.count, [False] * self.count
-
-    def keep(self, points: list[bool]) -> None:
-        """Go on with those of its points that are told."""
-        self.slides = [s for s, stays in zip(self.slides, points, strict=True) if stays]
-        self.begins = [b for b, stays in zip(self.begins, points, strict=True) if stays]
-        if self.turns:
-            self.turns = [t for t, stays in zip(self.turns, points, strict=True) if stays]
-        self.count = sum(points)
 
 
 class Resting:

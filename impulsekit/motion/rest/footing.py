@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...geometry.features import CornerOnFace, EdgesCross
-from ...geometry.held_tips import TipOnFace
+from ...geometry.features import CornerOnFace, EdgesCross, TipOnFace
 from ...rows.reach import reached_model
 from ...scene import Scene
 from ..gaps.contacts import Gaps
-from .contacts import Resting, RestingContact
-from .turn import Turn
+from ..gaps.resting import RestingContact, Turn
+from .contacts import Resting
 
 if TYPE_CHECKING:
     from ...geometry.held_points import HeldPoint

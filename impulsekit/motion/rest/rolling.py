@@ -8,7 +8,7 @@ M_t = −rolling P_n ω_t/|ω_t|, one that does not has the M_t by which ω̇_t 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
@@ -21,13 +21,11 @@ from ...rows.pair import turning_rows
 from ...scene import Collision, Contact, Scene
 from ...scene.contacts import turns
 from ...tolerances import NONZERO
+from ..gaps.contacts import Gaps
+from ..gaps.resting import RestingContact, Turn
 from ..gaps.wandering import MOVE, SLOWEST
 from .law import RestNotSolved
-from .turn import GROWN_SLIP, NO_TURN, Turn, after_stop, direction_of_slip, way_of_slip
-
-if TYPE_CHECKING:
-    from ..gaps.contacts import Gaps
-    from .contacts import Resting, RestingContact
+from .turn import GROWN_SLIP, NO_TURN, after_stop, direction_of_slip, way_of_slip
 
 __all__ = ["RollingRest"]
 
@@ -37,6 +35,21 @@ STOPPED = 1e-6
 STEADY = 1e-13
 # Entries of axes that differ by more than this over MOVE were chosen anew, and did not turn.
 CHOSEN_ANEW = 0.1
+
+
+class PointsAtRest(Protocol):
+    """What ``contacts.Resting`` knows of the points that rest."""
+
+    contacts: list[RestingContact]
+
+    def friction(self) -> np.ndarray:
+        """(n,) µ by point."""
+
+    def ways(self, slip: np.ndarray, friction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The directions in which forces may act, and µ in them."""
+
+    def note(self, unknowns: np.ndarray, accelerations: np.ndarray, slip: np.ndarray) -> None:
+        """Keep what was found."""
 
 
 class RollingRest:
@@ -162,7 +175,7 @@ class RollingRest:
         return found
 
     def forces(
-        self, resting: Resting, delassus: np.ndarray, free: np.ndarray, slip: np.ndarray
+        self, resting: PointsAtRest, delassus: np.ndarray, free: np.ndarray, slip: np.ndarray
     ) -> np.ndarray:
         """(3n + 3k,) forces and moments at all points, two tangents and the normal of each.
 

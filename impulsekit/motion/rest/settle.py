@@ -19,7 +19,8 @@ from ...laws.dense import cholesky, lower_solve, put
 from ...laws.half import from_half, halve, is_safe
 from ...rows.point_rows import gaps_and_rates, write_rows
 from ...tolerances import NONZERO
-from ..steps.compiled import SOLVED, System, accelerate
+from ..steps.compiled import SOLVED, accelerate
+from ..steps.system import System
 from ..tree.bodies import PLANAR, Tree, look_at, write_factor, write_jacobian
 from ..tree.coordinates import centre, write_configuration
 

@@ -2,53 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ..tree.pressed import direction_of
 from .settle import next_slide
 
-__all__ = ["GROWN_SLIP", "NO_TURN", "Turn", "after_stop", "direction_of_slip", "way_of_slip"]
+__all__ = ["GROWN_SLIP", "NO_TURN", "after_stop", "direction_of_slip", "way_of_slip"]
 
 # Turning below this [rad/s] has no direction of its own.
 NO_TURN = 1e-9
 # Turning that began, and is slower than this [rad/s], is opposed along its acceleration.
 GROWN_SLIP = 1e-7
-
-
-class Turn:
-    """How one point rolls and spins.
-
-    Attributes:
-        rolls: (2,) the direction of rolling, or None. spins: (1,) that of spin, or None.
-        rolling_begins, spin_begins: whether it has just begun.
-    """
-
-    def __init__(
-        self,
-        rolls: np.ndarray | None = None,
-        spins: np.ndarray | None = None,
-        rolling_begins: bool = False,
-        spin_begins: bool = False,
-    ) -> None:
-        self.rolls, self.spins = rolls, spins
-        self.rolling_begins, self.spin_begins = rolling_begins, spin_begins
-
-    def packed(self) -> list[Any]:
-        """Ready for JSON."""
-        ways = [None if way is None else way.tolist() for way in (self.rolls, self.spins)]
-        return [*ways, self.rolling_begins, self.spin_begins]
-
-    @classmethod
-    def unpacked(cls, packed: list[Any]) -> Turn:
-        """What ``packed`` packed."""
-        rolls, spins = (None if way is None else np.array(way, dtype=float) for way in packed[:2])
-        return cls(rolls, spins, bool(packed[2]), bool(packed[3]))
-
-    def copied(self) -> Turn:
-        """Another one, the same."""
-        return Turn(self.rolls, self.spins, self.rolling_begins, self.spin_begins)
 
 
 def direction_of_slip(slip: np.ndarray, start: np.ndarray, slow: float) -> np.ndarray:

@@ -6,20 +6,16 @@ The formulas of the step are those of ``explicit``, those of the accelerations o
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
-from ...geometry.point_table import Table
 from ...laws.borrowed import borrowed, borrowing
 from ...laws.compiled import entry
 from ...laws.dense import put
 from ...laws.half import is_safe, solve_mass
 from ...laws.tolerances import RESIDUAL_LIMIT
-from ..forces.laws import Loads, add_torques, push_bodies
+from ..forces.laws import add_torques, push_bodies
 from ..tree.bodies import (
-    Room,
-    Tree,
     begin_forces,
     look_at,
     take_forces,
@@ -27,16 +23,15 @@ from ..tree.bodies import (
     write_jacobian,
 )
 from ..tree.coordinates import write_configuration, write_rate
-from ..tree.pressed import Found, Loaded, Sliding, press
+from ..tree.pressed import Found, Loaded, press
 from .explicit import Tableau, error_of_sums, first_guess, first_length, first_powers
+from .system import TOLERANCES, System, Work
+from .tables import example_step
 
 __all__ = [
     "NOT_SOLVED",
     "SOLVED",
-    "TOLERANCES",
     "UNSAFE",
-    "System",
-    "Work",
     "accelerate",
     "accelerations_at",
     "attempt",
@@ -48,56 +43,6 @@ __all__ = [
 
 # What became of a step: done, no forces at rest, a pivot of M that is rounding.
 SOLVED, NOT_SOLVED, UNSAFE = 0, 1, 2
-# rtol and atol in examples of arguments: those of ``MotionSettings`` unless others are given.
-TOLERANCES = 5e-11, 1e-12
-
-
-class System(NamedTuple):
-    """What moves, and what acts on it while the same points rest.
-
-    Attributes:
-        tree, room, loads: see there.
-        table, sliding: of the points that rest; empty without any.
-        reference: (nq,) of the chart.
-        q: (nq,) and load: (nv,) room. last: (3n,) forces at rest, of the last evaluation.
-        accelerations, slip: (3n,) of the points.
-    """
-
-    tree: Tree
-    room: Room
-    loads: Loads
-    table: Table
-    sliding: Sliding
-    reference: np.ndarray
-    q: np.ndarray
-    load: np.ndarray
-    last: np.ndarray
-    accelerations: np.ndarray
-    slip: np.ndarray
-
-
-class Work(NamedTuple):
-    """A step.
-
-    Attributes:
-        slopes: (16, 2 nv) of the stages; the first is there.
-        powers: (7, 2 nv) of the dense output.
-        before, after, trial: (2 nv,) y at both ends, and room.
-        driven: (16, k) what is driven in time, at the times of the stages.
-    """
-
-    slopes: np.ndarray
-    powers: np.ndarray
-    before: np.ndarray
-    after: np.ndarray
-    trial: np.ndarray
-    driven: np.ndarray
-
-
-def _examples() -> tuple:
-    from .tables import example_step
-
-    return example_step()
 
 
 @borrowing
@@ -143,7 +88,7 @@ def accelerate(system: System, driven: np.ndarray, v: np.ndarray, rate: np.ndarr
 
 
 def _examples_of_accelerations() -> tuple:
-    system, _, work, *_ = _examples()
+    system, _, work, *_ = example_step()
     return system, work.driven[0], system.load, system.load
 
 
@@ -164,7 +109,7 @@ def _stage(system: System, tableau: Tableau, work: Work, s: int, h: float) -> in
     return evaluate(system, work.driven[s], work.trial, work.slopes[s])
 
 
-@entry(_examples, seconds=24.0, apart=True)
+@entry(example_step, seconds=24.0, apart=True)
 def attempt(
     system: System, tableau: Tableau, work: Work, h: float, rtol: float, atol: float
 ) -> tuple[int, float]:
@@ -223,12 +168,12 @@ def rates_at(system: System, driven: np.ndarray, y: np.ndarray, rates: np.ndarra
 
 
 def _examples_of_rates() -> tuple:
-    system, _, work, *_ = _examples()
+    system, _, work, *_ = example_step()
     return system, work.driven[0], work.before, work.after
 
 
 def _examples_of_begin() -> tuple:
-    system, _, work, *_ = _examples()
+    system, _, work, *_ = example_step()
     return system, work, work.before, 1.0, *TOLERANCES
 
 

@@ -9,8 +9,8 @@ from ...geometry.point_table import MOST, Table
 from ..forces.laws import ON, Loads
 from ..tree.of_model import room_of, tree_of
 from ..tree.pressed import Sliding
-from .compiled import TOLERANCES, System, Work
 from .explicit import tableau
+from .system import TOLERANCES, System, Work
 
 __all__ = ["NOTHING_SLIDES", "NO_POINTS", "example_step", "no_loads", "work_of"]
 

@@ -19,8 +19,9 @@ from ...laws.dense import put
 from ...rows.point_rows import gap_and_rate
 from ..events.look import Watched, look_through
 from ..rest.settle import Stand, begin_stage, settle
-from ..steps.compiled import SOLVED, TOLERANCES, System, Work, evaluate, try_step
+from ..steps.compiled import SOLVED, evaluate, try_step
 from ..steps.explicit import LEAST, Tableau, length_after, shorter_length
+from ..steps.system import TOLERANCES, System, Work
 from ..tree.bodies import look_at
 from ..tree.coordinates import centre, write_configuration, write_rate
 

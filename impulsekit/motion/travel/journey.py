@@ -17,8 +17,9 @@ from ...laws.compiled import compiled, entry
 from ...rows.point_rows import gaps_and_rates
 from ..events.look import Watched, write_dense
 from ..rest.settle import begin_stage
-from ..steps.compiled import SOLVED, System, Work, attempt, begin_steps
+from ..steps.compiled import SOLVED, attempt, begin_steps
 from ..steps.explicit import Tableau, inside
+from ..steps.system import System, Work
 from ..tree.bodies import look_at
 from ..tree.coordinates import centre, write_configuration
 from .advance import (

@@ -13,7 +13,8 @@ from ..events.crossing import Crossing, Seen
 from ..events.look import Watched, look
 from ..forces.tables import Driven
 from ..rest.settle import Stand, settle_points
-from ..steps.compiled import SOLVED, System, Work, begin_steps, rates_at
+from ..steps.compiled import SOLVED, begin_steps, rates_at
+from ..steps.system import System, Work
 from ..steps.tables import NO_POINTS, NOTHING_SLIDES, work_of
 from ..tree.chart import Chart
 from ..tree.of_model import room_of, tree_of

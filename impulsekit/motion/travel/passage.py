@@ -36,7 +36,7 @@ class Passage:
         self._reference = reference
 
     def touch(self, base: np.ndarray, until: float, speeds: np.ndarray) -> tuple[float, int]:
-        """As ``events.crossing.Touching``."""
+        """See ``events.passage.Passage``."""
         dense, system = self._dense, self._mover.flown(self._reference)
         work = self._mover.room._replace(before=dense.before, powers=dense.powers)
         turning = self._gaps.turning.speeds

@@ -22,7 +22,7 @@ from ...laws.struck import strike_at_once
 from ...laws.tolerances import RESIDUAL_LIMIT, ROUNDING, ROUNDING_OF_SUMS
 from ...laws.words import NEWTON
 from ...rows.point_rows import write_rows
-from ..steps.compiled import System
+from ..steps.system import System
 from ..tree.bodies import factorize_mass, look_at, write_jacobian, write_mass
 
 __all__ = ["Blow", "room_for_blow", "strike_alone", "strike_point", "strike_together"]

@@ -7,7 +7,7 @@ import pytest
 import impulsekit as ik
 from impulsekit.motion.dynamics.accelerations import Dynamics
 from impulsekit.motion.gaps.contacts import Gaps
-from impulsekit.motion.rest.contacts import RestingContact
+from impulsekit.motion.gaps.resting import RestingContact
 from impulsekit.motion.tree.memory import Memory
 from impulsekit.motion.tree.pressed import rows_and_bias
 from impulsekit.rows.reach import reached_model

@@ -7,7 +7,7 @@ from scipy.integrate import quad
 
 import impulsekit as ik
 from impulsekit.motion.gaps.contacts import Gaps
-from impulsekit.motion.rest.contacts import RestingContact
+from impulsekit.motion.gaps.resting import RestingContact
 from impulsekit.rows.reach import reached_model
 
 from ...robots import one_body
