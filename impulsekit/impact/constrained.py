@@ -8,7 +8,6 @@ of the rows J projected off the span of A in the metric of M⁻¹.
 from __future__ import annotations
 
 from collections.abc import Callable, Container
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -27,6 +26,7 @@ from .elimination import BilateralSolution, Elimination, refined
 from .factor import Factor, MassFactor
 from .known import KnownImpulses
 from .massless_locks import with_massless_locks
+from .outcome import Outcome
 from .scene_contacts import SceneContacts, with_work_of_rows
 from .singular import has_uneven_masses
 from .steps import steps_of
@@ -34,26 +34,7 @@ from .steps import steps_of
 if TYPE_CHECKING:
     from .contact_space import ContactSolution
 
-__all__ = ["ConstrainedJump", "Outcome"]
-
-
-@dataclass(frozen=True, eq=False)
-class Outcome:
-    """What a solve found besides Δv.
-
-    Attributes:
-        constraint_impulses: (m,) λ by row of the bilateral constraints.
-        unique: (m,) whether each is determined; None where all are.
-        touches: the points at which contacts touched.
-        contacts: the impulses there, by the law; None where nothing touched.
-        nearly_dependent: whether rows were taken for dependent that are so only nearly.
-    """
-
-    constraint_impulses: np.ndarray
-    unique: np.ndarray | None
-    touches: tuple[Touch, ...] = ()
-    contacts: ContactSolution | None = None
-    nearly_dependent: bool = False
+__all__ = ["ConstrainedJump"]
 
 
 class ConstrainedJump:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +15,8 @@ from ..robot.placing import Posture
 from ..scene import Scene
 
 if TYPE_CHECKING:
-    from .result import Impact
+    from .mechanics import Mechanics
+    from .outcome import Outcome
 
 __all__ = ["ConstraintResult", "constraint_results"]
 
@@ -47,6 +48,19 @@ class ConstraintResult(OneLine):
     work: float
     measure: Callable[[], float] = field(repr=False)
 
+    def to_dict(self) -> dict[str, Any]:
+        """Ready for JSON."""
+        return {
+            "name": self.name,
+            "rows": list(self.rows),
+            "impulse": self.impulse.tolist(),
+            "unique": self.unique,
+            "gap": self.gap,
+            "velocity_before": self.velocity_before.tolist(),
+            "velocity_after": self.velocity_after.tolist(),
+            "work": self.work,
+        }
+
     @cached_property
     def gap(self) -> float:
         """How far the two points of an anchor are apart in the directions that it holds [m].
@@ -63,16 +77,17 @@ def _gap(scene: Scene, q: np.ndarray, index: int) -> float:
     return anchor_openings(scene, Posture(scene.robot, q), (index,))[0].gap
 
 
-def constraint_results(impact: Impact) -> tuple[ConstraintResult, ...]:
+def constraint_results(
+    mechanics: Mechanics, outcome: Outcome | None, v_before: np.ndarray, v_after: np.ndarray
+) -> tuple[ConstraintResult, ...]:
     """The results of a scene's constraints, in their order."""
-    outcome = impact.outcome
-    if outcome is None or not impact.scene.held:
+    scene = mechanics.scene
+    if outcome is None or not scene.held:
         return ()
-    rows = impact.mechanics.constraint_rows
-    matrix = impact.mechanics.constraint_matrix
-    before, after = matrix @ impact.v_before, matrix @ impact.v_after
+    rows, matrix = mechanics.constraint_rows, mechanics.constraint_matrix
+    before, after = matrix @ v_before, matrix @ v_after
     results = []
-    names = impact.scene.entry_names("held")
+    names = scene.entry_names("held")
     unique = outcome.unique if outcome.unique is not None else np.ones(rows.count, dtype=bool)
     for i, (name, where) in enumerate(zip(names, rows.slices, strict=True)):
         impulse = outcome.constraint_impulses[where].copy()
@@ -88,7 +103,7 @@ def constraint_results(impact: Impact) -> tuple[ConstraintResult, ...]:
                 velocity_before=arrays[1],
                 velocity_after=arrays[2],
                 work=float(impulse @ (0.5 * (arrays[1] + arrays[2]))),
-                measure=partial(_gap, impact.scene, impact.q, i),
+                measure=partial(_gap, scene, mechanics.q, i),
             )
         )
     return tuple(results)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,8 +21,8 @@ from .turning_results import NO_SLIP, ON_CONE, TurningResult, turning_result
 
 if TYPE_CHECKING:
     from ..rows.contacts import Touch
+    from .answer import Answer
     from .contact_space import ContactSolution
-    from .result import Impact
 
 __all__ = ["ContactPoint", "ContactResult", "contact_impulses", "contact_results"]
 
@@ -59,6 +60,21 @@ class ContactPoint(OneLine):
     unique: bool
     turning: TurningResult | None = None
 
+    def to_dict(self) -> dict[str, Any]:
+        """Ready for JSON."""
+        return {
+            "position": None if self.position is None else self.position.tolist(),
+            "normal": None if self.normal is None else self.normal.tolist(),
+            "impulse": self.impulse.tolist(),
+            "velocity_before": self.velocity_before.tolist(),
+            "velocity_after": self.velocity_after.tolist(),
+            "mode": self.mode,
+            "normal_work": self.normal_work,
+            "friction_work": self.friction_work,
+            "unique": self.unique,
+            **({} if self.turning is None else self.turning.to_dict()),
+        }
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactResult(OneLine):
@@ -86,6 +102,21 @@ class ContactResult(OneLine):
     unique: bool
     measure: Callable[[], float] = field(repr=False)
 
+    def to_dict(self) -> dict[str, Any]:
+        """Ready for JSON, which knows neither NaN nor infinity: None in their place."""
+        before, after = self.velocity_before, self.velocity_after
+        return {
+            "name": self.name,
+            "mode": self.mode,
+            "gap": self.gap if math.isfinite(self.gap) else None,
+            "impulse": self.impulse.tolist(),
+            "velocity_before": before.tolist() if np.isfinite(before).all() else None,
+            "velocity_after": after.tolist() if np.isfinite(after).all() else None,
+            "work": self.work,
+            "unique": self.unique,
+            "points": [point.to_dict() for point in self.points],
+        }
+
     @cached_property
     def gap(self) -> float:
         """How far it is from touching [m], of a stop to the nearer limit [rad, m].
@@ -109,7 +140,7 @@ class ContactResult(OneLine):
         return bool(self.points)
 
 
-def contact_results(impact: Impact) -> tuple[ContactResult, ...]:
+def contact_results(impact: Answer) -> tuple[ContactResult, ...]:
     """The results of a scene's contacts, in their order."""
     scene = impact.scene
     points: list[list[ContactPoint]] = [[] for _ in scene.contacts]
@@ -133,7 +164,7 @@ def contact_results(impact: Impact) -> tuple[ContactResult, ...]:
     )
 
 
-def contact_impulses(impact: Impact) -> dict[int, np.ndarray]:
+def contact_impulses(impact: Answer) -> dict[int, np.ndarray]:
     """``ContactResult.impulse`` of the contacts that touch, by index; nothing else is computed."""
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:
@@ -163,7 +194,7 @@ def _gap(scene: Scene, q: np.ndarray, index: int) -> float:
     return contact_gaps(scene, Posture(scene.robot, q), (index,))[0].gap
 
 
-def _point(impact: Impact, touch: Touch, i: int, turning: TurningResult | None) -> ContactPoint:
+def _point(impact: Answer, touch: Touch, i: int, turning: TurningResult | None) -> ContactPoint:
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:
         raise ValueError("no contact touched")
@@ -216,7 +247,7 @@ def _works(
     return float(shares[2]), float(shares[0] + shares[1])
 
 
-def _still_by_others(impact: Impact, solution: ContactSolution, i: int) -> bool:
+def _still_by_others(impact: Answer, solution: ContactSolution, i: int) -> bool:
     """Whether a contact that shares its load does not slip, wherever in its cone its share is."""
     if solution.unique is None or solution.unique[i]:
         return False

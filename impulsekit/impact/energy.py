@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from ..tolerances import NONZERO
 from .named import ByName
 
 if TYPE_CHECKING:
-    from .result import Impact
+    from .touched import TouchedAnswer
 
 __all__ = ["Energy", "energy_books"]
 
@@ -39,6 +39,16 @@ class Energy:
     of_lost_velocities: float
     work: Mapping[str, float]
 
+    def to_dict(self) -> dict[str, Any]:
+        """Ready for JSON."""
+        return {
+            "before": self.before,
+            "after": self.after,
+            "change": self.change,
+            "of_lost_velocities": self.of_lost_velocities,
+            "work": dict(self.work),
+        }
+
     @property
     def imbalance(self) -> float:
         """Sum of the works minus the change, relative to the largest energy or work."""
@@ -46,7 +56,7 @@ class Energy:
         return abs(sum(self.work.values()) - self.change) / scale
 
 
-def energy_books(impact: Impact) -> Energy:
+def energy_books(impact: TouchedAnswer) -> Energy:
     """The energy of an impact by entry.
 
     Raises:
@@ -64,7 +74,7 @@ def energy_books(impact: Impact) -> Energy:
     return books
 
 
-def _books(impact: Impact) -> Energy:
+def _books(impact: TouchedAnswer) -> Energy:
     mechanics = impact.mechanics
     mean = 0.5 * (impact.v_before + impact.v_after)
     work: dict[str, float] = {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,7 @@ from ..robot.arrays import lock
 from ..robot.placing import Posture
 
 if TYPE_CHECKING:
-    from .result import Impact
+    from .answer import Answer
 
 __all__ = ["JointLoad", "joint_loads"]
 
@@ -68,13 +69,13 @@ class JointLoad(OneLine):
         return self.axis
 
 
-def joint_loads(impact: Impact) -> dict[str, JointLoad]:
-    """By joint name, the reaction of an impact in the joint's own axes."""
+def joint_loads(impact: Answer, reactions: Mapping[str, np.ndarray]) -> dict[str, JointLoad]:
+    """By joint name, its reaction in an impact in the joint's own axes."""
     robot = impact.scene.robot
     posture = Posture(robot, impact.q)
     fixed = {frame.name: frame for frame in robot.model.frames if robot.has_fixed_joint(frame.name)}
     loads = {}
-    for name, wrench in impact.reactions.items():
+    for name, wrench in reactions.items():
         axis = None
         if name in robot.joint_names:
             joint_id = robot.joint_id(name)
@@ -106,7 +107,7 @@ def _axis_of(subspace: np.ndarray) -> np.ndarray | None:
     return way / length if length else None
 
 
-def _base_rotation(impact: Impact, name: str) -> np.ndarray:
+def _base_rotation(impact: Answer, name: str) -> np.ndarray:
     """(3, 3) the axes of the base of a part that is fixed in the world."""
     parts = impact.scene.robot.parts
     part = max((p for p in parts if name.startswith(p.prefix)), key=lambda p: len(p.prefix))

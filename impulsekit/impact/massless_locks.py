@@ -11,7 +11,7 @@ from ..rows.entries import JointRows
 
 if TYPE_CHECKING:
     from ..rows.constraints import ConstraintRows
-    from .constrained import Outcome
+    from .outcome import Outcome
 
 __all__ = ["with_massless_locks"]
 

@@ -72,7 +72,7 @@ class Mechanics:
     def __init__(self, scene: Scene, q: np.ndarray) -> None:
         self.scene = scene
         self.model = scene.robot.model
-        self._q = q
+        self.q = q
         self._token = object()
 
     def scratch(self) -> pin.Data:
@@ -89,13 +89,13 @@ class Mechanics:
     @cached_property
     def constraint_matrix(self) -> np.ndarray:
         """(m, nv) A at q."""
-        q = _workspaces.of(self.scene).whole.configuration(self._q)
+        q = _workspaces.of(self.scene).whole.configuration(self.q)
         return self.constraint_rows.matrix(self.scratch(), q)
 
     @cached_property
     def _placements(self) -> list[pin.SE3]:
         data = self.scratch()
-        pin.forwardKinematics(self.model, data, self._q)
+        pin.forwardKinematics(self.model, data, self.q)
         # The list shares the data's memory; copies outlive its next use.
         return [pin.SE3(placement) for placement in data.oMi]
 
@@ -118,7 +118,7 @@ class Mechanics:
         """(nv, nv) the generalized masses a_lp (Chang & Huston 1995, eq. (30)), symmetric."""
         data = self.scratch()
         return symmetric(
-            crba_of(self.model)(self.model, data, self._q).reshape(self.model.nv, self.model.nv)
+            crba_of(self.model)(self.model, data, self.q).reshape(self.model.nv, self.model.nv)
         )
 
     @cached_property
@@ -146,7 +146,7 @@ class Mechanics:
         """
         model, data = self.model, self.scratch()
         # Pinocchio takes no arrays that are read-only.
-        pin.forwardKinematics(model, data, self._q, v.copy())
+        pin.forwardKinematics(model, data, self.q, v.copy())
         twice = np.zeros(model.njoints)
         for i in range(model.njoints - 1, 0, -1):
             own = slice(model.idx_vs[i], model.idx_vs[i] + model.nvs[i])
@@ -168,7 +168,7 @@ class Mechanics:
         workspace = _workspaces.of(self.scene)
         model, data = workspace.whole.model, workspace.data
         if workspace.jacobians_of is not self._token:
-            pin.computeJointJacobians(model, data, workspace.whole.configuration(self._q))
+            pin.computeJointJacobians(model, data, workspace.whole.configuration(self.q))
             workspace.jacobians_of = self._token
         jacobian = pin.getFrameJacobian(
             model, data, site.joint_id, site.placement, _REFERENCE[axes]

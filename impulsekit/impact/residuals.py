@@ -11,7 +11,7 @@ from ..laws.residual_bound import bound_residual
 from .contact_space.problem import in_order
 
 if TYPE_CHECKING:
-    from .result import Impact
+    from .answer import Answer
 
 __all__ = ["Residuals", "at_most", "cancelling_speeds", "residuals_of"]
 
@@ -41,7 +41,7 @@ class Residuals:
         return float(np.max([self.momentum, self.constraint, self.complementarity]))
 
 
-def residuals_of(impact: Impact) -> Residuals:
+def residuals_of(impact: Answer) -> Residuals:
     """The residuals of an impact."""
     return Residuals(
         momentum=momentum_residual(impact),
@@ -50,7 +50,7 @@ def residuals_of(impact: Impact) -> Residuals:
     )
 
 
-def at_most(impact: Impact) -> float:
+def at_most(impact: Answer) -> float:
     """A bound on the largest residual of contacts alone, for a part of what that takes.
 
     Infinity where known impulses or constraints take part.
@@ -83,7 +83,7 @@ STILL = 1e-12
 ALL_BUT_ROUNDING = 1e-15
 
 
-def momentum_residual(impact: Impact) -> float:
+def momentum_residual(impact: Answer) -> float:
     """Backward error of M Δv = I, componentwise as far as rows are not themselves rounding."""
     mass_matrix = impact.mechanics.mass_matrix
     difference = np.abs(mass_matrix @ impact.dv - impact.generalized_impulse)
@@ -114,7 +114,7 @@ def momentum_residual(impact: Impact) -> float:
     return float(np.max(difference[rows] / scale[rows], initial=0.0))
 
 
-def constraint_residual(impact: Impact) -> float:
+def constraint_residual(impact: Answer) -> float:
     """Largest |A v⁺ − b| over the largest velocity that the rows are made of."""
     if not impact.constraints:
         return 0.0
@@ -123,7 +123,7 @@ def constraint_residual(impact: Impact) -> float:
     return _share(difference, _terms(matrix, cancelling_speeds(impact)) + np.abs(rows.velocity))
 
 
-def complementarity_residual(impact: Impact) -> float:
+def complementarity_residual(impact: Answer) -> float:
     """What the contact law left over, or how far Δv is from what the law was told."""
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:
@@ -137,7 +137,7 @@ def complementarity_residual(impact: Impact) -> float:
     return max(float(solution.residual), mismatch)
 
 
-def _mismatch(difference: np.ndarray, scale: np.ndarray, impact: Impact) -> float:
+def _mismatch(difference: np.ndarray, scale: np.ndarray, impact: Answer) -> float:
     """As ``_share``, the rows of turning [rad/s] apart from those of points [m/s]."""
     outcome = impact.outcome
     points = 0 if outcome is None else 3 * sum(touch.turns < 0 for touch in outcome.touches)
@@ -145,7 +145,7 @@ def _mismatch(difference: np.ndarray, scale: np.ndarray, impact: Impact) -> floa
     return max(own, _share(difference[points:], scale[points:]))
 
 
-def cancelling_speeds(impact: Impact) -> np.ndarray:
+def cancelling_speeds(impact: Answer) -> np.ndarray:
     """(nv,) the speeds that cancel in v⁺: before, after, and what each impulse alone makes.
 
     Where everything comes to rest, v⁻ and v⁺ alone would measure rounding by rounding.

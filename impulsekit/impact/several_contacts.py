@@ -20,9 +20,10 @@ from ..rows.reach import ReachedModel
 from ..scene import Scene
 from ..scene.law import RESTITUTIONS
 from .algorithms import crba
-from .constrained import ConstrainedJump, Outcome
+from .constrained import ConstrainedJump
 from .contact_space import ContactSolution
 from .known import KnownImpulses
+from .outcome import Outcome
 from .scene_contacts import SceneContacts
 
 __all__ = ["SeveralContactsJump", "outcome_of_some", "shortest_way"]

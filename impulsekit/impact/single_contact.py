@@ -23,10 +23,11 @@ from ..scene import Contact, Scene
 from ..scene.friction import static_friction
 from ..scene.restitution import restitution_at
 from .algorithms import cholesky_solve, crba, decompose
-from .constrained import ConstrainedJump, Outcome
+from .constrained import ConstrainedJump
 from .contact_space import ContactProblem, find_impulses
 from .contact_space.problem import THROWN, is_thrown
 from .known import KnownImpulses
+from .outcome import Outcome
 from .singular import check_pivots
 
 __all__ = ["SingleContactJump"]

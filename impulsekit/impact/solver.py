@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ..laws.struck import Together
-    from .constrained import ConstrainedJump, Outcome
+    from .constrained import ConstrainedJump
+    from .outcome import Outcome
 
 __all__ = ["ImpactSolver", "outcome_told", "solve", "solve_touching", "solve_without_warnings"]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from ..display import OneLine
 from ..robot.arrays import lock
 
 if TYPE_CHECKING:
-    from .result import Impact
+    from .answer import Answer
 
 __all__ = ["NO_SLIP", "ON_CONE", "TurningResult", "turning_result"]
 
@@ -44,8 +44,19 @@ class TurningResult(OneLine):
     spin: str
     work: float
 
+    def to_dict(self) -> dict[str, Any]:
+        """Ready for JSON, under the names of a point."""
+        return {
+            "angular_impulse": self.impulse.tolist(),
+            "rolling": self.rolling,
+            "spin": self.spin,
+            "angular_velocity_before": self.velocity_before.tolist(),
+            "angular_velocity_after": self.velocity_after.tolist(),
+            "turning_work": self.work,
+        }
 
-def turning_result(impact: Impact, k: int) -> TurningResult:
+
+def turning_result(impact: Answer, k: int) -> TurningResult:
     """What the k-th touch of an impact, whose rows are of turning, did."""
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:

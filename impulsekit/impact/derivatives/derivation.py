@@ -21,8 +21,8 @@ from ...errors import InputError
 from ...laws.coulomb import coulomb
 from ...laws.single import newtons_shift
 from ...scene import Collision, Contact, JointStop, Rope
-from ..constrained import Outcome
 from ..contact_space import ContactSolution
+from ..outcome import Outcome
 from ..result import Impact
 from .building import Builder
 from .hits import UNMOVED, HitFound, follow_hits

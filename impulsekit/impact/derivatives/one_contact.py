@@ -14,7 +14,7 @@ from scipy.linalg.lapack import dgesv
 
 from ...laws.rank_tolerances import NULL_ROW
 from ...scene import Contact
-from ..constrained import Outcome
+from ..outcome import Outcome
 from ..result import Impact
 from .building import Builder
 from .linear import Rows

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...errors import ImpulsekitError
 from ...impact import Impact, ImpactSolver
-from ...impact.constrained import Outcome
+from ...impact.outcome import Outcome
 from ...impact.solver import outcome_told, solve_touching
 from ...laws.status import Status
 from ...laws.tolerances import RESIDUAL_LIMIT

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...impact.constrained import Outcome
 from ...impact.contact_space.problem import ContactSolution
+from ...impact.outcome import Outcome
 from ...impact.result import Impact
 from ...laws.status import Status
 from ...rows.contacts import Touch
