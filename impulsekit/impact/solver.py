@@ -63,8 +63,8 @@ class ImpactSolver:
     def __init__(self, scene: Scene) -> None:
         if not isinstance(scene, Scene):
             raise InputError(f"solve takes a Scene, not {a_thing(scene)}")
-        self.scene = scene = scene_at(scene, 0.0)
-        self._workspace = _Workspace(scene)
+        self.scene = scene_at(scene, 0.0)
+        self._workspace = _Workspace(self.scene, as_given=self.scene is scene)
         self.plan = self._workspace.plan
 
     def __repr__(self) -> str:
@@ -95,9 +95,15 @@ class ImpactSolver:
 
 
 class _Workspace:
-    """All that a scene's solves share. It does not hold the scene, so that a scene can go."""
+    """All that a scene's solves share. It does not hold a user's scene, so that this can go.
 
-    def __init__(self, scene: Scene) -> None:
+    Args:
+        scene: with velocities as they are at time 0.
+        as_given: whether it is the user's; else it is what impacts are of.
+    """
+
+    def __init__(self, scene: Scene, *, as_given: bool) -> None:
+        self._at_start = None if as_given else scene
         model = scene.robot.model
         self._model = model
         self._q_shape, self._v_shape = (model.nq,), (model.nv,)
@@ -124,6 +130,7 @@ class _Workspace:
 
     def solve(self, scene: Scene, q: ArrayLike, v: ArrayLike) -> Impact:
         """The impact at q and v, which are copied and checked."""
+        scene = self._at_start or scene
         try:
             q = np.array(q, dtype=float)
             v = np.array(v, dtype=float)
@@ -165,6 +172,7 @@ class _Workspace:
         self, scene: Scene, q: ArrayLike, v: ArrayLike, touching: Container[int]
     ) -> Impact:
         """The impact of some of the contacts; q and v are copied and checked."""
+        scene = self._at_start or scene
         if not self._has_rows:
             return self.solve(scene, q, v)
         q = state.checked_configuration(self._model, q)

@@ -116,6 +116,25 @@ def test_solve_takes_what_is_driven_at_zero():
     np.testing.assert_allclose(batch.v_after[:, -1], 3.0)
 
 
+@pytest.mark.parametrize(
+    "drive",
+    [
+        ik.Driven("table/move", lambda t: 0.3 * t),
+        ik.JointLock("table/move", velocity=lambda t: 0.3 + t),
+    ],
+)
+def test_what_is_driven_is_judged_and_reported(drive):
+    """All that follows from v⁺ takes the velocities of time 0, too."""
+    robot = ball_over_table()
+    scene = ik.Scene(robot, constraints=[drive])
+    q, v = start(robot, 1.0)
+    impact = ik.solve(scene, q, v)
+    assert impact.is_valid() and impact.residuals.constraint < 1e-15
+    assert impact.to_dict()["status"] == "SOLVED"
+    assert ik.check(impact).agrees and ik.derivatives(impact).status.exists
+    np.testing.assert_allclose(impact.energy.change, 0.5 * 2.0 * 0.3**2, rtol=1e-14)
+
+
 def test_rates_are_differences_without_aliases():
     """Also of functions with the period of a step that is tried."""
     for w in (0.1, 3.0, W, 10 * W):
