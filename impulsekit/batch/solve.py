@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, RangeError, UnknownNameError, a_thing, quoted
+from ..errors import InputError, UnknownNameError, a_thing, quoted
 from ..impact.warm import compile_laws
 from ..laws.compiled import ENTRIES
 from ..laws.status import Status
 from ..robot.arrays import lock
 from ..scene import Scene
+from ..scene.numbers import whole
 from .codes import AGAIN, OPEN, SHARED
 from .errors import NoKernelError
 from .inputs import BatchInputs, batch_inputs
@@ -113,6 +114,9 @@ def solve_batch(
     """
     if not isinstance(scene, Scene):
         raise InputError(f"solve_batch takes a Scene, not {a_thing(scene)}")
+    outputs = (outputs,) if isinstance(outputs, str) else outputs
+    if not isinstance(outputs, Iterable):
+        raise InputError(f"outputs must be a list of names, got {a_thing(outputs)}")
     for name in outputs:
         if name not in OUTPUTS:
             raise UnknownNameError.among("output", str(name), OUTPUTS)
@@ -303,6 +307,8 @@ def warm_up(scene: Scene, *, dtype: DTypeLike = np.float64) -> BatchPlan:
         >>> warm_up(Scene(robot, [AppliedImpulse("panda_hand", linear=[0, 0, 1])])).kernel
         True
     """
+    if not isinstance(scene, Scene):
+        raise InputError(f"warm_up takes a Scene, not {a_thing(scene)}")
     from ..motion.warm import compile_motion
 
     compile_laws(scene)
@@ -348,6 +354,4 @@ def _frictional(inputs: BatchInputs) -> bool:
 def _threads(threads: int | None) -> int:
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
-    if threads < 1:
-        raise RangeError.of("threads", threads, "1 or more")
-    return int(threads)
+    return whole(threads, "threads", 1)

@@ -49,6 +49,9 @@ def combine(
         >>> both.nv, both.joint_names[9]
         (18, 'right/panda_joint1')
     """
+    for what, given in (("robots", robots), ("placements", placements)):
+        if given is not None and not isinstance(given, Mapping):
+            raise InputError(f"combine: {what} must be a mapping by name, got {a_thing(given)}")
     named = {**(robots or {}), **more}
     if not named:
         raise InputError("combine needs one robot or more")

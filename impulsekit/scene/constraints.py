@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
-import numpy as np
-
 from ..errors import InputError, RangeError, ShapeError, a_thing, quoted
 from ..robot import Robot
 from .acting import Acting, BetweenFrames, InJoint
@@ -20,6 +18,7 @@ from .numbers import (
     axes_name,
     check_name,
     each,
+    is_list,
     keep,
     number,
     optional,
@@ -369,7 +368,7 @@ def checked_velocity(value: Any, rows: int | None, what: str) -> Any:
         if value != KEPT:
             raise RangeError.of(what, quoted(value), 'numbers or "kept"')
         return KEPT
-    if isinstance(value, list | tuple | np.ndarray):
+    if is_list(value):
         entries = tuple(number(x, f"{what}[{i}]") for i, x in enumerate(value))
         if rows is not None and len(entries) != rows:
             raise ShapeError.of(what, (rows,), (len(entries),))

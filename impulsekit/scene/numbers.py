@@ -22,6 +22,7 @@ __all__ = [
     "between",
     "check_name",
     "each",
+    "is_list",
     "keep",
     "listed",
     "not_negative",
@@ -128,7 +129,12 @@ def keep(entry: Any, what: str, check: Check, *fields: str) -> None:
 
 def each(value: Any) -> Any:
     """The members of a list or an array, or a single value as the only one."""
-    return value if isinstance(value, list | tuple | np.ndarray) else (value,)
+    return value if is_list(value) else (value,)
+
+
+def is_list(value: Any) -> bool:
+    """Whether there are several values; an array without an axis is a single one."""
+    return isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
 def whole(value: Any, what: str, least: int) -> int:

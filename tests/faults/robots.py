@@ -77,6 +77,8 @@ FAULTS = (
     Fault("gives True as a root", lambda: Robot.from_urdf(ARM, True)),
     Fault("gives a URDF where a model is wanted", lambda: Robot.from_model(ARM)),
     Fault("combines nothing", lambda: combine()),
+    Fault("combines a list", lambda: combine([arm()])),
+    Fault("places robots by a list", lambda: combine(arm=arm(), placements=[[0, 0, 1]])),
     Fault("combines a path", lambda: combine(arm="arm.urdf")),
     Fault("combines under a name with a slash", lambda: combine({"left/arm": arm()})),
     Fault("combines under the world's name", lambda: combine(world=arm())),

@@ -26,6 +26,14 @@ def test_entries_are_frozen_tuples_of_floats():
         blow.frame = "b"
 
 
+def test_an_array_without_an_axis_is_a_number():
+    one = np.array(0.3)
+    assert ik.JointImpulse("a", one).impulse == (0.3,)
+    assert ik.JointCoupling("a", "b", ratio=one, velocity=one).ratio == (0.3,)
+    assert ik.FrameAnchor("a", velocity=one).velocity == (0.3,) * 6
+    assert ik.JointLock("a", velocity=one).velocity == 0.3
+
+
 def test_a_scene_travels_by_pickle_and_gives_the_same_answer(robot):
     scene = ik.Scene(
         robot,
