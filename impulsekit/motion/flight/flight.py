@@ -15,6 +15,7 @@ from ..record.path import Path
 from ..record.status import MotionStatus
 from ..rest.footing import Footing
 from ..rest.law import RestNotSolved
+from ..rest.slowing import until_stopping
 from ..steps.explicit import GO_ON, ExplicitStepper, Output, inside
 from ..steps.steppers import Dense, Stepper, stepper_of
 from ..travel.advance import LONGEST_TURN
@@ -122,14 +123,21 @@ class Flight:
         known = strides is not None and strides.known
         return stepper if known and isinstance(stepper, CompiledStepper) else None
 
-    def _bound_by_closing(self) -> None:
-        """Let the next step end where the next gap closes."""
-        now, stepper = self._present, self._striding
-        if stepper is None or now.mover is None:
+    def _bound(self) -> None:
+        """Let the next step end where the next slip stops, or the next gap closes."""
+        now, stepper = self._present, self._stepper
+        if not isinstance(stepper, ExplicitStepper):
+            return
+        resting = now.resting
+        ways = resting.sliding().ways
+        stepper.soon = until_stopping(resting.slip, resting.accelerations, ways)
+        striding = self._striding
+        if striding is None or now.mover is None:
             return
         base = now.base.copy()
-        base[[c.gap for c in now.resting.contacts]] = math.inf
-        stepper.soon = now.mover.until_closing(stepper.y, stepper.f, stepper.length, base)
+        base[[c.gap for c in resting.contacts]] = math.inf
+        closing = now.mover.until_closing(stepper.y, stepper.f, stepper.length, base)
+        stepper.soon = min(stepper.soon, closing)
 
     @property
     def is_at_stop(self) -> bool:
@@ -165,7 +173,7 @@ class Flight:
         longest = math.inf if now.settings.max_step is None else now.settings.max_step
         if speed > 0.0:
             longest = min(longest, LONGEST_TURN / speed)
-        self._bound_by_closing()
+        self._bound()
         y, halvings = stepper.y.copy(), 0
         while True:
             with now.told():

@@ -19,6 +19,7 @@ from ...laws.dense import put
 from ...rows.point_rows import gap_and_rate
 from ..events.look import Watched, look_through
 from ..rest.settle import Stand, begin_stage, settle
+from ..rest.slowing import FURTHER, until_stopping
 from ..steps.compiled import SOLVED, evaluate, try_step
 from ..steps.explicit import LEAST, Tableau, length_after, shorter_length
 from ..steps.system import TOLERANCES, System, Work
@@ -35,9 +36,6 @@ __all__ = [
 GOES_ON, HAPPENS, CHANGED, STUCK = 0, 1, 2, 3
 # A joint that turns goes no further than this in one step [rad].
 LONGEST_TURN = 1.0
-# Steps go so much further than where a gap will close if accelerations stay [of the way there]:
-# near its ends a step's dense output is as good as the step, and nothing is made twice.
-FURTHER = 0.02
 # Accelerations of gaps are those over this part of a step.
 CLOSE_BY = 1e-4
 
@@ -225,7 +223,7 @@ def _step(
 
 @entry(lambda: (*_example_closing(), 1.0), seconds=3.0)
 def until_closing(system: System, work: Work, watched: Watched, length: float) -> float:
-    """How long a step may be to end soon after the first gap closes [s]; infinite without one.
+    """How long a step may be to end soon after a gap closes or slip stops [s], infinite for none.
 
     If accelerations stay as they are. Of the step ``work`` has the state and first slope.
 
@@ -264,7 +262,8 @@ def _until_closing(system: System, work: Work, watched: Watched, length: float) 
             soonest = min(soonest, _falls_in(gap, speed, (rate - speed) / length))
     # What closes within the window has closed with what did before.
     soonest *= 1.0 + FURTHER
-    return soonest if soonest > watched.window else math.inf
+    stopping = until_stopping(system.slip, system.accelerations, system.sliding.ways)
+    return min(soonest if soonest > watched.window else math.inf, stopping)
 
 
 @borrowing
