@@ -51,8 +51,9 @@ LONG, HANDED_ON = 100, 0.5
 # hand on as rounding, relative.
 LEFT = 1e-10
 # After MOST_HITS what has come down by less than this in as many hits again does not shrink: two
-# contacts whose W nearly depend hand on rounding of 2e-10 of the first hit without end.
-STEADY = 1.0 - 1e-6
+# contacts whose W nearly depend hand on rounding of 2e-10 of the first hit without end, of which
+# the largest of LONG hits varies by some 1e-3.
+STEADY = 1.0 - 1e-2
 # Where contacts gain from each other, speeds would leave the doubles in time.
 FASTER = 1e30
 # Eigenvalues of a contact's W below this share of the largest are those of motions that the
@@ -62,10 +63,11 @@ NO_MOTION = 1e-13
 # no meaning.
 ENDED, GOES_ON, REFUSED = 0, 1, 2
 # Where in ``Sequence.now`` is what: how many hits; |u_n|/√W_nn of the fastest contact at first, and
-# LONG hits ago; at how many hits it was looked; whether the order of the entries said which
-# of two was hit first; the sum of |works| and |P·u|; the largest residual; the status so far; the
-# size of u⁻; as LAST, at the last count that was LONG times a power of two.
-COUNT, FIRST, LAST, LOOKED, TIED, SPENT, WORST, CODE, SCALE, HALFWAY, _SIZE = range(11)
+# the largest of LONG hits, LONG hits ago; at how many hits it was looked; whether the order of the
+# entries said which of two was hit first; the sum of |works| and |P·u|; the largest residual; the
+# status so far; the size of u⁻; as LAST, at the last count that was LONG times a power of two; as
+# LAST, of the hits since.
+COUNT, FIRST, LAST, LOOKED, TIED, SPENT, WORST, CODE, SCALE, HALFWAY, PEAK, _SIZE = range(12)
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
 _JAM, _NOT_UNIQUE = int(Status.PAINLEVE_JAM), int(Status.NOT_UNIQUE)
 _TOO_LONG = int(Status.SEQUENCE_TOO_LONG)
@@ -199,19 +201,22 @@ def advance(
         if tied and pace > NOISE * first:
             now[TIED] = 1.0
         # What does not shrink any more, that small, is the rounding that hits hand on.
+        now[PEAK] = max(now[PEAK], pace)
         if count > now[LOOKED] and count % LONG == 0:
-            now[LOOKED] = count
-            if HANDED_ON * now[LAST] < pace <= NOISE * first:
+            # The largest of them all: two contacts that hit each other need not be equally fast.
+            peak = now[PEAK]
+            now[LOOKED], now[PEAK] = count, 0.0
+            if HANDED_ON * now[LAST] < peak <= NOISE * first:
                 return ENDED
-            now[LAST] = pace
+            now[LAST] = peak
             # Light bodies hand on more: seen over twice as many hits.
             if count // LONG & (count // LONG - 1) == 0:
-                steady = count > MOST_HITS and pace > STEADY * now[HALFWAY]
+                steady = count > MOST_HITS and peak > STEADY * now[HALFWAY]
                 bar = RESIDUAL_LIMIT if steady else LEFT
-                if 0.0 < HANDED_ON * now[HALFWAY] < pace <= bar * first:
-                    now[WORST] = max(now[WORST], pace / first)
+                if 0.0 < HANDED_ON * now[HALFWAY] < peak <= bar * first:
+                    now[WORST] = max(now[WORST], peak / first)
                     return ENDED
-                now[HALFWAY] = pace
+                now[HALFWAY] = peak
         most = MOST_HITS if pace > SHRUNK * first else MOST_SHRINKING_HITS
         if count >= most or pace > FASTER * first:
             now[CODE] = _TOO_LONG

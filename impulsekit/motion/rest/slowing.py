@@ -30,7 +30,8 @@ def until_stopping(slip: np.ndarray, accelerations: np.ndarray, ways: np.ndarray
         ways: (n, 3) as ``Sliding`` has them.
 
     Example:
-        >>> until_stopping(np.array([0.5, 0, 0]), np.array([-2.0, 0, 0]), np.array([[1.0, 0, 1]]))
+        >>> slip, slows = np.array([0.5, 0.0, 0.0]), np.array([-2.0, 0.0, 0.0])
+        >>> float(until_stopping(slip, slows, np.array([[1.0, 0.0, 1.0]])))
         0.255
     """
     slip, accelerations, ways = borrowed(slip), borrowed(accelerations), borrowed(ways)
