@@ -127,8 +127,9 @@ def _follow(
     over, wedged = _run(block, memory, mu, law, e, target, scale)
     if not (over or wedged):
         code, now[RESIDUAL] = _ENDLESS, 1.0
-    elif wedged and law != POISSON and e > 0.0:
-        # Without restitution a wedged contact is at its end as well.
+    elif wedged and (now[COMPRESSING] > 0.0 or e > 0.0):
+        # No impulse, however large, ends the approach or gives the rest of the release. Without
+        # restitution a contact that wedges after its compression is at its end.
         code, now[RESIDUAL] = _NONE, 1.0
     else:
         now[RESIDUAL] = _residual(now, law, e, target, scale)

@@ -104,3 +104,18 @@ def test_a_contact_that_moves_no_inertia_has_no_answer():
         (1.0, 0.0, 1.0, 0.0, 0.0, 0.0), -1.0, (0.5, 0.0, -1.0), 0.5, 0.3, 0, memory
     )
     assert Status(code) is Status.NO_SOLUTION
+
+
+@both
+@pytest.mark.parametrize("number", range(3), ids=LAWS)
+@pytest.mark.parametrize("e", [0.0, 0.5])
+@pytest.mark.parametrize("slip", [-1.0, 0.0, 1.0])
+def test_what_wedges_while_it_approaches_has_no_answer(run, slip, e, number):
+    """One speed s moves the contact by (1, 0, 0.1) s; the rest of its approach is driven.
+
+    Once friction holds the slip, nothing changes u_n = -1, however large the impulse.
+    """
+    way, memory = np.array([1.0, 0.0, 0.1]), path_memory()
+    start = slip * way - [0.0, 0.0, 1.0]
+    code = run(block_of(np.outer(way, way)), start[2], tuple(start), e, 0.6, number, memory)
+    assert Status(code) is Status.NO_SOLUTION
