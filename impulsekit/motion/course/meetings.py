@@ -94,7 +94,7 @@ def rules_of(now: Present, *, changes: bool) -> Rules:
     word = RESTITUTIONS.index(scene.law.restitution)
     at_once = scene.law.order == "simultaneous"
     capture = float(now.settings.capture_speed)
-    return Rules(plain, coefficients, friction, word, at_once, capture, now.resting.grown)
+    return Rules(plain, coefficients, friction, word, at_once, capture)
 
 
 def ledger_of(now: Present, impacts: int, steps: int) -> Ledger:
@@ -127,7 +127,6 @@ def hold_of(now: Present) -> Hold:
         np.zeros(m, dtype=np.int64),
         np.zeros(m),
         np.zeros((m, 3)),
-        np.zeros(m, dtype=bool),
         now.base.copy(),
         np.zeros((MOST_OVER + 2 * m, 3)),
         np.zeros(1, dtype=np.int64),
@@ -135,7 +134,6 @@ def hold_of(now: Present) -> Hold:
     if n:
         hold.gaps[:n] = [contact.gap for contact in contacts]
         hold.since[:n] = [contact.since for contact in contacts]
-        hold.ways[:n], hold.begins[:n] = now.resting.ways_of_slip()
     return hold
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..gaps.resting import RestingContact
 from ..rest.settle import LIFTED
+from ..tree.pressed import STICKS
 from ..zeros.closing import GRAZED
 from .drift import lay_down, take_out_drift
 from .present import Present
@@ -101,26 +102,15 @@ def heed_stop(now: Present) -> None:
     gaps = now.gaps
     if gaps is None:
         return
-    u = gaps.velocities(now.resting.contacts, now.q, now.v)
-    i = 0
-    for contact in now.resting.contacts:
-        slides = contact.slides
-        for k in range(min(contact.count, len(slides))):
-            s = slides[k]
-            slip = u[3 * i : 3 * i + 2]
-            # In three dimensions it may only have turned.
-            if s is not None and np.hypot(*slip) <= ENDED * max(1.0, np.abs(now.v).max()):
-                slides[k] = None if slip.dot(s) <= SETTLED_SLIP else s
-                contact.begins[k] &= slides[k] is not None
-            elif s is not None:
-                slides[k] = slip / np.hypot(*slip)
-            i += 1
+    slip = gaps.velocities(now.resting.contacts, now.q, now.v)
+    fastest = float(np.abs(now.v).max())
+    now.resting.heed_stop(slip, ENDED * max(1.0, fastest), SETTLED_SLIP)
     if now.resting.may_tear:
         now.left_to_tear(now.t, now.q, now.v, tear=True)
     contacts, rolling = now.resting.contacts, now.resting.rolling
     if rolling is not None:
         turning = rolling.turning(gaps, contacts, now.q, now.v)
-        rolling.heed_stop(contacts, turning, float(np.abs(now.v).max()))
+        rolling.heed_stop(contacts, turning, fastest)
 
 
 def _release(now: Present) -> bool:
@@ -160,10 +150,10 @@ def _bound(now: Present) -> list[tuple[int, int]]:
     resting = now.resting
     friction, loaded = resting.friction(), resting.loaded()
     found = []
-    for i, slide in enumerate(resting.slides()):
+    for i, does in enumerate(resting.slips()[:, 2].tolist()):
         if not loaded[i]:
             continue
         found.append((i, 2))
-        if slide is None and friction[i]:
+        if does == STICKS and friction[i]:
             found += [(i, 0), (i, 1)]
     return found

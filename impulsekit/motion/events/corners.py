@@ -17,7 +17,7 @@ from ...laws.dense import put
 from ..gaps.pairs import NO_PAIRS, Held, Pairs, gap_of
 from ..steps.system import System, Work
 from ..zeros.closing import GAP, Node, root_finder
-from .look import Watched, see_state, write_signs
+from .look import see_signs, see_state
 from .stops import ELSEWHERE, LEFT
 
 __all__ = ["crossings_of"]
@@ -27,7 +27,7 @@ class Course(NamedTuple):
     """The signs of a step, of which one is followed.
 
     Attributes:
-        system, work, watched: of the step. pairs, held: of the gaps, and of points that are held.
+        system, work: of the step. pairs, held: of the gaps, and of points that are held.
         start, length: of the step [s].
         which: (1,) which of (4n + 1,) signs; negative for all.
         lowest: of the last sign what counts as zero [m].
@@ -36,7 +36,6 @@ class Course(NamedTuple):
 
     system: System
     work: Work
-    watched: Watched
     pairs: Pairs
     held: Held
     start: float
@@ -51,7 +50,6 @@ class Course(NamedTuple):
 def _write(
     system: System,
     work: Work,
-    watched: Watched,
     pairs: Pairs,
     held: Held,
     part: float,
@@ -72,7 +70,7 @@ def _write(
     """
     see_state(system, work, part)
     table, places, n = system.table, system.room.kinematics.places, len(signs)
-    write_signs(system, watched, work.trial[len(system.load) :], signs)
+    see_signs(system, work.trial[len(system.load) :], signs)
     for i in range(n):
         for k in range(3):
             found[k * n + i] = signs[i, k]
@@ -100,7 +98,6 @@ def _see(course: Course, t: float) -> None:
     _write(
         course.system,
         course.work,
-        course.watched,
         course.pairs,
         course.held,
         (t - course.start) / course.length,
@@ -130,19 +127,18 @@ _root = root_finder(_node)
 
 
 def _examples() -> tuple:
-    from .look import example_look
+    from ..steps.tables import example_step
 
-    system, _, work, watched = example_look()
+    system, _, work, *_ = example_step()
     ends = np.zeros((0, 6)), np.zeros((0, 2), np.int64), np.zeros((0, 3), np.int64)
     held = Held(*ends, np.zeros(0, np.bool_))
-    return system, work, watched, NO_PAIRS, held, 0.0, 1.0, np.zeros(2)
+    return system, work, NO_PAIRS, held, 0.0, 1.0, np.zeros(2)
 
 
 @entry(_examples, seconds=5.0)
 def crossings_of(
     system: System,
     work: Work,
-    watched: Watched,
     pairs: Pairs,
     held: Held,
     start: float,
@@ -157,9 +153,9 @@ def crossings_of(
         start, length: of the step [s].
         times: ends of pieces, the first of which begins where the step does.
     """
-    n, pieces = len(watched.ways), len(times) - 1
+    n, pieces = len(system.table.whole), len(times) - 1
     course = Course(
-        borrowed(system), borrowed(work), borrowed(watched), borrowed(pairs), borrowed(held),
+        borrowed(system), borrowed(work), borrowed(pairs), borrowed(held),
         start, length, np.zeros(1, np.int64), np.zeros(1), np.empty((n, 3)),
         np.empty(5 * len(system.table.whole) + 1),
     )  # fmt: skip

@@ -18,6 +18,7 @@ from ...laws.compiled import compiled, entry
 from ...laws.dense import put, put_rows
 from ...rows.point_rows import gap_and_rate, rounding_of, write_rows
 from ..forces.laws import write_pushes
+from ..rest.slip import write_signs
 from ..steps.explicit import nested
 from ..steps.system import System, Work
 from ..tree.bodies import look_at, write_jacobian
@@ -25,7 +26,6 @@ from ..tree.coordinates import write_configuration
 from ..zeros.closing import Node, error_of, lowest_of, zero_finder
 from ..zeros.roots import PIECES
 from ..zeros.windows import count_of_windows
-from .stops import LIFTED_OFF_STOP
 
 __all__ = [
     "Watched",
@@ -33,9 +33,9 @@ __all__ = [
     "example_look",
     "look",
     "look_through",
+    "see_signs",
     "see_state",
     "write_dense",
-    "write_signs",
 ]
 
 
@@ -49,8 +49,6 @@ class Watched(NamedTuple):
         window: gaps that close this soon after the first close with it [s].
         met: (m,) written: whether a gap closes with the first.
         turning: (k, nv) how fast bodies turn, by speed.
-        ways: (n, 3) of resting points the direction of slip, and 1 for those that slip.
-        begins: (n,) whether their slip has just begun. grown: slip that has grown [m/s].
         gaps: (2, m) room.
     """
 
@@ -60,9 +58,6 @@ class Watched(NamedTuple):
     window: float
     met: np.ndarray
     turning: np.ndarray
-    ways: np.ndarray
-    begins: np.ndarray
-    grown: float
     gaps: np.ndarray
 
 
@@ -82,7 +77,7 @@ class Seen(NamedTuple):
     Attributes:
         times: (k,) [s]. values, rates: (k, m) of gaps. pushes: (k, d, 3) of springs.
         signs, before: (n, 3) of points that rest, at a node and the one before it.
-        rows: (3n, nv) and fastest: (nv,) room.
+        rows: (3n, nv), slip: (3n,) and fastest: (nv,) room.
     """
 
     times: np.ndarray
@@ -92,6 +87,7 @@ class Seen(NamedTuple):
     signs: np.ndarray
     before: np.ndarray
     rows: np.ndarray
+    slip: np.ndarray
     fastest: np.ndarray
 
 
@@ -107,8 +103,8 @@ def example_look() -> tuple:
     from ..steps.tables import NO_POINTS, example_step
 
     system, tableau, work, *_ = example_step()
-    none, no, never = np.zeros((0, 3)), np.zeros(0), np.zeros(0, np.bool_)
-    watched = Watched(NO_POINTS, no, no, 0.0, never, np.zeros((1, 6)), none, never, 0.0, none)
+    none, no, never = np.zeros((2, 0)), np.zeros(0), np.zeros(0, np.bool_)
+    watched = Watched(NO_POINTS, no, no, 0.0, never, np.zeros((1, 6)), none)
     return system, tableau, work, watched
 
 
@@ -243,32 +239,27 @@ def _note_met(step: Made, t: float, first: int) -> None:
 
 
 @compiled
-def write_signs(system: System, watched: Watched, v: np.ndarray, signs: np.ndarray) -> None:
-    """Write (n, 3): slip along its first direction, −lift, and how far slip is from grown."""
-    _write_signs(system, watched, v, np.empty((3 * len(signs), len(v))), signs)
+def see_signs(system: System, v: np.ndarray, signs: np.ndarray) -> None:
+    """Write (n, 3) the signs of points that rest, as ``slip.write_signs`` has them."""
+    n = len(signs)
+    _see_signs(system, v, np.empty((3 * n, len(v))), np.empty(3 * n), signs)
 
 
 @borrowing
-def _write_signs(
-    system: System, watched: Watched, v: np.ndarray, rows: np.ndarray, signs: np.ndarray
+def _see_signs(
+    system: System, v: np.ndarray, rows: np.ndarray, slip: np.ndarray, signs: np.ndarray
 ) -> None:
-    """As ``write_signs``; ``rows``: (3n, nv) room."""
+    """As ``see_signs``; ``rows``: (3n, nv) and ``slip``: (3n,) room."""
     n, nv = len(signs), len(v)
     if n == 0:
         return
     write_jacobian(system.tree, system.room)
     write_rows(system.table, system.room.kinematics, rows)
-    for i in range(n):
-        one, two, normal = 0.0, 0.0, 0.0
+    for i in range(3 * n):
+        slip[i] = 0.0
         for k in range(nv):
-            one += rows[3 * i, k] * v[k]
-            two += rows[3 * i + 1, k] * v[k]
-            normal += rows[3 * i + 2, k] * v[k]
-        way = watched.ways[i]
-        signs[i, 0] = one * way[0] + two * way[1] if way[2] != 0.0 else math.inf
-        signs[i, 1] = LIFTED_OFF_STOP - normal
-        grown = watched.grown - math.sqrt(one * one + two * two)
-        signs[i, 2] = grown if watched.begins[i] else math.inf
+            slip[i] += rows[i, k] * v[k]
+    write_signs(slip, system.sliding.ways, system.sliding.grown, signs)
 
 
 @entry(_examples, seconds=9.0)
@@ -302,6 +293,7 @@ def look_through(
         np.empty((n, 3)),
         np.empty((n, 3)),
         np.empty((3 * n, nv)),
+        np.empty(3 * n),
         np.zeros(nv),
     )
     return _look(Made(system, work, watched, start, length), seen)
@@ -328,7 +320,7 @@ def _look(step: Made, seen: Seen) -> tuple[float, bool, bool]:
                 values[node, i], rates[node, i] = _gap(system, work, watched, i)
             kinematics, v = system.room.kinematics, work.trial[nv:]
             write_pushes(system.loads, kinematics, system.q, v, pushes[node])
-            _write_signs(system, watched, v, seen.rows, seen.signs)
+            _see_signs(system, v, seen.rows, seen.slip, seen.signs)
             if window > 0 or node > 0:
                 for i in range(n):
                     for k in range(3):

@@ -11,13 +11,12 @@ import numpy as np
 from ...geometry.features import BESIDE
 from ..gaps.contacts import Gaps
 from ..rest.contacts import Resting
+from ..rest.slip import LIFTED_OFF_STOP, write_signs
 from ..zeros.roots import States, falling_root
 from .passage import Passage
 
 __all__ = ["first_stop"]
 
-# Normal speed at which a resting contact has lifted [m/s].
-LIFTED_OFF_STOP = 1e-8
 # A body that rests has come down elsewhere, this deep [m].
 ELSEWHERE = 1e-10
 # A point so far beside its face, or beyond the end of its edge, has left it [m].
@@ -45,7 +44,7 @@ def first_stop(
     contacts = resting.contacts
     if not contacts:
         return None
-    count = len(resting.slides())
+    count = len(resting.slips())
 
     def loaded(i: int, t: float) -> bool:
         return bool(pushing(t)[i : i + 1].any())
@@ -102,9 +101,9 @@ class _Signs:
     ) -> None:
         self._gaps, self._resting, self._states = gaps, resting, states
         self._left_to_tear = left_to_tear
-        self._slides, self._begins = resting.slides(), resting.begins()
-        self._count, rolling = len(self._slides), resting.rolling
-        many = 0 if rolling is None else 4 * len(rolling.owners(resting.contacts))
+        self._slips, rolling = resting.slips(), resting.rolling
+        self._count = len(self._slips)
+        many = 0 if rolling is None else 4 * len(rolling.points(resting.contacts))
         many += self._count if resting.may_tear else 0
         self._more = np.full(many, np.inf)
         lowest, _ = gaps.beyond_held(resting.contacts, *states(start))
@@ -142,16 +141,9 @@ class _Signs:
             turning = rolling.signs(contacts, rolling.turning(self._gaps, contacts, q, v))
         if resting.may_tear:
             turning = np.concatenate([turning, self._left_to_tear(t)])
-        along = [
-            np.inf if s is None else float(u[3 * i : 3 * i + 2].dot(s))
-            for i, s in enumerate(self._slides)
-        ]
-        grows = [
-            resting.grown - float(np.hypot(*u[3 * i : 3 * i + 2])) if begins else np.inf
-            for i, begins in enumerate(self._begins)
-        ]
-        own = [along, LIFTED_OFF_STOP - u[2::3], grows]
-        return np.concatenate([*own, turning if len(turning) == len(more) else more])
+        own = np.empty((self._count, 3))
+        write_signs(u, self._slips, resting.grown, own)
+        return np.concatenate([own.T.ravel(), turning if len(turning) == len(more) else more])
 
 
 def _first_of(

@@ -55,7 +55,7 @@ class Stretch:
         k = len(self._resting)
         differs = np.ones(k, dtype=bool)
         differs[1:] = False
-        stood = (self._resting, self._gaps, self._since, self._log.slides, self._log.begins)
+        stood = (self._resting, self._gaps, self._since, self._log.slides)
         for own in stood:
             flat = own.reshape(k, -1)
             differs[1:] |= (flat[1:] != flat[:-1]).any(axis=1)
@@ -67,11 +67,9 @@ class Stretch:
             return NOTHING
         contacts = []
         for at in range(n):
-            i, way = int(self._gaps[k, at]), self._log.slides[k, at]
-            slides = way[:2].copy() if way[2] else None
-            begins, friction = bool(self._log.begins[k, at]), gaps.items[i].friction
-            own = int(gaps.entries[i]), friction, float(self._since[k, at])
-            contacts.append(RestingContact(i, *own, 1, [slides], [begins]))
+            i, point = int(self._gaps[k, at]), slice(at, at + 1)
+            own = int(gaps.entries[i]), gaps.items[i].friction, float(self._since[k, at])
+            contacts.append(RestingContact(i, *own, 1, self._log.slides[k, point]))
         return Footing(tuple(contacts), (None,) * n, self._slow, self._negligible)
 
 

@@ -100,7 +100,7 @@ class Strides:
         ledger = self._ledger
         ledger.counts[:] = 0
         impacts = min(len(ledger.times), now.settings.max_impacts - len(now.impacts))
-        track, watched = self._track(until, deepest), mover.watched(now.base)
+        track, watched = self._track(until, deepest), mover.asked(now.base.copy())
         trip = Trip(
             tableau(), work, watched, track, log, self._rules, hold, ledger, STILL,
             *stepper.tolerances,
@@ -115,7 +115,7 @@ class Strides:
         if met:
             rest_as(now, hold)
         n = int(hold.number[0])
-        now.resting.slide_as(hold.ways[:n], hold.begins[:n])
+        now.resting.slip_as(hold.ways[:n])
         if count:
             if n:
                 now.resting.note(*log.rest[:, : 3 * n].copy())
@@ -152,6 +152,5 @@ class Strides:
             np.zeros((MOST, 2 * nv)),
             np.zeros((MOST, 7, 2 * nv)),
             np.zeros((MOST, m, 3)),
-            np.zeros((MOST, m), dtype=bool),
             np.zeros((3, 3 * m)),
         )

@@ -307,7 +307,7 @@ class Gaps:
             return True
         item.keep(~gone)
         contact.fit()
-        contact.keep((~gone).tolist())
+        contact.keep(~gone)
         return True
 
     def of_points(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
@@ -11,12 +11,11 @@ from ...errors import InputError
 from ...scene import JointFriction, Scene
 from ...scene.contacts import turns
 from ...scene.friction import friction_at
-from ..gaps.resting import RestingContact
-from ..tree.pressed import Sliding
+from ..gaps.resting import NO_WAYS, RestingContact
+from ..tree.pressed import BEGINS, SLIDES, STICKS, Sliding
 from .joints import TORN, DryJoints
 from .rolling import RollingRest
-from .settle import next_slide
-from .turn import direction_of_slip
+from .slip import begin_slides, couple_friction, stop_slides, update_slides
 
 __all__ = ["Resting"]
 
@@ -91,31 +90,34 @@ class Resting:
         own = any(contact.entry in self._measured for contact in self.contacts)
         return self.rolling is None and not own and self.pulls() is None
 
-    def slides(self) -> list[np.ndarray | None]:
-        """By point: the direction in which it slides, or None."""
-        found: list[np.ndarray | None] = []
+    def slips(self) -> np.ndarray:
+        """(n, 3) what all points do, copied."""
         for contact in self.contacts:
             contact.fit()
-            found += contact.slides[: contact.count]
-        return found
+        return np.concatenate([NO_WAYS, *(c.slips[: c.count] for c in self.contacts)])
 
-    def begins(self) -> list[bool]:
-        """By point: whether its slip has just begun."""
-        return [begins for c in self.contacts for begins in c.begins[: c.count]]
+    def slip_as(self, ways: np.ndarray) -> None:
+        """Let points do from now on what is told (n, 3)."""
+        first = 0
+        for contact in self.contacts:
+            contact.slips = ways[first : first + contact.count]
+            first += contact.count
+
+    def _by_point(self, own: Callable[[RestingContact], float]) -> np.ndarray:
+        """(n,) of each point what its contact has."""
+        return np.array([own(c) for c in self.contacts for _ in range(c.count)])
 
     def friction(self) -> np.ndarray:
         """(n,) µ by point: of one that sticks, or has begun to slide."""
+        static = self._by_point(lambda contact: contact.friction)
         if not self._measured:
-            return np.array([c.friction for c in self.contacts for _ in range(c.count)])
-        found: list[float] = []
-        for contact in self.contacts:
-            own = self._measured.get(contact.entry)
-            for k in range(contact.count):
-                slides = k < len(contact.slides) and contact.slides[k] is not None
+            return static
+        slips, owners = self.slips(), self._by_point(lambda contact: contact.entry)
+        for i in np.flatnonzero(slips[:, 2] != STICKS).tolist():
+            if (own := self._measured.get(int(owners[i]))) is not None:
                 # The least speed there is: what slides has its kinetic friction.
-                moved = own is not None and slides
-                found.append(max(friction_at(own, TINY), TINY) if moved else contact.friction)
-        return np.array(found)
+                static[i] = max(friction_at(own, TINY), TINY)
+        return static
 
     def pulls(self) -> np.ndarray | None:
         """(n,) the force that holds each point to what it touches [N]; None where none does.
@@ -131,7 +133,7 @@ class Resting:
     def may_tear(self) -> bool:
         """Whether some point sticks by a static friction of its own, or is held by a pull."""
         return self.pulls() is not None or any(
-            contact.entry in self._measured and any(s is None for s in contact.slides)
+            contact.entry in self._measured and (contact.slips[:, 2] == STICKS).any()
             for contact in self.contacts
         )
 
@@ -160,12 +162,12 @@ class Resting:
         for contact in self.contacts:
             for k in range(contact.count):
                 own = np.inf
-                if contact.entry in self._measured and contact.slides[k] is None:
+                if contact.entry in self._measured and contact.slips[k, 2] == STICKS:
                     force, rate = forces[len(found)], rates[len(found)]
                     own = bar - float(np.hypot(rate[0], rate[1]))
                     across = float(np.hypot(force[0], force[1]))
                     if tear and across and own <= (1.0 - WITH_IT) * bar:
-                        contact.slides[k], contact.begins[k] = -force[:2] / across, True
+                        contact.slips[k] = *(-force[:2] / across), BEGINS
                 found.append(own)
         margins, pulls = np.array(found), self.pulls()
         if pulls is not None:
@@ -183,7 +185,7 @@ class Resting:
 
     def _sliding_friction(self, friction: np.ndarray, slip: np.ndarray) -> np.ndarray:
         """(n,) µ of points at their slip (3n,) [m/s], where it depends on that."""
-        owners = [c.entry for c in self.contacts for _ in range(c.count)]
+        owners = self._by_point(lambda contact: contact.entry).tolist()
         speeds = np.hypot(slip[0::3], slip[1::3]).tolist()
         return np.array(
             [
@@ -194,34 +196,14 @@ class Resting:
             ]
         )
 
-    def ways_of_slip(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 3) of points the direction of slip, and 1 for those that slide; (n,) ``begins``."""
-        slides = self.slides()
-        ways = np.zeros((len(slides), 3))
-        for way, start in zip(ways, slides, strict=True):
-            if start is not None:
-                way[0], way[1], way[2] = start[0], start[1], 1.0
-        return ways, np.array(self.begins(), dtype=bool)
-
-    def slide_as(self, ways: np.ndarray, begins: np.ndarray) -> None:
-        """Let contacts of one point each do what ``ways_of_slip`` would tell of them."""
-        for contact, way, starts in zip(self.contacts, ways.tolist(), begins.tolist(), strict=True):
-            contact.count = 1
-            contact.slides = [np.array(way[:2]) if way[2] else None]
-            contact.begins = [starts]
-
     def slide(self) -> bool:
         """Whether some point slides."""
-        slides = self.slides()
-        return any(s is not None and not b for s, b in zip(slides, self.begins(), strict=True))
+        return bool((self.slips()[:, 2] == SLIDES).any())
 
     def slowest_slide(self) -> float:
         """The least slip of points that slide, by the last evaluation [m/s]; infinity for none."""
-        speeds = np.hypot(self.slip[0::3], self.slip[1::3])
-        slides = [s is not None for s in self.slides()]
-        return (
-            float(np.min(speeds[slides], initial=np.inf)) if len(speeds) == len(slides) else np.inf
-        )
+        speeds, slide = np.hypot(self.slip[0::3], self.slip[1::3]), self.slips()[:, 2] != STICKS
+        return float(np.min(speeds[slide], initial=np.inf)) if len(speeds) == len(slide) else np.inf
 
     @contextmanager
     def unchanged(self) -> Iterator[None]:
@@ -236,41 +218,22 @@ class Resting:
         """What is known of all points, for compiled code."""
         if self._kept is not None:
             return self._kept
-        found = self._sliding()
+        own = self.slow, self.grown, self.negligible
+        found = Sliding(self.friction(), self.slips(), *own)
         if self._keeps:
             self._kept = found
         return found
-
-    def _sliding(self) -> Sliding:
-        slides, begins = self.slides(), self.begins()
-        ways = np.zeros((len(slides), 3))
-        for way, start, grows in zip(ways, slides, begins, strict=True):
-            if start is not None and not grows:
-                way[0], way[1], way[2] = start[0], start[1], 1.0
-        return Sliding(self.friction(), ways, self.slow, self.negligible)
 
     def ways(self, slip: np.ndarray, friction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(3n, 3n) contact forces from the unknowns, and (n,) µ of what does not slide.
 
         Where a point slides, its friction goes with its normal force: P = P_n (−µ s, 1).
         """
-        friction = friction.copy()
-        moving = self._sliding_friction(friction, slip) if self._measured else friction.copy()
-        ways = np.eye(3 * len(friction))
-        slides = self.slides()
-        for i, (start, begins) in enumerate(zip(slides, self.begins(), strict=True)):
-            if start is None or begins:
-                continue
-            at = 3 * i
-            s = self._direction(slip[at : at + 2], start)
-            ways[at : at + 2, at : at + 2] = 0.0
-            ways[at : at + 2, at + 2] = -moving[i] * s
-            friction[i] = 0.0
-        return ways, friction
-
-    def _direction(self, slip: np.ndarray, start: np.ndarray) -> np.ndarray:
-        """(2,) unit: that of slip, and where it is slow the one in which it began."""
-        return direction_of_slip(slip, start, self.slow)
+        moving = self._sliding_friction(friction, slip) if self._measured else friction
+        ways, rows = np.eye(3 * len(friction)), np.arange(3 * len(friction)).reshape(-1, 3)
+        own = self.slips(), slip, moving, self.slow
+        sliding = couple_friction(*own, rows[:, :2], rows[:, 2], ways)
+        return ways, np.where(sliding, 0.0, friction)
 
     def last_forces(self, points: int) -> np.ndarray:
         """(3n,) unknowns to start from."""
@@ -290,17 +253,16 @@ class Resting:
 
         Forces are asked for only then: points that slip cannot be held without contradiction.
         """
-        self.slip = slip
-        i = 0
-        for contact in self.contacts:
-            own = slip[3 * i : 3 * (i + contact.count)].reshape(-1, 3)[:, :2]
-            speeds = np.sqrt(np.einsum("ij,ij->i", own, own)).tolist()
-            contact.slides = [
-                way / speed if contact.friction and speed > self.slow else None
-                for way, speed in zip(own, speeds, strict=True)
-            ]
-            contact.begins = [False] * contact.count
-            i += contact.count
+        self.slip, slips = slip, self.slips()
+        friction = self._by_point(lambda contact: contact.friction)
+        begin_slides(slip, friction, self.slow, slips)
+        self.slip_as(slips)
+
+    def heed_stop(self, slip: np.ndarray, ended: float, still: float) -> None:
+        """Slip (3n,) has stopped or turned; see ``stop_slides``."""
+        slips = self.slips()
+        stop_slides(slip, ended, still, slips)
+        self.slip_as(slips)
 
     def update_slides(self, *, fresh: bool) -> bool:
         """Which points slide from now on, by the last evaluation; whether that has changed.
@@ -309,45 +271,23 @@ class Resting:
             fresh: after an impact slip decides alone, for nothing is known of before.
         """
         changed = self.joints is not None and self.joints.tear()
-        friction, i = self.friction(), 0
+        slips, slip = self.slips(), self.slip
+        if self._measured:
+            # What has torn off has no slip yet but by rounding.
+            own = slip.reshape(-1, 3).copy()
+            own[(slips[:, 2] == BEGINS) & (np.hypot(own[:, 0], own[:, 1]) <= self.slow), :2] = 0.0
+            slip = own.ravel()
         largest = float(np.abs(self.accelerations).max(initial=0.0))
-        for contact in self.contacts:
-            contact.fit()
-            for k in range(contact.count):
-                before = contact.slides[k], contact.begins[k]
-                now = self._slide(i, *before, (float(friction[i]), largest), fresh)
-                changed |= (before[0] is None, before[1]) != (now[0] is None, now[1])
-                contact.slides[k], contact.begins[k] = now
-                i += 1
+        changed |= update_slides(
+            slip,
+            self.accelerations,
+            self.forces,
+            self.friction(),
+            (largest, self.slow, self.grown),
+            fresh,
+            slips,
+        )
+        self.slip_as(slips)
         if self.rolling is not None:
             changed |= self.rolling.update(self.contacts, fresh=fresh)
         return changed
-
-    def _slide(
-        self,
-        i: int,
-        before: np.ndarray | None,
-        begins: bool,
-        numbers: tuple[float, float],
-        fresh: bool,
-    ) -> tuple[np.ndarray | None, bool]:
-        """Where a point slides, or None; and whether that has just begun.
-
-        ``numbers``: µ, and the largest acceleration of a point [m/s²].
-        """
-        slip1, slip2, _ = self.slip[3 * i : 3 * i + 3].tolist()
-        rate1, rate2, _ = self.accelerations[3 * i : 3 * i + 3].tolist()
-        force1, force2, normal = self.forces[3 * i : 3 * i + 3].tolist()
-        if self._measured and begins and np.hypot(slip1, slip2) <= self.slow:
-            # What has torn off has no slip yet but by rounding.
-            slip1 = slip2 = 0.0
-        way, starts = next_slide(
-            (0.0, 0.0, 0.0) if before is None else (float(before[0]), float(before[1]), 1.0),
-            begins,
-            (slip1, slip2),
-            (rate1, rate2),
-            (force1, force2, normal),
-            (*numbers, self.slow, self.grown),
-            fresh,
-        )
-        return np.array(way[:2]) if way[2] else None, starts

@@ -13,7 +13,8 @@ from ...geometry.features import CornerOnFace, EdgesCross, TipOnFace
 from ...rows.reach import reached_model
 from ...scene import Scene
 from ..gaps.contacts import Gaps
-from ..gaps.resting import RestingContact, Turn
+from ..gaps.resting import RestingContact
+from ..tree.pressed import BEGINS, SLIDES, STICKS
 from .contacts import Resting
 
 if TYPE_CHECKING:
@@ -73,8 +74,7 @@ class Footing:
 
 def _copied(contact: RestingContact) -> RestingContact:
     own = copy(contact)
-    own.slides, own.begins = list(contact.slides), list(contact.begins)
-    own.turns = [turn.copied() for turn in contact.turns]
+    own.slips, own.rolls, own.spins = (a.copy() for a in (own.slips, own.rolls, own.spins))
     return own
 
 
@@ -113,14 +113,36 @@ def _packed(footing: Footing) -> dict[str, Any]:
                 "friction": c.friction,
                 "since": c.since,
                 "count": c.count,
-                "slides": [None if way is None else way.tolist() for way in c.slides],
-                "begins": c.begins,
-                **({"turns": [turn.packed() for turn in c.turns]} if c.turns else {}),
+                "slides": _packed_ways(c.slips, 2),
+                "begins": (c.slips[:, 2] == BEGINS).tolist(),
+                **({"turns": _packed_turns(c)} if len(c.rolls) else {}),
                 "held": None if held is None else [_packed_point(point) for point in held],
             }
             for c, held in zip(footing.contacts, footing.held, strict=True)
         ],
     }
+
+
+def _packed_ways(ways: np.ndarray, numbers: int) -> list[list[float] | None]:
+    """By point the numbers of its direction; None where it sticks."""
+    return [way[:numbers] if way[2] != STICKS else None for way in ways.tolist()]
+
+
+def _packed_turns(contact: RestingContact) -> list[list[Any]]:
+    """By point how it rolls and spins, and which of it has just begun."""
+    both = contact.rolls, contact.spins
+    begins = [(ways[:, 2] == BEGINS).tolist() for ways in both]
+    ways = _packed_ways(contact.rolls, 2), _packed_ways(contact.spins, 1)
+    return [list(point) for point in zip(*ways, *begins, strict=True)]
+
+
+def _unpacked_ways(packed: Sequence[Any], begins: Sequence[Any]) -> np.ndarray:
+    """(k, 3) what ``_packed_ways`` packed, and whether slides have just begun."""
+    ways = np.zeros((len(packed), 3))
+    for own, way, starts in zip(ways, packed, begins, strict=True):
+        if way is not None:
+            own[: len(way)], own[2] = way, BEGINS if starts else SLIDES
+    return ways
 
 
 def _packed_point(point: HeldPoint) -> list[Any]:
@@ -139,6 +161,7 @@ def _unpacked(packed: dict[str, Any], gaps: Gaps | None) -> Footing:
     for own in packed["contacts"]:
         if gaps is None:
             raise ValueError("a contact that rests is none of the scene's")
+        rolls, spins, *begin = zip(*own["turns"], strict=True) if own.get("turns") else ((),) * 4
         contacts.append(
             RestingContact(
                 int(own["gap"]),
@@ -146,9 +169,9 @@ def _unpacked(packed: dict[str, Any], gaps: Gaps | None) -> Footing:
                 float(own["friction"]),
                 float(own["since"]),
                 int(own["count"]),
-                [None if way is None else np.array(way, dtype=float) for way in own["slides"]],
-                [bool(begins) for begins in own["begins"]],
-                [Turn.unpacked(turn) for turn in own.get("turns", ())],
+                _unpacked_ways(own["slides"], own["begins"]),
+                _unpacked_ways(rolls, begin[0]),
+                _unpacked_ways(spins, begin[1]),
             )
         )
         if gaps.entries[contacts[-1].gap] != contacts[-1].entry:

@@ -22,13 +22,18 @@ from ...scene import Collision, Contact, Scene
 from ...scene.contacts import turns
 from ...tolerances import NONZERO
 from ..gaps.contacts import Gaps
-from ..gaps.resting import RestingContact, Turn
+from ..gaps.resting import RestingContact
 from ..gaps.wandering import MOVE, SLOWEST
+from ..tree.pressed import STICKS
 from .law import RestNotSolved
-from .turn import GROWN_SLIP, NO_TURN, after_stop, direction_of_slip, way_of_slip
+from .slip import begin_slides, couple_friction, stop_slides, update_slides, write_signs
 
 __all__ = ["RollingRest"]
 
+# Turning below this [rad/s] has no direction of its own.
+NO_TURN = 1e-9
+# Turning that began, and is slower than this [rad/s], is opposed along its acceleration.
+GROWN_SLIP = 1e-7
 # Turning that stops sooner than time can tell has stopped, relative to the speeds of the motion.
 STOPPED = 1e-6
 # Axes that differ by no more than this over MOVE do not turn.
@@ -55,9 +60,6 @@ class PointsAtRest(Protocol):
 class RollingRest:
     """The turning of the points that rest, of contacts that resist it.
 
-    Of each such contact ``RestingContact.turns`` has, by point, the direction of rolling and of
-    spin, or None where it does not, and whether that has just begun.
-
     Attributes:
         moments: (3k,) of the last evaluation [N m], two across the normal and one about it.
         rates: (3k,) angular accelerations [rad/s²]. speeds: (3k,) [rad/s].
@@ -78,16 +80,23 @@ class RollingRest:
         """Whether one of these contacts resists turning."""
         return any(contact.entry in self._reach for contact in contacts)
 
-    def owners(self, contacts: Sequence[RestingContact]) -> list[tuple[RestingContact, int, int]]:
-        """By point that resists turning: its contact, which of its points, and which of all."""
-        found, i = [], 0
+    def points(self, contacts: Sequence[RestingContact]) -> np.ndarray:
+        """(k,) which of all points resist turning."""
+        found, first = [], 0
         for contact in contacts:
             if contact.entry in self._reach:
-                if contact.count and len(contact.turns) != contact.count:
-                    contact.turns = [Turn() for _ in range(contact.count)]
-                found += [(contact, k, i + k) for k in range(contact.count)]
-            i += contact.count
-        return found
+                found += range(first, first + contact.count)
+            first += contact.count
+        return np.array(found, dtype=int)
+
+    def _both(self, contacts: Sequence[RestingContact]) -> tuple[_Turns, _Turns]:
+        """Rolling and spin of all points that resist it."""
+        own = [contact for contact in contacts if contact.entry in self._reach]
+        for contact in own:
+            contact.fit_turning()
+        reach = [self._reach[c.entry] for c in own for _ in range(c.count)]
+        rolling, torsion = np.array(reach).reshape(-1, 2).T
+        return _Turns(own, "rolls", rolling), _Turns(own, "spins", torsion)
 
     def rows(self, gaps: Gaps, contacts: Sequence[RestingContact], data: pin.Data) -> np.ndarray:
         """(3k, nv); ``data`` with joint Jacobians."""
@@ -102,7 +111,6 @@ class RollingRest:
     ) -> np.ndarray:
         """(3k,) relative angular velocities at a state [rad/s]."""
         gaps.rows(contacts, q)
-        self.owners(contacts)
         return self.rows(gaps, contacts, gaps.data).dot(v)
 
     def rates_of(
@@ -188,27 +196,17 @@ class RollingRest:
         Raises:
             RestNotSolved: there are none, or they were not found.
         """
-        owners, n = self.owners(resting.contacts), len(resting.friction())
-        ways = np.eye(len(free))
+        points, n = self.points(resting.contacts), len(resting.friction())
+        rolls, spins = self._both(resting.contacts)
+        ways, turned = np.eye(len(free)), slip[3 * n :]
         ways[: 3 * n, : 3 * n], friction = resting.ways(slip[: 3 * n], resting.friction())
-        rolling, torsion = (
-            np.array([self._reach[c.entry] for c, _, _ in owners]).reshape(-1, 2).T.copy()
-        )
-        for j, (contact, k, i) in enumerate(owners):
-            turn, at = contact.turns[k], 3 * (n + j)
-            if turn.rolls is not None and not turn.rolling_begins:
-                s = direction_of_slip(slip[at : at + 2], turn.rolls, NO_TURN)
-                ways[at : at + 2, at : at + 2] = 0.0
-                ways[at : at + 2, 3 * i + 2] = -rolling[j] * s
-                rolling[j] = 0.0
-            if turn.spins is not None and not turn.spin_begins:
-                s = direction_of_slip(slip[at + 2 : at + 3], turn.spins, NO_TURN)
-                ways[at + 2, at + 2] = 0.0
-                ways[at + 2, 3 * i + 2] = -torsion[j] * s[0]
-                torsion[j] = 0.0
-        points = np.array([i for _, _, i in owners], dtype=int)
+        rows, normals = 3 * n + np.arange(3 * len(points)).reshape(-1, 3), 3 * points + 2
+        for both, own in ((rolls, rows[:, :2]), (spins, rows[:, 2:])):
+            speeds = both.part(turned)
+            moves = couple_friction(both.ways, speeds, both.reach, NO_TURN, own, normals, ways)
+            both.reach = np.where(moves, 0.0, both.reach)
         start = self._last if len(self._last) == len(free) else np.zeros(len(free))
-        turning = Turning(points, rolling, torsion)
+        turning = Turning(points, rolls.reach, spins.reach)
         found = _least_moments(delassus, ways, free, friction, turning, start)
         forces = ways.dot(found)
         rates = free + delassus.dot(forces)
@@ -223,94 +221,87 @@ class RollingRest:
     ) -> dict[int, tuple[np.ndarray, np.ndarray]]:
         """By point among all that rest, (3,) its moment [N m] and turning [rad/s]."""
         moments, speeds = self.moments.reshape(-1, 3), self.speeds.reshape(-1, 3)
-        return {i: (moments[j], speeds[j]) for j, (_, _, i) in enumerate(self.owners(contacts))}
+        points = self.points(contacts).tolist()
+        return {i: (moments[j], speeds[j]) for j, i in enumerate(points)}
 
     def begin(self, contacts: Sequence[RestingContact], speeds: np.ndarray) -> None:
         """After an impact: what turns rolls and spins."""
-        for j, (contact, k, _) in enumerate(self.owners(contacts)):
-            rolling, torsion = self._reach[contact.entry]
-            turn = contact.turns[k] = Turn()
-            speed = speeds[3 * j : 3 * j + 3]
-            size = float(np.hypot(speed[0], speed[1]))
-            if rolling and size > NO_TURN:
-                turn.rolls = speed[:2] / size
-            if torsion and abs(speed[2]) > NO_TURN:
-                turn.spins = np.sign(speed[2:])
+        for both in self._both(contacts):
+            begin_slides(both.part(speeds), both.reach, NO_TURN, both.ways)
+            both.keep()
         self.speeds = speeds
 
     def update(self, contacts: Sequence[RestingContact], *, fresh: bool) -> bool:
         """Which points roll and spin from now on, by the last evaluation; whether that changed."""
-        changed = False
-        owners = self.owners(contacts)
-        if len(self.speeds) != 3 * len(owners) or len(self.moments) != 3 * len(owners):
+        changed, count = False, 3 * len(self.points(contacts))
+        if len(self.speeds) != count or len(self.moments) != count:
             return False
-        scale = float(np.abs(self.rates).max(initial=0.0))
-        for j, (contact, k, _) in enumerate(owners):
-            rolling, torsion = self._reach[contact.entry]
-            turn, at = contact.turns[k], 3 * j
-            for part, reach, names in (
-                (slice(at, at + 2), rolling, ("rolls", "rolling_begins")),
-                (slice(at + 2, at + 3), torsion, ("spins", "spin_begins")),
-            ):
-                before = getattr(turn, names[0]), getattr(turn, names[1])
-                now = way_of_slip(
-                    self.speeds[part],
-                    self.rates[part],
-                    (self.moments[part], float(self.normals[j])),
-                    reach,
-                    before,
-                    scale,
-                    fresh=fresh,
-                )
-                changed |= (before[0] is None, before[1]) != (now[0] is None, now[1])
-                setattr(turn, names[0], now[0])
-                setattr(turn, names[1], now[1])
+        numbers = float(np.abs(self.rates).max(initial=0.0)), NO_TURN, GROWN_SLIP
+        for both in self._both(contacts):
+            forces = both.part(self.moments)
+            forces[2::3] = self.normals
+            own = both.part(self.speeds), both.part(self.rates), forces, both.reach
+            changed |= update_slides(*own, numbers, fresh, both.ways)
+            both.keep()
         return changed
 
     def heed_stop(
         self, contacts: Sequence[RestingContact], speeds: np.ndarray, fastest: float
     ) -> None:
         """Rolling or spin has stopped, or turned; (3k,) ``speeds`` now."""
-        for j, (contact, k, _) in enumerate(self.owners(contacts)):
-            turn, speed = contact.turns[k], speeds[3 * j : 3 * j + 3]
-            bar = STOPPED * max(1.0, fastest)
-            if turn.rolls is not None:
-                turn.rolls, stopped = after_stop(speed[:2], turn.rolls, bar)
-                turn.rolling_begins &= not stopped
-            if turn.spins is not None:
-                turn.spins, stopped = after_stop(speed[2:], turn.spins, bar)
-                turn.spin_begins &= not stopped
+        for both in self._both(contacts):
+            stop_slides(both.part(speeds), STOPPED * max(1.0, fastest), NO_TURN, both.ways)
+            both.keep()
 
     def signs(self, contacts: Sequence[RestingContact], speeds: np.ndarray) -> np.ndarray:
         """(4k,) below zero where rolling or spin has stopped, or has got going."""
         found = []
-        for j, (contact, k, _) in enumerate(self.owners(contacts)):
-            turn, speed = contact.turns[k], speeds[3 * j : 3 * j + 3]
-            for own, way, begins in (
-                (speed[:2], turn.rolls, turn.rolling_begins),
-                (speed[2:], turn.spins, turn.spin_begins),
-            ):
-                found.append(np.inf if way is None else float(own.dot(way)))
-                found.append(GROWN_SLIP - float(np.linalg.norm(own)) if begins else np.inf)
-        return np.array(found)
+        for both in self._both(contacts):
+            signs = np.empty((len(both.reach), 3))
+            write_signs(both.part(speeds), both.ways, GROWN_SLIP, signs)
+            found += [signs[:, 0], signs[:, 2]]
+        return np.concatenate(found)
 
     def still_rows(
         self, gaps: Gaps, contacts: Sequence[RestingContact], data: pin.Data
     ) -> np.ndarray:
         """(m, nv) the rows of loaded points that neither roll nor spin; ``data`` as ``rows``."""
-        owners = self.owners(contacts)
-        rows = self.rows(gaps, contacts, data)
-        if len(self.normals) != len(owners) or len(rows) != 3 * len(owners):
+        rows, (rolls, spins) = self.rows(gaps, contacts, data), self._both(contacts)
+        if not len(self.normals) == len(rolls.reach) == len(rows) / 3:
             return rows[:0]
-        chosen = []
-        for j, (contact, k, _) in enumerate(owners):
-            rolling, torsion = self._reach[contact.entry]
-            if self.normals[j] > 0.0:
-                if rolling and contact.turns[k].rolls is None:
-                    chosen += [3 * j, 3 * j + 1]
-                if torsion and contact.turns[k].spins is None:
-                    chosen.append(3 * j + 2)
-        return rows[chosen]
+        rolling, spinning = (
+            (self.normals > 0.0) & (both.reach > 0.0) & (both.ways[:, 2] == STICKS)
+            for both in (rolls, spins)
+        )
+        return rows[np.column_stack([rolling, rolling, spinning]).ravel()]
+
+
+class _Turns:
+    """Rolling or spin of all points that resist it.
+
+    Attributes:
+        ways: (k, 3) what they do. reach: (k,) the largest moment over the normal force [m].
+    """
+
+    def __init__(self, contacts: Sequence[RestingContact], kind: str, reach: np.ndarray) -> None:
+        self._contacts, self._kind, self.reach = contacts, kind, reach
+        own = (getattr(contact, kind)[: contact.count] for contact in contacts)
+        self.ways = np.concatenate([np.zeros((0, 3)), *own])
+
+    def part(self, turning: np.ndarray) -> np.ndarray:
+        """(3k,) of turning, two across the normal and one about it, that of this kind before 0."""
+        if self._kind == "rolls":
+            return turning.copy()
+        found = np.zeros_like(turning)
+        found[0::3] = turning[2::3]
+        return found
+
+    def keep(self) -> None:
+        """Let the contacts have what became of it."""
+        first = 0
+        for contact in self._contacts:
+            setattr(contact, self._kind, self.ways[first : first + contact.count])
+            first += contact.count
 
 
 def _least_moments(

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from ...laws.borrowed import borrowed, borrowing
+from ..tree.pressed import SLIDES
 
 __all__ = ["FURTHER", "until_stopping"]
 
@@ -42,6 +43,6 @@ def until_stopping(slip: np.ndarray, accelerations: np.ndarray, ways: np.ndarray
     for i in range(len(ways)):
         s1, s2 = slip[3 * i], slip[3 * i + 1]
         slows = -(s1 * accelerations[3 * i] + s2 * accelerations[3 * i + 1])
-        if ways[i, 2] != 0.0 and slows > 0.0:
+        if ways[i, 2] == SLIDES and slows > 0.0:
             soonest = min(soonest, (s1 * s1 + s2 * s2) / slows)
     return soonest * (1.0 + FURTHER) if soonest > 0.0 else math.inf

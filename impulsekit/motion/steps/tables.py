@@ -15,7 +15,7 @@ from .system import TOLERANCES, System, Work
 __all__ = ["NOTHING_SLIDES", "NO_POINTS", "example_step", "no_loads", "work_of"]
 
 NO_POINTS = Table(np.zeros((0, 3), np.int64), np.zeros((0, MOST)))
-NOTHING_SLIDES = Sliding(np.zeros(0), np.zeros((0, 3)), 0.0, 0.0)
+NOTHING_SLIDES = Sliding(np.zeros(0), np.zeros((0, 3)), 0.0, 0.0, 0.0)
 # The step [s] of the example that compiling takes: any.
 EXAMPLE_STEP = 1e-3
 

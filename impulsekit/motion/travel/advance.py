@@ -16,9 +16,10 @@ from ...geometry.point_table import Table
 from ...laws.borrowed import borrowed, borrowing
 from ...laws.compiled import entry
 from ...laws.dense import put
+from ...laws.words import NO
 from ...rows.point_rows import gap_and_rate
 from ..events.look import Watched, look_through
-from ..rest.settle import Stand, begin_stage, settle
+from ..rest.settle import settle
 from ..rest.slowing import FURTHER, until_stopping
 from ..steps.compiled import SOLVED, evaluate, try_step
 from ..steps.explicit import LEAST, Tableau, length_after, shorter_length
@@ -66,7 +67,7 @@ class Log(NamedTuple):
     Attributes:
         starts, ends: (k,) [s]. lengths: (k,) of their dense output [s].
         references: (k, nq). before: (k, 2 nv). powers: (k, 7, 2 nv).
-        slides: (k, m, 3) and begins: (k, m) of ``Stand`` in the step, of the n points that rest.
+        slides: (k, m, 3) what the n points that rest did in the step, as ``Sliding.ways`` has it.
         rest: (3, 3m) forces, accelerations and velocities of what rests, after the last one.
     """
 
@@ -77,7 +78,6 @@ class Log(NamedTuple):
     before: np.ndarray
     powers: np.ndarray
     slides: np.ndarray
-    begins: np.ndarray
     rest: np.ndarray
 
 
@@ -88,11 +88,10 @@ def example_advance() -> tuple:
 
     system, tableau, work, watched = example_look()
     none, no = np.zeros(0), np.zeros((0, 0))
-    stand = Stand(np.zeros((0, 3)), np.zeros(0, np.bool_), 0.0, False, False)
     track = Track(none, none, none, none, NO_POINTS, none)
-    more = np.zeros((0, 0, 0)), np.zeros((0, 0, 3)), np.zeros((0, 0), np.bool_), no
+    more = np.zeros((0, 0, 0)), np.zeros((0, 0, 3)), no
     log = Log(none, none, none, no, no, *more)
-    return system, tableau, work, watched, stand, track, log, *TOLERANCES
+    return system, tableau, work, watched, track, log, *TOLERANCES
 
 
 @entry(example_advance, seconds=27.0, apart=True)
@@ -101,7 +100,6 @@ def advance(
     tableau: Tableau,
     work: Work,
     watched: Watched,
-    stand: Stand,
     track: Track,
     log: Log,
     rtol: float,
@@ -114,7 +112,7 @@ def advance(
         and of ``HAPPENS`` whether a resting point may stop.
     """
     nv, clock, count, made = len(track.v), track.clock, 0, 0
-    n = len(stand.slides)
+    n, ways = len(system.table.whole), system.sliding.ways
     while count < len(log.ends) and clock[0] < clock[2]:
         log.before[count] = work.before
         log.references[count] = system.reference
@@ -131,8 +129,7 @@ def advance(
             return STUCK, count, made, False
         log.starts[count], log.ends[count], log.lengths[count] = clock[0], end, end - clock[0]
         log.powers[count] = work.powers
-        log.slides[count, :n] = stand.slides
-        log.begins[count, :n] = stand.begins
+        log.slides[count, :n] = ways
         if clock[4] < math.inf or stops:
             return HAPPENS, count, made, stops
         begin = clock[0]
@@ -141,11 +138,10 @@ def advance(
         q, v = system.q.copy(), work.after[nv:].copy()
         changed = False
         if n > 0:
-            state, changed = settle(system, stand, work.driven[0], q, v)
+            state, changed = settle(system, work.driven[0], q, v, NO, NO)
             made += 2
         if state != SOLVED or too_deep(system, track, q, v):
-            stand.slides[:] = log.slides[count, :n]
-            stand.begins[:] = log.begins[count, :n]
+            ways[:] = log.slides[count, :n]
             clock[0], clock[1], clock[5], clock[6] = begin, *lengths
             return STUCK, count, made, False
         track.q[:] = q
@@ -163,7 +159,6 @@ def advance(
             write_configuration(system.tree, system.reference, work.before[:nv], system.q)
             write_rate(system.tree, work.before[:nv], system.q, v, work.slopes[0, :nv])
             continue
-        begin_stage(system, stand)
         if evaluate(system, work.driven[0], work.before, work.slopes[0]) != SOLVED:
             return CHANGED, count, made, False
         note(system, log)

@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...laws.borrowed import borrowed
+from ...laws.borrowed import borrowed, borrowing
 from ...laws.compiled import compiled, entry
+from ...laws.dense import put_rows
 from ...rows.point_rows import gaps_and_rates
 from ..events.look import Watched, write_dense
-from ..rest.settle import begin_stage
 from ..steps.compiled import SOLVED, attempt, begin_steps
 from ..steps.explicit import Tableau, inside
 from ..steps.system import System, Work
@@ -33,7 +33,7 @@ from .advance import (
     note,
     too_deep,
 )
-from .meet import Hold, Place, Rules, meet, standing
+from .meet import Hold, Place, Rules, meet
 from .strike import Blow
 
 __all__ = ["NEAR", "TRAVEL_EXACT", "Ledger", "Trip", "travel"]
@@ -78,7 +78,7 @@ class Trip(NamedTuple):
     """All that ``travel`` works on.
 
     Attributes:
-        watched: what is looked for; of points that rest ``hold`` tells what they do.
+        watched: what is looked for.
         still: so many events on end without any time between them are left to ``run``.
         rtol, atol: tolerances of a step.
     """
@@ -97,10 +97,10 @@ class Trip(NamedTuple):
 
 
 def _examples() -> tuple:
-    system, tableau, work, watched, _, track, log, *tolerances = example_advance()
+    system, tableau, work, watched, track, log, *tolerances = example_advance()
     none, no, never, whole = np.zeros(0), np.zeros((0, 0)), np.zeros(0, np.bool_), np.zeros(0, int)
-    rules = Rules(never, no, none, 0, False, 0.0, 0.0)
-    hold = Hold(whole, whole, none, no, never, none, no, whole)
+    rules = Rules(never, no, none, 0, False, 0.0)
+    hold = Hold(whole, whole, none, no, none, no, whole)
     many, ever = np.zeros((0, 0, 0)), np.zeros((0, 0), np.bool_)
     ids = np.zeros((0, 0), int)
     ledger = Ledger(
@@ -121,19 +121,19 @@ def travel(system: System, trip: Trip, most: int) -> tuple[int, int, int, bool]:
     clock, count, made = track.clock, 0, 0
     while True:
         n, room = hold.number[0], len(log.ends) - count
-        stand, watched = standing(hold, trip.rules.grown), _watching(trip.watched, hold)
+        _watch(trip.watched, hold)
         why, steps, tries, stops = advance(
             system,
             trip.tableau,
             trip.work,
-            watched,
-            stand,
+            trip.watched,
             track,
             _from(log, count),
             trip.rtol,
             trip.atol,
         )
         made += tries
+        put_rows(system.sliding.ways, hold.ways)
         for k in range(count, count + min(steps + 1, room)):
             ledger.resting[k] = n
             ledger.gaps[k, :n] = hold.gaps[:n]
@@ -142,7 +142,6 @@ def travel(system: System, trip: Trip, most: int) -> tuple[int, int, int, bool]:
         if steps > 0:
             ledger.counts[1] = 0
         if why == CHANGED and count < len(log.ends) and clock[0] < clock[2]:
-            begin_stage(system, stand)
             tries = _begin(system, trip, math.inf)
             if tries == 0:
                 return why, count, made, stops
@@ -151,10 +150,11 @@ def travel(system: System, trip: Trip, most: int) -> tuple[int, int, int, bool]:
         full = ledger.counts[0] >= most or ledger.counts[1] >= trip.still
         if why != HAPPENS or stops or full or hold.many[0] + 2 * len(hold.base) > len(hold.over):
             return why, count, made, stops
-        good, system, tries = _close(system, trip, watched, count)
+        good, system, tries = _close(system, trip, count)
         made += tries
         if not good:
             return why, count, made, stops
+        put_rows(system.sliding.ways, hold.ways)
         count += 1
         if count == len(log.ends):
             return GOES_ON, count, made, False
@@ -171,31 +171,17 @@ def _from(log: Log, k: int) -> Log:
         log.before[k:],
         log.powers[k:],
         log.slides[k:],
-        log.begins[k:],
         log.rest,
     )
 
 
-@compiled
-def _watching(watched: Watched, hold: Hold) -> Watched:
-    """What is looked for while these points rest."""
-    n = hold.number[0]
+@borrowing
+def _watch(watched: Watched, hold: Hold) -> None:
+    """Look at the gaps of what does not rest."""
     for i in range(len(hold.base)):
         watched.base[i] = hold.base[i]
-    for k in range(n):
+    for k in range(hold.number[0]):
         watched.base[hold.gaps[k]] = math.inf
-    return Watched(
-        watched.rated,
-        watched.base,
-        watched.arms,
-        watched.window,
-        watched.met,
-        watched.turning,
-        hold.ways[:n],
-        hold.begins[:n],
-        watched.grown,
-        watched.gaps,
-    )
 
 
 @compiled
@@ -222,9 +208,7 @@ def _begin(system: System, trip: Trip, first: float) -> int:
 
 
 @compiled
-def _close(
-    system: System, trip: Trip, watched: Watched, k: int
-) -> tuple[bool, System, int]:  # fmt: skip
+def _close(system: System, trip: Trip, k: int) -> tuple[bool, System, int]:
     """What closes in the last step, which is made up to there, meets.
 
     Returns:
@@ -238,14 +222,14 @@ def _close(
     q, v, made = np.empty(len(track.q)), np.empty(nv), 0
     part = (time - clock[0]) / length
     if inside(clock[6], part) >= TRAVEL_EXACT and clock[0] < time < log.ends[k]:
-        good, shorter, time = _nearer(system, trip, watched, time)
+        good, shorter, time = _nearer(system, trip, time)
         length = shorter if shorter > 0.0 else length
         made += len(work.slopes) - 1
     if good and clock[0] <= time < clock[2]:
         write_dense(work, (time - clock[0]) / length)
         write_configuration(system.tree, system.reference, work.trial[:nv], q)
         v[:] = work.trial[nv:]
-        good, after, tries = _meet(system, trip, watched, (time, q, v))
+        good, after, tries = _meet(system, trip, (time, q, v))
         made += tries
         if good:
             log.ends[k], log.lengths[k] = time, length
@@ -260,15 +244,13 @@ def _close(
 
 
 @compiled
-def _nearer(
-    system: System, trip: Trip, watched: Watched, time: float
-) -> tuple[bool, float, float]:  # fmt: skip
+def _nearer(system: System, trip: Trip, time: float) -> tuple[bool, float, float]:
     """The last step made once more up to where its dense output closes a gap.
 
     As ``Flight.closing``: whether that is known here, the length of the step, negative where the
     longer one is kept, and when the first of the gaps that were met closes in it [s].
     """
-    work, clock = trip.work, trip.track.clock
+    work, clock, watched = trip.work, trip.track.clock, trip.watched
     length = time - clock[0]
     powers = work.powers.copy()
     state, error = attempt(system, trip.tableau, work, length, trip.rtol, trip.atol)
@@ -292,10 +274,7 @@ def _nearer(
 
 @compiled
 def _meet(
-    system: System,
-    trip: Trip,
-    watched: Watched,
-    at: tuple[float, np.ndarray, np.ndarray],
+    system: System, trip: Trip, at: tuple[float, np.ndarray, np.ndarray]
 ) -> tuple[bool, System, int]:
     """What is met at a time in a state; steps begin anew there. As ``_close``."""
     track, work, log, ledger = trip.track, trip.work, trip.log, trip.ledger
@@ -306,7 +285,7 @@ def _meet(
         ledger.dv[i], ledger.numbers[i], ledger.points[i], ledger.works[i], ledger.mass
     )  # fmt: skip
     place = Place(time, q, v, work.driven[0])
-    good, after, part, (soft, first) = meet(system, watched, trip.rules, hold, place, blow)
+    good, after, part, (soft, first) = meet(system, trip.watched, trip.rules, hold, place, blow)
     if not good:
         return False, system, 4
     look_at(system.tree, system.room, q, v)
@@ -314,7 +293,6 @@ def _meet(
         return False, system, 4
     centre(system.tree, q, system.reference, work.before[:nv])
     work.before[nv:] = v
-    begin_stage(after, standing(hold, trip.rules.grown))
     note(after, log)
     track.clock[0] = time
     tries = _begin(after, trip, first)
@@ -335,8 +313,7 @@ def _copied(hold: Hold) -> Hold:
         hold.number.copy(),
         hold.gaps.copy(),
         hold.since.copy(),
-        hold.ways.copy(),
-        hold.begins.copy(),
+        hold.ways,
         hold.base.copy(),
         hold.over,
         hold.many.copy(),
@@ -347,5 +324,4 @@ def _copied(hold: Hold) -> Hold:
 def _keep(own: Hold, hold: Hold) -> None:
     """Write what rests from now on."""
     hold.number[:], hold.gaps[:], hold.since[:] = own.number, own.gaps, own.since
-    hold.ways[:], hold.begins[:], hold.base[:] = own.ways, own.begins, own.base
-    hold.many[:] = own.many
+    hold.base[:], hold.many[:] = own.base, own.many

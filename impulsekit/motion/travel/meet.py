@@ -14,16 +14,16 @@ import numpy as np
 from ...geometry.point_table import Table
 from ...laws.borrowed import borrowing
 from ...laws.compiled import compiled
-from ...laws.words import NO, YES
+from ...laws.words import YES
 from ...rows.point_rows import gaps_and_rates, rounding_of, write_bias, write_rows
 from ..events.look import Watched
-from ..rest.settle import Stand, begin_stage, settle_points
+from ..rest.settle import settle_points
 from ..steps.compiled import SOLVED, System, accelerations_at
 from ..tree.bodies import look_at, write_jacobian
 from ..tree.pressed import Sliding
 from .strike import Blow, strike_alone, strike_together
 
-__all__ = ["FAINT", "Hold", "Place", "Rules", "meet", "size_of_hop", "standing"]
+__all__ = ["FAINT", "Hold", "Place", "Rules", "meet", "size_of_hop"]
 
 # A share of the largest speed that counts as zero.
 FAINT = 1e-12
@@ -38,7 +38,6 @@ class Rules(NamedTuple):
         friction: (m,) µ at rest.
         restitution: the law's word. at_once: whether several meet at once.
         capture: slower approaches are met without restitution [m/s].
-        grown: slip that has grown [m/s].
     """
 
     plain: np.ndarray
@@ -47,7 +46,6 @@ class Rules(NamedTuple):
     restitution: int
     at_once: bool
     capture: float
-    grown: float
 
 
 class Hold(NamedTuple):
@@ -56,7 +54,7 @@ class Hold(NamedTuple):
     Attributes:
         number: (1,) how many.
         gaps: (m,) which, in the order of their rows. since: (m,) when they came to rest [s].
-        ways: (m, 3) and begins: (m,) as ``Stand`` has them.
+        ways: (m, 3) what they do, as ``Sliding.ways`` has it; written.
         base: (m,) what counts as zero of each gap [m].
         over: (k, 3) gap, begin and end [s] of what rested before. many: (1,) how many.
     """
@@ -65,7 +63,6 @@ class Hold(NamedTuple):
     gaps: np.ndarray
     since: np.ndarray
     ways: np.ndarray
-    begins: np.ndarray
     base: np.ndarray
     over: np.ndarray
     many: np.ndarray
@@ -84,13 +81,6 @@ class Place(NamedTuple):
 def size_of_hop(speed: float, pull: float) -> tuple[float, float]:
     """How long [s] and how high [m] what opens at a speed hops, and is pulled back [m/s²]."""
     return 2.0 * speed / pull, 0.5 * speed * speed / pull
-
-
-@compiled
-def standing(hold: Hold, grown: float) -> Stand:
-    """What the points that rest do."""
-    n = hold.number[0]
-    return Stand(hold.ways[:n], hold.begins[:n], grown, NO, NO)
 
 
 @compiled
@@ -220,8 +210,7 @@ def _come_to_rest(
     system = _resting_on(system, watched.rated, rules, hold)
     if count == 0:
         return True, system
-    stand = Stand(hold.ways[:count], hold.begins[:count], rules.grown, YES, YES)
-    state, _ = settle_points(system, stand, place.driven, place.q, place.v)
+    state, _ = settle_points(system, place.driven, place.q, place.v, YES, YES)
     return state == SOLVED, system
 
 
@@ -237,7 +226,7 @@ def _resting_on(system: System, table: Table, rules: Rules, hold: Hold) -> Syste
     if len(last) != 3 * n:
         last, rates, slip = np.zeros(3 * n), np.zeros(3 * n), np.zeros(3 * n)
     sliding = system.sliding
-    sliding = Sliding(friction, np.zeros((n, 3)), sliding.slow, sliding.negligible)
+    sliding = Sliding(friction, np.zeros((n, 3)), sliding.slow, sliding.grown, sliding.negligible)
     return System(
         system.tree,
         system.room,
@@ -275,7 +264,6 @@ def _hops(
         return True, False, math.inf
     q, v, kinematics = place.q, place.v, system.room.kinematics
     rate = np.empty(len(v))
-    begin_stage(system, standing(hold, watched.grown))
     system.q[:] = q
     if accelerations_at(system, place.driven, v, rate) != SOLVED:
         return False, False, math.inf

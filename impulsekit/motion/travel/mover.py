@@ -12,7 +12,7 @@ from ..dynamics.accelerations import Dynamics
 from ..events.crossing import Crossing, Seen
 from ..events.look import Watched, look
 from ..forces.tables import Driven
-from ..rest.settle import Stand, settle_points
+from ..rest.settle import settle_points
 from ..steps.compiled import SOLVED, begin_steps, rates_at
 from ..steps.system import System, Work
 from ..steps.tables import NO_POINTS, NOTHING_SLIDES, work_of
@@ -40,7 +40,6 @@ class Mover:
         self._together = together
         self._driven = np.zeros(driven.count)
         self._points: dict[int, Table] = {}
-        self._no_ways, self._no_begins = np.zeros((0, 3)), np.zeros(0, dtype=bool)
         self.driven = driven
         # To look at steps that were made.
         self.room = work_of(len(system.load), driven.count)
@@ -86,17 +85,15 @@ class Mover:
         seen = np.where(watched, base, np.inf)[gaps.tabled]
         if others:
             seen[:] = np.inf
-        system, ways, begins = self._system, self._no_ways, self._no_begins
+        system, asked = self._system, self.asked(seen)
         if held:
             system = system._replace(table=NO_POINTS)
-        elif resting:
-            ways, begins = rests.ways_of_slip()
-        asked = self._asked(seen, ways, begins)
         t, stops, bends = look(system, work, asked, span[0], span[1] - span[0])
         found = self.seen(asked, t, stops or held)
         return Seen(True, found.stops) if others else replace(found, bends=bends)
 
-    def _asked(self, base: np.ndarray, ways: np.ndarray, begins: np.ndarray) -> Watched:
+    def asked(self, base: np.ndarray) -> Watched:
+        """What is looked for, of gaps (m,) of which ``base`` counts as zero [m]."""
         gaps = self._dynamics.gaps
         table = None if gaps is None else gaps.rated_table
         none = np.zeros(0)
@@ -107,23 +104,12 @@ class Mover:
             self._together,
             np.zeros(len(base), dtype=bool),
             np.zeros((0, len(self._system.load))) if gaps is None else gaps.turning.speeds,
-            ways,
-            begins,
-            self._dynamics.resting.grown,
             np.zeros((2, len(base))),
         )
 
     def flown(self, reference: np.ndarray) -> System:
         """What moved in a step that was made in a chart at ``reference`` (nq,); nothing rests."""
         return self._system._replace(table=NO_POINTS, sliding=NOTHING_SLIDES, reference=reference)
-
-    def slipping(self, ways: np.ndarray, begins: np.ndarray) -> Watched:
-        """Points that rest are looked at, and no gaps; see ``Resting.ways_of_slip``."""
-        return self._asked(np.zeros(0), ways, begins)
-
-    def watched(self, base: np.ndarray) -> Watched:
-        """What is looked for where all gaps are in a table; (m,) ``base`` is copied."""
-        return self._asked(base.copy(), self._no_ways, self._no_begins)
 
     def seen(self, watched: Watched, t: float, stops: bool) -> Seen:
         """What was found at a time [s], infinity for none, with what closes then."""
@@ -151,16 +137,13 @@ class Mover:
         system = self.now()
         if system is None:
             return None
-        system = system._replace(sliding=resting.sliding())
-        ways, begins = resting.ways_of_slip()
-        stand = Stand(ways, begins, resting.grown, fresh, lay)
         self.driven.write(t, self._driven)
         q, v = q.copy(), v.copy()
-        state, changed = settle_points(system, stand, self._driven, q, v)
+        state, changed = settle_points(system, self._driven, q, v, fresh, lay)
         self.count(2)
         if state != SOLVED:
             return None
-        resting.slide_as(ways, begins)
+        resting.slip_as(system.sliding.ways)
         self.note()
         return q, v, changed
 
@@ -232,7 +215,7 @@ class Mover:
         work = self.room
         work.before[:], work.slopes[0] = y, rates
         system = self._system._replace(reference=self._chart.reference)
-        return until_closing(system, work, self.watched(base), length)
+        return until_closing(system, work, self.asked(base), length)
 
     def note(self) -> None:
         """Let what rests know the forces of the last evaluation."""

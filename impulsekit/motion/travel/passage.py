@@ -6,7 +6,6 @@ import numpy as np
 
 from ...laws.compiled import Entry
 from ..events.corners import crossings_of
-from ..events.look import Watched
 from ..events.touch import touch_pairs
 from ..gaps.advancing import slope_of
 from ..gaps.contacts import Gaps
@@ -62,11 +61,11 @@ class Passage:
         held = None if table is None else self._gaps.ends_of_held(contacts)
         if table is None or held is None:
             return None
-        system = mover.flown(self._reference)._replace(table=table)
+        system = mover.flown(self._reference)
+        system = system._replace(table=table, sliding=resting.sliding())
         work = mover.room._replace(before=dense.before, powers=dense.powers)
-        watched: Watched = mover.slipping(*resting.ways_of_slip())
         return crossings_of(
-            system, work, watched, self._pairs, held, dense.start, dense.length, np.array(times)
+            system, work, self._pairs, held, dense.start, dense.length, np.array(times)
         )
 
     @property

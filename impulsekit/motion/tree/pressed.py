@@ -21,6 +21,9 @@ from ...laws.tolerances import RESIDUAL_LIMIT
 from ...rows.point_rows import write_bias, write_rows
 
 __all__ = [
+    "BEGINS",
+    "SLIDES",
+    "STICKS",
     "Found",
     "Loaded",
     "Sliding",
@@ -33,6 +36,9 @@ __all__ = [
 Pressed = tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
+# What a point that rests does: it sticks, slides, or has just begun to: friction opposes its
+# acceleration.
+STICKS, SLIDES, BEGINS = 0.0, 1.0, 2.0
 # Of slip, and of the speed below which it keeps its direction: what is across is rounding.
 STRAIGHT = 1e-6
 
@@ -42,14 +48,16 @@ class Sliding(NamedTuple):
 
     Attributes:
         friction: (n,) µ.
-        ways: (n, 3) the direction in which slip began (2), and 1 for a point that slides.
+        ways: (n, 3) the direction in which slip began (2), and what the point does.
         slow: slip below this keeps its direction [m/s].
+        grown: slip that began has grown at this speed [m/s].
         negligible: accelerations that are nowhere above this are zero [m/s²].
     """
 
     friction: np.ndarray
     ways: np.ndarray
     slow: float
+    grown: float
     negligible: float
 
 
@@ -98,7 +106,7 @@ def _kinematics() -> Kinematics:
 
 def _examples() -> tuple[Loaded, np.ndarray]:
     factor = Factor(np.eye(2), np.ones(2), np.eye(2), np.zeros(2, np.int64), 0.0)
-    sliding = Sliding(np.zeros(1), np.zeros((1, 3)), 0.0, 0.0)
+    sliding = Sliding(np.zeros(1), np.zeros((1, 3)), 0.0, 0.0, 0.0)
     vector = np.zeros(2)
     return Loaded(_table(), _kinematics(), factor, sliding, vector, vector), np.zeros(3)
 
@@ -214,7 +222,7 @@ def _by_law(
     pushing, m, slides = np.empty((3 * n, nv)), 0, False
     for i in range(n):
         at = 3 * i
-        if sliding.ways[i, 2] == 0.0 and sliding.friction[i] > 0.0:
+        if sliding.ways[i, 2] != SLIDES and sliding.friction[i] > 0.0:
             mu[i] = sliding.friction[i]
             for k in range(2):
                 own[m] = at + k
@@ -222,7 +230,7 @@ def _by_law(
                 m += 1
         own[m] = at + 2
         pushing[m] = rows[at + 2]
-        if sliding.ways[i, 2] != 0.0:
+        if sliding.ways[i, 2] == SLIDES:
             slides = True
             s1, s2 = direction_of(slip[at], slip[at + 1], sliding.ways[i], sliding.slow)
             for k in range(nv):

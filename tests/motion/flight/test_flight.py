@@ -144,6 +144,24 @@ def test_rates_of_a_chart_are_those_of_the_motion(root):
         np.testing.assert_allclose(speed, v, rtol=0, atol=3e-9)
 
 
+def test_a_chart_of_a_composite_joint_is_one_of_its_parts():
+    """Pinocchio's own q ⊕ x and ∂(q ⊖ q_ref)/∂q take the joint as a whole."""
+    joint = pin.JointModelComposite()
+    for part in (pin.JointModelRUBX(), pin.JointModelSpherical(), pin.JointModelPY()):
+        joint.addJoint(part, pin.SE3.Random())
+    model = pin.Model()
+    model.addJoint(0, joint, pin.SE3.Identity(), "all")
+    model.appendBodyToJoint(1, pin.Inertia.Random(), pin.SE3.Identity())
+    rng = np.random.default_rng(5)
+    q = pin.integrate(model, pin.neutral(model), rng.uniform(-1, 1, model.nv))
+    chart, v = Chart(model), rng.normal(size=model.nv)
+    x = chart.centred(q) + rng.uniform(-0.5, 0.5, model.nv)
+    here = chart.configuration(x)
+    np.testing.assert_allclose(here, pin.integrate(model, chart.reference, x), atol=1e-14)
+    slope = pin.dDifference(model, chart.reference, here, pin.ArgumentPosition.ARG1)
+    np.testing.assert_allclose(chart.rate(x, here, v), slope @ v, atol=1e-13)
+
+
 def test_talos_in_flight_keeps_its_books():
     talos = ik.Robot.from_example("talos", root="freeflyer")
     v = np.random.default_rng(0).normal(size=talos.nv)
