@@ -191,7 +191,7 @@ class ClosingContacts:
         if held is None:
             return np.zeros((0, self._model.nv))
         pin.computeJointJacobians(self._model, self._data, q)
-        return held.matrix(self._data, q)
+        return held.rows.matrix(self._data, q)
 
 
 class _Spread:

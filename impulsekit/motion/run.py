@@ -15,11 +15,10 @@ from ..scene import Scene
 from ..scene.functions import call
 from ..scene.motion import MotionSettings
 from .course.beginning import begin
-from .course.drift import take_out_drift
 from .course.hops import Hop, find_hops, low_hops
 from .course.penetration import Penetration
 from .course.present import Mark, Present, Stopped
-from .course.settling import come_to_rest, heed_stop, settle
+from .course.settling import come_to_rest, heed_stop, keep_up, settle
 from .course.striking import Striking
 from .events.crossing import Seen, first_crossing
 from .events.kinks import Kink
@@ -211,7 +210,7 @@ class Run:
         self._last = now.mark(), len(flight.path)
         if not self._happens(step, Seen(closes=True, stops=False)):
             flight.take_until(step, step.end)
-            take_out_drift(now, [])
+            keep_up(now)
             flight.restart()
 
     def _resting(self) -> list[int]:
@@ -223,21 +222,18 @@ class Run:
         flight.take(step)
         if flight.is_at_stop:
             # What acts may jump here: nothing of the step before is of use.
-            if now.resting.acts:
-                settle(now)
-            elif now.held is not None:
-                take_out_drift(now, [])
+            keep_up(now)
             flight.restart(jumps=True)
         elif now.resting.acts:
             landed = self._landed()
             if landed:
                 self._meet(landed)
-            elif settle(now):
+            elif keep_up(now):
                 flight.restart()
             else:
                 flight.drifted()
         elif now.held is not None:
-            take_out_drift(now, [])
+            keep_up(now)
             flight.drifted()
         else:
             flight.recentre()
@@ -315,10 +311,7 @@ class Run:
         now, flight = self._now, self._flight
         flight.take_until(*flight.up_to(step, kink.t, kink.off))
         kink.switch()
-        if now.resting.acts:
-            settle(now)
-        elif now.held is not None:
-            take_out_drift(now, [])
+        keep_up(now)
         flight.restart(jumps=True)
         return True
 
@@ -328,7 +321,7 @@ class Run:
         self._refuse_storm()
         if now.gaps is not None and self._only_wavers(closing):
             for i in closing:
-                now.base[i] -= now.gaps.waver(i)
+                now.base[i] -= now.gaps.items[i].waver
         else:
             taking_part = sorted({*closing, *(c.gap for c in now.resting.contacts)})
             self._striking.on_the_way(closing, taking_part)
@@ -345,10 +338,10 @@ class Run:
         if len(now.impacts) < most:
             return
         detail, gaps, names = f"max_impacts is {most}", now.gaps, now.scene.entry_names("contacts")
-        near = [] if gaps is None else [i for i in range(len(gaps.items)) if not gaps.exact(i)]
+        near = [] if gaps is None else [item for item in gaps.items if not item.exact]
         if gaps is not None and near:
             detail += (
-                f"; the distance of {names[gaps.entries[near[0]]]} is found by iteration, to 1e-7 "
+                f"; the distance of {names[near[0].entry]} is found by iteration, to 1e-7 "
                 "m only (ellipsoids on other than planes, rounded boxes, hulls of very many "
                 "corners), so that low bounces may never end: use other shapes, or Contacts at "
                 "points"
@@ -363,7 +356,9 @@ class Run:
         return tuple(
             c.gap
             for c in now.resting.contacts
-            if not gaps.rated[c.gap] and not gaps.items[c.gap].holds and now.closing(c.gap) < -LANDS
+            if not gaps.rated[c.gap]
+            and gaps.items[c.gap].held is None
+            and now.closing(c.gap) < -LANDS
         )
 
     def _lies_down(self, resting: Iterable[int]) -> bool:

@@ -81,7 +81,7 @@ def _come_to_rest(now: Present, touching: list[int]) -> None:
 
 def _has_to_move(held: HeldRows, q: np.ndarray, v: np.ndarray) -> bool:
     """Whether a constraint asks for another velocity than it has."""
-    rows = held.matrix(held.data, q)
+    rows = held.rows.matrix(held.data, q)
     missing = held.velocity - rows.dot(v)
     if held.kept is not None:
         missing[held.kept] = 0.0

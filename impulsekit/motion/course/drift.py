@@ -49,8 +49,8 @@ def _stuck(now: Present, gaps: Gaps) -> list[Place]:
     slip = gaps.velocities(now.resting.contacts, now.q, now.v).reshape(-1, 3)[:, :2]
     places, i = [], 0
     for c, one in enumerate(now.resting.contacts):
-        bound = getattr(gaps.items[one.gap], "capture_speed", 0.0)
-        bound = bound if one.friction and now.chatters(one.gap) else 0.0
+        chatters = one.friction and now.chatters(one.gap)
+        bound = gaps.items[one.gap].capture_speed if chatters else 0.0
         for k in range(one.count):
             if float(np.hypot(*slip[i])) < bound:
                 places += [(c, k, 0), (c, k, 1)]
@@ -89,7 +89,7 @@ def _of_positions(now: Present, pressed: list[Place]) -> None:
         if not np.abs(off).max(initial=0.0) > NO_DRIFT:
             return
         if held is not None:
-            rows.insert(0, held.matrix(held.data, now.q)[of_rows])
+            rows.insert(0, held.rows.matrix(held.data, now.q)[of_rows])
         change = now.dynamics.moved(now.q, np.vstack(rows), -off)
         now.q = pin.integrate(now.model, now.q, change)
 
@@ -98,7 +98,7 @@ def _of_velocities(now: Present, chosen: list[Place], *, turning: bool) -> None:
     held, gaps = now.held, now.gaps
     rows, wanted = [], []
     if held is not None:
-        rows.append(held.matrix(held.data, now.q))
+        rows.append(held.rows.matrix(held.data, now.q))
         wanted.append(held.velocity_at(now.t))
     if gaps is not None and chosen:
         matrix = gaps.rows(now.resting.contacts, now.q)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from ..gaps.resting import RestingContact
 from ..travel.meet import size_of_hop
@@ -12,29 +12,16 @@ from .present import Present
 __all__ = ["Hop", "find_hops", "low_hops"]
 
 
-@dataclass(frozen=True)
-class Hop:
+class Hop(NamedTuple):
     """A gap that opens, and will close again if its acceleration stays.
 
     Attributes:
-        gap: its index.
-        speed: at which it opens [m/s].
-        pull: its acceleration towards closing [m/s²].
+        gap: its index. duration: [s]. height: [m].
     """
 
     gap: int
-    speed: float
-    pull: float
-
-    @property
-    def duration(self) -> float:
-        """[s]."""
-        return size_of_hop(self.speed, self.pull)[0]
-
-    @property
-    def height(self) -> float:
-        """[m]."""
-        return size_of_hop(self.speed, self.pull)[1]
+    duration: float
+    height: float
 
 
 def find_hops(now: Present, struck: Iterable[int]) -> list[Hop]:
@@ -54,7 +41,7 @@ def find_hops(now: Present, struck: Iterable[int]) -> list[Hop]:
     rates = (rows.dot(acceleration) + bias)[2::3].tolist()
     owners = [c.gap for c in contacts for _ in range(c.count)]
     seen = zip(owners, speeds, rates, strict=True)
-    return [Hop(i, u, -a) for i, u, a in seen if a < 0.0 < u]
+    return [Hop(i, *size_of_hop(u, -a)) for i, u, a in seen if a < 0.0 < u]
 
 
 def low_hops(now: Present, hops: Sequence[Hop]) -> list[int]:

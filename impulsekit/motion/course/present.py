@@ -104,7 +104,7 @@ class Present:
         self.soft: dict[int, tuple[int, float]] = {}
         # What compiled code knows of what moves; a flight finds that out.
         self.mover: Mover | None = None
-        self.kinks = Kinks(self.dynamics, self._accelerations)
+        self.kinks = Kinks(self.dynamics, self.acceleration_at)
         self.kinks.begin(q, v)
 
     def strike(self, v: np.ndarray) -> None:
@@ -130,19 +130,14 @@ class Present:
         return changed
 
     def acceleration(self) -> np.ndarray:
-        """(nv,) v̇ now.
+        """(nv,) v̇ now; see ``acceleration_at``."""
+        return self.acceleration_at(self.t, self.q, self.v)
+
+    def acceleration_at(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(nv,) v̇ at a time [s] and state.
 
         Raises:
             Stopped: there is none.
-        """
-        with self.told():
-            return self.dynamics.acceleration(self.t, self.q, self.v)
-
-    def _accelerations(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(nv,) v̇ at another time [s] and state.
-
-        Raises:
-            Stopped: no solution.
         """
         with self.told():
             return self.dynamics.acceleration(t, q, v)
@@ -153,7 +148,7 @@ class Present:
         Raises:
             Stopped: no solution.
         """
-        self._accelerations(t, q, v)
+        self.acceleration_at(t, q, v)
         return self.resting.loaded()
 
     def left_to_tear(self, t: float, q: np.ndarray, v: np.ndarray, **more: bool) -> np.ndarray:
@@ -162,8 +157,8 @@ class Present:
         Raises:
             Stopped: no solution.
         """
-        with self.told(), self.resting.held():
-            self.dynamics.acceleration(t, q, v)
+        with self.resting.held():
+            self.acceleration_at(t, q, v)
         return self.resting.left_to_tear(**more)
 
     def closing(self, i: int) -> float:

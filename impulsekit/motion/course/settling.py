@@ -13,7 +13,7 @@ from ..zeros.closing import GRAZED
 from .drift import lay_down, take_out_drift
 from .present import Present
 
-__all__ = ["come_to_rest", "heed_stop", "settle"]
+__all__ = ["come_to_rest", "heed_stop", "keep_up", "settle"]
 
 # Slip below this share of the velocities counts as zero.
 ENDED = 1e-6
@@ -43,7 +43,7 @@ def come_to_rest(now: Present, candidates: Iterable[int], low: Collection[int] =
     rates = gaps.measure(now.q, now.v)[1].tolist() if gaps.all_rated else None
     for i in candidates:
         opening = now.closing(i) if rates is None else rates[i]
-        if i in low or opening <= max(slow, gaps.rest_speed(i)):
+        if i in low or opening <= max(slow, gaps.items[i].rest_speed):
             entry, friction = int(gaps.entries[i]), gaps.items[i].friction
             stays.append(before.get(i) or RestingContact(i, entry, friction, now.t))
     kept = {c.gap for c in stays}
@@ -95,6 +95,19 @@ def settle(now: Present, *, fresh: bool = False) -> bool:
         # Once more: what was found to slide may change the loads of the others.
         changed |= resting.update_slides(fresh=False)
     return changed
+
+
+def keep_up(now: Present) -> bool:
+    """At the end of a step: look at what rests, take out drift of what holds.
+
+    Returns:
+        Whether what rests does something else from here on.
+    """
+    if now.resting.acts:
+        return settle(now)
+    if now.held is not None:
+        take_out_drift(now, [])
+    return False
 
 
 def heed_stop(now: Present) -> None:

@@ -68,7 +68,9 @@ class Striking:
         """
         now = self._present
         approach = now.approach(closing)
-        soft = approach < max(now.settings.capture_speed, *self._capture_speeds(closing))
+        items = [] if now.gaps is None else now.gaps.items
+        slow = (items[i].capture_speed for i in closing)
+        soft = approach < max(now.settings.capture_speed, *slow)
         for i in closing:
             now.note_meeting(i, soft=soft)
         entries = now.entries_of(taking_part)
@@ -215,10 +217,6 @@ class Striking:
             now = scene_at(_without_restitution(later) if soft else later, self._present.t)
             return ImpactSolver(now).solve_touching
         return partial(solve_touching, self._soft if soft else later)
-
-    def _capture_speeds(self, gaps: Iterable[int]) -> list[float]:
-        items = [] if self._present.gaps is None else self._present.gaps.items
-        return [getattr(items[i], "capture_speed", 0.0) for i in gaps]
 
     def _accept(self, impact: Impact) -> None:
         now = self._present

@@ -76,7 +76,6 @@ class Dynamics:
         self._own_factor = Halves(
             memory.factor, memory.pivots, memory.mass, memory.branch, SMALLEST_PIVOT
         )
-        self._own_bias = memory.bias
         self._zero = np.zeros(self.model.nv)
         self._crba = crba_of(self.model)
         mimic = len(self.model.mimicking_joints) > 0
@@ -207,8 +206,8 @@ class Dynamics:
         if not np.isfinite(load).all():
             return np.full(model.nv, np.nan)
         held = self.held
-        rows = np.empty((0, model.nv)) if held is None else held.matrix(data, q)
-        wanted = np.empty(0) if held is None else held.rate_at(t) - held.bias(moving, q, v)
+        rows = np.empty((0, model.nv)) if held is None else held.rows.matrix(data, q)
+        wanted = np.empty(0) if held is None else held.rate_at(t) - held.rows.bias(moving, q, v)
         factor = self._factor(q, rows)
         load = factor.filled(load, wanted)
         if not self.resting.acts:
@@ -341,7 +340,7 @@ class Dynamics:
             # beside what balances: weights, and the turning of all that moves.
             # Not by a power, which fails where a product is infinite.
             fastest = float(np.abs(v).max())
-            turning = held.magnitude(data, q).sum(axis=1) * (fastest * fastest)
+            turning = held.rows.magnitude(data, q).sum(axis=1) * (fastest * fastest)
             weight = float(np.linalg.norm(self.model.gravity.linear))
             return sums + ROUNDED * (turning + weight)
 

@@ -15,7 +15,7 @@ from ...scene.driven import Driven, Rates, velocity_at
 __all__ = ["DrivenRows"]
 
 # A motion begins where its driven joints are, but for this [m, rad].
-BEGINS = 1e-6
+OFF_AT_START = 1e-6
 
 
 class DrivenRows:
@@ -71,7 +71,7 @@ class DrivenRows:
                 return pin.difference(model, there, q)[row : row + 1]
 
         off = float(drift(q, 0.0)[0])
-        if not abs(off) <= BEGINS:
+        if not abs(off) <= OFF_AT_START:
             raise InputError(
                 f'{self._name}: joint "{entry.joint}" begins {off:.3g} (rad or m) beside where it '
                 f"is driven, position(0) = {entry.place(0.0):.9g}; begin the motion there"

@@ -44,7 +44,6 @@ class HeldRows:
 
     Attributes:
         rows: of the scene's constraints.
-        names: of the rows.
         velocity: (m,) what the rows' velocities are kept at.
         kept: (m,) True where that is what it is at the start; None where none is.
     """
@@ -52,7 +51,6 @@ class HeldRows:
     def __init__(self, scene: Scene, reached: ReachedModel) -> None:
         self._model = reached.model
         self.rows = ConstraintRows.of(scene_at(scene, 0.0), reached, "constraints")
-        self.names = self.rows.names
         self.velocity = self.rows.velocity.copy()
         self.kept = self.rows.kept
         self._driven = [
@@ -72,7 +70,7 @@ class HeldRows:
     def start(self, q: np.ndarray, v: np.ndarray) -> None:
         """Take what "kept" rows keep, and where all rows stand, from the start of the motion."""
         self._data = self._model.createData()
-        before = self.matrix(self._data, q).dot(v)
+        before = self.rows.matrix(self._data, q).dot(v)
         self.velocity = self.rows.target(before).copy()
         pin.forwardKinematics(self._model, self._data, q)
         self._drifts = []
@@ -101,29 +99,17 @@ class HeldRows:
 
     def rate_at(self, t: float) -> np.ndarray:
         """(m,) how fast these velocities change."""
-        rate = np.zeros(len(self.names))
+        rate = np.zeros(len(self.velocity))
         for own in self._driven:
             rate[own.where] = own.acceleration(t)
         return rate
-
-    def matrix(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
-        """(m, nv) A at q."""
-        return self.rows.matrix(data, q)
-
-    def magnitude(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
-        """(m, nv) the size of the terms that make up A."""
-        return self.rows.magnitude(data, q)
-
-    def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(m,) Ȧ v; ``data`` with accelerations at zero joint acceleration."""
-        return self.rows.bias(data, q, v)
 
     def drift(self, q: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
         """(k,) how far coordinates are off at a time, and (k,) the rows they belong to."""
         pin.forwardKinematics(self._model, self.data, q)
         values: list[np.ndarray] = []
         rows: list[np.ndarray] = []
-        everywhere = np.arange(len(self.names))
+        everywhere = np.arange(len(self.velocity))
         for where, drift in self._drifts:
             values.append(drift(q, t))
             rows.append(everywhere[where])

@@ -205,7 +205,7 @@ class _Search:
         """When two bodies touch; infinity where they do not."""
         item = self._gaps.items[i]
         own = (motions[item.joint_ids[0]], motions[item.joint_ids[1]])
-        exact = self._gaps.exact(i)
+        exact = item.exact
         touch = TOUCH if exact else TOUCH_OF_COAL
 
         def sight_of(pair: PairOfPieces) -> Callable[[float], tuple]:

@@ -38,7 +38,7 @@ class JointKinks:
         self._joints, self._accelerate = joints, accelerate
         self._turning = Turning(model)
 
-    def begin(self, v: np.ndarray) -> None:
+    def begin(self, q: np.ndarray, v: np.ndarray) -> None:
         """Let joints move as a velocity (nv,) says, at the start or after a jump of it."""
         self._joints.begin(v)
 

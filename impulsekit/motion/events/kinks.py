@@ -39,29 +39,26 @@ class Kinks:
     ) -> None:
         loads, model = dynamics.forces.loads, dynamics.model
         self._springs = SpringKinks(loads, model)
-        joints = dynamics.resting.joints
-        self._joints = None if joints is None else JointKinks(joints, model, accelerate)
-        limited = (loads.kinks[:, 0] == LIMITED).any()
-        self._limits = LimitKinks(loads, model) if limited else None
+        self._others: list[LimitKinks | JointKinks] = []
+        if (loads.kinks[:, 0] == LIMITED).any():
+            self._others.append(LimitKinks(loads, model))
+        if dynamics.resting.joints is not None:
+            self._others.append(JointKinks(dynamics.resting.joints, model, accelerate))
 
     def __bool__(self) -> bool:
-        return bool(self._springs) or self._joints is not None or self._limits is not None
+        return bool(self._springs) or bool(self._others)
 
     def begin(self, q: np.ndarray, v: np.ndarray) -> None:
         """Set all for the state at which a motion begins."""
         self._springs.begin(q, v)
-        if self._limits is not None:
-            self._limits.begin(q, v)
-        if self._joints is not None:
-            self._joints.begin(v)
+        for own in self._others:
+            own.begin(q, v)
 
     def heed_jump(self, q: np.ndarray, v: np.ndarray) -> None:
         """After a jump of the velocity."""
         self._springs.heed_jump(q, v)
-        if self._limits is not None:
-            self._limits.begin(q, v)
-        if self._joints is not None:
-            self._joints.begin(v)
+        for own in self._others:
+            own.begin(q, v)
 
     def first(self, states: States, start: float, end: float) -> Kink | None:
         """The first kink within a step, if there is one.
@@ -73,8 +70,8 @@ class Kinks:
         if not end > start:
             return None
         found = self._springs.first(states, start, end)
-        for others in (self._limits, self._joints):
+        for own in self._others:
             until = end if found is None else found.t
-            if others is not None and until > start:
-                found = others.first(states, start, until) or found
+            if until > start:
+                found = own.first(states, start, until) or found
         return found

@@ -19,10 +19,11 @@ from ...errors import ContradictionError
 from ..course.present import Present
 from ..dynamics.held import HeldRows
 from ..record.path import NODES, Interpolant, Path
+from ..steps.steppers import Dense
 from ..tree.chart import Chart
 from ..zeros.roots import States
 
-__all__ = ["Leap", "find_leap", "strays"]
+__all__ = ["Step", "find_leap", "strays"]
 
 # So many steps are looked back: where they shrink, they do so by a fifth at least.
 MOST_BACK = 100
@@ -42,27 +43,27 @@ LOOKED_AT, WITHIN = (0.3, 0.6, 0.85), 1e3
 
 
 @dataclass(frozen=True, eq=False)
-class Leap:
-    """The way past a change point.
+class Step:
+    """One step of the integrator, or the way past a change point.
 
     Attributes:
-        kept: so many pieces of the path are kept.
         start, end: [s].
-        reference: (nq,) of the chart it is in.
+        reference: (nq,) of the chart it was made in.
         dense: y = (x, v) at a time within it.
         states: (q, v) at a time within it.
     """
 
-    kept: int
     start: float
     end: float
     reference: np.ndarray
-    dense: Interpolant
+    dense: Dense
     states: States
 
 
-def find_leap(now: Present, path: Path, since: float, until: float) -> Leap | None:
+def find_leap(now: Present, path: Path, since: float, until: float) -> tuple[int, Step] | None:
     """The way past the change point that a motion has come near to; None where there is none.
+
+    And before it, how many pieces of the path are kept.
 
     Of all steps from which a leap could begin, that which leads to the least errors behind it.
 
@@ -77,21 +78,22 @@ def find_leap(now: Present, path: Path, since: float, until: float) -> Leap | No
     starts = path.step_times[-MOST_BACK:]
     skipped = len(path) - len(starts)
     longest = float(np.diff([*starts, now.t]).max(initial=0.0))
-    best, least = None, math.inf
+    best: tuple[int, Step] | None = None
+    least = math.inf
     for i, start in enumerate(starts.tolist()):
         length = max(REACH * (now.t - start), LEAST_REACH * longest)
         if start - LEARNT * length < since or start + length > until:
             continue
-        leap = _learnt(now, path, start, length, kept=skipped + i)
+        leap = _learnt(now, path, start, length)
         off = _off_behind(now.held, leap)
         if off < OFF:
             off += _gained(now, leap)
         if off < min(least, OFF):
-            best, least = leap, off
+            best, least = (skipped + i, leap), off
     return best
 
 
-def _learnt(now: Present, path: Path, start: float, length: float, kept: int) -> Leap:
+def _learnt(now: Present, path: Path, start: float, length: float) -> Step:
     """A leap by the polynomial through states of the path before it."""
     chart, nv = Chart(now.model), now.model.nv
     begin = start - LEARNT * length
@@ -105,10 +107,10 @@ def _learnt(now: Present, path: Path, start: float, length: float, kept: int) ->
         y = dense(t)
         return np.array(chart.configuration(y[:nv])), y[nv:].copy()
 
-    return Leap(kept, start, start + length, chart.reference, dense, states)
+    return Step(start, start + length, chart.reference, dense, states)
 
 
-def _off_behind(held: HeldRows, leap: Leap) -> float:
+def _off_behind(held: HeldRows, leap: Step) -> float:
     """By which part of the terms in them velocities or places of constraints are off behind it."""
     q, v = leap.states(leap.end)
     off, terms = _velocities_off(held, q, v, leap.end)
@@ -118,7 +120,7 @@ def _off_behind(held: HeldRows, leap: Leap) -> float:
     return float((off[off > 0.0] / terms[off > 0.0]).max(initial=0.0))
 
 
-def _gained(now: Present, leap: Leap) -> float:
+def _gained(now: Present, leap: Step) -> float:
     """By which part velocities may be off for accelerations that are, at the end of a leap."""
     length = leap.end - leap.start
     apart = BRANCHES_APART * length
@@ -154,7 +156,7 @@ def _velocities_off(
     held: HeldRows, q: np.ndarray, v: np.ndarray, t: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """(m,) how far velocities of rows are off, and (m,) the size of the terms in them."""
-    rows, wanted = held.matrix(held.data, q), held.velocity_at(t)
+    rows, wanted = held.rows.matrix(held.data, q), held.velocity_at(t)
     # Rows, and the speeds that they hold, may be of rounding alone: all that moves counts.
-    terms = held.magnitude(held.data, q).sum(axis=1) * float(np.abs(v).max()) + np.abs(wanted)
+    terms = held.rows.magnitude(held.data, q).sum(axis=1) * float(np.abs(v).max()) + np.abs(wanted)
     return np.abs(rows.dot(v) - wanted), terms

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,7 +23,7 @@ from ..travel.mover import mover_of
 from ..travel.passage import Passage
 from ..tree.chart import Chart
 from ..zeros.roots import States
-from .change_point import find_leap, strays
+from .change_point import Step, find_leap, strays
 from .stepper import CompiledStepper
 from .strides import MOST, Stride, Strides
 from .watching import ForceWatch
@@ -38,24 +37,6 @@ MOST_TRIES = 7
 QUICK_TRIES = 2
 # Steps that leave the constraints within them are halved so often: to what is laid over by a leap.
 MOST_HALVINGS = 10
-
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """One step of the integrator.
-
-    Attributes:
-        start, end: [s].
-        reference: (nq,) of the chart it was made in.
-        dense: y = (x, v) at a time within it.
-        states: (q, v) at a time within it.
-    """
-
-    start: float
-    end: float
-    reference: np.ndarray
-    dense: Callable[[float], np.ndarray]
-    states: Callable[[float], tuple[np.ndarray, np.ndarray]]
 
 
 class Flight:
@@ -104,9 +85,8 @@ class Flight:
         if stepper is not None and not jumps and stepper.before[0] > 0.0:
             first = GO_ON
         now = self._present
-        x = self._chart.centred(now.q)
         self._since, self._until = now.t, self._watch.begin(now.t)
-        y = np.concatenate([x, now.v])
+        y = self._centred()
         with now.told():
             try:
                 self._stepper.reset(now.t, y, first, self._until)
@@ -146,21 +126,23 @@ class Flight:
 
     def drifted(self) -> None:
         """Go on from the present state, from which drift was taken out."""
-        now = self._present
-        x = self._chart.centred(now.q)
-        y = np.concatenate([x, now.v])
+        now, y = self._present, self._centred()
         with now.told():
             self._stepper.moved(y, self._rates(now.t, y))
+
+    def _centred(self) -> np.ndarray:
+        """(2 nv,) y of the present state, in a chart around it."""
+        now = self._present
+        return np.concatenate([self._chart.centred(now.q), now.v])
 
     def recentre(self) -> None:
         """Go on from the same state in a chart around it."""
         now, chart, stepper = self._present, self._chart, self._stepper
         if chart.is_flat:
             return
-        rates = stepper.f.copy()
-        x = chart.centred(now.q)
-        rates[: len(x)] = chart.rate(x, now.q, now.v)
-        stepper.moved(np.concatenate([x, now.v]), rates)
+        rates, y, nv = stepper.f.copy(), self._centred(), len(now.v)
+        rates[:nv] = chart.rate(y[:nv], now.q, now.v)
+        stepper.moved(y, rates)
 
     def step(self) -> Step:
         """One step from the present state, which stays what it is.
@@ -204,10 +186,11 @@ class Flight:
         leap = find_leap(now, path, self._since, self._until)
         if leap is None:
             return None
-        path.shorten(leap.kept)
-        now.t = leap.start
-        now.q, now.v = map(np.array, leap.states(leap.start))
-        return Step(leap.start, leap.end, leap.reference, leap.dense, leap.states)
+        kept, step = leap
+        path.shorten(kept)
+        now.t = step.start
+        now.q, now.v = map(np.array, step.states(step.start))
+        return step
 
     def stride(self, deepest: np.ndarray, most: float) -> tuple[Stride, Step | None] | None:
         """Many steps at once, and that in which something happens, which is not taken yet.
@@ -349,9 +332,7 @@ class Flight:
 
     def stand(self) -> None:
         """A piece of no length, for motions that end where they begin or in an impact."""
-        now = self._present
-        x = self._chart.centred(now.q)
-        y = np.concatenate([x, now.v])
+        now, y = self._present, self._centred()
         self.path.append(now.t, now.t, self._chart.reference, lambda _: y)
 
     def _rates(self, t: float, y: np.ndarray) -> np.ndarray:

@@ -17,7 +17,6 @@ from ..events.look import look
 from ..rest.law import RestNotSolved
 from ..steps.compiled import NOT_SOLVED, UNSAFE, attempt
 from ..steps.explicit import GO_ON, ExplicitStepper, Output, Rhs, tableau
-from ..steps.system import Work
 from ..steps.tables import work_of
 from ..travel.mover import Mover
 
@@ -33,6 +32,7 @@ class CompiledStepper(ExplicitStepper):
         within: the time at which forces are evaluated, for a time of the integrator.
 
     Attributes:
+        work: the last step. tolerances: relative and absolute.
         is_patient: whether a step whose forces at rest compiled code does not find is made stage
             by stage, where another search is at hand.
     """
@@ -48,48 +48,39 @@ class CompiledStepper(ExplicitStepper):
         within: Callable[[float], float],
     ) -> None:
         super().__init__(rhs, rtol, atol)
+        self.tolerances = rtol, atol
         self._mover, self._within = mover, within
-        self._work = work_of(0, 0)
+        self.work = work_of(0, 0)
         self._is_compiled = False
         self.is_patient = False
 
-    @property
-    def work(self) -> Work:
-        """The last step."""
-        return self._work
-
-    @property
-    def tolerances(self) -> tuple[float, float]:
-        """Relative and absolute."""
-        return self._rtol, self._atol
-
     def go_on(self, t: float, y: np.ndarray, f: np.ndarray, clock: np.ndarray) -> None:
         """Go on after steps that were made elsewhere; ``clock`` of ``Track``."""
-        self.t, self.y, self.f, self._length = t, y, f, float(clock[1])
-        self._before = float(clock[5]), float(clock[6])
+        self.t, self.y, self.f, self.length = t, y, f, float(clock[1])
+        self.before = float(clock[5]), float(clock[6])
 
     def reset(self, t: float, y: np.ndarray, first: float | None, end: float) -> None:
         """Go on from elsewhere."""
-        if self._work.slopes.shape[1] != len(y):
+        if self.work.slopes.shape[1] != len(y):
             driven = self._mover.driven
-            self._work = work_of(len(y) // 2, driven.count)
-            for row in self._work.driven if driven.is_constant else ():
+            self.work = work_of(len(y) // 2, driven.count)
+            for row in self.work.driven if driven.is_constant else ():
                 driven.write(0.0, row)
         span, goes_on = end - t, first == GO_ON
         length = None
         if span > 0.0:
             asked = 0.0 if goes_on else span
-            length = self._mover.begin(self._work, y, asked, self.tolerances)
+            length = self._mover.begin(self.work, y, asked, self.tolerances)
         if length is None:
             super().reset(t, y, first, end)
         else:
             self.t, self.y, self._end = t, y, end
-            self._before = 0.0, 0.0
-            self.f = self._work.slopes[0].copy()
+            self.before = 0.0, 0.0
+            self.f = self.work.slopes[0].copy()
             if not goes_on:
                 given = 0.0 if first is None else min(first, span)
-                self._length = given if given > 0.0 else length
-        self._slopes = self._work.slopes
+                self.length = given if given > 0.0 else length
+        self._slopes = self.work.slopes
 
     def _try(self, t: float, h: float, y: np.ndarray) -> tuple[np.ndarray, float]:
         self.code.load()
@@ -103,7 +94,7 @@ class CompiledStepper(ExplicitStepper):
             self.code.wait(spent)
             look.wait(spent)
             return found
-        work, driven = self._work, self._mover.driven
+        work, driven = self.work, self._mover.driven
         work.before[:] = y
         if not driven.is_constant:
             times = tableau().times.tolist()
@@ -113,7 +104,7 @@ class CompiledStepper(ExplicitStepper):
                     work.driven[s] = work.driven[s - 1]
                 else:
                     driven.write(self._within(t + times[s] * h), work.driven[s])
-        state, error = self.code(system, tableau(), work, h, self._rtol, self._atol)
+        state, error = self.code(system, tableau(), work, h, *self.tolerances)
         self._mover.count(len(work.slopes) - 1 if error < 1.0 else self._count)
         if state == NOT_SOLVED and not self.is_patient:
             raise RestNotSolved("no forces at a stage of a step")
@@ -127,9 +118,9 @@ class CompiledStepper(ExplicitStepper):
         """What may happen in the last step, which goes from start to end [s]."""
         if not (self._is_compiled and look.is_compiled):
             return Seen(True, bool(resting))
-        return self._mover.look(self._work, (start, end), base, resting)
+        return self._mover.look(self.work, (start, end), base, resting)
 
     def _output(self, t: float, h: float, y: np.ndarray, after: np.ndarray) -> Output:
         if not self._is_compiled:
             return super()._output(t, h, y, after)
-        return Output(t, h, y, self._work.powers.copy())
+        return Output(t, h, y, self.work.powers.copy())

@@ -15,7 +15,7 @@ from ..steps.explicit import Output
 from ..travel.advance import Log
 from ..travel.journey import Ledger
 
-__all__ = ["Stretch", "output_of"]
+__all__ = ["Stretch"]
 
 
 class Stretch:
@@ -35,11 +35,6 @@ class Stretch:
         self._items, self._slow, self._negligible = gaps, resting.slow, resting.negligible
         self._footings: dict[int, Footing] = {}
 
-    @property
-    def starts(self) -> list[float]:
-        """When each step begins [s]."""
-        return [float(t) for t in self._log.starts.tolist()]
-
     def piece(self, k: int) -> Piece:
         """One of the steps."""
         log, first = self._log, int(self._firsts[k])
@@ -47,7 +42,8 @@ class Stretch:
         if footing is None:
             footing = self._footings[first] = self._footing(first)
         start, end = float(log.starts[k]), float(log.ends[k])
-        return Piece(start, end, log.references[k], output_of(log, k), footing)
+        dense = Output(start, float(log.lengths[k]), log.before[k], log.powers[k])
+        return Piece(start, end, log.references[k], dense, footing)
 
     @cached_property
     def _firsts(self) -> np.ndarray:
@@ -71,8 +67,3 @@ class Stretch:
             own = int(gaps.entries[i]), gaps.items[i].friction, float(self._since[k, at])
             contacts.append(RestingContact(i, *own, 1, self._log.slides[k, point]))
         return Footing(tuple(contacts), (None,) * n, self._slow, self._negligible)
-
-
-def output_of(log: Log, k: int) -> Output:
-    """The dense output of a step."""
-    return Output(float(log.starts[k]), float(log.lengths[k]), log.before[k], log.powers[k])

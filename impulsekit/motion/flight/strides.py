@@ -52,6 +52,9 @@ class Strides:
     Args:
         now: the motion. mover: what compiled code knows of it.
         chart, stepper, path: of its flight.
+
+    Attributes:
+        known: whether compiled code may make many steps of this motion.
     """
 
     def __init__(
@@ -63,22 +66,17 @@ class Strides:
         self._rules = rules_of(now, changes=bool(now.kinks))
         self._turning = chart.turning.astype(float)
         gaps = now.gaps
-        self._known = mover.driven.is_constant and (gaps is None or bool(gaps.tabled.all()))
+        self.known = mover.driven.is_constant and (gaps is None or bool(gaps.tabled.all()))
         travel.load()
-
-    @property
-    def known(self) -> bool:
-        """Whether compiled code may make many steps of this motion."""
-        return self._known
 
     @property
     def can(self) -> bool:
         """Whether there is compiled code for what moves now."""
-        return self._known and travel.is_compiled and not self._now.passing
+        return self.known and travel.is_compiled and not self._now.passing
 
     def wait(self, seconds: float) -> None:
         """Steps took so long in another way [s]."""
-        if self._known:
+        if self.known:
             travel.wait(seconds)
             if travel.is_compiled:
                 # Steps made singly are to be those that are made at once.
@@ -110,7 +108,7 @@ class Strides:
         mover.count(made)
         if count:
             stretch = Stretch(log, ledger, count, now.gaps, now.resting)
-            self._path.extend(stretch.starts, stretch.piece)
+            self._path.extend(log.starts[:count].tolist(), stretch.piece)
         met = met_in(ledger)
         if met:
             rest_as(now, hold)

@@ -33,7 +33,7 @@ class ForceWatch:
     def __init__(self, forces: ForceField, settings: MotionSettings) -> None:
         self._forces = forces
         self._end = settings.duration
-        ends = {*settings.stop_times, *forces.corners}
+        ends = {*settings.stop_times, *forces.driven.corners}
         self._stops = sorted(t for t in ends if 0.0 < t < settings.duration)
         self._spacing = settings.duration / LOOKS
         self._largest: np.ndarray | None = None

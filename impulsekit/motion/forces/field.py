@@ -24,6 +24,8 @@ class ForceField:
     Attributes:
         loads: the tables. driven: what in them is a function of time.
         is_known: whether the tables have all of the scene's forces.
+        has_functions: whether some force is a function that a user gave; asks_for_states: whether
+            one of them asks for q and v.
         on_bodies: whether some force acts on a body; its wrench needs kinematics.
     """
 
@@ -34,6 +36,8 @@ class ForceField:
             (rows, _function(scene, entry, rows.stop - rows.start)) for entry, rows in functions
         ]
         self.is_known = has_all and not functions
+        self.asks_for_states = bool(functions)
+        self.has_functions = bool(functions or self.driven.given)
         self._row = np.zeros(self.driven.count)
         loads = self.loads
         # Python reads lists faster than arrays; what has no kink stays what it is.
@@ -49,11 +53,6 @@ class ForceField:
             self._wrenches.append(pin.Force.Zero())
         # The memory of the same.
         self._force = rows_of(self._wrenches, lambda force: force.vector, model.njoints, MOTION)
-
-    @property
-    def corners(self) -> list[float]:
-        """Times at which a table has a corner [s]."""
-        return self.driven.corners
 
     @property
     def constant_torque(self) -> np.ndarray | None:
@@ -91,16 +90,6 @@ class ForceField:
     def potential(self, q: np.ndarray, memory: Memory) -> float:
         """The energy in the springs [J]; ``memory`` with the placements at q."""
         return float(potential_of(self.loads, memory.places, memory.speeds, q))
-
-    @property
-    def has_functions(self) -> bool:
-        """Whether some force is a function that a user gave."""
-        return bool(self._functions or self.driven.given)
-
-    @property
-    def asks_for_states(self) -> bool:
-        """Whether some function that a user gave asks for q and v."""
-        return bool(self._functions)
 
     def given(self, t: float, q: np.ndarray, v: np.ndarray) -> list[np.ndarray]:
         """What the users' functions give: torques, forces and couples, each by itself."""

@@ -90,6 +90,7 @@ class CollidingGap:
         rest_speed: slower points rest [m/s].
         waver: how far the distance may be off [m].
         joint_ids: of both bodies.
+        held: the points that are held, another list whenever they are others; None where none are.
         pairs: of their convex pieces, each of the first with each of the other.
     """
 
@@ -138,7 +139,7 @@ class CollidingGap:
         self.capture_speed = SLOW if slow else self.rest_speed
         self.waver = WAVER if self.exact else WAVER_OF_COAL
         self._ellipse = ellipse_of(robot, reached, entry, index)
-        self._held: list[HeldPoint] | None = None
+        self.held: list[HeldPoint] | None = None
 
     @property
     def smaller_radius(self) -> float:
@@ -173,43 +174,29 @@ class CollidingGap:
 
         Only for bodies with corners, and for round ones on faces; ``data`` with placements.
         """
-        self._held = None
+        self.held = None
         if data is not None and self.has_corners:
-            self._held = self._touching(self._places(data))
+            self.held = self._touching(self._places(data))
         elif data is not None and self.has_tips:
-            self._held = self._touching_tips(self._places(data), TOUCHING)
-
-    @property
-    def holds(self) -> bool:
-        """Whether points are held."""
-        return self._held is not None
-
-    @property
-    def held(self) -> list[HeldPoint] | None:
-        """The points that are held; another list whenever they are others."""
-        return self._held
-
-    def hold_again(self, points: list[HeldPoint] | None) -> None:
-        """Follow points that were held before."""
-        self._held = points
+            self.held = self._touching_tips(self._places(data), TOUCHING)
 
     def in_table(self) -> list[TableRow] | None:
         """The held points as rows of a table; None where points are found anew each time."""
-        if self._held is None or self._ellipse is not None:
+        if self.held is None or self._ellipse is not None:
             return None
-        return [point.row(self.joint_ids) for point in self._held]
+        return [point.row(self.joint_ids) for point in self.held]
 
     def keep(self, points: np.ndarray) -> None:
         """Let go of held points but those told: (k,) True for what stays."""
-        self._held = [p for p, stays in zip(self._held or (), points, strict=True) if stays]
+        self.held = [p for p, stays in zip(self.held or (), points, strict=True) if stays]
 
     def held_gaps(self, data: pin.Data) -> np.ndarray:
         """(k,) the gap of each held point [m]; ``data`` with placements."""
-        return gaps_and_ends(self._held or (), self._places(data))[0]
+        return gaps_and_ends(self.held or (), self._places(data))[0]
 
     def held_inside(self, data: pin.Data) -> np.ndarray:
         """(k,) how far each held point is from the end of its face or edges [m]."""
-        return gaps_and_ends(self._held or (), self._places(data))[1]
+        return gaps_and_ends(self.held or (), self._places(data))[1]
 
     def point_again(
         self,
@@ -308,8 +295,8 @@ class CollidingGap:
 
     def _points(self, places: list[pin.SE3], margin: float) -> list[HeldPoint] | None:
         """Those held, or those that could be held now, tips up to so far apart; None without."""
-        if self._held is not None or not (self.has_corners or self.has_tips):
-            return self._held
+        if self.held is not None or not (self.has_corners or self.has_tips):
+            return self.held
         return self._touching(places) if self.has_corners else self._touching_tips(places, margin)
 
     def _touching_tips(self, places: list[pin.SE3], margin: float) -> list[HeldPoint] | None:

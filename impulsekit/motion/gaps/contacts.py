@@ -34,11 +34,14 @@ class Gaps:
         entries: (m,) the contact each belongs to.
         rated: (m,) whether a gap comes with its rate. tabled: (m,) whether compiled code has it.
         arms: (k,) of the tabled ones, what besides its place it is the sum of [m, rad].
-        turning: how fast bodies turn.
+        all_rated: whether every gap comes with its rate.
+        rated_table: those that are tabled; None without any.
+        turning: how fast bodies turn. model: that they are of.
+        has_conditions: whether some contacts count only while a condition holds.
     """
 
     def __init__(self, scene: Scene, reached: ReachedModel) -> None:
-        self._model = reached.model
+        self.model = reached.model
         self.items: list = []
         names = scene.entry_names("contacts")
         for i, entry in enumerate(scene.contacts):
@@ -62,7 +65,7 @@ class Gaps:
                 self.items.append(CollidingGap(scene.robot, reached, entry, i))
         self.entries = np.array([item.entry for item in self.items], dtype=int)
         self.rated = np.array([item.has_rate for item in self.items], dtype=bool)
-        self._all_rated = bool(self.rated.all())
+        self.all_rated = bool(self.rated.all())
         self.turning = Turning(reached.model)
         self._conditions: dict[int, tuple[Callable[[Any, Any], Any], str]] = {
             i: (entry.active, name)
@@ -71,20 +74,16 @@ class Gaps:
             )
             if getattr(entry, "active", None) is not None
         }
+        self.has_conditions = bool(self._conditions)
         self._memory: Memory | None = None
         # Functions of users have rates, but are in no table.
         self._functions = [i for i, item in enumerate(self.items) if isinstance(item, FunctionGap)]
         self.tabled = self.rated.copy()
         self.tabled[self._functions] = False
         rows = [row for i in np.flatnonzero(self.tabled) for row in self.items[i].in_table()]
-        self._rated_table = table_of(rows) if rows else None
+        self.rated_table = table_of(rows) if rows else None
         self.arms = np.array([self.items[i].arms for i in np.flatnonzero(self.tabled)])
         self._tables = PointTables(self.items, self.rated)
-
-    @property
-    def model(self) -> pin.Model:
-        """The model that gaps are of."""
-        return self._model
 
     @property
     def data(self) -> pin.Data:
@@ -101,11 +100,6 @@ class Gaps:
         if found is None:
             return True
         return bool(numbers_from(found[0], f"{found[1]}: active", 1, q, v)[0] > 0.0)
-
-    @property
-    def has_conditions(self) -> bool:
-        """Whether some contacts count only while a condition holds."""
-        return bool(self._conditions)
 
     @cached_property
     def paired(self) -> np.ndarray:
@@ -132,25 +126,15 @@ class Gaps:
             balls[i] = self.items[i].balls
         return balls
 
-    @property
-    def rated_table(self) -> Table | None:
-        """The gaps that come with a rate."""
-        return self._rated_table
-
     def are_rated(self, contacts: Sequence[RestingContact]) -> bool:
         """Whether the gaps of contacts come with their rates."""
-        return self._all_rated or all(self.rated[contact.gap] for contact in contacts)
-
-    @property
-    def all_rated(self) -> bool:
-        """Whether every gap comes with its rate."""
-        return self._all_rated
+        return self.all_rated or all(self.rated[contact.gap] for contact in contacts)
 
     @property
     def _shown(self) -> Memory:
         # Made late: frames are added to the model until all is compiled.
         if self._memory is None:
-            self._memory = Memory(self._model)
+            self._memory = Memory(self.model)
         return self._memory
 
     def measure(
@@ -161,12 +145,12 @@ class Gaps:
         ``which``: the indices of the gaps asked for; None for those that come with a rate.
         """
         memory = self._shown
-        pin.forwardKinematics(self._model, memory.data, q, v)
+        pin.forwardKinematics(self.model, memory.data, q, v)
         count = len(self.items)
         found = np.full((2, count), np.nan)
-        if self._rated_table is not None:
+        if self.rated_table is not None:
             own = gaps_and_rates(
-                self._rated_table,
+                self.rated_table,
                 memory.places,
                 memory.speeds,
                 np.ascontiguousarray(q),
@@ -178,7 +162,7 @@ class Gaps:
                 found[:, self.tabled] = own
         for i in self._functions:
             found[:, i] = self.items[i].gap_and_rate(q, v)
-        if which is not None and not self._all_rated:
+        if which is not None and not self.all_rated:
             asked = np.zeros(count, dtype=bool)
             asked[list(which)] = True
             asked &= ~self.rated
@@ -191,7 +175,7 @@ class Gaps:
 
     def move(self, q: np.ndarray, v: np.ndarray) -> None:
         """Let ``data`` have the placements and velocities of a state."""
-        pin.forwardKinematics(self._model, self.data, q, v)
+        pin.forwardKinematics(self.model, self.data, q, v)
 
     def pose(self, joint_id: int) -> Pose:
         """Of a joint's frame in ``data``, in world axes."""
@@ -213,7 +197,7 @@ class Gaps:
         ``memory`` with placements, velocities, and accelerations at zero joint acceleration.
         """
         data, table = memory.data, self.table(contacts)
-        pin.computeJointJacobians(self._model, data)
+        pin.computeJointJacobians(self.model, data)
         if table is not None and memory.kinematics is not None:
             return rows_and_bias(table, memory.kinematics)
         rows, biases = [], []
@@ -229,7 +213,7 @@ class Gaps:
         self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """The same at a state of which nothing is known yet."""
-        pin.forwardKinematics(self._model, self.data, q, v, np.zeros(self._model.nv))
+        pin.forwardKinematics(self.model, self.data, q, v, np.zeros(self.model.nv))
         return self.rows_and_bias(contacts, q, v, self._shown)
 
     def table(self, contacts: Sequence[RestingContact]) -> Table | None:
@@ -242,34 +226,20 @@ class Gaps:
 
     def hold(self, contacts: Sequence[RestingContact], q: np.ndarray) -> None:
         """Follow the points at which polyhedra touch at q from here on; let go of all others."""
-        if self._all_rated:
+        if self.all_rated:
             return
-        pin.forwardKinematics(self._model, self.data, q)
+        pin.forwardKinematics(self.model, self.data, q)
         resting = {contact.gap for contact in contacts}
         for i in np.flatnonzero(~self.rated).tolist():
             self.items[i].hold(self.data if i in resting else None)
 
-    def rest_speed(self, i: int) -> float:
-        """Points of a gap that open more slowly than this rest, whatever else is asked [m/s]."""
-        return 0.0 if self.rated[i] else float(self.items[i].rest_speed)
-
     def rounding(self, i: int, gap: float) -> float:
         """By how much a gap of this size with a rate, measured last, is rounded [m, rad]."""
-        if self._rated_table is None or not self.tabled[i]:
+        if self.rated_table is None or not self.tabled[i]:
             # Of a user's function it is not known what its terms are: of the order of 1.
             return ROUNDED * (gap + 1.0)
         k = int(np.count_nonzero(self.tabled[:i]))
-        return float(
-            rounding_of(self._rated_table, k, self._shown.places, float(self.arms[k]), gap)
-        )
-
-    def exact(self, i: int) -> bool:
-        """Whether a gap is told to rounding."""
-        return bool(self.rated[i]) or self.items[i].exact
-
-    def waver(self, i: int) -> float:
-        """How far a gap may be off where bodies have just parted [m]."""
-        return 0.0 if self.rated[i] else float(self.items[i].waver)
+        return float(rounding_of(self.rated_table, k, self._shown.places, float(self.arms[k]), gap))
 
     def let_go_of_rising(
         self,
@@ -283,12 +253,12 @@ class Gaps:
 
         Of gaps that are ``chattering`` only of what would come back above the capture speed.
         """
-        if self._all_rated:
+        if self.all_rated:
             return
-        pin.computeJointJacobians(self._model, self.data, q)
+        pin.computeJointJacobians(self.model, self.data, q)
         for contact in contacts:
             item = self.items[contact.gap]
-            if not self.rated[contact.gap] and item.holds:
+            if not self.rated[contact.gap] and item.held is not None:
                 rising = item.rows(self.data, q).dot(v)[2::3]
                 least = item.capture_speed if contact.gap in chattering else item.rest_speed
                 item.keep(rising <= max(speed, least))
@@ -300,7 +270,7 @@ class Gaps:
             Whether it could be done: points that are found anew each time are not held.
         """
         item = self.items[contact.gap]
-        if self.rated[contact.gap] or not item.holds:
+        if self.rated[contact.gap] or item.held is None:
             return False
         if gone is None:
             item.hold(None)
@@ -314,7 +284,9 @@ class Gaps:
         self, contacts: Sequence[RestingContact], q: np.ndarray, v: np.ndarray
     ) -> np.ndarray:
         """(n,) the gaps of resting points [m]: of a held one its own."""
-        held = {c.gap for c in contacts if not self.rated[c.gap] and self.items[c.gap].holds}
+        held = {
+            c.gap for c in contacts if not self.rated[c.gap] and self.items[c.gap].held is not None
+        }
         values, _ = self.measure(q, v, [c.gap for c in contacts if c.gap not in held])
         return np.concatenate(
             [
@@ -341,7 +313,7 @@ class Gaps:
         below, inside = np.inf, []
         for contact in contacts:
             item = self.items[contact.gap]
-            if contact not in own or not item.holds:
+            if contact not in own or item.held is None:
                 inside.append(np.full(contact.count, np.inf))
                 if contact in own:
                     below = min(below, float(values[contact.gap]) + item.drift(self.data))
@@ -360,10 +332,10 @@ class Gaps:
     def rows(self, contacts: Sequence[RestingContact], q: np.ndarray) -> np.ndarray:
         """(3n, nv) rows of contacts."""
         data, table = self.data, self.table(contacts)
-        pin.computeJointJacobians(self._model, data, q)
+        pin.computeJointJacobians(self.model, data, q)
         if table is not None and self._shown.kinematics is not None:
             return rows_and_bias(table, self._shown.kinematics)[0]
         rows = [self.items[contact.gap].rows(data, q) for contact in contacts]
         for contact, own in zip(contacts, rows, strict=True):
             contact.count = len(own) // 3
-        return np.vstack(rows) if rows else np.empty((0, self._model.nv))
+        return np.vstack(rows) if rows else np.empty((0, self.model.nv))

@@ -84,7 +84,9 @@ class PointTables:
         self, contacts: Sequence[RestingContact], pairs: Pairs, paired: np.ndarray
     ) -> Held | None:
         own = [(c, self._items[c.gap]) for c in contacts]
-        if not all(self._rated[c.gap] or (paired[c.gap] and item.holds) for c, item in own):
+        if not all(
+            self._rated[c.gap] or (paired[c.gap] and item.held is not None) for c, item in own
+        ):
             return None
         borders, spans, rows, first = [np.zeros((0, 6))], [(0, 0)], [np.zeros((0, 3), int)], 0
         is_held: list[bool] = []

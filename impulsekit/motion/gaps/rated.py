@@ -19,11 +19,17 @@ from ...scene.friction import EllipticFriction, friction_at_rest
 __all__ = ["FunctionGap", "PlaneGap", "RopeGap", "StopGap"]
 
 
-class _PairGap:
+class _RatedGap:
+    """What gaps with rates have in common with those of colliding bodies: they hold no points."""
+
+    has_rate = exact = True
+    held = None
+    waver = rest_speed = capture_speed = 0.0
+
+
+class _PairGap(_RatedGap):
     """Of a point and what it meets or hangs on."""
 
-    has_rate = True
-    held = None
     arms: float
     _pair: Pair
 
@@ -52,7 +58,6 @@ class PlaneGap(_PairGap):
         self._fixed = not said.other.moves
         self.joint_ids = (self._pair.first.joint_id, self._pair.other.joint_id)
         # In the world, or in the axes of the plane's frame.
-        self._normal = said.axes[:, 2]
         self._origin = said.other.placement.translation
         self.arms = _arms(reached.model, self._pair.first.frame_id)
         self.arms += float(np.abs(self._origin).max())
@@ -101,11 +106,8 @@ class RopeGap(_PairGap):
         return [(ROPE, first.joint_id, other.joint_id, numbers)]
 
 
-class FunctionGap:
+class FunctionGap(_RatedGap):
     """A gap that is a function of q, and the rate of that."""
-
-    has_rate = True
-    held = None
 
     def __init__(self, robot: Robot, entry: GapContact, index: int, name: str) -> None:
         self.entry, self.friction = index, entry.friction
@@ -131,7 +133,7 @@ class FunctionGap:
         return self.said.bias(q, v)
 
 
-class StopGap:
+class StopGap(_RatedGap):
     """A joint before one of its limits.
 
     Attributes:
@@ -139,8 +141,6 @@ class StopGap:
         sign: 1 for the lower limit, -1 for the upper one: which way it pushes.
     """
 
-    has_rate = True
-    held = None
     friction = 0.0
 
     def __init__(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from ...scene import Scene
 from ..dynamics.accelerations import Dynamics
 from ..gaps.resting import RestingContact
 
-__all__ = ["Flow"]
+__all__ = ["Flow", "slopes"]
 
 # Relative and absolute tolerance of the motions that are differentiated.
 RTOL, ATOL = 1e-12, 1e-13
@@ -38,7 +38,6 @@ class Flow:
         self._model = self._dynamics.model
         of_scene = scene.entry_names("contacts")
         self._entries = [i for i, name in enumerate(of_scene) if name in names]
-        self._is_set = not names
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(nv,) v̇ at a state of the motion itself."""
@@ -87,16 +86,12 @@ class Flow:
         still = np.zeros(2 * nv)
         q_end, v_end = self._moved(start, end, q, v, still)
 
-        def slope(by: np.ndarray) -> np.ndarray:
+        def away(by: np.ndarray) -> np.ndarray:
             ends = [self._moved(start, end, q, v, sign * by) for sign in (1.0, -1.0)]
             ways = [pin.difference(model, q_end, place) for place, _ in ends]
-            return np.concatenate([ways[0] - ways[1], ends[0][1] - ends[1][1]]) / 2.0
+            return np.concatenate([ways[0] - ways[1], ends[0][1] - ends[1][1]])
 
-        columns = []
-        for unit in STEP * np.eye(2 * nv):
-            fine, coarse = slope(unit), slope(2.0 * unit)
-            columns.append((8.0 * fine - coarse) / (6.0 * STEP))
-        return np.array(columns).T, q_end, v_end
+        return slopes(away, np.full(2 * nv, STEP)), q_end, v_end
 
     def _moved(
         self, start: float, end: float, q: np.ndarray, v: np.ndarray, by: np.ndarray
@@ -117,3 +112,16 @@ class Flow:
         found = solve_ivp(rates, (start, end), y, "DOP853", [end], rtol=RTOL, atol=ATOL)
         y = found.y[:, -1]
         return pin.integrate(model, reference, y[:nv]), y[nv:]
+
+
+def slopes(away: Callable[[np.ndarray], np.ndarray], steps: np.ndarray) -> np.ndarray:
+    """Central differences, of which two are extrapolated: their error is of fourth order.
+
+    Args:
+        away: how far the values a step (n,) before and after are apart.
+        steps: (n,) by direction.
+    """
+    columns = []
+    for step, unit in zip(steps.tolist(), np.diag(steps), strict=True):
+        columns.append((8.0 * away(unit) - away(2.0 * unit)) / (12.0 * step))
+    return np.array(columns).T

@@ -27,7 +27,7 @@ from ...tolerances import NONZERO
 from ..dynamics.accelerations import Dynamics
 from ..gaps.resting import RestingContact
 from ..simulate import simulate
-from .flow import ATOL, RTOL
+from .flow import ATOL, RTOL, slopes
 from .sensitivity import Chain
 
 if TYPE_CHECKING:
@@ -328,7 +328,7 @@ class _Search:
             ways = pin.difference(self._model, ends[1][0], ends[0][0])
             return np.concatenate([ways, ends[0][1] - ends[1][1]])
 
-        return _slopes(away, np.maximum(1.0, np.abs(x)))
+        return slopes(away, ORBIT_STEP * np.maximum(1.0, np.abs(x)))
 
     def _back_slope(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(n, 2 nv) how what returns changes with the state."""
@@ -341,7 +341,7 @@ class _Search:
             ]
             return there[0] - there[1]
 
-        return _slopes(away, np.ones(2 * nv))
+        return slopes(away, np.full(2 * nv, ORBIT_STEP))
 
     def _orbit(self, x: np.ndarray, motion: Trajectory, off: np.ndarray) -> Orbit:
         index = self._hit(motion)
@@ -355,13 +355,3 @@ class _Search:
         lock(x, q, v, derivative)
         residual = float(np.abs(off).max())
         return Orbit(x, q, v, time, period, derivative, residual, by_differences)
-
-
-def _slopes(away: Callable[[np.ndarray], np.ndarray], sizes: np.ndarray) -> np.ndarray:
-    """Central differences, of which two are extrapolated: their error is of fourth order."""
-    columns = []
-    for i, size in enumerate(sizes.tolist()):
-        unit = np.zeros(len(sizes))
-        unit[i] = ORBIT_STEP * size
-        columns.append((8.0 * away(unit) - away(2.0 * unit)) / (12.0 * ORBIT_STEP * size))
-    return np.array(columns).T

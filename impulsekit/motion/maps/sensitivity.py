@@ -6,6 +6,7 @@ impacts and the flows Φ between them. Over a period it is the monodromy matrix.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise, permutations
 from typing import TYPE_CHECKING
@@ -140,18 +141,23 @@ class Chain:
     def followed(self) -> Sensitivity:
         """The whole chain."""
         motion = self._motion
-        t = 0.0
-        at_start = bool(motion.impacts) and motion.impacts[0][0] <= 0.0
-        q, v = (None, None) if at_start else motion.at(0.0)
-        for time, impact in motion.impacts:
-            if q is not None and v is not None and time > t:
-                self._flow(t, time, q, v)
-            self._strike(time, impact)
-            t, q, v = time, impact.q, impact.v_after
-        if q is not None and v is not None and motion.duration > t:
+        t, q, v = self._through(motion.impacts)
+        if motion.duration > t:
             self._flow(t, motion.duration, q, v)
         self._total.setflags(write=False)
         return Sensitivity(self._total, tuple(self._saltations))
+
+    def _through(
+        self, impacts: Sequence[tuple[float, Impact]]
+    ) -> tuple[float, np.ndarray, np.ndarray]:
+        """The time [s] and state after some impacts from the start on, which are passed."""
+        t, (q, v) = 0.0, self._motion.at(0.0)
+        for time, impact in impacts:
+            if time > t:
+                self._flow(t, time, q, v)
+            self._strike(time, impact)
+            t, q, v = time, impact.q, impact.v_after
+        return t, q, v
 
     def to_impact(self, index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """As far as one of the impacts of the motion, which is later than its start.
@@ -160,14 +166,8 @@ class Chain:
             (2 nv, 2 nv) the derivative of the state before it and (2 nv, 2 nv) of that after it,
             at its time, by the start; and (nv,) the accelerations after it.
         """
-        motion = self._motion
-        t, (q, v) = 0.0, motion.at(0.0)
-        for time, impact in motion.impacts[:index]:
-            if time > t:
-                self._flow(t, time, q, v)
-            self._strike(time, impact)
-            t, q, v = time, impact.q, impact.v_after
-        time, impact = motion.impacts[index]
+        t, q, v = self._through(self._motion.impacts[:index])
+        time, impact = self._motion.impacts[index]
         self._flow(t, time, q, v)
         before = self._total
         self._strike(time, impact)

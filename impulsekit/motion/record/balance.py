@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pinocchio as pin
 
 from ...display import OneLine
 from ...impact.forces import body_impulses
 from ...impact.named import ByName
 from ...robot.arrays import lock
+from .energies import momentum_at
 
 if TYPE_CHECKING:
     from ...impact import Impact
@@ -71,7 +71,7 @@ def momentum_balance(
         _add(shares, impact)
     lock(*shares.values())
     model, data = loads.model, loads.data_of_robot
-    change = _momentum(model, data, *motion.at(b)) - _momentum(model, data, *first)
+    change = momentum_at(model, data, *motion.at(b)) - momentum_at(model, data, *first)
     change.setflags(write=False)
     return MomentumBalance(a, b, change, ByName(shares, "entry"))
 
@@ -91,10 +91,3 @@ def _add(shares: dict[str, np.ndarray], impact: Impact) -> None:
             through = impact.reactions[model.names[joint_id]]
             arm = np.cross(mechanics.joint_placement(joint_id).translation, through[:3])
             shares["base"] = shares["base"] + through + np.concatenate([np.zeros(3), arm])
-
-
-def _momentum(model: pin.Model, data: pin.Data, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """(6,) linear, and angular about the world's origin."""
-    about_com = pin.computeCentroidalMomentum(model, data, q, v)
-    moment = about_com.angular + np.cross(data.com[0], about_com.linear)
-    return np.concatenate([about_com.linear, moment])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
@@ -105,10 +106,16 @@ def first_link(robot: Robot) -> str:
     Raises:
         InputError: there is none.
     """
+    for _, name in _links(robot):
+        return name
+    raise InputError("this robot has no link that moves; name a frame")
+
+
+def _links(robot: Robot) -> Iterator[tuple[int, str]]:
+    """The bodies that move, with the joints that carry them."""
     for frame in robot.model.frames:
         if frame.type == pin.FrameType.BODY and frame.parentJoint > 0:
-            return str(frame.name)
-    raise InputError("this robot has no link that moves; name a frame")
+            yield int(frame.parentJoint), str(frame.name)
 
 
 def moving_links(robot: Robot) -> list[str]:
@@ -118,9 +125,8 @@ def moving_links(robot: Robot) -> list[str]:
         InputError: there is none.
     """
     found: dict[int, str] = {}
-    for frame in robot.model.frames:
-        if frame.type == pin.FrameType.BODY and frame.parentJoint > 0:
-            found.setdefault(int(frame.parentJoint), str(frame.name))
+    for joint_id, name in _links(robot):
+        found.setdefault(joint_id, name)
     if not found:
         first_link(robot)
     return [found[joint] for joint in sorted(found)]

@@ -17,7 +17,7 @@ from ..tree.memory import Memory
 if TYPE_CHECKING:
     from .sampled import SampledMotion
 
-__all__ = ["EnergyHistory", "MomentumHistory", "energies_of", "momenta_of"]
+__all__ = ["EnergyHistory", "MomentumHistory", "energies_of", "momenta_of", "momentum_at"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -78,12 +78,16 @@ def momenta_of(motion: SampledMotion) -> MomentumHistory:
     """See ``Trajectory.momentum``."""
     model = _with_gravity(motion)
     data = model.createData()
-    linear, angular = np.empty((len(motion.t), 3)), np.empty((len(motion.t), 3))
-    for i, (q, v) in enumerate(zip(motion.q, motion.v, strict=True)):
-        about_com = pin.computeCentroidalMomentum(model, data, q, v)
-        linear[i] = about_com.linear
-        angular[i] = about_com.angular + np.cross(data.com[0], about_com.linear)
+    own = [momentum_at(model, data, q, v) for q, v in zip(motion.q, motion.v, strict=True)]
+    linear, angular = np.array(own).reshape(-1, 2, 3).swapaxes(0, 1).copy()
     return MomentumHistory(read_only(linear), read_only(angular))
+
+
+def momentum_at(model: pin.Model, data: pin.Data, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """(6,) linear, and angular about the world's origin."""
+    about_com = pin.computeCentroidalMomentum(model, data, q, v)
+    moment = about_com.angular + np.cross(data.com[0], about_com.linear)
+    return np.concatenate([about_com.linear, moment])
 
 
 def _with_gravity(motion: SampledMotion) -> pin.Model:

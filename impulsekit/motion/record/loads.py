@@ -150,7 +150,7 @@ class Loads:
     def row_velocities(self) -> np.ndarray:
         """(m,) the velocities of the constraints' rows [m/s, rad/s]."""
         held = self._of.dynamics.held
-        return np.empty(0) if held is None else held.matrix(held.data, self.q) @ self.v
+        return np.empty(0) if held is None else held.rows.matrix(held.data, self.q) @ self.v
 
     @cached_property
     def on_bodies(self) -> tuple[BodyImpulse, ...]:

@@ -46,7 +46,7 @@ class Piece:
 
 
 class Interpolant:
-    """The polynomial through eight values of a step (barycentric; Berrut & Trefethen 2004)."""
+    """The polynomial through eight values of a step; see ``interpolated``."""
 
     def __init__(self, start: float, end: float, values: np.ndarray) -> None:
         self._start, self._length, self._values = start, end - start, values
@@ -54,12 +54,8 @@ class Interpolant:
     def __call__(self, t: float) -> np.ndarray:
         if not self._length:
             return self._values[0]
-        difference = (t - self._start) / self._length - NODES
-        hit = np.flatnonzero(difference == 0.0)
-        if hit.size:
-            return self._values[hit[0]]
-        weights = _WEIGHTS / difference
-        return weights.dot(self._values) / weights.sum()
+        part = (t - self._start) / self._length
+        return interpolated(np.array([part]), self._values)[0]
 
 
 class Path:

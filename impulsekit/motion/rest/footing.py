@@ -68,7 +68,7 @@ class Footing:
             resting.slow, resting.negligible = self.slow, self.negligible
             for contact, held in zip(self.contacts, self.held, strict=True):
                 if not gaps.rated[contact.gap]:
-                    gaps.items[contact.gap].hold_again(held)
+                    gaps.items[contact.gap].held = held
         return resting
 
 

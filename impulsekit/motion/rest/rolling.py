@@ -82,7 +82,7 @@ class RollingRest:
 
     def points(self, contacts: Sequence[RestingContact]) -> np.ndarray:
         """(k,) which of all points resist turning."""
-        found, first = [], 0
+        found, first = list[int](), 0
         for contact in contacts:
             if contact.entry in self._reach:
                 found += range(first, first + contact.count)

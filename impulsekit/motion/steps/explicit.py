@@ -163,6 +163,7 @@ class ExplicitStepper:
 
     Attributes:
         t: time [s]. y: (2 nv,) x and v. f: (2 nv,) the rates there.
+        length: of the next step to try [s]. before: length [s] and error of the last step.
         soon: how long the next step may be [s], which those after it know nothing of.
     """
 
@@ -175,21 +176,20 @@ class ExplicitStepper:
         self._last, self._power, self._errors = table.result, table.dense, table.errors
         self._slopes = np.empty((0, 0))
         self.t, self.y, self.f = 0.0, np.empty(0), np.empty(0)
-        self._length, self._end = 0.0, 0.0
-        # Length and error of the step before.
-        self._before = 0.0, 0.0
+        self.length, self._end = 0.0, 0.0
+        self.before = 0.0, 0.0
         self.soon = math.inf
 
     def reset(self, t: float, y: np.ndarray, first: float | None, end: float) -> None:
         """Go on from elsewhere."""
         self.t, self.y, self._end = t, y, end
-        self._before = 0.0, 0.0
+        self.before = 0.0, 0.0
         self.f = self._rhs(t, y)
         self._slopes = np.empty((self._count + 1 + len(self._more), len(y)))
         if first == GO_ON:
             return
         given = 0.0 if first is None else min(first, end - t)
-        self._length = given if given > 0.0 else self._first_length()
+        self.length = given if given > 0.0 else self._first_length()
 
     def moved(self, y: np.ndarray, f: np.ndarray) -> None:
         """Go on from the same time, slightly moved."""
@@ -203,8 +203,8 @@ class ExplicitStepper:
         """
         t, y, slopes, count = self.t, self.y, self._slopes, self._count
         least = LEAST * (math.nextafter(t, math.inf) - t)
-        length = max(min(self._length, longest, self.soon), least)
-        allowed = self._length if self.soon < self._length else 0.0
+        length = max(min(self.length, longest, self.soon), least)
+        allowed = self.length if self.soon < self.length else 0.0
         slopes[0] = self.f
         rejected = False
         while True:
@@ -215,26 +215,16 @@ class ExplicitStepper:
             length = h
             after, error = self._try(t, h, y)
             if error < 1.0:
-                self._length = length_after(length, error, rejected)
+                self.length = length_after(length, error, rejected)
                 if not rejected:
-                    self._length = max(self._length, allowed)
-                self._before = length, error
+                    self.length = max(self.length, allowed)
+                self.before = length, error
                 break
             length = shorter_length(length, error)
             rejected = True
         output = self._output(t, h, y, after)
         self.t, self.y, self.f = until, after, slopes[count].copy()
         return output
-
-    @property
-    def length(self) -> float:
-        """Of the next step to try [s]."""
-        return self._length
-
-    @property
-    def before(self) -> tuple[float, float]:
-        """Length [s] and error of the last step; 0 and 0 without one."""
-        return self._before
 
     def shortened(self, step: Output, end: float) -> Output:
         """The last step made once more, up to an earlier time [s].

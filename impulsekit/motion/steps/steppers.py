@@ -27,23 +27,17 @@ FIXED_STEP = 1e-3
 
 
 class Stepper(Protocol):
-    """What the loop needs of an integrator."""
+    """What the loop needs of an integrator.
 
-    @property
-    def t(self) -> float:
-        """Time [s]."""
+    Attributes:
+        t: time [s]. y: (2 nv,) x and v. f: (2 nv,) the rates there.
+        length: of the next step to try [s].
+    """
 
-    @property
-    def y(self) -> np.ndarray:
-        """(2 nv,) x and v."""
-
-    @property
-    def f(self) -> np.ndarray:
-        """(2 nv,) the rates there."""
-
-    @property
-    def length(self) -> float:
-        """Of the next step to try [s]."""
+    t: float
+    y: np.ndarray
+    f: np.ndarray
+    length: float
 
     def step(self, longest: float) -> Dense:
         """One step of at most ``longest`` [s]; its dense output, on [t before, t after]."""
@@ -74,32 +68,13 @@ class RadauStepper:
         from scipy.integrate import Radau
 
         self._kind: Any = Radau
+        self.t, self.y, self.f, self.length = 0.0, np.empty(0), np.empty(0), 0.0
         self._rhs, self._end = rhs, 0.0
         self._options: dict[str, Any] = {"rtol": rtol, "atol": atol, "jac": self._slope}
         self._solver: Any = None
         # The slope of the right side that Radau had last, and num_jac's own increments.
         self._last_slope: np.ndarray | None = None
         self._increments: np.ndarray | None = None
-
-    @property
-    def t(self) -> float:
-        """Time [s]."""
-        return float(self._solver.t)
-
-    @property
-    def y(self) -> np.ndarray:
-        """(2 nv,) x and v."""
-        return self._solver.y
-
-    @property
-    def f(self) -> np.ndarray:
-        """(2 nv,) the rates there."""
-        return self._solver.f
-
-    @property
-    def length(self) -> float:
-        """Of the next step to try [s]."""
-        return float(self._solver.h_abs)
 
     def reset(self, t: float, y: np.ndarray, first: float | None, end: float) -> None:
         """Go on from elsewhere."""
@@ -121,6 +96,7 @@ class RadauStepper:
         message = solver.step()
         if solver.status == "failed":
             raise StepFailed(message)
+        self._read()
         return solver.dense_output()
 
     def _start(self, t: float, y: np.ndarray, first: float | None) -> None:
@@ -128,6 +104,12 @@ class RadauStepper:
             first = min(first, self._end - t)
             first = first if first > 0.0 else None
         self._solver = self._kind(self._rhs, t, y, self._end, first_step=first, **self._options)
+        self._read()
+
+    def _read(self) -> None:
+        """Show where scipy's solver is."""
+        own = self._solver
+        self.t, self.y, self.f, self.length = float(own.t), own.y, own.f, float(own.h_abs)
 
     def _slope(self, t: float, y: np.ndarray) -> np.ndarray:
         from scipy.integrate._ivp.common import num_jac

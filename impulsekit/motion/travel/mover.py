@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...geometry.point_table import PLANE, Table, table_of
+from ...geometry.point_table import PLANE
 from ..dynamics.accelerations import Dynamics
 from ..events.crossing import Crossing, Seen
 from ..events.look import Watched, look
 from ..forces.tables import Driven
+from ..rest.contacts import RestingContact
 from ..rest.settle import settle_points
 from ..steps.compiled import SOLVED, begin_steps, rates_at
 from ..steps.system import System, Work
@@ -39,7 +40,6 @@ class Mover:
         self._dynamics, self._system, self._chart = dynamics, system, chart
         self._together = together
         self._driven = np.zeros(driven.count)
-        self._points: dict[int, Table] = {}
         self.driven = driven
         # To look at steps that were made.
         self.room = work_of(len(system.load), driven.count)
@@ -158,14 +158,11 @@ class Mover:
         """What a point does that meets a plane; None where ``strike_point`` can't tell."""
         gaps = self._dynamics.gaps
         strike_point.load()
-        if gaps is None or not strike_point.is_compiled:
+        if gaps is None or not gaps.tabled[gap] or not strike_point.is_compiled:
             return None
-        table = self._points.get(gap)
-        if table is None:
-            rows = gaps.items[gap].in_table() if gaps.tabled[gap] else None
-            if not rows or rows[0][0] != PLANE:
-                return None
-            table = self._points[gap] = table_of(rows)
+        table = gaps.table([RestingContact(gap, gap, 0.0, 0.0)])
+        if table is None or table.whole[0, 0] != PLANE:
+            return None
         blow = room_for_blow(len(v), 1)
         good = strike_point(self._system, table, q, v, coefficients, restitution, blow)
         return blow if good else None

@@ -30,7 +30,6 @@ class Memory:
         jacobian: (nv, 6) Jacobians of joints at the origin of the world, transposed.
         factor: (nv, nv) U of M = U D Uᵀ, transposed. pivots: (nv,) D.
         mass: (nv, nv) M, its lower half.
-        bias: (nv,) what ``nonLinearEffects`` gives [N, N m].
         last: (njoints,) the last speed of each joint, −1 without one.
         before: (nv,) the speed that comes before each on the way to the root, −1 for none.
         branch: (nv,) the first speed of the tree that each belongs to.
@@ -46,7 +45,7 @@ class Memory:
         # Of mimic joints there are more columns than speeds.
         self.jacobian = data.J.reshape(MOTION, data.J.size // MOTION, order="F").T
         self.factor, self.mass = data.U.T, data.M.T
-        self.pivots, self.bias = data.D, data.nle
+        self.pivots = data.D
         self.last, self.before, self.branch = order_of_speeds(model)
         self.kinematics: Kinematics | None = None
         if len(self.jacobian) == model.nv:

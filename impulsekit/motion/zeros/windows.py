@@ -30,7 +30,11 @@ def count_of_windows(turned: float) -> int:
 
 
 class Turning:
-    """How fast the bodies of a tree turn at most."""
+    """How fast the bodies of a tree turn at most.
+
+    Attributes:
+        speeds: (k, nv) how fast bodies turn with each speed [1/s by its unit].
+    """
 
     def __init__(self, model: pin.Model) -> None:
         # The angular part of every entry of v keeps its size wherever the bodies are.
@@ -40,17 +44,12 @@ class Turning:
         for i in range(1, model.njoints):
             jacobian = pin.getJointJacobian(model, data, i, pin.LOCAL).reshape(6, -1)[3:]
             own.append(np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian)))
-        self._speeds = np.unique(own, axis=0)
-
-    @property
-    def speeds(self) -> np.ndarray:
-        """(k, nv) how fast bodies turn with each speed [1/s by its unit]."""
-        return self._speeds
+        self.speeds = np.unique(own, axis=0)
 
     def windows(self, velocities: Sequence[np.ndarray], start: float, end: float) -> list[float]:
         """The times at which windows of a step begin and end; ``velocities`` at some of it."""
         fastest = np.abs(velocities).max(axis=0)
-        turned = float(self._speeds.dot(fastest).max(initial=0.0)) * (end - start)
+        turned = float(self.speeds.dot(fastest).max(initial=0.0)) * (end - start)
         count = count_of_windows(turned)
         return [*np.linspace(start, end, count + 1)[:-1].tolist(), end]
 

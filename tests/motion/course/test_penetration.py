@@ -45,7 +45,7 @@ def test_a_step_that_presses_a_contact_in_is_not_kept(monkeypatch):
         now.q = now.q - 1e-3 * (now.t > 0.5)
         return True
 
-    monkeypatch.setattr(run, "settle", sink)
+    monkeypatch.setattr(run, "keep_up", sink)
     scene = ik.Scene(sliders(1), contacts=[ik.Contact("b00")])
     motion = ik.simulate(scene, [0.0], [0.0], duration=1.0, method="rk4", step=0.01)
     assert motion.status is MotionStatus.PENETRATION

@@ -190,8 +190,8 @@ def test_accelerations_have_the_digits_of_their_equations(twice):
     q, v = random_state(talos, 3)
     found = dynamics.acceleration(0.0, q, v)
     multipliers, unique = dynamics.borne
-    rows, nv = np.array(dynamics.held.matrix(dynamics._data, q)), talos.nv
-    wanted = -dynamics.held.bias(dynamics._moving, q, v)
+    rows, nv = np.array(dynamics.held.rows.matrix(dynamics._data, q)), talos.nv
+    wanted = -dynamics.held.rows.bias(dynamics._moving, q, v)
     masses = dynamics.mass_matrix(q)
     bias = pin.rnea(dynamics.model, dynamics.model.createData(), q, v, np.zeros(nv))
     with mpmath.workdps(50):
