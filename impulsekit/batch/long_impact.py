@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -18,9 +18,18 @@ from .tree import Tree
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from .long import LongTree
 
 __all__ = ["LongImpact"]
+
+
+class Named(Protocol):
+    """Links and joints of a long tree by name, as ``LongTree`` has them."""
+
+    def site(self, frame: str, at: ArrayLike) -> tuple[int, np.ndarray, np.ndarray]:
+        """The body of a frame, a point of the frame in the body's axes, the frame's axes."""
+
+    def body_of_joint(self, joint: str) -> int:
+        """The body behind a joint."""
 
 
 class LongImpact:
@@ -44,7 +53,7 @@ class LongImpact:
 
     def __init__(
         self,
-        owner: LongTree,
+        owner: Named,
         tree: Tree,
         impulses: tuple[AppliedImpulse | JointImpulse, ...],
         q: np.ndarray,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import pickle
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from ..errors import InputError, MissingExtraError
 from ..scene import Scene
 from .meanwhile import by_kernels_only
+from .result import ImpactBatch
 
 __all__ = ["is_lazy", "solve_lazily", "solve_remotely", "warm_workers"]
 
@@ -31,6 +33,7 @@ def is_lazy(*values: Any) -> bool:
 
 
 def solve_lazily(
+    solve_batch: Callable[..., ImpactBatch],
     scene: Scene,
     given: dict[str, Any],
     outputs: Sequence[str],
@@ -40,6 +43,7 @@ def solve_lazily(
     """Dask arrays of all outputs and of the status, chunked along the rows.
 
     Args:
+        solve_batch: what each task calls.
         given: the arguments of ``solve_batch`` that may vary, by name.
         outputs: what to compute.
         number: the type of the answers.
@@ -58,7 +62,7 @@ def solve_lazily(
     packed = pickle.dumps(scene)
     key = hashlib.sha256(packed).hexdigest()
     parts: dict[str, list[Any]] = {name: [] for name in (*outputs, "status")}
-    solve = dask.delayed(_sent_rows, pure=False)
+    solve = dask.delayed(partial(_sent_rows, solve_batch), pure=False)
     begin = 0
     for size in chunks:
         cut = {
@@ -77,6 +81,7 @@ def solve_lazily(
 
 
 def solve_remotely(
+    solvers: tuple[Callable[..., ImpactBatch], Callable[..., object]],
     scene: Scene,
     given: dict[str, Any],
     outputs: Sequence[str],
@@ -85,21 +90,23 @@ def solve_remotely(
 ) -> dict[str, np.ndarray]:
     """The arrays of all outputs and of the status, solved by the workers of a client.
 
+    Args:
+        solvers: ``solve_batch`` and ``warm_up``, which the workers call.
+
     Raises:
         InputError: arrays whose leading axes do not agree, or nothing that varies.
         MissingExtraError: dask is not installed.
     """
-    lazy = solve_lazily(scene, given, outputs, number, threads=1)
-    client.run(warm_workers, pickle.dumps(scene), number)
+    solve_batch, warm_up = solvers
+    lazy = solve_lazily(solve_batch, scene, given, outputs, number, threads=1)
+    client.run(warm_workers, warm_up, pickle.dumps(scene), number)
     names = list(lazy)
     found = client.gather(client.compute([lazy[name] for name in names]))
     return dict(zip(names, found, strict=True))
 
 
-def warm_workers(packed: bytes, number: np.dtype) -> None:
+def warm_workers(warm_up: Callable[..., object], packed: bytes, number: np.dtype) -> None:
     """``warm_up`` in a worker."""
-    from .solve import warm_up
-
     warm_up(pickle.loads(packed), dtype=number)
 
 
@@ -134,6 +141,7 @@ def _cut(value: Any, rows: int, begin: int, size: int) -> Any:
 
 
 def _sent_rows(
+    solve_batch: Callable[..., ImpactBatch],
     packed: bytes,
     key: str,
     given: dict[str, Any],
@@ -142,8 +150,6 @@ def _sent_rows(
     threads: int | None,
 ) -> dict[str, np.ndarray]:
     """``solve_batch`` in a worker, which unpacks a scene only once."""
-    from .solve import solve_batch
-
     if key not in _scenes:
         _scenes.clear()
         _scenes[key] = pickle.loads(packed)

@@ -13,9 +13,9 @@ from ..impact.yielding import own_stops
 from ..robot import Robot
 from ..rows.entries import FramePair, FunctionRows, Site, frame_pair, rows_of_entry
 from ..scene import Collision, Contact, JointStop, Scene
+from ..scene.at_time import scene_at
 from ..scene.constraints import KEPT
 from ..scene.contacts import turns
-from ..scene.driven import scene_at
 from ..scene.friction import is_plain
 from ..scene.restitution import Restitution, RestitutionTable
 from .balls import ball_of

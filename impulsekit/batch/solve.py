@@ -274,9 +274,9 @@ def _on_dask(
     if given["v"] is None:
         del given["v"]
     if client is None:
-        arrays = solve_lazily(scene, given, outputs, number, threads)
+        arrays = solve_lazily(solve_batch, scene, given, outputs, number, threads)
     else:
-        arrays = solve_remotely(scene, given, outputs, number, client)
+        arrays = solve_remotely((solve_batch, warm_up), scene, given, outputs, number, client)
     links = tuple(given["masses"] or ())
     names = scene.entry_names("contacts")
     pointed = tuple(sorted(names.index(name) for name in given["points"] or () if name in names))

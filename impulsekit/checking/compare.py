@@ -105,7 +105,7 @@ def _of_speeds(
     sizes: Sizes,
 ) -> list[CheckRow]:
     root = np.sqrt(np.diagonal(conditions.masses))
-    names = tuple(name.removeprefix(reference.prefix) for name in truth.system.names)
+    names = tuple(name.removeprefix(reference.prefix) for name in truth.tree.speed_names)
     scale = "the largest √M_ll |v_l|, each entry times √M_ll"
     rows = [make.row("Δv", "m/s, rad/s", names, impact.dv, truth.dy, sizes.speed, scale, root)]
     for name, ours, theirs, size in (

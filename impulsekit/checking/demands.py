@@ -28,7 +28,7 @@ from .system import ReferenceRobot
 
 if TYPE_CHECKING:
     from ..impact.forces import BodyImpulse
-    from ..scene.constraints import Constraint
+    from ..scene.constraint_entry import Constraint
 
 __all__ = ["KnownImpulses", "constraint_rows", "known_impulses"]
 

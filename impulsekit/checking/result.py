@@ -92,7 +92,7 @@ class Check(Displayed):
 
     def lines(self) -> list[str]:
         """The lines of the report; those of the table know its cells."""
-        from ..view.table import table
+        from ..display.table import table
 
         lines = [
             f"Check against Kane's equations ({self.numbers}), furthest entry of each quantity"

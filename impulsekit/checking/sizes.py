@@ -64,7 +64,7 @@ def sizes_of(
     if impact.constraints or impact.contacts:
         motions.append(impact.v_before)
     norms = [float(np.sqrt(max(y @ masses @ y, 0.0))) for y in motions]
-    reach = reach_of(truth.system.tree, at)
+    reach = reach_of(truth.tree, at)
     velocity = impulse = 0.0
     body_masses = at.masses.astype(float)
     for y in motions:
@@ -77,7 +77,7 @@ def sizes_of(
     for wrench in (*wrenches, *reactions.values()):
         parts = np.linalg.norm(wrench[:3]), np.linalg.norm(wrench[3:]) / reach
         impulse = max(impulse, *map(float, parts))
-    by_speed = _without_cancelling(loads, truth.system.tree, at, reach)
+    by_speed = _without_cancelling(loads, truth.tree, at, reach)
     far = by_speed / root
     norms.append(float(far.max(initial=0.0)))
     moved = np.maximum(

@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import InputError, UrdfError
 from ..reference import Arithmetic, KaneSystem
 from ..reference.tree import ROOTS
-from ..robot.robot import WORLD_LINK
+from ..robot.base import WORLD_LINK
 from .model_bodies import system_of_model
 
 if TYPE_CHECKING:

@@ -62,7 +62,7 @@ def batch(
     summary = summarize(folder)
     click.echo(f"{folder}: {summary}")
     if plot:
-        from ..batch.study.summary import plot_study
+        from ..view.plots.studies import plot_study
 
         plot_study(folder, plot)
     ctx.exit(0 if summary.valid else 1)

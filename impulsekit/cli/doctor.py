@@ -55,7 +55,7 @@ class Requirement:
 @click.pass_context
 def doctor(ctx: click.Context) -> None:
     """Show versions, where pinocchio was loaded from, and what is missing."""
-    from ..view.table import table
+    from ..display.table import table
 
     needed = requirements()
     rows = [

@@ -55,7 +55,7 @@ def inspect(path: str, root: str | None, replay: bool, others: bool) -> None:
 
 
 def _described(robot: Robot) -> Iterator[str]:
-    from ..view.table import table
+    from ..display.table import table
 
     sizes = f"{len(robot.links)} links, {robot.nv} degrees of freedom"
     yield f"{robot.name}: {sizes}, {robot.mass:.6g} kg in motion"

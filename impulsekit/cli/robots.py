@@ -28,9 +28,9 @@ def robots(pattern: str, long: bool) -> None:
     if not long:
         click.echo("\n".join(names))
         return
+    from ..display.table import table
     from ..errors import ImpulsekitError
     from ..robot import Robot
-    from ..view.table import table
 
     folder = data_folder() / "robots"
     rows = []

@@ -115,7 +115,7 @@ class _Bar:
 
 def _lines(motion: Trajectory) -> list[str]:
     """The motion in a few lines and two tables."""
-    from ..view.table import table
+    from ..display.table import table
 
     energy = motion.energy()
     names = motion.scene.entry_names("contacts")

@@ -54,8 +54,8 @@ def try_folder(
         replay: whether each is drawn, too.
         others: whether Pinocchio and MuJoCo are asked to read what is refused.
     """
+    from ..display.table import table
     from ..robot.any_file import SUFFIXES
-    from ..view.table import table
 
     files = sorted(path for path in folder.rglob("*") if path.suffix.lower() in SUFFIXES)
     rows, kinds = [], Counter[str]()
@@ -91,10 +91,10 @@ def try_robot(path: pathlib.Path, root: str | None, replay: bool) -> list[str]:
         root: "fixed", "planar" or "freeflyer"; None for that of the file.
         replay: whether a page is drawn, too.
     """
-    from .. import AppliedImpulse, check, solve
+    from .. import AppliedImpulse, Scene, check, solve
     from ..errors import SingularMassError
     from ..robot import Robot
-    from ..robot.robot import WORLD, WORLD_LINK
+    from ..robot.base import WORLD, WORLD_LINK
 
     steps = {"nv": "", "solve": "", "check": "", **({"replay": ""} if replay else {})}
     says = ""
@@ -108,7 +108,7 @@ def try_robot(path: pathlib.Path, root: str | None, replay: bool) -> list[str]:
                 return ["that cannot move", *steps.values(), "nothing in it can move"]
             heaviest = max(moving, key=lambda link: link.mass).name
             struck = WORLD_LINK if heaviest == WORLD else heaviest
-            scene = robot.scene(impulses=[AppliedImpulse(struck, linear=[1, 2, 3])])
+            scene = Scene.of_robot(robot, impulses=[AppliedImpulse(struck, linear=[1, 2, 3])])
             impact = solve(scene, robot.neutral(), robot.velocity())
             steps["solve"] = impact.status.name
             checked = check(impact)

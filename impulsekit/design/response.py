@@ -18,7 +18,7 @@ from ..impact.mechanics import Mechanics
 from ..impact.singular import refuse_massless
 from ..robot import Robot, state
 from ..scene import AppliedImpulse, Scene
-from ..scene.driven import at_rest
+from ..scene.at_time import at_rest
 from ..scene.numbers import vector
 
 __all__ = ["Response", "unit_vector"]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..robot import Robot
 from ..robot.limits import outside_limits
 from ..robot.massless import is_always_regular
 from ..robot.placing import Posture
@@ -104,7 +105,7 @@ def _is_floor(scene: Scene, entry: Contact) -> bool:
     return frame.parentJoint == 0 and float(normal @ _up(scene)) > UPWARDS
 
 
-def _under_grounds(scene: Scene, posture: Posture) -> Iterator[str]:
+def _under_grounds(scene: Scene, posture: Posture[Robot]) -> Iterator[str]:
     """Links whose mass centres are below a ground of the robot: the lowest of each ground."""
     robot = scene.robot
     moving = [link for link in robot.links if link.joint_id > 0 and link.mass > 0.0]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..geometry.gaps import AT_STOP, before_limit, is_closed, nearest_points, over_plane
+from ..robot import Robot
 from ..robot.placing import Posture
 from ..rows.entries import FunctionRows, frame_pair
 from ..scene import Collision, Contact, FrameAnchor, GapContact, JointStop, PointAnchor, Rope, Scene
@@ -51,7 +52,7 @@ class AnchorOpening:
 
 
 def contact_gaps(
-    scene: Scene, posture: Posture, which: Sequence[int] | None = None
+    scene: Scene, posture: Posture[Robot], which: Sequence[int] | None = None
 ) -> tuple[ContactGap, ...]:
     """The gaps of a scene's contacts in their order, or of those with the indices ``which``."""
     names = scene.entry_names("contacts")
@@ -59,7 +60,7 @@ def contact_gaps(
     return tuple(_contact_gap(posture, scene.contacts[i], names[i]) for i in chosen)
 
 
-def _contact_gap(posture: Posture, entry: Any, name: str) -> ContactGap:
+def _contact_gap(posture: Posture[Robot], entry: Any, name: str) -> ContactGap:
     if isinstance(entry, JointStop):
         return _before_stop(posture, entry, name)
     if isinstance(entry, Collision):
@@ -75,7 +76,7 @@ def _contact_gap(posture: Posture, entry: Any, name: str) -> ContactGap:
 
 
 def anchor_openings(
-    scene: Scene, posture: Posture, which: Sequence[int] | None = None
+    scene: Scene, posture: Posture[Robot], which: Sequence[int] | None = None
 ) -> tuple[AnchorOpening, ...]:
     """The openings of a scene's constraints, likewise."""
     names = scene.entry_names("held")
@@ -83,7 +84,7 @@ def anchor_openings(
     return tuple(AnchorOpening(names[i], _opening(posture, scene.held[i])) for i in chosen)
 
 
-def _over_plane(posture: Posture, entry: Contact, name: str) -> ContactGap:
+def _over_plane(posture: Posture[Robot], entry: Contact, name: str) -> ContactGap:
     pair = frame_pair(posture.robot, entry)
     first, other = pair.places(posture.joint)
     normal = pair.axes_at(first, other)[:, 2]
@@ -93,7 +94,7 @@ def _over_plane(posture: Posture, entry: Contact, name: str) -> ContactGap:
     return ContactGap(name, gap, speed, touching=True)
 
 
-def _of_rope(posture: Posture, entry: Rope, name: str) -> ContactGap:
+def _of_rope(posture: Posture[Robot], entry: Rope, name: str) -> ContactGap:
     pair = frame_pair(posture.robot, entry)
     places = pair.places(posture.joint)
     here, there = (place.translation for place in places)
@@ -104,7 +105,7 @@ def _of_rope(posture: Posture, entry: Rope, name: str) -> ContactGap:
     return ContactGap(name, gap, closing, touching=is_closed(gap, entry.length))
 
 
-def _before_stop(posture: Posture, entry: JointStop, name: str) -> ContactGap:
+def _before_stop(posture: Posture[Robot], entry: JointStop, name: str) -> ContactGap:
     robot = posture.robot
     joint = robot.model.joints[robot.joint_id(entry.joint)]
     turns = bool(posture.motion_subspace(joint.id)[3:].any())
@@ -118,7 +119,7 @@ def _before_stop(posture: Posture, entry: JointStop, name: str) -> ContactGap:
     return ContactGap(name, float(gap), float(-sign * speed), touching, angular=turns)
 
 
-def _between_bodies(posture: Posture, entry: Collision, name: str) -> ContactGap:
+def _between_bodies(posture: Posture[Robot], entry: Collision, name: str) -> ContactGap:
     from ..geometry.collision import solids_of
     from ..robot.geometry import geometry_ids
 
@@ -134,7 +135,7 @@ def _between_bodies(posture: Posture, entry: Collision, name: str) -> ContactGap
     return ContactGap(name, gap, speed, touching=gap <= entry.margin)
 
 
-def _closing_speed(posture: Posture, points: Any, first: int, other: int) -> float:
+def _closing_speed(posture: Posture[Robot], points: Any, first: int, other: int) -> float:
     """−n·(v_first − v_other) at the points of the world that are nearest; the largest."""
     return max(
         (
@@ -145,7 +146,7 @@ def _closing_speed(posture: Posture, points: Any, first: int, other: int) -> flo
     )
 
 
-def _opening(posture: Posture, entry: Any) -> float:
+def _opening(posture: Posture[Robot], entry: Any) -> float:
     if not isinstance(entry, PointAnchor | FrameAnchor) or entry.other_at is None:
         return 0.0
     pair = frame_pair(posture.robot, entry)

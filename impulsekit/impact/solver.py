@@ -18,7 +18,7 @@ from ..robot.massless import is_always_regular
 from ..rows.origin import Places
 from ..rows.reach import ReachedModel, reached_model, touched_joints
 from ..scene import Scene
-from ..scene.driven import scene_at
+from ..scene.at_time import scene_at
 from ..scene.kept import KeptByThread
 from .algorithms import ByAba, ByCrba, ByDenseCholesky, Rescaled
 from .known import KnownImpulses

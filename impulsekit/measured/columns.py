@@ -1,4 +1,4 @@
-"""Named columns made into a ``Recording``: orders, units, gaps, each stated or an error."""
+"""Named columns of a recording: orders, units, gaps, each stated or an error."""
 
 from __future__ import annotations
 
@@ -21,13 +21,12 @@ from ..errors import (
 )
 from ..robot import Robot
 from .limit_check import check_joint_limits
-from .recording import Recording
 from .repeats import repeated_poses
 from .samples import in_order, turns_of, without_gaps
 from .velocity_check import checked_velocities
 from .vendors import hint_for_name
 
-__all__ = ["REPAIRS", "RecordingFormat", "recording_of_columns"]
+__all__ = ["REPAIRS", "RecordingFormat", "read_columns"]
 
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
@@ -93,15 +92,15 @@ class RecordingFormat:
             raise RangeError.of("RecordingFormat: rate", self.rate, "above 0 Hz")
 
 
-def recording_of_columns(
+def read_columns(
     robot: Robot,
     columns: Mapping[str, Any],
     format: RecordingFormat | None = None,
     *,
     repair: str | Sequence[str] = (),
     name: str = "",
-) -> Recording:
-    """See ``Recording.from_columns``."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None, tuple[str, ...]]:
+    """t, q, v where there is one, and notes on repairs; see ``Recording.from_columns``."""
     repair = (repair,) if isinstance(repair, str) else repair
     for each in repair:
         if each not in REPAIRS:
@@ -115,7 +114,7 @@ def recording_of_columns(
     v = checked_velocities(robot, t, q, v, reader.where, notes)
     notes += check_joint_limits(robot, q, reader.angles, reader.where)
     notes += repeated_poses(q)
-    return Recording(robot, t, q, v=v, name=name, notes=tuple(notes))
+    return t, q, v, tuple(notes)
 
 
 class _Reader:

@@ -3,71 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 from ..design.fit import Fit, fit_impacts
-from ..display import OneLine
 from ..errors import InputError, a_thing
 from ..scene import Scene
-from .calibration import Calibration, calibrate
-from .comparison import LawComparison, compare_laws
+from .calibration import calibrate
+from .comparison import compare_laws
 from .finding import find_impacts
-from .found import FoundImpacts
-from .motions import FEWEST_RECORDINGS, MotionFit, check_choices, fit_motion
+from .identification_report import Identification
+from .motions import FEWEST_RECORDINGS, check_choices, fit_motion
 from .recording import Recording
 
-__all__ = ["Identification", "identify"]
+__all__ = ["identify"]
 
 # Fewer impacts tell a coefficient for each contact badly.
 FEWEST_IMPACTS = 5
 # Fewer tell laws apart by chance.
 FEWEST_TO_COMPARE = 10
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Identification(OneLine):
-    """What recordings tell about a scene.
-
-    Attributes:
-        recordings: as they were used: calibrated.
-        calibration: None if there was none.
-        impacts: what was found in them.
-        by_impact: the fit to single impacts; None with too few.
-        by_motion: the fit to whole motions; None if it was not asked for, or with too few.
-        scene: the scene with the fitted coefficients, of whole motions where there are any.
-        notes: what was left out, and why.
-        laws: how laws predict the impacts; None if it was not asked for, or with too few.
-
-    Example:
-        >>> import impulsekit as ik
-        >>> file = ik.load_scene("examples/cube_tosses.toml")
-        >>> tosses = ik.measured.load_recordings("examples/cube_tosses.npz", file.scene.robot)
-        >>> found = identify(tosses[:4], file.scene, motions=False)
-        >>> found.by_motion is None, found.calibration is None, "Impacts" in found.report()
-        (True, False, True)
-    """
-
-    recordings: tuple[Recording, ...] = field(repr=False)
-    calibration: Calibration | None
-    impacts: FoundImpacts
-    by_impact: Fit | None
-    by_motion: MotionFit | None
-    scene: Scene = field(repr=False)
-    notes: tuple[str, ...] = ()
-    laws: LawComparison | None = None
-
-    def report(self, level: float = 0.95) -> str:
-        """The report as text."""
-        from .identification_report import report_text
-
-        return report_text(self, level)
-
-    def to_dict(self, level: float = 0.95) -> dict[str, Any]:
-        """All numbers of the report, ready for JSON."""
-        from .identification_report import as_dict
-
-        return as_dict(self, level)
 
 
 def identify(

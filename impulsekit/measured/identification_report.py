@@ -3,19 +3,65 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from ..design.fit import Fit
-    from .identification import Identification
-    from .motions import MotionFit
+from ..design.fit import Fit
+from ..display import OneLine
+from ..scene import Scene
+from .calibration import Calibration
+from .comparison import LawComparison
+from .found import FoundImpacts
+from .motions import MotionFit
+from .recording import Recording
 
-__all__ = ["as_dict", "error_row", "report_text"]
+__all__ = ["Identification", "error_row"]
 
 # Of recordings, so many notes are shown.
 MOST_NOTES = 8
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Identification(OneLine):
+    """What recordings tell about a scene.
+
+    Attributes:
+        recordings: as they were used: calibrated.
+        calibration: None if there was none.
+        impacts: what was found in them.
+        by_impact: the fit to single impacts; None with too few.
+        by_motion: the fit to whole motions; None if it was not asked for, or with too few.
+        scene: the scene with the fitted coefficients, of whole motions where there are any.
+        notes: what was left out, and why.
+        laws: how laws predict the impacts; None if it was not asked for, or with too few.
+
+    Example:
+        >>> import impulsekit as ik
+        >>> file = ik.load_scene("examples/cube_tosses.toml")
+        >>> tosses = ik.measured.load_recordings("examples/cube_tosses.npz", file.scene.robot)
+        >>> found = identify(tosses[:4], file.scene, motions=False)
+        >>> found.by_motion is None, found.calibration is None, "Impacts" in found.report()
+        (True, False, True)
+    """
+
+    recordings: tuple[Recording, ...] = field(repr=False)
+    calibration: Calibration | None
+    impacts: FoundImpacts
+    by_impact: Fit | None
+    by_motion: MotionFit | None
+    scene: Scene = field(repr=False)
+    notes: tuple[str, ...] = ()
+    laws: LawComparison | None = None
+
+    def report(self, level: float = 0.95) -> str:
+        """The report as text."""
+        return report_text(self, level)
+
+    def to_dict(self, level: float = 0.95) -> dict[str, Any]:
+        """All numbers of the report, ready for JSON."""
+        return as_dict(self, level)
 
 
 def report_text(found: Identification, level: float) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import FileError, InputError, MissingExtraError, ShapeError, quoted, shown
 from ..files import file_told, open_plain_file
 from ..robot import Robot
-from .columns import RecordingFormat, recording_of_columns
+from .columns import RecordingFormat
 from .csv_table import csv_columns, without_unit
 from .recording import Recording
 
@@ -75,7 +75,7 @@ def load_recordings(
             from .rosbag import columns_of_bag
 
             columns, notes = columns_of_bag(path, format, robot)
-            found = recording_of_columns(robot, columns, format, repair=repair, name=label)
+            found = Recording.from_columns(robot, columns, format, repair=repair, name=label)
             return [replace(found, notes=(*notes, *found.notes))]
         with open_plain_file(path) as file:
             if os.fstat(file.fileno()).st_size > LARGEST:
@@ -94,7 +94,7 @@ def load_recordings(
     several = []
     for name, columns, rate, note in pieces:
         own = replace(format, rate=rate) if rate is not None and format.rate is None else format
-        recording = recording_of_columns(robot, columns, own, repair=repair, name=name)
+        recording = Recording.from_columns(robot, columns, own, repair=repair, name=name)
         several.append(replace(recording, notes=(*note, *recording.notes)) if note else recording)
     return several
 

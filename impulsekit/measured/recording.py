@@ -128,9 +128,10 @@ class Recording(OneLine):
             >>> Recording.from_columns(ball, columns).q[1].tolist()
             [0.0, 0.0, 0.9, 0.0, 0.0, 0.0, 1.0]
         """
-        from .columns import recording_of_columns
+        from .columns import read_columns
 
-        return recording_of_columns(robot, columns, format, repair=repair, name=name)
+        t, q, v, notes = read_columns(robot, columns, format, repair=repair, name=name)
+        return cls(robot, t, q, v=v, name=name, notes=notes)
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """(F, nq) configurations at (F,) times [s], along geodesics between the instants."""
@@ -179,7 +180,7 @@ class Recording(OneLine):
         """
         from .smoothing import smoothed_velocities
 
-        return smoothed_velocities(self, breaks, reach)
+        return smoothed_velocities(self.robot.model, self.t, self.q, breaks, reach)
 
 
 def _impacts(given: Any) -> tuple[tuple[float, Impact], ...]:

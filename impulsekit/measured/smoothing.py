@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, RangeError
 
-if TYPE_CHECKING:
-    from .recording import Recording
-
 __all__ = ["smoothed_velocities"]
 
 
-def smoothed_velocities(recording: Recording, breaks: Sequence[float], reach: int) -> np.ndarray:
+def smoothed_velocities(
+    model: pin.Model, t: np.ndarray, q: np.ndarray, breaks: Sequence[float], reach: int
+) -> np.ndarray:
     """See ``Recording.velocities``."""
     if reach < 1:
         raise RangeError.of("reach", reach, "1 or more")
-    t, q, model = recording.t, recording.q, recording.robot.model
     piece = np.searchsorted(np.sort(np.asarray(breaks, dtype=float)), t, side="right")
     found = np.empty((len(t), model.nv))
     for k in range(len(t)):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +12,7 @@ from impulsekit.reference import freed
 from impulsekit.reference.arithmetic import Array, closed, read_only
 from impulsekit.reference.body import WORLD
 from impulsekit.reference.kinematics import Kinematics
-
-if TYPE_CHECKING:
-    from impulsekit.reference.system import KaneSystem
+from impulsekit.reference.tree import Tree
 
 __all__ = ["KaneImpact"]
 
@@ -34,7 +32,7 @@ class KaneImpact:
         row_impulses: (r,) N s or N m s.
     """
 
-    system: KaneSystem = field(repr=False)
+    tree: Tree = field(repr=False)
     dy: Array
     y_before: Array
     y_after: Array
@@ -57,9 +55,9 @@ class KaneImpact:
 
     def body(self, link: str) -> tuple[Array, Array]:
         """Change of the mass-centre velocity and of the angular velocity of a link."""
-        index = self.system.tree.body_of_link(link)
+        index = self.tree.body_of_link(link)
         if index == WORLD:
-            zero = closed(self.system.arithmetic.zeros(3))
+            zero = closed(self.tree.arithmetic.zeros(3))
             return zero, zero
         return self.body_dv[index], self.body_domega[index]
 
@@ -71,7 +69,7 @@ class KaneImpact:
         Returns:
             (6,) at the joint's origin, world axes, linear (N s) before angular (N m s).
         """
-        tree = self.system.tree
+        tree = self.tree
         body = tree.body_of_joint(joint)
         return closed(
             freed.reaction(
@@ -87,4 +85,4 @@ class KaneImpact:
 
     def joint_reactions(self) -> dict[str, Array]:
         """:meth:`joint_reaction` of every joint, by name."""
-        return {name: self.joint_reaction(name) for name in self.system.joint_names}
+        return {name: self.joint_reaction(name) for name in self.tree.joint_names}

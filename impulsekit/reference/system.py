@@ -177,7 +177,7 @@ class KaneSystem:
         momentum_after = kane.generalized_momentum(at, after)
         body_dv, body_domega = at.velocities(dy)
         return KaneImpact(
-            system=self,
+            tree=self.tree,
             dy=dy,
             y_before=before,
             y_after=after,

@@ -1,19 +1,14 @@
-"""A robot from a file of any format that is read here, told by its outermost element."""
+"""The format of a robot's file, by its outermost element."""
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
 
 from ..errors import UrdfError, shown
-from ..files import path_of, read_text_file, reason_of
+from ..files import read_text_file, reason_of
 
-if TYPE_CHECKING:
-    from .robot import Robot
-
-__all__ = ["SUFFIXES", "outermost", "robot_from_file"]
+__all__ = ["SUFFIXES", "format_of", "outermost"]
 
 SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf", ".sdf")
 # The outermost element stands behind comments and the XML declaration.
@@ -21,13 +16,12 @@ _ASIDE = re.compile(rb"\s*(<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>]*>)", re.DOTALL)
 _ELEMENT = re.compile(rb"\s*<([A-Za-z_][\w.-]*)")
 
 
-def robot_from_file(
-    path: str | os.PathLike[str], root: str | None = None, *, package_dirs: Iterable[Any] = ()
-) -> Robot:
-    """See ``Robot.from_file``."""
-    from .robot import Robot
+def format_of(path: str | os.PathLike[str]) -> str:
+    """The format of a robot's file: "mjcf", "sdf", or else "urdf".
 
-    path = path_of(path, "the file of a robot")
+    Raises:
+        UrdfError: it cannot be read.
+    """
     try:
         text = read_text_file(path)
     except (OSError, ValueError) as error:
@@ -35,10 +29,8 @@ def robot_from_file(
         raise UrdfError(f"{shown(path, 200)}: {reason}", source=path, element="") from None
     element = outermost(text)
     if element == "mujoco":
-        return Robot.from_mjcf(path, root)
-    if element in ("sdf", "model", "world"):
-        return Robot.from_sdf(path, root or "fixed", package_dirs=package_dirs)
-    return Robot.from_urdf(path, root or "fixed", package_dirs=package_dirs)
+        return "mjcf"
+    return "sdf" if element in ("sdf", "model", "world") else "urdf"
 
 
 def outermost(text: bytes) -> str:

@@ -1,49 +1,22 @@
-"""Robots out of robots: payloads, locked joints, rotors, a ground; and a scene of one."""
+"""Robots out of robots: payloads, locked joints, rotors, a ground."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from .base import RobotBase
+from .stating import RobotStates
 
 if TYPE_CHECKING:
-    from typing import Unpack
+    from typing import Self
 
     from numpy.typing import ArrayLike
-
-    from ..scene import Scene
-    from ..scene.of_robot import FromFile
-    from .robot import Robot
 
 __all__ = ["RobotBuilding"]
 
 
-class RobotBuilding(RobotBase):
+class RobotBuilding(RobotStates):
     """What is built on a robot; none of it changes the robot itself."""
-
-    def scene(self, **entries: Unpack[FromFile]) -> Scene:
-        """A scene with the loops, and on request the contacts, of the robot's file.
-
-        Args:
-            **entries: what ``Scene`` takes (``contacts``, ``law``, ``materials``, ...), and what
-                to take from the file: ``file_loops`` (True), ``file_contacts`` (False; "world"
-                or "all"), ``file_turning`` (True: rolling and torsional friction too),
-                ``restitution`` (0) of those contacts, ``joint_damping`` and ``joint_friction``
-                (False). See ``impulsekit.scene.of_robot.scene_of``.
-
-        Raises:
-            RangeError, InputError: as ``scene_of``, and what ``Scene`` raises.
-
-        Example:
-            >>> from impulsekit import Contact, Robot
-            >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
-            >>> ball.scene(contacts=[Contact("ball", restitution=0.5)]).contacts[0].restitution
-            0.5
-        """
-        from ..scene.of_robot import scene_of
-
-        return scene_of(self._robot, **entries)
 
     def with_body(
         self,
@@ -53,7 +26,7 @@ class RobotBuilding(RobotBase):
         com: ArrayLike = (0.0, 0.0, 0.0),
         inertia: ArrayLike | None = None,
         name: str | None = None,
-    ) -> Robot:
+    ) -> Self:
         """A robot with a body welded to a link: a payload, a tool, a sensor.
 
         The same as another link behind a fixed joint in the URDF. It can be named in scenes,
@@ -79,9 +52,9 @@ class RobotBuilding(RobotBase):
         """
         from .changes import with_body
 
-        return with_body(self._robot, frame, mass=mass, com=com, inertia=inertia, name=name)
+        return with_body(self, frame, mass=mass, com=com, inertia=inertia, name=name)
 
-    def with_lock(self, joints: str | Iterable[str] | Mapping[str, float]) -> Robot:
+    def with_lock(self, joints: str | Iterable[str] | Mapping[str, float]) -> Self:
         """A robot in which joints are fixed: fewer degrees of freedom, the same links.
 
         Args:
@@ -98,11 +71,11 @@ class RobotBuilding(RobotBase):
         """
         from .changes import with_lock
 
-        return with_lock(self._robot, joints)
+        return with_lock(self, joints)
 
     def with_armature(
         self, armature: Mapping[str, ArrayLike], *, gear: Mapping[str, float] | None = None
-    ) -> Robot:
+    ) -> Self:
         """A robot with rotor inertia in its joints, which adds to the diagonal of M.
 
         In geared arms it decides what an impact does: a rotor of inertia J behind a gear of
@@ -126,11 +99,11 @@ class RobotBuilding(RobotBase):
         """
         from .changes import with_armature
 
-        return with_armature(self._robot, armature, gear or {})
+        return with_armature(self, armature, gear or {})
 
     def with_ground(
         self, height: float = 0.0, *, normal: ArrayLike = (0.0, 0.0, 1.0), name: str = "ground"
-    ) -> Robot:
+    ) -> Self:
         """A robot with a plane in its world that ``Collision("ball", "ground")`` can name.
 
         Args:
@@ -150,4 +123,4 @@ class RobotBuilding(RobotBase):
         """
         from .changes import with_ground
 
-        return with_ground(self._robot, height, normal, name)
+        return with_ground(self, height, normal, name)

@@ -10,7 +10,7 @@ import functools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import pinocchio as pin
@@ -19,27 +19,29 @@ from ..errors import InputError, NotFiniteError, RangeError, ShapeError, quoted
 from .added import AddedBody, Changes, Ground
 from .arrays import array_of, floats
 from .source import RobotPart
+from .stating import RobotStates
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from .robot import Robot
 
 __all__ = ["with_armature", "with_body", "with_ground", "with_lock", "with_masses"]
 
 # A principal moment may exceed the sum of the others by so much of it: rounding.
 TRIANGLE = 1e-9
 
+Kind = TypeVar("Kind", bound=RobotStates)
+
 
 def with_body(
-    robot: Robot,
+    robot: Kind,
     frame: str,
     *,
     mass: float,
     com: Any = (0.0, 0.0, 0.0),
     inertia: Any = None,
     name: str | None = None,
-) -> Robot:
+) -> Kind:
     """See ``Robot.with_body``."""
     part, own = _part_of_link(robot, frame, "with_body")
     mass = _number(mass, "with_body: mass", 0.0)
@@ -70,7 +72,7 @@ def with_body(
     return _changed(robot, model, part, changes, lambda root: _write_body(root, body))
 
 
-def with_lock(robot: Robot, joints: Any) -> Robot:
+def with_lock(robot: Kind, joints: Any) -> Kind:
     """See ``Robot.with_lock``."""
     if isinstance(joints, str):
         joints = [joints]
@@ -119,7 +121,7 @@ def _key(frame: pin.Frame) -> tuple[str, bool]:
     return frame.name, frame.type in (pin.FrameType.BODY, pin.FrameType.OP_FRAME)
 
 
-def with_armature(robot: Robot, armature: Mapping[str, Any], gear: Mapping[str, float]) -> Robot:
+def with_armature(robot: Kind, armature: Mapping[str, Any], gear: Mapping[str, float]) -> Kind:
     """See ``Robot.with_armature``."""
     if not isinstance(armature, Mapping):
         raise InputError("with_armature: expected a mapping from joint names to numbers")
@@ -146,7 +148,7 @@ def with_armature(robot: Robot, armature: Mapping[str, Any], gear: Mapping[str, 
     return type(robot)(model, robot.parts, robot.name)
 
 
-def with_masses(robot: Robot, model: pin.Model) -> Robot:
+def with_masses(robot: Kind, model: pin.Model) -> Kind:
     """The robot with the inertias of a model that is its own but for these, and its geometry.
 
     Its files do not say these masses, so that it cannot be built from them, nor written to one.
@@ -155,7 +157,7 @@ def with_masses(robot: Robot, model: pin.Model) -> Robot:
     return type(robot)(pin.Model(model), parts, robot.name)
 
 
-def with_ground(robot: Robot, height: float, normal: Any, name: str) -> Robot:
+def with_ground(robot: Kind, height: float, normal: Any, name: str) -> Kind:
     """See ``Robot.with_ground``."""
     along = array_of(normal, (3,), "with_ground: normal")
     length = float(np.linalg.norm(along))
@@ -181,12 +183,12 @@ def with_ground(robot: Robot, height: float, normal: Any, name: str) -> Robot:
 
 
 def _changed(
-    robot: Robot,
+    robot: Kind,
     model: pin.Model,
     part: RobotPart,
     changes: Changes,
     write: Callable[[Element], None] | None,
-) -> Robot:
+) -> Kind:
     """The robot with another model, and one part of it rewritten."""
     text = part.urdf
     if text is not None and write is not None:
@@ -241,7 +243,7 @@ def _write_lock(root: Element, name: str, value: float) -> None:
             joint.remove(child)
 
 
-def _part_of(robot: Robot, name: str) -> RobotPart:
+def _part_of(robot: Kind, name: str) -> RobotPart:
     """The part of a combined robot that a name belongs to."""
     return max(
         (part for part in robot.parts if name.startswith(part.prefix)),
@@ -249,7 +251,7 @@ def _part_of(robot: Robot, name: str) -> RobotPart:
     )
 
 
-def _part_of_link(robot: Robot, frame: str, where: str) -> tuple[RobotPart, str]:
+def _part_of_link(robot: Kind, frame: str, where: str) -> tuple[RobotPart, str]:
     frame_id = robot.frame_id(frame, where)
     if frame_id == 0 or robot.model.frames[frame_id].type != pin.FrameType.BODY:
         links = ", ".join(f'"{link.name}"' for link in robot.links[:6])

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING
 
 from ..errors import InputError, MissingExtraError, UnknownNameError, shown
 
-if TYPE_CHECKING:
-    from .robot import Robot
-
-__all__ = ["robot_from_description"]
+__all__ = ["files_of_description"]
 
 
-def robot_from_description(name: str, root: str | None) -> Robot:
-    """See ``Robot.from_description``."""
-    from .robot import Robot
+def files_of_description(name: str) -> tuple[str | None, str, list[str]]:
+    """The URDF or else the MJCF of a robot, and the folders of its meshes.
 
+    Raises:
+        As ``Robot.from_description``.
+    """
     with MissingExtraError.unless(
         "robot_descriptions", "descriptions", "reading robots by description"
     ):
@@ -30,8 +28,6 @@ def robot_from_description(name: str, root: str | None) -> Robot:
         raise InputError(
             f'robot description "{name}": its files cannot be fetched: {reason}'
         ) from None
-    if hasattr(module, "URDF_PATH"):
-        folders = [getattr(module, key) for key in ("PACKAGE_PATH", "REPOSITORY_PATH")
-                   if hasattr(module, key)]  # fmt: skip
-        return Robot.from_urdf(module.URDF_PATH, root or "fixed", package_dirs=folders)
-    return Robot.from_mjcf(module.MJCF_PATH, root)
+    folders = [getattr(module, key) for key in ("PACKAGE_PATH", "REPOSITORY_PATH")
+               if hasattr(module, key)]  # fmt: skip
+    return getattr(module, "URDF_PATH", None), getattr(module, "MJCF_PATH", ""), folders

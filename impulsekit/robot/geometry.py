@@ -19,7 +19,7 @@ from .urdf import read_urdf
 from .urdf_plain import plain_urdf
 
 if TYPE_CHECKING:
-    from .robot import Robot
+    from .base import RobotBase
     from .source import RobotPart
 
 __all__ = ["folders_of_file", "geometry_ids", "geometry_of", "shape_content"]
@@ -36,7 +36,7 @@ PACKAGE_DEPTH = 5
 FLAT = 1e-6
 
 
-def geometry_of(robot: Robot, kind: pin.GeometryType) -> pin.GeometryModel:
+def geometry_of(robot: RobotBase, kind: pin.GeometryType) -> pin.GeometryModel:
     """The geometry of every part of a robot, named and attached as in its model.
 
     Raises:
@@ -70,7 +70,7 @@ def geometry_of(robot: Robot, kind: pin.GeometryType) -> pin.GeometryModel:
 
 
 def _kept_loader(
-    robot: Robot, kind: pin.GeometryType, shapes: Mapping[str, Sequence[str]]
+    robot: RobotBase, kind: pin.GeometryType, shapes: Mapping[str, Sequence[str]]
 ) -> dict[str, Any]:
     """What reads the meshes of a part: those that are drawn are read once for all robots.
 
@@ -84,7 +84,7 @@ def _kept_loader(
 
 
 def _add_plain(
-    robot: Robot, part: RobotPart, kind: pin.GeometryType, whole: pin.GeometryModel
+    robot: RobotBase, part: RobotPart, kind: pin.GeometryType, whole: pin.GeometryModel
 ) -> None:
     """The shapes of a part that is no URDF."""
     drawn = kind != pin.GeometryType.COLLISION
@@ -225,7 +225,7 @@ def mesh_folders(part: RobotPart) -> list[str]:
     return list(dict.fromkeys([*folders, *part.package_dirs, *filter(os.path.isabs, ros)]))
 
 
-def _attach(robot: Robot, prefix: str, alone: pin.Model, item: pin.GeometryObject) -> None:
+def _attach(robot: RobotBase, prefix: str, alone: pin.Model, item: pin.GeometryObject) -> None:
     """Move a geometry object from the model of its URDF alone to the robot's model."""
     frame_alone = alone.frames[item.parentFrame]
     in_frame = frame_alone.placement.inverse() * item.placement
@@ -238,7 +238,7 @@ def _attach(robot: Robot, prefix: str, alone: pin.Model, item: pin.GeometryObjec
     item.name = prefix + item.name
 
 
-def geometry_ids(robot: Robot, name: str, where: str = "") -> tuple[tuple[int, ...], int]:
+def geometry_ids(robot: RobotBase, name: str, where: str = "") -> tuple[tuple[int, ...], int]:
     """The collision objects that a name stands for, and the joint that carries them.
 
     Args:

@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 if TYPE_CHECKING:
-    from .robot import Robot
+    from .base import RobotBase
 
 __all__ = ["likely_degrees", "outside_limits"]
 
@@ -20,7 +20,9 @@ OUTSIDE = 1e-6
 DEGREES = (15.0, 360.0)
 
 
-def outside_limits(robot: Robot, q: np.ndarray, joints: Iterable[str] | None = None) -> list[str]:
+def outside_limits(
+    robot: RobotBase, q: np.ndarray, joints: Iterable[str] | None = None
+) -> list[str]:
     """A sentence for every joint of one coordinate that q (nq,) puts outside its limits.
 
     Args:
@@ -56,7 +58,7 @@ def outside_limits(robot: Robot, q: np.ndarray, joints: Iterable[str] | None = N
     return sentences
 
 
-def likely_degrees(robot: Robot, values: Mapping[str, Any]) -> list[str]:
+def likely_degrees(robot: RobotBase, values: Mapping[str, Any]) -> list[str]:
     """A sentence for every angle without limits that reads like degrees: 30, 45, 90, -180.
 
     Args:

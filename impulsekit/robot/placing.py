@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, RangeError
 from .arrays import array_of, lock
+from .base import RobotBase
 from .state import checked_configuration, checked_velocity
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from .robot import Robot
 
 __all__ = ["FrameVelocity", "Placement", "Posture", "place"]
 
@@ -24,6 +24,8 @@ __all__ = ["FrameVelocity", "Placement", "Posture", "place"]
 OUT_OF_PLANE = 1e-6
 # How far a rotation matrix or a quaternion may be off; it is made exact.
 OFF_ROTATION = 1e-6
+
+AnyRobot = TypeVar("AnyRobot", bound=RobotBase)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +67,7 @@ class FrameVelocity:
     angular: np.ndarray
 
 
-class Posture:
+class Posture(Generic[AnyRobot]):
     """A robot at q with v: placements and velocities of frames.
 
     Args:
@@ -83,7 +85,7 @@ class Posture:
         np.float64(0.333)
     """
 
-    def __init__(self, robot: Robot, q: Any, v: Any = None) -> None:
+    def __init__(self, robot: AnyRobot, q: Any, v: Any = None) -> None:
         model = robot.model
         self.robot = robot
         self.q = checked_configuration(model, q)
@@ -153,7 +155,7 @@ class Posture:
 
 
 def place(
-    robot: Robot,
+    robot: RobotBase,
     q: ArrayLike,
     frame: str,
     *,
@@ -234,7 +236,7 @@ def place(
 _PLACED = ("JointModelFreeFlyer", "JointModelPlanar", "JointModelTranslation")
 
 
-def _root_of(robot: Robot, frame: str) -> int:
+def _root_of(robot: RobotBase, frame: str) -> int:
     """The joint on the world that a frame hangs on; 0 where it is fixed in the world."""
     joint_id = robot.model.frames[robot.frame_id(frame, "place")].parentJoint
     while joint_id > 0 and robot.model.parents[joint_id] > 0:

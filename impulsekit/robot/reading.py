@@ -6,7 +6,7 @@ import os
 import warnings
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Self, cast
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 import pinocchio as pin
@@ -20,6 +20,7 @@ from ..errors import (
     a_thing,
     warn_of_assumptions,
 )
+from ..files import path_of
 from .base import RobotBase
 from .model_checks import ROOTS, check_depth_first, check_finite, root_joint
 from .source import RobotPart
@@ -134,7 +135,7 @@ class RobotReaders(RobotBase):
         The configuration is MuJoCo's ``qpos`` with quaternions as x, y, z, w instead of
         w, x, y, z; a free joint's linear velocity is in body axes instead of world axes.
         Joint limits, armature, damping and dry friction come along. ``loops`` holds the
-        active equality constraints; ``robot.scene()`` makes constraints of them. What has
+        active equality constraints; ``Scene.of_robot(robot)`` makes constraints of them. What has
         no place in the model (tendons, springs, actuators, ...) is in ``assumptions`` by name.
 
         Args:
@@ -183,7 +184,7 @@ class RobotReaders(RobotBase):
         """A robot from a <model> of SDF, the format of Gazebo.
 
         The model is written anew as a URDF. Joints to a link that another joint carries, and
-        gearboxes, are in ``loops``; ``robot.scene()`` makes constraints of them.
+        gearboxes, are in ``loops``; ``Scene.of_robot(robot)`` makes constraints of them.
 
         Args:
             source: a path, or SDF text.
@@ -246,9 +247,14 @@ class RobotReaders(RobotBase):
             >>> Robot.from_file("models/four_bar.urdf").nv
             3
         """
-        from .any_file import robot_from_file
+        from .any_file import format_of
 
-        return cast("Self", robot_from_file(path, root, package_dirs=package_dirs))
+        path = path_of(path, "the file of a robot")
+        written = format_of(path)
+        if written == "mjcf":
+            return cls.from_mjcf(path, root)
+        reader = cls.from_sdf if written == "sdf" else cls.from_urdf
+        return reader(path, root or "fixed", package_dirs=package_dirs)
 
     @classmethod
     def from_description(cls, name: str, root: str | None = None) -> Self:
@@ -262,9 +268,12 @@ class RobotReaders(RobotBase):
             MissingExtraError: the package is not installed.
             InputError: its files cannot be fetched.
         """
-        from .descriptions import robot_from_description
+        from .descriptions import files_of_description
 
-        return cast("Self", robot_from_description(name, root))
+        urdf, mjcf, folders = files_of_description(name)
+        if urdf is None:
+            return cls.from_mjcf(mjcf, root)
+        return cls.from_urdf(urdf, root or "fixed", package_dirs=folders)
 
     @classmethod
     def from_model(cls, model: pin.Model) -> Self:

@@ -46,9 +46,7 @@ class RobotStates(RobotBase):
 
         values = {**(by_name or {}), **joints}
         q = state.configuration(self.model, values)
-        warn_of_setup(
-            [*outside_limits(self._robot, q, values), *likely_degrees(self._robot, values)]
-        )
+        warn_of_setup([*outside_limits(self, q, values), *likely_degrees(self, values)])
         return q
 
     def velocity(
@@ -79,7 +77,7 @@ class RobotStates(RobotBase):
         """
         from .placing import Posture
 
-        return Posture(self._robot, q).placement(frame)
+        return Posture(self, q).placement(frame)
 
     def velocity_of(
         self, q: ArrayLike, v: ArrayLike, frame: str, at: ArrayLike = (0.0, 0.0, 0.0)
@@ -107,5 +105,5 @@ class RobotStates(RobotBase):
         """
         from .placing import Posture
 
-        posture = Posture(self._robot, q, v)
+        posture = Posture(self, q, v)
         return posture.velocity(frame, posture.placement(frame).point(at))

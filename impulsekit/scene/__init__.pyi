@@ -1,11 +1,11 @@
-from .constraints import Constraint as Constraint
+from .constraint_entry import Constraint as Constraint
 from .constraints import FrameAnchor as FrameAnchor
 from .constraints import JointCoupling as JointCoupling
 from .constraints import JointLock as JointLock
 from .constraints import PointAnchor as PointAnchor
+from .contact_entry import ContactEntry as ContactEntry
 from .contacts import Collision as Collision
 from .contacts import Contact as Contact
-from .contacts import ContactEntry as ContactEntry
 from .contacts import JointStop as JointStop
 from .design import DesignPoint as DesignPoint
 from .distances import DistanceAnchor as DistanceAnchor

@@ -6,13 +6,13 @@ import math
 from collections.abc import Callable
 from dataclasses import InitVar, dataclass
 from dataclasses import field as a_field
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import Any, Literal
 
-from ..errors import InputError, RangeError, a_thing
+from ..errors import InputError, RangeError
 from ..robot import Robot
 from .acting import Acting, InJoint
+from .by_material import ByTable, is_by_material, keep_table
 from .friction import Friction, checked_friction, is_plain
-from .materials import ByTable, is_by_material, keep_table
 from .numbers import (
     Vector,
     between,
@@ -27,17 +27,11 @@ from .numbers import (
 )
 from .restitution import checked_restitution
 
-if TYPE_CHECKING:
-    from .distances import Rope
-    from .gap_functions import GapContact
-
 __all__ = [
     "Collision",
     "Contact",
-    "ContactEntry",
     "JointStop",
     "adheres",
-    "check_contact",
     "check_stiffness",
     "turns",
 ]
@@ -238,62 +232,6 @@ class Collision(Acting):
         keep_table(self, _by_table)
 
 
-ContactEntry: TypeAlias = "Contact | JointStop | Collision | Rope | GapContact"
-
-
-def check_contact(robot: Robot, contact: Any, where: str) -> None:
-    """Prove that a contact fits a robot.
-
-    Raises:
-        UnknownNameError: a frame, joint or piece of geometry that the robot does not have.
-        InputError: a contact within one rigid body, a stop of a joint that has no limit
-            or more than one coordinate, or something that is no contact.
-    """
-    from .distances import Rope, check_ends
-    from .gap_functions import GapContact
-
-    if isinstance(contact, GapContact):
-        from .function_rows import check_gradient
-
-        check_gradient(robot, contact, where)
-    elif isinstance(contact, Rope):
-        check_ends(robot, contact, where)
-    elif isinstance(contact, Contact):
-        frames = robot.model.frames
-        ends = [frames[robot.frame_id(n, where)].parentJoint for n in contact.frame_names]
-        if ends[0] == ends[1]:
-            raise InputError(
-                f'{where}: "{contact.frame}" and "{contact.against}" belong to one rigid body '
-                "and cannot strike each other"
-            )
-    elif isinstance(contact, JointStop):
-        joint = robot.model.joints[robot.joint_id(contact.joint, where)]
-        if joint.nq != 1 or joint.nv != 1:
-            raise InputError(
-                f'{where}: joint "{contact.joint}" has no single coordinate that could reach '
-                "a stop (a continuous joint has no limits)"
-            )
-        lower, upper = contact.limits(robot)
-        if not lower <= upper:
-            raise InputError(
-                f"{where}: the lower limit {lower:g} is above the upper {upper:g}; give both"
-            )
-    elif isinstance(contact, Collision):
-        from ..robot.geometry import geometry_ids
-
-        ends = [geometry_ids(robot, name, where)[1] for name in (contact.first, contact.other)]
-        if ends[0] == ends[1]:
-            raise InputError(
-                f'{where}: "{contact.first}" and "{contact.other}" belong to one rigid body '
-                "and cannot collide"
-            )
-    else:
-        raise InputError(
-            f"{where} must be a Contact, JointStop, Collision, Rope or GapContact, "
-            f"got {a_thing(contact)}"
-        )
-
-
 def adheres(entry: Any) -> bool:
     """Whether a contact holds what it touches, in impacts or at rest."""
     return bool(getattr(entry, "adhesion", 0.0) or getattr(entry, "holding_force", 0.0))
@@ -319,7 +257,7 @@ def _check_coefficients(entry: Contact | Collision, what: str) -> None:
     check_name(entry.name, what)
 
 
-def check_stiffness(entry: ContactEntry, what: str) -> None:
+def check_stiffness(entry: Any, what: str) -> None:
     """Prove that the stiffness of a contact is a number above 0, infinity, or None."""
     if entry.stiffness != math.inf:
         keep(entry, what, optional(positive), "stiffness")

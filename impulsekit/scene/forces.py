@@ -14,7 +14,7 @@ import numpy as np
 
 from ..errors import InputError, RangeError, ShapeError, a_thing, quoted
 from ..robot import Robot
-from ..robot.robot import WORLD
+from ..robot.base import WORLD
 from .functions import numbers_from
 from .joint_friction import JointFriction
 from .numbers import (

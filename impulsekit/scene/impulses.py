@@ -7,7 +7,7 @@ from typing import Any, cast
 
 from ..errors import InputError, ShapeError, a_thing
 from ..robot import Robot
-from ..robot.robot import WORLD, WORLD_LINK
+from ..robot.base import WORLD, WORLD_LINK
 from .acting import Acting, InJoint
 from .numbers import Numbers, Vector, axes_name, check_name, each, keep, number, text, vector
 

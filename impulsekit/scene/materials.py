@@ -5,33 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..errors import InputError, a_thing
 from ..robot import Robot
+from .by_material import as_given, asks_for_materials
+from .contacts import Collision, Contact
 from .friction import Friction, checked_friction
 from .numbers import keep, optional, positive, text
 from .restitution import checked_restitution
 
-if TYPE_CHECKING:
-    from .contacts import Collision, Contact
-
 __all__ = [
-    "BY_MATERIAL",
-    "ByTable",
     "Material",
     "MaterialPair",
-    "as_given",
-    "asks_for_materials",
-    "is_by_material",
-    "keep_table",
     "with_materials",
 ]
-
-# Of each coefficient that a table gave: its name, what the user gave, and the table's number.
-ByTable = tuple[tuple[str, Any, Any], ...]
-# What a contact gives instead of a coefficient that the table of pairs has.
-BY_MATERIAL = "material"
 
 
 @dataclass(frozen=True)
@@ -96,31 +84,6 @@ class MaterialPair:
         keep(self, what, checked_friction, "friction")
         if self.stiffness != math.inf:
             keep(self, what, optional(positive), "stiffness")
-
-
-def is_by_material(value: Any) -> bool:
-    """Whether a coefficient is left to the table of pairs."""
-    return isinstance(value, str) and value == BY_MATERIAL
-
-
-def asks_for_materials(contact: Any) -> bool:
-    """Whether a contact leaves a coefficient to the table of pairs."""
-    given = getattr(contact, "restitution", 0.0), getattr(contact, "friction", 0.0)
-    return any(map(is_by_material, given))
-
-
-def keep_table(contact: Any, by_table: ByTable) -> None:
-    """Keep which coefficients of a contact its table of pairs gave: those that are not replaced."""
-    kept = tuple(one for one in by_table if getattr(contact, one[0]) == one[2])
-    object.__setattr__(contact, "_by_table", kept)
-
-
-def as_given(contact: Any) -> Any:
-    """A contact of a scene as the user gave it, with "material" in place of the pair's numbers."""
-    by_table = getattr(contact, "_by_table", ())
-    if not by_table:
-        return contact
-    return replace(contact, _by_table=(), **{name: given for name, given, _ in by_table})
 
 
 def with_materials(

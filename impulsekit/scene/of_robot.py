@@ -1,4 +1,4 @@
-"""A scene with what the robot's own file says of loops and contacts."""
+"""What a robot's own file says of loops, contacts and forces, as entries of a scene."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, TypedDict
 from ..errors import InputError, RangeError, quoted
 from ..robot import Robot
 from ..robot.loop import Loop
-from .constraints import DIRECTIONS, Constraint, FrameAnchor, JointCoupling, JointLock, PointAnchor
+from .constraint_entry import Constraint
+from .constraints import DIRECTIONS, FrameAnchor, JointCoupling, JointLock, PointAnchor
 from .contacts import Collision
 from .forces import JointSpring
 from .impulses import AppliedImpulse, JointImpulse
 from .joint_friction import JointFriction
 from .law import Law
-from .scene import Scene
 
 if TYPE_CHECKING:
     from typing import Unpack
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     import numpy as np
 
     from ..robot.mjcf_pairs import TouchingPair
-    from .contacts import ContactEntry
+    from .contact_entry import ContactEntry
     from .forces import Force
     from .materials import Material, MaterialPair
     from .numbers import Vector
 
-__all__ = ["FromFile", "SceneEntries", "scene_of"]
+__all__ = ["FromFile", "SceneEntries", "entries_of"]
 
 # The direction that a closing joint leaves free, z along its axis.
 _FREE = {"hinge": "rz", "slide": "z"}
@@ -49,7 +49,7 @@ class SceneEntries(TypedDict, total=False):
 
 
 class FromFile(SceneEntries, total=False):
-    """What ``Robot.scene`` takes: the entries of a scene, and what comes from the file."""
+    """What ``Scene.of_robot`` takes: the entries of a scene, and what comes from the file."""
 
     file_loops: bool
     file_contacts: bool | str
@@ -59,7 +59,7 @@ class FromFile(SceneEntries, total=False):
     restitution: float
 
 
-def scene_of(
+def entries_of(
     robot: Robot,
     *,
     file_loops: bool = True,
@@ -69,8 +69,8 @@ def scene_of(
     joint_friction: bool = False,
     restitution: float = 0.0,
     **entries: Unpack[SceneEntries],
-) -> Scene:
-    """A scene of a robot with the loops, and on request the contacts, of its file.
+) -> SceneEntries:
+    """The entries of a scene with the loops, and on request the contacts, of a robot's file.
 
     Args:
         robot: the robot, such as one of ``Robot.from_mjcf``.
@@ -91,13 +91,12 @@ def scene_of(
     Raises:
         RangeError: ``file_contacts`` is something else.
         InputError: friction that differs between the two tangents of MuJoCo's contact frame.
-        What ``Scene`` raises.
 
     Example:
         >>> text = '''<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>
         ...   <body name="ball"><freejoint/><geom name="skin" size="0.1"/></body>
         ... </worldbody></mujoco>'''
-        >>> scene_of(Robot.from_mjcf(text), file_contacts="world").contacts[0].other
+        >>> entries_of(Robot.from_mjcf(text), file_contacts="world")["contacts"][0].other
         'floor'
     """
     which = "world" if file_contacts is True else file_contacts
@@ -116,7 +115,7 @@ def scene_of(
     own["forces"] = (*dampers, *rubbing, *entries.get("forces", ()))
     own["constraints"] = (*constraints, *entries.get("constraints", ()))
     own["contacts"] = (*contacts, *entries.get("contacts", ()))
-    return Scene(robot, **own)
+    return own
 
 
 def _collision(pair: TouchingPair, restitution: float, *, turning: bool) -> Collision:

@@ -16,11 +16,14 @@ from .law import Law
 from .numbers import Vector, keep, not_negative, text, vector
 
 if TYPE_CHECKING:
-    from .constraints import Constraint
-    from .contacts import ContactEntry
+    from typing import Unpack
+
+    from .constraint_entry import Constraint
+    from .contact_entry import ContactEntry
     from .forces import Force
     from .impulses import AppliedImpulse, JointImpulse
     from .materials import Material, MaterialPair
+    from .of_robot import FromFile
 
 __all__ = ["Scene"]
 
@@ -97,7 +100,8 @@ class Scene(Displayed):
             keep(self, "Scene", not_negative, "gap_bound")
         set_field(self, "materials", _entries(self.materials, "materials"))
         if self.materials or self.contacts:
-            from .materials import asks_for_materials, with_materials
+            from .by_material import asks_for_materials
+            from .materials import with_materials
 
             if self.materials or any(map(asks_for_materials, self.contacts)):
                 own = with_materials(self.robot, self.contacts, self.materials)
@@ -111,6 +115,32 @@ class Scene(Displayed):
         self._check_turning()
         self._check_friction()
         self._check_names()
+
+    @classmethod
+    def of_robot(cls, robot: Robot, **entries: Unpack[FromFile]) -> Scene:
+        """A scene with the loops, and on request the contacts, of the robot's file.
+
+        Args:
+            robot: the robot.
+            **entries: what ``Scene`` takes (``contacts``, ``law``, ``materials``, ...), and what
+                to take from the file: ``file_loops`` (True), ``file_contacts`` (False; "world"
+                or "all"), ``file_turning`` (True: rolling and torsional friction too),
+                ``restitution`` (0) of those contacts, ``joint_damping`` and ``joint_friction``
+                (False). See ``impulsekit.scene.of_robot.entries_of``.
+
+        Raises:
+            RangeError, InputError: as ``entries_of``, and what ``Scene`` raises.
+
+        Example:
+            >>> from impulsekit import Contact, Robot, Scene
+            >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+            >>> scene = Scene.of_robot(ball, contacts=[Contact("ball", restitution=0.5)])
+            >>> scene.contacts[0].restitution
+            0.5
+        """
+        from .of_robot import entries_of
+
+        return cls(robot, **entries_of(robot, **entries))
 
     def _check_law(self) -> None:
         if self.law.slip == "end" and self.law.restitution == "newton":
@@ -190,16 +220,16 @@ class Scene(Displayed):
             for i, impulse in enumerate(self.impulses):
                 check_impulse(self.robot, impulse, f"impulses[{i}]")
         if self.constraints:
-            from .constraints import check_constraint
+            from .constraint_entry import check_constraint
 
             for i, constraint in enumerate(self.constraints):
                 check_constraint(self.robot, constraint, f"constraints[{i}]")
         if self.controlled:
-            from .constraints import check_controlled
+            from .constraint_entry import check_controlled
 
             check_controlled(self.robot, self.controlled, self.constraints)
         if self.contacts:
-            from .contacts import check_contact
+            from .contact_entry import check_contact
 
             for i, contact in enumerate(self.contacts):
                 check_contact(self.robot, contact, f"contacts[{i}]")

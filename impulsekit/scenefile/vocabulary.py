@@ -24,6 +24,7 @@ from typing import Annotated, Any
 import pydantic
 from pydantic_core import PydanticCustomError
 
+from ..scene.by_material import BY_MATERIAL
 from ..scene.constraints import FrameAnchor, JointCoupling, JointLock, PointAnchor
 from ..scene.contacts import Collision, Contact, JointStop
 from ..scene.design import DesignPoint
@@ -33,7 +34,7 @@ from ..scene.friction import EllipticFriction, FrictionTable, StaticKinetic
 from ..scene.impulses import AppliedImpulse, JointImpulse
 from ..scene.joint_friction import JointFriction
 from ..scene.law import Law
-from ..scene.materials import BY_MATERIAL, Material, MaterialPair
+from ..scene.materials import Material, MaterialPair
 from ..scene.motion import MotionSettings
 from ..scene.points import ReportPoint
 from ..scene.restitution import Restitution, RestitutionTable

@@ -16,8 +16,8 @@ from ..files import write_file
 from ..robot import Robot
 from ..robot import state as states
 from ..scene import Scene
+from ..scene.by_material import as_given
 from ..scene.design import DesignPoint
-from ..scene.materials import as_given
 from ..scene.motion import MotionSettings
 from ..scene.points import ReportPoint
 from .entries import MOVED

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..display.table import decimals, table
 from .speeds import speeds_of
-from .table import decimals, table
 
 if TYPE_CHECKING:
     from ..impact import Impact

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from .table import Table, TableLine
+from ..display.table import Table, TableLine
 
 if TYPE_CHECKING:
     from rich.console import Group

@@ -6,7 +6,7 @@ import html
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from .table import Table, table
+from ..display.table import Table, table
 
 if TYPE_CHECKING:
     from ..batch.result import ImpactBatch

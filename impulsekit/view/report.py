@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..display.table import ROUNDING, decimals, paper_decimals, table
 from ..errors import InputError, RangeError, a_thing, quoted
 from ..scene import AppliedImpulse
 from ..scene.points import report_points
 from .contacts import contacts_section, gap_lines
 from .forms import FORMS
 from .speeds import speeds_of
-from .table import ROUNDING, decimals, paper_decimals, table
 
 if TYPE_CHECKING:
     from ..impact import Impact

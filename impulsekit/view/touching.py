@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from ..display.table import decimals, table
 from ..errors import InputError, a_thing
 from ..impact.gaps import AnchorOpening, ContactGap, anchor_openings, contact_gaps
 from ..impact.named import Named
 from ..robot.placing import Posture
 from ..scene import Scene
 from .contacts import GAP_SCALE
-from .table import decimals, table
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -13,8 +13,8 @@ from impulsekit.errors import SingularMassError, UrdfError
 from impulsekit.impact import solve
 from impulsekit.laws.status import Status
 from impulsekit.robot import Robot
+from impulsekit.robot.base import WORLD
 from impulsekit.robot.examples import example_names
-from impulsekit.robot.robot import WORLD
 from impulsekit.scene import AppliedImpulse, Contact, JointImpulse, Scene
 
 __all__ = [

@@ -97,7 +97,7 @@ def difference(mj, seed=0, *, loops=False):
         body = int(rng.choice(moving))
         blow, at = rng.normal(size=3), 0.1 * rng.normal(size=3)
         entry = ik.AppliedImpulse(robot.links[body - 1].name, linear=blow, at=at)
-        scene = robot.scene(impulses=[entry]) if loops else ik.Scene(robot, [entry])
+        scene = ik.Scene.of_robot(robot, impulses=[entry]) if loops else ik.Scene(robot, [entry])
         q, v = state_from_mujoco(mj, data.qpos, 0.0 * data.qvel)
         impact = ik.solve(scene, q, v)
         _, expected = state_from_mujoco(mj, data.qpos, jump(mj, data, body, at, blow, loops=loops))

@@ -186,7 +186,9 @@ def test_an_equality_becomes_a_constraint(kind):
     text = FOUR_BAR.format(EQUALITIES[kind])
     mj = mujoco.MjModel.from_xml_string(text)
     robot = ik.Robot.from_mjcf(text)
-    scene = robot.scene(impulses=[ik.AppliedImpulse("b", linear=[1, 0, 2], at=[0.5, 0, 0.1])])
+    scene = ik.Scene.of_robot(
+        robot, impulses=[ik.AppliedImpulse("b", linear=[1, 0, 2], at=[0.5, 0, 0.1])]
+    )
     assert len(scene.constraints) == 1
     impact = ik.solve(scene, robot.neutral(), robot.velocity())
     data = mujoco.MjData(mj)
@@ -201,8 +203,8 @@ def test_two_of_them_in_one_world_keep_their_loops_apart():
     robot = ik.Robot.from_mjcf(FOUR_BAR.format(EQUALITIES["connect"]))
     both = ik.combine(left=robot, right=robot, placements={"right": [0, 3, 0]})
     blow = ik.AppliedImpulse("right/b", linear=[1, 0, 2])
-    impact = ik.solve(both.scene(impulses=[blow]), both.neutral(), both.velocity())
-    alone = robot.scene(impulses=[ik.AppliedImpulse("b", linear=[1, 0, 2])])
+    impact = ik.solve(ik.Scene.of_robot(both, impulses=[blow]), both.neutral(), both.velocity())
+    alone = ik.Scene.of_robot(robot, impulses=[ik.AppliedImpulse("b", linear=[1, 0, 2])])
     single = ik.solve(alone, robot.neutral(), robot.velocity())
     np.testing.assert_allclose(impact.dv[:3], 0, atol=1e-15)
     np.testing.assert_allclose(impact.dv[3:], single.dv, atol=1e-13)
@@ -309,16 +311,16 @@ def test_geoms_meet_with_the_friction_of_the_file(shape):
         f"<geom name='g' type='{shape}' size='.1 .1 .1' friction='.3'/></body>"
     )
     robot = ik.Robot.from_mjcf(text)
-    scene = robot.scene(file_contacts="world", restitution=0.5)
+    scene = ik.Scene.of_robot(robot, file_contacts="world", restitution=0.5)
     (contact,) = scene.contacts
     assert (contact.first, contact.other, contact.friction) == ("g", "floor", 0.4)
     half = 0.2 if shape == "capsule" else 0.1
     q = robot.configuration(r=[0, 0, half, 0, 0, 0, 1])
     impact = ik.solve(scene, q, robot.velocity(r=[0, 0, -2, 0, 0, 0]))
     np.testing.assert_allclose(impact.v_after, [0, 0, 1, 0, 0, 0], atol=1e-6)
-    assert robot.scene().contacts == ()
+    assert ik.Scene.of_robot(robot).contacts == ()
     with pytest.raises(RangeError, match="file_contacts"):
-        robot.scene(file_contacts="floor")
+        ik.Scene.of_robot(robot, file_contacts="floor")
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -348,14 +350,14 @@ def test_friction_is_that_of_mujocos_contacts(seed):
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     assert data.ncon == 4
-    scene = quiet(text).scene(file_contacts="world")
+    scene = ik.Scene.of_robot(quiet(text), file_contacts="world")
     ours = {c.first: c for c in scene.contacts}
     for one in data.contact:
         name = next(n for i in one.geom if (n := model.geom(int(i)).name) != "floor")
         theirs = one.friction * [one.dim >= 3, 0, one.dim >= 4, one.dim >= 6, 0]
         found = ours[name].friction, ours[name].torsion, ours[name].rolling
         np.testing.assert_allclose(found, theirs[[0, 2, 3]], rtol=1e-15)
-    plain = quiet(text).scene(file_contacts="world", file_turning=False)
+    plain = ik.Scene.of_robot(quiet(text), file_contacts="world", file_turning=False)
     assert all(c.rolling == c.torsion == 0.0 for c in plain.contacts)
 
 
@@ -364,7 +366,7 @@ def test_friction_that_depends_on_mujocos_axes_is_refused():
     body = f"{FLOOR}<body><freejoint/><geom name='g' size='.1'/></body>"
     robot = quiet(mjcf(body, pair))
     with pytest.raises(ik.errors.InputError, match="differs between the two tangents"):
-        robot.scene(file_contacts=True)
+        ik.Scene.of_robot(robot, file_contacts=True)
 
 
 def test_a_ball_of_condim_6_stops_rolling():
@@ -375,7 +377,7 @@ def test_a_ball_of_condim_6_stops_rolling():
         "<geom name='g' size='.1' mass='1' condim='6' friction='1 .1 .004'/></body>"
     )
     robot = ik.Robot.from_mjcf(text)
-    scene = robot.scene(file_contacts=True)
+    scene = ik.Scene.of_robot(robot, file_contacts=True)
     v = robot.velocity(r=[0.2, 0, 0, 0, 2.0, 0])
     motion = ik.simulate(scene, robot.configuration(r=[0, 0, 0.1, 0, 0, 0, 1]), v, 0.2)
     slower = 2.0 - 0.004 * 9.81 / (1.4 * 0.01) * 0.2
@@ -388,8 +390,8 @@ def test_parents_and_excluded_bodies_do_not_meet():
         f"<body name='c'><joint axis='1 0 0'/>{BALL}</body></body></body>"
     )
     exclude = "<contact><exclude body1='c' body2='world'/></contact></mujoco>"
-    everything = quiet(text).scene(file_contacts="all")
+    everything = ik.Scene.of_robot(quiet(text), file_contacts="all")
     # three with the floor, and the grandchild with its grandparent
     assert len(everything.contacts) == 4
-    fewer = quiet(text.replace("</mujoco>", exclude)).scene(file_contacts="all")
+    fewer = ik.Scene.of_robot(quiet(text.replace("</mujoco>", exclude)), file_contacts="all")
     assert len(fewer.contacts) == 3

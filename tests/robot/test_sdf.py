@@ -124,8 +124,10 @@ def test_inertias_turn_with_their_pose():
 
 
 def solved(robot, link_name, **options):
-    scene = robot.scene(
-        impulses=[ik.AppliedImpulse(link_name, linear=[1, 2, 3], at=[0.1, 0.2, 0])], **options
+    scene = ik.Scene.of_robot(
+        robot,
+        impulses=[ik.AppliedImpulse(link_name, linear=[1, 2, 3], at=[0.1, 0.2, 0])],
+        **options,
     )
     impact = ik.solve(scene, robot.neutral(), robot.velocity())
     assert impact.is_valid()
@@ -202,7 +204,7 @@ def test_cassie_with_its_rods_and_springs(file, root):
         warnings.simplefilter("ignore", AssumptionWarning)
         robot = ik.Robot.from_sdf(path, root)
     assert len(robot.loops) >= 4
-    scene = robot.scene(impulses=[ik.AppliedImpulse("left-foot", linear=[0, 0, 5])])
+    scene = ik.Scene.of_robot(robot, impulses=[ik.AppliedImpulse("left-foot", linear=[0, 0, 5])])
     impact = ik.solve(scene, robot.neutral(), robot.velocity())
     assert impact.is_valid()
     assert impact.residuals.constraint < 1e-9

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
+from impulsekit.display.table import decimals, paper_decimals, table
 from impulsekit.errors import UnknownNameError
 from impulsekit.scene import ReportPoint
 from impulsekit.view.speeds import speeds_of
-from impulsekit.view.table import decimals, paper_decimals, table
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from ..meanwhile import by_kernels_only
 from ..motions.simulate import simulate_batch
 from ..progress import shown
 from ..remote import warm_workers
-from ..solve import solve_batch
+from ..solve import solve_batch, warm_up
 from .store import StudyStore
 from .study import Study
 
@@ -192,7 +192,7 @@ def _there(
         return client.submit(_sent_chunk, packed, study.fingerprint, index, pure=False)
 
     if study.motion is None:
-        client.run(warm_workers, pickle.dumps(study.scene), np.dtype(float))
+        client.run(warm_workers, warm_up, pickle.dumps(study.scene), np.dtype(float))
     running = {}
     for _ in range(3 * workers):
         index = next(waiting, None)

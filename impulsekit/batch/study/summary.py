@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +15,7 @@ from .chunks import checksums_told
 from .layout import UNWRITTEN
 from .store import StudyStore, open_study
 
-__all__ = ["QuantityLine", "StudySummary", "plot_study", "summarize"]
+__all__ = ["QuantityLine", "StudySummary", "is_valid", "sizes_of", "statuses_of", "summarize"]
 
 QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 # Rows read at a time.
@@ -80,7 +79,7 @@ class StudySummary:
     @property
     def valid(self) -> bool:
         """Whether every row is written and may be used."""
-        return self.complete and all(map(_is_valid, self.statuses))
+        return self.complete and all(map(is_valid, self.statuses))
 
     def __str__(self) -> str:
         lines = [f"{self.rows} rows"]
@@ -135,13 +134,13 @@ def summarize(store: Any, *, worst: int = 3) -> StudySummary:
 def _summary(dataset: Any, worst: int) -> StudySummary:
     status = dataset["status"].values
     codes, counts = np.unique(status[status != UNWRITTEN], return_counts=True)
-    statuses = _statuses(dataset)
-    valid = np.isin(status, [code for code, one in statuses.items() if _is_valid(one)])
+    statuses = statuses_of(dataset)
+    valid = np.isin(status, [code for code, one in statuses.items() if is_valid(one)])
     lines = []
     for name in sorted(dataset.data_vars):
         if name == "status" or not valid.any():
             continue
-        label, sizes = _size(dataset[name])
+        label, sizes = sizes_of(dataset[name])
         sizes = np.where(valid, sizes, np.nan)
         quantiles = tuple(float(x) for x in np.nanquantile(sizes, QUANTILES))
         order = np.argsort(-np.nan_to_num(np.abs(sizes), nan=-1.0), kind="stable")
@@ -150,14 +149,15 @@ def _summary(dataset: Any, worst: int) -> StudySummary:
     return StudySummary(len(status), found, tuple(lines))
 
 
-def _statuses(dataset: Any) -> dict[int, Status | MotionStatus]:
+def statuses_of(dataset: Any) -> dict[int, Status | MotionStatus]:
     """By code: of motions where the rows are motions."""
     names = json.loads(dataset.attrs.get("status", "{}"))
     kind: Any = MotionStatus if MotionStatus.FINISHED.name in names else Status
     return {one.code: one for one in kind}
 
 
-def _is_valid(status: Status | MotionStatus) -> bool:
+def is_valid(status: Status | MotionStatus) -> bool:
+    """Whether a row with this status may be used."""
     return status.finished if isinstance(status, MotionStatus) else status.valid
 
 
@@ -176,32 +176,7 @@ def _opened(store: Any) -> Any:
     return store
 
 
-def plot_study(path: str | os.PathLike[str], picture: str | os.PathLike[str]) -> None:
-    """Histograms of all quantities of a store, as a picture (by its ending: svg, png, pdf).
-
-    Raises:
-        InputError: there is no store of a study, or nothing in it is valid.
-        MissingExtraError: matplotlib is not installed.
-    """
-    from ...view.plots.canvas import new_figure, save_figure
-
-    with checksums_told():
-        dataset = open_study(path).load()
-    good = [code for code, one in _statuses(dataset).items() if _is_valid(one)]
-    valid = np.isin(dataset["status"].values, good)
-    names = [name for name in sorted(dataset.data_vars) if name != "status"]
-    if not valid.any() or not names:
-        raise InputError(f'"{path}" holds no valid row to plot')
-    figure = new_figure(6.0, 2.2 * len(names))
-    for axes, name in zip(np.atleast_1d(figure.subplots(len(names))), names, strict=True):
-        label, sizes = _size(dataset[name])
-        axes.hist(sizes[valid], bins=80, color="#4477aa")
-        axes.set_xlabel(f"{label} [{dataset[name].attrs.get('units', '1')}]")
-        axes.set_ylabel("rows")
-    save_figure(figure, picture)
-
-
-def _size(variable: Any) -> tuple[str, np.ndarray]:
+def sizes_of(variable: Any) -> tuple[str, np.ndarray]:
     """A label and one number a row: the number itself, or the norm of several."""
     if variable.ndim == 1:
         return str(variable.name), variable.values

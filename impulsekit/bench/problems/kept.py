@@ -2,7 +2,7 @@
 
 Each is kept with a digest of what it answers. Where that does not fit, because a robot's
 URDF or a problem has changed, the answer is worked out again on the spot, so an old one is
-never used. ``python -m impulsekit.bench.problems.kept`` works out and writes what is missing
+never used. ``python -m impulsekit.bench.problems`` works out and writes what is missing
 or old.
 """
 
@@ -12,7 +12,6 @@ import dataclasses
 import functools
 import hashlib
 import json
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -21,7 +20,7 @@ import numpy as np
 
 from ...scene import Scene
 
-__all__ = ["FOLDER", "decimals", "digest", "exact_or_kept", "kept", "main"]
+__all__ = ["FOLDER", "decimals", "digest", "exact_or_kept", "kept", "path_of"]
 
 FOLDER = Path(__file__).parent / "answers"
 # Integrated motions are not true to more.
@@ -78,7 +77,7 @@ def _said(entry: Any) -> tuple[str, list[tuple[str, str]]]:
 @functools.cache
 def kept(family: str) -> dict[str, Any]:
     """The kept answers of a family, by size: "of", a digest, and "answer", decimals."""
-    path = _path(family)
+    path = path_of(family)
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
 
 
@@ -89,30 +88,6 @@ def decimals(answer: Any, duration: float = 0.0) -> list[str]:
     return [nstr(number, DIGITS_OF_MOTIONS if duration else DIGITS) for number in answer]
 
 
-def main(families: list[str]) -> None:
-    """Work out the answers that are missing or old, of some families or of all."""
-    from .registry import problems
-
-    for problem in problems(families=families):
-        derive = getattr(problem.exact, "derive", None)
-        if derive is None:
-            continue
-        of = digest(problem.scene, problem.q, problem.v, problem.duration)
-        known = dict(kept(problem.family))
-        if known.get(str(problem.size), {}).get("of") == of:
-            continue
-        known[str(problem.size)] = {"of": of, "answer": decimals(derive(), problem.duration)}
-        FOLDER.mkdir(exist_ok=True)
-        ordered = {size: known[size] for size in sorted(known, key=int)}
-        text = json.dumps(ordered, indent=1) + "\n"
-        _path(problem.family).write_text(text, encoding="utf-8")
-        kept.cache_clear()
-        sys.stdout.write(f"{problem.name}: worked out\n")
-
-
-def _path(family: str) -> Path:
+def path_of(family: str) -> Path:
+    """The file of a family's answers."""
     return FOLDER / f"{family.replace(' ', '_').replace(',', '')}.json"
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])

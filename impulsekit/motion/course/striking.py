@@ -15,8 +15,8 @@ from ...impact.solver import outcome_told, solve_touching
 from ...laws.status import Status
 from ...laws.tolerances import RESIDUAL_LIMIT
 from ...scene import Contact, Scene
+from ...scene.at_time import is_driven, scene_at
 from ...scene.contacts import turns
-from ...scene.driven import is_driven, scene_at
 from ...scene.friction import is_plain, static_friction
 from ...scene.kept import KeptByScene
 from ...scene.law import RESTITUTIONS

@@ -10,7 +10,8 @@ import pinocchio as pin
 
 from ...errors import InputError
 from ...rows.entries import JointRows
-from ...scene.driven import Driven, Rates, velocity_at
+from ...scene.at_time import velocity_at
+from ...scene.driven import Driven, Rates
 
 __all__ = ["DrivenRows"]
 

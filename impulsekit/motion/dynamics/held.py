@@ -27,7 +27,7 @@ from ...rows.entries import FunctionRows, JointRows
 from ...rows.pair import Pair
 from ...rows.reach import ReachedModel
 from ...scene import Scene
-from ...scene.driven import is_driven, scene_at
+from ...scene.at_time import is_driven, scene_at
 from .driven import DrivenRows
 
 __all__ = ["CLOSED", "HeldRows"]

@@ -97,15 +97,17 @@ def test_scene_files_hold_tables_and_sides():
 
 def test_the_damping_of_joints_is_there_on_request():
     panda = ik.Robot.from_example("panda")
-    assert panda.scene().forces == ()
-    forces = panda.scene(joint_damping=True, forces=[ik.Actuator("panda_joint1", 1.0)]).forces
+    assert ik.Scene.of_robot(panda).forces == ()
+    forces = ik.Scene.of_robot(
+        panda, joint_damping=True, forces=[ik.Actuator("panda_joint1", 1.0)]
+    ).forces
     assert isinstance(forces[-1], ik.Actuator)
     told = {force.joint: force.damping for force in forces[:-1]}
     assert told == dict(zip(panda.joint_names, panda.model.damping.tolist(), strict=True))
     # A joint that turns alone comes to rest as exp(-c t / I).
     rod = ik.models.pendulum_urdf(1).replace("<axis", '<dynamics damping="0.7"/><axis')
     robot = ik.Robot.from_urdf(rod)
-    scene = robot.scene(joint_damping=True, gravity=NOWHERE)
+    scene = ik.Scene.of_robot(robot, joint_damping=True, gravity=NOWHERE)
     motion = ik.simulate(scene, [0.0], [2.0], duration=1.0, samples=5)
     (link,) = [link for link in robot.links if link.mass > 0]
     inertia = link.inertia_in_joint_axes[1, 1] + link.mass * link.com_in_joint @ link.com_in_joint

@@ -254,8 +254,8 @@ def test_a_file_s_dry_friction_on_request(tmp_path):
         "</joint>", '<dynamics damping="0.25" friction="0.75"/></joint>'
     )
     robot = ik.Robot.from_urdf(text)
-    assert robot.scene().forces == ()
-    scene = robot.scene(joint_friction=True, joint_damping=True)
+    assert ik.Scene.of_robot(robot).forces == ()
+    scene = ik.Scene.of_robot(robot, joint_friction=True, joint_damping=True)
     assert scene.forces == (
         ik.JointSpring("joint_1", damping=0.25),
         ik.JointFriction("joint_1", 0.75),
@@ -264,7 +264,7 @@ def test_a_file_s_dry_friction_on_request(tmp_path):
     assert ik.load_scene(tmp_path / "dry.toml").scene.forces == scene.forces
     mjcf = """<mujoco><worldbody><body><joint name="j" axis="0 1 0" frictionloss="0.4"/>
       <geom size="0.1" pos="0 0 1"/></body></worldbody></mujoco>"""
-    own = ik.Robot.from_mjcf(mjcf).scene(joint_friction=True)
+    own = ik.Scene.of_robot(ik.Robot.from_mjcf(mjcf), joint_friction=True)
     assert own.forces == (ik.JointFriction("j", 0.4),)
 
 

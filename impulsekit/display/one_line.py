@@ -1,4 +1,4 @@
-"""How results show themselves: one line as plain text, tables in a notebook."""
+"""A result in one line of plain text."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
-__all__ = ["Displayed", "OneLine", "one_line"]
+__all__ = ["OneLine", "one_line"]
 
 # A line longer than this wraps in a terminal several times over.
 LONGEST_LINE = 160
@@ -29,18 +29,6 @@ class OneLine:
             if field.repr
         }
         return one_line(type(self).__name__, **named)
-
-
-class Displayed(OneLine):
-    """What a notebook shows as tables, or as a moving picture."""
-
-    __slots__ = ()
-
-    def _repr_html_(self) -> str:
-        # The one way from a result to the room that draws it, taken when a notebook asks.
-        from .view.notebook import html_of
-
-        return html_of(self)
 
 
 def one_line(title: str, *first: str, **named: Any) -> str:

@@ -1,0 +1,26 @@
+"""What a notebook shows of a result: the rooms that know how are named by the package's face."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from .one_line import OneLine
+
+__all__ = ["Displayed", "show_with"]
+
+_shown: list[Callable[[Any], str]] = []
+
+
+def show_with(html_of: Callable[[Any], str]) -> None:
+    """Have notebooks show results by a function that gives valid HTML of one."""
+    _shown[:] = [html_of]
+
+
+class Displayed(OneLine):
+    """A result that a notebook shows as tables, or as a moving picture."""
+
+    __slots__ = ()
+
+    def _repr_html_(self) -> str:
+        return _shown[0](self)

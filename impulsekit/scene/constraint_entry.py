@@ -1,0 +1,98 @@
+"""What ``Scene.constraints`` takes, and the proof that it fits a robot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+from ..errors import InputError, ShapeError, a_thing
+from ..robot import Robot
+from .constraints import FrameAnchor, JointCoupling, JointLock, PointAnchor
+from .distances import DistanceAnchor, check_ends
+from .driven import Driven
+from .function_rows import check_gradient
+from .gap_functions import GapConstraint
+
+__all__ = ["Constraint", "check_constraint", "check_controlled"]
+
+Constraint: TypeAlias = (
+    PointAnchor | FrameAnchor | DistanceAnchor | JointLock | JointCoupling | Driven | GapConstraint
+)
+
+
+def check_constraint(robot: Robot, constraint: Any, where: str) -> None:
+    """Prove that a constraint fits a robot.
+
+    Raises:
+        UnknownNameError: a frame or joint that the robot does not have.
+        InputError: an anchor within one rigid body, a coupling of a joint with several
+            degrees of freedom, or something that is no constraint.
+        ShapeError: a lock whose velocity does not have the joint's length.
+    """
+    if isinstance(constraint, GapConstraint):
+        check_gradient(robot, constraint, where)
+    elif isinstance(constraint, DistanceAnchor):
+        check_ends(robot, constraint, where)
+    elif isinstance(constraint, Driven):
+        joint = _moving_joint(robot, constraint.joint, where)
+        if joint.nv != 1:
+            raise InputError(
+                f'{where}: joint "{constraint.joint}" has {joint.nv} degrees of freedom, '
+                "a Driven takes a joint with one"
+            )
+    elif isinstance(constraint, PointAnchor | FrameAnchor):
+        frames = robot.model.frames
+        ends = [frames[robot.frame_id(n, where)] for n in (constraint.frame, constraint.other)]
+        if ends[0].parentJoint == ends[1].parentJoint:
+            body = "the world" if ends[0].parentJoint == 0 else "one rigid body"
+            raise InputError(
+                f'{where}: "{constraint.frame}" and "{constraint.other}" both belong to {body}; '
+                "an anchor between them holds nothing"
+            )
+    elif isinstance(constraint, JointLock):
+        joint = _moving_joint(robot, constraint.joint, where)
+        if isinstance(constraint.velocity, tuple) and len(constraint.velocity) != joint.nv:
+            what = f'{where}: velocity of joint "{constraint.joint}"'
+            raise ShapeError.of(what, (joint.nv,), (len(constraint.velocity),))
+    elif isinstance(constraint, JointCoupling):
+        for name in (constraint.joint, *constraint.other):
+            joint = _moving_joint(robot, name, where)
+            if joint.nv != 1:
+                raise InputError(
+                    f'{where}: joint "{name}" has {joint.nv} degrees of freedom, '
+                    "a coupling takes joints with one"
+                )
+    else:
+        raise InputError(
+            f"{where} must be a PointAnchor, FrameAnchor, DistanceAnchor, JointLock, "
+            f"JointCoupling, Driven or GapConstraint, "
+            f"got {a_thing(constraint)}"
+        )
+
+
+def check_controlled(
+    robot: Robot, controlled: Sequence[str], constraints: Sequence[Constraint]
+) -> None:
+    """Prove that a robot has these joints, each named once and none of them locked as well.
+
+    Raises:
+        UnknownNameError: a joint that the robot does not have.
+        InputError: a fixed joint, one that is named twice, or locked by a constraint.
+    """
+    locked = [entry.joint for entry in constraints if isinstance(entry, JointLock | Driven)]
+    for i, name in enumerate(controlled):
+        _moving_joint(robot, name, f"controlled[{i}]")
+        if name in controlled[:i]:
+            raise InputError(f'controlled[{i}]: joint "{name}" is named twice')
+        if name in locked:
+            raise InputError(
+                f'controlled[{i}]: a JointLock holds joint "{name}" already; '
+                "leave one of the two out"
+            )
+
+
+def _moving_joint(robot: Robot, name: str, where: str) -> Any:
+    """The joint of the model; a fixed joint of the URDF is told apart from an unknown one."""
+    if name not in robot.joint_names and robot.has_fixed_joint(name):
+        raise InputError(f'{where}: joint "{name}" is fixed, it has no motion to constrain')
+    return robot.model.joints[robot.joint_id(name, where)]
