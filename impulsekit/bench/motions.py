@@ -15,7 +15,7 @@ from ..motion.warm import compile_motion
 from ..robot import Robot
 from ..robot.combine import combine
 from ..scene import AppliedForce, Collision, Contact, Scene
-from .tosses import FRICTION, WIDTH, cube_scene
+from .cube import FRICTION, WIDTH, cube_scene
 from .urdf import box_moments, box_shape, one_body
 
 __all__ = ["dominoes", "drawn_box", "shaken_block", "tosses"]

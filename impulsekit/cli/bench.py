@@ -30,14 +30,6 @@ PARTS = ("rows", "skip", "claims")
 @click.option("--peers/--no-peers", default=True, help="Other programs, if they are installed.")
 @click.option("--resume", is_flag=True, help="Go on with a run that was stopped.")
 @click.option("--list", "listing", is_flag=True, help="List families and methods, and stop.")
-@click.option(
-    "--measured",
-    type=click.Path(),
-    metavar="PATH",
-    help="Instead, hold motions and laws against public recordings in a folder: tosses of a cube "
-    "(ContactNets), of an elbow (dair_pll), planar drops (ImpactModeling) and landings of Cassie "
-    "(cassie_impact_dataset); or one file of them.",
-)
 @click.option("--quiet", "-q", is_flag=True, help="No progress.")
 def bench(
     quick: bool,
@@ -48,7 +40,6 @@ def bench(
     peers: bool,
     resume: bool,
     listing: bool,
-    measured: str | None,
     quiet: bool,
 ) -> None:
     """Time impulsekit and other programs on problems whose answers are known exactly.
@@ -59,13 +50,6 @@ def bench(
     from .threads import one_thread_each
 
     one_thread_each()
-    if measured is not None:
-        from ..bench.recorded import measured_report
-        from .progress import bar_on_terminal
-
-        bar = None if quiet else bar_on_terminal("steps")
-        click.echo(measured_report(measured, progress=bar, tell=_teller(quiet)), nl=False)
-        return
     from ..bench.methods.registry import few
     from ..bench.methods.registry import methods as named
 

@@ -41,7 +41,7 @@ class Identification(OneLine):
         >>> import impulsekit as ik
         >>> file = ik.load_scene("examples/cube_tosses.toml")
         >>> tosses = ik.measured.load_recordings("examples/cube_tosses.npz", file.scene.robot)
-        >>> found = identify(tosses[:4], file.scene, motions=False)
+        >>> found = ik.measured.identify(tosses[:4], file.scene, motions=False)
         >>> found.by_motion is None, found.calibration is None, "Impacts" in found.report()
         (True, False, True)
     """

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from scipy.io import savemat
 
-from impulsekit.bench.drops import SQUARED_RADII, drop_section, load_drops
-from impulsekit.cli import main
 from impulsekit.errors import FileError
+from tests.recorded.__main__ import main
+from tests.recorded.drops import SQUARED_RADII, drop_section, load_drops
 
 E, MU = 0.5, 0.15
 
@@ -49,8 +48,9 @@ def test_the_axes_are_mended_and_flagged_impacts_left_out(drops):
     assert (np.array([m.v_before for m in found.measurements])[:, 0] > 0.0).all()
 
 
-def test_the_report_tells_the_coefficients(drops):
-    text = CliRunner().invoke(main, ["bench", "--measured", str(drops)]).stdout
+def test_the_report_tells_the_coefficients(drops, capsys):
+    main([str(drops)])
+    text = capsys.readouterr().out
     assert "v_x mirrored" in text and "60 impacts, 1 flagged" in text
     line = next(line for line in text.splitlines() if line.startswith("Newton, slip at the end"))
     assert "restitution = 0.5 " in line and "friction = 0.15 " in line

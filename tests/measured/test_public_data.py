@@ -6,14 +6,14 @@ import zipfile
 import numpy as np
 import pinocchio as pin
 import pytest
-from click.testing import CliRunner
 
-from impulsekit.bench import elbow, landings, recorded
-from impulsekit.bench.section import Section, joined
-from impulsekit.bench.tensors import read_tensor
 from impulsekit.bench.urdf import joint_text, link_text, robot_text
-from impulsekit.cli import main
 from impulsekit.errors import FileError, InputError
+from tests.recorded import elbow, landings
+from tests.recorded import report as recorded
+from tests.recorded.__main__ import main
+from tests.recorded.section import Section, joined
+from tests.recorded.tensors import read_tensor
 
 
 def zipped_tensor(path, array, opcode=b"torch\nDoubleStorage\n", shape=None):
@@ -189,17 +189,18 @@ def test_all_data_in_a_folder_are_found(jump, tmp_path):
     assert recorded.find_data(jump) == [("landings", jump)]
 
 
-def test_a_folder_of_nothing_says_where_data_can_be_had(tmp_path):
-    done = CliRunner().invoke(main, ["bench", "--measured", str(tmp_path)])
-    assert done.exit_code == 2
+def test_a_folder_of_nothing_says_where_data_can_be_had(tmp_path, capsys):
+    assert main([str(tmp_path)]) == 2
+    said = capsys.readouterr().err
     for where in ("contact-nets", "dair_pll", "ImpactModeling", "cassie_impact_dataset"):
-        assert where in done.stderr
+        assert where in said
 
 
-def test_one_bad_set_of_data_does_not_stop_the_others(tmp_path, monkeypatch):
+def test_one_bad_set_of_data_does_not_stop_the_others(tmp_path, capsys):
     (tmp_path / "ellipse_uniform.mat").write_text("nothing")
     (tmp_path / "x_00.npy").write_text("nothing")
-    text = CliRunner().invoke(main, ["bench", "--measured", str(tmp_path)]).stdout
+    main([str(tmp_path)])
+    text = capsys.readouterr().out
     assert "left out: " in text and "no list of planar impacts" in text
     assert "cassie_v2.urdf is missing" in text
 

@@ -6,14 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from click.testing import CliRunner
 
 import impulsekit as ik
-from impulsekit.bench import elbow, landings
-from impulsekit.cli import main
 from impulsekit.cli.progress import bar_on_terminal
 from impulsekit.measured import motions
 from tests.measured.test_public_data import biped, zipped_tensor
+from tests.recorded import elbow, landings
+from tests.recorded.__main__ import main
 
 E, MU, SAMPLES = 0.2, 0.25, 34
 
@@ -89,10 +88,11 @@ def jumps(tmp_path):
     return tmp_path
 
 
-def test_landings_are_followed_from_end_to_end(jumps):
-    done = CliRunner().invoke(main, ["bench", "--measured", str(jumps)])
-    assert done.exit_code == 0 and done.stderr == f"landings: {jumps}\n"
-    lines = done.stdout.splitlines()
+def test_landings_are_followed_from_end_to_end(jumps, capsys):
+    assert main([str(jumps)]) == 0
+    said = capsys.readouterr()
+    assert said.err == f"landings: {jumps}\n"
+    lines = said.out.splitlines()
     assert lines[0] == "1 landings"
     rows = {line[:40].strip(): [float(x.split()[0]) for x in (line[40:58], line[58:])]
             for line in lines[4:]}  # fmt: skip

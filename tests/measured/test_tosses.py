@@ -7,12 +7,12 @@ import types
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
-from impulsekit.bench.tensors import read_tensor
-from impulsekit.bench.tosses import cube_scene, load_tosses
-from impulsekit.cli import main
+from impulsekit.bench.cube import cube_scene
 from impulsekit.errors import FileError, InputError
+from tests.recorded.__main__ import main
+from tests.recorded.tensors import read_tensor
+from tests.recorded.tosses import load_tosses
 
 
 @pytest.fixture
@@ -93,8 +93,8 @@ def test_tosses_of_a_folder(save, tmp_path):
     assert tosses[0].t[1] == 1 / 148
 
 
-def test_what_is_not_there_is_said_with_where_it_is(tmp_path):
+def test_what_is_not_there_is_said_with_where_it_is(tmp_path, capsys):
     with pytest.raises(InputError, match="contact-nets"):
         load_tosses(tmp_path, cube_scene().robot)
-    done = CliRunner().invoke(main, ["bench", "--measured", str(tmp_path / "none")])
-    assert done.exit_code == 2 and "contact-nets" in done.stderr
+    assert main([str(tmp_path / "none")]) == 2
+    assert "contact-nets" in capsys.readouterr().err

@@ -8,16 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..design.measurement import Measurement
-from ..errors import FileError, shown
-from ..files import file_told, open_plain_file
-from ..measured.candidates import LawCandidate, usual_candidates
-from ..measured.comparison import LawComparison, compare_laws
-from ..measured.mirrored import MirroredAxes, find_mirrored
-from ..robot import Robot
-from ..scene import Contact, Law, Scene
-from .section import Section
-from .urdf import link_text, robot_text
+from impulsekit.bench.urdf import link_text, robot_text
+from impulsekit.design.measurement import Measurement
+from impulsekit.errors import FileError, shown
+from impulsekit.files import file_told, open_plain_file
+from impulsekit.measured.candidates import LawCandidate, usual_candidates
+from impulsekit.measured.comparison import LawComparison, compare_laws
+from impulsekit.measured.mirrored import MirroredAxes, find_mirrored
+from impulsekit.robot import Robot
+from impulsekit.scene import Contact, Law, Scene
+from tests.recorded.section import Section
 
 __all__ = ["Drops", "drop_section", "load_drops"]
 

@@ -10,8 +10,8 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from ..errors import FileError, shown
-from ..files import file_told, open_plain_file
+from impulsekit.errors import FileError, shown
+from impulsekit.files import file_told, open_plain_file
 
 __all__ = ["read_tensor"]
 

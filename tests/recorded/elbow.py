@@ -11,19 +11,19 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError, shown
-from ..measured.calibration import calibrate
-from ..measured.closing import ClosingContacts
-from ..measured.flight import Flight
-from ..measured.motions import MotionFit, fit_motion
-from ..measured.recording import Recording
-from ..measured.rollouts import QUICK, Rollouts
-from ..measured.segments import flights_with_noise
-from ..robot import Robot
-from ..scene import Contact, JointSpring, Scene
-from .section import Section
-from .tensors import read_tensor
-from .urdf import box_moments, joint_text, link_text, robot_text
+from impulsekit.bench.urdf import box_moments, joint_text, link_text, robot_text
+from impulsekit.errors import InputError, shown
+from impulsekit.measured.calibration import calibrate
+from impulsekit.measured.closing import ClosingContacts
+from impulsekit.measured.flight import Flight
+from impulsekit.measured.motions import MotionFit, fit_motion
+from impulsekit.measured.recording import Recording
+from impulsekit.measured.rollouts import QUICK, Rollouts
+from impulsekit.measured.segments import flights_with_noise
+from impulsekit.robot import Robot
+from impulsekit.scene import Contact, JointSpring, Scene
+from tests.recorded.section import Section
+from tests.recorded.tensors import read_tensor
 
 __all__ = ["ELBOW_COLUMNS", "elbow_scene", "elbow_section", "load_elbow", "windows"]
 

@@ -12,16 +12,24 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import FileError, InputError, shown
-from ..files import file_told, open_plain_file
-from ..impact.solver import solve_without_warnings
-from ..measured.closing import ClosingContacts
-from ..motion.record.status import MotionStatus
-from ..motion.simulate import simulate
-from ..robot import Robot
-from ..scene import Actuator, Contact, DistanceAnchor, JointLock, JointSpring, Scene, TorqueTable
-from ..scene.motion import MotionSettings
-from .section import Section
+from impulsekit.errors import FileError, InputError, shown
+from impulsekit.files import file_told, open_plain_file
+from impulsekit.impact.solver import solve_without_warnings
+from impulsekit.measured.closing import ClosingContacts
+from impulsekit.motion.record.status import MotionStatus
+from impulsekit.motion.simulate import simulate
+from impulsekit.robot import Robot
+from impulsekit.scene import (
+    Actuator,
+    Contact,
+    DistanceAnchor,
+    JointLock,
+    JointSpring,
+    Scene,
+    TorqueTable,
+)
+from impulsekit.scene.motion import MotionSettings
+from tests.recorded.section import Section
 
 __all__ = ["Landing", "cassie_scene", "landing_section", "load_landings"]
 

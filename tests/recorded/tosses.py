@@ -10,24 +10,23 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import FileError, InputError, shown
-from ..measured.calibration import calibrate
-from ..measured.columns import RecordingFormat
-from ..measured.motions import fit_motion
-from ..measured.reading import load_recordings
-from ..measured.recording import Recording
-from ..measured.rollouts import QUICK, Rollouts
-from ..robot import Robot
-from ..scene import Contact, Scene
-from .section import Section
-from .tensors import read_tensor
-from .urdf import one_body
+from impulsekit.bench.cube import WIDTH, cube_scene
+from impulsekit.errors import FileError, InputError, shown
+from impulsekit.measured.calibration import calibrate
+from impulsekit.measured.columns import RecordingFormat
+from impulsekit.measured.motions import fit_motion
+from impulsekit.measured.reading import load_recordings
+from impulsekit.measured.recording import Recording
+from impulsekit.measured.rollouts import QUICK, Rollouts
+from impulsekit.robot import Robot
+from impulsekit.scene import Scene
+from tests.recorded.section import Section
+from tests.recorded.tensors import read_tensor
 
-__all__ = ["WIDTH", "cube_scene", "load_tosses", "toss_section"]
+__all__ = ["load_tosses", "toss_section"]
 
-# The cube as published: side [m], samples a second, restitution and friction (tilt test).
-WIDTH, RATE, RESTITUTION, FRICTION = 0.1048, 148.0, 0.125, 0.18
-MASS, INERTIA = 0.37, 0.00081
+# Samples a second.
+RATE = 148.0
 # Mean position error [% of the width] and rotation [deg] of best fits to 550 of the tosses:
 # Acosta, Yang & Posa 2022 (arXiv:2110.00541).
 PUBLISHED = (("Drake, best fit", 13.5, 16.5), ("Bullet, best fit", 14.9, 16.5),
@@ -37,19 +36,6 @@ MUJOCO = "MuJoCo, well set, 12.3 %, 16.2°"
 # The part of the tosses that is not fitted.
 HELD_OUT = 0.8
 WHERE = "github.com/DAIRLab/contact-nets, data/tosses_processed (BSD-3-Clause)"
-
-
-def cube_scene() -> Scene:
-    """The cube of the tosses with its eight corners over a table."""
-    robot = one_body("cube", MASS, INERTIA)
-    half = 0.5 * WIDTH
-    signs = [(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]
-    contacts = [
-        Contact("cube", at=[half * a, half * b, half * c], restitution=RESTITUTION,
-                friction=FRICTION, name=f"corner_{i}")
-        for i, (a, b, c) in enumerate(signs)
-    ]  # fmt: skip
-    return Scene(robot, contacts=contacts, gravity=[0, 0, -9.81])
 
 
 def load_tosses(path: str | os.PathLike[str], robot: Robot) -> list[Recording]:
