@@ -8,12 +8,15 @@ from typing import Any, TypeAlias
 from ..errors import InputError, ShapeError, a_thing
 from ..robot import Robot
 from .constraints import FrameAnchor, JointCoupling, JointLock, PointAnchor
-from .distances import DistanceAnchor, check_ends
+from .distances import KEPT_ANYWAY, DistanceAnchor
 from .driven import Driven
+from .fits import check_one_degree, check_two_bodies
 from .function_rows import check_gradient
 from .gap_functions import GapConstraint
 
 __all__ = ["Constraint", "check_constraint", "check_controlled"]
+
+HOLDS_NOTHING = "an anchor between them holds nothing"
 
 Constraint: TypeAlias = (
     PointAnchor | FrameAnchor | DistanceAnchor | JointLock | JointCoupling | Driven | GapConstraint
@@ -32,23 +35,11 @@ def check_constraint(robot: Robot, constraint: Any, where: str) -> None:
     if isinstance(constraint, GapConstraint):
         check_gradient(robot, constraint, where)
     elif isinstance(constraint, DistanceAnchor):
-        check_ends(robot, constraint, where)
+        check_two_bodies(robot, constraint.frame_names, where, KEPT_ANYWAY)
     elif isinstance(constraint, Driven):
-        joint = _moving_joint(robot, constraint.joint, where)
-        if joint.nv != 1:
-            raise InputError(
-                f'{where}: joint "{constraint.joint}" has {joint.nv} degrees of freedom, '
-                "a Driven takes a joint with one"
-            )
+        check_one_degree(robot, constraint.joint, where, "a Driven")
     elif isinstance(constraint, PointAnchor | FrameAnchor):
-        frames = robot.model.frames
-        ends = [frames[robot.frame_id(n, where)] for n in (constraint.frame, constraint.other)]
-        if ends[0].parentJoint == ends[1].parentJoint:
-            body = "the world" if ends[0].parentJoint == 0 else "one rigid body"
-            raise InputError(
-                f'{where}: "{constraint.frame}" and "{constraint.other}" both belong to {body}; '
-                "an anchor between them holds nothing"
-            )
+        check_two_bodies(robot, constraint.frame_names, where, HOLDS_NOTHING)
     elif isinstance(constraint, JointLock):
         joint = _moving_joint(robot, constraint.joint, where)
         if isinstance(constraint.velocity, tuple) and len(constraint.velocity) != joint.nv:
@@ -56,12 +47,7 @@ def check_constraint(robot: Robot, constraint: Any, where: str) -> None:
             raise ShapeError.of(what, (joint.nv,), (len(constraint.velocity),))
     elif isinstance(constraint, JointCoupling):
         for name in (constraint.joint, *constraint.other):
-            joint = _moving_joint(robot, name, where)
-            if joint.nv != 1:
-                raise InputError(
-                    f'{where}: joint "{name}" has {joint.nv} degrees of freedom, '
-                    "a coupling takes joints with one"
-                )
+            check_one_degree(robot, name, where, "a JointCoupling")
     else:
         raise InputError(
             f"{where} must be a PointAnchor, FrameAnchor, DistanceAnchor, JointLock, "

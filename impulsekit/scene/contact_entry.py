@@ -7,7 +7,8 @@ from typing import Any, TypeAlias
 from ..errors import InputError, a_thing
 from ..robot import Robot
 from .contacts import Collision, Contact, JointStop
-from .distances import Rope, check_ends
+from .distances import KEPT_ANYWAY, Rope
+from .fits import check_two_bodies
 from .function_rows import check_gradient
 from .gap_functions import GapContact
 
@@ -27,15 +28,9 @@ def check_contact(robot: Robot, contact: Any, where: str) -> None:
     if isinstance(contact, GapContact):
         check_gradient(robot, contact, where)
     elif isinstance(contact, Rope):
-        check_ends(robot, contact, where)
+        check_two_bodies(robot, contact.frame_names, where, KEPT_ANYWAY)
     elif isinstance(contact, Contact):
-        frames = robot.model.frames
-        ends = [frames[robot.frame_id(n, where)].parentJoint for n in contact.frame_names]
-        if ends[0] == ends[1]:
-            raise InputError(
-                f'{where}: "{contact.frame}" and "{contact.against}" belong to one rigid body '
-                "and cannot strike each other"
-            )
+        check_two_bodies(robot, contact.frame_names, where, "they cannot strike each other")
     elif isinstance(contact, JointStop):
         joint = robot.model.joints[robot.joint_id(contact.joint, where)]
         if joint.nq != 1 or joint.nv != 1:

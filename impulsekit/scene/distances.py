@@ -7,14 +7,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import InputError, RangeError
-from ..robot import Robot
 from .acting import BetweenFrames
 from .constraints import velocity_of
 from .contacts import check_stiffness
 from .numbers import Vector, Velocity, check_name, keep, number, text, vector
 from .restitution import checked_restitution
 
-__all__ = ["DistanceAnchor", "Rope", "check_ends"]
+__all__ = ["KEPT_ANYWAY", "DistanceAnchor", "Rope"]
+
+# Why both ends must be on two bodies.
+KEPT_ANYWAY = "their points keep their distance anyway"
 
 
 @dataclass(frozen=True)
@@ -90,23 +92,6 @@ class Rope(BetweenFrames):
         keep(self, what, _length, "length")
         keep(self, what, checked_restitution, "restitution")
         check_stiffness(self, what)
-
-
-def check_ends(robot: Robot, entry: DistanceAnchor | Rope, where: str) -> None:
-    """Prove that a robot has both ends, on two bodies.
-
-    Raises:
-        UnknownNameError: a frame that the robot does not have.
-        InputError: both ends on one rigid body.
-    """
-    frames = robot.model.frames
-    ends = [frames[robot.frame_id(name, where)].parentJoint for name in entry.frame_names]
-    if ends[0] == ends[1]:
-        body = "the world" if ends[0] == 0 else "one rigid body"
-        raise InputError(
-            f'{where}: "{entry.frame}" and "{entry.other}" both belong to {body}; '
-            "their points keep their distance anyway"
-        )
 
 
 def _length(value: Any, what: str) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..errors import InputError, RangeError, ShapeError, a_thing, quoted
 from ..robot import Robot
-from ..robot.base import WORLD
+from .fits import check_frame_moves, check_one_degree, check_two_bodies
 from .functions import numbers_from
 from .joint_friction import JointFriction
 from .numbers import (
@@ -314,42 +314,25 @@ def check_force(robot: Robot, force: Any, where: str) -> None:
             degrees of freedom, or something that is no force.
     """
     if isinstance(force, JointSpring):
-        _one_degree(robot, force.joint, where, "a JointSpring")
+        check_one_degree(robot, force.joint, where, "a JointSpring")
     elif isinstance(force, JointFriction):
-        _one_degree(robot, force.joint, where, "a JointFriction")
+        check_one_degree(robot, force.joint, where, "a JointFriction")
     elif isinstance(force, Spring):
-        frames = robot.model.frames
-        ends = [frames[robot.frame_id(n, where)].parentJoint for n in (force.frame, force.other)]
-        if ends[0] == ends[1]:
-            raise InputError(
-                f'{where}: "{force.frame}" and "{force.other}" belong to one rigid body; '
-                "a spring between them moves nothing"
-            )
+        why = "a spring between them moves nothing"
+        check_two_bodies(robot, (force.frame, force.other), where, why)
     elif isinstance(force, Actuator):
         joint = robot.model.joints[robot.joint_id(force.joint, where)]
         if isinstance(force.torque, PD | TorqueTable):
-            _one_degree(robot, force.joint, where, f"a {type(force.torque).__name__}")
+            check_one_degree(robot, force.joint, where, f"a {type(force.torque).__name__}")
         elif isinstance(force.torque, tuple) and len(force.torque) != joint.nv:
             what = f'{where}: torque in joint "{force.joint}"'
             raise ShapeError.of(what, (joint.nv,), (len(force.torque),))
     elif isinstance(force, AppliedForce):
-        frame_id = robot.frame_id(force.frame, where)
-        if robot.model.frames[frame_id].parentJoint == 0:
-            whole = "the world" if force.frame == WORLD else f'"{force.frame}", fixed to the world,'
-            raise InputError(f"{where}: a force on {whole} moves nothing")
+        check_frame_moves(robot, force.frame, where, "a force")
     else:
         raise InputError(
             f"{where} must be a JointSpring, JointFriction, Spring, Actuator or AppliedForce, "
             f"got {a_thing(force)}"
-        )
-
-
-def _one_degree(robot: Robot, name: str, where: str, what: str) -> None:
-    joint = robot.model.joints[robot.joint_id(name, where)]
-    if joint.nv != 1:
-        raise InputError(
-            f'{where}: joint "{name}" has {joint.nv} degrees of freedom, {what} takes a joint '
-            "with one"
         )
 
 

@@ -9,6 +9,7 @@ from ..errors import InputError, ShapeError, a_thing
 from ..robot import Robot
 from ..robot.base import WORLD, WORLD_LINK
 from .acting import Acting, InJoint
+from .fits import check_frame_moves
 from .numbers import Numbers, Vector, axes_name, check_name, each, keep, number, text, vector
 
 __all__ = ["AppliedImpulse", "JointImpulse", "check_impulse"]
@@ -104,15 +105,10 @@ def check_impulse(robot: Robot, impulse: Any, where: str) -> None:
         InputError: an impulse on the world, or something that is no impulse.
     """
     if isinstance(impulse, AppliedImpulse):
-        frame_id = robot.frame_id(impulse.frame, where)
-        if robot.model.frames[frame_id].parentJoint == 0:
-            whole = (
-                "the world" if impulse.frame == WORLD else f'"{impulse.frame}", fixed to the world,'
-            )
-            way_out = 'strike a link that can move, or load the robot with root="freeflyer"'
-            if impulse.frame == WORLD and WORLD_LINK in robot.frame_names:
-                way_out = f'the link that its file calls "world" is "{WORLD_LINK}" here'
-            raise InputError(f"{where}: an impulse on {whole} moves nothing; {way_out}")
+        way_out = 'strike a link that can move, or load the robot with root="freeflyer"'
+        if impulse.frame == WORLD and WORLD_LINK in robot.frame_names:
+            way_out = f'the link that its file calls "world" is "{WORLD_LINK}" here'
+        check_frame_moves(robot, impulse.frame, where, "an impulse", way_out)
     elif isinstance(impulse, JointImpulse):
         joint = robot.model.joints[robot.joint_id(impulse.joint, where)]
         if len(impulse.values) != joint.nv:
