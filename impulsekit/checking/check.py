@@ -93,7 +93,7 @@ def check(impact: Impact | Trajectory, digits: int | None = None) -> Check | Mot
     known = known_impulses(reference, scene.impulses)
     notes = _give_what_solvers_found(impact, known)
     demands = constraint_rows(reference, at, impact.v_before, scene.held)
-    conditions = conditions_of(system.tree, at, demands)
+    conditions = conditions_of(system, at, demands)
     if conditions is None:
         # The reference's own solver names the motion.
         _solved(impact, known, None)

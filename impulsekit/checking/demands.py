@@ -84,7 +84,7 @@ def constraint_rows(
     Args:
         y: (n,) the speeds before the impact, for rows whose velocity is kept.
     """
-    tree = reference.system.tree
+    tree = reference.system
     stacked = []
     for entry in constraints:
         rows = _rows(reference, at, entry)
@@ -98,7 +98,7 @@ def constraint_rows(
 
 
 def _rows(reference: ReferenceRobot, at: Kinematics, entry: Constraint) -> Rows:
-    tree = reference.system.tree
+    tree = reference.system
     if isinstance(entry, PointAnchor | FrameAnchor):
         return _anchor_rows(reference, at, entry)
     if isinstance(entry, GapConstraint):
@@ -121,7 +121,7 @@ def _rows(reference: ReferenceRobot, at: Kinematics, entry: Constraint) -> Rows:
 
 def _distance_rows(reference: ReferenceRobot, at: Kinematics, entry: DistanceAnchor) -> Rows:
     """The velocity of one point against the other along the line that joins them."""
-    tree = reference.system.tree
+    tree = reference.system
     link, other = reference.link(entry.frame), reference.link(entry.other)
     between = tree.arithmetic.zeros(3)
     for name, place, sign in ((link, entry.at, 1), (other, entry.other_at, -1)):
@@ -136,7 +136,7 @@ def _distance_rows(reference: ReferenceRobot, at: Kinematics, entry: DistanceAnc
 def _anchor_rows(
     reference: ReferenceRobot, at: Kinematics, entry: PointAnchor | FrameAnchor
 ) -> Rows:
-    tree = reference.system.tree
+    tree = reference.system
     link, other = reference.link(entry.frame), reference.link(entry.other)
     first, second = tree.body_of_link(link), tree.body_of_link(other)
     other_at: Any = entry.other_at

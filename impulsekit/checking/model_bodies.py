@@ -14,7 +14,6 @@ from ..errors import InputError
 from ..reference import Arithmetic, KaneSystem
 from ..reference.body import WORLD, Body
 from ..reference.joint import COORDINATES, SPEEDS, Joint
-from ..reference.tree import Tree
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -71,7 +70,7 @@ class _Builder:
             self._add_joint(joint_id, not links.get(joint_id))
             self._add_frames(joint_id, links.get(joint_id, []))
         names = tuple(self.speeds), tuple(self.coordinates)
-        return KaneSystem(Tree(tuple(self.bodies), self.numbers, *names))
+        return KaneSystem(tuple(self.bodies), self.numbers, *names)
 
     def _add_joint(self, joint_id: int, with_inertia: bool) -> None:
         model = self.robot.model

@@ -50,7 +50,7 @@ class ReferenceRobot:
     def own_link(self, frame: str) -> str:
         """The same for a frame that moves with the robot: a URDF may call a link "world", too."""
         name = self.prefix + frame
-        tree = self.system.tree
+        tree = self.system
         if name not in tree.link_names and frame == WORLD_LINK:
             name = f"{self.prefix}world"
         if name not in tree.link_names:
@@ -119,7 +119,7 @@ def _system_of(part: RobotPart, numbers: Arithmetic) -> KaneSystem:
 
 def _same_order(robot: Robot, reference: ReferenceRobot) -> None:
     """Prove that both programs number the degrees of freedom alike."""
-    tree = reference.system.tree
+    tree = reference.system
     named = (
         _FIRST_OF_SEVERAL.sub("", body.joint.name.removeprefix(reference.prefix))
         for body in tree.bodies
@@ -143,7 +143,7 @@ def _with_rotors(reference: ReferenceRobot, robot: Robot) -> ReferenceRobot:
     armature = np.array(robot.model.armature)
     if not armature.any():
         return reference
-    tree = reference.system.tree
+    tree = reference.system
     bodies = []
     for body in tree.bodies:
         own = armature[body.joint.speeds]
@@ -152,7 +152,7 @@ def _with_rotors(reference: ReferenceRobot, robot: Robot) -> ReferenceRobot:
             rotor = np.array(numbers, dtype=tree.arithmetic.dtype)
             body = replace(body, joint=replace(body.joint, armature=rotor))
         bodies.append(body)
-    return ReferenceRobot(KaneSystem(replace(tree, bodies=tuple(bodies))), reference.prefix)
+    return ReferenceRobot(replace(tree, bodies=tuple(bodies)), reference.prefix)
 
 
 def _impossible(reason: str) -> InputError:

@@ -11,8 +11,8 @@ from .comparison import compare_laws as compare_laws
 from .finding import find_impacts as find_impacts
 from .found import FoundImpact as FoundImpact
 from .found import FoundImpacts as FoundImpacts
-from .identification import Identification as Identification
 from .identification import identify as identify
+from .identification_report import Identification as Identification
 from .mirrored import MirroredAxes as MirroredAxes
 from .mirrored import find_mirrored as find_mirrored
 from .motions import MotionFit as MotionFit

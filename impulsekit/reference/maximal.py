@@ -69,7 +69,7 @@ def impact_of_free_bodies(
 
     The arguments and errors are those of :meth:`KaneSystem.impact`.
     """
-    tree, numbers = system.tree, system.arithmetic
+    tree, numbers = system, system.arithmetic
     before, at = tree.speeds(y), system.kinematics(q)
     given = Rows.none(tree) if rows is None else system.checked_rows(rows)
     joints = _Joints(tree, at)

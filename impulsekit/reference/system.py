@@ -6,7 +6,6 @@ coordinates and speeds.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,7 +15,7 @@ import numpy as np
 
 from impulsekit.errors import ShapeError
 from impulsekit.reference import actions, kane, loads
-from impulsekit.reference.arithmetic import Arithmetic, Array, closed
+from impulsekit.reference.arithmetic import Array, closed
 from impulsekit.reference.impact import KaneImpact
 from impulsekit.reference.kinematics import Kinematics, kinematics, partial_rates
 from impulsekit.reference.loads import JointSpring, Load, PointSpring
@@ -32,7 +31,7 @@ __all__ = ["KaneImpact", "KaneSystem"]
 
 
 @dataclass(frozen=True, eq=False)
-class KaneSystem:
+class KaneSystem(Tree):
     """A multibody system by Chang & Huston's method.
 
     Example:
@@ -46,64 +45,17 @@ class KaneSystem:
         (array([0., 3., 0.]), array([0., 0., 6.]))
     """
 
-    tree: Tree
-
-    @classmethod
-    def from_urdf(
-        cls,
-        urdf: str | os.PathLike[str],
-        root: str = "fixed",
-        mimic: bool = False,
-        arithmetic: Arithmetic | None = None,
-        exact_decimals: bool = False,
-    ) -> KaneSystem:
-        """Read a URDF; arguments and errors are those of :meth:`Tree.from_urdf`."""
-        return cls(Tree.from_urdf(urdf, root, mimic, arithmetic, exact_decimals))
-
-    @classmethod
-    def combine(
-        cls, placements: Mapping[str, tuple[Any, Any]] | None = None, /, **parts: KaneSystem
-    ) -> KaneSystem:
-        """Several systems in one world, names prefixed "part/"; see :meth:`Tree.combine`."""
-        return cls(Tree.combine({name: part.tree for name, part in parts.items()}, placements))
-
-    # -- names and states -------------------------------------------------------
-
-    @property
-    def arithmetic(self) -> Arithmetic:
-        """The numbers that everything here is computed in."""
-        return self.tree.arithmetic
-
-    @property
-    def n(self) -> int:
-        """Number of generalized speeds."""
-        return self.tree.n
-
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the generalized speeds."""
-        return self.tree.speed_names
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints, fixed ones too, each in the place of the link below it."""
-        return self.tree.joint_names
-
-    @property
-    def link_names(self) -> tuple[str, ...]:
-        """Names of the links, each a body."""
-        return self.tree.link_names
-
-    def neutral(self) -> Array:
-        """(nq,) the configuration with every joint at zero."""
-        return self.tree.neutral()
+        return self.speed_names
 
     def kinematics(self, q: Any) -> Kinematics:
         """ω_klm, v_klm and all else that depends on the configuration alone."""
-        return self._kinematics_of(self.tree.configuration(q))
+        return self._kinematics_of(self.configuration(q))
 
     def _kinematics_of(self, q: Array) -> Kinematics:
-        return kinematics(self.tree, q)
+        return kinematics(self, q)
 
     @cached_property
     def _on_singular(self) -> Any:
@@ -120,9 +72,9 @@ class KaneSystem:
     ) -> Array:
         """(n,) I_l of known impulses (eq. 18); arguments are those of :meth:`impact`."""
         at = self.kinematics(q)
-        outside = kane.generalized_impulse(at, *loads.at_mass_centres(self.tree, at, impulses))
+        outside = kane.generalized_impulse(at, *loads.at_mass_centres(self, at, impulses))
         own = self.in_joints(joint_impulses)
-        return closed(outside + actions.on_speeds(self.tree, own))
+        return closed(outside + actions.on_speeds(self, own))
 
     def impact(
         self,
@@ -146,7 +98,7 @@ class KaneSystem:
             SingularMassError: a motion without inertia.
             ContradictionError: rows that cannot hold together.
         """
-        tree, numbers = self.tree, self.arithmetic
+        tree, numbers = self, self.arithmetic
         before = tree.speeds(y)
         at = self.kinematics(q)
         demands = Rows.none(tree) if rows is None else self.checked_rows(rows)
@@ -177,7 +129,7 @@ class KaneSystem:
         momentum_after = kane.generalized_momentum(at, after)
         body_dv, body_domega = at.velocities(dy)
         return KaneImpact(
-            tree=self.tree,
+            tree=self,
             dy=dy,
             y_before=before,
             y_after=after,
@@ -213,21 +165,21 @@ class KaneSystem:
         See :func:`~impulsekit.reference.rows.point_velocity_rows`.
         """
         where = self.kinematics(q)
-        return point_velocity_rows(self.tree, where, link, other, at, other_at, directions, target)
+        return point_velocity_rows(self, where, link, other, at, other_at, directions, target)
 
     def rows_of_turning(
         self, link: str, other: str = "world", directions: Any = None, target: Any = None
     ) -> Rows:
         """Rows on the angular velocity of ``link`` against ``other``, world directions."""
-        return angular_velocity_rows(self.tree, link, other, directions, target)
+        return angular_velocity_rows(self, link, other, directions, target)
 
     def rows_on_speeds(self, matrix: Any, target: Any = None) -> Rows:
         """Rows matrix (r, n) @ y = target (r,) on the generalized speeds themselves."""
-        return speed_rows(self.tree, matrix, target)
+        return speed_rows(self, matrix, target)
 
     def stack(self, *rows: Rows) -> Rows:
         """All rows of several sets."""
-        return Rows.stack(self.tree, rows)
+        return Rows.stack(self, rows)
 
     # -- motion --------------------------------------------------------------------
 
@@ -241,11 +193,11 @@ class KaneSystem:
         springs: Iterable[JointSpring | PointSpring] = (),
     ) -> Array:
         """(n,) F_l (eqs. 7-10); arguments are those of :meth:`accelerations`."""
-        checked = self.tree.configuration(q)
+        checked = self.configuration(q)
         at = self._kinematics_of(checked)
-        speeds = self.tree.speeds(y)
+        speeds = self.speeds(y)
         return closed(
-            actions.active(self.tree, checked, at, speeds, gravity, forces, joint_torques, springs)
+            actions.active(self, checked, at, speeds, gravity, forces, joint_torques, springs)
         )
 
     def accelerations(
@@ -266,12 +218,10 @@ class KaneSystem:
             joint_torques: by joint, a number or one for each of its speeds.
             springs: in joints, and between points.
         """
-        checked, speeds = self.tree.configuration(q), self.tree.speeds(y)
+        checked, speeds = self.configuration(q), self.speeds(y)
         at = self._kinematics_of(checked)
-        active = actions.active(
-            self.tree, checked, at, speeds, gravity, forces, joint_torques, springs
-        )
-        rates = partial_rates(self.tree, at, speeds)
+        active = actions.active(self, checked, at, speeds, gravity, forces, joint_torques, springs)
+        rates = partial_rates(self, at, speeds)
         return closed(
             kane.accelerations(self.arithmetic, at, rates, speeds, active, self._on_singular)
         )
@@ -280,7 +230,7 @@ class KaneSystem:
 
     def checked_rows(self, rows: Rows) -> Rows:
         """The rows given, if they belong to this system."""
-        wanted = (len(rows), len(self.tree.bodies), 3)
+        wanted = (len(rows), len(self.bodies), 3)
         if rows.linear.shape != wanted or rows.speeds.shape != (len(rows), self.n):
             raise ShapeError.of("constraint rows", wanted, rows.linear.shape, "of another system")
         return rows
@@ -290,4 +240,4 @@ class KaneSystem:
 
         A joint that mimics another may have an impulse or torque of its own as well.
         """
-        return actions.in_joints(self.tree, given)
+        return actions.in_joints(self, given)

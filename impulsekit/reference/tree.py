@@ -11,7 +11,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 from impulsekit.errors import RangeError, ShapeError, StateError, UnknownNameError
 from impulsekit.reference.arithmetic import Arithmetic, Array
@@ -49,7 +49,7 @@ class Tree:
         mimic: bool = False,
         arithmetic: Arithmetic | None = None,
         exact_decimals: bool = False,
-    ) -> Tree:
+    ) -> Self:
         """Read a tree from a URDF.
 
         Args:
@@ -77,14 +77,14 @@ class Tree:
 
     @classmethod
     def combine(
-        cls, parts: Mapping[str, Tree], placements: Mapping[str, tuple[Any, Any]] | None = None
-    ) -> Tree:
+        cls, placements: Mapping[str, tuple[Any, Any]] | None = None, /, **parts: Tree
+    ) -> Self:
         """Several trees in one world, names prefixed "part/", q and y stacked in order.
 
         Args:
-            parts: at least one tree by name, all in the same arithmetic.
             placements: for some of the parts, translation (3,) in m and rotation (3, 3) of
                 the part's root in the world; together with the root joint's own motion.
+            **parts: at least one tree by name, all in the same arithmetic.
         """
         bodies, speed_names, coordinate_names = _combined_bodies(parts, placements)
         numbers = next(iter(parts.values())).arithmetic

@@ -27,7 +27,7 @@ class PreciseImpact:
     def __init__(self, impact, digits=50):
         self.impact, self.scene = impact, impact.scene
         self.reference = reference_robot(self.scene.robot, digits)
-        self.tree = self.reference.system.tree
+        self.tree = self.reference.system
         self.numbers = self.tree.arithmetic
         self.nv = self.scene.robot.nv
         self._masses = {}

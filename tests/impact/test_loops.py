@@ -41,7 +41,7 @@ KNEE = ik.FrameAnchor(
 
 def closing_rows(system, q, anchors):
     """The rows of anchors whose second point is the one that coincides with the first."""
-    at, tree, rows = system.kinematics(q), system.tree, []
+    at, tree, rows = system.kinematics(q), system, []
     for anchor in anchors:
         first, second = tree.body_of_link(anchor.frame), tree.body_of_link(anchor.other)
         place = at.origins[first] + at.rotations[first] @ np.array(anchor.at)

@@ -49,7 +49,7 @@ def unbalance(impact, urdf, root):
     Masses and places are the reference's; the impulses are those of the scene.
     """
     system = KaneSystem.from_urdf(urdf, root)
-    at, tree = system.kinematics(impact.q), system.tree
+    at, tree = system.kinematics(impact.q), system
     short = np.zeros((len(tree.bodies), 6))
     sizes, borne_by_the_world = [0.0], []
 

@@ -54,9 +54,9 @@ def error_against_aba(name, root="freeflyer"):
     model.gravity.linear = GRAVITY
     wanted = pin.aba(model, model.createData(), q, y, torque)
     torques = {
-        joint: torque[system.tree.joint(joint).speeds]
+        joint: torque[system.joint(joint).speeds]
         for joint in system.joint_names
-        if system.tree.joint(joint).kind != "fixed"
+        if system.joint(joint).kind != "fixed"
     }
     found = system.accelerations(q, y, GRAVITY, joint_torques=torques)
     return relative(found, wanted)
@@ -99,11 +99,11 @@ def test_equations_of_motion_are_closed():
 
     system = KaneSystem.from_urdf(EVERY_KIND, "freeflyer")
     q, y = random_state(pinocchio_model(EVERY_KIND, "freeflyer"), 12)
-    at, checked = system.kinematics(q), system.tree.speeds(y)
+    at, checked = system.kinematics(q), system.speeds(y)
     active = system.generalized_active_force(q, y, GRAVITY)
     change = system.accelerations(q, y, GRAVITY)
     inertia = kane.generalized_inertia_force(
-        at, partial_rates(system.tree, at, checked), checked, change
+        at, partial_rates(system, at, checked), checked, change
     )
     assert np.abs(active + inertia).max() < 1e-12 * np.abs(active).max()
 
@@ -123,7 +123,7 @@ def test_springs_give_back_what_they_store():
 
     def stored(time):
         here = pin.integrate(model, q, y * time)
-        at, tree = system.kinematics(here), system.tree
+        at, tree = system.kinematics(here), system
 
         def end(link, point):
             k = tree.body_of_link(link)
@@ -146,7 +146,7 @@ def test_springs_give_back_what_they_store():
 
     step = 1e-5
     (ahead, longer), (behind, shorter) = stored(step), stored(-step)
-    lost = 0.3 * y[system.tree.joint("elbow").speeds][0] ** 2
+    lost = 0.3 * y[system.joint("elbow").speeds][0] ** 2
     lost += 0.7 * ((longer - shorter) / (2 * step)) ** 2
     power = system.generalized_active_force(q, y, springs=springs) @ y
     assert power == pytest.approx(-(ahead - behind) / (2 * step) - lost, rel=1e-8)
@@ -191,7 +191,7 @@ def test_a_struck_chain_moves_as_the_fractions_say_to_forty_digits(case):
     assert Fraction(mass) * Fraction(length) ** 2 / 12 == Fraction(inertia)
     chain = exact(10, mass, length, impulse)
     system, impact = struck_end(10, mass, length, inertia, impulse, hang)
-    rods_of = [system.tree.body_of_link(f"rod_{k}") for k in range(10, 0, -1)]
+    rods_of = [system.body_of_link(f"rod_{k}") for k in range(10, 0, -1)]
     centres = impact.body_dv[rods_of, 1] - exactly(chain.centre_velocities)
     spins = impact.body_domega[rods_of, 2] - exactly(chain.link_rates)
     assert np.abs(centres).max() < 1e-40 * float(chain.point_velocities[0])
@@ -239,7 +239,7 @@ def test_freed_joints_carry_what_newton_and_euler_find(name):
         Load(str(link), rng.normal(size=3), rng.normal(size=3), rng.normal(size=3) / 10)
         for link in rng.choice(system.link_names, 3)
     ]
-    moved = [j for j in system.joint_names if system.tree.joint(j).kind == "revolute"]
+    moved = [j for j in system.joint_names if system.joint(j).kind == "revolute"]
     kicks = {str(joint): float(rng.normal()) for joint in rng.choice(moved, 2, replace=False)}
     impact = system.impact(q, y, blows, kicks)
 
@@ -260,8 +260,8 @@ def test_freed_joints_carry_what_newton_and_euler_find(name):
     for joint, wrench in wanted.items():
         assert np.abs(impact.joint_reaction(joint) - wrench).max() < 1e-10 * largest, joint
     for joint, kick in kicks.items():
-        axis = system.kinematics(q).rotations[system.tree.body_of_joint(joint)]
-        axis = axis @ system.tree.joint(joint).axis
+        axis = system.kinematics(q).rotations[system.body_of_joint(joint)]
+        axis = axis @ system.joint(joint).axis
         assert impact.joint_reaction(joint)[3:] @ axis == pytest.approx(kick, abs=1e-10 * largest)
 
 
@@ -282,12 +282,12 @@ def test_books_of_an_impact_close(root):
     # The rows hold afterwards.
     at = system.kinematics(q)
     velocity, spin = at.velocities(np.array(impact.y_after))
-    k, j = system.tree.body_of_link("arm"), system.tree.body_of_link("drone")
+    k, j = system.body_of_link("arm"), system.body_of_link("drone")
     here = at.origins[k] + at.rotations[k] @ [0.1, 0, 0] - at.mass_centres[k]
     there = at.origins[j] + at.rotations[j] @ [0, 0.1, 0] - at.mass_centres[j]
     apart = velocity[k] + np.cross(spin[k], here) - velocity[j] - np.cross(spin[j], there)
     assert apart == pytest.approx([1, 2, 3], abs=1e-11)
-    turning = spin[system.tree.body_of_link("wheel")] @ [0, 0.6, 0.8]
+    turning = spin[system.body_of_link("wheel")] @ [0, 0.6, 0.8]
     assert turning == pytest.approx(0, abs=1e-11)
     assert impact.y_after[0] == pytest.approx(0.5, abs=1e-11)
     # Energy changes by the work: the impulse times the mean of the speeds before and after.
@@ -298,7 +298,7 @@ def test_books_of_an_impact_close(root):
 def test_a_blow_may_be_given_in_the_axes_of_the_link():
     system = KaneSystem.from_urdf(EVERY_KIND, "freeflyer")
     q, y = random_state(pinocchio_model(EVERY_KIND, "freeflyer"), 32)
-    turned = system.kinematics(q).rotations[system.tree.body_of_link("tool")]
+    turned = system.kinematics(q).rotations[system.body_of_link("tool")]
     local = Load("tool", (1, 2, 3), (0.3, 0, 1), (0.1, 0, 0), axes="local")
     world = Load("tool", turned @ [1, 2, 3], turned @ [0.3, 0, 1], (0.1, 0, 0))
     assert relative(system.impact(q, y, [local]).dy, system.impact(q, y, [world]).dy) < 1e-13

@@ -23,7 +23,7 @@ def moved(system, model, q, y, time):
     Displacements to first order in ``time``, in 50 digits; of every joint kind.
     """
     after = FIFTY.array(q)
-    for body in system.tree.bodies:
+    for body in system.bodies:
         joint = body.joint
         rate, own = FIFTY.array(y)[joint.speeds] * time, after[joint.coordinates]
         if joint.kind in ("revolute", "prismatic"):
@@ -37,9 +37,9 @@ def moved(system, model, q, y, time):
             own[2:] += rate[2] * np.array([-sine, cosine])
         elif joint.kind == "floating":
             x, y_, z, w = own[3:]
-            body_index = system.tree.body_of_joint(joint.name)
+            body_index = system.body_of_joint(joint.name)
             turned = system.kinematics(q).rotations
-            parent = system.tree.bodies[body_index].parent
+            parent = system.bodies[body_index].parent
             frame = joint.placement[0] if parent < 0 else turned[parent] @ joint.placement[0]
             own[:3] += frame.T @ turned[body_index] @ rate[:3]
             p, r, s = rate[3:] / 2
@@ -59,7 +59,7 @@ def every_kind(request):
     model = pinocchio_model(EVERY_KIND, request.param)
     system = KaneSystem.from_urdf(EVERY_KIND, request.param, arithmetic=FIFTY)
     q, y = random_state(model, 3)
-    return system, model, system.tree.configuration(q), system.tree.speeds(y)
+    return system, model, system.configuration(q), system.speeds(y)
 
 
 def test_partial_velocities_are_derivatives_of_positions(every_kind):
@@ -82,7 +82,7 @@ def test_partial_velocities_are_derivatives_of_positions(every_kind):
 def test_rates_are_derivatives_of_the_partial_velocities(every_kind):
     """ω̇_klm and v̇_klm of eqs. (3), (4) along the motion."""
     system, model, q, y = every_kind
-    rates = partial_rates(system.tree, system.kinematics(q), y)
+    rates = partial_rates(system, system.kinematics(q), y)
     ahead = system.kinematics(moved(system, model, q, y, STEP))
     behind = system.kinematics(moved(system, model, q, y, -STEP))
     assert np.abs((ahead.linear - behind.linear) / (2 * STEP) - rates.linear).max() < 1e-27
@@ -95,7 +95,7 @@ def test_partial_velocities_are_pinocchios_jacobians(root):
     q, _ = random_state(model, 5)
     at = system.kinematics(q)
     assert at.linear.shape == at.angular.shape == (len(system.link_names), model.nv, 3)
-    for k, body in enumerate(system.tree.bodies):
+    for k, body in enumerate(system.bodies):
         jacobian = jacobian_at(model, q, body.name, body.mass_centre)
         assert relative(np.vstack([at.linear[k].T, at.angular[k].T]), jacobian) < 1e-14
 
@@ -105,10 +105,10 @@ def test_accelerations_of_links_are_pinocchios(root):
     model, system = pinocchio_model(EVERY_KIND, root), KaneSystem.from_urdf(EVERY_KIND, root)
     q, y = random_state(model, 6)
     at, change = system.kinematics(q), np.linspace(-1, 1, model.nv)
-    rates = partial_rates(system.tree, at, y)
+    rates = partial_rates(system, at, y)
     data = model.createData()
     pin.forwardKinematics(model, data, q, y, change)
-    for k, body in enumerate(system.tree.bodies):
+    for k, body in enumerate(system.bodies):
         frame = model.getFrameId(body.name, pin.FrameType.BODY)
         pin.updateFramePlacements(model, data)
         model_frame = model.frames[frame]

@@ -67,8 +67,8 @@ def test_a_struck_four_bar(seed):
     at = system.kinematics(q)
     tips = [
         at.origins[k] + at.rotations[k] @ [length, 0, 0]
-        for k, length in ((system.tree.body_of_link("coupler"), 0.8),
-                          (system.tree.body_of_link("rocker"), 0.5))
+        for k, length in ((system.body_of_link("coupler"), 0.8),
+                          (system.body_of_link("rocker"), 0.5))
     ]  # fmt: skip
     assert tips[0] == pytest.approx(tips[1], abs=1e-14)
     loop = system.rows_at_point(q, "coupler", "rocker", (0.8, 0, 0), (0.5, 0, 0))
@@ -92,7 +92,7 @@ def test_a_struck_rhombus_that_flies(seed):
         ("corner_3", np.pi - opening),
         ("corner_4", opening),
     ):
-        q[system.tree.joint(name).first_coordinate] = angle
+        q[system.joint(name).first_coordinate] = angle
     loop = system.stack(
         system.rows_at_point(q, "bar_3", "bar_4", (0.6, 0, 0), (0.6, 0, 0)),
         # The corner is a hinge: its bars share their turning across its axis, once more.
@@ -132,7 +132,7 @@ def test_joints_that_mimic_hold_each_other(name, root):
     blows = [Load(link, rng.normal(size=3)) for link in system.link_names[-6:]]
     kicks = {
         body.joint.name: rng.normal(size=1)
-        for body in system.tree.bodies
+        for body in system.bodies
         if body.joint.mimics or body.joint.kind == "prismatic"
     }
     agree(*both(system, q, y, blows, kicks), bar=1e-9)
@@ -162,7 +162,7 @@ def test_rows_between_links_joined_rigidly_move_nothing(seed):
     """They are zero but for rounding, and rounding must not be taken for mobility."""
     system = KaneSystem.from_urdf(EVERY_KIND, "freeflyer")
     q, y = random_state(pinocchio_model(EVERY_KIND, "freeflyer"), 50 + seed)
-    at, tree = system.kinematics(q), system.tree
+    at, tree = system.kinematics(q), system
     tool, wheel = tree.body_of_link("tool"), tree.body_of_link("wheel")
     place = at.origins[tool] + at.rotations[tool] @ [0.3, 0.2, -0.4]
     on_wheel = at.rotations[wheel].T @ (place - at.origins[wheel])

@@ -134,7 +134,7 @@ def _units(reference: ReferenceRobot, q: Any) -> Any:
 
 def _joints(reference: ReferenceRobot) -> Iterable[tuple[str, int, int]]:
     """Kind, first coordinate and first speed of each joint that moves."""
-    for body in reference.system.tree.bodies:
+    for body in reference.system.bodies:
         joint = body.joint
         if len(joint.linear) and not joint.mimics:
             known = ("revolute", "prismatic", "continuous", "planar")

@@ -81,7 +81,7 @@ class SceneMechanics:
         Raises:
             InputError: the reference cannot take the state.
         """
-        numbers, tree = self.numbers, self._reference.system.tree
+        numbers, tree = self.numbers, self._reference.system
         at = self._reference.system.kinematics(q)
         masses = generalized_masses(at)
         reach = self._reach(at)
@@ -120,7 +120,7 @@ class SceneMechanics:
     def _spans(self, at: Kinematics) -> Array:
         heavy = [k for k, mass in enumerate(at.masses) if mass > 0]
         moved = at.angular @ at.inertias
-        spans = self.numbers.zeros(self._reference.system.tree.n)
+        spans = self.numbers.zeros(self._reference.system.n)
         for k in heavy:
             own = (at.linear[k] ** 2).sum(axis=1)
             own = own + (moved[k] * at.angular[k]).sum(axis=1) / at.masses[k]
@@ -129,7 +129,7 @@ class SceneMechanics:
 
     def _reach(self, at: Kinematics) -> Array:
         """(N, n) how far turning l moves the mass centre of k at most, links outstretched."""
-        tree = self._reference.system.tree
+        tree = self._reference.system
         away = self.numbers.zeros(len(tree.bodies))
         owner = np.zeros(tree.n, dtype=int)
         for k, body in enumerate(tree.bodies):
@@ -144,7 +144,7 @@ class SceneMechanics:
     def _contact_rows(
         self, at: Kinematics
     ) -> tuple[Rows, tuple[Array | None, ...], tuple[int, ...]]:
-        tree, numbers = self._reference.system.tree, self.numbers
+        tree, numbers = self._reference.system, self.numbers
         parts: list[Rows] = []
         axes: list[Array | None] = []
         signs: list[int] = []
