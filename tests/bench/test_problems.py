@@ -17,6 +17,7 @@ from impulsekit.bench.problems.trees import random_tree_urdf, tree_problem
 from impulsekit.bench.truths.flight import extrapolated, state_after_flight
 from impulsekit.bench.truths.planar import planar_impulses
 from impulsekit.errors import UnknownNameError
+from tests.bench.answers import decimals
 
 QUICK = list(problems(quick=True))
 IMPACTS = [problem for problem in QUICK if not problem.duration]
@@ -95,7 +96,7 @@ def test_kept_answers_belong_to_the_problems_of_today():
 def test_kept_answers_come_out_again(name):
     (problem,) = [p for p in kept_problems() if p.name == name]
     entry = kept.kept(problem.family)[str(problem.size)]
-    assert kept.decimals(problem.exact.derive()) == entry["answer"]
+    assert decimals(problem.exact.derive()) == entry["answer"]
 
 
 @pytest.mark.slow
@@ -103,7 +104,7 @@ def test_all_kept_impacts_come_out_again():
     for problem in kept_problems():
         if not problem.duration:
             entry = kept.kept(problem.family)[str(problem.size)]
-            again = [float(text) for text in kept.decimals(problem.exact.derive())]
+            again = [float(text) for text in decimals(problem.exact.derive())]
             assert again == [float(text) for text in entry["answer"]], problem.name
 
 

@@ -62,7 +62,7 @@ def test_a_wrong_contact_is_one_clear_error(make, error, words):
         (ik.Contact("panda_hnd"), errors.UnknownNameError, r"contacts\[0\].*panda_hand"),
         (ik.Contact("panda_hand", against="table"), errors.UnknownNameError, "table"),
         (ik.Contact("panda_hand", against="panda_link7"), errors.InputError, "one rigid body"),
-        (ik.Contact("panda_link0"), errors.InputError, "one rigid body"),
+        (ik.Contact("panda_link0"), errors.InputError, "both belong to the world"),
         (ik.JointStop("elbow"), errors.UnknownNameError, "joint"),
         (ik.Collision("panda_hand", "nothing"), errors.UnknownNameError, "nothing"),
         (ik.Collision("panda_hand", "panda_hand_tcp"), errors.InputError, "no collision geometry"),

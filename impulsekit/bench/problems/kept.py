@@ -2,8 +2,7 @@
 
 Each is kept with a digest of what it answers. Where that does not fit, because a robot's
 URDF or a problem has changed, the answer is worked out again on the spot, so an old one is
-never used. ``python -m impulsekit.bench.problems`` works out and writes what is missing
-or old.
+never used. ``python -m tests.bench.answers`` works out and writes what is missing or old.
 """
 
 from __future__ import annotations
@@ -20,11 +19,9 @@ import numpy as np
 
 from ...scene import Scene
 
-__all__ = ["FOLDER", "decimals", "digest", "exact_or_kept", "kept", "path_of"]
+__all__ = ["FOLDER", "digest", "exact_or_kept", "kept", "path_of"]
 
 FOLDER = Path(__file__).parent / "answers"
-# Integrated motions are not true to more.
-DIGITS, DIGITS_OF_MOTIONS = 50, 22
 
 
 def exact_or_kept(
@@ -79,13 +76,6 @@ def kept(family: str) -> dict[str, Any]:
     """The kept answers of a family, by size: "of", a digest, and "answer", decimals."""
     path = path_of(family)
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-
-
-def decimals(answer: Any, duration: float = 0.0) -> list[str]:
-    """Numbers of mpmath as decimals of 50 digits, of motions 22."""
-    from mpmath import nstr
-
-    return [nstr(number, DIGITS_OF_MOTIONS if duration else DIGITS) for number in answer]
 
 
 def path_of(family: str) -> Path:

@@ -129,7 +129,7 @@ def test_what_is_wrong_alone_is_told_when_made(make, error, words):
     [
         (ik.JointSpring("z0"), errors.UnknownNameError, "z00"),
         (ik.Spring("b00", "b99"), errors.UnknownNameError, "b99"),
-        (ik.Spring("base", "world"), errors.InputError, "one rigid body"),
+        (ik.Spring("base", "world"), errors.InputError, "both belong to the world"),
         (ik.Actuator("z00", [1.0, 2.0]), errors.ShapeError, "torque"),
         (ik.AppliedForce("base"), errors.InputError, "moves nothing"),
         (ik.Contact("b00"), errors.InputError, "must be a JointSpring"),

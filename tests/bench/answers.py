@@ -1,14 +1,25 @@
-"""Work out the kept answers that are missing or old: ``python -m impulsekit.bench.problems``."""
+"""``python -m tests.bench.answers``: work out kept answers of problems that are missing or old."""
 
 from __future__ import annotations
 
 import json
 import sys
+from typing import Any
 
-from .kept import FOLDER, decimals, digest, kept, path_of
-from .registry import problems
+from impulsekit.bench.problems.kept import FOLDER, digest, kept, path_of
+from impulsekit.bench.problems.registry import problems
 
-__all__ = ["main"]
+__all__ = ["decimals", "main"]
+
+# Integrated motions are not true to more.
+DIGITS, DIGITS_OF_MOTIONS = 50, 22
+
+
+def decimals(answer: Any, duration: float = 0.0) -> list[str]:
+    """Numbers of mpmath as decimals of 50 digits, of motions 22."""
+    from mpmath import nstr
+
+    return [nstr(number, DIGITS_OF_MOTIONS if duration else DIGITS) for number in answer]
 
 
 def main(families: list[str]) -> None:
