@@ -253,12 +253,19 @@ def dispatcher(function: Callable[..., Any], options: dict[str, Any], *more: str
         options: of ``njit``.
         more: other text that the code depends on.
     """
+    import numba.core.config
     from numba import njit
 
+    config: Any = numba.core.config
+    chosen = quick_compiler()
     if options.get("no_cpython_wrapper") and options.get("no_cfunc_wrapper"):
-        made = njit(**options, pipeline_class=pipeline(quick_compiler()))(function)
-    else:
-        made = njit(**options, pipeline_class=quick_compiler())(function)
+        chosen = pipeline(chosen)
+    # NUMBA_DISABLE_JIT is for a user's own code: njit would give the Python function.
+    disabled, config.DISABLE_JIT = config.DISABLE_JIT, 0
+    try:
+        made = njit(**options, pipeline_class=chosen)(function)
+    finally:
+        config.DISABLE_JIT = disabled
     made._cache = Store(function, repr(options), *more)
     _take_literals_as_numbers(made)
     _give_up_what_fails(made)

@@ -147,6 +147,15 @@ def test_without_a_folder_to_write_code_is_compiled_all_the_same(tmp_path):
     assert run(tmp_path, "made.twice.compile(); print(made.twice(3.0, 4.0))") == f"{10.0 / 3.0}"
 
 
+def test_it_compiles_where_the_compiler_is_switched_off_for_a_users_own_code(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    script = """
+        made.twice.compile(), made.quarter.compile()
+        print(made.twice(3.0, 4.0), made.quarter(1.0))
+    """
+    assert run(tmp_path, script).split() == [str(10.0 / 3.0), "0.25"]
+
+
 def test_it_is_compiled_once_interpreting_has_cost_as_much(tmp_path):
     script = """
         import time
