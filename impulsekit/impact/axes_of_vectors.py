@@ -68,14 +68,14 @@ def faint_axes(half: np.ndarray, shared: np.ndarray, rank: int) -> Shares | None
 def shared_evenly(
     impulse: np.ndarray, sizes: np.ndarray, shared: np.ndarray, rows: np.ndarray
 ) -> np.ndarray:
-    """(k,) impulses with the same effect, of least norm as their vectors are long.
+    """(k, ...) impulses with the same effect, of least norm as their vectors are long.
 
     Args:
-        impulse: (k,) of the rows. sizes, shared: (k,) lengths of the rows and their vectors.
+        impulse: (k, ...) of the rows. sizes, shared: (k,) lengths of the rows and their vectors.
         rows: (rank, k) what the rows scaled to unit length span.
     """
     null = np.eye(len(sizes)) - rows.T.dot(rows)
     weights = shared / sizes
-    shared_now = -weights * (impulse * sizes)
+    shared_now = -(impulse.T * sizes * weights).T
     shift = np.linalg.lstsq(weights[:, None] * null, shared_now, rcond=DEPENDENT_SHARES)[0]
-    return impulse + null.dot(shift) / sizes
+    return impulse + (null.dot(shift).T / sizes).T

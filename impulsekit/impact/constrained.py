@@ -139,6 +139,7 @@ class ConstrainedJump:
         found = factor.held(rows, impulse, v, asked, self._vectors, self._row_by_row)
         if found is not None:
             dv, multipliers, unique = found
+            self._prescribe(dv, asked, unique)
             return dv, partial(Outcome, multipliers, unique, nearly_dependent=doubt)
         half = factor.half(rows, impulse[None])
         eliminated = Elimination.of(half[:, :-1], self._rows_there, self.data, q)
@@ -148,6 +149,7 @@ class ConstrainedJump:
         units = self._lacks(asked - rows.dot(dv), rows, dv, v, asked)
         if units is not None:
             multipliers, dv = _refined(factor, eliminated, rows, asked, multipliers, dv, units)
+        self._prescribe(dv, asked, solution.unique)
         return dv, Outcome(multipliers, solution.unique, nearly_dependent=doubt or solution.nearly)
 
     def _lacks(
@@ -240,6 +242,7 @@ class ConstrainedJump:
                 return 0.5 * float(total.dot(change)), more
 
             solution = with_work_of_rows(solution, borne_by, own.dot(v), own.dot(dv), by_blows)
+        self._prescribe(dv, asked, held.unique)
         return dv, Outcome(multipliers, held.unique, tuple(touches), solution, doubt or held.nearly)
 
     def _with_contacts_alone(
@@ -269,6 +272,12 @@ class ConstrainedJump:
             )
             solution, dv = contacts.refined(problem, solution, dv, steps)
         return dv, Outcome(np.empty(0), None, tuple(touches), solution)
+
+    def _prescribe(self, dv: np.ndarray, asked: np.ndarray, unique: np.ndarray | None) -> None:
+        """Write the speeds that a row each prescribes: rounding has no say in these."""
+        prescribed = self._rows_there.prescribed
+        if prescribed and unique is None:
+            dv[prescribed[0]] = asked[prescribed[1]]
 
     def _multipliers(
         self,

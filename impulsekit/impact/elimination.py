@@ -7,7 +7,6 @@ written in decide. Velocities and accelerations are brought to what rows want al
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,21 +15,9 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import ContradictionError
-from ..laws.rank_tolerances import (
-    COMPARABLE,
-    CONTRADICTION_TOLERANCE,
-    DETERMINED,
-    EXACT_NULL_ROW,
-    FAINT_AXIS_PIVOT,
-    IN_SPAN,
-    NULL_ROW,
-    SPAN_ROUNDING,
-    WEIGHTLESS,
-)
-from ..laws.tolerances import CLEAR, ROUNDING
+from ..laws.rank_tolerances import CONTRADICTION_TOLERANCE, IN_SPAN, SPAN_ROUNDING, WEIGHTLESS
+from ..laws.tolerances import ROUNDING
 from ..rows.constraints import ConstraintRows
-from . import lapack
-from .axes_of_vectors import lengths_of_vectors, shared_evenly
 from .span import Span, span_of
 
 __all__ = [
@@ -39,8 +26,6 @@ __all__ = [
     "refined",
 ]
 
-# Columns that LAPACK's pivoted QR takes at once: room for them, less would be slower.
-QR_BLOCK = 32
 # Steps at most by what rows still lack: each must halve it.
 MOST_REFINEMENTS = 4
 # Rows that miss by this share of the worst are named with it.
@@ -119,9 +104,7 @@ class Elimination:
         triples: Sequence[int] = (),
     ) -> None:
         self.half, self._magnitude, self._names = half, magnitude, names
-        self._triples = np.array(triples, dtype=int)
-        self._delassus = half.T.dot(half)
-        self._factor = _regular_factor(self._delassus, self._triples)
+        self._vectors = np.array(triples if len(triples) else range(half.shape[1]), dtype=np.int64)
 
     @classmethod
     def of(
@@ -150,11 +133,27 @@ class Elimination:
         """
         if not len(right):
             return BilateralSolution(right, 0, None)
-        if self._factor is not None:
-            impulse = lapack.dpotrs(self._factor, right, lower=1)[0]
-            return BilateralSolution(impulse, len(right), None)
-        solution = self._without_still_rows(right)
-        return self._of_dependent(right, velocity_scale) if solution is None else solution
+        span = self._span
+        live, sizes = span.live, span.sizes
+        wanted = right[live]
+        if len(live) == span.rank == len(right):
+            impulse = np.zeros_like(right)
+            impulse[live] = span.impulse(span.known(wanted / sizes))
+            return BilateralSolution(impulse, span.rank, None)
+        # A row of no effect cannot change its velocity.
+        unmet = np.abs(right)
+        unmet[live] = 0.0
+        _refuse(unmet, right, velocity_scale, self._names)
+        if span.faint is not None:
+            wanted = span.faint.laid_in(wanted)
+            unmet[live] = np.abs(right[live] - wanted)
+            _refuse(unmet, right, velocity_scale, self._names)
+        known = span.known(wanted / sizes)
+        unmet[live] = np.abs(wanted / sizes - span.shares.dot(known)) * sizes
+        _refuse(unmet, right, velocity_scale, self._names)
+        impulse, unique = np.zeros_like(right), np.zeros(len(right), dtype=bool)
+        impulse[live], unique[live] = span.impulse(known), span.determined()
+        return BilateralSolution(impulse, span.rank, unique, span.nearly)
 
     def refined(
         self, impulse: np.ndarray, start: np.ndarray, right: np.ndarray
@@ -171,7 +170,8 @@ class Elimination:
             right: (m,) the wanted change of the rows' velocities.
         """
         moved = start + self.half.dot(impulse)
-        sizes = np.sqrt(self._delassus.diagonal() * moved.dot(moved)) + np.abs(right)
+        squares = np.einsum("ij,ij->j", self.half, self.half)
+        sizes = np.sqrt(squares * moved.dot(moved)) + np.abs(right)
 
         def change(missing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             more = self.solve(missing).impulse
@@ -193,27 +193,17 @@ class Elimination:
 
         λ takes as much from impulses on the others. Of least scaled norm where rows are redundant.
         """
-        right = self.half.T.dot(half_others)
-        if self._factor is not None:
-            return lapack.dpotrs(self._factor, right, lower=1)[0]
-        found = np.empty_like(right)
-        for k, column in enumerate(right.T):
-            found[:, k] = self.solve(column).impulse
+        span = self._span
+        right = self.half[:, span.live].T.dot(half_others)
+        if span.faint is not None:
+            right = span.faint.laid_in(right.T).T
+        found = np.zeros((self.half.shape[1], half_others.shape[1]))
+        found[span.live] = span.impulse(span.known(right / span.sizes[:, None]))
         return found
 
     def left_out(self) -> np.ndarray:
         """Indices of the rows that others imply, or that move nothing; the others imply all."""
-        if self._factor is not None:
-            return np.zeros(0, dtype=int)
-        live, sizes, basis, *_, faint, _ = self._span
-        rank, moving = basis.shape[1], np.flatnonzero(live)
-        if faint is not None:
-            implied = faint.left_out
-        else:
-            count = len(moving)
-            room = 2 * count + QR_BLOCK * (count + 1)
-            implied = lapack.dgeqp3(self.half[:, live] / sizes, lwork=room)[1][rank:] - 1
-        return np.concatenate([np.flatnonzero(~live), moving[implied]])
+        return self._span.left_out
 
     def still_what_is_held(self, left: np.ndarray, half_contacts: np.ndarray) -> np.ndarray:
         """Clear, in place, what is rounding in contact rows that the bilateral rows hold.
@@ -229,8 +219,7 @@ class Elimination:
         # A contact's three rows are made of the same terms, and have the rounding of the largest.
         sizes = sizes.reshape(-1, 3).max(axis=1).repeat(3)
         # The span is known as well as its narrowest direction.
-        narrow = self._span.values.min(initial=1.0)
-        bar = max(IN_SPAN, SPAN_ROUNDING / narrow)
+        bar = max(IN_SPAN, SPAN_ROUNDING / self._span.least)
         held: np.ndarray = np.einsum("ij,ij->j", left, left) <= bar**2 * sizes
         left[:, held] = 0.0
         return held
@@ -247,103 +236,13 @@ class Elimination:
 
     @cached_property
     def _span(self) -> Span:
-        diagonal = self._delassus.diagonal()
-        live, nearly = diagonal > 0.0, False
-        if self._factor is None and self._moving is None:
-            gross = np.full(len(diagonal), diagonal.max(initial=0.0))
-            if self._magnitude is not None:
-                gross = self._magnitude()
-            live = diagonal > NULL_ROW * gross
-            nearly = bool((diagonal[~live] > EXACT_NULL_ROW * gross[~live]).any())
-        triples = self._triples[live] if len(self._triples) else self._triples
-        return span_of(self.half[:, live], live, diagonal[live], triples, nearly)
-
-    @cached_property
-    def _moving(self) -> tuple[list[int], np.ndarray] | None:
-        """The rows of zeros, as they are across a plane, where the others are regular.
-
-        With the factor of W, in which each of them stands for itself; None where it takes a
-        closer look.
-        """
-        diagonal = self._delassus.diagonal()
-        still, squares = (diagonal == 0.0).nonzero()[0].tolist(), diagonal.tolist()
-        if len(still) in (0, len(squares)):
-            return None
-        largest = max(squares)
-        if min(filter(None, squares)) < COMPARABLE * largest:
-            return None
-        apart = self._delassus.copy()
-        apart[still, still] = largest
-        factor = _regular_factor(apart)
-        return None if factor is None else (still, factor)
-
-    def _without_still_rows(self, right: np.ndarray) -> BilateralSolution | None:
-        """λ where some rows are zeros and the others regular; None for all other cases."""
-        if self._moving is None:
-            return None
-        still, factor = self._moving
-        # A row of no effect cannot change its velocity.
-        if any(right[still].tolist()):
-            return None
-        unique = np.ones(len(right), dtype=bool)
-        unique[still] = False
-        impulse = lapack.dpotrs(factor, right, lower=1)[0]
-        return BilateralSolution(impulse, len(right) - len(still), unique)
-
-    def _of_dependent(
-        self, right: np.ndarray, velocity_scale: Callable[[], np.ndarray] | None
-    ) -> BilateralSolution:
-        """λ by singular values, with rows of no effect set aside."""
-        live, sizes, _, values, basis, nearly, faint, shared = self._span
-        # A row of no effect cannot change its velocity.
-        unmet = np.where(live, 0.0, np.abs(right))
-        _refuse(unmet, right, velocity_scale, self._names)
-        implied = right[live]
-        if faint is not None:
-            implied = faint.laid_in(implied)
-            unmet[live] = np.abs(right[live] - implied)
-            _refuse(unmet, right, velocity_scale, self._names)
-        wanted = implied / sizes
-        share = basis.dot(wanted)
-        unmet[live] = np.abs(wanted - share.dot(basis)) * sizes
-        _refuse(unmet, right, velocity_scale, self._names)
-        impulse = np.zeros_like(right)
-        impulse[live] = (share / values**2).dot(basis) / sizes
-        if shared is not None:
-            # A row that is short for rounding is not to bear a large impulse.
-            impulse[live] = shared_evenly(impulse[live], sizes, shared, basis)
-        unique = np.zeros(len(right), dtype=bool)
-        # A row is determined if no direction of the null space moves it.
-        unique[live] = np.einsum("ij,ij->j", basis, basis) > DETERMINED
-        return BilateralSolution(impulse, len(values), unique, nearly)
+        return span_of(self.half, self._vectors, self._magnitude)
 
 
 def _without_cancellation(gross: np.ndarray, mass_matrix: np.ndarray) -> np.ndarray:
     """(m,) the diagonal of W without cancellation, out of the sizes (m, nv) of its rows' terms."""
     masses = np.diagonal(np.atleast_2d(mass_matrix))
     return (gross**2) @ (1.0 / np.maximum(masses, WEIGHTLESS * masses.max()))
-
-
-def _regular_factor(delassus: np.ndarray, triples: np.ndarray | None = None) -> np.ndarray | None:
-    """(m, m) the Cholesky factor of W, or None where rows may be dependent."""
-    diagonal = delassus.diagonal()
-    squares = diagonal.tolist()
-    if 0.0 in squares:
-        return None
-    # Cholesky does not feel how rows are scaled, so only its pivots are compared scaled.
-    factor, failed = lapack.dpotrf(delassus, lower=1)
-    if failed:
-        return None
-    roots, least = factor.diagonal(), CLEAR * diagonal
-    # Without an array of truths, which costs more than its few entries.
-    pivots = roots * roots
-    if not all(map(operator.gt, pivots.tolist(), least.tolist())):
-        return None
-    if triples is not None and len(triples) and pivots.min() < FAINT_AXIS_PIVOT * max(squares):
-        shared = lengths_of_vectors(np.sqrt(diagonal), triples)
-        if shared is not None and (pivots < FAINT_AXIS_PIVOT * shared**2).any():
-            return None
-    return factor
 
 
 def _refuse(

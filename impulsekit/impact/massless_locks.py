@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..rows.entries import JointRows
-
 if TYPE_CHECKING:
     from ..rows.constraints import ConstraintRows
     from .outcome import Outcome
@@ -40,12 +38,8 @@ def with_massless_locks(
     if outcome.contacts is not None:
         jacobian = np.concatenate([touch.jacobian for touch in outcome.touches])
         acting = struck + outcome.contacts.impulse.dot(jacobian)
-    for block, where in zip(of_scene.blocks, of_scene.slices, strict=True):
-        if not (isinstance(block.said, JointRows) and block.said.whole_joint):
-            continue
-        for row in range(where.start, where.stop):
-            dof = int(np.abs(rows[row]).argmax())
-            if not moves[dof] and (outcome.unique is None or outcome.unique[row]):
-                multipliers[row] = 0.0
-                multipliers[row] = -(acting + multipliers.dot(rows))[dof] / rows[row, dof]
+    for dof, row in zip(*of_scene.prescribed, strict=True):
+        if not moves[dof] and (outcome.unique is None or outcome.unique[row]):
+            multipliers[row] = 0.0
+            multipliers[row] = -(acting + multipliers.dot(rows))[dof] / rows[row, dof]
     return replace(outcome, constraint_impulses=multipliers)

@@ -35,7 +35,8 @@ def laws_of(scene: Scene) -> tuple[str, ...]:
     """Modules of ``laws`` whose entries ``solve`` and ``simulate`` call for a scene."""
     if not scene.contacts:
         return ("holding",) if scene.held else ()
-    return (*_JUDGED, *_laws_of_contacts(scene))
+    held = ("spanning",) if scene.held else ()
+    return (*_JUDGED, *held, *_laws_of_contacts(scene))
 
 
 def _laws_of_contacts(scene: Scene) -> tuple[str, ...]:
@@ -70,6 +71,7 @@ def compile_all_laws() -> None:
     _compile(
         (
             "holding",
+            "spanning",
             *_JUDGED,
             *_ALONG_THE_PATH,
             "lzb",

@@ -15,11 +15,76 @@ import math
 import numpy as np
 
 from .borrowed import borrowing
+from .compiled import compiled
 from .dense import cholesky, lower_solve, upper_solve
-from .rank_tolerances import DETERMINED, EXACT_RANK, IDLE
+from .rank_tolerances import (
+    COMPARABLE,
+    DETERMINED,
+    EXACT_RANK,
+    FAINT_AXIS_PIVOT,
+    IDLE,
+    UNEVEN_AXES,
+)
 from .tolerances import CLEAR
 
-__all__ = ["are_shared", "find_rank", "is_implied", "spread"]
+__all__ = ["are_shared", "find_rank", "find_span", "is_implied", "spread"]
+
+
+@compiled
+def find_span(
+    half: np.ndarray,
+    squares: np.ndarray,
+    vectors: np.ndarray,
+    order: np.ndarray,
+    basis: np.ndarray,
+    lower: np.ndarray,
+    shares: np.ndarray,
+) -> tuple[int, int]:
+    """How many rows move something, and the rank of these; rank -1 in doubt.
+
+    Args:
+        half: (m, nv) Cᵀ. squares: (m,) of the lengths of its rows; 0 for rows of no effect.
+        vectors: (m,) a number for each row, the same for rows along axes of one vector.
+        order: (m,) written: rows that count, then those that depend on them, then the others.
+        basis: (m, nv) written: an orthonormal basis of the span in its first rows.
+        lower, shares: (m, m) written as by ``find_rank``, of rows scaled to unit length.
+    """
+    m, nv = half.shape
+    live, still, least, largest = 0, m, math.inf, 0.0
+    for r in range(m):
+        if squares[r] == 0.0:
+            still -= 1
+            order[still] = r
+            continue
+        order[live] = r
+        least, largest = min(least, squares[r]), max(largest, squares[r])
+        scale = 1.0 / math.sqrt(squares[r])
+        for k in range(nv):
+            basis[live, k] = scale * half[r, k]
+        live += 1
+    comparable = least >= COMPARABLE * largest
+    if not largest < math.inf or not (comparable or live == m):
+        return live, -1
+    rank = find_rank(basis[:live], order[:live], lower, shares)
+    if rank < live:
+        uneven = not comparable or _are_uneven(squares, vectors, order[:live])
+        return live, -1 if uneven else rank
+    for k in range(rank):
+        # Short axes of a vector are judged beside its long ones.
+        if lower[k, k] * lower[k, k] * squares[order[k]] < FAINT_AXIS_PIVOT * largest:
+            return live, -1
+    return live, rank
+
+
+@borrowing
+def _are_uneven(squares: np.ndarray, vectors: np.ndarray, rows: np.ndarray) -> bool:
+    """Whether one of some rows is far shorter than another axis of its vector."""
+    for i in range(len(rows)):
+        for j in range(len(rows)):
+            r, c = rows[i], rows[j]
+            if vectors[c] == vectors[r] and squares[r] < UNEVEN_AXES * UNEVEN_AXES * squares[c]:
+                return True
+    return False
 
 
 @borrowing

@@ -10,11 +10,11 @@ import math
 
 import numpy as np
 
-from .bilateral import are_shared, find_rank, is_implied, spread
+from .bilateral import are_shared, find_span, is_implied, spread
 from .compiled import compiled, entry
 from .dense import cholesky, eliminate, lower_solve, upper_solve
 from .half import delassus_of, factor_of, halve, solve_mass
-from .rank_tolerances import COMPARABLE, FAINT_AXIS_PIVOT, UNEVEN_AXES
+from .rank_tolerances import COMPARABLE, FAINT_AXIS_PIVOT
 from .tolerances import CLEAR, ROUNDING
 
 __all__ = ["BY_ALL", "BY_SOME", "UNSOLVED", "hold"]
@@ -97,12 +97,14 @@ def _multiply(
         unique: (m,) True; cleared for rows whose impulse is not determined.
     """
     m = len(x)
+    squares = np.empty(m)
     least, largest, still = math.inf, 0.0, 0
     for r in range(m):
-        largest = max(largest, W[r, r])
+        squares[r] = W[r, r]
+        largest = max(largest, squares[r])
     for r in range(m):
-        if W[r, r] != 0.0:
-            least = min(least, W[r, r])
+        if squares[r] != 0.0:
+            least = min(least, squares[r])
             continue
         # A row of no effect cannot change its velocity.
         if x[r] != 0.0:
@@ -114,7 +116,7 @@ def _multiply(
         return False
     factor = np.empty((m, m))
     if not cholesky(W, m, factor) > CLEAR:
-        return least >= COMPARABLE * largest and _share(W, half, vectors, speed, x, unique)
+        return _share(half[:m], squares, vectors, speed, x, unique)
     for r in range(m):
         if factor[r, r] * factor[r, r] < FAINT_AXIS_PIVOT * largest:
             return False
@@ -124,36 +126,22 @@ def _multiply(
 
 @compiled
 def _share(
-    W: np.ndarray,
     half: np.ndarray,
+    squares: np.ndarray,
     vectors: np.ndarray,
     speed: float,
     x: np.ndarray,
     unique: np.ndarray,
 ) -> bool:
-    """As ``_multiply``, of rows some of which depend on others. ``unique``: of which rows move."""
-    nv, live = half.shape[1], 0
-    order = np.empty(len(x), np.int64)
-    for r in range(len(x)):
-        if unique[r]:
-            order[live] = r
-            live += 1
-            for c in range(len(x)):
-                # Short axes of a vector are judged beside its long ones.
-                beside = unique[c] and vectors[c] == vectors[r]
-                if beside and W[r, r] < UNEVEN_AXES * UNEVEN_AXES * W[c, c]:
-                    return False
-    scaled, known, others = np.empty((live, nv)), np.empty(live), np.empty(live)
-    for i in range(live):
-        scale = 1.0 / math.sqrt(W[order[i], order[i]])
-        for k in range(nv):
-            scaled[i, k] = scale * half[order[i], k]
-    lower, shares = np.empty((live, live)), np.empty((live, live))
-    rank = find_rank(scaled, order[:live], lower, shares)
+    """As ``_multiply``, of rows some of which depend on others. ``squares``: as ``find_span``."""
+    m = len(x)
+    order, basis = np.empty(m, np.int64), np.empty(half.shape)
+    lower, shares, known, others = np.empty((m, m)), np.empty((m, m)), np.empty(m), np.empty(m)
+    live, rank = find_span(half, squares, vectors, order, basis, lower, shares)
     if rank < 0 or rank == live:
         return False
     for i in range(live):
-        scale = 1.0 / math.sqrt(W[order[i], order[i]])
+        scale = 1.0 / math.sqrt(squares[order[i]])
         known[i] = scale * x[order[i]]
         if i >= rank and not is_implied(known[i], shares[i - rank], known, rank, scale * speed):
             return False
@@ -164,7 +152,7 @@ def _share(
     are_shared(rank, shares, factor, np.empty(live - rank), shared)
     for i in range(live):
         value = known[i] if i < rank else others[i - rank]
-        x[order[i]] = value / math.sqrt(W[order[i], order[i]])
+        x[order[i]] = value / math.sqrt(squares[order[i]])
         unique[order[i]] = i < rank and not shared[i]
     return True
 

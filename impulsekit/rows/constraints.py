@@ -113,6 +113,8 @@ class ConstraintRows:
         faintest: (m,) of its blocks; None where no row can vanish.
         triples: (m,) a number for each row, the same for the axes of one linear or angular
             velocity.
+        prescribed: entries of v that a row each prescribes, as locks do, and these rows; empty
+            where there are none.
     """
 
     model: pin.Model
@@ -123,6 +125,7 @@ class ConstraintRows:
     kept: np.ndarray | None
     faintest: tuple[float, ...] | None
     triples: tuple[int, ...]
+    prescribed: tuple[list[int], list[int]] | tuple[()]
 
     @classmethod
     def of(
@@ -138,10 +141,15 @@ class ConstraintRows:
         names: list[str] = []
         velocity: list[float] = []
         kept: list[bool] = []
+        prescribed: tuple[list[int], list[int]] = [], []
         for name, entry in zip(scene.entry_names(kind), getattr(scene, kind), strict=True):
             said = rows_of_entry(scene.robot, entry)
             block = _block_of(reached, said)
             count = len(said.labels)
+            if isinstance(said, JointRows) and said.whole_joint:
+                own = said.matrix(reached.model, reached.joint_id)
+                prescribed[0].extend(own.argmax(axis=1).tolist())
+                prescribed[1].extend(range(len(names), len(names) + count))
             blocks.append(block)
             slices.append(slice(len(names), len(names) + count))
             names.extend(f"{name}.{label}" for label in said.labels)
@@ -161,6 +169,7 @@ class ConstraintRows:
             np.array(kept) if any(kept) else None,
             tuple(faintest.tolist()) if faintest.any() else None,
             vectors_of_rows(block.said for block in blocks),
+            prescribed if prescribed[0] else (),
         )
 
     @cached_property

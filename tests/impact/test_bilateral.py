@@ -4,7 +4,19 @@ import numpy as np
 import pytest
 
 from impulsekit.errors import ContradictionError
+from impulsekit.impact import span
 from impulsekit.impact.elimination import Elimination
+from impulsekit.laws.spanning import span_rows
+
+
+@pytest.fixture(params=["by the law", "by singular values"], autouse=True)
+def by_the_law(request, monkeypatch):
+    """Rows are judged by the compiled law where it is clear, and all by singular values."""
+    span_rows.compile()
+    if request.param != "by the law":
+        monkeypatch.setattr(span_rows, "_code", None)
+        monkeypatch.setattr(span_rows, "wait", lambda seconds: None)
+    return request.param == "by the law"
 
 
 def solution(half, right, speeds=1.0):
@@ -19,11 +31,14 @@ def rows(seed, nv=6, m=3):
 
 
 @pytest.mark.parametrize("still", [[1], [0, 3], [3]])
-def test_rows_of_zeros_bear_nothing_and_leave_the_others_as_they_are(monkeypatch, still):
+def test_rows_of_zeros_bear_nothing_and_leave_the_others_as_they_are(
+    monkeypatch, still, by_the_law
+):
     half, rng = rows(0)
     right = rng.normal(size=3)
     alone = solution(half, right)
-    monkeypatch.setattr(Elimination, "_of_dependent", None)
+    if by_the_law:
+        monkeypatch.setattr(span, "_by_values", None)
     m = 3 + len(still)
     moving = np.setdiff1d(np.arange(m), still)
     wide, wanted = np.zeros((6, m)), np.zeros(m)
