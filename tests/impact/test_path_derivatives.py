@@ -51,6 +51,16 @@ def test_the_law_alone_against_differences(seed, law):
 
 
 @pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("across", [0.1, 0.3, 1.0, 3.0])
+def test_what_slips_across_comes_to_rest_with_the_slip(across, law):
+    """In a plane slip r ends at p = r₀/(µ W₁₁); across it u₂ ~ r^(W₂₂/W₁₁) ends by −u₂/W₂₂."""
+    block = 1.0, 0.0, across, 0.0, 0.0, 1.0
+    found = path_derivative(block, [0.2, 0.0, -1.0], -1.0, 0.5, 0.5, law)
+    assert found.impulse == pytest.approx([-0.2, 0.0, 1.5], rel=1e-13)
+    assert found.table[1, 7] == pytest.approx(-1.0 / across, rel=1e-12)
+
+
+@pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("mu", [0.0, 0.05, 0.3, 3.0])
 def test_one_contact_of_an_arm(law, mu):
     hold = [ik.FrameAnchor("upper", "fore", directions=("x",), axes="local")]
